@@ -1,0 +1,11 @@
+# Flags that every target shares. The core's arithmetic must be the same on every
+# machine, hence no contraction and no fast-math anywhere (DESIGN §4).
+add_library(cb_flags INTERFACE)
+target_compile_options(cb_flags INTERFACE -Wall -Wextra -Werror -Wshadow -Wconversion -ffp-contract=off
+    $<$<COMPILE_LANGUAGE:C>:-Wstrict-prototypes -Wmissing-prototypes -Wswitch-enum -Wvla>)
+target_include_directories(cb_flags INTERFACE ${CMAKE_SOURCE_DIR})
+
+# What only the portable core must obey: no double precision, no heap of its own.
+add_library(cb_core_flags INTERFACE)
+target_link_libraries(cb_core_flags INTERFACE cb_flags)
+target_compile_options(cb_core_flags INTERFACE -Wdouble-promotion $<$<C_COMPILER_ID:GNU>:-Wunsuffixed-float-constants> -fno-builtin-malloc)

@@ -1,0 +1,266 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/box.h"
+
+#include <string.h>
+
+#include "firmware/crc32.h"
+#include "models/num.h"
+
+enum { CRC_SLICE = 64 };
+
+/* What one step hands from stage to stage. */
+struct step {
+    uint32_t elapsed_us; /* since the step before; 0 when time went backward */
+    bool jumped;         /* time went backward or too far */
+    bool read;           /* this cycle's reading is good */
+    struct cb_terms_verdict terms;
+    bool placed; /* the outputs were put where the PLC is: no movement in this step */
+    struct cb_demand demand;
+};
+
+/* All but the configuration as after power-on. */
+static void clear(struct cb_box *box) {
+    memset((char *)box + sizeof box->config, 0, sizeof *box - sizeof box->config);
+    cb_mode_start(&box->mode);
+    box->zero_written = true;
+}
+
+void cb_box_start(struct cb_box *box) {
+    clear(box);
+    box->config_crc = cb_crc32(0, &box->config, sizeof box->config);
+}
+
+/* Time since the last step; what it means when the clock cannot be trusted. */
+static void keep_time(struct cb_box *box, int64_t now_us, struct step *step) {
+    const int64_t gap_us = box->started ? now_us - box->now_us : 0;
+    step->jumped = gap_us < 0 || gap_us > (int64_t)CB_CLOCK_PERIODS * box->config.period_us;
+    step->elapsed_us = gap_us < 0 ? 0 : gap_us > UINT32_MAX ? UINT32_MAX : (uint32_t)gap_us;
+    box->now_us = now_us;
+    box->started = true;
+    if (!step->jumped) return;
+    ++box->counters.clock_jumps;
+    cb_plc_forget(&box->plc);
+    cb_signals_forget(&box->config, box->signals, &box->counters);
+}
+
+/* Overruns now and then are a machine's life; again and again they are a fault. */
+static void keep_score(struct cb_box *box, uint32_t missed_ticks) {
+    box->counters.missed_ticks += missed_ticks;
+    if (missed_ticks > 0) {
+        box->good_cycles = 0;
+        if (box->overrun_score < UINT8_MAX) ++box->overrun_score;
+    } else if (++box->good_cycles >= CB_OVERRUN_FORGIVES) {
+        box->good_cycles = 0;
+        if (box->overrun_score > 0) --box->overrun_score;
+    }
+}
+
+/* How the outputs of the step before fared. A result for outputs that were not for writing, or one
+ * that this version does not know, is not believed. */
+static void take_write(struct cb_box *box, uint8_t last_write, const struct step *step) {
+    enum cb_write_result result =
+        last_write > CB_WRITE_UNKNOWN ? CB_WRITE_UNKNOWN : (enum cb_write_result)last_write;
+    if (!box->writing) result = CB_WRITE_NONE;
+    cb_limiter_written(&box->config, box->channels, result);
+    cb_plc_written(&box->config, &box->plc, &box->counters, result, step->elapsed_us);
+    if (result != CB_WRITE_OK) return;
+    box->zero_written = cb_channels_all_zero(&box->config, box->channels);
+    box->stop_confirmed = box->sent_mode == CB_MODE_STOPPED;
+}
+
+bool cb_box_wants_held(const struct cb_box *box) {
+    return box->plc.contact == CB_CONTACT_LOST;
+}
+
+/* Where one output has to go on from, now that the PLC is heard (again): from what it applies, else
+ * from what its register holds, or, when that was not asked or the PLC will not say, from the last
+ * output that was handed to a write: zero at the first contact. */
+static struct cb_start start_of(const struct cb_box *box, unsigned index,
+                                const struct cb_inputs *in) {
+    const struct cb_channel_config *channel = &box->config.channels[index];
+    const uint16_t *applied = in->registers + channel->applied_reg;
+    const uint16_t *held = in->held_registers + channel->reg;
+    if (channel->has_applied) return (struct cb_start){cb_channel_decode(channel, applied), true};
+    if (in->held == CB_HELD_OK) return (struct cb_start){cb_channel_decode(channel, held), true};
+    return (struct cb_start){box->channels[index].sent_um, false};
+}
+
+/* in : a good reading
+ * out: the outputs are where the PLC is, and may be written again */
+static void find_plc(struct cb_box *box, const struct cb_inputs *in, struct step *step) {
+    struct cb_start start[CB_MAX_CHANNELS];
+    const bool lost = box->plc.contact == CB_CONTACT_LOST;
+    if (box->plc.contact == CB_CONTACT_KNOWN || (lost && in->held == CB_HELD_NONE)) return;
+    for (unsigned i = 0; i < box->config.channels_count; ++i) start[i] = start_of(box, i, in);
+    cb_limiter_place(&box->config, box->channels, start);
+    box->counters.resyncs += lost;
+    box->plc.contact = CB_CONTACT_KNOWN;
+    box->plc.unconfirmed_us = 0;
+    step->placed = true;
+}
+
+static float seconds(const struct cb_box *box, const struct step *step) {
+    const uint32_t most_us = CB_STEP_PERIODS * box->config.period_us;
+    return (float)(step->elapsed_us < most_us ? step->elapsed_us : most_us) * 1e-6f;
+}
+
+static void acquire(struct cb_box *box, const struct cb_inputs *in, struct step *step) {
+    step->read = cb_plc_read(&box->config, &box->plc, &box->counters, in, box->now_us);
+    cb_plc_age(&box->config, &box->plc, &box->counters, box->now_us);
+    if (step->read) find_plc(box, in, step);
+    cb_signals_accept(&box->config, box->signals, &box->counters, in, step->read, box->now_us);
+    cb_signals_age(&box->config, box->signals, &box->counters, box->now_us);
+}
+
+static void compute(struct cb_box *box, struct step *step) {
+    const float fade_um = box->config.ramp_um_per_s * seconds(box, step);
+    step->terms = cb_terms_evaluate(&box->config, box->signals, box->terms, &box->counters, fade_um,
+                                    box->outputs);
+    step->demand = cb_channels_want(&box->config, box->outputs, box->channels, &box->counters);
+}
+
+static enum cb_reason find_fault(const struct cb_box *box) {
+    if (box->config_corrupt) return CB_REASON_CONFIG_CORRUPT;
+    if (box->plc.refusing && box->plc.refused_us > CB_REFUSED_US) return CB_REASON_WRITE_REFUSED;
+    if (box->overrun_score >= CB_OVERRUN_FAULT) return CB_REASON_OVERRUN;
+    return CB_REASON_NONE;
+}
+
+static struct cb_mode_events see(const struct cb_box *box, const struct cb_inputs *in,
+                                 const struct step *step) {
+    const struct cb_config *config = &box->config;
+    const uint16_t control = box->plc.control;
+    const struct cb_mode_events events = {
+        .plc_ok = cb_plc_readable(config, &box->plc, box->now_us),
+        .heartbeat_ok = box->plc.alive,
+        .essentials_ok = cb_signals_essentials_fresh(config, box->signals),
+        .clock_ok = !step->jumped,
+        .enable = (control & CB_CONTROL_ENABLE) != 0,
+        .referenced = (control & config->plc.referenced_mask) == config->plc.referenced_mask,
+        .reset_edge = box->plc.reset_edge,
+        .permit_resume = (control & CB_CONTROL_PERMIT_RESUME) != 0,
+        .stop = in->stop,
+        .all_zero = cb_channels_all_zero(config, box->channels),
+        .zero_written = box->zero_written,
+        .excessive = step->demand.excessive,
+        .degraded = step->terms.degraded,
+        .extrapolated = step->terms.extrapolated,
+        .limited = step->demand.limited,
+        .fault = (uint8_t)find_fault(box)};
+    return events;
+}
+
+/* Steps the mode and counts what was entered. */
+static void change_mode(struct cb_box *box, const struct cb_inputs *in, const struct step *step) {
+    const struct cb_mode_events events = see(box, in, step);
+    const uint8_t before = box->mode.mode;
+    cb_mode_step(&box->mode, &events, step->elapsed_us, box->config.hold_us);
+    const uint8_t mode = box->mode.mode;
+    if (mode == before) return;
+    box->counters.holds += mode == CB_MODE_HOLD;
+    box->counters.ramps += mode == CB_MODE_RAMP;
+    box->counters.faults += mode == CB_MODE_FAULT;
+    if (before == CB_MODE_FAULT) box->overrun_score = 0;
+}
+
+static enum cb_aim aim_of(enum cb_mode mode) {
+    switch (mode) {
+        case CB_MODE_ACTIVE:
+            return CB_AIM_WANTED;
+        case CB_MODE_HOLD:
+            return CB_AIM_STAY;
+        case CB_MODE_STANDBY:
+        case CB_MODE_RAMP:
+        case CB_MODE_FAULT:
+        case CB_MODE_STOPPED:
+            break;
+    }
+    return CB_AIM_ZERO;
+}
+
+static void move(struct cb_box *box, const struct step *step) {
+    float target_um[CB_MAX_CHANNELS];
+    const enum cb_aim aim = aim_of((enum cb_mode)box->mode.mode);
+    const struct cb_motion motion = {
+        .elapsed_s = step->placed ? 0.0f : seconds(box, step),
+        .max_s = (float)(CB_STEP_PERIODS * box->config.period_us) * 1e-6f,
+        .ramp_um_per_s = aim == CB_AIM_ZERO ? box->config.ramp_um_per_s : 0.0f,
+        .writing = box->plc.contact == CB_CONTACT_KNOWN};
+    cb_channels_target(&box->config, box->channels, aim, target_um);
+    cb_limiter_step(&box->config, box->channels, &box->counters, target_um, &motion);
+}
+
+/* Fills the whole write block and *out from the state of the box. */
+static void emit(struct cb_box *box, struct cb_outputs *out) {
+    const struct cb_plc_config *plc = &box->config.plc;
+    memset(out, 0, sizeof *out);
+    cb_channels_encode(&box->config, box->channels, out->registers);
+    out->registers[plc->status] = (uint16_t)(box->mode.mode | box->mode.reason << 8);
+    out->registers[plc->box_heartbeat] = ++box->box_heartbeat;
+    if (plc->write.counters)
+        out->registers[0] = out->registers[plc->write.count - 1] = ++box->block_counter;
+    for (unsigned i = 0; i < box->config.channels_count; ++i)
+        out->channel_um[i] = box->channels[i].output_um;
+    out->write = box->plc.contact == CB_CONTACT_KNOWN;
+    out->stopped = box->mode.mode == CB_MODE_STOPPED && (box->stop_confirmed || !box->wrote);
+    box->writing = out->write;
+    if (!out->write) return;
+    box->wrote = true;
+    box->sent_mode = box->mode.mode;
+    box->zero_written = box->zero_written && cb_channels_all_zero(&box->config, box->channels);
+}
+
+/* One slice of the CRC over the configuration; judged at its end. */
+static void check_config(struct cb_box *box) {
+    const uint32_t rest = (uint32_t)sizeof box->config - box->crc_offset;
+    const uint32_t length = rest < CRC_SLICE ? rest : CRC_SLICE;
+    const char *bytes = (const char *)&box->config + box->crc_offset;
+    box->crc_so_far = cb_crc32(box->crc_so_far, bytes, length);
+    box->crc_offset += length;
+    if (box->crc_offset < sizeof box->config) return;
+    box->config_corrupt = box->crc_so_far != box->config_crc;
+    box->crc_so_far = box->crc_offset = 0;
+}
+
+void cb_box_step(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,
+                 struct cb_outputs *out) {
+    struct step step = {0};
+    ++box->counters.cycles;
+    check_config(box);
+    keep_time(box, now_us, &step);
+    keep_score(box, in->missed_ticks);
+    take_write(box, in->last_write, &step);
+    acquire(box, in, &step);
+    compute(box, &step);
+    change_mode(box, in, &step);
+    move(box, &step);
+    emit(box, out);
+}
+
+void cb_box_settle(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,
+                   struct cb_outputs *out) {
+    struct step step = {0};
+    float target_um[CB_MAX_CHANNELS];
+    struct cb_start start[CB_MAX_CHANNELS];
+    cb_box_start(box);
+    keep_time(box, now_us, &step);
+    acquire(box, in, &step);
+    compute(box, &step);
+    cb_channels_target(&box->config, box->channels, CB_AIM_WANTED, target_um);
+    for (unsigned i = 0; i < box->config.channels_count; ++i)
+        start[i] = (struct cb_start){target_um[i], true};
+    cb_limiter_place(&box->config, box->channels, start);
+    box->plc.contact = CB_CONTACT_KNOWN;
+    box->plc.beating = box->plc.alive = true;
+    box->plc.heartbeat_us = now_us;
+    box->mode = (struct cb_mode_state){.mode = CB_MODE_ACTIVE, .enable_was = true};
+    emit(box, out);
+}
+
+void cb_box_evaluate(struct cb_box *box, const struct cb_inputs *in) {
+    struct step step = {0};
+    clear(box);
+    box->now_us = in->read_us;
+    acquire(box, in, &step);
+    compute(box, &step);
+}

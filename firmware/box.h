@@ -1,0 +1,101 @@
+/* SPDX-License-Identifier: MIT
+ * The box: one call per cycle does everything and touches no hardware (docs/DESIGN.md §4).
+ *
+ *     plc -> signals -> terms -> mode -> channels -> limiter -> registers
+ *
+ * Whatever the file, the inputs and the faults, after every step:
+ *   |output| <= limit;  |change against what the PLC may hold| <= slew * min(elapsed, 2 periods),
+ *   plus one unit of the register where a step is less than that;
+ *   |difference of a pair| <= its maximum;  no NaN leaves;
+ *   no value is computed from a signal older than its maximum age. */
+#ifndef COMPBOX_FIRMWARE_BOX_H
+#define COMPBOX_FIRMWARE_BOX_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "firmware/channels.h"
+#include "firmware/config.h"
+#include "firmware/counters.h"
+#include "firmware/io.h"
+#include "firmware/limits.h"
+#include "firmware/mode.h"
+#include "firmware/plc.h"
+#include "firmware/signals.h"
+#include "firmware/terms.h"
+
+enum {
+    CB_CLOCK_PERIODS = 5,    /* a longer gap between steps makes every input stale */
+    CB_STEP_PERIODS = 2,     /* no step moves further than in this time */
+    CB_OVERRUN_FAULT = 16,   /* score at which overruns are a fault: +1 for a cycle with missed */
+    CB_OVERRUN_FORGIVES = 32 /* ticks, -1 for so many cycles in time */
+};
+
+/* The configuration must not be written to while the box runs: a CRC over its memory, padding
+ * included, is checked 64 bytes a step. A copy of a box is started anew. */
+struct cb_box {
+    struct cb_config config;
+    struct cb_mode_state mode;
+    struct cb_counters counters;
+    struct cb_plc_state plc;
+    struct cb_signal_state signals[CB_MAX_SIGNALS];
+    struct cb_term_state terms[CB_MAX_TERMS];
+    float outputs[CB_MAX_OUTPUTS]; /* term outputs of the last step, µm or µrad */
+    struct cb_channel_state channels[CB_MAX_CHANNELS];
+    int64_t now_us;                  /* of the last step */
+    uint32_t config_crc;             /* of config, at start */
+    uint32_t crc_so_far, crc_offset; /* running check, a slice each step */
+    uint16_t box_heartbeat;          /* of the last step */
+    uint16_t block_counter;          /* of the write block's first and last register */
+    uint8_t overrun_score;           /* leaky count of cycles with missed ticks */
+    uint8_t good_cycles;             /* … and of cycles in time towards forgiving one */
+    uint8_t sent_mode;               /* enum cb_mode in the last registers handed to a write */
+    bool started;                    /* a step was made */
+    bool writing;                    /* the last outputs were for writing */
+    bool wrote;                      /* … and ever any were */
+    bool zero_written;               /* the PLC confirmed outputs that are all zero, no others
+                                        were handed to a write since; or none ever were */
+    bool stop_confirmed;             /* the PLC confirmed status STOPPED */
+    bool config_corrupt;             /* the last whole check of the CRC failed */
+};
+_Static_assert(offsetof(struct cb_box, config) == 0, "cb_box_start() clears all behind config");
+_Static_assert(sizeof(struct cb_box) < 64 * 1024, "the box with its configuration");
+
+/* in : box->config loaded
+ * out: everything else as after power-on: STANDBY, outputs zero. Takes the CRC of the whole
+ *      configuration. */
+void cb_box_start(struct cb_box *box);
+
+/* One cycle. now_us: any monotonic clock that counts suspend, the same for all times in *in.
+ * Reads and writes only its arguments; bounded time; all of *out is set.
+ * Nothing may be written to the PLC where out->write is false. */
+void cb_box_step(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,
+                 struct cb_outputs *out);
+
+/* Before a step: true when the box does not know what the PLC holds. The cycle then reads the
+ * write block back (FC3) and hands it over in in->held_registers. */
+bool cb_box_wants_held(const struct cb_box *box);
+
+/* Like a step of a box that has been ACTIVE on these inputs for ever: outputs are at the wanted
+ * values within their limits. For evaluation on the host; never on a machine. Steps may follow it,
+ * with in->last_write CB_WRITE_OK and a heartbeat that moves. */
+void cb_box_settle(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,
+                   struct cb_outputs *out);
+
+/* The functions alone: what terms and channels give for these inputs, without lead, limits, slew,
+ * deadband or memory. All times in *in must be the same.
+ * out: box->outputs[] and box->channels[].wanted_um; a term whose signal is missing or implausible
+ *      gives 0. The box must be started before its next step.
+ * For evaluation on the host; never on a machine. */
+void cb_box_evaluate(struct cb_box *box, const struct cb_inputs *in);
+
+/* Reload: a new configuration takes over from the old one while the machine runs.
+ * in : fresh: its configuration loaded and cb_box_start() called; old: running, unchanged
+ * out: true: fresh goes on where old is: mode, PLC, counters, signals and outputs by their names.
+ *      Nothing steps; outputs beyond a new limit go there at the slew rate.
+ *      false, fresh untouched: outputs that are not zero would step, because they lie in other
+ *      registers, or have another type, scale or sign, or are gone. Ramp to zero first. */
+bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old);
+
+#endif

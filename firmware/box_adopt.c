@@ -1,0 +1,126 @@
+/* SPDX-License-Identifier: MIT
+ * Reload without a step: a freshly loaded box takes over from the running one. */
+#include <string.h>
+
+#include "firmware/box.h"
+
+/* Names are in arrays of CB_NAME_SIZE, ended by 0. */
+static bool same_name(const char *a, const char *b) {
+    for (unsigned i = 0; i < CB_NAME_SIZE; ++i) {
+        if (a[i] != b[i]) return false;
+        if (a[i] == 0) return true;
+    }
+    return true;
+}
+
+static unsigned find_signal(const struct cb_config *config, const char *name) {
+    for (unsigned i = 0; i < config->signals_count; ++i) {
+        if (same_name(config->signals[i].name, name)) return i;
+    }
+    return CB_NONE;
+}
+
+static unsigned find_output(const struct cb_config *config, const char *name) {
+    for (unsigned i = 0; i < config->outputs_count; ++i) {
+        if (same_name(config->outputs[i].name, name)) return i;
+    }
+    return CB_NONE;
+}
+
+static unsigned find_channel(const struct cb_config *config, const char *name) {
+    for (unsigned i = 0; i < config->channels_count; ++i) {
+        if (same_name(config->channels[i].name, name)) return i;
+    }
+    return CB_NONE;
+}
+
+/* The same µm give the same bits in the same register of the same PLC. */
+static bool same_register(const struct cb_config *a, const struct cb_channel_config *in_a,
+                          const struct cb_config *b, const struct cb_channel_config *in_b) {
+    const bool same_plc = a->plc.unit == b->plc.unit && a->plc.port == b->plc.port &&
+                          a->plc.transport == b->plc.transport &&
+                          memcmp(a->plc.host, b->plc.host, sizeof a->plc.host) == 0;
+    return same_plc && a->plc.write.start + in_a->reg == b->plc.write.start + in_b->reg &&
+           in_a->type == in_b->type && in_a->sign == in_b->sign && in_a->scale == in_b->scale;
+}
+
+/* A channel that the PLC certainly holds at zero may go anywhere, or away. */
+static bool is_at_rest(const struct cb_channel_state *state) {
+    return state->output_um == 0.0f && state->sent_um == 0.0f && state->possible_min_um == 0.0f &&
+           state->possible_max_um == 0.0f;
+}
+
+static bool can_adopt(const struct cb_config *fresh, const struct cb_box *old) {
+    for (unsigned i = 0; i < old->config.channels_count; ++i) {
+        if (is_at_rest(&old->channels[i])) continue;
+        const struct cb_channel_config *channel = &old->config.channels[i];
+        const unsigned k = find_channel(fresh, channel->name);
+        if (k == CB_NONE || !same_register(fresh, &fresh->channels[k], &old->config, channel))
+            return false;
+    }
+    return true;
+}
+
+/* Values are in the signal's unit, so they outlive a change of source, scale or range. The memory
+ * of a lag outlives a change of its time constant, but means nothing for another signal. */
+static bool same_kind(const struct cb_config *a, const struct cb_signal_config *in_a,
+                      const struct cb_config *b, const struct cb_signal_config *in_b) {
+    const bool lag = in_a->source == CB_SOURCE_LAG;
+    if (memcmp(in_a->unit, in_b->unit, sizeof in_a->unit) != 0) return false;
+    if (lag != (in_b->source == CB_SOURCE_LAG)) return false;
+    return !lag || (in_a->power == in_b->power &&
+                    same_name(a->signals[in_a->lag_of].name, b->signals[in_b->lag_of].name));
+}
+
+static void adopt_signals(struct cb_box *fresh, const struct cb_box *old) {
+    for (unsigned i = 0; i < fresh->config.signals_count; ++i) {
+        const struct cb_signal_config *signal = &fresh->config.signals[i];
+        const unsigned k = find_signal(&old->config, signal->name);
+        if (k == CB_NONE) continue;
+        if (!same_kind(&fresh->config, signal, &old->config, &old->config.signals[k])) continue;
+        fresh->signals[i] = old->signals[k];
+    }
+}
+
+/* Last outputs, so that a term that is fading goes on fading; a term that is live replaces them. */
+static void adopt_terms(struct cb_box *fresh, const struct cb_box *old) {
+    for (unsigned i = 0; i < fresh->config.terms_count; ++i) {
+        const struct cb_term_config *term = &fresh->config.terms[i];
+        for (unsigned j = 0; j < term->outputs; ++j) {
+            const unsigned index = term->first_output + j;
+            const unsigned k = find_output(&old->config, fresh->config.outputs[index].name);
+            if (k == CB_NONE) continue;
+            fresh->terms[i].held[j] = fresh->outputs[index] = old->outputs[k];
+            fresh->terms[i].live = old->terms[old->config.outputs[k].term].live;
+        }
+    }
+}
+
+static void adopt_channels(struct cb_box *fresh, const struct cb_box *old) {
+    for (unsigned i = 0; i < fresh->config.channels_count; ++i) {
+        const unsigned k = find_channel(&old->config, fresh->config.channels[i].name);
+        if (k != CB_NONE) fresh->channels[i] = old->channels[k];
+    }
+}
+
+bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old) {
+    if (!can_adopt(&fresh->config, old)) return false;
+    fresh->mode = old->mode;
+    fresh->counters = old->counters;
+    fresh->plc = old->plc;
+    adopt_signals(fresh, old);
+    adopt_terms(fresh, old);
+    adopt_channels(fresh, old);
+    fresh->now_us = old->now_us;
+    fresh->box_heartbeat = old->box_heartbeat;
+    fresh->block_counter = old->block_counter;
+    fresh->overrun_score = old->overrun_score;
+    fresh->good_cycles = old->good_cycles;
+    fresh->sent_mode = old->sent_mode;
+    fresh->started = old->started;
+    fresh->writing = old->writing;
+    fresh->wrote = old->wrote;
+    fresh->zero_written = old->zero_written;
+    fresh->stop_confirmed = old->stop_confirmed;
+    return true;
+}

@@ -1,0 +1,201 @@
+/* SPDX-License-Identifier: MIT
+ * The coefficient file as the box holds it: plain data in fixed memory, made by config_load.h,
+ * never changed afterwards (its CRC is checked while the box runs).
+ *
+ * References are indices, coefficients are offsets into one pool, so that the whole may be copied
+ * or placed anywhere. CB_NONE marks an absent index. */
+#ifndef COMPBOX_FIRMWARE_CONFIG_H
+#define COMPBOX_FIRMWARE_CONFIG_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/limits.h"
+
+/* How a number lies in registers or in a bus frame. Multi-register values are big-endian (ABCD)
+ * unless the type says otherwise; "le" is little-endian (DCBA), "cdab" has the words swapped. */
+enum cb_number_type {
+    CB_NUMBER_UINT16,
+    CB_NUMBER_INT16,
+    CB_NUMBER_UINT32,
+    CB_NUMBER_INT32,
+    CB_NUMBER_FLOAT32,
+    CB_NUMBER_UINT32_CDAB,
+    CB_NUMBER_INT32_CDAB,
+    CB_NUMBER_FLOAT32_CDAB,
+    CB_NUMBER_UINT16_LE,
+    CB_NUMBER_INT16_LE,
+    CB_NUMBER_UINT32_LE,
+    CB_NUMBER_INT32_LE,
+    CB_NUMBER_FLOAT32_LE,
+};
+
+enum cb_signal_source {
+    CB_SOURCE_PLC, /* registers of the PLC's read block */
+    CB_SOURCE_CAN, /* raw CAN frame, by identifier */
+    CB_SOURCE_BUS, /* register of a module on a slow bus of the box (Pt100) */
+    CB_SOURCE_LAG, /* first-order lag of another signal: computed, on every target */
+};
+
+/* value = raw * scale + zero, in the signal's unit (mm, degC, 1/min …). */
+struct cb_signal_config {
+    char name[CB_NAME_SIZE];
+    char unit[8];
+    uint8_t source;    /* enum cb_signal_source */
+    uint8_t type;      /* enum cb_number_type */
+    bool essential;    /* its loss stops compensation (HOLD); default: unit is mm or deg */
+    bool leads;        /* evaluated lead_ms ahead: a PLC position (unit mm or deg) */
+    uint16_t reg;      /* PLC: index in the read block; bus: register address; CAN: byte offset */
+    uint8_t bus_unit;  /* bus: Modbus unit id of the module */
+    uint8_t lag_of;    /* lag: index of the signal that it follows */
+    uint8_t power;     /* lag: 1 follows that signal, 2 its square */
+    float tau_s;       /* lag: time constant, > 0 */
+    uint32_t can_id;   /* CAN: identifier; bit 31 set: 29-bit */
+    float scale, zero; /* finite; scale != 0 */
+    float min, max;    /* plausible range of the value; min < max */
+    float max_rate_per_s; /* plausible rate of change, unit/s; 0 = unlimited */
+    uint32_t max_age_ms;  /* default: three periods for PLC signals, 2000 ms for sensors; of a lag
+                             that of its signal, as are min and max (squared for power 2) */
+};
+
+enum cb_term_type {
+    CB_TERM_BSPLINE,    /* a cb_ppoly in the pool */
+    CB_TERM_POLYLINE,   /* a cb_ppoly in the pool */
+    CB_TERM_POLYNOMIAL, /* a cb_polynomial in the pool */
+    CB_TERM_LINEAR,     /* weighted sum of signals */
+    CB_TERM_PRODUCT,    /* another term's output times a signal less its origin */
+    CB_TERM_BPNET,      /* a cb_bpnet in the pool, behind its training range */
+    CB_TERM_VOLUMETRIC, /* the 21 errors, from the outputs of other terms */
+};
+
+/* A curve of one signal. Pool layout: B-spline and polyline: breaks[spans+1], coefficients
+ * [spans*(degree+1)]; polynomial: coefficients[degree+1]. */
+struct cb_curve_config {
+    uint8_t signal; /* index of its signal */
+    uint8_t degree;
+    uint16_t spans;                             /* polynomial: 1 */
+    uint16_t pool;                              /* offset of the first float */
+    float spans_per_unit;                       /* see cb_ppoly */
+    float center, inverse_half_range, from, to; /* polynomial only */
+};
+
+/* Pool: weights[inputs], constant. The inputs are signals, config->links[link + i]. */
+struct cb_linear_config {
+    uint8_t inputs;
+    uint16_t link, pool;
+};
+
+struct cb_product_config {
+    uint8_t output; /* index into outputs: the slope */
+    uint8_t signal;
+    float origin; /* unit of the signal */
+};
+
+/* Pool: cb_bpnet_floats() weights; a cb_training_range of each input. */
+struct cb_bpnet_config {
+    uint8_t inputs, hidden;
+    bool linear;
+    uint16_t link, weights, ranges;
+};
+
+/* Pool: lever_mm[3][3], tool[3], squareness_urad[3] as in cb_volumetric; constant tool length. */
+struct cb_volumetric_config {
+    uint8_t position[3]; /* signals of X, Y, Z */
+    uint8_t tool_length; /* signal, or CB_NONE */
+    uint8_t moves[3];
+    uint8_t error[18]; /* outputs of the errors in the order of cb_volumetric_state; or CB_NONE */
+    uint16_t pool;
+};
+
+/* Terms stand after those whose outputs they use, whatever their order in the file. */
+struct cb_term_config {
+    uint8_t type;         /* enum cb_term_type */
+    uint8_t first_output; /* index into outputs; the term's outputs are consecutive */
+    uint8_t outputs;      /* >= 1 */
+    union {
+        struct cb_curve_config curve;
+        struct cb_linear_config linear;
+        struct cb_product_config product;
+        struct cb_bpnet_config bpnet;
+        struct cb_volumetric_config volumetric;
+    } as;
+};
+
+struct cb_output_config {
+    char name[CB_NAME_SIZE]; /* a one-output term's own name, or a name from its "outputs" */
+    uint8_t term;
+};
+
+/* wanted_um = -sum of outputs; written = sign * wanted_um / scale, as `type`. */
+struct cb_channel_config {
+    char name[CB_NAME_SIZE];
+    uint8_t sum[CB_MAX_SUM]; /* indices of outputs */
+    uint8_t sum_count;       /* >= 1 */
+    uint8_t type;            /* enum cb_number_type */
+    int8_t sign;             /* +1 or -1: found by a sign test at commissioning */
+    bool has_applied;        /* the PLC returns the value it applies, same type, scale and sign;
+                                of a pair's channels both or none */
+    uint16_t reg;            /* index in the write block */
+    uint16_t applied_reg;    /* index in the read block */
+    float limit_um;          /* > 0: |output| never exceeds it */
+    float error_um;          /* >= limit: a demand beyond it is a FAULT */
+    float slew_um_per_s;     /* > 0: |change| <= slew * min(elapsed, 2 periods) */
+    float deadband_um;       /* >= 0: smaller changes are not written */
+    float scale;             /* µm per unit of the register; > 0 */
+};
+
+/* Two motors of one stage: their outputs never differ by more than this. */
+struct cb_pair_config {
+    uint8_t a, b;            /* indices of channels, a != b */
+    float max_difference_um; /* > 0 */
+};
+
+enum cb_profile { CB_PROFILE_GENERIC, CB_PROFILE_SINUMERIK_840D, CB_PROFILE_FANUC };
+enum cb_exchange { CB_EXCHANGE_FC3_FC16, CB_EXCHANGE_FC23 };
+enum cb_transport { CB_TRANSPORT_TCP, CB_TRANSPORT_RTU };
+
+/* A block of holding registers, zero-based protocol address. With counters, its first and last
+ * register carry the same number, counted up with every update; a block where they differ is torn.
+ */
+struct cb_block_config {
+    uint16_t start;
+    uint16_t count;
+    bool counters;
+};
+
+struct cb_plc_config {
+    uint8_t profile;   /* enum cb_profile */
+    uint8_t exchange;  /* enum cb_exchange */
+    uint8_t transport; /* enum cb_transport */
+    uint8_t unit;      /* Modbus unit id */
+    char host[40];     /* TCP: numeric IPv4 or IPv6 address, no resolver in the loop */
+    uint16_t port;
+    struct cb_block_config read, write;
+    uint16_t control, plc_heartbeat; /* indices in the read block */
+    uint16_t status, box_heartbeat;  /* indices in the write block */
+    uint32_t heartbeat_timeout_ms;
+    uint16_t referenced_mask; /* all of these control bits must be set; default bit 1 */
+};
+
+struct cb_config {
+    uint32_t revision;
+    char machine[40];
+    uint32_t period_us; /* 1 000 … 1 000 000 */
+    uint32_t lead_us;   /* 0 … 500 000 */
+    struct cb_plc_config plc;
+    uint32_t hold_us;    /* HOLD lasts no longer */
+    float ramp_um_per_s; /* > 0 */
+    uint8_t signals_count, terms_count, outputs_count, channels_count, pairs_count;
+    uint8_t lags_count;
+    uint16_t pool_count, links_count;
+    uint8_t lags[CB_MAX_SIGNALS]; /* the signals that are lags, each after the one it follows */
+    struct cb_signal_config signals[CB_MAX_SIGNALS];
+    struct cb_term_config terms[CB_MAX_TERMS];
+    struct cb_output_config outputs[CB_MAX_OUTPUTS];
+    struct cb_channel_config channels[CB_MAX_CHANNELS];
+    struct cb_pair_config pairs[CB_MAX_PAIRS];
+    uint8_t links[CB_MAX_LINKS];
+    float pool[CB_POOL_FLOATS];
+};
+
+#endif

@@ -1,0 +1,255 @@
+/* SPDX-License-Identifier: MIT
+ * Terms that are curves of one signal, turned into the form in which they are evaluated. */
+#include <string.h>
+
+#include "firmware/config_objects.h"
+#include "firmware/config_terms.h"
+#include "models/bspline.h"
+#include "models/num.h"
+#include "models/polyline.h"
+#include "models/polynomial.h"
+
+#define AT(member) .offset = offsetof(struct cb_curve_config, member)
+
+enum { NAME, TYPE, SIGNAL, COMMON_KEYS }; /* of every term with one signal and one output */
+
+enum { DEGREE = COMMON_KEYS, KNOTS, CONTROL_POINTS, BSPLINE_KEYS };
+static const struct cb_field BSPLINE_FIELDS[BSPLINE_KEYS] = {
+    [NAME] = {"name", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [TYPE] = {"type", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [SIGNAL] = {"signal", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [DEGREE] = {"degree", CB_FIELD_UINT8, true, AT(degree), .least = "1", .most = "5"},
+    [KNOTS] = {"knots", CB_FIELD_ARRAY, true, CB_NOT_STORED},
+    [CONTROL_POINTS] = {"control_points", CB_FIELD_ARRAY, true, CB_NOT_STORED},
+};
+const struct cb_object cb_bspline_object = {BSPLINE_FIELDS, BSPLINE_KEYS};
+
+enum { POSITIONS = COMMON_KEYS, VALUES, POLYLINE_KEYS };
+static const struct cb_field POLYLINE_FIELDS[POLYLINE_KEYS] = {
+    [NAME] = {"name", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [TYPE] = {"type", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [SIGNAL] = {"signal", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [POSITIONS] = {"positions", CB_FIELD_ARRAY, true, CB_NOT_STORED},
+    [VALUES] = {"values", CB_FIELD_ARRAY, true, CB_NOT_STORED},
+};
+const struct cb_object cb_polyline_object = {POLYLINE_FIELDS, POLYLINE_KEYS};
+
+/* half_range is read into inverse_half_range and inverted afterwards. */
+enum { COEFFICIENTS = COMMON_KEYS, CENTER, HALF_RANGE, FROM, TO, POLYNOMIAL_KEYS };
+static const struct cb_field POLYNOMIAL_FIELDS[POLYNOMIAL_KEYS] = {
+    [NAME] = {"name", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [TYPE] = {"type", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [SIGNAL] = {"signal", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [COEFFICIENTS] = {"coefficients", CB_FIELD_ARRAY, true, CB_NOT_STORED},
+    [CENTER] = {"center", CB_FIELD_FLOAT, false, AT(center), .least = CB_LEAST_NUMBER,
+                .most = CB_MOST_NUMBER, .otherwise = "0"},
+    [HALF_RANGE] = {"half_range", CB_FIELD_FLOAT, false, AT(inverse_half_range),
+                    .least = "0.000001", .most = CB_MOST_NUMBER, .otherwise = "1"},
+    [FROM] = {"from", CB_FIELD_FLOAT, false, AT(from), .least = CB_LEAST_NUMBER,
+              .most = CB_MOST_NUMBER},
+    [TO] = {"to", CB_FIELD_FLOAT, false, AT(to), .least = CB_LEAST_NUMBER, .most = CB_MOST_NUMBER},
+};
+const struct cb_object cb_polynomial_object = {POLYNOMIAL_FIELDS, POLYNOMIAL_KEYS};
+
+/* Notes the converted curve, unless it overflows somewhere. */
+static bool keep_ppoly(struct cb_loader *loader, uint32_t at, const struct cb_ppoly *ppoly,
+                       struct cb_curve_config *curve) {
+    curve->degree = ppoly->degree;
+    curve->spans = ppoly->spans;
+    curve->spans_per_unit = ppoly->spans_per_unit;
+    if (cb_ppoly_is_finite(ppoly)) return true;
+    return cb_fail(loader, CB_ERROR_RANGE, at,
+                   "some stand too close together for values of this size: the curve overflows");
+}
+
+/* ---- B-spline ---- */
+
+/* What cb_bspline_check found, as a sentence. */
+static bool bspline_fault(struct cb_loader *loader, const uint32_t *slots,
+                          enum cb_bspline_fault fault, uint16_t index) {
+    const uint32_t knots = slots[KNOTS], points = slots[CONTROL_POINTS];
+    const uint32_t knot = cb_list_at(loader, knots, index);
+    const uint32_t before = cb_list_at(loader, knots, index > 0 ? index - 1u : 0u);
+    switch (fault) {
+        case CB_BSPLINE_OK:
+            return true;
+        case CB_BSPLINE_DEGREE:
+            return cb_fail(loader, CB_ERROR_RANGE, slots[DEGREE], "%v is no degree from 1 to 5",
+                           slots[DEGREE]);
+        case CB_BSPLINE_COUNT:
+            return cb_fail(loader, CB_ERROR_RANGE, points,
+                           "a B-spline has at least degree + 1 control points, and degree is %v",
+                           slots[DEGREE]);
+        case CB_BSPLINE_KNOT:
+        case CB_BSPLINE_VALUE:
+            return cb_fail(loader, CB_ERROR_RANGE, points, "all numbers must be finite");
+        case CB_BSPLINE_ORDER:
+            return cb_fail(loader, CB_ERROR_ORDER, knot, "%v is below the knot before it (%v)",
+                           knot, before);
+        case CB_BSPLINE_MULTIPLICITY:
+            return cb_fail(loader, CB_ERROR_ORDER, knot,
+                           "%v stands here more than degree + 1 times, and degree is %v", knot,
+                           slots[DEGREE]);
+        case CB_BSPLINE_EMPTY:
+            return cb_fail(loader, CB_ERROR_ORDER, knot,
+                           "the curve ends at %v where it begins: the inner knots span nothing",
+                           knot);
+        case CB_BSPLINE_WIDE:
+            return cb_fail(loader, CB_ERROR_RANGE, knot,
+                           "%v is more than 16777216 above the knot before it (%v)", knot, before);
+    }
+    return false;
+}
+
+static bool read_bspline(struct cb_loader *loader, const uint32_t *slots, uint8_t degree,
+                         struct cb_bspline *spline) {
+    struct cb_load_scratch *scratch = loader->scratch;
+    uint32_t points = 0, knots = 0;
+    uint16_t index = 0;
+    if (!cb_read_numbers(loader, slots[CONTROL_POINTS], scratch->values, CB_MAX_CURVE_POINTS,
+                         &points))
+        return false;
+    if (!cb_read_numbers(loader, slots[KNOTS], scratch->knots,
+                         CB_MAX_CURVE_POINTS + CB_BSPLINE_MAX_DEGREE + 1, &knots))
+        return false;
+    *spline = (struct cb_bspline){scratch->knots, scratch->values, (uint16_t)points, degree};
+    if (points > degree && knots != points + degree + 1u)
+        return cb_fail(loader, CB_ERROR_RANGE, slots[KNOTS],
+                       "%u knots; %u control points of degree %u need %u (the sum plus 1)", knots,
+                       points, (uint32_t)degree, points + degree + 1u);
+    const enum cb_bspline_fault fault = cb_bspline_check(spline, &index);
+    return bspline_fault(loader, slots, fault, index);
+}
+
+static bool load_bspline(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
+                         struct cb_curve_config *curve) {
+    struct cb_bspline spline;
+    struct cb_ppoly ppoly;
+    if (!read_bspline(loader, slots, curve->degree, &spline)) return false;
+    const uint32_t spans = cb_bspline_spans(&spline);
+    const uint32_t breaks = spans + 1;
+    if (!cb_take_pool(loader, at, breaks + spans * (spline.degree + 1u), &curve->pool))
+        return false;
+    float *pool = loader->config->pool + curve->pool;
+    cb_bspline_to_ppoly(&spline, pool, pool + breaks, &ppoly);
+    return keep_ppoly(loader, slots[KNOTS], &ppoly, curve);
+}
+
+/* ---- polyline ---- */
+
+static bool read_polyline(struct cb_loader *loader, const uint32_t *slots, uint32_t *count) {
+    struct cb_load_scratch *scratch = loader->scratch;
+    uint32_t values = 0;
+    if (!cb_read_numbers(loader, slots[POSITIONS], scratch->knots, CB_MAX_CURVE_POINTS, count))
+        return false;
+    if (!cb_read_numbers(loader, slots[VALUES], scratch->values, CB_MAX_CURVE_POINTS, &values))
+        return false;
+    if (*count < 2)
+        return cb_fail(loader, CB_ERROR_RANGE, slots[POSITIONS],
+                       "a polyline has at least 2 positions");
+    if (values != *count)
+        return cb_fail(loader, CB_ERROR_RANGE, slots[VALUES],
+                       "%u values for %u positions; each position needs one", values, *count);
+    for (uint32_t i = 1; i < *count; ++i) {
+        if (scratch->knots[i] > scratch->knots[i - 1]) continue;
+        const uint32_t at = cb_list_at(loader, slots[POSITIONS], i);
+        return cb_fail(loader, CB_ERROR_ORDER, at,
+                       "%v is not above the position before it (%v); the box keeps 24 bits, "
+                       "about 7 digits",
+                       at, cb_list_at(loader, slots[POSITIONS], i - 1));
+    }
+    return true;
+}
+
+static bool load_polyline(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
+                          struct cb_curve_config *curve) {
+    const struct cb_load_scratch *scratch = loader->scratch;
+    struct cb_ppoly ppoly;
+    uint32_t count = 0;
+    if (!read_polyline(loader, slots, &count)) return false;
+    if (!cb_take_pool(loader, at, count + 2 * (count - 1), &curve->pool)) return false;
+    float *pool = loader->config->pool + curve->pool;
+    cb_polyline_to_ppoly(scratch->knots, scratch->values, (uint16_t)count, pool, pool + count,
+                         &ppoly);
+    return keep_ppoly(loader, slots[POSITIONS], &ppoly, curve);
+}
+
+/* ---- polynomial ---- */
+
+/* Sum of |a_k u^k| at the larger |u|: what no step of the evaluation exceeds. */
+static float largest_sum(const struct cb_polynomial *polynomial) {
+    const float below = cb_abs(polynomial->from - polynomial->center);
+    const float above = cb_abs(polynomial->to - polynomial->center);
+    const float u = cb_max(below, above) * polynomial->inverse_half_range;
+    float sum = 0.0f;
+    for (int k = polynomial->degree; k >= 0; --k)
+        sum = sum * u + cb_abs(polynomial->coefficients[k]);
+    return sum;
+}
+
+static bool check_polynomial(struct cb_loader *loader, const uint32_t *slots,
+                             const struct cb_curve_config *curve) {
+    const struct cb_polynomial polynomial = {loader->config->pool + curve->pool,
+                                             curve->center,
+                                             curve->inverse_half_range,
+                                             curve->from,
+                                             curve->to,
+                                             curve->degree};
+    if (cb_polynomial_is_finite(&polynomial) &&
+        largest_sum(&polynomial) <= cb_number_of(CB_MOST_NUMBER))
+        return true;
+    return cb_fail(loader, CB_ERROR_RANGE, slots[COEFFICIENTS],
+                   "between from and to its terms exceed 1e9 µm; are center and half_range those "
+                   "of the fit?");
+}
+
+/* Range of the polynomial: as given, else that of its signal. */
+static bool set_range(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
+                      struct cb_curve_config *curve) {
+    const struct cb_signal_config *signal = &loader->config->signals[curve->signal];
+    if (slots[FROM] == CB_ABSENT) curve->from = signal->min;
+    if (slots[TO] == CB_ABSENT) curve->to = signal->max;
+    if (curve->from < curve->to) return true;
+    return cb_fail(loader, CB_ERROR_ORDER, at,
+                   "from is not below to; absent ones are min and max of the signal %s",
+                   signal->name);
+}
+
+static bool load_polynomial(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
+                            struct cb_curve_config *curve) {
+    float *coefficients = loader->scratch->values;
+    uint32_t count = 0;
+    if (!cb_read_numbers(loader, slots[COEFFICIENTS], coefficients, CB_POLYNOMIAL_MAX_DEGREE + 1,
+                         &count))
+        return false;
+    if (count == 0)
+        return cb_fail(loader, CB_ERROR_RANGE, slots[COEFFICIENTS],
+                       "a polynomial has at least one coefficient");
+    if (!set_range(loader, at, slots, curve)) return false;
+    if (!cb_take_pool(loader, at, count, &curve->pool)) return false;
+    memcpy(loader->config->pool + curve->pool, coefficients, count * sizeof *coefficients);
+    curve->degree = (uint8_t)(count - 1);
+    curve->spans = 1;
+    curve->inverse_half_range = 1.0f / curve->inverse_half_range;
+    return check_polynomial(loader, slots, curve);
+}
+
+/* ---- as terms ---- */
+
+bool cb_load_bspline(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
+                     struct cb_term_config *term) {
+    return cb_read_signal(loader, slots[SIGNAL], &term->as.curve.signal) &&
+           load_bspline(loader, at, slots, &term->as.curve);
+}
+
+bool cb_load_polyline(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
+                      struct cb_term_config *term) {
+    return cb_read_signal(loader, slots[SIGNAL], &term->as.curve.signal) &&
+           load_polyline(loader, at, slots, &term->as.curve);
+}
+
+bool cb_load_polynomial(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
+                        struct cb_term_config *term) {
+    return cb_read_signal(loader, slots[SIGNAL], &term->as.curve.signal) &&
+           load_polynomial(loader, at, slots, &term->as.curve);
+}

@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: MIT
+ * coefficients.json to struct cb_config: the one loader, on every target (docs/DESIGN.md §6). */
+#ifndef COMPBOX_FIRMWARE_CONFIG_LOAD_H
+#define COMPBOX_FIRMWARE_CONFIG_LOAD_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "firmware/config.h"
+#include "firmware/error.h"
+
+/* What the target can do; the loader refuses a file that needs more. */
+struct cb_target {
+    const char *name;   /* for messages: "compboxd", "compbox-stm32f405" */
+    uint8_t sources;    /* bit set of 1 << enum cb_signal_source */
+    uint8_t transports; /* bit set of 1 << enum cb_transport */
+};
+
+/* One sentence for a person: `terms[3].knots[7]: 1.25 is below the knot before it (1.30)`.
+ * The caller adds the file's name in front and `, line N` behind. */
+struct cb_message {
+    char text[224];  /* path, colon, sentence; always ended by 0 */
+    uint32_t line;   /* 1-based; 0: no place (an empty file) */
+    uint32_t column; /* 1-based, in bytes */
+};
+
+/* Memory of the loader while it works; nothing in it is needed afterwards. */
+struct cb_load_scratch {
+    float knots[CB_MAX_CURVE_POINTS + 8]; /* knots or positions of the curve being read */
+    float values[CB_MAX_CURVE_POINTS];    /* its control points, values or coefficients */
+    struct {                              /* the network being read; sizes as in models/bpnet.h */
+        float hidden_weights[64 * 64], hidden_bias[64];
+        float output_weights[8 * 64], output_bias[8];
+        float linear_weights[8 * 64];
+        float input_center[64], input_scale[64], output_center[8], output_scale[8];
+        float min[64], max[64], margin[64], fade[64];
+    } net;
+    uint8_t read_user[CB_MAX_READ_REGISTERS]; /* what each register is used for */
+    uint8_t write_user[CB_MAX_WRITE_REGISTERS];
+    char bus[CB_NAME_SIZE]; /* name of the sensor bus, once a signal has named it */
+};
+_Static_assert(sizeof(struct cb_load_scratch) < 32 * 1024, "the loader's scratch memory");
+
+/* in : text[length], need not end with 0; target, scratch and message not NULL
+ * out: CB_OK and *config complete, or the error and the first mistake in *message; *config is then
+ *      undefined and must not be run
+ * No heap, no recursion, no libc; time linear in length. */
+enum cb_error cb_config_load(struct cb_config *config, const char *text, size_t length,
+                             const struct cb_target *target, struct cb_load_scratch *scratch,
+                             struct cb_message *message);
+
+#endif

@@ -1,0 +1,192 @@
+/* SPDX-License-Identifier: MIT
+ * The section "plc": the control, the wire, and where the fixed registers are. */
+#include "firmware/config_host.h"
+#include "firmware/config_objects.h"
+#include "firmware/config_registers.h"
+
+#define AT(member) .offset = offsetof(struct cb_plc_config, member)
+#define BLOCK_AT(member) .offset = offsetof(struct cb_block_config, member)
+
+/* Exchanges that a control answers, as bit sets of 1 << enum cb_exchange
+ * (docs/coefficient-file.md, "Profiles"). */
+static const uint8_t PROFILE_EXCHANGES[] = {
+    [CB_PROFILE_GENERIC] = 1u << CB_EXCHANGE_FC3_FC16 | 1u << CB_EXCHANGE_FC23,
+    [CB_PROFILE_SINUMERIK_840D] = 1u << CB_EXCHANGE_FC3_FC16,
+    [CB_PROFILE_FANUC] = 1u << CB_EXCHANGE_FC3_FC16 | 1u << CB_EXCHANGE_FC23,
+};
+
+static const struct cb_word PROFILE_WORDS[] = {
+    {"generic", CB_PROFILE_GENERIC},
+    {"sinumerik-840d", CB_PROFILE_SINUMERIK_840D},
+    {"fanuc", CB_PROFILE_FANUC},
+    {0, 0},
+};
+
+static const struct cb_word EXCHANGE_WORDS[] = {
+    {"fc3+fc16", CB_EXCHANGE_FC3_FC16}, {"fc23", CB_EXCHANGE_FC23}, {0, 0}};
+
+enum {
+    PROFILE,
+    TRANSPORT,
+    EXCHANGE,
+    READ,
+    WRITE,
+    CONTROL,
+    PLC_HEARTBEAT,
+    STATUS,
+    BOX_HEARTBEAT,
+    HEARTBEAT_TIMEOUT,
+    REFERENCED_BITS,
+    PLC_KEYS
+};
+
+static const struct cb_field PLC_FIELDS[PLC_KEYS] = {
+    [PROFILE] = {"profile", CB_FIELD_WORD, true, AT(profile), .words = PROFILE_WORDS},
+    [TRANSPORT] = {"transport", CB_FIELD_OBJECT, true, CB_NOT_STORED},
+    [EXCHANGE] = {"exchange", CB_FIELD_WORD, false, AT(exchange), .words = EXCHANGE_WORDS,
+                  .otherwise = "fc3+fc16"},
+    [READ] = {"read", CB_FIELD_OBJECT, true, CB_NOT_STORED},
+    [WRITE] = {"write", CB_FIELD_OBJECT, true, CB_NOT_STORED},
+    [CONTROL] = {"control", CB_FIELD_UINT16, true, AT(control), .least = "0", .most = "65535"},
+    [PLC_HEARTBEAT] = {"plc_heartbeat", CB_FIELD_UINT16, true, AT(plc_heartbeat), .least = "0",
+                       .most = "65535"},
+    [STATUS] = {"status", CB_FIELD_UINT16, true, AT(status), .least = "0", .most = "65535"},
+    [BOX_HEARTBEAT] = {"box_heartbeat", CB_FIELD_UINT16, true, AT(box_heartbeat), .least = "0",
+                       .most = "65535"},
+    [HEARTBEAT_TIMEOUT] = {"heartbeat_timeout_ms", CB_FIELD_UINT32, true, AT(heartbeat_timeout_ms),
+                           .least = "1", .most = "60000"},
+    [REFERENCED_BITS] = {"referenced_bits", CB_FIELD_ARRAY, false, CB_NOT_STORED},
+};
+const struct cb_object cb_plc_object = {PLC_FIELDS, PLC_KEYS};
+
+enum { TRANSPORT_TCP, TRANSPORT_RTU, TRANSPORT_KEYS };
+static const struct cb_field TRANSPORT_FIELDS[TRANSPORT_KEYS] = {
+    [TRANSPORT_TCP] = {"tcp", CB_FIELD_OBJECT, false, CB_NOT_STORED},
+    [TRANSPORT_RTU] = {"rtu", CB_FIELD_LATER, false, CB_NOT_STORED},
+};
+const struct cb_object cb_transport_object = {TRANSPORT_FIELDS, TRANSPORT_KEYS};
+
+enum { TCP_HOST, TCP_PORT, TCP_UNIT, TCP_KEYS };
+static const struct cb_field TCP_FIELDS[TCP_KEYS] = {
+    [TCP_HOST] = {"host", CB_FIELD_TEXT, true, AT(host),
+                  .size = sizeof(((struct cb_plc_config *)0)->host)},
+    [TCP_PORT] = {"port", CB_FIELD_UINT16, false, AT(port), .least = "1", .most = "65535",
+                  .otherwise = "502"},
+    [TCP_UNIT] = {"unit", CB_FIELD_UINT8, false, AT(unit), .least = "0", .most = "255",
+                  .otherwise = "1"},
+};
+const struct cb_object cb_tcp_object = {TCP_FIELDS, TCP_KEYS};
+
+enum { BLOCK_START, BLOCK_COUNT, BLOCK_COUNTERS, BLOCK_KEYS };
+static const struct cb_field READ_FIELDS[BLOCK_KEYS] = {
+    [BLOCK_START] = {"start", CB_FIELD_UINT16, true, BLOCK_AT(start), .least = "0",
+                     .most = "65535"},
+    [BLOCK_COUNT] = {"count", CB_FIELD_UINT16, true, BLOCK_AT(count), .least = "2", .most = "125"},
+    [BLOCK_COUNTERS] = {"counters", CB_FIELD_BOOL, false, BLOCK_AT(counters), .otherwise = "false"},
+};
+static const struct cb_field WRITE_FIELDS[BLOCK_KEYS] = {
+    [BLOCK_START] = {"start", CB_FIELD_UINT16, true, BLOCK_AT(start), .least = "0",
+                     .most = "65535"},
+    [BLOCK_COUNT] = {"count", CB_FIELD_UINT16, true, BLOCK_AT(count), .least = "2", .most = "121"},
+    [BLOCK_COUNTERS] = {"counters", CB_FIELD_BOOL, false, BLOCK_AT(counters), .otherwise = "false"},
+};
+const struct cb_object cb_read_block_object = {READ_FIELDS, BLOCK_KEYS};
+const struct cb_object cb_write_block_object = {WRITE_FIELDS, BLOCK_KEYS};
+_Static_assert(CB_MAX_READ_REGISTERS == 125 && CB_MAX_WRITE_REGISTERS == 121,
+               "the tables above say the same");
+
+static bool read_tcp(struct cb_loader *loader, uint32_t at) {
+    struct cb_plc_config *plc = &loader->config->plc;
+    uint32_t slots[TCP_KEYS];
+    if (!cb_read_object(loader, at, &cb_tcp_object, plc, slots)) return false;
+    if (!cb_is_numeric_address(plc->host))
+        return cb_fail(loader, CB_ERROR_RANGE, slots[TCP_HOST],
+                       "%v is no IPv4 or IPv6 address in numbers; names are not resolved",
+                       slots[TCP_HOST]);
+    return true;
+}
+
+static bool read_transport(struct cb_loader *loader, uint32_t at) {
+    uint32_t slots[TRANSPORT_KEYS];
+    if (!cb_read_object(loader, at, &cb_transport_object, 0, slots)) return false;
+    if (slots[TRANSPORT_TCP] == CB_ABSENT)
+        return cb_fail(loader, CB_ERROR_KEY, at, "the key tcp is missing");
+    loader->config->plc.transport = CB_TRANSPORT_TCP;
+    if (!(loader->target->transports & 1u << CB_TRANSPORT_TCP))
+        return cb_fail(loader, CB_ERROR_PROFILE, slots[TRANSPORT_TCP], "%s has no network",
+                       loader->target->name);
+    return read_tcp(loader, slots[TRANSPORT_TCP]);
+}
+
+static bool read_block(struct cb_loader *loader, uint32_t at, const struct cb_object *object,
+                       struct cb_block_config *block) {
+    uint32_t slots[BLOCK_KEYS];
+    if (!cb_read_object(loader, at, object, block, slots)) return false;
+    if (block->start + block->count > 65536)
+        return cb_fail(loader, CB_ERROR_RANGE, slots[BLOCK_COUNT],
+                       "%v registers from %v on reach beyond 65535", slots[BLOCK_COUNT],
+                       slots[BLOCK_START]);
+    return true;
+}
+
+static bool read_referenced_bits(struct cb_loader *loader, uint32_t at) {
+    uint16_t *mask = &loader->config->plc.referenced_mask;
+    struct cb_list list = cb_list(loader, at);
+    *mask = 0;
+    while (cb_list_next(&list)) {
+        uint32_t bit = 0;
+        if (!cb_read_whole(loader, list.at, "0", "15", &bit)) return false;
+        if (bit == 0 || bit == 2 || bit == 3)
+            return cb_fail(loader, CB_ERROR_RANGE, list.at,
+                           "bit %v has another meaning; use 1 or 4 to 15", list.at);
+        if (*mask & 1u << bit)
+            return cb_fail(loader, CB_ERROR_RANGE, list.at, "bit %v stands here twice", list.at);
+        *mask = (uint16_t)(*mask | 1u << bit);
+    }
+    if (*mask == 0)
+        return cb_fail(loader, CB_ERROR_RANGE, at,
+                       "at least one bit must say that the axes are referenced");
+    return true;
+}
+
+static bool check_profile(struct cb_loader *loader, const uint32_t *slots) {
+    const struct cb_plc_config *plc = &loader->config->plc;
+    if (PROFILE_EXCHANGES[plc->profile] & 1u << plc->exchange) return true;
+    return cb_fail(loader, CB_ERROR_PROFILE, slots[EXCHANGE],
+                   "%v is nothing that %v answers; use \"fc3+fc16\"", slots[EXCHANGE],
+                   slots[PROFILE]);
+}
+
+static bool check_timeout(struct cb_loader *loader, uint32_t at) {
+    const struct cb_config *config = loader->config;
+    if (config->plc.heartbeat_timeout_ms * 1000u >= config->period_us) return true;
+    return cb_fail(loader, CB_ERROR_RANGE, at, "%v is shorter than one period", at);
+}
+
+/* Takes the four registers that are there in every file. */
+static bool take_fixed(struct cb_loader *loader, const uint32_t *slots) {
+    struct cb_plc_config *plc = &loader->config->plc;
+    const uint8_t type = CB_NUMBER_UINT16;
+    cb_take_counters(loader);
+    return cb_take_read(loader, slots[CONTROL], type, CB_USER_CONTROL, &plc->control) &&
+           cb_take_read(loader, slots[PLC_HEARTBEAT], type, CB_USER_PLC_HEARTBEAT,
+                        &plc->plc_heartbeat) &&
+           cb_take_write(loader, slots[STATUS], type, CB_USER_STATUS, &plc->status) &&
+           cb_take_write(loader, slots[BOX_HEARTBEAT], type, CB_USER_BOX_HEARTBEAT,
+                         &plc->box_heartbeat);
+}
+
+bool cb_load_plc(struct cb_loader *loader, uint32_t at) {
+    struct cb_plc_config *plc = &loader->config->plc;
+    uint32_t slots[PLC_KEYS];
+    plc->referenced_mask = 1u << 1;
+    if (!cb_read_object(loader, at, &cb_plc_object, plc, slots)) return false;
+    if (!read_transport(loader, slots[TRANSPORT])) return false;
+    if (!read_block(loader, slots[READ], &cb_read_block_object, &plc->read)) return false;
+    if (!read_block(loader, slots[WRITE], &cb_write_block_object, &plc->write)) return false;
+    if (slots[REFERENCED_BITS] != CB_ABSENT &&
+        !read_referenced_bits(loader, slots[REFERENCED_BITS]))
+        return false;
+    return check_profile(loader, slots) && check_timeout(loader, slots[HEARTBEAT_TIMEOUT]) &&
+           take_fixed(loader, slots);
+}

@@ -1,0 +1,19 @@
+/* SPDX-License-Identifier: MIT
+ * Texts inside JSON: quotes, escapes, UTF-8. Used by json.c. */
+#ifndef COMPBOX_FIRMWARE_JSON_TEXT_H
+#define COMPBOX_FIRMWARE_JSON_TEXT_H
+
+#include <stdint.h>
+
+/* in : text[*at] is the opening quote
+ * out: NULL and *at behind the closing quote; or a sentence and *at at the byte that is wrong */
+const char *cb_json_scan_string(const char *text, uint32_t length, uint32_t *at);
+
+/* Bytes of the UTF-8 character that begins at text[at] (RFC 3629: no overlong forms, no surrogates,
+ * nothing above U+10FFFF); 0 when it is not valid. at < length. */
+uint32_t cb_utf8_length(const char *text, uint32_t length, uint32_t at);
+
+/* Value of a hexadecimal digit; 16 for any other byte. */
+uint32_t cb_hex_digit(char c);
+
+#endif

@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/lags.h"
+
+#include "models/num.h"
+
+/* out: seconds, to float32; times beyond 25 days count as that. Above half an hour in units of
+ *      1024 µs, because a 64-bit conversion would need a library. */
+static float seconds(int64_t us) {
+    if (us <= INT32_MAX) return (float)(int32_t)us * 1e-6f;
+    const int64_t slow = us >> 10;
+    return (float)(int32_t)(slow < INT32_MAX ? slow : INT32_MAX) * 1.024e-3f;
+}
+
+/* Moves one lag to its signal's newest value. A clock that went backward moves nothing. */
+static void follow(const struct cb_signal_config *lag, const struct cb_signal_state *signal,
+                   struct cb_signal_state *state) {
+    const float u = lag->power == 2 ? signal->value * signal->value : signal->value;
+    const int64_t elapsed_us = signal->time_us - state->time_us;
+    if (!state->settled) {
+        cb_lag_start(&state->lag, u);
+    } else if (elapsed_us != 0) {
+        const float dt_s = elapsed_us > 0 ? seconds(elapsed_us) : 0.0f;
+        cb_lag_step(&state->lag, cb_lag_gains_for(dt_s, lag->tau_s), u);
+    }
+    state->value = cb_clamp(state->lag.hi, lag->min, lag->max);
+    state->time_us = signal->time_us;
+    state->known = state->settled = true;
+}
+
+void cb_lags_follow(const struct cb_config *config, struct cb_signal_state *states) {
+    for (unsigned i = 0; i < config->lags_count; ++i) {
+        const unsigned index = config->lags[i];
+        const struct cb_signal_config *lag = &config->signals[index];
+        const struct cb_signal_state *signal = &states[lag->lag_of];
+        if (signal->known) follow(lag, signal, &states[index]);
+    }
+}

@@ -1,0 +1,288 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What must hold, for each channel with slew rate s, period P, limit L, register unit u:
+ *
+ *   (1) |o| <= L                          for every output o;
+ *   (2) |o - h| <= s min(t - t_h, 2P)     for every value h that the PLC may hold, put there by the
+ *                                         step at t_h; plus u where a step allows less than u;
+ *   (3) |a - b| <= D                      for the two channels of a pair.
+ *
+ * Rules. Let q be the last output, made d = t - t_q ago, and [m, M] the interval that holds every
+ * value the PLC may hold. The new output o is chosen with
+ *
+ *   (A) |o - q| <= s min(d, 2P)          (B) M - 2Ps <= o <= m + 2Ps          (C) (1) and (3)
+ *
+ * Why (2) follows. Every h was once an output, q = h at t_h. The outputs since then went from h
+ * to o in steps that obey (A), whose sum is at most s (t - t_h); with (B) it is at most
+ * s min(t - t_h, 2P). It does not matter which of the writes between arrived.
+ *
+ * Why a choice always exists: q itself. It satisfied (B) and (C) when it was made, and the interval
+ * since grew by nothing but q. So "stay" is always allowed, and every rule below only shortens
+ * a movement that starts at q:
+ *   - (1), (A), (B) are intervals that hold q, so clamping to them keeps the rest;
+ *   - (3): let target and q both satisfy it. Each channel ends between its q and its target. If the
+ *     difference then is too large, exactly one of the two moved in the direction that widens it
+ *     (had both, the targets would differ by even more); this one stops where the difference is D,
+ *     which is between its q and where it was.
+ * A pair is written in one request, so what the PLC holds of it is always the outputs of one step.
+ *
+ * The grid. A register holds whole units. An output moves by whole units and never further than
+ * (A) allows; what is left is carried to the next step, so that a ramp keeps its rate. Where (A)
+ * allows less than one unit, one unit is taken once steps have earned it: q + carry obeys (A),
+ * and the output follows it at less than a unit's distance, hence the u in (2).
+ *
+ * All sums are float32: "allowed" is meant to SLACK of the numbers involved, so that 15.00 + 15.00
+ * is 30.00 and not one unit less. (1) is exact: targets are chosen inside, and none is passed.
+ *
+ * After a reload (box_adopt.c) q may lie outside new limits. The output then moves towards them at
+ * the slew rate, and the clamps below let q be.
+ */
+#include "firmware/limiter.h"
+
+#include "firmware/registers.h"
+#include "models/num.h"
+
+/* More units than this are not counted: float32 is then about as coarse as the register. */
+static const float FINEST_GRID = 1048576.0f; /* 2^20 */
+
+/* Rounding of a few float32 operations, relative. */
+static const float SLACK = 2.0f * FLT_EPSILON; /* 2^-22 */
+
+float cb_limiter_unit_um(const struct cb_channel_config *channel) {
+    const bool counted =
+        cb_number_is_integer(channel->type) && channel->limit_um < FINEST_GRID * channel->scale;
+    return counted ? channel->scale : 0.0f;
+}
+
+/* out: the last grid value on the way from `from_um` (on the grid) to um */
+static float grid_before(float unit_um, float um, float from_um) {
+    if (!(unit_um > 0.0f)) return um;
+    const float slack_um = (cb_abs(um) + cb_abs(from_um)) * SLACK;
+    int32_t units = cb_round(um / unit_um);
+    const float beyond_um = (float)units * unit_um - um;
+    if (um >= from_um && beyond_um > slack_um) --units;
+    if (um < from_um && -beyond_um > slack_um) ++units;
+    return (float)units * unit_um;
+}
+
+/* The limit, or just inside it where the output is not counted in units: division by the scale,
+ * rounding and the PLC's multiplication could together end just outside. */
+static float reachable_limit_um(const struct cb_channel_config *channel, float unit_um) {
+    const bool as_is = channel->scale == 1.0f && !cb_number_is_integer(channel->type);
+    const bool exact = unit_um > 0.0f || as_is;
+    return exact ? channel->limit_um : channel->limit_um * (1.0f - 1.0f / FINEST_GRID);
+}
+
+float cb_limiter_nearest(const struct cb_channel_config *channel, float um) {
+    const float unit_um = cb_limiter_unit_um(channel);
+    const float most_um = reachable_limit_um(channel, unit_um);
+    const float inside_um = um == um ? cb_clamp(um, -most_um, most_um) : 0.0f;
+    if (!(unit_um > 0.0f)) return inside_um;
+    const int32_t units = cb_round(inside_um / unit_um);
+    const float value_um = (float)units * unit_um;
+    if (cb_abs(value_um) <= channel->limit_um) return value_um;
+    return (float)(units > 0 ? units - 1 : units + 1) * unit_um;
+}
+
+/* The largest value that the register can say within the limit. */
+static float top_um(const struct cb_channel_config *channel) {
+    return cb_limiter_nearest(channel, FLT_MAX);
+}
+
+void cb_limiter_written(const struct cb_config *config, struct cb_channel_state *channels,
+                        enum cb_write_result result) {
+    for (unsigned i = 0; i < config->channels_count; ++i) {
+        struct cb_channel_state *state = &channels[i];
+        switch (result) {
+            case CB_WRITE_OK:
+                state->possible_min_um = state->possible_max_um = state->sent_um;
+                break;
+            case CB_WRITE_UNKNOWN:
+                state->possible_min_um = cb_min(state->possible_min_um, state->sent_um);
+                state->possible_max_um = cb_max(state->possible_max_um, state->sent_um);
+                break;
+            case CB_WRITE_NONE:
+            case CB_WRITE_FAILED:
+            case CB_WRITE_REFUSED:
+                break;
+        }
+    }
+}
+
+/* Whether upper is more than `most` above lower. */
+static bool too_far(float upper_um, float lower_um, float most) {
+    return upper_um - lower_um > most + (cb_abs(upper_um) + cb_abs(lower_um)) * SLACK;
+}
+
+static bool apart(float a_um, float b_um, float most) {
+    return too_far(a_um, b_um, most) || too_far(b_um, a_um, most);
+}
+
+/* Brings two targets, each inside its own limit, within the pair's difference: both give way by the
+ * same amount where their limits let them, so that the centre of the stage stays where it was. */
+static void give_way(const struct cb_config *config, const struct cb_pair_config *pair, float *a_um,
+                     float *b_um) {
+    const float most = pair->max_difference_um;
+    const float a_most = top_um(&config->channels[pair->b]) + most;
+    const float b_most = top_um(&config->channels[pair->a]) + most;
+    *a_um = cb_clamp(*a_um, -a_most, a_most);
+    *b_um = cb_clamp(*b_um, -b_most, b_most);
+    const float excess = cb_abs(*a_um - *b_um) - most;
+    if (!(excess > 0.0f)) return;
+    const float give = *a_um > *b_um ? 0.5f * excess : -0.5f * excess;
+    *a_um -= give;
+    *b_um += give;
+}
+
+/* in : two targets on their grids that rounding left more than `most` apart
+ * out: the larger one is taken back towards the other: so it stays inside its limit */
+static void take_back(float a_unit_um, float b_unit_um, float most, float *a_um, float *b_um) {
+    const float way = *a_um > *b_um ? most : -most;
+    if (cb_abs(*a_um) > cb_abs(*b_um))
+        *a_um = grid_before(a_unit_um, *b_um + way, *b_um);
+    else
+        *b_um = grid_before(b_unit_um, *a_um - way, *a_um);
+}
+
+/* in : targets on the grid, inside the limits of value
+ * out: those of pairs also within their difference, still on the grid */
+static void join_targets(const struct cb_config *config, struct cb_counters *counters,
+                         float *target_um) {
+    for (unsigned i = 0; i < config->pairs_count; ++i) {
+        const struct cb_pair_config *pair = &config->pairs[i];
+        const float most = pair->max_difference_um;
+        const struct cb_channel_config *a = &config->channels[pair->a];
+        const struct cb_channel_config *b = &config->channels[pair->b];
+        float *a_um = &target_um[pair->a], *b_um = &target_um[pair->b];
+        if (!apart(*a_um, *b_um, most)) continue;
+        ++counters->pairs_limited;
+        give_way(config, pair, a_um, b_um);
+        *a_um = cb_limiter_nearest(a, *a_um);
+        *b_um = cb_limiter_nearest(b, *b_um);
+        if (apart(*a_um, *b_um, most))
+            take_back(cb_limiter_unit_um(a), cb_limiter_unit_um(b), most, a_um, b_um);
+    }
+}
+
+/* The interval that (A), (B) and (1) leave to the next output; it holds the last one. */
+struct room {
+    float low_um, high_um;
+};
+
+static struct room room_of(const struct cb_channel_config *channel,
+                           const struct cb_channel_state *state, const struct cb_motion *motion) {
+    const float unit_um = cb_limiter_unit_um(channel);
+    const float allowed_um = channel->slew_um_per_s * motion->elapsed_s;
+    /* below one unit, goal_um() is what keeps (A): it moves no further than allowed */
+    const float step_um = allowed_um < unit_um ? 2.0f * unit_um : allowed_um;
+    const float last_um = state->output_um;
+    struct room room = {last_um - step_um, last_um + step_um};
+    if (motion->writing) {
+        const float reach_um = cb_max(channel->slew_um_per_s * motion->max_s, unit_um);
+        room.low_um = cb_max(room.low_um, state->possible_max_um - reach_um);
+        room.high_um = cb_min(room.high_um, state->possible_min_um + reach_um);
+    }
+    room.low_um = cb_min(cb_max(room.low_um, -top_um(channel)), last_um);
+    room.high_um = cb_max(cb_min(room.high_um, top_um(channel)), last_um);
+    return room;
+}
+
+/* Where the unrounded output would go by its rate alone. */
+static float goal_um(const struct cb_channel_config *channel, const struct cb_channel_state *state,
+                     float target_um, const struct cb_motion *motion) {
+    const float slew = channel->slew_um_per_s, ramp = motion->ramp_um_per_s;
+    const float step_um = (ramp > 0.0f ? cb_min(ramp, slew) : slew) * motion->elapsed_s;
+    const float rest_um = target_um - state->output_um - state->carry_um;
+    if (cb_abs(rest_um) <= step_um) return target_um;
+    return state->output_um + (state->carry_um + (rest_um > 0.0f ? step_um : -step_um));
+}
+
+/* The next output of a channel by itself, on the grid. */
+static float next_um(const struct cb_channel_config *channel, const struct cb_channel_state *state,
+                     float goal, const struct cb_motion *motion) {
+    const struct room room = room_of(channel, state, motion);
+    const float inside_um = cb_clamp(goal, room.low_um, room.high_um);
+    return grid_before(cb_limiter_unit_um(channel), inside_um, state->output_um);
+}
+
+/* What is left of the way to the goal when it is less than a unit; an output that was held back
+ * starts afresh. */
+static float carry_um(const struct cb_channel_config *channel, float goal, float output_um) {
+    const float rest_um = goal - output_um;
+    return cb_abs(rest_um) < cb_limiter_unit_um(channel) ? rest_um : 0.0f;
+}
+
+/* Rule (3), when the upper channel of a pair is more than `most` above the lower one: the one that
+ * moved and widened it stops earlier. `upper` and `lower` are what the outputs were. */
+static void wait_for_other(float upper_unit_um, float lower_unit_um, float most,
+                           const struct cb_channel_state *upper,
+                           const struct cb_channel_state *lower, float *upper_um, float *lower_um) {
+    if (*upper_um > upper->output_um) {
+        const float stop_um = grid_before(upper_unit_um, *lower_um + most, upper->output_um);
+        *upper_um = cb_max(upper->output_um, stop_um);
+    } else if (*lower_um < lower->output_um) {
+        const float stop_um = grid_before(lower_unit_um, *upper_um - most, lower->output_um);
+        *lower_um = cb_min(lower->output_um, stop_um);
+    }
+}
+
+/* in : next outputs of all channels, each by itself
+ * out: pairs within their difference wherever the last outputs were */
+static void join_outputs(const struct cb_config *config, const struct cb_channel_state *channels,
+                         float *output_um) {
+    for (unsigned i = 0; i < config->pairs_count; ++i) {
+        const struct cb_pair_config *pair = &config->pairs[i];
+        const float most = pair->max_difference_um;
+        const struct cb_channel_state *a = &channels[pair->a], *b = &channels[pair->b];
+        const float a_unit_um = cb_limiter_unit_um(&config->channels[pair->a]);
+        const float b_unit_um = cb_limiter_unit_um(&config->channels[pair->b]);
+        float *a_um = &output_um[pair->a], *b_um = &output_um[pair->b];
+        if (too_far(*a_um, *b_um, most))
+            wait_for_other(a_unit_um, b_unit_um, most, a, b, a_um, b_um);
+        else if (too_far(*b_um, *a_um, most))
+            wait_for_other(b_unit_um, a_unit_um, most, b, a, b_um, a_um);
+        /* only where a unit is coarser than the difference: both stay */
+        if (apart(*a_um, *b_um, most) && !apart(a->output_um, b->output_um, most)) {
+            *a_um = a->output_um;
+            *b_um = b->output_um;
+        }
+    }
+}
+
+void cb_limiter_step(const struct cb_config *config, struct cb_channel_state *channels,
+                     struct cb_counters *counters, const float *target_um,
+                     const struct cb_motion *motion) {
+    float target[CB_MAX_CHANNELS], goal[CB_MAX_CHANNELS], output[CB_MAX_CHANNELS];
+    for (unsigned i = 0; i < config->channels_count; ++i)
+        target[i] = cb_limiter_nearest(&config->channels[i], target_um[i]);
+    join_targets(config, counters, target);
+    for (unsigned i = 0; i < config->channels_count; ++i) {
+        goal[i] = goal_um(&config->channels[i], &channels[i], target[i], motion);
+        output[i] = next_um(&config->channels[i], &channels[i], goal[i], motion);
+    }
+    join_outputs(config, channels, output);
+    for (unsigned i = 0; i < config->channels_count; ++i) {
+        channels[i].output_um = output[i];
+        channels[i].carry_um = carry_um(&config->channels[i], goal[i], output[i]);
+        if (motion->writing) channels[i].sent_um = output[i];
+        counters->outputs_slewed += output[i] != target[i];
+    }
+}
+
+void cb_limiter_place(const struct cb_config *config, struct cb_channel_state *channels,
+                      const struct cb_start *start) {
+    float place_um[CB_MAX_CHANNELS];
+    struct cb_counters ignored = {0};
+    for (unsigned i = 0; i < config->channels_count; ++i)
+        place_um[i] = cb_limiter_nearest(&config->channels[i], start[i].um);
+    join_targets(config, &ignored, place_um);
+    for (unsigned i = 0; i < config->channels_count; ++i) {
+        struct cb_channel_state *state = &channels[i];
+        state->output_um = state->sent_um = place_um[i];
+        const float low_um = start[i].certain ? place_um[i] : state->possible_min_um;
+        const float high_um = start[i].certain ? place_um[i] : state->possible_max_um;
+        state->possible_min_um = cb_min(low_um, place_um[i]);
+        state->possible_max_um = cb_max(high_um, place_um[i]);
+        state->carry_um = 0.0f;
+    }
+}

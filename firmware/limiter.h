@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: MIT
+ * The last stage: every output passes here, whatever the mode, the file and the faults.
+ *
+ * It knows what the PLC may hold. After a write that got no answer that is not one value but
+ * several; the next output is chosen so that it is within every limit from each of them. The rules
+ * and why they hold: limiter.c. */
+#ifndef COMPBOX_FIRMWARE_LIMITER_H
+#define COMPBOX_FIRMWARE_LIMITER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/config.h"
+#include "firmware/counters.h"
+#include "firmware/io.h"
+
+/* One output. All values are in µm on the grid of the register: whole multiples of its unit. */
+struct cb_channel_state {
+    float wanted_um; /* -sum of outputs, before limits and grid */
+    float output_um; /* what the registers say */
+    float carry_um;  /* progress towards the next grid value: |carry| < one unit */
+    float possible_min_um, possible_max_um; /* the PLC holds a value in this interval */
+    float sent_um;                          /* last output that was handed to a write */
+};
+
+/* How far outputs may move in one step. */
+struct cb_motion {
+    float elapsed_s;     /* since the step before; 0 … 2 periods */
+    float max_s;         /* 2 periods */
+    float ramp_um_per_s; /* > 0: outputs move at this rate where it is below their slew rate; 0:
+                            slew */
+    bool writing; /* the output will be written; false: the PLC is out of reach, no interval */
+};
+
+/* Takes note of how the write of all outputs of the step before ended. */
+void cb_limiter_written(const struct cb_config *config, struct cb_channel_state *channels,
+                        enum cb_write_result result);
+
+/* in : target_um[channels]: any floats; NaN counts as 0
+ * out: every output moved towards its target: |output| <= limit, pairs within their difference,
+ *      change within slew * elapsed from the last output and slew * 2 periods from all that the
+ *      PLC may hold (plus one unit of the register where a step is less than that) */
+void cb_limiter_step(const struct cb_config *config, struct cb_channel_state *channels,
+                     struct cb_counters *counters, const float *target_um,
+                     const struct cb_motion *motion);
+
+/* Where an output goes on from. */
+struct cb_start {
+    float um;     /* any float */
+    bool certain; /* the PLC holds or applies it; false: what it may hold stays as it was */
+};
+
+/* Puts the outputs where the PLC is: start[channels], forced into the limits of value and pairs. */
+void cb_limiter_place(const struct cb_config *config, struct cb_channel_state *channels,
+                      const struct cb_start *start);
+
+/* The value nearest to um that the channel's register can say and whose size is <= limit. */
+float cb_limiter_nearest(const struct cb_channel_config *channel, float um);
+
+/* One unit of the channel's register in µm; 0 where it is as fine as float32. */
+float cb_limiter_unit_um(const struct cb_channel_config *channel);
+
+#endif

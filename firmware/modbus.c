@@ -1,0 +1,92 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/modbus.h"
+
+#include <stdbool.h>
+
+enum {
+    MAX_READ = 125,
+    MAX_WRITE = 123,
+    MAX_WRITE_READ = 121,
+    EXCEPTION_BIT = 0x80,
+};
+
+/* Big-endian, as everything in Modbus. Returns the place behind the number. */
+static uint8_t *put_u16(uint8_t *at, uint16_t value) {
+    at[0] = (uint8_t)(value >> 8);
+    at[1] = (uint8_t)(value & 0xFF);
+    return at + 2;
+}
+
+static uint16_t get_u16(const uint8_t *at) {
+    return (uint16_t)(at[0] << 8 | at[1]);
+}
+
+static bool within(uint16_t count, uint16_t max) {
+    return count >= 1 && count <= max;
+}
+
+/* Byte count and registers, as in the tail of FC16 and FC23. */
+static uint8_t *put_registers(uint8_t *at, const struct cb_modbus_request *request) {
+    *at++ = (uint8_t)(2 * request->write_count);
+    for (uint16_t i = 0; i < request->write_count; i++)
+        at = put_u16(at, request->write_registers[i]);
+    return at;
+}
+
+static bool encodable(const struct cb_modbus_request *request) {
+    switch (request->function) {
+        case CB_MODBUS_READ:
+            return within(request->read_count, MAX_READ);
+        case CB_MODBUS_WRITE:
+            return within(request->write_count, MAX_WRITE);
+        case CB_MODBUS_WRITE_READ:
+            return within(request->read_count, MAX_READ) &&
+                   within(request->write_count, MAX_WRITE_READ);
+        default:
+            return false;
+    }
+}
+
+size_t cb_modbus_encode(const struct cb_modbus_request *request, uint8_t *pdu) {
+    if (!encodable(request)) return 0;
+    uint8_t *at = pdu;
+    *at++ = request->function;
+    if (request->function != CB_MODBUS_WRITE) {
+        at = put_u16(at, request->read_start);
+        at = put_u16(at, request->read_count);
+    }
+    if (request->function != CB_MODBUS_READ) {
+        at = put_u16(at, request->write_start);
+        at = put_u16(at, request->write_count);
+        at = put_registers(at, request);
+    }
+    return (size_t)(at - pdu);
+}
+
+/* FC16: the reply repeats where and how many. */
+static bool echo_matches(const struct cb_modbus_request *request, const uint8_t *pdu,
+                         size_t length) {
+    return length == 5 && get_u16(pdu + 1) == request->write_start &&
+           get_u16(pdu + 3) == request->write_count;
+}
+
+/* FC3, FC23: the stated byte count, the frame's length and what was asked must agree. */
+static bool data_matches(const struct cb_modbus_request *request, const uint8_t *pdu,
+                         size_t length) {
+    size_t bytes = (size_t)2 * request->read_count;
+    return length == 2 + bytes && pdu[1] == bytes;
+}
+
+enum cb_modbus_answer cb_modbus_decode(const struct cb_modbus_request *request, const uint8_t *pdu,
+                                       size_t length, uint16_t *registers, uint8_t *exception) {
+    if (length == 2 && pdu[0] == (request->function | EXCEPTION_BIT)) {
+        *exception = pdu[1];
+        return CB_MODBUS_EXCEPTION;
+    }
+    if (length < 2 || pdu[0] != request->function) return CB_MODBUS_INVALID;
+    if (request->function == CB_MODBUS_WRITE)
+        return echo_matches(request, pdu, length) ? CB_MODBUS_OK : CB_MODBUS_INVALID;
+    if (!data_matches(request, pdu, length)) return CB_MODBUS_INVALID;
+    for (uint16_t i = 0; i < request->read_count; i++) registers[i] = get_u16(pdu + 2 + 2 * i);
+    return CB_MODBUS_OK;
+}

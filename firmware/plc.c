@@ -1,0 +1,94 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/plc.h"
+
+static uint32_t add_saturating(uint32_t a, uint32_t b) {
+    return b > UINT32_MAX - a ? UINT32_MAX : a + b;
+}
+
+void cb_plc_forget(struct cb_plc_state *state) {
+    state->readable = false;
+    state->beating = state->alive = false;
+}
+
+static void count_write(struct cb_counters *counters, enum cb_write_result result) {
+    switch (result) {
+        case CB_WRITE_NONE:
+        case CB_WRITE_OK:
+            break;
+        case CB_WRITE_FAILED:
+            ++counters->writes_failed;
+            break;
+        case CB_WRITE_REFUSED:
+            ++counters->writes_refused;
+            break;
+        case CB_WRITE_UNKNOWN:
+            ++counters->writes_unknown;
+            break;
+    }
+}
+
+void cb_plc_written(const struct cb_config *config, struct cb_plc_state *state,
+                    struct cb_counters *counters, enum cb_write_result result,
+                    uint32_t elapsed_us) {
+    count_write(counters, result);
+    if (state->refusing) state->refused_us = add_saturating(state->refused_us, elapsed_us);
+    if (result == CB_WRITE_REFUSED) state->refusing = true;
+    if (result == CB_WRITE_OK) {
+        state->refusing = false;
+        state->refused_us = 0;
+        state->unconfirmed_us = 0; /* when that write was made: elapsed_us ago */
+    }
+    state->unconfirmed_us = add_saturating(state->unconfirmed_us, elapsed_us);
+    const uint64_t lost_us = (uint64_t)CB_LOST_HALF_PERIODS * config->period_us / 2;
+    if (state->contact == CB_CONTACT_KNOWN && state->unconfirmed_us > lost_us)
+        state->contact = CB_CONTACT_LOST;
+}
+
+static bool is_torn(const struct cb_block_config *block, const uint16_t *registers) {
+    return block->counters && registers[0] != registers[block->count - 1];
+}
+
+/* The PLC's heartbeat has to be seen moving; that it has some value says nothing. */
+static void take_heartbeat(struct cb_plc_state *state, uint16_t heartbeat, bool first,
+                           int64_t read_us) {
+    if (!first && heartbeat != state->plc_heartbeat) {
+        state->beating = true;
+        state->heartbeat_us = read_us;
+    }
+    state->plc_heartbeat = heartbeat;
+}
+
+bool cb_plc_read(const struct cb_config *config, struct cb_plc_state *state,
+                 struct cb_counters *counters, const struct cb_inputs *in, int64_t now_us) {
+    const struct cb_plc_config *plc = &config->plc;
+    state->reset_edge = false;
+    if (!in->read_ok || in->read_us > now_us) {
+        ++counters->reads_failed;
+        return false;
+    }
+    if (is_torn(&plc->read, in->registers)) {
+        ++counters->reads_torn;
+        return false;
+    }
+    const uint16_t control = in->registers[plc->control];
+    state->reset_edge = (control & CB_CONTROL_RESET) && !(state->control & CB_CONTROL_RESET);
+    state->control = control;
+    take_heartbeat(state, in->registers[plc->plc_heartbeat], !state->readable, in->read_us);
+    state->readable = true;
+    state->read_us = in->read_us;
+    return true;
+}
+
+void cb_plc_age(const struct cb_config *config, struct cb_plc_state *state,
+                struct cb_counters *counters, int64_t now_us) {
+    const int64_t timeout_us = (int64_t)config->plc.heartbeat_timeout_ms * 1000;
+    const bool alive = state->beating && now_us - state->heartbeat_us <= timeout_us;
+    counters->heartbeats_lost += state->alive && !alive;
+    state->alive = alive;
+}
+
+bool cb_plc_readable(const struct cb_config *config, const struct cb_plc_state *state,
+                     int64_t now_us) {
+    return state->readable &&
+           now_us - state->read_us <= (int64_t)CB_READ_PERIODS * config->period_us;
+}

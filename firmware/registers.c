@@ -1,0 +1,175 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/registers.h"
+
+#include <string.h>
+
+#include "models/num.h"
+
+/* The value's kind, whatever its order in the registers. */
+enum kind { KIND_UINT16, KIND_INT16, KIND_UINT32, KIND_INT32, KIND_FLOAT32 };
+
+/* How the two registers of a 32-bit value, and the two bytes of each, follow one another. */
+enum order { ORDER_ABCD, ORDER_CDAB, ORDER_DCBA };
+
+struct layout {
+    enum kind kind;
+    enum order order;
+};
+
+static struct layout layout_of(enum cb_number_type type) {
+    static const struct layout none = {KIND_UINT16, ORDER_ABCD};
+    switch (type) {
+        case CB_NUMBER_UINT16:
+            return (struct layout){KIND_UINT16, ORDER_ABCD};
+        case CB_NUMBER_INT16:
+            return (struct layout){KIND_INT16, ORDER_ABCD};
+        case CB_NUMBER_UINT32:
+            return (struct layout){KIND_UINT32, ORDER_ABCD};
+        case CB_NUMBER_INT32:
+            return (struct layout){KIND_INT32, ORDER_ABCD};
+        case CB_NUMBER_FLOAT32:
+            return (struct layout){KIND_FLOAT32, ORDER_ABCD};
+        case CB_NUMBER_UINT32_CDAB:
+            return (struct layout){KIND_UINT32, ORDER_CDAB};
+        case CB_NUMBER_INT32_CDAB:
+            return (struct layout){KIND_INT32, ORDER_CDAB};
+        case CB_NUMBER_FLOAT32_CDAB:
+            return (struct layout){KIND_FLOAT32, ORDER_CDAB};
+        case CB_NUMBER_UINT16_LE:
+            return (struct layout){KIND_UINT16, ORDER_DCBA};
+        case CB_NUMBER_INT16_LE:
+            return (struct layout){KIND_INT16, ORDER_DCBA};
+        case CB_NUMBER_UINT32_LE:
+            return (struct layout){KIND_UINT32, ORDER_DCBA};
+        case CB_NUMBER_INT32_LE:
+            return (struct layout){KIND_INT32, ORDER_DCBA};
+        case CB_NUMBER_FLOAT32_LE:
+            return (struct layout){KIND_FLOAT32, ORDER_DCBA};
+    }
+    return none;
+}
+
+static bool is_wide(enum kind kind) {
+    return kind == KIND_UINT32 || kind == KIND_INT32 || kind == KIND_FLOAT32;
+}
+
+unsigned cb_number_registers(enum cb_number_type type) {
+    return is_wide(layout_of(type).kind) ? 2 : 1;
+}
+
+bool cb_number_is_integer(enum cb_number_type type) {
+    return layout_of(type).kind != KIND_FLOAT32;
+}
+
+struct cb_range cb_number_range(enum cb_number_type type) {
+    switch (layout_of(type).kind) {
+        case KIND_UINT16:
+            return (struct cb_range){0.0f, 65535.0f};
+        case KIND_INT16:
+            return (struct cb_range){-32768.0f, 32767.0f};
+        case KIND_UINT32:
+            return (struct cb_range){0.0f, 4294967040.0f};
+        case KIND_INT32:
+            return (struct cb_range){-2147483648.0f, 2147483520.0f};
+        case KIND_FLOAT32:
+            break;
+    }
+    return (struct cb_range){-FLT_MAX, FLT_MAX};
+}
+
+static uint16_t swap_bytes(uint16_t word) {
+    return (uint16_t)((word << 8) | (word >> 8));
+}
+
+/* The bits of the value, most significant first, from the registers as they lie. */
+static uint32_t gather(struct layout layout, const uint16_t *registers) {
+    const uint16_t first = registers[0];
+    if (!is_wide(layout.kind)) return layout.order == ORDER_DCBA ? swap_bytes(first) : first;
+    const uint16_t second = registers[1];
+    switch (layout.order) {
+        case ORDER_ABCD:
+            break;
+        case ORDER_CDAB:
+            return ((uint32_t)second << 16) | first;
+        case ORDER_DCBA:
+            return ((uint32_t)swap_bytes(second) << 16) | swap_bytes(first);
+    }
+    return ((uint32_t)first << 16) | second;
+}
+
+/* The opposite of gather(). */
+static void scatter(struct layout layout, uint32_t bits, uint16_t *registers) {
+    const uint16_t high = (uint16_t)(bits >> 16), low = (uint16_t)bits;
+    if (!is_wide(layout.kind)) {
+        registers[0] = layout.order == ORDER_DCBA ? swap_bytes(low) : low;
+        return;
+    }
+    const bool high_first = layout.order == ORDER_ABCD;
+    registers[0] = high_first ? high : low;
+    registers[1] = high_first ? low : high;
+    if (layout.order == ORDER_DCBA) {
+        registers[0] = swap_bytes(registers[0]);
+        registers[1] = swap_bytes(registers[1]);
+    }
+}
+
+/* Two's complement without a cast whose result the standard leaves to the compiler. */
+static int32_t as_signed(uint32_t bits, uint32_t sign_bit) {
+    const int64_t wide = (int64_t)bits - (bits & sign_bit ? 2 * (int64_t)sign_bit : 0);
+    return (int32_t)wide;
+}
+
+float cb_number_decode(enum cb_number_type type, const uint16_t *registers) {
+    const struct layout layout = layout_of(type);
+    const uint32_t bits = gather(layout, registers);
+    float number = 0.0f;
+    switch (layout.kind) {
+        case KIND_UINT16:
+        case KIND_UINT32:
+            return (float)bits;
+        case KIND_INT16:
+            return (float)as_signed(bits, 0x8000u);
+        case KIND_INT32:
+            return (float)as_signed(bits, 0x80000000u);
+        case KIND_FLOAT32:
+            memcpy(&number, &bits, sizeof number);
+            break;
+    }
+    return number;
+}
+
+int32_t cb_round(float x) {
+    const int32_t whole = (int32_t)x;
+    const float rest = x - (float)whole; /* exact: |rest| < 1 */
+    return whole + (rest >= 0.5f ? 1 : 0) - (rest <= -0.5f ? 1 : 0);
+}
+
+bool cb_number_encode(enum cb_number_type type, float number, uint16_t *registers) {
+    const struct layout layout = layout_of(type);
+    const struct cb_range range = cb_number_range(type);
+    uint32_t bits = 0;
+    if (!(number >= range.min && number <= range.max)) return false;
+    switch (layout.kind) {
+        case KIND_FLOAT32:
+            memcpy(&bits, &number, sizeof bits);
+            break;
+        case KIND_UINT32:
+            /* from 2^24 a float is whole, and (float)whole + 0.5 below */
+            bits = number >= 16777216.0f ? (uint32_t)number : (uint32_t)cb_round(number);
+            break;
+        case KIND_UINT16:
+        case KIND_INT16:
+        case KIND_INT32:
+            bits = (uint32_t)cb_round(number);
+            break;
+    }
+    scatter(layout, bits, registers);
+    return true;
+}
+
+float cb_number_decode_bytes(enum cb_number_type type, const uint8_t *bytes) {
+    uint16_t registers[2] = {0, 0};
+    for (unsigned i = 0; i < cb_number_registers(type); ++i)
+        registers[i] = (uint16_t)((bytes[2 * i] << 8) | bytes[2 * i + 1]);
+    return cb_number_decode(type, registers);
+}

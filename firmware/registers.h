@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: MIT
+ * Numbers in Modbus registers: the codec of every enum cb_number_type. No I/O, no state. */
+#ifndef COMPBOX_FIRMWARE_REGISTERS_H
+#define COMPBOX_FIRMWARE_REGISTERS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/config.h"
+
+/* Registers that a number of this type takes: 1 or 2. */
+unsigned cb_number_registers(enum cb_number_type type);
+
+/* Largest and smallest value that the type can carry and that is a float32 (a uint32 ends at
+ * 4 294 967 040, the float below 2^32). */
+struct cb_range {
+    float min, max;
+};
+struct cb_range cb_number_range(enum cb_number_type type);
+
+/* true for every type but float32 in its three orders. */
+bool cb_number_is_integer(enum cb_number_type type);
+
+/* in : registers[cb_number_registers(type)] as they came over the wire
+ * out: the number; integers beyond 2^24 rounded to the nearest float32; a float32 register gives
+ *      whatever bits it holds, NaN and infinities included: the caller judges */
+float cb_number_decode(enum cb_number_type type, const uint16_t *registers);
+
+/* in : registers[cb_number_registers(type)]
+ * out: true and the number in the registers, integers rounded half away from zero; or false when
+ *      it is NaN or does not fit, with the registers unchanged */
+bool cb_number_encode(enum cb_number_type type, float number, uint16_t *registers);
+
+/* The same number in bytes of a bus frame, in the order of the type: cb_number_registers() * 2
+ * bytes. A register is sent high byte first. */
+float cb_number_decode_bytes(enum cb_number_type type, const uint8_t *bytes);
+
+/* Nearest whole number, halves away from zero. |x| < 2^31. */
+int32_t cb_round(float x);
+
+#endif

@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/signals.h"
+
+#include "firmware/lags.h"
+#include "firmware/registers.h"
+#include "models/num.h"
+
+/* A velocity from readings further apart than this many periods means nothing. */
+enum { LEAD_PERIODS = 3 };
+
+/* Times beyond half an hour count as that; a 64-bit conversion would need a library. */
+static float seconds(int64_t us) {
+    return (float)(int32_t)(us < INT32_MAX ? us : INT32_MAX) * 1e-6f;
+}
+
+void cb_signals_forget(const struct cb_config *config, struct cb_signal_state *states,
+                       struct cb_counters *counters) {
+    for (unsigned i = 0; i < config->signals_count; ++i) {
+        const struct cb_signal_state was = states[i];
+        counters->signals_stale += was.fresh;
+        states[i] = (struct cb_signal_state){0};
+        if (config->signals[i].source != CB_SOURCE_LAG) continue;
+        states[i].lag = was.lag;
+        states[i].settled = was.settled;
+        states[i].time_us = was.time_us;
+    }
+}
+
+/* The roundings of raw, scale, their product and the sum with zero, 2^-24 each, may carry a value
+ * past the end that it stands at: a machine that rests there is not implausible. */
+static bool range_plausible(const struct cb_signal_config *signal, float value) {
+    const float largest = cb_max(cb_abs(signal->min), cb_abs(signal->max)) + cb_abs(signal->zero);
+    const float slack = 2.5e-7f * largest;
+    return value >= signal->min - slack && value <= signal->max + slack; /* false for NaN */
+}
+
+/* in : elapsed_us >= 0 since the last accepted value
+ * out: false when the value moved faster than anything of its kind can */
+static bool rate_plausible(const struct cb_signal_config *signal, float change,
+                           int64_t elapsed_us) {
+    if (!(signal->max_rate_per_s > 0.0f)) return true;
+    const float unit = cb_number_is_integer(signal->type) ? cb_abs(signal->scale) : 0.0f;
+    return cb_abs(change) <= signal->max_rate_per_s * seconds(elapsed_us) + unit;
+}
+
+/* One-pole filter over about three readings; 0 after a gap. */
+static float filtered_velocity(float velocity, float change, int64_t elapsed_us, uint32_t period) {
+    if (elapsed_us > (int64_t)LEAD_PERIODS * period) return 0.0f;
+    if (elapsed_us <= 0) return velocity;
+    const float filtered = velocity + (change / seconds(elapsed_us) - velocity) * (1.0f / 3.0f);
+    return cb_is_finite(filtered) ? filtered : 0.0f;
+}
+
+/* Takes one raw number that was valid at time_us, or counts it as implausible. */
+static void accept(const struct cb_config *config, unsigned index, struct cb_signal_state *state,
+                   struct cb_counters *counters, float raw, int64_t time_us) {
+    const struct cb_signal_config *signal = &config->signals[index];
+    const float value = raw * signal->scale + signal->zero;
+    const int64_t elapsed_us = time_us - state->time_us;
+    const float change = value - state->value;
+    bool plausible = range_plausible(signal, value);
+    if (state->known)
+        plausible = plausible && elapsed_us >= 0 && rate_plausible(signal, change, elapsed_us);
+    if (!plausible) {
+        ++counters->samples_implausible;
+        return;
+    }
+    if (signal->leads && state->known)
+        state->velocity = filtered_velocity(state->velocity, change, elapsed_us, config->period_us);
+    state->value = cb_clamp(value, signal->min, signal->max);
+    state->time_us = time_us;
+    state->known = true;
+}
+
+/* true: its values come as samples of sensors. */
+static bool is_sampled(const struct cb_signal_config *signal) {
+    return signal->source == CB_SOURCE_CAN || signal->source == CB_SOURCE_BUS;
+}
+
+void cb_signals_accept(const struct cb_config *config, struct cb_signal_state *states,
+                       struct cb_counters *counters, const struct cb_inputs *in, bool read,
+                       int64_t now_us) {
+    for (unsigned i = 0; read && i < config->signals_count; ++i) {
+        const struct cb_signal_config *signal = &config->signals[i];
+        if (signal->source != CB_SOURCE_PLC) continue;
+        const float raw = cb_number_decode(signal->type, in->registers + signal->reg);
+        accept(config, i, &states[i], counters, raw, in->read_us);
+    }
+    for (unsigned k = 0; k < in->sample_count && k < CB_MAX_SAMPLES; ++k) {
+        const struct cb_sample *sample = &in->samples[k];
+        const unsigned i = sample->signal;
+        if (i >= config->signals_count || !is_sampled(&config->signals[i]) ||
+            sample->time_us > now_us) {
+            ++counters->samples_unknown;
+            continue;
+        }
+        accept(config, i, &states[i], counters, sample->raw, sample->time_us);
+    }
+    cb_lags_follow(config, states);
+}
+
+/* Where the signal will be lead_us from its reading, inside its plausible range. */
+static float ahead(const struct cb_config *config, const struct cb_signal_config *signal,
+                   const struct cb_signal_state *state, int64_t age_us) {
+    if (!signal->leads || age_us > (int64_t)LEAD_PERIODS * config->period_us) return state->value;
+    const float value = state->value + state->velocity * seconds(config->lead_us);
+    return cb_clamp(value, signal->min, signal->max);
+}
+
+void cb_signals_age(const struct cb_config *config, struct cb_signal_state *states,
+                    struct cb_counters *counters, int64_t now_us) {
+    for (unsigned i = 0; i < config->signals_count; ++i) {
+        struct cb_signal_state *state = &states[i];
+        const int64_t age_us = now_us - state->time_us;
+        const int64_t max_age_us = (int64_t)config->signals[i].max_age_ms * 1000;
+        const bool fresh = state->known && age_us <= max_age_us;
+        counters->signals_stale += state->fresh && !fresh;
+        state->fresh = fresh;
+        if (fresh) state->used = ahead(config, &config->signals[i], state, age_us);
+    }
+}
+
+bool cb_signals_essentials_fresh(const struct cb_config *config,
+                                 const struct cb_signal_state *states) {
+    for (unsigned i = 0; i < config->signals_count; ++i) {
+        if (config->signals[i].essential && !states[i].fresh) return false;
+    }
+    return true;
+}

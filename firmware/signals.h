@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: MIT
+ * Signals: from raw numbers to plausible values of known age, and the lead. */
+#ifndef COMPBOX_FIRMWARE_SIGNALS_H
+#define COMPBOX_FIRMWARE_SIGNALS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/config.h"
+#include "firmware/counters.h"
+#include "firmware/io.h"
+#include "models/lag.h"
+
+struct cb_signal_state {
+    float value;       /* last accepted value, unit of the signal */
+    float velocity;    /* unit/s, filtered; of signals that lead */
+    float used;        /* what the terms see in this step: value, or value with its lead */
+    struct cb_lag lag; /* of signals that are lags */
+    int64_t time_us;   /* when it was accepted; of PLC signals: read_us; of lags: their signal's */
+    bool known;        /* a value was ever accepted since start or clock jump */
+    bool fresh;        /* known and not older than its maximum age, in this step */
+    bool settled;      /* of lags: it has begun, in the steady state of its first value */
+};
+
+/* Forgets all values: nothing is known, every velocity is 0. Counts the fresh ones as stale. Lags
+ * keep their memory: the next value takes them over the time between. */
+void cb_signals_forget(const struct cb_config *config, struct cb_signal_state *states,
+                       struct cb_counters *counters);
+
+/* Takes what *in brings: the samples, and the PLC signals where `read` says that the reading is
+ * good. A value that is not finite, outside min … max by more than rounding explains, or too far
+ * from the last accepted one for max_rate and the time between (one raw unit is allowed for
+ * quantisation) is counted and not accepted: the last one serves on.
+ * out: values within min … max. Lags follow (lags.h). */
+void cb_signals_accept(const struct cb_config *config, struct cb_signal_state *states,
+                       struct cb_counters *counters, const struct cb_inputs *in, bool read,
+                       int64_t now_us);
+
+/* Sets fresh and used of every signal for now_us; what went stale is counted once. */
+void cb_signals_age(const struct cb_config *config, struct cb_signal_state *states,
+                    struct cb_counters *counters, int64_t now_us);
+
+/* true when every essential signal is fresh. */
+bool cb_signals_essentials_fresh(const struct cb_config *config,
+                                 const struct cb_signal_state *states);
+
+#endif

@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: MIT
+ * Terms: functions of signals; and how a term fades when a signal of its is missing. */
+#ifndef COMPBOX_FIRMWARE_TERMS_H
+#define COMPBOX_FIRMWARE_TERMS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/config.h"
+#include "firmware/counters.h"
+#include "firmware/signals.h"
+
+struct cb_term_state {
+    bool live;                       /* its signals are all fresh: values are computed */
+    float held[CB_MAX_TERM_OUTPUTS]; /* when not live: last outputs, on their way to zero */
+};
+
+struct cb_terms_verdict {
+    bool degraded;     /* a term is not live, or a model weakened far outside its training range */
+    bool extrapolated; /* a model has an input outside its training range */
+};
+
+/* in : signals aged; fade_um: how far an output of a term that is not live goes towards zero
+ * out: outputs[config->outputs_count], all finite
+ * A term whose result is not finite, or that uses a term which is not live, is treated as one whose
+ * signal is missing; the first is counted. */
+struct cb_terms_verdict cb_terms_evaluate(const struct cb_config *config,
+                                          const struct cb_signal_state *signals,
+                                          struct cb_term_state *states,
+                                          struct cb_counters *counters, float fade_um,
+                                          float *outputs);
+
+#endif

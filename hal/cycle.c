@@ -1,0 +1,125 @@
+/* SPDX-License-Identifier: MIT */
+#include "hal/cycle.h"
+
+#include <string.h>
+
+/* One cycle's exchange, as far as it has come. */
+struct exchange {
+    const struct cb_hal *hal;
+    const struct cb_plc_config *plc;
+    int64_t deadline_us;
+};
+
+static int64_t now(const struct cb_hal *hal) {
+    return hal->now_us(hal->context);
+}
+
+static enum cb_write_result result_of(enum cb_transfer transfer) {
+    switch (transfer) {
+        case CB_TRANSFER_OK:
+            return CB_WRITE_OK;
+        case CB_TRANSFER_FAILED:
+            return CB_WRITE_FAILED;
+        case CB_TRANSFER_REFUSED:
+            return CB_WRITE_REFUSED;
+        case CB_TRANSFER_UNKNOWN:
+            break;
+    }
+    return CB_WRITE_UNKNOWN;
+}
+
+static enum cb_held_result held_of(enum cb_transfer transfer) {
+    switch (transfer) {
+        case CB_TRANSFER_OK:
+            return CB_HELD_OK;
+        case CB_TRANSFER_REFUSED:
+            return CB_HELD_REFUSED;
+        case CB_TRANSFER_FAILED:
+        case CB_TRANSFER_UNKNOWN:
+            break;
+    }
+    return CB_HELD_NONE;
+}
+
+/* FC3 of the read block and, where the box asks for it, of the write block. */
+static void read_inputs(struct cb_cycle *cycle, const struct cb_box *box,
+                        const struct exchange *exchange) {
+    const struct cb_hal *hal = exchange->hal;
+    const struct cb_block_config *read = &exchange->plc->read, *write = &exchange->plc->write;
+    cycle->in.read_us = now(hal);
+    cycle->read = hal->read(hal->context, read->start, read->count, cycle->in.registers,
+                            exchange->deadline_us);
+    cycle->in.read_ok = cycle->read == CB_TRANSFER_OK;
+    if (!cycle->in.read_ok || !cb_box_wants_held(box)) return;
+    cycle->in.held = (uint8_t)held_of(hal->read(hal->context, write->start, write->count,
+                                                cycle->in.held_registers, exchange->deadline_us));
+}
+
+/* FC23: the outputs of the step before, then the inputs of this one. */
+static void write_then_read(struct cb_cycle *cycle, const struct exchange *exchange) {
+    const struct cb_hal *hal = exchange->hal;
+    const struct cb_block_config *read = &exchange->plc->read, *write = &exchange->plc->write;
+    cycle->in.read_us = now(hal);
+    cycle->read = cycle->write =
+        hal->write_read(hal->context, write->start, write->count, cycle->out.registers, read->start,
+                        read->count, cycle->in.registers, exchange->deadline_us);
+    cycle->in.read_ok = cycle->read == CB_TRANSFER_OK;
+    cycle->in.last_write = (uint8_t)result_of(cycle->write);
+}
+
+/* FC16 of the outputs of this step. */
+static void write_outputs(struct cb_cycle *cycle, const struct exchange *exchange) {
+    const struct cb_hal *hal = exchange->hal;
+    const struct cb_block_config *write = &exchange->plc->write;
+    if (now(hal) < exchange->deadline_us)
+        cycle->write = hal->write(hal->context, write->start, write->count, cycle->out.registers,
+                                  exchange->deadline_us);
+    cycle->in.last_write = (uint8_t)result_of(cycle->write);
+}
+
+static void take_samples(struct cb_cycle *cycle, const struct cb_hal *hal) {
+    const size_t count = hal->samples(hal->context, cycle->samples, CB_MAX_SAMPLES);
+    cycle->in.sample_count = (uint8_t)(count < CB_MAX_SAMPLES ? count : CB_MAX_SAMPLES);
+    for (unsigned i = 0; i < cycle->in.sample_count; ++i) {
+        const struct cb_hal_sample *sample = &cycle->samples[i];
+        cycle->in.samples[i] = (struct cb_sample){sample->signal, sample->raw, sample->time_us};
+    }
+}
+
+void cb_cycle_start(struct cb_cycle *cycle) {
+    memset(cycle, 0, sizeof *cycle);
+    cycle->read = cycle->write = CB_TRANSFER_FAILED;
+}
+
+void cb_cycle_run(struct cb_cycle *cycle, struct cb_box *box, const struct cb_hal *hal) {
+    cycle->in.missed_ticks = hal->wait_tick(hal->context);
+    cycle->tick_us = now(hal);
+    const struct exchange exchange = {
+        .hal = hal,
+        .plc = &box->config.plc,
+        .deadline_us = cycle->tick_us + (int64_t)box->config.period_us * 4 / 5};
+    /* Nothing to write yet, or nothing known of the PLC: it is read first, even with FC23. */
+    const bool combined = box->config.plc.exchange == CB_EXCHANGE_FC23 && cycle->out.write;
+
+    cycle->read = cycle->write = CB_TRANSFER_FAILED;
+    cycle->in.held = CB_HELD_NONE;
+    if (combined) {
+        write_then_read(cycle, &exchange);
+    } else {
+        read_inputs(cycle, box, &exchange);
+    }
+    const int64_t read_done_us = now(hal);
+    take_samples(cycle, hal);
+    cycle->in.stop = hal->stop_requested(hal->context);
+
+    const int64_t step_from_us = now(hal);
+    cb_box_step(box, &cycle->in, step_from_us, &cycle->out);
+    const int64_t step_done_us = now(hal);
+
+    cycle->in.last_write = CB_WRITE_NONE;
+    if (box->config.plc.exchange == CB_EXCHANGE_FC3_FC16 && cycle->out.write)
+        write_outputs(cycle, &exchange);
+    cycle->step_us = step_done_us - step_from_us;
+    cycle->exchange_us = (read_done_us - cycle->tick_us) + (now(hal) - step_done_us);
+    hal->feed_watchdog(hal->context);
+}

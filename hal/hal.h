@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: MIT
+ * The hardware as a small struct of operations with a context. Each target fills one in; fault
+ * injectors are decorators around any such struct (hal/sim/fault.h). */
+#ifndef COMPBOX_HAL_HAL_H
+#define COMPBOX_HAL_HAL_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* How a request to the PLC ended. */
+enum cb_transfer {
+    CB_TRANSFER_OK,      /* done, and the reply was checked */
+    CB_TRANSFER_FAILED,  /* certainly not done: not connected, not sent, no time left */
+    CB_TRANSFER_REFUSED, /* the PLC answered with an exception */
+    CB_TRANSFER_UNKNOWN, /* sent, but no valid reply before the deadline */
+};
+
+/* A number that a sensor of the box delivered since the last call, before scale and zero. */
+struct cb_hal_sample {
+    uint8_t signal;
+    float raw;
+    int64_t time_us;
+};
+
+struct cb_hal {
+    void *context; /* handed to every operation */
+
+    /* Monotonic time that counts suspend, in µs. */
+    int64_t (*now_us)(void *context);
+
+    /* Sleeps until the next tick of the period and returns how many ticks were missed before it
+     * (0: in time). Ticks are absolute; missed ones are skipped, never made up. */
+    uint32_t (*wait_tick)(void *context);
+
+    /* FC3: count registers from start into registers[]; unchanged unless CB_TRANSFER_OK.
+     * Returns by deadline_us, whatever the PLC does. */
+    enum cb_transfer (*read)(void *context, uint16_t start, uint16_t count, uint16_t *registers,
+                             int64_t deadline_us);
+
+    /* FC16, same rules. */
+    enum cb_transfer (*write)(void *context, uint16_t start, uint16_t count,
+                              const uint16_t *registers, int64_t deadline_us);
+
+    /* FC23 in one request: writes first, then reads. */
+    enum cb_transfer (*write_read)(void *context, uint16_t write_start, uint16_t write_count,
+                                   const uint16_t *write_registers, uint16_t read_start,
+                                   uint16_t read_count, uint16_t *read_registers,
+                                   int64_t deadline_us);
+
+    /* Moves up to max waiting samples into samples[], returns how many. Never blocks. */
+    size_t (*samples)(void *context, struct cb_hal_sample *samples, size_t max);
+
+    /* Called after each completed step, whether the PLC lives or not. */
+    void (*feed_watchdog)(void *context);
+
+    /* Someone asked the box to stop. */
+    bool (*stop_requested)(void *context);
+};
+
+#endif

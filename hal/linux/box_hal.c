@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: MIT */
+#include "hal/linux/box_hal.h"
+
+#include "hal/linux/clock.h"
+#include "hal/linux/mailbox.h"
+
+static int64_t now_us(void *context) {
+    (void)context;
+    return cb_boottime_us();
+}
+
+static uint32_t wait_tick(void *context) {
+    struct cb_linux *target = context;
+    return cb_tick_wait(&target->tick);
+}
+
+static enum cb_transfer read(void *context, uint16_t start, uint16_t count, uint16_t *registers,
+                             int64_t deadline_us) {
+    struct cb_linux *target = context;
+    return cb_tcp_read(&target->tcp, start, count, registers, deadline_us);
+}
+
+static enum cb_transfer write(void *context, uint16_t start, uint16_t count,
+                              const uint16_t *registers, int64_t deadline_us) {
+    struct cb_linux *target = context;
+    return cb_tcp_write(&target->tcp, start, count, registers, deadline_us);
+}
+
+static enum cb_transfer write_read(void *context, uint16_t write_start, uint16_t write_count,
+                                   const uint16_t *write_registers, uint16_t read_start,
+                                   uint16_t read_count, uint16_t *read_registers,
+                                   int64_t deadline_us) {
+    struct cb_linux *target = context;
+    return cb_tcp_write_read(&target->tcp, write_start, write_count, write_registers, read_start,
+                             read_count, read_registers, deadline_us);
+}
+
+/* CAN and slow buses have no source here yet: the loader refuses files that need them. */
+static size_t samples(void *context, struct cb_hal_sample *list, size_t max) {
+    (void)context, (void)list, (void)max;
+    return 0;
+}
+
+static void feed_watchdog(void *context) {
+    struct cb_linux *target = context;
+    __atomic_store_n(&target->steps, target->steps + 1, __ATOMIC_RELAXED);
+}
+
+static bool stop_requested(void *context) {
+    struct cb_linux *target = context;
+    return cb_flag_is_raised(&target->stop);
+}
+
+struct cb_hal cb_linux_hal(struct cb_linux *target) {
+    return (struct cb_hal){.context = target,
+                           .now_us = now_us,
+                           .wait_tick = wait_tick,
+                           .read = read,
+                           .write = write,
+                           .write_read = write_read,
+                           .samples = samples,
+                           .feed_watchdog = feed_watchdog,
+                           .stop_requested = stop_requested};
+}

@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: MIT
+ * The operations of hal.h on Linux: ticks, Modbus/TCP, and requests from the other thread. */
+#ifndef COMPBOX_HAL_LINUX_BOX_HAL_H
+#define COMPBOX_HAL_LINUX_BOX_HAL_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "hal/hal.h"
+#include "hal/linux/tcp.h"
+#include "hal/linux/tick.h"
+
+struct cb_linux {
+    struct cb_tick tick;
+    struct cb_tcp tcp;
+    bool stop;      /* a cb_flag: the box shall ramp to zero and say STOPPED */
+    uint32_t steps; /* completed ones; what a watchdog looks at */
+};
+
+/* The caller keeps *target as long as the operations are used, has started target->tcp, and
+ * starts target->tick in the thread that runs the cycle. */
+struct cb_hal cb_linux_hal(struct cb_linux *target);
+
+#endif

@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: MIT
+ * The coefficient file from the disk into the box. */
+#ifndef COMPBOX_HAL_LINUX_DAEMON_LOAD_H
+#define COMPBOX_HAL_LINUX_DAEMON_LOAD_H
+
+#include <stdbool.h>
+
+#include "firmware/config.h"
+
+/* out: true and *config complete; or false, and a sentence with file, place and remedy on stderr.
+ * Uses static memory: for one thread, before the loop starts. */
+bool cb_load_file(struct cb_config *config, const char *path);
+
+#endif

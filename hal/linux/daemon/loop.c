@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: MIT */
+#include "hal/linux/daemon/loop.h"
+
+#include <string.h>
+
+#include "hal/linux/realtime.h"
+
+static struct cb_row_link link_of(const struct cb_link *link) {
+    return (struct cb_row_link){.state = link->state,
+                                .cause = link->cause,
+                                .error_number = link->error_number,
+                                .connects = link->connects,
+                                .failures = link->failures,
+                                .disconnects = link->disconnects};
+}
+
+static void copy_values(struct cb_row *row, const struct cb_box *box,
+                        const struct cb_outputs *out) {
+    row->known = 0;
+    for (uint8_t i = 0; i < box->config.signals_count; i++) {
+        row->signals[i] = box->signals[i].value;
+        if (box->signals[i].known) row->known |= 1ull << i;
+    }
+    memcpy(row->outputs, box->outputs, sizeof row->outputs);
+    memcpy(row->channels, out->channel_um, sizeof row->channels);
+}
+
+/* Tells the other thread about the cycle just run; a full ring counts the row as lost. */
+static void publish(struct cb_loop *loop, int64_t woke_before_ns) {
+    int32_t slot = cb_ring_slot_to_write(&loop->ring);
+    if (slot < 0) return;
+    const struct cb_tick *tick = &loop->target.tick;
+    const struct cb_tcp *tcp = &loop->target.tcp;
+    struct cb_row *row = &loop->rows[slot];
+    row->time_us = loop->cycle.tick_us;
+    row->tick = tick->index;
+    row->late_ns = tick->late_ns;
+    row->interval_ns = woke_before_ns == 0 ? 0 : tick->woke_ns - woke_before_ns;
+    row->exchange_us = loop->cycle.exchange_us;
+    row->step_us = loop->cycle.step_us;
+    row->read = (uint8_t)loop->cycle.read;
+    row->write = (uint8_t)loop->cycle.write;
+    row->mode = loop->box.mode.mode;
+    row->reason = loop->box.mode.reason;
+    row->box = loop->box.counters;
+    row->tcp = tcp->counters;
+    row->link = link_of(&tcp->link);
+    copy_values(row, &loop->box, &loop->cycle.out);
+    cb_ring_publish(&loop->ring);
+}
+
+void *cb_loop_run(void *argument) {
+    struct cb_loop *loop = argument;
+    cb_settle_thread("compboxd-loop");
+    const struct cb_hal hal = cb_linux_hal(&loop->target);
+    cb_box_start(&loop->box);
+    cb_cycle_start(&loop->cycle);
+    cb_tick_start(&loop->target.tick, loop->box.config.period_us);
+    int64_t woke_before_ns = 0;
+    for (uint64_t done = 0; !loop->stopped && !cb_flag_is_raised(&loop->quit);) {
+        cb_cycle_run(&loop->cycle, &loop->box, &hal);
+        loop->stopped = loop->cycle.out.stopped;
+        publish(loop, woke_before_ns);
+        woke_before_ns = loop->target.tick.woke_ns;
+        if (++done == loop->cycles) cb_flag_raise(&loop->target.stop);
+    }
+    cb_link_close(&loop->target.tcp.link);
+    cb_flag_raise(&loop->finished);
+    return NULL;
+}

@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: MIT */
+#include "hal/linux/daemon/options.h"
+
+#include <errno.h>
+#include <getopt.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#ifndef CB_VERSION
+#define CB_VERSION "unknown"
+#endif
+
+static const char help[] =
+    "compboxd: reads machine signals from a PLC, computes the compensation, writes it back.\n"
+    "\n"
+    "usage: compboxd --config FILE [options]\n"
+    "\n"
+    "  --config FILE         coefficient file (compbox build makes it, compbox check checks it)\n"
+    "  --cycles N            stop by itself after N cycles, as on SIGTERM: outputs go to zero "
+    "first\n"
+    "  --stats FILE          write statistics as JSON, every 5 s and at the end\n"
+    "  --record FILE         write one CSV row for each cycle: signals, terms, outputs, mode\n"
+    "  --priority P          run the loop under SCHED_FIFO with this priority, 1 to 99\n"
+    "  --cpu-latency on|off  hold /dev/cpu_dma_latency at 0 (default: on, where permitted)\n"
+    "  --help, --version\n"
+    "\n"
+    "SIGTERM and SIGINT end it: outputs ramp to zero, the status register says STOPPED.\n"
+    "Exit codes: 0 stopped in good order, 1 a file is bad or the PLC never confirmed the stop,\n"
+    "2 wrong usage.\n"
+    "\n"
+    "example: compboxd --config coefficients.json --stats stats.json --priority 80\n";
+
+static const struct option known[] = {
+    {"config", required_argument, NULL, 'c'},
+    {"cycles", required_argument, NULL, 'n'},
+    {"stats", required_argument, NULL, 's'},
+    {"record", required_argument, NULL, 'r'},
+    {"priority", required_argument, NULL, 'p'},
+    {"cpu-latency", required_argument, NULL, 'l'},
+    {"help", no_argument, NULL, 'h'},
+    {"version", no_argument, NULL, 'v'},
+    {NULL, 0, NULL, 0},
+};
+
+/* A whole decimal number within [min, max], nothing before or behind it. */
+static bool parse_number(const char *option, const char *text, uint64_t min, uint64_t max,
+                         uint64_t *number) {
+    char *end = NULL;
+    errno = 0;
+    unsigned long long value = strtoull(text, &end, 10);
+    bool digits = text[0] >= '0' && text[0] <= '9';
+    if (digits && *end == '\0' && errno == 0 && value >= min && value <= max) {
+        *number = value;
+        return true;
+    }
+    fprintf(stderr, "compboxd: --%s must be a whole number from %llu to %llu, not \"%s\"\n", option,
+            (unsigned long long)min, (unsigned long long)max, text);
+    return false;
+}
+
+static bool parse_switch(const char *option, const char *text, bool *on) {
+    *on = strcmp(text, "on") == 0;
+    if (*on || strcmp(text, "off") == 0) return true;
+    fprintf(stderr, "compboxd: --%s must be on or off, not \"%s\"\n", option, text);
+    return false;
+}
+
+/* One option with its argument; false when the argument is wrong. */
+static bool take(struct cb_options *options, int letter, const char *argument) {
+    uint64_t number = 0;
+    switch (letter) {
+        case 'c':
+            options->config = argument;
+            return true;
+        case 's':
+            options->stats = argument;
+            return true;
+        case 'r':
+            options->record = argument;
+            return true;
+        case 'n':
+            return parse_number("cycles", argument, 1, 1000000000000, &options->cycles);
+        case 'p':
+            if (!parse_number("priority", argument, 1, 99, &number)) return false;
+            options->priority = (int)number;
+            return true;
+        case 'l':
+            return parse_switch("cpu-latency", argument, &options->cpu_latency);
+        default:
+            fputs("compboxd: compboxd --help lists the options\n", stderr);
+            return false;
+    }
+}
+
+enum cb_options_result cb_options_parse(struct cb_options *options, int argc, char **argv) {
+    *options = (struct cb_options){.cpu_latency = true};
+    optind = 0;
+    for (int letter; (letter = getopt_long(argc, argv, "", known, NULL)) != -1;) {
+        if (letter == 'h') {
+            fputs(help, stdout);
+            return CB_OPTIONS_DONE;
+        }
+        if (letter == 'v') {
+            puts("compboxd " CB_VERSION);
+            return CB_OPTIONS_DONE;
+        }
+        if (!take(options, letter, optarg)) return CB_OPTIONS_WRONG;
+    }
+    if (optind < argc) {
+        fprintf(stderr, "compboxd: \"%s\" belongs to no option; see compboxd --help\n",
+                argv[optind]);
+        return CB_OPTIONS_WRONG;
+    }
+    if (options->config == NULL) {
+        fputs("compboxd: --config FILE is missing; see compboxd --help\n", stderr);
+        return CB_OPTIONS_WRONG;
+    }
+    return CB_OPTIONS_RUN;
+}

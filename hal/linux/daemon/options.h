@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: MIT
+ * compboxd's command line. */
+#ifndef COMPBOX_HAL_LINUX_DAEMON_OPTIONS_H
+#define COMPBOX_HAL_LINUX_DAEMON_OPTIONS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct cb_options {
+    const char *config; /* coefficient file */
+    const char *stats;  /* statistics as JSON; NULL: none */
+    const char *record; /* one CSV row for each cycle; NULL: none */
+    uint64_t cycles;    /* then the box stops by itself; 0: never */
+    int priority;       /* SCHED_FIFO 1 … 99; 0: normal scheduling */
+    bool cpu_latency;   /* keep the processor in its lightest sleep */
+};
+
+enum cb_options_result { CB_OPTIONS_RUN, CB_OPTIONS_DONE, CB_OPTIONS_WRONG };
+
+/* out: RUN: *options is complete; DONE: help or version was asked for and printed; WRONG: a
+ *      sentence about the mistake was printed on stderr. Pointers point into argv. */
+enum cb_options_result cb_options_parse(struct cb_options *options, int argc, char **argv);
+
+#endif

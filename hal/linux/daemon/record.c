@@ -1,0 +1,111 @@
+/* SPDX-License-Identifier: MIT */
+#include "hal/linux/daemon/record.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* Appends to the buffer. A line has at most 64 + 128 + 16 values of 16 characters, so
+ * CB_RECORD_LINE holds it, and the callers keep that much free. */
+static __attribute__((format(printf, 2, 3))) void put(struct cb_record *record, const char *format,
+                                                      ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    size_t room = sizeof record->buffer - record->used;
+    int length = vsnprintf(record->buffer + record->used, room, format, arguments);
+    va_end(arguments);
+    if (length > 0 && (size_t)length < room) record->used += (size_t)length;
+}
+
+static void put_header(struct cb_record *record, const struct cb_config *config) {
+    put(record, "time_s");
+    for (unsigned i = 0; i < config->signals_count; i++)
+        put(record, ",%s", config->signals[i].name);
+    for (unsigned i = 0; i < config->outputs_count; i++)
+        put(record, ",%s", config->outputs[i].name);
+    for (unsigned i = 0; i < config->channels_count; i++)
+        put(record, ",comp_%s_um", config->channels[i].name);
+    put(record, ",mode,reason\n");
+}
+
+/* Nine digits: a float32 reads back as the same bits. */
+static void put_value(struct cb_record *record, float value) {
+    put(record, ",%.9g", (double)value);
+}
+
+static void put_row(struct cb_record *record, const struct cb_config *config,
+                    const struct cb_row *row) {
+    put(record, "%.6f", (double)(row->time_us - record->first_us) * 1e-6);
+    for (unsigned i = 0; i < config->signals_count; i++) {
+        if (row->known >> i & 1)
+            put_value(record, row->signals[i]);
+        else
+            put(record, ",");
+    }
+    for (unsigned i = 0; i < config->outputs_count; i++) put_value(record, row->outputs[i]);
+    for (unsigned i = 0; i < config->channels_count; i++) put_value(record, row->channels[i]);
+    put(record, ",%u,%u\n", row->mode, row->reason);
+}
+
+/* out: how many of the bytes went out; fewer than size only with errno set. */
+static size_t write_all(int fd, const char *bytes, size_t size) {
+    size_t done = 0;
+    while (done < size) {
+        ssize_t now = write(fd, bytes + done, size - done);
+        if (now < 0 && errno == EINTR) continue;
+        if (now <= 0) break;
+        done += (size_t)now;
+    }
+    return done;
+}
+
+/* Takes the part of a line that went out before an error back. */
+static void cut_to_whole_lines(struct cb_record *record) {
+    if (ftruncate(record->fd, record->whole_size) == 0)
+        lseek(record->fd, record->whole_size, SEEK_SET);
+}
+
+void cb_record_flush(struct cb_record *record) {
+    if (record->fd < 0 || record->used == 0) return;
+    if (write_all(record->fd, record->buffer, record->used) == record->used) {
+        record->whole_size += (int64_t)record->used;
+    } else {
+        if (record->error == 0) record->error = errno;
+        cut_to_whole_lines(record);
+        record->lost += record->waiting;
+        record->rows -= record->waiting;
+    }
+    record->used = 0;
+    record->waiting = 0;
+}
+
+int cb_record_start(struct cb_record *record, const char *path, const struct cb_config *config) {
+    *record = (struct cb_record){.fd = -1};
+    if (path == NULL) return 0;
+    record->fd = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+    if (record->fd < 0) return errno;
+    put_header(record, config);
+    cb_record_flush(record);
+    return record->error;
+}
+
+void cb_record_add(struct cb_record *record, const struct cb_config *config,
+                   const struct cb_row *row) {
+    if (record->fd < 0) return;
+    if (sizeof record->buffer - record->used < CB_RECORD_LINE) cb_record_flush(record);
+    if (record->rows == 0 && record->lost == 0) record->first_us = row->time_us;
+    put_row(record, config, row);
+    record->rows++;
+    record->waiting++;
+}
+
+int cb_record_finish(struct cb_record *record) {
+    if (record->fd < 0) return 0;
+    cb_record_flush(record);
+    if (close(record->fd) != 0 && record->error == 0) record->error = errno;
+    record->fd = -1;
+    return record->error;
+}

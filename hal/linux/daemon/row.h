@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: MIT
+ * What the loop tells the other thread about each cycle. */
+#ifndef COMPBOX_HAL_LINUX_DAEMON_ROW_H
+#define COMPBOX_HAL_LINUX_DAEMON_ROW_H
+
+#include <stdint.h>
+
+#include "firmware/box.h"
+#include "hal/linux/tcp.h"
+
+struct cb_row_link {
+    uint8_t state; /* enum cb_link_state */
+    uint8_t cause; /* enum cb_link_cause */
+    int error_number;
+    uint32_t connects, failures, disconnects;
+};
+
+struct cb_row {
+    int64_t time_us;     /* wake-up, CLOCK_BOOTTIME */
+    int64_t tick;        /* index of the tick, skipped ones counted */
+    int64_t late_ns;     /* wake-up after the tick */
+    int64_t interval_ns; /* since the wake-up before; 0 in the first row */
+    int64_t exchange_us, step_us;
+    uint8_t read, write; /* enum cb_transfer */
+    uint8_t mode, reason;
+    struct cb_counters box;
+    struct cb_tcp_counters tcp;
+    struct cb_row_link link;
+    uint64_t known; /* bit i: signals[i] was ever received */
+    float signals[CB_MAX_SIGNALS];
+    float outputs[CB_MAX_OUTPUTS];
+    float channels[CB_MAX_CHANNELS];
+};
+
+#endif

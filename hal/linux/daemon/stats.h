@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: MIT
+ * Statistics of a run in fixed memory, filled from the rows and written as JSON (docs/compboxd.md).
+ */
+#ifndef COMPBOX_HAL_LINUX_DAEMON_STATS_H
+#define COMPBOX_HAL_LINUX_DAEMON_STATS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "firmware/config.h"
+#include "hal/linux/daemon/histogram.h"
+#include "hal/linux/daemon/row.h"
+
+enum { CB_STATS_HISTORY = 256 }; /* changes of mode or reason kept; the oldest make room */
+
+struct cb_stats_change {
+    int64_t time_us;
+    uint8_t mode, reason;
+};
+
+/* Facts about the run that do not come from rows; filled in by the caller. */
+struct cb_stats_run {
+    const char *config_file;
+    const char *plc; /* address and port */
+    int64_t started_unix_s;
+    int priority;          /* 0: normal scheduling */
+    bool memory_locked;    /* mlockall succeeded */
+    bool cpu_latency_held; /* /dev/cpu_dma_latency is held at 0 */
+    bool finished;         /* the loop has ended */
+    bool stopped;          /* … after STOPPED was confirmed */
+    uint64_t rows_lost;    /* rows that found the ring full */
+    uint64_t records_lost; /* rows that are not in the record */
+};
+
+struct cb_stats {
+    struct cb_stats_run run;
+    struct cb_histogram jitter, interval, exchange, step;
+    uint64_t rows;
+    int64_t first_us, first_tick; /* of the first row */
+    struct cb_row last;
+    uint32_t changes; /* of mode or reason, ever */
+    struct cb_stats_change history[CB_STATS_HISTORY];
+};
+
+void cb_stats_add(struct cb_stats *stats, const struct cb_row *row);
+
+/* Writes a temporary file beside `path` and renames it over it. out: 0, or errno; then the file
+ * that was there is untouched. */
+int cb_stats_write(const struct cb_stats *stats, const struct cb_config *config, const char *path);
+
+#endif

@@ -1,0 +1,166 @@
+/* SPDX-License-Identifier: MIT */
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include "firmware/mode.h"
+#include "hal/linux/daemon/stats.h"
+
+#ifndef CB_VERSION
+#define CB_VERSION "unknown"
+#endif
+
+static void put_string(FILE *file, const char *text) {
+    fputc('"', file);
+    for (; *text != '\0'; text++) {
+        unsigned char c = (unsigned char)*text;
+        if (c == '"' || c == '\\') fputc('\\', file);
+        if (c < 0x20)
+            fprintf(file, "\\u%04x", c);
+        else
+            fputc(c, file);
+    }
+    fputc('"', file);
+}
+
+static void put_text(FILE *file, const char *key, const char *text) {
+    fprintf(file, "  \"%s\": ", key);
+    put_string(file, text);
+    fputs(",\n", file);
+}
+
+static const char *truth(bool value) {
+    return value ? "true" : "false";
+}
+
+/* ns to µs with three decimals, as all times of the file. */
+static double us(int64_t ns) {
+    return (double)ns * 1e-3;
+}
+
+static void put_times(FILE *file, const char *key, const struct cb_histogram *times) {
+    fprintf(file,
+            "  \"%s\": {\"count\": %llu, \"min\": %.3f, \"mean\": %.3f, \"p50\": %.3f, "
+            "\"p99\": %.3f, \"max\": %.3f},\n",
+            key, (unsigned long long)times->count, us(times->min_ns),
+            cb_histogram_mean(times) * 1e-3, us(cb_histogram_percentile(times, 0.5)),
+            us(cb_histogram_percentile(times, 0.99)), us(times->max_ns));
+}
+
+/* Wake-ups against start + n * period, over the whole run: what relative sleeps would add up. */
+static int64_t drift_us(const struct cb_stats *stats, const struct cb_config *config) {
+    if (stats->rows == 0) return 0;
+    int64_t ticks = stats->last.tick - stats->first_tick;
+    return stats->last.time_us - stats->first_us - ticks * (int64_t)config->period_us;
+}
+
+static void put_run(FILE *file, const struct cb_stats *stats, const struct cb_config *config) {
+    const struct cb_stats_run *run = &stats->run;
+    put_text(file, "format", "compboxd-stats/1");
+    put_text(file, "version", CB_VERSION);
+    put_text(file, "config", run->config_file);
+    put_text(file, "machine", config->machine);
+    fprintf(file, "  \"revision\": %u,\n", (unsigned)config->revision);
+    fprintf(file, "  \"started_unix_s\": %lld,\n", (long long)run->started_unix_s);
+    fprintf(file, "  \"elapsed_s\": %.3f,\n",
+            (double)(stats->last.time_us - stats->first_us) * 1e-6);
+    fprintf(file, "  \"finished\": %s,\n", truth(run->finished));
+    fprintf(file, "  \"stopped\": %s,\n", truth(run->stopped));
+    fprintf(
+        file,
+        "  \"realtime\": {\"priority\": %d, \"memory_locked\": %s, \"cpu_latency_held\": %s},\n",
+        run->priority, truth(run->memory_locked), truth(run->cpu_latency_held));
+}
+
+static void put_cycles(FILE *file, const struct cb_stats *stats, const struct cb_config *config) {
+    fprintf(file, "  \"cycles\": %u,\n", (unsigned)stats->last.box.cycles);
+    fprintf(file, "  \"overruns\": %u,\n", (unsigned)stats->last.box.missed_ticks);
+    fprintf(file, "  \"period_us\": %u,\n", (unsigned)config->period_us);
+    put_times(file, "jitter_us", &stats->jitter);
+    put_times(file, "interval_us", &stats->interval);
+    put_times(file, "exchange_us", &stats->exchange);
+    put_times(file, "step_us", &stats->step);
+    fprintf(file, "  \"drift_us\": %lld,\n", (long long)drift_us(stats, config));
+    fprintf(file, "  \"rows_lost\": %llu,\n", (unsigned long long)stats->run.rows_lost);
+    fprintf(file, "  \"records_lost\": %llu,\n", (unsigned long long)stats->run.records_lost);
+}
+
+static void put_box(FILE *file, const struct cb_counters *box) {
+    const char *comma = "";
+    fputs("  \"box\": {", file);
+#define CB_X(name)                                                    \
+    fprintf(file, "%s\"" #name "\": %u", comma, (unsigned)box->name); \
+    comma = ", ";
+    CB_COUNTERS(CB_X)
+#undef CB_X
+    fputs("},\n", file);
+}
+
+static void put_plc(FILE *file, const struct cb_stats *stats) {
+    const struct cb_tcp_counters *tcp = &stats->last.tcp;
+    const struct cb_row_link *link = &stats->last.link;
+    fputs("  \"plc\": {\"address\": ", file);
+    put_string(file, stats->run.plc);
+    fprintf(file, ", \"connects\": %u, \"connects_failed\": %u, \"disconnects\": %u",
+            (unsigned)link->connects, (unsigned)link->failures, (unsigned)link->disconnects);
+#define CB_X(name) fprintf(file, ", \"" #name "\": %u", (unsigned)tcp->name);
+    CB_TCP_COUNTERS(CB_X)
+#undef CB_X
+    const char *comma = "";
+    fputs(", \"exceptions_by_code\": {", file);
+    for (unsigned code = 0; code < CB_TCP_EXCEPTIONS; code++) {
+        if (tcp->exceptions_by_code[code] == 0) continue;
+        fprintf(file, "%s\"%u\": %u", comma, code, (unsigned)tcp->exceptions_by_code[code]);
+        comma = ", ";
+    }
+    fputs("}},\n", file);
+}
+
+static void put_change(FILE *file, const struct cb_stats *stats,
+                       const struct cb_stats_change *change) {
+    fprintf(file, "{\"time_s\": %.3f, \"mode\": \"%s\", \"reason\": \"%s\"}",
+            (double)(change->time_us - stats->first_us) * 1e-6, cb_mode_name(change->mode),
+            cb_reason_text(change->reason));
+}
+
+static void put_history(FILE *file, const struct cb_stats *stats) {
+    uint32_t left_out = stats->changes > CB_STATS_HISTORY ? stats->changes - CB_STATS_HISTORY : 0;
+    fprintf(file, "  \"history_left_out\": %u,\n  \"history\": [", (unsigned)left_out);
+    for (uint32_t i = left_out; i < stats->changes; i++) {
+        fputs(i == left_out ? "\n    " : ",\n    ", file);
+        put_change(file, stats, &stats->history[i % CB_STATS_HISTORY]);
+    }
+    fputs("],\n", file);
+}
+
+static void put_all(FILE *file, const struct cb_stats *stats, const struct cb_config *config) {
+    fputs("{\n", file);
+    put_run(file, stats, config);
+    put_cycles(file, stats, config);
+    put_box(file, &stats->last.box);
+    put_plc(file, stats);
+    put_history(file, stats);
+    fprintf(file, "  \"mode\": \"%s\",\n  \"reason\": \"%s\"\n}\n", cb_mode_name(stats->last.mode),
+            cb_reason_text(stats->last.reason));
+}
+
+/* Closes the file; out: 0 when everything is on the disk, else errno. */
+static int finish(FILE *file) {
+    int error = fflush(file) != 0 || ferror(file) || fsync(fileno(file)) != 0 ? errno : 0;
+    if (fclose(file) != 0 && error == 0) error = errno;
+    return error;
+}
+
+int cb_stats_write(const struct cb_stats *stats, const struct cb_config *config, const char *path) {
+    char temporary[4096];
+    int length = snprintf(temporary, sizeof temporary, "%s.new", path);
+    if (length < 0 || (size_t)length >= sizeof temporary) return ENAMETOOLONG;
+    FILE *file = fopen(temporary, "we");
+    if (file == NULL) return errno;
+    put_all(file, stats, config);
+    int error = finish(file);
+    if (error == 0 && rename(temporary, path) != 0) error = errno;
+    if (error != 0) unlink(temporary);
+    return error;
+}

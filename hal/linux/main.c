@@ -1,0 +1,232 @@
+/* SPDX-License-Identifier: MIT
+ * compboxd: the box on Linux. This thread reads the coefficient file, starts the loop
+ * (daemon/loop.c), and then writes log, record and statistics from the rows that the loop hands
+ * over, until a signal or the loop itself ends it. */
+#include <errno.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <time.h>
+
+#include "hal/linux/clock.h"
+#include "hal/linux/daemon/load.h"
+#include "hal/linux/daemon/log.h"
+#include "hal/linux/daemon/loop.h"
+#include "hal/linux/daemon/options.h"
+#include "hal/linux/daemon/record.h"
+#include "hal/linux/daemon/stats.h"
+#include "hal/linux/realtime.h"
+
+enum {
+    EXIT_OK = 0,
+    EXIT_BAD = 1,
+    EXIT_USAGE = 2,
+    LOOK_EVERY_MS = 50,       /* how long rows wait in the ring */
+    STATS_EVERY_US = 5000000, /* how old the statistics file may be */
+    STOP_MARGIN_US = 1000000, /* beyond the time that the ramp to zero takes */
+};
+
+struct daemon {
+    struct cb_options options;
+    struct cb_loop loop;
+    struct cb_log log;
+    struct cb_record record;
+    struct cb_stats stats;
+    char plc[64];
+    int64_t stop_by_us; /* 0: no stop was asked for yet */
+    int64_t stats_us;   /* when statistics were last written */
+    pthread_t thread;
+    sigset_t signals;
+};
+
+/* How long a ramp from the largest output to zero takes, with a margin for the confirmation. */
+static int64_t stop_time_us(const struct cb_config *config) {
+    float largest_um = 0;
+    for (unsigned i = 0; i < config->channels_count; i++)
+        if (config->channels[i].limit_um > largest_um) largest_um = config->channels[i].limit_um;
+    return (int64_t)((double)largest_um / (double)config->ramp_um_per_s * 1e6) + STOP_MARGIN_US;
+}
+
+/* Opens the files that shall be written, so that a wrong path is told before the machine moves. */
+static bool open_outputs(struct daemon *daemon) {
+    const struct cb_options *options = &daemon->options;
+    const struct cb_config *config = &daemon->loop.box.config;
+    int error = options->stats ? cb_stats_write(&daemon->stats, config, options->stats) : 0;
+    if (error != 0) {
+        fprintf(stderr, "compboxd: %s: cannot be written: %s\n", options->stats, strerror(error));
+        return false;
+    }
+    error = cb_record_start(&daemon->record, options->record, config);
+    if (error != 0)
+        fprintf(stderr, "compboxd: %s: cannot be written: %s\n", options->record, strerror(error));
+    return error == 0;
+}
+
+static bool start_plc(struct daemon *daemon) {
+    const struct cb_plc_config *plc = &daemon->loop.box.config.plc;
+    bool v6 = strchr(plc->host, ':') != NULL;
+    snprintf(daemon->plc, sizeof daemon->plc, v6 ? "[%s]:%u" : "%s:%u", plc->host,
+             (unsigned)plc->port);
+    if (cb_tcp_start(&daemon->loop.target.tcp, plc->host, plc->port, plc->unit)) return true;
+    fprintf(stderr, "compboxd: %s: plc.transport.tcp.host: \"%s\" is not a numeric address\n",
+            daemon->options.config, plc->host);
+    return false;
+}
+
+/* What the machine does not permit is said, and the box runs without it. */
+static void prepare_machine(struct daemon *daemon) {
+    struct cb_stats_run *run = &daemon->stats.run;
+    int64_t now_us = cb_boottime_us();
+    int error = cb_lock_memory();
+    run->memory_locked = error == 0;
+    if (error != 0)
+        cb_log_say(&daemon->log, now_us, "memory may be paged, mlockall failed: %s",
+                   strerror(error));
+    if (!daemon->options.cpu_latency) return;
+    error = cb_hold_cpu_latency();
+    run->cpu_latency_held = error == 0;
+    if (error != 0)
+        cb_log_say(&daemon->log, now_us, "wake-ups may be slower, /dev/cpu_dma_latency: %s",
+                   strerror(error));
+}
+
+static void block_signals(struct daemon *daemon) {
+    sigemptyset(&daemon->signals);
+    sigaddset(&daemon->signals, SIGTERM);
+    sigaddset(&daemon->signals, SIGINT);
+    pthread_sigmask(SIG_BLOCK, &daemon->signals, NULL);
+    signal(SIGPIPE, SIG_IGN);
+    signal(SIGHUP, SIG_IGN); /* a terminal that is closed does not end the compensation */
+}
+
+static bool start_loop(struct daemon *daemon) {
+    daemon->loop.cycles = daemon->options.cycles;
+    cb_ring_start(&daemon->loop.ring, CB_LOOP_ROWS);
+    int error =
+        cb_start_thread(&daemon->thread, daemon->options.priority, cb_loop_run, &daemon->loop);
+    if (error == EPERM)
+        fprintf(stderr,
+                "compboxd: --priority %d is not permitted: run as root, or give the program "
+                "CAP_SYS_NICE\n",
+                daemon->options.priority);
+    else if (error != 0)
+        fprintf(stderr, "compboxd: cannot start the loop: %s\n", strerror(error));
+    return error == 0;
+}
+
+static bool start(struct daemon *daemon) {
+    const struct cb_config *config = &daemon->loop.box.config;
+    struct cb_stats_run *run = &daemon->stats.run;
+    if (!cb_load_file(&daemon->loop.box.config, daemon->options.config)) return false;
+    run->config_file = daemon->options.config;
+    run->plc = daemon->plc;
+    run->started_unix_s = (int64_t)time(NULL);
+    run->priority = daemon->options.priority;
+    if (!start_plc(daemon) || !open_outputs(daemon)) return false;
+    cb_log_start(&daemon->log, daemon->plc, cb_boottime_us());
+    prepare_machine(daemon);
+    block_signals(daemon);
+    cb_log_say(&daemon->log, cb_boottime_us(),
+               "%s, revision %u, %u terms, %u channels, PLC %s, every %.6g ms", config->machine,
+               (unsigned)config->revision, (unsigned)config->terms_count,
+               (unsigned)config->channels_count, daemon->plc, (double)config->period_us * 1e-3);
+    return start_loop(daemon);
+}
+
+static void take_rows(struct daemon *daemon) {
+    struct cb_loop *loop = &daemon->loop;
+    for (int32_t slot; (slot = cb_ring_slot_to_read(&loop->ring)) >= 0;) {
+        const struct cb_row *row = &loop->rows[slot];
+        cb_stats_add(&daemon->stats, row);
+        cb_record_add(&daemon->record, &loop->box.config, row);
+        cb_log_row(&daemon->log, row);
+        cb_ring_release(&loop->ring);
+    }
+    cb_record_flush(&daemon->record);
+}
+
+/* out: 0, or errno of a statistics file that could not be written. */
+static int write_stats(struct daemon *daemon) {
+    struct cb_stats_run *run = &daemon->stats.run;
+    run->rows_lost = cb_ring_lost(&daemon->loop.ring);
+    run->records_lost = run->rows_lost + daemon->record.lost;
+    if (daemon->options.stats == NULL) return 0;
+    return cb_stats_write(&daemon->stats, &daemon->loop.box.config, daemon->options.stats);
+}
+
+static void write_stats_now_and_then(struct daemon *daemon, int64_t now_us) {
+    if (now_us - daemon->stats_us < STATS_EVERY_US) return;
+    daemon->stats_us = now_us;
+    int error = write_stats(daemon);
+    if (error != 0)
+        cb_log_say(&daemon->log, now_us, "%s: cannot be written: %s", daemon->options.stats,
+                   strerror(error));
+}
+
+/* Waits a little; a signal asks the box to stop. Once it has been asked, by whomever, the time
+ * runs after which this thread gives up. */
+static void mind_the_stop(struct daemon *daemon) {
+    struct cb_loop *loop = &daemon->loop;
+    struct timespec wait = cb_timespec(LOOK_EVERY_MS * 1000000LL);
+    if (sigtimedwait(&daemon->signals, NULL, &wait) > 0) cb_flag_raise(&loop->target.stop);
+    if (!cb_flag_is_raised(&loop->target.stop)) return;
+    int64_t now_us = cb_boottime_us();
+    if (daemon->stop_by_us == 0)
+        daemon->stop_by_us = now_us + stop_time_us(&loop->box.config);
+    else if (now_us >= daemon->stop_by_us)
+        cb_flag_raise(&loop->quit);
+}
+
+static void serve(struct daemon *daemon) {
+    daemon->stats_us = cb_boottime_us();
+    while (!cb_flag_is_raised(&daemon->loop.finished)) {
+        mind_the_stop(daemon);
+        take_rows(daemon);
+        write_stats_now_and_then(daemon, cb_boottime_us());
+    }
+    pthread_join(daemon->thread, NULL);
+    take_rows(daemon);
+}
+
+/* The files' last state and the exit code. */
+static int finish(struct daemon *daemon) {
+    struct cb_stats_run *run = &daemon->stats.run;
+    int64_t now_us = cb_boottime_us();
+    run->finished = true;
+    run->stopped = daemon->loop.stopped;
+    int record_error = cb_record_finish(&daemon->record);
+    int stats_error = write_stats(daemon);
+    if (record_error != 0)
+        cb_log_say(&daemon->log, now_us, "%s: %llu rows could not be written: %s",
+                   daemon->options.record, (unsigned long long)daemon->record.lost,
+                   strerror(record_error));
+    if (stats_error != 0)
+        cb_log_say(&daemon->log, now_us, "%s: cannot be written: %s", daemon->options.stats,
+                   strerror(stats_error));
+    bool confirmed = run->stopped && daemon->loop.box.wrote;
+    if (!daemon->loop.box.wrote)
+        cb_log_say(&daemon->log, now_us,
+                   "ended before the PLC was ever heard, nothing was written: check %s",
+                   daemon->plc);
+    else if (!confirmed)
+        cb_log_say(&daemon->log, now_us,
+                   "ended without the PLC's confirmation of zero: its own watchdog has to take "
+                   "the offset back; check %s",
+                   daemon->plc);
+    return confirmed && record_error == 0 && stats_error == 0 ? EXIT_OK : EXIT_BAD;
+}
+
+int main(int argc, char **argv) {
+    static struct daemon daemon; /* a few megabytes, in memory from the start */
+    switch (cb_options_parse(&daemon.options, argc, argv)) {
+        case CB_OPTIONS_DONE:
+            return EXIT_OK;
+        case CB_OPTIONS_WRONG:
+            return EXIT_USAGE;
+        case CB_OPTIONS_RUN:
+            break;
+    }
+    if (!start(&daemon)) return EXIT_BAD;
+    serve(&daemon);
+    return finish(&daemon);
+}

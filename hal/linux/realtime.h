@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: MIT
+ * What keeps a Linux thread in time: memory that is never paged, a timer without slack, a
+ * processor that does not fall asleep deeply, a priority. All before the loop starts. */
+#ifndef COMPBOX_HAL_LINUX_REALTIME_H
+#define COMPBOX_HAL_LINUX_REALTIME_H
+
+#include <pthread.h>
+#include <stdbool.h>
+
+/* Locks all memory of the process, present and future. out: 0, or errno. */
+int cb_lock_memory(void);
+
+/* Holds /dev/cpu_dma_latency at 0 for the life of the process, so that the processor stays in
+ * its lightest sleep. out: 0, or errno when the device is missing or not permitted. */
+int cb_hold_cpu_latency(void);
+
+/* Starts a thread with its own small stack; priority 1 … 99: SCHED_FIFO, 0: as the caller.
+ * All signals are blocked in it. out: 0, or errno (EPERM: the priority is not permitted). */
+int cb_start_thread(pthread_t *thread, int priority, void *(*run)(void *), void *argument);
+
+/* To be called first in that thread: its name, no timer slack, its stack touched, so that no page
+ * of it is missing later. */
+void cb_settle_thread(const char *name);
+
+#endif

@@ -1,0 +1,281 @@
+/* SPDX-License-Identifier: MIT */
+#include "hal/linux/tcp.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <string.h>
+
+#include "firmware/modbus.h"
+#include "hal/linux/clock.h"
+
+enum {
+    HEADER_BYTES = 7,         /* transaction, protocol, length, unit */
+    LENGTH_OFFSET = 6,        /* what the length field counts starts here, with the unit */
+    MIN_LENGTH = 2,           /* unit and function */
+    MAX_LENGTH = 254,         /* unit and the longest function and data */
+    MAX_FAILURES_IN_ROW = 3,  /* then the connection is made anew */
+    REMEMBERED_REQUESTS = 64, /* ids back to which a reply is one of ours, only late */
+    MAX_STRAY_FRAMES = 8,     /* dropped before one request; more must wait for the next */
+    MAX_SILENCE_US = 10000,   /* within a frame; after that its rest will not come */
+};
+
+/* What waiting for a frame came to. */
+enum wait {
+    WAIT_FRAME,   /* it is there */
+    WAIT_WRONG,   /* a frame came instead whose id was never sent */
+    WAIT_TIMEOUT, /* nothing (more) by the deadline */
+    WAIT_LOST,    /* the connection is gone */
+};
+
+bool cb_tcp_start(struct cb_tcp *tcp, const char *host, uint16_t port, uint8_t unit) {
+    *tcp = (struct cb_tcp){.unit = unit};
+    if (!cb_link_start(&tcp->link, host, port)) return false;
+    cb_link_ready(&tcp->link, cb_boottime_us());
+    return true;
+}
+
+static uint16_t get_u16(const uint8_t *at) {
+    return (uint16_t)(at[0] << 8 | at[1]);
+}
+
+/* Gives the connection up, and with it the request that was out and the bytes received. */
+static void drop(struct cb_tcp *tcp, enum cb_link_cause cause, int error_number) {
+    tcp->awaiting = false;
+    tcp->failures_in_row = 0;
+    tcp->have = 0;
+    cb_link_drop(&tcp->link, cause, error_number, cb_boottime_us());
+}
+
+/* An exchange brought no valid reply. A connection that does so again and again is given up; at
+ * once, when a reply has begun and stopped: its bytes would be taken for the head of the next. */
+static void failed(struct cb_tcp *tcp) {
+    if (tcp->have > 0 && cb_boottime_us() - tcp->received_us >= MAX_SILENCE_US) {
+        tcp->counters.incomplete_replies++;
+        drop(tcp, CB_LINK_CAUSE_FRAMING, 0);
+    } else if (++tcp->failures_in_row >= MAX_FAILURES_IN_ROW) {
+        tcp->counters.given_up++;
+        drop(tcp, CB_LINK_CAUSE_SILENT, 0);
+    }
+}
+
+/* Bytes of the frame that begins what was received: 0 when its header is not whole yet, or -1
+ * when this cannot be a header. */
+static int frame_bytes(const struct cb_tcp *tcp) {
+    if (tcp->have < LENGTH_OFFSET) return 0;
+    uint16_t protocol = get_u16(tcp->received + 2);
+    uint16_t length = get_u16(tcp->received + 4);
+    if (protocol != 0 || length < MIN_LENGTH || length > MAX_LENGTH) return -1;
+    return LENGTH_OFFSET + length;
+}
+
+/* Removes the frame that begins what was received. */
+static void use_up(struct cb_tcp *tcp) {
+    size_t frame = (size_t)frame_bytes(tcp);
+    tcp->have -= frame;
+    memmove(tcp->received, tcp->received + frame, tcp->have);
+}
+
+static void lost_by_peer(struct cb_tcp *tcp) {
+    tcp->counters.closed_by_peer++;
+    drop(tcp, CB_LINK_CAUSE_PEER, 0);
+}
+
+static void lost_by_error(struct cb_tcp *tcp, int error_number) {
+    tcp->counters.socket_errors++;
+    drop(tcp, CB_LINK_CAUSE_ERRNO, error_number);
+}
+
+/* Takes what the socket has, without waiting. There is always room: at most a part of one frame
+ * is waiting. out: false when the connection is lost. */
+static bool fill(struct cb_tcp *tcp) {
+    ssize_t got = recv(tcp->link.fd, tcp->received + tcp->have, sizeof tcp->received - tcp->have,
+                       MSG_DONTWAIT);
+    if (got > 0) {
+        tcp->have += (size_t)got;
+        tcp->received_us = cb_boottime_us();
+        return true;
+    }
+    if (got < 0 && (errno == EAGAIN || errno == EINTR)) return true;
+    if (got == 0 || errno == ECONNRESET)
+        lost_by_peer(tcp);
+    else
+        lost_by_error(tcp, errno);
+    return false;
+}
+
+static void sleep_until_readable(int fd, int64_t left_us) {
+    struct pollfd wait = {.fd = fd, .events = POLLIN};
+    struct timespec left = cb_timespec(left_us * 1000);
+    ppoll(&wait, 1, &left, NULL);
+}
+
+/* Waits until a whole frame begins what was received. */
+static enum wait next_frame(struct cb_tcp *tcp, int64_t deadline_us) {
+    for (;;) {
+        size_t before = tcp->have;
+        int frame = frame_bytes(tcp);
+        if (frame < 0) {
+            tcp->counters.framing_errors++;
+            drop(tcp, CB_LINK_CAUSE_FRAMING, 0);
+            return WAIT_LOST;
+        }
+        if (frame > 0 && tcp->have >= (size_t)frame) return WAIT_FRAME;
+        if (!fill(tcp)) return WAIT_LOST;
+        int64_t left_us = deadline_us - cb_boottime_us();
+        if (tcp->have == before && left_us <= 0) return WAIT_TIMEOUT;
+        if (tcp->have == before) sleep_until_readable(tcp->link.fd, left_us);
+    }
+}
+
+/* Removes a frame that is not the awaited reply. out: true when its id was never sent: then it is
+ * taken as all that this server will say to the request that is out, though it cannot be used. */
+static bool drop_unexpected(struct cb_tcp *tcp) {
+    uint16_t requests_ago = (uint16_t)(tcp->transaction - get_u16(tcp->received));
+    bool ours = requests_ago <= REMEMBERED_REQUESTS;
+    if (ours)
+        tcp->counters.stray_replies++;
+    else
+        tcp->counters.wrong_ids++;
+    use_up(tcp);
+    return !ours;
+}
+
+/* Waits until the reply to the request that is out begins what was received, dropping others. */
+static enum wait next_reply(struct cb_tcp *tcp, int64_t deadline_us) {
+    for (int strays = 0; strays < MAX_STRAY_FRAMES; strays++) {
+        enum wait waited = next_frame(tcp, deadline_us);
+        if (waited != WAIT_FRAME) return waited;
+        if (get_u16(tcp->received) == tcp->transaction && tcp->awaiting) return WAIT_FRAME;
+        if (drop_unexpected(tcp) && tcp->awaiting) return WAIT_WRONG;
+    }
+    return WAIT_TIMEOUT;
+}
+
+/* A request that was given up is still out. Waits for its reply, which is dropped. */
+static bool await_late_reply(struct cb_tcp *tcp, int64_t deadline_us) {
+    enum wait waited = next_reply(tcp, deadline_us);
+    if (waited == WAIT_LOST) return false;
+    if (waited == WAIT_TIMEOUT) {
+        tcp->counters.blocked++;
+        failed(tcp);
+        return false;
+    }
+    if (waited == WAIT_FRAME) {
+        tcp->counters.late_replies++;
+        tcp->failures_in_row = 0;
+        use_up(tcp);
+    }
+    tcp->awaiting = false;
+    return true;
+}
+
+/* Makes sure that a request may be sent: connected, none out, nothing left from before. */
+static bool ready_to_send(struct cb_tcp *tcp, int64_t deadline_us) {
+    int64_t now_us = cb_boottime_us();
+    if (now_us >= deadline_us) {
+        tcp->counters.out_of_time++;
+        return false;
+    }
+    if (!cb_link_ready(&tcp->link, now_us)) {
+        tcp->counters.not_connected++;
+        return false;
+    }
+    if (tcp->awaiting && !await_late_reply(tcp, deadline_us)) return false;
+    return next_reply(tcp, 0) != WAIT_LOST;
+}
+
+/* out: false when the request certainly will not take effect: not all of it was sent. */
+static bool send_request(struct cb_tcp *tcp, const struct cb_modbus_request *request) {
+    uint8_t frame[CB_TCP_MAX_FRAME] = {0};
+    size_t bytes = HEADER_BYTES + cb_modbus_encode(request, frame + HEADER_BYTES);
+    tcp->transaction++;
+    frame[0] = (uint8_t)(tcp->transaction >> 8);
+    frame[1] = (uint8_t)(tcp->transaction & 0xFF);
+    frame[4] = (uint8_t)((bytes - LENGTH_OFFSET) >> 8);
+    frame[5] = (uint8_t)((bytes - LENGTH_OFFSET) & 0xFF);
+    frame[6] = tcp->unit;
+    ssize_t sent = send(tcp->link.fd, frame, bytes, MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (sent != (ssize_t)bytes) {
+        lost_by_error(tcp, sent < 0 ? errno : EAGAIN);
+        return false;
+    }
+    tcp->counters.requests++;
+    tcp->awaiting = true;
+    return true;
+}
+
+static void count_exception(struct cb_tcp *tcp, uint8_t code) {
+    tcp->counters.exceptions++;
+    tcp->counters.exceptions_by_code[code < CB_TCP_EXCEPTIONS ? code : 0]++;
+}
+
+/* The awaited reply is at hand: takes it apart. */
+static enum cb_transfer take_reply(struct cb_tcp *tcp, const struct cb_modbus_request *request,
+                                   uint16_t *registers) {
+    uint8_t exception = 0;
+    size_t bytes = (size_t)frame_bytes(tcp) - HEADER_BYTES;
+    enum cb_modbus_answer answer =
+        cb_modbus_decode(request, tcp->received + HEADER_BYTES, bytes, registers, &exception);
+    use_up(tcp);
+    tcp->awaiting = false;
+    if (answer == CB_MODBUS_INVALID) {
+        tcp->counters.invalid_replies++;
+        failed(tcp);
+        return CB_TRANSFER_UNKNOWN;
+    }
+    tcp->counters.replies++;
+    tcp->failures_in_row = 0;
+    cb_link_proven(&tcp->link);
+    if (answer == CB_MODBUS_OK) return CB_TRANSFER_OK;
+    count_exception(tcp, exception);
+    return CB_TRANSFER_REFUSED;
+}
+
+static enum cb_transfer exchange(struct cb_tcp *tcp, const struct cb_modbus_request *request,
+                                 uint16_t *registers, int64_t deadline_us) {
+    if (!ready_to_send(tcp, deadline_us) || !send_request(tcp, request)) return CB_TRANSFER_FAILED;
+    switch (next_reply(tcp, deadline_us)) {
+        case WAIT_FRAME:
+            return take_reply(tcp, request, registers);
+        case WAIT_WRONG:
+            tcp->awaiting = false;
+            failed(tcp);
+            return CB_TRANSFER_UNKNOWN;
+        case WAIT_TIMEOUT:
+            tcp->counters.timeouts++;
+            failed(tcp);
+            return CB_TRANSFER_UNKNOWN;
+        case WAIT_LOST:
+            return CB_TRANSFER_UNKNOWN;
+    }
+    return CB_TRANSFER_UNKNOWN;
+}
+
+enum cb_transfer cb_tcp_read(struct cb_tcp *tcp, uint16_t start, uint16_t count,
+                             uint16_t *registers, int64_t deadline_us) {
+    struct cb_modbus_request request = {
+        .function = CB_MODBUS_READ, .read_start = start, .read_count = count};
+    return exchange(tcp, &request, registers, deadline_us);
+}
+
+enum cb_transfer cb_tcp_write(struct cb_tcp *tcp, uint16_t start, uint16_t count,
+                              const uint16_t *registers, int64_t deadline_us) {
+    struct cb_modbus_request request = {.function = CB_MODBUS_WRITE,
+                                        .write_start = start,
+                                        .write_count = count,
+                                        .write_registers = registers};
+    return exchange(tcp, &request, NULL, deadline_us);
+}
+
+enum cb_transfer cb_tcp_write_read(struct cb_tcp *tcp, uint16_t write_start, uint16_t write_count,
+                                   const uint16_t *write_registers, uint16_t read_start,
+                                   uint16_t read_count, uint16_t *read_registers,
+                                   int64_t deadline_us) {
+    struct cb_modbus_request request = {.function = CB_MODBUS_WRITE_READ,
+                                        .read_start = read_start,
+                                        .read_count = read_count,
+                                        .write_start = write_start,
+                                        .write_count = write_count,
+                                        .write_registers = write_registers};
+    return exchange(tcp, &request, read_registers, deadline_us);
+}

@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: MIT
+ * Ticks at absolute times of CLOCK_MONOTONIC: start + n * period, so nothing drifts. A suspended
+ * machine has no ticks, so none are missed; that time passed is seen by the ages, whose clock
+ * counts suspend. */
+#ifndef COMPBOX_HAL_LINUX_TICK_H
+#define COMPBOX_HAL_LINUX_TICK_H
+
+#include <stdint.h>
+
+struct cb_tick {
+    int64_t period_ns;
+    int64_t start_ns; /* time of tick 0, which is never waited for */
+    int64_t index;    /* of the last tick waited for; skipped ones are counted in */
+    int64_t woke_ns;  /* when that wait ended */
+    int64_t late_ns;  /* … and by how much that was after the tick: 0 … period */
+};
+
+/* Tick 1 is one period from now. */
+void cb_tick_start(struct cb_tick *tick, uint32_t period_us);
+
+/* Sleeps until the next tick that lies in the future and returns how many were skipped for it.
+ * When the machine itself oversleeps by a whole period, those ticks count as skipped too and the
+ * next one is waited for: a cycle never starts later than one period after its tick. */
+uint32_t cb_tick_wait(struct cb_tick *tick);
+
+#endif

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+// What `compbox build` does, for other commands too.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace compbox {
+
+// Joins the files (merge.h), asks the box's loader, and only then writes `output`. Returns what
+// there is to say about it, one line each. Throws input_error naming the file at fault.
+std::vector<std::string> build_file(const std::string &machine,
+                                    const std::vector<std::string> &terms,
+                                    std::optional<unsigned> revision, const std::string &output);
+
+}  // namespace compbox

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+// compbox assemble: nine instrument files to the table that identify reads.
+#include <cmath>
+#include <iostream>
+#include <memory>
+
+#include "host-tools/compbox/commands.h"
+#include "host-tools/fitting/measurement.h"
+#include "host-tools/formats/csv.h"
+#include "host-tools/formats/error.h"
+#include "host-tools/formats/file.h"
+
+namespace compbox {
+
+namespace {
+
+struct assemble_arguments {
+    std::vector<std::string> files;
+    std::string output;
+};
+
+constexpr const char *example =
+    "Example:\n"
+    "  compbox assemble P1x.rtl P1y.rtl P1z.rtl P2x.rtl P2y.rtl P2z.rtl P3x.rtl P3y.rtl P3z.rtl "
+    "-o X.csv\n"
+    "Nine files of one axis, point by point and x, y, z within a point; .rtl or CSV. Runs of a "
+    "file "
+    "are averaged.";
+
+constexpr double same_position_mm = 1e-3;
+
+void check_positions(const measurement &first, const measurement &other) {
+    if (other.unit != "um")
+        throw input_error(other.file, 0, 0, "holds angles; nine lines are in um");
+    if (other.position.size() != first.position.size()) {
+        throw input_error(other.file, 0, 0,
+                          "has " + std::to_string(other.position.size()) + " positions, " +
+                              first.file + " has " + std::to_string(first.position.size()));
+    }
+    for (std::size_t i = 0; i < first.position.size(); ++i) {
+        if (std::fabs(first.position[i] - other.position[i]) > same_position_mm) {
+            throw input_error(other.file, 0, 0,
+                              "measures at " + shortest(other.position[i]) + " mm where " +
+                                  first.file + " measures at " + shortest(first.position[i]));
+        }
+    }
+}
+
+void run_assemble(const assemble_arguments &arguments) {
+    std::vector<measurement> lines;
+    for (const auto &file : arguments.files) lines.push_back(read_measurement(file));
+    for (const auto &line : lines) check_positions(lines.front(), line);
+    std::vector<std::string> names = {"position_mm"};
+    for (const char *point : {"1", "2", "3"}) {
+        for (const char *direction : {"dx", "dy", "dz"}) {
+            names.push_back(std::string(direction) + point + "_um");
+        }
+    }
+    std::vector<std::vector<double>> rows;
+    for (std::size_t i = 0; i < lines.front().position.size(); ++i) {
+        rows.push_back({lines.front().position[i]});
+        for (const auto &line : lines) rows.back().push_back(line.mean[i]);
+    }
+    write_file(arguments.output, csv_text(names, rows));
+    std::cout << rows.size() << " positions from " << shortest(rows.front()[0]) << " to "
+              << shortest(rows.back()[0]) << " mm written to " << arguments.output << "\n";
+}
+
+}  // namespace
+
+void add_assemble(CLI::App &app) {
+    auto arguments = std::make_shared<assemble_arguments>();
+    CLI::App *assemble = app.add_subcommand("assemble", "Nine instrument files to one table");
+    assemble->footer(example);
+    assemble->add_option("files", arguments->files, "P1x P1y P1z P2x … P3z")
+        ->required()
+        ->expected(9);
+    assemble->add_option("-o,--output", arguments->output, "Table to write, MEASURED.csv")
+        ->required();
+    assemble->callback([arguments] { run_assemble(*arguments); });
+}
+
+}  // namespace compbox

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+// compbox build: machine file and terms to the coefficient file, if the box would take it.
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host-tools/compbox/build.h"
+#include "host-tools/compbox/commands.h"
+
+namespace compbox {
+
+namespace {
+
+struct build_options {
+    std::string machine;
+    std::vector<std::string> terms;
+    std::optional<unsigned> revision;
+    std::string output;
+};
+
+void run_build(const build_options &options) {
+    const auto notes = build_file(options.machine, options.terms, options.revision, options.output);
+    auto &out = options.output == "-" ? std::cerr : std::cout;
+    for (const auto &note : notes) out << note << "\n";
+}
+
+}  // namespace
+
+void add_build(CLI::App &app) {
+    auto *command = app.add_subcommand("build", "Join a machine file and terms for the box");
+    const auto options = std::make_shared<build_options>();
+    command->add_option("MACHINE", options->machine, "Machine file, see init")->required();
+    command->add_option("TERM", options->terms, "Term files, see fit");
+    command->add_option("--revision", options->revision,
+                        "Revision of the new file (else the machine file's)");
+    command->add_option("-o,--output", options->output, "Coefficient file to write")->required();
+    command->footer(
+        "Where the machine file has null, build fills in: a channel's sum (terms with ISO 230-1\n"
+        "names: EZX and EZY go to channel Z) and a signal's min and max (range of its curves,\n"
+        "10 mm beyond). It prints what it filled in.\n\n"
+        "Example:\n  compbox build machine.json EZX.json EZY.json -o coefficients.json");
+    command->callback([options] { run_build(*options); });
+}
+
+}  // namespace compbox

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+// compbox eval: the box's answer to a table of inputs.
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/evaluate.h"
+#include "host-tools/compbox/load.h"
+#include "host-tools/formats/file.h"
+
+namespace compbox {
+
+namespace {
+
+struct eval_options {
+    std::string coefficients, samples, output;
+    bool raw = false;
+};
+
+void run_eval(const eval_options &options) {
+    const auto config = load_coefficients(options.coefficients);
+    const csv_table samples = read_csv(options.samples);
+    const evaluation result = evaluate(*config, samples, options.raw);
+    write_file(options.output, evaluation_csv(result));
+    for (const auto &remark : result.remarks) {
+        std::cerr << options.samples << ": " << remark << "\n";
+    }
+}
+
+}  // namespace
+
+void add_eval(CLI::App &app) {
+    auto *command = app.add_subcommand("eval", "Run the box on a table of inputs");
+    const auto options = std::make_shared<eval_options>();
+    command->add_option("COEFFICIENTS", options->coefficients, "Coefficient file")->required();
+    command->add_option("--inputs", options->samples, "CSV: time_s and a column for each signal")
+        ->required();
+    command->add_flag("--raw", options->raw,
+                      "Channels as plain negative sums: no limits, slew, deadband or lead");
+    command->add_option("-o,--output", options->output, "CSV to write")->required();
+    command->footer(
+        "Inputs are physical values (mm, degC), taken after the registers' decoding; ranges, "
+        "rates\n"
+        "and ages apply as on the box. Between two rows the box runs at its period with the first\n"
+        "one's inputs.\n\n"
+        "Example:\n  compbox eval coefficients.json --inputs samples.csv -o out.csv");
+    command->callback([options] { run_eval(*options); });
+}
+
+}  // namespace compbox

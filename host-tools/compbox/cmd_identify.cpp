@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: MIT
+// compbox identify: nine lines to the six errors of an axis.
+#include <cmath>
+#include <iomanip>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <sstream>
+
+#include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/plan_file.h"
+#include "host-tools/formats/csv.h"
+#include "host-tools/formats/file.h"
+#include "host-tools/identification/identify.h"
+
+namespace compbox {
+
+namespace {
+
+struct identify_arguments {
+    std::string data, axis, points, folder;
+    std::vector<double> frame_offset_mm{0, 0, 0};
+    double scale_ppm_per_degC = 0.0, temperature_degC = 20.0;
+    identify_options options;
+    bool as_json = false;
+};
+
+constexpr const char *example =
+    "Example:\n"
+    "  compbox identify X.csv --axis X --points plan.json -o identified\n"
+    "reads position_mm,dx1_um,dy1_um,dz1_um,dx2_um,…,dz3_um and writes EXX.csv, EYX.csv, EZX.csv,\n"
+    "EAX.csv, EBX.csv, ECX.csv and report.json.";
+
+const char *const line_names[9] = {"dx1_um", "dy1_um", "dz1_um", "dx2_um", "dy2_um",
+                                   "dz2_um", "dx3_um", "dy3_um", "dz3_um"};
+
+nine_lines read_lines(const std::string &path) {
+    const csv_table table = read_csv(path);
+    const std::size_t position = table.column("position_mm");
+    nine_lines lines;
+    lines.reading_um.resize(static_cast<Eigen::Index>(table.rows.size()), 9);
+    for (int line = 0; line < 9; ++line) {
+        const std::size_t column = table.column(line_names[line]);
+        for (std::size_t r = 0; r < table.rows.size(); ++r) {
+            lines.reading_um(static_cast<Eigen::Index>(r), line) = table.rows[r][column];
+        }
+    }
+    for (std::size_t r = 0; r < table.rows.size(); ++r) {
+        lines.position_mm.push_back(table.rows[r][position]);
+        if (r > 0 && lines.position_mm[r] <= lines.position_mm[r - 1]) {
+            throw input_error(path, table.lines[r], 0,
+                              "positions must ascend, but " + shortest(lines.position_mm[r]) +
+                                  " mm comes after " + shortest(lines.position_mm[r - 1]) + " mm");
+        }
+    }
+    return lines;
+}
+
+// A scale warmer than 20 degC is longer and moves the axis too far: taken off the axis' own lines.
+void correct_scale(nine_lines &lines, const identify_arguments &arguments) {
+    const double per_mm = arguments.scale_ppm_per_degC * (arguments.temperature_degC - 20.0) * 1e-3;
+    for (std::size_t r = 0; r < lines.position_mm.size(); ++r) {
+        for (int point = 0; point < 3; ++point) {
+            lines.reading_um(static_cast<Eigen::Index>(r), 3 * point + arguments.options.axis) -=
+                per_mm * lines.position_mm[r];
+        }
+    }
+}
+
+void write_curves(const identify_arguments &arguments, const six_curves &curves) {
+    const auto names = error_names(arguments.options.axis);
+    make_folder(arguments.folder);
+    for (std::size_t k = 0; k < 6; ++k) {
+        const std::string unit = k < 3 ? "um" : "urad";
+        std::vector<std::vector<double>> rows;
+        for (std::size_t r = 0; r < curves.position_mm.size(); ++r) {
+            const auto row = static_cast<Eigen::Index>(r), column = static_cast<Eigen::Index>(k);
+            rows.push_back(
+                {curves.position_mm[r], curves.value(row, column), curves.sigma(row, column)});
+        }
+        write_file(arguments.folder + "/" + names[k] + ".csv",
+                   csv_text({"position_mm", "error_" + unit, "sigma_" + unit}, rows));
+    }
+}
+
+json report_json(const identify_arguments &arguments, const six_curves &curves) {
+    const auto names = error_names(arguments.options.axis);
+    const bool improved = arguments.options.how == nine_line_method::improved;
+    json report;
+    report["method"] = improved ? "improved" : "traditional";
+    report["setups"] = arguments.options.lines == setups::separate ? "separate" : "common";
+    report["positions"] = curves.position_mm.size();
+    if (improved && curves.freedom > 0) report["noise_um"] = curves.noise_um;
+    for (std::size_t k = 0; k < 6; ++k) {
+        const auto column = curves.value.col(static_cast<Eigen::Index>(k));
+        json one;
+        one["unit"] = k < 3 ? "um" : "urad";
+        one["range"] = column.maxCoeff() - column.minCoeff();
+        one["sigma_mean"] = curves.sigma.col(static_cast<Eigen::Index>(k)).mean();
+        one["sigma_for_noise_um"] = improved ? curves.noise_um : 1.0;
+        report["errors"][names[k]] = one;
+    }
+    report["remarks"] = curves.remarks;
+    report["outliers"] = json::array();
+    for (const auto &outlier : curves.outliers) {
+        json one;
+        one["position_mm"] = curves.position_mm[outlier.row];
+        one["line"] = line_names[outlier.line];
+        one["studentised"] = outlier.studentised;
+        report["outliers"].push_back(one);
+    }
+    return report;
+}
+
+void print_report(const json &report) {
+    std::cout << report["method"].get<std::string>() << " nine-line identification, "
+              << report["positions"] << " positions";
+    if (report.contains("noise_um")) {
+        std::cout << ", noise of a reading " << std::fixed << std::setprecision(3)
+                  << report["noise_um"].get<double>() << " um";
+    }
+    std::cout << "\n\n  error       range     1 sigma\n" << std::fixed << std::setprecision(3);
+    for (const auto &[name, one] : report["errors"].items()) {
+        std::cout << "  " << name << std::setw(13) << one["range"].get<double>() << std::setw(12)
+                  << one["sigma_mean"].get<double>() << " " << one["unit"].get<std::string>()
+                  << "\n";
+    }
+    for (const auto &remark : report["remarks"])
+        std::cout << "\n" << remark.get<std::string>() << "\n";
+    for (const auto &outlier : report["outliers"]) {
+        std::cout << "\nstands out: " << outlier["line"].get<std::string>() << " at "
+                  << shortest(outlier["position_mm"].get<double>()) << " mm ("
+                  << std::setprecision(1) << outlier["studentised"].get<double>() << " sigma)";
+    }
+    if (!report["outliers"].empty()) std::cout << "\nmeasure these again or take them out\n";
+}
+
+void run_identify(identify_arguments &arguments) {
+    arguments.options.axis = axis_of(arguments.axis);
+    nine_lines lines = read_lines(arguments.data);
+    correct_scale(lines, arguments);
+    triple_mm points = read_plan(arguments.points);
+    for (auto &point : points) {
+        for (std::size_t k = 0; k < 3; ++k) point[k] -= arguments.frame_offset_mm[k];
+    }
+    const six_curves curves = identify(lines, points, arguments.options, arguments.points);
+    const json report = report_json(arguments, curves);
+    write_curves(arguments, curves);
+    write_file(arguments.folder + "/report.json", json_text(report));
+    if (arguments.as_json) {
+        std::cout << json_text(report);
+    } else {
+        print_report(report);
+    }
+}
+
+}  // namespace
+
+void add_identify(CLI::App &app) {
+    auto arguments = std::make_shared<identify_arguments>();
+    CLI::App *identify = app.add_subcommand("identify", "Six errors of an axis from nine lines");
+    identify->footer(example);
+    identify->add_option("data", arguments->data, "Table, MEASURED.csv")->required();
+    identify->add_option("--axis", arguments->axis, "Axis that moved: X, Y or Z")
+        ->required()
+        ->check(CLI::IsMember({"X", "Y", "Z"}).description(""))
+        ->option_text("AXIS");
+    identify->add_option("--points", arguments->points, "Measuring points, plan.json")->required();
+    const std::map<std::string, nine_line_method> methods = {
+        {"improved", nine_line_method::improved}, {"traditional", nine_line_method::traditional}};
+    identify->add_option("--method", arguments->options.how, "improved (default) or traditional")
+        ->transform(CLI::Transformer(methods).description(""))
+        ->option_text("METHOD");
+    const std::map<std::string, setups> kinds = {{"separate", setups::separate},
+                                                 {"common", setups::common}};
+    identify
+        ->add_option("--setups", arguments->options.lines,
+                     "separate (default): each line has its own offset and slope; common: all "
+                     "lines share one frame")
+        ->transform(CLI::Transformer(kinds).description(""))
+        ->option_text("KIND");
+    identify
+        ->add_option("--frame-offset-mm", arguments->frame_offset_mm,
+                     "Origin of the axis' frame in the points' coordinates, x,y,z")
+        ->expected(3)
+        ->delimiter(',')
+        ->option_text("X,Y,Z");
+    identify
+        ->add_option("--scale-ppm-per-degC", arguments->scale_ppm_per_degC,
+                     "Expansion of the axis' scale, corrected to 20 degC")
+        ->option_text("A");
+    identify->add_option("--temperature-degC", arguments->temperature_degC, "Its temperature (20)")
+        ->option_text("T");
+    identify->add_flag("--json", arguments->as_json, "Print the report as JSON");
+    identify->add_option("-o,--output", arguments->folder, "Folder for the curves, DIR")
+        ->required();
+    identify->callback([arguments] { run_identify(*arguments); });
+}
+
+}  // namespace compbox

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+// compbox init: a machine file with sane defaults, for a person to complete.
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/machine_file.h"
+#include "host-tools/formats/error.h"
+#include "host-tools/formats/file.h"
+
+namespace compbox {
+
+namespace {
+
+struct init_options {
+    machine_options machine;
+    std::string travel;
+    std::string output;
+};
+
+// What is still to be done by hand, for the person who ran the command.
+std::string hints(const machine_options &options) {
+    std::string unset;
+    for (const char axis : options.axes) {
+        if (options.travel.count(axis) == 0) unset += std::string(unset.empty() ? "" : ", ") + axis;
+    }
+    std::string text;
+    if (!unset.empty()) {
+        text += "To set: min and max of " + unset +
+                " (or --travel); where they stay null, build takes the range of the curves.\n";
+    }
+    return text +
+           "To check against the PLC program: registers, types, scales; limit_um and "
+           "slew_um_per_s of each channel; sign by a sign test on the machine.\n";
+}
+
+// Throws CLI::ValidationError (wrong usage) for axes and travels that make no sense.
+json machine_of(init_options &options) {
+    try {
+        if (!options.travel.empty()) options.machine.travel = parse_travel(options.travel);
+        return new_machine(options.machine);
+    } catch (const input_error &error) {
+        throw CLI::ValidationError(error.what());
+    }
+}
+
+void init(init_options &options) {
+    write_file(options.output, json_text(machine_of(options)));
+    if (options.output != "-") std::cout << hints(options.machine);
+}
+
+}  // namespace
+
+void add_init(CLI::App &app) {
+    auto *command = app.add_subcommand("init", "Write a machine file with sane defaults");
+    const auto options = std::make_shared<init_options>();
+    auto &machine = options->machine;
+    command->add_option("--axes", machine.axes, "Axis letters, as in XYZ")->required();
+    command->add_option("--profile", machine.profile, "Kind of control")
+        ->required()
+        ->check(CLI::IsMember({"generic", "sinumerik-840d", "fanuc"}));
+    command->add_option("--name", machine.name, "Name of the machine")->capture_default_str();
+    command->add_option("--travel", options->travel, "Travels in mm: X=14300,Y=-1500:1500");
+    command->add_option("--host", machine.host, "PLC's IP address")->capture_default_str();
+    command->add_option("--port", machine.port, "PLC's TCP port")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 65535));
+    command->add_option("--unit", machine.unit, "Modbus unit id")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 255));
+    command->add_option("--period-ms", machine.period_ms, "Period of the box")
+        ->capture_default_str()
+        ->check(CLI::Range(1.0, 1000.0));
+    command->add_option("-o,--output", options->output, "Machine file to write")->required();
+    command->footer(
+        "Example:\n  compbox init --axes XYZ --profile sinumerik-840d "
+        "--travel X=14300,Y=3000,Z=2500 -o machine.json");
+    command->callback([options] { init(*options); });
+}
+
+}  // namespace compbox

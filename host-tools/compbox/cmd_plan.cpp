@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: MIT
+// compbox plan: the three measuring points of a nine-line measurement.
+#include <charconv>
+#include <cmath>
+#include <iomanip>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <sstream>
+
+#include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/plan_file.h"
+#include "host-tools/compbox/progress.h"
+#include "host-tools/formats/csv.h"
+#include "host-tools/formats/file.h"
+#include "host-tools/identification/plan.h"
+
+namespace compbox {
+
+namespace {
+
+struct plan_arguments {
+    std::string box, forbidden, axis = "X", output;
+    double sigma_um = 1.0;
+    std::vector<double> preset;
+    plan_options options;
+    bool as_json = false;
+};
+
+constexpr const char *example =
+    "Example:\n"
+    "  compbox plan --box=-300:300:10,-200:200:10,-100:150:10 -o plan.json\n"
+    "looks at every triple of the 1000 nodes where a reflector can be mounted, in the axis' own "
+    "frame.";
+
+// "x0:x1:nx,y0:y1:ny,z0:z1:nz" in mm.
+grid parse_box(const std::string &text) {
+    grid box;
+    const char *at = text.data(), *end = at + text.size();
+    for (std::size_t k = 0; k < 3; ++k) {
+        double count = 0.0;
+        for (double *value : {&box.low_mm[k], &box.high_mm[k], &count}) {
+            const auto result = std::from_chars(at, end, *value);
+            const char *separator = value == &count ? "," : ":";
+            const bool last = k == 2 && value == &count;
+            if (result.ec != std::errc() || !std::isfinite(*value) ||
+                (last ? result.ptr != end : result.ptr == end || *result.ptr != *separator)) {
+                throw CLI::ValidationError("--box", "must read x0:x1:nx,y0:y1:ny,z0:z1:nz");
+            }
+            at = result.ptr + (last ? 0 : 1);
+        }
+        if (!(count >= 1 && count <= 1000) || count != std::floor(count) ||
+            (count > 1 && !(box.low_mm[k] < box.high_mm[k]))) {
+            throw CLI::ValidationError("--box", "needs low < high and 1 to 1000 nodes a side");
+        }
+        box.counts[k] = static_cast<int>(count);
+    }
+    return box;
+}
+
+// The grid's nodes less those of the forbidden file (columns x_mm, y_mm, z_mm).
+std::vector<point_mm> allowed_nodes(const grid &box, const std::string &forbidden) {
+    auto nodes = box.nodes();
+    if (forbidden.empty()) return nodes;
+    const csv_table table = read_csv(forbidden);
+    const std::size_t x = table.column("x_mm"), y = table.column("y_mm"), z = table.column("z_mm");
+    for (std::size_t r = 0; r < table.rows.size(); ++r) {
+        const auto &row = table.rows[r];
+        const auto near = [&](const point_mm &node) {
+            return std::hypot(node[0] - row[x], node[1] - row[y], node[2] - row[z]) < 1e-6;
+        };
+        const auto last = std::remove_if(nodes.begin(), nodes.end(), near);
+        if (last == nodes.end()) {
+            throw input_error(forbidden, table.lines[r], 0, "is not a node of the box");
+        }
+        nodes.erase(last, nodes.end());
+    }
+    return nodes;
+}
+
+json sigma_json(const six &sigma, double sigma_um) {
+    json all;
+    for (std::size_t k = 0; k < 3; ++k) all["delta_um"].push_back(sigma[k] * sigma_um);
+    for (std::size_t k = 3; k < 6; ++k) all["epsilon_urad"].push_back(sigma[k] * sigma_um);
+    return all;
+}
+
+json plan_json(const plan_arguments &arguments, const grid &box, const plan_result &result) {
+    const int axis = axis_of(arguments.axis);
+    triple_mm points = result.best.front().points;
+    const bool solvable = order_for_traditional(points, axis);
+    json plan;
+    plan["points_mm"] = points_json(points);
+    plan["explanation"] = describe(points, box);
+    plan["axis"] = arguments.axis;
+    plan["reading_sigma_um"] = arguments.sigma_um;
+    plan["sigma"] = sigma_json(closed_form_sigma(points), arguments.sigma_um);
+    six traditional;
+    plan["traditional_solvable"] = solvable;
+    if (solvable && traditional_sigma(points, axis, traditional)) {
+        plan["traditional_sigma"] = sigma_json(traditional, arguments.sigma_um);
+    }
+    plan["triples"] = result.triples;
+    plan["degenerate_triples"] = result.degenerate;
+    for (const auto &triple : result.best) {
+        json one;
+        one["merit"] = triple.merit;
+        one["points_mm"] = points_json(triple.points);
+        one["explanation"] = describe(triple.points, box);
+        plan["best"].push_back(one);
+    }
+    return plan;
+}
+
+std::string numbers_of(const json &values) {
+    std::ostringstream out;
+    out << std::fixed << std::setprecision(3);
+    for (const auto &value : values) out << std::setw(10) << value.get<double>();
+    return out.str();
+}
+
+void print_plan(const json &plan) {
+    std::cout << plan["triples"] << " triples looked at, " << plan["degenerate_triples"]
+              << " of them on a line\n\nMeasure at\n";
+    for (const auto &point : plan["points_mm"]) std::cout << "  " << numbers_of(point) << " mm\n";
+    std::cout << plan["explanation"].get<std::string>() << "\n\n"
+              << "standard deviation of the results for readings with "
+              << shortest(plan["reading_sigma_um"].get<double>()) << " um\n"
+              << "                 delta x, y, z (um)            epsilon x, y, z (urad)\n"
+              << "  improved    " << numbers_of(plan["sigma"]["delta_um"])
+              << numbers_of(plan["sigma"]["epsilon_urad"]) << "\n";
+    if (plan.contains("traditional_sigma")) {
+        std::cout << "  traditional " << numbers_of(plan["traditional_sigma"]["delta_um"])
+                  << numbers_of(plan["traditional_sigma"]["epsilon_urad"]) << "\n";
+    } else {
+        std::cout << "  traditional  cannot be solved at these points\n";
+    }
+}
+
+void run_plan(plan_arguments &arguments) {
+    const grid box = parse_box(arguments.box);
+    const auto nodes = allowed_nodes(box, arguments.forbidden);
+    if (nodes.size() < 3 || nodes.size() > 4000) {
+        throw input_error("--box leaves " + std::to_string(nodes.size()) +
+                          " nodes; 3 to 4000 can be searched");
+    }
+    for (std::size_t k = 0; k < arguments.preset.size(); ++k) {
+        if (arguments.preset[k] == 0.0) {
+            throw CLI::ValidationError("--preset", "a preset error must not be zero");
+        }
+        arguments.options.preset[k] = std::fabs(arguments.preset[k]);
+    }
+    arguments.options.progress = progress_of("triples");
+    const plan_result result = plan_points(nodes, arguments.options);
+    if (result.best.empty() || !std::isfinite(result.best.front().merit)) {
+        throw input_error("every triple of these nodes lies on one line: give the box more nodes");
+    }
+    const json plan = plan_json(arguments, box, result);
+    write_file(arguments.output, json_text(plan));
+    if (arguments.as_json) {
+        std::cout << json_text(plan);
+    } else {
+        print_plan(plan);
+    }
+}
+
+}  // namespace
+
+void add_plan(CLI::App &app) {
+    auto arguments = std::make_shared<plan_arguments>();
+    CLI::App *plan = app.add_subcommand("plan", "Choose the points of a nine-line measurement");
+    plan->footer(example);
+    plan->add_option("--box", arguments->box, "Grid of nodes, x0:x1:nx,y0:y1:ny,z0:z1:nz in mm")
+        ->required();
+    plan->add_option("--sigma-um", arguments->sigma_um, "Standard deviation of one reading")
+        ->check(CLI::PositiveNumber.description(""))
+        ->option_text("S");
+    plan->add_option("--axis", arguments->axis, "Axis that will move (order of the points), X")
+        ->check(CLI::IsMember({"X", "Y", "Z"}).description(""))
+        ->option_text("AXIS");
+    const std::map<std::string, criterion> criteria = {
+        {"mean-cv", criterion::mean_cv}, {"a", criterion::a}, {"d", criterion::d}};
+    plan->add_option("--criterion", arguments->options.rank_by,
+                     "mean-cv (default): mean of sigma over preset error; a: its mean square; "
+                     "d: volume of the confidence ellipsoid")
+        ->transform(CLI::Transformer(criteria).description(""))
+        ->option_text("C");
+    plan->add_option("--preset", arguments->preset,
+                     "Size of the six errors looked for, um and urad (1 each)")
+        ->expected(6)
+        ->delimiter(',')
+        ->option_text("DX,DY,DZ,EX,EY,EZ");
+    plan->add_option("--forbid", arguments->forbidden, "Nodes to leave out, CSV x_mm,y_mm,z_mm");
+    plan->add_option("--best", arguments->options.best, "How many triples to list (10)")
+        ->check(CLI::Range(1, 1000).description(""))
+        ->option_text("N");
+    plan->add_flag("--json", arguments->as_json, "Print the plan as JSON");
+    plan->add_option("-o,--output", arguments->output, "Plan to write, plan.json")->required();
+    plan->callback([arguments] { run_plan(*arguments); });
+}
+
+}  // namespace compbox

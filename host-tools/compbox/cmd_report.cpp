@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: MIT
+// compbox report: ISO 230-1 and 230-2 figures of a measurement, before and after.
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <iostream>
+#include <memory>
+#include <sstream>
+
+#include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/report_plot.h"
+#include "host-tools/fitting/measurement.h"
+#include "host-tools/formats/error.h"
+#include "host-tools/formats/file.h"
+#include "host-tools/formats/json.h"
+#include "host-tools/metrology/straightness.h"
+
+namespace compbox {
+
+namespace {
+
+struct report_arguments {
+    std::string before, after, plot, output;
+    bool as_json = false;
+};
+
+constexpr const char *example =
+    "Example:\n"
+    "  compbox report before.rtl --after after.rtl --plot report.svg\n"
+    "Positioning by ISO 230-2 and straightness by ISO 230-1 of the same readings: take the one "
+    "that the set-up measured.";
+
+json number(const std::optional<double> &value) {
+    return value ? json(*value) : json(nullptr);
+}
+
+json direction_json(const direction_figures &figures) {
+    json one;
+    one["E"] = figures.E;
+    one["A"] = number(figures.A);
+    one["R"] = number(figures.R);
+    for (const auto &target : figures.targets) {
+        one["mean"].push_back(target.mean);
+        one["s"].push_back(number(target.s));
+    }
+    return one;
+}
+
+json positioning_json(const axis_readings &axis) {
+    const auto figures = evaluate_positioning(axis);
+    json one;
+    one["targets_mm"] = axis.target_mm;
+    one["runs_forward"] = axis.runs_forward();
+    one["runs_backward"] = axis.runs_backward();
+    for (const auto &[name, value] : {std::pair{"A", figures.A},
+                                      {"R", figures.R},
+                                      {"E", figures.E},
+                                      {"M", figures.M},
+                                      {"B", figures.B},
+                                      {"B_mean", figures.B_mean}}) {
+        one[name] = number(value);
+    }
+    if (figures.forward) one["forward"] = direction_json(*figures.forward);
+    if (figures.backward) one["backward"] = direction_json(*figures.backward);
+    if (!figures.reversal.empty()) one["reversal"] = figures.reversal;
+    if (!figures.repeatability.empty()) one["repeatability"] = figures.repeatability;
+    one["conforming"] = figures.remarks.empty();
+    one["remarks"] = figures.remarks;
+    if (figures.long_axis) {
+        one["remarks"].push_back(
+            "axis over 2000 mm with fewer than 5 runs: E, M and B only, "
+            "A and R take 5 runs over 2000 mm of the working range");
+    }
+    return one;
+}
+
+json straightness_json(const measurement &data) {
+    json one;
+    const auto &x = data.position, &y = data.mean;
+    const std::pair<const char *, straight_line> lines[] = {
+        {"end_point", end_point_line(x, y)},
+        {"least_squares", least_squares_line(x, y)},
+        {"minimum_zone", minimum_zone_line(x, y)}};
+    for (const auto &[name, line] : lines) {
+        one[name]["deviation"] = deviation_about(line, x, y);
+        one[name]["slope_urad"] = line.slope * (data.unit == "um" ? 1e3 : 1.0);
+    }
+    return one;
+}
+
+json report_of_file(const std::string &path) {
+    const measurement data = read_measurement(path);
+    if (data.position.size() < 2) throw input_error(path, 0, 0, "needs at least two positions");
+    json report;
+    report["file"] = path;
+    report["unit"] = data.unit;
+    report["positioning"] = positioning_json(readings_of(data));
+    report["straightness"] = straightness_json(data);
+    return report;
+}
+
+// A row of the table: a figure of the first file, of the second where there is one.
+void print_row(const std::string &name, const json &before, const json *after) {
+    std::cout << "  " << std::left << std::setw(34) << name << std::right;
+    const auto cell = [](const json &value) {
+        if (value.is_null()) {
+            std::cout << std::setw(12) << "-";
+        } else {
+            std::cout << std::setw(12) << value.get<double>();
+        }
+    };
+    cell(before);
+    if (after != nullptr) {
+        cell(*after);
+        if (!before.is_null() && !after->is_null() && before.get<double>() != 0.0) {
+            std::cout << std::setw(10) << std::setprecision(1)
+                      << 100.0 * (1.0 - after->get<double>() / before.get<double>()) << " %"
+                      << std::setprecision(3);
+        }
+    }
+    std::cout << "\n";
+}
+
+void print_report(const json &before, const json *after) {
+    const std::string unit = before["unit"] == "um" ? "um" : "urad";
+    std::cout << std::fixed << std::setprecision(3) << "  " << std::left << std::setw(34)
+              << "figures in " + unit << std::right << std::setw(12) << (after ? "before" : "");
+    if (after != nullptr) std::cout << std::setw(12) << "after" << std::setw(12) << "less";
+    std::cout << "\n\n  positioning, ISO 230-2\n";
+    const std::pair<const char *, const char *> rows[] = {{"A", "accuracy A"},
+                                                          {"R", "repeatability R"},
+                                                          {"E", "systematic error E"},
+                                                          {"M", "range of mean error M"},
+                                                          {"B", "reversal B"}};
+    const auto in = [](const json &report, const char *part, const char *key) -> const json & {
+        static const json none;
+        return report[part].contains(key) ? report[part][key] : none;
+    };
+    for (const auto &[key, name] : rows) {
+        const json *second = after ? &in(*after, "positioning", key) : nullptr;
+        print_row(name, in(before, "positioning", key), second);
+    }
+    for (const char *direction : {"forward", "backward"}) {
+        if (!before["positioning"].contains(direction)) continue;
+        for (const char *key : {"A", "R", "E"}) {
+            const bool there = after && (*after)["positioning"].contains(direction);
+            print_row(std::string(direction) + " " + key, before["positioning"][direction][key],
+                      there ? &(*after)["positioning"][direction][key] : nullptr);
+        }
+    }
+    std::cout << "\n  straightness of the mean, ISO 230-1, about\n";
+    for (const auto &[key, name] : {std::pair{"end_point", "the end-point line"},
+                                    {"least_squares", "the least-squares line"},
+                                    {"minimum_zone", "the minimum zone"}}) {
+        print_row(name, before["straightness"][key]["deviation"],
+                  after ? &(*after)["straightness"][key]["deviation"] : nullptr);
+    }
+    for (const json *report : {&before, after}) {
+        if (report == nullptr) continue;
+        for (const auto &remark : (*report)["positioning"]["remarks"]) {
+            std::cout << "\n  " << (*report)["file"].get<std::string>() << ": "
+                      << remark.get<std::string>();
+        }
+    }
+    std::cout << "\n";
+}
+
+void run_report(const report_arguments &arguments) {
+    json report;
+    report["before"] = report_of_file(arguments.before);
+    const bool both = !arguments.after.empty();
+    if (both) {
+        report["after"] = report_of_file(arguments.after);
+        if (report["after"]["unit"] != report["before"]["unit"]) {
+            throw input_error(arguments.after, 0, 0, "is in another unit than " + arguments.before);
+        }
+    }
+    if (!arguments.plot.empty()) {
+        std::vector<measurement> data{read_measurement(arguments.before)};
+        if (both) data.push_back(read_measurement(arguments.after));
+        plot_report(data, arguments.plot);
+    }
+    if (!arguments.output.empty()) write_file(arguments.output, json_text(report));
+    if (arguments.as_json) {
+        std::cout << json_text(report);
+    } else {
+        print_report(report["before"], both ? &report["after"] : nullptr);
+    }
+}
+
+}  // namespace
+
+void add_report(CLI::App &app) {
+    auto arguments = std::make_shared<report_arguments>();
+    CLI::App *report =
+        app.add_subcommand("report", "ISO 230-1 and 230-2 figures, before and after");
+    report->footer(example);
+    report->add_option("data", arguments->before, "Measurement, DATA.csv or DATA.rtl")->required();
+    report->add_option("--after", arguments->after, "The same after compensation");
+    report->add_option("--plot", arguments->plot, "Figure, F.svg, F.png or F.pdf");
+    report->add_flag("--json", arguments->as_json, "Print the figures as JSON");
+    report->add_option("-o,--output", arguments->output, "Write the figures as JSON, F.json");
+    report->callback([arguments] { run_report(*arguments); });
+}
+
+}  // namespace compbox

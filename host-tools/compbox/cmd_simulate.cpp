@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+// compbox simulate: the main job on a simulated machine.
+#include <unistd.h>
+
+#include <charconv>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/simulate_plots.h"
+#include "host-tools/compbox/simulate_report.h"
+#include "host-tools/formats/error.h"
+#include "host-tools/formats/file.h"
+
+namespace compbox {
+
+namespace {
+
+constexpr std::uint64_t most_seeds = 10000;
+
+struct simulate_options {
+    std::string scenario, folder, seeds, statistics, log;
+    bool plots = false;
+};
+
+// "7" or "1-20".
+std::vector<std::uint64_t> parse_seeds(const std::string &text) {
+    const char *end = text.data() + text.size();
+    std::uint64_t first = 0, last = 0;
+    auto result = std::from_chars(text.data(), end, first);
+    last = first;
+    if (result.ec == std::errc() && result.ptr != end && *result.ptr == '-') {
+        result = std::from_chars(result.ptr + 1, end, last);
+    }
+    if (result.ec != std::errc() || result.ptr != end || last < first ||
+        last - first >= most_seeds) {
+        throw CLI::ValidationError("--seeds", "give one number or a range, as in 7 or 1-20");
+    }
+    std::vector<std::uint64_t> seeds;
+    for (std::uint64_t seed = first; seed <= last; ++seed) seeds.push_back(seed);
+    return seeds;
+}
+
+// A folder that is there until the object goes.
+class temporary_folder {
+  public:
+    temporary_folder() {
+        std::string name = (std::filesystem::temp_directory_path() / "compbox-XXXXXX").string();
+        if (::mkdtemp(name.data()) == nullptr) {
+            throw input_error(name, 0, 0, "cannot make a temporary folder (give one with -o)");
+        }
+        path_ = name;
+    }
+    ~temporary_folder() {
+        std::error_code ignored;
+        std::filesystem::remove_all(path_, ignored);
+    }
+    temporary_folder(const temporary_folder &) = delete;
+    temporary_folder &operator=(const temporary_folder &) = delete;
+    const std::string &path() const { return path_; }
+
+  private:
+    std::string path_;
+};
+
+void show_progress(const std::string &text) {
+    if (::isatty(STDERR_FILENO) == 1) std::cerr << "\r\033[K" << text << std::flush;
+}
+
+// Report, figures; all in the folder.
+void write_results(const simulate_options &options, const scenario &plan, const simulation &result,
+                   const real_time_run &real) {
+    const std::string report = options.folder + "/report.json";
+    write_file(report, json_text(report_json(plan, result, real)));
+    std::cout << "\nreport: " << report << "\n";
+    if (!options.plots) return;
+    const std::string plots = options.folder + "/plots";
+    make_folder(plots);
+    plot_paths(plan, result, plots);
+    if (!options.log.empty()) {
+        plot_log(read_plc_log(options.log), plots + "/compensation-over-time.svg");
+    }
+    std::cout << "figures: " << plots << "/\n";
+}
+
+void run_simulate(const simulate_options &options) {
+    if (options.plots && options.folder.empty()) {
+        throw CLI::ValidationError("--plots", "needs a folder (-o)");
+    }
+    scenario plan = load_scenario(options.scenario);
+    if (!options.seeds.empty()) plan.seeds = parse_seeds(options.seeds);
+    real_time_run real;
+    if (!options.statistics.empty()) real.statistics = read_json(options.statistics);
+    if (!options.log.empty()) real.motion = figures_in_motion(read_plc_log(options.log));
+    std::unique_ptr<temporary_folder> temporary;
+    if (options.folder.empty()) temporary = std::make_unique<temporary_folder>();
+    const simulation result =
+        simulate(plan, temporary ? temporary->path() : options.folder, show_progress);
+    show_progress("");
+    for (const auto &warning : result.warnings) std::cerr << "compbox: " << warning << "\n";
+    std::cout << report_text(plan, result, real);
+    if (!temporary) write_results(options, plan, result, real);
+}
+
+}  // namespace
+
+void add_simulate(CLI::App &app) {
+    auto *command =
+        app.add_subcommand("simulate", "Measure, fit, compensate, remeasure in virtual time");
+    const auto options = std::make_shared<simulate_options>();
+    command->add_option("SCENARIO", options->scenario, "Scenario file, see docs/report.md")
+        ->required();
+    command->add_option("--seeds", options->seeds, "Machines to try: 7 or 1-20");
+    command->add_option("--stats", options->statistics,
+                        "Statistics of a compboxd run, to go into the report");
+    command->add_option("--log", options->log, "fakeplc's log of that run, likewise");
+    command->add_flag("--plots", options->plots, "Figures too (FOLDER/plots/*.svg)");
+    command->add_option("-o,--output", options->folder,
+                        "Folder for the report, measurements and coefficient files");
+    command->footer(
+        "Example:\n  compbox simulate examples/gantry-straightness/scenario.json -o out/demo");
+    command->callback([options] { run_simulate(*options); });
+}
+
+}  // namespace compbox

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+// The box on a table of inputs: what it would write, sample by sample.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host-tools/formats/csv.h"
+
+extern "C" {
+#include "firmware/box.h"
+}
+
+namespace compbox {
+
+struct evaluation {
+    std::vector<std::string> names;        // time_s, term outputs, comp_NAME_um
+    std::vector<double> time_s;            // one for each row of the samples
+    std::vector<std::vector<float>> rows;  // as names, without time_s
+    std::vector<std::string> remarks;      // implausible inputs, modes other than ACTIVE
+};
+
+// in : a loaded configuration; samples with time_s (strictly rising) and a column for each signal
+// out: the box settled on the first row, then run cycle by cycle, on each row at its own time.
+//      raw: channels are the plain negative sums, without limits, slew, deadband and lead.
+// Throws input_error for missing columns, rows out of order and more than a day between rows.
+evaluation evaluate(const cb_config &config, const csv_table &samples, bool raw);
+
+// The result as CSV: every float in its shortest exact form.
+std::string evaluation_csv(const evaluation &result);
+
+}  // namespace compbox

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+// Figures of errors along a path, for one direction (0: X, 1: Y, 2: Z).
+#pragma once
+
+#include <vector>
+
+#include "host-tools/twin/twin_file.h"
+
+namespace compbox {
+
+// Largest minus smallest error about the errors' own least-squares line along the path.
+double range_about_line(const std::vector<xyz> &positions_mm, const std::vector<xyz> &errors_um,
+                        std::size_t direction);
+
+double mean_of(const std::vector<xyz> &errors_um, std::size_t direction);
+// With n − 1.
+double variance_of(const std::vector<xyz> &errors_um, std::size_t direction);
+
+// Middle of the sorted values (mean of the two in the middle); values not empty.
+double median_of(std::vector<double> values);
+
+}  // namespace compbox

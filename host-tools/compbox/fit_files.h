@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+// From measurement files to a coefficient file, as a person does it with `compbox fit` and
+// `compbox build`. It is given paths and nothing else: it includes nothing of twin/, so that no
+// truth can reach a fit (a gate and tests/cli/test_simulate.py see to it).
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace compbox {
+
+// A way to fit curves, with the options of `compbox fit`.
+struct fit_recipe {
+    std::string name;                            // in tables and reports
+    std::string method;                          // bspline, bspline-lmc, polynomial, polyline
+    std::string line;                            // taken off first: keep, end-point, least-squares
+    int degree = 0;                              // 0: the method's usual one
+    std::map<std::string, double> tolerance_um;  // by curve; none: the noise decides
+};
+
+struct fitted_files {
+    std::string coefficients;                      // path of the coefficient file
+    std::vector<std::string> warnings;             // of the fits
+    std::map<std::string, int> coefficient_count;  // by curve
+};
+
+// Reads MEASUREMENTS/NAME.csv for each curve (its third letter is the signal), writes FOLDER/
+// NAME.json and FOLDER/coefficients.json, which the box's loader has taken. Throws input_error.
+fitted_files fit_files(const std::string &measurements, const std::vector<std::string> &curves,
+                       const fit_recipe &recipe, const std::string &machine,
+                       const std::string &folder);
+
+}  // namespace compbox

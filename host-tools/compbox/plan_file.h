@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+// plan.json: {"points_mm": [[x,y,z],[x,y,z],[x,y,z]], …}, coordinates in the axis' own frame.
+#pragma once
+
+#include <string>
+
+#include "host-tools/formats/json.h"
+#include "host-tools/identification/points.h"
+
+namespace compbox {
+
+// The three points. Throws input_error for anything but three triples of finite numbers.
+triple_mm read_plan(const std::string &path);
+
+json points_json(const triple_mm &points);
+
+// 0, 1, 2 of "X", "Y", "Z" (either case).
+int axis_of(const std::string &name);
+
+}  // namespace compbox

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+// What a compensation is worth along a path: by the twin's truth, after the fact, and as a laser
+// would show it.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "host-tools/compbox/scenario.h"
+#include "host-tools/twin/laser.h"
+
+extern "C" {
+#include "firmware/config.h"
+}
+
+namespace compbox {
+
+// One direction (X, Y or Z) along one path. A range is that of the error about its own
+// least-squares line over the stops.
+struct direction_figures {
+    double before_um = 0.0, after_um = 0.0;    // range of the true error, at the stops
+    double mean_um = 0.0, variance_um2 = 0.0;  // of the true error after, at the stops, no line
+    double between_before_um = 0.0, between_after_um = 0.0;  // the range also between the stops
+    double remeasured_before_um = 0.0, remeasured_after_um = 0.0;  // the same by the laser
+    double ceiling_percent = 0.0;  // what the laser would show of a perfect compensation, mean
+
+    double percent() const { return reduction(before_um, after_um); }
+    double between_percent() const { return reduction(between_before_um, between_after_um); }
+    double remeasured_percent() const {
+        return reduction(remeasured_before_um, remeasured_after_um);
+    }
+    static double reduction(double before, double after) {
+        return before > 0.0 ? 100.0 * (1.0 - after / before) : 0.0;
+    }
+};
+
+struct path_figures {
+    std::array<direction_figures, 3> figures;  // X, Y, Z
+    std::vector<xyz> after_um;                 // true error at each stop
+};
+
+// A path on a machine, measured before any compensation.
+class remeasured_path {
+  public:
+    // The twin must outlive it. Each stop is the mean of as many readings of the laser as the
+    // machine's own measurement had runs.
+    remeasured_path(const twin_machine &twin, const scenario_path &path);
+
+    const std::string &name() const { return path_.name; }
+    const std::vector<xyz> &stops_mm() const { return stops_; }
+    const std::vector<xyz> &before_um() const { return before_; }
+
+    // in : the tool's displacement by compensation at each stop, at rest; the configuration that
+    //      made it, for the figures between the stops (−Σ of its terms, at rest)
+    path_figures judge(const std::vector<xyz> &displacements_um, const cb_config &config);
+
+  private:
+    std::vector<xyz> true_errors(const std::vector<xyz> &positions,
+                                 const std::vector<xyz> &displacements) const;
+    std::vector<xyz> shown_errors(virtual_laser &laser,
+                                  const std::vector<xyz> &displacements) const;
+    void find_noise_range();
+
+    const twin_machine &twin_;
+    virtual_laser laser_;
+    scenario_path path_;
+    std::vector<xyz> stops_, between_;
+    std::vector<xyz> before_, between_before_, shown_before_;
+    xyz noise_range_um_ = {};
+};
+
+}  // namespace compbox

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/compbox/scenario.h"
+
+#include <cmath>
+#include <filesystem>
+
+#include "host-tools/formats/error.h"
+#include "host-tools/formats/json.h"
+
+namespace compbox {
+
+namespace {
+
+constexpr double mm_per_min = 1.0 / 60.0;
+
+// A path in the scenario file is relative to that file.
+std::string beside(const std::string &file, const std::string &path) {
+    return (std::filesystem::path(file).parent_path() / path).string();
+}
+
+xyz position_of(const json &value, const std::string &file, const std::string &place) {
+    only_keys(value, {"X", "Y", "Z"}, file, place);
+    xyz position = {};
+    for (std::size_t a = 0; a < 3; ++a) {
+        position[a] = get_or(value, std::string(1, axis_letters[a]), 0.0, file);
+    }
+    return position;
+}
+
+fit_recipe recipe_of(const json &value, const std::string &file) {
+    only_keys(value, {"name", "method", "line", "degree", "tolerance_um"}, file, "methods[]");
+    fit_recipe method;
+    method.name = get<std::string>(value, "name", file);
+    method.method = get_or(value, "method", method.name, file);
+    method.line = get_or(value, "line", std::string("keep"), file);
+    method.degree = get_or(value, "degree", 0, file);
+    method.tolerance_um = get_or(value, "tolerance_um", std::map<std::string, double>(), file);
+    return method;
+}
+
+scenario_path path_of(const json &value, const std::string &file) {
+    only_keys(value, {"name", "from_mm", "to_mm", "every_mm", "along"}, file, "paths[]");
+    scenario_path path;
+    path.name = get<std::string>(value, "name", file);
+    path.from_mm = position_of(get<json>(value, "from_mm", file), file, "from_mm");
+    path.to_mm = position_of(get<json>(value, "to_mm", file), file, "to_mm");
+    path.every_mm = get<double>(value, "every_mm", file);
+    const auto along = get<std::string>(value, "along", file);
+    path.along = along.size() == 1 ? axis_index(along[0]) : -1;
+    if (path.along < 0) throw input_error(file, 0, 0, "paths[].along must be X, Y or Z");
+    const auto axis = static_cast<std::size_t>(path.along);
+    if (!(path.every_mm > 0.0) || path.from_mm[axis] == path.to_mm[axis]) {
+        throw input_error(
+            file, 0, 0,
+            "the path " + path.name + " needs every_mm > 0 and a travel along " + along);
+    }
+    return path;
+}
+
+}  // namespace
+
+scenario load_scenario(const std::string &path) {
+    const json value = read_json(path);
+    only_keys(value,
+              {"format", "name", "twin", "machine", "measurements", "seeds", "curves", "methods",
+               "paths", "feed_mm_per_min", "paper_percent"},
+              path, "the scenario");
+    if (get<std::string>(value, "format", path) != "compbox-scenario/1") {
+        throw input_error(path, 0, 0, "is not a scenario (format is not compbox-scenario/1)");
+    }
+    scenario result;
+    result.file = path;
+    result.name = get<std::string>(value, "name", path);
+    result.twin = beside(path, get<std::string>(value, "twin", path));
+    result.machine = beside(path, get<std::string>(value, "machine", path));
+    const auto measurements = get_or(value, "measurements", std::string(), path);
+    if (!measurements.empty()) result.measurements = beside(path, measurements);
+    result.seeds = get_or(value, "seeds", result.seeds, path);
+    result.curves = get<std::vector<std::string>>(value, "curves", path);
+    for (const auto &method : get<json>(value, "methods", path)) {
+        result.methods.push_back(recipe_of(method, path));
+    }
+    for (const auto &one : get<json>(value, "paths", path)) {
+        result.paths.push_back(path_of(one, path));
+    }
+    result.feed_mm_per_s = get<double>(value, "feed_mm_per_min", path) * mm_per_min;
+    result.paper_percent = get_or(value, "paper_percent", result.paper_percent, path);
+    if (result.curves.empty() || result.methods.empty() || result.paths.empty() ||
+        !(result.feed_mm_per_s > 0.0)) {
+        throw input_error(path, 0, 0,
+                          "needs at least one curve, method and path, and feed_mm_per_min > 0");
+    }
+    for (const auto &curve : result.curves) {
+        if (!parse_error_name(curve)) {
+            throw input_error(path, 0, 0, "'" + curve + "' is not an ISO 230-1 name, as EZX is");
+        }
+    }
+    return result;
+}
+
+std::vector<xyz> stops_of(const scenario_path &path) {
+    const auto axis = static_cast<std::size_t>(path.along);
+    const double length = std::abs(path.to_mm[axis] - path.from_mm[axis]);
+    // A last step of less than a micrometre is rounding.
+    const auto steps = static_cast<int>(std::ceil((length - 1e-3) / path.every_mm));
+    std::vector<xyz> stops;
+    for (int i = 0; i <= steps; ++i) {
+        const double part = i == steps ? 1.0 : i * path.every_mm / length;
+        xyz stop = {};
+        for (std::size_t a = 0; a < 3; ++a) {
+            stop[a] = path.from_mm[a] + part * (path.to_mm[a] - path.from_mm[a]);
+        }
+        stops.push_back(stop);
+    }
+    return stops;
+}
+
+}  // namespace compbox

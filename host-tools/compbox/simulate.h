@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+// Measure, fit, compensate, remeasure: the main job on a simulated machine, in virtual time.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "host-tools/compbox/remeasure.h"
+#include "host-tools/compbox/scenario.h"
+
+namespace compbox {
+
+// One seed, one method, one path.
+struct simulated_run {
+    std::uint64_t seed = 0;
+    std::string method, path;
+    std::string coefficients;                        // path of the file that the box loaded
+    std::map<std::string, int> coefficient_count;    // by curve
+    std::array<direction_figures, 3> figures;        // X, Y, Z
+    std::vector<xyz> stops_mm, before_um, after_um;  // true errors, at each stop
+};
+
+struct simulation {
+    std::vector<simulated_run> runs;    // by seed, method, path
+    std::vector<std::string> warnings;  // of the fits
+};
+
+// Runs the scenario; what it makes goes to FOLDER/seed-N/. progress is told each step in words.
+// Truth is read from the twin after the fact, for these figures only.
+simulation simulate(const scenario &plan, const std::string &folder,
+                    const std::function<void(const std::string &)> &progress);
+
+}  // namespace compbox

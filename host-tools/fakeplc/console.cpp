@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/fakeplc/console.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <sstream>
+#include <vector>
+
+#include "host-tools/formats/csv.h"
+#include "host-tools/formats/error.h"
+
+namespace compbox {
+
+namespace {
+
+using words = std::vector<std::string>;
+
+[[noreturn]] void refuse(const std::string &sentence) {
+    throw input_error(sentence);
+}
+
+double number(const std::string &text) {
+    double value = 0.0;
+    const auto end = text.data() + text.size();
+    const auto result = std::from_chars(text.data(), end, value);
+    if (text.empty() || result.ec != std::errc() || result.ptr != end || !std::isfinite(value)) {
+        refuse("'" + text + "' is not a number");
+    }
+    return value;
+}
+
+int whole(const std::string &text, int low, int high) {
+    const double value = number(text);
+    if (value != std::floor(value) || value < low || value > high) {
+        refuse("'" + text + "' is not a whole number from " + std::to_string(low) + " to " +
+               std::to_string(high));
+    }
+    return static_cast<int>(value);
+}
+
+void expect(const words &line, std::size_t count, const char *usage) {
+    if (line.size() != count) refuse(std::string("usage: ") + usage);
+}
+
+bool on_off(const words &line, std::size_t at, const char *usage) {
+    expect(line, at + 1, usage);
+    return whole(line[at], 0, 1) == 1;
+}
+
+twin_step step_of(const words &line) {
+    twin_step step;
+    for (std::size_t i = 1; i < line.size(); ++i) {
+        const auto equals = line[i].find('=');
+        const std::string key = line[i].substr(0, equals);
+        if (equals == std::string::npos) refuse("usage: move X=1 Y=2 Z=3 feed=1000");
+        const double value = number(line[i].substr(equals + 1));
+        const int axis = key.size() == 1 ? axis_index(key[0]) : -1;
+        if (key == "feed")
+            step.feed_mm_per_s = value / 60.0;
+        else if (axis >= 0)
+            step.target_mm[static_cast<std::size_t>(axis)] = value;
+        else
+            refuse("'" + key + "' is neither an axis nor feed");
+    }
+    if (!step.target_mm[0] && !step.target_mm[1] && !step.target_mm[2]) {
+        refuse("usage: move X=1 Y=2 Z=3 feed=1000");
+    }
+    return step;
+}
+
+struct fault_syntax {
+    fault_kind kind;
+    bool has_value;
+    int low, high;
+};
+
+const std::map<std::string, fault_syntax> &fault_names() {
+    static const std::map<std::string, fault_syntax> names = {
+        {"late", {fault_kind::late, true, 1, 600000}},
+        {"drop", {fault_kind::drop, false, 0, 0}},
+        {"exception", {fault_kind::exception, true, 1, 255}},
+        {"wrong-id", {fault_kind::wrong_id, false, 0, 0}},
+        {"truncate", {fault_kind::truncate, false, 0, 0}},
+        {"dribble", {fault_kind::dribble, true, 1, 60000}},
+        {"torn", {fault_kind::torn, false, 0, 0}},
+        {"short", {fault_kind::too_short, false, 0, 0}},
+        {"long", {fault_kind::too_long, false, 0, 0}},
+    };
+    return names;
+}
+
+// fault KIND [VALUE] [COUNT] [read|write]
+std::string order_fault(words line, modbus_server &server) {
+    if (line.size() == 2 && line[1] == "clear") {
+        server.faults().clear();
+        return "ok";
+    }
+    if (line.size() == 2 && line[1] == "close") {
+        const std::size_t count = server.clients();
+        server.close_all_clients();
+        return "ok closed " + std::to_string(count);
+    }
+    const auto found = line.size() < 2 ? fault_names().end() : fault_names().find(line[1]);
+    if (found == fault_names().end()) {
+        refuse(
+            "usage: fault late|drop|exception|wrong-id|truncate|dribble|torn|short|long|close|"
+            "clear …");
+    }
+    fault what;
+    what.kind = found->second.kind;
+    if (line.back() == "read") what.on_writes = false;
+    if (line.back() == "write") what.on_reads = false;
+    if (!what.on_reads || !what.on_writes) line.pop_back();
+    std::size_t next = 2;
+    if (found->second.has_value) {
+        if (line.size() <= next) refuse("fault " + line[1] + " needs a number");
+        what.value = whole(line[next++], found->second.low, found->second.high);
+    }
+    const int count = line.size() > next ? whole(line[next++], 1, 1000000000) : 1;
+    expect(line, next, "fault KIND [VALUE] [COUNT] [read|write]");
+    server.faults().add(what, count);
+    return "ok";
+}
+
+std::string listed(const xyz &values) {
+    std::string text;
+    for (std::size_t a = 0; a < 3; ++a) {
+        text += std::string(1, ' ') + axis_letters[a] + "=" +
+                shortest(std::round(values[a] * 1e4) / 1e4 + 0.0);
+    }
+    return text;
+}
+
+std::string status_line(const fake_plc &plc, const modbus_server &server) {
+    const plc_state &state = plc.state();
+    std::string text =
+        "ok time_s=" + shortest(state.time_s) + " control=" + std::to_string(state.control) +
+        " mode=" + std::to_string(state.status & 0xFF) +
+        " reason=" + std::to_string(state.status >> 8) +
+        " plc_heartbeat=" + std::to_string(state.plc_heartbeat) +
+        " box_heartbeat=" + std::to_string(state.box_heartbeat) +
+        " alive=" + (state.box_alive ? "1" : "0") + " moving=" + (plc.moving() ? "1" : "0") +
+        " clients=" + std::to_string(server.clients());
+    for (std::size_t c = 0; c < plc.map().channels.size(); ++c) {
+        const std::string &name = plc.map().channels[c].name;
+        text += " commanded_" + name + "=" + shortest(state.commanded_um[c]);
+        text += " applied_" + name + "=" + shortest(state.applied_um[c]);
+    }
+    return text;
+}
+
+// A command as one cell of the log.
+std::string for_log(const words &line) {
+    std::string text;
+    for (const auto &word : line) text += (text.empty() ? "" : " ") + word;
+    std::replace(text.begin(), text.end(), ',', ';');
+    return text;
+}
+
+std::string run_words(const words &line, console &self) {
+    fake_plc &plc = self.plc;
+    const std::string &command = line[0];
+    if (command == "enable")
+        plc.set_enable(on_off(line, 1, "enable 0|1"));
+    else if (command == "reference")
+        plc.set_referenced(on_off(line, 1, "reference 0|1"));
+    else if (command == "permit")
+        plc.set_permit(on_off(line, 1, "permit 0|1"));
+    else if (command == "reset")
+        plc.press_reset();
+    else if (command == "move")
+        plc.move(step_of(line));
+    else if (command == "position")
+        return "ok" + listed(plc.state().position_mm);
+    else if (command == "error") {
+        return "ok before" + listed(plc.state().error_before_um) + " after" +
+               listed(plc.state().error_after_um);
+    } else if (command == "status")
+        return status_line(plc, self.server);
+    else if (command == "freeze") {
+        if (line.size() != 3 || line[1] != "heartbeat") refuse("usage: freeze heartbeat 0|1");
+        plc.freeze_nc(on_off(line, 2, "freeze heartbeat 0|1"));
+    } else if (command == "signal") {
+        expect(line, 3, "signal NAME VALUE|auto");
+        const bool known = line[2] == "auto" ? plc.release_signal(line[1])
+                                             : plc.force_signal(line[1], number(line[2]));
+        if (!known) refuse("no signal '" + line[1] + "' is shown or forced");
+    } else if (command == "fault")
+        return order_fault(line, self.server);
+    else if (command == "quit")
+        self.quit = true;
+    else
+        refuse("'" + command + "' is not a command; see fakeplc --help");
+    return "ok";
+}
+
+}  // namespace
+
+std::string console::run(const std::string &line) {
+    std::istringstream stream(line);
+    words parts;
+    for (std::string part; stream >> part;) parts.push_back(part);
+    if (parts.empty()) return "error: an empty line";
+    try {
+        const std::string answer = run_words(parts, *this);
+        if (answer == "ok") plc.note("command " + for_log(parts));
+        return answer;
+    } catch (const input_error &error) {
+        return std::string("error: ") + error.what();
+    }
+}
+
+std::string_view console_help() {
+    return "Commands on stdin, one a line, each answered by one line that begins with ok or "
+           "error:\n"
+           "  enable 0|1, reference 0|1, permit 0|1   the control bits; reset presses its bit for "
+           "0.5 s\n"
+           "  move X=.. Y=.. Z=.. feed=..             mm and mm/min along the path; queued\n"
+           "  position, status, error                 where, how it is, and the truth (for "
+           "reports)\n"
+           "  signal NAME VALUE|auto                  shows another value than the true one\n"
+           "  freeze heartbeat 0|1                    NC coupling lost: positions and heartbeat "
+           "stand\n"
+           "  fault late MS | dribble MS | exception CODE | drop | wrong-id | truncate | torn |\n"
+           "        short | long   [COUNT] [read|write]   of the next replies; fault clear; fault "
+           "close\n"
+           "  quit\n";
+}
+
+}  // namespace compbox

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+// fakeplc: a control, its PLC and the machine behind them, in real time behind Modbus/TCP.
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cerrno>
+#include <exception>
+#include <iostream>
+#include <optional>
+
+#include "host-tools/fakeplc/console.h"
+#include "host-tools/fakeplc/log.h"
+#include "host-tools/fakeplc/setup.h"
+#include "host-tools/formats/error.h"
+
+namespace compbox {
+namespace {
+
+volatile sig_atomic_t stop_requested = 0;
+
+void request_stop(int) {
+    stop_requested = 1;
+}
+
+std::int64_t now_us() {
+    timespec now;
+    ::clock_gettime(CLOCK_MONOTONIC, &now);
+    return std::int64_t{now.tv_sec} * 1000000 + now.tv_nsec / 1000;
+}
+
+// SIGTERM and SIGINT arrive only inside ppoll. A background process that reads the terminal gets
+// an error instead of being stopped.
+sigset_t set_up_signals() {
+    struct sigaction action = {};
+    action.sa_handler = request_stop;
+    ::sigaction(SIGTERM, &action, nullptr);
+    ::sigaction(SIGINT, &action, nullptr);
+    ::signal(SIGPIPE, SIG_IGN);
+    ::signal(SIGTTIN, SIG_IGN);
+    sigset_t blocked, before;
+    ::sigemptyset(&blocked);
+    ::sigaddset(&blocked, SIGTERM);
+    ::sigaddset(&blocked, SIGINT);
+    ::sigprocmask(SIG_BLOCK, &blocked, &before);
+    ::sigdelset(&before, SIGTERM);
+    ::sigdelset(&before, SIGINT);
+    return before;
+}
+
+// Lines from stdin as they come. Its end closes the command line, not the program.
+class command_line {
+  public:
+    bool open() const { return open_; }
+
+    void read_and_run(console &to) {
+        char block[1024];
+        const ssize_t n = ::read(STDIN_FILENO, block, sizeof block);
+        if (n < 0 && (errno == EINTR || errno == EAGAIN)) return;
+        if (n <= 0) {
+            open_ = false;
+            return;
+        }
+        text_.append(block, static_cast<std::size_t>(n));
+        for (auto end = text_.find('\n'); end != std::string::npos; end = text_.find('\n')) {
+            std::cout << to.run(text_.substr(0, end)) << std::endl;
+            text_.erase(0, end + 1);
+        }
+        if (text_.size() > longest) text_.clear();
+    }
+
+  private:
+    static constexpr std::size_t longest = 65536;
+    std::string text_;
+    bool open_ = true;
+};
+
+timespec until(std::int64_t due_us) {
+    const std::int64_t left_us = std::clamp<std::int64_t>(due_us - now_us(), 0, 1000000);
+    return {static_cast<time_t>(left_us / 1000000), static_cast<long>(left_us % 1000000) * 1000};
+}
+
+// One log row for each scan, flushed once a second so that others can follow it.
+class scan_log {
+  public:
+    scan_log(const std::string &path, const register_map &map) {
+        if (!path.empty()) log_.emplace(path, map);
+    }
+    void add(const plc_state &state) {
+        if (!log_) return;
+        log_->add(state);
+        if (state.time_s - flushed_s_ < 1.0) return;
+        log_->flush();
+        flushed_s_ = state.time_s;
+    }
+    bool finish() { return !log_ || log_->flush(); }
+
+  private:
+    std::optional<plc_log> log_;
+    double flushed_s_ = 0.0;
+};
+
+void serve(fake_plc &plc, modbus_server &server, scan_log &log, const sigset_t &in_poll) {
+    console commands{plc, server};
+    command_line input;
+    const auto answer = [&plc](const byte_string &request, bool torn) {
+        return plc.answer(request, torn);
+    };
+    std::vector<pollfd> set;
+    while (!stop_requested && !commands.quit) {
+        set.clear();
+        server.append_poll_set(set);
+        if (input.open()) set.push_back({STDIN_FILENO, POLLIN, 0});
+        const timespec wait = until(std::min(plc.next_due_us(), server.next_due_us()));
+        if (::ppoll(set.data(), set.size(), &wait, &in_poll) < 0) {
+            for (auto &entry : set) entry.revents = 0;
+        }
+        plc.forget_standstill(now_us());
+        plc.run_to(now_us(), [&log](const plc_state &state) { log.add(state); });
+        const std::size_t clients = server.clients();
+        server.process(set, now_us(), answer);
+        if (server.clients() != clients) {
+            plc.note(std::to_string(server.clients()) + " clients connected");
+        }
+        if (input.open() && set.back().revents != 0) input.read_and_run(commands);
+    }
+}
+
+struct options {
+    plc_options plc;
+    std::string listen = "127.0.0.1:1502", log;
+};
+
+void run(const options &chosen) {
+    const plc_setup setup = prepare(chosen.plc);
+    const sigset_t in_poll = set_up_signals();
+    // The log after the port: a second fakeplc must not empty the log of the first.
+    modbus_server server(chosen.listen, setup.profile.max_clients);
+    scan_log log(chosen.log, setup.map);
+    fake_plc plc(setup.twin, setup.map, setup.profile, now_us());
+    std::cout << "fakeplc: listening on " << server.address() << std::endl;
+    serve(plc, server, log, in_poll);
+    if (!log.finish()) throw input_error(chosen.log, 0, 0, "the log could not be written whole");
+}
+
+void add_options(CLI::App &app, options &chosen) {
+    app.add_option("--profile", chosen.plc.profile,
+                   "Kind of control: generic, sinumerik-840d or fanuc (default: the map's)")
+        ->check(CLI::IsMember(plc_profile::names()));
+    app.add_option("--listen", chosen.listen, "HOST:PORT; port 0 takes a free one")
+        ->capture_default_str()
+        ->check(modbus_server::fault_in);
+    app.add_option("--machine", chosen.plc.machine,
+                   "Twin file (default: straight axes with the ranges of the map's signals)");
+    app.add_option("--map", chosen.plc.map,
+                   "Coefficient or machine file with the registers (default: the one the twin "
+                   "file names)");
+    app.add_option("--seed", chosen.plc.seed, "Instead of the twin file's seed");
+    app.add_option("--log", chosen.log, "CSV file with one row for each PLC scan");
+    app.footer(std::string(console_help()) +
+               "Example: fakeplc --profile generic --listen 127.0.0.1:1502 "
+               "--machine machine_twin.json --map coefficients.json --log plc.csv");
+}
+
+}  // namespace
+}  // namespace compbox
+
+int main(int argc, char **argv) {
+    CLI::App app{"fakeplc: a machine-tool control with its PLC and a simulated machine"};
+    compbox::options chosen;
+    compbox::add_options(app, chosen);
+    try {
+        app.parse(argc, argv);
+        if (chosen.plc.machine.empty() && chosen.plc.map.empty()) {
+            throw CLI::RequiredError("--machine or --map");
+        }
+        compbox::run(chosen);
+    } catch (const CLI::ParseError &error) {
+        return app.exit(error) == 0 ? 0 : 2;
+    } catch (const compbox::input_error &error) {
+        std::cerr << "fakeplc: " << error.what() << "\n";
+        return 1;
+    } catch (const std::exception &error) {
+        std::cerr << "fakeplc: fault in the program itself: " << error.what() << "\n";
+        return 70;
+    }
+    return 0;
+}

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/fakeplc/log.h"
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+
+#include "host-tools/formats/csv.h"
+#include "host-tools/formats/error.h"
+
+namespace compbox {
+
+namespace {
+
+// Enough digits for a nanometre, short enough to read.
+std::string rounded(double value) {
+    return shortest(std::round(value * 1e4) / 1e4 + 0.0);
+}
+
+void append(std::string &row, const xyz &values) {
+    for (const double value : values) row += "," + rounded(value);
+}
+
+void append_names(std::string &row, const std::string &before, const std::string &after) {
+    for (const char axis : {'X', 'Y', 'Z'}) row += "," + before + axis + after;
+}
+
+}  // namespace
+
+plc_log::plc_log(const std::string &path, const register_map &map)
+    : file_(std::fopen(path.c_str(), "we")) {
+    if (!file_) {
+        throw input_error(path, 0, 0,
+                          std::string("cannot create the log (") + std::strerror(errno) + ")");
+    }
+    std::string header = "time_s";
+    append_names(header, "", "_mm");
+    for (const auto &channel : map.channels) header += ",commanded_" + channel.name + "_um";
+    for (const auto &channel : map.channels) header += ",applied_" + channel.name + "_um";
+    append_names(header, "displacement_", "_um");
+    append_names(header, "error_before_", "_um");
+    append_names(header, "error_after_", "_um");
+    header += ",control,status,plc_heartbeat,box_heartbeat,event\n";
+    good_ = std::fputs(header.c_str(), file_.get()) >= 0;
+}
+
+void plc_log::add(const plc_state &state) {
+    std::string row = rounded(state.time_s);
+    append(row, state.position_mm);
+    for (const double um : state.commanded_um) row += "," + rounded(um);
+    for (const double um : state.applied_um) row += "," + rounded(um);
+    append(row, state.displacement_um);
+    append(row, state.error_before_um);
+    append(row, state.error_after_um);
+    for (const int number :
+         {state.control, state.status, state.plc_heartbeat, state.box_heartbeat}) {
+        row += "," + std::to_string(number);
+    }
+    row += ",";
+    for (std::size_t i = 0; i < state.events.size(); ++i) row += (i ? " | " : "") + state.events[i];
+    row += "\n";
+    good_ = std::fputs(row.c_str(), file_.get()) >= 0 && good_;
+}
+
+bool plc_log::flush() {
+    good_ = std::fflush(file_.get()) == 0 && good_;
+    return good_;
+}
+
+}  // namespace compbox

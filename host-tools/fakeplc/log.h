@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// The PLC's log: one CSV row for each scan.
+#pragma once
+
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "host-tools/fakeplc/plc.h"
+
+namespace compbox {
+
+class plc_log {
+  public:
+    // Opens the file and writes the header. Throws input_error.
+    plc_log(const std::string &path, const register_map &map);
+
+    void add(const plc_state &state);
+    // Writes out what is buffered; false when the disk refused some of it.
+    bool flush();
+
+  private:
+    struct closer {
+        void operator()(std::FILE *file) const { std::fclose(file); }
+    };
+    std::unique_ptr<std::FILE, closer> file_;
+    bool good_ = true;
+};
+
+}  // namespace compbox

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/fakeplc/register_map.h"
+
+#include <cmath>
+
+#include "host-tools/formats/error.h"
+#include "host-tools/formats/json.h"
+
+namespace compbox {
+
+namespace {
+
+constexpr int register_space = 65536;
+
+// One object of the file and its path, for messages.
+struct section {
+    const json &value;
+    std::string file, path;
+
+    [[noreturn]] void fail(const std::string &key, const std::string &sentence) const {
+        throw input_error(file, 0, 0, path + "." + key + ": " + sentence);
+    }
+    bool has(const char *key) const { return value.contains(key) && !value.at(key).is_null(); }
+    const json &at(const char *key) const {
+        if (!has(key)) fail(key, "is missing");
+        return value.at(key);
+    }
+    section in(const char *key) const {
+        if (!at(key).is_object()) fail(key, "must be an object");
+        return {value.at(key), file, path + "." + key};
+    }
+    double number(const char *key) const {
+        if (!at(key).is_number() || !std::isfinite(at(key).get<double>())) {
+            fail(key, "must be a number");
+        }
+        return at(key).get<double>();
+    }
+    double number_or(const char *key, double otherwise) const {
+        return has(key) ? number(key) : otherwise;
+    }
+    std::string text(const char *key) const {
+        if (!at(key).is_string()) fail(key, "must be a text");
+        return at(key).get<std::string>();
+    }
+    int integer(const char *key, int low, int high) const {
+        const double value_here = number(key);
+        if (value_here != std::floor(value_here) || value_here < low || value_here > high) {
+            fail(key, "must be a whole number from " + std::to_string(low) + " to " +
+                          std::to_string(high));
+        }
+        return static_cast<int>(value_here);
+    }
+};
+
+register_block read_block(const section &plc, const char *key) {
+    const section block = plc.in(key);
+    register_block result;
+    result.start = block.integer("start", 0, register_space - 1);
+    result.count = block.integer("count", 1, register_space - result.start);
+    if (block.has("counters")) {
+        if (!block.at("counters").is_boolean()) block.fail("counters", "must be true or false");
+        result.counters = block.at("counters").get<bool>();
+    }
+    return result;
+}
+
+// An address whose `registers` registers all lie in the block.
+int address_in(const section &owner, const char *key, const register_block &block, int registers) {
+    const int address = owner.integer(key, 0, register_space - 1);
+    if (address < block.start || address + registers > block.end()) {
+        owner.fail(key, "register " + std::to_string(address) + " is outside the block " +
+                            std::to_string(block.start) + " to " + std::to_string(block.end() - 1));
+    }
+    return address;
+}
+
+number_format format_of(const section &owner) {
+    const std::string name = owner.has("type") ? owner.text("type") : "int16";
+    const auto format = number_format::parse(name);
+    if (!format) owner.fail("type", "'" + name + "' is not a number type");
+    return *format;
+}
+
+double scale_of(const section &owner) {
+    const double scale = owner.number_or("scale", 1.0);
+    if (scale == 0.0) owner.fail("scale", "must not be 0");
+    return scale;
+}
+
+void read_plc(const section &plc, register_map &map) {
+    map.profile = plc.has("profile") ? plc.text("profile") : "generic";
+    map.read = read_block(plc, "read");
+    map.write = read_block(plc, "write");
+    map.control = address_in(plc, "control", map.read, 1);
+    map.plc_heartbeat = address_in(plc, "plc_heartbeat", map.read, 1);
+    map.status = address_in(plc, "status", map.write, 1);
+    map.box_heartbeat = address_in(plc, "box_heartbeat", map.write, 1);
+    if (!plc.has("referenced_bits")) return;
+    map.referenced_mask = 0;
+    for (const auto &bit : plc.at("referenced_bits")) {
+        if (!bit.is_number_unsigned() || bit.get<unsigned>() > 15) {
+            plc.fail("referenced_bits", "must be a list of bit numbers from 0 to 15");
+        }
+        map.referenced_mask =
+            static_cast<std::uint16_t>(map.referenced_mask | 1u << bit.get<unsigned>());
+    }
+}
+
+shown_signal read_signal(const section &entry, const register_block &block) {
+    shown_signal signal;
+    signal.name = entry.text("name");
+    signal.format = format_of(entry);
+    signal.address = address_in(entry, "plc", block, signal.format.registers);
+    signal.scale = scale_of(entry);
+    signal.zero = entry.number_or("zero", 0.0);
+    if (entry.has("min")) signal.min = entry.number("min");
+    if (entry.has("max")) signal.max = entry.number("max");
+    return signal;
+}
+
+taken_channel read_channel(const section &entry, const register_map &map) {
+    taken_channel channel;
+    channel.name = entry.text("name");
+    channel.format = format_of(entry);
+    channel.address = address_in(entry, "plc", map.write, channel.format.registers);
+    channel.scale_um = scale_of(entry);
+    if (entry.has("applied")) {
+        channel.applied_address = address_in(entry, "applied", map.read, channel.format.registers);
+    }
+    return channel;
+}
+
+// Calls visit with each object of the list `key`.
+template <typename visitor>
+void each(const json &root, const char *key, const std::string &file, visitor visit) {
+    if (!root.contains(key)) return;
+    if (!root.at(key).is_array())
+        throw input_error(file, 0, 0, std::string(key) + ": must be a list");
+    std::size_t i = 0;
+    for (const auto &entry : root.at(key)) {
+        const std::string path = std::string(key) + "[" + std::to_string(i++) + "]";
+        if (!entry.is_object()) throw input_error(file, 0, 0, path + ": must be an object");
+        visit(section{entry, file, path});
+    }
+}
+
+}  // namespace
+
+register_map load_register_map(const std::string &path) {
+    const json root = read_json(path);
+    if (!root.is_object() || !root.contains("plc") || !root.at("plc").is_object()) {
+        throw input_error(path, 0, 0, "plc: must be an object with the PLC's registers");
+    }
+    register_map map;
+    map.file = path;
+    read_plc({root.at("plc"), path, "plc"}, map);
+    each(root, "signals", path, [&](const section &entry) {
+        if (entry.has("plc")) map.signals.push_back(read_signal(entry, map.read));
+    });
+    each(root, "channels", path,
+         [&](const section &entry) { map.channels.push_back(read_channel(entry, map)); });
+    return map;
+}
+
+}  // namespace compbox

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// The registers of the PLC, as the coefficient (or machine) file states them: what the integrator
+// would lay out in a data block. Only the PLC's part of the file is read, by code of its own.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host-tools/fakeplc/number.h"
+
+namespace compbox {
+
+struct register_block {
+    int start = 0, count = 0;
+    bool counters = false;  // first and last register carry a count of updates
+
+    int end() const { return start + count; }
+};
+
+// A number that the PLC shows: value = raw * scale + zero.
+struct shown_signal {
+    std::string name;
+    int address = 0;
+    number_format format;
+    double scale = 1.0, zero = 0.0;
+    std::optional<double> min, max;  // plausible range, where the file states it
+};
+
+// A compensation value from the box, in µm = raw * scale, and the one that the PLC returns.
+struct taken_channel {
+    std::string name;
+    int address = 0;
+    std::optional<int> applied_address;
+    number_format format;
+    double scale_um = 1.0;
+};
+
+struct register_map {
+    std::string file, profile;
+    register_block read, write;  // as the box sees it: the PLC shows `read` and obeys `write`
+    int control = 0, plc_heartbeat = 0, status = 0, box_heartbeat = 0;
+    std::uint16_t referenced_mask = 1u << 1;
+    std::vector<shown_signal> signals;
+    std::vector<taken_channel> channels;
+
+    // Registers from 0 that the PLC has.
+    int size() const { return read.end() > write.end() ? read.end() : write.end(); }
+};
+
+// Throws input_error with file and key where the PLC could not serve such a map.
+register_map load_register_map(const std::string &path);
+
+}  // namespace compbox

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+// Modbus/TCP connections over poll(): never blocks, tolerates clients of any manners.
+#pragma once
+
+#include <poll.h>
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "host-tools/fakeplc/fault.h"
+
+namespace compbox {
+
+class modbus_server {
+  public:
+    // A request's PDU, and the fault that it meets, to the reply's PDU.
+    using handler = std::function<byte_string(const byte_string &, bool torn)>;
+
+    // Listens on "HOST:PORT", "[IPv6]:PORT"; port 0 takes a free one. Clients beyond max_clients
+    // are turned away. Throws input_error.
+    modbus_server(const std::string &address, int max_clients);
+    ~modbus_server();
+    modbus_server(const modbus_server &) = delete;
+    modbus_server &operator=(const modbus_server &) = delete;
+
+    // What is wrong with the form of such an address; "" when nothing is.
+    static std::string fault_in(const std::string &address);
+
+    // Where it listens, as "127.0.0.1:1502".
+    std::string address() const;
+    std::size_t clients() const { return clients_.size(); }
+
+    // What to poll for, appended to `set`; process() takes the same entries back.
+    void append_poll_set(std::vector<pollfd> &set) const;
+    // Accepts, reads, answers and sends what is due. Entries of other files are ignored.
+    void process(const std::vector<pollfd> &set, std::int64_t now_us, const handler &answer);
+    // When something delayed is to be sent; INT64_MAX: nothing is.
+    std::int64_t next_due_us() const;
+
+    void close_all_clients();
+    fault_plan &faults() { return faults_; }
+
+  private:
+    struct pending {
+        std::int64_t due_us;
+        byte_string bytes;
+    };
+    struct client {
+        int fd;
+        byte_string received;
+        std::deque<pending> to_send;
+        std::size_t waiting_bytes = 0;
+        bool open = true;
+    };
+
+    void accept_waiting();
+    void receive(client &who);
+    void answer_all(client &who, std::int64_t now_us, const handler &answer);
+    void answer_one(client &who, const byte_string &frame, std::int64_t now_us,
+                    const handler &answer);
+    void send_due(client &who, std::int64_t now_us);
+    void drop_closed();
+
+    int listener_ = -1;
+    int max_clients_;
+    std::vector<client> clients_;
+    fault_plan faults_;
+};
+
+}  // namespace compbox

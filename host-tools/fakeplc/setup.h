@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+// From what the user names on the command line to a machine, its registers and its kind of control.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "host-tools/fakeplc/profile.h"
+#include "host-tools/fakeplc/register_map.h"
+#include "host-tools/twin/twin_file.h"
+
+namespace compbox {
+
+struct plc_options {
+    std::string profile;  // "": the map's
+    std::string machine;  // "": a machine without errors, made from the map
+    std::string map;      // "": the one that the twin file names
+    std::optional<std::uint64_t> seed;
+};
+
+struct plc_setup {
+    twin_config twin;
+    register_map map;
+    plc_profile profile;
+};
+
+// Throws input_error with one sentence when a file is bad or neither option names the registers.
+plc_setup prepare(const plc_options &options);
+
+}  // namespace compbox

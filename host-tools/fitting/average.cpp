@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: MIT
+// Runs to one mean curve. Repeats at one position differ by noise alone once each run's own
+// offset and slope are evened out, so they measure the noise without any model of the curve.
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "host-tools/fitting/measurement.h"
+
+namespace compbox {
+
+namespace {
+
+// One reading with the numbers of its run and its group: a group is one position in one direction.
+struct reading {
+    double x, y, weight;
+    std::size_t run, position;
+    bool backward;
+    std::size_t group;
+};
+
+// Positions that differ by less than this part of the range are one target, reached thrice.
+constexpr double same_position = 1e-7;
+
+std::vector<double> distinct_positions(const std::vector<measured_run> &runs) {
+    std::vector<double> all;
+    for (const auto &run : runs) all.insert(all.end(), run.position.begin(), run.position.end());
+    std::sort(all.begin(), all.end());
+    const double closest = same_position * (all.back() - all.front());
+    std::vector<double> kept;
+    for (const double x : all) {
+        if (kept.empty() || x - kept.back() > closest) kept.push_back(x);
+    }
+    return kept;
+}
+
+std::vector<reading> collect(const measurement &data) {
+    std::vector<reading> all;
+    for (std::size_t r = 0; r < data.runs.size(); ++r) {
+        const measured_run &run = data.runs[r];
+        for (std::size_t i = 0; i < run.position.size(); ++i) {
+            auto place =
+                std::upper_bound(data.position.begin(), data.position.end(), run.position[i]);
+            const auto index = static_cast<std::size_t>(place - data.position.begin()) - 1;
+            const bool backward = run.direction < 0;
+            all.push_back({run.position[i], run.error[i], 1.0 / (run.sigma[i] * run.sigma[i]), r,
+                           index, backward, 2 * index + (backward ? 1 : 0)});
+        }
+    }
+    return all;
+}
+
+struct group_sums {
+    std::vector<double> weight, value;
+    std::vector<int> count;
+    explicit group_sums(std::size_t groups) : weight(groups), value(groups), count(groups) {}
+    void add(const reading &one, double value_of_one) {
+        weight[one.group] += one.weight;
+        value[one.group] += one.weight * value_of_one;
+        ++count[one.group];
+    }
+    double mean(std::size_t group) const { return value[group] / weight[group]; }
+    int filled() const {
+        return static_cast<int>(std::count_if(count.begin(), count.end(), [](int c) { return c; }));
+    }
+};
+
+// sqrt(weight) times (value - its group's weighted mean), for one quantity of the readings.
+template <typename Quantity>
+Eigen::VectorXd within_groups(const std::vector<reading> &all, std::size_t groups,
+                              const Quantity &quantity) {
+    group_sums sums(groups);
+    for (const auto &one : all) sums.add(one, quantity(one));
+    Eigen::VectorXd result(static_cast<Eigen::Index>(all.size()));
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        result[static_cast<Eigen::Index>(i)] =
+            std::sqrt(all[i].weight) * (quantity(all[i]) - sums.mean(all[i].group));
+    }
+    return result;
+}
+
+struct alignment {
+    Eigen::VectorXd offset, slope;  // of each run, minimum norm: they sum to zero over the runs
+    double left = 0.0;              // weighted sum of squares between repeats, after it
+    double before = 0.0;            // and before it
+    int freedom_before = 0, freedom = 0;
+};
+
+// Least squares of each run's own offset and slope against its fellows at the same positions.
+alignment align(const std::vector<reading> &all, std::size_t groups, int filled, std::size_t runs,
+                double centre, double half_range) {
+    const auto n = static_cast<Eigen::Index>(all.size()), m = static_cast<Eigen::Index>(runs);
+    Eigen::MatrixXd design(n, 2 * m);
+    for (Eigen::Index r = 0; r < m; ++r) {
+        const auto mine = [r](const reading &one) {
+            return static_cast<Eigen::Index>(one.run) == r;
+        };
+        design.col(r) =
+            within_groups(all, groups, [&](const reading &one) { return mine(one) ? 1.0 : 0.0; });
+        design.col(m + r) = within_groups(all, groups, [&](const reading &one) {
+            return mine(one) ? (one.x - centre) / half_range : 0.0;
+        });
+    }
+    const Eigen::VectorXd y = within_groups(all, groups, [](const reading &one) { return one.y; });
+    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
+    solver.setThreshold(1e-9);
+    solver.compute(design);
+    const Eigen::VectorXd parts = solver.solve(y);
+    alignment result;
+    result.offset = parts.head(m);
+    result.slope = parts.tail(m);
+    result.before = y.squaredNorm();
+    result.left = (y - design * parts).squaredNorm();
+    result.freedom_before = static_cast<int>(all.size()) - filled;
+    result.freedom = result.freedom_before - static_cast<int>(solver.rank());
+    return result;
+}
+
+// Evening out is done only where it is beyond doubt: an information criterion with twice BIC's
+// price, so that ordinary repeats stay exactly as measured.
+bool beyond_doubt(const alignment &found) {
+    const double n = found.freedom_before, k = found.freedom_before - found.freedom;
+    if (found.freedom < 4 || k < 1.0) return false;
+    const double floor = 1e-24 * found.before;
+    return n * std::log(found.before / std::max(found.left, floor)) > 2.0 * k * std::log(n) + 6.0;
+}
+
+void take_off_alignment(measurement &data, std::vector<reading> &all, const alignment &found,
+                        double centre, double half_range) {
+    for (std::size_t r = 0; r < data.runs.size(); ++r) {
+        data.runs[r].offset = found.offset[static_cast<Eigen::Index>(r)];
+        data.runs[r].slope = found.slope[static_cast<Eigen::Index>(r)] / half_range;
+    }
+    for (auto &one : all) {
+        const measured_run &run = data.runs[one.run];
+        one.y -= run.offset + run.slope * (one.x - centre);
+    }
+}
+
+void average_lost_motion(measurement &data, const group_sums &sums) {
+    double total = 0.0;
+    int both = 0;
+    data.lost_motion.assign(data.position.size(), std::numeric_limits<double>::quiet_NaN());
+    for (std::size_t i = 0; i < data.position.size(); ++i) {
+        if (!sums.count[2 * i] || !sums.count[2 * i + 1]) continue;
+        data.lost_motion[i] = sums.mean(2 * i) - sums.mean(2 * i + 1);
+        total += data.lost_motion[i];
+        ++both;
+    }
+    data.bidirectional = both > 0;
+    data.mean_lost_motion = both ? total / both : 0.0;
+}
+
+// The mean of both directions' means. Where a position has one direction only, half the mean lost
+// motion is put to its right, so that a missing reading makes no step.
+void average_positions(measurement &data, const group_sums &sums) {
+    for (std::size_t i = 0; i < data.position.size(); ++i) {
+        const std::size_t up = 2 * i, down = 2 * i + 1;
+        const double half = 0.5 * data.mean_lost_motion;
+        data.readings[i] = sums.count[up] + sums.count[down];
+        if (sums.count[up] && sums.count[down]) {
+            data.mean[i] = 0.5 * (sums.mean(up) + sums.mean(down));
+            data.variance[i] = 0.25 / sums.weight[up] + 0.25 / sums.weight[down];
+        } else if (sums.count[up]) {
+            data.mean[i] = sums.mean(up) - half;
+            data.variance[i] = 1.0 / sums.weight[up];
+        } else {
+            data.mean[i] = sums.mean(down) + half;
+            data.variance[i] = 1.0 / sums.weight[down];
+        }
+    }
+}
+
+}  // namespace
+
+void average_runs(measurement &data) {
+    data.position = distinct_positions(data.runs);
+    const std::size_t positions = data.position.size(), groups = 2 * positions;
+    data.mean.assign(positions, 0.0);
+    data.variance.assign(positions, 0.0);
+    data.readings.assign(positions, 0);
+    auto all = collect(data);
+    group_sums sums(groups);
+    for (const auto &one : all) sums.add(one, one.y);
+    const double half_range = std::max(0.5 * (data.to() - data.from()), 1e-9);
+    alignment found =
+        align(all, groups, sums.filled(), data.runs.size(), data.centre(), half_range);
+    data.runs_aligned = beyond_doubt(found);
+    data.repeat_freedom = data.runs_aligned ? found.freedom : found.freedom_before;
+    data.repeat_variance = data.runs_aligned ? found.left : found.before;
+    if (data.repeat_freedom > 0) data.repeat_variance /= data.repeat_freedom;
+    if (data.runs_aligned) {
+        take_off_alignment(data, all, found, data.centre(), half_range);
+        sums = group_sums(groups);
+        for (const auto &one : all) sums.add(one, one.y);
+    }
+    average_lost_motion(data, sums);
+    average_positions(data, sums);
+}
+
+}  // namespace compbox

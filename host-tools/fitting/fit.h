@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+// A measured error curve to a term of the coefficient file.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host-tools/fitting/measurement.h"
+#include "host-tools/fitting/smooth.h"
+#include "host-tools/fitting/spline.h"
+#include "host-tools/formats/json.h"
+
+namespace compbox {
+
+enum class fit_method { bspline, bspline_lmc, polynomial, polyline };
+enum class reference_line { keep, end_point, least_squares };
+
+struct fit_options {
+    std::string name = "EXX";  // of the term
+    std::string signal = "X";
+    fit_method method = fit_method::bspline;
+    int degree = 0;             // 0: 3 for splines, 7 for a polynomial
+    double tolerance_um = 0.0;  // 0: none given
+    reference_line line = reference_line::keep;
+};
+
+// One polynomial over the range, ascending powers of u = (x - centre) / half_range.
+struct power_polynomial {
+    std::vector<double> coefficients;
+    double centre = 0.0, half_range = 1.0, from = 0.0, to = 0.0;
+};
+
+// The curve as it is written: every number is a float32.
+struct fitted_curve {
+    fit_method method = fit_method::bspline;
+    spline bspline;                // bspline, bspline-lmc; polyline as degree 1
+    power_polynomial polynomial;   // polynomial
+    double value(double x) const;  // outside the range the value at its end
+    std::size_t coefficient_count() const;
+};
+
+// What the residuals (mean of the readings - curve) say.
+struct residual_summary {
+    double lowest = 0.0, highest = 0.0, range = 0.0, mean = 0.0, variance = 0.0, rms = 0.0;
+    double worst = 0.0, worst_at_mm = 0.0;  // largest |residual|, with sign, and its position
+};
+
+struct fit_result {
+    fit_options options;       // with the degree that was used
+    measurement data;          // means with the reference line taken off
+    double line_offset = 0.0;  // what was taken off: offset + slope (x - centre of the range)
+    double line_slope = 0.0;   // um per mm
+    fitted_curve curve;
+    std::vector<double> residuals;  // at data.position
+    residual_summary summary;
+    smooth_curve best;      // the best estimate before a form was chosen, with its band
+    double noise = 0.0;     // standard deviation of one reading
+    bool converged = true;  // false: the tolerance was given and is not met
+    std::vector<std::string> warnings;
+    std::size_t key_points = 0;  // bspline-lmc only
+};
+
+// Fits. Throws input_error, naming the file, for too few points and the box's limits.
+fit_result fit_curve(const measurement &data, const fit_options &options);
+
+// The fragment {"signals": [], "terms": [...], "provenance": {...}} that `build` takes.
+json fragment_of(const fit_result &result);
+
+// The same findings for a person: a table in plain text.
+std::string report_of(const fit_result &result);
+
+// And as figures (.svg, .png, .pdf).
+void plot_fit(const fit_result &result, const std::string &path);
+
+const char *name_of(fit_method method);
+const char *name_of(reference_line line);
+
+}  // namespace compbox

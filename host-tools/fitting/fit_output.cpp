@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+// What a fit says: the fragment for `build`, and the report for a person.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "host-tools/fitting/fit.h"
+#include "host-tools/formats/csv.h"
+
+namespace compbox {
+
+namespace {
+
+// A float32 whose decimals are the shortest that read back as the same float32.
+json number(double value) {
+    return json(std::stod(shortest_float(static_cast<float>(value))));
+}
+
+json numbers(const std::vector<double> &values) {
+    json list = json::array();
+    for (const double value : values) list.push_back(number(value));
+    return list;
+}
+
+// Findings are for reading: five digits are more than any of them carries.
+json rounded(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.5g", value);
+    return json(std::stod(text));
+}
+
+json term_of(const fit_result &result) {
+    const fitted_curve &curve = result.curve;
+    json term;
+    term["name"] = result.options.name;
+    switch (curve.method) {
+        case fit_method::bspline:
+        case fit_method::bspline_lmc:
+            term["type"] = "bspline";
+            term["signal"] = result.options.signal;
+            term["degree"] = curve.bspline.degree;
+            term["knots"] = numbers(curve.bspline.knots);
+            term["control_points"] = numbers(curve.bspline.control_points);
+            break;
+        case fit_method::polynomial:
+            term["type"] = "polynomial";
+            term["signal"] = result.options.signal;
+            term["coefficients"] = numbers(curve.polynomial.coefficients);
+            term["center"] = number(curve.polynomial.centre);
+            term["half_range"] = number(curve.polynomial.half_range);
+            term["from"] = number(curve.polynomial.from);
+            term["to"] = number(curve.polynomial.to);
+            break;
+        case fit_method::polyline:
+            term["type"] = "polyline";
+            term["signal"] = result.options.signal;
+            term["positions"] =
+                numbers({curve.bspline.knots.begin() + 1, curve.bspline.knots.end() - 1});
+            term["values"] = numbers(curve.bspline.control_points);
+            break;
+    }
+    return term;
+}
+
+// The file's name without its folder: a coefficient file says what it was made from, not where
+// that lay on somebody's disk.
+std::string file_name(const std::string &path) {
+    return path.substr(path.find_last_of('/') + 1);
+}
+
+json residuals_of(const residual_summary &sum) {
+    return json{{"range", rounded(sum.range)},       {"lowest", rounded(sum.lowest)},
+                {"highest", rounded(sum.highest)},   {"mean", rounded(sum.mean)},
+                {"variance", rounded(sum.variance)}, {"rms", rounded(sum.rms)},
+                {"worst", rounded(sum.worst)},       {"worst_at_mm", rounded(sum.worst_at_mm)}};
+}
+
+std::size_t largest_run_count(const measurement &data) {
+    int most = 0;
+    for (const int count : data.readings) most = std::max(most, count);
+    return static_cast<std::size_t>(most);
+}
+
+// Where the noise figure comes from.
+std::string noise_source(const measurement &data) {
+    if (data.repeat_freedom > 0 && data.sigma_given) return "repeats, sigma column and residuals";
+    if (data.repeat_freedom > 0) return "repeats and residuals";
+    return data.sigma_given ? "sigma column and residuals" : "residuals alone";
+}
+
+json findings_of(const fit_result &result) {
+    const measurement &data = result.data;
+    json found;
+    found["data"] = file_name(data.file);
+    found["method"] = name_of(result.options.method);
+    found["unit"] = data.unit;
+    found["line"] = name_of(result.options.line);
+    if (result.options.line != reference_line::keep) {
+        found["line_offset"] = rounded(result.line_offset);
+        found["line_slope_per_mm"] = rounded(result.line_slope);
+    }
+    found["positions"] = data.position.size();
+    found["runs"] = data.runs.size();
+    found["readings_per_position"] = largest_run_count(data);
+    if (data.runs_aligned) found["run_offsets_and_slopes_evened_out"] = true;
+    if (data.bidirectional) {
+        found["branches"] = "averaged";
+        found["mean_lost_motion"] = rounded(data.mean_lost_motion);
+    }
+    if (result.options.tolerance_um > 0.0) {
+        found["tolerance"] = rounded(result.options.tolerance_um);
+        found["converged"] = result.converged;
+    }
+    if (result.key_points > 0) found["key_points"] = result.key_points;
+    found["coefficients"] = result.curve.coefficient_count();
+    found["noise"] = rounded(result.noise);
+    found["noise_from"] = noise_source(data);
+    found["noise_degrees_of_freedom_of_repeats"] = data.repeat_freedom;
+    found["left_out_rms"] = rounded(result.best.left_out_rms);
+    found["residuals"] = residuals_of(result.summary);
+    if (!result.warnings.empty()) found["warnings"] = result.warnings;
+    return found;
+}
+
+// One line of the report, its label padded to a column.
+std::string line(std::string label, const std::string &value) {
+    label.resize(std::max<std::size_t>(label.size(), 24), ' ');
+    return "  " + label + " " + value + "\n";
+}
+
+std::string digits(double value, const std::string &unit) {
+    char text[64];
+    std::snprintf(text, sizeof text, "%.3f %s", value, unit.c_str());
+    return text;
+}
+
+// The inner knots, eight on a line.
+std::string list_of_knots(const fitted_curve &curve) {
+    if (curve.method == fit_method::polynomial) return "none (one polynomial)";
+    const auto inner = inner_knots(curve.bspline);
+    std::string text;
+    for (std::size_t i = 0; i < inner.size(); ++i) {
+        char knot[32];
+        std::snprintf(knot, sizeof knot, "%.6g", inner[i]);
+        if (i > 0) text += i % 8 ? ", " : ",\n" + std::string(27, ' ');
+        text += knot;
+    }
+    return inner.empty() ? "none" : text + " mm";
+}
+
+}  // namespace
+
+json fragment_of(const fit_result &result) {
+    json fragment;
+    fragment["signals"] = json::array();
+    fragment["terms"] = json::array({term_of(result)});
+    fragment["provenance"] = json{{result.options.name, findings_of(result)}};
+    return fragment;
+}
+
+std::string report_of(const fit_result &result) {
+    const measurement &data = result.data;
+    const residual_summary &sum = result.summary;
+    const std::string unit = data.unit == "urad" ? "µrad" : "µm";
+    std::string text = result.options.name + "(" + result.options.signal + ") from " + data.file +
+                       " by " + name_of(result.options.method) + "\n";
+    text += line("positions, runs",
+                 std::to_string(data.position.size()) + ", " + std::to_string(data.runs.size()));
+    if (data.runs_aligned) {
+        text += line("", "each run's own offset and slope were evened out");
+    }
+    if (result.options.line != reference_line::keep) {
+        text += line("line taken off", std::string(name_of(result.options.line)) + ", " +
+                                           digits(1000.0 * result.line_slope, unit + "/m"));
+    }
+    if (data.bidirectional) {
+        text += line("mean lost motion",
+                     digits(data.mean_lost_motion, unit) + " (directions averaged)");
+    }
+    text += line("coefficients", std::to_string(result.curve.coefficient_count()));
+    if (result.key_points > 0) text += line("key points", std::to_string(result.key_points));
+    text +=
+        line("noise of one reading", digits(result.noise, unit) + " (" + noise_source(data) + ")");
+    text += line("residual range", digits(sum.range, unit));
+    text += line("residual mean, variance",
+                 digits(sum.mean, unit) + ", " + digits(sum.variance, unit + "²"));
+    text +=
+        line("worst point", digits(sum.worst, unit) + " at " + shortest(sum.worst_at_mm) + " mm");
+    text += line("left-out rms", digits(result.best.left_out_rms, unit));
+    text += line("inner knots", list_of_knots(result.curve));
+    for (const auto &warning : result.warnings) text += "  note: " + warning + "\n";
+    return text;
+}
+
+}  // namespace compbox

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+// The fewest knots: a least-squares B-spline that keeps every point inside its own tolerance.
+#pragma once
+
+#include <vector>
+
+#include "host-tools/fitting/least_squares.h"
+
+namespace compbox {
+
+struct knot_task {
+    weighted_points points;
+    std::vector<double> tolerance;  // > 0, one for each point
+    int degree = 3;
+    int max_coefficients = 1024;
+    bool guard_between = true;  // refuse knots with which the curve leaves the points' own course
+                                // half-way between two of them
+    int patience = 8;           // trials to save one knot by moving its neighbours; 0 = none
+};
+
+struct knot_result {
+    spline curve;
+    double worst = 0.0;   // largest |residual| / tolerance
+    bool inside = false;  // worst <= 1
+    int fits = 0;         // least-squares solutions that it took
+};
+
+// Knots are added where residuals are outside, at the residuals' centre of gravity, until all are
+// inside; then the least needed ones are taken away again, neighbours moved to make up for it, as
+// long as all stay inside. When the points cannot carry enough knots the result is the best found
+// and not inside. Needs points.size() >= degree + 1. Deterministic.
+knot_result fewest_knots(const knot_task &task);
+
+}  // namespace compbox

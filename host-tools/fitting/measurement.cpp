@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/fitting/measurement.h"
+
+#include <algorithm>
+#include <map>
+
+#include "host-tools/formats/csv.h"
+#include "host-tools/formats/error.h"
+#include "host-tools/formats/rtl.h"
+
+namespace compbox {
+
+namespace {
+
+struct columns {
+    std::size_t position, error;
+    int run, direction, sigma;
+};
+
+// The columns by name; the unit comes from the name of the error's.
+columns find_columns(const csv_table &table, measurement &data) {
+    const bool micrometre = table.find("error_um") >= 0, angle = table.find("error_urad") >= 0;
+    if (micrometre && angle) {
+        throw input_error(table.file, 0, 0,
+                          "has both error_um and error_urad; fit takes one error, so keep one");
+    }
+    data.unit = angle ? "urad" : "um";
+    columns found{};
+    found.position = table.column("position_mm");
+    found.error = table.column(angle ? "error_urad" : "error_um");
+    found.run = table.find("run");
+    found.direction = table.find("direction");
+    found.sigma = table.find("sigma");
+    if (found.sigma < 0) found.sigma = table.find("sigma_" + data.unit);
+    return found;
+}
+
+int direction_of(const std::string &word, const std::string &file, long line) {
+    static const std::map<std::string, int> words = {
+        {"1", 1},       {"+1", 1},        {"+", 1},    {"up", 1}, {"f", 1},
+        {"forward", 1}, {"fwd", 1},       {"-1", -1},  {"-", -1}, {"b", -1},
+        {"down", -1},   {"backward", -1}, {"bwd", -1}, {"r", -1}, {"reverse", -1}};
+    std::string small = word;
+    for (char &c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    const auto match = words.find(small);
+    if (match == words.end()) {
+        throw input_error(file, line, 0,
+                          "direction '" + word + "' is neither +1 (forward) nor -1 (backward)");
+    }
+    return match->second;
+}
+
+// A run with the line of each of its readings, for messages.
+struct run_with_lines {
+    measured_run run;
+    std::vector<long> lines;
+};
+
+[[noreturn]] void refuse_order(const std::string &file, double before, double here,
+                               long line_before, long line, bool has_runs) {
+    if (here == before) {
+        throw input_error(
+            file, line, 0,
+            "position " + shortest(here) + " mm is there already in line " +
+                std::to_string(line_before) +
+                (has_runs ? ", in the same run" : "; name the runs in a column 'run'"));
+    }
+    throw input_error(file, line, 0,
+                      "positions must ascend within a run, but " + shortest(here) +
+                          " mm comes after " + shortest(before) + " mm");
+}
+
+// in : one run in file order; a backward one may descend
+// out: ascending; throws where it is neither
+void put_in_order(run_with_lines &one, const std::string &file, bool has_runs) {
+    measured_run &run = one.run;
+    const bool descends =
+        run.direction < 0 && run.position.size() > 1 && run.position[1] < run.position[0];
+    if (descends) {
+        std::reverse(run.position.begin(), run.position.end());
+        std::reverse(run.error.begin(), run.error.end());
+        std::reverse(run.sigma.begin(), run.sigma.end());
+        std::reverse(one.lines.begin(), one.lines.end());
+    }
+    for (std::size_t i = 1; i < run.position.size(); ++i) {
+        if (run.position[i] > run.position[i - 1]) continue;
+        for (std::size_t k = 0; k < run.position.size(); ++k) {
+            if (k != i && run.position[k] == run.position[i]) {
+                refuse_order(file, run.position[k], run.position[i],
+                             std::min(one.lines[k], one.lines[i]),
+                             std::max(one.lines[k], one.lines[i]), has_runs);
+            }
+        }
+        refuse_order(file, run.position[i - 1], run.position[i], one.lines[i - 1], one.lines[i],
+                     has_runs);
+    }
+}
+
+void read_rows(measurement &data, const csv_table &table, const columns &where,
+               const std::vector<std::vector<std::string>> &words) {
+    std::vector<run_with_lines> runs;
+    std::map<std::pair<double, int>, std::size_t> known;
+    for (std::size_t r = 0; r < table.rows.size(); ++r) {
+        const auto &row = table.rows[r];
+        const auto word = [&](int column) {
+            const auto c = static_cast<std::size_t>(column);
+            return words[c][static_cast<std::size_t>(row[c])];
+        };
+        const double run = where.run < 0 ? 0.0 : row[static_cast<std::size_t>(where.run)];
+        const int direction = where.direction < 0
+                                  ? 0
+                                  : direction_of(word(where.direction), data.file, table.lines[r]);
+        const auto [place, is_new] = known.try_emplace({run, direction}, runs.size());
+        if (is_new) {
+            runs.emplace_back();
+            runs.back().run.name = where.run < 0 ? "" : word(where.run);
+            runs.back().run.direction = direction;
+        }
+        run_with_lines &one = runs[place->second];
+        const double sigma = where.sigma < 0 ? 1.0 : row[static_cast<std::size_t>(where.sigma)];
+        if (!(sigma > 0.0)) {
+            throw input_error(data.file, table.lines[r], 0,
+                              "sigma must be above zero, not " + shortest(sigma));
+        }
+        one.run.position.push_back(row[where.position]);
+        one.run.error.push_back(row[where.error]);
+        one.run.sigma.push_back(sigma);
+        one.lines.push_back(table.lines[r]);
+    }
+    for (auto &one : runs) {
+        put_in_order(one, data.file, where.run >= 0);
+        data.runs.push_back(std::move(one.run));
+    }
+}
+
+}  // namespace
+
+measurement read_measurement(const std::string &path) {
+    if (is_laser_file(path)) return read_laser_measurement(path);
+    std::vector<std::vector<std::string>> words;
+    const csv_table table = read_csv(path, {"run", "direction"}, &words);
+    measurement data;
+    data.file = path;
+    const columns where = find_columns(table, data);
+    data.sigma_given = where.sigma >= 0;
+    read_rows(data, table, where, words);
+    average_runs(data);
+    return data;
+}
+
+}  // namespace compbox

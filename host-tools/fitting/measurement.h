@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+// One measured error curve: the file's readings, their mean at each position and what the repeats
+// tell about the noise.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace compbox {
+
+// One journey along the axis: a run in one direction.
+struct measured_run {
+    std::string name;                  // as in the file; "" when the file has no run column
+    int direction = 0;                 // +1, -1, or 0 when the file does not say
+    std::vector<double> position;      // strictly ascending, mm
+    std::vector<double> error;         // as read
+    std::vector<double> sigma;         // as read; 1 where the file gives none
+    double offset = 0.0, slope = 0.0;  // what was taken off: offset + slope (position - centre)
+};
+
+struct measurement {
+    std::string file;
+    std::string unit = "um";  // "um" or "urad"
+    std::vector<measured_run> runs;
+
+    std::vector<double> position;  // strictly ascending, mm
+    std::vector<double> mean;      // of the runs (of both directions' means), at each position
+    std::vector<double> variance;  // of that mean, in units of noise^2
+    std::vector<int> readings;     // at each position
+
+    bool sigma_given = false;      // the file's sigma is 1 standard deviation of each reading
+    double repeat_variance = 0.0;  // noise^2 seen between repeats, pooled; 0 without repeats
+    int repeat_freedom = 0;        // its degrees of freedom; 0 without repeats
+    bool runs_aligned = false;     // each run had its own offset and slope, which were evened out
+    std::vector<double> lost_motion;  // forward - backward at each position; NaN where one lacks
+    double mean_lost_motion = 0.0;
+    bool bidirectional = false;
+
+    double from() const { return position.front(); }
+    double to() const { return position.back(); }
+    double centre() const { return 0.5 * (from() + to()); }
+};
+
+// Reads position_mm and error_um or error_urad, with optional run, direction (+1/-1, forward/
+// backward) and sigma (or sigma_um, sigma_urad). Throws input_error naming file and line for
+// missing columns, text in numbers, positions out of order in a run (a backward run may descend),
+// one position twice in a run, a direction that is none, a sigma that is not positive.
+// A path that ends in .rtl or .rta is read as a laser file (formats/rtl.h).
+measurement read_measurement(const std::string &path);
+measurement read_laser_measurement(const std::string &path);
+
+// Averages measurement.runs into position, mean, variance, readings and the noise of the repeats.
+// Called by read_measurement; apart for tests and other readers.
+void average_runs(measurement &data);
+
+}  // namespace compbox

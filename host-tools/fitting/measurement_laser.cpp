@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// A laser file as a measurement.
+#include <algorithm>
+
+#include "host-tools/fitting/measurement.h"
+#include "host-tools/formats/rtl.h"
+
+namespace compbox {
+
+measurement read_laser_measurement(const std::string &path) {
+    const laser_file laser = read_laser(path);
+    measurement data;
+    data.file = path;
+    data.unit = laser.angular ? "urad" : "um";
+    for (std::size_t number = 0; number < laser.runs.size(); ++number) {
+        const laser_run &from = laser.runs[number];
+        measured_run run;
+        run.name = std::to_string(number + 1);
+        run.direction = from.direction;
+        for (const std::size_t target : from.target) {
+            run.position.push_back(laser.targets_mm[target]);
+        }
+        run.error = from.deviation;
+        if (from.direction < 0) {
+            std::reverse(run.position.begin(), run.position.end());
+            std::reverse(run.error.begin(), run.error.end());
+        }
+        run.sigma.assign(run.position.size(), 1.0);
+        data.runs.push_back(std::move(run));
+    }
+    average_runs(data);
+    return data;
+}
+
+}  // namespace compbox

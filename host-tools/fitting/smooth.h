@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// The best estimate of a measured curve that no form has been chosen for yet: many smoothness
+// assumptions, each weighted by how well it explains the readings (docs/fitting.md).
+#pragma once
+
+#include <vector>
+
+#include "host-tools/fitting/measurement.h"
+
+namespace compbox {
+
+struct smooth_curve {
+    std::vector<double> x;              // all measured positions and points between them, ascending
+    std::vector<double> mean;           // best estimate, unit of the error
+    std::vector<double> sigma;          // its standard deviation
+    std::vector<std::size_t> measured;  // index in x of each measured position
+
+    double noise = 0.0;                   // standard deviation of one reading (of weight 1)
+    double effective_coefficients = 0.0;  // what the estimate uses up of the readings
+    std::vector<double> left_out;  // reading - estimate made without it, at each measured position
+    double left_out_rms = 0.0;
+};
+
+// in : a measurement of at least 3 positions; between = points wanted in each interval (0 …)
+// out: the average over Matern processes of five smoothnesses and of all length scales and signal
+//      sizes, weighted by restricted likelihood; deterministic
+smooth_curve smooth(const measurement &data, int between);
+
+}  // namespace compbox

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/formats/file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <system_error>
+
+#include "host-tools/formats/error.h"
+
+namespace compbox {
+
+namespace {
+
+[[noreturn]] void fail(const std::string &path, const std::string &doing) {
+    throw input_error(path, 0, 0, "cannot " + doing + " (" + std::strerror(errno) + ")");
+}
+
+// Writes all of content to fd and syncs it; false with errno set on failure.
+bool write_all(int fd, const std::string &content) {
+    std::size_t done = 0;
+    while (done < content.size()) {
+        const ssize_t n = ::write(fd, content.data() + done, content.size() - done);
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) return false;
+        done += static_cast<std::size_t>(n);
+    }
+    return ::fsync(fd) == 0;
+}
+
+void sync_folder_of(const std::string &path) {
+    const auto parent = std::filesystem::path(path).parent_path();
+    const int fd =
+        ::open(parent.empty() ? "." : parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (fd < 0) return;
+    ::fsync(fd);
+    ::close(fd);
+}
+
+}  // namespace
+
+std::string read_file(const std::string &path, std::size_t max_bytes) {
+    std::error_code error;
+    if (std::filesystem::is_directory(path, error)) {
+        throw input_error(path, 0, 0, "is a folder, not a file");
+    }
+    errno = 0;
+    std::ifstream in(path, std::ios::binary);
+    if (!in) fail(path, "open the file");
+    std::string content;
+    char block[65536];
+    while (in.read(block, sizeof block) || in.gcount() > 0) {
+        content.append(block, static_cast<std::size_t>(in.gcount()));
+        if (content.size() > max_bytes) {
+            throw input_error(path, 0, 0, "is larger than " + std::to_string(max_bytes) + " bytes");
+        }
+    }
+    if (in.bad()) fail(path, "read the file");
+    return content;
+}
+
+void write_file(const std::string &path, const std::string &content) {
+    if (path == "-" || path == "/dev/stdout") {
+        if (!(std::cout << content << std::flush)) fail(path, "write");
+        return;
+    }
+    std::error_code error;
+    if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error)) {
+        throw input_error(path, 0, 0, "is not a regular file, so it is not written over");
+    }
+    std::string temporary = path + ".tmp-XXXXXX";
+    const int fd = ::mkostemp(temporary.data(), O_CLOEXEC);
+    if (fd < 0) fail(path, "create a file there");
+    ::fchmod(fd, 0644);
+    const bool written = write_all(fd, content);
+    const int saved = errno;
+    const bool closed = ::close(fd) == 0;
+    if (!written || !closed || ::rename(temporary.c_str(), path.c_str()) != 0) {
+        if (!written) errno = saved;
+        const int reason = errno;
+        ::unlink(temporary.c_str());
+        errno = reason;
+        fail(path, "write the file");
+    }
+    sync_folder_of(path);
+}
+
+void make_folder(const std::string &path) {
+    std::error_code error;
+    std::filesystem::create_directories(path, error);
+    if (error) throw input_error(path, 0, 0, "cannot create the folder (" + error.message() + ")");
+}
+
+}  // namespace compbox

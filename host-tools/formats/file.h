@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+// Whole files in and out. Nothing is ever left half-written.
+#pragma once
+
+#include <string>
+
+namespace compbox {
+
+// The file's bytes. Throws input_error when it cannot be read or is larger than max_bytes.
+std::string read_file(const std::string &path, std::size_t max_bytes = 256u << 20);
+
+// Writes a temporary file beside `path`, syncs it and renames it over `path`, so that a reader
+// sees the old or the new file and never a part. Throws input_error when that fails; the temporary
+// file is then gone. "-" and "/dev/stdout" write to standard output; other devices are refused.
+void write_file(const std::string &path, const std::string &content);
+
+// Creates the folder and its parents where missing. Throws input_error.
+void make_folder(const std::string &path);
+
+}  // namespace compbox

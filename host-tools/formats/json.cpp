@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/formats/json.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <vector>
+
+#include "host-tools/formats/csv.h"
+#include "host-tools/formats/error.h"
+#include "host-tools/formats/file.h"
+
+namespace compbox {
+
+namespace {
+
+struct line_column {
+    long line, column;
+};
+
+line_column place_of(const std::string &text, std::size_t byte) {
+    const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(byte, text.size()));
+    const long line = 1 + static_cast<long>(std::count(text.begin(), end, '\n'));
+    const std::size_t start = text.rfind(
+        '\n', end == text.begin() ? 0 : static_cast<std::size_t>(end - text.begin()) - 1);
+    const std::size_t column =
+        static_cast<std::size_t>(end - text.begin()) - (line == 1 ? 0 : start + 1);
+    return {line, static_cast<long>(std::max<std::size_t>(column, 1))};
+}
+
+bool is_flat(const json &value) {
+    return std::none_of(value.begin(), value.end(),
+                        [](const json &v) { return v.is_structured(); });
+}
+
+void append(std::string &out, const json &value, int depth);
+
+void append_items(std::string &out, const json &value, int depth, char open, char close) {
+    const bool one_line = is_flat(value) && (value.is_array() || value.size() <= 4);
+    const std::string pad(static_cast<std::size_t>(depth + 1) * 2, ' ');
+    out += open;
+    bool first = true;
+    for (const auto &[key, item] : value.items()) {
+        if (!first) out += one_line ? ", " : ",";
+        first = false;
+        if (!one_line) out += "\n" + pad;
+        if (value.is_object()) out += json(key).dump() + ": ";
+        append(out, item, depth + 1);
+    }
+    if (!one_line && !value.empty()) out += "\n" + pad.substr(2);
+    out += close;
+}
+
+void append(std::string &out, const json &value, int depth) {
+    if (value.is_object()) {
+        append_items(out, value, depth, '{', '}');
+    } else if (value.is_array()) {
+        append_items(out, value, depth, '[', ']');
+    } else if (value.is_number_float()) {
+        const double number = value.get<double>();
+        if (!std::isfinite(number)) throw std::logic_error("a number to be written is not finite");
+        out += shortest(number);
+    } else {
+        out += value.dump();
+    }
+}
+
+}  // namespace
+
+json read_json(const std::string &path) {
+    const std::string text = read_file(path);
+    std::vector<std::set<std::string>> keys;
+    std::string duplicate;
+    const auto callback = [&](int, json::parse_event_t event, json &parsed) {
+        if (event == json::parse_event_t::object_start) keys.emplace_back();
+        if (event == json::parse_event_t::object_end) keys.pop_back();
+        if (event == json::parse_event_t::key &&
+            !keys.back().insert(parsed.get<std::string>()).second) {
+            if (duplicate.empty()) duplicate = parsed.get<std::string>();
+        }
+        return true;
+    };
+    try {
+        json value = json::parse(text, callback);
+        if (!duplicate.empty()) {
+            throw input_error(path, 0, 0,
+                              "the key '" + duplicate + "' is given twice in one object");
+        }
+        return value;
+    } catch (const json::parse_error &error) {
+        const auto at = place_of(text, error.byte == 0 ? 0 : error.byte);
+        throw input_error(path, at.line, at.column, "is not valid JSON here");
+    } catch (const json::exception &) {
+        throw input_error(path, 0, 0, "holds a number or text that cannot be read");
+    }
+}
+
+std::string json_text(const json &value) {
+    std::string out;
+    append(out, value, 0);
+    out += '\n';
+    return out;
+}
+
+void only_keys(const json &value, std::initializer_list<const char *> allowed,
+               const std::string &file, const std::string &path) {
+    if (!value.is_object()) throw input_error(file, 0, 0, path + " must be an object");
+    for (const auto &[key, item] : value.items()) {
+        const bool known = std::any_of(allowed.begin(), allowed.end(),
+                                       [&key = key](const char *name) { return key == name; });
+        if (!known) throw input_error(file, 0, 0, path + ": the key '" + key + "' is unknown");
+    }
+}
+
+}  // namespace compbox

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+// JSON on the host, with the place of every mistake. The box's own loader is
+// firmware/config_load.h.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace compbox {
+
+// Keeps the order of keys, so that files stay as people wrote them.
+using json = nlohmann::ordered_json;
+
+// Parses a file; duplicate keys are mistakes. Throws input_error with file, line and column.
+json read_json(const std::string &path);
+
+// Pretty text, two spaces, arrays of numbers on one line; ends with a line end. Finite numbers
+// only: a NaN or infinity throws std::logic_error (a fault of ours, not of the user).
+std::string json_text(const json &value);
+
+// value[key] as T, with one sentence naming file and path where it is missing or of another type.
+template <typename T>
+T get(const json &value, const std::string &key, const std::string &file);
+template <typename T>
+T get_or(const json &value, const std::string &key, const T &otherwise, const std::string &file);
+
+// Throws input_error where an object has a key that is not in `allowed`.
+void only_keys(const json &value, std::initializer_list<const char *> allowed,
+               const std::string &file, const std::string &path);
+
+}  // namespace compbox
+
+#include "host-tools/formats/json_get.inl"

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/formats/plot.h"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+
+#include "host-tools/formats/csv.h"
+#include "host-tools/formats/error.h"
+#include "host-tools/formats/file.h"
+
+extern char **environ;
+
+namespace compbox {
+
+namespace {
+
+// A file that is gone when its owner is; the name is unique from the start.
+class temporary_file {
+  public:
+    explicit temporary_file(const std::string &stem, const std::string &suffix = "") {
+        name_ = stem + "-XXXXXX" + suffix;
+        const int fd = ::mkostemps(name_.data(), static_cast<int>(suffix.size()), O_CLOEXEC);
+        if (fd < 0) throw input_error(stem, 0, 0, "cannot create a temporary file there");
+        ::close(fd);
+    }
+    ~temporary_file() { ::unlink(name_.c_str()); }
+    temporary_file(const temporary_file &) = delete;
+    temporary_file &operator=(const temporary_file &) = delete;
+    const std::string &name() const { return name_; }
+
+  private:
+    std::string name_;
+};
+
+std::string suffix_of(const std::string &path) {
+    std::string suffix = std::filesystem::path(path).extension().string();
+    for (char &c : suffix) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return suffix;
+}
+
+// The `set terminal` line for a picture's suffix.
+std::string terminal_of(const std::string &path, int width, int height) {
+    const std::string suffix = suffix_of(path);
+    const std::string size = std::to_string(width) + "," + std::to_string(height);
+    if (suffix == ".svg") {
+        return "set terminal svg size " + size +
+               " dynamic background '#ffffff' font 'Helvetica,13' noenhanced\n";
+    }
+    if (suffix == ".png") {
+        return "set terminal pngcairo size " + size + " font 'Helvetica,11' noenhanced\n";
+    }
+    if (suffix == ".pdf") {
+        const auto inch = [](int pixels) { return shortest(static_cast<double>(pixels) / 100.0); };
+        return "set terminal pdfcairo size " + inch(width) + "in," + inch(height) +
+               "in font 'Helvetica,10' noenhanced\n";
+    }
+    throw input_error(path, 0, 0, "a figure is written as .svg, .png or .pdf; give it such a name");
+}
+
+std::string first_line(const std::string &text) {
+    std::size_t start = text.find_first_not_of(" \t\r\n");
+    if (start == std::string::npos) return "no reason given";
+    return text.substr(start, text.find('\n', start) - start);
+}
+
+// Runs `gnuplot script`, messages into the file `messages`. Returns its exit code, or -errno when
+// it could not be started.
+int spawn_gnuplot(const std::string &script, const std::string &messages) {
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, messages.c_str(), O_WRONLY | O_TRUNC,
+                                     0600);
+    std::string program = "gnuplot", argument = script;
+    char *arguments[] = {program.data(), argument.data(), nullptr};
+    pid_t child = -1;
+    const int refused = ::posix_spawnp(&child, "gnuplot", &actions, nullptr, arguments, environ);
+    posix_spawn_file_actions_destroy(&actions);
+    if (refused != 0) return -refused;
+    int status = 0;
+    while (::waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
+}
+
+}  // namespace
+
+std::string plot_data(const std::string &name, const std::vector<std::vector<double>> &columns) {
+    std::string text = "$" + name + " << EOD\n";
+    const std::size_t rows = columns.empty() ? 0 : columns.front().size();
+    for (std::size_t r = 0; r < rows; ++r) {
+        for (std::size_t c = 0; c < columns.size(); ++c) {
+            const double value = columns[c].at(r);
+            text += (c ? " " : "") + (std::isfinite(value) ? shortest(value) : "NaN");
+        }
+        text += '\n';
+    }
+    return text + "EOD\n";
+}
+
+std::string plot_text(const std::string &text) {
+    std::string quoted = "'";
+    for (const char c : text) quoted += c == '\'' ? "''" : std::string(1, c == '\n' ? ' ' : c);
+    return quoted + "'";
+}
+
+void run_gnuplot(const std::string &path, const std::string &script, int width, int height) {
+    const std::string terminal = terminal_of(path, width, height);
+    const std::string folder = std::filesystem::temp_directory_path().string();
+    const temporary_file program(folder + "/compbox-plot", ".gp");
+    const temporary_file messages(folder + "/compbox-plot", ".log");
+    const temporary_file picture(path + ".tmp", suffix_of(path));
+    write_file(program.name(), "set encoding utf8\n" + terminal + "set output " +
+                                   plot_text(picture.name()) + "\n" + script + "\nunset output\n");
+    const int code = spawn_gnuplot(program.name(), messages.name());
+    if (code == -ENOENT || code == 127) {
+        throw input_error(
+            path, 0, 0,
+            "no figure without gnuplot: install it (apt install gnuplot-nox) or leave "
+            "--plot out");
+    }
+    if (code != 0) {
+        throw input_error(
+            path, 0, 0,
+            "gnuplot could not draw the figure (" + first_line(read_file(messages.name())) + ")");
+    }
+    ::chmod(picture.name().c_str(), 0644);
+    if (::rename(picture.name().c_str(), path.c_str()) != 0) {
+        throw input_error(path, 0, 0, "cannot write the figure there");
+    }
+}
+
+}  // namespace compbox

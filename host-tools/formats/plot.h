@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// Figures by gnuplot: a script is written, gnuplot runs it, the picture appears whole or not at
+// all.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace compbox {
+
+// A gnuplot data block `$name` of equally long columns, NaN as a gap ("NaN" is gnuplot's own
+// missing value). Put it before the commands that plot '$name'.
+std::string plot_data(const std::string &name, const std::vector<std::vector<double>> &columns);
+
+// Text as a gnuplot string in single quotes, with quotes doubled; the terminal takes it as plain
+// text (noenhanced), so file names with _ and ^ stay what they are.
+std::string plot_text(const std::string &text);
+
+// Runs gnuplot on `script`, with the terminal chosen by the suffix of `path` (.svg, .png or .pdf),
+// a white ground and `width` by `height` pixels. Throws input_error with one sentence when the
+// suffix is none of these, gnuplot is not installed, or it refuses the script; then no file is
+// left.
+void run_gnuplot(const std::string &path, const std::string &script, int width = 1000,
+                 int height = 700);
+
+// The line colours of every figure: readable in print and by colour-blind eyes.
+namespace plot_colour {
+inline constexpr const char *curve = "#0b6fb8";
+inline constexpr const char *band = "#bcd9ee";
+inline constexpr const char *mean = "#111111";
+inline constexpr const char *second = "#c8501e";
+inline constexpr const char *grey = "#9aa0a6";
+}  // namespace plot_colour
+
+}  // namespace compbox

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// Laser interferometer files of Renishaw's text format: .rtl (linear, straightness: µm) and
+// .rta (angles: mrad, which become µrad here). Read by sections, so that headers of other program
+// versions pass; written in the plain form that several public readers accept.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace compbox {
+
+// One journey along the targets, in the order in which they were measured.
+struct laser_run {
+    int direction = 1;                // +1 forward, -1 backward
+    std::vector<std::size_t> target;  // index into laser_file::targets_mm
+    std::vector<double> deviation;    // µm, or µrad for .rta
+    std::vector<long> line;           // of each reading in the file; empty when not read from one
+};
+
+struct laser_file {
+    std::string file;            // for messages
+    bool angular = false;        // .rta: deviations are µrad
+    bool bidirectional = false;  // odd runs forward, even runs backward
+    std::string machine, serial, date, by, axis, location, title;
+    std::vector<double> targets_mm;  // strictly ascending
+    std::vector<laser_run> runs;
+};
+
+// Whether the name ends in .rtl or .rta, in any case.
+bool is_laser_file(const std::string &path);
+
+// Reads a .rtl or .rta file (UTF-8 or any 8-bit code page: only the user text may hold other than
+// ASCII, and is kept as bytes). A file whose name ends in .rta is angular. Throws input_error with
+// file and line: missing sections, counts that disagree with what follows, text in numbers,
+// targets out of order or out of range, a target twice in one run, a run without readings.
+laser_file read_laser(const std::string &path);
+
+// The text of a file that read_laser reads back to the same numbers (three decimals of a µm or of
+// a µrad are kept; targets to 1e-5 mm).
+std::string laser_text(const laser_file &file);
+
+}  // namespace compbox

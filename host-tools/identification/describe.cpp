@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+// A triple of points in a metrologist's words.
+#include <algorithm>
+#include <cmath>
+
+#include "host-tools/identification/plan.h"
+
+namespace compbox {
+
+namespace {
+
+constexpr const char *axis_names[3] = {"X", "Y", "Z"};
+
+double distance(const point_mm &a, const point_mm &b) {
+    return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
+
+// Which axis of the box is its longest edge.
+std::size_t longest_edge(const grid &box) {
+    std::size_t longest = 0;
+    for (std::size_t k = 1; k < 3; ++k) {
+        if (box.high_mm[k] - box.low_mm[k] > box.high_mm[longest] - box.low_mm[longest])
+            longest = k;
+    }
+    return longest;
+}
+
+bool at_end(double value, double low, double high) {
+    return std::min(std::fabs(value - low), std::fabs(value - high)) < 1e-9 * (high - low + 1.0);
+}
+
+// Where along the longest edge the third point stands.
+std::string place_along(double value, double low, double high) {
+    if (at_end(value, low, high)) return "at an end";
+    const double part = (value - low) / (high - low);
+    if (std::fabs(part - 0.5) < 0.1) return "in the middle";
+    return "at " + std::to_string(static_cast<int>(std::lround(100 * part))) + " %";
+}
+
+bool on_longest_edge(const point_mm &a, const point_mm &b, const grid &box, std::size_t along) {
+    for (std::size_t k = 0; k < 3; ++k) {
+        const bool ends = at_end(a[k], box.low_mm[k], box.high_mm[k]) &&
+                          at_end(b[k], box.low_mm[k], box.high_mm[k]);
+        if (!ends || (a[k] == b[k]) == (k == along)) return false;
+    }
+    return true;
+}
+
+}  // namespace
+
+std::string describe(const triple_mm &points, const grid &box) {
+    const std::size_t along = longest_edge(box);
+    for (std::size_t third = 0; third < 3; ++third) {
+        const point_mm &a = points[(third + 1) % 3], &b = points[(third + 2) % 3];
+        const point_mm &c = points[third];
+        if (!on_longest_edge(a, b, box, along)) continue;
+        bool opposite = true;
+        for (std::size_t k = 0; k < 3; ++k) {
+            opposite &= k == along || (at_end(c[k], box.low_mm[k], box.high_mm[k]) && c[k] != a[k]);
+        }
+        return std::string("two points at the ends of a longest edge (along ") + axis_names[along] +
+               "), the third " + place_along(c[along], box.low_mm[along], box.high_mm[along]) +
+               (opposite ? " of the opposite edge" : " of the edge's length, beside it");
+    }
+    const double sides[3] = {distance(points[0], points[1]), distance(points[1], points[2]),
+                             distance(points[2], points[0])};
+    return "a triangle with sides of " + std::to_string(static_cast<long>(std::lround(sides[0]))) +
+           ", " + std::to_string(static_cast<long>(std::lround(sides[1]))) + " and " +
+           std::to_string(static_cast<long>(std::lround(sides[2]))) + " mm";
+}
+
+}  // namespace compbox

@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/identification/plan.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <thread>
+
+namespace compbox {
+
+namespace {
+
+// Nodes relative to the middle of all (better digits), one array for each coordinate, so that the
+// inner loop runs over consecutive memory and the compiler can use vectors.
+struct node_arrays {
+    std::vector<double> x, y, z;
+    point_mm middle{};
+    explicit node_arrays(const std::vector<point_mm> &nodes) {
+        for (const auto &node : nodes) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                middle[k] += node[k] / static_cast<double>(nodes.size());
+            }
+        }
+        for (const auto &node : nodes) {
+            x.push_back(node[0] - middle[0]);
+            y.push_back(node[1] - middle[1]);
+            z.push_back(node[2] - middle[2]);
+        }
+    }
+};
+
+constexpr std::size_t block_size = 256;
+constexpr double degenerate_merit = std::numeric_limits<double>::infinity();
+
+// What is the same for all third points of one pair.
+struct pair_sums {
+    double x, y, z;  // of the two points
+    double xx, yy, zz, xy, xz, yz;
+    double middle[3];               // added to the centroid: back to the axis' frame
+    double longest2;                // squared distance of the two
+    double ax, ay, az, dx, dy, dz;  // first point; second - first
+};
+
+// How one variance of each kind enters the merit, by criterion.
+template <criterion kind>
+inline double merit_of(const double (&variance)[6], const double (&weight)[6], double det) {
+    if constexpr (kind == criterion::d) return -det;
+    double sum = 0.0;
+    for (int k = 0; k < 6; ++k) {
+        if constexpr (kind == criterion::mean_cv) sum += std::sqrt(variance[k] * weight[k]);
+        if constexpr (kind == criterion::a) sum += variance[k] * weight[k];
+    }
+    return sum / 6.0;
+}
+
+// in : pair, n third points from x, y, z; weight[k] = 1 / preset_k^2 (angles in µm/mm)
+// out: merit[n]; degenerate_merit for points on one line
+// With M = sum q q^T: J = tr(M) I - M, K = adj(J) / det(J). No branches, so that it vectorises.
+template <criterion kind>
+__attribute__((always_inline)) inline void rate(const pair_sums &pair, const double *x,
+                                                const double *y, const double *z, std::size_t n,
+                                                const double (&weight)[6], double *merit) {
+    constexpr double third = 1.0 / 3.0;
+    for (std::size_t i = 0; i < n; ++i) {
+        const double sx = pair.x + x[i], sy = pair.y + y[i], sz = pair.z + z[i];
+        const double mxx = pair.xx + x[i] * x[i] - sx * sx * third;
+        const double myy = pair.yy + y[i] * y[i] - sy * sy * third;
+        const double mzz = pair.zz + z[i] * z[i] - sz * sz * third;
+        const double jxy = -(pair.xy + x[i] * y[i] - sx * sy * third);
+        const double jxz = -(pair.xz + x[i] * z[i] - sx * sz * third);
+        const double jyz = -(pair.yz + y[i] * z[i] - sy * sz * third);
+        const double jxx = myy + mzz, jyy = mxx + mzz, jzz = mxx + myy;
+        const double kxx = jyy * jzz - jyz * jyz, kyy = jxx * jzz - jxz * jxz;
+        const double kzz = jxx * jyy - jxy * jxy, kxy = jxz * jyz - jxy * jzz;
+        const double kxz = jxy * jyz - jxz * jyy, kyz = jxy * jxz - jxx * jyz;
+        const double det = jxx * kxx + jxy * kxy + jxz * kxz;
+        // The triangle's area by a cross product: exact near a line, where det loses its digits.
+        const double ex = x[i] - pair.ax, ey = y[i] - pair.ay, ez = z[i] - pair.az;
+        const double nx = pair.dy * ez - pair.dz * ey, ny = pair.dz * ex - pair.dx * ez;
+        const double nz = pair.dx * ey - pair.dy * ex;
+        const double fx = ex - pair.dx, fy = ey - pair.dy, fz = ez - pair.dz;
+        const double e2 = ex * ex + ey * ey + ez * ez, f2 = fx * fx + fy * fy + fz * fz;
+        double longest2 = pair.longest2 > e2 ? pair.longest2 : e2;
+        longest2 = longest2 > f2 ? longest2 : f2;
+        const bool flat = !(nx * nx + ny * ny + nz * nz > 1e-12 * longest2 * longest2);
+        const double inverse = 1.0 / (flat ? 1.0 : det);
+        const double cx = sx * third + pair.middle[0], cy = sy * third + pair.middle[1];
+        const double cz = sz * third + pair.middle[2];
+        const double variance[6] = {
+            third + inverse * (cz * cz * kyy - 2 * cy * cz * kyz + cy * cy * kzz),
+            third + inverse * (cz * cz * kxx - 2 * cx * cz * kxz + cx * cx * kzz),
+            third + inverse * (cy * cy * kxx - 2 * cx * cy * kxy + cx * cx * kyy),
+            inverse * kxx,
+            inverse * kyy,
+            inverse * kzz};
+        const double value = merit_of<kind>(variance, weight, det);
+        merit[i] = flat ? degenerate_merit : value;
+    }
+}
+
+__attribute__((target_clones("avx2", "default"))) void rate_mean_cv(
+    const pair_sums &pair, const double *x, const double *y, const double *z, std::size_t n,
+    const double (&weight)[6], double *merit) {
+    rate<criterion::mean_cv>(pair, x, y, z, n, weight, merit);
+}
+__attribute__((target_clones("avx2", "default"))) void rate_a(const pair_sums &pair,
+                                                              const double *x, const double *y,
+                                                              const double *z, std::size_t n,
+                                                              const double (&weight)[6],
+                                                              double *merit) {
+    rate<criterion::a>(pair, x, y, z, n, weight, merit);
+}
+__attribute__((target_clones("avx2", "default"))) void rate_d(const pair_sums &pair,
+                                                              const double *x, const double *y,
+                                                              const double *z, std::size_t n,
+                                                              const double (&weight)[6],
+                                                              double *merit) {
+    rate<criterion::d>(pair, x, y, z, n, weight, merit);
+}
+
+bool better(const ranked_triple &a, const ranked_triple &b) {
+    return a.merit != b.merit ? a.merit < b.merit : a.node < b.node;
+}
+
+// The best so far, as a heap whose front is the worst of them.
+class best_list {
+  public:
+    explicit best_list(std::size_t size) : size_(size) {}
+    double threshold() const {
+        return heap_.size() < size_ ? std::numeric_limits<double>::max() : heap_.front().merit;
+    }
+    void offer(const ranked_triple &triple) {
+        if (heap_.size() == size_) {
+            if (!better(triple, heap_.front())) return;
+            std::pop_heap(heap_.begin(), heap_.end(), better);
+            heap_.pop_back();
+        }
+        heap_.push_back(triple);
+        std::push_heap(heap_.begin(), heap_.end(), better);
+    }
+    const std::vector<ranked_triple> &all() const { return heap_; }
+
+  private:
+    std::size_t size_;
+    std::vector<ranked_triple> heap_;
+};
+
+struct worker {
+    const node_arrays &nodes;
+    const plan_options &options;
+    double weight[6];
+    best_list best;
+    std::uint64_t degenerate = 0;
+
+    worker(const node_arrays &all, const plan_options &how)
+        : nodes(all), options(how), best(how.best) {
+        for (std::size_t k = 0; k < 6; ++k) {
+            const double unit = k < 3 ? 1.0 : 1e3;  // µrad of µm/mm
+            weight[k] = unit * unit / (how.preset[k] * how.preset[k]);
+        }
+    }
+
+    pair_sums sums_of(std::size_t i, std::size_t j) const {
+        const double ax = nodes.x[i], ay = nodes.y[i], az = nodes.z[i];
+        const double bx = nodes.x[j], by = nodes.y[j], bz = nodes.z[j];
+        const double dx = bx - ax, dy = by - ay, dz = bz - az;
+        return {ax + bx,
+                ay + by,
+                az + bz,
+                ax * ax + bx * bx,
+                ay * ay + by * by,
+                az * az + bz * bz,
+                ax * ay + bx * by,
+                ax * az + bx * bz,
+                ay * az + by * bz,
+                {nodes.middle[0], nodes.middle[1], nodes.middle[2]},
+                dx * dx + dy * dy + dz * dz,
+                ax,
+                ay,
+                az,
+                dx,
+                dy,
+                dz};
+    }
+
+    void rate_block(const pair_sums &pair, std::size_t from, std::size_t n, double *merit) const {
+        const double *x = nodes.x.data() + from, *y = nodes.y.data() + from;
+        const double *z = nodes.z.data() + from;
+        switch (options.rank_by) {
+            case criterion::mean_cv:
+                return rate_mean_cv(pair, x, y, z, n, weight, merit);
+            case criterion::a:
+                return rate_a(pair, x, y, z, n, weight, merit);
+            case criterion::d:
+                return rate_d(pair, x, y, z, n, weight, merit);
+        }
+    }
+
+    // All triples i < j < k of one first point.
+    void first_point(std::size_t i) {
+        const std::size_t count = nodes.x.size();
+        double merit[block_size];
+        for (std::size_t j = i + 1; j + 1 < count; ++j) {
+            const pair_sums pair = sums_of(i, j);
+            for (std::size_t from = j + 1; from < count; from += block_size) {
+                const std::size_t n = std::min(block_size, count - from);
+                rate_block(pair, from, n, merit);
+                keep(i, j, from, n, merit);
+            }
+        }
+    }
+
+    void keep(std::size_t i, std::size_t j, std::size_t from, std::size_t n, const double *merit) {
+        for (std::size_t k = 0; k < n; ++k) {
+            degenerate += merit[k] == degenerate_merit;
+            if (!(merit[k] <= best.threshold())) continue;
+            ranked_triple triple;
+            triple.merit = merit[k];
+            triple.node = {static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j),
+                           static_cast<std::uint32_t>(from + k)};
+            best.offer(triple);
+        }
+    }
+};
+
+}  // namespace
+
+std::vector<point_mm> grid::nodes() const {
+    std::vector<point_mm> all;
+    const auto value = [this](std::size_t k, int i) {
+        return counts[k] < 2 ? low_mm[k]
+                             : low_mm[k] + (high_mm[k] - low_mm[k]) * i / (counts[k] - 1);
+    };
+    for (int i = 0; i < counts[0]; ++i) {
+        for (int j = 0; j < counts[1]; ++j) {
+            for (int k = 0; k < counts[2]; ++k) {
+                all.push_back({value(0, i), value(1, j), value(2, k)});
+            }
+        }
+    }
+    return all;
+}
+
+plan_result plan_points(const std::vector<point_mm> &nodes, const plan_options &options) {
+    const node_arrays arrays(nodes);
+    const std::size_t count = nodes.size();
+    std::vector<worker> workers(std::max(1u, options.threads), worker(arrays, options));
+    std::atomic<std::size_t> next{0};
+    const auto work = [&](worker &one, bool tells) {
+        for (std::size_t i = next++; i < count; i = next++) {
+            one.first_point(i);
+            if (tells && options.progress) {
+                const double left = 1.0 - static_cast<double>(i) / static_cast<double>(count);
+                options.progress(1.0 - left * left * left);
+            }
+        }
+    };
+    std::vector<std::thread> threads;
+    for (std::size_t t = 1; t < workers.size(); ++t) {
+        threads.emplace_back(work, std::ref(workers[t]), false);
+    }
+    work(workers[0], true);
+    for (auto &thread : threads) thread.join();
+
+    plan_result result;
+    best_list best(options.best);
+    for (const auto &one : workers) {
+        for (const auto &triple : one.best.all()) best.offer(triple);
+        result.degenerate += one.degenerate;
+    }
+    result.best = best.all();
+    std::sort(result.best.begin(), result.best.end(), better);
+    for (auto &triple : result.best) {
+        for (std::size_t p = 0; p < 3; ++p) triple.points[p] = nodes[triple.node[p]];
+    }
+    const std::uint64_t n = count;
+    result.triples = n * (n - 1) / 2 * (n - 2) / 3;
+    return result;
+}
+
+bool order_for_traditional(triple_mm &points, int axis) {
+    std::array<int, 3> order{0, 1, 2};
+    triple_mm best{};
+    double best_sum = std::numeric_limits<double>::infinity();
+    do {
+        const triple_mm turned{points[static_cast<std::size_t>(order[0])],
+                               points[static_cast<std::size_t>(order[1])],
+                               points[static_cast<std::size_t>(order[2])]};
+        six sigma;
+        if (!traditional_sigma(turned, axis, sigma)) continue;
+        double sum = 0.0;
+        for (const double s : sigma) sum += s;
+        if (sum < best_sum) best = turned;
+        best_sum = std::min(best_sum, sum);
+    } while (std::next_permutation(order.begin(), order.end()));
+    if (!std::isfinite(best_sum)) return false;
+    points = best;
+    return true;
+}
+
+}  // namespace compbox

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// ISO 230-2: accuracy and repeatability of positioning of one axis.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace compbox {
+
+// Readings of one axis, sorted by target: readings[i] are the deviations (µm or µrad) at
+// target_mm[i], one of each run. Either direction may be empty; where one is not, every target has
+// the same number of readings in it.
+struct axis_readings {
+    std::vector<double> target_mm;  // strictly ascending, at least 2
+    std::vector<std::vector<double>> forward, backward;
+    std::size_t runs_forward() const { return forward.empty() ? 0 : forward.front().size(); }
+    std::size_t runs_backward() const { return backward.empty() ? 0 : backward.front().size(); }
+};
+
+// What the standard derives at one target, in one direction. s with n - 1; nothing for one run.
+struct target_statistics {
+    double mean = 0.0;
+    std::optional<double> s;
+};
+
+// The figures of one direction.
+struct direction_figures {
+    std::vector<target_statistics> targets;
+    double E = 0.0;           // systematic error: range of the means
+    std::optional<double> A;  // accuracy: max(mean + 2s) - min(mean - 2s)
+    std::optional<double> R;  // repeatability: max 4s
+};
+
+struct iso230_2_figures {
+    std::optional<direction_figures> forward, backward;
+
+    // Both directions together; only where both were measured.
+    std::vector<double> reversal;       // B_i = mean forward - mean backward
+    std::vector<double> repeatability;  // R_i; empty for one run
+    std::optional<double> B, B_mean;    // max |B_i| with its sign lost; mean of B_i
+    std::optional<double> E, M, A, R;   // as in the standard's clause on evaluation
+
+    // Where the measurement is not what the standard demands: one sentence each. Empty: conforming.
+    std::vector<std::string> remarks;
+    // Axis longer than 2 000 mm measured with fewer than five runs: only E, M and B are the
+    // standard's figures, A and R stay empty.
+    bool long_axis = false;
+};
+
+constexpr double long_axis_mm = 2000.0;
+constexpr std::size_t iso_runs = 5;
+
+// All figures. Throws std::logic_error where the readings are not as axis_readings says.
+iso230_2_figures evaluate_positioning(const axis_readings &readings);
+
+}  // namespace compbox

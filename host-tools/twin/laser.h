@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+// The virtual laser: what a person with an interferometer could measure on the twin, and no more.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host-tools/twin/machine.h"
+
+namespace compbox {
+
+// The readings of one set-up along one axis. Writers of file formats take this.
+struct laser_series {
+    struct reading {
+        double position_mm, error_um;
+        int run;  // from 1
+    };
+    std::string name;  // ISO 230-1: EZX …
+    std::vector<reading> readings;
+};
+
+class virtual_laser {
+  public:
+    // Noise follows from twin.config().seed. The twin must outlive the laser.
+    explicit virtual_laser(const twin_machine &twin);
+
+    // Target positions of an axis ('X'): every measure_every_mm from the low end, and the high
+    // end; the last interval is shorter where the travel is not a multiple.
+    std::vector<double> targets_mm(char axis) const;
+
+    // One set-up: all runs over all targets. The beam has its own slope and offset, the machine
+    // its repeatability at each approach, each reading its noise; rounded to the resolution.
+    laser_series measure(const std::string &name) const;
+
+    // Remeasurement at standstill: one noisy reading of the tool error in X, Y, Z with a
+    // compensation applied (see twin_machine::true_error_um). Consecutive calls draw new noise.
+    // No slope or offset: it is one set-up along the whole path, and figures are ranges.
+    xyz read_tool_error_um(const xyz &position_mm, const xyz &displacement_um);
+
+  private:
+    double rounded(double error_um) const;
+
+    const twin_machine &twin_;
+    random_stream remeasure_;
+};
+
+// "position_mm,error_um,run" as CSV text.
+std::string laser_csv(const laser_series &series);
+
+// Measures every configured error and writes FOLDER/NAME.csv; returns the paths written. Throws
+// input_error when a file cannot be written.
+std::vector<std::string> measure_all(const twin_machine &twin, const std::string &folder);
+
+}  // namespace compbox

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+// The axes: moves along a path within the limits of each axis, and the compensation on its way
+// into them. One call is one interpolation cycle of the NC; nothing here reads a clock.
+#pragma once
+
+#include <deque>
+
+#include "host-tools/twin/twin_file.h"
+
+namespace compbox {
+
+// A straight move with a trapezoidal velocity profile, evaluable at any time since its start.
+class straight_move {
+  public:
+    straight_move() = default;
+    // The path velocity and acceleration are as large as every axis allows, the velocity at most
+    // feed_mm_per_s. from and to inside the travels.
+    straight_move(const xyz &from_mm, const xyz &to_mm, double feed_mm_per_s,
+                  const std::array<twin_axis, 3> &axes);
+
+    double duration_s() const { return duration_s_; }
+    xyz position_mm(double since_start_s) const;
+
+  private:
+    xyz from_mm_ = {}, to_mm_ = {};
+    double length_mm_ = 0.0, velocity_ = 0.0, acceleration_ = 0.0;
+    double ramp_s_ = 0.0, duration_s_ = 0.0;
+};
+
+class nc_motion {
+  public:
+    explicit nc_motion(const twin_config &config);
+
+    // Appends a move or dwell; steps run one after another with a full stop between them.
+    // A target outside the travel throws input_error.
+    void queue(const twin_step &step);
+    void clear_queue() { waiting_.clear(); }  // the present step runs to its end
+
+    // What the PLC asks of each axis, in µm of the register (before the control's sign). It takes
+    // effect from the next cycle on: per cycle an axis takes over at most max velocity ×
+    // comp_add_velo_factor × cycle, the rest follows in later cycles, without an alarm.
+    void set_compensation_um(const xyz &asked_um) { asked_um_ = asked_um; }
+
+    // One interpolation cycle of config.nc.interpolation_s.
+    void step();
+
+    double time_s() const { return static_cast<double>(cycles_) * cycle_s_; }
+    bool moving() const { return busy_ || !waiting_.empty(); }
+    // What the control shows: without the compensation.
+    const xyz &position_mm() const { return position_mm_; }
+    // What has entered the axes so far, in µm of the register; this is what the PLC can return.
+    const xyz &entered_um() const { return entered_um_; }
+    // The displacement of the tool that it makes: entered_um times the control's sign.
+    xyz displacement_um() const;
+    // The most that enters an axis in one cycle.
+    double max_step_um(int axis) const { return max_step_um_[static_cast<std::size_t>(axis)]; }
+
+  private:
+    void start_next();
+    void move_axes();
+    void take_over_compensation();
+
+    std::array<twin_axis, 3> axes_;
+    double cycle_s_;
+    xyz max_step_um_;
+    std::deque<twin_step> waiting_;
+    bool busy_ = false;
+    straight_move move_;
+    double step_duration_s_ = 0.0;
+    long long cycles_ = 0, step_start_cycle_ = 0;
+    xyz position_mm_;
+    xyz asked_um_ = {}, entered_um_ = {};
+};
+
+}  // namespace compbox

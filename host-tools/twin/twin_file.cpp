@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/twin/twin_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <string_view>
+
+#include "host-tools/formats/csv.h"
+#include "host-tools/formats/error.h"
+#include "host-tools/formats/json.h"
+
+namespace compbox {
+
+namespace {
+
+constexpr double seconds_per_minute = 60.0;
+constexpr double seconds_per_ms = 1e-3;
+constexpr double unlimited = std::numeric_limits<double>::max();
+
+// Where we are in the file; every message begins with it.
+struct place {
+    std::string file, path;
+
+    place in(const std::string &key) const { return {file, path.empty() ? key : path + "." + key}; }
+    place at(std::size_t i) const { return {file, path + "[" + std::to_string(i) + "]"}; }
+    [[noreturn]] void fail(const std::string &sentence) const {
+        throw input_error(file, 0, 0, path + (path.empty() ? "" : ": ") + sentence);
+    }
+};
+
+void check_keys(const json &value, std::initializer_list<const char *> allowed, const place &at) {
+    only_keys(value, allowed, at.file, at.path.empty() ? "the file" : at.path);
+}
+
+double as_number(const json &value, double low, double high, const place &at) {
+    if (!value.is_number()) at.fail("must be a number");
+    const double number = value.get<double>();
+    if (!std::isfinite(number) || number < low || number > high) {
+        at.fail(shortest(number) + " is not " +
+                (high == unlimited ? shortest(low) + " or more"
+                                   : "between " + shortest(low) + " and " + shortest(high)));
+    }
+    return number;
+}
+
+double required(const json &value, const char *key, double low, double high, const place &at) {
+    if (!value.contains(key)) at.fail(std::string("the key '") + key + "' is missing");
+    return as_number(value.at(key), low, high, at.in(key));
+}
+
+double optional(const json &value, const char *key, double otherwise, double low, double high,
+                const place &at) {
+    return value.contains(key) ? as_number(value.at(key), low, high, at.in(key)) : otherwise;
+}
+
+std::string optional_text(const json &value, const char *key, const place &at) {
+    if (!value.contains(key)) return "";
+    if (!value.at(key).is_string()) at.in(key).fail("must be a text");
+    return value.at(key).get<std::string>();
+}
+
+const json &optional_object(const json &value, const char *key, const place &at) {
+    static const json none = json::object();
+    if (!value.contains(key)) return none;
+    if (!value.at(key).is_object()) at.in(key).fail("must be an object");
+    return value.at(key);
+}
+
+int axis_of_key(const std::string &key, const twin_config &config, const place &at) {
+    const int axis = key.size() == 1 ? axis_index(key[0]) : -1;
+    if (axis < 0) at.fail("'" + key + "' is not an axis: X, Y or Z");
+    if (!config.axes[static_cast<std::size_t>(axis)].present) {
+        at.fail("the machine has no axis " + key);
+    }
+    return axis;
+}
+
+double within_travel(double position_mm, const twin_axis &axis, const place &at) {
+    if (position_mm < axis.min_mm || position_mm > axis.max_mm) {
+        at.fail(shortest(position_mm) + " mm is outside the travel " + shortest(axis.min_mm) +
+                " to " + shortest(axis.max_mm) + " mm");
+    }
+    return position_mm;
+}
+
+void read_travel(const json &value, twin_axis &axis, const place &at) {
+    if (!value.is_array() || value.size() != 2) at.fail("must be [from, to] in mm");
+    axis.min_mm = as_number(value[0], -1e6, 1e6, at.at(0));
+    axis.max_mm = as_number(value[1], -1e6, 1e6, at.at(1));
+    if (axis.max_mm - axis.min_mm < 1.0) at.fail("must be at least 1 mm long");
+}
+
+twin_axis read_axis(const json &value, const place &at) {
+    check_keys(value,
+               {"travel_mm", "max_velocity_mm_per_min", "acceleration_mm_per_s2",
+                "measure_every_mm", "cutoff_mm"},
+               at);
+    if (!value.contains("travel_mm")) at.fail("the key 'travel_mm' is missing");
+    twin_axis axis;
+    axis.present = true;
+    read_travel(value.at("travel_mm"), axis, at.in("travel_mm"));
+    const double length_mm = axis.max_mm - axis.min_mm;
+    axis.max_velocity_mm_per_s =
+        required(value, "max_velocity_mm_per_min", 1.0, 1e6, at) / seconds_per_minute;
+    axis.acceleration_mm_per_s2 = required(value, "acceleration_mm_per_s2", 1.0, 1e6, at);
+    axis.measure_every_mm =
+        optional(value, "measure_every_mm", length_mm / 20.0, length_mm / 10000.0, length_mm, at);
+    axis.cutoff_mm = optional(value, "cutoff_mm", 5.0 * axis.measure_every_mm, length_mm / 100.0,
+                              10.0 * length_mm, at);
+    return axis;
+}
+
+void read_axes(const json &root, twin_config &config, const place &top) {
+    const place at = top.in("axes");
+    if (!root.contains("axes") || !root.at("axes").is_object() || root.at("axes").empty()) {
+        at.fail("must be an object with the axes X, Y, Z that the machine has");
+    }
+    for (const auto &[key, value] : root.at("axes").items()) {
+        const int axis = key.size() == 1 ? axis_index(key[0]) : -1;
+        if (axis < 0) at.fail("'" + key + "' is not an axis: X, Y or Z");
+        config.axes[static_cast<std::size_t>(axis)] = read_axis(value, at.in(key));
+    }
+}
+
+void read_errors(const json &root, twin_config &config, const place &top) {
+    for (const auto &[name, value] : optional_object(root, "errors", top).items()) {
+        const place at = top.in("errors").in(name);
+        const auto parts = parse_error_name(name);
+        if (!parts) at.fail("is not an ISO 230-1 error name such as EZX");
+        if (parts->direction > 2) {
+            at.fail("rotations need the machine's kinematic chain, which this twin does not have");
+        }
+        if (!config.axes[static_cast<std::size_t>(parts->axis)].present) {
+            at.fail(std::string("the machine has no axis ") + axis_letters[parts->axis]);
+        }
+        check_keys(value, {"amplitude_um"}, at);
+        config.errors[name].amplitude_um = required(value, "amplitude_um", 0.0, 1e5, at);
+    }
+}
+
+void read_spectrum(const json &root, twin_config &config, const place &top) {
+    const json &value = optional_object(root, "spectrum", top);
+    const place at = top.in("spectrum");
+    check_keys(value, {"exponent", "roll_off"}, at);
+    config.spectrum_exponent = optional(value, "exponent", 2.5, 0.0, 8.0, at);
+    config.spectrum_roll_off = optional(value, "roll_off", 8.0, 2.0, 32.0, at);
+}
+
+void read_laser(const json &root, twin_config &config, const place &top) {
+    twin_laser &laser = config.laser;
+    laser.sigma_um = optional(root, "laser_um", laser.sigma_um, 0.0, 1e3, top);
+    laser.resolution_um =
+        optional(root, "laser_resolution_um", laser.resolution_um, 1e-6, 1.0, top);
+    const double runs = optional(root, "runs", laser.runs, 1.0, 1000.0, top);
+    if (runs != std::floor(runs)) top.in("runs").fail("must be a whole number");
+    laser.runs = static_cast<int>(runs);
+    const json &value = optional_object(root, "setup", top);
+    const place at = top.in("setup");
+    check_keys(value, {"slope_urad", "offset_um"}, at);
+    laser.slope_urad = optional(value, "slope_urad", laser.slope_urad, 0.0, 1e4, at);
+    laser.offset_um = optional(value, "offset_um", laser.offset_um, 0.0, 1e6, at);
+}
+
+void read_nc(const json &root, twin_config &config, const place &top) {
+    const json &value = optional_object(root, "nc", top);
+    const place at = top.in("nc");
+    check_keys(value, {"interpolation_ms", "comp_add_velo_factor", "compensation_sign"}, at);
+    config.nc.interpolation_s =
+        seconds_per_ms * optional(value, "interpolation_ms", 4.0, 0.5, 100.0, at);
+    config.nc.comp_add_velo_factor = optional(value, "comp_add_velo_factor", 0.01, 1e-6, 1.0, at);
+    const place signs = at.in("compensation_sign");
+    for (const auto &[key, sign] : optional_object(value, "compensation_sign", at).items()) {
+        const int axis = axis_of_key(key, config, signs);
+        const double number = as_number(sign, -1.0, 1.0, signs.in(key));
+        if (std::fabs(number) != 1.0) signs.in(key).fail("must be 1 or -1");
+        config.axes[static_cast<std::size_t>(axis)].compensation_sign = number > 0.0 ? 1 : -1;
+    }
+}
+
+void read_plc(const json &root, twin_config &config, const place &top) {
+    const json &value = optional_object(root, "plc", top);
+    const place at = top.in("plc");
+    check_keys(
+        value,
+        {"scan_ms", "watchdog_ms", "ramp_um_per_s", "slope_um_per_s", "reference_s", "enable_s"},
+        at);
+    twin_plc &plc = config.plc;
+    plc.scan_s = seconds_per_ms * optional(value, "scan_ms", 8.0, 0.5, 1000.0, at);
+    plc.watchdog_s = seconds_per_ms * optional(value, "watchdog_ms", 200.0, 1.0, 1e6, at);
+    plc.ramp_um_per_s = optional(value, "ramp_um_per_s", plc.ramp_um_per_s, 1e-3, 1e6, at);
+    plc.slope_um_per_s = optional(value, "slope_um_per_s", plc.slope_um_per_s, 1e-3, 1e6, at);
+    plc.reference_s = optional(value, "reference_s", plc.reference_s, 0.0, 3600.0, at);
+    plc.enable_s = optional(value, "enable_s", plc.enable_s, 0.0, 3600.0, at);
+}
+
+void read_start(const json &root, twin_config &config, const place &top) {
+    for (std::size_t a = 0; a < 3; ++a) config.start_mm[a] = config.axes[a].min_mm;
+    const place at = top.in("start_mm");
+    for (const auto &[key, value] : optional_object(root, "start_mm", top).items()) {
+        const auto axis = static_cast<std::size_t>(axis_of_key(key, config, at));
+        config.start_mm[axis] =
+            within_travel(as_number(value, -1e6, 1e6, at.in(key)), config.axes[axis], at.in(key));
+    }
+}
+
+twin_step read_step(const json &value, const twin_config &config, const place &at) {
+    check_keys(value, {"move_to_mm", "feed_mm_per_min", "dwell_s"}, at);
+    twin_step step;
+    if (value.contains("dwell_s")) {
+        if (value.size() != 1) at.fail("is a move and a dwell at once; make two steps of it");
+        step.dwell_s = required(value, "dwell_s", 1e-3, 1e6, at);
+        return step;
+    }
+    if (!value.contains("move_to_mm")) at.fail("needs 'move_to_mm' or 'dwell_s'");
+    const place target = at.in("move_to_mm");
+    const json &move = optional_object(value, "move_to_mm", at);
+    if (move.empty()) target.fail("names no axis");
+    for (const auto &[key, position] : move.items()) {
+        const auto axis = static_cast<std::size_t>(axis_of_key(key, config, target));
+        step.target_mm[axis] = within_travel(as_number(position, -1e6, 1e6, target.in(key)),
+                                             config.axes[axis], target.in(key));
+    }
+    step.feed_mm_per_s = required(value, "feed_mm_per_min", 1e-3, 1e6, at) / seconds_per_minute;
+    return step;
+}
+
+void read_program(const json &root, twin_config &config, const place &top) {
+    if (!root.contains("program")) return;
+    const place at = top.in("program");
+    const json &program = root.at("program");
+    if (!program.is_array()) at.fail("must be a list of moves and dwells");
+    for (std::size_t i = 0; i < program.size(); ++i) {
+        config.program.push_back(read_step(program[i], config, at.at(i)));
+    }
+}
+
+void read_links(const json &root, twin_config &config, const place &top) {
+    for (const auto &[name, value] : optional_object(root, "channels", top).items()) {
+        const place at = top.in("channels").in(name);
+        if (!value.is_string()) at.fail("must be the letter of an axis");
+        config.channels[name] = axis_letters[axis_of_key(value.get<std::string>(), config, at)];
+    }
+    for (const auto &[name, value] : optional_object(root, "signals", top).items()) {
+        config.signals[name] = as_number(value, -unlimited, unlimited, top.in("signals").in(name));
+    }
+    const std::string path = optional_text(root, "coefficients", top);
+    if (!path.empty()) {
+        config.coefficients =
+            (std::filesystem::path(config.file).parent_path() / path).lexically_normal().string();
+    }
+}
+
+std::uint64_t read_seed(const json &root, const place &at) {
+    if (!root.contains("seed")) return 1;
+    if (!root.at("seed").is_number_unsigned()) {
+        at.in("seed").fail("must be a whole number, 0 or more");
+    }
+    return root.at("seed").get<std::uint64_t>();
+}
+
+}  // namespace
+
+int axis_index(char letter) {
+    const auto at = std::string_view(axis_letters).find(letter);
+    return at == std::string_view::npos ? -1 : static_cast<int>(at);
+}
+
+std::optional<error_name> parse_error_name(const std::string &name) {
+    if (name.size() != 3 || name[0] != 'E') return std::nullopt;
+    const auto direction = std::string_view("XYZABC").find(name[1]);
+    const int axis = axis_index(name[2]);
+    if (direction == std::string_view::npos || axis < 0) return std::nullopt;
+    return error_name{static_cast<int>(direction), axis};
+}
+
+twin_config load_twin(const std::string &path) {
+    const json root = read_json(path);
+    const place top{path, ""};
+    check_keys(root,
+               {"format", "machine", "seed", "axes", "errors", "spectrum", "repeatability_um",
+                "laser_um", "laser_resolution_um", "runs", "setup", "nc", "plc", "start_mm",
+                "program", "channels", "signals", "coefficients"},
+               top);
+    if (optional_text(root, "format", top) != "compbox-twin/1") {
+        top.in("format").fail("must be \"compbox-twin/1\"");
+    }
+    twin_config config;
+    config.file = path;
+    config.machine = optional_text(root, "machine", top);
+    config.seed = read_seed(root, top);
+    read_axes(root, config, top);
+    read_errors(root, config, top);
+    read_spectrum(root, config, top);
+    config.repeatability_um = optional(root, "repeatability_um", 0.3, 0.0, 1e3, top);
+    read_laser(root, config, top);
+    read_nc(root, config, top);
+    read_plc(root, config, top);
+    read_start(root, config, top);
+    read_program(root, config, top);
+    read_links(root, config, top);
+    return config;
+}
+
+}  // namespace compbox

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+// machine_twin.json: the simulated machine as data. Every key: docs/twin.md, "The twin file".
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace compbox {
+
+// X, Y, Z in this order; mm or µm as the name says. An axis that a machine lacks stays at 0.
+using xyz = std::array<double, 3>;
+constexpr char axis_letters[] = "XYZ";
+
+struct twin_axis {
+    bool present = false;
+    double min_mm = 0.0, max_mm = 0.0;
+    double max_velocity_mm_per_s = 0.0;
+    double acceleration_mm_per_s2 = 0.0;
+    double measure_every_mm = 0.0;  // interval of the virtual laser
+    double cutoff_mm = 0.0;         // shortest significant wavelength of the guideway
+    // What a positive compensation value does to this axis in the control: +1 moves the tool in
+    // the positive direction, -1 in the negative.
+    int compensation_sign = 1;
+};
+
+struct twin_error {
+    double amplitude_um = 0.0;  // range about the least-squares line
+};
+
+// A coordinated move in a straight line, or a dwell.
+struct twin_step {
+    std::array<std::optional<double>, 3> target_mm;  // absent: this axis stays
+    double feed_mm_per_s = 0.0;                      // along the path
+    double dwell_s = 0.0;                            // > 0: a dwell, the rest is unused
+};
+
+struct twin_laser {
+    double sigma_um = 0.3;  // of each reading
+    double resolution_um = 0.01;
+    int runs = 3;
+    double slope_urad = 10.0;  // each set-up: a slope within ± this …
+    double offset_um = 50.0;   // … and an offset within ± this
+};
+
+struct twin_nc {
+    double interpolation_s = 0.004;
+    double comp_add_velo_factor = 0.01;  // of the axis' maximum velocity (MD32760)
+};
+
+struct twin_plc {
+    double scan_s = 0.008;
+    double watchdog_s = 0.2;         // box heartbeat unchanged for so long: ramp to zero
+    double ramp_um_per_s = 50.0;     // of that ramp
+    double slope_um_per_s = 1000.0;  // of what is taken over from the box
+    double reference_s = 0.5;        // from power-on until the axes are referenced …
+    double enable_s = 0.5;           // … and from there until enable
+};
+
+struct twin_config {
+    std::string file;  // for messages; "" when made in code
+    std::string machine;
+    std::uint64_t seed = 1;
+    std::array<twin_axis, 3> axes;
+    std::map<std::string, twin_error> errors;  // by ISO 230-1 name: EZX, EYX …
+    double spectrum_exponent = 2.5;
+    double spectrum_roll_off = 8.0;
+    double repeatability_um = 0.3;  // standard deviation of each approach to a position
+    twin_laser laser;
+    twin_nc nc;
+    twin_plc plc;
+    xyz start_mm = {0.0, 0.0, 0.0};
+    std::vector<twin_step> program;
+    std::map<std::string, char> channels;   // channel name to axis letter, where they differ
+    std::map<std::string, double> signals;  // other signals that the PLC shows, constant
+    std::string coefficients;               // path of the register map; "" when not given
+};
+
+// Reads and checks a twin file; paths in it become relative to the working directory. Throws
+// input_error with one sentence that names file and key.
+twin_config load_twin(const std::string &path);
+
+// 0, 1, 2 for 'X', 'Y', 'Z'; -1 otherwise.
+int axis_index(char letter);
+
+// An ISO 230-1 error name taken apart: EZX is direction Z of axis X.
+struct error_name {
+    int direction;  // 0..2: displacement along X, Y, Z; 3..5: rotation about A, B, C
+    int axis;       // 0..2: the axis that moves
+};
+std::optional<error_name> parse_error_name(const std::string &name);
+
+}  // namespace compbox

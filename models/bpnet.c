@@ -1,0 +1,223 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Rounding: with u = 2^-24, N inputs and H hidden units, the argument s of a hidden unit is wrong
+ * by at most (N + 3) u (|bias| + sum |w_j x_j|) in folded weights, an output by at most
+ * (H/4 + 6) u (|bias| + sum |v_h|) + sum |v_h| (2.3 u + error of s_h). Both count the rounding of
+ * the folded weights; bpnet_test.cpp holds them against the unfolded network in double. */
+#include "models/bpnet.h"
+
+#include "models/num.h"
+#include "models/transcendental.h"
+
+static uint32_t padded(uint8_t hidden) {
+    return (hidden + 3u) & ~3u;
+}
+
+static uint32_t output_row(const struct cb_bpnet *net) {
+    return 1u + padded(net->hidden) + (net->linear ? net->inputs : 0u);
+}
+
+uint32_t cb_bpnet_floats(uint8_t inputs, uint8_t hidden, uint8_t outputs, bool linear) {
+    const struct cb_bpnet net = {0, inputs, hidden, outputs, linear};
+    return padded(hidden) * (inputs + 1u) + outputs * output_row(&net);
+}
+
+/* Where the bias of a hidden unit lies; its weight of input j lies (j + 1) * *width further on. */
+static uint32_t unit_place(const struct cb_bpnet *net, uint32_t unit, uint32_t *width) {
+    const uint32_t in_eights = padded(net->hidden) & ~7u;
+    *width = unit < in_eights ? 8 : 4;
+    const uint32_t block = unit & ~(*width - 1u);
+    return block * (net->inputs + 1u) + (unit - block);
+}
+
+/* ---- folding ---- */
+
+/* An unevaluated sum of two floats. */
+struct sum {
+    float hi, lo;
+};
+
+/* out: s + x, the rounding error of the addition kept in lo (Knuth's two-sum) */
+static struct sum add(struct sum s, float x) {
+    const float hi = s.hi + x;
+    const float part = hi - s.hi;
+    const struct sum result = {hi, s.lo + ((s.hi - (hi - part)) + (x - part))};
+    return result;
+}
+
+/* out: the upper 12 bits of x (Veltkamp), so that products of such halves are exact */
+static float upper_half(float x) {
+    const float c = x * 4097.0f;
+    return c - (c - x);
+}
+
+/* out: s + a * b, the rounding errors of product and addition kept (Dekker's product) */
+static struct sum add_product(struct sum s, float a, float b) {
+    const float ah = upper_half(a), al = a - ah, bh = upper_half(b), bl = b - bh;
+    const float p = a * b;
+    const float error = ((ah * bh - p) + ah * bl + al * bh) + al * bl;
+    return add(add(s, p), error);
+}
+
+static float value(struct sum s) {
+    return s.hi + s.lo;
+}
+
+/* Hidden unit i: weights of x instead of n, and what the input offsets then take from its bias.
+ * `half` is 1, or 1/2 for the logistic function seen as a tanh. */
+static void fold_unit(const struct cb_bpnet_source *source, const struct cb_bpnet *net, uint32_t i,
+                      float half, float *weights) {
+    uint32_t width;
+    float *const place = weights + unit_place(net, i, &width);
+    struct sum bias = {source->hidden_bias[i] * half, 0.0f};
+    for (uint32_t j = 0; j < source->inputs; ++j) {
+        const float w = source->hidden_weights[i * source->inputs + j] * half;
+        const float folded = w * source->input_scale[j];
+        place[(j + 1) * width] = folded;
+        bias = add_product(bias, -folded, source->input_offset[j]);
+    }
+    place[0] = value(bias);
+}
+
+/* Output k, likewise; row is its place among the weights. */
+static void fold_output(const struct cb_bpnet_source *source, uint32_t k, float half, float *row) {
+    const bool logistic = source->activation == CB_BPNET_LOGSIG;
+    const float scale = source->output_scale[k];
+    struct sum bias = {source->output_offset[k], 0.0f};
+    bias = add_product(bias, scale, source->output_bias[k]);
+    for (uint32_t i = 0; i < source->hidden; ++i) {
+        const float folded = source->output_weights[k * source->hidden + i] * half * scale;
+        row[1 + i] = folded;
+        if (logistic) bias = add(bias, folded);
+    }
+    float *const linear = row + 1 + padded(source->hidden);
+    for (uint32_t j = 0; source->linear_weights && j < source->inputs; ++j) {
+        const float n_scale = scale * source->input_scale[j];
+        linear[j] = source->linear_weights[k * source->inputs + j] * n_scale;
+        bias = add_product(bias, -linear[j], source->input_offset[j]);
+    }
+    row[0] = value(bias);
+}
+
+bool cb_bpnet_fold(const struct cb_bpnet_source *source, float *weights, struct cb_bpnet *net) {
+    const struct cb_bpnet folded = {weights, source->inputs, source->hidden, source->outputs,
+                                    source->linear_weights != 0};
+    const float half = source->activation == CB_BPNET_LOGSIG ? 0.5f : 1.0f;
+    const uint32_t count =
+        cb_bpnet_floats(folded.inputs, folded.hidden, folded.outputs, folded.linear);
+    for (uint32_t i = 0; i < count; ++i) weights[i] = 0.0f;
+    for (uint32_t i = 0; i < source->hidden; ++i) fold_unit(source, &folded, i, half, weights);
+    float *row = weights + padded(source->hidden) * (source->inputs + 1u);
+    for (uint32_t k = 0; k < source->outputs; ++k) {
+        fold_output(source, k, half, row);
+        row += output_row(&folded);
+    }
+    for (uint32_t i = 0; i < count; ++i) {
+        if (!cb_is_finite(weights[i])) return false;
+    }
+    *net = folded;
+    return true;
+}
+
+/* ---- evaluation ---- */
+
+/* Arguments of 8 hidden units. Eight running sums hide the latency of the adder, and each takes
+ * the inputs in order: a compiler may put them side by side into a vector, and the bits stay.
+ * out: where the next block begins */
+static const float *block_of_8(const float *restrict w, const float *restrict x, uint32_t inputs,
+                               float *restrict s) {
+    float s0 = w[0], s1 = w[1], s2 = w[2], s3 = w[3], s4 = w[4], s5 = w[5], s6 = w[6], s7 = w[7];
+    for (const float *const end = x + inputs; x != end; ++x) {
+        const float v = *x;
+        w += 8;
+        s0 += w[0] * v;
+        s1 += w[1] * v;
+        s2 += w[2] * v;
+        s3 += w[3] * v;
+        s4 += w[4] * v;
+        s5 += w[5] * v;
+        s6 += w[6] * v;
+        s7 += w[7] * v;
+    }
+    s[0] = s0;
+    s[1] = s1;
+    s[2] = s2;
+    s[3] = s3;
+    s[4] = s4;
+    s[5] = s5;
+    s[6] = s6;
+    s[7] = s7;
+    return w + 8;
+}
+
+/* The same for 4 units. */
+static const float *block_of_4(const float *restrict w, const float *restrict x, uint32_t inputs,
+                               float *restrict s) {
+    float s0 = w[0], s1 = w[1], s2 = w[2], s3 = w[3];
+    for (const float *const end = x + inputs; x != end; ++x) {
+        const float v = *x;
+        w += 4;
+        s0 += w[0] * v;
+        s1 += w[1] * v;
+        s2 += w[2] * v;
+        s3 += w[3] * v;
+    }
+    s[0] = s0;
+    s[1] = s1;
+    s[2] = s2;
+    s[3] = s3;
+    return w + 4;
+}
+
+/* in : h[padded hidden] from the caller
+ * out: h = tanh of the hidden layer; result: where the outputs' rows begin */
+static const float *hidden_layer(const struct cb_bpnet *net, const float *x, float *h) {
+    const uint32_t units = padded(net->hidden);
+    const float *w = net->weights;
+    uint32_t i = 0;
+    for (; i + 8 <= units; i += 8) w = block_of_8(w, x, net->inputs, h + i);
+    if (i < units) w = block_of_4(w, x, net->inputs, h + i);
+    for (i = 0; i < net->hidden; ++i) h[i] = cb_tanh(h[i]);
+    return w;
+}
+
+/* Scalar product in four running sums, added pairwise; a rest of up to three goes one by one. */
+static float dot(const float *w, const float *v, uint32_t count) {
+    float s0 = 0.0f, s1 = 0.0f, s2 = 0.0f, s3 = 0.0f;
+    uint32_t i = 0;
+    for (; i + 4 <= count; i += 4) {
+        s0 += w[i] * v[i];
+        s1 += w[i + 1] * v[i + 1];
+        s2 += w[i + 2] * v[i + 2];
+        s3 += w[i + 3] * v[i + 3];
+    }
+    float sum = (s0 + s1) + (s2 + s3);
+    for (; i < count; ++i) sum += w[i] * v[i];
+    return sum;
+}
+
+void cb_bpnet_evaluate(const struct cb_bpnet *net, const float *x, float *y) {
+    float h[CB_BPNET_MAX_HIDDEN];
+    const uint32_t units = padded(net->hidden), row = output_row(net);
+    const float *w = hidden_layer(net, x, h);
+    for (uint32_t k = 0; k < net->outputs; ++k, w += row) {
+        float sum = w[0];
+        if (net->linear) sum += dot(w + 1 + units, x, net->inputs);
+        y[k] = cb_canonical(sum + dot(w + 1, h, units));
+    }
+}
+
+void cb_bpnet_slope(const struct cb_bpnet *net, const float *x, uint8_t input, float *slope) {
+    float h[CB_BPNET_MAX_HIDDEN];
+    const uint32_t units = padded(net->hidden), row = output_row(net);
+    const float *w = hidden_layer(net, x, h);
+    for (uint32_t i = 0; i < net->hidden; ++i) {
+        uint32_t width;
+        const uint32_t place = unit_place(net, i, &width);
+        h[i] = (1.0f - h[i] * h[i]) * net->weights[place + (input + 1u) * width];
+    }
+    for (uint32_t k = 0; k < net->outputs; ++k, w += row) {
+        const float linear = net->linear ? w[1 + units + input] : 0.0f;
+        slope[k] = cb_canonical(linear + dot(w + 1, h, units));
+    }
+}

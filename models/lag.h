@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: MIT
+ * First-order lag tau dy/dt = u - y: the thermal memory of a structure (FACTS in docs/).
+ *
+ * Exact for an input that goes straight from one sample to the next (first-order hold), for any
+ * step length. A held input (zero-order hold) would lead or trail by half a sample, which matters
+ * to a model that was trained on samples of a minute and runs at 30 ms; so both ends use this. */
+#ifndef COMPBOX_MODELS_LAG_H
+#define COMPBOX_MODELS_LAG_H
+
+#include <stdint.h>
+
+/* Plain data: it may be saved and restored; |u| up to 1e38. y = hi + lo, because in 30 ms a lag of
+ * two hours takes up 4e-6 of what is missing, which float32 alone loses once less than a degree is
+ * missing. */
+struct cb_lag {
+    float hi, lo; /* |lo| <= half an ulp of hi */
+    float input;  /* u of the last step */
+};
+
+/* Gains of one step length: y += gain * (u0 - y) + ramp * (u1 - u0). The caller keeps them while
+ * the step length stays the same. */
+struct cb_lag_gains {
+    float gain; /* 1 - e^-h, h = dt / tau */
+    float ramp; /* 1 - gain / h */
+};
+
+/* in : tau_s > 0
+ * out: the gains within 4 ulp, however small dt / tau; both 0 (time stands still) for dt_s <= 0 or
+ *      NaN, both 1 for an infinite dt_s */
+struct cb_lag_gains cb_lag_gains_for(float dt_s, float tau_s);
+
+/* Steady state at u (finite): as if u had been the input for ever. */
+void cb_lag_start(struct cb_lag *lag, float u);
+
+/* in : u, the input at the end of the step; a value that is not finite is taken as the last one
+ * out: y at the end of the step. Within 3e-7 of the largest |u| of the exact lag, for dt / tau
+ *      down to 2^-24 (1 ms of four hours), over any number of steps; exactly u once settled. */
+float cb_lag_step(struct cb_lag *lag, struct cb_lag_gains gains, float u);
+
+#endif

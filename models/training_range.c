@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: MIT */
+#include "models/training_range.h"
+
+#include "models/num.h"
+
+/* in : x outside [min, max], or NaN
+ * out: counts and, beyond the margin, the weight, if this input is the weakest so far */
+static void judge(struct cb_training_verdict *verdict, const struct cb_training_range *range,
+                  uint8_t input, float x) {
+    const float above = x - range->max, below = range->min - x;
+    const float beyond = cb_max(above, below) - range->margin;
+    ++verdict->extrapolated;
+    if (beyond <= 0.0f) return;
+    ++verdict->beyond;
+    const float faded = beyond * range->inverse_fade;
+    const float weight = faded < 1.0f ? 1.0f - faded : 0.0f; /* NaN: 0 */
+    if (weight >= verdict->weight) return;
+    const float slope = above > below ? -range->inverse_fade : range->inverse_fade;
+    verdict->weight = weight;
+    verdict->weight_slope = weight > 0.0f ? slope : 0.0f;
+    verdict->weakest = input;
+}
+
+struct cb_training_verdict cb_training_range_hold(const struct cb_training_range *ranges,
+                                                  uint8_t count, const float *x, float *inside) {
+    struct cb_training_verdict verdict = {1.0f, 0.0f, 0, 0, 0};
+    for (uint8_t i = 0; i < count; ++i) {
+        const struct cb_training_range *range = &ranges[i];
+        const float v = x[i];
+        inside[i] = v;
+        if (v >= range->min && v <= range->max) continue;
+        judge(&verdict, range, i, v);
+        inside[i] = cb_clamp(v, range->min - range->margin, range->max + range->margin);
+    }
+    return verdict;
+}

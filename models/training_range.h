@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: MIT
+ * Guard of a trained model against inputs that it has never seen.
+ *
+ * A little outside the trained range is normal life (a warmer summer): the model extrapolates. It
+ * does so no further than a margin; beyond that it is held there and its weight fades to zero. */
+#ifndef COMPBOX_MODELS_TRAINING_RANGE_H
+#define COMPBOX_MODELS_TRAINING_RANGE_H
+
+#include <stdint.h>
+
+/* Of one input, in its unit. */
+struct cb_training_range {
+    float min, max;     /* of the training data; min <= max */
+    float margin;       /* >= 0: extrapolated so far beyond min and max */
+    float inverse_fade; /* > 0: 1 / distance beyond the margin over which the weight goes to 0 */
+};
+
+struct cb_training_verdict {
+    float weight;       /* 0 … 1, for all outputs of the model */
+    float weight_slope; /* d weight / d x[weakest]; 0 where the weight is flat */
+    uint8_t weakest;    /* the input that sets the weight; 0 while the weight is 1 */
+    uint8_t
+        extrapolated; /* number of inputs outside [min, max], those beyond the margin included */
+    uint8_t beyond;   /* number of inputs beyond the margin */
+};
+
+/* in : x[count]; NaN and the infinities are allowed and lie beyond every margin
+ * out: inside[count] (may be x itself): x held within [min - margin, max + margin], finite;
+ *      weight = min over the inputs of 1 - clamp(distance beyond the margin / fade, 0, 1).
+ *      Each input moves the weight by at most |dx| / fade: it never jumps.
+ * No state. */
+struct cb_training_verdict cb_training_range_hold(const struct cb_training_range *ranges,
+                                                  uint8_t count, const float *x, float *inside);
+
+#endif

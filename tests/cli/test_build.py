@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: MIT
+"""compbox build and check: what is filled in, what is refused and in which words."""
+
+import copy
+
+import pytest
+
+from conftest import term
+
+
+def build(compbox, *terms, machine="machine.json"):
+    return ("build", machine, *terms, "-o", "c.json")
+
+
+def test_sums_follow_iso_names(compbox, machine):
+    for name, signal in (("EXY", "Y"), ("EXZ", "Z"), ("EZX", "X"), ("EAX", "X"), ("net", "X")):
+        compbox.write(name, term(name, signal))
+    out = compbox.good(*build(compbox, "EZX", "EXZ", "EXY", "EAX", "net"))
+    assert out.splitlines() == [
+        "channel X = -(EXZ + EXY)",
+        "channel Y: no term acts in Y; left out",
+        "channel Z = -(EZX)",
+        "term EAX: in no channel",
+        "term net: in no channel",
+        "revision 1: 3 signals, 5 terms, 2 channels, coefficients 35 of 8192",
+    ]
+    assert compbox.good("check", "c.json") == (
+        "machine, revision 1: 3 signals, 5 terms, 2 channels, coefficients 35 of 8192\n")
+
+
+@pytest.mark.parametrize("automatic", [None, [], "auto", "missing"])
+def test_an_open_sum_may_be_written_in_several_ways(compbox, machine, automatic):
+    for channel in machine["channels"]:
+        channel["sum"] = automatic
+        if automatic == "missing":
+            del channel["sum"]
+    compbox.write("machine.json", machine)
+    compbox.write("t", term("EYX"))
+    compbox.good(*build(compbox, "t"))
+    assert [(c["name"], c["sum"]) for c in compbox.read("c.json")["channels"]] == [("Y", ["EYX"])]
+
+
+def test_an_explicit_sum_stays(compbox, machine):
+    machine["channels"] = [{**machine["channels"][2], "name": "lift", "sum": ["b", "a"]}]
+    compbox.write("machine.json", machine)
+    compbox.write("t", {"terms": term("a")["terms"] + term("b")["terms"]})
+    compbox.good(*build(compbox, "t"))
+    assert compbox.read("c.json")["channels"][0]["sum"] == ["b", "a"]
+
+
+def test_ranges_come_from_the_curves(compbox):
+    compbox.good("init", "--axes", "XYZ", "--profile", "generic", "-o", "machine.json")
+    compbox.write("a", term("EZX", travel=(0, 500)))
+    spline = {"name": "EYX", "type": "bspline", "signal": "X", "degree": 1,
+              "knots": [-300, -200, 100, 800, 900], "control_points": [0, 1, 2]}
+    compbox.write("b", {"terms": [spline]})
+    polynomial = {"name": "EXZ", "type": "polynomial", "signal": "Z", "coefficients": [1, 2],
+                  "center": 50, "half_range": 50, "from": 0, "to": 100}
+    compbox.write("c", {"terms": [polynomial]})
+    out = compbox.good(*build(compbox, "a", "b", "c"))
+    assert out.splitlines()[:3] == ["signal X: plausible from -210 to 810",
+                                    "signal Y: used by no term; left out",
+                                    "signal Z: plausible from -10 to 110"]
+
+
+def test_a_range_that_nothing_tells(compbox):
+    compbox.good("init", "--axes", "X", "--profile", "generic", "-o", "machine.json")
+    compbox.write("t", {"terms": [{"name": "EXX", "type": "polynomial", "signal": "X",
+                                   "coefficients": [1]}]})
+    assert compbox.refused(*build(compbox, "t")) == (
+        "machine.json: signal X: set min and max (no curve tells its range)")
+
+
+def test_no_channel_has_a_term(compbox, machine):
+    compbox.write("t", term("lift"))
+    assert compbox.refused(*build(compbox, "t")) == (
+        "machine.json: no term acts in any channel; write the channels' sums, or name the terms as "
+        "ISO 230-1 does (EZX: towards Z, by X)")
+
+
+def test_provenance_and_revision_are_kept(compbox, machine):
+    machine["provenance"] = {"ordered by": "plant 2"}
+    machine["revision"] = 41
+    compbox.write("machine.json", machine)
+    compbox.write("t", {**term(), "provenance": {"EZX": {"file": "EZX.csv"}}})
+    compbox.good(*build(compbox, "t"))
+    built = compbox.read("c.json")
+    assert built["provenance"] == {"ordered by": "plant 2", "EZX": {"file": "EZX.csv"}}
+    assert built["revision"] == 41
+    compbox.good(*build(compbox, "t"), "--revision", 42)
+    assert compbox.read("c.json")["revision"] == 42
+
+
+def test_terms_can_be_added_to_a_built_file(compbox, machine):
+    compbox.write("a", term("EZX"))
+    compbox.write("b", term("EZY", "Y"))
+    compbox.good(*build(compbox, "a"))
+    compbox.good("build", "c.json", "b", "-o", "d.json")
+    assert [t["name"] for t in compbox.read("d.json")["terms"]] == ["EZX", "EZY"]
+    assert compbox.read("d.json")["channels"][0]["sum"] == ["EZX"]  # written, so it stays
+
+
+SPLINE = {"name": "EZX", "type": "bspline", "signal": "X", "degree": 1,
+          "knots": [0, 0, 500, 1000, 1000], "control_points": [0, 10, 0]}
+
+REFUSED = {  # terms.json: message
+    "missing": (None, "t: cannot open the file (No such file or directory)"),
+    "not JSON": ("{\"terms\": [", "t:1:11: is not valid JSON here"),
+    "empty": ("", "t:1:1: is not valid JSON here"),
+    "a list": ("[]", "t: must be a JSON object"),
+    "duplicate key": ('{"terms": [], "terms": []}',
+                      "t: the key 'terms' is given twice in one object"),
+    "unknown key": ({"terms": [], "channels": []}, "t: a term file: the key 'channels' is unknown"),
+    "no terms": ({"signals": []}, "t: has no terms"),
+    "terms no list": ({"terms": {}}, "t: terms must be an array"),
+    "term no object": ({"terms": [1]}, "t: terms[0] must be an object"),
+    "no name": ({"terms": [{"type": "polyline"}]}, "t: terms[0]: name is missing or not a text"),
+    "number too large": ('{"terms": [{"name": "a", "values": [1e400]}]}',
+                         "t: holds a number or text that cannot be read"),
+    "NaN": ('{"terms": [{"name": "a", "values": [NaN]}]}', "t:1:37: is not valid JSON here"),
+    "same name twice": ({"terms": term()["terms"] * 2},
+                        "t: the term EZX is already in this file; give one of them another name "
+                        "or leave one out"),
+    "knots out of order": ({"terms": [{**SPLINE, "knots": [0, 0, 1100, 1000, 1000]}]},
+                           "t: terms[0].knots[3]: 1000 is below the knot before it (1100) "
+                           "(terms[0] is EZX)"),
+    "unknown signal": (term(signal="Q"),
+                       't: terms[0].signal: no signal is called "Q" (terms[0] is EZX)'),
+    "signal clash": ({**term(), "signals": [{"name": "X"}]},
+                     "t: the signal X is already in machine.json; give one of them another name "
+                     "or leave one out"),
+    "provenance clash": ({**term(), "provenance": {"site": 2}},
+                         "t: provenance.site differs from what another file says"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_bad_fragments(compbox, machine, case):
+    content, message = REFUSED[case]
+    machine["provenance"] = {"site": 1}
+    compbox.write("machine.json", machine)
+    if content is not None:
+        compbox.write("t", content)
+    assert compbox.refused(*build(compbox, "t")) == message
+
+
+def test_a_name_in_two_files_names_both(compbox, machine):
+    compbox.write("a", term("EZX"))
+    compbox.write("b", term("EZX"))
+    assert compbox.refused(*build(compbox, "a", "b")) == (
+        "b: the term EZX is already in a; give one of them another name or leave one out")
+    assert compbox.refused(*build(compbox, "a", "a")) == "a: is given more than once"
+
+
+def test_outputs_are_names_too(compbox, machine):
+    compbox.write("a", term("vol_x"))
+    compbox.write("b", {"terms": [{"name": "vol", "type": "bpnet", "outputs": ["vol_x"]}]})
+    assert compbox.refused(*build(compbox, "a", "b")).startswith("b: the term vol_x is already in a")
+
+
+def test_bad_machine_files(compbox, machine):
+    compbox.write("t", term())
+    compbox.write("machine.json", term())
+    assert compbox.refused(*build(compbox, "t")) == (
+        "machine.json: is not a machine file (format is missing; see compbox init)")
+    compbox.write("machine.json", "[1]")
+    assert compbox.refused(*build(compbox, "t")) == "machine.json: must be a JSON object"
+    compbox.write("machine.json", {**machine, "colour": "red"})
+    assert compbox.refused(*build(compbox, "t")) == "machine.json: colour: unknown key"
+    wrong = copy.deepcopy(machine)
+    wrong["channels"][2]["sum"] = ["EZX", "EZY"]
+    compbox.write("machine.json", wrong)
+    assert compbox.refused(*build(compbox, "t")) == (
+        'machine.json: channels[0].sum[1]: no term has an output "EZY"')
+
+
+def test_an_old_file_survives_a_refusal(compbox, machine):
+    compbox.write("t", term())
+    compbox.good(*build(compbox, "t"))
+    compbox.write("t", term(signal="Q"))
+    compbox.refused(*build(compbox, "t"))  # compares every file before and after
+
+
+def test_too_many_coefficients(compbox, machine):
+    for i in range(3):
+        compbox.write(f"t{i}", term(f"EZ{'XYZ'[i]}", values=[k % 7 for k in range(1000)]))
+    compbox.good(*build(compbox, "t0", "t1"))
+    message = compbox.refused(*build(compbox, "t0", "t1", "t2"))
+    assert message.startswith("t2: terms[2]: ") and message.endswith("(terms[2] is EZZ)")
+
+
+# What the box's own loader says, word for word, is tested at the loader; here: file and exit code.
+@pytest.mark.parametrize("content, message", [
+    (None, "c.json: cannot open the file (No such file or directory)"),
+    ("", "c.json: the file is empty"),
+    ("{", "c.json: "),
+    ("\x00" * 100, "c.json: "),
+    ("x" * 200000, "c.json: the file is larger than the 131040 bytes that the box holds"),
+], ids=["missing", "empty", "cut short", "zeros", "too large"])
+def test_check_refuses(compbox, content, message):
+    if content is not None:
+        compbox.write("c.json", content)
+    assert compbox.refused("check", "c.json").startswith(message)
+
+
+def test_check_names_line_and_column(compbox, machine):
+    compbox.write("t", term())
+    compbox.good(*build(compbox, "t"))
+    text = (compbox.folder / "c.json").read_text().replace('"period_ms": 30', '"period_ms": 0')
+    compbox.write("c.json", text)
+    line = text[:text.index('"period_ms": 0')].count("\n") + 1
+    message = compbox.refused("check", "c.json")
+    assert message.startswith("c.json: cycle.period_ms: ")
+    assert f", line {line}, column " in message
+
+
+@pytest.mark.parametrize("arguments", [[], ["nonsense"], ["build"], ["build", "m"], ["check"],
+                                       ["eval"], ["simulate"], ["check", "a", "b"],
+                                       ["build", "m", "t", "--revision", "-1", "-o", "c"]])
+def test_wrong_usage(compbox, arguments):
+    assert compbox(*arguments).returncode == 2
+
+
+@pytest.mark.parametrize("command", ["init", "fit", "build", "check", "eval", "simulate"])
+def test_help_has_an_example(compbox, command):
+    assert f"compbox {command} " in compbox.good(command, "--help").split("Example:")[1]

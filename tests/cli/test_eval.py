@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: MIT
+"""compbox eval against an evaluation of the same file by scipy, and the box's limits in numbers."""
+
+import math
+import random
+
+import numpy
+import pytest
+from scipy.interpolate import BSpline
+
+from conftest import GANTRY, term
+
+CURVES = ("EXY", "EXZ", "EYX", "EYZ", "EZX", "EZY")
+
+
+def samples(compbox, rows, names="XYZ", file="s.csv"):
+    lines = ["time_s," + ",".join(names)] + [",".join(map(repr, row)) for row in rows]
+    return compbox.write(file, "\n".join(lines) + "\n")
+
+
+def value_of(curve, x):
+    """One term of a coefficient file at x, in double precision."""
+    if curve["type"] == "bspline":
+        knots, degree = curve["knots"], curve["degree"]
+        x = min(max(x, knots[degree]), knots[-degree - 1])
+        return float(BSpline(knots, curve["control_points"], degree)(x))
+    if curve["type"] == "polyline":
+        return float(numpy.interp(x, curve["positions"], curve["values"]))
+    u = (min(max(x, curve["from"]), curve["to"]) - curve["center"]) / curve["half_range"]
+    return sum(c * u**k for k, c in enumerate(curve["coefficients"]))
+
+
+def build(compbox, machine, *terms):
+    compbox.write("machine.json", machine)
+    names = [compbox.write(f"{i}.term", one) for i, one in enumerate(terms)]
+    compbox.good("build", "machine.json", *names, "-o", "c.json")
+    return compbox.read("c.json")
+
+
+@pytest.mark.parametrize("method", ["bspline", "bspline-lmc", "polynomial", "polyline"])
+def test_init_fit_build_check_eval_agrees_with_scipy(compbox, method):
+    compbox.good("init", "--axes", "XYZ", "--profile", "sinumerik-840d", "-o", "machine.json")
+    for name in CURVES:
+        options = ["--tolerance-um", 9] if method == "bspline-lmc" else []
+        compbox.good("fit", GANTRY / f"measurements/{name}.csv", "--name", name, "--signal", name[2],
+                     "--method", method, "--line", "least-squares", *options, "-o", f"{name}.json")
+    compbox.good("build", "machine.json", *[f"{name}.json" for name in CURVES], "-o", "c.json")
+    compbox.good("check", "c.json")
+    dice = random.Random(7)
+    ends = [[0, 0, 0], [14300, 3000, 2500], [-9.9, 3009.9, -9.9], [14309.9, -9.9, 2509.9]]
+    places = ends + [[dice.uniform(0, 14300), dice.uniform(0, 3000), dice.uniform(0, 2500)]
+                     for _ in range(300)]
+    samples(compbox, [[10.0 * i, *place] for i, place in enumerate(places)])
+    done = compbox("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
+    assert (done.returncode, done.stderr) == (0, "")
+    done = compbox("eval", "c.json", "--inputs", "s.csv", "--raw", "-o", "raw.csv")
+    assert (done.returncode, done.stderr) == (0, "")
+    built, out, raw = compbox.read("c.json"), compbox.table("out.csv"), compbox.table("raw.csv")
+    assert list(out) == ["time_s", *CURVES, "comp_X_um", "comp_Y_um", "comp_Z_um"] == list(raw)
+    assert out["time_s"] == [10.0 * i for i in range(len(places))]
+    terms = {curve["name"]: curve for curve in built["terms"]}
+    for i, place in enumerate(places):
+        at = dict(zip("XYZ", place))
+        want = {name: value_of(terms[name], at[terms[name]["signal"]]) for name in CURVES}
+        for name in CURVES:
+            # float32 of the position: half a unit in the last place of 14 300 mm, times the slope
+            assert out[name][i] == pytest.approx(want[name], abs=2e-3)
+            assert raw[name][i] == out[name][i]
+        for axis in "XYZ":
+            total = -sum(want[name] for name in CURVES if name[1] == axis)
+            assert raw[f"comp_{axis}_um"][i] == pytest.approx(total, abs=4e-3)
+
+
+def test_standstill_gives_the_wanted_value_rounded_to_the_register(compbox, machine):
+    build(compbox, machine, term(values=[0, 77.777, -123.456]))
+    samples(compbox, [[5.0 * i, 10.0 * i, 0, 0] for i in range(100)])
+    compbox.good("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
+    compbox.good("eval", "c.json", "--inputs", "s.csv", "--raw", "-o", "raw.csv")
+    out, raw = compbox.table("out.csv"), compbox.table("raw.csv")
+    # Each row comes 5 s after the last one, but the box meets it with one cycle: at most 15 µm.
+    for want, got in zip(raw["comp_Z_um"], out["comp_Z_um"]):
+        assert abs(got - want) <= 0.005 + 1e-4
+        assert abs(got / 0.01 - round(got / 0.01)) < 1e-3
+
+
+def test_slew_is_that_of_the_box_between_the_rows(compbox, machine):
+    build(compbox, machine, term(values=[0, 200]))
+    samples(compbox, [[0, 0, 0, 0], [0.03, 1000, 0, 0], [0.06, 1000, 0, 0], [0.061, 1000, 0, 0],
+                      [0.121, 1000, 0, 0], [10, 1000, 0, 0]])
+    compbox.good("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
+    # 500 µm/s: 15 µm in 30 ms, 0.5 in 1 ms; 121 ms: two cycles since the row before.
+    assert compbox.table("out.csv")["comp_Z_um"] == pytest.approx(
+        [0, -15, -30, -30.5, -60.5, -200], abs=1e-3)
+
+
+def test_a_first_row_is_steady_state(compbox, machine):
+    build(compbox, machine, term(values=[0, 200]))
+    samples(compbox, [[-3.5, 500, 0, 0]])
+    compbox.good("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
+    assert compbox.table("out.csv") == {"time_s": [-3.5], "EZX": [100], "comp_Z_um": [-100]}
+
+
+def test_limit_and_raw(compbox, machine):
+    machine["channels"][2]["limit_um"] = 50
+    build(compbox, machine, term(values=[0, 200]))
+    samples(compbox, [[i, 250.0 + 100 * i, 0, 0] for i in range(3)])
+    compbox.good("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
+    compbox.good("eval", "c.json", "--inputs", "s.csv", "--raw", "-o", "raw.csv")
+    assert compbox.table("out.csv")["comp_Z_um"] == pytest.approx([-50, -50, -50])
+    assert compbox.table("raw.csv")["comp_Z_um"] == pytest.approx([-50, -70, -90], abs=1e-4)
+
+
+def test_a_demand_beyond_the_error_limit_is_said(compbox, machine):
+    machine["channels"][2].update(limit_um=50, error_um=60)
+    build(compbox, machine, term(values=[0, 200]))
+    samples(compbox, [[0, 250, 0, 0], [1, 400, 0, 0], [2, 400, 0, 0]])
+    done = compbox("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
+    assert done.returncode == 0
+    assert done.stderr == ("s.csv: box not ACTIVE: 2 rows, first line 3: FAULT, a channel's demand "
+                           "is beyond its error limit\n")
+    out = compbox.table("out.csv")["comp_Z_um"]
+    assert out[0] == -50 and -50 < out[1] <= -48 and out[2] == 0
+
+
+def test_deadband(compbox, machine):
+    machine["channels"][2]["deadband_um"] = 5
+    build(compbox, machine, term(values=[0, 200]))
+    samples(compbox, [[0.9 * i, x, 0, 0] for i, x in enumerate([100, 120, 130, 110, 0, 0])])
+    compbox.good("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
+    # 4 µm more is not written, 6 is, 4 back is not, zero always is (15 µm in the first cycle)
+    assert compbox.table("out.csv")["comp_Z_um"] == pytest.approx([-20, -20, -26, -26, -11, 0],
+                                                                  abs=1e-3)
+
+
+def test_lead_looks_ahead_of_the_motion(compbox, machine):
+    machine["cycle"]["lead_ms"] = 60
+    build(compbox, machine, term(values=[0, 200]))
+    rows = [[0.03 * i, 100 + 0.03 * i * 100, 0, 0] for i in range(100)]  # 100 mm/s, 20 µm/s
+    samples(compbox, rows)
+    compbox.good("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
+    compbox.good("eval", "c.json", "--inputs", "s.csv", "--raw", "-o", "raw.csv")
+    out, raw = compbox.table("out.csv"), compbox.table("raw.csv")
+    ahead = [r - o for r, o in zip(raw["comp_Z_um"], out["comp_Z_um"])]
+    assert ahead[-20:] == pytest.approx([0.06 * 20] * 20, abs=0.02)
+
+
+def test_lead_does_not_take_far_rows_for_motion(compbox, machine):
+    machine["cycle"]["lead_ms"] = 60
+    build(compbox, machine, term(values=[0, 200]))
+    samples(compbox, [[i, 10.0 * i, 0, 0] for i in range(50)])
+    compbox.good("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
+    assert compbox.table("out.csv")["comp_Z_um"] == pytest.approx([-2.0 * i for i in range(50)],
+                                                                  abs=0.006)
+
+
+def test_an_implausible_position_is_held_and_said(compbox, machine):
+    build(compbox, machine, term(values=[0, 200]))
+    samples(compbox, [[0, 500, 0, 0], [1, 5000, 0, 0], [1.06, 600, 0, 0], [2, 600, 0, 0]])
+    done = compbox("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
+    assert done.returncode == 0
+    assert done.stderr == ("s.csv: X implausible, last value held: 1 row, first line 3: 5000 "
+                           "(plausible: -10 to 1010)\n")
+    assert compbox.table("out.csv")["comp_Z_um"] == pytest.approx([-100, -100, -115, -120], abs=1e-3)
+
+
+def test_rates_are_those_from_row_to_row(compbox, machine):
+    machine["signals"][0]["max_rate_per_s"] = 100
+    build(compbox, machine, term(values=[0, 200]))
+    samples(compbox, [[0, 0, 0, 0], [2, 199, 0, 0], [4, 200, 0, 0], [4.03, 250, 0, 0]])
+    done = compbox("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
+    assert done.stderr == ("s.csv: X implausible, last value held: 1 row, first line 5: 250 "
+                           "(plausible: -10 to 1010)\n")
+
+
+def test_signals_of_other_sources_are_columns_too(compbox, machine):
+    """A temperature from the PLC with a scale and a zero: the table holds degrees."""
+    machine["signals"].append({"name": "T1", "unit": "degC", "plc": 14, "type": "int16",
+                               "scale": 0.1, "zero": -50, "min": -10, "max": 90})
+    machine["channels"][2]["sum"] = ["EZX", "drift"]
+    build(compbox, machine, term(), term("drift", "T1", values=[0, 100], travel=(0, 100)))
+    samples(compbox, [[0, 0, 0, 0, 20.04], [1, 500, 0, 0, 30.06]], names=("X", "Y", "Z", "T1"))
+    compbox.good("eval", "c.json", "--inputs", "s.csv", "--raw", "-o", "out.csv")
+    out = compbox.table("out.csv")
+    assert out["drift"] == pytest.approx([20.04, 30.06], abs=1e-5)
+    assert out["comp_Z_um"] == pytest.approx([-20.04, -40.06], abs=1e-5)
+
+
+REFUSED = {
+    "missing": (None, "s.csv: cannot open the file (No such file or directory)"),
+    "empty": ("", "s.csv: is empty: a header line is missing"),
+    "no rows": ("time_s,X,Y,Z\n", "s.csv: has a header but no rows"),
+    "no time": ("X,Y,Z\n1,2,3\n", "s.csv: has no column 'time_s' (it has X, Y, Z)"),
+    "no Y": ("time_s,X,Z\n1,2,3\n", "s.csv: has no column 'Y' (it has time_s, X, Z)"),
+    "text": ("time_s,X,Y,Z\n1,2,x,4\n", "s.csv:2:5: 'x' is not a finite number"),
+    "nan": ("time_s,X,Y,Z\n1,2,nan,4\n", "s.csv:2:5: 'nan' is not a finite number"),
+    "short row": ("time_s,X,Y,Z\n1,2,3\n", "s.csv:2: has 3 columns, the header has 4"),
+    "time back": ("time_s,X,Y,Z\n1,2,3,4\n0.5,2,3,4\n",
+                  "s.csv:3: time_s must rise by at least a microsecond from row to row"),
+    "same time": ("time_s,X,Y,Z\n\n1,2,3,4\n1,2,3,4\n",
+                  "s.csv:4: time_s must rise by at least a microsecond from row to row"),
+    "gap": ("time_s,X,Y,Z\n1,2,3,4\n90000,2,3,4\n",
+            "s.csv:3: time_s is more than a day after the row before"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_bad_samples(compbox, machine, case):
+    build(compbox, machine, term())
+    content, message = REFUSED[case]
+    if content is not None:
+        compbox.write("s.csv", content)
+    assert compbox.refused("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv") == message
+
+
+def test_a_bad_coefficient_file(compbox, machine):
+    samples(compbox, [[0, 0, 0, 0]])
+    compbox.write("c.json", "{}")
+    assert compbox.refused("eval", "c.json", "--inputs", "s.csv", "-o", "o").startswith("c.json: ")
+
+
+def test_output_is_exact_and_repeatable(compbox, machine):
+    build(compbox, machine, term(values=[0, math.pi, 1 / 3]))
+    samples(compbox, [[i, 1.7 * i, 0, 0] for i in range(200)])
+    compbox.good("eval", "c.json", "--inputs", "s.csv", "--raw", "-o", "a.csv")
+    compbox.good("eval", "c.json", "--inputs", "s.csv", "--raw", "-o", "b.csv")
+    assert (compbox.folder / "a.csv").read_bytes() == (compbox.folder / "b.csv").read_bytes()
+    for text in (compbox.folder / "a.csv").read_text().splitlines()[1].split(","):
+        assert float(numpy.float32(text)) == pytest.approx(float(text), rel=1e-7)
+    assert "-0" not in (compbox.folder / "a.csv").read_text().splitlines()[1].split(",")

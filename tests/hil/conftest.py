@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: MIT
+import os
+import sys
+
+import pytest
+
+sys.path.insert(0, os.path.dirname(__file__))
+
+import box as box_module  # noqa: E402
+import machine  # noqa: E402
+import plc as plc_module  # noqa: E402
+
+
+@pytest.fixture
+def port():
+    return box_module.free_port()
+
+
+@pytest.fixture
+def plc():
+    return plc_module.Plc()
+
+
+@pytest.fixture
+def start_box(tmp_path, port):
+    """Makes a Box for the PLC on `port`; change edits the coefficient file."""
+    def start(*arguments, change=None, **how):
+        config = machine.write_coefficients(tmp_path / "coefficients.json", port, change)
+        return box_module.Box(config, *arguments, **how)
+    return start
+
+
+def fc23(data):
+    data["plc"]["exchange"] = "fc23"
+
+
+@pytest.fixture(params=["fc3+fc16", "fc23"])
+def exchange(request):
+    """Both ways to exchange, as an edit of the coefficient file."""
+    return fc23 if request.param == "fc23" else (lambda data: None)

@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: MIT
+"""What must hold in every run, whatever the test does to the box."""
+import machine
+from machine import PERIOD_S
+
+def check_writes(writes, limit_um=300, slew_um_per_s=500):
+    """Limits of value and slope, as the PLC sees them; heartbeats that count up."""
+    for write in writes:
+        for name, um in write.um.items():
+            assert abs(um) <= limit_um + 1e-3, f"{name} = {um} µm is beyond its limit"
+    for before, after in zip(writes, writes[1:]):
+        for name in after.um:
+            step = abs(after.um[name] - before.um[name])
+            most = slew_um_per_s * 2 * PERIOD_S + 2 * machine.resolution_um(machine.CHANNELS[name])
+            assert step <= most, f"{name} moved {step} µm between two writes"
+    # Over a longer stretch the mean slope counts; 30 ms for a server that is late itself.
+    for first, last in zip(writes, writes[4:]):
+        for name in last.um:
+            moved = abs(last.um[name] - first.um[name])
+            most = slew_um_per_s * (last.time_s - first.time_s + 0.03)
+            assert moved <= most, f"{name} moved {moved} µm in {last.time_s - first.time_s} s"
+
+
+def stalls(box):
+    """How often the loop missed its tick, one for each row of ticks missed together."""
+    times = [row["time_s"] for row in box.rows]
+    return sum(after - before > 1.5 * PERIOD_S for before, after in zip(times, times[1:]))
+
+
+def check_period(box, faults=0):
+    """The loop kept its ticks; out: its statistics. The test machine itself stalls now and then,
+    which is none of the loop's; a fault that made the loop late would do so each time."""
+    stats = box.stats
+    allowed = max(2, faults // 3)
+    assert stalls(box) <= allowed, stats
+    assert abs(stats["interval_us"]["p50"] - stats["period_us"]) < 500, stats
+    assert abs(stats["drift_us"]) < 25000, stats
+    if stalls(box) == 0:
+        assert stats["exchange_us"]["max"] < 29000, "an exchange went past its deadline"
+    return stats

@@ -1,0 +1,139 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: MIT
+"""Plants one fault after the other into a copy of the sources, builds compboxd from it and runs the
+hardware-in-the-loop tests named beside it: one of them has to fail. Without a fault all have to pass.
+
+  planted_faults.py ROOT [NAME…]    all faults, or those whose names contain one of the words"""
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+VALUES = ["test_values.py::test_values_are_those_of_the_models_while_the_axes_move"]
+SLEW = ["test_values.py::test_the_way_to_the_wanted_value_has_the_slew_rate"]
+WIRE = ["test_wire.py"]
+
+
+def reactions(*names):
+    return [f"test_reactions.py::test_{name}" for name in names]
+
+
+def faults(*names):
+    return [f"test_faults.py::test_{name}" for name in names]
+
+
+STOP = ["test_stop.py::test_a_signal_ramps_to_zero_and_says_stopped"]
+COSTS = "a_fault_costs_only_what_it_overlaps"
+
+# name, file, what stands there (once), what is planted, tests of which one must fail
+FAULTS = [
+    ("sign of the sum", "firmware/channels.c", "wanted_um = 0.0f - sum_um", "wanted_um = sum_um", VALUES),
+    ("sign of the control", "firmware/channels.c", "(channel->sign < 0 ? -units : units)", "(units)",
+     VALUES),
+    ("scale of an output", "firmware/channels.c", "output_um / channel->scale",
+     "output_um * channel->scale", VALUES),
+    ("byte order of an input", "firmware/registers.c", "return ((uint32_t)first << 16) | second;",
+     "return ((uint32_t)second << 16) | first;", VALUES),
+    ("byte order of an output", "firmware/registers.c", "registers[0] = high_first ? high : low;\n"
+     "    registers[1] = high_first ? low : high;", "registers[0] = high_first ? low : high;\n"
+     "    registers[1] = high_first ? high : low;", VALUES),
+    ("byte order on the wire", "firmware/modbus.c", "at[0] = (uint8_t)(value >> 8);\n"
+     "    at[1] = (uint8_t)(value & 0xFF);", "at[1] = (uint8_t)(value >> 8);\n"
+     "    at[0] = (uint8_t)(value & 0xFF);", WIRE),
+    ("slew, twice as fast", "firmware/box.c", "step->placed ? 0.0f : seconds(box, step)",
+     "step->placed ? 0.0f : 2.0f * seconds(box, step)", SLEW),
+    ("ramp at the slew rate", "firmware/limiter.c", "cb_min(ramp, slew)", "cb_max(ramp, slew)", STOP),
+    ("age of a signal, tenfold", "firmware/signals.c", "age_us <= max_age_us;",
+     "age_us <= 10 * max_age_us;", reactions("a_stale_thermometer_degrades_only_its_term")),
+    ("age by the wrong clock", "firmware/signals.c", "state->time_us = time_us;",
+     "state->time_us = time_us + 1000000;", reactions("a_stale_thermometer_degrades_only_its_term")),
+    ("heartbeat not watched", "firmware/plc.c", "state->heartbeat_us <= timeout_us",
+     "state->heartbeat_us <= 1000 * timeout_us",
+     reactions("a_heartbeat_that_stops_holds_then_ramps")),
+    ("resuming without permission", "firmware/mode.c", "!state->lost || e->permit_resume",
+     "!state->lost || e->enable",
+     reactions("without_permit_resume_a_new_edge_of_enable_is_needed")),
+    ("plausibility not checked", "firmware/signals.c", "if (!plausible) {", "if (!plausible && false) {",
+     reactions("an_implausible_position_holds")),
+    ("transaction id not compared", "hal/linux/tcp.c",
+     "if (get_u16(tcp->received) == tcp->transaction && tcp->awaiting) return WAIT_FRAME;",
+     "if (tcp->awaiting) return WAIT_FRAME;", faults(f"{COSTS}[wrong_id]")),
+    ("a second request before the first reply", "hal/linux/tcp.c",
+     "if (tcp->awaiting && !await_late_reply(tcp, deadline_us)) return false;",
+     "(void)await_late_reply;", faults("a_request_waits_for_the_reply_before_it")),
+    ("a deadline beyond the period", "hal/cycle.c", "* 4 / 5}", "* 8 / 5}", faults(f"{COSTS}[late]")),
+    ("a part of a reply kept for ever", "hal/linux/tcp.c", "MAX_SILENCE_US = 10000",
+     "MAX_SILENCE_US = 1000000000", faults(f"{COSTS}[stops_short]")),
+    ("relative sleeps", "hal/linux/tick.c", "tick->start_ns + wanted * tick->period_ns;",
+     "cb_clock_ns(CLOCK_MONOTONIC) + tick->period_ns;",
+     ["test_realtime.py::test_ticks_do_not_drift_by_the_plcs_clock"]),
+]
+
+
+def build(source, log):
+    """Builds compboxd and the tests' helpers of a copy of the sources."""
+    folder = source / "build"
+    if not folder.exists():
+        subprocess.run(["cmake", "-S", source, "-B", folder, "-G", "Ninja",
+                        "-DCMAKE_BUILD_TYPE=RelWithDebInfo"], check=True, stdout=log, stderr=log)
+    subprocess.run(["cmake", "--build", folder, "--target", "compboxd", "libmodbus_plc", "hil_spy"],
+                   check=True, stdout=log, stderr=log)
+
+
+def run(source, tests, log):
+    """out: pytest's exit code: 0 passed, 1 a test failed."""
+    folder = source / "build"
+    env = dict(os.environ, COMPBOXD=str(folder / "bin/compboxd"),
+               LIBMODBUS_PLC=str(folder / "bin/libmodbus_plc"),
+               SPY=str(folder / "tests/hil/libhil_spy.so"), PYTHONDONTWRITEBYTECODE="1")
+    return subprocess.run([sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider",
+                           *tests], cwd=source / "tests/hil", env=env, stdout=log,
+                          stderr=log).returncode
+
+
+def copy_sources(root, target):
+    """The files that git knows, as they are now."""
+    names = subprocess.run(["git", "ls-files", "-z"], cwd=root, check=True,
+                           capture_output=True).stdout
+    archive = subprocess.run(["tar", "--null", "-T", "-", "-c"], cwd=root, input=names, check=True,
+                             capture_output=True).stdout
+    subprocess.run(["tar", "-x", "-C", target], input=archive, check=True)
+
+
+def plant(source, file, before, after):
+    """out: the file's text as it was."""
+    path = source / file
+    text = path.read_text()
+    if text.count(before) != 1:
+        sys.exit(f"planted_faults.py: {file} has changed: {before!r} is there {text.count(before)} times")
+    path.write_text(text.replace(before, after))
+    return text
+
+
+def main():
+    root, words = pathlib.Path(sys.argv[1]).resolve(), sys.argv[2:]
+    chosen = [f for f in FAULTS if not words or any(word in f[0] for word in words)]
+    missed = []
+    with tempfile.TemporaryDirectory() as folder, open(root / "build/planted-faults.log", "w") as log:
+        source = pathlib.Path(folder)
+        copy_sources(root, source)
+        build(source, log)
+        tests = list(dict.fromkeys(test for f in chosen for test in f[4]))
+        if run(source, tests, log) != 0:
+            sys.exit("planted_faults.py: the tests fail without a fault: build/planted-faults.log")
+        print(f"{'no fault':42} all of {len(tests)} pass", flush=True)
+        for name, file, before, after, tests in chosen:
+            text = plant(source, file, before, after)
+            build(source, log)
+            code = run(source, tests, log)
+            (source / file).write_text(text)
+            if code != 1:
+                missed.append(name)
+            print(f"{name:42} {'caught' if code == 1 else 'MISSED'}", flush=True)
+    print(f"{len(chosen) - len(missed)} of {len(chosen)} planted faults caught")
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: MIT
+"""Mistakes on the command line and in the coefficient file: one sentence, the right exit code."""
+import json
+import re
+
+import pytest
+
+import machine
+from box import run
+
+
+@pytest.fixture
+def config(tmp_path, port):
+    return machine.write_coefficients(tmp_path / "coefficients.json", port)
+
+
+def one_sentence(text):
+    return text.startswith("compboxd: ") and text.count("\n") == 1
+
+
+@pytest.mark.parametrize("arguments", [
+    [], ["--config"], ["--nonsense"], ["--config", "{config}", "--cycles", "0"],
+    ["--config", "{config}", "--cycles", "-3"], ["--config", "{config}", "--cycles", "1.5"],
+    ["--config", "{config}", "--priority", "100"], ["--config", "{config}", "--priority", "x"],
+    ["--config", "{config}", "--cpu-latency", "maybe"], ["--config", "{config}", "more"],
+    ["--config", "{config}", "--cycles", "99999999999999999999"],
+])
+def test_wrong_usage_is_exit_2(config, arguments):
+    code, out, err = run(*[a.format(config=config) for a in arguments])
+    assert code == 2 and out == "" and err
+
+
+def test_help_and_version():
+    code, out, err = run("--help")
+    assert code == 0 and err == ""
+    assert "example: compboxd --config" in out
+    for option in ("--config", "--cycles", "--stats", "--record", "--priority", "--cpu-latency"):
+        assert option in out
+    code, out, _ = run("--version")
+    assert code == 0 and re.fullmatch(r"compboxd \d+\.\d+\.\d+\n", out)
+
+
+def test_a_file_that_is_missing(tmp_path):
+    path = tmp_path / "none.json"
+    code, _, err = run("--config", str(path))
+    assert code == 1 and one_sentence(err) and str(path) in err
+
+
+def test_a_folder_instead_of_a_file(tmp_path):
+    code, _, err = run("--config", str(tmp_path))
+    assert code == 1 and one_sentence(err)
+
+
+@pytest.mark.parametrize("spoil, place", [
+    (lambda d: d["terms"][0]["knots"].__setitem__(5, 1), r"terms\[0\]\.knots"),
+    (lambda d: d["signals"][0].__setitem__("offzet", 1), r"signals\[0\]\.offzet"),
+    (lambda d: d["channels"][0]["sum"].append("EQQ"), r"channels\[0\]\.sum"),
+    (lambda d: d["plc"]["transport"]["tcp"].__setitem__("host", "plc.local"), r"host"),
+    (lambda d: d.__setitem__("format", "compbox/9"), r"format"),
+])
+def test_a_mistake_in_the_file_is_told_with_its_place(tmp_path, port, spoil, place):
+    path = machine.write_coefficients(tmp_path / "c.json", port, spoil)
+    code, _, err = run("--config", str(path))
+    assert code == 1
+    assert one_sentence(err), err
+    assert err.startswith(f"compboxd: {path}: ")
+    assert re.search(place, err), err
+    assert re.search(r", line \d+\n$", err), err
+
+
+@pytest.mark.parametrize("text", [b"", b"{", b"\x00\xff\xfe", b"[1, 2]", b" " * 200000,
+                                  b'{"format": "compbox/1"'],
+                         ids=["empty", "brace", "binary", "array", "oversized", "truncated"])
+def test_what_is_no_coefficient_file(tmp_path, text):
+    path = tmp_path / "c.json"
+    path.write_bytes(text)
+    code, _, err = run("--config", str(path))
+    assert code == 1 and one_sentence(err), err
+    assert str(path) in err
+
+
+@pytest.mark.parametrize("option", ["--stats", "--record"])
+def test_an_output_that_cannot_be_written_is_told_before_the_start(config, tmp_path, option):
+    path = tmp_path / "no" / "folder" / "f"
+    code, _, err = run("--config", str(config), option, str(path))
+    assert code == 1 and one_sentence(err) and str(path) in err
+
+
+def test_stats_are_json_whatever_the_names(tmp_path, port):
+    path = machine.write_coefficients(
+        tmp_path / "c.json", port,
+        lambda d: d["machine"].__setitem__("name", 'gantry "14 m" \\ µ'))
+    stats = tmp_path / 'st"ats.json'
+    run("--config", str(path), "--cycles", "3", "--stats", str(stats))
+    assert json.loads(stats.read_text())["machine"] == 'gantry "14 m" \\ µ'

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: MIT
+"""The loop thread: no allocation, no file, no lock, no missing page; ticks that do not drift."""
+import os
+import time
+
+import pytest
+
+import laws
+from machine import ACTIVE, PERIOD_S
+from pymodbus_plc import PymodbusPlc
+from raw_plc import RawPlc
+
+SPY = os.environ.get("SPY", os.path.join(os.path.dirname(__file__),
+                                         "../../build/host/tests/hil/libhil_spy.so"))
+AT_REST = {"X": 4000, "Y": 200, "Z": 1500, "T1": 35}
+
+
+def spied(start_box, tmp_path, scenario, **env):
+    """Runs the scenario under the spy; out: what it counted, and the box."""
+    told = tmp_path / "spy.txt"
+    with start_box(env=dict(env, LD_PRELOAD=SPY, SPY_FILE=str(told))) as box:
+        scenario(box)
+    return {name: int(count) for name, count in map(str.split, told.read_text().splitlines())}, box
+
+
+@pytest.fixture
+def eventful(plc, port):
+    """Connecting late, compensating, losing the PLC, finding it again, stopping."""
+    def scenario(box):
+        plc.values = dict(AT_REST)
+        time.sleep(0.2)
+        with PymodbusPlc(plc, port):
+            plc.wait_mode(ACTIVE)
+            time.sleep(0.3)
+        time.sleep(0.4)
+        with RawPlc(plc, port, lambda r, reply: [reply[:9]] if r.number == 20 else None):
+            plc.wait_mode(ACTIVE)
+            time.sleep(1)
+            box.stop()
+    return scenario
+
+
+def test_the_loop_allocates_nothing_and_touches_no_file_or_lock(start_box, tmp_path, eventful):
+    counts, box = spied(start_box, tmp_path, eventful)
+    assert box.code == 0, box.log
+    assert counts["cycles"] > 50, "the spy did not see the loop"
+    for name in ("allocations", "frees", "files", "writes", "locks"):
+        assert counts[name] == 0, counts
+    if box.stats["realtime"]["memory_locked"]:
+        assert counts["page_faults"] == 0, counts
+
+
+@pytest.mark.parametrize("plant, name", [("malloc", "allocations"), ("open", "files"),
+                                         ("lock", "locks")])
+def test_the_spy_sees_what_is_planted(plc, port, start_box, tmp_path, plant, name):
+    def scenario(box):
+        with PymodbusPlc(plc, port):
+            plc.wait_mode(ACTIVE)
+            box.stop()
+    counts, _ = spied(start_box, tmp_path, scenario, SPY_PLANT=plant)
+    assert counts[name] >= counts["cycles"] - 1 > 0
+
+
+def test_ticks_do_not_drift_by_the_plcs_clock(plc, port, start_box):
+    """Requests as they arrive, over three seconds, against the period."""
+    plc.values = dict(AT_REST)
+    with RawPlc(plc, port) as server, start_box() as box:
+        time.sleep(3)
+        box.stop()
+    laws.check_period(box)
+    times = [r.time_s for r in server.requests if r.is_cyclic_read]
+    # Medians of the first and of the last ten leave single late wake-ups out.
+    def phase(part):
+        offsets = sorted((t - times[0]) % PERIOD_S for t in part)
+        offsets = [o - PERIOD_S if o > PERIOD_S / 2 else o for o in offsets]
+        return sorted(offsets)[len(offsets) // 2]
+    assert abs(phase(times[-10:]) - phase(times[:10])) < 0.002
+    assert len(times) > 90
+
+
+def test_a_loop_slowed_down_by_force_counts_and_skips_its_ticks(plc, port, start_box):
+    """Stopped for 200 ms by SIGSTOP: the ticks in between are counted, not made up."""
+    import signal
+    plc.values = dict(AT_REST)
+    with RawPlc(plc, port) as server, start_box() as box:
+        plc.wait_mode(ACTIVE)
+        time.sleep(0.5)
+        box.process.send_signal(signal.SIGSTOP)
+        time.sleep(0.2)
+        box.process.send_signal(signal.SIGCONT)
+        time.sleep(0.5)
+        box.stop()
+    assert box.code == 0, box.log
+    stats = box.stats
+    assert 5 <= stats["overruns"] <= 9, stats["overruns"]
+    assert stats["box"]["clock_jumps"] == 1       # more than five periods
+    assert abs(stats["drift_us"]) < 20000
+    times = [r.time_s for r in server.requests if r.is_cyclic_read]
+    gaps = [b - a for a, b in zip(times, times[1:])]
+    assert sum(gap < PERIOD_S / 2 for gap in gaps) <= 1, "ticks were made up in a burst"

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: MIT
+"""The end: outputs at zero, STOPPED written, in bounded time; also when nobody listens."""
+import os
+import signal
+import time
+
+import pytest
+
+import laws
+from machine import ACTIVE, PERIOD_S, RAMP, STOPPED
+from pymodbus_plc import PymodbusPlc
+from raw_plc import RawPlc
+
+AT_REST = {"X": 6500, "Y": 200, "Z": 1500, "T1": 35}     # Z wants -124 µm
+BOUND_S = 300 / 200 + 1                                  # limit / ramp + 1 s
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_ramps_to_zero_and_says_stopped(plc, port, start_box, exchange, number):
+    plc.values = dict(AT_REST)
+    with PymodbusPlc(plc, port), start_box(change=exchange) as box:
+        plc.wait(lambda w: w.mode == ACTIVE and w.um["Z"] < -124)
+        took_s = box.stop(number)
+    assert box.code == 0, box.log
+    assert 124 / 200 < took_s < BOUND_S
+    last = plc.writes[-1]
+    assert last.mode == STOPPED and last.um == {"X": 0, "Y": 0, "Z": 0}
+    ramp = [w for w in plc.writes if w.mode in (RAMP, STOPPED)]
+    assert all(w.reason == 10 for w in ramp)
+    for before, after in zip(ramp, ramp[1:]):
+        assert abs(after.um["Z"]) <= abs(before.um["Z"])
+        assert abs(after.um["Z"] - before.um["Z"]) <= 200 * 2 * PERIOD_S + 0.02
+    laws.check_writes(plc.writes)
+    assert box.stats["finished"] and box.stats["stopped"]
+    assert box.stats["mode"] == "STOPPED"
+
+
+def test_cycles_end_by_the_same_clean_stop(plc, port, start_box):
+    plc.values = dict(AT_REST)
+    with PymodbusPlc(plc, port), start_box("--cycles", "40") as box:
+        box.wait(10)
+    assert box.code == 0, box.log
+    assert plc.writes[-1].mode == STOPPED
+    assert 40 < box.stats["cycles"] < 40 + BOUND_S / PERIOD_S
+
+
+def test_a_plc_that_was_never_there_is_told_at_once(start_box):
+    """There is nothing to take back."""
+    with start_box() as box:
+        time.sleep(0.3)
+        took_s = box.stop()
+    assert box.code == 1
+    assert took_s < 0.5
+    assert "before the PLC was ever heard" in box.log
+    assert box.stats["finished"]
+
+
+def test_a_plc_that_dies_before_the_stop_is_told_after_the_bound(plc, port, start_box):
+    plc.values = dict(AT_REST)
+    with start_box() as box:
+        with RawPlc(plc, port):
+            plc.wait(lambda w: w.mode == ACTIVE and w.um["Z"] < -124)
+        took_s = box.stop()
+    assert box.code == 1
+    assert took_s < BOUND_S + 0.3
+    assert "without the PLC's confirmation" in box.log
+    assert box.stats["finished"] and not box.stats["stopped"]
+
+
+def test_a_second_signal_changes_nothing(plc, port, start_box):
+    plc.values = dict(AT_REST)
+    with PymodbusPlc(plc, port), start_box() as box:
+        plc.wait(lambda w: w.mode == ACTIVE and w.um["Z"] < -124)
+        box.process.send_signal(signal.SIGTERM)
+        time.sleep(0.15)
+        box.stop()
+    assert box.code == 0, box.log
+    assert plc.writes[-1].mode == STOPPED
+
+
+def test_a_terminal_that_is_closed_does_not_end_the_compensation(plc, port, start_box):
+    plc.values = dict(AT_REST)
+    with PymodbusPlc(plc, port), start_box() as box:
+        plc.wait_mode(ACTIVE)
+        box.process.send_signal(signal.SIGHUP)
+        time.sleep(0.2)
+        assert plc.last().mode == ACTIVE and box.process.poll() is None
+        box.stop()
+    assert box.code == 0
+
+
+def test_a_reader_of_stderr_that_stopped_reading_stops_nothing(plc, port, start_box):
+    """The pipe is full before the start: every line would block for ever."""
+    reader, writer = os.pipe()
+    os.set_blocking(writer, False)
+    try:
+        while True:
+            os.write(writer, b" " * 4096)
+    except BlockingIOError:
+        os.set_blocking(writer, True)
+    plc.values = dict(AT_REST)
+    with PymodbusPlc(plc, port), start_box(stderr=writer) as box:
+        plc.wait_mode(ACTIVE)
+        took_s = box.stop()
+    os.close(reader)
+    os.close(writer)
+    assert box.code == 0 and took_s < BOUND_S
+    assert box.stats["rows_lost"] == 0 and box.stats["cycles"] == len(box.rows)
+
+
+def test_files_are_whole_at_any_moment(plc, port, start_box):
+    """Killed without warning, the record has whole lines only."""
+    plc.values = dict(AT_REST)
+    with PymodbusPlc(plc, port), start_box() as box:
+        plc.wait_mode(ACTIVE)
+        columns = None
+        for _ in range(40):
+            text = box.record_file.read_text()
+            assert text.endswith("\n")
+            columns = columns or text.splitlines()[0].count(",")
+            assert all(line.count(",") == columns for line in text.splitlines())
+            assert box.stats["format"] == "compboxd-stats/1"
+            time.sleep(0.01)
+        box.process.kill()
+        box.process.wait()
+        text = box.record_file.read_text()
+        assert text.endswith("\n") and text.count("\n") > 10

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: MIT
+// Reload: a new configuration takes over and nothing steps.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/unit/box_fixture.h"
+
+namespace compbox {
+namespace {
+
+config_builder original(float gain = 100) {
+    config_builder b;
+    const unsigned x = b.position("X", 8);
+    const unsigned t = b.thermometer("T1");
+    const unsigned ezx = b.polyline("EZX", x, {0, 1000}, {0, gain});
+    const unsigned thermal = b.polynomial("thermal", t, {0, 2});
+    b.channel("Z", {ezx, thermal}, 4);
+    return b;
+}
+
+// The same with everything in another place, a new axis in front and a new curve.
+config_builder rearranged() {
+    config_builder b;
+    const unsigned y = b.position("Y", 12);
+    const unsigned t = b.thermometer("T1");
+    const unsigned x = b.position("X", 10);
+    const unsigned eyx = b.polyline("EYX", y, {0, 1000}, {5, 5});
+    const unsigned thermal = b.polynomial("thermal", t, {0, 2});
+    const unsigned ezx = b.polyline("EZX", x, {0, 1000}, {0, 200});
+    b.channel("Y", {eyx}, 6);
+    b.channel("Z", {thermal, ezx}, 4);
+    return b;
+}
+
+// Runs at X = 400 mm, T1 = 10 °C: -60 µm.
+struct reload_rig : box_rig {
+    explicit reload_rig(const config_builder &b = original()) : box_rig(b) {
+        position(8, 400);
+        for (int i = 0; i < 10; ++i) {
+            sample(1, 100);
+            step();
+        }
+        EXPECT_EQ(mode(), CB_MODE_ACTIVE);
+        EXPECT_DOUBLE_EQ(written(4), -60);
+    }
+
+    bool reload(const config_builder &b) {
+        auto fresh = std::make_unique<cb_box>();
+        std::memset(fresh.get(), 0, sizeof *fresh);
+        fresh->config = *b.config;
+        cb_box_start(fresh.get());
+        if (!cb_box_adopt(fresh.get(), box.get())) return false;
+        box = std::move(fresh);
+        return true;
+    }
+};
+
+TEST(box_adopt, the_same_file_changes_nothing) {
+    reload_rig rig;
+    const cb_counters before = rig.box->counters;
+    ASSERT_TRUE(rig.reload(original()));
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
+    EXPECT_DOUBLE_EQ(rig.written(4), -60);
+    EXPECT_EQ(rig.out.registers[1], 11);
+    EXPECT_EQ(rig.box->counters.cycles, before.cycles + 1);
+    EXPECT_EQ(rig.box->counters.holds, 0u);
+}
+
+TEST(box_adopt, a_new_curve_is_reached_at_the_slew_rate) {
+    reload_rig rig;
+    ASSERT_TRUE(rig.reload(rearranged()));
+    rig.position(10, 400);
+    rig.position(12, 7);
+    double z = -60, y = 0;
+    for (int i = 0; i < 10; ++i) {
+        rig.step();
+        ASSERT_EQ(rig.mode(), CB_MODE_ACTIVE);
+        ASSERT_LE(std::fabs(rig.written(4) - z), 15 + 1e-6);
+        ASSERT_LE(std::fabs(rig.written(6) - y), 15 + 1e-6);
+        z = rig.written(4);
+        y = rig.written(6);
+    }
+    EXPECT_DOUBLE_EQ(z, -100);  // 80 + 20, although no new sample of T1 came
+    EXPECT_DOUBLE_EQ(y, -5);
+}
+
+TEST(box_adopt, smaller_limits_are_slewed_into) {
+    reload_rig rig;
+    config_builder b = original();
+    b.config->channels[0].limit_um = 20;
+    ASSERT_TRUE(rig.reload(b));
+    for (double expected : {-45, -30, -20, -20}) {
+        rig.step();
+        EXPECT_DOUBLE_EQ(rig.written(4), expected);
+    }
+}
+
+TEST(box_adopt, what_the_plc_may_hold_is_taken_along) {
+    reload_rig rig;
+    rig.position(8, 900);
+    rig.write = CB_WRITE_UNKNOWN;
+    rig.steps(2);
+    EXPECT_DOUBLE_EQ(rig.written(4), -90);  // two periods from -60, which may still be there
+    ASSERT_TRUE(rig.reload(original()));
+    rig.step();
+    EXPECT_TRUE(rig.out.write);
+    EXPECT_DOUBLE_EQ(rig.written(4), -90);
+    EXPECT_EQ(rig.box->channels[0].possible_min_um, -90);
+    EXPECT_EQ(rig.box->channels[0].possible_max_um, -60);
+}
+
+TEST(box_adopt, an_outage_a_fault_and_a_loss_are_taken_along) {
+    reload_rig rig;
+    rig.beating = false;
+    rig.steps(8);
+    ASSERT_EQ(rig.mode(), CB_MODE_HOLD);
+    const uint32_t held_us = rig.box->mode.hold_us;
+    ASSERT_TRUE(rig.reload(original()));
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_HOLD);
+    EXPECT_EQ(rig.box->mode.hold_us, held_us + 30000);
+    rig.beating = true;
+    rig.step();
+    EXPECT_EQ(rig.reason(), CB_REASON_WAIT_ENABLE);
+}
+
+TEST(box_adopt, a_fading_term_goes_on_fading) {
+    reload_rig rig;
+    while (rig.reason() != CB_REASON_DEGRADED) rig.step();
+    EXPECT_NEAR(rig.written(4), -58.5, 1e-9);
+    ASSERT_TRUE(rig.reload(original()));
+    rig.step();
+    EXPECT_NEAR(rig.written(4), -57, 1e-9);
+    EXPECT_EQ(rig.box->counters.terms_faded, 1u);
+}
+
+TEST(box_adopt, a_value_in_another_unit_is_another_value) {
+    reload_rig rig;
+    config_builder b = original();
+    std::strcpy(b.config->signals[1].unit, "K");
+    ASSERT_TRUE(rig.reload(b));
+    EXPECT_FALSE(rig.box->signals[1].known);
+    EXPECT_TRUE(rig.box->signals[0].known);
+}
+
+TEST(box_adopt, the_configuration_check_is_that_of_the_new_file) {
+    reload_rig rig;
+    ASSERT_TRUE(rig.reload(rearranged()));
+    rig.position(10, 400);
+    rig.position(12, 7);
+    for (std::size_t i = 0; i < sizeof(cb_config) / 64 * 2 + 4; ++i) {
+        rig.sample(1, 100);
+        rig.step();
+    }
+    EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
+}
+
+// What would step is refused, and the fresh box is as it was.
+TEST(box_adopt, refuses_what_would_step) {
+    const struct {
+        const char *what;
+        void (*change)(cb_config &);
+    } changes[] = {
+        {"gone", [](cb_config &c) { std::strcpy(c.channels[0].name, "W"); }},
+        {"register", [](cb_config &c) { c.channels[0].reg = 6; }},
+        {"block", [](cb_config &c) { c.plc.write.start = 102; }},
+        {"type", [](cb_config &c) { c.channels[0].type = CB_NUMBER_INT32_CDAB; }},
+        {"scale", [](cb_config &c) { c.channels[0].scale = 0.1f; }},
+        {"sign", [](cb_config &c) { c.channels[0].sign = -1; }},
+        {"PLC", [](cb_config &c) { std::strcpy(c.plc.host, "192.0.2.1"); }},
+    };
+    for (const auto &change : changes) {
+        SCOPED_TRACE(change.what);
+        reload_rig rig;
+        config_builder b = original();
+        change.change(*b.config);
+        auto fresh = std::make_unique<cb_box>();
+        std::memset(fresh.get(), 0, sizeof *fresh);
+        fresh->config = *b.config;
+        cb_box_start(fresh.get());
+        auto before = std::make_unique<cb_box>();
+        std::memcpy(before.get(), fresh.get(), sizeof *fresh);
+        EXPECT_FALSE(cb_box_adopt(fresh.get(), rig.box.get()));
+        EXPECT_EQ(std::memcmp(before.get(), fresh.get(), sizeof *fresh), 0);
+        rig.control(2);  // ramp to zero first: then anything goes
+        while (rig.mode() != CB_MODE_STANDBY) rig.step();
+        rig.step();
+        EXPECT_TRUE(cb_box_adopt(fresh.get(), rig.box.get()));
+    }
+}
+
+TEST(box_adopt, a_moved_block_with_its_registers_at_the_same_addresses_is_fine) {
+    reload_rig rig;
+    config_builder b = original();
+    b.config->plc.write.start = 98;
+    b.config->channels[0].reg = 6;
+    ASSERT_TRUE(rig.reload(b));
+    rig.step();
+    EXPECT_DOUBLE_EQ(rig.written(6), -60);
+}
+
+}  // namespace
+}  // namespace compbox

@@ -1,0 +1,533 @@
+// SPDX-License-Identifier: MIT
+// What the box does when something fails: losses, faults, stop, and how it comes back.
+#include <gtest/gtest.h>
+
+#include "tests/unit/box_fixture.h"
+
+namespace compbox {
+namespace {
+
+config_builder simple() {
+    config_builder b;
+    const unsigned x = b.position("X", 8);
+    const unsigned ezx = b.polyline("EZX", x, {0, 1000}, {0, 100});
+    b.channel("Z", {ezx}, 4);
+    return b;
+}
+
+// Running at X = 400 mm, output -40 µm.
+struct running_rig : box_rig {
+    explicit running_rig(const config_builder &b = simple()) : box_rig(b) {
+        position(8, 400);
+        steps(10);
+        EXPECT_EQ(mode(), CB_MODE_ACTIVE);
+        EXPECT_DOUBLE_EQ(written(4), -40);
+    }
+};
+
+// Steps until the mode changes; returns how many steps that took, with the one that changed it.
+int steps_until(box_rig &rig, cb_mode mode, int most = 1000) {
+    for (int i = 1; i <= most; ++i) {
+        rig.step();
+        if (rig.mode() == mode) return i;
+    }
+    return -1;
+}
+
+// ---- losses
+
+TEST(box_fault, two_failed_readings_cost_nothing_the_fourth_is_a_loss) {
+    running_rig rig;
+    rig.reading = false;
+    rig.steps(3);  // 90 ms: three periods
+    EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_HOLD);
+    EXPECT_EQ(rig.reason(), CB_REASON_NO_PLC);
+    EXPECT_DOUBLE_EQ(rig.written(4), -40);
+    EXPECT_EQ(rig.out.registers[0], 0x0102);
+    EXPECT_EQ(rig.box->counters.holds, 1u);
+}
+
+TEST(box_fault, hold_then_ramp_then_standby) {
+    running_rig rig;
+    rig.reading = false;
+    EXPECT_EQ(steps_until(rig, CB_MODE_HOLD), 4);
+    EXPECT_EQ(steps_until(rig, CB_MODE_RAMP), 17);  // 500 ms
+    EXPECT_NEAR(rig.written(4), -38.5, 1e-9);       // 50 µm/s
+    EXPECT_EQ(steps_until(rig, CB_MODE_STANDBY), 27);
+    EXPECT_EQ(rig.written(4), 0);
+    rig.reading = true;
+    rig.steps(10);
+    EXPECT_EQ(rig.mode(), CB_MODE_STANDBY);
+    EXPECT_EQ(rig.reason(), CB_REASON_WAIT_ENABLE);
+    rig.control(2);
+    rig.step();
+    rig.control(2 | 1);
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
+    EXPECT_DOUBLE_EQ(rig.written(4), -15);
+}
+
+TEST(box_fault, a_frozen_heartbeat_is_a_loss_after_its_timeout) {
+    running_rig rig;
+    rig.beating = false;
+    EXPECT_EQ(steps_until(rig, CB_MODE_HOLD), 7);  // 210 ms
+    EXPECT_EQ(rig.reason(), CB_REASON_HEARTBEAT);
+    EXPECT_EQ(rig.box->counters.heartbeats_lost, 1u);
+    rig.beating = true;
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_HOLD);
+    EXPECT_EQ(rig.reason(), CB_REASON_WAIT_ENABLE);
+    rig.control(1 | 2 | 8);  // permit resume
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
+}
+
+TEST(box_fault, an_implausible_position_is_a_loss_when_the_last_good_one_is_too_old) {
+    running_rig rig;
+    rig.position(8, 1000.1);
+    rig.steps(3);
+    EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
+    EXPECT_DOUBLE_EQ(rig.written(4), -40);
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_HOLD);
+    EXPECT_EQ(rig.reason(), CB_REASON_SIGNAL);
+    EXPECT_EQ(rig.box->counters.samples_implausible, 4u);
+}
+
+TEST(box_fault, a_torn_reading_is_no_reading) {
+    config_builder b = simple();
+    b.config->plc.read.counters = true;
+    b.config->plc.control = 2;
+    b.config->plc.plc_heartbeat = 3;
+    running_rig rig(b);
+    rig.in.registers[0] = 7;
+    rig.in.registers[31] = 6;
+    rig.position(8, 900);
+    rig.steps(3);
+    EXPECT_DOUBLE_EQ(rig.written(4), -40);
+    EXPECT_EQ(rig.box->counters.reads_torn, 3u);
+    rig.in.registers[31] = 7;
+    rig.step();
+    EXPECT_DOUBLE_EQ(rig.written(4), -55);
+}
+
+TEST(box_fault, a_reading_from_the_future_is_none) {
+    running_rig rig;
+    const int64_t now_us = rig.now_us;
+    rig.position(8, 900);
+    rig.in.read_us = now_us + 30001;
+    rig.in.last_write = CB_WRITE_OK;
+    rig.in.read_ok = true;
+    cb_box_step(rig.box.get(), &rig.in, now_us + 30000, &rig.out);
+    EXPECT_DOUBLE_EQ(rig.written(4), -40);
+    EXPECT_EQ(rig.box->counters.reads_failed, 1u);
+}
+
+TEST(box_fault, every_referenced_bit_counts) {
+    config_builder b = simple();
+    b.config->plc.referenced_mask = 1 << 4 | 1 << 5;
+    box_rig rig(b);
+    rig.control(1 | 2 | 16);
+    rig.steps(5);
+    EXPECT_EQ(rig.mode(), CB_MODE_STANDBY);
+    EXPECT_EQ(rig.reason(), CB_REASON_NOT_REFERENCED);
+    rig.control(1 | 16 | 32);
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
+}
+
+TEST(box_fault, enable_going_away_ramps_and_coming_back_resumes) {
+    running_rig rig;
+    rig.control(2);
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_RAMP);
+    EXPECT_NEAR(rig.written(4), -38.5, 1e-9);
+    rig.control(2 | 1);
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
+    EXPECT_DOUBLE_EQ(rig.written(4), -40);
+}
+
+// ---- time
+
+TEST(box_fault, time_going_backward_makes_everything_stale) {
+    running_rig rig;
+    rig.step(-1);
+    EXPECT_EQ(rig.mode(), CB_MODE_HOLD);
+    EXPECT_EQ(rig.reason(), CB_REASON_CLOCK);
+    EXPECT_DOUBLE_EQ(rig.written(4), -40);
+    EXPECT_EQ(rig.box->counters.clock_jumps, 1u);
+    rig.control(1 | 2 | 8);
+    rig.step();  // the heartbeat has to be seen moving again, and is
+    EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
+}
+
+TEST(box_fault, five_periods_may_pass_not_more) {
+    running_rig rig;
+    rig.step(150000);
+    EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
+    rig.step(150001);
+    EXPECT_EQ(rig.mode(), CB_MODE_HOLD);
+    EXPECT_EQ(rig.reason(), CB_REASON_CLOCK);
+}
+
+TEST(box_fault, a_jump_makes_slow_sensors_stale_too) {
+    config_builder b = simple();
+    const unsigned t = b.thermometer("T1", 600000);
+    b.config->channels[0].sum[1] = static_cast<uint8_t>(b.polynomial("t", t, {0, 1}));
+    b.config->channels[0].sum_count = 2;
+    box_rig rig(b);
+    rig.sample(t, 100);
+    rig.steps(20);
+    EXPECT_TRUE(rig.box->signals[t].fresh);
+    rig.step(200000);
+    EXPECT_FALSE(rig.box->signals[t].fresh);
+    EXPECT_FALSE(rig.box->signals[t].known);
+}
+
+TEST(box_fault, a_suspended_box_wakes_without_a_step) {
+    running_rig rig;
+    rig.position(8, 900);
+    rig.step(3600LL * 1000000);
+    EXPECT_EQ(rig.mode(), CB_MODE_HOLD);
+    EXPECT_DOUBLE_EQ(rig.output(), -40);
+    EXPECT_FALSE(rig.out.write);  // an hour: the PLC may hold anything by now
+    rig.step(3600LL * 1000000);   // and longer than hold_ms
+    EXPECT_EQ(rig.mode(), CB_MODE_RAMP);
+}
+
+// ---- what the PLC holds
+
+TEST(box_fault, a_box_that_lost_track_asks_before_it_writes) {
+    running_rig rig;
+    rig.write = CB_WRITE_UNKNOWN;
+    rig.steps(3);
+    EXPECT_TRUE(rig.out.write);
+    EXPECT_FALSE(cb_box_wants_held(rig.box.get()));
+    rig.step();  // 150 ms since the last confirmed write
+    EXPECT_FALSE(rig.out.write);
+    EXPECT_TRUE(cb_box_wants_held(rig.box.get()));
+    rig.steps(50);  // no answer to the question: silent
+    EXPECT_FALSE(rig.out.write);
+    rig.write = CB_WRITE_OK;
+    rig.in.held = CB_HELD_OK;
+    put_int32(rig.in.held_registers + 4, -3000);
+    rig.step();
+    EXPECT_TRUE(rig.out.write);
+    EXPECT_DOUBLE_EQ(rig.written(4), -30);
+    rig.step();
+    EXPECT_DOUBLE_EQ(rig.written(4), -40);
+    EXPECT_EQ(rig.box->counters.resyncs, 1u);
+}
+
+TEST(box_fault, a_restarted_plc_is_met_at_zero) {
+    running_rig rig;
+    rig.reading = false;
+    rig.write = CB_WRITE_FAILED;
+    rig.steps(10);
+    EXPECT_EQ(rig.mode(), CB_MODE_HOLD);
+    EXPECT_DOUBLE_EQ(rig.output(), -40);
+    EXPECT_FALSE(rig.out.write);
+    rig.reading = true;
+    rig.write = CB_WRITE_OK;
+    rig.in.held = CB_HELD_OK;  // all registers 0
+    rig.control(1 | 2 | 8);
+    rig.step();
+    EXPECT_EQ(rig.written(4), 0);
+    rig.step();
+    EXPECT_DOUBLE_EQ(rig.written(4), -15);
+}
+
+TEST(box_fault, a_plc_that_will_not_say_gets_the_last_output_again) {
+    running_rig rig;
+    rig.reading = false;
+    rig.write = CB_WRITE_FAILED;
+    rig.steps(40);
+    EXPECT_EQ(rig.mode(), CB_MODE_RAMP);
+    const double virtual_um = rig.output();
+    EXPECT_GT(virtual_um, -20);
+    rig.reading = true;
+    rig.write = CB_WRITE_OK;
+    rig.in.held = CB_HELD_REFUSED;
+    rig.step();
+    EXPECT_TRUE(rig.out.write);
+    EXPECT_DOUBLE_EQ(rig.written(4), -40);
+    rig.step();
+    EXPECT_NEAR(rig.written(4), -38.5, 1e-9);
+}
+
+TEST(box_fault, applied_values_are_believed_before_registers) {
+    config_builder b = simple();
+    b.config->channels[0].has_applied = true;
+    b.config->channels[0].applied_reg = 24;
+    running_rig rig(b);
+    rig.reading = false;
+    rig.write = CB_WRITE_FAILED;
+    rig.steps(10);
+    rig.reading = true;
+    rig.in.held = CB_HELD_OK;
+    put_int32(rig.in.held_registers + 4, -4000);
+    put_int32(rig.in.registers + 24, -1000);  // the PLC has begun its own ramp
+    rig.step();
+    EXPECT_DOUBLE_EQ(rig.written(4), -10);
+}
+
+TEST(box_fault, a_result_for_outputs_that_were_not_for_writing_is_not_believed) {
+    running_rig rig;
+    rig.write = CB_WRITE_FAILED;
+    rig.reading = false;
+    rig.steps(20);
+    EXPECT_FALSE(rig.out.write);
+    const cb_channel_state before = rig.box->channels[0];
+    const uint32_t failed = rig.box->counters.writes_failed;
+    for (cb_write_result result : {CB_WRITE_OK, CB_WRITE_FAILED}) {
+        rig.now_us += 30000;
+        rig.in.last_write = static_cast<uint8_t>(result);
+        cb_box_step(rig.box.get(), &rig.in, rig.now_us, &rig.out);
+    }
+    EXPECT_FALSE(rig.out.write);
+    EXPECT_EQ(rig.box->counters.writes_failed, failed);
+    EXPECT_GT(rig.box->plc.unconfirmed_us, 20u * 30000);
+    EXPECT_EQ(rig.box->channels[0].sent_um, before.sent_um);
+}
+
+TEST(box_fault, lost_track_is_counted_from_the_contact) {
+    running_rig rig;
+    rig.reading = false;
+    rig.write = CB_WRITE_FAILED;
+    rig.steps(100);
+    rig.reading = true;
+    rig.in.held = CB_HELD_OK;
+    rig.step();
+    EXPECT_TRUE(rig.out.write);
+    rig.write = CB_WRITE_UNKNOWN;
+    rig.steps(3);
+    EXPECT_TRUE(rig.out.write);
+}
+
+// ---- faults
+
+TEST(box_fault, demand_beyond_the_error_limit) {
+    config_builder b = simple();
+    b.config->channels[0].error_um = 90;
+    b.config->channels[0].limit_um = 80;
+    running_rig rig(b);
+    rig.position(8, 901);
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_FAULT);
+    EXPECT_EQ(rig.reason(), CB_REASON_DEMAND);
+    EXPECT_EQ(rig.out.registers[0], 0x1004);
+    EXPECT_NEAR(rig.written(4), -38.5, 1e-9);
+    rig.position(8, 400);
+    rig.steps(40);
+    EXPECT_EQ(rig.mode(), CB_MODE_FAULT);  // latched
+    EXPECT_EQ(rig.written(4), 0);
+    rig.control(1 | 2 | 4);
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_STANDBY);
+    EXPECT_EQ(rig.reason(), CB_REASON_WAIT_ENABLE);
+    rig.control(1 | 2 | 8);
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
+    EXPECT_EQ(rig.box->counters.faults, 1u);
+}
+
+TEST(box_fault, a_reset_bit_that_is_already_on_is_no_edge) {
+    config_builder b = simple();
+    b.config->channels[0].error_um = 90;
+    b.config->channels[0].limit_um = 80;
+    running_rig rig(b);
+    rig.control(1 | 2 | 4);
+    rig.steps(2);
+    rig.position(8, 901);
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_FAULT);
+    rig.position(8, 400);
+    rig.steps(3);
+    EXPECT_EQ(rig.mode(), CB_MODE_FAULT);
+    rig.control(1 | 2);
+    rig.step();
+    rig.control(1 | 2 | 4);
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_RAMP);
+}
+
+TEST(box_fault, a_flipped_bit_anywhere_in_the_configuration) {
+    const int pass = static_cast<int>(sizeof(cb_config) / 64) + 1;
+    for (std::size_t at : {std::size_t{0}, sizeof(cb_config) / 2, sizeof(cb_config) - 1}) {
+        running_rig rig;
+        unsigned char *bytes = reinterpret_cast<unsigned char *>(&rig.box->config);
+        const std::size_t byte = at == 0 ? offsetof(cb_config, revision) : at;
+        bytes[byte] ^= 0x10;
+        const int steps = steps_until(rig, CB_MODE_FAULT, 2 * pass);
+        EXPECT_GT(steps, 0) << at;
+        EXPECT_EQ(rig.reason(), CB_REASON_CONFIG_CORRUPT);
+        rig.control(1 | 2 | 4);
+        rig.step();
+        EXPECT_EQ(rig.mode(), CB_MODE_FAULT);  // the cause is still there
+        bytes[byte] ^= 0x10;
+        rig.control(1 | 2);
+        rig.steps(static_cast<unsigned>(2 * pass));
+        rig.control(1 | 2 | 4);
+        rig.step();
+        EXPECT_NE(rig.mode(), CB_MODE_FAULT);
+    }
+}
+
+TEST(box_fault, a_sound_configuration_is_never_called_corrupt) {
+    running_rig rig;
+    rig.steps(static_cast<unsigned>(sizeof(cb_config) / 64 * 3));
+    EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
+    EXPECT_EQ(rig.box->counters.faults, 0u);
+}
+
+TEST(box_fault, writes_refused_for_three_seconds) {
+    running_rig rig;
+    rig.write = CB_WRITE_REFUSED;
+    for (int i = 0; i < 101; ++i) {  // the row begins with the first answer, and lasts 3 s
+        if (cb_box_wants_held(rig.box.get())) {
+            rig.in.held = CB_HELD_OK;
+            put_int32(rig.in.held_registers + 4, -4000);
+        }
+        rig.step();
+        ASSERT_EQ(rig.mode(), CB_MODE_ACTIVE) << i;
+    }
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_FAULT);
+    EXPECT_EQ(rig.reason(), CB_REASON_WRITE_REFUSED);
+    rig.control(1 | 2 | 4);
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_FAULT);  // still refusing
+    rig.control(1 | 2);
+    rig.write = CB_WRITE_OK;
+    rig.in.held = CB_HELD_OK;
+    rig.steps(2);
+    rig.control(1 | 2 | 4);
+    rig.step();
+    EXPECT_NE(rig.mode(), CB_MODE_FAULT);
+}
+
+TEST(box_fault, one_accepted_write_ends_a_row_of_refusals) {
+    running_rig rig;
+    for (int i = 0; i < 500; ++i) {
+        rig.write = i % 3 == 0 ? CB_WRITE_OK : CB_WRITE_REFUSED;
+        rig.step();
+        ASSERT_EQ(rig.mode(), CB_MODE_ACTIVE);
+    }
+    EXPECT_GT(rig.box->counters.writes_refused, 300u);
+}
+
+TEST(box_fault, overruns_again_and_again) {
+    running_rig rig;
+    for (int i = 0; i < 15; ++i) {
+        rig.in.missed_ticks = 1;
+        rig.step(60000);
+        ASSERT_EQ(rig.mode(), CB_MODE_ACTIVE);
+    }
+    rig.in.missed_ticks = 1;
+    rig.step(60000);
+    EXPECT_EQ(rig.mode(), CB_MODE_FAULT);
+    EXPECT_EQ(rig.reason(), CB_REASON_OVERRUN);
+    EXPECT_EQ(rig.box->counters.missed_ticks, 16u);
+    rig.steps(31);
+    rig.control(1 | 2 | 4);
+    rig.step();
+    EXPECT_NE(rig.mode(), CB_MODE_FAULT);  // 32 good cycles: below 16 again
+    EXPECT_EQ(rig.box->overrun_score, 0);
+}
+
+TEST(box_fault, overruns_now_and_then_are_forgiven) {
+    running_rig rig;
+    for (int i = 0; i < 2000; ++i) {
+        rig.in.missed_ticks = i % 33 == 0 ? 3 : 0;
+        rig.step(rig.in.missed_ticks ? 120000 : 30000);
+        ASSERT_EQ(rig.mode(), CB_MODE_ACTIVE) << i;
+    }
+}
+
+// ---- stop
+
+TEST(box_fault, stop_is_at_zero_written_and_confirmed_in_time) {
+    config_builder b = simple();
+    b.config->channels[0].sum_count = 3;  // three times EZX: 300 µm at X = 1000
+    box_rig rig(b);
+    rig.position(8, 1000);
+    rig.steps(50);
+    EXPECT_DOUBLE_EQ(rig.written(4), -300);
+    rig.in.stop = true;
+    double took_s = 0;
+    while (!rig.out.stopped && took_s < 100) {
+        rig.step();
+        took_s += 0.030;
+    }
+    EXPECT_LE(took_s, 300.0 / 50 + 1);
+    EXPECT_GE(took_s, 300.0 / 50);
+    EXPECT_EQ(rig.out.registers[0], 0x0A05);
+    EXPECT_EQ(rig.written(4), 0);
+}
+
+TEST(box_fault, stopped_means_that_the_plc_confirmed_it) {
+    running_rig rig;
+    rig.in.stop = true;
+    EXPECT_GT(steps_until(rig, CB_MODE_STOPPED), 0);
+    EXPECT_FALSE(rig.out.stopped);
+    rig.write = CB_WRITE_UNKNOWN;
+    rig.steps(2);
+    EXPECT_FALSE(rig.out.stopped);
+    rig.write = CB_WRITE_OK;
+    rig.step();
+    EXPECT_TRUE(rig.out.stopped);
+}
+
+TEST(box_fault, a_box_that_never_wrote_stops_at_once) {
+    box_rig rig(simple());
+    rig.reading = false;
+    rig.steps(3);
+    rig.in.stop = true;
+    rig.step();
+    EXPECT_TRUE(rig.out.stopped);
+}
+
+TEST(box_fault, stop_waits_for_a_zero_that_was_not_confirmed) {
+    running_rig rig;
+    rig.in.stop = true;
+    rig.steps(27);
+    EXPECT_EQ(rig.written(4), 0);
+    rig.write = CB_WRITE_FAILED;
+    rig.steps(3);
+    EXPECT_NE(rig.mode(), CB_MODE_STOPPED);
+}
+
+TEST(box_fault, a_zero_from_before_does_not_count) {
+    config_builder b = simple();
+    b.config->ramp_um_per_s = 500;
+    box_rig rig(b);
+    rig.position(8, 150);
+    rig.steps(2);  // zero was confirmed; -15 is written …
+    EXPECT_DOUBLE_EQ(rig.written(4), -15);
+    rig.write = CB_WRITE_UNKNOWN;  // … and may have arrived
+    rig.in.stop = true;
+    rig.steps(3);
+    EXPECT_EQ(rig.written(4), 0);
+    EXPECT_NE(rig.mode(), CB_MODE_STOPPED);
+    rig.write = CB_WRITE_OK;
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_STOPPED);
+}
+
+TEST(box_fault, a_box_in_fault_can_be_stopped) {
+    config_builder b = simple();
+    b.config->channels[0].error_um = 90;
+    b.config->channels[0].limit_um = 80;
+    running_rig rig(b);
+    rig.position(8, 901);
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_FAULT);
+    rig.in.stop = true;
+    EXPECT_GT(steps_until(rig, CB_MODE_STOPPED), 20);
+}
+
+}  // namespace
+}  // namespace compbox

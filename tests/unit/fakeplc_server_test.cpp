@@ -1,0 +1,433 @@
+// SPDX-License-Identifier: MIT
+// fakeplc's sockets, commands and log, and the whole program with clients that are not ours.
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "host-tools/fakeplc/console.h"
+#include "host-tools/fakeplc/log.h"
+#include "host-tools/fakeplc/setup.h"
+#include "host-tools/formats/csv.h"
+#include "host-tools/formats/error.h"
+#include "host-tools/formats/file.h"
+
+namespace compbox {
+namespace {
+
+const std::string example = CB_SOURCE_DIR "/examples/gantry-straightness/";
+const byte_string read_one = {0, 1, 0, 0, 0, 6, 1, 3, 0, 0, 0, 1};
+const byte_string read_one_reply = {0, 1, 0, 0, 0, 5, 1, 3, 2, 0x12, 0x34};
+const byte_string write_one = {0, 2, 0, 0, 0, 6, 1, 6, 0, 1, 0, 9};
+
+std::int64_t now_us() {
+    const auto now = std::chrono::steady_clock::now().time_since_epoch();
+    return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
+}
+
+// A server and its registers, driven by the tests' own loop.
+struct bench {
+    modbus_server server;
+    plc_profile profile = plc_profile::find("generic").value();
+    modbus::bank bank{{0x1234, 0, 0, 0}, {0, 0, 0, 0}};
+    int handled = 0;
+
+    explicit bench(int max_clients = 8) : server("127.0.0.1:0", max_clients) {}
+
+    void serve_ms(int duration_ms) {
+        const std::int64_t end_us = now_us() + std::int64_t{duration_ms} * 1000;
+        do {
+            std::vector<pollfd> set;
+            server.append_poll_set(set);
+            ::poll(set.data(), set.size(), 1);
+            server.process(set, now_us(), [this](const byte_string &request, bool torn) {
+                ++handled;
+                return modbus::answer(request, profile, bank, torn);
+            });
+        } while (now_us() < end_us);
+    }
+};
+
+// A client that is connected at once and never blocks.
+class peer {
+  public:
+    explicit peer(const bench &to) : fd_(::socket(AF_INET, SOCK_STREAM, 0)) {
+        const std::string address = to.server.address();
+        sockaddr_in at = {};
+        at.sin_family = AF_INET;
+        at.sin_port = htons(static_cast<std::uint16_t>(std::stoi(address.substr(10))));
+        at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        const int on = 1;
+        ::setsockopt(fd_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+        EXPECT_EQ(::connect(fd_, reinterpret_cast<sockaddr *>(&at), sizeof at), 0);
+    }
+    ~peer() { ::close(fd_); }
+    peer(const peer &) = delete;
+    peer &operator=(const peer &) = delete;
+
+    void send(const byte_string &bytes) {
+        ::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    }
+    byte_string received() {
+        byte_string bytes(4096);
+        const ssize_t n = ::recv(fd_, bytes.data(), bytes.size(), MSG_DONTWAIT);
+        closed_ = n == 0 || (n < 0 && errno != EAGAIN);
+        bytes.resize(n > 0 ? static_cast<std::size_t>(n) : 0);
+        return bytes;
+    }
+    bool closed() {
+        received();
+        return closed_;
+    }
+
+  private:
+    int fd_;
+    bool closed_ = false;
+};
+
+byte_string twice(const byte_string &bytes) {
+    byte_string both = bytes;
+    both.insert(both.end(), bytes.begin(), bytes.end());
+    return both;
+}
+
+TEST(Server, AnswersWholePipelinedAndDribbledRequests) {
+    bench b;
+    peer p(b);
+    p.send(read_one);
+    b.serve_ms(5);
+    EXPECT_EQ(p.received(), read_one_reply);
+    p.send(twice(read_one));
+    b.serve_ms(5);
+    EXPECT_EQ(p.received(), twice(read_one_reply));
+    for (const auto byte : read_one) {
+        EXPECT_TRUE(p.received().empty());
+        p.send({byte});
+        b.serve_ms(2);
+    }
+    EXPECT_EQ(p.received(), read_one_reply);
+}
+
+TEST(Server, ServesSeveralClientsAndTurnsAwayTheRest) {
+    bench b(2);
+    peer first(b), second(b);
+    b.serve_ms(5);
+    peer third(b);
+    b.serve_ms(5);
+    EXPECT_EQ(b.server.clients(), 2u);
+    EXPECT_TRUE(third.closed());
+    first.send(read_one), second.send(read_one);
+    b.serve_ms(5);
+    EXPECT_EQ(first.received(), read_one_reply);
+    EXPECT_EQ(second.received(), read_one_reply);
+}
+
+TEST(Server, AClientThatReconnectsFindsItsPlaceFree) {
+    bench b(1);
+    auto p = std::make_unique<peer>(b);
+    b.serve_ms(5);
+    for (int i = 0; i < 20; ++i) {
+        p.reset();
+        p = std::make_unique<peer>(b);
+        p->send(read_one);
+        b.serve_ms(3);
+        ASSERT_EQ(p->received(), read_one_reply) << i;
+    }
+}
+
+TEST(Server, ClosesWhoSendsNonsenseAndKeepsTheOthers) {
+    bench b;
+    peer good(b), bad(b);
+    bad.send({'G', 'E', 'T', ' ', '/', ' ', 'H', 'T', 'T', 'P', '\r', '\n'});
+    b.serve_ms(5);
+    EXPECT_TRUE(bad.closed());
+    good.send(read_one);
+    b.serve_ms(5);
+    EXPECT_EQ(good.received(), read_one_reply);
+}
+
+TEST(Server, SurvivesRandomBytesAndAbruptEnds) {
+    bench b;
+    random_stream random(21, "rubbish");
+    for (int i = 0; i < 100; ++i) {
+        peer p(b);
+        byte_string bytes = i % 2 ? read_one : byte_string();
+        for (auto n = random.next() % 300; n > 0; --n) {
+            bytes.push_back(static_cast<std::uint8_t>(random.next()));
+        }
+        p.send(bytes);
+        b.serve_ms(1);
+    }
+    b.serve_ms(10);
+    EXPECT_EQ(b.server.clients(), 0u);
+    peer p(b);
+    p.send(read_one);
+    b.serve_ms(5);
+    EXPECT_EQ(p.received(), read_one_reply);
+}
+
+TEST(Server, DropsAClientThatNeverReads) {
+    bench b;
+    peer p(b);
+    byte_string flood;
+    for (int i = 0; i < 200; ++i) flood.insert(flood.end(), read_one.begin(), read_one.end());
+    b.server.faults().add({fault_kind::late, 600000}, 1);
+    for (int i = 0; i < 400 && (i < 5 || b.server.clients() > 0); ++i) {
+        p.send(flood);
+        b.serve_ms(1);
+    }
+    EXPECT_EQ(b.server.clients(), 0u);
+}
+
+TEST(Server, FaultsDoToTheWireWhatTheySay) {
+    bench b;
+    peer p(b);
+    const auto exchange = [&](const byte_string &request, int wait_ms = 5) {
+        p.send(request);
+        b.serve_ms(wait_ms);
+        return p.received();
+    };
+    b.server.faults().add({fault_kind::drop}, 1);
+    EXPECT_TRUE(exchange(write_one).empty());
+    EXPECT_EQ(b.bank.now[1], 9);  // obeyed all the same
+
+    b.bank.now[1] = 0;
+    b.server.faults().add({fault_kind::exception, 4}, 1);
+    EXPECT_EQ(exchange(write_one), (byte_string{0, 2, 0, 0, 0, 3, 1, 0x86, 4}));
+    EXPECT_EQ(b.bank.now[1], 0);  // not obeyed
+
+    b.server.faults().add({fault_kind::wrong_id}, 1);
+    EXPECT_EQ(exchange(read_one)[1], 2);
+
+    b.server.faults().add({fault_kind::truncate}, 1);
+    EXPECT_EQ(exchange(read_one).size(), read_one_reply.size() / 2);
+
+    b.server.faults().add({fault_kind::late, 150}, 1);
+    EXPECT_TRUE(exchange(read_one, 10).empty());
+    EXPECT_TRUE(exchange(write_one, 10).empty());  // waits behind the late one
+    b.serve_ms(150);
+    byte_string both = read_one_reply;
+    both.insert(both.end(), write_one.begin(), write_one.end());
+    EXPECT_EQ(p.received(), both);
+
+    b.server.faults().add({fault_kind::dribble, 20}, 1);
+    const std::size_t early = exchange(read_one, 30).size();
+    EXPECT_GE(early, 1u);
+    EXPECT_LE(early, 5u);
+    b.serve_ms(240);
+    EXPECT_EQ(p.received().size(), read_one_reply.size() - early);
+
+    EXPECT_EQ(exchange(read_one), read_one_reply);
+    b.server.close_all_clients();
+    EXPECT_TRUE(p.closed());
+}
+
+TEST(Server, SaysWhyItCannotListen) {
+    for (const char *bad : {"", "1502", ":1502", "127.0.0.1:", "127.0.0.1:x", "h:65536", "h:-1"}) {
+        EXPECT_NE(modbus_server::fault_in(bad), "") << bad;
+        EXPECT_THROW(modbus_server(bad, 1), input_error) << bad;
+    }
+    EXPECT_EQ(modbus_server::fault_in("[::1]:0"), "");
+    const modbus_server first("127.0.0.1:0", 1);
+    try {
+        modbus_server second(first.address(), 1);
+        FAIL() << "two servers on one port";
+    } catch (const input_error &error) {
+        EXPECT_NE(std::string(error.what()).find("is in use"), std::string::npos);
+    }
+}
+
+// ---- commands and log
+
+struct desk {
+    plc_setup setup;
+    fake_plc plc;
+    modbus_server server{"127.0.0.1:0", 4};
+    console commands{plc, server};
+
+    desk()
+        : setup(prepare({"generic", example + "machine_twin.json", "", {}})),
+          plc(setup.twin, setup.map, setup.profile, 0) {}
+};
+
+TEST(Console, AnswersEveryLineByOneLine) {
+    desk d;
+    const std::pair<const char *, const char *> cases[] = {
+        {"enable 1", "ok"},
+        {"enable 2", "error: '2' is not a whole number from 0 to 1"},
+        {"enable", "error: usage: enable 0|1"},
+        {"permit 0", "ok"},
+        {"reset", "ok"},
+        {"move X=4300 Y=901 feed=1000", "ok"},
+        {"move X=1e9 feed=1000", "error: X 1e+09 mm is outside the travel 0 to 14300 mm"},
+        {"move X=1", "error: a move needs a feed above zero"},
+        {"move Q=1 feed=1", "error: 'Q' is neither an axis nor feed"},
+        {"move feed=1", "error: usage: move X=1 Y=2 Z=3 feed=1000"},
+        {"move X=nan feed=1", "error: 'nan' is not a number"},
+        {"freeze heartbeat 1", "ok"},
+        {"freeze 1", "error: usage: freeze heartbeat 0|1"},
+        {"signal X 5", "ok"},
+        {"signal X auto", "ok"},
+        {"signal Q 5", "error: no signal 'Q' is shown or forced"},
+        {"fault late 20 3", "ok"},
+        {"fault exception 2 1 write", "ok"},
+        {"fault drop read", "ok"},
+        {"fault torn 2", "ok"},
+        {"fault late", "error: fault late needs a number"},
+        {"fault drop 0", "error: '0' is not a whole number from 1 to 1000000000"},
+        {"fault drop 1 2 3", "error: usage: fault KIND [VALUE] [COUNT] [read|write]"},
+        {"fault", "error: usage: fault late|drop"},
+        {"fault close", "ok closed 0"},
+        {"", "error: an empty line"},
+        {"dance", "error: 'dance' is not a command; see fakeplc --help"},
+    };
+    for (const auto &[line, answer] : cases) {
+        const std::string got = d.commands.run(line);
+        EXPECT_EQ(got.rfind(answer, 0), 0u) << line << "\n  gives: " << got;
+        EXPECT_EQ(got.find('\n'), std::string::npos);
+    }
+    EXPECT_EQ(d.server.faults().left(), 3 + 1 + 1 + 2);
+    EXPECT_EQ(d.commands.run("fault clear"), "ok");
+    EXPECT_EQ(d.server.faults().left(), 0);
+    EXPECT_FALSE(d.commands.quit);
+    d.commands.run("quit");
+    EXPECT_TRUE(d.commands.quit);
+}
+
+TEST(Console, MovesAndReports) {
+    desk d;
+    d.plc.run_to(0);
+    EXPECT_EQ(d.commands.run("position"), "ok X=4290 Y=900 Z=750");
+    EXPECT_EQ(d.commands.run("move X=4300 feed=6000"), "ok");
+    for (int i = 1; i <= 10; ++i) d.plc.run_to(i * 100000);
+    EXPECT_EQ(d.commands.run("position"), "ok X=4300 Y=900 Z=750");
+    const std::string status = d.commands.run("status");
+    EXPECT_NE(status.find(" mode=0 "), std::string::npos) << status;
+    EXPECT_NE(status.find(" moving=0 "), std::string::npos) << status;
+    const xyz truth = d.plc.twin().true_error_um({4300.0, 900.0, 750.0});
+    EXPECT_EQ(d.commands.run("error").rfind("ok before X=", 0), 0u);
+    EXPECT_NEAR(d.plc.state().error_before_um[2], truth[2], 1e-9);
+}
+
+TEST(Log, HasARowForEachScanAndReadsBack) {
+    desk d;
+    const std::string path = testing::TempDir() + "fakeplc_log.csv";
+    {
+        plc_log log(path, d.setup.map);
+        d.commands.run("move X=4300, feed=1000");
+        d.commands.run("signal X 5");
+        d.plc.run_to(800000, [&log](const plc_state &state) { log.add(state); });
+        EXPECT_TRUE(log.flush());
+    }
+    std::vector<std::vector<std::string>> words;
+    const csv_table table = read_csv(path, {"event"}, &words);
+    ASSERT_EQ(table.rows.size(), 101u);
+    EXPECT_EQ(table.values("time_s")[100], 0.8);
+    EXPECT_EQ(table.values("X_mm")[0], 4290.0);
+    for (const char *name :
+         {"commanded_X_um", "applied_Z_um", "displacement_Y_um", "error_before_X_um",
+          "error_after_Z_um", "control", "status", "plc_heartbeat", "box_heartbeat"}) {
+        EXPECT_GE(table.find(name), 0) << name;
+    }
+    EXPECT_NE(read_file(path).find("signal X forced | command signal X 5"), std::string::npos);
+    std::filesystem::remove(path);
+    EXPECT_THROW(plc_log("/nonexistent/log.csv", d.setup.map), input_error);
+}
+
+// ---- the program
+
+// A running fakeplc whose stdin is closed; ended by SIGTERM.
+struct program {
+    pid_t pid = -1;
+    std::string port;
+
+    explicit program(std::vector<std::string> arguments) {
+        int out[2];
+        EXPECT_EQ(::pipe(out), 0);
+        arguments.insert(arguments.begin(), CB_BINARY_DIR "/bin/fakeplc");
+        std::vector<char *> argv;
+        for (auto &argument : arguments) argv.push_back(argument.data());
+        argv.push_back(nullptr);
+        pid = ::fork();
+        if (pid == 0) {
+            ::close(STDIN_FILENO);
+            ::dup2(out[1], STDOUT_FILENO);
+            ::execv(argv[0], argv.data());
+            ::_exit(127);
+        }
+        ::close(out[1]);
+        char line[256] = "";
+        const ssize_t n = ::read(out[0], line, sizeof line - 1);
+        ::close(out[0]);
+        const std::string first(line, n > 0 ? static_cast<std::size_t>(n) : 0);
+        EXPECT_EQ(first.rfind("fakeplc: listening on 127.0.0.1:", 0), 0u) << first;
+        port = first.substr(first.rfind(':') + 1);
+        port.erase(port.find_last_not_of('\n') + 1);
+    }
+    // The exit code after SIGTERM.
+    int end() {
+        int status = -1;
+        ::kill(pid, SIGTERM);
+        ::waitpid(pid, &status, 0);
+        return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    }
+};
+
+// Runs a command; its output, and its exit code in *code.
+std::string output_of(const std::string &command, int *code) {
+    std::string text;
+    char block[512];
+    FILE *pipe = ::popen((command + " 2>&1").c_str(), "r");
+    while (const std::size_t n = std::fread(block, 1, sizeof block, pipe)) text.append(block, n);
+    *code = WEXITSTATUS(::pclose(pipe));
+    return text;
+}
+
+TEST(Program, ServesPymodbusAndEndsCleanlyOnSigterm) {
+    const std::string log = testing::TempDir() + "fakeplc_program.csv";
+    program plc({"--profile", "generic", "--listen", "127.0.0.1:0", "--machine",
+                 example + "machine_twin.json", "--log", log});
+    int code = -1;
+    const std::string said = output_of(
+        "/usr/bin/python3 " CB_SOURCE_DIR "/tests/unit/fakeplc_peer.py " + plc.port, &code);
+    EXPECT_EQ(code, 0) << said;
+    EXPECT_EQ(plc.end(), 0);
+    const csv_table table = read_csv(log, {"event"});
+    EXPECT_GT(table.rows.size(), 10u);
+    EXPECT_GT(table.values("commanded_X_um").back(), 12.33);
+    std::filesystem::remove(log);
+}
+
+TEST(Program, RefusesWithOneSentenceAndTheRightCode) {
+    const modbus_server occupied("127.0.0.1:0", 1);
+    const std::string fakeplc = CB_BINARY_DIR "/bin/fakeplc ";
+    const std::string map = "--map " + example + "machine.json ";
+    const std::tuple<std::string, int, std::string> cases[] = {
+        {"", 2, "--machine or --map"},
+        {"--dance", 2, ""},
+        {"--profile plc5 " + map, 2, "plc5"},
+        {map + "--listen here", 2, "is not HOST:PORT"},
+        {map + "--listen " + occupied.address(), 1, "is in use"},
+        {"--map missing.json --listen 127.0.0.1:0", 1, "missing.json: cannot open the file"},
+        {map + "--listen 127.0.0.1:0 --log /nonexistent/l.csv", 1, "cannot create the log"},
+        {"--help", 0, "Example: fakeplc"},
+    };
+    for (const auto &[arguments, expected, words] : cases) {
+        int code = -1;
+        const std::string said = output_of(fakeplc + arguments + " </dev/null", &code);
+        EXPECT_EQ(code, expected) << arguments << "\n" << said;
+        EXPECT_NE(said.find(words), std::string::npos) << arguments << "\n" << said;
+    }
+}
+
+}  // namespace
+}  // namespace compbox

@@ -1,0 +1,471 @@
+// SPDX-License-Identifier: MIT
+// The PLC's duties, in virtual time and over its Modbus requests only.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "host-tools/fakeplc/plc.h"
+#include "host-tools/fakeplc/setup.h"
+#include "host-tools/formats/error.h"
+#include "host-tools/formats/file.h"
+
+namespace compbox {
+namespace {
+
+constexpr std::int64_t ms = 1000;
+
+// Registers: control 0, heartbeat 1, X 2 (int32, 0.1 µm), T 4 (int16), applied 6; status 10, box
+// heartbeat 11, channel X 12 (int32, 0.01 µm).
+register_map small_map() {
+    register_map map;
+    map.read = {0, 8, false};
+    map.write = {10, 6, false};
+    map.control = 0, map.plc_heartbeat = 1, map.status = 10, map.box_heartbeat = 11;
+    const auto i32 = number_format::parse("int32").value();
+    const auto i16 = number_format::parse("int16").value();
+    map.signals = {{"X", 2, i32, 0.0001, 0.0, {}, {}}, {"T", 4, i16, 0.1, -50.0, {}, {}}};
+    map.channels = {{"X", 12, 6, i32, 0.01}};
+    return map;
+}
+
+twin_config small_machine() {
+    twin_config config;
+    config.axes[0] = {true, 0.0, 1000.0, 200.0, 1000.0, 50.0, 250.0, 1};
+    config.errors["EXX"].amplitude_um = 30.0;
+    config.signals["T"] = 21.5;
+    config.start_mm = {12.3456, 0.0, 0.0};
+    return config;
+}
+
+// A box made of nothing but requests.
+struct rig {
+    register_map map;
+    fake_plc plc;
+    std::int64_t now_us = 0;
+    std::uint16_t beat = 0;
+    std::vector<std::string> events;
+
+    explicit rig(const twin_config &config = small_machine(), const register_map &m = small_map())
+        : map(m), plc(config, m, plc_profile::find("generic").value(), 0) {}
+
+    void run_ms(std::int64_t duration_ms) {
+        now_us += duration_ms * ms;
+        plc.run_to(now_us, [this](const plc_state &state) {
+            events.insert(events.end(), state.events.begin(), state.events.end());
+        });
+    }
+    std::uint16_t reg(int address) {
+        const auto reply = plc.answer({3, 0, static_cast<std::uint8_t>(address), 0, 1});
+        return static_cast<std::uint16_t>(reply.at(2) << 8 | reply.at(3));
+    }
+    double int32_at(int address) {
+        const auto bits = static_cast<std::uint32_t>(reg(address)) << 16 | reg(address + 1);
+        return static_cast<double>(static_cast<std::int32_t>(bits));
+    }
+    void set_reg(int address, unsigned value) {
+        plc.answer({6, 0, static_cast<std::uint8_t>(address), static_cast<std::uint8_t>(value >> 8),
+                    static_cast<std::uint8_t>(value)});
+    }
+    // What a box writes in one cycle: status, heartbeat, channel.
+    void write(unsigned mode, double channel_um) {
+        const auto raw = static_cast<std::uint32_t>(std::lround(channel_um * 100.0));
+        set_reg(10, mode);
+        set_reg(11, ++beat);
+        set_reg(12, raw >> 16);
+        set_reg(13, raw & 0xFFFF);
+    }
+    // A living box that keeps writing for so long.
+    void box_runs_ms(std::int64_t duration_ms, unsigned mode, double channel_um) {
+        for (std::int64_t t = 0; t < duration_ms; t += 30) {
+            write(mode, channel_um);
+            run_ms(30);
+        }
+    }
+    double applied() const { return plc.state().applied_um[0]; }
+    bool had(const std::string &words) const {
+        for (const auto &event : events) {
+            if (event.find(words) != std::string::npos) return true;
+        }
+        return false;
+    }
+};
+
+constexpr unsigned standby = 0, active = 1, hold = 2, ramp = 3, fault = 4, stopped = 5;
+
+TEST(Plc, StartsWithZerosThenReferencesThenEnables) {
+    rig r;
+    for (int address = 0; address < 16; ++address) EXPECT_EQ(r.reg(address), 0);
+    r.run_ms(0);
+    EXPECT_EQ(r.reg(0), 8);  // permit resume only
+    r.run_ms(495);
+    EXPECT_EQ(r.reg(0), 8);
+    r.run_ms(20);
+    EXPECT_EQ(r.reg(0), 8 | 2);
+    r.run_ms(480);
+    EXPECT_EQ(r.reg(0), 8 | 2);
+    r.run_ms(20);
+    EXPECT_EQ(r.reg(0), 8 | 2 | 1);
+    EXPECT_TRUE(r.had("referenced"));
+    EXPECT_TRUE(r.had("enable on"));
+}
+
+TEST(Plc, HandsOnTheSwitchesWinOverTheStartUp) {
+    rig r;
+    r.plc.set_enable(false);
+    r.run_ms(3000);
+    EXPECT_EQ(r.reg(0), 8 | 2);
+    r.plc.set_referenced(false);
+    r.plc.set_permit(false);
+    r.plc.set_enable(true);
+    r.run_ms(10);
+    EXPECT_EQ(r.reg(0), 1);
+    r.run_ms(3000);
+    EXPECT_EQ(r.reg(0), 1);
+}
+
+TEST(Plc, ReferencedMayBeOneBitForEachAxis) {
+    register_map map = small_map();
+    map.referenced_mask = 1 << 4 | 1 << 5;
+    rig r(small_machine(), map);
+    r.run_ms(1100);
+    EXPECT_EQ(r.reg(0), 1 | 8 | 1 << 4 | 1 << 5);
+}
+
+TEST(Plc, ResetIsAPulse) {
+    rig r;
+    r.run_ms(2000);
+    r.plc.press_reset();
+    r.run_ms(10);
+    EXPECT_EQ(r.reg(0) & 4, 4);
+    r.run_ms(400);
+    EXPECT_EQ(r.reg(0) & 4, 4);
+    r.run_ms(150);
+    EXPECT_EQ(r.reg(0) & 4, 0);
+}
+
+TEST(Plc, ShowsSignalsInTheirScaleAndZero) {
+    rig r;
+    r.run_ms(10);
+    EXPECT_EQ(r.int32_at(2), 123456.0);
+    EXPECT_EQ(r.reg(4), 715);  // 21.5 = 715 × 0.1 − 50
+    ASSERT_TRUE(r.plc.force_signal("X", -1.5));
+    r.run_ms(10);
+    EXPECT_EQ(r.int32_at(2), -15000.0);
+    ASSERT_TRUE(r.plc.release_signal("X"));
+    r.run_ms(10);
+    EXPECT_EQ(r.int32_at(2), 123456.0);
+    EXPECT_FALSE(r.plc.force_signal("U", 0.0));
+    EXPECT_FALSE(r.plc.release_signal("X"));
+}
+
+TEST(Plc, HeartbeatCountsScansWithFreshPositionsOnly) {
+    rig r;
+    r.run_ms(799);  // scans at 0, 8 … 792
+    EXPECT_EQ(r.reg(1), 100);
+    r.plc.freeze_nc(true);
+    twin_step step;
+    step.target_mm[0] = 500.0;
+    step.feed_mm_per_s = 100.0;
+    r.plc.move(step);
+    const double before = r.int32_at(2);
+    r.run_ms(1000);
+    EXPECT_EQ(r.reg(1), 100);
+    EXPECT_EQ(r.int32_at(2), before);
+    r.plc.freeze_nc(false);
+    r.run_ms(80);
+    EXPECT_EQ(r.reg(1), 110);
+    EXPECT_GT(r.int32_at(2), before + 500000.0);  // the axis had moved on: over 50 mm
+
+    twin_config config = small_machine();
+    config.plc.scan_s = 0.002;  // two scans for each interpolation cycle
+    rig fast(config);
+    fast.run_ms(399);
+    EXPECT_EQ(fast.reg(1), 100);
+}
+
+TEST(Plc, AppliesOnlyWhileEnabledReferencedAndTheBoxSaysSo) {
+    for (const unsigned mode : {standby, active, hold, ramp, fault, stopped, 77u}) {
+        rig r;
+        r.run_ms(1100);
+        r.box_runs_ms(300, mode, 20.0);
+        const bool applies = mode >= active && mode <= fault;
+        EXPECT_EQ(r.applied(), applies ? 20.0 : 0.0) << mode;
+        EXPECT_EQ(r.int32_at(6), applies ? 2000.0 : 0.0) << mode;
+        EXPECT_EQ(r.plc.state().displacement_um[0], applies ? 20.0 : 0.0) << mode;
+    }
+    rig r;  // 60 ms after power-on nothing is referenced yet
+    r.box_runs_ms(60, active, 20.0);
+    EXPECT_EQ(r.applied(), 0.0);
+    r.run_ms(1100);
+    r.box_runs_ms(300, active, 20.0);
+    EXPECT_EQ(r.applied(), 20.0);
+    r.plc.set_referenced(false);
+    r.box_runs_ms(600, active, 20.0);
+    EXPECT_EQ(r.applied(), 0.0);
+}
+
+TEST(Plc, NeverMovesFasterThanItsSlopeWhateverTheBoxWrites) {
+    rig r;
+    r.run_ms(1100);
+    const double step_um = 1000.0 * 0.008 * (1.0 + 1e-9);
+    random_stream random(8, "writes");
+    double before = r.applied();
+    for (int i = 0; i < 2000; ++i) {
+        r.write(active, random.symmetric(300.0));
+        r.run_ms(8);
+        ASSERT_LE(std::fabs(r.applied() - before), step_um);
+        before = r.applied();
+    }
+}
+
+TEST(Plc, WatchdogRampsToZeroAndComesBackWithoutAStep) {
+    rig r;
+    r.run_ms(1100);
+    r.box_runs_ms(600, active, -40.0);
+    ASSERT_EQ(r.applied(), -40.0);
+    r.run_ms(150);  // silence for less than 200 ms: nothing happens
+    EXPECT_EQ(r.applied(), -40.0);
+    double before = r.applied();
+    for (int i = 0; i < 120; ++i) {
+        r.run_ms(8);
+        ASSERT_LE(std::fabs(r.applied() - before), 50.0 * 0.008 + 1e-9);
+        ASSERT_GE(r.applied(), before);
+        before = r.applied();
+    }
+    EXPECT_EQ(r.applied(), 0.0);  // 40 µm at 50 µm/s: 0.8 s
+    EXPECT_TRUE(r.had("watchdog"));
+    EXPECT_FALSE(r.plc.state().box_alive);
+    r.write(active, -40.0);
+    r.run_ms(8);
+    EXPECT_NEAR(r.applied(), -8.0, 8.0);
+    r.box_runs_ms(90, active, -40.0);
+    EXPECT_EQ(r.applied(), -40.0);
+    EXPECT_TRUE(r.had("box heartbeat is back"));
+}
+
+TEST(Plc, ABoxWhoseHeartbeatNeverMovedIsNotObeyed) {
+    rig r;
+    r.run_ms(1100);
+    r.write(active, 10.0);
+    r.set_reg(11, 0);
+    for (int i = 0; i < 50; ++i) {
+        r.run_ms(8);
+        EXPECT_EQ(r.applied(), 0.0);
+    }
+}
+
+TEST(Plc, EnableOffRampsToZero) {
+    rig r;
+    r.run_ms(1100);
+    r.box_runs_ms(300, active, 10.0);
+    r.plc.set_enable(false);
+    r.box_runs_ms(90, active, 10.0);
+    EXPECT_LT(r.applied(), 7.0);
+    EXPECT_GT(r.applied(), 3.0);
+    r.box_runs_ms(300, active, 10.0);
+    EXPECT_EQ(r.applied(), 0.0);
+}
+
+TEST(Plc, TornBlocksAndNonFiniteNumbersAreNotTakenOver) {
+    register_map map = small_map();
+    map.write.counters = true;  // registers 10 and 15
+    map.status = 14;
+    rig r(small_machine(), map);
+    r.run_ms(1100);
+    const auto write = [&r](unsigned first, unsigned raw, unsigned last) {
+        r.set_reg(10, first), r.set_reg(15, last);
+        r.set_reg(14, active), r.set_reg(11, ++r.beat);
+        r.set_reg(12, 0), r.set_reg(13, raw);
+        r.run_ms(40);
+    };
+    write(1, 500, 1);
+    EXPECT_EQ(r.applied(), 5.0);
+    write(2, 900, 1);
+    EXPECT_EQ(r.applied(), 5.0);
+    write(2, 900, 2);
+    EXPECT_EQ(r.applied(), 9.0);
+
+    register_map floats = small_map();
+    floats.channels[0].format = number_format::parse("float32").value();
+    rig f(small_machine(), floats);
+    f.run_ms(1100);
+    f.write(active, 0.0);
+    f.set_reg(12, 0x447A), f.set_reg(13, 0);  // 1000.0: 10 µm
+    f.run_ms(100);
+    EXPECT_EQ(f.applied(), 10.0);
+    f.set_reg(11, ++f.beat);
+    f.set_reg(12, 0x7FC0);  // NaN
+    f.run_ms(100);
+    EXPECT_EQ(f.applied(), 10.0);
+}
+
+TEST(Plc, ReadBlockCountersMoveTogetherWithEveryScan) {
+    register_map map = small_map();
+    map.read = {0, 9, true};
+    map.control = 5, map.plc_heartbeat = 1;
+    rig r(small_machine(), map);
+    for (int i = 1; i < 20; ++i) {
+        r.run_ms(i == 1 ? 0 : 8);
+        EXPECT_EQ(r.reg(0), i);
+        EXPECT_EQ(r.reg(8), i);
+        const auto torn = r.plc.answer({3, 0, 0, 0, 9}, true);
+        EXPECT_EQ(torn.at(3), i);
+        EXPECT_EQ(torn.at(19), i - 1);
+    }
+}
+
+TEST(Plc, SignOfTheControlDecidesWhereTheToolGoes) {
+    twin_config config = small_machine();
+    config.axes[0].compensation_sign = -1;
+    rig r(config);
+    r.run_ms(1100);
+    r.box_runs_ms(300, active, 10.0);
+    const plc_state &state = r.plc.state();
+    EXPECT_EQ(r.int32_at(6), 1000.0);  // what is returned is in the register's own sense
+    EXPECT_EQ(state.displacement_um[0], -10.0);
+    EXPECT_DOUBLE_EQ(state.error_after_um[0], state.error_before_um[0] - 10.0);
+}
+
+TEST(Plc, TwoChannelsOnOneAxisActByTheirMean) {
+    register_map map = small_map();
+    map.write.count = 8;
+    map.channels.push_back({"X2", 14, std::nullopt, map.channels[0].format, 0.01});
+    twin_config config = small_machine();
+    EXPECT_THROW(rig(config, map), input_error);  // nobody said what X2 moves
+    config.channels["X2"] = 'X';
+    rig r(config, map);
+    r.run_ms(1100);
+    r.set_reg(15, 3000);
+    r.box_runs_ms(300, active, 10.0);
+    EXPECT_EQ(r.plc.state().displacement_um[0], 20.0);
+}
+
+TEST(Plc, ProgramStartsOnceTheBoxIsActive) {
+    twin_config config = small_machine();
+    twin_step step;
+    step.target_mm[0] = 112.3456;
+    step.feed_mm_per_s = 100.0;
+    config.program = {step};
+    rig r(config);
+    r.run_ms(1100);
+    r.box_runs_ms(300, standby, 0.0);
+    EXPECT_FALSE(r.plc.moving());
+    r.box_runs_ms(600, active, 0.0);
+    EXPECT_TRUE(r.plc.moving());
+    r.box_runs_ms(900, active, 0.0);
+    EXPECT_EQ(r.plc.state().position_mm[0], 112.3456);
+    r.box_runs_ms(300, standby, 0.0);
+    r.box_runs_ms(300, active, 0.0);
+    EXPECT_FALSE(r.plc.moving());  // not a second time
+}
+
+TEST(Plc, IsTheSameHoweverTimeIsCutUp) {
+    const auto trace = [](std::int64_t step_us) {
+        rig r;
+        std::vector<double> seen;
+        twin_step step;
+        step.target_mm[0] = 400.0;
+        step.feed_mm_per_s = 100.0;
+        r.plc.move(step);
+        for (std::int64_t t = 0; t <= 3000000; t += step_us) {
+            r.plc.run_to(t, [&seen](const plc_state &s) {
+                seen.insert(seen.end(), {s.time_s, s.position_mm[0], s.error_after_um[0]});
+            });
+        }
+        return seen;
+    };
+    const auto fine = trace(1000), coarse = trace(100000);
+    ASSERT_GT(fine.size(), 1000u);
+    EXPECT_EQ(fine, coarse);
+}
+
+TEST(Plc, AfterALongStandstillItGoesOnInsteadOfCatchingUp) {
+    rig r;
+    r.run_ms(100);
+    const double before_s = r.plc.state().time_s;
+    r.plc.forget_standstill(r.now_us + 900 * ms);  // short enough to catch up
+    EXPECT_LT(r.plc.next_due_us(), r.now_us + 10 * ms);
+    r.now_us += 60000 * ms;
+    r.plc.forget_standstill(r.now_us);
+    r.run_ms(8);
+    EXPECT_LT(r.plc.state().time_s, before_s + 0.02);
+    EXPECT_TRUE(r.had("stood still"));
+}
+
+// ---- files
+
+std::string complaint(const std::string &text) {
+    const std::string path = testing::TempDir() + "complaint_map.json";
+    write_file(path, text);
+    std::string sentence = "none";
+    try {
+        load_register_map(path);
+    } catch (const input_error &error) {
+        sentence = error.what();
+    }
+    std::remove(path.c_str());
+    return sentence;
+}
+
+std::string map_with(const std::string &plc, const std::string &rest = "") {
+    return R"({"plc": {"read": {"start": 0, "count": 10}, "write": {"start": 20, "count": 10},
+        "control": 0, "plc_heartbeat": 1, "status": 20, "box_heartbeat": 21)" +
+           plc + "}" + rest + "}";
+}
+
+TEST(RegisterMap, SaysWhatIsWrongAndWhere) {
+    const std::pair<std::string, std::string> cases[] = {
+        {map_with(""), "none"},
+        {map_with("", R"(, "channels": [{"name": "X", "sum": null, "plc": 22}])"), "none"},
+        {"[]", "plc: must be an object"},
+        {"{", "is not valid JSON"},
+        {R"({"plc": {}})", "plc.read: is missing"},
+        {R"({"plc": {"read": 3}})", "plc.read: must be an object"},
+        {R"({"plc": {"read": {"start": 0.5, "count": 1}}})",
+         "plc.read.start: must be a whole number from 0 to 65535"},
+        {R"({"plc": {"read": {"start": 65535, "count": 2}}})", "plc.read.count: must be a whole"},
+        {R"({"plc": {"read": {"start": 0, "count": 4}, "write": {"start": 4, "count": 4},
+            "control": 4}})",
+         "plc.control: register 4 is outside the block 0 to 3"},
+        {map_with(R"(, "referenced_bits": [1, 16])"), "plc.referenced_bits: must be a list"},
+        {map_with("", R"(, "signals": [{"name": "X", "plc": 9, "type": "int32"}])"),
+         "signals[0].plc: register 9 is outside the block"},
+        {map_with("", R"(, "signals": [{"name": "X", "plc": 8, "type": "int64"}])"),
+         "signals[0].type: 'int64' is not a number type"},
+        {map_with("", R"(, "signals": [{"name": "X", "plc": 8, "scale": 0}])"),
+         "signals[0].scale: must not be 0"},
+        {map_with("", R"(, "signals": [{"name": "X", "plc": 8, "scale": "1"}])"),
+         "signals[0].scale: must be a number"},
+        {map_with("", R"(, "signals": {})"), "signals: must be a list"},
+        {map_with("", R"(, "channels": [7])"), "channels[0]: must be an object"},
+        {map_with("", R"(, "channels": [{"name": "X", "plc": 9}])"),
+         "channels[0].plc: register 9 is outside the block 20 to 29"},
+    };
+    for (const auto &[text, expected] : cases) {
+        EXPECT_NE(complaint(text).find(expected), std::string::npos)
+            << text << "\n  gives: " << complaint(text);
+    }
+}
+
+TEST(RegisterMap, ExampleIsServed) {
+    plc_options options;
+    options.machine = CB_SOURCE_DIR "/examples/gantry-straightness/machine_twin.json";
+    options.seed = 4;
+    const plc_setup setup = prepare(options);
+    EXPECT_EQ(setup.twin.seed, 4u);
+    EXPECT_EQ(setup.map.channels.size(), 3u);
+    EXPECT_EQ(setup.map.signals.size(), 3u);
+    EXPECT_EQ(setup.profile.name, setup.map.profile);
+    EXPECT_NO_THROW(fake_plc(setup.twin, setup.map, setup.profile, 0));
+
+    plc_options plain;  // without a twin: straight axes over the plausible ranges
+    plain.map = CB_SOURCE_DIR "/examples/gantry-straightness/machine.json";
+    const plc_setup straight = prepare(plain);
+    EXPECT_TRUE(straight.twin.errors.empty());
+    EXPECT_TRUE(straight.twin.axes[2].present);
+    EXPECT_THROW(prepare({}), input_error);
+}
+
+}  // namespace
+}  // namespace compbox

@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: MIT
+// Points, plan and nine-line identification against the 9 x 6 system itself, brute force and noise.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "host-tools/formats/error.h"
+#include "host-tools/identification/identify.h"
+#include "host-tools/identification/plan.h"
+
+namespace {
+
+using namespace compbox;
+
+std::mt19937 generator(5);
+
+double uniform(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(generator);
+}
+
+triple_mm random_triple() {
+    triple_mm points;
+    for (auto &point : points) {
+        for (auto &value : point) value = uniform(-500, 500);
+    }
+    return points;
+}
+
+six sigma_of_matrix(const Eigen::MatrixXd &A) {
+    const Eigen::MatrixXd covariance = (A.transpose() * A).inverse();
+    six sigma;
+    for (int k = 0; k < 6; ++k) sigma[static_cast<std::size_t>(k)] = std::sqrt(covariance(k, k));
+    return sigma;
+}
+
+TEST(points, closed_form_is_the_covariance_of_least_squares) {
+    for (int round = 0; round < 500; ++round) {
+        const auto points = random_triple();
+        const six expected = sigma_of_matrix(observation_matrix(points));
+        const six sigma = closed_form_sigma(points);
+        for (std::size_t k = 0; k < 6; ++k) EXPECT_NEAR(sigma[k] / expected[k], 1.0, 1e-9);
+    }
+}
+
+// The displacement of a point by the definition in the paper, written out.
+TEST(points, observation_matrix_is_the_papers_formula) {
+    const triple_mm points{{{10, 20, 30}, {-5, 0, 7}, {100, -40, 3}}};
+    Eigen::Matrix<double, 6, 1> e;
+    e << 1, 2, 3, 40, 50, 60;  // µm, µrad
+    const auto d = (observation_matrix(points) * e).eval();
+    for (int i = 0; i < 3; ++i) {
+        const auto &p = points[static_cast<std::size_t>(i)];
+        EXPECT_DOUBLE_EQ(d(3 * i), 1 + (p[2] * 50 - p[1] * 60) / 1000);
+        EXPECT_DOUBLE_EQ(d(3 * i + 1), 2 + (p[0] * 60 - p[2] * 40) / 1000);
+        EXPECT_DOUBLE_EQ(d(3 * i + 2), 3 + (p[1] * 40 - p[0] * 50) / 1000);
+    }
+}
+
+TEST(points, a_line_is_no_triangle) {
+    EXPECT_FALSE(spans_triangle({{{0, 0, 0}, {1, 2, 3}, {2, 4, 6}}}));
+    EXPECT_FALSE(spans_triangle({{{5, 5, 5}, {5, 5, 5}, {2, 4, 6}}}));
+    EXPECT_TRUE(spans_triangle({{{0, 0, 0}, {1, 2, 3}, {2, 4, 6.01}}}));
+}
+
+double merit_by_hand(const triple_mm &points, const plan_options &options) {
+    const six sigma = closed_form_sigma(points);
+    if (options.rank_by == criterion::d) {
+        const auto A = observation_matrix(points);
+        return -(A.transpose() * A).determinant();
+    }
+    double sum = 0;
+    for (std::size_t k = 0; k < 6; ++k) {
+        const double ratio = sigma[k] / options.preset[k];
+        sum += options.rank_by == criterion::a ? ratio * ratio : ratio;
+    }
+    return sum;
+}
+
+// Every triple of a small grid rated by the plain formulas: same best one, same count on a line.
+TEST(plan, equals_brute_force) {
+    const grid box{{-300, -200, -50}, {300, 200, 400}, {4, 3, 3}};
+    const auto nodes = box.nodes();
+    ASSERT_EQ(nodes.size(), 36u);
+    for (const auto rank_by : {criterion::mean_cv, criterion::a, criterion::d}) {
+        plan_options options;
+        options.rank_by = rank_by;
+        options.preset = {5, 2, 9, 30, 10, 4};
+        double best = INFINITY;
+        std::uint64_t flat = 0, all = 0;
+        for (std::size_t i = 0; i < nodes.size(); ++i) {
+            for (std::size_t j = i + 1; j < nodes.size(); ++j) {
+                for (std::size_t k = j + 1; k < nodes.size(); ++k, ++all) {
+                    const triple_mm points{nodes[i], nodes[j], nodes[k]};
+                    if (!spans_triangle(points)) {
+                        ++flat;
+                        continue;
+                    }
+                    best = std::min(best, merit_by_hand(points, options));
+                }
+            }
+        }
+        const auto result = plan_points(nodes, options);
+        EXPECT_EQ(result.triples, all);
+        EXPECT_EQ(result.degenerate, flat);
+        EXPECT_GT(flat, 0u);
+        ASSERT_EQ(result.best.size(), options.best);
+        EXPECT_NEAR(merit_by_hand(result.best[0].points, options) / best, 1.0, 1e-9);
+        for (std::size_t k = 1; k < result.best.size(); ++k) {
+            EXPECT_LE(result.best[k - 1].merit, result.best[k].merit);
+            EXPECT_TRUE(spans_triangle(result.best[k].points));
+        }
+    }
+}
+
+TEST(plan, does_not_depend_on_threads) {
+    const auto nodes = grid{{0, 0, 0}, {600, 300, 200}, {7, 6, 5}}.nodes();
+    plan_options options;
+    options.threads = 1;
+    const auto one = plan_points(nodes, options);
+    options.threads = 5;
+    const auto five = plan_points(nodes, options);
+    for (std::size_t k = 0; k < options.best; ++k) {
+        EXPECT_EQ(one.best[k].node, five.best[k].node);
+        EXPECT_EQ(one.best[k].merit, five.best[k].merit);
+    }
+}
+
+// S2's rule: two points at the ends of the longest edge, the third on the opposite edge.
+TEST(plan, finds_the_papers_rule) {
+    const grid box{{-300, -150, -100}, {300, 150, 100}, {5, 5, 5}};
+    const auto result = plan_points(box.nodes(), plan_options());
+    EXPECT_EQ(describe(result.best[0].points, box),
+              "two points at the ends of a longest edge (along X), the third in the middle of the "
+              "opposite edge");
+}
+
+TEST(plan, orders_points_for_the_traditional_sequence) {
+    int solvable = 0;
+    for (int round = 0; round < 200; ++round) {
+        auto points = random_triple();
+        if (round % 4 == 0) points[1][0] = points[0][0];  // singular in some orders
+        const auto before = points;
+        for (int axis = 0; axis < 3; ++axis) {
+            points = before;
+            if (!order_for_traditional(points, axis)) continue;
+            ++solvable;
+            six sigma;
+            ASSERT_TRUE(traditional_sigma(points, axis, sigma));
+            EXPECT_TRUE(std::is_permutation(points.begin(), points.end(), before.begin()));
+        }
+    }
+    EXPECT_GT(solvable, 400);
+}
+
+nine_lines table_of(const Eigen::MatrixXd &e, const std::vector<double> &x,
+                    const triple_mm &points) {
+    nine_lines table;
+    table.position_mm = x;
+    table.reading_um = e * observation_matrix(points).transpose();
+    return table;
+}
+
+std::vector<double> positions(int n) {
+    std::vector<double> x;
+    for (int i = 0; i < n; ++i) x.push_back(200.0 * i);
+    return x;
+}
+
+Eigen::MatrixXd random_errors(int n) {
+    Eigen::MatrixXd e(n, 6);
+    for (auto &value : e.reshaped()) value = uniform(-20, 20);
+    return e;
+}
+
+TEST(identify, common_frame_gives_the_errors_back) {
+    const auto x = positions(15);
+    for (int axis = 0; axis < 3; ++axis) {
+        for (const auto how : {nine_line_method::improved, nine_line_method::traditional}) {
+            auto points = random_triple();
+            ASSERT_TRUE(order_for_traditional(points, axis));
+            const auto e = random_errors(15);
+            identify_options options;
+            options.axis = axis;
+            options.how = how;
+            options.lines = setups::common;
+            const auto curves = identify(table_of(e, x, points), points, options, "t");
+            EXPECT_LT((curves.value - e).cwiseAbs().maxCoeff(), 1e-7);
+        }
+    }
+}
+
+// Every line with its own offset, every straightness line with its own slope: what is identified
+// does not change by them, and is the truth less its unidentifiable parts.
+TEST(identify, separate_set_ups_do_not_matter) {
+    const auto x = positions(21);
+    const auto t =
+        (Eigen::Map<const Eigen::VectorXd>(x.data(), 21).array() - 2000.0).matrix().eval();
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto points = random_triple();
+        Eigen::MatrixXd e = random_errors(21);
+        auto table = table_of(e, x, points);
+        for (int line = 0; line < 9; ++line) {
+            table.reading_um.col(line).array() += uniform(-50, 50);
+            if (line % 3 != axis) table.reading_um.col(line) += t * uniform(-0.01, 0.01);
+        }
+        identify_options options;
+        options.axis = axis;
+        const auto curves = identify(table, points, options, "t");
+        const int keeps_slope[3] = {axis, 3 + (axis + 1) % 3, 3 + (axis + 2) % 3};
+        for (int k = 0; k < 6; ++k) {
+            Eigen::VectorXd expected = e.col(k).array() - e.col(k).mean();
+            const bool keeps = std::find(keeps_slope, keeps_slope + 3, k) != keeps_slope + 3;
+            if (!keeps) expected -= t * (t.dot(expected) / t.squaredNorm());
+            EXPECT_LT((curves.value.col(k) - expected).cwiseAbs().maxCoeff(), 1e-7) << axis << k;
+        }
+        EXPECT_LT(curves.noise_um, 1e-9);
+    }
+}
+
+// The stated sigma is what repeated noise shows, for every error, position, method and set-up kind.
+TEST(identify, sigma_is_true) {
+    const auto x = positions(9);
+    const triple_mm points{{{-300, -100, -150}, {300, 140, -110}, {20, 130, 170}}};
+    std::normal_distribution<double> normal;
+    for (const auto how : {nine_line_method::improved, nine_line_method::traditional}) {
+        for (const auto lines : {setups::common, setups::separate}) {
+            identify_options options;
+            options.how = how;
+            options.lines = lines;
+            Eigen::MatrixXd squares = Eigen::MatrixXd::Zero(9, 6), stated(9, 6);
+            const int rounds = 4000;
+            double noise = 0;
+            for (int round = 0; round < rounds; ++round) {
+                nine_lines table;
+                table.position_mm = x;
+                table.reading_um.resize(9, 9);
+                for (auto &value : table.reading_um.reshaped()) value = normal(generator);
+                const auto curves = identify(table, points, options, "t");
+                squares.array() += curves.value.array().square();
+                noise += curves.noise_um * curves.noise_um / rounds;
+                stated = curves.sigma / (curves.noise_um > 0 ? curves.noise_um : 1.0);
+            }
+            if (how == nine_line_method::improved) {
+                EXPECT_NEAR(noise, 1.0, 0.02);
+            }
+            const Eigen::ArrayXXd seen = (squares / rounds).array().sqrt();
+            for (int row = 0; row < 9; ++row) {
+                for (int k = 0; k < 6; ++k) {
+                    if (stated(row, k) > 1e-9) {
+                        EXPECT_NEAR(seen(row, k) / stated(row, k), 1.0, 0.05);
+                    } else {
+                        EXPECT_LT(seen(row, k), 1e-9);
+                    }
+                }
+            }
+        }
+    }
+}
+
+TEST(identify, finds_a_wild_reading) {
+    const auto x = positions(21);
+    const auto points = random_triple();
+    std::normal_distribution<double> normal;
+    identify_options options;
+    nine_lines table = table_of(random_errors(21), x, points);
+    for (auto &value : table.reading_um.reshaped()) value += normal(generator);
+    EXPECT_TRUE(identify(table, points, options, "t").outliers.empty());
+    table.reading_um(13, 4) += 60;
+    const auto curves = identify(table, points, options, "t");
+    ASSERT_FALSE(curves.outliers.empty());
+    EXPECT_EQ(curves.outliers[0].row, 13u);
+}
+
+TEST(identify, refuses_what_cannot_be_solved) {
+    const auto x = positions(5);
+    const triple_mm line{{{0, 0, 0}, {1, 1, 1}, {2, 2, 2}}};
+    const auto table = table_of(random_errors(5), x, random_triple());
+    EXPECT_THROW(identify(table, line, {}, "plan.json"), input_error);
+    identify_options traditional;
+    traditional.how = nine_line_method::traditional;
+    const triple_mm singular{
+        {{0, 0, 0}, {1, 0, 0}, {2, 5, 0}}};  // all Z alike: eps y unseen by d1x…
+    EXPECT_THROW(identify(table, singular, traditional, "plan.json"), input_error);
+    EXPECT_THROW(identify(table_of(random_errors(2), positions(2), random_triple()),
+                          random_triple(), {}, "plan.json"),
+                 input_error);
+}
+
+}  // namespace

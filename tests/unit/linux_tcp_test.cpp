@@ -1,0 +1,547 @@
+// SPDX-License-Identifier: MIT
+// The client against a server of raw sockets that misbehaves on purpose. Frames are written by
+// hand.
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+extern "C" {
+#include "hal/linux/clock.h"
+#include "hal/linux/tcp.h"
+}
+
+namespace {
+
+using bytes = std::vector<uint8_t>;
+
+void sleep_ms(int ms) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(ms));
+}
+
+// One accepted connection, as the handler of a test sees it.
+struct peer {
+    int fd;
+    int number;  // 0 for the first connection
+    std::atomic<int> &requests;
+
+    // The next request, or empty when the client is gone.
+    bytes request() const {
+        bytes frame(6);
+        if (recv(fd, frame.data(), 6, MSG_WAITALL) != 6) return {};
+        const size_t rest = static_cast<size_t>(frame[4]) << 8 | frame[5];
+        frame.resize(6 + rest);
+        if (recv(fd, frame.data() + 6, rest, MSG_WAITALL) != static_cast<ssize_t>(rest)) return {};
+        requests++;
+        return frame;
+    }
+    void reply(const bytes &frame) const { send(fd, frame.data(), frame.size(), MSG_NOSIGNAL); }
+    bool gone() const {
+        char byte;
+        return recv(fd, &byte, 1, 0) <= 0;
+    }
+};
+
+// A server whose every connection is handled by the test's function, one after the other.
+class server {
+  public:
+    explicit server(std::function<void(peer &)> handler, uint16_t port = 0)
+        : handler_(std::move(handler)) {
+        listening_ = socket(AF_INET, SOCK_STREAM, 0);
+        const int on = 1;
+        setsockopt(listening_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+        sockaddr_in address{};
+        address.sin_family = AF_INET;
+        address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        address.sin_port = htons(port);
+        socklen_t size = sizeof address;
+        if (bind(listening_, reinterpret_cast<sockaddr *>(&address), size) != 0 ||
+            listen(listening_, 8) != 0)
+            throw std::runtime_error("cannot listen");
+        getsockname(listening_, reinterpret_cast<sockaddr *>(&address), &size);
+        port_ = ntohs(address.sin_port);
+        thread_ = std::thread([this] { serve(); });
+    }
+    ~server() {
+        shutdown(listening_, SHUT_RDWR);
+        {
+            const std::lock_guard<std::mutex> guard(mutex_);
+            closing_ = true;
+            if (connection_ >= 0) shutdown(connection_, SHUT_RDWR);
+        }
+        thread_.join();
+        close(listening_);
+    }
+    uint16_t port() const { return port_; }
+    int connections() const { return connections_; }
+    int requests() const { return requests_; }
+
+  private:
+    void serve() {
+        for (;;) {
+            const int fd = accept(listening_, nullptr, nullptr);
+            if (fd < 0) return;
+            const int on = 1;
+            setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+            {
+                const std::lock_guard<std::mutex> guard(mutex_);
+                connection_ = fd;
+                if (closing_) shutdown(fd, SHUT_RDWR);
+            }
+            peer p{fd, connections_++, requests_};
+            handler_(p);
+            const std::lock_guard<std::mutex> guard(mutex_);
+            connection_ = -1;
+            close(fd);
+        }
+    }
+    std::function<void(peer &)> handler_;
+    int listening_ = -1, connection_ = -1;
+    bool closing_ = false;
+    uint16_t port_ = 0;
+    std::atomic<int> connections_{0}, requests_{0};
+    std::mutex mutex_;
+    std::thread thread_;
+};
+
+// The reply to a read of two registers: id of the request, values v and v + 1.
+bytes two_registers(const bytes &request, uint8_t v) {
+    return {request[0], request[1], 0, 0, 0, 7, request[6], 3, 4, 0, v, 0, uint8_t(v + 1)};
+}
+
+// Answers well, with the number of the request as value, until the client is gone.
+void behave(peer &p) {
+    for (bytes r = p.request(); !r.empty(); r = p.request())
+        p.reply(two_registers(r, static_cast<uint8_t>(p.requests)));
+}
+
+// A client and its registers, asked with a deadline some ms away.
+struct client {
+    cb_tcp tcp;
+    uint16_t registers[125] = {0xEEEE, 0xEEEE, 0xEEEE};
+    int64_t overdue_us = 0;  // how late the latest return after its deadline was
+
+    explicit client(uint16_t port) {
+        EXPECT_TRUE(cb_tcp_start(&tcp, "127.0.0.1", port, 1));
+        for (int i = 0; i < 200 && !cb_link_ready(&tcp.link, cb_boottime_us()); i++) sleep_ms(1);
+    }
+    ~client() { cb_link_close(&tcp.link); }
+    cb_transfer read(int ms = 20) {
+        const int64_t deadline = cb_boottime_us() + ms * 1000;
+        const cb_transfer result = cb_tcp_read(&tcp, 8, 2, registers, deadline);
+        overdue_us = std::max(overdue_us, cb_boottime_us() - deadline);
+        return result;
+    }
+};
+
+// Real time on a busy machine: a thread that is not run for 10 ms looks like a mistake of the
+// client. Such tests note what they miss and are repeated; a real mistake is there each time.
+constexpr int64_t tolerated_us = 15000;
+
+class notes {
+  public:
+    void want(bool met, const std::string &what) {
+        if (!met) missed_ += what + "; ";
+    }
+    const std::string &missed() const { return missed_; }
+
+  private:
+    std::string missed_;
+};
+
+#define WANT(condition) n.want(condition, #condition)
+
+// What was missed in the best of several attempts: "" as soon as there is one.
+std::string best_of_attempts(const std::function<void(notes &)> &attempt) {
+    std::string missed;
+    for (int i = 0; i < 12; i++) {
+        notes n;
+        attempt(n);
+        missed = n.missed();
+        if (missed.empty()) break;
+    }
+    return missed;
+}
+
+#define REPEATED_TEST(name)                    \
+    void name(notes &n);                       \
+    TEST(tcp, name) {                          \
+        EXPECT_EQ(best_of_attempts(name), ""); \
+    }                                          \
+    void name(notes &n)
+
+TEST(tcp, a_read_on_the_wire_is_what_the_specification_says) {
+    bytes seen;
+    server plc([&](peer &p) {
+        seen = p.request();
+        p.reply({0x00, 0x01, 0x00, 0x00, 0x00, 0x07, 0x01, 0x03, 0x04, 0x12, 0x34, 0xAB, 0xCD});
+        p.gone();
+    });
+    client c(plc.port());
+    EXPECT_EQ(c.read(1000), CB_TRANSFER_OK);
+    EXPECT_EQ(seen,
+              (bytes{0x00, 0x01, 0x00, 0x00, 0x00, 0x06, 0x01, 0x03, 0x00, 0x08, 0x00, 0x02}));
+    EXPECT_EQ(c.registers[0], 0x1234);
+    EXPECT_EQ(c.registers[1], 0xABCD);
+    EXPECT_EQ(c.registers[2], 0xEEEE);
+}
+
+TEST(tcp, a_write_on_the_wire_is_what_the_specification_says) {
+    bytes seen;
+    server plc([&](peer &p) {
+        seen = p.request();
+        p.reply({0x00, 0x01, 0x00, 0x00, 0x00, 0x06, 0x01, 0x10, 0x00, 0x64, 0x00, 0x03});
+        p.gone();
+    });
+    client c(plc.port());
+    const uint16_t values[3] = {0x0102, 0xFFFE, 0x8000};
+    EXPECT_EQ(cb_tcp_write(&c.tcp, 100, 3, values, cb_boottime_us() + 1000000), CB_TRANSFER_OK);
+    EXPECT_EQ(seen, (bytes{0x00, 0x01, 0x00, 0x00, 0x00, 0x0D, 0x01, 0x10, 0x00, 0x64, 0x00, 0x03,
+                           0x06, 0x01, 0x02, 0xFF, 0xFE, 0x80, 0x00}));
+}
+
+TEST(tcp, a_write_and_read_on_the_wire_is_what_the_specification_says) {
+    bytes seen;
+    server plc([&](peer &p) {
+        seen = p.request();
+        p.reply({0x00, 0x01, 0x00, 0x00, 0x00, 0x05, 0x01, 0x17, 0x02, 0x55, 0xAA});
+        p.gone();
+    });
+    client c(plc.port());
+    const uint16_t values[2] = {0x0102, 0xFFFE};
+    EXPECT_EQ(
+        cb_tcp_write_read(&c.tcp, 100, 2, values, 7, 1, c.registers, cb_boottime_us() + 1000000),
+        CB_TRANSFER_OK);
+    EXPECT_EQ(seen, (bytes{0x00, 0x01, 0x00, 0x00, 0x00, 0x0F, 0x01, 0x17, 0x00, 0x07, 0x00,
+                           0x01, 0x00, 0x64, 0x00, 0x02, 0x04, 0x01, 0x02, 0xFF, 0xFE}));
+    EXPECT_EQ(c.registers[0], 0x55AA);
+    EXPECT_EQ(c.registers[1], 0xEEEE);
+}
+
+REPEATED_TEST(a_late_reply_costs_one_exchange_and_is_never_taken_for_the_next) {
+    server plc([](peer &p) {
+        const bytes first = p.request();
+        sleep_ms(90);
+        p.reply(two_registers(first, 77));
+        behave(p);
+    });
+    client c(plc.port());
+    WANT(c.read() == CB_TRANSFER_UNKNOWN);
+    WANT(c.registers[0] == 0xEEEE);
+    WANT(c.read(500) == CB_TRANSFER_OK);
+    WANT(c.registers[0] == 2);
+    WANT(c.tcp.counters.timeouts == 1u);
+    WANT(c.tcp.counters.late_replies == 1u);
+    WANT(c.tcp.link.connects == 1u);
+    WANT(c.overdue_us < tolerated_us);
+}
+
+TEST(tcp, a_late_reply_that_waits_in_the_socket_is_dropped_before_the_next_request) {
+    server plc([](peer &p) {
+        const bytes first = p.request();
+        sleep_ms(60);
+        p.reply(two_registers(first, 77));
+        behave(p);
+    });
+    client c(plc.port());
+    EXPECT_EQ(c.read(5), CB_TRANSFER_UNKNOWN);
+    sleep_ms(120);
+    EXPECT_EQ(c.read(500), CB_TRANSFER_OK);
+    EXPECT_EQ(c.registers[0], 2);
+    EXPECT_EQ(c.tcp.counters.late_replies, 1u);
+}
+
+REPEATED_TEST(never_has_two_requests_out_and_connects_anew_after_three_failures) {
+    std::atomic<int> on_first{0};
+    server plc([&](peer &p) {
+        if (p.number > 0) return behave(p);
+        while (!p.request().empty()) on_first++;
+    });
+    client c(plc.port());
+    WANT(c.read(10) == CB_TRANSFER_UNKNOWN);  // sent, not answered
+    WANT(c.read(10) == CB_TRANSFER_FAILED);   // not sent
+    WANT(c.read(10) == CB_TRANSFER_FAILED);
+    WANT(c.tcp.counters.given_up == 1u);
+    sleep_ms(100);
+    WANT(c.read(500) == CB_TRANSFER_OK);
+    WANT(on_first == 1);
+    WANT(c.tcp.counters.timeouts == 1u);
+    WANT(c.tcp.counters.blocked == 2u);
+    WANT(plc.connections() == 2);
+    WANT(c.overdue_us < tolerated_us);
+}
+
+TEST(tcp, a_reply_that_dribbles_in_time_is_taken) {
+    server plc([](peer &p) {
+        for (uint8_t byte : two_registers(p.request(), 5)) p.reply({byte}), sleep_ms(1);
+        p.gone();
+    });
+    client c(plc.port());
+    EXPECT_EQ(c.read(500), CB_TRANSFER_OK);
+    EXPECT_EQ(c.registers[1], 6);
+}
+
+REPEATED_TEST(a_reply_that_dribbles_past_the_deadline_costs_one_exchange) {
+    server plc([](peer &p) {
+        for (uint8_t byte : two_registers(p.request(), 77)) p.reply({byte}), sleep_ms(4);
+        behave(p);
+    });
+    client c(plc.port());
+    WANT(c.read(20) == CB_TRANSFER_UNKNOWN);  // 13 bytes take 52 ms
+    WANT(c.tcp.have > 0u);                    // what came is kept
+    WANT(c.read(500) == CB_TRANSFER_OK);
+    WANT(c.registers[0] == 2);
+    WANT(c.tcp.counters.late_replies == 1u);
+    WANT(c.tcp.link.connects == 1u);
+    WANT(c.overdue_us < tolerated_us);
+}
+
+TEST(tcp, a_wrong_id_costs_one_exchange_and_the_connection_stays) {
+    server plc([](peer &p) {
+        bytes reply = two_registers(p.request(), 77);
+        reply[0] = 0x80;
+        p.reply(reply);
+        behave(p);
+    });
+    client c(plc.port());
+    EXPECT_EQ(c.read(1000), CB_TRANSFER_UNKNOWN);
+    EXPECT_EQ(c.registers[0], 0xEEEE);
+    EXPECT_EQ(c.read(1000), CB_TRANSFER_OK);
+    EXPECT_EQ(c.registers[0], 2);
+    EXPECT_EQ(c.tcp.counters.wrong_ids, 1u);
+    EXPECT_EQ(c.tcp.link.connects, 1u);
+}
+
+TEST(tcp, a_wrong_id_before_the_right_reply_leaves_a_stray_that_is_dropped) {
+    server plc([](peer &p) {
+        const bytes right = two_registers(p.request(), 77);
+        bytes wrong = right;
+        wrong[0] = 0x80;
+        p.reply(wrong);
+        sleep_ms(5);
+        p.reply(right);
+        behave(p);
+    });
+    client c(plc.port());
+    EXPECT_EQ(c.read(1000), CB_TRANSFER_UNKNOWN);
+    EXPECT_EQ(c.read(1000), CB_TRANSFER_OK);
+    EXPECT_EQ(c.registers[0], 2);
+    EXPECT_EQ(c.tcp.counters.stray_replies, 1u);
+}
+
+TEST(tcp, a_server_that_answers_everything_twice_is_understood) {
+    server plc([](peer &p) {
+        for (bytes r = p.request(); !r.empty(); r = p.request()) {
+            const bytes reply = two_registers(r, static_cast<uint8_t>(p.requests));
+            p.reply(reply);
+            p.reply(reply);
+        }
+    });
+    client c(plc.port());
+    for (uint16_t i = 1; i <= 20; i++) {
+        ASSERT_EQ(c.read(1000), CB_TRANSFER_OK);
+        ASSERT_EQ(c.registers[0], i);
+    }
+    EXPECT_GE(c.tcp.counters.stray_replies, 18u);
+}
+
+REPEATED_TEST(a_flood_of_replies_nobody_asked_for_delays_nothing_past_the_deadline) {
+    server plc([](peer &p) {
+        bytes reply = two_registers(p.request(), 9);
+        reply[1]--;  // the request before: late, for all that can be known
+        bytes many;
+        for (int i = 0; i < 50; i++) many.insert(many.end(), reply.begin(), reply.end());
+        while (send(p.fd, many.data(), many.size(), MSG_NOSIGNAL) > 0) continue;
+    });
+    client c(plc.port());
+    for (int i = 0; i < 20; i++) EXPECT_NE(c.read(10), CB_TRANSFER_OK);
+    WANT(c.registers[0] == 0xEEEE);
+    WANT(c.overdue_us < tolerated_us);
+}
+
+TEST(tcp, exceptions_are_told_and_counted_by_code) {
+    server plc([](peer &p) {
+        for (const uint8_t code : bytes{1, 2, 4, 0xE0}) {
+            const bytes r = p.request();
+            p.reply({r[0], r[1], 0, 0, 0, 3, 1, 0x83, code});
+        }
+        behave(p);
+    });
+    client c(plc.port());
+    for (int i = 0; i < 4; i++) EXPECT_EQ(c.read(1000), CB_TRANSFER_REFUSED);
+    EXPECT_EQ(c.read(1000), CB_TRANSFER_OK);
+    EXPECT_EQ(c.tcp.counters.exceptions, 4u);
+    for (int code : {0, 1, 2, 4}) EXPECT_EQ(c.tcp.counters.exceptions_by_code[code], 1u);
+    EXPECT_EQ(c.tcp.link.connects, 1u);
+}
+
+TEST(tcp, a_reply_of_the_wrong_length_costs_one_exchange) {
+    server plc([](peer &p) {
+        bytes r = p.request();
+        p.reply({r[0], r[1], 0, 0, 0, 5, 1, 3, 2, 0, 77});  // one register instead of two
+        r = p.request();
+        p.reply({r[0], r[1], 0, 0, 0, 7, 1, 3, 200, 0, 77, 0, 78});  // states 100 registers
+        behave(p);
+    });
+    client c(plc.port());
+    EXPECT_EQ(c.read(1000), CB_TRANSFER_UNKNOWN);
+    EXPECT_EQ(c.read(1000), CB_TRANSFER_UNKNOWN);
+    EXPECT_EQ(c.registers[0], 0xEEEE);
+    EXPECT_EQ(c.read(1000), CB_TRANSFER_OK);
+    EXPECT_EQ(c.tcp.counters.invalid_replies, 2u);
+    EXPECT_EQ(c.tcp.link.connects, 1u);
+}
+
+REPEATED_TEST(a_reply_that_stops_short_costs_one_exchange_and_its_connection) {
+    server plc([](peer &p) {
+        if (p.number > 0) return behave(p);
+        bytes reply = two_registers(p.request(), 77);
+        reply.resize(9);
+        p.reply(reply);
+        p.gone();
+    });
+    client c(plc.port());
+    WANT(c.read(100) == CB_TRANSFER_UNKNOWN);
+    WANT(c.tcp.counters.incomplete_replies == 1u);
+    sleep_ms(100);
+    WANT(c.read(500) == CB_TRANSFER_OK);
+    WANT(c.registers[0] == 2);
+}
+
+// With a short period, silence within a frame takes several exchanges to show.
+REPEATED_TEST(a_reply_that_stops_short_is_given_up_after_ten_milliseconds) {
+    server plc([](peer &p) {
+        if (p.number > 0) return behave(p);
+        bytes reply = two_registers(p.request(), 77);
+        reply.resize(9);
+        p.reply(reply);
+        p.gone();
+    });
+    client c(plc.port());
+    WANT(c.read(6) == CB_TRANSFER_UNKNOWN);
+    WANT(c.read(6) == CB_TRANSFER_FAILED);
+    WANT(c.tcp.counters.incomplete_replies == 1u);
+    WANT(c.tcp.link.disconnects == 1u);
+}
+
+TEST(tcp, a_connection_closed_in_mid_reply_costs_one_exchange) {
+    server plc([](peer &p) {
+        if (p.number > 0) return behave(p);
+        bytes reply = two_registers(p.request(), 77);
+        reply.resize(9);
+        p.reply(reply);
+    });
+    client c(plc.port());
+    EXPECT_EQ(c.read(1000), CB_TRANSFER_UNKNOWN);
+    sleep_ms(50);
+    EXPECT_EQ(c.read(1000), CB_TRANSFER_OK);
+    EXPECT_EQ(c.registers[0], 2);
+    EXPECT_EQ(c.tcp.counters.closed_by_peer, 1u);
+}
+
+TEST(tcp, a_connection_closed_between_two_exchanges_is_seen_before_the_request_is_sent) {
+    server plc([](peer &p) {
+        if (p.number > 0) return behave(p);
+        p.reply(two_registers(p.request(), 1));
+    });
+    client c(plc.port());
+    EXPECT_EQ(c.read(1000), CB_TRANSFER_OK);
+    sleep_ms(50);
+    EXPECT_EQ(c.read(1000), CB_TRANSFER_FAILED);  // certainly not sent
+    sleep_ms(50);
+    EXPECT_EQ(c.read(1000), CB_TRANSFER_OK);
+}
+
+TEST(tcp, what_is_no_header_closes_the_connection) {
+    for (const bytes &garbage : {bytes{'H', 'T', 'T', 'P', '/', '1', '.', '1', ' '},
+                                 bytes{0, 1, 0, 0, 0, 1, 1, 3, 4},           // too short to be
+                                 bytes{0, 1, 0, 0, 0, 255, 1, 3, 4},         // too long
+                                 bytes{0, 1, 0, 1, 0, 7, 1, 3, 4, 0, 0}}) {  // another protocol
+        server plc([&](peer &p) {
+            if (p.number > 0) return behave(p);
+            p.request();
+            p.reply(garbage);
+            p.gone();
+        });
+        client c(plc.port());
+        EXPECT_EQ(c.read(1000), CB_TRANSFER_UNKNOWN);
+        EXPECT_EQ(c.tcp.counters.framing_errors, 1u);
+        sleep_ms(50);
+        EXPECT_EQ(c.read(1000), CB_TRANSFER_OK);
+    }
+}
+
+TEST(tcp, a_plc_that_is_absent_costs_no_time_and_is_found_when_it_comes) {
+    uint16_t port;
+    {
+        server reserved([](peer &) {});
+        port = reserved.port();
+    }
+    client c(port);
+    const int64_t start = cb_boottime_us();
+    for (int i = 0; i < 20; i++) EXPECT_EQ(c.read(1000), CB_TRANSFER_FAILED);
+    EXPECT_LT(cb_boottime_us() - start, 100000);
+    EXPECT_EQ(c.tcp.counters.not_connected, 20u);
+    EXPECT_GT(c.tcp.link.failures, 0u);
+    server plc(behave, port);
+    cb_transfer result = CB_TRANSFER_FAILED;
+    for (int i = 0; i < 300 && result != CB_TRANSFER_OK; i++) sleep_ms(5), result = c.read(100);
+    EXPECT_EQ(result, CB_TRANSFER_OK);
+}
+
+TEST(tcp, attempts_to_connect_become_rarer_up_to_one_a_second) {
+    cb_link link;
+    uint16_t port;
+    {
+        server reserved([](peer &) {});
+        port = reserved.port();
+    }
+    ASSERT_TRUE(cb_link_start(&link, "127.0.0.1", port));
+    int64_t now = 1000000;
+    for (int i = 0; i < 10000; i++, now += 1000) cb_link_ready(&link, now);  // ten seconds
+    EXPECT_GE(link.failures, 10u);
+    EXPECT_LE(link.failures, 16u);
+}
+
+TEST(tcp, without_time_nothing_is_sent) {
+    server plc(behave);
+    client c(plc.port());
+    EXPECT_EQ(c.read(0), CB_TRANSFER_FAILED);
+    EXPECT_EQ(c.read(-5), CB_TRANSFER_FAILED);
+    EXPECT_EQ(c.tcp.counters.out_of_time, 2u);
+    EXPECT_EQ(c.read(1000), CB_TRANSFER_OK);
+    EXPECT_EQ(plc.requests(), 1);
+}
+
+TEST(tcp, a_name_is_refused_because_a_resolver_would_block) {
+    cb_tcp tcp;
+    EXPECT_FALSE(cb_tcp_start(&tcp, "localhost", 502, 1));
+    EXPECT_FALSE(cb_tcp_start(&tcp, "plc.example", 502, 1));
+    EXPECT_FALSE(cb_tcp_start(&tcp, "", 502, 1));
+}
+
+TEST(tcp, an_address_may_be_ipv6) {
+    cb_link link;
+    ASSERT_TRUE(cb_link_start(&link, "::1", 502));
+    EXPECT_EQ(link.address.ss_family, AF_INET6);
+    ASSERT_TRUE(cb_link_start(&link, "192.168.0.1", 502));
+    EXPECT_EQ(link.address.ss_family, AF_INET);
+}
+
+TEST(tcp, ids_wrap_without_a_gap) {
+    server plc(behave);
+    client c(plc.port());
+    c.tcp.transaction = 0xFFFD;
+    for (int i = 1; i <= 10; i++) ASSERT_EQ(c.read(1000), CB_TRANSFER_OK);
+}
+
+}  // namespace

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+// Laser files: written by hand, round trip, broken in every way, cut at every byte.
+#include "host-tools/formats/rtl.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <random>
+
+#include "host-tools/formats/error.h"
+#include "host-tools/formats/file.h"
+
+namespace {
+
+using namespace compbox;
+
+const char *const by_hand =
+    "HEADER::\r\nFile Type: Linear\r\nTARGET DATA::\r\nFiletype : ISO\r\nTarget-count: 3\r\n"
+    "Targets :\r\n 0.00000 100.00000 200.00000\r\nFlags: 0 0 0\r\nUSER-TEXT::\r\nMachine:gantry\r\n"
+    "Serial No:7\r\nDate:2026-01-02\r\nBy:me\r\nAxis:X\r\nLocation:hall\r\nTITLE:EXX\r\n"
+    "RUNS::\r\nRun-count: 2\r\nDEVIATIONS::\r\nRun Target Data:\r\n"
+    "1 1 0.1\r\n1 2 -1.5\r\n1 3 2.25\r\n2 3 2.5\r\n2 2 -1\r\n2 1 0\r\n"
+    "ENVIRONMENT::\r\nanything: 20\r\nEOF::\r\n";
+
+std::string path_of(const std::string &ending = ".rtl") {
+    return testing::TempDir() + "compbox_" + std::to_string(::getpid()) + ending;
+}
+
+laser_file parse(const std::string &text, const std::string &ending = ".rtl") {
+    write_file(path_of(ending), text);
+    return read_laser(path_of(ending));
+}
+
+std::string message_of(const std::string &text) {
+    try {
+        parse(text);
+    } catch (const input_error &error) {
+        const std::string what = error.what();
+        return what.substr(what.find(".rtl:") + 5);
+    }
+    return "no error";
+}
+
+std::string with(const std::string &from, const std::string &to) {
+    std::string text = by_hand;
+    return text.replace(text.find(from), from.size(), to);
+}
+
+TEST(rtl, reads_a_file_written_by_hand) {
+    const auto file = parse(by_hand);
+    EXPECT_EQ(file.targets_mm, (std::vector<double>{0, 100, 200}));
+    EXPECT_EQ(file.machine, "gantry");
+    EXPECT_EQ(file.axis, "X");
+    EXPECT_EQ(file.title, "EXX");
+    ASSERT_EQ(file.runs.size(), 2u);
+    EXPECT_EQ(file.runs[0].direction, 1);
+    EXPECT_EQ(file.runs[1].direction, -1);
+    EXPECT_TRUE(file.bidirectional);
+    EXPECT_EQ(file.runs[1].target, (std::vector<std::size_t>{2, 1, 0}));
+    EXPECT_EQ(file.runs[1].deviation, (std::vector<double>{2.5, -1, 0}));
+    EXPECT_EQ(file.runs[1].line[0], 24);
+}
+
+TEST(rtl, angles_are_milliradians_in_the_file) {
+    const auto file = parse(by_hand, ".rta");
+    EXPECT_TRUE(file.angular);
+    EXPECT_DOUBLE_EQ(file.runs[0].deviation[1], -1500.0);
+}
+
+TEST(rtl, round_trip) {
+    std::mt19937 random(3);
+    std::uniform_int_distribution<int> micro(-2000000, 2000000);
+    for (const bool angular : {false, true}) {
+        laser_file file;
+        file.angular = angular;
+        file.title = "caf\xe9 \xc4\xe3";  // other people's code pages are kept as they are
+        for (int i = 0; i < 61; ++i) file.targets_mm.push_back(240.0 * i - 0.12345);
+        for (int run = 0; run < 6; ++run) {
+            laser_run readings;
+            for (std::size_t i = 0; i < file.targets_mm.size(); ++i) {
+                readings.target.push_back(run % 2 ? file.targets_mm.size() - 1 - i : i);
+                readings.deviation.push_back(micro(random) / 1000.0);
+            }
+            file.runs.push_back(readings);
+        }
+        const auto back = parse(laser_text(file), angular ? ".rta" : ".rtl");
+        EXPECT_EQ(back.title, file.title);
+        EXPECT_EQ(laser_text(back), laser_text(file));
+        for (int run = 0; run < 6; ++run) {
+            EXPECT_EQ(back.runs[run].target, file.runs[run].target);
+            EXPECT_EQ(back.runs[run].direction, run % 2 ? -1 : 1);
+            for (std::size_t i = 0; i < file.targets_mm.size(); ++i) {
+                EXPECT_NEAR(back.runs[run].deviation[i], file.runs[run].deviation[i], 1e-9);
+            }
+        }
+    }
+}
+
+TEST(rtl, mistakes_name_their_line) {
+    EXPECT_EQ(message_of(with("Target-count: 3", "Target-count: 4")),
+              "29: Target-count says 4, but there are 3 targets");
+    EXPECT_EQ(message_of(with("Run-count: 2", "Run-count: 3")),
+              "29: Run-count says 3, but there are 2 runs");
+    EXPECT_EQ(message_of(with("1 2 -1.5", "1 2 x")), "22: 'x' is not a number");
+    EXPECT_EQ(message_of(with("1 2 -1.5", "1 2 nan")), "22: 'nan' is not a number");
+    EXPECT_EQ(message_of(with("1 2 -1.5", "1 2")), "22: run, target and deviation must stand here");
+    EXPECT_EQ(message_of(with("1 2 -1.5", "1 4 1")), "22: the target must be a number from 1 to 3");
+    EXPECT_EQ(message_of(with("1 2 -1.5", "9 2 1")), "22: the run must be a number from 1 to 2");
+    EXPECT_EQ(message_of(with("1 2 -1.5", "1 1 1")), "22: target 1 is there twice in run 1");
+    EXPECT_EQ(message_of(with("100.00000", "0.00000")),
+              "7: the targets must ascend, one of them is not above the one before");
+    EXPECT_EQ(message_of(with("Target-count: 3", "Target-count: 0")),
+              "5: a count from 1 to 100000 must stand here");
+    EXPECT_EQ(message_of("1 2 3\n"), "1: a section such as HEADER:: must come first");
+    EXPECT_EQ(message_of(with("2 2 -1\r\n2 1 0", "2 1 0\r\n2 2 -1")),
+              "24: run 2 goes through its targets neither upward nor downward");
+}
+
+// Whatever part of a file is left, the answer is a file or a sentence.
+TEST(rtl, cut_or_mutated_files_never_crash) {
+    const std::string whole = by_hand;
+    for (std::size_t length = 0; length < whole.size(); length += 3) {
+        message_of(whole.substr(0, length));
+    }
+    std::mt19937 random(11);
+    for (int round = 0; round < 2000; ++round) {
+        std::string text = whole;
+        for (int k = 0; k < 3; ++k) text[random() % text.size()] = static_cast<char>(random());
+        write_file(path_of(), text);
+        try {
+            const auto file = read_laser(path_of());
+            for (const auto &run : file.runs) {
+                for (const auto target : run.target) ASSERT_LT(target, file.targets_mm.size());
+            }
+        } catch (const input_error &) {
+        }
+    }
+}
+
+}  // namespace
