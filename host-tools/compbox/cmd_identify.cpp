@@ -19,8 +19,9 @@ namespace {
 
 struct identify_arguments {
     std::string data, axis, points, folder;
-    std::vector<double> frame_offset_mm{0, 0, 0};
+    std::vector<double> frame_offset_mm{0, 0, 0}, reference_point_mm;
     double scale_ppm_per_degC = 0.0, temperature_degC = 20.0;
+    bool table_readings = false;
     identify_options options;
     bool as_json = false;
 };
@@ -87,6 +88,11 @@ json report_json(const identify_arguments &arguments, const six_curves &curves) 
     const auto names = error_names(arguments.options.axis);
     const bool improved = arguments.options.how == nine_line_method::improved;
     json report;
+    report["axis"] = arguments.axis;
+    report["side"] = arguments.table_readings ? "workpiece" : "tool";
+    if (!arguments.reference_point_mm.empty()) {
+        report["reference_point_mm"] = arguments.reference_point_mm;
+    }
     report["method"] = improved ? "improved" : "traditional";
     report["setups"] = arguments.options.lines == setups::separate ? "separate" : "common";
     report["positions"] = curves.position_mm.size();
@@ -138,6 +144,7 @@ void print_report(const json &report) {
 void run_identify(identify_arguments &arguments) {
     arguments.options.axis = axis_of(arguments.axis);
     nine_lines lines = read_lines(arguments.data);
+    if (arguments.table_readings) lines.reading_um *= -1.0;  // tool relative to workpiece
     correct_scale(lines, arguments);
     triple_mm points = read_plan(arguments.points);
     for (auto &point : points) {
@@ -182,6 +189,20 @@ void add_identify(CLI::App &app) {
     identify
         ->add_option("--frame-offset-mm", arguments->frame_offset_mm,
                      "Origin of the axis' frame in the points' coordinates, x,y,z")
+        ->expected(3)
+        ->delimiter(',')
+        ->option_text("X,Y,Z");
+    const std::map<std::string, bool> sides = {{"tool", false}, {"workpiece", true}};
+    identify
+        ->add_option("--side", arguments->table_readings,
+                     "tool (default): readings are of the tool relative to the workpiece; "
+                     "workpiece: of a table that moved, so their signs are turned round")
+        ->transform(CLI::Transformer(sides).description(""))
+        ->option_text("SIDE");
+    identify
+        ->add_option("--reference-point", arguments->reference_point_mm,
+                     "The same origin in machine coordinates with all axes at 0, noted in "
+                     "report.json for `volumetric`")
         ->expected(3)
         ->delimiter(',')
         ->option_text("X,Y,Z");

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: MIT
+// compbox volumetric: identified curves of the axes to one term of the whole working space.
+#include <cmath>
+#include <iomanip>
+#include <iostream>
+#include <map>
+#include <memory>
+
+#include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/key_values.h"
+#include "host-tools/compbox/volumetric.h"
+#include "host-tools/formats/file.h"
+
+extern "C" {
+#include "firmware/limits.h"
+#include "models/volumetric.h"
+}
+
+namespace compbox {
+
+namespace {
+
+struct volumetric_arguments {
+    std::vector<std::string> folders, squareness, reference_points;
+    std::vector<double> tool_offset_mm, tool_direction;
+    std::vector<std::string> positions;
+    std::string output;
+    volumetric_options options;
+    bool as_json = false;
+};
+
+constexpr const char *example =
+    "Example:\n"
+    "  compbox volumetric X Y Z --chain fXYZ --squareness C0Y=12.5,B0Z=-4 --tool-length-mm 150 "
+    "--name vol -o vol.json\n"
+    "takes EXX.csv … ECZ.csv from the folders that identify wrote. Errors are those of the tool\n"
+    "relative to the workpiece. C0Y > 0 opens the angle between +X and +Y, A0Z > 0 that between\n"
+    "+Y and +Z, B0Z > 0 closes that between +X and +Z. What is missing is zero, and said.";
+
+void take_squareness(volumetric_arguments &arguments) {
+    for (const auto &text : arguments.squareness) {
+        for (const auto &piece : split_at_keys(text)) {
+            const key_values one = parse_key_values("--squareness", piece);
+            const bool known = one.key == "C0Y" || one.key == "B0Z" || one.key == "A0Z";
+            if (!known || one.values.size() != 1 || std::fabs(one.values[0]) > 1e5) {
+                throw CLI::ValidationError("--squareness", "'" + piece +
+                                                               "' must be C0Y, B0Z or A0Z = a "
+                                                               "number of urad up to 100000");
+            }
+            if (!arguments.options.squareness_urad.insert({one.key, one.values[0]}).second) {
+                throw CLI::ValidationError("--squareness", one.key + " is given twice");
+            }
+        }
+    }
+}
+
+void take_reference_points(volumetric_arguments &arguments) {
+    for (const auto &text : arguments.reference_points) {
+        const key_values one = parse_key_values("--reference-point", text);
+        const bool axis = one.key == "X" || one.key == "Y" || one.key == "Z";
+        if (!axis || one.values.size() != 3) {
+            throw CLI::ValidationError("--reference-point", "'" + text + "' must read X=x,y,z");
+        }
+        const vector_mm point{one.values[0], one.values[1], one.values[2]};
+        if (!arguments.options.reference_points_mm.insert({one.key, point}).second) {
+            throw CLI::ValidationError("--reference-point", one.key + " is given twice");
+        }
+    }
+}
+
+void take_vector(const std::vector<double> &values, vector_mm &place) {
+    for (std::size_t k = 0; k < values.size(); ++k) place[k] = values[k];
+}
+
+void check_usage(volumetric_arguments &arguments) {
+    volumetric_options &options = arguments.options;
+    std::uint8_t moves[CB_AXES];
+    if (!cb_volumetric_chain(options.chain.c_str(), moves)) {
+        throw CLI::ValidationError(
+            "--chain",
+            "must hold f, X, Y and Z once each, such as fXYZ: left of f what carries "
+            "the workpiece, right of it the tool");
+    }
+    if (options.name.empty() || options.name.size() + 2 >= CB_NAME_SIZE) {
+        throw CLI::ValidationError("--name", "must have 1 to 21 characters");
+    }
+    take_squareness(arguments);
+    take_reference_points(arguments);
+    take_vector(arguments.tool_offset_mm, options.tool_offset_mm);
+    take_vector(arguments.tool_direction, options.tool_direction);
+    for (std::size_t k = 0; k < arguments.positions.size(); ++k) {
+        options.positions[k] = arguments.positions[k];
+    }
+    const vector_mm &d = options.tool_direction;
+    if (std::fabs(std::hypot(d[0], d[1], d[2]) - 1.0) > 4e-4) {
+        throw CLI::ValidationError("--tool-direction", "must have the length 1, such as 0,0,-1");
+    }
+}
+
+json report_json(const volumetric_result &result) {
+    json report;
+    for (const auto &error : result.errors) {
+        json one;
+        one["file"] = error.file;
+        one["unit"] = error.unit;
+        one["positions"] = error.positions;
+        one["coefficients"] = error.coefficients;
+        one["range"] = error.range;
+        one["residual_rms"] = error.residual_rms;
+        one["slope_per_m"] = error.slope_per_m;
+        one["warnings"] = error.warnings;
+        report["errors"][error.name] = one;
+    }
+    report["not_measured"] = result.missing;
+    report["squareness_urad"] = result.squareness_urad;
+    for (const auto &[axis, point] : result.reference_points_mm) {
+        report["reference_points_mm"][axis] = point;
+    }
+    report["remarks"] = result.remarks;
+    return report;
+}
+
+void print_result(const volumetric_result &result) {
+    std::cout << "  error      range   residual rms  coefficients\n" << std::fixed;
+    for (const auto &error : result.errors) {
+        std::cout << "  " << error.name << std::setprecision(3) << std::setw(13) << error.range
+                  << std::setw(15) << error.residual_rms << std::setw(14) << error.coefficients
+                  << "  " << error.unit << "\n";
+        for (const auto &warning : error.warnings) std::cout << "    " << warning << "\n";
+    }
+    std::cout << "\n  squareness, urad:";
+    for (const auto &[name, value] : result.squareness_urad) {
+        std::cout << "  " << name << " " << std::setprecision(2) << value;
+    }
+    std::cout << "\n  reference points, mm:";
+    for (const auto &[axis, point] : result.reference_points_mm) {
+        std::cout << "  " << axis << " (" << std::setprecision(1) << point[0] << ", " << point[1]
+                  << ", " << point[2] << ")";
+    }
+    std::cout << "\n";
+    for (const auto &remark : result.remarks) std::cout << "  " << remark << "\n";
+}
+
+void run_volumetric(volumetric_arguments &arguments) {
+    check_usage(arguments);
+    const volumetric_result result = make_volumetric(arguments.folders, arguments.options);
+    write_file(arguments.output, json_text(result.fragment));
+    if (arguments.output == "-") return;
+    if (arguments.as_json) {
+        std::cout << json_text(report_json(result));
+    } else {
+        print_result(result);
+    }
+}
+
+void add_geometry(CLI::App &command, volumetric_arguments &arguments) {
+    volumetric_options &options = arguments.options;
+    command.add_option("--squareness", arguments.squareness, "C0Y, B0Z, A0Z in urad; else zero")
+        ->option_text("C0Y=U,…");
+    command
+        .add_option("--reference-point", arguments.reference_points,
+                    "Origin of the frame in which an axis' errors were identified, in machine "
+                    "coordinates with all axes at 0 (else its report.json's, else 0,0,0)")
+        ->option_text("X=x,y,z …");
+    command
+        .add_option("--tool-offset-mm", arguments.tool_offset_mm,
+                    "Spindle's gauge point, all axes at 0")
+        ->expected(3)
+        ->delimiter(',')
+        ->option_text("x,y,z");
+    command.add_option("--tool-direction", arguments.tool_direction, "From it to the tip (0,0,-1)")
+        ->expected(3)
+        ->delimiter(',')
+        ->option_text("x,y,z");
+    auto *length =
+        command.add_option("--tool-length-mm", options.tool_length_mm, "Tool length (0)")
+            ->check(CLI::Range(-10000.0, 10000.0).description(""))
+            ->option_text("L");
+    command
+        .add_option("--tool-length", options.tool_length_signal, "Signal with the tool length, mm")
+        ->excludes(length)
+        ->option_text("SIGNAL");
+    command.add_option("--positions", arguments.positions, "Signals of the axes (X,Y,Z)")
+        ->expected(3)
+        ->delimiter(',')
+        ->option_text("X,Y,Z");
+}
+
+void add_fit_options(CLI::App &command, fit_options &fit) {
+    const std::map<std::string, fit_method> methods = {{"bspline", fit_method::bspline},
+                                                       {"bspline-lmc", fit_method::bspline_lmc},
+                                                       {"polynomial", fit_method::polynomial},
+                                                       {"polyline", fit_method::polyline}};
+    command
+        .add_option("--method", fit.method,
+                    "As in fit: bspline (default), bspline-lmc, polynomial, polyline")
+        ->transform(CLI::Transformer(methods).description(""))
+        ->option_text("METHOD");
+    command
+        .add_option("--tolerance-um", fit.tolerance_um,
+                    "As in fit, for all curves (urad for angles)")
+        ->check(CLI::PositiveNumber.description(""))
+        ->option_text("E");
+}
+
+}  // namespace
+
+void add_volumetric(CLI::App &app) {
+    auto arguments = std::make_shared<volumetric_arguments>();
+    CLI::App *command = app.add_subcommand("volumetric", "Identified curves to a volumetric term");
+    command->footer(example);
+    command->add_option("folders", arguments->folders, "Folders of identify, DIR…")->required();
+    command
+        ->add_option("--chain", arguments->options.chain, "Kinematic chain, such as fXYZ or YfXZ")
+        ->required()
+        ->option_text("CHAIN");
+    add_geometry(*command, *arguments);
+    add_fit_options(*command, arguments->options.fit);
+    command->add_option("--name", arguments->options.name, "Name of the term")->required();
+    command->add_flag("--json", arguments->as_json, "Print the findings as JSON");
+    command->add_option("-o,--output", arguments->output, "Term to write, TERM.json")->required();
+    command->callback([arguments] { run_volumetric(*arguments); });
+}
+
+}  // namespace compbox

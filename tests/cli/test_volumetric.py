@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: MIT
+"""compbox volumetric: from the folders of identify to the box's compensation, against full
+homogeneous matrices (tests/oracle/volumetric.py, exact rational arithmetic), which knows no levers."""
+
+import json
+import random
+import sys
+from fractions import Fraction
+
+import numpy
+import pytest
+
+from conftest import ROOT
+
+sys.path.insert(0, str(ROOT / "tests/oracle"))
+from volumetric import Machine  # noqa: E402
+
+KINDS = "XYZABC"
+TRAVEL = {"X": 1000.0, "Y": 800.0, "Z": 600.0}
+REFERENCE = {"X": [100, -50, 300], "Y": [-200, 40, 150], "Z": [10, 20, -400]}
+SQUARENESS = {"C0Y": 12.5, "B0Z": -4.0, "A0Z": 7.25}
+TOOL_OFFSET = [30.0, -10.0, 250.0]
+
+
+def curve(dice, unit, count=21, smooth=False):
+    """Values at equidistant positions; float32 numbers, so that the file holds them exactly."""
+    size = 40 if unit == "um" else 25
+    if smooth:
+        a, b, phase = dice.uniform(-size, size), dice.uniform(-size, size), dice.uniform(0, 6)
+        u = numpy.linspace(0, 1, count)
+        return a * numpy.sin(4 * u + phase) + b * u**2
+    return numpy.float32([dice.uniform(-size, size) for _ in range(count)]).astype(float)
+
+
+def write_axis(compbox, axis, curves, count=21, noise=0.0, dice=None):
+    folder = compbox.folder / axis
+    folder.mkdir()
+    positions = numpy.linspace(0, TRAVEL[axis], count)
+    for k, kind in enumerate(KINDS):
+        unit = "um" if k < 3 else "urad"
+        rows = [f"position_mm,error_{unit},sigma_{unit}"]
+        for p, e in zip(positions, curves[axis][k]):
+            e += dice.gauss(0, noise) if noise else 0
+            rows.append(f"{float(p)!r},{float(e)!r},{noise or 0.1}")
+        (folder / f"E{kind}{axis}.csv").write_text("\n".join(rows) + "\n")
+    return positions
+
+
+def machine_file(compbox):
+    compbox.good("init", "--axes", "XYZ", "--profile", "generic", "--travel",
+                 "X=1000,Y=800,Z=600", "-o", "machine.json")
+
+
+def geometry(chain):
+    return ["--chain", chain, "--squareness", "C0Y=12.5,B0Z=-4", "--squareness", "A0Z=7.25",
+            "--tool-offset-mm=30,-10,250",
+            *[f"--reference-point={axis}=" + ",".join(map(str, REFERENCE[axis])) for axis in "XYZ"]]
+
+
+def matrices(chain, curves, positions, place, tool_mm):
+    """E at a place by full homogeneous matrices, and what small angles may miss there."""
+    levers = [[Fraction(t) - Fraction(r) for t, r in zip(TOOL_OFFSET, REFERENCE[axis])]
+              for axis in "XYZ"]
+    oracle = Machine(chain, levers, [Fraction(0), Fraction(0), Fraction(-1)],
+                     [Fraction(SQUARENESS[n]) for n in ("C0Y", "B0Z", "A0Z")])
+    errors = [[Fraction(float(numpy.interp(place[a], positions[axis], c)))
+               for c in curves[axis]] for a, axis in enumerate("XYZ")]
+    at = [Fraction(float(p)) for p in place]
+    e = oracle.deviation_um(at, Fraction(tool_mm), errors)
+    return [float(x) for x in e], float(oracle.neglected_bound(at, Fraction(tool_mm), errors))
+
+
+def evaluate(compbox, places, more=""):
+    names = "time_s,X,Y,Z" + (",L" if more else "")
+    rows = [names] + [",".join(map(repr, [10.0 * i, *map(float, p)])) + more
+                      for i, p in enumerate(places)]
+    compbox.write("s.csv", "\n".join(rows) + "\n")
+    compbox.good("eval", "c.json", "--inputs", "s.csv", "--raw", "-o", "out.csv")
+    table = compbox.table("out.csv")
+    return numpy.array([[table[f"vol_{d}"][i] for d in "xyz"] +
+                        [table[f"comp_{d}_um"][i] for d in "XYZ"] for i in range(len(places))])
+
+
+@pytest.mark.parametrize("chain", ["fXYZ", "YfXZ", "XYfZ", "ZYXf"])
+def test_agrees_with_full_matrices(compbox, chain):
+    dice = random.Random(chain)
+    curves = {axis: [curve(dice, "um" if k < 3 else "urad") for k in range(6)] for axis in "XYZ"}
+    positions = {axis: write_axis(compbox, axis, curves) for axis in "XYZ"}
+    machine_file(compbox)
+    out = compbox.good("volumetric", "X", "Y", "Z", *geometry(chain), "--tool-length-mm", 175,
+                       "--method", "polyline", "--name", "vol", "-o", "vol.json")
+    assert "not measured" not in out
+    assert "channel X = -(vol_x)" in compbox.good("build", "machine.json", "vol.json", "-o", "c.json")
+    places = [[dice.uniform(0, TRAVEL[axis]) for axis in "XYZ"] for _ in range(40)]
+    places += [[0, 0, 0], [1000, 800, 600]]
+    got = evaluate(compbox, places)
+    for place, row in zip(places, got):
+        want, bound = matrices(chain, curves, positions, place, 175)
+        assert row[:3] == pytest.approx(want, abs=bound + 1e-3)
+        assert row[3:] == pytest.approx(-row[:3], abs=1e-4)
+        assert bound < 0.2 < max(map(abs, want))  # the bound would not hide a wrong lever
+
+
+def test_smooth_curves_with_noise_and_the_default_method(compbox):
+    dice = random.Random(3)
+    count, noise = 41, 0.2
+    curves = {axis: [curve(dice, "um" if k < 3 else "urad", count, smooth=True) for k in range(6)]
+              for axis in "XYZ"}
+    positions = {axis: write_axis(compbox, axis, curves, count, noise, dice) for axis in "XYZ"}
+    machine_file(compbox)
+    compbox.good("volumetric", "X", "Y", "Z", *geometry("fXYZ"), "--tool-length-mm", 100, "--name",
+                 "vol", "-o", "vol.json")
+    compbox.good("build", "machine.json", "vol.json", "-o", "c.json")
+    places = [[dice.uniform(0, TRAVEL[axis]) for axis in "XYZ"] for _ in range(40)]
+    got = evaluate(compbox, places)
+    worst = max(max(abs(numpy.array(matrices("fXYZ", curves, positions, p, 100)[0]) - row[:3]))
+                for p, row in zip(places, got))
+    # 18 curves of 0.2 um (urad) noise, halved by the fit, on levers up to 1.4 m
+    assert worst < 1.0
+
+
+def test_the_tool_length_may_be_a_signal(compbox):
+    dice = random.Random(9)
+    curves = {axis: [curve(dice, "um" if k < 3 else "urad") for k in range(6)] for axis in "XYZ"}
+    positions = {axis: write_axis(compbox, axis, curves) for axis in "XYZ"}
+    machine_file(compbox)
+    machine = compbox.read("machine.json")
+    machine["signals"].append({"name": "L", "unit": "mm", "plc": 14, "min": 0, "max": 500})
+    compbox.write("machine.json", machine)
+    compbox.good("volumetric", "X", "Y", "Z", *geometry("fXYZ"), "--tool-length", "L", "--method",
+                 "polyline", "--name", "vol", "-o", "vol.json")
+    compbox.good("build", "machine.json", "vol.json", "-o", "c.json")
+    place = [321.0, 456.0, 123.0]
+    want, bound = matrices("fXYZ", curves, positions, place, 240)
+    assert evaluate(compbox, [place], ",240")[0][:3] == pytest.approx(want, abs=bound + 1e-3)
+
+
+def test_what_is_missing_is_zero_and_said(compbox):
+    dice = random.Random(1)
+    curves = {axis: [curve(dice, "um") for _ in range(6)] for axis in "XYZ"}
+    write_axis(compbox, "X", curves)
+    (compbox.folder / "X/EAX.csv").unlink()
+    out = compbox.good("volumetric", "X", "--chain", "fXYZ", "--name", "vol", "-o", "vol.json")
+    assert "not measured, zero: EAX, EXY, EYY, EZY, EAY, EBY, ECY, EXZ, EYZ, EZZ, EAZ, EBZ, ECZ" in out
+    assert "squareness C0Y, B0Z, A0Z not given: zero" in out
+    term = compbox.read("vol.json")["terms"][-1]
+    assert term["errors"] == ["EXX", "EYX", "EZX", "EBX", "ECX"]
+    assert term["squareness_urad"] == {"C0Y": 0.0, "B0Z": 0.0, "A0Z": 0.0}
+
+
+def test_a_slope_and_its_squareness_count_twice_and_that_is_said(compbox):
+    folder = compbox.folder / "Y"
+    folder.mkdir()
+    rows = "".join(f"{y},{0.02 * y}\n" for y in range(0, 801, 100))
+    (folder / "EXY.csv").write_text("position_mm,error_um\n" + rows)
+    out = compbox.good("volumetric", "Y", "--chain", "fXYZ", "--squareness", "C0Y=3", "--name",
+                       "vol", "-o", "vol.json")
+    assert "C0Y is given, but the curve EXY keeps a slope of 20.0 urad" in out
+
+
+def test_json_and_the_reference_point_of_identify(compbox):
+    dice = random.Random(1)
+    curves = {axis: [curve(dice, "um") for _ in range(6)] for axis in "XYZ"}
+    write_axis(compbox, "Y", curves)
+    compbox.write("Y/report.json", {"axis": "Y", "reference_point_mm": [1, 2, 3]})
+    found = json.loads(compbox.good("volumetric", "Y", "--chain", "fXYZ", "--name", "vol", "--json",
+                                    "-o", "vol.json"))
+    assert found["reference_points_mm"] == {"X": [0, 0, 0], "Y": [1, 2, 3], "Z": [0, 0, 0]}
+    assert compbox.read("vol.json")["terms"][-1]["reference_points_mm"]["Y"] == [1, 2, 3]
+
+
+def test_bad_folders(compbox):
+    call = ("--chain", "fXYZ", "--name", "vol", "-o", "vol.json")
+    assert compbox.refused("volumetric", "X", *call) == "X: is not a folder"
+    (compbox.folder / "X").mkdir()
+    assert compbox.refused("volumetric", "X", *call).startswith("X: holds none of EXX.csv")
+    (compbox.folder / "X/EXX.csv").write_text("position_mm,error_urad\n0,1\n1,2\n2,3\n3,4\n4,5\n")
+    assert compbox.refused("volumetric", "X", *call) == (
+        "X/EXX.csv: EXX is a displacement: its column must be error_um")
+    (compbox.folder / "X/EXX.csv").write_text("position_mm,error_um\n0,1\n1,2\n2,x\n")
+    assert compbox.refused("volumetric", "X", *call) == "X/EXX.csv:4:3: 'x' is not a finite number"
+    (compbox.folder / "X/EXX.csv").write_text("position_mm,error_um\n0,1\n1,2\n2,3\n3,4\n4,5\n")
+    assert compbox.refused("volumetric", "X", "X", *call).startswith(
+        "X/EXX.csv: EXX is already in X/EXX.csv")
+    compbox.write("X/report.json", {"axis": "Q", "reference_point_mm": [1, 2, 3]})
+    assert compbox.refused("volumetric", "X", *call).startswith("X/report.json: axis must be")
+
+
+@pytest.mark.parametrize("wrong", [
+    ["--chain", "XYZ"], ["--chain", "fXXZ"], ["--chain", "fXYZ", "--squareness", "C0X=1"],
+    ["--chain", "fXYZ", "--squareness", "C0Y"], ["--chain", "fXYZ", "--squareness", "C0Y=nan"],
+    ["--chain", "fXYZ", "--squareness", "C0Y=1,2"], ["--chain", "fXYZ", "--squareness", "C0Y=1,"],
+    ["--chain", "fXYZ", "--squareness", "C0Y=1,C0Y=2"],
+    ["--chain", "fXYZ", "--reference-point", "X=1,2"],
+    ["--chain", "fXYZ", "--tool-direction=0,0,2"],
+    ["--chain", "fXYZ", "--tool-length-mm", "3", "--tool-length", "L"], []])
+def test_wrong_usage(compbox, wrong):
+    (compbox.folder / "X").mkdir()
+    assert compbox("volumetric", "X", *wrong, "--name", "v", "-o", "v.json").returncode == 2
+
+
+def test_help(compbox):
+    assert "compbox volumetric " in compbox.good("volumetric", "--help").split("Example:")[1]
