@@ -1,2 +1,0 @@
-// SPDX-License-Identifier: MIT
-// Nothing of its own: the targets that precompile headers for others need one source.
