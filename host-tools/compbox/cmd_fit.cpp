@@ -23,7 +23,10 @@ constexpr const char *example =
     "  compbox fit EZX.csv --name EZX --signal X --plot EZX.svg -o EZX.term.json\n"
     "reads position_mm,error_um (or error_urad) with optional columns run, direction and sigma,\n"
     "finds the curve that the readings tell from their noise, and writes it as a term for "
-    "`compbox build`.";
+    "`compbox build`.\n"
+    "With --tolerance-um every residual is brought inside it, noise or not. Where no curve reaches "
+    "it\nthe closest one is written, a warning says so, the provenance has \"converged\": false, "
+    "and the\nexit code is 0 all the same.";
 
 void run_fit(const fit_arguments &arguments) {
     const fit_result result = fit_curve(read_measurement(arguments.data), arguments.options);
@@ -69,8 +72,10 @@ void add_fit(CLI::App &app) {
     fit->add_option("--degree", options.degree, "Degree (B-spline 3, polynomial 7)")
         ->check(CLI::Range(1, 15).description(""))
         ->option_text("N");
-    fit->add_option("--tolerance-um", options.tolerance_um,
-                    "Largest residual wanted, um (urad for angles); without it the noise decides")
+    fit->add_option(
+           "--tolerance-um", options.tolerance_um,
+           "Largest residual allowed at a measured position, um (urad for angles); without "
+           "it the noise decides")
         ->check(CLI::PositiveNumber.description(""))
         ->option_text("E");
     const std::map<std::string, reference_line> lines = {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "firmware/limits.h"
 #include "host-tools/fitting/methods.h"
@@ -79,6 +80,19 @@ void summarize(fit_result &result) {
     sum.range = *high - *low;
 }
 
+// A baseline does not look at the tolerance while it is fitted; it is judged by it all the same.
+void judge_baseline(fit_result &result) {
+    const double tolerance = result.options.tolerance_um, worst = std::abs(result.summary.worst);
+    const bool baseline = result.options.method == fit_method::polynomial ||
+                          result.options.method == fit_method::polyline;
+    if (!baseline || tolerance <= 0.0 || worst <= tolerance) return;
+    result.converged = false;
+    result.warnings.push_back(
+        std::string("did not converge: this ") + name_of(result.options.method) +
+        " leaves a residual of " + text_of(worst, 3) + " " + result.data.unit +
+        ", more than the tolerance of " + shortest(tolerance) + " " + result.data.unit);
+}
+
 // A reading that the others do not believe is worth a sentence: no fit can mend it.
 void warn_of_outliers(fit_result &result) {
     const smooth_curve &best = result.best;
@@ -101,6 +115,12 @@ void warn_of_outliers(fit_result &result) {
 
 double to_float(double value) {
     return static_cast<double>(static_cast<float>(value));
+}
+
+std::string text_of(double value, int digits) {
+    char text[64];
+    std::snprintf(text, sizeof text, "%.*g", digits, value);
+    return text;
 }
 
 double fitted_curve::value(double x) const {
@@ -169,6 +189,7 @@ fit_result fit_curve(const measurement &data, const fit_options &options) {
             break;
     }
     summarize(result);
+    judge_baseline(result);
     warn_of_outliers(result);
     return result;
 }

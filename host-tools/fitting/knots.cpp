@@ -18,34 +18,61 @@ struct score {
     double merit = std::numeric_limits<double>::infinity();  // sum of (residual / tolerance)^8
 };
 
-// Where the curve may pass half-way between two points: between the straight line and the cubic
-// through four points there, widened by their tolerances.
+// Where the curve should pass half-way between two points: between the straight line and the cubic
+// through four points there, widened by their tolerances and by half of what tells the two apart
+// nearby, since readings that turn much from point to point do not say their course more closely.
 struct gate {
-    double x, low, high;
+    double x, centre, half_width;
 };
+
+// The cubic through the (up to) four points around x[i] … x[i+1], at `middle`.
+double cubic_at(const weighted_points &points, long i, double middle) {
+    const auto &x = points.x, &y = points.y;
+    const auto n = static_cast<long>(x.size());
+    const long first = std::clamp(i - 1, 0L, std::max(n - 4, 0L));
+    const long last = std::min(first + 4, n);
+    double cubic = 0.0;
+    for (long a = first; a < last; ++a) {
+        const auto p = static_cast<std::size_t>(a);
+        double share = 1.0;
+        for (long b = first; b < last; ++b) {
+            const auto q = static_cast<std::size_t>(b);
+            if (a != b) share *= (middle - x[q]) / (x[p] - x[q]);
+        }
+        cubic += share * y[p];
+    }
+    return cubic;
+}
 
 std::vector<gate> gates_of(const knot_task &task) {
     const auto &x = task.points.x, &y = task.points.y;
-    const auto n = static_cast<long>(x.size());
-    std::vector<gate> gates;
-    for (long i = 0; i + 1 < n; ++i) {
-        const auto u = static_cast<std::size_t>(i);
-        const double middle = 0.5 * (x[u] + x[u + 1]), chord = 0.5 * (y[u] + y[u + 1]);
-        const long first = std::clamp(i - 1, 0L, std::max(n - 4, 0L));
-        const long last = std::min(first + 4, n);
-        double cubic = 0.0;
-        for (long a = first; a < last; ++a) {
-            double share = 1.0;
-            for (long b = first; b < last; ++b) {
-                const auto p = static_cast<std::size_t>(a), q = static_cast<std::size_t>(b);
-                if (a != b) share *= (middle - x[q]) / (x[p] - x[q]);
-            }
-            cubic += share * y[static_cast<std::size_t>(a)];
-        }
-        const double wide = 1.5 * std::max(task.tolerance[u], task.tolerance[u + 1]);
-        gates.push_back({middle, std::min(chord, cubic) - wide, std::max(chord, cubic) + wide});
+    const std::size_t count = x.size() - 1;
+    std::vector<gate> gates(count);
+    std::vector<double> apart(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        const double middle = 0.5 * (x[i] + x[i + 1]), chord = 0.5 * (y[i] + y[i + 1]);
+        const double cubic = cubic_at(task.points, static_cast<long>(i), middle);
+        gates[i] = {middle, 0.5 * (chord + cubic), 0.5 * std::abs(chord - cubic)};
+        apart[i] = std::abs(chord - cubic);
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+        const double before = apart[i > 0 ? i - 1 : i], after = apart[i + 1 < count ? i + 1 : i];
+        gates[i].half_width += 1.5 * std::max(task.tolerance[i], task.tolerance[i + 1]) +
+                               0.5 * std::max({before, apart[i], after});
     }
     return gates;
+}
+
+// Inner knots with which a spline can go through every point: at points for an odd degree, between
+// them for an even one, none beside the ends.
+knots interpolating_knots(const std::vector<double> &x, int degree) {
+    const auto first = static_cast<std::size_t>((degree + 1) / 2);
+    const std::size_t count = x.size() - static_cast<std::size_t>(degree) - 1;
+    knots inner;
+    for (std::size_t j = first; j < first + count; ++j) {
+        inner.push_back(degree % 2 ? x[j] : 0.5 * (x[j - 1] + x[j]));
+    }
+    return inner;
 }
 
 class search {
@@ -64,9 +91,10 @@ class search {
 
   private:
     score fit(const knots &inner);
-    bool between_is_calm() const;
-    bool accepted(const score &now) const { return now.worst <= 1.0 && between_is_calm(); }
+    double swing() const;
+    bool accepted(const score &now) const { return now.worst <= 1.0 && swing() <= swing_allowed_; }
     bool grow(knots &inner);
+    bool start(knots &inner);
     bool add_where_outside(knots &inner);
     void prune(knots &inner);
     std::vector<std::size_t> least_needed_first(const knots &inner);
@@ -80,6 +108,7 @@ class search {
     std::vector<gate> gates_;
     std::vector<double> inverse_;  // 1 / tolerance
     spline curve_;                 // of the last fit
+    double swing_allowed_ = 0.0;   // more where no calmer curve was found to start from
     int fits_ = 0;
 };
 
@@ -103,12 +132,13 @@ score search::fit(const knots &inner) {
     return result;
 }
 
-bool search::between_is_calm() const {
+double search::swing() const {
+    double largest = 0.0;
     for (const gate &g : gates_) {
-        const double value = value_at(curve_, g.x);
-        if (value < g.low || value > g.high) return false;
+        const double off = std::abs(value_at(curve_, g.x) - g.centre);
+        largest = std::max(largest, off - g.half_width);
     }
-    return true;
+    return largest;
 }
 
 bool search::has_points(double low, double high) const {
@@ -213,7 +243,7 @@ bool search::mend(knots &inner, std::size_t near, score now) {
                 const double high = j + 1 == inner.size() ? to_ : inner[j + 1];
                 inner[j] += way * part * (way > 0 ? high - held : held - low);
                 const score moved = fit(inner);
-                if (moved.worst <= 1.0 && between_is_calm()) return true;
+                if (accepted(moved)) return true;
                 if (moved.merit < now.merit) {
                     now = moved;
                     better = true;
@@ -253,15 +283,34 @@ void search::prune(knots &inner) {
     }
 }
 
+// A curve to take knots away from; false when none is inside. The one through every point is
+// tried too where the grown one swings.
+bool search::start(knots &inner) {
+    const bool grown = grow(inner);
+    fit(inner);
+    double calmest = swing();
+    if (grown && calmest <= 0.0) return true;
+    if (task_.points.x.size() > static_cast<std::size_t>(task_.max_coefficients)) return grown;
+    const knots through = interpolating_knots(task_.points.x, task_.degree);
+    const bool reaches = fit(through).worst <= 1.0;
+    if (reaches && (!grown || swing() < calmest)) {
+        calmest = swing();
+        inner = through;
+    }
+    swing_allowed_ = calmest;
+    return grown || reaches;
+}
+
 knot_result search::run() {
     knots inner;
-    const bool reached = grow(inner);
+    const bool reached = start(inner);
     if (reached) prune(inner);
     knot_result result;
     const score now = fit(inner);
     result.curve = curve_;
     result.worst = now.worst;
     result.inside = reached;
+    result.swing = swing();
     result.fits = fits_;
     return result;
 }

@@ -23,4 +23,7 @@ bool round_to_float(spline &curve, const weighted_points &points);
 
 double to_float(double value);
 
+// A number for a sentence, with so many digits that count.
+std::string text_of(double value, int digits);
+
 }  // namespace compbox

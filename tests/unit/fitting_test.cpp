@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // compbox fit: the readings, the mathematics behind the curve, and every refusal.
-#include "host-tools/fitting/fit.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
+
+#include "host-tools/fitting/fit.h"
 
 namespace compbox {
 namespace {
@@ -32,7 +32,9 @@ measurement measure(const Function &truth, int n, double length, double noise, i
     return data;
 }
 
-double wave(double x) { return 40.0 * std::sin(x / 500.0) + 8.0 * std::cos(x / 170.0); }
+double wave(double x) {
+    return 40.0 * std::sin(x / 500.0) + 8.0 * std::cos(x / 170.0);
+}
 
 TEST(Fit, StaysNearTheTruthBetweenThePoints) {
     const measurement data = measure(wave, 61, 4000.0, 0.4, 3);
