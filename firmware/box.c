@@ -3,16 +3,18 @@
 
 #include <string.h>
 
-#include "firmware/crc32.h"
+#include "firmware/memory_check.h"
 #include "models/num.h"
 
-enum { CRC_SLICE = 64 };
+enum { CHECK_WORDS = sizeof(struct cb_config) / 4, SLICE_WORDS = 16 };
+_Static_assert(CHECK_WORDS * 4 == sizeof(struct cb_config), "checked as whole words");
 
 /* What one step hands from stage to stage. */
 struct step {
     uint32_t elapsed_us; /* since the step before; 0 when time went backward */
     bool jumped;         /* time went backward or too far */
     bool read;           /* this cycle's reading is good */
+    bool essentials_ok;  /* every essential signal is fresh */
     struct cb_terms_verdict terms;
     bool placed; /* the outputs were put where the PLC is: no movement in this step */
     struct cb_demand demand;
@@ -27,7 +29,7 @@ static void clear(struct cb_box *box) {
 
 void cb_box_start(struct cb_box *box) {
     clear(box);
-    box->config_crc = cb_crc32(0, &box->config, sizeof box->config);
+    box->config_sum = cb_memory_check(0, &box->config, CHECK_WORDS);
 }
 
 /* Time since the last step; what it means when the clock cannot be trusted. */
@@ -109,7 +111,7 @@ static void acquire(struct cb_box *box, const struct cb_inputs *in, struct step 
     cb_plc_age(&box->config, &box->plc, &box->counters, box->now_us);
     if (step->read) find_plc(box, in, step);
     cb_signals_accept(&box->config, box->signals, &box->counters, in, step->read, box->now_us);
-    cb_signals_age(&box->config, box->signals, &box->counters, box->now_us);
+    step->essentials_ok = cb_signals_age(&box->config, box->signals, &box->counters, box->now_us);
 }
 
 static void compute(struct cb_box *box, struct step *step) {
@@ -133,7 +135,7 @@ static struct cb_mode_events see(const struct cb_box *box, const struct cb_input
     const struct cb_mode_events events = {
         .plc_ok = cb_plc_readable(config, &box->plc, box->now_us),
         .heartbeat_ok = box->plc.alive,
-        .essentials_ok = cb_signals_essentials_fresh(config, box->signals),
+        .essentials_ok = step->essentials_ok,
         .clock_ok = !step->jumped,
         .enable = (control & CB_CONTROL_ENABLE) != 0,
         .referenced = (control & config->plc.referenced_mask) == config->plc.referenced_mask,
@@ -193,7 +195,7 @@ static void move(struct cb_box *box, const struct step *step) {
 /* Fills the whole write block and *out from the state of the box. */
 static void emit(struct cb_box *box, struct cb_outputs *out) {
     const struct cb_plc_config *plc = &box->config.plc;
-    memset(out, 0, sizeof *out);
+    memset(out->registers, 0, plc->write.count * sizeof out->registers[0]);
     cb_channels_encode(&box->config, box->channels, out->registers);
     out->registers[plc->status] = (uint16_t)(box->mode.mode | box->mode.reason << 8);
     out->registers[plc->box_heartbeat] = ++box->box_heartbeat;
@@ -210,16 +212,16 @@ static void emit(struct cb_box *box, struct cb_outputs *out) {
     box->zero_written = box->zero_written && cb_channels_all_zero(&box->config, box->channels);
 }
 
-/* One slice of the CRC over the configuration; judged at its end. */
+/* One slice of the sum over the configuration; judged at its end. */
 static void check_config(struct cb_box *box) {
-    const uint32_t rest = (uint32_t)sizeof box->config - box->crc_offset;
-    const uint32_t length = rest < CRC_SLICE ? rest : CRC_SLICE;
-    const char *bytes = (const char *)&box->config + box->crc_offset;
-    box->crc_so_far = cb_crc32(box->crc_so_far, bytes, length);
-    box->crc_offset += length;
-    if (box->crc_offset < sizeof box->config) return;
-    box->config_corrupt = box->crc_so_far != box->config_crc;
-    box->crc_so_far = box->crc_offset = 0;
+    const uint32_t rest = CHECK_WORDS - box->words_checked;
+    const uint32_t words = rest < SLICE_WORDS ? rest : SLICE_WORDS;
+    const char *from = (const char *)&box->config + 4 * box->words_checked;
+    box->sum_so_far = cb_memory_check(box->sum_so_far, from, words);
+    box->words_checked += words;
+    if (box->words_checked < CHECK_WORDS) return;
+    box->config_corrupt = box->sum_so_far != box->config_sum;
+    box->sum_so_far = box->words_checked = 0;
 }
 
 void cb_box_step(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,

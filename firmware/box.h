@@ -32,7 +32,7 @@ enum {
     CB_OVERRUN_FORGIVES = 32 /* ticks, -1 for so many cycles in time */
 };
 
-/* The configuration must not be written to while the box runs: a CRC over its memory, padding
+/* The configuration must not be written to while the box runs: a sum over its memory, padding
  * included, is checked 64 bytes a step. A copy of a box is started anew. */
 struct cb_box {
     struct cb_config config;
@@ -43,32 +43,34 @@ struct cb_box {
     struct cb_term_state terms[CB_MAX_TERMS];
     float outputs[CB_MAX_OUTPUTS]; /* term outputs of the last step, µm or µrad */
     struct cb_channel_state channels[CB_MAX_CHANNELS];
-    int64_t now_us;                  /* of the last step */
-    uint32_t config_crc;             /* of config, at start */
-    uint32_t crc_so_far, crc_offset; /* running check, a slice each step */
-    uint16_t box_heartbeat;          /* of the last step */
-    uint16_t block_counter;          /* of the write block's first and last register */
-    uint8_t overrun_score;           /* leaky count of cycles with missed ticks */
-    uint8_t good_cycles;             /* … and of cycles in time towards forgiving one */
-    uint8_t sent_mode;               /* enum cb_mode in the last registers handed to a write */
-    bool started;                    /* a step was made */
-    bool writing;                    /* the last outputs were for writing */
-    bool wrote;                      /* … and ever any were */
-    bool zero_written;               /* the PLC confirmed outputs that are all zero, no others
-                                        were handed to a write since; or none ever were */
-    bool stop_confirmed;             /* the PLC confirmed status STOPPED */
-    bool config_corrupt;             /* the last whole check of the CRC failed */
+    int64_t now_us;         /* of the last step */
+    uint32_t config_sum;    /* cb_memory_check() of config, at start */
+    uint32_t sum_so_far;    /* running check, a slice each step … */
+    uint32_t words_checked; /* … and how far it is */
+    uint16_t box_heartbeat; /* of the last step */
+    uint16_t block_counter; /* of the write block's first and last register */
+    uint8_t overrun_score;  /* leaky count of cycles with missed ticks */
+    uint8_t good_cycles;    /* … and of cycles in time towards forgiving one */
+    uint8_t sent_mode;      /* enum cb_mode in the last registers handed to a write */
+    bool started;           /* a step was made */
+    bool writing;           /* the last outputs were for writing */
+    bool wrote;             /* … and ever any were */
+    bool zero_written;      /* the PLC confirmed outputs that are all zero, no others
+                               were handed to a write since; or none ever were */
+    bool stop_confirmed;    /* the PLC confirmed status STOPPED */
+    bool config_corrupt;    /* the last whole check of the sum failed */
 };
 _Static_assert(offsetof(struct cb_box, config) == 0, "cb_box_start() clears all behind config");
 _Static_assert(sizeof(struct cb_box) < 64 * 1024, "the box with its configuration");
 
 /* in : box->config loaded
- * out: everything else as after power-on: STANDBY, outputs zero. Takes the CRC of the whole
+ * out: everything else as after power-on: STANDBY, outputs zero. Takes the check sum of the whole
  *      configuration. */
 void cb_box_start(struct cb_box *box);
 
 /* One cycle. now_us: any monotonic clock that counts suspend, the same for all times in *in.
- * Reads and writes only its arguments; bounded time; all of *out is set.
+ * Reads and writes only its arguments; bounded time. Of *out all is set but what lies behind the
+ * write block and the channels of the configuration.
  * Nothing may be written to the PLC where out->write is false. */
 void cb_box_step(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,
                  struct cb_outputs *out);

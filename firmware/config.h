@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * The coefficient file as the box holds it: plain data in fixed memory, made by config_load.h,
- * never changed afterwards (its CRC is checked while the box runs).
+ * never changed afterwards (its check sum is verified while the box runs).
  *
  * References are indices, coefficients are offsets into one pool, so that the whole may be copied
  * or placed anywhere. CB_NONE marks an absent index. */

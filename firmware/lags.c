@@ -27,11 +27,19 @@ static void follow(const struct cb_signal_config *lag, const struct cb_signal_st
     state->known = state->settled = true;
 }
 
-void cb_lags_follow(const struct cb_config *config, struct cb_signal_state *states) {
+bool cb_lags_follow(const struct cb_config *config, struct cb_signal_state *states,
+                    struct cb_counters *counters) {
+    bool essentials_fresh = true;
     for (unsigned i = 0; i < config->lags_count; ++i) {
         const unsigned index = config->lags[i];
         const struct cb_signal_config *lag = &config->signals[index];
         const struct cb_signal_state *signal = &states[lag->lag_of];
-        if (signal->known) follow(lag, signal, &states[index]);
+        struct cb_signal_state *state = &states[index];
+        if (signal->known) follow(lag, signal, state);
+        counters->signals_stale += state->fresh && !signal->fresh;
+        state->fresh = signal->fresh; /* it is as old as what it follows */
+        state->used = state->value;
+        essentials_fresh = essentials_fresh && (state->fresh || !lag->essential);
     }
+    return essentials_fresh;
 }

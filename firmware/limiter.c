@@ -73,8 +73,8 @@ static float reachable_limit_um(const struct cb_channel_config *channel, float u
     return exact ? channel->limit_um : channel->limit_um * (1.0f - 1.0f / FINEST_GRID);
 }
 
-float cb_limiter_nearest(const struct cb_channel_config *channel, float um) {
-    const float unit_um = cb_limiter_unit_um(channel);
+/* in : unit_um of the channel */
+static inline float nearest(const struct cb_channel_config *channel, float unit_um, float um) {
     const float most_um = reachable_limit_um(channel, unit_um);
     const float inside_um = um == um ? cb_clamp(um, -most_um, most_um) : 0.0f;
     if (!(unit_um > 0.0f)) return inside_um;
@@ -82,6 +82,10 @@ float cb_limiter_nearest(const struct cb_channel_config *channel, float um) {
     const float value_um = (float)units * unit_um;
     if (cb_abs(value_um) <= channel->limit_um) return value_um;
     return (float)(units > 0 ? units - 1 : units + 1) * unit_um;
+}
+
+float cb_limiter_nearest(const struct cb_channel_config *channel, float um) {
+    return nearest(channel, cb_limiter_unit_um(channel), um);
 }
 
 /* The largest value that the register can say within the limit. */
@@ -169,9 +173,9 @@ struct room {
     float low_um, high_um;
 };
 
-static struct room room_of(const struct cb_channel_config *channel,
+static struct room room_of(const struct cb_channel_config *channel, float unit_um,
                            const struct cb_channel_state *state, const struct cb_motion *motion) {
-    const float unit_um = cb_limiter_unit_um(channel);
+    const float top_um = nearest(channel, unit_um, FLT_MAX);
     const float allowed_um = channel->slew_um_per_s * motion->elapsed_s;
     /* below one unit, goal_um() is what keeps (A): it moves no further than allowed */
     const float step_um = allowed_um < unit_um ? 2.0f * unit_um : allowed_um;
@@ -182,8 +186,8 @@ static struct room room_of(const struct cb_channel_config *channel,
         room.low_um = cb_max(room.low_um, state->possible_max_um - reach_um);
         room.high_um = cb_min(room.high_um, state->possible_min_um + reach_um);
     }
-    room.low_um = cb_min(cb_max(room.low_um, -top_um(channel)), last_um);
-    room.high_um = cb_max(cb_min(room.high_um, top_um(channel)), last_um);
+    room.low_um = cb_min(cb_max(room.low_um, -top_um), last_um);
+    room.high_um = cb_max(cb_min(room.high_um, top_um), last_um);
     return room;
 }
 
@@ -198,18 +202,19 @@ static float goal_um(const struct cb_channel_config *channel, const struct cb_ch
 }
 
 /* The next output of a channel by itself, on the grid. */
-static float next_um(const struct cb_channel_config *channel, const struct cb_channel_state *state,
-                     float goal, const struct cb_motion *motion) {
-    const struct room room = room_of(channel, state, motion);
+static float next_um(const struct cb_channel_config *channel, float unit_um,
+                     const struct cb_channel_state *state, float goal,
+                     const struct cb_motion *motion) {
+    const struct room room = room_of(channel, unit_um, state, motion);
     const float inside_um = cb_clamp(goal, room.low_um, room.high_um);
-    return grid_before(cb_limiter_unit_um(channel), inside_um, state->output_um);
+    return grid_before(unit_um, inside_um, state->output_um);
 }
 
 /* What is left of the way to the goal when it is less than a unit; an output that was held back
  * starts afresh. */
-static float carry_um(const struct cb_channel_config *channel, float goal, float output_um) {
+static float carry_um(float unit_um, float goal, float output_um) {
     const float rest_um = goal - output_um;
-    return cb_abs(rest_um) < cb_limiter_unit_um(channel) ? rest_um : 0.0f;
+    return cb_abs(rest_um) < unit_um ? rest_um : 0.0f;
 }
 
 /* Rule (3), when the upper channel of a pair is more than `most` above the lower one: the one that
@@ -253,17 +258,20 @@ void cb_limiter_step(const struct cb_config *config, struct cb_channel_state *ch
                      struct cb_counters *counters, const float *target_um,
                      const struct cb_motion *motion) {
     float target[CB_MAX_CHANNELS], goal[CB_MAX_CHANNELS], output[CB_MAX_CHANNELS];
-    for (unsigned i = 0; i < config->channels_count; ++i)
-        target[i] = cb_limiter_nearest(&config->channels[i], target_um[i]);
+    float unit[CB_MAX_CHANNELS];
+    for (unsigned i = 0; i < config->channels_count; ++i) {
+        unit[i] = cb_limiter_unit_um(&config->channels[i]);
+        target[i] = nearest(&config->channels[i], unit[i], target_um[i]);
+    }
     join_targets(config, counters, target);
     for (unsigned i = 0; i < config->channels_count; ++i) {
         goal[i] = goal_um(&config->channels[i], &channels[i], target[i], motion);
-        output[i] = next_um(&config->channels[i], &channels[i], goal[i], motion);
+        output[i] = next_um(&config->channels[i], unit[i], &channels[i], goal[i], motion);
     }
     join_outputs(config, channels, output);
     for (unsigned i = 0; i < config->channels_count; ++i) {
         channels[i].output_um = output[i];
-        channels[i].carry_um = carry_um(&config->channels[i], goal[i], output[i]);
+        channels[i].carry_um = carry_um(unit[i], goal[i], output[i]);
         if (motion->writing) channels[i].sent_um = output[i];
         counters->outputs_slewed += output[i] != target[i];
     }

@@ -17,36 +17,23 @@ struct layout {
 };
 
 static struct layout layout_of(enum cb_number_type type) {
-    static const struct layout none = {KIND_UINT16, ORDER_ABCD};
-    switch (type) {
-        case CB_NUMBER_UINT16:
-            return (struct layout){KIND_UINT16, ORDER_ABCD};
-        case CB_NUMBER_INT16:
-            return (struct layout){KIND_INT16, ORDER_ABCD};
-        case CB_NUMBER_UINT32:
-            return (struct layout){KIND_UINT32, ORDER_ABCD};
-        case CB_NUMBER_INT32:
-            return (struct layout){KIND_INT32, ORDER_ABCD};
-        case CB_NUMBER_FLOAT32:
-            return (struct layout){KIND_FLOAT32, ORDER_ABCD};
-        case CB_NUMBER_UINT32_CDAB:
-            return (struct layout){KIND_UINT32, ORDER_CDAB};
-        case CB_NUMBER_INT32_CDAB:
-            return (struct layout){KIND_INT32, ORDER_CDAB};
-        case CB_NUMBER_FLOAT32_CDAB:
-            return (struct layout){KIND_FLOAT32, ORDER_CDAB};
-        case CB_NUMBER_UINT16_LE:
-            return (struct layout){KIND_UINT16, ORDER_DCBA};
-        case CB_NUMBER_INT16_LE:
-            return (struct layout){KIND_INT16, ORDER_DCBA};
-        case CB_NUMBER_UINT32_LE:
-            return (struct layout){KIND_UINT32, ORDER_DCBA};
-        case CB_NUMBER_INT32_LE:
-            return (struct layout){KIND_INT32, ORDER_DCBA};
-        case CB_NUMBER_FLOAT32_LE:
-            return (struct layout){KIND_FLOAT32, ORDER_DCBA};
-    }
-    return none;
+    static const struct layout layouts[] = {
+        [CB_NUMBER_UINT16] = {KIND_UINT16, ORDER_ABCD},
+        [CB_NUMBER_INT16] = {KIND_INT16, ORDER_ABCD},
+        [CB_NUMBER_UINT32] = {KIND_UINT32, ORDER_ABCD},
+        [CB_NUMBER_INT32] = {KIND_INT32, ORDER_ABCD},
+        [CB_NUMBER_FLOAT32] = {KIND_FLOAT32, ORDER_ABCD},
+        [CB_NUMBER_UINT32_CDAB] = {KIND_UINT32, ORDER_CDAB},
+        [CB_NUMBER_INT32_CDAB] = {KIND_INT32, ORDER_CDAB},
+        [CB_NUMBER_FLOAT32_CDAB] = {KIND_FLOAT32, ORDER_CDAB},
+        [CB_NUMBER_UINT16_LE] = {KIND_UINT16, ORDER_DCBA},
+        [CB_NUMBER_INT16_LE] = {KIND_INT16, ORDER_DCBA},
+        [CB_NUMBER_UINT32_LE] = {KIND_UINT32, ORDER_DCBA},
+        [CB_NUMBER_INT32_LE] = {KIND_INT32, ORDER_DCBA},
+        [CB_NUMBER_FLOAT32_LE] = {KIND_FLOAT32, ORDER_DCBA},
+    };
+    const unsigned known = sizeof layouts / sizeof layouts[0];
+    return layouts[(unsigned)type < known ? (unsigned)type : CB_NUMBER_UINT16];
 }
 
 static bool is_wide(enum kind kind) {
@@ -55,10 +42,6 @@ static bool is_wide(enum kind kind) {
 
 unsigned cb_number_registers(enum cb_number_type type) {
     return is_wide(layout_of(type).kind) ? 2 : 1;
-}
-
-bool cb_number_is_integer(enum cb_number_type type) {
-    return layout_of(type).kind != KIND_FLOAT32;
 }
 
 struct cb_range cb_number_range(enum cb_number_type type) {
@@ -115,8 +98,8 @@ static void scatter(struct layout layout, uint32_t bits, uint16_t *registers) {
 
 /* Two's complement without a cast whose result the standard leaves to the compiler. */
 static int32_t as_signed(uint32_t bits, uint32_t sign_bit) {
-    const int64_t wide = (int64_t)bits - (bits & sign_bit ? 2 * (int64_t)sign_bit : 0);
-    return (int32_t)wide;
+    if (!(bits & sign_bit)) return (int32_t)bits;
+    return (int32_t)(bits & (sign_bit - 1u)) - (int32_t)(sign_bit - 1u) - 1;
 }
 
 float cb_number_decode(enum cb_number_type type, const uint16_t *registers) {
@@ -136,12 +119,6 @@ float cb_number_decode(enum cb_number_type type, const uint16_t *registers) {
             break;
     }
     return number;
-}
-
-int32_t cb_round(float x) {
-    const int32_t whole = (int32_t)x;
-    const float rest = x - (float)whole; /* exact: |rest| < 1 */
-    return whole + (rest >= 0.5f ? 1 : 0) - (rest <= -0.5f ? 1 : 0);
 }
 
 bool cb_number_encode(enum cb_number_type type, float number, uint16_t *registers) {

@@ -19,7 +19,10 @@ struct cb_range {
 struct cb_range cb_number_range(enum cb_number_type type);
 
 /* true for every type but float32 in its three orders. */
-bool cb_number_is_integer(enum cb_number_type type);
+static inline bool cb_number_is_integer(enum cb_number_type type) {
+    return type != CB_NUMBER_FLOAT32 && type != CB_NUMBER_FLOAT32_CDAB &&
+           type != CB_NUMBER_FLOAT32_LE;
+}
 
 /* in : registers[cb_number_registers(type)] as they came over the wire
  * out: the number; integers beyond 2^24 rounded to the nearest float32; a float32 register gives
@@ -36,6 +39,10 @@ bool cb_number_encode(enum cb_number_type type, float number, uint16_t *register
 float cb_number_decode_bytes(enum cb_number_type type, const uint8_t *bytes);
 
 /* Nearest whole number, halves away from zero. |x| < 2^31. */
-int32_t cb_round(float x);
+static inline int32_t cb_round(float x) {
+    const int32_t whole = (int32_t)x;
+    const float rest = x - (float)whole; /* exact: |rest| < 1 */
+    return whole + (rest >= 0.5f ? 1 : 0) - (rest <= -0.5f ? 1 : 0);
+}
 
 #endif

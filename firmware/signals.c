@@ -29,6 +29,7 @@ void cb_signals_forget(const struct cb_config *config, struct cb_signal_state *s
 /* The roundings of raw, scale, their product and the sum with zero, 2^-24 each, may carry a value
  * past the end that it stands at: a machine that rests there is not implausible. */
 static bool range_plausible(const struct cb_signal_config *signal, float value) {
+    if (value >= signal->min && value <= signal->max) return true;
     const float largest = cb_max(cb_abs(signal->min), cb_abs(signal->max)) + cb_abs(signal->zero);
     const float slack = 2.5e-7f * largest;
     return value >= signal->min - slack && value <= signal->max + slack; /* false for NaN */
@@ -52,9 +53,9 @@ static float filtered_velocity(float velocity, float change, int64_t elapsed_us,
 }
 
 /* Takes one raw number that was valid at time_us, or counts it as implausible. */
-static void accept(const struct cb_config *config, unsigned index, struct cb_signal_state *state,
-                   struct cb_counters *counters, float raw, int64_t time_us) {
-    const struct cb_signal_config *signal = &config->signals[index];
+static void accept(const struct cb_config *config, const struct cb_signal_config *signal,
+                   struct cb_signal_state *state, struct cb_counters *counters, float raw,
+                   int64_t time_us) {
     const float value = raw * signal->scale + signal->zero;
     const int64_t elapsed_us = time_us - state->time_us;
     const float change = value - state->value;
@@ -84,7 +85,7 @@ void cb_signals_accept(const struct cb_config *config, struct cb_signal_state *s
         const struct cb_signal_config *signal = &config->signals[i];
         if (signal->source != CB_SOURCE_PLC) continue;
         const float raw = cb_number_decode(signal->type, in->registers + signal->reg);
-        accept(config, i, &states[i], counters, raw, in->read_us);
+        accept(config, signal, &states[i], counters, raw, in->read_us);
     }
     for (unsigned k = 0; k < in->sample_count && k < CB_MAX_SAMPLES; ++k) {
         const struct cb_sample *sample = &in->samples[k];
@@ -94,36 +95,39 @@ void cb_signals_accept(const struct cb_config *config, struct cb_signal_state *s
             ++counters->samples_unknown;
             continue;
         }
-        accept(config, i, &states[i], counters, sample->raw, sample->time_us);
+        accept(config, &config->signals[i], &states[i], counters, sample->raw, sample->time_us);
     }
-    cb_lags_follow(config, states);
 }
 
 /* Where the signal will be lead_us from its reading, inside its plausible range. */
 static float ahead(const struct cb_config *config, const struct cb_signal_config *signal,
                    const struct cb_signal_state *state, int64_t age_us) {
-    if (!signal->leads || age_us > (int64_t)LEAD_PERIODS * config->period_us) return state->value;
+    if (age_us > (int64_t)LEAD_PERIODS * config->period_us) return state->value;
     const float value = state->value + state->velocity * seconds(config->lead_us);
     return cb_clamp(value, signal->min, signal->max);
 }
 
-void cb_signals_age(const struct cb_config *config, struct cb_signal_state *states,
-                    struct cb_counters *counters, int64_t now_us) {
-    for (unsigned i = 0; i < config->signals_count; ++i) {
-        struct cb_signal_state *state = &states[i];
-        const int64_t age_us = now_us - state->time_us;
-        const int64_t max_age_us = (int64_t)config->signals[i].max_age_ms * 1000;
-        const bool fresh = state->known && age_us <= max_age_us;
-        counters->signals_stale += state->fresh && !fresh;
-        state->fresh = fresh;
-        if (fresh) state->used = ahead(config, &config->signals[i], state, age_us);
-    }
+/* A signal that is measured: how old its value is, and what the terms see of it. */
+static void age(const struct cb_config *config, const struct cb_signal_config *signal,
+                struct cb_signal_state *state, int64_t now_us) {
+    const int64_t age_us = now_us - state->time_us;
+    state->fresh = state->known && age_us <= (int64_t)signal->max_age_ms * 1000;
+    if (!state->fresh) return;
+    state->used = signal->leads ? ahead(config, signal, state, age_us) : state->value;
 }
 
-bool cb_signals_essentials_fresh(const struct cb_config *config,
-                                 const struct cb_signal_state *states) {
+bool cb_signals_age(const struct cb_config *config, struct cb_signal_state *states,
+                    struct cb_counters *counters, int64_t now_us) {
+    bool essentials_fresh = true;
     for (unsigned i = 0; i < config->signals_count; ++i) {
-        if (config->signals[i].essential && !states[i].fresh) return false;
+        const struct cb_signal_config *signal = &config->signals[i];
+        struct cb_signal_state *state = &states[i];
+        if (signal->source == CB_SOURCE_LAG) continue;
+        const bool was = state->fresh;
+        age(config, signal, state, now_us);
+        if (state->fresh) continue;
+        counters->signals_stale += was;
+        essentials_fresh = essentials_fresh && !signal->essential;
     }
-    return true;
+    return cb_lags_follow(config, states, counters) && essentials_fresh;
 }

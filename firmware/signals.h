@@ -31,17 +31,15 @@ void cb_signals_forget(const struct cb_config *config, struct cb_signal_state *s
  * good. A value that is not finite, outside min … max by more than rounding explains, or too far
  * from the last accepted one for max_rate and the time between (one raw unit is allowed for
  * quantisation) is counted and not accepted: the last one serves on.
- * out: values within min … max. Lags follow (lags.h). */
+ * out: values within min … max */
 void cb_signals_accept(const struct cb_config *config, struct cb_signal_state *states,
                        struct cb_counters *counters, const struct cb_inputs *in, bool read,
                        int64_t now_us);
 
-/* Sets fresh and used of every signal for now_us; what went stale is counted once. */
-void cb_signals_age(const struct cb_config *config, struct cb_signal_state *states,
+/* Sets fresh and used of every signal for now_us, after its lags have followed (lags.h); what went
+ * stale is counted once.
+ * out: true when every essential signal is fresh */
+bool cb_signals_age(const struct cb_config *config, struct cb_signal_state *states,
                     struct cb_counters *counters, int64_t now_us);
-
-/* true when every essential signal is fresh. */
-bool cb_signals_essentials_fresh(const struct cb_config *config,
-                                 const struct cb_signal_state *states);
 
 #endif

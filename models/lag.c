@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "models/lag.h"
 
-#include "models/num.h"
 #include "models/transcendental.h"
 
 /* in : 0 < h <= 1, gain = 1 - e^-h
@@ -12,45 +11,8 @@ static float ramp_series(float h) {
     return sum * h * 0.5f;
 }
 
-/* in : 0 < h <= 1/64: what steps of a box are against the memory of a machine
- * out: both gains; the first power left out is worth 2e-10 of the ramp */
-static struct cb_lag_gains small_gains(float h) {
-    const float ramp =
-        0.5f * h * (1.0f - h * (1.0f / 3.0f) * (1.0f - h * 0.25f * (1.0f - h * 0.2f)));
-    const struct cb_lag_gains gains = {h * (1.0f - ramp), ramp};
-    return gains;
-}
-
-struct cb_lag_gains cb_lag_gains_for(float dt_s, float tau_s) {
-    const float h = dt_s / tau_s;
-    if (h > 0.0f && h <= 0.015625f) return small_gains(h);
+struct cb_lag_gains cb_lag_gains_of_long(float h) {
     struct cb_lag_gains gains = {cb_one_minus_exp(h), 0.0f};
     if (h > 0.0f) gains.ramp = h <= 1.0f ? ramp_series(h) : 1.0f - gains.gain / h;
     return gains;
-}
-
-void cb_lag_start(struct cb_lag *lag, float u) {
-    lag->hi = u;
-    lag->lo = 0.0f;
-    lag->input = u;
-}
-
-/* hi + lo += x, rounding errors kept: two-sum, then renormalised. */
-static void accumulate(struct cb_lag *lag, float x) {
-    const float sum = lag->hi + x;
-    const float part = sum - lag->hi;
-    const float lo = lag->lo + ((lag->hi - (sum - part)) + (x - part));
-    lag->hi = sum + lo;
-    lag->lo = lo - (lag->hi - sum);
-}
-
-float cb_lag_step(struct cb_lag *lag, struct cb_lag_gains gains, float u) {
-    const float to = cb_is_finite(u) ? u : lag->input;
-    const float missing = (lag->input - lag->hi) - lag->lo;
-    accumulate(lag, gains.gain * missing + gains.ramp * (to - lag->input));
-    lag->input = to;
-    /* Within 1e-9 ulp it has arrived: no endless subnormal tail. */
-    const float left = (to - lag->hi) - lag->lo;
-    if (cb_abs(left) <= cb_abs(to) * 0x1p-53f + FLT_MIN) cb_lag_start(lag, to);
-    return lag->hi;
 }

@@ -10,9 +10,9 @@
 #include <stdint.h>
 #include <string.h>
 
-/* true for every float except NaN and the infinities. */
+/* true for every float except NaN and the infinities, whose difference from themselves is NaN. */
 static inline bool cb_is_finite(float x) {
-    return x >= -FLT_MAX && x <= FLT_MAX;
+    return x - x == 0.0f;
 }
 
 /* in : lo <= hi, both finite
@@ -21,8 +21,9 @@ static inline float cb_clamp(float x, float lo, float hi) {
     return !(x > lo) ? lo : (x > hi ? hi : x);
 }
 
+/* One instruction of every target, not a call. */
 static inline float cb_abs(float x) {
-    return x < 0.0f ? -x : x;
+    return __builtin_fabsf(x);
 }
 
 static inline float cb_min(float a, float b) {

@@ -49,12 +49,7 @@ uint16_t cb_ppoly_span(const struct cb_ppoly *curve, float x) {
 
 float cb_ppoly_value(const struct cb_ppoly *curve, float x) {
     const float inside = cb_clamp(x, curve->breaks[0], curve->breaks[curve->spans]);
-    const uint32_t span = find_span(curve, inside);
-    const float u = inside - curve->breaks[span];
-    const float *a = curve->coefficients + span * (curve->degree + 1u);
-    float value = a[curve->degree];
-    for (int k = curve->degree - 1; k >= 0; --k) value = value * u + a[k];
-    return value;
+    return cb_ppoly_value_in(curve, inside, find_span(curve, inside));
 }
 
 struct cb_curve_value cb_ppoly_evaluate(const struct cb_ppoly *curve, float x) {

@@ -10,6 +10,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "models/num.h"
+
 enum { CB_PPOLY_MAX_DEGREE = 5 };
 
 /* A curve of `spans` pieces. The caller owns the memory behind both pointers.
@@ -41,6 +43,11 @@ float cb_ppoly_value(const struct cb_ppoly *curve, float x);
 /* Value, slope and whether x lay outside. */
 struct cb_curve_value cb_ppoly_evaluate(const struct cb_ppoly *curve, float x);
 
+/* The same value for one who asks again and again near the same place.
+ * in : *span: any number the first time, then what the last call left there
+ * out: *span holds x; where it did so already nothing was searched */
+static inline float cb_ppoly_value_near(const struct cb_ppoly *curve, float x, uint16_t *span);
+
 /* Sets spans_per_unit from the breaks: non-zero when the computed index is never off by more
  * than one span anywhere (the evaluation corrects one). Called once, when a curve is loaded. */
 void cb_ppoly_index(struct cb_ppoly *curve);
@@ -52,5 +59,25 @@ void cb_ppoly_index(struct cb_ppoly *curve);
 /* true: value and slope are finite for every x, NaN and infinity included. For the loader, after
  * a conversion: false when breaks are too close together for coefficients of this size. */
 bool cb_ppoly_is_finite(const struct cb_ppoly *curve);
+
+/* ---- inline: a box has dozens of curves ---- */
+
+/* Horner's scheme in the coordinate of one span, for a value inside the breaks. */
+static inline float cb_ppoly_value_in(const struct cb_ppoly *curve, float inside, uint32_t span) {
+    const float u = inside - curve->breaks[span];
+    const float *a = curve->coefficients + span * (curve->degree + 1u);
+    if (curve->degree == 3) return ((a[3] * u + a[2]) * u + a[1]) * u + a[0];
+    float value = a[curve->degree];
+    for (int k = curve->degree - 1; k >= 0; --k) value = value * u + a[k];
+    return value;
+}
+
+static inline float cb_ppoly_value_near(const struct cb_ppoly *curve, float x, uint16_t *span) {
+    const float inside = cb_clamp(x, curve->breaks[0], curve->breaks[curve->spans]);
+    const float *const at = curve->breaks + *span;
+    if (!(*span < curve->spans && inside >= at[0] && inside < at[1]))
+        *span = cb_ppoly_span(curve, inside);
+    return cb_ppoly_value_in(curve, inside, *span);
+}
 
 #endif

@@ -47,17 +47,24 @@ int cb_volumetric_error(const char *name) {
     return -1;
 }
 
-/* out: L_a in mm */
-static void lever(const struct cb_volumetric *model, const struct cb_volumetric_state *state,
-                  unsigned axis, float mm[3]) {
+/* in : tool, from the spindle to the tip in mm
+ * out: L_a in mm */
+static inline void lever(const struct cb_volumetric *model, const float position_mm[CB_AXES],
+                         const float tool[3], unsigned axis, float mm[3]) {
+    const uint8_t moves = model->moves[axis];
     for (unsigned c = 0; c < 3; ++c) {
-        mm[c] = model->lever_mm[axis][c] + state->tool_mm * model->tool[c];
-        if (model->moves[axis] >> c & 1u) mm[c] += state->position_mm[c];
+        const float at_0 = model->lever_mm[axis][c] + tool[c];
+        mm[c] = moves >> c & 1u ? at_0 + position_mm[c] : at_0;
     }
 }
 
+/* out: tool */
+static inline void tool_vector(const struct cb_volumetric *model, float tool_mm, float tool[3]) {
+    for (unsigned c = 0; c < 3; ++c) tool[c] = tool_mm * model->tool[c];
+}
+
 /* sum += a x b */
-static void add_cross(const float a[3], const float b[3], float sum[3]) {
+static inline void add_cross(const float a[3], const float b[3], float sum[3]) {
     sum[0] += a[1] * b[2] - a[2] * b[1];
     sum[1] += a[2] * b[0] - a[0] * b[2];
     sum[2] += a[0] * b[1] - a[1] * b[0];
@@ -68,9 +75,11 @@ void cb_volumetric_evaluate(const struct cb_volumetric *model,
     const float *const c0y_b0z_a0z = model->squareness_urad;
     const float y = state->position_mm[CB_AXIS_Y], z = state->position_mm[CB_AXIS_Z];
     float turned[3] = {c0y_b0z_a0z[1] * z - c0y_b0z_a0z[0] * y, -c0y_b0z_a0z[2] * z, 0.0f};
+    float tool[3];
+    tool_vector(model, state->tool_mm, tool);
     for (unsigned a = 0; a < CB_AXES; ++a) {
         float mm[3];
-        lever(model, state, a, mm);
+        lever(model, state->position_mm, tool, a, mm);
         add_cross(state->error + a * CB_AXIS_ERRORS + 3, mm, turned);
     }
     const float *const ex = state->error, *const ey = ex + CB_AXIS_ERRORS;
@@ -97,9 +106,10 @@ static void lever_slope(const struct cb_volumetric *model, const struct cb_volum
 void cb_volumetric_slope(const struct cb_volumetric *model, const struct cb_volumetric_state *state,
                          enum cb_axis axis, const float slope[CB_AXIS_ERRORS],
                          float d_um_per_mm[3]) {
-    float mm[3], turned[3];
+    float mm[3], tool[3], turned[3];
     lever_slope(model, state, axis, turned);
-    lever(model, state, axis, mm);
+    tool_vector(model, state->tool_mm, tool);
+    lever(model, state->position_mm, tool, axis, mm);
     add_cross(slope + 3, mm, turned);
     for (unsigned c = 0; c < 3; ++c) d_um_per_mm[c] = slope[c] + 0.001f * turned[c];
 }

@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 #include "tests/gates/instructions/counter.h"
+#include "tests/gates/instructions/step.h"
 #include "tests/gates/instructions/subjects.h"
 
 static uint32_t most(void (*subject)(void *unused)) {
@@ -34,7 +35,7 @@ int main(void) {
         puts("this counts no instructions: start it with qemu-system-arm -icount");
         return 1;
     }
-    if (!subjects_make()) {
+    if (!subjects_make() || !step_load()) {
         puts("a subject cannot be made");
         return 1;
     }
@@ -49,13 +50,22 @@ int main(void) {
     good &= row("spline, 20 control points, value", used_by(subject_spline), 110, false);
     good &= row("spline, 20 control points, value and slope", used_by(subject_spline_and_slope),
                 150, false);
-    good &= row("lag, one step", used_by(subject_lag), 70, false);
-    good &= row("lag, its gains for a new step length", used_by(subject_lag_gains), 250, false);
-    good &= row("volumetric, 21 errors to the tip", used_by(subject_volumetric), 360, false);
-    good &= row("volumetric, slope by one axis", used_by(subject_volumetric_slope), 300, false);
+    good &= row("lag, one step", used_by(subject_lag), 50, false);
+    good &= row("lag, its gains for a new step length", used_by(subject_lag_gains), 30, false);
+    good &= row("volumetric, 21 errors to the tip", used_by(subject_volumetric), 300, false);
+    good &= row("volumetric, slope by one axis", used_by(subject_volumetric_slope), 200, false);
     good &= row("direction and blend", used_by(subject_direction), 100, false);
     good &= row("18 splines, volumetric, network, 24 lags", used_by(subject_reference_load), 10000,
                 false);
+    good &= row("cb_box_step, reference load, at rest", step_most(STEP_REST, 200), 17500, false);
+    good &=
+        row("cb_box_step, reference load, travelling", step_most(STEP_TRAVEL, 500), 17500, false);
+    good &=
+        row("cb_box_step, reference load, in trouble", step_most(STEP_TROUBLE, 3000), 20500, false);
+    if (!step_met_everything()) {
+        puts("the steps in trouble met too little of it");
+        good = false;
+    }
     good &= row("planted: two splines for one", used_by(subject_two_splines), 110, true);
     good &=
         row("planted: hidden layer in double", used_by(subject_network_in_double), network, true);

@@ -26,7 +26,7 @@ static struct cb_volumetric volumetric;
 static struct cb_volumetric_state state;
 static struct cb_direction direction;
 static float x[INPUTS], inside[INPUTS], y[OUTPUTS], hidden[HIDDEN], position;
-static volatile float sink;
+static volatile float sink, step_s = 0.03f;
 
 static uint32_t seed = 1;
 
@@ -156,7 +156,7 @@ void subject_lag(void *unused) {
 
 void subject_lag_gains(void *unused) {
     (void)unused;
-    gains = cb_lag_gains_for(0.03f, 1800.0f);
+    gains = cb_lag_gains_for(step_s, 1800.0f);
 }
 
 void subject_volumetric(void *unused) {

@@ -1,0 +1,122 @@
+/* SPDX-License-Identifier: MIT */
+#include "tests/gates/instructions/step.h"
+
+#include <string.h>
+
+#include "firmware/box.h"
+#include "firmware/config_load.h"
+#include "tests/gates/instructions/counter.h"
+
+static const char text[] = {
+#include "reference_load.inc" /* as bytes, by CMake */
+};
+
+enum { PERIOD_US = 30000, AXES = 3, THERMOMETERS = 12, FIRST_THERMOMETER = 14 };
+
+static struct cb_box box;
+static struct cb_load_scratch scratch;
+static struct cb_inputs in;
+static struct cb_outputs out;
+static int64_t now_us;
+static int32_t position[AXES], speed[AXES]; /* 0.1 µm, 0.1 µm per cycle */
+static uint32_t temperature;                /* 0.1 degC */
+static uint32_t silent, refusing, active, random_state = 2463534242u;
+
+static uint32_t next_random(void) {
+    random_state ^= random_state << 13;
+    random_state ^= random_state >> 17;
+    random_state ^= random_state << 5;
+    return random_state;
+}
+
+static bool happens(uint32_t per_mille) {
+    return next_random() % 1000 < per_mille;
+}
+
+bool step_load(void) {
+    static const struct cb_target target = {"gate", 1u << CB_SOURCE_PLC, 1u << CB_TRANSPORT_TCP};
+    struct cb_message message;
+    return cb_config_load(&box.config, text, sizeof text, &target, &scratch, &message) == CB_OK;
+}
+
+/* 10 m/min and more, to and fro over 2.4 m, at the temperature of the training data. */
+static void travel(void) {
+    for (int a = 0; a < AXES; ++a) {
+        if (position[a] + speed[a] < 0 || position[a] + speed[a] > 24000000) speed[a] = -speed[a];
+        position[a] += speed[a];
+        in.registers[8 + 2 * a] = (uint16_t)((uint32_t)position[a] >> 16);
+        in.registers[9 + 2 * a] = (uint16_t)position[a];
+    }
+    for (int i = 0; i < THERMOMETERS; ++i)
+        in.registers[FIRST_THERMOMETER + i] = (uint16_t)(temperature + next_random() % 5);
+}
+
+/* Everything that goes wrong, now and then. */
+static void trouble(unsigned cycle) {
+    const uint32_t phase = cycle % 800;
+    temperature = 180 + (phase < 400 ? phase : 800 - phase); /* far beyond the training data */
+    if (happens(50))
+        in.registers[FIRST_THERMOMETER + next_random() % THERMOMETERS] = (uint16_t)next_random();
+    if (happens(20)) in.registers[8] = (uint16_t)next_random();
+    if (happens(20)) in.registers[0] ^= (uint16_t)(1u << next_random() % 4);
+    if (happens(100)) in.registers[0] |= 0xBu;
+    if (happens(10)) silent = next_random() % 60;
+    if (happens(5)) in.last_write = (uint8_t)(next_random() % 5);
+    if (happens(2)) refusing = 150;
+    if (refusing > 0) {
+        --refusing;
+        in.last_write = CB_WRITE_REFUSED;
+    }
+    if (silent > 0) {
+        --silent;
+        in.read_ok = false;
+        in.last_write = CB_WRITE_UNKNOWN;
+    }
+    in.held = in.read_ok ? CB_HELD_OK : CB_HELD_NONE;
+    in.missed_ticks = happens(10) ? 1 : 0;
+    now_us += PERIOD_US * (int64_t)in.missed_ticks;
+    if (happens(5)) now_us += 1000000;
+}
+
+static void one_step(void *unused) {
+    (void)unused;
+    cb_box_step(&box, &in, now_us, &out);
+}
+
+/* What the step after this one will see. */
+static void next_cycle(enum step_world world, unsigned cycle) {
+    now_us += PERIOD_US - 50 + (int64_t)(next_random() % 100);
+    ++in.registers[1];
+    in.read_ok = true;
+    in.last_write = (uint8_t)(out.write ? CB_WRITE_OK : CB_WRITE_NONE);
+    in.held = CB_HELD_NONE;
+    in.missed_ticks = 0;
+    if (world != STEP_REST) travel();
+    if (world == STEP_TROUBLE) trouble(cycle);
+    in.read_us = now_us;
+}
+
+uint32_t step_most(enum step_world world, unsigned cycles) {
+    uint32_t most = 0;
+    memset(&in, 0, sizeof in);
+    memset(&out, 0, sizeof out);
+    for (int a = 0; a < AXES; ++a) speed[a] = 50000 + 13000 * a;
+    temperature = 220;
+    in.registers[0] = 0xB; /* enable, referenced, permit resume */
+    travel();
+    cb_box_start(&box);
+    for (unsigned i = 0; i < cycles; ++i) {
+        next_cycle(world, i);
+        const uint32_t count = counter_of(one_step, 0);
+        active += box.mode.mode == CB_MODE_ACTIVE;
+        if (count > most) most = count;
+    }
+    return most;
+}
+
+bool step_met_everything(void) {
+    const struct cb_counters *seen = &box.counters;
+    return active && seen->holds && seen->ramps && seen->faults && seen->clock_jumps &&
+           seen->resyncs && seen->models_weakened && seen->samples_implausible &&
+           seen->terms_faded && seen->outputs_slewed;
+}

@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: MIT
+ * Whole steps of a box under the reference load (reference_load.py), for the counter. */
+#ifndef COMPBOX_TESTS_GATES_STEP_H
+#define COMPBOX_TESTS_GATES_STEP_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* What the box is put through, 30 ms by 30 ms. */
+enum step_world {
+    STEP_REST,    /* the machine stands still, nothing changes */
+    STEP_TRAVEL,  /* three axes travel, every thermometer changes in every cycle */
+    STEP_TROUBLE, /* that, and silent PLCs, lost writes, nonsense, missed ticks, clock jumps,
+                     withdrawn enables, temperatures far outside the training range */
+};
+
+/* Loads the file; false when the loader refuses it. */
+bool step_load(void);
+
+/* out: the most instructions that one step took in `cycles` of them */
+uint32_t step_most(enum step_world world, unsigned cycles);
+
+/* true: steps have held, ramped, faulted, been ACTIVE, met clock jumps, lost contact and weakened
+ * networks; so that what was counted is what it claims to be. */
+bool step_met_everything(void);
+
+#endif
