@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+// compbox pack: a coefficient file as it is flashed.
+#include <iostream>
+#include <memory>
+
+#include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/load.h"
+#include "host-tools/formats/file.h"
+
+extern "C" {
+#include "firmware/slot.h"
+}
+
+namespace compbox {
+
+namespace {
+
+struct pack_arguments {
+    std::string input, output;
+};
+
+void run_pack(const pack_arguments &arguments) {
+    const auto config = load_coefficients(arguments.input);  // the box would take it
+    const std::string text = read_file(arguments.input, CB_MAX_TEXT_BYTES);
+    std::string slot(CB_SLOT_HEADER_BYTES, '\0');
+    cb_slot_header(config->revision, text.data(), static_cast<std::uint32_t>(text.size()),
+                   reinterpret_cast<std::uint8_t *>(slot.data()));
+    slot += text;
+    write_file(arguments.output, slot);
+    if (arguments.output == "-") return;
+    std::cout << "revision " << config->revision << ", " << slot.size() << " of "
+              << CB_SLOT_HEADER_BYTES + CB_MAX_TEXT_BYTES << " bytes: " << arguments.output << "\n";
+}
+
+}  // namespace
+
+void add_pack(CLI::App &app) {
+    const auto arguments = std::make_shared<pack_arguments>();
+    CLI::App *pack = app.add_subcommand("pack", "A coefficient file for the MCU's flash");
+    pack->footer(
+        "Example:\n  compbox pack coefficients.json -o slot.bin\n"
+        "checks the file as the box would and puts a header with revision, length and CRC-32 "
+        "before "
+        "it;\nof its two slots the box loads the newest revision that is whole.");
+    pack->add_option("coefficients", arguments->input, "Coefficient file")->required();
+    pack->add_option("-o,--output", arguments->output, "Image of one slot, slot.bin")->required();
+    pack->callback([arguments] { run_pack(*arguments); });
+}
+
+}  // namespace compbox

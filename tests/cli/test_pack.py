@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: MIT
+"""compbox pack: the slot's bytes by struct and zlib, and what is refused."""
+
+import struct
+import zlib
+
+from conftest import term
+
+
+def built(compbox, machine):
+    compbox.write("t.json", term())
+    compbox.good("build", "machine.json", "t.json", "--revision", 41, "-o", "c.json")
+
+
+def test_header_and_text(compbox, machine):
+    built(compbox, machine)
+    out = compbox.good("pack", "c.json", "-o", "slot.bin")
+    slot = (compbox.folder / "slot.bin").read_bytes()
+    text = (compbox.folder / "c.json").read_bytes()
+    magic, revision, length, crc, a, b, c, own = struct.unpack("<4s7I", slot[:32])
+    assert (magic, revision, length, crc) == (b"CBX1", 41, len(text), zlib.crc32(text))
+    assert (a, b, c, own) == (0, 0, 0, zlib.crc32(slot[:28]))
+    assert slot[32:] == text
+    assert out == f"revision 41, {len(slot)} of 131072 bytes: slot.bin\n"
+
+
+def test_what_the_box_would_refuse_is_not_packed(compbox, machine):
+    built(compbox, machine)
+    (compbox.folder / "c.json").write_text(
+        (compbox.folder / "c.json").read_text().replace('"period_ms": 30', '"period_ms": 0'))
+    assert compbox.refused("pack", "c.json", "-o", "slot.bin").startswith("c.json: cycle.period_ms: ")
+    assert compbox.refused("pack", "none.json", "-o", "slot.bin").startswith("none.json: cannot open")
+    compbox.write("big.json", " " * 131041)
+    assert "larger than" in compbox.refused("pack", "big.json", "-o", "slot.bin")
+    assert compbox("pack", "c.json").returncode == 2
+
+
+def test_help(compbox):
+    assert "compbox pack " in compbox.good("pack", "--help").split("Example:")[1]
