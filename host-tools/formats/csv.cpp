@@ -6,14 +6,14 @@
 #include <cmath>
 #include <string_view>
 
+#include "host-tools/formats/csv_reading.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/formats/text.h"
 
 namespace compbox {
 
 namespace {
-
-constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
 
 std::string_view trim(std::string_view text) {
     const auto blank = [](char c) { return c == ' ' || c == '\r' || c == '\t'; };
@@ -25,23 +25,46 @@ std::string_view trim(std::string_view text) {
     return text;
 }
 
+// Cells of a line. A blank as separator counts once, however many there are. Within quotes no
+// separator separates.
 std::vector<std::string_view> split(std::string_view text, char separator) {
+    if (separator == ' ') text = trim(text);
     std::vector<std::string_view> parts;
     std::size_t start = 0;
+    bool quoted = false;
     for (std::size_t i = 0; i <= text.size(); ++i) {
-        if (i == text.size() || text[i] == separator) {
-            parts.push_back(text.substr(start, i - start));
-            start = i + 1;
-        }
+        if (i < text.size() && text[i] == '"') quoted = !quoted;
+        if (i < text.size() && (quoted || text[i] != separator)) continue;
+        if (separator != ' ' || i > start) parts.push_back(text.substr(start, i - start));
+        start = i + 1;
     }
+    if (quoted) parts = {text};  // a quote that never ends: the number of columns will be wrong
     return parts;
 }
 
-// The separator of a header line: a tab or semicolon wherever one stands, else a comma.
+// The same without what spreadsheets put behind the last column: separators with nothing between.
+std::vector<std::string_view> without_empty_end(std::vector<std::string_view> cells,
+                                                std::size_t columns) {
+    while (cells.size() > columns && trim(cells.back()).empty()) cells.pop_back();
+    return cells;
+}
+
+std::vector<std::string_view> lines_of(std::string_view text) {
+    std::vector<std::string_view> lines;
+    for (std::size_t start = 0; start <= text.size();) {
+        const std::size_t end = std::min(text.find('\n', start), text.size());
+        lines.push_back(text.substr(start, end - start));
+        start = end + 1;
+    }
+    return lines;
+}
+
+// The separator of a first line: a tab or semicolon wherever one stands, else a comma, else blanks.
 char separator_of(std::string_view header) {
-    if (header.find('\t') != std::string_view::npos) return '\t';
-    if (header.find(';') != std::string_view::npos) return ';';
-    return ',';
+    for (const char separator : {'\t', ';', ','}) {
+        if (header.find(separator) != std::string_view::npos) return separator;
+    }
+    return trim(header).find(' ') == std::string_view::npos ? ',' : ' ';
 }
 
 struct place {
@@ -51,22 +74,36 @@ struct place {
 };
 
 // A cell as a finite number; a decimal comma is read where the comma does not separate columns.
-double number(std::string_view cell, char separator, const place &at) {
+bool to_number(std::string_view cell, char separator, double &value, bool &beyond) {
     std::string text(trim(cell));
-    if (separator != ',') std::replace(text.begin(), text.end(), ',', '.');
+    if (separator != ',' || cell.find('"') != std::string_view::npos) {
+        std::replace(text.begin(), text.end(), ',', '.');
+    }
     const char *begin = text.data() + (!text.empty() && text[0] == '+' ? 1 : 0);
     const char *end = text.data() + text.size();
-    double value = 0.0;
     const auto result = std::from_chars(begin, end, value);
+    beyond = result.ec == std::errc::result_out_of_range;
+    return result.ec == std::errc() && result.ptr == end && std::isfinite(value);
+}
+
+double number(std::string_view cell, char separator, bool gaps, const place &at) {
+    double value = 0.0;
+    bool beyond = false;
+    if (to_number(cell, separator, value, beyond)) return value;
+    const std::string text(trim(cell));
+    if (text.empty() && gaps) return NAN;
     if (text.empty()) throw input_error(at.file, at.line, at.column, "a number is missing here");
-    if (result.ec == std::errc::result_out_of_range) {
-        throw input_error(at.file, at.line, at.column,
-                          "'" + text + "' is beyond what a number can hold");
-    }
-    if (result.ec != std::errc() || result.ptr != end || !std::isfinite(value)) {
-        throw input_error(at.file, at.line, at.column, "'" + text + "' is not a finite number");
-    }
-    return value;
+    throw input_error(
+        at.file, at.line, at.column,
+        "'" + text + (beyond ? "' is beyond what a number can hold" : "' is not a finite number"));
+}
+
+bool all_numbers(const std::vector<std::string_view> &cells, char separator) {
+    return std::all_of(cells.begin(), cells.end(), [&](std::string_view cell) {
+        double value = 0.0;
+        bool beyond = false;
+        return to_number(cell, separator, value, beyond);
+    });
 }
 
 // The number of a word in its list, added where it is new.
@@ -79,7 +116,7 @@ double word(std::string_view cell, std::vector<std::string> &list) {
 }
 
 void read_header(csv_table &table, std::string_view line, char separator, long line_number) {
-    for (const auto part : split(line, separator)) {
+    for (const auto part : without_empty_end(split(line, separator), 1)) {
         const std::string name(trim(part));
         if (name.empty()) {
             throw input_error(table.file, line_number, 0, "a column of the header has no name");
@@ -90,6 +127,27 @@ void read_header(csv_table &table, std::string_view line, char separator, long l
         }
         table.names.push_back(name);
     }
+}
+
+// The header's names, or those given by hand, which then stand for every column of the first line.
+void name_columns(csv_table &table, std::string_view line, char separator,
+                  const std::vector<std::string> &given, bool header, long line_number) {
+    if (given.empty() && !header) {
+        throw input_error(table.file, line_number, 0,
+                          "begins with numbers: a header line such as position_mm,error_um is "
+                          "missing");
+    }
+    if (given.empty()) {
+        read_header(table, line, separator, line_number);
+        return;
+    }
+    const std::size_t there = without_empty_end(split(line, separator), given.size()).size();
+    if (there != given.size()) {
+        throw input_error(table.file, line_number, 0,
+                          "has " + std::to_string(there) + " columns, but " +
+                              std::to_string(given.size()) + " were named");
+    }
+    table.names = given;
 }
 
 }  // namespace
@@ -117,31 +175,33 @@ std::vector<double> csv_table::values(const std::string &name) const {
 
 csv_table read_csv(const std::string &path, const std::vector<std::string> &words,
                    std::vector<std::vector<std::string>> *word_lists) {
-    const std::string content = read_file(path);
-    std::string_view text = content;
-    if (text.substr(0, byte_order_mark.size()) == byte_order_mark) {
-        text.remove_prefix(byte_order_mark.size());
-    }
+    return read_csv(path, csv_reading{words, {}, false}, word_lists);
+}
+
+csv_table read_csv(const std::string &path, const csv_reading &how,
+                   std::vector<std::vector<std::string>> *word_lists) {
+    const std::string content = to_utf8(read_file(path));
     csv_table table;
     table.file = path;
     std::vector<std::vector<std::string>> lists;
-    std::vector<int> list_of_column;
+    std::vector<bool> is_word;
     char separator = ',';
     long line_number = 0;
-    for (const auto raw : split(text, '\n')) {
+    for (const auto raw : lines_of(content)) {
         ++line_number;
         if (trim(raw).empty() || trim(raw).front() == '#') continue;
         if (table.names.empty()) {
             separator = separator_of(raw);
-            read_header(table, raw, separator, line_number);
+            const bool header =
+                !all_numbers(without_empty_end(split(raw, separator), 1), separator);
+            name_columns(table, raw, separator, how.columns, header, line_number);
             lists.resize(table.names.size());
             for (const auto &name : table.names) {
-                list_of_column.push_back(std::find(words.begin(), words.end(), name) !=
-                                         words.end());
+                is_word.push_back(std::count(how.words.begin(), how.words.end(), name) > 0);
             }
-            continue;
+            if (header) continue;
         }
-        const auto cells = split(raw, separator);
+        const auto cells = without_empty_end(split(raw, separator), table.names.size());
         if (cells.size() != table.names.size()) {
             throw input_error(path, line_number, 0,
                               "has " + std::to_string(cells.size()) + " columns, the header has " +
@@ -150,9 +210,9 @@ csv_table read_csv(const std::string &path, const std::vector<std::string> &word
         std::vector<double> row;
         for (std::size_t c = 0; c < cells.size(); ++c) {
             const long column = static_cast<long>(cells[c].data() - raw.data()) + 1;
-            row.push_back(list_of_column[c]
+            row.push_back(is_word[c]
                               ? word(cells[c], lists[c])
-                              : number(cells[c], separator, {path, line_number, column}));
+                              : number(cells[c], separator, how.gaps, {path, line_number, column}));
         }
         table.rows.push_back(std::move(row));
         table.lines.push_back(line_number);

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+// Text files of other people's programs as UTF-8.
+#pragma once
+
+#include <string>
+
+namespace compbox {
+
+// in : a file's bytes
+// out: UTF-8 without byte-order mark. What is valid UTF-8 stays as it is; UTF-16 is known by its
+//      byte-order mark; other bytes are GBK where they come in pairs as Chinese characters do, else
+//      Windows-1252 (µ and ° of western instruments). Never fails: what has no meaning in the code
+//      page becomes '?'.
+std::string to_utf8(const std::string &bytes);
+
+}  // namespace compbox
