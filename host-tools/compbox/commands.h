@@ -16,7 +16,10 @@ void add_identify(CLI::App &app);
 void add_volumetric(CLI::App &app);
 void add_build(CLI::App &app);
 void add_check(CLI::App &app);
+void add_pack(CLI::App &app);
 void add_eval(CLI::App &app);
+void add_export(CLI::App &app);
+void add_join(CLI::App &app);
 void add_simulate(CLI::App &app);
 
 }  // namespace compbox

@@ -18,8 +18,11 @@ int main(int argc, char **argv) {
     compbox::add_identify(app);
     compbox::add_volumetric(app);
     compbox::add_build(app);
+    compbox::add_pack(app);
     compbox::add_check(app);
     compbox::add_eval(app);
+    compbox::add_export(app);
+    compbox::add_join(app);
     compbox::add_simulate(app);
     try {
         app.parse(argc, argv);

@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "host-tools/compbox/curve_range.h"
 #include "host-tools/compbox/machine_file.h"
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
@@ -186,22 +187,6 @@ void note_unused(merged_file &merged) {
     }
 }
 
-// The range of a curve over its signal; from >= to where the term has none of its own.
-travel_range range_of(const json &term) {
-    const auto number = [](const json &value) {
-        return value.is_number() ? value.get<double>() : 0.0;
-    };
-    if (term.contains("from") && term.contains("to")) {
-        return {number(term["from"]), number(term["to"])};
-    }
-    const bool spline = term.contains("knots");
-    const json points = term.value(spline ? "knots" : "positions", json::array());
-    const json degree = term.value("degree", json(0));
-    const std::size_t end = spline && degree.is_number_unsigned() ? degree.get<std::size_t>() : 0;
-    if (!points.is_array() || points.size() < 2 * (end + 1)) return {0.0, 0.0};
-    return {number(points[end]), number(points[points.size() - 1 - end])};
-}
-
 bool mentions(const json &value, const std::string &name) {
     if (value.is_string()) return value == name;
     return value.is_structured() && std::any_of(value.begin(), value.end(), [&](const json &item) {
@@ -222,21 +207,13 @@ bool is_used(const json &file, const std::string &signal) {
 
 // min and max of a signal from the curves over it. Throws where there is none.
 void take_range(json &signal, const merged_file &merged, const std::string &file) {
-    travel_range range = {0.0, 0.0};
-    for (const auto &term : merged.file["terms"]) {
-        if (term.value("signal", json()) != signal["name"]) continue;
-        const travel_range one = range_of(term);
-        if (!(one.from_mm < one.to_mm)) continue;
-        const bool first = !(range.from_mm < range.to_mm);
-        range = {first ? one.from_mm : std::min(range.from_mm, one.from_mm),
-                 first ? one.to_mm : std::max(range.to_mm, one.to_mm)};
-    }
+    const auto range = range_of_curves(merged.file["terms"], signal["name"].get<std::string>());
     const std::string name = signal["name"];
-    if (!(range.from_mm < range.to_mm)) {
+    if (!range) {
         refuse(file, "signal " + name + ": set min and max (no curve tells its range)");
     }
-    if (is_null(signal, "min")) signal["min"] = range.from_mm - plausible_beyond_mm;
-    if (is_null(signal, "max")) signal["max"] = range.to_mm + plausible_beyond_mm;
+    if (is_null(signal, "min")) signal["min"] = range->from_mm - plausible_beyond_mm;
+    if (is_null(signal, "max")) signal["max"] = range->to_mm + plausible_beyond_mm;
 }
 
 std::string json_number(const json &value) {

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: MIT
+// compbox export: a coefficient file to the tables that controls have of their own.
+#include <iostream>
+#include <memory>
+
+#include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/export_cam.h"
+#include "host-tools/compbox/export_tables.h"
+#include "host-tools/compbox/export_text.h"
+#include "host-tools/compbox/key_values.h"
+#include "host-tools/formats/error.h"
+#include "host-tools/formats/file.h"
+
+namespace compbox {
+
+namespace {
+
+using writer = std::vector<export_file> (*)(const channel_model &, const export_tables &,
+                                            const text_options &);
+
+struct table_format {
+    const char *name;
+    bool cross;
+    std::size_t most_points;
+    bool lost_motion;
+    writer write;
+};
+
+constexpr table_format formats[] = {
+    {"linuxcnc-comp", false, 256, true, linuxcnc_comp},
+    {"sinumerik-lec", false, 5000, false, sinumerik_lec},
+    {"sinumerik-cec", true, 2000, true, sinumerik_cec},
+    {"heidenhain-com", true, 256, true, heidenhain_com},
+};
+constexpr std::size_t most_cam_points = 10000;
+
+struct export_arguments {
+    std::string input, format, folder, path_file;
+    std::vector<std::string> ranges, at, axes, names, lost_motion, path;
+    std::string master = "X";
+    std::optional<double> step_mm;
+    std::size_t most_points = 0;
+    table_options table;
+    text_options text;
+    bool as_json = false;
+};
+
+constexpr const char *example =
+    "Example:\n"
+    "  compbox export coefficients.json --format sinumerik-cec --step-mm 50 -o cec\n"
+    "  compbox export coefficients.json --format twincat-cam --master X --path \"Y=0.5*X+10\" -o "
+    "cams\n"
+    "Values are in mm. Signs, and how surely each is known: docs/export.md; make a sign test.";
+
+// "NAME=text" apart; wrong usage where there is no name or no text.
+std::pair<std::string, std::string> pair_of(const std::string &option, const std::string &text) {
+    const auto equals = text.find('=');
+    if (equals == 0 || equals == std::string::npos || equals + 1 == text.size()) {
+        throw CLI::ValidationError(option, "'" + text + "' must read NAME=…");
+    }
+    return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+std::map<std::string, double> numbers_of(const std::string &option,
+                                         const std::vector<std::string> &texts) {
+    std::map<std::string, double> all;
+    for (const auto &text : texts) {
+        for (const auto &piece : split_at_keys(text)) {
+            const key_values one = parse_key_values(option, piece);
+            if (one.values.size() != 1) {
+                throw CLI::ValidationError(option, "'" + piece + "' must read NAME=number");
+            }
+            all[one.key] = one.values[0];
+        }
+    }
+    return all;
+}
+
+std::map<std::string, std::string> texts_of(const std::string &option,
+                                            const std::vector<std::string> &texts) {
+    std::map<std::string, std::string> all;
+    for (const auto &text : texts) all.insert(pair_of(option, text));
+    return all;
+}
+
+// "X=0:1000", several at once or apart.
+std::map<std::string, travel_range> ranges_of(const std::vector<std::string> &texts) {
+    std::map<std::string, travel_range> all;
+    for (const auto &text : texts) {
+        for (const auto &piece : split_at_keys(text)) {
+            const auto [name, range] = pair_of("--range", piece);
+            const auto colon = range.find(':');
+            if (colon == std::string::npos) {
+                throw CLI::ValidationError("--range", "'" + piece + "' must read NAME=from:to");
+            }
+            const auto from = parse_key_values("--range", name + "=" + range.substr(0, colon));
+            const auto to = parse_key_values("--range", name + "=" + range.substr(colon + 1));
+            if (from.values.size() != 1 || to.values.size() != 1 ||
+                !(from.values[0] < to.values[0])) {
+                throw CLI::ValidationError("--range", "'" + piece + "' must read NAME=from:to");
+            }
+            all[name] = {from.values[0], to.values[0]};
+        }
+    }
+    return all;
+}
+
+void take_options(export_arguments &arguments) {
+    arguments.table.step_mm = arguments.step_mm;
+    arguments.table.range = ranges_of(arguments.ranges);
+    arguments.table.at = numbers_of("--at", arguments.at);
+    arguments.table.axis_of = texts_of("--axis", arguments.axes);
+    arguments.text.axis_name = texts_of("--name", arguments.names);
+    arguments.text.lost_motion_um = numbers_of("--lost-motion-um", arguments.lost_motion);
+    arguments.text.source = arguments.input.substr(arguments.input.find_last_of('/') + 1);
+}
+
+// A name in an option that the file does not have is a mistake, never silently ignored.
+void check_names(const channel_model &model, const export_arguments &arguments) {
+    const auto known = [&](const std::string &name, bool channels) {
+        for (unsigned i = 0; channels && i < model.config().channels_count; ++i) {
+            if (name == model.config().channels[i].name) return true;
+        }
+        for (unsigned i = 0; !channels && i < model.config().signals_count; ++i) {
+            if (name == model.config().signals[i].name) return true;
+        }
+        return false;
+    };
+    const auto refuse = [&](const char *option, const std::string &name, const char *what) {
+        throw input_error(arguments.input, 0, 0,
+                          "has no " + std::string(what) + " '" + name + "' (" + option + ")");
+    };
+    for (const auto &[name, range] : arguments.table.range) {
+        if (!known(name, false)) refuse("--range", name, "signal");
+    }
+    for (const auto &[name, axis] : arguments.table.axis_of) {
+        if (!known(name, true)) refuse("--axis", name, "channel");
+    }
+    for (const auto &[name, um] : arguments.text.lost_motion_um) {
+        if (!known(name, true)) refuse("--lost-motion-um", name, "channel");
+    }
+    for (const auto &[name, own] : arguments.text.axis_name) {
+        if (!known(name, true) && !known(name, false)) refuse("--name", name, "channel or signal");
+    }
+}
+
+void deliver(const export_arguments &arguments, const std::vector<export_file> &files,
+             const std::vector<std::string> &losses) {
+    make_folder(arguments.folder);
+    json report;
+    report["files"] = json::array();
+    for (const auto &file : files) {
+        write_file(arguments.folder + "/" + file.name, file.text);
+        report["files"].push_back(arguments.folder + "/" + file.name);
+    }
+    report["losses"] = losses;
+    if (arguments.as_json) {
+        std::cout << json_text(report);
+        return;
+    }
+    for (const auto &file : report["files"]) std::cout << file.get<std::string>() << "\n";
+    for (const auto &line : losses) std::cout << "  " << line << "\n";
+}
+
+void export_cams(const channel_model &model, const export_arguments &arguments) {
+    cam_options how;
+    how.master = arguments.master;
+    for (const auto &text : arguments.path) {
+        if (text.find('=') == std::string::npos) {
+            how.path_file = text;
+        } else {
+            how.path.insert(pair_of("--path", text));
+        }
+    }
+    how.table = arguments.table;
+    how.table.most_points = arguments.most_points ? arguments.most_points : most_cam_points;
+    const cam_set set = make_cams(model, how);
+    deliver(arguments, twincat_cam(model, set, how, arguments.text),
+            cam_loss_lines(model, set, how));
+}
+
+void export_table(const channel_model &model, export_arguments &arguments,
+                  const table_format &format) {
+    arguments.table.cross = format.cross;
+    arguments.table.most_points =
+        arguments.most_points ? arguments.most_points : format.most_points;
+    if (!format.lost_motion && !arguments.text.lost_motion_um.empty()) {
+        throw CLI::ValidationError("--lost-motion-um",
+                                   "this table has one direction; set the control's backlash "
+                                   "machine data instead (SINUMERIK: MD32450)");
+    }
+    const export_tables tables = make_tables(model, arguments.table);
+    deliver(arguments, format.write(model, tables, arguments.text), loss_lines(model, tables));
+}
+
+void run_export(export_arguments &arguments) {
+    take_options(arguments);
+    const channel_model model(arguments.input);
+    check_names(model, arguments);
+    for (const auto &format : formats) {
+        if (arguments.format == format.name) return export_table(model, arguments, format);
+    }
+    export_cams(model, arguments);
+}
+
+void add_table_options(CLI::App &command, export_arguments &arguments) {
+    command
+        .add_option("--step-mm", arguments.step_mm,
+                    "Distance of the points (else the widest round one within the tolerance)")
+        ->check(CLI::PositiveNumber.description(""))
+        ->option_text("S");
+    command
+        .add_option("--tolerance-um", arguments.table.tolerance_um,
+                    "Largest table step error wanted (0.1)")
+        ->check(CLI::PositiveNumber.description(""))
+        ->option_text("E");
+    command
+        .add_option("--most-points", arguments.most_points,
+                    "Points that the control's table holds (linuxcnc-comp and heidenhain-com 256, "
+                    "sinumerik-lec 5000, sinumerik-cec 2000, twincat-cam 10000)")
+        ->check(CLI::Range(2, 100000).description(""))
+        ->option_text("N");
+    command
+        .add_option("--range", arguments.ranges, "Positions from where to where (else the curves')")
+        ->option_text("X=0:1000 …");
+    command.add_option("--at", arguments.at, "Values of signals that the table cannot follow")
+        ->option_text("T1=20 …");
+    command
+        .add_option("--axis", arguments.axes,
+                    "Position signal of a channel, where its name does not say")
+        ->option_text("CHANNEL=SIGNAL …");
+}
+
+}  // namespace
+
+void add_export(CLI::App &app) {
+    auto arguments = std::make_shared<export_arguments>();
+    CLI::App *command =
+        app.add_subcommand("export", "Tables for controls that compensate themselves");
+    command->footer(example);
+    command->add_option("coefficients", arguments->input, "Coefficient file")->required();
+    command
+        ->add_option("--format", arguments->format,
+                     "linuxcnc-comp, sinumerik-lec, sinumerik-cec, heidenhain-com, twincat-cam")
+        ->required()
+        ->check(CLI::IsMember({"linuxcnc-comp", "sinumerik-lec", "sinumerik-cec", "heidenhain-com",
+                               "twincat-cam"})
+                    .description(""))
+        ->option_text("FORMAT");
+    add_table_options(*command, *arguments);
+    command
+        ->add_option("--name", arguments->names,
+                     "The control's name of an axis (SINUMERIK else X1, Y1 …)")
+        ->option_text("X=AX1 …");
+    command
+        ->add_option("--lost-motion-um", arguments->lost_motion,
+                     "Mean of forward - backward error of a channel's own axis, as report prints "
+                     "it (B mean)")
+        ->option_text("X=3 …");
+    command
+        ->add_option("--sign", arguments->text.sign,
+                     "-1 turns every value round, where the sign test says so")
+        ->check(CLI::IsMember({1, -1}).description(""))
+        ->option_text("1|-1");
+    command
+        ->add_option("--first-table", arguments->text.first_table,
+                     "sinumerik-cec: index of the first table (0)")
+        ->check(CLI::Range(0, 1000).description(""))
+        ->option_text("T");
+    command->add_flag("--trims", arguments->text.trims,
+                      "linuxcnc-comp: COMP_FILE_TYPE 1, trims instead of positions");
+    command->add_option("--master", arguments->master, "twincat-cam: signal of the master axis (X)")
+        ->option_text("SIGNAL");
+    command
+        ->add_option("--path", arguments->path,
+                     "twincat-cam: another axis along the path, Y=formula of the master, or a CSV "
+                     "file with a column for each axis")
+        ->option_text("Y=0.5*X | FILE.csv");
+    command->add_flag("--json", arguments->as_json, "Print files and losses as JSON");
+    command->add_option("-o,--output", arguments->folder, "Folder for the tables, DIR")->required();
+    command->callback([arguments] { run_export(*arguments); });
+}
+
+}  // namespace compbox

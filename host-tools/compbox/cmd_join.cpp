@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+// compbox join: what the box recorded and what was probed, to the rows that `train` reads.
+#include <iostream>
+#include <memory>
+
+#include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/join.h"
+#include "host-tools/formats/csv_reading.h"
+#include "host-tools/formats/file.h"
+#include "host-tools/formats/json.h"
+
+namespace compbox {
+
+namespace {
+
+struct join_arguments {
+    std::string record, probe, output;
+    join_options options;
+    bool as_json = false;
+};
+
+constexpr const char *example =
+    "Example:\n"
+    "  compbox join record.csv probe.csv -o data.csv\n"
+    "record.csv is what compboxd --record wrote; probe.csv has time_s or positions (X,Y,Z), and\n"
+    "error_X_um … for the channels X …, as probed with the box at work: error = machine's error +\n"
+    "compensation, so comp_X_um is taken off it again.";
+
+void run_join(const join_arguments &arguments) {
+    csv_reading with_gaps;
+    with_gaps.gaps = true;
+    const joined_rows joined = join_rows(read_csv(arguments.record, with_gaps),
+                                         read_csv(arguments.probe), arguments.options);
+    write_file(arguments.output, csv_text(joined.names, joined.rows));
+    if (arguments.output == "-") return;
+    if (arguments.as_json) {
+        json report;
+        report["rows"] = joined.rows.size();
+        report["matched_by"] = joined.by_time ? "time" : "position";
+        report["columns"] = joined.names;
+        report["remarks"] = joined.remarks;
+        std::cout << json_text(report);
+        return;
+    }
+    std::cout << joined.rows.size() << " rows, matched by "
+              << (joined.by_time ? "time" : "position") << ": " << arguments.output << "\n";
+    for (const auto &remark : joined.remarks) std::cout << remark << "\n";
+}
+
+}  // namespace
+
+void add_join(CLI::App &app) {
+    const auto arguments = std::make_shared<join_arguments>();
+    join_options &options = arguments->options;
+    CLI::App *join =
+        app.add_subcommand("join", "The box's recording and probed errors to one table");
+    join->footer(example);
+    join->add_option("record", arguments->record, "Recording of compboxd, RECORD.csv")->required();
+    join->add_option("probe", arguments->probe, "Probed errors, PROBE.csv")->required();
+    join->add_option("--time-offset-s", options.time_offset_s,
+                     "What to add to the probe's time to get the record's (0)")
+        ->option_text("S");
+    join->add_option("--longest-gap-s", options.longest_gap_s,
+                     "Refuse a probed time in a longer gap of the recording (1)")
+        ->check(CLI::PositiveNumber.description(""))
+        ->option_text("S");
+    join->add_option("--tolerance-mm", options.tolerance_mm, "By position: as near as this (0.05)")
+        ->check(CLI::PositiveNumber.description(""))
+        ->option_text("T");
+    join->add_option("--signals", options.signals, "Columns of the record to take (all but comp_…)")
+        ->delimiter(',')
+        ->option_text("X,T1,…");
+    join->add_flag("!--keep-compensated", options.add_back,
+                   "Leave the errors as probed: the compensation was not applied");
+    join->add_flag("--json", arguments->as_json, "Print what was done as JSON");
+    join->add_option("-o,--output", arguments->output, "Table to write, DATA.csv")->required();
+    join->callback([arguments] { run_join(*arguments); });
+}
+
+}  // namespace compbox

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+// A formula of one variable, such as a tool path y = k(x): "60 + 0.5*X", "sqrt(100^2 - X^2)".
+#pragma once
+
+#include <functional>
+#include <string>
+
+namespace compbox {
+
+// in : + - * / ^ ( ), numbers, the variable by its name, pi, and sin cos tan asin acos atan sqrt
+//      exp log abs of one argument; angles in radians
+// out: the function; where it is not defined (root of a negative number) it gives a NaN
+// Throws input_error that says at which character the formula cannot be read.
+std::function<double(double)> parse_expression(const std::string &text,
+                                               const std::string &variable);
+
+}  // namespace compbox
