@@ -215,6 +215,26 @@ std::string statistics_table(const json &statistics) {
     return text;
 }
 
+// Why the row of the real-time run is not the model's doing, if compensation was interrupted: when
+// compboxd left ACTIVE after it had been there, other than to stop.
+std::string interruptions(const json &statistics) {
+    if (!statistics.is_object() || !statistics.contains("history")) return "";
+    std::string text;
+    bool was_active = false;
+    for (const json &entry : statistics["history"]) {
+        const std::string mode = entry.value("mode", "");
+        if (was_active && mode != "ACTIVE" && mode != "STOPPED") {
+            text += format("  at %.1f s %s: %s\n", entry.value("time_s", 0.0), mode.c_str(),
+                           entry.value("reason", "").c_str());
+        }
+        was_active = was_active || mode == "ACTIVE";
+    }
+    if (text.empty()) return "";
+    return "\n  compensation was interrupted, which the figures in motion show; is this machine "
+           "busy?\n" +
+           text;
+}
+
 void add_real_time(json &report, const real_time_run &real) {
     for (const char *key : real_time_keys) {
         if (real.statistics.is_object() && real.statistics.contains(key)) {
@@ -274,7 +294,8 @@ std::string report_text(const scenario &plan, const simulation &result, const re
         text += remeasured_table(plan, result, path);
         text += residual_table(plan, result, path);
     }
-    return text + motion_table(real.motion) + statistics_table(real.statistics);
+    return text + motion_table(real.motion) + interruptions(real.statistics) +
+           statistics_table(real.statistics);
 }
 
 }  // namespace compbox
