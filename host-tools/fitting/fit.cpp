@@ -93,22 +93,38 @@ void judge_baseline(fit_result &result) {
         ", more than the tolerance of " + shortest(tolerance) + " " + result.data.unit);
 }
 
-// A reading that the others do not believe is worth a sentence: no fit can mend it.
+// The smoothness is found with a noise that nobody measured.
+void warn_of_unknown_noise(fit_result &result) {
+    const bool used =
+        result.options.method == fit_method::bspline && result.options.tolerance_um <= 0;
+    if (!used || result.best.noise_measured || result.data.position.size() < 3) return;
+    result.warnings.push_back(
+        "the noise could not be measured (no repeats, no column sigma); about " +
+        text_of(result.noise, 2) + " " + result.data.unit +
+        " is taken, as instruments have; measure three runs, or give sigma");
+}
+
+// A reading that the others do not believe is worth a sentence: no fit can mend it. What is far is
+// judged by what leaving out should cost there, and by what it costs elsewhere.
 void warn_of_outliers(fit_result &result) {
     const smooth_curve &best = result.best;
-    double worst = 0.0;
+    double worst = 0.0, squares = 0.0;
     std::size_t where = 0;
-    for (std::size_t i = 0; i < best.left_out.size(); ++i) {
-        const double apart = std::abs(best.left_out[i]) / best.left_out_rms;
+    const std::size_t n = best.left_out.size();
+    for (std::size_t i = 0; i < n; ++i) {
+        const double apart = std::abs(best.left_out[i]) / std::sqrt(best.left_out_variance[i]);
+        squares += apart * apart;
         if (apart > worst) {
             worst = apart;
             where = i;
         }
     }
-    if (best.left_out.size() < 12 || worst < 5.0) return;
-    result.warnings.push_back("the reading at " + shortest(result.data.position[where]) +
-                              " mm lies far off what its neighbours say; measure it again or leave "
-                              "it out");
+    if (n < 12) return;
+    const double usual = std::sqrt((squares - worst * worst) / static_cast<double>(n - 1));
+    if (worst < 5.0 * std::max(usual, 1.0)) return;
+    result.warnings.push_back("the reading at " + text_of(result.data.position[where], 7) +
+                              " mm lies far off what its neighbours say: a corner of the curve, or "
+                              "a wrong reading to measure again or leave out");
 }
 
 }  // namespace
@@ -190,6 +206,7 @@ fit_result fit_curve(const measurement &data, const fit_options &options) {
     }
     summarize(result);
     judge_baseline(result);
+    warn_of_unknown_noise(result);
     warn_of_outliers(result);
     return result;
 }

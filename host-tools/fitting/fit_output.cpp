@@ -85,7 +85,8 @@ std::size_t largest_run_count(const measurement &data) {
 std::string noise_source(const measurement &data) {
     if (data.repeat_freedom > 0 && data.sigma_given) return "repeats, sigma column and residuals";
     if (data.repeat_freedom > 0) return "repeats and residuals";
-    return data.sigma_given ? "sigma column and residuals" : "residuals alone";
+    return data.sigma_given ? "sigma column and residuals"
+                            : "residuals, and what instruments usually have";
 }
 
 json findings_of(const fit_result &result) {

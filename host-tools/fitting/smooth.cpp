@@ -15,6 +15,12 @@ namespace {
 
 // Degrees of freedom that a sigma column counts for beside what the readings say themselves.
 constexpr double freedom_of_given_sigma = 20.0;
+// The noise of one reading of a laser or a probe on a good machine, um or urad, and how fast doubt
+// grows away from it. Used only where neither repeats nor a sigma column tell (docs/fitting.md).
+constexpr double usual_noise = 0.2, noise_doubt = 0.15;
+// log of how much less likely a curve without a slope (kind 0) is than one with, beforehand: the
+// guideways of a machine bend, they do not jitter.
+constexpr double rough_kind = -2.0;
 // Models whose likelihood is below the best one's by this factor of e are left out.
 constexpr double worth_a_look = 9.0, worth_a_share = 6.0;
 
@@ -52,9 +58,18 @@ struct node {
     double log_weight;
 };
 
+// log of what is thought of the noise beforehand: a peak at the usual one, both flanks a power law,
+// so that readings which say otherwise clearly are believed.
+double log_prior_of_noise(const process_points &points, double noise_variance) {
+    if (points.prior_freedom > 0.0) return 0.0;
+    const double apart = std::log(std::sqrt(noise_variance) / usual_noise) / noise_doubt;
+    return 1.0 - std::sqrt(1.0 + apart * apart);
+}
+
 using explored = std::map<std::pair<int, int>, double>;
 
-// Likelihoods of one kind: a coarse net first, then every neighbour of what is worth a look.
+// Likelihoods, prior of the noise included, of one kind: a coarse net first, then every neighbour
+// of what is worth a look.
 explored explore(const process_points &points, const lattice &net) {
     explored known;
     double best = -std::numeric_limits<double>::infinity();
@@ -64,7 +79,8 @@ explored explore(const process_points &points, const lattice &net) {
         if (i < 0 || i >= net.length_count() || j < low || j > high) return;
         const auto [place, is_new] = known.try_emplace({i, j}, 0.0);
         if (!is_new) return;
-        place->second = likelihood_of(points, net.model(i, j)).log_likelihood;
+        const matern_likelihood found = likelihood_of(points, net.model(i, j));
+        place->second = found.log_likelihood + log_prior_of_noise(points, found.noise_variance);
         best = std::max(best, place->second);
         open.push_back({i, j});
     };
@@ -98,8 +114,9 @@ std::vector<node> weigh_models(const process_points &points, double shortest, do
     double best = -std::numeric_limits<double>::infinity();
     for (int kind = 0; kind < matern_kinds; ++kind) {
         const lattice net{kind, shortest, longest, 0.6 * (kind + 1.0)};
+        const double log_share = net.log_cell() + (kind == 0 ? rough_kind : 0.0);
         for (const auto &[place, log_likelihood] : explore(points, net)) {
-            const double log_weight = log_likelihood + net.log_cell();
+            const double log_weight = log_likelihood + log_share;
             nodes.push_back({net.model(place.first, place.second), log_weight});
             best = std::max(best, log_weight);
         }
@@ -163,6 +180,7 @@ void add_share(smooth_curve &sum, const matern_curve &one, const process_points 
             std::min(one.variance[i] / (noise_variance * points.variance[i]), 1.0 - 1e-9);
         sum.effective_coefficients += share * leverage;
         sum.left_out[k] += share * (points.y[i] - one.mean[i]) / (1.0 - leverage);
+        sum.left_out_variance[k] += share * noise_variance * points.variance[i] / (1.0 - leverage);
     }
 }
 
@@ -179,6 +197,7 @@ smooth_curve smooth(const measurement &data, int between) {
     curve.mean.assign(dense.x.size(), 0.0);
     curve.sigma.assign(dense.x.size(), 0.0);
     curve.left_out.assign(curve.measured.size(), 0.0);
+    curve.left_out_variance.assign(curve.measured.size(), 0.0);
     for (const auto &one : nodes) {
         add_share(curve, regress(dense, one.model), dense, std::exp(one.log_weight));
     }
@@ -186,6 +205,7 @@ smooth_curve smooth(const measurement &data, int between) {
         curve.sigma[i] = std::sqrt(std::max(curve.sigma[i] - curve.mean[i] * curve.mean[i], 0.0));
     }
     curve.noise = std::sqrt(curve.noise);
+    curve.noise_measured = points.prior_freedom > 0.0;
     double squares = 0.0;
     for (const double r : curve.left_out) squares += r * r;
     curve.left_out_rms = std::sqrt(squares / static_cast<double>(curve.left_out.size()));

@@ -16,14 +16,17 @@ struct smooth_curve {
     std::vector<std::size_t> measured;  // index in x of each measured position
 
     double noise = 0.0;                   // standard deviation of one reading (of weight 1)
+    bool noise_measured = false;          // by repeats or a sigma column; else assumed beforehand
     double effective_coefficients = 0.0;  // what the estimate uses up of the readings
     std::vector<double> left_out;  // reading - estimate made without it, at each measured position
+    std::vector<double> left_out_variance;  // that such a difference should have
     double left_out_rms = 0.0;
 };
 
 // in : a measurement of at least 3 positions; between = points wanted in each interval (0 …)
 // out: the average over Matern processes of five smoothnesses and of all length scales and signal
-//      sizes, weighted by restricted likelihood; deterministic
+//      sizes, weighted by restricted likelihood and, where nothing else tells the noise, by what
+//      instruments usually have; deterministic
 smooth_curve smooth(const measurement &data, int between);
 
 }  // namespace compbox
