@@ -82,6 +82,18 @@ static void adopt_signals(struct cb_box *fresh, const struct cb_box *old) {
     }
 }
 
+/* The direction of travel outlives a new curve, of the same position. */
+static void adopt_direction(struct cb_box *fresh, unsigned index, const struct cb_box *old,
+                            unsigned was) {
+    const struct cb_curve_config *a = &fresh->config.terms[index].as.curve;
+    const struct cb_curve_config *b = &old->config.terms[was].as.curve;
+    if (!old->terms[was].directed || !cb_term_has_branches(&fresh->config.terms[index])) return;
+    if (!same_name(fresh->config.signals[a->signal].name, old->config.signals[b->signal].name))
+        return;
+    fresh->terms[index].direction = old->terms[was].direction;
+    fresh->terms[index].directed = true;
+}
+
 /* Last outputs, so that a term that is fading goes on fading; a term that is live replaces them. */
 static void adopt_terms(struct cb_box *fresh, const struct cb_box *old) {
     for (unsigned i = 0; i < fresh->config.terms_count; ++i) {
@@ -90,8 +102,10 @@ static void adopt_terms(struct cb_box *fresh, const struct cb_box *old) {
             const unsigned index = term->first_output + j;
             const unsigned k = find_output(&old->config, fresh->config.outputs[index].name);
             if (k == CB_NONE) continue;
+            const unsigned was = old->config.outputs[k].term;
             fresh->terms[i].held[j] = fresh->outputs[index] = old->outputs[k];
-            fresh->terms[i].live = old->terms[old->config.outputs[k].term].live;
+            fresh->terms[i].live = old->terms[was].live;
+            adopt_direction(fresh, i, old, was);
         }
     }
 }

@@ -69,14 +69,17 @@ enum cb_term_type {
 };
 
 /* A curve of one signal. Pool layout: B-spline and polyline: breaks[spans+1], coefficients
- * [spans*(degree+1)]; polynomial: coefficients[degree+1]. */
+ * [spans*(degree+1)]; polynomial: coefficients[degree+1]. With reversal_mm > 0 it is the branch for
+ * a position that counts up, and branches[backward] is that for one that counts down. */
 struct cb_curve_config {
     uint8_t signal; /* index of its signal */
     uint8_t degree;
     uint16_t spans;                             /* polynomial: 1 */
     uint16_t pool;                              /* offset of the first float */
+    uint8_t backward;                           /* index into branches, where reversal_mm > 0 */
     float spans_per_unit;                       /* see cb_ppoly */
     float center, inverse_half_range, from, to; /* polynomial only */
+    float reversal_mm; /* way after a reversal until the other branch counts; 0: no branches */
 };
 
 /* Pool: weights[inputs], constant. The inputs are signals, config->links[link + i]. */
@@ -186,11 +189,12 @@ struct cb_config {
     uint32_t hold_us;    /* HOLD lasts no longer */
     float ramp_um_per_s; /* > 0 */
     uint8_t signals_count, terms_count, outputs_count, channels_count, pairs_count;
-    uint8_t lags_count;
+    uint8_t lags_count, branches_count;
     uint16_t pool_count, links_count;
     uint8_t lags[CB_MAX_SIGNALS]; /* the signals that are lags, each after the one it follows */
     struct cb_signal_config signals[CB_MAX_SIGNALS];
     struct cb_term_config terms[CB_MAX_TERMS];
+    struct cb_curve_config branches[CB_MAX_BRANCHES]; /* backward; as curves of terms */
     struct cb_output_config outputs[CB_MAX_OUTPUTS];
     struct cb_channel_config channels[CB_MAX_CHANNELS];
     struct cb_pair_config pairs[CB_MAX_PAIRS];

@@ -19,6 +19,9 @@ extern const struct cb_object cb_signal_object;  /* config_signals.c */
 extern const struct cb_object cb_bspline_object; /* config_curves.c */
 extern const struct cb_object cb_polyline_object;
 extern const struct cb_object cb_polynomial_object;
+extern const struct cb_object cb_bspline_backward_object;
+extern const struct cb_object cb_polyline_backward_object;
+extern const struct cb_object cb_polynomial_backward_object;
 extern const struct cb_object cb_linear_object; /* config_linear.c */
 extern const struct cb_object cb_product_object;
 extern const struct cb_object cb_bpnet_object;      /* config_bpnet.c */

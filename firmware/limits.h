@@ -20,6 +20,7 @@ enum {
     CB_MAX_PAIRS = 8,        /* two motors of one stage; half of the channels */
     CB_POOL_FLOATS = 8192, /* coefficients after expansion: a cubic of 20 control points takes 86 */
     CB_MAX_LINKS = 512,    /* inputs of all linear terms and networks together */
+    CB_MAX_BRANCHES = 32,  /* curves with a branch backward: 18 errors of three axes, drive cams */
     CB_MAX_CURVE_POINTS = 1024,   /* control points, coefficients or support points of one curve */
     CB_MAX_READ_REGISTERS = 125,  /* Modbus application protocol: FC3 */
     CB_MAX_WRITE_REGISTERS = 121, /* Modbus application protocol: FC23 writes 121, FC16 123 */

@@ -36,6 +36,12 @@ static struct cb_curve_value polynomial(const struct cb_config *config,
     return cb_polynomial_evaluate(&one, x);
 }
 
+/* in : type: that of the term, a curve */
+static struct cb_curve_value one_curve(const struct cb_config *config, uint8_t type,
+                                       const struct cb_curve_config *curve, float x) {
+    return type == CB_TERM_POLYNOMIAL ? polynomial(config, curve, x) : piecewise(config, curve, x);
+}
+
 /* What one step of all terms works with. */
 struct evaluation {
     const struct cb_config *config;
@@ -147,7 +153,42 @@ static void volumetric(const struct evaluation *e, const struct cb_volumetric_co
     cb_volumetric_evaluate(&model, &state, value);
 }
 
-static struct remark curve(struct cb_curve_value result, float *value) {
+bool cb_term_has_branches(const struct cb_term_config *term) {
+    switch ((enum cb_term_type)term->type) {
+        case CB_TERM_BSPLINE:
+        case CB_TERM_POLYLINE:
+        case CB_TERM_POLYNOMIAL:
+            return term->as.curve.reversal_mm > 0.0f;
+        case CB_TERM_LINEAR:
+        case CB_TERM_PRODUCT:
+        case CB_TERM_BPNET:
+        case CB_TERM_VOLUMETRIC:
+            break;
+    }
+    return false;
+}
+
+/* The direction is that of the reading itself: looking ahead turns round before the axis does. */
+static struct cb_curve_value with_branch(const struct evaluation *e,
+                                         const struct cb_term_config *term,
+                                         struct cb_term_state *state,
+                                         struct cb_curve_value forward) {
+    const struct cb_curve_config *curve = &term->as.curve;
+    const struct cb_signal_state *signal = &e->signals[curve->signal];
+    if (!state->directed) cb_direction_start(&state->direction, signal->value, curve->reversal_mm);
+    state->directed = true;
+    cb_direction_step(&state->direction, signal->value, curve->reversal_mm);
+    const struct cb_curve_value backward =
+        one_curve(e->config, term->type, &e->config->branches[curve->backward], signal->used);
+    return cb_direction_blend(&state->direction, curve->reversal_mm, forward, backward);
+}
+
+static struct remark curve(const struct evaluation *e, const struct cb_term_config *term,
+                           struct cb_term_state *state, float *value) {
+    const struct cb_curve_config *curve = &term->as.curve;
+    struct cb_curve_value result =
+        one_curve(e->config, term->type, curve, e->signals[curve->signal].used);
+    if (curve->reversal_mm > 0.0f) result = with_branch(e, term, state, result);
     const struct remark remark = {.outside = result.outside};
     value[0] = result.value;
     return remark;
@@ -155,15 +196,13 @@ static struct remark curve(struct cb_curve_value result, float *value) {
 
 /* out: value[term->outputs] */
 static struct remark compute(const struct evaluation *e, const struct cb_term_config *term,
-                             float *value) {
+                             struct cb_term_state *state, float *value) {
     const struct remark nothing = {0};
-    const struct cb_curve_config *one = &term->as.curve;
     switch ((enum cb_term_type)term->type) {
         case CB_TERM_BSPLINE:
         case CB_TERM_POLYLINE:
-            return curve(piecewise(e->config, one, e->signals[one->signal].used), value);
         case CB_TERM_POLYNOMIAL:
-            return curve(polynomial(e->config, one, e->signals[one->signal].used), value);
+            return curve(e, term, state, value);
         case CB_TERM_LINEAR:
             value[0] = linear(e, &term->as.linear);
             break;
@@ -197,18 +236,19 @@ static void note(const struct remark *remark, struct cb_counters *counters,
     verdict->degraded = verdict->degraded || remark->weakened;
 }
 
-/* out: true and the new outputs in held[], or false: they could not be computed */
+/* out: true and the new outputs in state->held[], or false: they could not be computed */
 static bool refresh(const struct evaluation *e, const struct cb_term_config *term,
-                    struct cb_counters *counters, struct cb_terms_verdict *verdict, float *held) {
+                    struct cb_counters *counters, struct cb_terms_verdict *verdict,
+                    struct cb_term_state *state) {
     float value[CB_MAX_TERM_OUTPUTS];
     if (!ready(e, term)) return false;
-    const struct remark remark = compute(e, term, value);
+    const struct remark remark = compute(e, term, state, value);
     note(&remark, counters, verdict);
     if (!all_finite(value, term->outputs)) {
         ++counters->terms_not_finite;
         return false;
     }
-    memcpy(held, value, term->outputs * sizeof *held);
+    memcpy(state->held, value, term->outputs * sizeof *value);
     return true;
 }
 
@@ -226,7 +266,7 @@ struct cb_terms_verdict cb_terms_evaluate(const struct cb_config *config,
     for (unsigned i = 0; i < config->terms_count; ++i) {
         const struct cb_term_config *term = &config->terms[i];
         struct cb_term_state *state = &states[i];
-        const bool live = refresh(&e, term, counters, &verdict, state->held);
+        const bool live = refresh(&e, term, counters, &verdict, state);
         if (!live) fade(state->held, term->outputs, fade_um);
         counters->terms_faded += state->live && !live;
         state->live = live;

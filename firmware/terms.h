@@ -9,8 +9,11 @@
 #include "firmware/config.h"
 #include "firmware/counters.h"
 #include "firmware/signals.h"
+#include "models/direction.h"
 
 struct cb_term_state {
+    struct cb_direction direction;   /* of a curve with two branches */
+    bool directed;                   /* … which has been started */
     bool live;                       /* its signals are all fresh: values are computed */
     float held[CB_MAX_TERM_OUTPUTS]; /* when not live: last outputs, on their way to zero */
 };
@@ -19,6 +22,9 @@ struct cb_terms_verdict {
     bool degraded;     /* a term is not live, or a model weakened far outside its training range */
     bool extrapolated; /* a model has an input outside its training range */
 };
+
+/* true for a curve that has a branch for each direction. */
+bool cb_term_has_branches(const struct cb_term_config *term);
 
 /* in : signals aged; fade_um: how far an output of a term that is not live goes towards zero
  * out: outputs[config->outputs_count], all finite

@@ -148,6 +148,16 @@ class invariants {
         if (t.type == CB_TERM_BPNET) return network(t);
         if (t.type == CB_TERM_VOLUMETRIC) return volumetric(t.as.volumetric, index);
         must(curve.signal < c.signals_count, "the curve's signal");
+        one_curve(t, curve);
+        if (!broken.empty() || curve.reversal_mm == 0) return;
+        must(curve.reversal_mm >= 1e-3f && curve.reversal_mm <= 1e3f, "reversal");
+        must(curve.backward < c.branches_count && c.branches_count <= CB_MAX_BRANCHES, "backward");
+        if (!broken.empty()) return;
+        must(c.branches[curve.backward].signal == curve.signal, "both branches of one signal");
+        one_curve(t, c.branches[curve.backward]);
+    }
+
+    void one_curve(const cb_term_config &t, const cb_curve_config &curve) {
         must(curve.spans >= 1, "spans");
         if (t.type == CB_TERM_POLYNOMIAL) {
             polynomial(curve);

@@ -75,6 +75,22 @@ TEST(config_limits, terms) {
     EXPECT_EQ(message(file), "terms[64]: the box has room for 64 terms, and this is one more");
 }
 
+TEST(config_limits, branches) {
+    json file = example();
+    for (size_t i = 0; i < CB_MAX_BRANCHES; ++i) {
+        json term = polyline(numbered("d", i), 2);
+        term["backward"] = {{"positions", {0, 1}}, {"values", {0, 1}}};
+        term["reversal_mm"] = 1;
+        file["terms"].push_back(term);
+    }
+    EXPECT_EQ(message(file), "");
+    json term = file["terms"].back();
+    term["name"] = "one_more";
+    file["terms"].push_back(term);
+    EXPECT_EQ(message(file),
+              "terms[36].backward: the box has room for 32 curves with a branch backward");
+}
+
 TEST(config_limits, channels_and_the_write_block) {
     json file = example();
     file["plc"]["write"]["count"] = CB_MAX_WRITE_REGISTERS;
