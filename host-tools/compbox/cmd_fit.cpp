@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 // compbox fit: one measured error curve to a term.
+#include <algorithm>
+#include <cctype>
+#include <functional>
 #include <iostream>
-#include <map>
 #include <memory>
 
+#include "firmware/limits.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/fitting/fit.h"
 #include "host-tools/formats/file.h"
@@ -39,9 +42,46 @@ void run_fit(const fit_arguments &arguments) {
     std::cout << (arguments.as_json ? json_text(fragment) : report_of(result));
 }
 
+// The value whose name was given, or wrong usage that lists the choices.
+template <typename kind>
+std::function<void(const std::string &)> choice(kind &into, const std::string &option,
+                                                std::initializer_list<kind> all) {
+    const std::vector<kind> kinds = all;
+    return [&into, option, kinds](const std::string &text) {
+        std::string names;
+        for (const kind one : kinds) {
+            if (text == name_of(one)) {
+                into = one;
+                return;
+            }
+            names += std::string(names.empty() ? "" : ", ") + name_of(one);
+        }
+        throw CLI::ValidationError(option, "'" + text + "' is none of " + names);
+    };
+}
+
+// A name as the box's loader takes it.
+void check_name(const std::string &option, const std::string &name) {
+    const auto fits = [](char c) {
+        return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-' || c == '.';
+    };
+    if (name.empty()) throw CLI::ValidationError(option, "a name may not be empty");
+    if (name.size() >= CB_NAME_SIZE) {
+        throw CLI::ValidationError(option, "'" + name + "' is too long: a name has at most " +
+                                               std::to_string(CB_NAME_SIZE - 1) + " characters");
+    }
+    if (!std::all_of(name.begin(), name.end(), fits)) {
+        throw CLI::ValidationError(option, "'" + name +
+                                               "' is no name: use letters A to Z, digits and "
+                                               "_ - . only");
+    }
+}
+
 // What CLI11 cannot say by itself.
 void check_usage(const fit_arguments &arguments) {
     const fit_options &options = arguments.options;
+    check_name("--name", options.name);
+    check_name("--signal", options.signal);
     if (options.method == fit_method::polyline && options.degree > 0) {
         throw CLI::ValidationError("--degree", "a polyline has none");
     }
@@ -60,14 +100,13 @@ void add_fit(CLI::App &app) {
     fit->add_option("data", arguments->data, "Measurement, DATA.csv")->required();
     fit->add_option("--name", options.name, "Name of the term, e.g. EZX")->required();
     fit->add_option("--signal", options.signal, "Signal the curve depends on, e.g. X")->required();
-    const std::map<std::string, fit_method> methods = {{"bspline", fit_method::bspline},
-                                                       {"bspline-lmc", fit_method::bspline_lmc},
-                                                       {"polynomial", fit_method::polynomial},
-                                                       {"polyline", fit_method::polyline}};
-    fit->add_option("--method", options.method,
-                    "bspline (default): fewest knots that lose nothing; bspline-lmc: key points "
-                    "by curvature; polynomial; polyline")
-        ->transform(CLI::Transformer(methods).description(""))
+    fit->add_option_function<std::string>(
+           "--method",
+           choice(options.method, "--method",
+                  {fit_method::bspline, fit_method::bspline_lmc, fit_method::polynomial,
+                   fit_method::polyline}),
+           "bspline (default): fewest knots that lose nothing; bspline-lmc: key points "
+           "by curvature; polynomial; polyline")
         ->option_text("METHOD");
     fit->add_option("--degree", options.degree, "Degree (B-spline 3, polynomial 7)")
         ->check(CLI::Range(1, 15).description(""))
@@ -78,13 +117,11 @@ void add_fit(CLI::App &app) {
            "it the noise decides")
         ->check(CLI::PositiveNumber.description(""))
         ->option_text("E");
-    const std::map<std::string, reference_line> lines = {
-        {"keep", reference_line::keep},
-        {"end-point", reference_line::end_point},
-        {"least-squares", reference_line::least_squares}};
-    fit->add_option("--line", options.line,
-                    "Straight line taken off first: keep (none, default), end-point, least-squares")
-        ->transform(CLI::Transformer(lines).description(""))
+    fit->add_option_function<std::string>(
+           "--line",
+           choice(options.line, "--line",
+                  {reference_line::keep, reference_line::end_point, reference_line::least_squares}),
+           "Straight line taken off first: keep (none, default), end-point, least-squares")
         ->option_text("LINE");
     fit->add_option("--plot", arguments->plot, "Figure, F.svg, F.png or F.pdf");
     fit->add_flag("--json", arguments->as_json, "Report as JSON (the fragment with its findings)");

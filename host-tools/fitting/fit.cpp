@@ -2,6 +2,7 @@
 #include "host-tools/fitting/fit.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 
@@ -91,6 +92,19 @@ void judge_baseline(fit_result &result) {
         std::string("did not converge: this ") + name_of(result.options.method) +
         " leaves a residual of " + text_of(worst, 3) + " " + result.data.unit +
         ", more than the tolerance of " + shortest(tolerance) + " " + result.data.unit);
+}
+
+// ISO 230-1: the third letter is the axis that the error belongs to.
+void warn_of_other_axis(fit_result &result) {
+    const std::string &name = result.options.name, &signal = result.options.signal;
+    const bool iso = name.size() == 3 && name[0] == 'E' &&
+                     std::string("XYZABC").find(name[1]) != std::string::npos &&
+                     std::string("XYZABCUVW").find(name[2]) != std::string::npos;
+    if (!iso || signal.empty() || std::toupper(static_cast<unsigned char>(signal[0])) == name[2]) {
+        return;
+    }
+    result.warnings.push_back(name + " is by its name an error of axis " + name[2] +
+                              ", but the curve depends on signal " + signal);
 }
 
 // The smoothness is found with a noise that nobody measured.
@@ -206,6 +220,7 @@ fit_result fit_curve(const measurement &data, const fit_options &options) {
     }
     summarize(result);
     judge_baseline(result);
+    warn_of_other_axis(result);
     warn_of_unknown_noise(result);
     warn_of_outliers(result);
     return result;

@@ -114,7 +114,7 @@ json findings_of(const fit_result &result) {
     }
     if (result.key_points > 0) found["key_points"] = result.key_points;
     found["coefficients"] = result.curve.coefficient_count();
-    found["noise"] = rounded(result.noise);
+    found[data.sigma_given ? "noise_per_sigma" : "noise"] = rounded(result.noise);
     found["noise_from"] = noise_source(data);
     found["noise_degrees_of_freedom_of_repeats"] = data.repeat_freedom;
     found["left_out_rms"] = rounded(result.best.left_out_rms);
@@ -180,8 +180,9 @@ std::string report_of(const fit_result &result) {
     }
     text += line("coefficients", std::to_string(result.curve.coefficient_count()));
     if (result.key_points > 0) text += line("key points", std::to_string(result.key_points));
-    text +=
-        line("noise of one reading", digits(result.noise, unit) + " (" + noise_source(data) + ")");
+    text += line("noise of one reading", (data.sigma_given ? digits(result.noise, "of its sigma")
+                                                           : digits(result.noise, unit)) +
+                                             " (" + noise_source(data) + ")");
     text += line("residual range", digits(sum.range, unit));
     text += line("residual mean, variance",
                  digits(sum.mean, unit) + ", " + digits(sum.variance, unit + "²"));

@@ -2,6 +2,7 @@
 #include "host-tools/fitting/measurement.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "host-tools/formats/csv.h"
@@ -118,10 +119,7 @@ void read_rows(measurement &data, const csv_table &table, const columns &where,
         }
         run_with_lines &one = runs[place->second];
         const double sigma = where.sigma < 0 ? 1.0 : row[static_cast<std::size_t>(where.sigma)];
-        if (!(sigma > 0.0)) {
-            throw input_error(data.file, table.lines[r], 0,
-                              "sigma must be above zero, not " + shortest(sigma));
-        }
+        check_reading(data.file, table.lines[r], row[where.position], row[where.error], sigma);
         one.run.position.push_back(row[where.position]);
         one.run.error.push_back(row[where.error]);
         one.run.sigma.push_back(sigma);
@@ -134,6 +132,30 @@ void read_rows(measurement &data, const csv_table &table, const columns &where,
 }
 
 }  // namespace
+
+void check_reading(const std::string &file, long line, double position, double error,
+                   double sigma) {
+    constexpr double most = 1e6, least_sigma = 1e-6;
+    if (!(std::abs(position) <= most)) {
+        throw input_error(
+            file, line, 0,
+            "a position of " + shortest(position) + " mm is beyond any machine; give millimetres");
+    }
+    if (!(std::abs(error) <= most)) {
+        throw input_error(file, line, 0,
+                          "an error of " + shortest(error) +
+                              " is beyond any machine; give micrometres (microradians for "
+                              "angles)");
+    }
+    if (!(sigma > 0.0)) {
+        throw input_error(file, line, 0, "sigma must be above zero, not " + shortest(sigma));
+    }
+    if (sigma < least_sigma || sigma > most) {
+        throw input_error(file, line, 0,
+                          "a sigma of " + shortest(sigma) +
+                              " is outside 1e-06 to 1e+06; give it in the error's unit");
+    }
+}
 
 measurement read_measurement(const std::string &path) {
     if (is_laser_file(path)) return read_laser_measurement(path);

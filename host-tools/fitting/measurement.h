@@ -49,6 +49,10 @@ struct measurement {
 measurement read_measurement(const std::string &path);
 measurement read_laser_measurement(const std::string &path);
 
+// Throws input_error for a position beyond 1 km, an error beyond 1 m (or 1 rad) or a sigma outside
+// 10^-6 … 10^6, which no machine has. line 0: not known.
+void check_reading(const std::string &file, long line, double position, double error, double sigma);
+
 // Averages measurement.runs into position, mean, variance, readings and the noise of the repeats.
 // Called by read_measurement; apart for tests and other readers.
 void average_runs(measurement &data);

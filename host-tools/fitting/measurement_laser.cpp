@@ -26,6 +26,9 @@ measurement read_laser_measurement(const std::string &path) {
             std::reverse(run.error.begin(), run.error.end());
         }
         run.sigma.assign(run.position.size(), 1.0);
+        for (std::size_t i = 0; i < run.position.size(); ++i) {
+            check_reading(path, 0, run.position[i], run.error[i], run.sigma[i]);
+        }
         data.runs.push_back(std::move(run));
     }
     average_runs(data);

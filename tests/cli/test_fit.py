@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: MIT
+"""compbox fit as a person calls it: what it writes, what it says, what it refuses."""
+
+import math
+
+import pytest
+
+FIT = ("fit", "d.csv", "--name", "EZX", "--signal", "X", "-o", "t.json")
+
+
+def readings(runs=1, n=21, length=2000, sigma=None, directions=False):
+    """A smooth curve with a little deterministic noise, as a file."""
+    names = ["position_mm", "error_um"] + ["run"] + (["direction"] if directions else [])
+    names += ["sigma"] if sigma else []
+    lines = [",".join(names)]
+    for run in range(runs):
+        for i in range(n):
+            x = length * i / (n - 1)
+            lost = (2.0 if run % 2 == 0 else -2.0) if directions else 0.0
+            y = 20 * math.sin(x / 300) + lost + 0.3 * math.sin(37.1 * i + 11.3 * run)
+            lines.append(",".join([f"{x}", f"{y:.4f}", str(run + 1)]
+                                  + (["+1" if run % 2 == 0 else "-1"] if directions else [])
+                                  + ([f"{sigma}"] if sigma else [])))
+    return "\n".join(lines) + "\n"
+
+
+@pytest.fixture(autouse=True)
+def data(compbox):
+    compbox.write("d.csv", readings(runs=3))
+
+
+@pytest.mark.parametrize("option, value, sentence", [
+    ("--name", "E" * 24, "'EEEEEEEEEEEEEEEEEEEEEEEE' is too long: a name has at most 23 characters"),
+    ("--name", "", "a name may not be empty"),
+    ("--name", "E ZX", "'E ZX' is no name: use letters A to Z, digits and _ - . only"),
+    ("--signal", "", "a name may not be empty"),
+    ("--signal", "X" * 24, "is too long"),
+    ("--method", "foo", "'foo' is none of bspline, bspline-lmc, polynomial, polyline"),
+    ("--line", "foo", "'foo' is none of keep, end-point, least-squares"),
+    ("--tolerance-um", "-1", "--tolerance-um"),
+    ("--degree", "6", "a B-spline has degree 1 to 5"),
+])
+def test_wrong_usage_is_one_sentence(compbox, option, value, sentence):
+    arguments = list(FIT)
+    if option in arguments:
+        del arguments[arguments.index(option):arguments.index(option) + 2]
+    done = compbox(*arguments, option, value)
+    assert done.returncode == 2
+    assert sentence in done.stderr, done.stderr
+    assert not (compbox.folder / "t.json").exists()
+
+
+@pytest.mark.parametrize("row, sentence", [
+    ("500,1e30", "d.csv:4: an error of 1e+30 is beyond any machine; "
+                 "give micrometres (microradians for angles)"),
+    ("1e30,5", "d.csv:4: a position of 1e+30 mm is beyond any machine; give millimetres"),
+])
+def test_numbers_beyond_any_machine_are_refused(compbox, row, sentence):
+    compbox.write("d.csv", f"position_mm,error_um\n0,1\n100,2\n{row}\n1000,3\n1500,4\n2000,5\n")
+    assert compbox.refused(*FIT) == sentence
+
+
+@pytest.mark.parametrize("sigma, sentence", [
+    ("0", "d.csv:2: sigma must be above zero, not 0"),
+    ("1e30", "d.csv:2: a sigma of 1e+30 is outside 1e-06 to 1e+06; give it in the error's unit"),
+])
+def test_an_impossible_sigma_is_refused(compbox, sigma, sentence):
+    compbox.write("d.csv", readings(sigma=sigma))
+    assert compbox.refused(*FIT) == sentence
+
+
+def test_a_signal_of_another_axis_is_noticed(compbox):
+    def warned(name, signal):
+        done = compbox("fit", "d.csv", "--name", name, "--signal", signal, "-o", "t.json")
+        assert done.returncode == 0
+        return "by its name an error of axis" in done.stderr
+    assert warned("EZX", "Y")
+    assert not warned("EZX", "X") and not warned("EZX", "x1")
+    assert not warned("bow", "Y") and not warned("EQX", "Y")
+
+
+def test_one_run_says_that_the_noise_is_unknown(compbox):
+    compbox.write("d.csv", readings(runs=1))
+    assert "the noise could not be measured" in compbox(*FIT).stderr
+    compbox.write("d.csv", readings(runs=1, sigma=0.3))
+    assert "could not be measured" not in compbox(*FIT).stderr
+
+
+def test_a_tolerance_that_is_not_reached_is_written_and_said(compbox):
+    done = compbox(*FIT, "--method", "polynomial", "--tolerance-um", "0.001")
+    assert done.returncode == 0
+    assert "did not converge" in done.stderr
+    assert compbox.read("t.json")["provenance"]["EZX"]["converged"] is False
+    compbox.good(*FIT, "--tolerance-um", "0.01")
+    found = compbox.read("t.json")["provenance"]["EZX"]
+    assert found["converged"] is True and abs(found["residuals"]["worst"]) <= 0.01
+
+
+def test_lmc_says_when_its_points_run_out(compbox):
+    done = compbox(*FIT, "--method", "bspline-lmc", "--tolerance-um", "0.001")
+    assert done.returncode == 0
+    assert "did not converge: with all 21 points as key points" in done.stderr
+    assert compbox.read("t.json")["provenance"]["EZX"]["converged"] is False
