@@ -8,7 +8,10 @@
 #include <sstream>
 
 #include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/identify_plot.h"
+#include "host-tools/compbox/monte_carlo_report.h"
 #include "host-tools/compbox/plan_file.h"
+#include "host-tools/compbox/progress.h"
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/identification/identify.h"
@@ -23,6 +26,10 @@ struct identify_arguments {
     double scale_ppm_per_degC = 0.0, temperature_degC = 20.0;
     bool table_readings = false;
     identify_options options;
+    std::string plot;
+    monte_carlo_arguments monte_carlo;
+    std::vector<double> preset;
+    double sigma_um = 0.0;  // 0: the noise found, else 1
     bool as_json = false;
 };
 
@@ -141,6 +148,26 @@ void print_report(const json &report) {
     if (!report["outliers"].empty()) std::cout << "\nmeasure these again or take them out\n";
 }
 
+// Both methods at these points, with errors of the size that was found and the noise that was
+// found.
+json compare_methods(const identify_arguments &arguments, const triple_mm &points,
+                     const six_curves &curves) {
+    monte_carlo_options options;
+    options.axis = arguments.options.axis;
+    options.runs = arguments.monte_carlo.runs;
+    options.seed = arguments.monte_carlo.seed;
+    options.sigma_um = arguments.sigma_um > 0.0 ? arguments.sigma_um
+                       : curves.noise_um > 1e-6 ? curves.noise_um
+                                                : 1.0;
+    for (std::size_t k = 0; k < 6; ++k) {
+        const auto column = curves.value.col(static_cast<Eigen::Index>(k));
+        options.preset[k] =
+            arguments.preset.empty() ? column.maxCoeff() - column.minCoeff() : arguments.preset[k];
+    }
+    options.progress = progress_of("runs");
+    return monte_carlo_json(monte_carlo(points, options), options);
+}
+
 void run_identify(identify_arguments &arguments) {
     arguments.options.axis = axis_of(arguments.axis);
     nine_lines lines = read_lines(arguments.data);
@@ -151,13 +178,20 @@ void run_identify(identify_arguments &arguments) {
         for (std::size_t k = 0; k < 3; ++k) point[k] -= arguments.frame_offset_mm[k];
     }
     const six_curves curves = identify(lines, points, arguments.options, arguments.points);
-    const json report = report_json(arguments, curves);
+    json report = report_json(arguments, curves);
+    if (arguments.monte_carlo.runs > 0) {
+        report["monte_carlo"] = compare_methods(arguments, points, curves);
+    }
+    if (!arguments.plot.empty()) plot_identified(curves, arguments.options.axis, arguments.plot);
     write_curves(arguments, curves);
     write_file(arguments.folder + "/report.json", json_text(report));
     if (arguments.as_json) {
         std::cout << json_text(report);
     } else {
         print_report(report);
+        if (report.contains("monte_carlo")) {
+            std::cout << "\n" << monte_carlo_table(report["monte_carlo"]);
+        }
     }
 }
 
@@ -212,6 +246,20 @@ void add_identify(CLI::App &app) {
         ->option_text("A");
     identify->add_option("--temperature-degC", arguments->temperature_degC, "Its temperature (20)")
         ->option_text("T");
+    add_monte_carlo(*identify, arguments->monte_carlo);
+    identify
+        ->add_option("--preset", arguments->preset,
+                     "Monte Carlo: the true errors, um and urad (else the ranges found)")
+        ->expected(6)
+        ->delimiter(',')
+        ->option_text("DX,DY,DZ,EX,EY,EZ");
+    identify
+        ->add_option("--sigma-um", arguments->sigma_um,
+                     "Monte Carlo: standard deviation of a reading (else the noise found)")
+        ->check(CLI::PositiveNumber.description(""))
+        ->option_text("S");
+    identify->add_option("--plot", arguments->plot,
+                         "Six curves with their 2 sigma bands, F.svg, F.png or F.pdf");
     identify->add_flag("--json", arguments->as_json, "Print the report as JSON");
     identify->add_option("-o,--output", arguments->folder, "Folder for the curves, DIR")
         ->required();

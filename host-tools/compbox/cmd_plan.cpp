@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/monte_carlo_report.h"
 #include "host-tools/compbox/plan_file.h"
 #include "host-tools/compbox/progress.h"
 #include "host-tools/formats/csv.h"
@@ -24,6 +25,7 @@ struct plan_arguments {
     double sigma_um = 1.0;
     std::vector<double> preset;
     plan_options options;
+    monte_carlo_arguments monte_carlo;
     bool as_json = false;
 };
 
@@ -112,6 +114,22 @@ json plan_json(const plan_arguments &arguments, const grid &box, const plan_resu
     return plan;
 }
 
+// The closed form checked by runs with noise, at the chosen points.
+json check_by_runs(const plan_arguments &arguments, const json &plan) {
+    monte_carlo_options options;
+    options.axis = axis_of(arguments.axis);
+    options.preset = arguments.options.preset;
+    options.sigma_um = arguments.sigma_um;
+    options.runs = arguments.monte_carlo.runs;
+    options.seed = arguments.monte_carlo.seed;
+    options.progress = progress_of("runs");
+    triple_mm points;
+    for (std::size_t p = 0; p < 3; ++p) {
+        for (std::size_t k = 0; k < 3; ++k) points[p][k] = plan["points_mm"][p][k].get<double>();
+    }
+    return monte_carlo_json(monte_carlo(points, options), options);
+}
+
 std::string numbers_of(const json &values) {
     std::ostringstream out;
     out << std::fixed << std::setprecision(3);
@@ -155,12 +173,16 @@ void run_plan(plan_arguments &arguments) {
     if (result.best.empty() || !std::isfinite(result.best.front().merit)) {
         throw input_error("every triple of these nodes lies on one line: give the box more nodes");
     }
-    const json plan = plan_json(arguments, box, result);
+    json plan = plan_json(arguments, box, result);
+    if (arguments.monte_carlo.runs > 0) plan["monte_carlo"] = check_by_runs(arguments, plan);
     write_file(arguments.output, json_text(plan));
     if (arguments.as_json) {
         std::cout << json_text(plan);
     } else {
         print_plan(plan);
+        if (plan.contains("monte_carlo")) {
+            std::cout << "\n" << monte_carlo_table(plan["monte_carlo"]);
+        }
     }
 }
 
@@ -194,6 +216,7 @@ void add_plan(CLI::App &app) {
     plan->add_option("--best", arguments->options.best, "How many triples to list (10)")
         ->check(CLI::Range(1, 1000).description(""))
         ->option_text("N");
+    add_monte_carlo(*plan, arguments->monte_carlo);
     plan->add_flag("--json", arguments->as_json, "Print the plan as JSON");
     plan->add_option("-o,--output", arguments->output, "Plan to write, plan.json")->required();
     plan->callback([arguments] { run_plan(*arguments); });

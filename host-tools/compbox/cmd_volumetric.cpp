@@ -9,6 +9,7 @@
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/key_values.h"
 #include "host-tools/compbox/volumetric.h"
+#include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 
 extern "C" {
@@ -37,8 +38,32 @@ constexpr const char *example =
     "relative to the workpiece. C0Y > 0 opens the angle between +X and +Y, A0Z > 0 that between\n"
     "+Y and +Z, B0Z > 0 closes that between +X and +Z. What is missing is zero, and said.";
 
+void put_squareness(volumetric_arguments &arguments, const std::string &name, double urad) {
+    if (arguments.options.squareness_urad.insert({name, urad}).second) return;
+    throw CLI::ValidationError("--squareness", name + " is given twice");
+}
+
+// What `compbox squareness` wrote.
+void read_squareness(volumetric_arguments &arguments, const std::string &path) {
+    const json file = read_json(path);
+    const json values = get<json>(file, "squareness_urad", path);
+    for (const auto &[name, value] : values.items()) {
+        const bool known = name == "C0Y" || name == "B0Z" || name == "A0Z";
+        if (!known || !value.is_number() || std::fabs(value.get<double>()) > 1e5) {
+            throw input_error(
+                path, 0, 0,
+                "squareness_urad." + name + " must be C0Y, B0Z or A0Z with a number up to 100000");
+        }
+        put_squareness(arguments, name, value.get<double>());
+    }
+}
+
 void take_squareness(volumetric_arguments &arguments) {
     for (const auto &text : arguments.squareness) {
+        if (text.find('=') == std::string::npos) {
+            read_squareness(arguments, text);
+            continue;
+        }
         for (const auto &piece : split_at_keys(text)) {
             const key_values one = parse_key_values("--squareness", piece);
             const bool known = one.key == "C0Y" || one.key == "B0Z" || one.key == "A0Z";
@@ -47,9 +72,7 @@ void take_squareness(volumetric_arguments &arguments) {
                                                                "' must be C0Y, B0Z or A0Z = a "
                                                                "number of urad up to 100000");
             }
-            if (!arguments.options.squareness_urad.insert({one.key, one.values[0]}).second) {
-                throw CLI::ValidationError("--squareness", one.key + " is given twice");
-            }
+            put_squareness(arguments, one.key, one.values[0]);
         }
     }
 }
@@ -155,8 +178,10 @@ void run_volumetric(volumetric_arguments &arguments) {
 
 void add_geometry(CLI::App &command, volumetric_arguments &arguments) {
     volumetric_options &options = arguments.options;
-    command.add_option("--squareness", arguments.squareness, "C0Y, B0Z, A0Z in urad; else zero")
-        ->option_text("C0Y=U,…");
+    command
+        .add_option("--squareness", arguments.squareness,
+                    "C0Y, B0Z, A0Z in urad, or files of `compbox squareness`; else zero")
+        ->option_text("C0Y=U,… | FILE.json");
     command
         .add_option("--reference-point", arguments.reference_points,
                     "Origin of the frame in which an axis' errors were identified, in machine "

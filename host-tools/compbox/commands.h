@@ -13,6 +13,7 @@ void add_report(CLI::App &app);
 void add_plan(CLI::App &app);
 void add_assemble(CLI::App &app);
 void add_identify(CLI::App &app);
+void add_squareness(CLI::App &app);
 void add_volumetric(CLI::App &app);
 void add_build(CLI::App &app);
 void add_check(CLI::App &app);

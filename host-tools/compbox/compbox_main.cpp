@@ -16,6 +16,7 @@ int main(int argc, char **argv) {
     compbox::add_plan(app);
     compbox::add_assemble(app);
     compbox::add_identify(app);
+    compbox::add_squareness(app);
     compbox::add_volumetric(app);
     compbox::add_build(app);
     compbox::add_pack(app);

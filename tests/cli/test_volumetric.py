@@ -188,7 +188,7 @@ def test_bad_folders(compbox):
 
 @pytest.mark.parametrize("wrong", [
     ["--chain", "XYZ"], ["--chain", "fXXZ"], ["--chain", "fXYZ", "--squareness", "C0X=1"],
-    ["--chain", "fXYZ", "--squareness", "C0Y"], ["--chain", "fXYZ", "--squareness", "C0Y=nan"],
+    ["--chain", "fXYZ", "--squareness", "C0Y=nan"],
     ["--chain", "fXYZ", "--squareness", "C0Y=1,2"], ["--chain", "fXYZ", "--squareness", "C0Y=1,"],
     ["--chain", "fXYZ", "--squareness", "C0Y=1,C0Y=2"],
     ["--chain", "fXYZ", "--reference-point", "X=1,2"],

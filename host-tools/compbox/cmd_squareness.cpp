@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: MIT
+// compbox squareness: what straightness alone cannot tell.
+#include <cmath>
+#include <iomanip>
+#include <iostream>
+#include <memory>
+
+#include "host-tools/compbox/commands.h"
+#include "host-tools/fitting/measurement.h"
+#include "host-tools/formats/error.h"
+#include "host-tools/formats/file.h"
+#include "host-tools/formats/json.h"
+#include "host-tools/metrology/squareness.h"
+#include "host-tools/metrology/straightness.h"
+
+namespace compbox {
+
+namespace {
+
+struct squareness_arguments {
+    std::string name, output;
+    std::vector<std::string> optical;
+    std::vector<double> diagonals, ball_bar;
+    double square_error_urad = 0.0, sigma_um = 0.0;
+    bool as_json = false;
+};
+
+constexpr const char *example =
+    "Example:\n"
+    "  compbox squareness --name C0Y --optical EYX.rtl EXY.rtl --square-error-urad 1.5 -o "
+    "C0Y.json\n"
+    "  compbox squareness --name B0Z --diagonals 500,400,-6.1,4.2 --sigma-um 0.5 -o B0Z.json\n"
+    "C0Y > 0 opens the angle between +X and +Y, A0Z > 0 that between +Y and +Z, B0Z > 0 closes "
+    "that\n"
+    "between +X and +Z. The files go to volumetric --squareness C0Y.json.";
+
+// The slope of a straightness and its standard deviation, from the repeats where there are any,
+// else from what is left about the line.
+squareness slope_of(const std::string &path) {
+    const measurement data = read_measurement(path);
+    if (data.unit != "um") throw input_error(path, 0, 0, "holds angles; a straightness is in um");
+    if (data.position.size() < 3) throw input_error(path, 0, 0, "needs at least three positions");
+    if (data.runs_aligned) {
+        throw input_error(path, 0, 0,
+                          "each run has a slope of its own, so they do not share a reference: "
+                          "measure both axes without touching the set-up");
+    }
+    const straight_line line = least_squares_line(data.position, data.mean);
+    double tt = 0.0, rest = 0.0, middle = 0.0;
+    for (const double x : data.position) middle += x / static_cast<double>(data.position.size());
+    for (std::size_t i = 0; i < data.position.size(); ++i) {
+        const double x = data.position[i], e = data.mean[i] - line.at(x);
+        tt += (x - middle) * (x - middle);
+        rest += e * e;
+    }
+    const double variance = data.repeat_freedom > 0
+                                ? data.repeat_variance * data.variance.front()
+                                : rest / static_cast<double>(data.position.size() - 2);
+    return {1e3 * line.slope, 1e3 * std::sqrt(variance / tt)};
+}
+
+squareness squareness_of(const squareness_arguments &arguments, std::string &source) {
+    const auto &d = arguments.diagonals, &b = arguments.ball_bar;
+    if (!arguments.optical.empty()) {
+        source = "optical square, " + arguments.optical[0] + " and " + arguments.optical[1];
+        const squareness first = slope_of(arguments.optical[0]);
+        const squareness second = slope_of(arguments.optical[1]);
+        return from_optical_square(arguments.name, first, second, arguments.square_error_urad);
+    }
+    if (!d.empty()) {
+        source = "face diagonals";
+        return from_diagonals(arguments.name, d[0], d[1], d[2], d[3], arguments.sigma_um);
+    }
+    source = "ball bar";
+    return from_ball_bar(arguments.name, b[0], b[1], b[2], arguments.sigma_um);
+}
+
+void check_usage(const squareness_arguments &arguments) {
+    const int ways =
+        !arguments.optical.empty() + !arguments.diagonals.empty() + !arguments.ball_bar.empty();
+    if (ways != 1) {
+        throw CLI::ValidationError("squareness",
+                                   "takes one of --optical, --diagonals and --ball-bar");
+    }
+    const auto &d = arguments.diagonals, &b = arguments.ball_bar;
+    if ((!d.empty() && !(d[0] > 0 && d[1] > 0)) || (!b.empty() && !(b[0] > 0))) {
+        throw CLI::ValidationError("squareness", "sides and diameters must be above zero");
+    }
+}
+
+void run_squareness(const squareness_arguments &arguments) {
+    check_usage(arguments);
+    std::string source;
+    const squareness found = squareness_of(arguments, source);
+    if (!std::isfinite(found.value_urad) || std::fabs(found.value_urad) > 1e5) {
+        throw input_error("the squareness comes out as " + std::to_string(found.value_urad) +
+                          " urad, which cannot be: check the order of the numbers");
+    }
+    json report;
+    report["squareness_urad"][arguments.name] = found.value_urad;
+    report["sigma_urad"][arguments.name] = found.sigma_urad;
+    report["source"] = source;
+    write_file(arguments.output, json_text(report));
+    if (arguments.output == "-") return;
+    if (arguments.as_json) {
+        std::cout << json_text(report);
+        return;
+    }
+    std::cout << std::fixed << std::setprecision(2) << arguments.name << " = " << found.value_urad
+              << " urad, 1 sigma " << found.sigma_urad << " urad (" << source << ")\n";
+}
+
+}  // namespace
+
+void add_squareness(CLI::App &app) {
+    const auto arguments = std::make_shared<squareness_arguments>();
+    CLI::App *command =
+        app.add_subcommand("squareness", "Squareness from set-ups with one reference");
+    command->footer(example);
+    command->add_option("--name", arguments->name, "C0Y (Y to X), B0Z (Z to X) or A0Z (Z to Y)")
+        ->required()
+        ->check(CLI::IsMember({"C0Y", "B0Z", "A0Z"}).description(""))
+        ->option_text("NAME");
+    command
+        ->add_option("--optical", arguments->optical,
+                     "Straightness of the first axis towards the second, and of the second towards "
+                     "the first behind the optical square; first and second are X Y, X Z or Y Z")
+        ->expected(2)
+        ->option_text("FIRST SECOND");
+    command
+        ->add_option("--square-error-urad", arguments->square_error_urad,
+                     "The square's angle less 90 degrees (0)")
+        ->option_text("Q");
+    command
+        ->add_option("--diagonals", arguments->diagonals,
+                     "Sides of a rectangle in mm along the first and the second axis; measured "
+                     "less nominal length in um of the diagonal on which both rise, and of the "
+                     "other")
+        ->expected(4)
+        ->delimiter(',')
+        ->option_text("A,B,R,F");
+    command
+        ->add_option("--ball-bar", arguments->ball_bar,
+                     "Diameter in mm; deviations in um of the diameters at 45 and 135 degrees")
+        ->expected(3)
+        ->delimiter(',')
+        ->option_text("D,R,F");
+    command->add_option("--sigma-um", arguments->sigma_um, "Standard deviation of one length (0)")
+        ->check(CLI::NonNegativeNumber.description(""))
+        ->option_text("S");
+    command->add_flag("--json", arguments->as_json, "Print the result as JSON");
+    command->add_option("-o,--output", arguments->output, "File to write")->required();
+    command->callback([arguments] { run_squareness(*arguments); });
+}
+
+}  // namespace compbox

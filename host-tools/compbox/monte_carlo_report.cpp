@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/compbox/monte_carlo_report.h"
+
+#include <cmath>
+#include <cstdio>
+
+#include "host-tools/identification/identify.h"
+
+namespace compbox {
+
+namespace {
+
+json statistics_json(const method_statistics &statistics, std::size_t k) {
+    json one;
+    one["mean"] = statistics.mean[k];
+    one["sigma"] = statistics.sigma[k];
+    one["sigma_closed_form"] = statistics.closed_form[k];
+    return one;
+}
+
+// By how many per cent `now` is below `before`; null where there is nothing to be below of.
+json less_percent(double now, double before) {
+    return before == 0.0 ? json(nullptr) : json(100.0 * (1.0 - now / before));
+}
+
+std::string cell(const json &value, const char *format) {
+    char text[32];
+    if (value.is_null()) return std::string(9, ' ') + "-";
+    std::snprintf(text, sizeof text, format, value.get<double>());
+    return text;
+}
+
+}  // namespace
+
+void add_monte_carlo(CLI::App &command, monte_carlo_arguments &arguments) {
+    command
+        .add_option("--monte-carlo", arguments.runs,
+                    "Compare both methods over N runs with noise, as a check of the closed form")
+        ->check(CLI::Range(2, 100000000).description(""))
+        ->option_text("N");
+    command.add_option("--seed", arguments.seed, "Of the noise (1)")->option_text("K");
+}
+
+json monte_carlo_json(const monte_carlo_result &result, const monte_carlo_options &options) {
+    const auto names = error_names(options.axis);
+    json report;
+    report["runs"] = options.runs;
+    report["seed"] = options.seed;
+    report["reading_sigma_um"] = options.sigma_um;
+    for (std::size_t k = 0; k < 6; ++k) {
+        json one;
+        one["unit"] = k < 3 ? "um" : "urad";
+        one["preset"] = options.preset[k];
+        one["improved"] = statistics_json(result.improved, k);
+        if (result.traditional) {
+            const auto &other = *result.traditional;
+            one["traditional"] = statistics_json(other, k);
+            one["mean_closer_percent"] =
+                less_percent(std::fabs(result.improved.mean[k] - options.preset[k]),
+                             std::fabs(other.mean[k] - options.preset[k]));
+            one["sigma_lower_percent"] = less_percent(result.improved.sigma[k], other.sigma[k]);
+        }
+        report["errors"][names[k]] = one;
+    }
+    return report;
+}
+
+std::string monte_carlo_table(const json &report) {
+    std::string text = "Monte Carlo, " + std::to_string(report["runs"].get<unsigned>()) +
+                       " runs, seed " + std::to_string(report["seed"].get<std::uint64_t>()) +
+                       ", sigma of a reading " + cell(report["reading_sigma_um"], "%.3g") +
+                       " um\n                        traditional                  improved         "
+                       "    closer   lower"
+                       "\n  error    preset      mean  sigma (closed)      mean  sigma (closed)    "
+                       " mean   sigma\n";
+    for (const auto &[name, one] : report["errors"].items()) {
+        text += "  " + name + cell(one["preset"], "%11.3f");
+        for (const char *method : {"traditional", "improved"}) {
+            if (!one.contains(method)) {
+                text += "        -       -        ";
+                continue;
+            }
+            text += cell(one[method]["mean"], "%10.3f") + cell(one[method]["sigma"], "%8.3f") +
+                    cell(one[method]["sigma_closed_form"], " (%6.3f)");
+        }
+        if (one.contains("traditional")) {
+            text += cell(one["mean_closer_percent"], "%8.1f %%") +
+                    cell(one["sigma_lower_percent"], "%6.1f %%");
+        }
+        text += "  " + one["unit"].get<std::string>() + "\n";
+    }
+    return text;
+}
+
+}  // namespace compbox

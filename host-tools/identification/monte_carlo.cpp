@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/identification/monte_carlo.h"
+
+#include <cmath>
+#include <random>
+
+namespace compbox {
+
+namespace {
+
+using vector9 = Eigen::Matrix<double, 9, 1>;
+using vector6 = Eigen::Matrix<double, 6, 1>;
+
+// Standard normal numbers by Box and Muller: the standard library's distribution differs from one
+// library to another, the generator does not.
+class normal_numbers {
+  public:
+    explicit normal_numbers(std::uint64_t seed) : generator_(seed) {}
+
+    double next() {
+        if (spare_) {
+            const double value = *spare_;
+            spare_.reset();
+            return value;
+        }
+        const double radius = std::sqrt(-2.0 * std::log(uniform()));
+        const double angle = 2.0 * M_PI * uniform();
+        spare_ = radius * std::sin(angle);
+        return radius * std::cos(angle);
+    }
+
+  private:
+    // In (0, 1].
+    double uniform() { return (static_cast<double>(generator_() >> 11) + 1.0) * 0x1p-53; }
+
+    std::mt19937_64 generator_;
+    std::optional<double> spare_;
+};
+
+// Mean and sum of squares as they grow (Welford).
+struct tally {
+    vector6 mean = vector6::Zero(), squares = vector6::Zero();
+    double count = 0.0;
+
+    void add(const vector6 &value) {
+        count += 1.0;
+        const vector6 before = value - mean;
+        mean += before / count;
+        squares += before.cwiseProduct(value - mean);
+    }
+
+    method_statistics statistics(const six &closed_form, double sigma_um) const {
+        method_statistics result;
+        for (int k = 0; k < 6; ++k) {
+            const auto i = static_cast<std::size_t>(k);
+            result.mean[i] = mean(k);
+            result.sigma[i] = std::sqrt(squares(k) / (count - 1.0));
+            result.closed_form[i] = closed_form[i] * sigma_um;
+        }
+        return result;
+    }
+};
+
+}  // namespace
+
+monte_carlo_result monte_carlo(const triple_mm &points, const monte_carlo_options &options) {
+    const Eigen::Matrix<double, 9, 6> A = observation_matrix(points);
+    const auto rows = traditional_rows_of(options.axis);
+    Eigen::Matrix<double, 6, 6> sequence;
+    for (int i = 0; i < 6; ++i) sequence.row(i) = A.row(rows[static_cast<std::size_t>(i)]);
+    six traditional_closed{};
+    const bool solvable = traditional_sigma(points, options.axis, traditional_closed);
+    const Eigen::ColPivHouseholderQR<Eigen::Matrix<double, 9, 6>> improved(A);
+    const Eigen::FullPivLU<Eigen::Matrix<double, 6, 6>> traditional(sequence);
+    const vector6 preset = Eigen::Map<const vector6>(options.preset.data());
+    const vector9 ideal = A * preset;
+
+    normal_numbers noise(options.seed);
+    tally improved_tally, traditional_tally;
+    for (unsigned run = 0; run < options.runs; ++run) {
+        vector9 readings = ideal;
+        for (int line = 0; line < 9; ++line) readings(line) += options.sigma_um * noise.next();
+        improved_tally.add(improved.solve(readings));
+        if (solvable) {
+            vector6 six_readings;
+            for (int i = 0; i < 6; ++i)
+                six_readings(i) = readings(rows[static_cast<std::size_t>(i)]);
+            traditional_tally.add(traditional.solve(six_readings));
+        }
+        if (options.progress && run % 1024 == 0) options.progress(run / (1.0 * options.runs));
+    }
+    if (options.progress) options.progress(1.0);
+    monte_carlo_result result;
+    result.improved = improved_tally.statistics(closed_form_sigma(points), options.sigma_um);
+    if (solvable) {
+        result.traditional = traditional_tally.statistics(traditional_closed, options.sigma_um);
+    }
+    return result;
+}
+
+}  // namespace compbox
