@@ -124,7 +124,8 @@ void serve(fake_plc &plc, modbus_server &server, scan_log &log, const sigset_t &
         const std::size_t clients = server.clients();
         server.process(set, now_us(), answer);
         if (server.clients() != clients) {
-            plc.note(std::to_string(server.clients()) + " clients connected");
+            plc.note(std::to_string(server.clients()) +
+                     (server.clients() == 1 ? " client connected" : " clients connected"));
         }
         if (input.open() && set.back().revents != 0) input.read_and_run(commands);
     }
@@ -155,14 +156,16 @@ void add_options(CLI::App &app, options &chosen) {
         ->capture_default_str()
         ->check(modbus_server::fault_in);
     app.add_option("--machine", chosen.plc.machine,
-                   "Twin file (default: straight axes with the ranges of the map's signals)");
+                   "Twin file (default: X, Y, Z without errors, with the ranges of the map's "
+                   "signals or 0 to 1000 mm)");
     app.add_option("--map", chosen.plc.map,
                    "Coefficient or machine file with the registers (default: the one the twin "
-                   "file names)");
+                   "file names, or the map that compbox init lays out)");
     app.add_option("--seed", chosen.plc.seed, "Instead of the twin file's seed");
     app.add_option("--log", chosen.log, "CSV file with one row for each PLC scan");
     app.footer(std::string(console_help()) +
-               "Example: fakeplc --profile generic --listen 127.0.0.1:1502 "
+               "Example: fakeplc --profile generic --listen 127.0.0.1:1502\n"
+               "         fakeplc --profile generic --listen 127.0.0.1:1502 "
                "--machine machine_twin.json --map coefficients.json --log plc.csv");
 }
 
@@ -175,9 +178,6 @@ int main(int argc, char **argv) {
     compbox::add_options(app, chosen);
     try {
         app.parse(argc, argv);
-        if (chosen.plc.machine.empty() && chosen.plc.map.empty()) {
-            throw CLI::RequiredError("--machine or --map");
-        }
         compbox::run(chosen);
     } catch (const CLI::ParseError &error) {
         return app.exit(error) == 0 ? 0 : 2;

@@ -32,9 +32,11 @@ double toward(double held, double want, double step) {
     return std::fabs(want - held) <= step ? want : held + (want > held ? step : -step);
 }
 
-std::size_t axis_of(const taken_channel &channel, const twin_config &config,
-                    const std::string &file) {
+// The index of the axis that a channel moves; nothing where the machine says that it moves none.
+std::optional<std::size_t> axis_of(const taken_channel &channel, const twin_config &config,
+                                   const std::string &file) {
     const auto mapped = config.channels.find(channel.name);
+    if (mapped != config.channels.end() && mapped->second == no_axis) return std::nullopt;
     const int axis = mapped != config.channels.end() ? axis_index(mapped->second)
                      : channel.name.size() == 1      ? axis_index(channel.name[0])
                                                      : -1;
@@ -154,8 +156,9 @@ void fake_plc::take_over() {
         const bool apply = may_apply();
         const double speed = apply ? config_.plc.slope_um_per_s : config_.plc.ramp_um_per_s;
         applied_um_[c] = toward(applied_um_[c], apply ? commanded_um_[c] : 0.0, speed * dt_s);
-        asked_um[axis_of_channel_[c]] += applied_um_[c];
-        ++channels_of_axis[axis_of_channel_[c]];
+        if (!axis_of_channel_[c]) continue;
+        asked_um[*axis_of_channel_[c]] += applied_um_[c];
+        ++channels_of_axis[*axis_of_channel_[c]];
     }
     for (std::size_t a = 0; a < 3; ++a) asked_um[a] /= std::max(channels_of_axis[a], 1);
     nc_.set_compensation_um(asked_um);

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -95,7 +96,7 @@ class fake_plc {
     twin_machine twin_;
     nc_motion nc_;
     modbus::bank registers_;
-    std::vector<std::size_t> axis_of_channel_;
+    std::vector<std::optional<std::size_t>> axis_of_channel_;
     std::vector<double> commanded_um_, applied_um_;
     std::map<std::string, double> forced_;
     plc_state state_;

@@ -96,6 +96,7 @@ void read_plc(const section &plc, register_map &map) {
     map.status = address_in(plc, "status", map.write, 1);
     map.box_heartbeat = address_in(plc, "box_heartbeat", map.write, 1);
     if (!plc.has("referenced_bits")) return;
+    if (!plc.at("referenced_bits").is_array()) plc.fail("referenced_bits", "must be a list");
     map.referenced_mask = 0;
     for (const auto &bit : plc.at("referenced_bits")) {
         if (!bit.is_number_unsigned() || bit.get<unsigned>() > 15) {
@@ -115,6 +116,9 @@ shown_signal read_signal(const section &entry, const register_block &block) {
     signal.zero = entry.number_or("zero", 0.0);
     if (entry.has("min")) signal.min = entry.number("min");
     if (entry.has("max")) signal.max = entry.number("max");
+    if (signal.min && signal.max && !(*signal.min < *signal.max)) {
+        entry.fail("max", "must be above min");
+    }
     return signal;
 }
 

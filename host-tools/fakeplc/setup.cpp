@@ -3,29 +3,65 @@
 
 #include <algorithm>
 
+#include "host-tools/fakeplc/usual_map.h"
 #include "host-tools/formats/error.h"
 
 namespace compbox {
 
 namespace {
 
-// Axes without errors, as far as the signals are named X, Y, Z.
+constexpr double plain_travel_mm = 1000.0;
+
+std::size_t index_of_axis(const std::string &name) {
+    return static_cast<std::size_t>(name.size() == 1 ? axis_index(name[0]) : -1);
+}
+
+// The axis that a channel moves by its name: Z, or Z1 and Z2 of a stage with two motors.
+char axis_moved_by(const std::string &channel) {
+    const bool named = axis_index(channel[0]) >= 0 &&
+                       channel.find_first_not_of("0123456789", 1) == std::string::npos;
+    return named ? channel[0] : no_axis;
+}
+
+// X, Y and Z without errors, with the ranges of the signals of that name; every channel is served.
 twin_config plain_machine(const register_map &map) {
     twin_config config;
     config.machine = "a machine without errors";
-    for (const auto &signal : map.signals) {
-        const int index = signal.name.size() == 1 ? axis_index(signal.name[0]) : -1;
-        if (index < 0) continue;
-        auto &axis = config.axes[static_cast<std::size_t>(index)];
+    for (auto &axis : config.axes) {
         axis.present = true;
-        axis.min_mm = signal.min.value_or(0.0);
-        axis.max_mm = signal.max.value_or(axis.min_mm + 1000.0);
+        axis.max_mm = plain_travel_mm;
         axis.max_velocity_mm_per_s = 20000.0 / 60.0;
         axis.acceleration_mm_per_s2 = 500.0;
-        config.start_mm[static_cast<std::size_t>(index)] =
-            std::min(std::max(0.0, axis.min_mm), axis.max_mm);
+    }
+    for (const auto &signal : map.signals) {
+        const std::size_t index = index_of_axis(signal.name);
+        if (index >= config.axes.size()) continue;
+        auto &axis = config.axes[index];
+        const double lowest_mm = signal.max ? std::min(0.0, *signal.max - plain_travel_mm) : 0.0;
+        axis.min_mm = signal.min.value_or(lowest_mm);
+        axis.max_mm = signal.max.value_or(axis.min_mm + plain_travel_mm);
+        config.start_mm[index] = std::min(std::max(0.0, axis.min_mm), axis.max_mm);
+    }
+    for (const auto &channel : map.channels) {
+        config.channels[channel.name] = axis_moved_by(channel.name);
     }
     return config;
+}
+
+std::string axes_of(const twin_config &config) {
+    std::string axes;
+    for (std::size_t a = 0; a < config.axes.size(); ++a) {
+        if (config.axes[a].present) axes += axis_letters[a];
+    }
+    return axes;
+}
+
+// The registers that the user named, or else the usual ones for the machine's axes.
+register_map registers_for(const plc_options &options, const twin_config &twin) {
+    const std::string path = options.map.empty() ? twin.coefficients : options.map;
+    if (!path.empty()) return load_register_map(path);
+    return usual_register_map(options.machine.empty() ? axis_letters : axes_of(twin),
+                              options.profile.empty() ? "generic" : options.profile);
 }
 
 }  // namespace
@@ -33,18 +69,12 @@ twin_config plain_machine(const register_map &map) {
 plc_setup prepare(const plc_options &options) {
     plc_setup setup;
     if (!options.machine.empty()) setup.twin = load_twin(options.machine);
-    const std::string path = options.map.empty() ? setup.twin.coefficients : options.map;
-    if (path.empty()) {
-        throw input_error(
-            "no registers are known: give --map a coefficient or machine file, or "
-            "name it under 'coefficients' in the twin file");
-    }
-    setup.map = load_register_map(path);
+    setup.map = registers_for(options, setup.twin);
     if (options.machine.empty()) setup.twin = plain_machine(setup.map);
     if (options.seed) setup.twin.seed = *options.seed;
     const std::string name = options.profile.empty() ? setup.map.profile : options.profile;
     const auto profile = plc_profile::find(name);
-    if (!profile) throw input_error(path, 0, 0, "plc.profile: '" + name + "' is unknown");
+    if (!profile) throw input_error(setup.map.file, 0, 0, "plc.profile: '" + name + "' is unknown");
     setup.profile = *profile;
     return setup;
 }

@@ -15,7 +15,7 @@ namespace compbox {
 struct plc_options {
     std::string profile;  // "": the map's
     std::string machine;  // "": a machine without errors, made from the map
-    std::string map;      // "": the one that the twin file names
+    std::string map;      // "": the one that the twin file names, or the usual one
     std::optional<std::uint64_t> seed;
 };
 
@@ -25,7 +25,7 @@ struct plc_setup {
     plc_profile profile;
 };
 
-// Throws input_error with one sentence when a file is bad or neither option names the registers.
+// Throws input_error with one sentence when a file is bad. No option is needed.
 plc_setup prepare(const plc_options &options);
 
 }  // namespace compbox

@@ -14,6 +14,7 @@ namespace compbox {
 // X, Y, Z in this order; mm or µm as the name says. An axis that a machine lacks stays at 0.
 using xyz = std::array<double, 3>;
 constexpr char axis_letters[] = "XYZ";
+constexpr char no_axis = '-';
 
 struct twin_axis {
     bool present = false;
@@ -74,7 +75,8 @@ struct twin_config {
     twin_plc plc;
     xyz start_mm = {0.0, 0.0, 0.0};
     std::vector<twin_step> program;
-    std::map<std::string, char> channels;   // channel name to axis letter, where they differ
+    // Channel name to axis letter, where they differ; no_axis: it moves none (never from a file).
+    std::map<std::string, char> channels;
     std::map<std::string, double> signals;  // other signals that the PLC shows, constant
     std::string coefficients;               // path of the register map; "" when not given
 };

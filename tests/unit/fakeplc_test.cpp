@@ -5,8 +5,10 @@
 #include <cmath>
 #include <cstdio>
 
+#include "host-tools/compbox/machine_file.h"
 #include "host-tools/fakeplc/plc.h"
 #include "host-tools/fakeplc/setup.h"
+#include "host-tools/fakeplc/usual_map.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 
@@ -437,6 +439,9 @@ TEST(RegisterMap, SaysWhatIsWrongAndWhere) {
          "signals[0].scale: must not be 0"},
         {map_with("", R"(, "signals": [{"name": "X", "plc": 8, "scale": "1"}])"),
          "signals[0].scale: must be a number"},
+        {map_with("", R"(, "signals": [{"name": "X", "plc": 3, "min": 1, "max": 1}])"),
+         "signals[0].max: must be above min"},
+        {map_with(R"(, "referenced_bits": 1)"), "plc.referenced_bits: must be a list"},
         {map_with("", R"(, "signals": {})"), "signals: must be a list"},
         {map_with("", R"(, "channels": [7])"), "channels[0]: must be an object"},
         {map_with("", R"(, "channels": [{"name": "X", "plc": 9}])"),
@@ -464,7 +469,104 @@ TEST(RegisterMap, ExampleIsServed) {
     const plc_setup straight = prepare(plain);
     EXPECT_TRUE(straight.twin.errors.empty());
     EXPECT_TRUE(straight.twin.axes[2].present);
-    EXPECT_THROW(prepare({}), input_error);
+}
+
+bool same(const shown_signal &a, const shown_signal &b) {
+    return a.name == b.name && a.address == b.address && a.scale == b.scale && a.zero == b.zero &&
+           a.format.what == b.format.what && a.format.bytes == b.format.bytes &&
+           a.format.registers == b.format.registers;
+}
+
+bool same(const taken_channel &a, const taken_channel &b) {
+    return a.name == b.name && a.address == b.address && a.scale_um == b.scale_um &&
+           a.applied_address == b.applied_address && a.format.what == b.format.what &&
+           a.format.bytes == b.format.bytes && a.format.registers == b.format.registers;
+}
+
+// The registers of the machine file that compbox init writes.
+register_map map_of_init(const std::string &axes, const std::string &profile) {
+    machine_options options;
+    options.axes = axes;
+    options.profile = profile;
+    const std::string path = testing::TempDir() + "init_machine.json";
+    write_file(path, json_text(new_machine(options)));
+    const register_map map = load_register_map(path);
+    std::remove(path.c_str());
+    return map;
+}
+
+TEST(UsualRegisterMap, IsTheOneOfInit) {
+    for (const auto &profile : plc_profile::names()) {
+        for (const char *axes : {"XYZ", "X", "ZX"}) {
+            const register_map usual = usual_register_map(axes, profile);
+            const register_map init = map_of_init(axes, profile);
+            SCOPED_TRACE(profile + " " + axes);
+            EXPECT_EQ(usual.profile, init.profile);
+            EXPECT_EQ(std::make_pair(usual.read.start, usual.read.count),
+                      std::make_pair(init.read.start, init.read.count));
+            EXPECT_EQ(std::make_pair(usual.write.start, usual.write.count),
+                      std::make_pair(init.write.start, init.write.count));
+            EXPECT_EQ(usual.control, init.control);
+            EXPECT_EQ(usual.plc_heartbeat, init.plc_heartbeat);
+            EXPECT_EQ(usual.status, init.status);
+            EXPECT_EQ(usual.box_heartbeat, init.box_heartbeat);
+            EXPECT_EQ(usual.referenced_mask, init.referenced_mask);
+            ASSERT_EQ(usual.signals.size(), init.signals.size());
+            ASSERT_EQ(usual.channels.size(), init.channels.size());
+            for (std::size_t i = 0; i < usual.signals.size(); ++i) {
+                EXPECT_TRUE(same(usual.signals[i], init.signals[i]));
+                EXPECT_TRUE(same(usual.channels[i], init.channels[i]));
+            }
+        }
+    }
+}
+
+TEST(Setup, NeedsNoOption) {
+    const plc_setup setup = prepare({});
+    EXPECT_EQ(setup.profile.name, "generic");
+    EXPECT_EQ(setup.map.channels.size(), 3u);
+    for (const auto &axis : setup.twin.axes) {
+        EXPECT_TRUE(axis.present);
+        EXPECT_EQ(axis.min_mm, 0.0);
+        EXPECT_EQ(axis.max_mm, 1000.0);
+    }
+    EXPECT_TRUE(setup.twin.errors.empty());
+    EXPECT_NO_THROW(fake_plc(setup.twin, setup.map, setup.profile, 0));
+}
+
+plc_setup prepared_with_map(const std::string &text, const std::string &machine = "") {
+    const std::string path = testing::TempDir() + "loose_map.json";
+    write_file(path, text);
+    plc_options options;
+    options.map = path;
+    options.machine = machine;
+    const plc_setup setup = prepare(options);
+    std::remove(path.c_str());
+    return setup;
+}
+
+// Channels without a position beside them (build leaves unused signals out) and without an axis.
+TEST(Setup, AMachineMadeFromTheMapServesEveryChannel) {
+    const std::string text = map_with("", R"(,
+        "signals": [{"name": "X", "plc": 2, "type": "int16", "max": -5}],
+        "channels": [{"name": "Z", "plc": 22}, {"name": "Y2", "plc": 23}, {"name": "U", "plc": 24}])");
+    const plc_setup setup = prepared_with_map(text);
+    EXPECT_EQ(setup.twin.axes[0].min_mm, -1005.0);
+    rig r(setup.twin, setup.map);
+    r.run_ms(1100);
+    for (int i = 0; i < 60; ++i) {
+        r.set_reg(20, active);
+        r.set_reg(21, ++r.beat);
+        for (unsigned address = 22; address < 25; ++address)
+            r.set_reg(static_cast<int>(address), 10 * address);
+        r.run_ms(30);
+    }
+    EXPECT_EQ(r.plc.state().applied_um, (std::vector<double>{220, 230, 240}));
+    EXPECT_EQ(r.plc.state().displacement_um, (xyz{0, 230, 220}));
+
+    const std::string twin = CB_SOURCE_DIR "/examples/gantry-straightness/machine_twin.json";
+    const plc_setup strict = prepared_with_map(text, twin);  // a real twin tells what it has
+    EXPECT_THROW(fake_plc(strict.twin, strict.map, strict.profile, 0), input_error);
 }
 
 }  // namespace

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: MIT
+"""A new user's first hour: one axis measured, everything else left as init wrote it, and the box
+running against fakeplc as two processes."""
+
+import math
+import random
+import subprocess
+
+import pytest
+
+from conftest import BIN
+
+FIRST, LAST, STEP = 0, 1000, 50
+
+
+def measured(compbox):
+    """EZX.csv: a bow of the X guideway, three runs with 0.3 µm of noise."""
+    dice = random.Random(3)
+    lines = ["run,position_mm,error_um"]
+    for run in (1, 2, 3):
+        for x in range(FIRST, LAST + 1, STEP):
+            lines.append(f"{run},{x},{40 * math.sin(x / 250) + dice.gauss(0, 0.3):.3f}")
+    return compbox.write("EZX.csv", "\n".join(lines) + "\n")
+
+
+class FakePlc:
+    def __init__(self, folder, *arguments):
+        self.process = subprocess.Popen(
+            [BIN / "fakeplc", "--listen", "127.0.0.1:0", *arguments], cwd=folder, text=True,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        line = self.process.stdout.readline()
+        assert line.startswith("fakeplc: listening on "), self.process.communicate()[1]
+        self.port = int(line.rsplit(":", 1)[1])
+
+    def ask(self, command):
+        self.process.stdin.write(command + "\n")
+        self.process.stdin.flush()
+        return self.process.stdout.readline()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.terminate()
+        _, errors = self.process.communicate(timeout=10)
+        assert self.process.returncode == 0 and errors == "", errors
+
+
+def run_box(compbox, port, cycles=200):
+    """compboxd for so many cycles against the PLC on this port; out: its statistics."""
+    text = (compbox.folder / "coefficients.json").read_text()
+    assert text.count('"port": 1502') == 1
+    compbox.write("box.json", text.replace('"port": 1502', f'"port": {port}'))
+    done = subprocess.run([BIN / "compboxd", "--config", "box.json", "--cycles", str(cycles),
+                           "--stats", "stats.json"], cwd=compbox.folder, capture_output=True,
+                          text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    return compbox.read("stats.json")
+
+
+@pytest.mark.parametrize("travel", [[], ["--travel", "X=1000,Y=600,Z=400"]],
+                         ids=["no travel", "travel"])
+def test_from_init_to_a_running_box(compbox, travel):
+    measured(compbox)
+    compbox.good("init", "--axes", "XYZ", "--profile", "sinumerik-840d", *travel, "-o",
+                 "machine.json")
+    compbox.good("fit", "EZX.csv", "--name", "EZX", "--signal", "X", "-o", "EZX.json")
+    compbox.good("build", "machine.json", "EZX.json", "-o", "coefficients.json")
+    compbox.good("check", "coefficients.json")
+    with FakePlc(compbox.folder, "--map", "coefficients.json") as plc:
+        assert plc.ask("move X=400 feed=20000").startswith("ok")
+        stats = run_box(compbox, plc.port)
+        answer = plc.ask("status")
+    assert stats["mode"] == "STOPPED" and stats["plc"]["replies"] > 300, stats
+    assert "ACTIVE" in [entry["mode"] for entry in stats["history"]]
+    assert " mode=5 " in answer, answer
+
+
+def test_against_the_usual_registers(compbox):
+    """fakeplc without a map: what init laid out is what it serves."""
+    measured(compbox)
+    compbox.good("init", "--axes", "XYZ", "--profile", "generic", "-o", "machine.json")
+    compbox.good("fit", "EZX.csv", "--name", "EZX", "--signal", "X", "-o", "EZX.json")
+    compbox.good("build", "machine.json", "EZX.json", "-o", "coefficients.json")
+    with FakePlc(compbox.folder, "--profile", "generic", "--log", "plc.csv") as plc:
+        plc.ask("move X=400 feed=20000")
+        run_box(compbox, plc.port, cycles=150)
+    header, *rows = [line.split(",") for line in
+                     (compbox.folder / "plc.csv").read_text().splitlines()]
+    at = {name: header.index(name) for name in ("X_mm", "commanded_Z_um", "commanded_X_um")}
+    there = [row for row in rows if float(row[at["X_mm"]]) == 400.0]
+    deepest = min(float(row[at["commanded_Z_um"]]) for row in there)
+    assert deepest == pytest.approx(-40 * math.sin(400 / 250), abs=1.0)
+    assert {float(row[at["commanded_X_um"]]) for row in rows} == {0.0}
