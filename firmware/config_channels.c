@@ -163,6 +163,18 @@ static bool check_difference(struct cb_loader *loader, uint32_t at,
                    "%v µm is less than one register unit (scale) of each of its channels", at);
 }
 
+/* What is applied is where an output starts from: with one of the two unknown, the pair would start
+ * apart. */
+static bool check_applied(struct cb_loader *loader, uint32_t at,
+                          const struct cb_pair_config *pair) {
+    const struct cb_channel_config *a = &loader->config->channels[pair->a];
+    const struct cb_channel_config *b = &loader->config->channels[pair->b];
+    if (a->has_applied == b->has_applied) return true;
+    return cb_fail(loader, CB_ERROR_KEY, at,
+                   "channel %s has applied and channel %s has not; a pair needs it at both or none",
+                   a->has_applied ? a->name : b->name, a->has_applied ? b->name : a->name);
+}
+
 bool cb_load_pairs(struct cb_loader *loader, uint32_t at) {
     struct cb_config *config = loader->config;
     struct cb_list list = cb_list(loader, at);
@@ -173,6 +185,7 @@ bool cb_load_pairs(struct cb_loader *loader, uint32_t at) {
         if (!cb_read_object(loader, list.at, &cb_pair_object, pair, slots)) return false;
         if (!read_members(loader, slots[PAIR_CHANNELS], pair)) return false;
         if (!check_difference(loader, slots[MAX_DIFFERENCE], pair)) return false;
+        if (!check_applied(loader, slots[PAIR_CHANNELS], pair)) return false;
         ++config->pairs_count;
     }
     return true;

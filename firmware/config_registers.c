@@ -50,14 +50,10 @@ static bool inside(struct cb_loader *loader, uint32_t at, const struct cb_block_
     return true;
 }
 
-/* true: `user`, who holds a register, reads the same number that starts at `first`. */
+/* true: `user`, who holds a register, is a signal that reads the same number from `first` on. */
 static bool same_number(const struct cb_config *config, uint8_t user, uint8_t type,
                         uint32_t first) {
-    if (user >= CB_USER_CHANNEL) {
-        const struct cb_channel_config *channel = &config->channels[user - CB_USER_CHANNEL];
-        return channel->applied_reg == first && channel->type == type;
-    }
-    if (user < CB_USER_SIGNAL) return false;
+    if (user < CB_USER_SIGNAL || user >= CB_USER_CHANNEL) return false;
     const struct cb_signal_config *signal = &config->signals[user - CB_USER_SIGNAL];
     return signal->reg == first && signal->type == type;
 }
@@ -70,10 +66,9 @@ bool cb_take_read(struct cb_loader *loader, uint32_t at, uint8_t type, uint8_t u
     if (!inside(loader, at, block, "read", *reg, width)) return false;
     const uint32_t first = (uint32_t)*reg - block->start;
     for (uint32_t i = first; i < first + width; ++i) {
-        const bool both_channels = user >= CB_USER_CHANNEL && users[i] >= CB_USER_CHANNEL;
-        const bool shared =
-            user >= CB_USER_SIGNAL && same_number(loader->config, users[i], type, first);
-        if (users[i] != CB_USER_NOBODY && (both_channels || !shared))
+        const bool signal = user >= CB_USER_SIGNAL && user < CB_USER_CHANNEL;
+        const bool shared = signal && same_number(loader->config, users[i], type, first);
+        if (users[i] != CB_USER_NOBODY && !shared)
             return taken(loader, at, block->start + i, users[i]);
     }
     for (uint32_t i = first; i < first + width; ++i) users[i] = user;

@@ -102,8 +102,9 @@ static bool find_source(struct cb_loader *loader, uint32_t at, const uint32_t *s
                        "exactly one of the keys plc, can, bus and lag_of says "
                        "where a signal comes from");
     if (*source == CB_SOURCE_LAG || loader->target->sources & 1u << *source) return true;
-    return cb_fail(loader, CB_ERROR_PROFILE, slots[SOURCES[*source].key], "%s has no %s",
-                   loader->target->name, SOURCES[*source].lacking);
+    return cb_fail(loader, CB_ERROR_PROFILE, slots[SOURCES[*source].key],
+                   "%s reads no %s in this version", loader->target->name,
+                   SOURCES[*source].lacking);
 }
 
 /* A lag takes what a reading has from the signal that it follows. */

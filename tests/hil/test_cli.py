@@ -65,7 +65,7 @@ def test_a_mistake_in_the_file_is_told_with_its_place(tmp_path, port, spoil, pla
     assert one_sentence(err), err
     assert err.startswith(f"compboxd: {path}: ")
     assert re.search(place, err), err
-    assert re.search(r", line \d+\n$", err), err
+    assert re.search(r", line \d+, column \d+\n$", err), err
 
 
 @pytest.mark.parametrize("text", [b"", b"{", b"\x00\xff\xfe", b"[1, 2]", b" " * 200000,

@@ -264,15 +264,12 @@ TEST(config_load, default_of_referenced_bits_is_bit_1) {
     EXPECT_EQ(loaded_config(text).plc.referenced_mask, 1u << 1);
 }
 
-// Reading one number twice is fine: as two signals, or as a signal and a channel's "applied".
+// Reading one number twice is fine, as two signals.
 TEST(config_load, the_same_number_may_be_read_twice) {
     std::string text = with("{\"name\": \"B\"", R"({"name": "X_again", "unit": "mm", "plc": 8,
-        "type": "int32", "scale": 0.0002, "min": 0, "max": 14300}, {"name": "Z_now", "unit": "um",
-        "plc": 24, "type": "int32", "scale": 0.01, "min": -300, "max": 300}, {"name": "B")");
+        "type": "int32", "scale": 0.0002, "min": 0, "max": 14300}, {"name": "B")");
     const cb_config c = loaded_config(text);
     EXPECT_EQ(c.signals[3].reg, 8);
-    EXPECT_EQ(c.signals[4].reg, 24);
-    EXPECT_EQ(c.channels[0].applied_reg, 24);
 }
 
 TEST(config_load, every_profile_and_exchange_that_is_allowed) {

@@ -21,7 +21,8 @@ static long read_bytes(const char *path, char *text, size_t size) {
 
 static void say(const char *path, const struct cb_message *message) {
     fprintf(stderr, "compboxd: %s: %s", path, message->text);
-    if (message->line > 0) fprintf(stderr, ", line %u", (unsigned)message->line);
+    if (message->line > 0)
+        fprintf(stderr, ", line %u, column %u", (unsigned)message->line, (unsigned)message->column);
     fputc('\n', stderr);
 }
 
