@@ -43,7 +43,7 @@ std::vector<std::size_t> signal_columns(const csv_table &record, const join_opti
     for (std::size_t c = 0; c < record.names.size() && options.signals.empty(); ++c) {
         const std::string &name = record.names[c];
         const bool output = between(name, "comp_", "_um") || name == "mode" || name == "reason";
-        if (!output && name != "time_s") all.push_back(c);
+        if (!output && name != "time_s") all.push_back(record.column(name));
     }
     return all;
 }
@@ -58,7 +58,7 @@ columns find_columns(const csv_table &record, const csv_table &probe, const join
         const std::string &name = probe.names[c];
         if (name == "time_s" || name == "run") continue;
         if (between(name, "error_", "_um")) {
-            found.errors.push_back({name, c, record.find(compensation_of(name))});
+            found.errors.push_back({name, probe.column(name), record.find(compensation_of(name))});
             continue;
         }
         const int position = record.find(name);
@@ -69,7 +69,7 @@ columns find_columns(const csv_table &record, const csv_table &probe, const join
                                   "signal of " +
                                   record.file);
         }
-        found.positions.push_back({c, static_cast<std::size_t>(position)});
+        found.positions.push_back({probe.column(name), static_cast<std::size_t>(position)});
     }
     if (found.errors.empty()) {
         throw input_error(probe.file, 0, 0,

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <string_view>
 
 #include "host-tools/formats/csv_reading.h"
@@ -73,6 +74,17 @@ struct place {
     long column;
 };
 
+// A cell as a message shows it: on one line, and not all of it where it is long.
+std::string shown(std::string_view cell) {
+    std::size_t length = std::min<std::size_t>(cell.size(), 40);
+    const auto inside = [](char c) { return (static_cast<unsigned char>(c) & 0xC0u) == 0x80u; };
+    while (length > 0 && length < cell.size() && inside(cell[length])) --length;
+    std::string text(cell.substr(0, length));
+    const auto control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; };
+    std::replace_if(text.begin(), text.end(), control, '?');
+    return "'" + text + (cell.size() > length ? "…'" : "'");
+}
+
 // A cell as a finite number; a decimal comma is read where the comma does not separate columns.
 bool to_number(std::string_view cell, char separator, double &value, bool &beyond) {
     std::string text(trim(cell));
@@ -95,7 +107,20 @@ double number(std::string_view cell, char separator, bool gaps, const place &at)
     if (text.empty()) throw input_error(at.file, at.line, at.column, "a number is missing here");
     throw input_error(
         at.file, at.line, at.column,
-        "'" + text + (beyond ? "' is beyond what a number can hold" : "' is not a finite number"));
+        shown(text) + (beyond ? " is beyond what a number can hold" : " is not a finite number"));
+}
+
+// The same; where it is none, NaN and, if it is the first in its column, the mistake.
+double number_or_mistake(std::string_view cell, char separator, bool gaps, const place &at,
+                         std::string &mistake) {
+    constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    if (!mistake.empty()) return none;
+    try {
+        return number(cell, separator, gaps, at);
+    } catch (const input_error &error) {
+        mistake = error.what();
+        return none;
+    }
 }
 
 bool all_numbers(const std::vector<std::string_view> &cells, char separator) {
@@ -123,7 +148,7 @@ void read_header(csv_table &table, std::string_view line, char separator, long l
         }
         if (table.find(name) >= 0) {
             throw input_error(table.file, line_number, 0,
-                              "the column '" + name + "' is there twice");
+                              "the column " + shown(name) + " is there twice");
         }
         table.names.push_back(name);
     }
@@ -154,7 +179,10 @@ void name_columns(csv_table &table, std::string_view line, char separator,
 
 int csv_table::find(const std::string &name) const {
     const auto found = std::find(names.begin(), names.end(), name);
-    return found == names.end() ? -1 : static_cast<int>(found - names.begin());
+    if (found == names.end()) return -1;
+    const auto index = static_cast<std::size_t>(found - names.begin());
+    if (index < mistakes.size() && !mistakes[index].empty()) throw input_error(mistakes[index]);
+    return static_cast<int>(index);
 }
 
 std::size_t csv_table::column(const std::string &name) const {
@@ -162,7 +190,8 @@ std::size_t csv_table::column(const std::string &name) const {
     if (index >= 0) return static_cast<std::size_t>(index);
     std::string there;
     for (const auto &other : names) there += (there.empty() ? "" : ", ") + other;
-    throw input_error(file, 0, 0, "has no column '" + name + "' (it has " + there + ")");
+    throw input_error(file, header_line, 0,
+                      "there is no column '" + name + "' (there are " + there + ")");
 }
 
 std::vector<double> csv_table::values(const std::string &name) const {
@@ -196,6 +225,8 @@ csv_table read_csv(const std::string &path, const csv_reading &how,
                 !all_numbers(without_empty_end(split(raw, separator), 1), separator);
             name_columns(table, raw, separator, how.columns, header, line_number);
             lists.resize(table.names.size());
+            table.mistakes.resize(table.names.size());
+            table.header_line = line_number;
             for (const auto &name : table.names) {
                 is_word.push_back(std::count(how.words.begin(), how.words.end(), name) > 0);
             }
@@ -212,7 +243,8 @@ csv_table read_csv(const std::string &path, const csv_reading &how,
             const long column = static_cast<long>(cells[c].data() - raw.data()) + 1;
             row.push_back(is_word[c]
                               ? word(cells[c], lists[c])
-                              : number(cells[c], separator, how.gaps, {path, line_number, column}));
+                              : number_or_mistake(cells[c], separator, how.gaps,
+                                                  {path, line_number, column}, table.mistakes[c]));
         }
         table.rows.push_back(std::move(row));
         table.lines.push_back(line_number);
