@@ -10,30 +10,25 @@ namespace compbox {
 
 namespace {
 
-struct entry_home {
-    std::string file;  // that the entry came from; "" where the message is about none
-    std::string name;  // "terms[3] is EZX"
-};
-
-// "terms[3].knots" belongs to the file that term 3 came from.
-entry_home home_of(const std::string &message, const char *key,
-                   const std::vector<std::string> &files, const json &entries) {
-    const std::string start = std::string(key) + "[";
-    if (message.compare(0, start.size(), start) != 0) return {};
+// Says in the words of the file that an entry came from what the loader says of the merged one:
+// "terms[3].knots[7]: …" becomes "terms[0].knots[7]: … (EZX)". Returns where nothing fits.
+void refuse_entry(const std::string &message, const std::string &key,
+                  const std::vector<entry_home> &homes, const json &entries) {
+    const std::string start = key + "[";
+    if (message.compare(0, start.size(), start) != 0) return;
     const std::size_t index = std::stoul(message.substr(start.size()));
-    if (index >= files.size()) return {};
-    return {files[index],
-            start + std::to_string(index) + "] is " + entries[index]["name"].get<std::string>()};
+    if (index >= homes.size()) return;
+    throw input_error(homes[index].file, 0, 0,
+                      start + std::to_string(homes[index].index) +
+                          message.substr(message.find(']')) + " (" +
+                          entries[index]["name"].get<std::string>() + ")");
 }
 
 [[noreturn]] void refuse(const merged_file &merged, const std::string &machine,
                          const std::string &message) {
-    entry_home home = home_of(message, "terms", merged.term_files, merged.file["terms"]);
-    if (home.file.empty()) {
-        home = home_of(message, "signals", merged.signal_files, merged.file["signals"]);
-    }
-    if (home.file.empty()) throw input_error(machine, 0, 0, message);
-    throw input_error(home.file, 0, 0, message + " (" + home.name + ")");
+    refuse_entry(message, "terms", merged.term_homes, merged.file["terms"]);
+    refuse_entry(message, "signals", merged.signal_homes, merged.file["signals"]);
+    throw input_error(machine, 0, 0, message);
 }
 
 }  // namespace

@@ -38,8 +38,8 @@ void add_build(CLI::App &app) {
     command->add_option("-o,--output", options->output, "Coefficient file to write")->required();
     command->footer(
         "Where the machine file has null, build fills in: a channel's sum (terms with ISO 230-1\n"
-        "names: EZX and EZY go to channel Z) and a signal's min and max (range of its curves,\n"
-        "10 mm beyond). It prints what it filled in.\n\n"
+        "names: EZX and EZY go to channel Z) and a signal's min and max (the range of its\n"
+        "curves and a tenth of it, at least 10 mm, beyond). It prints what it filled in.\n\n"
         "Example:\n  compbox build machine.json EZX.json EZY.json -o coefficients.json");
     command->callback([options] { run_build(*options); });
 }

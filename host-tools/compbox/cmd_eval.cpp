@@ -36,8 +36,9 @@ void add_eval(CLI::App &app) {
     command->add_option("COEFFICIENTS", options->coefficients, "Coefficient file")->required();
     command->add_option("--inputs", options->samples, "CSV: time_s and a column for each signal")
         ->required();
-    command->add_flag("--raw", options->raw,
-                      "Channels as plain negative sums: no limits, slew, deadband or lead");
+    command->add_flag(
+        "--raw", options->raw,
+        "Channels as plain negative sums: no limits, slew, deadband, lead or plausibility");
     command->add_option("-o,--output", options->output, "CSV to write")->required();
     command->footer(
         "Inputs are physical values (mm, degC), taken after the registers' decoding; ranges, "

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/compbox/evaluate.h"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
 #include "host-tools/formats/error.h"
+
+extern "C" {
+#include "firmware/registers.h"
+}
 
 namespace compbox {
 
@@ -12,6 +17,7 @@ namespace {
 
 constexpr int64_t start_us = 1000000;  // of the first row, in the box's clock
 constexpr double longest_gap_s = 86400.0;
+constexpr float largest_value = 1e9f;  // docs/coefficient-file.md: signals lie within ±1e9
 constexpr uint16_t enabled = 1u << 0, permit_resume = 1u << 3;
 
 // The signals that a table has columns for; lags follow from them.
@@ -25,7 +31,7 @@ std::vector<unsigned> measured_signals(const cb_config &config) {
 
 // The configuration with every measured signal taken as a physical value from a sensor of the box:
 // what a table holds. Ranges, rates, ages and lead stay; only the registers' quantisation is left
-// out.
+// out. raw asks for the models: without lead, and at any value that the loader lets a signal have.
 cb_config for_samples(const cb_config &file, bool raw) {
     cb_config config = file;
     for (const unsigned i : measured_signals(config)) {
@@ -33,6 +39,10 @@ cb_config for_samples(const cb_config &file, bool raw) {
         config.signals[i].type = CB_NUMBER_FLOAT32;
         config.signals[i].scale = 1.0f;
         config.signals[i].zero = 0.0f;
+        if (!raw) continue;
+        config.signals[i].min = -largest_value;
+        config.signals[i].max = largest_value;
+        config.signals[i].max_rate_per_s = 0.0f;
     }
     if (raw) config.lead_us = 0;
     return config;
@@ -168,12 +178,22 @@ std::vector<std::string> column_names(const cb_config &config) {
     return names;
 }
 
+// in : what the box wrote, units * scale in float32
+// out: the same number of units in the scale as the file has it in decimal: -0.99 and not
+// -0.98999995
+float written_um(const cb_channel_config &channel, float output_um) {
+    if (!cb_number_is_integer(static_cast<cb_number_type>(channel.type))) return output_um;
+    const double units = std::nearbyint(static_cast<double>(output_um / channel.scale));
+    return static_cast<float>(units * std::stod(shortest_float(channel.scale)));
+}
+
 // What the box says after a step; a zero is never negative.
 std::vector<float> row_of(const box_on_table &table, bool raw) {
     const cb_box &box = table.box();
     std::vector<float> row(box.outputs, box.outputs + box.config.outputs_count);
     for (unsigned i = 0; i < box.config.channels_count; ++i) {
-        row.push_back(raw ? box.channels[i].wanted_um : table.outputs().channel_um[i]);
+        row.push_back(raw ? box.channels[i].wanted_um
+                          : written_um(box.config.channels[i], table.outputs().channel_um[i]));
     }
     for (float &value : row) value += 0.0f;
     return row;
@@ -205,8 +225,8 @@ class watcher {
 
     void look(std::size_t row, const box_on_table &table, const std::vector<double> &values) {
         for (std::size_t i = 0; i < measured_.size(); ++i) {
-            if (table.accepted(measured_[i])) continue;
             const cb_signal_config &signal = config_.signals[measured_[i]];
+            if (table.accepted(measured_[i]) && in_range(signal, values[i])) continue;
             implausible_[i].add(samples_.lines[row],
                                 shortest(values[i]) + " (plausible: " + shortest_float(signal.min) +
                                     " to " + shortest_float(signal.max) + ")");
@@ -222,13 +242,22 @@ class watcher {
         for (std::size_t i = 0; i < measured_.size(); ++i) {
             if (implausible_[i].count == 0) continue;
             all.push_back(std::string(config_.signals[measured_[i]].name) +
-                          " implausible, last value held: " + implausible_[i].text());
+                          (raw ? " implausible, the box would hold the last value: "
+                               : " implausible, last value held: ") +
+                          implausible_[i].text());
         }
         if (!raw && not_active_.count > 0) all.push_back("box not ACTIVE: " + not_active_.text());
         return all;
     }
 
   private:
+    // As the box sees it, in float32 and with room for its rounding.
+    static bool in_range(const cb_signal_config &signal, double value) {
+        const float slack = 2.5e-7f * std::max(std::fabs(signal.min), std::fabs(signal.max));
+        const auto seen = static_cast<float>(value);
+        return seen >= signal.min - slack && seen <= signal.max + slack;
+    }
+
     const cb_config &config_;
     const csv_table &samples_;
     std::vector<unsigned> measured_;

@@ -22,7 +22,8 @@ struct evaluation {
 
 // in : a loaded configuration; samples with time_s (strictly rising) and a column for each signal
 // out: the box settled on the first row, then run cycle by cycle, on each row at its own time.
-//      raw: channels are the plain negative sums, without limits, slew, deadband and lead.
+//      raw: channels are the plain negative sums, without limits, slew, deadband, lead and
+//      plausibility: beyond their range curves keep the value at their end.
 // Throws input_error for missing columns, rows out of order and more than a day between rows.
 evaluation evaluate(const cb_config &config, const csv_table &samples, bool raw);
 

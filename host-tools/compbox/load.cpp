@@ -9,7 +9,7 @@ namespace compbox {
 namespace {
 
 // What at least one of our targets can do.
-constexpr cb_target any_target = {"a box of any kind", 1u << CB_SOURCE_PLC, 1u << CB_TRANSPORT_TCP};
+constexpr cb_target any_target = {"the box", 1u << CB_SOURCE_PLC, 1u << CB_TRANSPORT_TCP};
 
 std::string counted(int count, const char *noun) {
     return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");

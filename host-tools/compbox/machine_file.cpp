@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/compbox/machine_file.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <vector>
@@ -142,6 +143,12 @@ std::map<char, travel_range> parse_travel(const std::string &text) {
         start = end + 1;
     }
     return travel;
+}
+
+travel_range plausible_around(const travel_range &measured) {
+    const double beyond_mm =
+        std::max(plausible_beyond_mm, 0.1 * (measured.to_mm - measured.from_mm));
+    return {std::floor(measured.from_mm - beyond_mm), std::ceil(measured.to_mm + beyond_mm)};
 }
 
 json new_machine(const machine_options &options) {

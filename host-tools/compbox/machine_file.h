@@ -29,8 +29,13 @@ struct machine_options {
     std::map<char, travel_range> travel;  // of some or all axes
 };
 
-// Positions are plausible this far beyond the travel: a standing axis reads a few µm past its end.
+// Positions are plausible this far beyond a travel that a person stated: a standing axis reads a
+// few µm past its end.
 constexpr double plausible_beyond_mm = 10.0;
+
+// The plausible range of a signal of which only its measured curves are known, in whole mm: a
+// measurement seldom reaches the ends of the travel, so a tenth of its length, at least 10 mm.
+travel_range plausible_around(const travel_range &measured);
 
 // "X=14300,Y=-1500:1500": ranges by axis; one number means from 0. Throws input_error.
 std::map<char, travel_range> parse_travel(const std::string &text);

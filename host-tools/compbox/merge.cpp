@@ -7,6 +7,7 @@
 
 #include "host-tools/compbox/curve_range.h"
 #include "host-tools/compbox/machine_file.h"
+#include "host-tools/compbox/term_names.h"
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
 
@@ -37,45 +38,36 @@ json named_array(const json &holder, const std::string &key, const std::string &
     return array;
 }
 
-// The names under which a term's outputs are summed.
-std::vector<std::string> outputs_of(const json &term) {
-    if (!term.contains("outputs") || !term["outputs"].is_array()) return {term["name"]};
-    std::vector<std::string> names;
-    for (const auto &name : term["outputs"]) {
-        if (name.is_string()) names.push_back(name);
-    }
-    return names;
-}
-
 // Signals and terms of several files, each name once.
 class collection {
   public:
     void add(const json &from, const std::string &file) {
+        const std::size_t first_signal = signals_.size(), first_term = terms_.size();
         for (const auto &signal : named_array(from, "signals", file)) {
-            claim(signal_homes_, signal["name"], "signal", file);
+            claim(signal_names_, signal["name"], "signal", file);
+            signal_homes_.push_back({file, signals_.size() - first_signal});
             signals_.push_back(signal);
-            signal_files_.push_back(file);
         }
         for (const auto &term : named_array(from, "terms", file)) {
             std::set<std::string> names{term["name"].get<std::string>()};
             for (const auto &name : outputs_of(term)) names.insert(name);
-            for (const auto &name : names) claim(term_homes_, name, "term", file);
+            for (const auto &name : names) claim(term_names_, name, "term", file);
+            term_homes_.push_back({file, terms_.size() - first_term});
             terms_.push_back(term);
-            term_files_.push_back(file);
         }
     }
 
     void move_to(merged_file &merged) {
         merged.file["signals"] = std::move(signals_);
         merged.file["terms"] = std::move(terms_);
-        merged.signal_files = std::move(signal_files_);
-        merged.term_files = std::move(term_files_);
+        merged.signal_homes = std::move(signal_homes_);
+        merged.term_homes = std::move(term_homes_);
     }
 
   private:
-    using homes = std::map<std::string, std::string>;
+    using files_by_name = std::map<std::string, std::string>;
 
-    static void claim(homes &taken, const std::string &name, const char *kind,
+    static void claim(files_by_name &taken, const std::string &name, const char *kind,
                       const std::string &file) {
         const auto [home, is_new] = taken.insert({name, file});
         if (is_new) return;
@@ -85,8 +77,8 @@ class collection {
     }
 
     json signals_ = json::array(), terms_ = json::array();
-    std::vector<std::string> signal_files_, term_files_;
-    homes signal_homes_, term_homes_;
+    std::vector<entry_home> signal_homes_, term_homes_;
+    files_by_name signal_names_, term_names_;
 };
 
 bool is_null(const json &object, const char *key) {
@@ -105,19 +97,6 @@ char direction_of(const std::string &output) {
                      std::string("XYZUVW").find(output[1]) != std::string::npos &&
                      std::string("XYZUVWABC").find(output[2]) != std::string::npos;
     return iso ? output[1] : '\0';
-}
-
-// The outputs that other terms work on: a product's slope, a volumetric term's errors.
-std::set<std::string> consumed_outputs(const json &terms) {
-    std::set<std::string> names;
-    for (const auto &term : terms) {
-        const json &factor = term.value("term", json()), &errors = term.value("errors", json());
-        if (factor.is_string()) names.insert(factor.get<std::string>());
-        for (const auto &error : errors.is_array() ? errors : json::array()) {
-            if (error.is_string()) names.insert(error.get<std::string>());
-        }
-    }
-    return names;
 }
 
 // Where output k of a term acts: as its ISO name says; X, Y, Z for a volumetric term.
@@ -194,6 +173,7 @@ bool mentions(const json &value, const std::string &name) {
            });
 }
 
+// Whether a term or another signal names it, or a term takes it without naming it.
 bool is_used(const json &file, const std::string &signal) {
     for (const char *key : {"terms", "signals"}) {
         for (const auto &user : file[key]) {
@@ -202,7 +182,28 @@ bool is_used(const json &file, const std::string &signal) {
             }
         }
     }
-    return false;
+    return std::any_of(file["terms"].begin(), file["terms"].end(), [&](const json &term) {
+        const auto names = signals_of(term);
+        return std::find(names.begin(), names.end(), signal) != names.end();
+    });
+}
+
+// Before anything is left out or filled in: a signal that a term needs and nobody has.
+void check_signals(const merged_file &merged, const std::string &machine_path) {
+    std::set<std::string> known;
+    for (const auto &signal : merged.file["signals"])
+        known.insert(signal["name"].get<std::string>());
+    for (std::size_t i = 0; i < merged.term_homes.size(); ++i) {
+        const json &term = merged.file["terms"][i];
+        for (const auto &name : signals_of(term)) {
+            if (known.count(name) > 0) continue;
+            refuse(merged.term_homes[i].file,
+                   "the term " + term["name"].get<std::string>() + " works on the signal " + name +
+                       ", which no file has; add it to the signals of " + machine_path +
+                       ", or make the term on one that is there (" + listed(json(known), ", ") +
+                       ")");
+        }
+    }
 }
 
 // min and max of a signal from the curves over it. Throws where there is none.
@@ -212,8 +213,9 @@ void take_range(json &signal, const merged_file &merged, const std::string &file
     if (!range) {
         refuse(file, "signal " + name + ": set min and max (no curve tells its range)");
     }
-    if (is_null(signal, "min")) signal["min"] = range->from_mm - plausible_beyond_mm;
-    if (is_null(signal, "max")) signal["max"] = range->to_mm + plausible_beyond_mm;
+    const travel_range plausible = plausible_around(*range);
+    if (is_null(signal, "min")) signal["min"] = plausible.from_mm;
+    if (is_null(signal, "max")) signal["max"] = plausible.to_mm;
 }
 
 std::string json_number(const json &value) {
@@ -222,7 +224,7 @@ std::string json_number(const json &value) {
 
 void fill_ranges(merged_file &merged) {
     json kept = json::array();
-    std::vector<std::string> files;
+    std::vector<entry_home> homes;
     const json signals = merged.file["signals"];
     for (std::size_t i = 0; i < signals.size(); ++i) {
         json signal = signals[i];
@@ -232,16 +234,16 @@ void fill_ranges(merged_file &merged) {
                 merged.notes.push_back("signal " + name + ": used by no term; left out");
                 continue;
             }
-            take_range(signal, merged, merged.signal_files[i]);
+            take_range(signal, merged, merged.signal_homes[i].file);
             merged.notes.push_back("signal " + name + ": plausible from " +
                                    json_number(signal["min"]) + " to " +
                                    json_number(signal["max"]));
         }
         kept.push_back(std::move(signal));
-        files.push_back(merged.signal_files[i]);
+        homes.push_back(merged.signal_homes[i]);
     }
     merged.file["signals"] = std::move(kept);
-    merged.signal_files = std::move(files);
+    merged.signal_homes = std::move(homes);
 }
 
 void add_provenance(json &all, const json &fragment, const std::string &file) {
@@ -298,6 +300,7 @@ merged_file merge_files(const std::string &machine_path, const std::vector<std::
     entries.move_to(merged);
     merged.file["provenance"] = std::move(provenance);
     if (revision) merged.file["revision"] = *revision;
+    check_signals(merged, machine_path);
     fill_ranges(merged);
     fill_sums(merged, machine_path);
     note_unused(merged);

@@ -10,21 +10,27 @@
 
 namespace compbox {
 
+struct entry_home {
+    std::string file;
+    std::size_t index;  // in its list there
+};
+
 struct merged_file {
     json file;                       // what the box will read
     std::vector<std::string> notes;  // what was filled in or left out, one line each
     // Where each entry came from, in the order of file["signals"] and file["terms"].
-    std::vector<std::string> signal_files, term_files;
+    std::vector<entry_home> signal_homes, term_homes;
 };
 
 // Joins the files and fills in what the machine file leaves open with null:
 //   - a channel's sum (also "auto", [] or no key): every term output with an ISO 230-1 name whose
 //     direction is the channel's name: EZX and EZY for channel Z; a channel without any is left out
-//   - a signal's min and max: the ends of the curves over it and 10 mm (degrees) beyond; a signal
-//     that nothing uses is left out
+//   - a signal's min and max: plausible_around() the curves over it; a signal that nothing uses is
+//     left out
 //   - revision, where given here
 // All else stays as written. Throws input_error for what is not a machine file or fragment, and
-// for a name in two files (it names both); what only the box's loader can judge is left to it.
+// for a name in two files (it names both), for a signal that a term needs and no file has; what
+// only the box's loader can judge is left to it.
 merged_file merge_files(const std::string &machine_path, const std::vector<std::string> &fragments,
                         std::optional<unsigned> revision);
 

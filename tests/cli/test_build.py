@@ -58,9 +58,27 @@ def test_ranges_come_from_the_curves(compbox):
                   "center": 50, "half_range": 50, "from": 0, "to": 100}
     compbox.write("c", {"terms": [polynomial]})
     out = compbox.good(*build(compbox, "a", "b", "c"))
-    assert out.splitlines()[:3] == ["signal X: plausible from -210 to 810",
+    assert out.splitlines()[:3] == ["signal X: plausible from -300 to 900",
                                     "signal Y: used by no term; left out",
                                     "signal Z: plausible from -10 to 110"]
+
+
+def test_a_fragment_for_another_machine(compbox):
+    """Without a range nothing is known of the signals, but that is not what is wrong."""
+    compbox.good("init", "--axes", "X", "--profile", "generic", "-o", "machine.json")
+    compbox.write("t", term("EZW", "W"))
+    assert compbox.refused(*build(compbox, "t")) == (
+        "t: the term EZW works on the signal W, which no file has; add it to the signals of "
+        "machine.json, or make the term on one that is there (X)")
+
+
+def test_a_volumetric_term_keeps_the_axes_that_it_takes_without_naming_them(compbox):
+    compbox.good("init", "--axes", "XYZ", "--profile", "generic", "-o", "machine.json")
+    vol = {"name": "vol", "type": "volumetric", "chain": "fXYZ", "errors": [],
+           "outputs": ["a", "b", "c"]}
+    compbox.write("t", {"terms": [vol]})
+    assert compbox.refused(*build(compbox, "t")) == (
+        "machine.json: signal X: set min and max (no curve tells its range)")
 
 
 def test_a_range_that_nothing_tells(compbox):
@@ -123,9 +141,17 @@ REFUSED = {  # terms.json: message
                         "or leave one out"),
     "knots out of order": ({"terms": [{**SPLINE, "knots": [0, 0, 1100, 1000, 1000]}]},
                            "t: terms[0].knots[3]: 1000 is below the knot before it (1100) "
-                           "(terms[0] is EZX)"),
+                           "(EZX)"),
     "unknown signal": (term(signal="Q"),
-                       't: terms[0].signal: no signal is called "Q" (terms[0] is EZX)'),
+                       "t: the term EZX works on the signal Q, which no file has; add it to the "
+                       "signals of machine.json, or make the term on one that is there (X, Y, Z)"),
+    "unknown input": ({"terms": [{"name": "T", "type": "linear", "inputs": ["X", "T9"],
+                                  "weights": [1, 1]}]},
+                      "t: the term T works on the signal T9, which no file has; add it to the "
+                      "signals of machine.json, or make the term on one that is there (X, Y, Z)"),
+    "unknown lag": ({**term(), "signals": [{"name": "slow", "unit": "degC", "lag_of": "T9",
+                                            "tau_s": 60}]},
+                    't: signals[0].lag_of: no signal is called "T9" (slow)'),
     "signal clash": ({**term(), "signals": [{"name": "X"}]},
                      "t: the signal X is already in machine.json; give one of them another name "
                      "or leave one out"),
@@ -186,7 +212,7 @@ def test_too_many_coefficients(compbox, machine):
         compbox.write(f"t{i}", term(f"EZ{'XYZ'[i]}", values=[k % 7 for k in range(1000)]))
     compbox.good(*build(compbox, "t0", "t1"))
     message = compbox.refused(*build(compbox, "t0", "t1", "t2"))
-    assert message.startswith("t2: terms[2]: ") and message.endswith("(terms[2] is EZZ)")
+    assert message.startswith("t2: terms[0]: ") and message.endswith("(EZZ)")
 
 
 # What the box's own loader says, word for word, is tested at the loader; here: file and exit code.

@@ -81,6 +81,9 @@ def test_standstill_gives_the_wanted_value_rounded_to_the_register(compbox, mach
     for want, got in zip(raw["comp_Z_um"], out["comp_Z_um"]):
         assert abs(got - want) <= 0.005 + 1e-4
         assert abs(got / 0.01 - round(got / 0.01)) < 1e-3
+    # A register of hundredths is printed in hundredths: float32's noise is not a figure.
+    for row in (compbox.folder / "out.csv").read_text().splitlines()[1:]:
+        assert len(row.split(",")[2].partition(".")[2]) <= 2, row
 
 
 def test_slew_is_that_of_the_box_between_the_rows(compbox, machine):
@@ -163,6 +166,20 @@ def test_an_implausible_position_is_held_and_said(compbox, machine):
     assert compbox.table("out.csv")["comp_Z_um"] == pytest.approx([-100, -100, -115, -120], abs=1e-3)
 
 
+def test_raw_shows_the_model_beyond_the_plausible_range(compbox, machine):
+    """Also in the first row, and faster than the axis can be: the curve's end value counts."""
+    machine["signals"][0].update(min=0, max=800, max_rate_per_s=100)
+    build(compbox, machine, term(values=[10, 200]))
+    samples(compbox, [[0, -5000, 0, 0], [1, 900, 0, 0], [2, 1e6, 0, 0], [3, 800, 0, 0]])
+    done = compbox("eval", "c.json", "--inputs", "s.csv", "--raw", "-o", "raw.csv")
+    assert done.returncode == 0
+    assert done.stderr == ("s.csv: X implausible, the box would hold the last value: 3 rows, first "
+                           "line 2: -5000 (plausible: 0 to 800)\n")
+    out = compbox.table("raw.csv")
+    assert out["EZX"] == pytest.approx([10, 181, 200, 162])
+    assert out["comp_Z_um"] == [-value for value in out["EZX"]]
+
+
 def test_rates_are_those_from_row_to_row(compbox, machine):
     machine["signals"][0]["max_rate_per_s"] = 100
     build(compbox, machine, term(values=[0, 200]))
@@ -189,8 +206,13 @@ REFUSED = {
     "missing": (None, "s.csv: cannot open the file (No such file or directory)"),
     "empty": ("", "s.csv: is empty: a header line is missing"),
     "no rows": ("time_s,X,Y,Z\n", "s.csv: has a header but no rows"),
-    "no time": ("X,Y,Z\n1,2,3\n", "s.csv: has no column 'time_s' (it has X, Y, Z)"),
-    "no Y": ("time_s,X,Z\n1,2,3\n", "s.csv: has no column 'Y' (it has time_s, X, Z)"),
+    "no time": ("X,Y,Z\n1,2,3\n", "s.csv:1: there is no column 'time_s' (there are X, Y, Z)"),
+    "no Y": ("time_s,X,Z\n1,2,3\n", "s.csv:1: there is no column 'Y' (there are time_s, X, Z)"),
+    "header below a comment": ("# by hand\n\ntime_s,X,Z\n1,2,3\n",
+                               "s.csv:3: there is no column 'Y' (there are time_s, X, Z)"),
+    "control character": ("time_s,X,Y,Z\n1,2,\0\x1b,4\n", "s.csv:2:5: '??' is not a finite number"),
+    "long text": ("time_s,X,Y,Z\n1,2," + 99 * "x" + ",4\n",
+                  "s.csv:2:5: '" + 40 * "x" + "…' is not a finite number"),
     "text": ("time_s,X,Y,Z\n1,2,x,4\n", "s.csv:2:5: 'x' is not a finite number"),
     "nan": ("time_s,X,Y,Z\n1,2,nan,4\n", "s.csv:2:5: 'nan' is not a finite number"),
     "short row": ("time_s,X,Y,Z\n1,2,3\n", "s.csv:2: has 3 columns, the header has 4"),
@@ -210,6 +232,13 @@ def test_bad_samples(compbox, machine, case):
     if content is not None:
         compbox.write("s.csv", content)
     assert compbox.refused("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv") == message
+
+
+def test_columns_that_are_not_asked_for_may_hold_anything(compbox, machine):
+    build(compbox, machine, term(values=[0, 200]))
+    compbox.write("s.csv", 'time_s,note,X,Y,Z,serial\n0,"by hand, hot",500,0,0,1e999\n1,,600,0,0,nan\n')
+    compbox.good("eval", "c.json", "--inputs", "s.csv", "--raw", "-o", "out.csv")
+    assert compbox.table("out.csv")["EZX"] == pytest.approx([100, 120])
 
 
 def test_a_bad_coefficient_file(compbox, machine):

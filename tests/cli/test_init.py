@@ -78,7 +78,7 @@ def test_it_builds_as_it_is_once_a_curve_is_there(compbox, profile):
     compbox.good("check", "c.json")
     built = compbox.read("c.json")
     assert [s["name"] for s in built["signals"]] == ["X"]
-    assert (built["signals"][0]["min"], built["signals"][0]["max"]) == (-510, 510)
+    assert (built["signals"][0]["min"], built["signals"][0]["max"]) == (-600, 600)
     assert [(c["name"], c["sum"]) for c in built["channels"]] == [("Z", ["EZX"])]
 
 
