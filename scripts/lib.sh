@@ -9,6 +9,21 @@ python=/usr/bin/python3   # Debian's, whose python3-* packages scripts/setup ins
 say() { printf '\n== %s\n' "$*"; }
 die() { printf '%s: %s\n' "${0##*/}" "$*" >&2; exit 1; }
 
+# sources PATTERN…: the project's files whose names fit one of the patterns, each ended by a NUL; with
+# git those that it knows or would add, without (a tarball) all but what is built.
+sources() {
+    local file names=() pattern
+    if [ "$(git rev-parse --show-toplevel 2>/dev/null)" = "$(pwd -P)" ]; then
+        git ls-files -z --cached --others --exclude-standard -- "$@"
+    else
+        for pattern in "$@"; do names+=(-o -name "$pattern"); done
+        find . \( -path ./build -o -path ./out -o -name .git -o -name __pycache__ -o -name .cache -o \
+            -name .venv \) -prune -o -type f \( "${names[@]:1}" \) -printf '%P\0' | sort -z
+    fi | while IFS= read -r -d '' file; do
+        if [ -f "$file" ]; then printf '%s\0' "$file"; fi
+    done
+}
+
 # build PRESET [TARGET…]: configures and builds quietly; shows the end of the log when it fails.
 build() {
     local preset=$1 log

@@ -6,6 +6,7 @@ hardware-in-the-loop tests named beside it: one of them has to fail. Without a f
   planted_faults.py ROOT [NAME…]    all faults, or those whose names contain one of the words"""
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -93,12 +94,11 @@ def run(source, tests, log):
 
 
 def copy_sources(root, target):
-    """The files that git knows, as they are now."""
-    names = subprocess.run(["git", "ls-files", "-z"], cwd=root, check=True,
-                           capture_output=True).stdout
-    archive = subprocess.run(["tar", "--null", "-T", "-", "-c"], cwd=root, input=names, check=True,
-                             capture_output=True).stdout
-    subprocess.run(["tar", "-x", "-C", target], input=archive, check=True)
+    """All files of the project as they are now, with or without git's history."""
+    def not_sources(folder, names):
+        built = {"build", "out"} if pathlib.Path(folder) == root else set()
+        return (built | {".git", "__pycache__", ".cache", ".venv"}) & set(names)
+    shutil.copytree(root, target, ignore=not_sources, dirs_exist_ok=True)
 
 
 def plant(source, file, before, after):
