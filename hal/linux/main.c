@@ -114,6 +114,10 @@ static bool start_loop(struct daemon *daemon) {
     return error == 0;
 }
 
+static const char *plural(uint64_t count) {
+    return count == 1 ? "" : "s";
+}
+
 static bool start(struct daemon *daemon) {
     const struct cb_config *config = &daemon->loop.box.config;
     struct cb_stats_run *run = &daemon->stats.run;
@@ -127,9 +131,10 @@ static bool start(struct daemon *daemon) {
     prepare_machine(daemon);
     block_signals(daemon);
     cb_log_say(&daemon->log, cb_boottime_us(),
-               "%s, revision %u, %u terms, %u channels, PLC %s, every %.6g ms", config->machine,
+               "%s, revision %u, %u term%s, %u channel%s, PLC %s, every %.6g ms", config->machine,
                (unsigned)config->revision, (unsigned)config->terms_count,
-               (unsigned)config->channels_count, daemon->plc, (double)config->period_us * 1e-3);
+               plural(config->terms_count), (unsigned)config->channels_count,
+               plural(config->channels_count), daemon->plc, (double)config->period_us * 1e-3);
     return start_loop(daemon);
 }
 
@@ -197,9 +202,9 @@ static int finish(struct daemon *daemon) {
     int record_error = cb_record_finish(&daemon->record);
     int stats_error = write_stats(daemon);
     if (record_error != 0)
-        cb_log_say(&daemon->log, now_us, "%s: %llu rows could not be written: %s",
+        cb_log_say(&daemon->log, now_us, "%s: %llu row%s could not be written: %s",
                    daemon->options.record, (unsigned long long)daemon->record.lost,
-                   strerror(record_error));
+                   plural(daemon->record.lost), strerror(record_error));
     if (stats_error != 0)
         cb_log_say(&daemon->log, now_us, "%s: cannot be written: %s", daemon->options.stats,
                    strerror(stats_error));

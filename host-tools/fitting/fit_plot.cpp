@@ -75,7 +75,8 @@ std::string plot_runs(const fit_result &result, int column) {
 std::string title_of(const fit_result &result, const std::string &unit) {
     return result.options.name + "(" + result.options.signal + "), " +
            name_of(result.options.method) + ", " +
-           std::to_string(result.curve.coefficient_count()) + " coefficients; " +
+           std::to_string(result.curve.coefficient_count()) +
+           (result.curve.coefficient_count() == 1 ? " coefficient; " : " coefficients; ") +
            std::to_string(result.data.runs.size()) +
            (result.data.runs.size() == 1 ? " run" : " runs") + ", noise " +
            text_of(result.noise, "%.2f ") + unit + " a reading";

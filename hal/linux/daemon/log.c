@@ -28,7 +28,8 @@ static void write_line(struct cb_log *log, int64_t now_us, const char *text) {
         return;
     }
     if (log->left_out > 0)
-        fprintf(stderr, "compboxd: (%u lines left out)\n", (unsigned)log->left_out);
+        fprintf(stderr, "compboxd: (%u line%s left out)\n", (unsigned)log->left_out,
+                log->left_out == 1 ? "" : "s");
     log->left_out = 0;
     fprintf(stderr, "compboxd: %9.3f s: %s\n", (double)(now_us - log->start_us) * 1e-6, text);
 }

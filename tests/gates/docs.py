@@ -1,0 +1,132 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: MIT
+"""Gate: what the documents point at is there. Every relative link of a Markdown file, with its anchor;
+every scripts/NAME that a document or script mentions, which must be executable too; every path of the
+sources in `code quotes` that ends like a file.
+  docs.py [ROOT]       prints how many links were looked at, or every one that leads nowhere
+  docs.py --self-test  plants one broken link after the other; each must be caught"""
+
+import os
+import pathlib
+import re
+import sys
+import tempfile
+
+SKIPPED = {"build", "out", ".git", ".cache", ".venv", "__pycache__"}
+LINK = re.compile(r"\[[^\]]*\]\(([^()\s]+(?:\([^()]*\))?)\)")
+SCRIPT = re.compile(r"(?<![\w./-])scripts/([a-z0-9][a-z0-9-]*)(?![\w*-])(?!\.\w)")
+QUOTED = re.compile(r"`((?![^`]*NAME)(?:docs|models|firmware|hal|host-tools|tests|examples|cmake)/[\w./-]*\.\w+)`")
+FENCE = re.compile(r"^ {0,3}(```|~~~).*?^ {0,3}\1", re.M | re.S)
+
+
+def anchors(text):
+    """out: the anchors of the headings, as GitHub makes them."""
+    found = set()
+    for heading in re.findall(r"^#{1,6} +(.*?) *#*$", FENCE.sub("", text), re.M):
+        plain = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).replace("`", "").lower()
+        slug = re.sub(r"[^\w\- ]", "", plain).replace(" ", "-")
+        same = sum(1 for anchor in found if re.fullmatch(re.escape(slug) + r"(-\d+)?", anchor))
+        found.add(f"{slug}-{same}" if same else slug)
+    return found
+
+
+def link_wrong(root, path, target):
+    """out: what is wrong with the target of a link in the file, or None."""
+    if re.match(r"[a-z][a-z0-9+.-]*:", target):
+        return None
+    name, _, anchor = target.partition("#")
+    there = (path.parent / name).resolve() if name else path
+    if not there.exists():
+        return f"{target} is not there"
+    if root not in there.parents and there != root:
+        return f"{target} leads out of the project"
+    if anchor and there.suffix == ".md" and anchor not in anchors(there.read_text()):
+        return f"{target}: no heading gives #{anchor}"
+    return None
+
+
+def script_wrong(root, name):
+    script = root / "scripts" / name
+    if not script.is_file():
+        return f"scripts/{name} is not there"
+    return None if os.access(script, os.X_OK) else f"scripts/{name} is not executable"
+
+
+def look_at(root, path):
+    """out: (line number, what it points at, what is wrong or None) of each pointer of a file."""
+    text = path.read_text()
+    markdown = path.suffix == ".md"
+    prose = FENCE.sub(lambda block: "\n" * block[0].count("\n"), text) if markdown else ""
+    for match in LINK.finditer(prose):
+        yield prose[:match.start()].count("\n") + 1, link_wrong(root, path, match[1])
+    for match in SCRIPT.finditer(text):
+        yield text[:match.start()].count("\n") + 1, script_wrong(root, match[1])
+    for match in QUOTED.finditer(prose):
+        wrong = None if (root / match[1]).exists() else f"{match[1]} is not there"
+        yield prose[:match.start()].count("\n") + 1, wrong
+
+
+def files(root):
+    for folder, folders, names in os.walk(root):
+        folders[:] = sorted(name for name in folders if name not in SKIPPED)
+        for name in sorted(names):
+            path = pathlib.Path(folder) / name
+            if path.suffix == ".md" or path.parent == root / "scripts" or path == root / ".ci/run":
+                yield path
+
+
+def check(root):
+    """out: how many pointers there are, and a line of text for each that is wrong."""
+    count, wrong = 0, []
+    for path in files(root):
+        for line, problem in look_at(root, path):
+            count += 1
+            if problem:
+                wrong.append(f"{path.relative_to(root)}:{line}: {problem}")
+    return count, wrong
+
+
+GOOD = """# A title, `quoted`
+
+[up](../README.md) [self](#a-title-quoted) [other](../README.md#two-words) [web](https://a.b/c)
+`scripts/good`, `scripts/good --long`, scripts/bench-*, `firmware/box.c`
+
+```
+[no](link.md)
+```
+"""
+PLANTED = ["[gone](gone.md)", "[gone](../docs/gone/)", "[anchor](../README.md#three-words)",
+           "[anchor](#nothing)", "[out](../../elsewhere.md)", "`scripts/gone`", "run scripts/plain now",
+           "`firmware/gone.c`"]
+
+
+def self_test():
+    with tempfile.TemporaryDirectory() as folder:
+        root = pathlib.Path(folder).resolve() / "project"
+        for name, text in (("README.md", "# One\n\n## Two words\n"), ("docs/a.md", GOOD),
+                           ("scripts/good", "#!/bin/sh\n"), ("scripts/plain", ""),
+                           ("firmware/box.c", ""), ("../elsewhere.md", "")):
+            (root / name).parent.mkdir(parents=True, exist_ok=True)
+            (root / name).write_text(text)
+        (root / "scripts/good").chmod(0o755)
+        count, wrong = check(root)
+        if wrong or count != 7:
+            sys.exit(f"docs.py: {count} pointers, what is good is called wrong: {wrong}")
+        for planted in PLANTED:
+            (root / "docs/a.md").write_text(GOOD + planted + "\n")
+            if len(check(root)[1]) != 1:
+                sys.exit(f"docs.py: the planted {planted!r} gave {check(root)[1]}")
+    print(f"{len(PLANTED)} of {len(PLANTED)} planted mistakes caught")
+
+
+def main():
+    if sys.argv[1:] == ["--self-test"]:
+        return self_test()
+    root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".").resolve()
+    count, wrong = check(root)
+    print("\n".join(wrong + [f"docs: {count} links and paths, {len(wrong)} wrong / 0 allowed"]))
+    return 1 if wrong or not count else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
