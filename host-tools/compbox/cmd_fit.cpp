@@ -16,7 +16,7 @@ namespace compbox {
 namespace {
 
 struct fit_arguments {
-    std::string data, output, plot;
+    std::string data, output, plot, band;
     fit_options options;
     bool as_json = false;
 };
@@ -35,6 +35,7 @@ void run_fit(const fit_arguments &arguments) {
     const fit_result result = fit_curve(read_measurement(arguments.data), arguments.options);
     if (!arguments.plot.empty()) plot_fit(result, arguments.plot);
     const json fragment = fragment_of(result);
+    if (!arguments.band.empty()) write_file(arguments.band, band_of(result));
     write_file(arguments.output, json_text(fragment));
     for (const auto &warning : result.warnings) {
         std::cerr << "compbox: " << arguments.data << ": " << warning << "\n";
@@ -123,6 +124,20 @@ void add_fit(CLI::App &app) {
                   {reference_line::keep, reference_line::end_point, reference_line::least_squares}),
            "Straight line taken off first: keep (none, default), end-point, least-squares")
         ->option_text("LINE");
+    fit->add_option("--zero-at", options.zero_at_mm,
+                    "Position, mm, where the curve is to be zero (its forward branch)")
+        ->option_text("POSITION");
+    CLI::Option *branches = fit->add_flag("--branches", options.branches,
+                                          "Forward and backward readings to a branch each");
+    fit->add_option("--reversal-mm", options.reversal_mm,
+                    "With --branches: way after a reversal until the other branch counts alone, mm "
+                    "(0.1)")
+        ->needs(branches)
+        ->check(CLI::Range(0.001, 1000.0).description(""))
+        ->option_text("R");
+    fit->add_option("--band", arguments->band,
+                    "Curve and its standard deviation as a table, F.csv: "
+                    "position_mm,curve_um,sigma_um");
     fit->add_option("--plot", arguments->plot, "Figure, F.svg, F.png or F.pdf");
     fit->add_flag("--json", arguments->as_json, "Report as JSON (the fragment with its findings)");
     fit->add_option("-o,--output", arguments->output, "Term to write, TERM.json")->required();

@@ -2,6 +2,7 @@
 // A measured error curve to a term of the coefficient file.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,9 @@ struct fit_options {
     int degree = 0;             // 0: 3 for splines, 7 for a polynomial
     double tolerance_um = 0.0;  // 0: none given
     reference_line line = reference_line::keep;
+    std::optional<double> zero_at_mm;  // the curve (its forward branch) is zero there
+    bool branches = false;             // forward and backward apart
+    double reversal_mm = 0.1;          // with branches: way after a reversal until one counts alone
 };
 
 // One polynomial over the range, ascending powers of u = (x - centre) / half_range.
@@ -50,6 +54,7 @@ struct fit_result {
     measurement data;          // means with the reference line taken off
     double line_offset = 0.0;  // what was taken off: offset + slope (x - centre of the range)
     double line_slope = 0.0;   // um per mm
+    double zero_offset = 0.0;  // taken off too, so that the curve is zero at zero_at_mm
     fitted_curve curve;
     std::vector<double> residuals;  // at data.position
     residual_summary summary;
@@ -57,11 +62,20 @@ struct fit_result {
     double noise = 0.0;     // standard deviation of one reading
     bool converged = true;  // false: the tolerance was given and is not met
     std::vector<std::string> warnings;
-    std::size_t key_points = 0;  // bspline-lmc only
+    std::size_t key_points = 0;        // bspline-lmc only
+    std::vector<fit_result> backward;  // with branches: one, and this is the forward one; else none
 };
 
 // Fits. Throws input_error, naming the file, for too few points and the box's limits.
 fit_result fit_curve(const measurement &data, const fit_options &options);
+
+// Standard deviation of the error itself about the written curve at result.best.x[i]: the best
+// estimate's own, and how far the curve is from it.
+double band_sigma(const fit_result &result, std::size_t i);
+
+// The curve with that band as CSV: position_mm,curve_um,sigma_um (urad for angles; with branches
+// also backward_um,backward_sigma_um), at the measured positions and between them.
+std::string band_of(const fit_result &result);
 
 // The fragment {"signals": [], "terms": [...], "provenance": {...}} that `build` takes.
 json fragment_of(const fit_result &result);

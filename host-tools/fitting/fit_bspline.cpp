@@ -94,8 +94,7 @@ void warn_of_tolerance(fit_result &result, double swing) {
     }
     if (result.converged && tolerance < estimate_residual(result)) {
         result.warnings.push_back("a tolerance of " + wanted + " is less than the noise (about " +
-                                  text_of(result.noise, 2) + " " + result.data.unit +
-                                  " a reading): the curve may follow noise");
+                                  noise_text(result) + " a reading): the curve may follow noise");
     }
 }
 

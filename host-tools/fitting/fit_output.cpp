@@ -29,22 +29,16 @@ json rounded(double value) {
     return json(std::stod(text));
 }
 
-json term_of(const fit_result &result) {
-    const fitted_curve &curve = result.curve;
-    json term;
-    term["name"] = result.options.name;
+// The curve's own keys.
+void add_curve(json &term, const fitted_curve &curve) {
     switch (curve.method) {
         case fit_method::bspline:
         case fit_method::bspline_lmc:
-            term["type"] = "bspline";
-            term["signal"] = result.options.signal;
             term["degree"] = curve.bspline.degree;
             term["knots"] = numbers(curve.bspline.knots);
             term["control_points"] = numbers(curve.bspline.control_points);
             break;
         case fit_method::polynomial:
-            term["type"] = "polynomial";
-            term["signal"] = result.options.signal;
             term["coefficients"] = numbers(curve.polynomial.coefficients);
             term["center"] = number(curve.polynomial.centre);
             term["half_range"] = number(curve.polynomial.half_range);
@@ -52,12 +46,23 @@ json term_of(const fit_result &result) {
             term["to"] = number(curve.polynomial.to);
             break;
         case fit_method::polyline:
-            term["type"] = "polyline";
-            term["signal"] = result.options.signal;
             term["positions"] =
                 numbers({curve.bspline.knots.begin() + 1, curve.bspline.knots.end() - 1});
             term["values"] = numbers(curve.bspline.control_points);
             break;
+    }
+}
+
+json term_of(const fit_result &result) {
+    const bool lmc = result.curve.method == fit_method::bspline_lmc;
+    json term;
+    term["name"] = result.options.name;
+    term["type"] = lmc ? "bspline" : name_of(result.curve.method);
+    term["signal"] = result.options.signal;
+    add_curve(term, result.curve);
+    for (const auto &backward : result.backward) {
+        add_curve(term["backward"], backward.curve);
+        term["reversal_mm"] = number(result.options.reversal_mm);
     }
     return term;
 }
@@ -100,12 +105,16 @@ json findings_of(const fit_result &result) {
         found["line_offset"] = rounded(result.line_offset);
         found["line_slope_per_mm"] = rounded(result.line_slope);
     }
+    if (result.options.zero_at_mm) {
+        found["zero_at_mm"] = rounded(*result.options.zero_at_mm);
+        found["zero_offset"] = rounded(result.zero_offset);
+    }
     found["positions"] = data.position.size();
     found["runs"] = data.runs.size();
     found["readings_per_position"] = largest_run_count(data);
     if (data.runs_aligned) found["run_offsets_and_slopes_evened_out"] = true;
     if (data.bidirectional) {
-        found["branches"] = "averaged";
+        found["branches"] = result.backward.empty() ? "averaged" : "forward and backward";
         found["mean_lost_motion"] = rounded(data.mean_lost_motion);
     }
     if (result.options.tolerance_um > 0.0) {
@@ -119,6 +128,13 @@ json findings_of(const fit_result &result) {
     found["noise_degrees_of_freedom_of_repeats"] = data.repeat_freedom;
     found["left_out_rms"] = rounded(result.best.left_out_rms);
     found["residuals"] = residuals_of(result.summary);
+    for (const auto &backward : result.backward) {
+        json branch;
+        if (result.options.tolerance_um > 0.0) branch["converged"] = backward.converged;
+        branch["coefficients"] = backward.curve.coefficient_count();
+        branch["residuals"] = residuals_of(backward.summary);
+        found["backward"] = branch;
+    }
     if (!result.warnings.empty()) found["warnings"] = result.warnings;
     return found;
 }
@@ -149,6 +165,44 @@ std::string list_of_knots(const fitted_curve &curve) {
     return inner.empty() ? "none" : text + " mm";
 }
 
+// What was measured and what was taken off it.
+std::string data_lines(const fit_result &result, const std::string &unit) {
+    const measurement &data = result.data;
+    const std::size_t runs =
+        data.runs.size() + (result.backward.empty() ? 0 : result.backward.front().data.runs.size());
+    std::string text =
+        line("positions, runs", std::to_string(data.position.size()) + ", " + std::to_string(runs));
+    if (data.runs_aligned) text += line("", "each run's own offset and slope were evened out");
+    if (result.options.line != reference_line::keep) {
+        text += line("line taken off", std::string(name_of(result.options.line)) + ", " +
+                                           digits(1000.0 * result.line_slope, unit + "/m"));
+    }
+    if (result.options.zero_at_mm) {
+        text += line("zero at", shortest(*result.options.zero_at_mm) + " mm (" +
+                                    digits(result.zero_offset, unit) + " taken off)");
+    }
+    if (data.bidirectional) {
+        text +=
+            line("mean lost motion", digits(data.mean_lost_motion, unit) +
+                                         (result.backward.empty() ? " (directions averaged)" : ""));
+    }
+    const std::string noise = digits(result.noise, data.sigma_given ? "of its sigma" : unit);
+    return text + line("noise of one reading", noise + " (" + noise_source(data) + ")");
+}
+
+std::string curve_lines(const fit_result &result, const std::string &unit) {
+    const residual_summary &sum = result.summary;
+    std::string text = line("coefficients", std::to_string(result.curve.coefficient_count()));
+    if (result.key_points > 0) text += line("key points", std::to_string(result.key_points));
+    text += line("residual range", digits(sum.range, unit));
+    text += line("residual mean, variance",
+                 digits(sum.mean, unit) + ", " + digits(sum.variance, unit + "²"));
+    text +=
+        line("worst point", digits(sum.worst, unit) + " at " + shortest(sum.worst_at_mm) + " mm");
+    text += line("left-out rms", digits(result.best.left_out_rms, unit));
+    return text + line("inner knots", list_of_knots(result.curve));
+}
+
 }  // namespace
 
 json fragment_of(const fit_result &result) {
@@ -159,37 +213,36 @@ json fragment_of(const fit_result &result) {
     return fragment;
 }
 
+std::string band_of(const fit_result &result) {
+    const std::string unit = result.data.unit;
+    std::vector<std::string> names = {"position_mm", "curve_" + unit, "sigma_" + unit};
+    for (std::size_t k = 0; k < result.backward.size(); ++k) {
+        names.push_back("backward_" + unit);
+        names.push_back("backward_sigma_" + unit);
+    }
+    std::vector<std::vector<double>> rows;
+    for (std::size_t i = 0; i < result.best.x.size(); ++i) {
+        const double x = result.best.x[i];
+        rows.push_back({x, result.curve.value(x), band_sigma(result, i)});
+        for (const auto &backward : result.backward) {
+            rows.back().push_back(backward.curve.value(x));
+            rows.back().push_back(band_sigma(backward, i));
+        }
+    }
+    return csv_text(names, rows);
+}
+
 std::string report_of(const fit_result &result) {
-    const measurement &data = result.data;
-    const residual_summary &sum = result.summary;
-    const std::string unit = data.unit == "urad" ? "µrad" : "µm";
-    std::string text = result.options.name + "(" + result.options.signal + ") from " + data.file +
-                       " by " + name_of(result.options.method) + "\n";
-    text += line("positions, runs",
-                 std::to_string(data.position.size()) + ", " + std::to_string(data.runs.size()));
-    if (data.runs_aligned) {
-        text += line("", "each run's own offset and slope were evened out");
+    const std::string unit = result.data.unit == "urad" ? "µrad" : "µm";
+    std::string text = result.options.name + "(" + result.options.signal + ") from " +
+                       result.data.file + " by " + name_of(result.options.method) + "\n";
+    text += data_lines(result, unit);
+    text += curve_lines(result, unit);
+    for (const auto &backward : result.backward) {
+        text += line("backward branch",
+                     "reversal over " + shortest(result.options.reversal_mm) + " mm") +
+                curve_lines(backward, unit);
     }
-    if (result.options.line != reference_line::keep) {
-        text += line("line taken off", std::string(name_of(result.options.line)) + ", " +
-                                           digits(1000.0 * result.line_slope, unit + "/m"));
-    }
-    if (data.bidirectional) {
-        text += line("mean lost motion",
-                     digits(data.mean_lost_motion, unit) + " (directions averaged)");
-    }
-    text += line("coefficients", std::to_string(result.curve.coefficient_count()));
-    if (result.key_points > 0) text += line("key points", std::to_string(result.key_points));
-    text += line("noise of one reading", (data.sigma_given ? digits(result.noise, "of its sigma")
-                                                           : digits(result.noise, unit)) +
-                                             " (" + noise_source(data) + ")");
-    text += line("residual range", digits(sum.range, unit));
-    text += line("residual mean, variance",
-                 digits(sum.mean, unit) + ", " + digits(sum.variance, unit + "²"));
-    text +=
-        line("worst point", digits(sum.worst, unit) + " at " + shortest(sum.worst_at_mm) + " mm");
-    text += line("left-out rms", digits(result.best.left_out_rms, unit));
-    text += line("inner knots", list_of_knots(result.curve));
     for (const auto &warning : result.warnings) text += "  note: " + warning + "\n";
     return text;
 }

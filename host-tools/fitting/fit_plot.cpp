@@ -20,7 +20,7 @@ std::string text_of(double value, const char *format) {
     return text;
 }
 
-std::string curve_block(const fit_result &result) {
+std::string curve_block(const fit_result &result, const std::string &branch) {
     std::vector<double> x, y;
     const double from = result.data.from(), to = result.data.to();
     for (int i = 0; i <= curve_points; ++i) {
@@ -33,22 +33,24 @@ std::string curve_block(const fit_result &result) {
         knots = inner_knots(result.curve.bspline);
     }
     for (const double knot : knots) on_curve.push_back(result.curve.value(knot));
-    return plot_data("curve", {x, y}) + plot_data("knots", {knots, on_curve});
+    return plot_data("curve" + branch, {x, y}) + plot_data("knots" + branch, {knots, on_curve});
 }
 
-// The band of the best estimate, about the written curve's zero line: +-2 sigma.
-std::string band_block(const fit_result &result) {
+// The band about the curve, and about its zero line: +-2 sigma of the best estimate.
+std::string band_block(const fit_result &result, const std::string &branch) {
     const smooth_curve &best = result.best;
-    std::vector<double> low, high;
+    std::vector<double> low, high, low_off, high_off;
     for (std::size_t i = 0; i < best.x.size(); ++i) {
-        const double off = best.mean[i] - result.curve.value(best.x[i]);
-        low.push_back(off - 2.0 * best.sigma[i]);
-        high.push_back(off + 2.0 * best.sigma[i]);
+        const double curve = result.curve.value(best.x[i]);
+        low.push_back(best.mean[i] - 2.0 * best.sigma[i]);
+        high.push_back(best.mean[i] + 2.0 * best.sigma[i]);
+        low_off.push_back(low.back() - curve);
+        high_off.push_back(high.back() - curve);
     }
-    return plot_data("band", {best.x, low, high});
+    return plot_data("band" + branch, {best.x, low, high, low_off, high_off});
 }
 
-std::string readings_block(const fit_result &result) {
+std::string readings_block(const fit_result &result, const std::string &branch) {
     std::string text;
     for (std::size_t r = 0; r < result.data.runs.size(); ++r) {
         const measured_run &run = result.data.runs[r];
@@ -56,20 +58,55 @@ std::string readings_block(const fit_result &result) {
         for (std::size_t i = 0; i < run.position.size(); ++i) {
             off.push_back(run.error[i] - result.curve.value(run.position[i]));
         }
-        text += plot_data("run" + std::to_string(r), {run.position, run.error, off});
+        text += plot_data("run" + branch + std::to_string(r), {run.position, run.error, off});
     }
-    return text + plot_data("mean", {result.data.position, result.data.mean, result.residuals});
+    return text +
+           plot_data("mean" + branch, {result.data.position, result.data.mean, result.residuals});
 }
 
-std::string plot_runs(const fit_result &result, int column) {
+std::string all_blocks(const fit_result &result, const std::string &branch) {
+    return curve_block(result, branch) + band_block(result, branch) +
+           readings_block(result, branch);
+}
+
+std::string plot_runs(const fit_result &result, const std::string &branch, int column) {
     std::string text;
     for (std::size_t r = 0; r < result.data.runs.size(); ++r) {
         const bool backward = result.data.runs[r].direction < 0;
-        text += "$run" + std::to_string(r) + " using 1:" + std::to_string(column) +
+        const bool titled = r == 0 && branch.empty();
+        text += "$run" + branch + std::to_string(r) + " using 1:" + std::to_string(column) +
                 " with points pt " + (backward ? "10" : "8") + " ps 0.7 lw 1 lc rgb '" +
-                plot_colour::grey + "' " + (r == 0 ? "title 'readings'" : "notitle") + ", ";
+                plot_colour::grey + "' " + (titled ? "title 'readings'" : "notitle") + ", ";
     }
     return text;
+}
+
+std::string plot_band(const std::string &branch, const char *columns) {
+    return "$band" + branch + " using " + columns + " with filledcurves fc rgb '" +
+           plot_colour::band + "' " + (branch.empty() ? "title 'curve ±2σ', " : "notitle, ");
+}
+
+// One branch in the upper panel: curve, knots and means.
+std::string plot_curve(const fit_result &result, const std::string &branch) {
+    const bool knots = result.curve.method == fit_method::bspline ||
+                       result.curve.method == fit_method::bspline_lmc;
+    const std::string colour = branch.empty() ? plot_colour::curve : plot_colour::second;
+    const std::string title =
+        !branch.empty() ? "backward" : (result.backward.empty() ? "curve" : "forward");
+    std::string text =
+        "$curve" + branch + " with lines lw 2.2 lc rgb '" + colour + "' title '" + title + "', ";
+    if (knots) {
+        text += "$knots" + branch + " with points pt 2 ps 0.7 lw 1.2 lc rgb '" +
+                plot_colour::second + "' " + (branch.empty() ? "title 'knots', " : "notitle, ");
+    }
+    return text + "$mean" + branch + " using 1:2 with points pt 7 ps 0.45 lc rgb '" +
+           plot_colour::mean + "' " + (branch.empty() ? "title 'mean'" : "notitle");
+}
+
+// And in the lower one: residuals of the means.
+std::string plot_residuals(const std::string &branch) {
+    return "$mean" + branch + " using 1:3 with linespoints pt 7 ps 0.45 lw 0.8 lc rgb '" +
+           plot_colour::mean + "' " + (branch.empty() ? "title 'mean of readings'" : "notitle");
 }
 
 std::string title_of(const fit_result &result, const std::string &unit) {
@@ -79,18 +116,29 @@ std::string title_of(const fit_result &result, const std::string &unit) {
            (result.curve.coefficient_count() == 1 ? " coefficient; " : " coefficients; ") +
            std::to_string(result.data.runs.size()) +
            (result.data.runs.size() == 1 ? " run" : " runs") + ", noise " +
-           text_of(result.noise, "%.2f ") + unit + " a reading";
+           text_of(result.noise, "%.2f ") + (result.data.sigma_given ? "of its sigma" : unit) +
+           " a reading";
 }
 
 }  // namespace
 
 void plot_fit(const fit_result &result, const std::string &path) {
     const std::string unit = result.data.unit == "urad" ? "µrad" : "µm";
-    const bool knots = result.curve.method == fit_method::bspline ||
-                       result.curve.method == fit_method::bspline_lmc;
     const std::string range =
         "set xrange [" + shortest(result.data.from()) + ":" + shortest(result.data.to()) + "]\n";
-    std::string script = curve_block(result) + band_block(result) + readings_block(result);
+    std::string script = all_blocks(result, "");
+    std::string upper = plot_band("", "1:2:3"), lower = plot_band("", "1:4:5");
+    std::string upper_end = plot_curve(result, ""), lower_end = plot_residuals("");
+    upper += plot_runs(result, "", 2);
+    lower += std::string("0 with lines lw 1.2 lc rgb '") + plot_colour::curve + "' notitle, " +
+             plot_runs(result, "", 3);
+    for (const auto &backward : result.backward) {
+        script += all_blocks(backward, "b");
+        upper += plot_band("b", "1:2:3") + plot_runs(backward, "b", 2);
+        lower += plot_runs(backward, "b", 3);
+        upper_end += ", " + plot_curve(backward, "b");
+        lower_end += ", " + plot_residuals("b");
+    }
     script +=
         "set multiplot layout 2,1\n"
         "set border lw 0.8 lc rgb '#444444'\nset tics nomirror\n"
@@ -100,22 +148,11 @@ void plot_fit(const fit_result &result, const std::string &path) {
     script += "set title " + plot_text(title_of(result, unit)) + "\n";
     script += "set size 1,0.58\nset origin 0,0.42\nset format x ''\nset bmargin 0.8\n";
     script += "set ylabel " + plot_text("error, " + unit) + "\n";
-    script += "plot " + plot_runs(result, 2) + "$curve with lines lw 2.2 lc rgb '" +
-              plot_colour::curve + "' title 'curve', ";
-    if (knots) {
-        script += std::string("$knots with points pt 2 ps 0.7 lw 1.2 lc rgb '") +
-                  plot_colour::second + "' title 'knots', ";
-    }
-    script += std::string("$mean using 1:2 with points pt 7 ps 0.45 lc rgb '") + plot_colour::mean +
-              "' title 'mean'\n";
+    script += "plot " + upper + upper_end + "\n";
     script += "unset title\nset size 1,0.42\nset origin 0,0\nset format x '%g'\nset bmargin 3.4\n";
     script += "set tmargin 0.8\nset xlabel " + plot_text(result.options.signal + ", mm") + "\n";
     script += "set ylabel " + plot_text("residual, " + unit) + "\n";
-    script += std::string("plot $band using 1:2:3 with filledcurves fc rgb '") + plot_colour::band +
-              "' title 'curve ±2σ', 0 with lines lw 1.2 lc rgb '" + plot_colour::curve +
-              "' notitle, " + plot_runs(result, 3) +
-              "$mean using 1:3 with linespoints pt 7 ps 0.45 lw 0.8 lc rgb '" + plot_colour::mean +
-              "' title 'mean of readings'\nunset multiplot\n";
+    script += "plot " + lower + lower_end + "\nunset multiplot\n";
     run_gnuplot(path, script, 1000, 720);
 }
 

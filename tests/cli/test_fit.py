@@ -101,3 +101,49 @@ def test_lmc_says_when_its_points_run_out(compbox):
     assert done.returncode == 0
     assert "did not converge: with all 21 points as key points" in done.stderr
     assert compbox.read("t.json")["provenance"]["EZX"]["converged"] is False
+
+
+def test_branches_zero_and_band(compbox):
+    compbox.write("d.csv", readings(runs=6, directions=True))
+    assert "--branches keeps both" in compbox(*FIT).stderr
+    out = compbox.good(*FIT, "--branches", "--reversal-mm", "0.2", "--zero-at", "1000",
+                       "--line", "end-point", "--band", "band.csv")
+    assert "backward branch" in out and "zero at" in out
+    term = compbox.read("t.json")["terms"][0]
+    assert term["reversal_mm"] == 0.2
+    assert set(term["backward"]) == {"degree", "knots", "control_points"}
+    found = compbox.read("t.json")["provenance"]["EZX"]
+    assert found["branches"] == "forward and backward"
+    assert found["line"] == "end-point" and "line_slope_per_mm" in found
+    assert found["zero_at_mm"] == 1000 and found["backward"]["coefficients"] >= 4
+    band = compbox.table("band.csv")
+    middle = band["position_mm"].index(1000)
+    assert abs(band["curve_um"][middle]) < 1e-4
+    assert band["backward_um"][middle] == pytest.approx(-4, abs=0.5)
+    assert all(0 < sigma < 1 for sigma in band["sigma_um"] + band["backward_sigma_um"])
+
+
+def test_kept_slope_is_said(compbox):
+    compbox.good(*FIT)
+    assert compbox.read("t.json")["provenance"]["EZX"]["line"] == "keep"
+
+
+@pytest.mark.parametrize("options, sentence", [
+    (("--zero-at", "2001"), "d.csv: was measured from 0 to 2000 mm; the curve cannot be zero at 2001 mm"),
+    (("--branches",), "d.csv: has no positions reached forward and backward; "
+                      "--branches needs a column direction with both"),
+])
+def test_what_the_file_does_not_carry_is_refused(compbox, options, sentence):
+    assert compbox.refused(*FIT, *options) == sentence
+
+
+def test_a_reversal_needs_branches(compbox):
+    assert compbox(*FIT, "--reversal-mm", "0.2").returncode == 2
+
+
+def test_plots_are_made(compbox):
+    compbox.write("d.csv", readings(runs=4, directions=True))
+    for options in ((), ("--branches",), ("--method", "polynomial")):
+        compbox.good(*FIT, *options, "--plot", "f.svg")
+        text = (compbox.folder / "f.svg").read_text()
+        assert "<svg" in text and ("backward" in text) == ("--branches" in options)

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+// What a person should know about a fit, one sentence each.
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "host-tools/fitting/methods.h"
+
+namespace compbox {
+
+namespace {
+
+// ISO 230-1: the third letter is the axis that the error belongs to.
+void warn_of_other_axis(fit_result &result) {
+    const std::string &name = result.options.name, &signal = result.options.signal;
+    const bool iso = name.size() == 3 && name[0] == 'E' &&
+                     std::string("XYZABC").find(name[1]) != std::string::npos &&
+                     std::string("XYZABCUVW").find(name[2]) != std::string::npos;
+    if (!iso || signal.empty() || std::toupper(static_cast<unsigned char>(signal[0])) == name[2]) {
+        return;
+    }
+    result.warnings.push_back(name + " is by its name an error of axis " + name[2] +
+                              ", but the curve depends on signal " + signal);
+}
+
+// The smoothness is found with a noise that nobody measured.
+void warn_of_unknown_noise(fit_result &result) {
+    const bool used =
+        result.options.method == fit_method::bspline && result.options.tolerance_um <= 0;
+    if (!used || result.best.noise_measured || result.data.position.size() < 3) return;
+    result.warnings.push_back(
+        "the noise could not be measured (no repeats, no column sigma); about " +
+        text_of(result.noise, 2) + " " + result.data.unit +
+        " is taken, as instruments have; measure three runs, or give sigma");
+}
+
+// A reading that the others do not believe is worth a sentence: no fit can mend it. What is far is
+// judged by what leaving out should cost there, and by what it costs elsewhere.
+void warn_of_outliers(fit_result &result) {
+    const smooth_curve &best = result.best;
+    double worst = 0.0, squares = 0.0;
+    std::size_t where = 0;
+    const std::size_t n = best.left_out.size();
+    for (std::size_t i = 0; i < n; ++i) {
+        const double apart = std::abs(best.left_out[i]) / std::sqrt(best.left_out_variance[i]);
+        squares += apart * apart;
+        if (apart > worst) {
+            worst = apart;
+            where = i;
+        }
+    }
+    if (n < 12) return;
+    const double usual = std::sqrt((squares - worst * worst) / static_cast<double>(n - 1));
+    if (worst < 5.0 * std::max(usual, 1.0)) return;
+    result.warnings.push_back("the reading at " + text_of(result.data.position[where], 7) +
+                              " mm lies far off what its neighbours say: a corner of the curve, or "
+                              "a wrong reading to measure again or leave out");
+}
+
+// Two branches in one curve: fine for straightness, a loss for positioning.
+void warn_of_lost_motion(fit_result &result) {
+    const double lost = result.data.mean_lost_motion;
+    if (result.options.branches || !result.data.bidirectional) return;
+    if (std::abs(lost) < 3.0 * result.noise) return;
+    result.warnings.push_back("forward and backward differ by " + text_of(lost, 3) + " " +
+                              result.data.unit + " on average; --branches keeps both");
+}
+
+}  // namespace
+
+std::string noise_text(const fit_result &result) {
+    if (result.data.sigma_given) return text_of(result.noise, 2) + " of its sigma";
+    return text_of(result.noise, 2) + " " + result.data.unit;
+}
+
+void add_warnings(fit_result &result) {
+    warn_of_other_axis(result);
+    warn_of_unknown_noise(result);
+    warn_of_lost_motion(result);
+    warn_of_outliers(result);
+    for (auto &backward : result.backward) {
+        warn_of_outliers(backward);
+        for (const auto &warning : backward.warnings) {
+            result.warnings.push_back("backward: " + warning);
+        }
+    }
+}
+
+}  // namespace compbox
