@@ -191,7 +191,8 @@ struct cb_config {
     uint8_t signals_count, terms_count, outputs_count, channels_count, pairs_count;
     uint8_t lags_count, branches_count;
     uint16_t pool_count, links_count;
-    uint8_t lags[CB_MAX_SIGNALS]; /* the signals that are lags, each after the one it follows */
+    uint8_t lags[CB_MAX_SIGNALS]; /* the signals that are lags, each after the one it follows, those
+                                     of one time constant side by side where that allows it */
     struct cb_signal_config signals[CB_MAX_SIGNALS];
     struct cb_term_config terms[CB_MAX_TERMS];
     struct cb_curve_config branches[CB_MAX_BRANCHES]; /* backward; as curves of terms */

@@ -46,6 +46,21 @@ static bool is_placed(const struct cb_config *config, uint8_t signal) {
     return false;
 }
 
+/* Moves the last of config->lags to those of its time constant, if it stays behind the one that it
+ * follows: they then share their gains in every step (lags.c). */
+static void join_pace(struct cb_config *config) {
+    const uint8_t last = (uint8_t)(config->lags_count - 1), lag = config->lags[last];
+    const struct cb_signal_config *signals = config->signals;
+    uint8_t to = last;
+    while (to > 0 && signals[config->lags[to - 1]].tau_s != signals[lag].tau_s) {
+        if (config->lags[to - 1] == signals[lag].lag_of) return;
+        --to;
+    }
+    if (to == 0) return;
+    for (uint8_t i = last; i > to; --i) config->lags[i] = config->lags[i - 1];
+    config->lags[to] = lag;
+}
+
 /* Puts every lag into config->lags whose signal has been placed.
  * out: false with *placed unchanged where nothing more can be */
 static bool place_lags(struct cb_loader *loader, uint32_t signals, bool *placed) {
@@ -55,6 +70,7 @@ static bool place_lags(struct cb_loader *loader, uint32_t signals, bool *placed)
         if (is_placed(config, i) || !is_placed(config, config->signals[i].lag_of)) continue;
         if (!take_range(loader, signals, i)) return false;
         config->lags[config->lags_count++] = i;
+        join_pace(config);
         *placed = true;
     }
     return true;

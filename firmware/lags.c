@@ -11,17 +11,29 @@ static float seconds(int64_t us) {
     return (float)(int32_t)(slow < INT32_MAX ? slow : INT32_MAX) * 1.024e-3f;
 }
 
-/* Moves one lag to its signal's newest value. A clock that went backward moves nothing. */
+/* The gains of the lag before: lags of one time constant stand together (config_lags.c) and mostly
+ * follow signals that were read at one time. */
+struct pace {
+    int64_t elapsed_us;
+    float tau_s;
+    struct cb_lag_gains gains;
+};
+
+/* in : elapsed_us != 0. A clock that went backward moves nothing. */
+static void set_pace(struct pace *pace, int64_t elapsed_us, float tau_s) {
+    const float dt_s = elapsed_us > 0 ? seconds(elapsed_us) : 0.0f;
+    *pace = (struct pace){elapsed_us, tau_s, cb_lag_gains_for(dt_s, tau_s)};
+}
+
+/* Moves one lag to its signal's newest value. */
 static void follow(const struct cb_signal_config *lag, const struct cb_signal_state *signal,
-                   struct cb_signal_state *state) {
+                   struct cb_signal_state *state, struct pace *pace) {
     const float u = lag->power == 2 ? signal->value * signal->value : signal->value;
     const int64_t elapsed_us = signal->time_us - state->time_us;
-    if (!state->settled) {
-        cb_lag_start(&state->lag, u);
-    } else if (elapsed_us != 0) {
-        const float dt_s = elapsed_us > 0 ? seconds(elapsed_us) : 0.0f;
-        cb_lag_step(&state->lag, cb_lag_gains_for(dt_s, lag->tau_s), u);
-    }
+    if (!state->settled) cb_lag_start(&state->lag, u);
+    if (elapsed_us != pace->elapsed_us || lag->tau_s != pace->tau_s)
+        set_pace(pace, elapsed_us, lag->tau_s);
+    if (elapsed_us != 0) cb_lag_step(&state->lag, pace->gains, u);
     state->value = cb_clamp(state->lag.hi, lag->min, lag->max);
     state->time_us = signal->time_us;
     state->known = state->settled = true;
@@ -30,12 +42,13 @@ static void follow(const struct cb_signal_config *lag, const struct cb_signal_st
 bool cb_lags_follow(const struct cb_config *config, struct cb_signal_state *states,
                     struct cb_counters *counters) {
     bool essentials_fresh = true;
+    struct pace pace = {0};
     for (unsigned i = 0; i < config->lags_count; ++i) {
         const unsigned index = config->lags[i];
         const struct cb_signal_config *lag = &config->signals[index];
         const struct cb_signal_state *signal = &states[lag->lag_of];
         struct cb_signal_state *state = &states[index];
-        if (signal->known) follow(lag, signal, state);
+        if (signal->known) follow(lag, signal, state, &pace);
         counters->signals_stale += state->fresh && !signal->fresh;
         state->fresh = signal->fresh; /* it is as old as what it follows */
         state->used = state->value;

@@ -53,7 +53,7 @@ static float filtered_velocity(float velocity, float change, int64_t elapsed_us,
 }
 
 /* Takes one raw number that was valid at time_us, or counts it as implausible. */
-static void accept(const struct cb_config *config, const struct cb_signal_config *signal,
+static inline void accept(const struct cb_config *config, const struct cb_signal_config *signal,
                    struct cb_signal_state *state, struct cb_counters *counters, float raw,
                    int64_t time_us) {
     const float value = raw * signal->scale + signal->zero;
@@ -108,7 +108,7 @@ static float ahead(const struct cb_config *config, const struct cb_signal_config
 }
 
 /* A signal that is measured: how old its value is, and what the terms see of it. */
-static void age(const struct cb_config *config, const struct cb_signal_config *signal,
+static inline void age(const struct cb_config *config, const struct cb_signal_config *signal,
                 struct cb_signal_state *state, int64_t now_us) {
     const int64_t age_us = now_us - state->time_us;
     state->fresh = state->known && age_us <= (int64_t)signal->max_age_ms * 1000;

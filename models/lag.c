@@ -11,7 +11,18 @@ static float ramp_series(float h) {
     return sum * h * 0.5f;
 }
 
-struct cb_lag_gains cb_lag_gains_of_long(float h) {
+/* in : 0 < h <= 1/64: what steps of a box are against the memory of a machine
+ * out: both gains; the first power left out is worth 2e-10 of the ramp */
+static struct cb_lag_gains small_gains(float h) {
+    const float ramp =
+        0.5f * h * (1.0f - h * (1.0f / 3.0f) * (1.0f - h * 0.25f * (1.0f - h * 0.2f)));
+    const struct cb_lag_gains gains = {h * (1.0f - ramp), ramp};
+    return gains;
+}
+
+struct cb_lag_gains cb_lag_gains_for(float dt_s, float tau_s) {
+    const float h = dt_s / tau_s;
+    if (h > 0.0f && h <= 0.015625f) return small_gains(h);
     struct cb_lag_gains gains = {cb_one_minus_exp(h), 0.0f};
     if (h > 0.0f) gains.ramp = h <= 1.0f ? ramp_series(h) : 1.0f - gains.gain / h;
     return gains;

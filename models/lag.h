@@ -26,22 +26,12 @@ struct cb_lag_gains {
     float ramp; /* 1 - gain / h */
 };
 
-/* Gains of any h = dt / tau; for cb_lag_gains_for() below. */
-struct cb_lag_gains cb_lag_gains_of_long(float h);
-
 /* in : tau_s > 0
  * out: the gains within 4 ulp, however small dt / tau; both 0 (time stands still) for dt_s <= 0 or
- *      NaN, both 1 for an infinite dt_s
- * Up to 1/64 of tau, what steps of a box are against the memory of a machine, by series whose first
- * power left out is worth 2e-10 of the ramp. Inline: a box has dozens of lags. */
-static inline struct cb_lag_gains cb_lag_gains_for(float dt_s, float tau_s) {
-    const float h = dt_s / tau_s;
-    if (!(h > 0.0f && h <= 0.015625f)) return cb_lag_gains_of_long(h);
-    const float ramp =
-        0.5f * h * (1.0f - h * (1.0f / 3.0f) * (1.0f - h * 0.25f * (1.0f - h * 0.2f)));
-    const struct cb_lag_gains gains = {h * (1.0f - ramp), ramp};
-    return gains;
-}
+ *      NaN, both 1 for an infinite dt_s */
+struct cb_lag_gains cb_lag_gains_for(float dt_s, float tau_s);
+
+/* Inline from here: a box has dozens of lags. */
 
 /* Steady state at u (finite): as if u had been the input for ever. */
 static inline void cb_lag_start(struct cb_lag *lag, float u) {

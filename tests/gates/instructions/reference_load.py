@@ -23,8 +23,8 @@ def signals():
     for i in range(THERMOMETERS):
         yield {"name": f"T{i}", "unit": "degC", "plc": 14 + i, "type": "int16", "scale": 0.1,
                "min": -10, "max": 90, "max_rate_per_s": 20, "max_age_ms": 2000}
-    for k, tau_s in enumerate(TAUS_S):
-        for i in range(THERMOMETERS):
+    for i in range(THERMOMETERS):
+        for k, tau_s in enumerate(TAUS_S):
             yield {"name": f"T{i}_{k}", "unit": "degC", "lag_of": f"T{i}", "tau_s": tau_s}
 
 
