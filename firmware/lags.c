@@ -41,18 +41,20 @@ static void follow(const struct cb_signal_config *lag, const struct cb_signal_st
 
 bool cb_lags_follow(const struct cb_config *config, struct cb_signal_state *states,
                     struct cb_counters *counters) {
+    const uint8_t *const end = config->lags + config->lags_count;
     bool essentials_fresh = true;
     struct pace pace = {0};
-    for (unsigned i = 0; i < config->lags_count; ++i) {
-        const unsigned index = config->lags[i];
-        const struct cb_signal_config *lag = &config->signals[index];
+    for (const uint8_t *index = config->lags; index != end; ++index) {
+        const struct cb_signal_config *lag = &config->signals[*index];
         const struct cb_signal_state *signal = &states[lag->lag_of];
-        struct cb_signal_state *state = &states[index];
+        struct cb_signal_state *state = &states[*index];
+        const bool was_fresh = state->fresh;
         if (signal->known) follow(lag, signal, state, &pace);
-        counters->signals_stale += state->fresh && !signal->fresh;
-        state->fresh = signal->fresh; /* it is as old as what it follows */
         state->used = state->value;
-        essentials_fresh = essentials_fresh && (state->fresh || !lag->essential);
+        state->fresh = signal->fresh; /* it is as old as what it follows */
+        if (state->fresh) continue;
+        counters->signals_stale += was_fresh;
+        essentials_fresh = essentials_fresh && !lag->essential;
     }
     return essentials_fresh;
 }

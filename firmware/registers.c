@@ -64,23 +64,7 @@ static uint16_t swap_bytes(uint16_t word) {
     return (uint16_t)((word << 8) | (word >> 8));
 }
 
-/* The bits of the value, most significant first, from the registers as they lie. */
-static uint32_t gather(struct layout layout, const uint16_t *registers) {
-    const uint16_t first = registers[0];
-    if (!is_wide(layout.kind)) return layout.order == ORDER_DCBA ? swap_bytes(first) : first;
-    const uint16_t second = registers[1];
-    switch (layout.order) {
-        case ORDER_ABCD:
-            break;
-        case ORDER_CDAB:
-            return ((uint32_t)second << 16) | first;
-        case ORDER_DCBA:
-            return ((uint32_t)swap_bytes(second) << 16) | swap_bytes(first);
-    }
-    return ((uint32_t)first << 16) | second;
-}
-
-/* The opposite of gather(). */
+/* Puts the bits of a value into the registers as they are to lie. */
 static void scatter(struct layout layout, uint32_t bits, uint16_t *registers) {
     const uint16_t high = (uint16_t)(bits >> 16), low = (uint16_t)bits;
     if (!is_wide(layout.kind)) {
@@ -97,28 +81,49 @@ static void scatter(struct layout layout, uint32_t bits, uint16_t *registers) {
 }
 
 /* Two's complement without a cast whose result the standard leaves to the compiler. */
-static int32_t as_signed(uint32_t bits, uint32_t sign_bit) {
-    if (!(bits & sign_bit)) return (int32_t)bits;
-    return (int32_t)(bits & (sign_bit - 1u)) - (int32_t)(sign_bit - 1u) - 1;
+static inline float signed_16(uint16_t bits) {
+    return (float)((int32_t)bits - (bits & 0x8000u ? 0x10000 : 0));
 }
 
-float cb_number_decode(enum cb_number_type type, const uint16_t *registers) {
-    const struct layout layout = layout_of(type);
-    const uint32_t bits = gather(layout, registers);
-    float number = 0.0f;
-    switch (layout.kind) {
-        case KIND_UINT16:
-        case KIND_UINT32:
-            return (float)bits;
-        case KIND_INT16:
-            return (float)as_signed(bits, 0x8000u);
-        case KIND_INT32:
-            return (float)as_signed(bits, 0x80000000u);
-        case KIND_FLOAT32:
-            memcpy(&number, &bits, sizeof number);
-            break;
+static inline float signed_32(uint32_t bits) {
+    if (!(bits & 0x80000000u)) return (float)(int32_t)bits;
+    return (float)((int32_t)(bits & 0x7FFFFFFFu) - INT32_MAX - 1);
+}
+
+static inline uint32_t wide(uint16_t high, uint16_t low) {
+    return (uint32_t)high << 16 | low;
+}
+
+float cb_number_decode(enum cb_number_type type, const uint16_t *r) {
+    switch (type) {
+        case CB_NUMBER_UINT16:
+            return (float)r[0];
+        case CB_NUMBER_INT16:
+            return signed_16(r[0]);
+        case CB_NUMBER_UINT32:
+            return (float)wide(r[0], r[1]);
+        case CB_NUMBER_INT32:
+            return signed_32(wide(r[0], r[1]));
+        case CB_NUMBER_FLOAT32:
+            return cb_float_of(wide(r[0], r[1]));
+        case CB_NUMBER_UINT32_CDAB:
+            return (float)wide(r[1], r[0]);
+        case CB_NUMBER_INT32_CDAB:
+            return signed_32(wide(r[1], r[0]));
+        case CB_NUMBER_FLOAT32_CDAB:
+            return cb_float_of(wide(r[1], r[0]));
+        case CB_NUMBER_UINT16_LE:
+            return (float)swap_bytes(r[0]);
+        case CB_NUMBER_INT16_LE:
+            return signed_16(swap_bytes(r[0]));
+        case CB_NUMBER_UINT32_LE:
+            return (float)wide(swap_bytes(r[1]), swap_bytes(r[0]));
+        case CB_NUMBER_INT32_LE:
+            return signed_32(wide(swap_bytes(r[1]), swap_bytes(r[0])));
+        case CB_NUMBER_FLOAT32_LE:
+            return cb_float_of(wide(swap_bytes(r[1]), swap_bytes(r[0])));
     }
-    return number;
+    return 0.0f;
 }
 
 bool cb_number_encode(enum cb_number_type type, float number, uint16_t *registers) {

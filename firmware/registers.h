@@ -24,10 +24,10 @@ static inline bool cb_number_is_integer(enum cb_number_type type) {
            type != CB_NUMBER_FLOAT32_LE;
 }
 
-/* in : registers[cb_number_registers(type)] as they came over the wire
+/* in : r[cb_number_registers(type)], registers as they came over the wire
  * out: the number; integers beyond 2^24 rounded to the nearest float32; a float32 register gives
  *      whatever bits it holds, NaN and infinities included: the caller judges */
-float cb_number_decode(enum cb_number_type type, const uint16_t *registers);
+float cb_number_decode(enum cb_number_type type, const uint16_t *r);
 
 /* in : registers[cb_number_registers(type)]
  * out: true and the number in the registers, integers rounded half away from zero; or false when

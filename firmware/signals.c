@@ -53,9 +53,9 @@ static float filtered_velocity(float velocity, float change, int64_t elapsed_us,
 }
 
 /* Takes one raw number that was valid at time_us, or counts it as implausible. */
-static inline void accept(const struct cb_config *config, const struct cb_signal_config *signal,
-                   struct cb_signal_state *state, struct cb_counters *counters, float raw,
-                   int64_t time_us) {
+CB_INLINE void accept(const struct cb_config *config, const struct cb_signal_config *signal,
+                      struct cb_signal_state *state, struct cb_counters *counters, float raw,
+                      int64_t time_us) {
     const float value = raw * signal->scale + signal->zero;
     const int64_t elapsed_us = time_us - state->time_us;
     const float change = value - state->value;
@@ -81,11 +81,12 @@ static bool is_sampled(const struct cb_signal_config *signal) {
 void cb_signals_accept(const struct cb_config *config, struct cb_signal_state *states,
                        struct cb_counters *counters, const struct cb_inputs *in, bool read,
                        int64_t now_us) {
-    for (unsigned i = 0; read && i < config->signals_count; ++i) {
-        const struct cb_signal_config *signal = &config->signals[i];
+    const struct cb_signal_config *signal = config->signals, *const end =
+                                                                 signal + config->signals_count;
+    for (struct cb_signal_state *state = states; read && signal != end; ++signal, ++state) {
         if (signal->source != CB_SOURCE_PLC) continue;
         const float raw = cb_number_decode(signal->type, in->registers + signal->reg);
-        accept(config, signal, &states[i], counters, raw, in->read_us);
+        accept(config, signal, state, counters, raw, in->read_us);
     }
     for (unsigned k = 0; k < in->sample_count && k < CB_MAX_SAMPLES; ++k) {
         const struct cb_sample *sample = &in->samples[k];
@@ -109,7 +110,7 @@ static float ahead(const struct cb_config *config, const struct cb_signal_config
 
 /* A signal that is measured: how old its value is, and what the terms see of it. */
 static inline void age(const struct cb_config *config, const struct cb_signal_config *signal,
-                struct cb_signal_state *state, int64_t now_us) {
+                       struct cb_signal_state *state, int64_t now_us) {
     const int64_t age_us = now_us - state->time_us;
     state->fresh = state->known && age_us <= (int64_t)signal->max_age_ms * 1000;
     if (!state->fresh) return;
@@ -118,15 +119,15 @@ static inline void age(const struct cb_config *config, const struct cb_signal_co
 
 bool cb_signals_age(const struct cb_config *config, struct cb_signal_state *states,
                     struct cb_counters *counters, int64_t now_us) {
+    const struct cb_signal_config *signal = config->signals, *const end =
+                                                                 signal + config->signals_count;
     bool essentials_fresh = true;
-    for (unsigned i = 0; i < config->signals_count; ++i) {
-        const struct cb_signal_config *signal = &config->signals[i];
-        struct cb_signal_state *state = &states[i];
+    for (struct cb_signal_state *state = states; signal != end; ++signal, ++state) {
         if (signal->source == CB_SOURCE_LAG) continue;
-        const bool was = state->fresh;
+        const bool was_fresh = state->fresh;
         age(config, signal, state, now_us);
         if (state->fresh) continue;
-        counters->signals_stale += was;
+        counters->signals_stale += was_fresh;
         essentials_fresh = essentials_fresh && !signal->essential;
     }
     return cb_lags_follow(config, states, counters) && essentials_fresh;

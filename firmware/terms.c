@@ -11,18 +11,37 @@
 #include "models/training_range.h"
 #include "models/volumetric.h"
 
-/* A B-spline or polyline, as the loader left it in the pool. */
-static struct cb_curve_value piecewise(const struct cb_config *config,
-                                       const struct cb_curve_config *curve, float x) {
+/* What a term says about its inputs; none of it: all is well. */
+enum {
+    MISSING = 1,      /* a signal or a term that it looks at is not there: nothing was computed */
+    OUTSIDE = 2,      /* a curve is held at its end */
+    EXTRAPOLATED = 4, /* a model has an input outside its training range */
+    WEAKENED = 8,     /* … so far outside that its weight is below 1 */
+};
+
+/* What one step of all terms works with. */
+struct evaluation {
+    const struct cb_config *config;
+    const struct cb_signal_state *signals;
+    const float *outputs; /* of the terms before this one */
+    const bool *live;     /* whether they are those of this step; indexed like outputs */
+};
+
+/* ---- curves ---- */
+
+/* A B-spline or polyline, as the loader left it in the pool. span: where it was last found. */
+CB_INLINE struct cb_curve_value piecewise(const struct cb_config *config,
+                                          const struct cb_curve_config *curve, float x,
+                                          uint16_t *span) {
     const float *breaks = config->pool + curve->pool;
     const struct cb_ppoly ppoly = {.breaks = breaks,
                                    .coefficients = breaks + curve->spans + 1,
                                    .spans_per_unit = curve->spans_per_unit,
                                    .spans = curve->spans,
                                    .degree = curve->degree};
-    struct cb_curve_value result = {.value = cb_ppoly_value(&ppoly, x)};
-    result.outside = x < breaks[0] || x > breaks[curve->spans];
-    return result;
+    const float inside = cb_clamp(x, breaks[0], breaks[curve->spans]);
+    return (struct cb_curve_value){.value = cb_ppoly_value_near(&ppoly, inside, span),
+                                   .outside = inside != x};
 }
 
 static struct cb_curve_value polynomial(const struct cb_config *config,
@@ -38,119 +57,10 @@ static struct cb_curve_value polynomial(const struct cb_config *config,
 
 /* in : type: that of the term, a curve */
 static struct cb_curve_value one_curve(const struct cb_config *config, uint8_t type,
-                                       const struct cb_curve_config *curve, float x) {
-    return type == CB_TERM_POLYNOMIAL ? polynomial(config, curve, x) : piecewise(config, curve, x);
-}
-
-/* What one step of all terms works with. */
-struct evaluation {
-    const struct cb_config *config;
-    const struct cb_signal_state *signals;
-    const struct cb_term_state *states; /* of the terms before this one: as of this step */
-    const float *outputs;               /* likewise */
-};
-
-/* What a term says about its inputs. */
-struct remark {
-    bool outside;      /* a curve is held at its end */
-    bool extrapolated; /* a model has an input outside its training range */
-    bool weakened;     /* … so far outside that its weight is below 1 */
-};
-
-/* ---- which terms can be computed ---- */
-
-static bool all_fresh(const struct evaluation *e, uint16_t link, unsigned count) {
-    const uint8_t *links = e->config->links + link;
-    for (unsigned i = 0; i < count; ++i) {
-        if (!e->signals[links[i]].fresh) return false;
-    }
-    return true;
-}
-
-static bool is_live(const struct evaluation *e, uint8_t output) {
-    return output == CB_NONE || e->states[e->config->outputs[output].term].live;
-}
-
-static bool volumetric_ready(const struct evaluation *e,
-                             const struct cb_volumetric_config *volumetric) {
-    for (unsigned a = 0; a < CB_AXES; ++a) {
-        if (!e->signals[volumetric->position[a]].fresh) return false;
-    }
-    for (unsigned k = 0; k < CB_CURVE_ERRORS; ++k) {
-        if (!is_live(e, volumetric->error[k])) return false;
-    }
-    return volumetric->tool_length == CB_NONE || e->signals[volumetric->tool_length].fresh;
-}
-
-/* true when every signal and term that the term looks at is there. */
-static bool ready(const struct evaluation *e, const struct cb_term_config *term) {
-    switch ((enum cb_term_type)term->type) {
-        case CB_TERM_BSPLINE:
-        case CB_TERM_POLYLINE:
-        case CB_TERM_POLYNOMIAL:
-            return e->signals[term->as.curve.signal].fresh;
-        case CB_TERM_LINEAR:
-            return all_fresh(e, term->as.linear.link, term->as.linear.inputs);
-        case CB_TERM_PRODUCT:
-            return e->signals[term->as.product.signal].fresh && is_live(e, term->as.product.output);
-        case CB_TERM_BPNET:
-            return all_fresh(e, term->as.bpnet.link, term->as.bpnet.inputs);
-        case CB_TERM_VOLUMETRIC:
-            return volumetric_ready(e, &term->as.volumetric);
-    }
-    return false;
-}
-
-/* ---- values ---- */
-
-static float linear(const struct evaluation *e, const struct cb_linear_config *linear) {
-    const float *weights = e->config->pool + linear->pool;
-    const uint8_t *links = e->config->links + linear->link;
-    float sum = weights[linear->inputs];
-    for (unsigned i = 0; i < linear->inputs; ++i) sum += weights[i] * e->signals[links[i]].used;
-    return sum;
-}
-
-static float product(const struct evaluation *e, const struct cb_product_config *product) {
-    return e->outputs[product->output] * (e->signals[product->signal].used - product->origin);
-}
-
-/* Inputs held in the training range and its margin; outputs weakened beyond that. */
-static struct remark network(const struct evaluation *e, const struct cb_term_config *term,
-                             float *value) {
-    const struct cb_bpnet_config *config = &term->as.bpnet;
-    const uint8_t *links = e->config->links + config->link;
-    const struct cb_bpnet net = {e->config->pool + config->weights, config->inputs, config->hidden,
-                                 term->outputs, config->linear};
-    float x[CB_BPNET_MAX_INPUTS];
-    for (unsigned i = 0; i < config->inputs; ++i) x[i] = e->signals[links[i]].used;
-    const struct cb_training_verdict verdict = cb_training_range_hold(
-        (const struct cb_training_range *)(const void *)(e->config->pool + config->ranges),
-        config->inputs, x, x);
-    cb_bpnet_evaluate(&net, x, value);
-    for (unsigned k = 0; k < term->outputs; ++k) value[k] *= verdict.weight;
-    const struct remark remark = {.extrapolated = verdict.extrapolated > 0,
-                                  .weakened = verdict.weight < 1.0f};
-    return remark;
-}
-
-_Static_assert(sizeof(struct cb_training_range) == 4 * sizeof(float), "lies in the pool as floats");
-
-static void volumetric(const struct evaluation *e, const struct cb_volumetric_config *config,
-                       float *value) {
-    enum { FLOATS = offsetof(struct cb_volumetric, moves) / sizeof(float) };
-    const float *pool = e->config->pool + config->pool;
-    struct cb_volumetric model;
-    struct cb_volumetric_state state;
-    memcpy(&model, pool, FLOATS * sizeof *pool);
-    memcpy(model.moves, config->moves, sizeof model.moves);
-    for (unsigned a = 0; a < CB_AXES; ++a)
-        state.position_mm[a] = e->signals[config->position[a]].used;
-    state.tool_mm =
-        config->tool_length == CB_NONE ? pool[FLOATS] : e->signals[config->tool_length].used;
-    for (unsigned k = 0; k < CB_CURVE_ERRORS; ++k)
-        state.error[k] = config->error[k] == CB_NONE ? 0.0f : e->outputs[config->error[k]];
-    cb_volumetric_evaluate(&model, &state, value);
+                                       const struct cb_curve_config *curve, float x,
+                                       uint16_t *span) {
+    return type == CB_TERM_POLYNOMIAL ? polynomial(config, curve, x)
+                                      : piecewise(config, curve, x, span);
 }
 
 bool cb_term_has_branches(const struct cb_term_config *term) {
@@ -178,78 +88,167 @@ static struct cb_curve_value with_branch(const struct evaluation *e,
     if (!state->directed) cb_direction_start(&state->direction, signal->value, curve->reversal_mm);
     state->directed = true;
     cb_direction_step(&state->direction, signal->value, curve->reversal_mm);
-    const struct cb_curve_value backward =
-        one_curve(e->config, term->type, &e->config->branches[curve->backward], signal->used);
+    uint16_t span = state->span;
+    const struct cb_curve_value backward = one_curve(
+        e->config, term->type, &e->config->branches[curve->backward], signal->used, &span);
     return cb_direction_blend(&state->direction, curve->reversal_mm, forward, backward);
 }
 
-static struct remark curve(const struct evaluation *e, const struct cb_term_config *term,
-                           struct cb_term_state *state, float *value) {
+static uint8_t curve(const struct evaluation *e, const struct cb_term_config *term,
+                     struct cb_term_state *state, float *value) {
     const struct cb_curve_config *curve = &term->as.curve;
-    struct cb_curve_value result =
-        one_curve(e->config, term->type, curve, e->signals[curve->signal].used);
+    const struct cb_signal_state *signal = &e->signals[curve->signal];
+    if (!signal->fresh) return MISSING;
+    struct cb_curve_value result = term->type == CB_TERM_POLYNOMIAL
+                                       ? polynomial(e->config, curve, signal->used)
+                                       : piecewise(e->config, curve, signal->used, &state->span);
     if (curve->reversal_mm > 0.0f) result = with_branch(e, term, state, result);
-    const struct remark remark = {.outside = result.outside};
     value[0] = result.value;
-    return remark;
+    return result.outside ? OUTSIDE : 0;
 }
 
-/* out: value[term->outputs] */
-static struct remark compute(const struct evaluation *e, const struct cb_term_config *term,
-                             struct cb_term_state *state, float *value) {
-    const struct remark nothing = {0};
+/* ---- terms of several inputs ---- */
+
+/* in : the signals config->links[link …]
+ * out: x[count], as the terms see them; false when one of them is not fresh */
+static bool gather(const struct evaluation *e, uint16_t link, unsigned count, float *x) {
+    const uint8_t *links = e->config->links + link;
+    bool fresh = true;
+    for (unsigned i = 0; i < count; ++i) {
+        const struct cb_signal_state *signal = &e->signals[links[i]];
+        x[i] = signal->used;
+        fresh &= signal->fresh;
+    }
+    return fresh;
+}
+
+static uint8_t linear(const struct evaluation *e, const struct cb_linear_config *linear,
+                      float *value) {
+    const float *weights = e->config->pool + linear->pool;
+    const uint8_t *links = e->config->links + linear->link;
+    float sum = weights[linear->inputs];
+    for (unsigned i = 0; i < linear->inputs; ++i) {
+        const struct cb_signal_state *signal = &e->signals[links[i]];
+        if (!signal->fresh) return MISSING;
+        sum += weights[i] * signal->used;
+    }
+    value[0] = sum;
+    return 0;
+}
+
+static uint8_t product(const struct evaluation *e, const struct cb_product_config *product,
+                       float *value) {
+    const struct cb_signal_state *signal = &e->signals[product->signal];
+    if (!signal->fresh || !e->live[product->output]) return MISSING;
+    value[0] = e->outputs[product->output] * (signal->used - product->origin);
+    return 0;
+}
+
+/* Inputs held in the training range and its margin; outputs weakened beyond that. */
+static uint8_t network(const struct evaluation *e, const struct cb_term_config *term,
+                       float *value) {
+    const struct cb_bpnet_config *config = &term->as.bpnet;
+    const struct cb_bpnet net = {e->config->pool + config->weights, config->inputs, config->hidden,
+                                 term->outputs, config->linear};
+    float x[CB_BPNET_MAX_INPUTS];
+    if (!gather(e, config->link, config->inputs, x)) return MISSING;
+    const struct cb_training_verdict verdict = cb_training_range_hold(
+        (const struct cb_training_range *)(const void *)(e->config->pool + config->ranges),
+        config->inputs, x, x);
+    cb_bpnet_evaluate(&net, x, value);
+    for (unsigned k = 0; k < term->outputs; ++k) value[k] *= verdict.weight;
+    if (verdict.weight < 1.0f) return EXTRAPOLATED | WEAKENED;
+    return verdict.extrapolated > 0 ? EXTRAPOLATED : 0;
+}
+
+_Static_assert(sizeof(struct cb_training_range) == 4 * sizeof(float), "lies in the pool as floats");
+
+/* out: the machine at this moment; false when a position, an error or the tool is missing */
+static bool machine(const struct evaluation *e, const struct cb_volumetric_config *config,
+                    struct cb_volumetric_state *state) {
+    bool there = true;
+    for (unsigned a = 0; a < CB_AXES; ++a) {
+        const struct cb_signal_state *position = &e->signals[config->position[a]];
+        state->position_mm[a] = position->used;
+        there &= position->fresh;
+    }
+    for (unsigned k = 0; k < CB_CURVE_ERRORS; ++k) {
+        const uint8_t error = config->error[k];
+        state->error[k] = error == CB_NONE ? 0.0f : e->outputs[error];
+        there &= error == CB_NONE || e->live[error];
+    }
+    if (config->tool_length == CB_NONE) return there;
+    state->tool_mm = e->signals[config->tool_length].used;
+    return there && e->signals[config->tool_length].fresh;
+}
+
+static uint8_t volumetric(const struct evaluation *e, const struct cb_volumetric_config *config,
+                          float *value) {
+    enum { FLOATS = offsetof(struct cb_volumetric, moves) / sizeof(float) };
+    const float *pool = e->config->pool + config->pool;
+    struct cb_volumetric model;
+    struct cb_volumetric_state state = {.tool_mm = pool[FLOATS]};
+    if (!machine(e, config, &state)) return MISSING;
+    memcpy(&model, pool, FLOATS * sizeof *pool);
+    memcpy(model.moves, config->moves, sizeof model.moves);
+    cb_volumetric_evaluate(&model, &state, value);
+    return 0;
+}
+
+/* out: value[term->outputs], and remarks on it */
+static uint8_t compute(const struct evaluation *e, const struct cb_term_config *term,
+                       struct cb_term_state *state, float *value) {
     switch ((enum cb_term_type)term->type) {
         case CB_TERM_BSPLINE:
         case CB_TERM_POLYLINE:
         case CB_TERM_POLYNOMIAL:
             return curve(e, term, state, value);
         case CB_TERM_LINEAR:
-            value[0] = linear(e, &term->as.linear);
-            break;
+            return linear(e, &term->as.linear, value);
         case CB_TERM_PRODUCT:
-            value[0] = product(e, &term->as.product);
-            break;
+            return product(e, &term->as.product, value);
         case CB_TERM_BPNET:
             return network(e, term, value);
         case CB_TERM_VOLUMETRIC:
-            volumetric(e, &term->as.volumetric, value);
-            break;
+            return volumetric(e, &term->as.volumetric, value);
     }
-    return nothing;
+    return MISSING;
 }
 
 /* ---- all terms ---- */
 
-static bool all_finite(const float *value, unsigned count) {
-    for (unsigned i = 0; i < count; ++i) {
-        if (!cb_is_finite(value[i])) return false;
-    }
-    return true;
+static inline bool all_finite(const float *value, unsigned count) {
+    float nothing = 0.0f; /* NaN once a value is not finite */
+    for (unsigned i = 0; i < count; ++i) nothing += value[i] - value[i];
+    return nothing == 0.0f;
 }
 
-static void note(const struct remark *remark, struct cb_counters *counters,
-                 struct cb_terms_verdict *verdict) {
-    counters->outside_curve += remark->outside;
-    counters->models_extrapolated += remark->extrapolated;
-    counters->models_weakened += remark->weakened;
-    verdict->extrapolated = verdict->extrapolated || remark->extrapolated;
-    verdict->degraded = verdict->degraded || remark->weakened;
+static void note(uint8_t remarks, struct cb_counters *counters, struct cb_terms_verdict *verdict) {
+    counters->outside_curve += (remarks & OUTSIDE) != 0;
+    counters->models_extrapolated += (remarks & EXTRAPOLATED) != 0;
+    counters->models_weakened += (remarks & WEAKENED) != 0;
+    verdict->extrapolated = verdict->extrapolated || (remarks & EXTRAPOLATED);
+    verdict->degraded = verdict->degraded || (remarks & WEAKENED);
 }
 
-/* out: true and the new outputs in state->held[], or false: they could not be computed */
+/* out: true and the new outputs in value[], or false: they could not be computed */
 static bool refresh(const struct evaluation *e, const struct cb_term_config *term,
                     struct cb_counters *counters, struct cb_terms_verdict *verdict,
-                    struct cb_term_state *state) {
-    float value[CB_MAX_TERM_OUTPUTS];
-    if (!ready(e, term)) return false;
-    const struct remark remark = compute(e, term, state, value);
-    note(&remark, counters, verdict);
-    if (!all_finite(value, term->outputs)) {
-        ++counters->terms_not_finite;
-        return false;
-    }
-    memcpy(state->held, value, term->outputs * sizeof *value);
-    return true;
+                    struct cb_term_state *state, float *value) {
+    const uint8_t remarks = compute(e, term, state, value);
+    if (remarks != 0) note(remarks, counters, verdict);
+    if (remarks & MISSING) return false;
+    if (all_finite(value, term->outputs)) return true;
+    ++counters->terms_not_finite;
+    return false;
+}
+
+/* Most terms have one output. */
+static inline void copy(const float *from, unsigned count, float *to) {
+    if (count == 1)
+        *to = *from;
+    else
+        memcpy(to, from, count * sizeof *to);
 }
 
 static void fade(float *held, unsigned count, float fade_um) {
@@ -261,17 +260,25 @@ struct cb_terms_verdict cb_terms_evaluate(const struct cb_config *config,
                                           struct cb_term_state *states,
                                           struct cb_counters *counters, float fade_um,
                                           float *outputs) {
-    const struct evaluation e = {config, signals, states, outputs};
+    bool live[CB_MAX_OUTPUTS];
+    const struct evaluation e = {config, signals, outputs, live};
     struct cb_terms_verdict verdict = {false, false};
     for (unsigned i = 0; i < config->terms_count; ++i) {
         const struct cb_term_config *term = &config->terms[i];
         struct cb_term_state *state = &states[i];
-        const bool live = refresh(&e, term, counters, &verdict, state);
-        if (!live) fade(state->held, term->outputs, fade_um);
-        counters->terms_faded += state->live && !live;
-        state->live = live;
-        verdict.degraded = verdict.degraded || !live;
-        memcpy(outputs + term->first_output, state->held, term->outputs * sizeof *outputs);
+        float *const value = outputs + term->first_output;
+        const bool was_live = state->live;
+        state->live = refresh(&e, term, counters, &verdict, state, value);
+        live[term->first_output] = state->live;
+        for (unsigned k = 1; k < term->outputs; ++k) live[term->first_output + k] = state->live;
+        if (state->live) {
+            copy(value, term->outputs, state->held);
+            continue;
+        }
+        fade(state->held, term->outputs, fade_um);
+        copy(state->held, term->outputs, value);
+        counters->terms_faded += was_live;
+        verdict.degraded = true;
     }
     return verdict;
 }

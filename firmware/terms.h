@@ -15,6 +15,7 @@ struct cb_term_state {
     struct cb_direction direction;   /* of a curve with two branches */
     bool directed;                   /* … which has been started */
     bool live;                       /* its signals are all fresh: values are computed */
+    uint16_t span;                   /* of a B-spline or polyline: where it was last found */
     float held[CB_MAX_TERM_OUTPUTS]; /* when not live: last outputs, on their way to zero */
 };
 

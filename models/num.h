@@ -10,6 +10,10 @@
 #include <stdint.h>
 #include <string.h>
 
+/* For the few functions of a step's inner loops that a compiler would call rather than inline,
+ * because two places use them. */
+#define CB_INLINE static inline __attribute__((always_inline))
+
 /* true for every float except NaN and the infinities, whose difference from themselves is NaN. */
 static inline bool cb_is_finite(float x) {
     return x - x == 0.0f;

@@ -44,7 +44,7 @@ float cb_ppoly_value(const struct cb_ppoly *curve, float x);
 struct cb_curve_value cb_ppoly_evaluate(const struct cb_ppoly *curve, float x);
 
 /* The same value for one who asks again and again near the same place.
- * in : *span: any number the first time, then what the last call left there
+ * in : x inside the breaks; *span: any number the first time, then what the last call left there
  * out: *span holds x; where it did so already nothing was searched */
 static inline float cb_ppoly_value_near(const struct cb_ppoly *curve, float x, uint16_t *span);
 
@@ -73,11 +73,11 @@ static inline float cb_ppoly_value_in(const struct cb_ppoly *curve, float inside
 }
 
 static inline float cb_ppoly_value_near(const struct cb_ppoly *curve, float x, uint16_t *span) {
-    const float inside = cb_clamp(x, curve->breaks[0], curve->breaks[curve->spans]);
-    const float *const at = curve->breaks + *span;
-    if (!(*span < curve->spans && inside >= at[0] && inside < at[1]))
-        *span = cb_ppoly_span(curve, inside);
-    return cb_ppoly_value_in(curve, inside, *span);
+    const uint16_t last = *span;
+    const float *const at = curve->breaks + last;
+    if (last < curve->spans && x >= at[0] && x < at[1]) return cb_ppoly_value_in(curve, x, last);
+    *span = cb_ppoly_span(curve, x);
+    return cb_ppoly_value_in(curve, x, *span);
 }
 
 #endif
