@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <cstdio>
 #include <iostream>
 #include <memory>
 
@@ -18,6 +19,22 @@ std::function<void(double)> progress_of(const std::string &what) {
         *shown = percent;
         std::cerr << "\r" << what << " " << percent << " %" << std::flush;
         if (percent >= 100) std::cerr << "\r\033[K" << std::flush;
+    };
+}
+
+std::function<void(double, double)> progress_bar_of(const std::string &what,
+                                                    const std::string &figure) {
+    if (::isatty(STDERR_FILENO) == 0) return {};
+    return [what, figure](double part, double value) {
+        constexpr int width = 30;
+        const int full = static_cast<int>(std::lround(width * part));
+        char text[64];
+        std::snprintf(text, sizeof text, " %3.0f %%  ", 100.0 * part);
+        std::cerr << "\r" << what << " [" << std::string(static_cast<std::size_t>(full), '#')
+                  << std::string(static_cast<std::size_t>(width - full), '.') << "]" << text;
+        std::snprintf(text, sizeof text, "%.4g", value);
+        std::cerr << figure << " " << text << "\033[K" << std::flush;
+        if (part >= 1.0) std::cerr << "\r\033[K" << std::flush;
     };
 }
 

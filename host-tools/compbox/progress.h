@@ -11,4 +11,9 @@ namespace compbox {
 // a terminal, and clears the line at 1. Empty where it is not.
 std::function<void(double)> progress_of(const std::string &what);
 
+// The same with a bar and a figure beside it, such as the loss of a training: called with 0 … 1 and
+// the figure.
+std::function<void(double, double)> progress_bar_of(const std::string &what,
+                                                    const std::string &figure);
+
 }  // namespace compbox

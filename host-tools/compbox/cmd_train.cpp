@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: MIT
+// compbox train: rows of inputs and errors to a network, or to the linear map that beats it.
+#include <iostream>
+#include <map>
+#include <memory>
+
+#include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/progress.h"
+#include "host-tools/formats/file.h"
+#include "host-tools/training/train.h"
+
+namespace compbox {
+
+namespace {
+
+struct train_arguments {
+    std::string data, output, plot, predictions;
+    data_options columns;
+    train_options options;
+    bool as_json = false, no_linear_path = false;
+};
+
+constexpr const char *example =
+    "Example:\n"
+    "  compbox train warmup.csv --outputs ez_um --inputs 't*_degC,rpm' --lags 600,1800 "
+    "--run-column run --name net -o net.json\n"
+    "leaves out one run after the other to choose the weight decay, prints what is left of the "
+    "runs left\n"
+    "out by the network and by a linear map of the same inputs, and writes the better one, with "
+    "its lags,\n"
+    "as a term for `compbox build`. * in a name stands for anything.";
+
+void run_train(train_arguments &arguments) {
+    train_options &options = arguments.options;
+    options.linear_path = !arguments.no_linear_path;
+    arguments.columns.needs_time = !options.lags.lags_s.empty() || !options.lags.squares.empty();
+    options.progress = progress_bar_of("training", "loss");
+    const training_data data = read_training_data(arguments.data, arguments.columns);
+    const train_result result = train(data, options);
+    if (!arguments.plot.empty()) plot_training(result, arguments.plot);
+    if (!arguments.predictions.empty()) write_file(arguments.predictions, predictions_csv(result));
+    const json fragment = fragment_of(result);
+    write_file(arguments.output, json_text(fragment));
+    std::cout << (arguments.as_json ? json_text(fragment) : report_of(result));
+}
+
+// What CLI11 cannot say by itself.
+void check_usage(const train_arguments &arguments) {
+    const lag_options &lags = arguments.options.lags;
+    if (!lags.only.empty() && lags.lags_s.empty()) {
+        throw CLI::ValidationError("--lag-only", "needs --lags");
+    }
+    if (arguments.options.hidden == 0 && arguments.no_linear_path) {
+        throw CLI::ValidationError("--no-linear-path", "leaves nothing beside --hidden 0");
+    }
+    if (arguments.options.starts_of_lags != lag_starts::each_run &&
+        arguments.columns.run_column.empty()) {
+        throw CLI::ValidationError("--lags-start", "needs --run-column");
+    }
+}
+
+void add_columns(CLI::App &train, train_arguments &arguments) {
+    data_options &columns = arguments.columns;
+    train.add_option("data", arguments.data, "Rows to train on, DATA.csv")->required();
+    train.add_option("--outputs", columns.outputs, "Columns with errors, um: the term's outputs")
+        ->required()
+        ->delimiter(',')
+        ->option_text("A,B");
+    train.add_option("--inputs", columns.inputs, "Columns that the box will have as signals")
+        ->required()
+        ->delimiter(',')
+        ->option_text("C,D");
+    train
+        .add_option("--run-column", columns.run_column,
+                    "A new run begins where this column changes: lags start anew, and decay is "
+                    "chosen by leaving out whole runs")
+        ->option_text("NAME");
+    train.add_option("--time-column", columns.time_column, "Seconds (time_s); lags need it")
+        ->option_text("NAME");
+    train
+        .add_option("--hold-out", arguments.options.hold_out,
+                    "Runs that are never trained on, only judged by: values of the run column "
+                    "(#2: where it comes back)")
+        ->delimiter(',')
+        ->option_text("RUN,RUN");
+}
+
+void add_lags(CLI::App &train, train_arguments &arguments) {
+    lag_options &lags = arguments.options.lags;
+    train.add_option("--lags", lags.lags_s, "Time constants, s: inputs are taken lagged as well")
+        ->delimiter(',')
+        ->check(CLI::Range(0.001, 86400.0).description(""))
+        ->option_text("TAU,TAU");
+    train.add_option("--lag-only", lags.only, "Inputs that lag (all)")
+        ->delimiter(',')
+        ->option_text("C,D");
+    train.add_option("--squares", lags.squares, "Inputs whose square is taken too, and lagged")
+        ->delimiter(',')
+        ->option_text("C,D");
+    const std::map<std::string, lag_starts> starts = {
+        {"run", lag_starts::each_run}, {"once", lag_starts::once}, {"both", lag_starts::both}};
+    train
+        .add_option("--lags-start", arguments.options.starts_of_lags,
+                    "run (default): lags start anew with each run; once: the runs are one record; "
+                    "both: each row counts both ways")
+        ->transform(CLI::Transformer(starts).description(""))
+        ->option_text("HOW");
+}
+
+void add_network(CLI::App &train, train_arguments &arguments) {
+    train_options &options = arguments.options;
+    train.add_option("--hidden", options.hidden, "Hidden units (10); 0: the linear map alone")
+        ->check(CLI::Range(0, 64).description(""))
+        ->option_text("N");
+    const std::map<std::string, activation> kinds = {{"tansig", activation::tansig},
+                                                     {"logsig", activation::logsig}};
+    train.add_option("--activation", options.kind, "tansig (default) or logsig")
+        ->transform(CLI::Transformer(kinds).description(""))
+        ->option_text("F");
+    train.add_flag("--no-linear-path", arguments.no_linear_path,
+                   "Network without the linear path beside its hidden layer");
+    train.add_flag("--keep-network", options.keep_network,
+                   "Write the network even where the linear map is better");
+    const std::map<std::string, regularisation> ways = {{"auto", regularisation::automatic},
+                                                        {"runs", regularisation::folds},
+                                                        {"evidence", regularisation::evidence}};
+    train
+        .add_option("--regularise", options.regularise,
+                    "Weight decay by runs (leaving them out), evidence, or auto: runs where there "
+                    "are three")
+        ->transform(CLI::Transformer(ways).description(""))
+        ->option_text("WAY");
+    train.add_option("--starts", options.starts, "Random starts (5)")
+        ->check(CLI::Range(1, 1000).description(""))
+        ->option_text("N");
+    train.add_option("--seed", options.seed, "Of the starts (1): the same seed, the same term")
+        ->option_text("N");
+    train
+        .add_option("--threads", options.threads,
+                    "Threads (as many as there are processors); the result does not depend on it")
+        ->check(CLI::Range(0, 256).description(""))
+        ->option_text("N");
+    train.add_option("--iterations", options.max_iterations, "At most so many (300)")
+        ->check(CLI::Range(1, 100000).description(""))
+        ->option_text("N");
+    train
+        .add_option("--rows", options.max_rows,
+                    "The network is trained on every k-th row, at most so many (2000)")
+        ->check(CLI::Range(10, 1000000).description(""))
+        ->option_text("N");
+    train
+        .add_option("--margin", options.margin,
+                    "Extrapolate an input no further than this part of its trained range (0.1)")
+        ->check(CLI::Range(0.0, 10.0).description(""))
+        ->option_text("PART");
+}
+
+}  // namespace
+
+void add_train(CLI::App &app) {
+    auto arguments = std::make_shared<train_arguments>();
+    CLI::App *train = app.add_subcommand("train", "Train a network on rows of inputs and errors");
+    train->footer(example);
+    add_columns(*train, *arguments);
+    add_lags(*train, *arguments);
+    add_network(*train, *arguments);
+    train->add_option("--name", arguments->options.name, "Name of the term")
+        ->required()
+        ->option_text("NAME");
+    train
+        ->add_option("--predictions", arguments->predictions,
+                     "CSV with the prediction for every row")
+        ->option_text("F.csv");
+    train->add_option("--plot", arguments->plot, "Figure, F.svg, F.png or F.pdf")
+        ->option_text("F.svg");
+    train->add_flag("--json", arguments->as_json,
+                    "Report as JSON (the fragment with its findings)");
+    train->add_option("-o,--output", arguments->output, "Term to write, TERM.json")
+        ->required()
+        ->option_text("TERM.json");
+    train->callback([arguments] {
+        check_usage(*arguments);
+        run_train(*arguments);
+    });
+}
+
+}  // namespace compbox

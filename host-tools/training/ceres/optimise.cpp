@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/training/optimise.h"
+
+#include <ceres/gradient_problem.h>
+#include <ceres/gradient_problem_solver.h>
+
+#include <cmath>
+
+namespace compbox {
+
+namespace {
+
+class ceres_function : public ceres::FirstOrderFunction {
+  public:
+    ceres_function(const gradient_function &function, Eigen::Index count)
+        : function_(function), count_(static_cast<int>(count)) {}
+
+    bool Evaluate(const double *parameters, double *cost, double *gradient) const override {
+        *cost = function_(parameters, gradient);
+        return std::isfinite(*cost);
+    }
+    int NumParameters() const override { return count_; }
+
+  private:
+    const gradient_function &function_;
+    int count_;
+};
+
+// Reports each iteration; Ceres has put its point into `point` before.
+class listener : public ceres::IterationCallback {
+  public:
+    listener(const lbfgs_options &options, const Eigen::VectorXd &point)
+        : options_(options), point_(point) {}
+
+    ceres::CallbackReturnType operator()(const ceres::IterationSummary &summary) override {
+        return options_.after(summary.iteration, summary.cost, point_)
+                   ? ceres::SOLVER_CONTINUE
+                   : ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+    }
+
+  private:
+    const lbfgs_options &options_;
+    const Eigen::VectorXd &point_;
+};
+
+}  // namespace
+
+lbfgs_result minimise(const gradient_function &function, Eigen::VectorXd &point,
+                      const lbfgs_options &options) {
+    ceres::GradientProblem problem(new ceres_function(function, point.size()));
+    ceres::GradientProblemSolver::Options settings;
+    settings.line_search_direction_type = ceres::LBFGS;
+    settings.line_search_type = ceres::WOLFE;
+    settings.max_lbfgs_rank = options.memory;
+    settings.max_num_iterations = options.max_iterations;
+    settings.function_tolerance = options.least_decrease;
+    settings.gradient_tolerance = 1e-12;
+    settings.parameter_tolerance = 1e-12;
+    settings.logging_type = ceres::SILENT;
+    listener report(options, point);
+    if (options.after) {
+        settings.update_state_every_iteration = true;
+        settings.callbacks.push_back(&report);
+    }
+    ceres::GradientProblemSolver::Summary summary;
+    ceres::Solve(settings, problem, point.data(), &summary);
+    lbfgs_result result;
+    result.value = summary.final_cost;
+    result.iterations = static_cast<int>(summary.iterations.size()) - 1;
+    result.usable = summary.termination_type != ceres::FAILURE || result.iterations > 0;
+    return result;
+}
+
+}  // namespace compbox

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/training/dataset.h"
+
+#include <fnmatch.h>
+
+#include <algorithm>
+#include <map>
+
+#include "host-tools/formats/csv.h"
+#include "host-tools/formats/error.h"
+
+namespace compbox {
+
+namespace {
+
+constexpr std::size_t least_rows = 10;
+constexpr std::size_t longest_name = 23;  // CB_NAME_SIZE less its end
+
+// The columns that one entry of a list stands for: itself, or all that fit a pattern with *.
+std::vector<std::string> matching(const csv_table &table, const std::string &entry) {
+    if (entry.find('*') == std::string::npos) {
+        table.column(entry);
+        return {entry};
+    }
+    std::vector<std::string> found;
+    for (const auto &name : table.names) {
+        if (::fnmatch(entry.c_str(), name.c_str(), 0) == 0) found.push_back(name);
+    }
+    if (found.empty()) throw input_error(table.file, 0, 0, "no column is called like " + entry);
+    return found;
+}
+
+// All columns of a list, in its order. Throws where one is there twice or the box refuses its name.
+std::vector<std::string> chosen(const csv_table &table, const std::vector<std::string> &entries) {
+    std::vector<std::string> names;
+    for (const auto &entry : entries) {
+        for (const auto &name : matching(table, entry)) {
+            if (std::find(names.begin(), names.end(), name) != names.end()) {
+                throw input_error(table.file, 0, 0, "the column '" + name + "' is asked for twice");
+            }
+            if (!is_name_of_the_box(name)) {
+                throw input_error(
+                    table.file, 0, 0,
+                    "the box cannot use the name '" + name +
+                        "': rename the column (1 to 23 letters A to Z, digits, _ - .)");
+            }
+            names.push_back(name);
+        }
+    }
+    return names;
+}
+
+Eigen::MatrixXd columns_of(const csv_table &table, const std::vector<std::string> &names) {
+    Eigen::MatrixXd values(table.rows.size(), names.size());
+    for (std::size_t c = 0; c < names.size(); ++c) {
+        const std::size_t column = table.column(names[c]);
+        for (std::size_t r = 0; r < table.rows.size(); ++r) {
+            values(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) =
+                table.rows[r][column];
+        }
+    }
+    return values;
+}
+
+void refuse_constant_inputs(const training_data &data) {
+    for (std::size_t c = 0; c < data.inputs.size(); ++c) {
+        const auto column = data.x.col(static_cast<Eigen::Index>(c));
+        if (column.maxCoeff() > column.minCoeff()) continue;
+        throw input_error(data.file, 0, 0,
+                          "the input '" + data.inputs[c] +
+                              "' never changes, so nothing can be learnt from it: leave it out");
+    }
+}
+
+// Runs by the values of their column; "0", "1250", "0#2" …
+void find_runs(training_data &data, const csv_table &table, const std::string &column,
+               const std::vector<std::vector<std::string>> &words) {
+    const std::size_t index = column.empty() ? 0 : table.column(column);
+    std::map<double, int> met;
+    for (std::size_t r = 0; r < table.rows.size(); ++r) {
+        const double value = column.empty() ? 0.0 : table.rows[r][index];
+        if (r == 0 || (!column.empty() && value != table.rows[r - 1][index])) {
+            const int times = ++met[value];
+            const bool is_word = !column.empty() && !words[index].empty();
+            std::string name =
+                is_word ? words[index][static_cast<std::size_t>(value)] : shortest(value);
+            if (times > 1) name += "#" + std::to_string(times);
+            data.run_names.push_back(column.empty() ? "all" : name);
+            data.run_starts.push_back(r);
+        }
+        data.run.push_back(data.run_names.size() - 1);
+    }
+}
+
+void check_time(const training_data &data, const csv_table &table, const std::string &column) {
+    for (std::size_t r = 1; r < data.time_s.size(); ++r) {
+        if (data.run[r] != data.run[r - 1] || data.time_s[r] > data.time_s[r - 1]) continue;
+        throw input_error(table.file, table.lines[r], 0,
+                          column +
+                              " must rise from row to row; where another run begins, name "
+                              "the column that says so with --run-column");
+    }
+}
+
+}  // namespace
+
+bool is_name_of_the_box(const std::string &name) {
+    const auto allowed = [](char c) {
+        return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') ||
+               c == '_' || c == '-' || c == '.';
+    };
+    return !name.empty() && name.size() <= longest_name &&
+           std::all_of(name.begin(), name.end(), allowed);
+}
+
+training_data read_training_data(const std::string &path, const data_options &options) {
+    std::vector<std::vector<std::string>> words;
+    const bool run_is_input = std::find(options.inputs.begin(), options.inputs.end(),
+                                        options.run_column) != options.inputs.end();
+    std::vector<std::string> word_columns;
+    if (!options.run_column.empty() && !run_is_input) word_columns.push_back(options.run_column);
+    const csv_table table = read_csv(path, word_columns, &words);
+    training_data data;
+    data.file = path;
+    data.inputs = chosen(table, options.inputs);
+    data.outputs = chosen(table, options.outputs);
+    for (const auto &name : data.outputs) {
+        if (std::find(data.inputs.begin(), data.inputs.end(), name) == data.inputs.end()) continue;
+        throw input_error(path, 0, 0, "the column '" + name + "' is both input and output");
+    }
+    if (table.rows.size() < least_rows) {
+        throw input_error(path, 0, 0,
+                          "has " + std::to_string(table.rows.size()) + " rows; training needs " +
+                              std::to_string(least_rows) + " at least");
+    }
+    data.x = columns_of(table, data.inputs);
+    data.y = columns_of(table, data.outputs);
+    find_runs(data, table, options.run_column, words);
+    refuse_constant_inputs(data);
+    if (options.needs_time) {
+        data.time_s = table.values(options.time_column);
+        check_time(data, table, options.time_column);
+    }
+    return data;
+}
+
+}  // namespace compbox

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+// Rows to train on: a table of inputs and measured errors, run by run.
+#pragma once
+
+#include <Eigen/Dense>
+#include <string>
+#include <vector>
+
+namespace compbox {
+
+struct data_options {
+    std::vector<std::string> inputs, outputs;  // names of columns; * stands for anything
+    std::string time_column = "time_s";
+    std::string run_column;  // empty: one run
+    bool needs_time = false;
+};
+
+// Rows in the order of the file. A run is a stretch of rows with the same value in the run column;
+// a value that comes back later is another run.
+struct training_data {
+    std::string file;
+    std::vector<std::string> inputs, outputs;
+    std::vector<double> time_s;          // rising within a run; empty where it is not needed
+    Eigen::MatrixXd x, y;                // row by row; all finite
+    std::vector<std::size_t> run;        // of each row: 0, 1, 2 …
+    std::vector<std::string> run_names;  // value of the run column; a "#2" after one that came back
+    std::vector<std::size_t> run_starts;  // first row of each run
+
+    std::size_t rows() const { return static_cast<std::size_t>(x.rows()); }
+};
+
+// true: 1 to 23 letters A to Z of either case, digits, _ - .
+bool is_name_of_the_box(const std::string &name);
+
+// Throws input_error with the place: columns that are not there, are named twice or stand on both
+// sides, names that the box would refuse, inputs that never change, fewer than 10 rows, time that
+// does not rise within a run.
+training_data read_training_data(const std::string &path, const data_options &options);
+
+}  // namespace compbox

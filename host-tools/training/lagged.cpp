@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/training/lagged.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host-tools/formats/csv.h"
+#include "host-tools/formats/error.h"
+
+namespace compbox {
+
+namespace {
+
+constexpr std::size_t longest_name = 23;
+
+bool is_in(const std::vector<std::string> &names, const std::string &name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+void check_names(const training_data &data, const std::vector<std::string> &names,
+                 const char *option) {
+    for (const auto &name : names) {
+        if (is_in(data.inputs, name)) continue;
+        throw input_error(std::string(option) + " names '" + name +
+                          "', which is not among the inputs");
+    }
+}
+
+// base + suffix, the base cut so that the box takes it. Two bases that are cut to the same get
+// numbers.
+std::string new_name(const std::vector<model_input> &taken, const std::string &base,
+                     const std::string &suffix) {
+    for (int attempt = 1;; ++attempt) {
+        const std::string end = attempt == 1 ? suffix : "-" + std::to_string(attempt) + suffix;
+        const std::string name = base.substr(0, longest_name - end.size()) + end;
+        const auto same = [&](const model_input &input) { return input.name == name; };
+        if (std::none_of(taken.begin(), taken.end(), same)) return name;
+    }
+}
+
+std::string lag_suffix(double tau_s) {
+    return "_lag" + shortest(tau_s);
+}
+
+// One column followed through one run.
+void follow(const Eigen::VectorXd &u, const std::vector<double> &time_s, double tau_s,
+            std::size_t from, std::size_t to, Eigen::Ref<Eigen::VectorXd> y) {
+    const auto at = [](std::size_t row) { return static_cast<Eigen::Index>(row); };
+    y[at(from)] = u[at(from)];
+    for (std::size_t r = from + 1; r < to; ++r) {
+        const double h = (time_s[r] - time_s[r - 1]) / tau_s;
+        const double gain = -std::expm1(-h), ramp = 1.0 - gain / h;
+        const double last = y[at(r - 1)], u0 = u[at(r - 1)], u1 = u[at(r)];
+        y[at(r)] = last + gain * (u0 - last) + ramp * (u1 - u0);
+    }
+}
+
+// All inputs, lags starting at the rows in `starts` (the first is 0).
+Eigen::MatrixXd inputs_from(const training_data &data, const std::vector<model_input> &inputs,
+                            const std::vector<std::size_t> &starts) {
+    Eigen::MatrixXd x(data.x.rows(), inputs.size());
+    for (std::size_t c = 0; c < inputs.size(); ++c) {
+        const auto at = static_cast<Eigen::Index>(c);
+        Eigen::VectorXd u = data.x.col(static_cast<Eigen::Index>(inputs[c].column));
+        if (inputs[c].power == 2) u = u.array().square();
+        x.col(at) = u;
+        for (std::size_t k = 0; inputs[c].tau_s > 0.0 && k < starts.size(); ++k) {
+            const std::size_t end = k + 1 < starts.size() ? starts[k + 1] : data.rows();
+            follow(u, data.time_s, inputs[c].tau_s, starts[k], end, x.col(at));
+        }
+    }
+    return x;
+}
+
+}  // namespace
+
+std::vector<model_input> model_inputs(const training_data &data, const lag_options &options) {
+    check_names(data, options.only, "--lag-only");
+    check_names(data, options.squares, "--squares");
+    std::vector<model_input> inputs;
+    for (std::size_t c = 0; c < data.inputs.size(); ++c) inputs.push_back({data.inputs[c], c});
+    for (const double tau_s : options.lags_s) {
+        for (std::size_t c = 0; c < data.inputs.size(); ++c) {
+            if (!options.only.empty() && !is_in(options.only, data.inputs[c])) continue;
+            inputs.push_back({new_name(inputs, data.inputs[c], lag_suffix(tau_s)), c, tau_s, 1});
+        }
+    }
+    for (std::size_t c = 0; c < data.inputs.size(); ++c) {
+        if (!is_in(options.squares, data.inputs[c])) continue;
+        inputs.push_back({new_name(inputs, data.inputs[c], "_sq"), c, square_tau_s, 2});
+        for (const double tau_s : options.lags_s) {
+            inputs.push_back(
+                {new_name(inputs, data.inputs[c], "_sq" + lag_suffix(tau_s)), c, tau_s, 2});
+        }
+    }
+    return inputs;
+}
+
+model_rows rows_of(const training_data &data, const std::vector<model_input> &inputs,
+                   lag_starts starts) {
+    const bool twice = starts == lag_starts::both;
+    const Eigen::Index n = data.x.rows();
+    model_rows rows;
+    rows.x.resize(twice ? 2 * n : n, static_cast<Eigen::Index>(inputs.size()));
+    rows.y.resize(rows.x.rows(), data.y.cols());
+    rows.x.topRows(n) =
+        inputs_from(data, inputs,
+                    starts == lag_starts::each_run ? data.run_starts : std::vector<std::size_t>{0});
+    if (twice) rows.x.bottomRows(n) = inputs_from(data, inputs, data.run_starts);
+    for (int copy = 0; copy < (twice ? 2 : 1); ++copy) {
+        rows.y.middleRows(copy * n, n) = data.y;
+        for (std::size_t r = 0; r < data.rows(); ++r) {
+            rows.run.push_back(data.run[r]);
+            rows.source.push_back(r);
+        }
+    }
+    return rows;
+}
+
+}  // namespace compbox

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// Inputs of a model that are computed from columns: first-order lags, as the box computes them.
+#pragma once
+
+#include <Eigen/Dense>
+#include <string>
+#include <vector>
+
+#include "host-tools/training/dataset.h"
+
+namespace compbox {
+
+struct model_input {
+    std::string name;
+    std::size_t column = 0;  // of training_data::x
+    double tau_s = 0.0;      // time constant; 0: the column itself
+    int power = 1;           // with a lag: 1 the column, 2 its square
+};
+
+struct lag_options {
+    std::vector<double> lags_s;        // of every input that lags
+    std::vector<std::string> only;     // inputs that lag; empty: all
+    std::vector<std::string> squares;  // inputs whose square is taken too, lagged likewise
+};
+
+// Where lags start anew: on the first row of each run, on the first row of the file only (the runs
+// are one record), or both: every row then counts twice, so that the model is right for a box that
+// was switched on in the middle as well as for one that runs on.
+enum class lag_starts { each_run, once, both };
+
+// Time constant of the lag that stands for a square without memory: the box has no other.
+constexpr double square_tau_s = 1.0;
+
+// The columns, then their lags, then squares. Names: NAME_lag600, NAME_sq (its own lag is
+// square_tau_s), NAME_sq_lag600, cut to the box's 23 characters. Throws input_error where `only` or
+// `squares` name no input.
+std::vector<model_input> model_inputs(const training_data &data, const lag_options &options);
+
+// What a model is trained on: inputs as columns of x, outputs as columns of y.
+struct model_rows {
+    Eigen::MatrixXd x, y;
+    std::vector<std::size_t> run;     // of each row
+    std::vector<std::size_t> source;  // row of the file
+};
+
+// in : data.time_s, where an input lags
+// out: rows of the file, once or twice. Lags are exact for an input that goes straight from row to
+//      row, and start in steady state, as in models/lag.h, but in double precision.
+model_rows rows_of(const training_data &data, const std::vector<model_input> &inputs,
+                   lag_starts starts);
+
+}  // namespace compbox

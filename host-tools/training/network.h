@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+// One hidden layer with an optional linear path beside it, as models/bpnet.h evaluates it, with
+// the derivatives that training needs. In scaled inputs and outputs, double precision.
+#pragma once
+
+#include <Eigen/Dense>
+#include <cstdint>
+#include <type_traits>
+
+namespace compbox {
+
+enum class activation { tansig, logsig };
+
+struct network_shape {
+    Eigen::Index inputs = 0, hidden = 0, outputs = 0;
+    bool linear = true;  // y = W2 f(W1 x + b1) + b2 + L x
+    activation kind = activation::tansig;
+
+    // Parameters in one vector: W1 (column by column), b1, W2, b2, L.
+    Eigen::Index count() const { return linear_at() + (linear ? outputs * inputs : 0); }
+    Eigen::Index bias1_at() const { return hidden * inputs; }
+    Eigen::Index weight2_at() const { return bias1_at() + hidden; }
+    Eigen::Index bias2_at() const { return weight2_at() + outputs * hidden; }
+    Eigen::Index linear_at() const { return bias2_at() + outputs; }
+};
+
+// The parts of a parameter vector, without copying.
+template <typename number>
+struct network_parts {
+    template <typename kind>
+    using map = Eigen::Map<std::conditional_t<std::is_const_v<number>, const kind, kind>>;
+    using matrix = map<Eigen::MatrixXd>;
+    using column = map<Eigen::VectorXd>;
+    network_parts(const network_shape &shape, number *p)
+        : weight1(p, shape.hidden, shape.inputs),
+          bias1(p + shape.bias1_at(), shape.hidden),
+          weight2(p + shape.weight2_at(), shape.outputs, shape.hidden),
+          bias2(p + shape.bias2_at(), shape.outputs),
+          linear(p + shape.linear_at(), shape.linear ? shape.outputs : 0,
+                 shape.linear ? shape.inputs : 0) {}
+    matrix weight1;
+    column bias1;
+    matrix weight2;
+    column bias2;
+    matrix linear;
+};
+
+// in : x with one sample in each column
+// out: y, one sample in each column
+Eigen::MatrixXd predict(const network_shape &shape, const Eigen::VectorXd &parameters,
+                        const Eigen::MatrixXd &x);
+
+// Weight decay: what each kind of weight costs; biases cost nothing.
+struct weight_decay {
+    double hidden = 0.0, output = 0.0;  // of all of W1, of all of W2
+    Eigen::VectorXd linear;             // of each output's row of L
+};
+
+// L = 1/(2N) sum |y - t|^2 + 1/2 sum decay * weight^2 with its analytic gradient.
+// Keeps its scratch memory between calls: one object for each thread.
+class network_loss {
+  public:
+    // x, t: one sample in each column; must outlive this object
+    network_loss(const network_shape &shape, const Eigen::MatrixXd &x, const Eigen::MatrixXd &t,
+                 const weight_decay &decay);
+
+    // gradient may be null; count() numbers otherwise. Returns L.
+    double operator()(const double *parameters, double *gradient);
+
+    // d y / d parameters of samples from … from + n - 1: row k + outputs * i is output k of the
+    // i-th of them.
+    Eigen::MatrixXd jacobian(const Eigen::VectorXd &parameters, Eigen::Index from,
+                             Eigen::Index n) const;
+
+    const network_shape &shape() const { return shape_; }
+    Eigen::Index samples() const { return x_.cols(); }
+    const weight_decay &decay() const { return decay_; }
+    void set_decay(const weight_decay &decay) { decay_ = decay; }
+
+  private:
+    double add_decay(const double *parameters, double *gradient) const;
+
+    network_shape shape_;
+    const Eigen::MatrixXd &x_, &t_;
+    weight_decay decay_;
+    Eigen::MatrixXd hidden_, error_, back_;
+};
+
+// A start: hidden weights uniform, so that each unit's argument has a spread of about 1; small
+// output weights, or none beside a linear path, so that training starts from that; the linear path
+// and the output bias are zero. The same seed gives the same start everywhere.
+Eigen::VectorXd random_start(const network_shape &shape, std::uint64_t seed);
+
+}  // namespace compbox

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+// Training of the network: weight decay and length of training by leaving out whole runs, or
+// weight decay by evidence; several starts.
+#pragma once
+
+#include <Eigen/Dense>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "host-tools/training/network.h"
+#include "host-tools/training/ridge.h"
+
+namespace compbox {
+
+struct network_task {
+    network_shape shape;
+    Eigen::MatrixXd x, t;  // scaled; one sample in each row
+    row_folds folds;
+    int starts = 5;
+    std::uint64_t seed = 1;
+    int threads = 0;
+    int max_iterations = 300;
+    double least_decrease = 1e-6;
+    // Called with 0 … 1 and the loss of the part just done; one call at a time.
+    std::function<void(double, double)> progress;
+};
+
+struct trained_network {
+    Eigen::VectorXd parameters;
+    double decay = 0.0;         // of the hidden layer's weights, in and out
+    double linear_decay = 0.0;  // by evidence only
+    double loss = 0.0;          // of the best start
+    double log_evidence = 0.0;  // by evidence only
+    double effective_parameters = 0.0;
+    int iterations = 0;  // of the best start
+    int best_start = 0;
+    Eigen::MatrixXd left_out;  // by folds only: each row by a network that never saw its run
+};
+
+// Decay (of a grid) and number of iterations with the least mean square on the runs left out; then
+// all rows, from each start, for as long. Beside a linear path training starts from the linear map
+// (decay `linear_decay` of each output), so that no iteration at all is the baseline itself.
+trained_network train_by_folds(const network_task &task, const Eigen::VectorXd &linear_decay);
+
+// MacKay's evidence with the Gauss-Newton Hessian: a decay each for hidden, output and linear
+// weights. The start with the highest evidence.
+trained_network train_by_evidence(const network_task &task, double linear_decay);
+
+}  // namespace compbox

@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/training/train.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host-tools/formats/error.h"
+#include "host-tools/training/network_training.h"
+#include "host-tools/training/verdict.h"
+
+namespace compbox {
+
+namespace {
+
+constexpr std::size_t most_inputs = 64, most_outputs = 8;  // CB_BPNET_MAX_…
+
+double as_float(double value) {
+    return static_cast<double>(static_cast<float>(value));
+}
+
+Eigen::MatrixXd rounded(const Eigen::MatrixXd &values) {
+    return values.unaryExpr(&as_float);
+}
+
+// Mean and spread of each column.
+scaling scaling_of(const Eigen::MatrixXd &values) {
+    const Eigen::VectorXd mean = values.colwise().mean();
+    const Eigen::VectorXd square = (values.rowwise() - mean.transpose()).colwise().squaredNorm();
+    const Eigen::VectorXd spread = (square / static_cast<double>(values.rows())).cwiseSqrt();
+    return {rounded(mean), rounded(spread.cwiseMax(1e-6))};
+}
+
+Eigen::MatrixXd scaled(const scaling &by, const Eigen::MatrixXd &values) {
+    return (values.rowwise() - by.centre.transpose()) * by.scale.cwiseInverse().asDiagonal();
+}
+
+Eigen::MatrixXd unscaled(const scaling &by, const Eigen::MatrixXd &values) {
+    return (values * by.scale.asDiagonal()).rowwise() + by.centre.transpose();
+}
+
+model_rows chosen_rows(const model_rows &all, const std::vector<Eigen::Index> &rows) {
+    model_rows some;
+    some.x = all.x(rows, Eigen::all);
+    some.y = all.y(rows, Eigen::all);
+    for (const Eigen::Index r : rows) {
+        some.run.push_back(all.run[static_cast<std::size_t>(r)]);
+        some.source.push_back(all.source[static_cast<std::size_t>(r)]);
+    }
+    return some;
+}
+
+// Splits the rows into those trained on and those of the runs held out.
+void split(train_result &result, const model_rows &all) {
+    const auto &names = result.data.run_names;
+    std::vector<bool> held(names.size(), false);
+    for (const auto &name : result.options.hold_out) {
+        const auto found = std::find(names.begin(), names.end(), name);
+        if (found == names.end()) {
+            std::string there;
+            for (const auto &one : names) there += (there.empty() ? "" : ", ") + one;
+            throw input_error(result.data.file, 0, 0,
+                              "has no run '" + name + "' to hold out (it has " + there + ")");
+        }
+        held[static_cast<std::size_t>(found - names.begin())] = true;
+    }
+    std::vector<Eigen::Index> learn, test;
+    for (std::size_t r = 0; r < all.run.size(); ++r) {
+        (held[all.run[r]] ? test : learn).push_back(static_cast<Eigen::Index>(r));
+    }
+    if (learn.size() < 10) {
+        throw input_error(result.data.file, 0, 0,
+                          "has fewer than 10 rows left to train on: hold out less");
+    }
+    result.learn = chosen_rows(all, learn);
+    result.test = chosen_rows(all, test);
+}
+
+void check_sizes(const train_result &result) {
+    if (!is_name_of_the_box(result.options.name)) {
+        throw input_error("the box cannot use the name '" + result.options.name +
+                          "': it takes 1 to 23 letters A to Z, digits, _ - .");
+    }
+    const std::size_t inputs = result.inputs.size(), outputs = result.data.outputs.size();
+    if (inputs > most_inputs) {
+        throw input_error(result.data.file, 0, 0,
+                          "gives " + std::to_string(inputs) +
+                              " inputs with their lags; the box takes " +
+                              std::to_string(most_inputs) +
+                              ": choose fewer (compbox select-inputs) or fewer lags");
+    }
+    if (outputs > most_outputs) {
+        throw input_error(result.data.file, 0, 0,
+                          "a network has at most 8 outputs, not " + std::to_string(outputs));
+    }
+    if (result.options.hidden > 64) {
+        throw input_error("--hidden: the box takes at most 64 hidden units");
+    }
+}
+
+void check_ranges(train_result &result) {
+    result.low = result.learn.x.colwise().minCoeff();
+    result.high = result.learn.x.colwise().maxCoeff();
+    for (std::size_t i = 0; i < result.inputs.size(); ++i) {
+        const auto at = static_cast<Eigen::Index>(i);
+        const double range = as_float(result.high[at]) - as_float(result.low[at]);
+        if (range > 4e-6) continue;
+        throw input_error(result.data.file, 0, 0,
+                          "the input '" + result.inputs[i].name +
+                              "' does not change in the runs trained on: leave it out");
+    }
+}
+
+residuals residuals_of(const Eigen::MatrixXd &predicted, const Eigen::MatrixXd &measured) {
+    residuals left;
+    left.rows = static_cast<std::size_t>(measured.rows());
+    if (left.rows == 0) return left;
+    const Eigen::MatrixXd off = predicted - measured;
+    left.rms = (off.colwise().squaredNorm() / static_cast<double>(left.rows)).cwiseSqrt();
+    left.worst = off.cwiseAbs().colwise().maxCoeff();
+    return left;
+}
+
+void judge(judged_model &judged, const train_result &result, const Eigen::MatrixXd &left_out) {
+    const scaling &out = judged.model.out;
+    judged.trained = residuals_of(judged.model.predict(result.learn.x), result.learn.y);
+    if (result.test.x.rows() > 0) {
+        judged.held_out = residuals_of(judged.model.predict(result.test.x), result.test.y);
+    }
+    if (left_out.rows() == 0) return;
+    judged.left_out_predictions = unscaled(out, left_out);
+    judged.left_out = residuals_of(judged.left_out_predictions, result.learn.y);
+}
+
+// Everything in the network's own numbers.
+struct scaled_rows {
+    Eigen::MatrixXd x, t;
+    row_folds folds;
+};
+
+void train_linear(train_result &result, const scaled_rows &rows) {
+    const ridge_solver solver(rows.x, rows.t);
+    Eigen::MatrixXd left_out;
+    if (result.by_folds) {
+        const ridge_choice choice = choose_by_folds(rows.x, rows.t, rows.folds);
+        result.linear_decay = choice.decay;
+        left_out = choice.left_out;
+    } else {
+        const auto evidence = solver.find_evidence();
+        result.linear_decay = Eigen::VectorXd::Constant(rows.t.cols(), evidence.decay);
+        result.linear.log_evidence = evidence.log_evidence;
+    }
+    const linear_map map = solver.solve(result.linear_decay);
+    trained_model &model = result.linear.model;
+    model.shape = {rows.x.cols(), 0, rows.t.cols(), true, result.options.kind};
+    model.parameters = Eigen::VectorXd::Zero(model.shape.count());
+    network_parts<double> parts(model.shape, model.parameters.data());
+    parts.linear = map.weights.transpose();
+    parts.bias2 = map.offset;
+    model.parameters = rounded(model.parameters);
+    judge(result.linear, result, left_out);
+}
+
+// Every k-th row, so that at most `most` are left.
+std::vector<Eigen::Index> thinned(Eigen::Index rows, int most) {
+    const Eigen::Index step = (rows + most - 1) / most;
+    std::vector<Eigen::Index> some;
+    for (Eigen::Index r = 0; r < rows; r += step) some.push_back(r);
+    return some;
+}
+
+network_task task_of(const train_result &result, const scaled_rows &rows,
+                     const std::vector<Eigen::Index> &some) {
+    const train_options &options = result.options;
+    network_task task;
+    task.shape = {rows.x.cols(), options.hidden, rows.t.cols(), options.linear_path, options.kind};
+    task.x = rows.x(some, Eigen::all);
+    task.t = rows.t(some, Eigen::all);
+    for (const Eigen::Index r : some) {
+        task.folds.fold.push_back(rows.folds.fold[static_cast<std::size_t>(r)]);
+    }
+    task.folds.count = rows.folds.count;
+    task.starts = options.starts, task.seed = options.seed, task.threads = options.threads;
+    task.max_iterations = options.max_iterations;
+    task.progress = options.progress;
+    return task;
+}
+
+void train_network(train_result &result, const scaled_rows &rows) {
+    const auto some = thinned(rows.x.rows(), result.options.max_rows);
+    const network_task task = task_of(result, rows, some);
+    const trained_network trained = result.by_folds
+                                        ? train_by_folds(task, result.linear_decay)
+                                        : train_by_evidence(task, result.linear_decay[0]);
+    trained_model &model = result.network.model;
+    model.shape = task.shape;
+    model.parameters = rounded(trained.parameters);
+    result.network_decay = trained.decay;
+    result.network_iterations = trained.iterations;
+    result.network_loss = trained.loss;
+    result.network_rows = some;
+    result.best_start = trained.best_start;
+    result.network.log_evidence = trained.log_evidence;
+    judge(result.network, result, {});
+    if (trained.left_out.rows() == 0) return;
+    result.network.left_out_predictions = unscaled(model.out, trained.left_out);
+    result.network.left_out =
+        residuals_of(result.network.left_out_predictions, result.learn.y(some, Eigen::all));
+}
+
+}  // namespace
+
+Eigen::MatrixXd trained_model::predict(const Eigen::MatrixXd &x) const {
+    const Eigen::MatrixXd n = scaled(in, x).transpose();
+    return unscaled(out, compbox::predict(shape, parameters, n).transpose());
+}
+
+bool train_result::any_network() const {
+    return std::find(network_better.begin(), network_better.end(), true) != network_better.end();
+}
+
+train_result train(const training_data &data, const train_options &options) {
+    train_result result;
+    result.options = options;
+    result.data = data;
+    result.inputs = model_inputs(data, options.lags);
+    check_sizes(result);
+    split(result, rows_of(data, result.inputs, options.starts_of_lags));
+    check_ranges(result);
+    result.largest = data.y.cwiseAbs().colwise().maxCoeff();
+    const scaling in = scaling_of(result.learn.x), out = scaling_of(result.learn.y);
+    for (judged_model *one : {&result.linear, &result.network}) {
+        one->model.in = in, one->model.out = out;
+    }
+    const scaled_rows rows{scaled(in, result.learn.x), scaled(out, result.learn.y),
+                           folds_of(result.learn.run)};
+    result.by_folds = options.regularise == regularisation::folds ||
+                      (options.regularise == regularisation::automatic && rows.folds.usable());
+    if (result.by_folds && !rows.folds.usable()) {
+        throw input_error(data.file, 0, 0,
+                          "cross-validation needs at least three runs to train on: name the column "
+                          "of runs with --run-column, or choose --regularise evidence");
+    }
+    train_linear(result, rows);
+    if (options.hidden > 0) train_network(result, rows);
+    decide(result);
+    return result;
+}
+
+}  // namespace compbox

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: MIT
+// What training says: the fragment for `build`, tables for a person, predictions row by row.
+#include <cmath>
+#include <cstdio>
+
+#include "host-tools/formats/csv.h"
+#include "host-tools/training/train.h"
+
+namespace compbox {
+
+namespace {
+
+// A float32 whose decimals are the shortest that read back as the same float32.
+json number(double value) {
+    return json(std::stod(shortest_float(static_cast<float>(value))));
+}
+
+template <typename vector>
+json numbers(const vector &values) {
+    json list = json::array();
+    for (Eigen::Index i = 0; i < values.size(); ++i) list.push_back(number(values[i]));
+    return list;
+}
+
+template <typename matrix>
+json rows(const matrix &values) {
+    json list = json::array();
+    for (Eigen::Index r = 0; r < values.rows(); ++r) list.push_back(numbers(values.row(r)));
+    return list;
+}
+
+// Findings are for reading: five digits are more than any of them carries.
+json rounded(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.5g", value);
+    return json(std::stod(text));
+}
+
+// The unit that a column's name ends with (t1_degC), else 1; at most 7 bytes, as the box has it.
+std::string unit_of(const std::string &column, int power) {
+    const std::size_t mark = column.find_last_of('_');
+    std::string unit = mark == std::string::npos ? "" : column.substr(mark + 1);
+    if (unit.empty() || unit.size() > 5) unit = "1";
+    return power == 2 && unit != "1" ? unit + "^2" : unit;
+}
+
+json signals_of(const train_result &result) {
+    json signals = json::array();
+    for (const auto &input : result.inputs) {
+        if (input.tau_s == 0.0) continue;
+        const std::string &column = result.data.inputs[input.column];
+        json lag{{"name", input.name},
+                 {"unit", unit_of(column, input.power)},
+                 {"lag_of", column},
+                 {"tau_s", number(input.tau_s)}};
+        if (input.power != 1) lag["power"] = input.power;
+        signals.push_back(lag);
+    }
+    return signals;
+}
+
+// The box has no network without a hidden unit: a linear map gets one of weight zero.
+void add_layers(json &term, const trained_model &model) {
+    const network_parts<const double> net(model.shape, model.parameters.data());
+    const bool linear_only = model.shape.hidden == 0;
+    const Eigen::MatrixXd none1 = Eigen::MatrixXd::Zero(1, model.shape.inputs);
+    const Eigen::MatrixXd none2 = Eigen::MatrixXd::Zero(model.shape.outputs, 1);
+    term["activation"] = model.shape.kind == activation::tansig ? "tansig" : "logsig";
+    term["hidden_weights"] = linear_only ? rows(none1) : rows(net.weight1);
+    term["hidden_bias"] = linear_only ? json::array({0.0}) : numbers(net.bias1);
+    term["output_weights"] = linear_only ? rows(none2) : rows(net.weight2);
+    term["output_bias"] = numbers(net.bias2);
+    if (model.shape.linear) term["linear_weights"] = rows(net.linear);
+}
+
+json term_of(const train_result &result) {
+    const trained_model &model = result.chosen;
+    json term{{"name", result.options.name}, {"type", "bpnet"}};
+    term["outputs"] = result.data.outputs;
+    for (const auto &input : result.inputs) term["inputs"].push_back(input.name);
+    add_layers(term, model);
+    term["input_center"] = numbers(model.in.centre);
+    term["input_scale"] = numbers(model.in.scale);
+    term["output_center"] = numbers(model.out.centre);
+    term["output_scale"] = numbers(model.out.scale);
+    term["input_min"] = numbers(result.low);
+    term["input_max"] = numbers(result.high);
+    const Eigen::VectorXd range = result.high - result.low;
+    term["margin"] = numbers((result.options.margin * range).eval());
+    return term;
+}
+
+json residuals_json(const residuals &left, const train_result &result) {
+    json all;
+    for (std::size_t k = 0; k < result.data.outputs.size(); ++k) {
+        const auto at = static_cast<Eigen::Index>(k);
+        all[result.data.outputs[k]] = {
+            {"rms", rounded(left.rms[at])},
+            {"worst", rounded(left.worst[at])},
+            {"worst_percent_of_largest", rounded(100.0 * left.worst[at] / result.largest[at])}};
+    }
+    return all;
+}
+
+json figures_of(const judged_model &judged, const train_result &result) {
+    json all;
+    if (judged.left_out.rows > 0) all["left_out"] = residuals_json(judged.left_out, result);
+    if (judged.held_out.rows > 0) all["held_out"] = residuals_json(judged.held_out, result);
+    all["trained"] = residuals_json(judged.trained, result);
+    if (!result.by_folds) all["log_evidence"] = rounded(judged.log_evidence);
+    return all;
+}
+
+json findings_of(const train_result &result) {
+    json found;
+    found["data"] = result.data.file.substr(result.data.file.find_last_of('/') + 1);
+    found["rows"] = result.learn.x.rows();
+    found["runs"] = result.data.run_names;
+    if (!result.options.hold_out.empty()) found["runs_held_out"] = result.options.hold_out;
+    found["decay_by"] = result.by_folds ? "leaving out runs" : "evidence";
+    for (std::size_t k = 0; k < result.data.outputs.size(); ++k) {
+        const auto at = static_cast<Eigen::Index>(k);
+        found["largest_error"][result.data.outputs[k]] = rounded(result.largest[at]);
+        found["linear_decay"][result.data.outputs[k]] = rounded(result.linear_decay[at]);
+    }
+    found["linear"] = figures_of(result.linear, result);
+    if (result.options.hidden > 0) {
+        json network = figures_of(result.network, result);
+        network["hidden"] = result.options.hidden;
+        network["rows"] = result.network_rows.size();
+        network["decay"] = rounded(result.network_decay);
+        network["iterations"] = result.network_iterations;
+        network["loss"] = rounded(result.network_loss);
+        network["start"] = result.best_start + 1;
+        network["seed"] = result.options.seed;
+        found["network"] = network;
+    }
+    found["verdict"] = result.verdict;
+    if (!result.warnings.empty()) found["warnings"] = result.warnings;
+    return found;
+}
+
+// ---- for a person ----
+
+std::string formatted(const char *format, double value) {
+    char text[64];
+    std::snprintf(text, sizeof text, format, value);
+    return text;
+}
+
+std::string padded(std::string text, std::size_t width) {
+    text.resize(std::max(text.size(), width), ' ');
+    return text;
+}
+
+// " worst 12.3 %  rms 1.234" of one output.
+std::string cell(const residuals &left, const train_result &result, Eigen::Index k) {
+    if (left.rows == 0) return padded("", 22);
+    return formatted("%10.1f %%", 100.0 * left.worst[k] / result.largest[k]) +
+           formatted("%10.3f", left.rms[k]);
+}
+
+void add_table(std::string &text, const train_result &result, const std::string &title,
+               residuals judged_model::*which) {
+    if ((result.linear.*which).rows == 0) return;
+    const bool network = result.options.hidden > 0;
+    text += "\n" + title + "\n  " + padded("", 16) + "   largest        linear map" +
+            (network ? "               network\n  " : "\n  ") + padded("output", 16) +
+            "   |error|     worst       rms" + (network ? "     worst       rms\n" : "\n");
+    for (std::size_t k = 0; k < result.data.outputs.size(); ++k) {
+        const auto at = static_cast<Eigen::Index>(k);
+        text += "  " + padded(result.data.outputs[k], 16) +
+                formatted("%10.3f", result.largest[at]) + cell(result.linear.*which, result, at);
+        if (network) text += cell(result.network.*which, result, at);
+        text += "\n";
+    }
+}
+
+std::string header_of(const train_result &result) {
+    std::string text = result.options.name + " from " + result.data.file + ": " +
+                       std::to_string(result.data.inputs.size()) + " columns, " +
+                       std::to_string(result.inputs.size()) + " inputs with lags, " +
+                       std::to_string(result.data.outputs.size()) + " outputs; " +
+                       std::to_string(result.learn.x.rows()) + " rows to train on, " +
+                       std::to_string(result.data.run_names.size()) + " runs";
+    if (!result.options.hold_out.empty()) {
+        text += ", " + std::to_string(result.options.hold_out.size()) + " of them held out";
+    }
+    text += "\nweight decay ";
+    text += result.by_folds ? "by leaving out one run after the other\n" : "by evidence\n";
+    if (result.options.hidden > 0) {
+        text += "network: " + std::to_string(result.inputs.size()) + "-" +
+                std::to_string(result.options.hidden) + "-" +
+                std::to_string(result.data.outputs.size()) +
+                (result.options.linear_path ? " beside a linear path" : "") + ", on " +
+                std::to_string(result.network_rows.size()) + " rows, " +
+                std::to_string(result.network_iterations) + " iterations, start " +
+                std::to_string(result.best_start + 1) + " of " +
+                std::to_string(result.options.starts) + ", loss " +
+                formatted("%.4g", result.network_loss) + "\n";
+    }
+    return text;
+}
+
+}  // namespace
+
+json fragment_of(const train_result &result) {
+    json fragment;
+    fragment["signals"] = signals_of(result);
+    fragment["terms"] = json::array({term_of(result)});
+    fragment["provenance"] = json{{result.options.name, findings_of(result)}};
+    return fragment;
+}
+
+std::string report_of(const train_result &result) {
+    std::string text = header_of(result);
+    add_table(text, result,
+              "What is left of each run when it was left out of training (worst: part of the "
+              "largest error)",
+              &judged_model::left_out);
+    add_table(text, result, "What is left of the runs held out", &judged_model::held_out);
+    add_table(text, result, "What is left of the rows trained on", &judged_model::trained);
+    text += "\n" + result.verdict + "\n";
+    for (const auto &warning : result.warnings) text += "note: " + warning + "\n";
+    return text;
+}
+
+std::string predictions_csv(const train_result &result) {
+    const std::size_t outputs = result.data.outputs.size();
+    std::vector<std::string> names;
+    if (!result.data.time_s.empty()) names.push_back("time_s");
+    names.push_back("run");
+    for (const auto &name : result.data.outputs) {
+        names.push_back(name);
+        names.push_back(name + "_predicted");
+    }
+    const model_rows all =
+        rows_of(result.data, result.inputs,
+                result.options.starts_of_lags == lag_starts::both ? lag_starts::once
+                                                                  : result.options.starts_of_lags);
+    const Eigen::MatrixXd predicted = result.chosen.predict(all.x);
+    std::vector<std::vector<double>> table;
+    for (std::size_t r = 0; r < result.data.rows(); ++r) {
+        std::vector<double> row;
+        if (!result.data.time_s.empty()) row.push_back(result.data.time_s[r]);
+        row.push_back(static_cast<double>(result.data.run[r]));
+        for (std::size_t k = 0; k < outputs; ++k) {
+            row.push_back(
+                result.data.y(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(k)));
+            row.push_back(predicted(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(k)));
+        }
+        table.push_back(std::move(row));
+    }
+    return csv_text(names, table);
+}
+
+}  // namespace compbox

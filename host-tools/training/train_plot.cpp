@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+// The figure of a training: for each output what was measured, what the written model says, and
+// what a model said that never saw the run.
+#include <cmath>
+#include <limits>
+
+#include "host-tools/formats/csv.h"
+#include "host-tools/formats/plot.h"
+#include "host-tools/training/train.h"
+
+namespace compbox {
+
+namespace {
+
+constexpr std::size_t most_points = 4000;  // of one curve: more than a figure has pixels
+
+// Rows of the file once, in its order: time, measured, predicted, left out; a gap between runs.
+struct panel {
+    std::vector<double> x, measured, predicted, left_out;
+};
+
+// Left-out predictions by row of the file; NaN where there is none.
+std::vector<double> left_out_of(const train_result &result, std::size_t output) {
+    std::vector<double> values(result.data.rows(), std::numeric_limits<double>::quiet_NaN());
+    const auto k = static_cast<Eigen::Index>(output);
+    const bool network = result.network_better[output];
+    const judged_model &model = network ? result.network : result.linear;
+    for (Eigen::Index i = 0; i < model.left_out_predictions.rows(); ++i) {
+        const Eigen::Index row = network ? result.network_rows[static_cast<std::size_t>(i)] : i;
+        double &value = values[result.learn.source[static_cast<std::size_t>(row)]];
+        if (std::isnan(value)) value = model.left_out_predictions(i, k);
+    }
+    return values;
+}
+
+panel panel_of(const train_result &result, const model_rows &all, const Eigen::MatrixXd &predicted,
+               std::size_t output) {
+    panel lines;
+    const auto left_out = left_out_of(result, output);
+    const auto k = static_cast<Eigen::Index>(output);
+    const std::size_t step = result.data.rows() / most_points + 1;
+    double last = std::numeric_limits<double>::quiet_NaN();
+    for (std::size_t r = 0; r < result.data.rows(); ++r) {
+        if (!std::isnan(left_out[r])) last = left_out[r];
+        if (r % step != 0) continue;
+        const auto at = static_cast<Eigen::Index>(r);
+        lines.x.push_back(result.data.time_s.empty() ? static_cast<double>(r + 1)
+                                                     : result.data.time_s[r]);
+        lines.measured.push_back(all.y(at, k));
+        lines.predicted.push_back(predicted(at, k));
+        lines.left_out.push_back(last);
+        last = std::numeric_limits<double>::quiet_NaN();
+    }
+    return lines;
+}
+
+}  // namespace
+
+void plot_training(const train_result &result, const std::string &path) {
+    const model_rows all =
+        rows_of(result.data, result.inputs,
+                result.options.starts_of_lags == lag_starts::both ? lag_starts::once
+                                                                  : result.options.starts_of_lags);
+    const Eigen::MatrixXd predicted = result.chosen.predict(all.x);
+    const std::size_t outputs = result.data.outputs.size();
+    std::string script, panels;
+    for (std::size_t k = 0; k < outputs; ++k) {
+        const panel lines = panel_of(result, all, predicted, k);
+        const std::string name = "$output" + std::to_string(k);
+        script += plot_data("output" + std::to_string(k),
+                            {lines.x, lines.measured, lines.predicted, lines.left_out});
+        panels += "set ylabel " + plot_text(result.data.outputs[k]) + "\n";
+        if (k + 1 == outputs) {
+            panels += std::string("set xlabel '") +
+                      (result.data.time_s.empty() ? "row" : "time, s") + "'\n";
+        }
+        panels += "plot " + name + " using 1:2 with lines lw 2.4 lc rgb '" + plot_colour::grey +
+                  "' title 'measured', " + name + " using 1:3 with lines lw 1.4 lc rgb '" +
+                  plot_colour::curve + "' title 'model', " + name +
+                  " using 1:4 with points pt 7 ps 0.18 lc rgb '" + plot_colour::second +
+                  "' title 'model that never saw this run'\n";
+    }
+    script += "set multiplot layout " + std::to_string(outputs) + ",1 title " +
+              plot_text(result.options.name + " from " + result.data.file) + "\n" +
+              "set border lw 0.8 lc rgb '#444444'\nset tics nomirror\n"
+              "set grid lw 0.5 lc rgb '#dddddd'\nset key top right horizontal samplen 2\n"
+              "set lmargin 10\nset rmargin 3\n" +
+              panels + "unset multiplot\n";
+    run_gnuplot(path, script, 1000, 120 + 220 * static_cast<int>(outputs));
+}
+
+}  // namespace compbox

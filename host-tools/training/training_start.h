@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "host-tools/training/network.h"
+#include "host-tools/training/ridge.h"
+
+namespace compbox {
+
+// A random start whose linear path and output bias are those of `linear`; without a linear path a
+// random start.
+Eigen::VectorXd start_from(const network_shape &shape, const linear_map &linear,
+                           std::uint64_t seed);
+
+}  // namespace compbox

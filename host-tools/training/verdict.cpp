@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/training/verdict.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "host-tools/formats/csv.h"
+
+namespace compbox {
+
+namespace {
+
+constexpr double clearly_better = 0.98;
+
+Eigen::Index at(std::size_t index) {
+    return static_cast<Eigen::Index>(index);
+}
+
+// rms of what the linear map leaves on the left-out rows that the network was judged on.
+double linear_rms(const train_result &result, Eigen::Index output) {
+    double squares = 0.0;
+    for (const Eigen::Index r : result.network_rows) {
+        const double off =
+            result.linear.left_out_predictions(r, output) - result.learn.y(r, output);
+        squares += off * off;
+    }
+    return std::sqrt(squares / static_cast<double>(result.network_rows.size()));
+}
+
+std::vector<bool> better_outputs(const train_result &result) {
+    const std::size_t outputs = result.data.outputs.size();
+    if (result.options.hidden == 0) return std::vector<bool>(outputs, false);
+    if (result.options.keep_network) return std::vector<bool>(outputs, true);
+    if (!result.by_folds) {
+        return std::vector<bool>(outputs, result.network.log_evidence > result.linear.log_evidence);
+    }
+    std::vector<bool> better;
+    for (std::size_t k = 0; k < outputs; ++k) {
+        better.push_back(result.network.left_out.rms[at(k)] <
+                         clearly_better * linear_rms(result, at(k)));
+    }
+    return better;
+}
+
+// The network's rows where it is better, the linear map's elsewhere.
+trained_model joined(const train_result &result) {
+    const trained_model &linear = result.linear.model;
+    if (!result.any_network()) return linear;
+    const trained_model &network = result.network.model;
+    trained_model both;
+    both.in = network.in, both.out = network.out;
+    both.shape = network.shape;
+    both.shape.linear = network.shape.linear || std::count(result.network_better.begin(),
+                                                           result.network_better.end(), false) > 0;
+    const Eigen::Index more = both.shape.count() - network.parameters.size();
+    both.parameters.resize(both.shape.count());
+    both.parameters << network.parameters, Eigen::VectorXd::Zero(more);
+    network_parts<double> to(both.shape, both.parameters.data());
+    const network_parts<const double> from(linear.shape, linear.parameters.data());
+    for (std::size_t k = 0; k < result.network_better.size(); ++k) {
+        if (result.network_better[k]) continue;
+        to.weight2.row(at(k)).setZero();
+        to.bias2[at(k)] = from.bias2[at(k)];
+        to.linear.row(at(k)) = from.linear.row(at(k));
+    }
+    return both;
+}
+
+// From each output's better model.
+residuals picked(const train_result &result, residuals judged_model::*which) {
+    residuals some = result.linear.*which;
+    for (std::size_t k = 0; some.rows > 0 && k < result.network_better.size(); ++k) {
+        if (!result.network_better[k]) continue;
+        some.rms[at(k)] = (result.network.*which).rms[at(k)];
+        some.worst[at(k)] = (result.network.*which).worst[at(k)];
+    }
+    return some;
+}
+
+std::string listed(const std::vector<std::string> &names, const std::vector<bool> &pick,
+                   bool wanted) {
+    std::string text;
+    for (std::size_t k = 0; k < names.size(); ++k) {
+        if (pick[k] == wanted) text += (text.empty() ? "" : ", ") + names[k];
+    }
+    return text;
+}
+
+std::string verdict_of(const train_result &result) {
+    const std::string by = result.by_folds ? "on the runs left out" : "by evidence";
+    const auto &better = result.network_better;
+    const auto &names = result.data.outputs;
+    if (result.options.hidden == 0) return "linear map only, as asked for";
+    if (result.options.keep_network) return "network written, as asked for (--keep-network)";
+    if (!result.any_network()) {
+        return "the network is not better than the linear map " + by +
+               ": the linear map is written";
+    }
+    if (std::count(better.begin(), better.end(), false) == 0) {
+        return "the network is better than the linear map " + by;
+    }
+    return "the network is better " + by + " for " + listed(names, better, true) +
+           "; it is not for " + listed(names, better, false) + ", where the linear map is written";
+}
+
+std::string number(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.6g", value);
+    return text;
+}
+
+// The input that leaves the range of the other runs furthest, in parts of that range.
+std::string beyond_others(const train_result &result, std::size_t run) {
+    const auto rows = static_cast<Eigen::Index>(result.data.rows());
+    double furthest = result.options.margin;
+    std::string text;
+    for (std::size_t c = 0; c < result.data.inputs.size(); ++c) {
+        double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+        for (Eigen::Index r = 0; r < rows; ++r) {
+            const bool own = result.data.run[static_cast<std::size_t>(r)] == run;
+            const double value = result.data.x(r, at(c));
+            low[own] = std::min(low[own], value), high[own] = std::max(high[own], value);
+        }
+        const double range = high[0] - low[0];
+        const double beyond = std::max(high[1] - high[0], low[0] - low[1]) / range;
+        if (!(beyond > furthest)) continue;
+        furthest = beyond;
+        text = "run " + result.data.run_names[run] + ": " + result.data.inputs[c] + " reaches " +
+               number(high[1] - high[0] > low[0] - low[1] ? high[1] : low[1]) +
+               ", the other runs " + number(low[0]) + " to " + number(high[0]) +
+               ": what is left there is an extrapolation";
+    }
+    return text;
+}
+
+// Rows of the runs held out that lie beyond the margin of an input: there the box fades the term.
+void warn_of_fading(train_result &result) {
+    Eigen::Index rows = 0;
+    std::string worst;
+    double furthest = 0.0;
+    for (Eigen::Index r = 0; r < result.test.x.rows(); ++r) {
+        bool outside = false;
+        for (Eigen::Index i = 0; i < result.test.x.cols(); ++i) {
+            const double range = result.high[i] - result.low[i], value = result.test.x(r, i);
+            const double beyond = std::max(value - result.high[i], result.low[i] - value) / range;
+            outside = outside || beyond > result.options.margin;
+            if (!(beyond > furthest)) continue;
+            furthest = beyond;
+            worst = result.inputs[static_cast<std::size_t>(i)].name + " at " + number(value) +
+                    ", trained " + number(result.low[i]) + " to " + number(result.high[i]);
+        }
+        rows += outside;
+    }
+    if (rows == 0) return;
+    result.warnings.push_back(
+        std::to_string(rows) + " of " + std::to_string(result.test.x.rows()) +
+        " rows of the runs held out lie beyond the margin of an input, where the box holds the "
+        "input and fades the term (furthest: " +
+        worst + "); the figures here do not fade");
+}
+
+}  // namespace
+
+void decide(train_result &result) {
+    result.network_better = better_outputs(result);
+    result.chosen = joined(result);
+    judged_model &figures = result.chosen_figures;
+    figures.model = result.chosen;
+    figures.trained = picked(result, &judged_model::trained);
+    figures.left_out = picked(result, &judged_model::left_out);
+    figures.held_out = picked(result, &judged_model::held_out);
+    result.verdict = verdict_of(result);
+    if (!result.by_folds) {
+        result.warnings.push_back(
+            "weight decay by evidence takes every row for independent; rows of one warm-up are "
+            "not: with three runs or more, name their column with --run-column");
+    }
+    for (std::size_t run = 0; result.by_folds && run < result.data.run_names.size(); ++run) {
+        const std::string text = beyond_others(result, run);
+        if (!text.empty()) result.warnings.push_back(text);
+    }
+    warn_of_fading(result);
+}
+
+}  // namespace compbox

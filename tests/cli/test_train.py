@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: MIT
+"""compbox train: what it writes is what the box computes, and what it refuses."""
+
+import json
+import math
+import random
+
+import numpy
+import pytest
+
+COLUMNS = ("time_s", "run", "t1_degC", "t2_degC", "rpm", "ez_um", "ey_um")
+
+
+def rows_of_a_machine(runs=4, rows=60, bend=0.0, seed=3):
+    """Warm-ups at several speeds: temperatures that lag behind the speed, an error that lags behind
+    the temperatures. Returns rows like COLUMNS; times are not evenly spaced."""
+    dice = random.Random(seed)
+    table = []
+    for run in range(runs):
+        rpm, t1, t2, slow, time = 0.0, 20.0, 20.0, 20.0, 100000.0 * run
+        for row in range(rows):
+            if row % 20 == 0:
+                rpm = dice.uniform(0, 5000)
+            step = dice.uniform(20, 60)
+            t1 += (20 + 0.004 * rpm - t1) * step / 900 + dice.gauss(0, 0.01)
+            t2 += (20 + 0.002 * rpm - t2) * step / 2500 + dice.gauss(0, 0.01)
+            slow += (t1 - slow) * step / 600
+            ez = 4 * (slow - 20) - 2 * (t2 - 20) + bend * math.tanh(t1 - 27) + dice.gauss(0, 0.05)
+            table.append([round(time, 3), run + 1, t1, t2, rpm, ez, -0.5 * ez])
+            time += step
+    return table
+
+
+def write_rows(compbox, table, names=COLUMNS, file="rows.csv"):
+    lines = [",".join(names)] + [",".join(map(repr, row)) for row in table]
+    return compbox.write(file, "\n".join(lines) + "\n")
+
+
+def machine_with(compbox, machine, sums):
+    for i, name in enumerate(("t1_degC", "t2_degC", "rpm")):
+        machine["signals"].append({"name": name, "unit": name[-4:], "plc": 16 + 2 * i,
+                                   "type": "float32", "min": -100, "max": 10000,
+                                   "max_age_ms": 86400000})
+    for channel in machine["channels"]:
+        channel["sum"] = sums.get(channel["name"], [])
+    machine["channels"] = [c for c in machine["channels"] if c["sum"]]
+    machine["cycle"]["period_ms"] = 1000
+    machine["plc"]["heartbeat_timeout_ms"] = 5000
+    return compbox.write("machine.json", machine)
+
+
+TRAIN = ("train", "rows.csv", "--outputs", "ez_um,ey_um", "--inputs", "t*_degC,rpm", "--lags",
+         "600,1800", "--squares", "rpm", "--run-column", "run", "--name", "net", "--hidden", "4",
+         "--starts", "2", "--iterations", "60", "-o", "net.json")
+
+
+@pytest.mark.parametrize("more", [(), ("--keep-network",), ("--keep-network", "--no-linear-path"),
+                                  ("--keep-network", "--activation", "logsig"), ("--hidden", "0"),
+                                  ("--regularise", "evidence", "--keep-network")])
+def test_the_box_computes_what_the_trainer_predicts(compbox, machine, more):
+    table = rows_of_a_machine(bend=8.0)
+    write_rows(compbox, table)
+    options = [o for o in TRAIN]
+    if "--hidden" in more:
+        options[options.index("--hidden") + 1] = "0"
+        more = ()
+    compbox.good(*options, *more, "--predictions", "p.csv")
+    machine_with(compbox, machine, {"Z": ["ez_um"], "Y": ["ey_um"]})
+    compbox.good("build", "machine.json", "net.json", "-o", "c.json")
+    predicted = compbox.table("p.csv")
+    for run in (1, 4):  # the box starts anew with each, as the lags do
+        rows = [i for i, row in enumerate(table) if row[1] == run]
+        samples = [[table[i][0] - table[rows[0]][0], 0, 0, 0, *table[i][2:5]] for i in rows]
+        write_rows(compbox, samples, ("time_s", "X", "Y", "Z", "t1_degC", "t2_degC", "rpm"), "s.csv")
+        done = compbox("eval", "c.json", "--inputs", "s.csv", "--raw", "-o", "out.csv")
+        assert (done.returncode, done.stderr) == (0, "")
+        out = compbox.table("out.csv")
+        for name in ("ez_um", "ey_um"):
+            want = [predicted[name + "_predicted"][i] for i in rows]
+            assert out[name] == pytest.approx(want, abs=2e-4)
+            assert max(want) - min(want) > 5
+        assert out["comp_Z_um"] == pytest.approx([-v for v in out["ez_um"]], abs=1e-6)
+
+
+def test_lagged_inputs_find_a_lagged_error(compbox):
+    write_rows(compbox, rows_of_a_machine())
+    left = {}
+    for lags in ("600", ""):
+        options = [o for o in TRAIN if o not in ("--lags", "600,1800", "--squares")]
+        options.remove("rpm")
+        more = ["--lags", lags] if lags else []
+        compbox.good(*options, *more)
+        found = compbox.read("net.json")["provenance"]["net"]
+        left[lags] = found["linear"]["left_out"]["ez_um"]["rms"]
+    assert left["600"] < 0.2 * left[""]
+
+
+def test_the_fragment(compbox):
+    table = rows_of_a_machine()
+    write_rows(compbox, table)
+    text = compbox.good(*TRAIN, "--hold-out", "2,3", "--json")
+    fragment = compbox.read("net.json")
+    assert json.loads(text) == fragment
+    assert [s["name"] for s in fragment["signals"]] == [
+        "t1_degC_lag600", "t2_degC_lag600", "rpm_lag600", "t1_degC_lag1800", "t2_degC_lag1800",
+        "rpm_lag1800", "rpm_sq", "rpm_sq_lag600", "rpm_sq_lag1800"]
+    assert fragment["signals"][8] == {"name": "rpm_sq_lag1800", "unit": "1", "lag_of": "rpm",
+                                      "tau_s": 1800.0, "power": 2}
+    term, = fragment["terms"]
+    assert term["outputs"] == ["ez_um", "ey_um"]
+    assert term["inputs"][:3] == ["t1_degC", "t2_degC", "rpm"] and len(term["inputs"]) == 12
+    learnt = numpy.array([row for row in table if row[1] in (1, 4)])
+    assert term["input_min"][:3] == pytest.approx(learnt[:, 2:5].min(axis=0), rel=1e-6)
+    assert term["input_max"][:3] == pytest.approx(learnt[:, 2:5].max(axis=0), rel=1e-6)
+    found = fragment["provenance"]["net"]
+    assert found["runs"] == ["1", "2", "3", "4"] and found["runs_held_out"] == ["2", "3"]
+    assert found["linear"]["held_out"]["ez_um"]["rms"] > 0
+    assert found["decay_by"] == "evidence"  # two runs are left to train on
+
+
+def test_report_says_what_is_better(compbox):
+    write_rows(compbox, rows_of_a_machine())
+    text = compbox.good(*TRAIN)
+    assert "linear map" in text and "network" in text
+    assert "What is left of each run when it was left out of training" in text
+    write_rows(compbox, rows_of_a_machine(bend=60.0, rows=120))
+    assert "the network is better" in compbox.good(*TRAIN)
+
+
+def test_same_seed_same_file_whatever_the_threads(compbox):
+    write_rows(compbox, rows_of_a_machine(bend=8.0))
+    files = []
+    for threads in (1, 2, 5):
+        compbox.good(*TRAIN, "--threads", threads)
+        files.append((compbox.folder / "net.json").read_bytes())
+    assert files[0] == files[1] == files[2]
+
+
+def test_words_name_runs(compbox):
+    table = [[row[0], "warm" if row[1] % 2 else "cold", *row[2:]] for row in rows_of_a_machine()]
+    lines = [",".join(COLUMNS)] + [",".join(map(str, row)) for row in table]
+    compbox.write("rows.csv", "\n".join(lines) + "\n")
+    compbox.good(*TRAIN)
+    assert compbox.read("net.json")["provenance"]["net"]["runs"] == ["warm", "cold", "warm#2",
+                                                                    "cold#2"]
+
+
+def test_plot(compbox):
+    write_rows(compbox, rows_of_a_machine())
+    compbox.good(*TRAIN, "--plot", "f.svg")
+    picture = (compbox.folder / "f.svg").read_text()
+    assert "ez_um" in picture and "model that never saw this run" in picture
+
+
+def changed(row, column, value):
+    def change(table):
+        table[row][column] = value
+    return change
+
+
+REFUSED = {
+    "no output": (None, ("--outputs", "dz"), "rows.csv: has no column 'dz' (it has time_s, run, "
+                  "t1_degC, t2_degC, rpm, ez_um, ey_um)"),
+    "no match": (None, ("--inputs", "x*"), "rows.csv: no column is called like x*"),
+    "twice": (None, ("--inputs", "rpm,r*m"), "rows.csv: the column 'rpm' is asked for twice"),
+    "both sides": (None, ("--inputs", "rpm,ez_um"),
+                   "rows.csv: the column 'ez_um' is both input and output"),
+    "no run column": (None, ("--run-column", "step"), "rows.csv: has no column 'step'"),
+    "no such run": (None, ("--hold-out", "9"),
+                    "rows.csv: has no run '9' to hold out (it has 1, 2, 3, 4)"),
+    "all held out": (None, ("--hold-out", "1,2,3,4"),
+                     "rows.csv: has fewer than 10 rows left to train on: hold out less"),
+    "no time column": (None, ("--time-column", "t"), "rows.csv: has no column 't'"),
+    "no square": (None, ("--squares", "t9"), "--squares names 't9', which is not among the inputs"),
+    "no lag": (None, ("--lag-only", "t9"), "--lag-only names 't9', which is not among the inputs"),
+    "too many inputs": (None, ("--lags", ",".join(map(str, range(1, 23)))),
+                        "rows.csv: gives 92 inputs with their lags; the box takes 64: choose fewer "
+                        "(compbox select-inputs) or fewer lags"),
+    "time back": (changed(31, 0, -1.0), (), "rows.csv:33: time_s must rise from row to row; where "
+                  "another run begins, name the column that says so with --run-column"),
+    "text": (changed(5, 3, "warm"), (), "rows.csv:7:"),
+    "nan": (changed(5, 3, math.nan), (), "rows.csv:7:"),
+    "too few runs": (None, ("--hold-out", "1,2", "--regularise", "runs"), "rows.csv: "
+                     "cross-validation needs at least three runs to train on: name the column of "
+                     "runs with --run-column, or choose --regularise evidence"),
+    "bad term name": (None, ("--name", "n e t"), "the box cannot use the name 'n e t'"),
+    "bad figure": (None, ("--plot", "f.txt"), "f.txt: a figure is written as .svg, .png or .pdf"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refused(compbox, case):
+    change, more, message = REFUSED[case]
+    table = rows_of_a_machine(rows=30)
+    if change:
+        change(table)
+    write_rows(compbox, table)
+    options = list(TRAIN)
+    for name, value in zip(more[::2], more[1::2]):
+        if name in options:
+            options[options.index(name) + 1] = value
+        else:
+            options += [name, value]
+    assert compbox.refused(*options).startswith(message)
+
+
+def test_a_standing_input_is_refused(compbox):
+    table = rows_of_a_machine(rows=30)
+    for row in table:
+        row[3] = 20.0
+    write_rows(compbox, table)
+    assert compbox.refused(*TRAIN) == ("rows.csv: the input 't2_degC' never changes, so nothing can "
+                                       "be learnt from it: leave it out")
+
+
+@pytest.mark.parametrize("more", [("--hidden", "65"), ("--lags", "0"), ("--lags", "a"),
+                                  ("--activation", "relu"), ("--starts", "0"), ("--bogus",),
+                                  ("--lag-only", "rpm"), ("--lags-start", "once"),
+                                  ("--hidden", "0", "--no-linear-path")])
+def test_wrong_usage(compbox, more):
+    write_rows(compbox, rows_of_a_machine(rows=30))
+    done = compbox("train", "rows.csv", "--outputs", "ez_um", "--inputs", "rpm", "--name", "net",
+                   "-o", "net.json", *more)
+    assert done.returncode == 2 and done.stderr
+    assert "net.json" not in compbox.files()
+
+
+def test_help_has_an_example(compbox):
+    assert "Example:\n  compbox train " in compbox.good("train", "--help")
