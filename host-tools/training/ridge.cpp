@@ -18,6 +18,27 @@ double grid_decay(int index) {
     return std::pow(10.0, -6.0 + 0.25 * index);
 }
 
+// in : mean squares of each fold left out, one row for each decay of the grid
+// out: the strongest decay whose mean over the folds is within one standard error of the least: the
+//      runs cannot tell it from the best, and it will be calmer on runs of another kind
+Eigen::Index strongest_that_serves(const std::vector<Eigen::MatrixXd> &squares,
+                                   Eigen::Index output) {
+    const auto folds = static_cast<double>(squares.size());
+    Eigen::ArrayXd mean = Eigen::ArrayXd::Zero(grid_points);
+    for (const auto &fold : squares) mean += fold.col(output).array() / folds;
+    Eigen::Index best = 0;
+    const double least = mean.minCoeff(&best);
+    double variance = 0.0;
+    for (const auto &fold : squares) {
+        variance += std::pow(fold(best, output) - least, 2) / (folds - 1.0);
+    }
+    const double error = std::sqrt(variance / folds);
+    for (Eigen::Index g = grid_points - 1; g > best; --g) {
+        if (mean[g] <= least + error) return g;
+    }
+    return best;
+}
+
 }  // namespace
 
 row_folds folds_of(const std::vector<std::size_t> &runs) {
@@ -114,22 +135,22 @@ ridge_solver::evidence ridge_solver::find_evidence() const {
 
 ridge_choice choose_by_folds(const Eigen::MatrixXd &x, const Eigen::MatrixXd &t,
                              const row_folds &folds) {
-    Eigen::MatrixXd squares = Eigen::MatrixXd::Zero(grid_points, t.cols());
+    std::vector<Eigen::MatrixXd> squares(folds.count);  // of each fold: grid by outputs
     std::vector<std::vector<linear_map>> maps(folds.count);
     for (std::size_t f = 0; f < folds.count; ++f) {
         const auto in = rows_inside(folds, f), out = rows_outside(folds, f);
         const ridge_solver solver(x(out, Eigen::all), t(out, Eigen::all));
         const Eigen::MatrixXd x_in = x(in, Eigen::all), t_in = t(in, Eigen::all);
+        squares[f].resize(grid_points, t.cols());
         for (int g = 0; g < grid_points; ++g) {
             maps[f].push_back(solver.solve(Eigen::VectorXd::Constant(t.cols(), grid_decay(g))));
             const Eigen::MatrixXd off = maps[f].back().predict(x_in) - t_in;
-            squares.row(g) += off.colwise().squaredNorm() / static_cast<double>(in.size());
+            squares[f].row(g) = off.colwise().squaredNorm() / static_cast<double>(in.size());
         }
     }
     ridge_choice choice{Eigen::VectorXd(t.cols()), Eigen::MatrixXd(t.rows(), t.cols())};
     for (Eigen::Index k = 0; k < t.cols(); ++k) {
-        Eigen::Index best = 0;
-        squares.col(k).minCoeff(&best);
+        const Eigen::Index best = strongest_that_serves(squares, k);
         choice.decay[k] = grid_decay(static_cast<int>(best));
         for (std::size_t f = 0; f < folds.count; ++f) {
             const linear_map &map = maps[f][static_cast<std::size_t>(best)];

@@ -57,8 +57,8 @@ struct ridge_choice {
     Eigen::MatrixXd left_out;  // predictions of each row by a map that never saw its run
 };
 
-// The decay of each output with the least mean square on the runs left out (each fold counts the
-// same). in : folds.usable()
+// For each output the strongest decay whose mean square on the runs left out (each fold counts the
+// same) is within one standard error of the least. in : folds.usable()
 ridge_choice choose_by_folds(const Eigen::MatrixXd &x, const Eigen::MatrixXd &t,
                              const row_folds &folds);
 

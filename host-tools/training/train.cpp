@@ -98,11 +98,12 @@ void check_sizes(const train_result &result) {
 }
 
 void check_ranges(train_result &result) {
-    result.low = result.learn.x.colwise().minCoeff();
-    result.high = result.learn.x.colwise().maxCoeff();
+    result.range.low = rounded(result.learn.x.colwise().minCoeff().transpose());
+    result.range.high = rounded(result.learn.x.colwise().maxCoeff().transpose());
+    result.range.margin = rounded(result.options.margin * (result.range.high - result.range.low));
     for (std::size_t i = 0; i < result.inputs.size(); ++i) {
         const auto at = static_cast<Eigen::Index>(i);
-        const double range = as_float(result.high[at]) - as_float(result.low[at]);
+        const double range = result.range.high[at] - result.range.low[at];
         if (range > 4e-6) continue;
         throw input_error(result.data.file, 0, 0,
                           "the input '" + result.inputs[i].name +
@@ -124,7 +125,10 @@ void judge(judged_model &judged, const train_result &result, const Eigen::Matrix
     const scaling &out = judged.model.out;
     judged.trained = residuals_of(judged.model.predict(result.learn.x), result.learn.y);
     if (result.test.x.rows() > 0) {
-        judged.held_out = residuals_of(judged.model.predict(result.test.x), result.test.y);
+        const trained_range &range = result.range;
+        const Eigen::MatrixXd free = judged.model.predict(range.held(result.test.x));
+        judged.held_out =
+            residuals_of(range.weight(result.test.x).asDiagonal() * free, result.test.y);
     }
     if (left_out.rows() == 0) return;
     judged.left_out_predictions = unscaled(out, left_out);
@@ -212,6 +216,17 @@ void train_network(train_result &result, const scaled_rows &rows) {
 Eigen::MatrixXd trained_model::predict(const Eigen::MatrixXd &x) const {
     const Eigen::MatrixXd n = scaled(in, x).transpose();
     return unscaled(out, compbox::predict(shape, parameters, n).transpose());
+}
+
+Eigen::MatrixXd trained_range::held(const Eigen::MatrixXd &x) const {
+    const Eigen::RowVectorXd least = (low - margin).transpose(), most = (high + margin).transpose();
+    return x.cwiseMax(least.replicate(x.rows(), 1)).cwiseMin(most.replicate(x.rows(), 1));
+}
+
+Eigen::VectorXd trained_range::weight(const Eigen::MatrixXd &x) const {
+    const Eigen::RowVectorXd fade = 0.5 * (high - low).transpose();
+    const Eigen::ArrayXXd beyond = (x - held(x)).cwiseAbs().array().rowwise() / fade.array();
+    return (1.0 - beyond.rowwise().maxCoeff()).max(0.0);
 }
 
 bool train_result::any_network() const {

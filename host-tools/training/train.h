@@ -55,6 +55,14 @@ struct residuals {
     Eigen::VectorXd rms, worst;
 };
 
+// The guard of the box (models/training_range.h): inputs are held at the margin, and beyond it the
+// outputs fade to zero over half of the trained range.
+struct trained_range {
+    Eigen::VectorXd low, high, margin;  // of each input
+    Eigen::MatrixXd held(const Eigen::MatrixXd &x) const;
+    Eigen::VectorXd weight(const Eigen::MatrixXd &x) const;  // of each row: 1 … 0
+};
+
 struct judged_model {
     trained_model model;
     residuals trained;   // on the rows trained on
@@ -68,9 +76,9 @@ struct train_result {
     train_options options;
     training_data data;
     std::vector<model_input> inputs;
-    model_rows learn, test;     // test: the runs held out
-    Eigen::VectorXd largest;    // largest |error| of each output in the file
-    Eigen::VectorXd low, high;  // range of each input in the rows trained on
+    model_rows learn, test;   // test: the runs held out
+    Eigen::VectorXd largest;  // largest |error| of each output in the file
+    trained_range range;      // of each input in the rows trained on
     bool by_folds = false;
     judged_model linear, network;  // network: nothing where options.hidden is 0
     Eigen::VectorXd linear_decay;

@@ -83,10 +83,9 @@ json term_of(const train_result &result) {
     term["input_scale"] = numbers(model.in.scale);
     term["output_center"] = numbers(model.out.centre);
     term["output_scale"] = numbers(model.out.scale);
-    term["input_min"] = numbers(result.low);
-    term["input_max"] = numbers(result.high);
-    const Eigen::VectorXd range = result.high - result.low;
-    term["margin"] = numbers((result.options.margin * range).eval());
+    term["input_min"] = numbers(result.range.low);
+    term["input_max"] = numbers(result.range.high);
+    term["margin"] = numbers(result.range.margin);
     return term;
 }
 
@@ -218,7 +217,8 @@ std::string report_of(const train_result &result) {
               "What is left of each run when it was left out of training (worst: part of the "
               "largest error)",
               &judged_model::left_out);
-    add_table(text, result, "What is left of the runs held out", &judged_model::held_out);
+    add_table(text, result, "What is left of the runs held out, as the box would leave them",
+              &judged_model::held_out);
     add_table(text, result, "What is left of the rows trained on", &judged_model::trained);
     text += "\n" + result.verdict + "\n";
     for (const auto &warning : result.warnings) text += "note: " + warning + "\n";

@@ -136,28 +136,22 @@ std::string beyond_others(const train_result &result, std::size_t run) {
 
 // Rows of the runs held out that lie beyond the margin of an input: there the box fades the term.
 void warn_of_fading(train_result &result) {
-    Eigen::Index rows = 0;
-    std::string worst;
-    double furthest = 0.0;
-    for (Eigen::Index r = 0; r < result.test.x.rows(); ++r) {
-        bool outside = false;
-        for (Eigen::Index i = 0; i < result.test.x.cols(); ++i) {
-            const double range = result.high[i] - result.low[i], value = result.test.x(r, i);
-            const double beyond = std::max(value - result.high[i], result.low[i] - value) / range;
-            outside = outside || beyond > result.options.margin;
-            if (!(beyond > furthest)) continue;
-            furthest = beyond;
-            worst = result.inputs[static_cast<std::size_t>(i)].name + " at " + number(value) +
-                    ", trained " + number(result.low[i]) + " to " + number(result.high[i]);
-        }
-        rows += outside;
-    }
+    if (result.test.x.rows() == 0) return;
+    const Eigen::VectorXd weight = result.range.weight(result.test.x);
+    const auto rows = (weight.array() < 1.0).count();
     if (rows == 0) return;
+    Eigen::Index row = 0, input = 0;
+    const double least = weight.minCoeff(&row);
+    const Eigen::RowVectorXd range = (result.range.high - result.range.low).transpose();
+    const Eigen::RowVectorXd x = result.test.x.row(row);
+    ((x - result.range.held(x)).cwiseAbs().array() / range.array()).maxCoeff(&input);
     result.warnings.push_back(
-        std::to_string(rows) + " of " + std::to_string(result.test.x.rows()) +
+        std::to_string(rows) + " of " + std::to_string(weight.size()) +
         " rows of the runs held out lie beyond the margin of an input, where the box holds the "
-        "input and fades the term (furthest: " +
-        worst + "); the figures here do not fade");
+        "input and fades the term, at worst to " +
+        number(100.0 * least) + " % (" + result.inputs[static_cast<std::size_t>(input)].name +
+        " at " + number(x[input]) + ", trained " + number(result.range.low[input]) + " to " +
+        number(result.range.high[input]) + "): train on such runs too, or widen --margin");
 }
 
 }  // namespace
