@@ -106,12 +106,24 @@ static float seconds(const struct cb_box *box, const struct step *step) {
     return (float)(step->elapsed_us < most_us ? step->elapsed_us : most_us) * 1e-6f;
 }
 
-static void acquire(struct cb_box *box, const struct cb_inputs *in, struct step *step) {
+/* Reads the PLC, and learns from it what the lead is made of. */
+static void read_plc(struct cb_box *box, const struct cb_inputs *in, struct step *step) {
+    const struct cb_plc_state was = box->plc;
     step->read = cb_plc_read(&box->config, &box->plc, &box->counters, in, box->now_us);
+    if (in->last_write == CB_WRITE_OK) cb_lead_take_exchange(&box->lead, in->exchange_us);
+    if (!step->read || !was.readable) return;
+    cb_lead_take_heartbeat(&box->lead, (uint16_t)(box->plc.plc_heartbeat - was.plc_heartbeat),
+                           box->plc.read_us - was.read_us);
+}
+
+static void acquire(struct cb_box *box, const struct cb_inputs *in, uint32_t lead_us,
+                    struct step *step) {
+    read_plc(box, in, step);
     cb_plc_age(&box->config, &box->plc, &box->counters, box->now_us);
     if (step->read) find_plc(box, in, step);
     cb_signals_accept(&box->config, box->signals, &box->counters, in, step->read, box->now_us);
-    step->essentials_ok = cb_signals_age(&box->config, box->signals, &box->counters, box->now_us);
+    step->essentials_ok =
+        cb_signals_age(&box->config, box->signals, &box->counters, lead_us, box->now_us);
 }
 
 static void compute(struct cb_box *box, struct step *step) {
@@ -232,7 +244,7 @@ void cb_box_step(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,
     keep_time(box, now_us, &step);
     keep_score(box, in->missed_ticks);
     take_write(box, in->last_write, &step);
-    acquire(box, in, &step);
+    acquire(box, in, cb_lead_us(&box->config, &box->lead), &step);
     compute(box, &step);
     change_mode(box, in, &step);
     move(box, &step);
@@ -246,7 +258,7 @@ void cb_box_settle(struct cb_box *box, const struct cb_inputs *in, int64_t now_u
     struct cb_start start[CB_MAX_CHANNELS];
     cb_box_start(box);
     keep_time(box, now_us, &step);
-    acquire(box, in, &step);
+    acquire(box, in, cb_lead_us(&box->config, &box->lead), &step);
     compute(box, &step);
     cb_channels_target(&box->config, box->channels, CB_AIM_WANTED, target_um);
     for (unsigned i = 0; i < box->config.channels_count; ++i)
@@ -263,6 +275,6 @@ void cb_box_evaluate(struct cb_box *box, const struct cb_inputs *in) {
     struct step step = {0};
     clear(box);
     box->now_us = in->read_us;
-    acquire(box, in, &step);
+    acquire(box, in, 0, &step);
     compute(box, &step);
 }

@@ -19,6 +19,7 @@
 #include "firmware/config.h"
 #include "firmware/counters.h"
 #include "firmware/io.h"
+#include "firmware/lead.h"
 #include "firmware/limits.h"
 #include "firmware/mode.h"
 #include "firmware/plc.h"
@@ -39,6 +40,7 @@ struct cb_box {
     struct cb_mode_state mode;
     struct cb_counters counters;
     struct cb_plc_state plc;
+    struct cb_lead_state lead;
     struct cb_signal_state signals[CB_MAX_SIGNALS];
     struct cb_term_state terms[CB_MAX_TERMS];
     float outputs[CB_MAX_OUTPUTS]; /* term outputs of the last step, µm or µrad */

@@ -122,6 +122,7 @@ bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old) {
     fresh->mode = old->mode;
     fresh->counters = old->counters;
     fresh->plc = old->plc;
+    fresh->lead = old->lead;
     adopt_signals(fresh, old);
     adopt_terms(fresh, old);
     adopt_channels(fresh, old);

@@ -41,18 +41,20 @@ enum cb_signal_source {
 struct cb_signal_config {
     char name[CB_NAME_SIZE];
     char unit[8];
-    uint8_t source;    /* enum cb_signal_source */
-    uint8_t type;      /* enum cb_number_type */
-    bool essential;    /* its loss stops compensation (HOLD); default: unit is mm or deg */
-    bool leads;        /* evaluated lead_ms ahead: a PLC position (unit mm or deg) */
-    uint16_t reg;      /* PLC: index in the read block; bus: register address; CAN: byte offset */
-    uint8_t bus_unit;  /* bus: Modbus unit id of the module */
-    uint8_t lag_of;    /* lag: index of the signal that it follows */
-    uint8_t power;     /* lag: 1 follows that signal, 2 its square */
-    float tau_s;       /* lag: time constant, > 0 */
-    uint32_t can_id;   /* CAN: identifier; bit 31 set: 29-bit */
-    float scale, zero; /* finite; scale != 0 */
-    float min, max;    /* plausible range of the value; min < max */
+    uint8_t source;   /* enum cb_signal_source */
+    uint8_t type;     /* enum cb_number_type */
+    bool essential;   /* its loss stops compensation (HOLD); default: unit is mm or deg */
+    bool leads;       /* evaluated lead_ms ahead: a PLC position (unit mm or deg) */
+    uint16_t reg;     /* PLC: index in the read block; bus: register address; CAN: byte offset */
+    uint8_t bus_unit; /* bus: Modbus unit id of the module */
+    uint8_t lag_of;   /* lag: index of the signal that it follows */
+    uint8_t power;    /* lag: 1 follows that signal, 2 its square */
+    uint8_t velocity; /* of one that leads: index of its velocity, where velocity_scale > 0 */
+    float tau_s;      /* lag: time constant, > 0 */
+    uint32_t can_id;  /* CAN: identifier; bit 31 set: 29-bit */
+    float velocity_scale; /* unit/s of this signal per unit of its velocity; 0: from differences */
+    float scale, zero;    /* finite; scale != 0 */
+    float min, max;       /* plausible range of the value; min < max */
     float max_rate_per_s; /* plausible rate of change, unit/s; 0 = unlimited */
     uint32_t max_age_ms;  /* default: three periods for PLC signals, 2000 ms for sensors; of a lag
                              that of its signal, as are min and max (squared for power 2) */
@@ -185,6 +187,7 @@ struct cb_config {
     char machine[40];
     uint32_t period_us; /* 1 000 … 1 000 000 */
     uint32_t lead_us;   /* 0 … 500 000 */
+    bool lead_measured; /* the box measures it (lead.h); lead_us is 0 */
     struct cb_plc_config plc;
     uint32_t hold_us;    /* HOLD lasts no longer */
     float ramp_um_per_s; /* > 0 */

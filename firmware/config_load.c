@@ -51,8 +51,7 @@ const struct cb_object cb_machine_object = {MACHINE_FIELDS, MACHINE_KEYS};
 enum { PERIOD, LEAD, CYCLE_KEYS };
 static const struct cb_field CYCLE_FIELDS[CYCLE_KEYS] = {
     [PERIOD] = {"period_ms", CB_FIELD_MS, true, AT(period_us), .least = "1", .most = "1000"},
-    [LEAD] = {"lead_ms", CB_FIELD_MS, false, AT(lead_us), .least = "0", .most = "500",
-              .otherwise = "0"},
+    [LEAD] = {"lead_ms", CB_FIELD_ANY, false, CB_NOT_STORED},
 };
 const struct cb_object cb_cycle_object = {CYCLE_FIELDS, CYCLE_KEYS};
 
@@ -104,12 +103,30 @@ static bool check_axes(struct cb_loader *loader, uint32_t at) {
     return true;
 }
 
+/* Milliseconds, or "measured". */
+static bool read_lead(struct cb_loader *loader, uint32_t at) {
+    static const struct cb_word words[] = {{"measured", true}, {0, 0}};
+    struct cb_config *config = loader->config;
+    float lead_ms = 0.0f;
+    uint8_t measured = false;
+    if (at == CB_ABSENT) return true;
+    if (cb_token_at(loader, at).kind == CB_JSON_STRING) {
+        if (!cb_read_word(loader, at, words, &measured)) return false;
+        config->lead_measured = true;
+        return true;
+    }
+    if (!cb_read_float(loader, at, "0", "500", &lead_ms)) return false;
+    config->lead_us = (uint32_t)(lead_ms * 1000.0f + 0.5f);
+    return true;
+}
+
 static bool load_small_sections(struct cb_loader *loader, const uint32_t *top) {
     struct cb_config *config = loader->config;
     uint32_t slots[CB_MAX_FIELDS];
     if (!cb_read_object(loader, top[MACHINE], &cb_machine_object, config, slots)) return false;
     if (slots[MACHINE_AXES] != CB_ABSENT && !check_axes(loader, slots[MACHINE_AXES])) return false;
     return cb_read_object(loader, top[CYCLE], &cb_cycle_object, config, slots) &&
+           read_lead(loader, slots[LEAD]) &&
            cb_read_object(loader, top[SAFETY], &cb_safety_object, config, slots);
 }
 

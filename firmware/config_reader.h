@@ -20,7 +20,7 @@
 #define CB_MOST_NUMBER "1e9"
 
 enum {
-    CB_MAX_FIELDS = 20, /* keys of the largest object */
+    CB_MAX_FIELDS = 24, /* keys of the largest object */
     CB_KEY_SIZE = 32,   /* longest known key or word, with the ending 0 */
     CB_TABLE_TEXT = 64, /* longest text in a table */
 };
@@ -152,11 +152,12 @@ bool cb_list_has_room(struct cb_loader *loader, const struct cb_list *list, uint
 
 /* ---- the parts of the file; each reads its value at `at` into loader->config ---- */
 
-bool cb_load_plc(struct cb_loader *loader, uint32_t at);      /* needs cycle */
-bool cb_load_signals(struct cb_loader *loader, uint32_t at);  /* needs plc */
-bool cb_resolve_lags(struct cb_loader *loader, uint32_t at);  /* at: signals, all loaded */
-bool cb_load_terms(struct cb_loader *loader, uint32_t at);    /* needs signals */
-bool cb_load_channels(struct cb_loader *loader, uint32_t at); /* needs terms */
-bool cb_load_pairs(struct cb_loader *loader, uint32_t at);    /* needs channels */
+bool cb_load_plc(struct cb_loader *loader, uint32_t at);           /* needs cycle */
+bool cb_load_signals(struct cb_loader *loader, uint32_t at);       /* needs plc */
+bool cb_resolve_lags(struct cb_loader *loader, uint32_t at);       /* at: signals, all loaded */
+bool cb_resolve_velocities(struct cb_loader *loader, uint32_t at); /* likewise */
+bool cb_load_terms(struct cb_loader *loader, uint32_t at);         /* needs signals */
+bool cb_load_channels(struct cb_loader *loader, uint32_t at);      /* needs terms */
+bool cb_load_pairs(struct cb_loader *loader, uint32_t at);         /* needs channels */
 
 #endif

@@ -30,6 +30,7 @@ enum {
     LAG_OF,
     TAU,
     POWER,
+    VELOCITY,
     SIGNAL_KEYS
 };
 
@@ -62,6 +63,7 @@ static const struct cb_field SIGNAL_FIELDS[SIGNAL_KEYS] = {
     [TAU] = {"tau_s", CB_FIELD_FLOAT, false, AT(tau_s), .least = "0.001", .most = "86400"},
     [POWER] = {"power", CB_FIELD_UINT8, false, AT(power), .least = "1", .most = "2",
                .otherwise = "1"},
+    [VELOCITY] = {"velocity", CB_FIELD_STRING, false, CB_NOT_STORED},
 };
 const struct cb_object cb_signal_object = {SIGNAL_FIELDS, SIGNAL_KEYS};
 
@@ -251,6 +253,7 @@ bool cb_load_signals(struct cb_loader *loader, uint32_t at) {
         if (!load_signal(loader, list.at, config->signals_count)) return false;
         ++config->signals_count;
     }
-    if (config->signals_count > 0) return cb_resolve_lags(loader, at);
+    if (config->signals_count > 0)
+        return cb_resolve_lags(loader, at) && cb_resolve_velocities(loader, at);
     return cb_fail(loader, CB_ERROR_KEY, at, "at least one signal is needed");
 }

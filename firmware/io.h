@@ -38,6 +38,8 @@ struct cb_inputs {
     bool stop;             /* asked to stop: ramp to zero, say STOPPED */
     uint32_t missed_ticks; /* ticks skipped just before this one */
     int64_t read_us;       /* when the reading was asked for; <= now_us */
+    uint32_t exchange_us;  /* from asking for a reading to the confirmation of the write made from
+                              it, of the newest such write; 0: none yet */
     uint8_t sample_count;  /* <= CB_MAX_SAMPLES */
     uint16_t registers[CB_MAX_READ_REGISTERS];
     uint16_t held_registers[CB_MAX_WRITE_REGISTERS];

@@ -100,32 +100,55 @@ void cb_signals_accept(const struct cb_config *config, struct cb_signal_state *s
     }
 }
 
-/* Where the signal will be lead_us from its reading, inside its plausible range. */
-static float ahead(const struct cb_config *config, const struct cb_signal_config *signal,
-                   const struct cb_signal_state *state, int64_t age_us) {
-    if (age_us > (int64_t)LEAD_PERIODS * config->period_us) return state->value;
-    const float value = state->value + state->velocity * seconds(config->lead_us);
+/* What the signals are aged with. */
+struct ageing {
+    const struct cb_config *config;
+    const struct cb_signal_state *states;
+    int64_t now_us;
+    float lead_s;
+};
+
+static inline bool is_fresh(const struct cb_signal_config *signal,
+                            const struct cb_signal_state *state, int64_t now_us) {
+    return state->known && now_us - state->time_us <= (int64_t)signal->max_age_ms * 1000;
+}
+
+/* As the PLC says, or where that is not known from differences of readings. */
+static inline float velocity(const struct ageing *ageing, const struct cb_signal_config *signal,
+                             const struct cb_signal_state *state) {
+    const struct cb_signal_config *source = &ageing->config->signals[signal->velocity];
+    const struct cb_signal_state *told = &ageing->states[signal->velocity];
+    const bool usable = signal->velocity_scale > 0.0f && is_fresh(source, told, ageing->now_us);
+    return usable ? told->value * signal->velocity_scale : state->velocity;
+}
+
+/* Where the signal will be one lead after its reading, inside its plausible range. */
+static float ahead(const struct ageing *ageing, const struct cb_signal_config *signal,
+                   const struct cb_signal_state *state) {
+    const int64_t age_us = ageing->now_us - state->time_us;
+    if (age_us > (int64_t)LEAD_PERIODS * ageing->config->period_us) return state->value;
+    const float value = state->value + velocity(ageing, signal, state) * ageing->lead_s;
     return cb_clamp(value, signal->min, signal->max);
 }
 
 /* A signal that is measured: how old its value is, and what the terms see of it. */
-static inline void age(const struct cb_config *config, const struct cb_signal_config *signal,
-                       struct cb_signal_state *state, int64_t now_us) {
-    const int64_t age_us = now_us - state->time_us;
-    state->fresh = state->known && age_us <= (int64_t)signal->max_age_ms * 1000;
+static inline void age(const struct ageing *ageing, const struct cb_signal_config *signal,
+                       struct cb_signal_state *state) {
+    state->fresh = is_fresh(signal, state, ageing->now_us);
     if (!state->fresh) return;
-    state->used = signal->leads ? ahead(config, signal, state, age_us) : state->value;
+    state->used = signal->leads ? ahead(ageing, signal, state) : state->value;
 }
 
 bool cb_signals_age(const struct cb_config *config, struct cb_signal_state *states,
-                    struct cb_counters *counters, int64_t now_us) {
+                    struct cb_counters *counters, uint32_t lead_us, int64_t now_us) {
+    const struct ageing ageing = {config, states, now_us, seconds(lead_us)};
     const struct cb_signal_config *signal = config->signals, *const end =
                                                                  signal + config->signals_count;
     bool essentials_fresh = true;
     for (struct cb_signal_state *state = states; signal != end; ++signal, ++state) {
         if (signal->source == CB_SOURCE_LAG) continue;
         const bool was_fresh = state->fresh;
-        age(config, signal, state, now_us);
+        age(&ageing, signal, state);
         if (state->fresh) continue;
         counters->signals_stale += was_fresh;
         essentials_fresh = essentials_fresh && !signal->essential;

@@ -13,7 +13,7 @@
 
 struct cb_signal_state {
     float value;       /* last accepted value, unit of the signal */
-    float velocity;    /* unit/s, filtered; of signals that lead */
+    float velocity;    /* unit/s, of signals that lead: filtered differences of their readings */
     float used;        /* what the terms see in this step: value, or value with its lead */
     struct cb_lag lag; /* of signals that are lags */
     int64_t time_us;   /* when it was accepted; of PLC signals: read_us; of lags: their signal's */
@@ -36,10 +36,11 @@ void cb_signals_accept(const struct cb_config *config, struct cb_signal_state *s
                        struct cb_counters *counters, const struct cb_inputs *in, bool read,
                        int64_t now_us);
 
-/* Sets fresh and used of every signal for now_us, after its lags have followed (lags.h); what went
+/* in : lead_us: how far ahead positions are to be evaluated
+ * Sets fresh and used of every signal for now_us, after its lags have followed (lags.h); what went
  * stale is counted once.
  * out: true when every essential signal is fresh */
 bool cb_signals_age(const struct cb_config *config, struct cb_signal_state *states,
-                    struct cb_counters *counters, int64_t now_us);
+                    struct cb_counters *counters, uint32_t lead_us, int64_t now_us);
 
 #endif

@@ -55,9 +55,17 @@ static void read_inputs(struct cb_cycle *cycle, const struct cb_box *box,
                                                 cycle->in.held_registers, exchange->deadline_us));
 }
 
+/* in : read_us of the reading that the confirmed outputs were made from; 0: there was none */
+static void note_exchange(struct cb_cycle *cycle, int64_t read_us, int64_t confirmed_us) {
+    const int64_t took_us = confirmed_us - read_us;
+    if (cycle->write != CB_TRANSFER_OK || read_us == 0 || took_us <= 0) return;
+    cycle->in.exchange_us = (uint32_t)(took_us < UINT32_MAX ? took_us : UINT32_MAX);
+}
+
 /* FC23: the outputs of the step before, then the inputs of this one. */
 static void write_then_read(struct cb_cycle *cycle, const struct exchange *exchange) {
     const struct cb_hal *hal = exchange->hal;
+    const int64_t made_from_us = cycle->in.read_ok ? cycle->in.read_us : 0;
     const struct cb_block_config *read = &exchange->plc->read, *write = &exchange->plc->write;
     cycle->in.read_us = now(hal);
     cycle->read = cycle->write =
@@ -65,6 +73,7 @@ static void write_then_read(struct cb_cycle *cycle, const struct exchange *excha
                         read->count, cycle->in.registers, exchange->deadline_us);
     cycle->in.read_ok = cycle->read == CB_TRANSFER_OK;
     cycle->in.last_write = (uint8_t)result_of(cycle->write);
+    note_exchange(cycle, made_from_us, now(hal));
 }
 
 /* FC16 of the outputs of this step. */
@@ -75,6 +84,7 @@ static void write_outputs(struct cb_cycle *cycle, const struct exchange *exchang
         cycle->write = hal->write(hal->context, write->start, write->count, cycle->out.registers,
                                   exchange->deadline_us);
     cycle->in.last_write = (uint8_t)result_of(cycle->write);
+    note_exchange(cycle, cycle->in.read_ok ? cycle->in.read_us : 0, now(hal));
 }
 
 static void take_samples(struct cb_cycle *cycle, const struct cb_hal *hal) {

@@ -44,7 +44,7 @@ cb_config for_samples(const cb_config &file, bool raw) {
         config.signals[i].max = largest_value;
         config.signals[i].max_rate_per_s = 0.0f;
     }
-    if (raw) config.lead_us = 0;
+    if (raw) config.lead_us = config.lead_measured = 0;
     return config;
 }
 

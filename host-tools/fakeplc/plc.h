@@ -57,6 +57,7 @@ class fake_plc {
     const plc_state &state() const { return state_; }
     const register_map &map() const { return map_; }
     const twin_machine &twin() const { return twin_; }
+    const nc_motion &nc() const { return nc_; }
     bool moving() const { return nc_.moving(); }
 
     // By hand, from the next scan on. enable and reference given by hand also end their part of

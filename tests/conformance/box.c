@@ -15,7 +15,7 @@ static const char text[] = {
 #include "box_json.inc" /* tests/conformance/box.json as bytes, by CMake */
 };
 
-enum { CYCLES = 6000, PERIOD_US = 30000, SIGNAL_T1 = 3 };
+enum { CYCLES = 6000, PERIOD_US = 30000, SIGNAL_T1 = 4 };
 
 static struct cb_box box;
 static struct cb_load_scratch scratch;
@@ -88,6 +88,7 @@ static void read_plc(struct world *world) {
     put_pair(in.registers + 8, (uint32_t)world->position[0], false);
     put_pair(in.registers + 10, (uint32_t)world->position[1], true);
     put_pair(in.registers + 12, pressure_bits(world), false);
+    in.registers[14] = (uint16_t)(int16_t)(world->speed[0] / 500 * (happens(world, 30) ? 100 : 1));
     in.registers[16] = world->held[2];
     in.registers[17] = world->held[3];
 }
@@ -109,6 +110,7 @@ static void write_plc(struct world *world) {
     in.last_write = CB_WRITE_NONE;
     if (!out.write) return;
     in.last_write = fails ? ways[way] : CB_WRITE_OK;
+    if (!fails) in.exchange_us = 3000 + next_random(world) % 9000;
     if (!fails || way == 3) memcpy(world->held, out.registers, sizeof world->held);
 }
 

@@ -51,7 +51,7 @@ class invariants {
 
     void whole_box() {
         must(within(c.period_us, 1000, 1000000), "period");
-        must(c.lead_us <= 500000, "lead");
+        must(c.lead_us <= 500000 && !(c.lead_measured && c.lead_us > 0), "lead");
         must(c.hold_us <= 60000000, "hold");
         must(within(c.ramp_um_per_s, 1e-3f, 1e6), "ramp");
         must(within(c.signals_count, 1, CB_MAX_SIGNALS), "signals_count");

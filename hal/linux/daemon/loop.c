@@ -38,6 +38,7 @@ static void publish(struct cb_loop *loop, int64_t woke_before_ns) {
     row->interval_ns = woke_before_ns == 0 ? 0 : tick->woke_ns - woke_before_ns;
     row->exchange_us = loop->cycle.exchange_us;
     row->step_us = loop->cycle.step_us;
+    row->lead_us = cb_lead_us(&loop->box.config, &loop->box.lead);
     row->read = (uint8_t)loop->cycle.read;
     row->write = (uint8_t)loop->cycle.write;
     row->mode = loop->box.mode.mode;

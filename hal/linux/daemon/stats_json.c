@@ -81,6 +81,7 @@ static void put_cycles(FILE *file, const struct cb_stats *stats, const struct cb
     put_times(file, "interval_us", &stats->interval);
     put_times(file, "exchange_us", &stats->exchange);
     put_times(file, "step_us", &stats->step);
+    fprintf(file, "  \"lead_us\": %u,\n", (unsigned)stats->last.lead_us);
     fprintf(file, "  \"drift_us\": %lld,\n", (long long)drift_us(stats, config));
     fprintf(file, "  \"rows_lost\": %llu,\n", (unsigned long long)stats->run.rows_lost);
     fprintf(file, "  \"records_lost\": %llu,\n", (unsigned long long)stats->run.records_lost);

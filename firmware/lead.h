@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: MIT
+ * How far ahead positions are evaluated: as the file says, or measured.
+ *
+ * Measured, it is the mean time from a position to the value made from it standing in the axis:
+ *
+ *   lead = exchange + update + period / 2
+ *
+ * exchange: from asking for the reading to the PLC's confirmation of the write, with fc23 to that
+ * of the next request. update: the PLC's own cycle, from how fast its heartbeat counts; a position
+ * waits for half of one in the PLC, and so does the value. period / 2: a value stands for a whole
+ * period, and is right in the middle of it. */
+#ifndef COMPBOX_FIRMWARE_LEAD_H
+#define COMPBOX_FIRMWARE_LEAD_H
+
+#include <stdint.h>
+
+#include "firmware/config.h"
+
+enum { CB_MAX_LEAD_US = 500000 };
+
+struct cb_lead_state {
+    uint32_t exchange_us; /* filtered; 0: no write was confirmed yet */
+    uint32_t update_us;   /* filtered; 0: not known yet */
+    uint32_t beats;       /* of the PLC's heartbeat, in the window of about a second … */
+    uint32_t window_us;   /* … that is this long so far */
+};
+
+/* in : exchange_us of the newest confirmed write, 0: none was */
+void cb_lead_take_exchange(struct cb_lead_state *state, uint32_t exchange_us);
+
+/* in : what the PLC's heartbeat counted between two readings, elapsed_us > 0 apart */
+void cb_lead_take_heartbeat(struct cb_lead_state *state, uint16_t beats, int64_t elapsed_us);
+
+/* out: the lead in use, 0 … CB_MAX_LEAD_US */
+uint32_t cb_lead_us(const struct cb_config *config, const struct cb_lead_state *state);
+
+#endif
