@@ -91,7 +91,7 @@ static bool check_format(struct cb_loader *loader, uint32_t root) {
 
 /* Axis names are for people and tools; here they only have to be names. */
 static bool check_axes(struct cb_loader *loader, uint32_t at) {
-    char names[CB_MAX_CHANNELS][CB_NAME_SIZE];
+    char(*const names)[CB_NAME_SIZE] = loader->scratch->axes;
     struct cb_list list = cb_list(loader, at);
     while (cb_list_next(&list)) {
         if (!cb_list_has_room(loader, &list, CB_MAX_CHANNELS, "axes")) return false;

@@ -94,11 +94,11 @@ static void finish(struct writer *writer) {
 
 enum { NO_INDEX = -1 };
 
-/* One open container on the way to the mistake, and where in it the walk is. */
+/* Where the walk to the mistake is in one open container. */
 struct level {
-    struct cb_json_token key; /* object: the present key; length 0: none yet */
-    int32_t index;            /* array: the present element; NO_INDEX: none yet */
-    bool object;
+    uint32_t key_at;     /* object: offset of the present key */
+    uint32_t key_length; /* … and its length; 0: none yet, or an array */
+    int32_t index;       /* array: the present element; NO_INDEX: none yet, or an object */
 };
 
 struct walk {
@@ -106,19 +106,22 @@ struct walk {
     struct level levels[CB_JSON_MAX_DEPTH];
 };
 
+static bool is_object(const struct walk *walk, uint32_t level) {
+    return walk->json.objects >> level & 1u;
+}
+
 /* Notes that a key or value of the innermost open container (of `depth`) begins. */
 static void enter_member(struct walk *walk, uint32_t depth, struct cb_json_token token) {
     if (depth == 0) return;
     struct level *level = &walk->levels[depth - 1];
-    if (token.kind == CB_JSON_KEY) level->key = token;
-    if (!level->object) ++level->index;
+    if (!is_object(walk, depth - 1)) ++level->index;
+    if (token.kind != CB_JSON_KEY) return;
+    level->key_at = token.at;
+    level->key_length = token.length;
 }
 
-static void open_level(struct walk *walk, uint32_t depth, struct cb_json_token token) {
-    struct level *level = &walk->levels[depth];
-    level->object = token.kind == CB_JSON_OBJECT;
-    level->key.length = 0;
-    level->index = NO_INDEX;
+static void open_level(struct walk *walk, uint32_t depth) {
+    walk->levels[depth] = (struct level){0, 0, NO_INDEX};
 }
 
 /* A mistake in the syntax, after the token `before`: does a new key or element begin there? */
@@ -133,7 +136,7 @@ static void enter_bad(struct walk *walk, struct cb_json_token before) {
     const bool opened = before.kind == CB_JSON_OBJECT || before.kind == CB_JSON_ARRAY;
     const bool comma = at < walk->json.length && text[at] == ',';
     if (!opened && !comma) return;
-    level->key.length = 0;
+    level->key_length = 0;
     ++level->index;
 }
 
@@ -155,7 +158,7 @@ static uint32_t walk_to(struct walk *walk, uint32_t at) {
             case CB_JSON_OBJECT:
             case CB_JSON_ARRAY:
                 enter_member(walk, depth, token);
-                open_level(walk, depth, token);
+                open_level(walk, depth);
                 break;
             case CB_JSON_KEY:
             case CB_JSON_STRING:
@@ -178,10 +181,10 @@ static void put_path(struct writer *writer, const struct cb_loader *loader, uint
     const uint32_t levels = walk_to(&walk, at);
     for (uint32_t i = 0; i < levels; ++i) {
         const struct level *level = &walk.levels[i];
-        if (level->object && level->key.length > 0) {
+        if (is_object(&walk, i) && level->key_length > 0) {
             if (writer->used > 0) put_text(writer, ".");
-            put_piece(writer, loader->text + level->key.at + 1, level->key.length - 2, KEY_BYTES);
-        } else if (!level->object && level->index != NO_INDEX) {
+            put_piece(writer, loader->text + level->key_at + 1, level->key_length - 2, KEY_BYTES);
+        } else if (!is_object(&walk, i) && level->index != NO_INDEX) {
             put_text(writer, "[");
             put_whole(writer, (uint32_t)level->index);
             put_text(writer, "]");

@@ -51,7 +51,7 @@ int main(void) {
     good &= row("spline, 20 control points, value and slope", used_by(subject_spline_and_slope),
                 150, false);
     good &= row("lag, one step", used_by(subject_lag), 50, false);
-    good &= row("lag, its gains for a new step length", used_by(subject_lag_gains), 30, false);
+    good &= row("lag, its gains for a new step length", used_by(subject_lag_gains), 40, false);
     good &= row("volumetric, 21 errors to the tip", used_by(subject_volumetric), 300, false);
     good &= row("volumetric, slope by one axis", used_by(subject_volumetric_slope), 200, false);
     good &= row("direction and blend", used_by(subject_direction), 100, false);

@@ -1,0 +1,187 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: MIT
+"""Gate: the deepest stack of the portable core on the target, from the compiler's own call graph.
+  stack.py COMPILE_COMMANDS   compiles models/ and firmware/ once more with -fcallgraph-info=su and
+                              adds up the frames along the deepest path from each entry, used /
+                              limit; no recursion, no frame of unknown size, and no call through a
+                              pointer but those listed below
+  stack.py --self-test COMPILER…   compiles one fault after the other; each must be caught"""
+
+import concurrent.futures
+import json
+import pathlib
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+
+LIMIT = 2048
+ENTRIES = ("cb_box_step", "cb_config_load", "cb_box_start", "cb_box_adopt", "cb_box_settle")
+# What the compiler calls unseen (memcpy, memset, 64-bit division) or the C library has: at most so
+# much below any function. newlib's and libgcc's deepest, __aeabi_ldivmod, takes 48.
+HELPERS = 64
+# Calls through a pointer: where they are made, and the functions that the pointers can hold. These
+# must be exactly the functions whose addresses are taken anywhere.
+ADDRESS = {"R_ARM_ABS32", "R_ARM_THM_MOVW_ABS_NC"}
+INDIRECT = {
+    "config_terms.c:cb_load_terms": ["cb_load_bspline", "cb_load_polyline", "cb_load_polynomial",
+                                     "cb_load_linear", "cb_load_product", "cb_load_bpnet",
+                                     "cb_load_volumetric", "cb_link_product",
+                                     "cb_link_volumetric"],
+    "config_curves.c:load_backward": ["config_curves.c:load_bspline",
+                                      "config_curves.c:load_polyline",
+                                      "config_curves.c:load_polynomial"],
+}
+
+
+def name_of(title):
+    """Titles of static functions carry the whole path."""
+    return title.rpartition("/")[2]
+
+
+class Graph:
+    def __init__(self, indirect):
+        self.frames, self.calls, self.places, self.wrong = {}, {}, {}, []
+        self.indirect, self.taken = indirect, set()
+
+    def read(self, text):
+        for title, label in re.findall(r'node: { title: "([^"]+)" label: "([^"]*)"', text):
+            size = re.search(r"\\n(\d+) bytes \(([^)]*)\)", label)
+            if not size:
+                continue
+            name = name_of(title)
+            self.frames[name] = int(size[1])
+            self.places[name] = name_of(label.split("\\n")[1]).split(":")[0]
+            if size[2] != "static":
+                self.wrong.append(f"{name}: its frame is {size[2]}, of no fixed size")
+        for source, target in re.findall(r'edge: { sourcename: "([^"]+)" targetname: "([^"]+)"', text):
+            self.calls.setdefault(name_of(source), set()).add(name_of(target))
+
+    def read_addresses(self, relocations):
+        """Functions whose addresses are taken, in code or in tables, from `objdump -r`."""
+        section = ""
+        for line in relocations.splitlines():
+            header = re.match(r"RELOCATION RECORDS FOR \[(.*)\]", line)
+            section = header[1] if header else section
+            fields = line.split()
+            if section.startswith((".text", ".rodata", ".data")) and ADDRESS & set(fields):
+                self.taken.add(fields[-1])  # a place inside a function (".text.f+0x12") is a switch's
+
+    def resolve(self):
+        listed = set()
+        for name, targets in list(self.calls.items()):
+            if "__indirect_call" not in targets:
+                continue
+            targets.discard("__indirect_call")
+            key = name if ":" in name else f"{self.places.get(name)}:{name}"
+            if key not in self.indirect:
+                self.wrong.append(f"{key} calls through a pointer and is not listed in stack.py")
+            targets.update(self.indirect.get(key, []))
+            listed.update(self.indirect.get(key, []))
+        for name in listed - set(self.frames):
+            self.wrong.append(f"stack.py lists {name}, which is no function of the core")
+        bare = {name.rpartition(":")[2] for name in listed}
+        functions = {name.rpartition(":")[2] for name in self.frames}
+        for name in sorted((self.taken & functions) ^ bare):
+            self.wrong.append(f"{name}: its address is taken or it is in stack.py's list, not both")
+
+    def deepest(self, name, above=()):
+        """(bytes, path) of the deepest chain of calls from here."""
+        if name in above:
+            self.wrong.append("recursion: " + " -> ".join(above[above.index(name):] + (name,)))
+            return 0, ()
+        if name not in self.frames:
+            return HELPERS, (name,)
+        below = [self.deepest(callee, above + (name,)) for callee in sorted(self.calls.get(name, ()))]
+        bytes_below, path = max(below, default=(HELPERS, ()), key=lambda one: one[0])
+        return self.frames[name] + max(bytes_below, HELPERS), (name,) + path
+
+
+def judge(graph, entries, limit=LIMIT):
+    """Prints used / limit of each entry and what is wrong; true when nothing is."""
+    graph.resolve()
+    for entry in entries:
+        if entry not in graph.frames:
+            graph.wrong.append(f"{entry} is not there")
+            continue
+        used, path = graph.deepest(entry)
+        print(f"stack of {entry:16} {used:5} / {limit} bytes  {' > '.join(path)}")
+        if used > limit:
+            graph.wrong.append(f"{entry} needs {used} bytes of stack, {limit} are allowed")
+    for line in dict.fromkeys(graph.wrong):
+        print(line)
+    return not graph.wrong
+
+
+def compiled(command, folder, made):
+    """The call graph and the relocations of one object."""
+    subprocess.run(command + ["-fcallgraph-info=su", "-o", str(made)], check=True, cwd=folder)
+    objdump = re.sub(r"gcc$", "objdump", command[0])
+    relocations = subprocess.run([objdump, "-r", str(made)], check=True, capture_output=True, text=True)
+    return made.with_suffix(".ci").read_text(), relocations.stdout
+
+
+def read_core(commands):
+    """The graph of everything in models/ and firmware/."""
+    graph, jobs = Graph(INDIRECT), []
+    root = pathlib.Path(__file__).resolve().parents[2]
+    with tempfile.TemporaryDirectory() as scratch, concurrent.futures.ThreadPoolExecutor(2) as pool:
+        for entry in json.loads(pathlib.Path(commands).read_text()):
+            source = pathlib.Path(entry["file"])
+            if not source.is_relative_to(root) or source.relative_to(root).parts[0] not in ("models", "firmware"):
+                continue
+            words = shlex.split(entry["command"])
+            words = words[next(i for i, word in enumerate(words) if word.endswith("gcc")):]
+            words[words.index("-o"):words.index("-o") + 2] = []
+            made = pathlib.Path(scratch) / f"{len(jobs)}.o"
+            jobs.append(pool.submit(compiled, words, entry["directory"], made))
+        for job in jobs:
+            text, relocations = job.result()
+            graph.read(text)
+            graph.read_addresses(relocations)
+    return graph
+
+
+RIGHT = """int leaf(int *p); int leaf(int *p) { return p[3]; }
+int entry(int x); int entry(int x) { int a[20] = {x}; return leaf(a) + a[7]; }
+"""
+FAULTS = {
+    "too deep": """void use(char *); __attribute__((noinline)) static void below(void) { char b[1200]; use(b); use(b); }
+        int entry(int x); int entry(int x) { char a[900]; use(a); below(); use(a); return x; }""",
+    "recursion": """void use(int *); int entry(int x);
+        int entry(int x) { int below = x ? entry(x - 1) : 0; use(&below); return below; }""",
+    "a frame of any size": """void use(char *); int entry(int n);
+        int entry(int n) { char a[n]; use(a); use(a); return n; }""",
+    "a pointer": """int entry(int x); extern int (*call)(int); int entry(int x) { return call(x) + 1; }""",
+    "a table": """__attribute__((noinline)) static int one(int x) { return x * 3; }
+        extern int (*const table[1])(int); int (*const table[1])(int) = {one};
+        int entry(int x); int entry(int x) { return x; }""",
+}
+
+
+def verdict(compiler, source):
+    graph = Graph({})
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / "planted.c"
+        path.write_text(source)
+        text, relocations = compiled(compiler + ["-O2", "-c", str(path)], folder, path.with_suffix(".o"))
+    graph.read(text)
+    graph.read_addresses(relocations)
+    return judge(graph, ["entry"])
+
+
+def self_test(compiler):
+    if not verdict(compiler, RIGHT):
+        sys.exit("self-test: a right object was refused")
+    for name, source in FAULTS.items():
+        if verdict(compiler, source):
+            sys.exit(f"self-test: not caught: {name}")
+    print(f"self-test: {len(FAULTS)} planted faults, all caught")
+
+
+if __name__ == "__main__":
+    if sys.argv[1] == "--self-test":
+        self_test(sys.argv[2:])
+    elif not judge(read_core(sys.argv[1]), ENTRIES):
+        sys.exit(1)
