@@ -11,6 +11,12 @@ import machine  # noqa: E402
 import plc as plc_module  # noqa: E402
 
 
+@pytest.fixture(autouse=True, scope="session")
+def unhurried():
+    """The test itself holds Python's lock, for which the PLC's thread waits."""
+    box_module.run_before_others()
+
+
 @pytest.fixture
 def port():
     return box_module.free_port()

@@ -5,6 +5,7 @@ import subprocess
 import threading
 
 import machine
+from box import run_before_others
 
 PROGRAM = os.environ.get("LIBMODBUS_PLC", os.path.join(
     os.path.dirname(__file__), "../../build/host/bin/libmodbus_plc"))
@@ -15,7 +16,7 @@ def test_values_and_stop_against_libmodbus(port, start_box, exchange):
     registers = machine.signal_registers(AT_REST)
     registers[machine.CONTROL] = machine.ENABLE | machine.REFERENCED | machine.PERMIT_RESUME
     plc = subprocess.Popen([PROGRAM, str(port)], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                           text=True)
+                           text=True, preexec_fn=run_before_others)
     plc.stdin.write("".join(f"{a} {v}\n" for a, v in registers.items()))
     plc.stdin.close()
     blocks = []

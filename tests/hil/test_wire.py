@@ -11,7 +11,7 @@ import socket
 import threading
 
 import machine
-from box import Box
+from box import Box, run_before_others
 
 CONFIG = {
     "format": "compbox/1", "revision": 1,
@@ -51,6 +51,7 @@ def talk(tmp_path, exchange, script):
     seen = []
 
     def serve():
+        run_before_others()
         connection, _ = listener.accept()
         with connection:
             connection.settimeout(3)
