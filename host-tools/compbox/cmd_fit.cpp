@@ -17,6 +17,7 @@ namespace {
 
 struct fit_arguments {
     std::string data, output, plot, band;
+    std::vector<std::string> columns;  // of a file without a header
     fit_options options;
     bool as_json = false;
 };
@@ -32,7 +33,8 @@ constexpr const char *example =
     "and the\nexit code is 0 all the same.";
 
 void run_fit(const fit_arguments &arguments) {
-    const fit_result result = fit_curve(read_measurement(arguments.data), arguments.options);
+    const fit_result result =
+        fit_curve(read_measurement(arguments.data, arguments.columns), arguments.options);
     if (!arguments.plot.empty()) plot_fit(result, arguments.plot);
     const json fragment = fragment_of(result);
     if (!arguments.band.empty()) write_file(arguments.band, band_of(result));
@@ -138,6 +140,10 @@ void add_fit(CLI::App &app) {
     fit->add_option("--band", arguments->band,
                     "Curve and its standard deviation as a table, F.csv: "
                     "position_mm,curve_um,sigma_um");
+    fit->add_option("--columns", arguments->columns,
+                    "Names of the columns of a file without a header")
+        ->delimiter(',')
+        ->option_text("position_mm,error_um,run,…");
     fit->add_option("--plot", arguments->plot, "Figure, F.svg, F.png or F.pdf");
     fit->add_flag("--json", arguments->as_json, "Report as JSON (the fragment with its findings)");
     fit->add_option("-o,--output", arguments->output, "Term to write, TERM.json")->required();

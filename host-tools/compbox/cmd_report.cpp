@@ -21,6 +21,7 @@ namespace {
 
 struct report_arguments {
     std::string before, after, plot, output;
+    std::vector<std::string> columns;  // of files without a header
     bool as_json = false;
 };
 
@@ -88,8 +89,8 @@ json straightness_json(const measurement &data) {
     return one;
 }
 
-json report_of_file(const std::string &path) {
-    const measurement data = read_measurement(path);
+json report_of_file(const std::string &path, const std::vector<std::string> &columns) {
+    const measurement data = read_measurement(path, columns);
     if (data.position.size() < 2) throw input_error(path, 0, 0, "needs at least two positions");
     json report;
     report["file"] = path;
@@ -167,17 +168,17 @@ void print_report(const json &before, const json *after) {
 
 void run_report(const report_arguments &arguments) {
     json report;
-    report["before"] = report_of_file(arguments.before);
+    report["before"] = report_of_file(arguments.before, arguments.columns);
     const bool both = !arguments.after.empty();
     if (both) {
-        report["after"] = report_of_file(arguments.after);
+        report["after"] = report_of_file(arguments.after, arguments.columns);
         if (report["after"]["unit"] != report["before"]["unit"]) {
             throw input_error(arguments.after, 0, 0, "is in another unit than " + arguments.before);
         }
     }
     if (!arguments.plot.empty()) {
-        std::vector<measurement> data{read_measurement(arguments.before)};
-        if (both) data.push_back(read_measurement(arguments.after));
+        std::vector<measurement> data{read_measurement(arguments.before, arguments.columns)};
+        if (both) data.push_back(read_measurement(arguments.after, arguments.columns));
         plot_report(data, arguments.plot);
     }
     if (!arguments.output.empty()) write_file(arguments.output, json_text(report));
@@ -198,6 +199,11 @@ void add_report(CLI::App &app) {
     report->add_option("data", arguments->before, "Measurement, DATA.csv or DATA.rtl")->required();
     report->add_option("--after", arguments->after, "The same after compensation");
     report->add_option("--plot", arguments->plot, "Figure, F.svg, F.png or F.pdf");
+    report
+        ->add_option("--columns", arguments->columns,
+                     "Names of the columns of a file without a header")
+        ->delimiter(',')
+        ->option_text("position_mm,error_um,run,…");
     report->add_flag("--json", arguments->as_json, "Print the figures as JSON");
     report->add_option("-o,--output", arguments->output, "Write the figures as JSON, F.json");
     report->callback([arguments] { run_report(*arguments); });

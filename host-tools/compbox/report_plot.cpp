@@ -96,14 +96,14 @@ void plot_report(const std::vector<measurement> &files, const std::string &path)
     const double margin = std::max(0.15 * (high - low), 1e-6);
     const std::string unit = files.front().unit == "urad" ? "µrad" : "µm";
     const std::string script =
-        blocks + "set multiplot layout " + std::to_string(files.size()) +
-        ",1\nset border lw 0.8 lc rgb '#444444'\nset tics nomirror\n"
-        "set grid lw 0.5 lc rgb '#dddddd'\nset key top right horizontal samplen 2\n"
-        "set lmargin 9\nset rmargin 3\nset xlabel 'position, mm'\nset ylabel " +
+        blocks + "set multiplot layout 1," + std::to_string(files.size()) +
+        "\nset border lw 0.8 lc rgb '#444444'\nset tics nomirror\n"
+        "set grid lw 0.5 lc rgb '#dddddd'\nset key below horizontal maxrows 2 samplen 2\n"
+        "set lmargin 9\nset rmargin 3\nset bmargin 6\nset xlabel 'position, mm'\nset ylabel " +
         plot_text("deviation, " + unit) + "\nset xrange [" + shortest(files.front().from()) + ":" +
         shortest(files.front().to()) + "]\nset yrange [" + shortest(low - margin) + ":" +
-        shortest(high + 2 * margin) + "]\n" + commands + "unset multiplot\n";
-    run_gnuplot(path, script, 1000, static_cast<int>(380 * files.size()));
+        shortest(high + margin) + "]\n" + commands + "unset multiplot\n";
+    run_gnuplot(path, script, static_cast<int>(files.size() > 1 ? 640 * files.size() : 1000), 460);
 }
 
 }  // namespace compbox

@@ -5,7 +5,8 @@
 #include <cmath>
 #include <map>
 
-#include "host-tools/formats/csv.h"
+#include "host-tools/fitting/columns.h"
+#include "host-tools/formats/csv_reading.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/rtl.h"
 
@@ -38,9 +39,10 @@ columns find_columns(const csv_table &table, measurement &data) {
 
 int direction_of(const std::string &word, const std::string &file, long line) {
     static const std::map<std::string, int> words = {
-        {"1", 1},       {"+1", 1},        {"+", 1},    {"up", 1}, {"f", 1},
-        {"forward", 1}, {"fwd", 1},       {"-1", -1},  {"-", -1}, {"b", -1},
-        {"down", -1},   {"backward", -1}, {"bwd", -1}, {"r", -1}, {"reverse", -1}};
+        {"1", 1},     {"+1", 1},  {"+", 1},        {"up", 1}, {"f", 1},     {"forward", 1},
+        {"fwd", 1},   {"-1", -1}, {"-", -1},       {"b", -1}, {"down", -1}, {"backward", -1},
+        {"bwd", -1},  {"r", -1},  {"reverse", -1}, {"正", 1}, {"正向", 1},  {"反", -1},
+        {"反向", -1}, {"vor", 1}, {"zurück", -1}};
     std::string small = word;
     for (char &c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     const auto match = words.find(small);
@@ -131,6 +133,37 @@ void read_rows(measurement &data, const csv_table &table, const columns &where,
     }
 }
 
+bool has_run_columns(const csv_table &table) {
+    std::string run;
+    int direction = 0;
+    return std::any_of(table.names.begin(), table.names.end(),
+                       [&](const auto &name) { return is_run_column(name, run, direction); });
+}
+
+// A table with one column for each run; a backward one may be read from below.
+void read_run_columns(measurement &data, const csv_table &table) {
+    const std::size_t position = table.column("position_mm");
+    for (std::size_t c = 0; c < table.names.size(); ++c) {
+        run_with_lines one;
+        if (!is_run_column(table.names[c], one.run.name, one.run.direction)) continue;
+        const std::string unit = table.names[c].compare(0, 10, "error_urad") == 0 ? "urad" : "um";
+        if (!data.runs.empty() && unit != data.unit) {
+            throw input_error(table.file, 0, 0, "has runs in um and in urad; keep one of them");
+        }
+        data.unit = unit;
+        for (std::size_t r = 0; r < table.rows.size(); ++r) {
+            const auto &row = table.rows[r];
+            check_reading(table.file, table.lines[r], row[position], row[c], 1.0);
+            one.run.position.push_back(row[position]);
+            one.run.error.push_back(row[c]);
+            one.run.sigma.push_back(1.0);
+            one.lines.push_back(table.lines[r]);
+        }
+        put_in_order(one, data.file, true);
+        data.runs.push_back(std::move(one.run));
+    }
+}
+
 }  // namespace
 
 void check_reading(const std::string &file, long line, double position, double error,
@@ -157,15 +190,21 @@ void check_reading(const std::string &file, long line, double position, double e
     }
 }
 
-measurement read_measurement(const std::string &path) {
+measurement read_measurement(const std::string &path, const std::vector<std::string> &columns) {
     if (is_laser_file(path)) return read_laser_measurement(path);
     std::vector<std::vector<std::string>> words;
-    const csv_table table = read_csv(path, {"run", "direction"}, &words);
+    csv_table table =
+        read_csv(path, {{"run", "direction"}, columns, false, canonical_column}, &words);
+    to_standard_units(table);
     measurement data;
     data.file = path;
-    const columns where = find_columns(table, data);
-    data.sigma_given = where.sigma >= 0;
-    read_rows(data, table, where, words);
+    if (has_run_columns(table)) {
+        read_run_columns(data, table);
+    } else {
+        const auto where = find_columns(table, data);
+        data.sigma_given = where.sigma >= 0;
+        read_rows(data, table, where, words);
+    }
     average_runs(data);
     return data;
 }

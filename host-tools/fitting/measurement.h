@@ -45,8 +45,10 @@ struct measurement {
 // backward) and sigma (or sigma_um, sigma_urad). Throws input_error naming file and line for
 // missing columns, text in numbers, positions out of order in a run (a backward run may descend),
 // one position twice in a run, a direction that is none, a sigma that is not positive.
+// Other programs' names and units for the columns are known (columns.h), and a column for each run.
+// `columns` names the columns of a file that has no header.
 // A path that ends in .rtl or .rta is read as a laser file (formats/rtl.h).
-measurement read_measurement(const std::string &path);
+measurement read_measurement(const std::string &path, const std::vector<std::string> &columns = {});
 measurement read_laser_measurement(const std::string &path);
 
 // Throws input_error for a position beyond 1 km, an error beyond 1 m (or 1 rad) or a sigma outside

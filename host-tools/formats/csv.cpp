@@ -131,6 +131,13 @@ bool all_numbers(const std::vector<std::string_view> &cells, char separator) {
     });
 }
 
+// What spreadsheets leave of a row without content: nothing but separators.
+bool all_empty(const std::vector<std::string_view> &cells) {
+    return cells.size() > 1 && std::all_of(cells.begin(), cells.end(), [](std::string_view cell) {
+               return trim(cell).empty();
+           });
+}
+
 // The number of a word in its list, added where it is new.
 double word(std::string_view cell, std::vector<std::string> &list) {
     const std::string text(trim(cell));
@@ -175,6 +182,14 @@ void name_columns(csv_table &table, std::string_view line, char separator,
     table.names = given;
 }
 
+void rename(csv_table &table, const csv_reading &how) {
+    if (!how.rename) return;
+    for (auto &name : table.names) {
+        const std::string other = how.rename(name);
+        if (table.find(other) < 0) name = other;
+    }
+}
+
 }  // namespace
 
 int csv_table::find(const std::string &name) const {
@@ -204,7 +219,7 @@ std::vector<double> csv_table::values(const std::string &name) const {
 
 csv_table read_csv(const std::string &path, const std::vector<std::string> &words,
                    std::vector<std::vector<std::string>> *word_lists) {
-    return read_csv(path, csv_reading{words, {}, false}, word_lists);
+    return read_csv(path, csv_reading{words, {}, false, {}}, word_lists);
 }
 
 csv_table read_csv(const std::string &path, const csv_reading &how,
@@ -224,6 +239,7 @@ csv_table read_csv(const std::string &path, const csv_reading &how,
             const bool header =
                 !all_numbers(without_empty_end(split(raw, separator), 1), separator);
             name_columns(table, raw, separator, how.columns, header, line_number);
+            rename(table, how);
             lists.resize(table.names.size());
             table.mistakes.resize(table.names.size());
             table.header_line = line_number;
@@ -233,6 +249,7 @@ csv_table read_csv(const std::string &path, const csv_reading &how,
             if (header) continue;
         }
         const auto cells = without_empty_end(split(raw, separator), table.names.size());
+        if (all_empty(cells)) continue;
         if (cells.size() != table.names.size()) {
             throw input_error(path, line_number, 0,
                               "has " + std::to_string(cells.size()) + " columns, the header has " +

@@ -2,6 +2,8 @@
 // Tables that are not quite as read_csv() wants them: without a header, with gaps.
 #pragma once
 
+#include <functional>
+
 #include "host-tools/formats/csv.h"
 
 namespace compbox {
@@ -10,6 +12,8 @@ struct csv_reading {
     std::vector<std::string> words;    // columns whose cells are texts
     std::vector<std::string> columns;  // names of the columns; a header line then only says so too
     bool gaps = false;                 // an empty cell is a NaN and not a mistake
+    // Other names for columns, before all else; one that is taken already changes nothing.
+    std::function<std::string(const std::string &)> rename = {};
 };
 
 // As read_csv of csv.h, which calls it.

@@ -9,6 +9,7 @@
 
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/formats/text.h"
 
 namespace compbox {
 
@@ -90,16 +91,18 @@ class laser_reader {
         return false;
     }
 
-    // All numbers of a text, separated by blanks.
+    // All numbers of a text, separated by blanks; a comma is a decimal point.
     std::vector<double> numbers(const text_line &line, std::string_view text) const {
         std::vector<double> values;
         while (!(text = trim(text)).empty()) {
             const std::size_t length = std::min(text.find_first_of(" \t"), text.size());
-            const char *begin = text.data() + (text[0] == '+' ? 1 : 0);
+            std::string digits(
+                text.substr(text[0] == '+' ? 1 : 0, text[0] == '+' ? length - 1 : length));
+            std::replace(digits.begin(), digits.end(), ',', '.');
             double value = 0.0;
-            const auto result = std::from_chars(begin, text.data() + length, value);
-            if (result.ec != std::errc() || result.ptr != text.data() + length ||
-                !std::isfinite(value)) {
+            const char *end = digits.data() + digits.size();
+            const auto result = std::from_chars(digits.data(), end, value);
+            if (result.ec != std::errc() || result.ptr != end || !std::isfinite(value)) {
                 fail(line, "'" + std::string(text.substr(0, length)) + "' is not a number");
             }
             values.push_back(value);
@@ -130,8 +133,10 @@ class laser_reader {
 
     void add_target(const text_line &line, double target) {
         auto &targets = result_.targets_mm;
-        if (!targets.empty() && target <= targets.back()) {
-            fail(line, "the targets must ascend, one of them is not above the one before");
+        const std::size_t n = targets.size();
+        const bool up = n < 2 || targets[1] > targets[0];
+        if (n > 0 && (target == targets.back() || (n > 1 && (target > targets.back()) != up))) {
+            fail(line, "the targets must ascend (or descend), and one of them does not");
         }
         targets.push_back(target);
     }
@@ -194,8 +199,19 @@ class laser_reader {
             fail(end, "Run-count says " + std::to_string(run_count_) + ", but there are " +
                           std::to_string(result_.runs.size()) + " runs");
         }
+        ascend();
         for (std::size_t run = 0; run < result_.runs.size(); ++run) {
             check_run(end, result_.runs[run], run + 1);
+        }
+    }
+
+    // Targets from 0 to -1000 are turned round; run 1 is then a backward one.
+    void ascend() {
+        auto &targets = result_.targets_mm;
+        if (targets[1] > targets[0]) return;
+        std::reverse(targets.begin(), targets.end());
+        for (auto &run : result_.runs) {
+            for (auto &target : run.target) target = targets.size() - 1 - target;
         }
     }
 
@@ -210,7 +226,7 @@ class laser_reader {
                                   " goes through its targets neither upward nor downward");
         }
         run.direction = up ? 1 : -1;
-        if (!up) result_.bidirectional = true;
+        if (run.direction != result_.runs.front().direction) result_.bidirectional = true;
     }
 
     const std::string &path_;
@@ -238,7 +254,7 @@ bool is_laser_file(const std::string &path) {
 }
 
 laser_file read_laser(const std::string &path) {
-    const std::string text = read_file(path);
+    const std::string text = to_utf8(read_file(path));
     return laser_reader(path, text).read();
 }
 

@@ -29,10 +29,11 @@ struct laser_file {
 // Whether the name ends in .rtl or .rta, in any case.
 bool is_laser_file(const std::string &path);
 
-// Reads a .rtl or .rta file (UTF-8 or any 8-bit code page: only the user text may hold other than
-// ASCII, and is kept as bytes). A file whose name ends in .rta is angular. Throws input_error with
-// file and line: missing sections, counts that disagree with what follows, text in numbers,
-// targets out of order or out of range, a target twice in one run, a run without readings.
+// Reads a .rtl or .rta file (UTF-8, UTF-16, GBK or Windows-1252; texts become UTF-8; a decimal
+// comma is read). A file whose name ends in .rta is angular. Targets that descend are turned round.
+// Throws input_error with file and line: missing sections, counts that disagree with what follows,
+// text in numbers, targets out of order or out of range, a target twice in one run, a run without
+// readings.
 laser_file read_laser(const std::string &path);
 
 // The text of a file that read_laser reads back to the same numbers (three decimals of a µm or of

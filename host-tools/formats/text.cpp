@@ -3,6 +3,7 @@
 
 #include <iconv.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdint>
 #include <string_view>
@@ -83,12 +84,22 @@ std::string converted(const std::string &bytes, const char *code_page) {
 
 }  // namespace
 
-std::string to_utf8(const std::string &bytes) {
+namespace {
+
+std::string decoded(const std::string &bytes) {
     if (starts_with(bytes, "\xFF\xFE")) return converted(bytes.substr(2), "UTF-16LE");
     if (starts_with(bytes, "\xFE\xFF")) return converted(bytes.substr(2), "UTF-16BE");
     const bool marked = starts_with(bytes, "\xEF\xBB\xBF");
     if (is_utf8(bytes)) return marked ? bytes.substr(3) : bytes;
     return converted(bytes, looks_like_gbk(bytes) ? "GB18030" : "WINDOWS-1252");
+}
+
+}  // namespace
+
+std::string to_utf8(const std::string &bytes) {
+    std::string text = decoded(bytes);
+    std::replace(text.begin(), text.end(), '\0', '?');  // it would cut messages short
+    return text;
 }
 
 }  // namespace compbox

@@ -10,7 +10,7 @@ namespace compbox {
 // out: UTF-8 without byte-order mark. What is valid UTF-8 stays as it is; UTF-16 is known by its
 //      byte-order mark; other bytes are GBK where they come in pairs as Chinese characters do, else
 //      Windows-1252 (µ and ° of western instruments). Never fails: what has no meaning in the code
-//      page becomes '?'.
+//      page, and a zero byte, becomes '?'.
 std::string to_utf8(const std::string &bytes);
 
 }  // namespace compbox

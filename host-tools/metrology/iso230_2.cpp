@@ -83,18 +83,16 @@ void remark(iso230_2_figures &figures, const axis_readings &readings, std::size_
     if (!figures.forward || !figures.backward) {
         remarks.push_back("only one direction was measured: no reversal, no bidirectional figures");
     }
-    if (figures.long_axis) {
+    if (travel > long_axis_mm) {
         if (travel / (targets - 1.0) > 250.0 * 1.02) {
             remarks.push_back("axes over 2000 mm need targets every 250 mm on average");
         }
-        return;
+    } else if (targets < 5.0 || (travel > 1000.0 && targets < 5.0 * travel / 1000.0)) {
+        remarks.push_back("ISO 230-2 asks for 5 targets per metre, and 5 at least");
     }
-    if (runs < iso_runs) {
+    if (runs < iso_runs && !figures.long_axis) {
         remarks.push_back("ISO 230-2 asks for 5 runs in each direction, here are " +
                           std::to_string(runs) + ": the figures do not conform");
-    }
-    if (readings.target_mm.size() < 5 || (travel > 1000.0 && targets < 5.0 * travel / 1000.0)) {
-        remarks.push_back("ISO 230-2 asks for 5 targets per metre, and 5 at least");
     }
 }
 

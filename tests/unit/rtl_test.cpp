@@ -73,7 +73,7 @@ TEST(rtl, round_trip) {
     for (const bool angular : {false, true}) {
         laser_file file;
         file.angular = angular;
-        file.title = "caf\xe9 \xc4\xe3";  // other people's code pages are kept as they are
+        file.title = "café 定位";
         for (int i = 0; i < 61; ++i) file.targets_mm.push_back(240.0 * i - 0.12345);
         for (int run = 0; run < 6; ++run) {
             laser_run readings;
@@ -108,7 +108,7 @@ TEST(rtl, mistakes_name_their_line) {
     EXPECT_EQ(message_of(with("1 2 -1.5", "9 2 1")), "22: the run must be a number from 1 to 2");
     EXPECT_EQ(message_of(with("1 2 -1.5", "1 1 1")), "22: target 1 is there twice in run 1");
     EXPECT_EQ(message_of(with("100.00000", "0.00000")),
-              "7: the targets must ascend, one of them is not above the one before");
+              "7: the targets must ascend (or descend), and one of them does not");
     EXPECT_EQ(message_of(with("Target-count: 3", "Target-count: 0")),
               "5: a count from 1 to 100000 must stand here");
     EXPECT_EQ(message_of("1 2 3\n"), "1: a section such as HEADER:: must come first");

@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: MIT
+"""compbox report against figures recomputed from the standard's definitions (tests/oracle/iso230_2.py),
+from CSV and from laser files, and what it says about too few runs and long axes."""
+
+import json
+import sys
+
+import numpy
+import pytest
+
+from conftest import ROOT
+
+sys.path.insert(0, str(ROOT / "tests/oracle"))
+from iso230_2 import figures, straightness  # noqa: E402
+
+
+def readings(seed, runs, targets, travel, both=True):
+    dice = numpy.random.default_rng(seed)
+    x = numpy.linspace(0, travel, targets)
+    base = 8 * numpy.sin(5 * x / travel) + 6 * x / travel
+    forward = base + dice.normal(0, 0.7, (runs, targets))
+    backward = base - 2.5 + dice.normal(0, 1.1, (runs, targets)) if both else None
+    return x, numpy.round(forward, 3), None if backward is None else numpy.round(backward, 3)
+
+
+def write_csv(compbox, x, forward, backward, name="d.csv"):
+    rows = ["position_mm,error_um,run,direction"]
+    for r, run in enumerate(forward):
+        rows += [f"{p!r},{e!r},{r + 1},+1" for p, e in zip(x.tolist(), run.tolist())]
+        if backward is not None:
+            rows += [f"{p!r},{e!r},{r + 1},-1"
+                     for p, e in reversed(list(zip(x.tolist(), backward[r].tolist())))]
+    compbox.write(name, "\n".join(rows) + "\n")
+
+
+def write_rtl(compbox, x, forward, backward, name="d.rtl", per_line=5):
+    """Odd runs forward, even runs backward, each in the order in which it was measured."""
+    lines = ["HEADER::", "TARGET DATA::", "Filetype : ISO", f"Target-count: {len(x)}", "Targets :"]
+    lines += [" ".join(f"{p:.5f}" for p in x[i:i + per_line]) for i in range(0, len(x), per_line)]
+    runs = []
+    for r in range(len(forward)):
+        runs.append(list(enumerate(forward[r], 1)))
+        if backward is not None:
+            runs.append(list(enumerate(backward[r], 1))[::-1])
+    lines += ["Flags: 1 0", "USER-TEXT::", "Machine:m", "RUNS::", f"Run-count: {len(runs)}",
+              "DEVIATIONS::", "Run Target Data:"]
+    for number, run in enumerate(runs, 1):
+        lines += [f"{number} {target} {value:.3f}" for target, value in run]
+    (compbox.folder / name).write_bytes(("\r\n".join(lines + ["EOF::", ""])).encode())
+
+
+def report(compbox, *arguments):
+    return json.loads(compbox.good("report", *arguments, "--json"))
+
+
+def check(found, forward, backward, x, spread=True):
+    want = figures(forward, backward)
+    got = found["positioning"]
+    for name in ("A", "R", "E", "M", "B", "B_mean"):
+        if name in want and (spread or name not in "AR"):
+            assert got[name] == pytest.approx(want[name], abs=1e-9), name
+        else:
+            assert got[name] is None, name
+    for side in ("forward", "backward"):
+        assert (side in got) == (side in want)
+        for name, value in want.get(side, {}).items():
+            if spread or name not in "AR":
+                assert got[side][name] == pytest.approx(value, abs=1e-9), (side, name)
+    sides = [s.mean(axis=0) for s in (forward, backward) if s is not None]
+    for line, value in straightness(x, sum(sides) / len(sides)).items():
+        assert found["straightness"][line]["deviation"] == pytest.approx(value, abs=1e-6), line
+
+
+@pytest.mark.parametrize("write, name", [(write_csv, "d.csv"), (write_rtl, "d.rtl")])
+@pytest.mark.parametrize("seed, runs, targets, travel, both", [
+    (1, 5, 11, 1000, True), (2, 5, 21, 2000, True), (3, 7, 6, 400, True), (4, 5, 11, 1000, False),
+    (5, 5, 61, 14300, True)])
+def test_figures(compbox, write, name, seed, runs, targets, travel, both):
+    x, forward, backward = readings(seed, runs, targets, travel, both)
+    x = numpy.round(x, 4)
+    write(compbox, x, forward, backward)
+    found = report(compbox, name)["before"]
+    check(found, forward, backward, x)
+    remarks = found["positioning"]["remarks"]
+    assert (remarks == []) == both == found["positioning"]["conforming"]
+    assert found["positioning"]["runs_forward"] == runs
+
+
+def test_fewer_than_five_runs_do_not_conform(compbox):
+    x, forward, backward = readings(7, 3, 11, 1000)
+    write_csv(compbox, x, forward, backward)
+    found = report(compbox, "d.csv")["before"]
+    check(found, forward, backward, x)
+    assert found["positioning"]["conforming"] is False
+    assert found["positioning"]["remarks"] == [
+        "ISO 230-2 asks for 5 runs in each direction, here are 3: the figures do not conform"]
+    assert "the figures do not conform" in compbox.good("report", "d.csv")
+
+
+def test_one_run_has_no_spread(compbox):
+    x, forward, backward = readings(8, 1, 11, 1000)
+    write_csv(compbox, x, forward, backward)
+    check(report(compbox, "d.csv")["before"], forward, backward, x)
+
+
+def test_axes_over_2000_mm_have_a_rule_of_their_own(compbox):
+    """One run in each direction, targets every 250 mm on average: E, M and B, no A, no R."""
+    x, forward, backward = readings(9, 1, 59, 14300)
+    write_csv(compbox, x, forward, backward)
+    found = report(compbox, "d.csv")["before"]
+    check(found, forward, backward, x, spread=False)
+    assert found["positioning"]["conforming"] is True
+    assert found["positioning"]["remarks"] == [
+        "axis over 2000 mm with fewer than 5 runs: E, M and B only, A and R take 5 runs over 2000 mm "
+        "of the working range"]
+    x, forward, backward = readings(9, 3, 20, 14300)  # too far apart
+    write_csv(compbox, x, forward, backward)
+    found = report(compbox, "d.csv")["before"]
+    check(found, forward, backward, x, spread=False)
+    assert found["positioning"]["conforming"] is False
+    assert found["positioning"]["remarks"][0] == "axes over 2000 mm need targets every 250 mm on average"
+
+
+def test_too_few_targets(compbox):
+    x, forward, backward = readings(10, 5, 4, 300)
+    write_csv(compbox, x, forward, backward)
+    assert report(compbox, "d.csv")["before"]["positioning"]["remarks"] == [
+        "ISO 230-2 asks for 5 targets per metre, and 5 at least"]
+
+
+def test_targets_that_descend(compbox):
+    """An axis measured from 0 to -800: run 1 goes in the negative direction."""
+    x, forward, backward = readings(11, 5, 9, 800)
+    write_rtl(compbox, -x, backward, forward)
+    found = report(compbox, "d.rtl")["before"]
+    check(found, forward[:, ::-1], backward[:, ::-1], -x[::-1])
+
+
+def test_before_and_after_side_by_side(compbox):
+    x, forward, backward = readings(12, 5, 11, 1000)
+    write_csv(compbox, x, forward, backward)
+    write_rtl(compbox, x, numpy.round(forward / 4, 3), numpy.round(backward / 4, 3), "after.rtl")
+    both = report(compbox, "d.csv", "--after", "after.rtl")
+    check(both["after"], numpy.round(forward / 4, 3), numpy.round(backward / 4, 3), x)
+    text = compbox.good("report", "d.csv", "--after", "after.rtl", "--plot", "f.svg", "-o", "r.json")
+    row = next(line for line in text.splitlines() if "accuracy A" in line).split()
+    assert float(row[2]) == pytest.approx(both["before"]["positioning"]["A"], abs=6e-4)
+    assert float(row[3]) == pytest.approx(both["after"]["positioning"]["A"], abs=6e-4)
+    assert float(row[4]) == pytest.approx(75, abs=0.5)
+    assert compbox.read("r.json") == both
+    svg = (compbox.folder / "f.svg").read_text()
+    assert all(word in svg for word in ("d.csv", "after.rtl", "±2s forward", "mean backward", "runs"))
+
+
+def test_angles(compbox):
+    x, forward, backward = readings(13, 5, 11, 1000)
+    write_rtl(compbox, x, forward / 1000, backward / 1000, "d.rta")  # mrad, three decimals
+    found = report(compbox, "d.rta")["before"]
+    assert found["unit"] == "urad"
+    check(found, 1000 * numpy.round(forward / 1000, 3), 1000 * numpy.round(backward / 1000, 3), x)
+
+
+@pytest.mark.parametrize("content, message", [
+    ("", "d.csv: is empty: a header line is missing"),
+    ("position_mm,error_um\n", "d.csv: has a header but no rows"),
+    ("position_mm,error_um\n0,1\n", "d.csv: needs at least two positions"),
+    ("position_mm,error\n0,1\n1,2\n", "d.csv: has no column 'error_um' (it has position_mm, error)"),
+    ("position_mm,error_um\n0,1\n0,2\n", "d.csv:3: position 0 mm is there already in line 2; name the "
+     "runs in a column 'run'"),
+    ("position_mm,error_um,run\n0,1,a\n1,1,a\n0,1,b\n", "d.csv: run 'b' has 1 of the 2 targets; the "
+     "figures need a reading of each run at each"),
+    ("position_mm,error_um,direction\n0,1,left\n1,1,left\n", "d.csv:2: direction 'left' is neither +1 "
+     "(forward) nor -1 (backward)"),
+    ("0,1\n1,2\n", "d.csv:1: begins with numbers: a header line such as position_mm,error_um is "
+     "missing")])
+def test_refused(compbox, content, message):
+    compbox.write("d.csv", content)
+    assert compbox.refused("report", "d.csv", "--plot", "f.svg") == message
+
+
+def test_files_in_two_units_are_not_compared(compbox):
+    x, forward, backward = readings(1, 5, 11, 1000)
+    write_csv(compbox, x, forward, backward)
+    write_rtl(compbox, x, forward, backward, "a.rta")
+    assert compbox.refused("report", "d.csv", "--after", "a.rta") == "a.rta: is in another unit than d.csv"
+
+
+def test_help(compbox):
+    assert "compbox report " in compbox.good("report", "--help").split("Example:")[1]
