@@ -108,7 +108,25 @@ bool channel_model::is_position(unsigned signal) const {
     return std::strcmp(unit, "mm") == 0 || std::strcmp(unit, "deg") == 0;
 }
 
-std::vector<double> channel_model::outputs(const values &at) const {
+bool channel_model::has_branches(unsigned channel, unsigned signal) const {
+    for (unsigned t = 0; t < config_->terms_count; ++t) {
+        const auto &term = config_->terms[t];
+        if (!cb_term_has_branches(&term) || term.as.curve.signal != signal) continue;
+        values at = middle();
+        const auto forward = outputs(at, 1), backward = outputs(at, -1);
+        const auto &one = config_->channels[channel];
+        for (unsigned i = 0; i < one.sum_count; ++i) {
+            const bool depends = depends_[one.sum[i]].count(signal) > 0;
+            if (depends &&
+                (one.sum[i] == term.first_output || forward[one.sum[i]] != backward[one.sum[i]])) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+std::vector<double> channel_model::outputs(const values &at, int direction) const {
     std::vector<cb_signal_state> signals(CB_MAX_SIGNALS);
     std::vector<cb_term_state> states(CB_MAX_TERMS);
     cb_counters counters{};
@@ -116,6 +134,13 @@ std::vector<double> channel_model::outputs(const values &at) const {
     for (unsigned i = 0; i < config_->signals_count; ++i) {
         signals[i].value = signals[i].used = static_cast<float>(at[i]);
         signals[i].known = signals[i].fresh = signals[i].settled = true;
+    }
+    for (unsigned t = 0; t < config_->terms_count && direction != 0; ++t) {
+        if (!cb_term_has_branches(&config_->terms[t])) continue;
+        const double x = at[config_->terms[t].as.curve.signal];
+        states[t].directed = true;
+        states[t].direction = {static_cast<float>(x), static_cast<float>(direction),
+                               static_cast<std::int8_t>(direction)};
     }
     cb_terms_evaluate(config_.get(), signals.data(), states.data(), &counters, 0.0f, raw);
     return std::vector<double>(raw, raw + config_->outputs_count);

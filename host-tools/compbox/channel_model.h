@@ -36,8 +36,12 @@ class channel_model {
     // Index of a signal. Throws input_error naming the signals that are there.
     unsigned signal(const std::string &name) const;
 
-    // All term outputs in steady state; µm, µrad.
-    std::vector<double> outputs(const values &at) const;
+    // All term outputs in steady state; µm, µrad. Curves with a branch for each direction of
+    // travel: all axes have come forward (1), backward (-1), or nothing is known and it is the mean
+    // (0).
+    std::vector<double> outputs(const values &at, int direction = 0) const;
+    // Whether a channel, or what the position of a signal does to it, knows directions.
+    bool has_branches(unsigned channel, unsigned signal) const;
     // What a channel wants: minus the sum of its outputs, µm.
     double wanted_um(unsigned channel, const values &at) const;
 

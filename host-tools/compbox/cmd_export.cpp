@@ -182,6 +182,7 @@ void export_cams(const channel_model &model, const export_arguments &arguments) 
 void export_table(const channel_model &model, export_arguments &arguments,
                   const table_format &format) {
     arguments.table.cross = format.cross;
+    arguments.table.directions = format.lost_motion;
     arguments.table.most_points =
         arguments.most_points ? arguments.most_points : format.most_points;
     if (!format.lost_motion && !arguments.text.lost_motion_um.empty()) {

@@ -167,6 +167,13 @@ cam_set make_cams(const channel_model &model, const cam_options &options) {
         model.set(shop.standing, model.signal(name), value);
     }
     check_path(shop);
+    for (unsigned c = 0; c < model.config().channels_count; ++c) {
+        for (unsigned s = 0; s < model.config().signals_count; ++s) {
+            if (!model.has_branches(c, s)) continue;
+            set.remarks.push_back(std::string("channel ") + model.config().channels[c].name +
+                                  ": forward and backward differ; the cam holds their mean");
+        }
+    }
     const travel_range range = range_of_master(model, options);
     if (!options.table.step_mm) {
         choose_step(shop, range, set);

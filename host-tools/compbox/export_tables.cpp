@@ -35,12 +35,12 @@ struct workshop {
     }
 
     // What channel c wants from the position of an axis; see make_tables.
-    std::function<double(double)> function(unsigned c, unsigned axis) const {
+    std::function<double(double)> function(unsigned c, unsigned axis, int direction = 0) const {
         const auto rest = model.outputs(at);
-        return [this, c, axis, rest](double position) {
+        return [this, c, axis, direction, rest](double position) {
             values moved = at;
             model.set(moved, axis, position);
-            const auto here = model.outputs(moved);
+            const auto here = model.outputs(moved, direction);
             double sum = 0.0;
             for (unsigned i = 0; i < channel(c).sum_count; ++i) {
                 const unsigned o = channel(c).sum[i];
@@ -121,6 +121,45 @@ std::vector<double> values_of(const axis_table &table,
     return all;
 }
 
+// Looks between the points for the largest distance of the column's straight lines from a curve.
+void judge_steps(const axis_table &table, const std::vector<double> &written,
+                 const std::function<double(double)> &wanted, table_column &column) {
+    for (std::size_t k = 0; k + 1 < table.position_mm.size(); ++k) {
+        for (int i = 0; i <= looks_per_step; ++i) {
+            const double x =
+                std::min(table.position_mm[k] + table.step_mm * i / looks_per_step, table.to_mm);
+            const double error = interpolate(table.position_mm, written, x) - wanted(x);
+            if (std::fabs(error) <= std::fabs(column.step_error_um)) continue;
+            column.step_error_um = error;
+            column.step_error_at_mm = x;
+        }
+    }
+}
+
+// Values and step error of one column, of both directions where it knows them.
+void fill_column(const workshop &shop, const axis_table &table, table_column &column) {
+    column.step_error_um = column.step_error_at_mm = 0.0;
+    column.half_um.clear();
+    const bool branches =
+        shop.options.directions && shop.model.has_branches(column.channel, table.signal);
+    if (!branches) {
+        const auto wanted = shop.function(column.channel, table.signal);
+        column.wanted_um = values_of(table, wanted);
+        judge_steps(table, column.wanted_um, wanted, column);
+        return;
+    }
+    const auto forward = shop.function(column.channel, table.signal, 1);
+    const auto backward = shop.function(column.channel, table.signal, -1);
+    const auto up = values_of(table, forward), down = values_of(table, backward);
+    column.wanted_um.clear();
+    for (std::size_t k = 0; k < up.size(); ++k) {
+        column.wanted_um.push_back(0.5 * (up[k] + down[k]));
+        column.half_um.push_back(0.5 * (up[k] - down[k]));
+    }
+    judge_steps(table, up, forward, column);
+    judge_steps(table, down, backward, column);
+}
+
 // Fills the table for one step; true when every column is within tolerance.
 bool fill(const workshop &shop, const travel_range &range, double step, axis_table &table) {
     table.step_mm = step;
@@ -132,20 +171,7 @@ bool fill(const workshop &shop, const travel_range &range, double step, axis_tab
     }
     double worst = 0.0;
     for (auto &column : table.columns) {
-        const auto wanted = shop.function(column.channel, table.signal);
-        column.wanted_um = values_of(table, wanted);
-        column.step_error_um = column.step_error_at_mm = 0.0;
-        for (std::size_t k = 0; k + 1 < table.position_mm.size(); ++k) {
-            for (int i = 0; i <= looks_per_step; ++i) {
-                const double x =
-                    std::min(table.position_mm[k] + step * i / looks_per_step, range.to_mm);
-                const double error =
-                    interpolate(table.position_mm, column.wanted_um, x) - wanted(x);
-                if (std::fabs(error) <= std::fabs(column.step_error_um)) continue;
-                column.step_error_um = error;
-                column.step_error_at_mm = x;
-            }
-        }
+        fill_column(shop, table, column);
         worst = std::max(worst, std::fabs(column.step_error_um));
     }
     return worst <= shop.options.tolerance_um;
@@ -234,7 +260,22 @@ std::vector<channel_loss> measure_losses(const workshop &shop,
     return losses;
 }
 
+// Curves that know directions, in a table that does not.
+void judge_directions(const workshop &shop, export_tables &result) {
+    for (const auto &table : result.tables) {
+        for (const auto &column : table.columns) {
+            if (!column.half_um.empty() || !shop.model.has_branches(column.channel, table.signal)) {
+                continue;
+            }
+            result.remarks.push_back(std::string("channel ") + shop.channel(column.channel).name +
+                                     " over " + shop.signal_name(table.signal) +
+                                     ": forward and backward differ; the table holds their mean");
+        }
+    }
+}
+
 void judge(const workshop &shop, export_tables &result) {
+    judge_directions(shop, result);
     for (const auto &table : result.tables) {
         if (!table.tolerance_met && !shop.options.step_mm) {
             result.remarks.push_back("the table over " + shop.signal_name(table.signal) +
@@ -295,7 +336,7 @@ export_tables make_tables(const channel_model &model, const table_options &optio
         for (unsigned c = 0; c < model.config().channels_count; ++c) {
             const bool own = shop.own_axis[c] == s;
             if (!shop.acts(c, s) || !(own || options.cross)) continue;
-            table.columns.push_back({c, own, {}, 0.0, 0.0});
+            table.columns.push_back({c, own, {}, {}, 0.0, 0.0});
         }
         if (table.columns.empty()) continue;
         fill_table(shop, table);

@@ -17,6 +17,7 @@ struct table_options {
     double tolerance_um = 0.1;                   // of the table against the curve
     std::size_t most_points = 0;                 // that the control's table holds
     bool cross = false;                          // tables of other axes' positions too
+    bool directions = true;                      // the table has forward and backward values
     std::map<std::string, travel_range> range;   // by signal; else that of the curves
     std::map<std::string, double> at;            // values of signals that no table runs over
     std::map<std::string, std::string> axis_of;  // signal by channel, where the name does not say
@@ -27,6 +28,8 @@ struct table_column {
     unsigned channel = 0;
     bool own = false;               // the channel moves the axis that the table runs over
     std::vector<double> wanted_um;  // at each position, tool displacement wanted
+    // Half of forward less backward, where the curves have branches; else empty.
+    std::vector<double> half_um;
     double step_error_um = 0.0, step_error_at_mm = 0.0;  // table - curve, largest, with sign
 };
 

@@ -50,10 +50,17 @@ double lost_motion_um(const channel_model &model, const text_options &options,
     return found == options.lost_motion_um.end() || !column.own ? 0.0 : found->second;
 }
 
-// What is wanted in mm while the axis moves forward (+1), backward (-1) or either way (0). The
-// curve is the mean of both directions; the tool stands half the lost motion further forward.
-double wanted_mm(double wanted_um, double lost_um, int direction) {
-    return (wanted_um - 0.5 * direction * lost_um) / um_per_mm;
+// Whether the column has other values forward than backward.
+bool directed(const channel_model &model, const text_options &options, const table_column &column) {
+    return !column.half_um.empty() || lost_motion_um(model, options, column) != 0.0;
+}
+
+// What is wanted in mm at point k while the axis moves forward (+1), backward (-1) or either way
+// (0). Lost motion given by hand: the curve is the mean of both directions, and going forward the
+// tool stands half of it further forward.
+double wanted_mm(const table_column &column, std::size_t k, double lost_um, int direction) {
+    const double half = column.half_um.empty() ? -0.5 * lost_um : column.half_um[k];
+    return (column.wanted_um[k] + direction * half) / um_per_mm;
 }
 
 std::string comment_lines(const channel_model &model, const export_tables &tables,
@@ -79,8 +86,7 @@ std::string cec_text(const channel_model &model, const text_options &options,
     std::string text = "; table " + t + ": needs $MN_MM_CEC_MAX_POINTS[" + t +
                        "] = " + std::to_string(one.table->position_mm.size()) + " or more\n";
     for (std::size_t k = 0; k < one.table->position_mm.size(); ++k) {
-        const double value =
-            -options.sign * wanted_mm(one.column->wanted_um[k], lost, one.direction);
+        const double value = -options.sign * wanted_mm(*one.column, k, lost, one.direction);
         text += "$AN_CEC[" + t + "," + std::to_string(k) + "]=" + fixed6(value) + "\n";
     }
     const std::string input = machine_axis(options, signal_name(model, one.table->signal));
@@ -117,12 +123,10 @@ std::string com_text(const channel_model &model, const text_options &options,
         std::string backward, values;
         for (const auto &column : table.columns) {
             const double lost = lost_motion_um(model, options, column);
-            const int forward = lost != 0.0 ? 1 : 0;
-            values += padded(fixed6(-options.sign * wanted_mm(column.wanted_um[k], lost, forward)),
+            const bool both = directed(model, options, column) && column.own;
+            values += padded(fixed6(-options.sign * wanted_mm(column, k, lost, both ? 1 : 0)),
                              value_width);
-            if (lost != 0.0) {
-                backward = fixed6(-options.sign * wanted_mm(column.wanted_um[k], lost, -1));
-            }
+            if (both) backward = fixed6(-options.sign * wanted_mm(column, k, lost, -1));
         }
         text += padded(std::to_string(k), number_width) +
                 padded(position(table.position_mm[k]), value_width) +
@@ -178,8 +182,7 @@ std::vector<export_file> linuxcnc_comp(const channel_model &model, const export_
                 const double nominal = table.position_mm[k];
                 text += fixed6(nominal);
                 for (const int direction : {1, -1}) {
-                    const double trim =
-                        options.sign * wanted_mm(column.wanted_um[k], lost, direction);
+                    const double trim = options.sign * wanted_mm(column, k, lost, direction);
                     text += " " + fixed6(options.trims ? trim : nominal - trim);
                 }
                 text += "\n";
@@ -222,8 +225,8 @@ std::vector<export_file> sinumerik_cec(const channel_model &model, const export_
     int index = options.first_table;
     for (const auto &table : tables.tables) {
         for (const auto &column : table.columns) {
-            const bool both = lost_motion_um(model, options, column) == 0.0;
-            for (const int direction : both ? std::vector<int>{0} : std::vector<int>{1, -1}) {
+            const bool both = directed(model, options, column);
+            for (const int direction : both ? std::vector<int>{1, -1} : std::vector<int>{0}) {
                 text += cec_text(model, options, {index++, direction, &table, &column});
             }
         }

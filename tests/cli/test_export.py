@@ -321,6 +321,36 @@ def test_signals_that_are_no_position_must_be_held(built):
     assert "tables hold T1 at 30" in losses
 
 
+def test_branches_of_direction(built):
+    """EXX differs by 4 um at x = 0 and 8 um at 1000 mm: C+ is the curve, C- lies lower."""
+    c = built.read("c.json")
+    exx = next(t for t in c["terms"] if t["name"] == "EXX")
+    up = list(CURVES["EXX"])
+    down = [up[0] - 4, up[1] - 4, *up[2:]]
+    exx |= {"reversal_mm": 0.5, "backward": {"coefficients": down, "half_range": 1000, "from": 0,
+                                            "to": 1000}}
+    built.write("c.json", c)
+    texts, losses = export(built, "linuxcnc-comp", "--step-mm", 20)
+    nominal, forward, reverse = read_linuxcnc(texts["X.comp"])
+    for n, f, r in zip(nominal, forward, reverse):
+        assert 1e3 * (f - n) == pytest.approx(curve("EXX", n), abs=0.003)
+        assert 1e3 * (r - n) == pytest.approx(curve("EXX", n) - 4 - 4 * n / 1000, abs=0.003)
+    texts, _ = export(built, "sinumerik-cec", "--step-mm", 10)
+    found = read_sinumerik(texts["NC_CEC.INI"], "%_N_NC_CEC_INI", "$AN_CEC")
+    place = {"X": 730.0, "Y": 310.0, "Z": 90.0}
+    assert cec_sum(found, place)["X1"] == pytest.approx(-error("X", place), abs=0.1)
+    assert cec_sum(found, place, False)["X1"] == pytest.approx(-error("X", place) + 6.92, abs=0.1)
+    texts, _ = export(built, "heidenhain-com", "--step-mm", 25)
+    for row in read_com(texts["X.COM"], "X.COM"):
+        x = row["AXISPOS"]
+        assert 1e3 * row["X"] == pytest.approx(curve("EXX", x), abs=0.003)
+        assert 1e3 * row["BACKLASH"] == pytest.approx(curve("EXX", x) - 4 - x / 250, abs=0.003)
+    texts, losses = export(built, "sinumerik-lec", "--step-mm", 25)
+    assert "channel X over X: forward and backward differ; the table holds their mean" in losses
+    found = read_sinumerik(texts["AX_EEC.INI"], "%_N_AX_EEC_INI", "$AA_ENC_COMP")
+    assert 1e3 * found["$AA_ENC_COMP"]["0,20,X1"] == pytest.approx(curve("EXX", 500) - 3, abs=0.003)
+
+
 def test_a_volumetric_term_is_taken_apart_and_the_rest_is_stated(built):
     c = built.read("c.json")
     c["terms"] += [{"name": "ECX", "type": "polynomial", "signal": "X", "coefficients": [0, 40],
