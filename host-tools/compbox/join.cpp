@@ -57,6 +57,7 @@ columns find_columns(const csv_table &record, const csv_table &probe, const join
     for (std::size_t c = 0; c < probe.names.size(); ++c) {
         const std::string &name = probe.names[c];
         if (name == "time_s" || name == "run") continue;
+        probe.column(name);  // throws where a cell of it is no number
         if (between(name, "error_", "_um")) {
             found.errors.push_back({name, probe.column(name), record.find(compensation_of(name))});
             continue;

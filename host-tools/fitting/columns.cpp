@@ -116,7 +116,8 @@ void convert(csv_table &table, std::size_t column, const std::string &start,
     const unit *found = find_unit(units, name.substr(start.size(), at - start.size()));
     if (found == nullptr) return;
     const std::string standard = start + found->standard + name.substr(at);
-    if (standard != name && table.find(standard) >= 0) return;
+    if (standard != name && std::count(table.names.begin(), table.names.end(), standard) > 0)
+        return;
     name = standard;
     if (found->scale == 1.0) return;
     for (auto &row : table.rows) row[column] *= found->scale;

@@ -134,6 +134,9 @@ void read_rows(measurement &data, const csv_table &table, const columns &where,
 }
 
 bool has_run_columns(const csv_table &table) {
+    for (const char *name : {"error_um", "error_urad"}) {
+        if (std::count(table.names.begin(), table.names.end(), name) > 0) return false;
+    }
     std::string run;
     int direction = 0;
     return std::any_of(table.names.begin(), table.names.end(),
@@ -146,6 +149,7 @@ void read_run_columns(measurement &data, const csv_table &table) {
     for (std::size_t c = 0; c < table.names.size(); ++c) {
         run_with_lines one;
         if (!is_run_column(table.names[c], one.run.name, one.run.direction)) continue;
+        table.column(table.names[c]);  // throws where a cell of it is no number
         const std::string unit = table.names[c].compare(0, 10, "error_urad") == 0 ? "urad" : "um";
         if (!data.runs.empty() && unit != data.unit) {
             throw input_error(table.file, 0, 0, "has runs in um and in urad; keep one of them");

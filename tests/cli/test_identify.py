@@ -151,7 +151,7 @@ def test_refused(compbox, points):
         "two.json: points_mm must hold three points of three numbers, [x, y, z] in mm")
     text = (compbox.folder / "m.csv").read_text()
     compbox.write("m.csv", text.replace("dy2_um", "dq2_um"))
-    assert compbox.refused(*call, points).startswith("m.csv: has no column 'dy2_um'")
+    assert compbox.refused(*call, points).startswith("m.csv:1: there is no column 'dy2_um'")
     compbox.write("m.csv", "\n".join(text.splitlines()[:3]) + "\n")
     assert "at least 3 positions" in compbox.refused(*call, points)
     lines = text.splitlines()

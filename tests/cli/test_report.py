@@ -164,7 +164,7 @@ def test_angles(compbox):
     ("", "d.csv: is empty: a header line is missing"),
     ("position_mm,error_um\n", "d.csv: has a header but no rows"),
     ("position_mm,error_um\n0,1\n", "d.csv: needs at least two positions"),
-    ("position_mm,error\n0,1\n1,2\n", "d.csv: has no column 'error_um' (it has position_mm, error)"),
+    ("position_mm,error\n0,1\n1,2\n", "d.csv:1: there is no column 'error_um' (there are position_mm, error)"),
     ("position_mm,error_um\n0,1\n0,2\n", "d.csv:3: position 0 mm is there already in line 2; name the "
      "runs in a column 'run'"),
     ("position_mm,error_um,run\n0,1,a\n1,1,a\n0,1,b\n", "d.csv: run 'b' has 1 of the 2 targets; the "
