@@ -110,12 +110,13 @@ std::string plot_residuals(const std::string &branch) {
 }
 
 std::string title_of(const fit_result &result, const std::string &unit) {
+    std::size_t runs = result.data.runs.size();
+    for (const auto &backward : result.backward) runs += backward.data.runs.size();
     return result.options.name + "(" + result.options.signal + "), " +
            name_of(result.options.method) + ", " +
            std::to_string(result.curve.coefficient_count()) +
            (result.curve.coefficient_count() == 1 ? " coefficient; " : " coefficients; ") +
-           std::to_string(result.data.runs.size()) +
-           (result.data.runs.size() == 1 ? " run" : " runs") + ", noise " +
+           std::to_string(runs) + (runs == 1 ? " run" : " runs") + ", noise " +
            text_of(result.noise, "%.2f ") + (result.data.sigma_given ? "of its sigma" : unit) +
            " a reading";
 }

@@ -152,20 +152,19 @@ bool search::has_points(double low, double high) const {
 bool search::add_where_outside(knots &inner) {
     const auto &x = task_.points.x;
     const auto &residuals = solver_.residuals();
-    const auto &spans = solver_.spans();
+    const auto &first = solver_.first_points();
     knots added;
-    for (std::size_t i = 0; i < x.size();) {
+    for (std::size_t span = 0; span + 1 < first.size(); ++span) {
         double worst = 0.0, sum = 0.0, moment = 0.0;
-        const int span = spans[i];
-        for (; i < x.size() && spans[i] == span; ++i) {
+        for (std::size_t i = first[span]; i < first[span + 1]; ++i) {
             const double ratio = residuals[i] * inverse_[i], square = ratio * ratio;
             worst = std::max(worst, square);
             sum += square;
             moment += square * x[i];
         }
         if (worst <= 1.0) continue;
-        const double low = curve_.knots[static_cast<std::size_t>(span)];
-        const double high = curve_.knots[static_cast<std::size_t>(span) + 1];
+        const double low = curve_.knots[span + static_cast<std::size_t>(task_.degree)];
+        const double high = curve_.knots[span + static_cast<std::size_t>(task_.degree) + 1];
         double knot = std::clamp(moment / sum, 0.75 * low + 0.25 * high, 0.25 * low + 0.75 * high);
         if (!has_points(low, knot) || !has_points(knot, high)) knot = 0.5 * (low + high);
         if (has_points(low, knot) && has_points(knot, high)) added.push_back(knot);
@@ -269,14 +268,24 @@ bool search::drop(knots &inner, std::size_t which) {
     return false;
 }
 
+// A knot that proved to be needed is tried again only once something near it has changed: what a
+// knot does to a least-squares spline dies away within a few spans.
 void search::prune(knots &inner) {
-    bool dropped = true;
-    while (dropped && !inner.empty()) {
+    constexpr long near = 4;
+    std::vector<char> needed(inner.size(), 0);
+    for (bool dropped = true; dropped && !inner.empty();) {
         dropped = false;
         fit(inner);
-        const auto order = least_needed_first(inner);
-        for (const std::size_t which : order) {
-            if (!drop(inner, which)) continue;
+        for (const std::size_t which : least_needed_first(inner)) {
+            if (needed[which]) continue;
+            if (!drop(inner, which)) {
+                needed[which] = 1;
+                continue;
+            }
+            const auto place = static_cast<long>(which), size = static_cast<long>(inner.size());
+            needed.erase(needed.begin() + place);
+            std::fill(needed.begin() + std::max(place - near, 0L),
+                      needed.begin() + std::min(place + near, size), 0);
             dropped = true;
             break;
         }

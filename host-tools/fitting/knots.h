@@ -14,7 +14,7 @@ struct knot_task {
     int degree = 3;
     int max_coefficients = 1024;
     bool guard_between = true;  // keep the curve on the points' own course half-way between them
-    int patience = 8;           // trials to save one knot by moving its neighbours; 0 = none
+    int patience = 4;           // trials to save one knot by moving its neighbours; 0 = none
 };
 
 struct knot_result {
