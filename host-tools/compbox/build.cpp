@@ -24,11 +24,22 @@ void refuse_entry(const std::string &message, const std::string &key,
                           entries[index]["name"].get<std::string>() + ")");
 }
 
-[[noreturn]] void refuse(const merged_file &merged, const std::string &machine,
-                         const std::string &message) {
+void refuse_entries(const merged_file &merged, const std::string &message) {
     refuse_entry(message, "terms", merged.term_homes, merged.file["terms"]);
     refuse_entry(message, "signals", merged.signal_homes, merged.file["signals"]);
-    throw input_error(machine, 0, 0, message);
+}
+
+// Says what is wrong with a term in itself, where something is: with a mistake in it there may be
+// nothing to fill in, and that is not what the user has to mend. Any range does for the loader.
+void refuse_bad_terms(merged_file merged) {
+    for (auto &signal : merged.file["signals"]) {
+        for (const auto &[key, value] : {std::pair("min", 0), std::pair("max", 1)}) {
+            if (signal.contains(key) && signal[key].is_null()) signal[key] = value;
+        }
+    }
+    cb_message message = {};
+    if (load_coefficient_text(json_text(merged.file), &message) != nullptr) return;
+    refuse_entry(message.text, "terms", merged.term_homes, merged.file["terms"]);
 }
 
 }  // namespace
@@ -36,11 +47,22 @@ void refuse_entry(const std::string &message, const std::string &key,
 std::vector<std::string> build_file(const std::string &machine,
                                     const std::vector<std::string> &terms,
                                     std::optional<unsigned> revision, const std::string &output) {
-    merged_file merged = merge_files(machine, terms, revision);
+    const merged_file as_given = merge_files(machine, terms, revision);
+    merged_file merged = as_given;
+    try {
+        fill_in(merged, machine);
+    } catch (const input_error &) {
+        refuse_bad_terms(as_given);
+        throw;
+    }
     const std::string text = json_text(merged.file);
     cb_message message = {};
     const auto config = load_coefficient_text(text, &message);
-    if (config == nullptr) refuse(merged, machine, message.text);
+    if (config == nullptr) {
+        refuse_entries(merged, message.text);
+        refuse_bad_terms(as_given);
+        throw input_error(machine, 0, 0, message.text);
+    }
     write_file(output, text);
     merged.notes.push_back("revision " + std::to_string(config->revision) + ": " +
                            summary(*config));

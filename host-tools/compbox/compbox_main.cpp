@@ -1,10 +1,19 @@
 // SPDX-License-Identifier: MIT
 // compbox: the host tools, one program. Exit 0 done, 1 the input is bad, 2 wrong usage.
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <exception>
 #include <iostream>
 
 #include "host-tools/compbox/commands.h"
 #include "host-tools/formats/error.h"
+
+// Whether what was printed arrived. A stdout that was closed before the start is nobody's loss.
+static bool printed() {
+    const bool open = ::fcntl(STDOUT_FILENO, F_GETFD) >= 0;
+    return std::cout.flush().good() || !open;
+}
 
 int main(int argc, char **argv) {
     CLI::App app{"compbox: from measurements of a machine tool to the coefficients of its box"};
@@ -37,5 +46,7 @@ int main(int argc, char **argv) {
         std::cerr << "compbox: fault in the program itself: " << error.what() << "\n";
         return 70;
     }
-    return 0;
+    if (printed()) return 0;
+    std::cerr << "compbox: standard output could not be written whole\n";
+    return 1;
 }

@@ -301,11 +301,14 @@ merged_file merge_files(const std::string &machine_path, const std::vector<std::
     merged.file["provenance"] = std::move(provenance);
     if (revision) merged.file["revision"] = *revision;
     check_signals(merged, machine_path);
+    return merged;
+}
+
+void fill_in(merged_file &merged, const std::string &machine_path) {
     fill_ranges(merged);
     fill_sums(merged, machine_path);
     note_unused(merged);
     merged.file = in_order(merged.file);
-    return merged;
 }
 
 }  // namespace compbox

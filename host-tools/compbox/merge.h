@@ -22,16 +22,18 @@ struct merged_file {
     std::vector<entry_home> signal_homes, term_homes;
 };
 
-// Joins the files and fills in what the machine file leaves open with null:
+// Joins the files. Throws input_error for what is not a machine file or fragment, for a name in two
+// files (it names both), and for a signal that a term needs and no file has; what only the box's
+// loader can judge is left to it.
+merged_file merge_files(const std::string &machine_path, const std::vector<std::string> &fragments,
+                        std::optional<unsigned> revision);
+
+// Fills in what the machine file leaves open with null:
 //   - a channel's sum (also "auto", [] or no key): every term output with an ISO 230-1 name whose
 //     direction is the channel's name: EZX and EZY for channel Z; a channel without any is left out
 //   - a signal's min and max: plausible_around() the curves over it; a signal that nothing uses is
 //     left out
-//   - revision, where given here
-// All else stays as written. Throws input_error for what is not a machine file or fragment, and
-// for a name in two files (it names both), for a signal that a term needs and no file has; what
-// only the box's loader can judge is left to it.
-merged_file merge_files(const std::string &machine_path, const std::vector<std::string> &fragments,
-                        std::optional<unsigned> revision);
+// All else stays as written. Throws input_error where nothing tells what to fill in.
+void fill_in(merged_file &merged, const std::string &machine_path);
 
 }  // namespace compbox

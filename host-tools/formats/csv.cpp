@@ -68,6 +68,10 @@ char separator_of(std::string_view header) {
     return trim(header).find(' ') == std::string_view::npos ? ',' : ' ';
 }
 
+std::string counted(std::size_t count, const char *noun) {
+    return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
 struct place {
     const std::string &file;
     long line;
@@ -176,8 +180,9 @@ void name_columns(csv_table &table, std::string_view line, char separator,
     const std::size_t there = without_empty_end(split(line, separator), given.size()).size();
     if (there != given.size()) {
         throw input_error(table.file, line_number, 0,
-                          "has " + std::to_string(there) + " columns, but " +
-                              std::to_string(given.size()) + " were named");
+                          "has " + counted(there, "column") + ", but " +
+                              std::to_string(given.size()) +
+                              (given.size() == 1 ? " was named" : " were named"));
     }
     table.names = given;
 }
@@ -252,7 +257,7 @@ csv_table read_csv(const std::string &path, const csv_reading &how,
         if (all_empty(cells)) continue;
         if (cells.size() != table.names.size()) {
             throw input_error(path, line_number, 0,
-                              "has " + std::to_string(cells.size()) + " columns, the header has " +
+                              "has " + counted(cells.size(), "column") + ", the header has " +
                                   std::to_string(table.names.size()));
         }
         std::vector<double> row;

@@ -70,6 +70,7 @@ void write_file(const std::string &path, const std::string &content) {
         if (!(std::cout << content << std::flush)) fail(path, "write");
         return;
     }
+    if (path.empty()) throw input_error("the name of the file to write is empty");
     std::error_code error;
     if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error)) {
         throw input_error(path, 0, 0, "is not a regular file, so it is not written over");
