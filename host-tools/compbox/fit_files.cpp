@@ -12,21 +12,28 @@ namespace {
 
 // The value whose name is `text`. Throws where there is none.
 template <typename kind>
-kind named(const std::string &text, std::initializer_list<kind> all) {
+kind named(const std::string &text, std::initializer_list<kind> all, const std::string &file) {
     for (const kind one : all) {
         if (text == name_of(one)) return one;
     }
-    throw input_error("there is no method or line '" + text + "'");
+    std::string there;
+    for (const kind one : all) there += std::string(there.empty() ? "" : ", ") + name_of(one);
+    throw input_error(file, 0, 0,
+                      "there is no method or line '" + text + "' (there are " + there + ")");
 }
 
 fit_options options_of(const fit_recipe &recipe, const std::string &curve) {
     fit_options options;
     options.name = curve;
     options.signal = curve.substr(2);
-    options.method = named(recipe.method, {fit_method::bspline, fit_method::bspline_lmc,
-                                           fit_method::polynomial, fit_method::polyline});
-    options.line = named(recipe.line, {reference_line::keep, reference_line::end_point,
-                                       reference_line::least_squares});
+    options.method = named(recipe.method,
+                           {fit_method::bspline, fit_method::bspline_lmc, fit_method::polynomial,
+                            fit_method::polyline},
+                           recipe.file);
+    options.line =
+        named(recipe.line,
+              {reference_line::keep, reference_line::end_point, reference_line::least_squares},
+              recipe.file);
     options.degree = recipe.degree;
     const auto tolerance = recipe.tolerance_um.find(curve);
     if (tolerance != recipe.tolerance_um.end()) options.tolerance_um = tolerance->second;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/compbox/scenario.h"
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
 
@@ -27,10 +29,20 @@ xyz position_of(const json &value, const std::string &file, const std::string &p
     return position;
 }
 
+// A method's name is also that of its folder.
+void check_folder_name(const std::string &name, const std::string &file) {
+    const auto fits = [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; };
+    if (!name.empty() && std::all_of(name.begin(), name.end(), fits)) return;
+    throw input_error(file, 0, 0,
+                      "methods[].name must be letters, digits, '_' and '-': a folder is named so");
+}
+
 fit_recipe recipe_of(const json &value, const std::string &file) {
     only_keys(value, {"name", "method", "line", "degree", "tolerance_um"}, file, "methods[]");
     fit_recipe method;
+    method.file = file;
     method.name = get<std::string>(value, "name", file);
+    check_folder_name(method.name, file);
     method.method = get_or(value, "method", method.name, file);
     method.line = get_or(value, "line", std::string("keep"), file);
     method.degree = get_or(value, "degree", 0, file);

@@ -3,6 +3,8 @@
 
 #include "host-tools/compbox/load.h"
 #include "host-tools/compbox/virtual_run.h"
+#include "host-tools/formats/csv.h"
+#include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 
 namespace compbox {
@@ -24,6 +26,25 @@ std::vector<xyz> displacements_of(const virtual_run &run) {
     std::vector<xyz> all;
     for (const auto &stop : run.stops) all.push_back(stop.displacement_um);
     return all;
+}
+
+// Throws where an end of a path cannot be reached: names file and path.
+void check_travel(const scenario &plan, const twin_config &config) {
+    for (const auto &path : plan.paths) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            const auto &axis = config.axes[a];
+            for (const double position_mm : {path.from_mm[a], path.to_mm[a]}) {
+                if (axis.present && position_mm >= axis.min_mm && position_mm <= axis.max_mm)
+                    continue;
+                if (!axis.present && position_mm == 0.0) continue;
+                throw input_error(plan.file, 0, 0,
+                                  "the path " + path.name + " goes to " +
+                                      std::string(1, axis_letters[a]) + " = " +
+                                      shortest(position_mm) + " mm, where the machine has " +
+                                      shortest(axis.min_mm) + " to " + shortest(axis.max_mm));
+            }
+        }
+    }
 }
 
 // One machine; the results are appended.
@@ -69,6 +90,7 @@ class seed_run {
 simulation simulate(const scenario &plan, const std::string &folder,
                     const std::function<void(const std::string &)> &progress) {
     twin_config config = load_twin(plan.twin);
+    check_travel(plan, config);
     const std::uint64_t own_seed = config.seed;
     std::vector<std::uint64_t> seeds = plan.seeds;
     if (seeds.empty()) seeds.push_back(own_seed);

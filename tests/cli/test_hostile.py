@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: MIT
+"""A hostile user: files spoiled in every key, streams that break, places that cannot be written.
+Whatever it is, one sentence and exit 1, nothing half-written, never a fault in the program itself."""
+
+import copy
+import os
+import random
+import shutil
+import subprocess
+import tempfile
+
+import pytest
+
+from conftest import BIN, GANTRY, term
+
+GONE = object()
+SPOILED = [None, True, -1, 0, 1e308, 1.5, "x", "", [], {}, [[1]], {"a": 1}, 10**30, "\0", GONE]
+EVERY = 60  # of the spoiled files of one kind, drawn by a fixed seed
+
+
+def places(value, at=()):
+    """Every key and the first two entries of every list, as paths."""
+    if at:
+        yield at
+    if isinstance(value, dict):
+        inner = value.items()
+    else:
+        inner = enumerate(value[:2]) if isinstance(value, list) else ()
+    for key, item in inner:
+        yield from places(item, at + (key,))
+
+
+def spoiled(value, at, new):
+    value = copy.deepcopy(value)
+    holder = value
+    for key in at[:-1]:
+        holder = holder[key]
+    if new is GONE:
+        del holder[at[-1]]
+    else:
+        holder[at[-1]] = new
+    return value
+
+
+def drawn(value):
+    cases = [(at, new) for at in places(value) for new in SPOILED]
+    return [spoiled(value, *case) for case in random.Random(7).sample(cases, EVERY)]
+
+
+def check(program, done, *names):
+    """Exit 0, or 1 with one sentence that names one of the files."""
+    said = (done.returncode, done.stderr)
+    assert done.returncode in (0, 1), said
+    if done.returncode == 1:
+        assert done.stderr.startswith(program + ": ") and done.stderr.count("\n") == 1, said
+        assert any(name in done.stderr for name in names), said
+
+
+@pytest.fixture
+def files(compbox, machine):
+    compbox.write("term.json", term())
+    compbox.good("build", "machine.json", "term.json", "-o", "good.json")
+    for name in ("machine_twin.json", "scenario.json"):
+        shutil.copy(GANTRY / name, compbox.folder / name)
+    shutil.copy(GANTRY / "machine.json", compbox.folder / "gantry.json")
+    return compbox
+
+
+@pytest.mark.parametrize("name", ["machine.json", "term.json"])
+def test_build_with_a_spoiled_file(files, name):
+    for value in drawn(files.read(name)):
+        files.write("bad.json", value)
+        given = ["bad.json" if name == one else one for one in ("machine.json", "term.json")]
+        check("compbox", files("build", *given, "-o", "c.json"), "machine.json", "bad.json")
+
+
+def test_check_with_a_spoiled_file(files):
+    for value in drawn(files.read("good.json")):
+        files.write("bad.json", value)
+        check("compbox", files("check", "bad.json"), "bad.json")
+
+
+@pytest.mark.parametrize("name, option", [("good.json", "--map"), ("machine_twin.json", "--machine")])
+def test_fakeplc_with_a_spoiled_file(files, name, option):
+    for value in drawn(files.read(name)):
+        files.write("bad.json", value)
+        done = subprocess.run([BIN / "fakeplc", "--listen", "127.0.0.1:0", option, "bad.json"],
+                              cwd=files.folder, input="quit\n", capture_output=True, text=True,
+                              timeout=60)
+        check("fakeplc", done, "bad.json", "machine.json")
+
+
+@pytest.mark.parametrize("spoil, message", [
+    (lambda s: s["paths"][0]["to_mm"].update(X=1e30),
+     "the path diagonal goes to X = 1e+30 mm, where the machine has 0 to 14300"),
+    (lambda s: s["methods"][0].update(method="spline"),
+     "there is no method or line 'spline' (there are bspline, bspline-lmc, polynomial, polyline)"),
+    (lambda s: s["methods"][0].update(name="../x"),
+     "methods[].name must be letters, digits, '_' and '-': a folder is named so"),
+    (lambda s: s.update(curves=["QQQ"]), "'QQQ' is not an ISO 230-1 name, as EZX is"),
+    (lambda s: s.update(seeds="all"), "the key 'seeds' has the wrong type (string)"),
+])
+def test_simulate_with_a_spoiled_scenario(files, spoil, message):
+    scenario = files.read("scenario.json")
+    scenario["paths"][0]["name"] = "diagonal"
+    scenario["machine"] = "gantry.json"
+    spoil(scenario)
+    files.write("bad.json", scenario)
+    assert files.refused("simulate", "bad.json", "-o", "out") == f"bad.json: {message}"
+
+
+def test_a_mistake_in_a_term_comes_before_what_cannot_be_filled_in(compbox):
+    compbox.good("init", "--axes", "XYZ", "--profile", "generic", "-o", "machine.json")
+    for spoil, message in ((lambda t: t.pop("signal"), "the key signal is missing"),
+                           (lambda t: t.update(positions=""), "must be a list")):
+        value = term()
+        spoil(value["terms"][0])
+        compbox.write("t.json", value)
+        said = compbox.refused("build", "machine.json", "t.json", "-o", "c.json")
+        assert said.startswith("t.json: terms[0]") and message in said, said
+
+
+def test_streams_that_break(files):
+    run = dict(cwd=files.folder, stderr=subprocess.PIPE, text=True, timeout=60)
+    with open("/dev/full", "w") as full:
+        for arguments in (["check", "good.json"], ["build", "machine.json", "term.json", "-o", "-"]):
+            done = subprocess.run([BIN / "compbox", *arguments], stdout=full, **run)
+            assert done.returncode == 1 and "written" in done.stderr or "write" in done.stderr, done
+    closed = subprocess.run([BIN / "compbox", "check", "good.json"], close_fds=True,
+                            preexec_fn=lambda: os.close(1), **run)
+    assert closed.returncode == 0, closed
+
+
+@pytest.mark.parametrize("output, message", [
+    ("", "the name of the file to write is empty"),
+    ("no/such/c.json", "no/such/c.json: cannot create a file there (No such file or directory)"),
+    ("/dev/full", "/dev/full: is not a regular file, so it is not written over"),
+    (".", ".: is not a regular file, so it is not written over"),
+])
+def test_outputs_that_cannot_be_written(files, output, message):
+    assert files.refused("build", "machine.json", "term.json", "-o", output) == message
+
+
+def test_a_folder_that_may_not_be_written(files):
+    """Root may write everywhere, so it runs as nobody, with its own copy of the program."""
+    with tempfile.TemporaryDirectory() as folder:
+        for name in (BIN / "compbox", files.folder / "machine.json", files.folder / "term.json"):
+            shutil.copy(name, folder)
+        os.chmod(folder, 0o555)
+        before = os.listdir(folder)
+        done = subprocess.run(["./compbox", "build", "machine.json", "term.json", "-o", "c.json"],
+                              cwd=folder, capture_output=True, text=True, timeout=60,
+                              user=65534 if os.getuid() == 0 else None)
+        assert done.stderr == "compbox: c.json: cannot create a file there (Permission denied)\n"
+        assert done.returncode == 1 and os.listdir(folder) == before
+        os.chmod(folder, 0o755)
+
+
+def test_many_writers_of_one_file_leave_a_whole_one(files):
+    writers = [subprocess.Popen([BIN / "compbox", "build", "machine.json", "term.json", "--revision",
+                                 str(i), "-o", "c.json"], cwd=files.folder,
+                                stdout=subprocess.DEVNULL) for i in range(12)]
+    assert [writer.wait(60) for writer in writers] == [0] * 12
+    files.good("check", "c.json")
+    assert not [name for name in files.files() if "tmp" in name]
+
+
+@pytest.mark.parametrize("content, message", [
+    (b"", "EZX.csv: is empty: a header line is missing"),
+    (b"\xef\xbb\xbf", "EZX.csv: is empty: a header line is missing"),
+    (b"position_mm,error_um\r\n0,1\0\r\n", "EZX.csv:2:3: '1?' is not a finite number"),
+    (b"position_mm,error_um\n0\n", "EZX.csv:2: has 1 column, the header has 2"),
+])
+def test_measurements_that_are_none(compbox, content, message):
+    (compbox.folder / "EZX.csv").write_bytes(content)
+    assert compbox.refused("fit", "EZX.csv", "--name", "EZX", "--signal", "X", "-o",
+                           "t.json") == message
+
+
+def test_a_port_in_use(files):
+    first = subprocess.Popen([BIN / "fakeplc", "--listen", "127.0.0.1:0"], stdin=subprocess.PIPE,
+                             stdout=subprocess.PIPE, text=True)
+    try:
+        port = first.stdout.readline().rsplit(":", 1)[1].strip()
+        second = subprocess.run([BIN / "fakeplc", "--listen", f"127.0.0.1:{port}"], text=True,
+                                capture_output=True, timeout=30, stdin=subprocess.DEVNULL)
+        assert second.returncode == 1 and "is in use" in second.stderr
+        assert second.stderr.count("\n") == 1
+    finally:
+        first.terminate()
+        assert first.wait(10) == 0
