@@ -193,7 +193,8 @@ REFUSED = [
     ({"curves": []}, "scenario.json: needs at least one curve, method and path, and feed_mm_per_min > 0"),
     ({"feed_mm_per_min": 0},
      "scenario.json: needs at least one curve, method and path, and feed_mm_per_min > 0"),
-    ({"methods": [{"name": "magic"}]}, "there is no method or line 'magic'"),
+    ({"methods": [{"name": "magic"}]}, "scenario.json: there is no method or line 'magic' "
+     "(there are bspline, bspline-lmc, polynomial, polyline)"),
     ({"paths": [{**SHORT_PATH, "along": "Q"}]}, "scenario.json: paths[].along must be X, Y or Z"),
     ({"paths": [{**SHORT_PATH, "every_mm": 0}]},
      "scenario.json: the path diagonal needs every_mm > 0 and a travel along X"),
