@@ -197,8 +197,13 @@ void check_reading(const std::string &file, long line, double position, double e
 measurement read_measurement(const std::string &path, const std::vector<std::string> &columns) {
     if (is_laser_file(path)) return read_laser_measurement(path);
     std::vector<std::vector<std::string>> words;
-    csv_table table =
-        read_csv(path, {{"run", "direction"}, columns, false, canonical_column}, &words);
+    const auto has_position = [](const std::vector<std::string> &names) {
+        return std::any_of(names.begin(), names.end(), [](const std::string &name) {
+            return name == "position_mm" || name == "position_m" || name == "position_um";
+        });
+    };
+    csv_table table = read_csv(
+        path, {{"run", "direction"}, columns, false, canonical_column, has_position}, &words);
     to_standard_units(table);
     measurement data;
     data.file = path;

@@ -95,6 +95,8 @@ bool to_number(std::string_view cell, char separator, double &value, bool &beyon
     if (separator != ',' || cell.find('"') != std::string_view::npos) {
         std::replace(text.begin(), text.end(), ',', '.');
     }
+    const std::string minus = "\u2212";  // as typesetting programs write it
+    if (text.compare(0, minus.size(), minus) == 0) text.replace(0, minus.size(), "-");
     const char *begin = text.data() + (!text.empty() && text[0] == '+' ? 1 : 0);
     const char *end = text.data() + text.size();
     const auto result = std::from_chars(begin, end, value);
@@ -195,6 +197,25 @@ void rename(csv_table &table, const csv_reading &how) {
     }
 }
 
+bool is_passed_over(std::string_view line) {
+    return trim(line).empty() || trim(line).front() == '#';
+}
+
+// Index of the line that is the header; 0 where no line is.
+std::size_t header_of(const std::vector<std::string_view> &lines, const csv_reading &how) {
+    constexpr std::size_t furthest = 200;
+    for (std::size_t i = 0; how.is_header && i < std::min(lines.size(), furthest); ++i) {
+        if (is_passed_over(lines[i])) continue;
+        std::vector<std::string> names;
+        for (const auto part : split(lines[i], separator_of(lines[i]))) {
+            const std::string name(trim(part));
+            names.push_back(how.rename ? how.rename(name) : name);
+        }
+        if (how.is_header(names)) return i;
+    }
+    return 0;
+}
+
 }  // namespace
 
 int csv_table::find(const std::string &name) const {
@@ -224,7 +245,7 @@ std::vector<double> csv_table::values(const std::string &name) const {
 
 csv_table read_csv(const std::string &path, const std::vector<std::string> &words,
                    std::vector<std::vector<std::string>> *word_lists) {
-    return read_csv(path, csv_reading{words, {}, false, {}}, word_lists);
+    return read_csv(path, csv_reading{words, {}, false, {}, {}}, word_lists);
 }
 
 csv_table read_csv(const std::string &path, const csv_reading &how,
@@ -235,10 +256,11 @@ csv_table read_csv(const std::string &path, const csv_reading &how,
     std::vector<std::vector<std::string>> lists;
     std::vector<bool> is_word;
     char separator = ',';
-    long line_number = 0;
-    for (const auto raw : lines_of(content)) {
-        ++line_number;
-        if (trim(raw).empty() || trim(raw).front() == '#') continue;
+    const auto lines = lines_of(content);
+    for (std::size_t i = header_of(lines, how); i < lines.size(); ++i) {
+        const std::string_view raw = lines[i];
+        const long line_number = static_cast<long>(i) + 1;
+        if (is_passed_over(raw)) continue;
         if (table.names.empty()) {
             separator = separator_of(raw);
             const bool header =

@@ -14,6 +14,9 @@ struct csv_reading {
     bool gaps = false;                 // an empty cell is a NaN and not a mistake
     // Other names for columns, before all else; one that is taken already changes nothing.
     std::function<std::string(const std::string &)> rename = {};
+    // Which line is the header, told by the (renamed) names: what a program wrote above it is
+    // passed over. Where no line is, or without this, it is the first.
+    std::function<bool(const std::vector<std::string> &)> is_header = {};
 };
 
 // As read_csv of csv.h, which calls it.

@@ -56,7 +56,10 @@ class laser_reader {
             const std::string_view ending = "::";
             if (line.text.size() > 2 && line.text.substr(line.text.size() - 2) == ending) {
                 section_ = lower(line.text.substr(0, line.text.size() - 2));
-                if (section_ == "eof") break;
+                if (section_ == "eof") {
+                    ended_ = true;
+                    break;
+                }
                 continue;
             }
             if (section_.empty()) fail(line, "a section such as HEADER:: must come first");
@@ -199,9 +202,22 @@ class laser_reader {
             fail(end, "Run-count says " + std::to_string(run_count_) + ", but there are " +
                           std::to_string(result_.runs.size()) + " runs");
         }
+        check_end(end);
         ascend();
         for (std::size_t run = 0; run < result_.runs.size(); ++run) {
             check_run(end, result_.runs[run], run + 1);
+        }
+    }
+
+    // Without EOF:: a file may have been cut off: in a line, or in a run.
+    void check_end(const text_line &end) const {
+        if (ended_) return;
+        if (text_.back() != '\n') fail(end, "the file ends within a line, without EOF::");
+        const std::size_t last = result_.runs.back().target.size();
+        if (last < result_.targets_mm.size()) {
+            fail(end, "the file ends within run " + std::to_string(result_.runs.size()) + " (" +
+                          std::to_string(last) + " of " +
+                          std::to_string(result_.targets_mm.size()) + " targets), without EOF::");
         }
     }
 
@@ -234,7 +250,7 @@ class laser_reader {
     std::size_t at_ = 0;
     long number_ = 0;
     std::string section_;
-    bool in_targets_ = false;
+    bool in_targets_ = false, ended_ = false;
     std::size_t target_count_ = 0, run_count_ = 0;
     laser_file result_;
 };

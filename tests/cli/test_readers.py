@@ -47,6 +47,8 @@ def reference(compbox):
     long_form(PLAIN, "   ").encode(),
     ("# made by a program\n\n" + long_form(PLAIN)).encode(),
     long_form(PLAIN, ";", comma=True).encode("utf-16"),
+    long_form(PLAIN).replace("-", "\u2212").encode(),
+    ("Laser system 7\nMachine;gantry\nDate;2026-01-02\n\n" + long_form(PLAIN, ";")).encode(),
     long_form(["Position [mm]", "Deviation (µm)", "Run No."], ";").encode("cp1252"),
     long_form(["位置(mm)", "偏差(μm)", "次数"]).encode("utf-8"),
     long_form(["目标位置（毫米）", "误差（微米）", "测量次数"], "\t").encode("gbk"),
@@ -56,7 +58,7 @@ def reference(compbox):
     ("目标(mm);第1次(微米);第2次(微米)\r\n" +
      "".join(f"{x};{a};{b}\r\n" for x, a, b in zip(X, *E)).replace(".", ",")).encode("gbk"),
 ], ids=["bom", "crlf", "semicolon, decimal comma", "tab, decimal comma", "tab", "quoted decimal comma",
-        "empty columns", "empty rows", "blanks", "comment", "utf-16", "windows-1252", "chinese utf-8",
+        "empty columns", "empty rows", "blanks", "comment", "utf-16", "minus sign", "lines above", "windows-1252", "chinese utf-8",
         "chinese gbk", "german", "a column for each run", "the same in gbk"])
 def test_the_same_figures(compbox, reference, content):
     assert figures(compbox, content) == reference
@@ -118,6 +120,8 @@ def test_laser_files(compbox, reference, content):
     (("1 3 2.0", "1 3"), "d.rtl:16: run, target and deviation must stand here"),
     (("1 3 2.0", "1 9 2.0"), "d.rtl:16: the target must be a number from 1 to 6"),
     (("200.0000", "50.0000"), "d.rtl:6: the targets must ascend (or descend), and one of them does not"),
+    (("2 6 -1.0\r\nEOF::\r\n", ""), "d.rtl:24: the file ends within run 2 (5 of 6 targets), without EOF::"),
+    (("-1.0\r\nEOF::\r\n", "-1"), "d.rtl:25: the file ends within a line, without EOF::"),
     (("Run Target Data:\r\n", "Run Target Data:\r\n1 1 0.5\r\n"), "d.rtl:15: target 1 is there twice in run 1")])
 def test_broken_laser_files(compbox, change, message):
     (compbox.folder / "d.rtl").write_bytes(rtl().replace(*change).encode())
