@@ -37,6 +37,24 @@ std::string place_along(double value, double low, double high) {
     return "at " + std::to_string(static_cast<int>(std::lround(100 * part))) + " %";
 }
 
+// "X low, Y high, Z 75 %": a point by its place in the box.
+std::string place_in(const point_mm &point, const grid &box) {
+    std::string text;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const double low = box.low_mm[k], high = box.high_mm[k];
+        text += std::string(k > 0 ? ", " : "") + axis_names[k];
+        if (high > low && at_end(point[k], low, high)) {
+            text += point[k] > 0.5 * (low + high) ? " high" : " low";
+        } else if (high > low) {
+            const double part = (point[k] - low) / (high - low);
+            text += " " + std::to_string(static_cast<int>(std::lround(100 * part))) + " %";
+        } else {
+            text += " fixed";
+        }
+    }
+    return text;
+}
+
 bool on_longest_edge(const point_mm &a, const point_mm &b, const grid &box, std::size_t along) {
     for (std::size_t k = 0; k < 3; ++k) {
         const bool ends = at_end(a[k], box.low_mm[k], box.high_mm[k]) &&
@@ -66,7 +84,9 @@ std::string describe(const triple_mm &points, const grid &box) {
                              distance(points[2], points[0])};
     return "a triangle with sides of " + std::to_string(static_cast<long>(std::lround(sides[0]))) +
            ", " + std::to_string(static_cast<long>(std::lround(sides[1]))) + " and " +
-           std::to_string(static_cast<long>(std::lround(sides[2]))) + " mm";
+           std::to_string(static_cast<long>(std::lround(sides[2]))) + " mm: P1 " +
+           place_in(points[0], box) + "; P2 " + place_in(points[1], box) + "; P3 " +
+           place_in(points[2], box);
 }
 
 }  // namespace compbox

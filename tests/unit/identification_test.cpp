@@ -135,6 +135,14 @@ TEST(plan, finds_the_papers_rule) {
               "opposite edge");
 }
 
+TEST(plan, other_triangles_are_told_by_their_places) {
+    const grid box{{-250, -300, 75}, {250, 300, 325}, {10, 10, 10}};
+    const triple_mm points{{{125, 300, 75}, {250, -300, 325}, {-250, -300, 75}}};
+    EXPECT_EQ(describe(points, box),
+              "a triangle with sides of 662, 559 and 708 mm: P1 X 75 %, Y high, Z low; P2 X high, "
+              "Y low, Z high; P3 X low, Y low, Z low");
+}
+
 TEST(plan, orders_points_for_the_traditional_sequence) {
     int solvable = 0;
     for (int round = 0; round < 200; ++round) {
