@@ -93,7 +93,7 @@ static void find_plc(struct cb_box *box, const struct cb_inputs *in, struct step
     struct cb_start start[CB_MAX_CHANNELS];
     const bool lost = box->plc.contact == CB_CONTACT_LOST;
     if (box->plc.contact == CB_CONTACT_KNOWN || (lost && in->held == CB_HELD_NONE)) return;
-    for (unsigned i = 0; i < box->config.channels_count; ++i) start[i] = start_of(box, i, in);
+    for (unsigned i = 0; i < cb_all_channels(&box->config); ++i) start[i] = start_of(box, i, in);
     cb_limiter_place(&box->config, box->channels, start);
     box->counters.resyncs += lost;
     box->plc.contact = CB_CONTACT_KNOWN;
@@ -131,6 +131,9 @@ static void compute(struct cb_box *box, struct step *step) {
     step->terms = cb_terms_evaluate(&box->config, box->signals, box->terms, &box->counters, fade_um,
                                     box->outputs);
     step->demand = cb_channels_want(&box->config, box->outputs, box->channels, &box->counters);
+    if (box->config.slopes_count > 0)
+        cb_tangent_want(&box->config, box->signals, box->terms, box->outputs, &box->tangent,
+                        box->channels, &box->counters);
 }
 
 static enum cb_reason find_fault(const struct cb_box *box) {
@@ -209,11 +212,13 @@ static void emit(struct cb_box *box, struct cb_outputs *out) {
     const struct cb_plc_config *plc = &box->config.plc;
     memset(out->registers, 0, plc->write.count * sizeof out->registers[0]);
     cb_channels_encode(&box->config, box->channels, out->registers);
+    if (box->config.slopes_count > 0)
+        cb_tangent_encode(&box->config, &box->tangent, out->registers);
     out->registers[plc->status] = (uint16_t)(box->mode.mode | box->mode.reason << 8);
     out->registers[plc->box_heartbeat] = ++box->box_heartbeat;
     if (plc->write.counters)
         out->registers[0] = out->registers[plc->write.count - 1] = ++box->block_counter;
-    for (unsigned i = 0; i < box->config.channels_count; ++i)
+    for (unsigned i = 0; i < cb_all_channels(&box->config); ++i)
         out->channel_um[i] = box->channels[i].output_um;
     out->write = box->plc.contact == CB_CONTACT_KNOWN;
     out->stopped = box->mode.mode == CB_MODE_STOPPED && (box->stop_confirmed || !box->wrote);
@@ -261,7 +266,7 @@ void cb_box_settle(struct cb_box *box, const struct cb_inputs *in, int64_t now_u
     acquire(box, in, cb_lead_us(&box->config, &box->lead), &step);
     compute(box, &step);
     cb_channels_target(&box->config, box->channels, CB_AIM_WANTED, target_um);
-    for (unsigned i = 0; i < box->config.channels_count; ++i)
+    for (unsigned i = 0; i < cb_all_channels(&box->config); ++i)
         start[i] = (struct cb_start){target_um[i], true};
     cb_limiter_place(&box->config, box->channels, start);
     box->plc.contact = CB_CONTACT_KNOWN;

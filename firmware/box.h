@@ -24,6 +24,7 @@
 #include "firmware/mode.h"
 #include "firmware/plc.h"
 #include "firmware/signals.h"
+#include "firmware/tangent.h"
 #include "firmware/terms.h"
 
 enum {
@@ -45,6 +46,7 @@ struct cb_box {
     struct cb_term_state terms[CB_MAX_TERMS];
     float outputs[CB_MAX_OUTPUTS]; /* term outputs of the last step, µm or µrad */
     struct cb_channel_state channels[CB_MAX_CHANNELS];
+    struct cb_tangent_state tangent;
     int64_t now_us;         /* of the last step */
     uint32_t config_sum;    /* cb_memory_check() of config, at start */
     uint32_t sum_so_far;    /* running check, a slice each step … */

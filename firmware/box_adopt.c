@@ -27,11 +27,27 @@ static unsigned find_output(const struct cb_config *config, const char *name) {
     return CB_NONE;
 }
 
-static unsigned find_channel(const struct cb_config *config, const char *name) {
-    for (unsigned i = 0; i < config->channels_count; ++i) {
-        if (same_name(config->channels[i].name, name)) return i;
+/* A slope has the name of its channel. */
+static unsigned find_channel(const struct cb_config *config,
+                             const struct cb_channel_config *channel) {
+    for (unsigned i = 0; i < cb_all_channels(config); ++i) {
+        if (config->channels[i].is_slope == channel->is_slope &&
+            same_name(config->channels[i].name, channel->name))
+            return i;
     }
     return CB_NONE;
+}
+
+/* Of a tangent: P0 means the same position in the same register. */
+static bool same_reference(const struct cb_config *a, const struct cb_channel_config *in_a,
+                           const struct cb_config *b, const struct cb_channel_config *in_b) {
+    if (in_a->tangent != in_b->tangent) return false;
+    return !in_a->tangent ||
+           (a->plc.write.start + in_a->reference_reg == b->plc.write.start + in_b->reference_reg &&
+            in_a->reference_type == in_b->reference_type &&
+            in_a->reference_scale == in_b->reference_scale &&
+            same_name(a->signals[in_a->tangent_signal].name,
+                      b->signals[in_b->tangent_signal].name));
 }
 
 /* The same µm give the same bits in the same register of the same PLC. */
@@ -41,7 +57,8 @@ static bool same_register(const struct cb_config *a, const struct cb_channel_con
                           a->plc.transport == b->plc.transport &&
                           memcmp(a->plc.host, b->plc.host, sizeof a->plc.host) == 0;
     return same_plc && a->plc.write.start + in_a->reg == b->plc.write.start + in_b->reg &&
-           in_a->type == in_b->type && in_a->sign == in_b->sign && in_a->scale == in_b->scale;
+           in_a->type == in_b->type && in_a->sign == in_b->sign && in_a->scale == in_b->scale &&
+           same_reference(a, in_a, b, in_b);
 }
 
 /* A channel that the PLC certainly holds at zero may go anywhere, or away. */
@@ -51,10 +68,10 @@ static bool is_at_rest(const struct cb_channel_state *state) {
 }
 
 static bool can_adopt(const struct cb_config *fresh, const struct cb_box *old) {
-    for (unsigned i = 0; i < old->config.channels_count; ++i) {
+    for (unsigned i = 0; i < cb_all_channels(&old->config); ++i) {
         if (is_at_rest(&old->channels[i])) continue;
         const struct cb_channel_config *channel = &old->config.channels[i];
-        const unsigned k = find_channel(fresh, channel->name);
+        const unsigned k = find_channel(fresh, channel);
         if (k == CB_NONE || !same_register(fresh, &fresh->channels[k], &old->config, channel))
             return false;
     }
@@ -111,9 +128,11 @@ static void adopt_terms(struct cb_box *fresh, const struct cb_box *old) {
 }
 
 static void adopt_channels(struct cb_box *fresh, const struct cb_box *old) {
-    for (unsigned i = 0; i < fresh->config.channels_count; ++i) {
-        const unsigned k = find_channel(&old->config, fresh->config.channels[i].name);
-        if (k != CB_NONE) fresh->channels[i] = old->channels[k];
+    for (unsigned i = 0; i < cb_all_channels(&fresh->config); ++i) {
+        const unsigned k = find_channel(&old->config, &fresh->config.channels[i]);
+        if (k == CB_NONE) continue;
+        fresh->channels[i] = old->channels[k];
+        fresh->tangent.reference[i] = old->tangent.reference[k];
     }
 }
 

@@ -31,13 +31,13 @@ static float wanted_target_um(const struct cb_channel_config *channel,
 
 void cb_channels_target(const struct cb_config *config, const struct cb_channel_state *channels,
                         enum cb_aim aim, float *target_um) {
-    for (unsigned i = 0; i < config->channels_count; ++i) {
+    for (unsigned i = 0; i < cb_all_channels(config); ++i) {
         switch (aim) {
             case CB_AIM_WANTED:
                 target_um[i] = wanted_target_um(&config->channels[i], &channels[i]);
                 break;
             case CB_AIM_STAY:
-                target_um[i] = channels[i].output_um;
+                target_um[i] = config->channels[i].is_slope ? 0.0f : channels[i].output_um;
                 break;
             case CB_AIM_ZERO:
                 target_um[i] = 0.0f;
@@ -47,7 +47,7 @@ void cb_channels_target(const struct cb_config *config, const struct cb_channel_
 }
 
 bool cb_channels_all_zero(const struct cb_config *config, const struct cb_channel_state *channels) {
-    for (unsigned i = 0; i < config->channels_count; ++i) {
+    for (unsigned i = 0; i < cb_all_channels(config); ++i) {
         if (channels[i].output_um != 0.0f) return false;
     }
     return true;
@@ -55,7 +55,7 @@ bool cb_channels_all_zero(const struct cb_config *config, const struct cb_channe
 
 void cb_channels_encode(const struct cb_config *config, const struct cb_channel_state *channels,
                         uint16_t *registers) {
-    for (unsigned i = 0; i < config->channels_count; ++i) {
+    for (unsigned i = 0; i < cb_all_channels(config); ++i) {
         const struct cb_channel_config *channel = &config->channels[i];
         const struct cb_range range = cb_number_range(channel->type);
         const float units = channels[i].output_um / channel->scale;

@@ -140,6 +140,13 @@ struct cb_channel_config {
     int8_t sign;             /* +1 or -1: found by a sign test at commissioning */
     bool has_applied;        /* the PLC returns the value it applies, same type, scale and sign;
                                 of a pair's channels both or none */
+    bool is_slope;           /* no channel of the file, but the slope of one (tangent.h), µm/m */
+    bool tangent;            /* it has slope and reference beside its value */
+    uint8_t slope;           /* tangent: index of the channel that is its slope */
+    uint8_t tangent_signal;  /* tangent: index of its axis' position */
+    uint8_t reference_type;  /* tangent: enum cb_number_type */
+    uint16_t reference_reg;  /* tangent: index in the write block */
+    float reference_scale;   /* tangent: mm per unit of that register; > 0 */
     uint16_t reg;            /* index in the write block */
     uint16_t applied_reg;    /* index in the read block */
     float limit_um;          /* > 0: |output| never exceeds it */
@@ -193,6 +200,7 @@ struct cb_config {
     float ramp_um_per_s; /* > 0 */
     uint8_t signals_count, terms_count, outputs_count, channels_count, pairs_count;
     uint8_t lags_count, branches_count;
+    uint8_t slopes_count; /* channels behind the channels_count of the file: slopes */
     uint16_t pool_count, links_count;
     uint8_t lags[CB_MAX_SIGNALS]; /* the signals that are lags, each after the one it follows, those
                                      of one time constant side by side where that allows it */
@@ -205,5 +213,10 @@ struct cb_config {
     uint8_t links[CB_MAX_LINKS];
     float pool[CB_POOL_FLOATS];
 };
+
+/* Channels and slopes together: everything that passes the limiter. */
+static inline unsigned cb_all_channels(const struct cb_config *config) {
+    return (unsigned)config->channels_count + config->slopes_count;
+}
 
 #endif

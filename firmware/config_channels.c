@@ -7,7 +7,21 @@
 
 #define AT(member) .offset = offsetof(struct cb_channel_config, member)
 
-enum { NAME, SUM, LIMIT, ERROR, SLEW, DEADBAND, SIGN, PLC, TYPE, SCALE, APPLIED, CHANNEL_KEYS };
+enum {
+    NAME,
+    SUM,
+    LIMIT,
+    ERROR,
+    SLEW,
+    DEADBAND,
+    SIGN,
+    PLC,
+    TYPE,
+    SCALE,
+    APPLIED,
+    TANGENT,
+    CHANNEL_KEYS
+};
 
 static const struct cb_field CHANNEL_FIELDS[CHANNEL_KEYS] = {
     [NAME] = {"name", CB_FIELD_NAME, true, AT(name)},
@@ -23,6 +37,7 @@ static const struct cb_field CHANNEL_FIELDS[CHANNEL_KEYS] = {
     [TYPE] = {"type", CB_FIELD_WORD, true, AT(type), .words = cb_number_words},
     [SCALE] = {"scale", CB_FIELD_FLOAT, true, AT(scale), .least = "0.000001", .most = "1000000"},
     [APPLIED] = {"applied", CB_FIELD_UINT16, false, AT(applied_reg), .least = "0", .most = "65535"},
+    [TANGENT] = {"tangent", CB_FIELD_OBJECT, false, CB_NOT_STORED},
 };
 const struct cb_object cb_channel_object = {CHANNEL_FIELDS, CHANNEL_KEYS};
 
@@ -38,7 +53,7 @@ static bool check_register(struct cb_loader *loader, const uint32_t *slots,
         return cb_fail(loader, CB_ERROR_RANGE, slots[LIMIT],
                        "%v µm in units of %v µm (scale) does not fit into %v", slots[LIMIT],
                        slots[SCALE], slots[TYPE]);
-    if (channel->limit_um >= channel->scale) return true;
+    if (!cb_number_is_integer(channel->type) || channel->limit_um >= channel->scale) return true;
     return cb_fail(loader, CB_ERROR_RANGE, slots[LIMIT],
                    "%v µm is less than one unit of the register, %v µm (scale)", slots[LIMIT],
                    slots[SCALE]);
@@ -101,7 +116,7 @@ bool cb_load_channels(struct cb_loader *loader, uint32_t at) {
         if (!load_channel(loader, list.at, config->channels_count)) return false;
         ++config->channels_count;
     }
-    if (config->channels_count > 0) return true;
+    if (config->channels_count > 0) return cb_load_tangents(loader, at);
     return cb_fail(loader, CB_ERROR_KEY, at, "at least one channel is needed");
 }
 
@@ -132,6 +147,11 @@ static bool read_pair_member(struct cb_loader *loader, uint32_t at, uint8_t *cha
         cb_find_name(config->channels, sizeof config->channels[0], config->channels_count, name);
     if (*channel == CB_NONE)
         return cb_fail(loader, CB_ERROR_NAME, at, "no channel is called %v", at);
+    if (config->channels[*channel].tangent)
+        return cb_fail(loader, CB_ERROR_NAME, at,
+                       "channel %v has a tangent: between two writes nothing would hold the pair "
+                       "together",
+                       at);
     if (is_paired(config, *channel))
         return cb_fail(loader, CB_ERROR_NAME, at, "channel %v is in another pair already", at);
     return true;

@@ -29,6 +29,7 @@ extern const struct cb_object cb_volumetric_object; /* config_volumetric.c */
 extern const struct cb_object cb_reference_points_object;
 extern const struct cb_object cb_squareness_object;
 extern const struct cb_object cb_channel_object; /* config_channels.c */
+extern const struct cb_object cb_tangent_object; /* config_tangent.c */
 extern const struct cb_object cb_pair_object;
 
 #endif

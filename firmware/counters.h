@@ -29,6 +29,7 @@
     X(outputs_limited)     \
     X(outputs_slewed)      \
     X(pairs_limited)       \
+    X(slopes_limited)      \
     X(resyncs)             \
     X(holds)               \
     X(ramps)               \

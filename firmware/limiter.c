@@ -95,7 +95,7 @@ static float top_um(const struct cb_channel_config *channel) {
 
 void cb_limiter_written(const struct cb_config *config, struct cb_channel_state *channels,
                         enum cb_write_result result) {
-    for (unsigned i = 0; i < config->channels_count; ++i) {
+    for (unsigned i = 0; i < cb_all_channels(config); ++i) {
         struct cb_channel_state *state = &channels[i];
         switch (result) {
             case CB_WRITE_OK:
@@ -195,7 +195,8 @@ static struct room room_of(const struct cb_channel_config *channel, float unit_u
 static float goal_um(const struct cb_channel_config *channel, const struct cb_channel_state *state,
                      float target_um, const struct cb_motion *motion) {
     const float slew = channel->slew_um_per_s, ramp = motion->ramp_um_per_s;
-    const float step_um = (ramp > 0.0f ? cb_min(ramp, slew) : slew) * motion->elapsed_s;
+    const bool ramps = ramp > 0.0f && !channel->is_slope; /* which is in µm/s */
+    const float step_um = (ramps ? cb_min(ramp, slew) : slew) * motion->elapsed_s;
     const float rest_um = target_um - state->output_um - state->carry_um;
     if (cb_abs(rest_um) <= step_um) return target_um;
     return state->output_um + (state->carry_um + (rest_um > 0.0f ? step_um : -step_um));
@@ -259,17 +260,17 @@ void cb_limiter_step(const struct cb_config *config, struct cb_channel_state *ch
                      const struct cb_motion *motion) {
     float target[CB_MAX_CHANNELS], goal[CB_MAX_CHANNELS], output[CB_MAX_CHANNELS];
     float unit[CB_MAX_CHANNELS];
-    for (unsigned i = 0; i < config->channels_count; ++i) {
+    for (unsigned i = 0; i < cb_all_channels(config); ++i) {
         unit[i] = cb_limiter_unit_um(&config->channels[i]);
         target[i] = nearest(&config->channels[i], unit[i], target_um[i]);
     }
     join_targets(config, counters, target);
-    for (unsigned i = 0; i < config->channels_count; ++i) {
+    for (unsigned i = 0; i < cb_all_channels(config); ++i) {
         goal[i] = goal_um(&config->channels[i], &channels[i], target[i], motion);
         output[i] = next_um(&config->channels[i], unit[i], &channels[i], goal[i], motion);
     }
     join_outputs(config, channels, output);
-    for (unsigned i = 0; i < config->channels_count; ++i) {
+    for (unsigned i = 0; i < cb_all_channels(config); ++i) {
         channels[i].output_um = output[i];
         channels[i].carry_um = carry_um(unit[i], goal[i], output[i]);
         if (motion->writing) channels[i].sent_um = output[i];
@@ -281,10 +282,10 @@ void cb_limiter_place(const struct cb_config *config, struct cb_channel_state *c
                       const struct cb_start *start) {
     float place_um[CB_MAX_CHANNELS];
     struct cb_counters ignored = {0};
-    for (unsigned i = 0; i < config->channels_count; ++i)
+    for (unsigned i = 0; i < cb_all_channels(config); ++i)
         place_um[i] = cb_limiter_nearest(&config->channels[i], start[i].um);
     join_targets(config, &ignored, place_um);
-    for (unsigned i = 0; i < config->channels_count; ++i) {
+    for (unsigned i = 0; i < cb_all_channels(config); ++i) {
         struct cb_channel_state *state = &channels[i];
         state->output_um = state->sent_um = place_um[i];
         const float low_um = start[i].certain ? place_um[i] : state->possible_min_um;

@@ -37,4 +37,12 @@ struct cb_terms_verdict cb_terms_evaluate(const struct cb_config *config,
                                           struct cb_counters *counters, float fade_um,
                                           float *outputs);
 
+/* in : signals, states and outputs as cb_terms_evaluate() left them in this step
+ * out: slopes[config->outputs_count]: d output / d signal, µm (µrad) per its unit, finite; 0 for a
+ *      term that is not live, outside of a curve, and for whatever does not depend on the signal
+ *      itself (a lag of it is another signal) */
+void cb_terms_slopes(const struct cb_config *config, const struct cb_signal_state *signals,
+                     const struct cb_term_state *states, const float *outputs, uint8_t signal,
+                     float *slopes);
+
 #endif

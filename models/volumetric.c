@@ -113,3 +113,26 @@ void cb_volumetric_slope(const struct cb_volumetric *model, const struct cb_volu
     add_cross(slope + 3, mm, turned);
     for (unsigned c = 0; c < 3; ++c) d_um_per_mm[c] = slope[c] + 0.001f * turned[c];
 }
+
+/* d (eps x L) = d eps x L + eps x d L, for each axis. */
+void cb_volumetric_derivative(const struct cb_volumetric *model,
+                              const struct cb_volumetric_state *state,
+                              const struct cb_volumetric_state *rate, float d_um[3]) {
+    const float *const c0y_b0z_a0z = model->squareness_urad;
+    const float y = rate->position_mm[CB_AXIS_Y], z = rate->position_mm[CB_AXIS_Z];
+    float turned[3] = {c0y_b0z_a0z[1] * z - c0y_b0z_a0z[0] * y, -c0y_b0z_a0z[2] * z, 0.0f};
+    float tool[3], tool_rate[3];
+    tool_vector(model, state->tool_mm, tool);
+    tool_vector(model, rate->tool_mm, tool_rate);
+    for (unsigned a = 0; a < CB_AXES; ++a) {
+        float mm[3], mm_rate[3];
+        lever(model, state->position_mm, tool, a, mm);
+        for (unsigned c = 0; c < 3; ++c)
+            mm_rate[c] = tool_rate[c] + (model->moves[a] >> c & 1u ? rate->position_mm[c] : 0.0f);
+        add_cross(rate->error + a * CB_AXIS_ERRORS + 3, mm, turned);
+        add_cross(state->error + a * CB_AXIS_ERRORS + 3, mm_rate, turned);
+    }
+    const float *const ex = rate->error, *const ey = ex + CB_AXIS_ERRORS;
+    const float *const ez = ey + CB_AXIS_ERRORS;
+    for (unsigned c = 0; c < 3; ++c) d_um[c] = ((ex[c] + ey[c]) + ez[c]) + 0.001f * turned[c];
+}

@@ -77,4 +77,11 @@ void cb_volumetric_slope(const struct cb_volumetric *model, const struct cb_volu
                          enum cb_axis axis, const float slope[CB_AXIS_ERRORS],
                          float d_um_per_mm[3]);
 
+/* The general derivative: of any motion of the machine, and of errors that change with it.
+ * in : rate, what each number of *state changes by per unit of the motion
+ * out: d_um = d E of that unit */
+void cb_volumetric_derivative(const struct cb_volumetric *model,
+                              const struct cb_volumetric_state *state,
+                              const struct cb_volumetric_state *rate, float d_um[3]);
+
 #endif

@@ -60,6 +60,8 @@ fake_plc::fake_plc(const twin_config &config, const register_map &map, const plc
       nc_(config),
       commanded_um_(map.channels.size(), 0.0),
       applied_um_(map.channels.size(), 0.0),
+      commanded_(map.channels.size()),
+      applied_(map.channels.size()),
       start_us_(now_us),
       nc_due_us_(now_us),
       scan_due_us_(now_us),
@@ -140,28 +142,68 @@ bool fake_plc::may_apply() const {
     return box_alive_ && enable_ && referenced_ && mode >= active && mode <= fault;
 }
 
+fake_plc::taken fake_plc::read_value(const taken_channel &channel) const {
+    const auto number = [&](const number_format &format, int address) {
+        return format.decode(&registers_.now[static_cast<std::size_t>(address)]);
+    };
+    taken value;
+    value.um = number(channel.format, channel.address) * channel.scale_um;
+    if (!channel.tangent) return value;
+    const taken_tangent &tangent = *channel.tangent;
+    value.slope = number(tangent.slope_format, tangent.slope_address) * tangent.slope_scale;
+    value.reference_mm =
+        number(tangent.reference_format, tangent.reference_address) * tangent.reference_scale_mm;
+    return value;
+}
+
+// The value moves towards the commanded one with a limited slope, at the new reference position:
+// there the old value with its slope is the same correction. Without permission it goes to zero
+// from what is applied where the axis stands, and the slope with it.
+void fake_plc::take_channel(std::size_t c, bool torn, double dt_s) {
+    const auto &channel = map_.channels[c];
+    const taken written = read_value(channel);
+    taken &held = applied_[c];
+    if (!torn && std::isfinite(written.um) && std::isfinite(written.slope) &&
+        std::isfinite(written.reference_mm))
+        commanded_[c] = written;
+    const bool apply = may_apply();
+    const double speed = apply ? config_.plc.slope_um_per_s : config_.plc.ramp_um_per_s;
+    double reference_mm = commanded_[c].reference_mm;
+    if (!apply && axis_of_channel_[c]) reference_mm = nc_.position_mm()[*axis_of_channel_[c]];
+    held.um += 1e3 * held.slope * (reference_mm - held.reference_mm);
+    held.reference_mm = reference_mm;
+    held.slope = apply ? commanded_[c].slope : 0.0;
+    held.um = toward(held.um, apply ? commanded_[c].um : 0.0, speed * dt_s);
+    commanded_um_[c] = commanded_[c].um;
+    applied_um_[c] = held.um;
+}
+
 // Takes over what the box wrote, with a limited slope; else goes to zero on the PLC's own ramp.
+// Several channels of one axis act by their mean.
 void fake_plc::take_over() {
     const double dt_s = static_cast<double>(scan_us_) * 1e-6;
     const auto first = static_cast<std::size_t>(map_.write.start);
     const auto last = static_cast<std::size_t>(map_.write.end() - 1);
     const bool torn = map_.write.counters && registers_.now[first] != registers_.now[last];
-    xyz asked_um = {};
+    xyz asked_um = {}, slope = {};
+    const xyz position_mm = nc_.position_mm();
     std::array<int, 3> channels_of_axis = {};
     for (std::size_t c = 0; c < map_.channels.size(); ++c) {
-        const auto &channel = map_.channels[c];
-        const double raw =
-            channel.format.decode(&registers_.now[static_cast<std::size_t>(channel.address)]);
-        if (!torn && std::isfinite(raw)) commanded_um_[c] = raw * channel.scale_um;
-        const bool apply = may_apply();
-        const double speed = apply ? config_.plc.slope_um_per_s : config_.plc.ramp_um_per_s;
-        applied_um_[c] = toward(applied_um_[c], apply ? commanded_um_[c] : 0.0, speed * dt_s);
+        take_channel(c, torn, dt_s);
         if (!axis_of_channel_[c]) continue;
-        asked_um[*axis_of_channel_[c]] += applied_um_[c];
-        ++channels_of_axis[*axis_of_channel_[c]];
+        const std::size_t a = *axis_of_channel_[c];
+        const taken &held = applied_[c];
+        const double most = config_.nc.comp_add_velo_factor;
+        const double clamped = std::clamp(held.slope, -most, most); /* as the control does */
+        asked_um[a] += held.um + 1e3 * clamped * (position_mm[a] - held.reference_mm);
+        slope[a] += clamped;
+        ++channels_of_axis[a];
     }
-    for (std::size_t a = 0; a < 3; ++a) asked_um[a] /= std::max(channels_of_axis[a], 1);
-    nc_.set_compensation_um(asked_um);
+    for (std::size_t a = 0; a < 3; ++a) {
+        asked_um[a] /= std::max(channels_of_axis[a], 1);
+        slope[a] /= std::max(channels_of_axis[a], 1);
+    }
+    nc_.set_compensation_um(asked_um, slope, position_mm);
 }
 
 void fake_plc::start_program_once_active() {

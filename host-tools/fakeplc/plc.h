@@ -98,7 +98,14 @@ class fake_plc {
     nc_motion nc_;
     modbus::bank registers_;
     std::vector<std::optional<std::size_t>> axis_of_channel_;
+    // What a channel writes, and what the PLC makes of it: K0, and of a tangent slope and P0.
+    struct taken {
+        double um = 0.0, slope = 0.0, reference_mm = 0.0;
+    };
+    taken read_value(const taken_channel &channel) const;
+    void take_channel(std::size_t c, bool torn, double dt_s);
     std::vector<double> commanded_um_, applied_um_;
+    std::vector<taken> commanded_, applied_;
     std::map<std::string, double> forced_;
     plc_state state_;
     std::vector<std::string> events_;

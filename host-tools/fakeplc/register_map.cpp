@@ -122,12 +122,36 @@ shown_signal read_signal(const section &entry, const register_block &block) {
     return signal;
 }
 
+number_format format_named(const section &owner, const char *key) {
+    const auto format = number_format::parse(owner.text(key));
+    if (!format) owner.fail(key, "'" + owner.text(key) + "' is not a number type");
+    return *format;
+}
+
+double positive(const section &owner, const char *key) {
+    if (!(owner.number(key) > 0.0)) owner.fail(key, "must be above 0");
+    return owner.number(key);
+}
+
+taken_tangent read_tangent(const section &entry, const register_block &block) {
+    taken_tangent tangent;
+    tangent.slope_format = format_named(entry, "slope_type");
+    tangent.slope_address = address_in(entry, "slope_plc", block, tangent.slope_format.registers);
+    tangent.slope_scale = positive(entry, "slope_scale");
+    tangent.reference_format = format_named(entry, "reference_type");
+    tangent.reference_address =
+        address_in(entry, "reference_plc", block, tangent.reference_format.registers);
+    tangent.reference_scale_mm = positive(entry, "reference_scale");
+    return tangent;
+}
+
 taken_channel read_channel(const section &entry, const register_map &map) {
     taken_channel channel;
     channel.name = entry.text("name");
     channel.format = format_of(entry);
     channel.address = address_in(entry, "plc", map.write, channel.format.registers);
     channel.scale_um = scale_of(entry);
+    if (entry.has("tangent")) channel.tangent = read_tangent(entry.in("tangent"), map.write);
     if (entry.has("applied")) {
         channel.applied_address = address_in(entry, "applied", map.read, channel.format.registers);
     }

@@ -28,6 +28,15 @@ struct shown_signal {
     std::optional<double> min, max;  // plausible range, where the file states it
 };
 
+// The slope and the reference position beside a value, for the temperature compensation of the
+// control: K0 + slope * (P - reference).
+struct taken_tangent {
+    int slope_address = 0, reference_address = 0;
+    number_format slope_format, reference_format;
+    double slope_scale = 1.0;         // slope (mm/mm) per unit
+    double reference_scale_mm = 1.0;  // mm per unit
+};
+
 // A compensation value from the box, in µm = raw * scale, and the one that the PLC returns.
 struct taken_channel {
     std::string name;
@@ -35,6 +44,7 @@ struct taken_channel {
     std::optional<int> applied_address;
     number_format format;
     double scale_um = 1.0;
+    std::optional<taken_tangent> tangent = std::nullopt;
 };
 
 struct register_map {

@@ -51,7 +51,10 @@ xyz straight_move::position_mm(double since_start_s) const {
 }
 
 nc_motion::nc_motion(const twin_config &config)
-    : axes_(config.axes), cycle_s_(config.nc.interpolation_s), position_mm_(config.start_mm) {
+    : axes_(config.axes),
+      cycle_s_(config.nc.interpolation_s),
+      position_mm_(config.start_mm),
+      most_slope_(config.nc.comp_add_velo_factor) {
     for (std::size_t a = 0; a < 3; ++a) {
         max_step_um_[a] =
             um_per_mm * axes_[a].max_velocity_mm_per_s * config.nc.comp_add_velo_factor * cycle_s_;
@@ -96,11 +99,20 @@ void nc_motion::move_axes() {
     busy_ = since_start_s < step_duration_s_;
 }
 
+void nc_motion::set_compensation_um(const xyz &asked_um, const xyz &slope,
+                                    const xyz &reference_mm) {
+    asked_um_ = asked_um;
+    reference_mm_ = reference_mm;
+    for (std::size_t a = 0; a < 3; ++a) slope_[a] = std::clamp(slope[a], -most_slope_, most_slope_);
+}
+
 void nc_motion::take_over_compensation() {
     for (std::size_t a = 0; a < 3; ++a) {
-        const double change_um = asked_um_[a] - entered_um_[a];
+        const double way_mm = position_mm_[a] - reference_mm_[a];
+        const double wanted_um = asked_um_[a] + um_per_mm * slope_[a] * way_mm;
+        const double change_um = wanted_um - entered_um_[a];
         const double step_um = std::clamp(change_um, -max_step_um_[a], max_step_um_[a]);
-        entered_um_[a] = step_um == change_um ? asked_um_[a] : entered_um_[a] + step_um;
+        entered_um_[a] = step_um == change_um ? wanted_um : entered_um_[a] + step_um;
     }
 }
 

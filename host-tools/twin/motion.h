@@ -39,7 +39,14 @@ class nc_motion {
     // What the PLC asks of each axis, in µm of the register (before the control's sign). It takes
     // effect from the next cycle on: per cycle an axis takes over at most max velocity ×
     // comp_add_velo_factor × cycle, the rest follows in later cycles, without an alarm.
-    void set_compensation_um(const xyz &asked_um) { asked_um_ = asked_um; }
+    void set_compensation_um(const xyz &asked_um) {
+        asked_um_ = asked_um;
+        slope_ = {};
+    }
+    // The same as the control's temperature compensation: in each cycle asked_um + slope * (P - P0)
+    // with P the axis' position of that cycle. slope in mm/mm; beyond comp_add_velo_factor it is
+    // held there, without an alarm.
+    void set_compensation_um(const xyz &asked_um, const xyz &slope, const xyz &reference_mm);
 
     // One interpolation cycle of config.nc.interpolation_s.
     void step();
@@ -70,6 +77,8 @@ class nc_motion {
     long long cycles_ = 0, step_start_cycle_ = 0;
     xyz position_mm_;
     xyz asked_um_ = {}, entered_um_ = {};
+    xyz slope_ = {}, reference_mm_ = {};
+    double most_slope_;
 };
 
 }  // namespace compbox

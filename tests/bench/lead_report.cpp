@@ -25,6 +25,7 @@ namespace {
 
 constexpr int64_t read_us = 5000, write_us = 4000;  // an S7 as Modbus server on a quiet network
 constexpr double from_mm = 50, to_mm = 1950;
+constexpr double feeds[] = {1000, 10000, 30000};  // mm/min
 
 struct track {
     double rms_um, largest_um, lead_ms;
@@ -33,8 +34,11 @@ struct track {
 // Box, wire and machine in virtual time: a request reaches the PLC in the middle of its exchange.
 class machine_run {
   public:
-    machine_run(const cb_config &config, const twin_config &twin, const register_map &map)
-        : plc_(twin, map, *plc_profile::find(map.profile), 0), box_(std::make_unique<cb_box>()) {
+    machine_run(const cb_config &config, const twin_config &twin, const register_map &map,
+                std::size_t direction)
+        : direction_(direction),
+          plc_(twin, map, *plc_profile::find(map.profile), 0),
+          box_(std::make_unique<cb_box>()) {
         box_->config = config;
         cb_box_start(box_.get());
         cb_cycle_start(&cycle_);
@@ -79,7 +83,7 @@ class machine_run {
             if (!sampling_ || x < from_mm + 300 || x > to_mm - 300) continue;
             const xyz error =
                 plc_.twin().true_error_um(plc_.nc().position_mm(), plc_.nc().displacement_um());
-            errors_.push_back(error[1]);
+            errors_.push_back(error[direction_]);
         }
     }
     byte_string exchange(const byte_string &request, int64_t takes_us) {
@@ -126,6 +130,7 @@ class machine_run {
     static void feed(void *) {}
     static bool stop(void *) { return false; }
 
+    std::size_t direction_;
     fake_plc plc_;
     std::unique_ptr<cb_box> box_;
     cb_cycle cycle_ = {};
@@ -138,7 +143,7 @@ track run(cb_config config, const twin_config &twin, const register_map &map, do
           double feed_mm_per_min) {
     config.lead_measured = lead_ms < 0;
     config.lead_us = config.lead_measured ? 0 : static_cast<uint32_t>(lead_ms * 1000);
-    return machine_run(config, twin, map).travel(feed_mm_per_min);
+    return machine_run(config, twin, map, 1).travel(feed_mm_per_min);
 }
 
 // The lead of 0 … 60 ms that leaves least.
@@ -155,43 +160,76 @@ double best_ms(const cb_config &config, const twin_config &twin, const register_
     return best;
 }
 
-void report(const std::string &machine, const std::string &twin_file, const std::string &folder) {
-    const twin_config twin = load_twin(twin_file);
-    make_folder(folder + "/measurements");
-    measure_all(twin_machine(twin), folder + "/measurements");
+// What the box knows of one error: measured by the virtual laser, fitted.
+struct identified {
+    twin_config twin;
+    std::unique_ptr<cb_config> config;
+    register_map map;
+};
+
+identified identify(const std::string &inputs, const std::string &error,
+                    const std::string &folder) {
+    const twin_config twin = load_twin(inputs + "/" + error + "_twin.json");
+    const std::string place = folder + "/" + error;
+    make_folder(place + "/measurements");
+    measure_all(twin_machine(twin), place + "/measurements");
     fit_recipe recipe;
     recipe.name = recipe.method = "bspline";
     recipe.line = "least-squares";
-    const fitted_files fit =
-        fit_files(folder + "/measurements", {"EYX"}, recipe, machine, folder + "/fit");
-    const auto config = load_coefficients(fit.coefficients);
-    const register_map map = load_register_map(fit.coefficients);
+    const fitted_files fit = fit_files(place + "/measurements", {error}, recipe,
+                                       inputs + "/" + error + "_machine.json", place + "/fit");
+    return {twin, load_coefficients(fit.coefficients), load_register_map(fit.coefficients)};
+}
+
+void report_lead(const std::string &inputs, const std::string &folder) {
+    const identified found = identify(inputs, "EYX", folder);
+    const auto at = [&](double lead, double feed) {
+        return run(*found.config, found.twin, found.map, lead, feed);
+    };
     std::puts(
         "| feed m/min | no lead: rms, largest µm | 20 ms set | 45 ms set | measured | measured "
-        "lead ms | best "
-        "lead ms |");
+        "lead ms | best lead ms |");
     std::puts("|---|---|---|---|---|---|---|");
-    for (const double feed : {1000.0, 10000.0, 30000.0}) {
-        const track none = run(*config, twin, map, 0, feed);
-        const track shorter = run(*config, twin, map, 20, feed);
-        const track longer = run(*config, twin, map, 45, feed);
-        const track measured = run(*config, twin, map, -1, feed);
+    for (const double feed : feeds) {
+        const track none = at(0, feed), shorter = at(20, feed), longer = at(45, feed);
+        const track measured = at(-1, feed);
         std::printf("| %.0f | %.2f, %.2f | %.2f, %.2f | %.2f, %.2f | %.2f, %.2f | %.1f | %.0f |\n",
                     feed / 1000, none.rms_um, none.largest_um, shorter.rms_um, shorter.largest_um,
                     longer.rms_um, longer.largest_um, measured.rms_um, measured.largest_um,
-                    measured.lead_ms, best_ms(*config, twin, map, feed));
+                    measured.lead_ms, best_ms(*found.config, found.twin, found.map, feed));
+    }
+}
+
+// The same error of the axis itself, with and without slope and reference.
+void report_tangent(const std::string &inputs, const std::string &folder) {
+    const identified found = identify(inputs, "EXX", folder);
+    std::puts("\n| feed m/min | value only: rms, largest µm | with tangent |");
+    std::puts("|---|---|---|");
+    for (const double feed : feeds) {
+        cb_config with = *found.config;
+        with.lead_measured = true;
+        cb_config without = with;
+        without.slopes_count = 0;
+        without.channels[0].tangent = false;
+        track got[2];
+        const cb_config *const configs[] = {&without, &with};
+        for (int i = 0; i < 2; ++i)
+            got[i] = machine_run(*configs[i], found.twin, found.map, 0).travel(feed);
+        std::printf("| %.0f | %.2f, %.2f | %.2f, %.2f |\n", feed / 1000, got[0].rms_um,
+                    got[0].largest_um, got[1].rms_um, got[1].largest_um);
     }
 }
 
 }  // namespace
 
 int main(int count, char **arguments) {
-    if (count != 4) {
-        std::fputs("usage: lead_report MACHINE.json TWIN.json FOLDER\n", stderr);
+    if (count != 3) {
+        std::fputs("usage: lead_report INPUTS FOLDER\n", stderr);
         return 2;
     }
     try {
-        report(arguments[1], arguments[2], arguments[3]);
+        report_lead(arguments[1], arguments[2]);
+        report_tangent(arguments[1], arguments[2]);
     } catch (const std::exception &error) {
         std::fprintf(stderr, "%s\n", error.what());
         return 1;

@@ -89,8 +89,8 @@ static void read_plc(struct world *world) {
     put_pair(in.registers + 10, (uint32_t)world->position[1], true);
     put_pair(in.registers + 12, pressure_bits(world), false);
     in.registers[14] = (uint16_t)(int16_t)(world->speed[0] / 500 * (happens(world, 30) ? 100 : 1));
-    in.registers[16] = world->held[2];
-    in.registers[17] = world->held[3];
+    in.registers[16] = world->held[3];
+    in.registers[17] = world->held[4];
 }
 
 /* A thermometer that sends most of the time, and nonsense once in a while. */
@@ -130,6 +130,9 @@ static void check_outputs(struct check *check) {
         memcpy(&bits, &out.channel_um[i], sizeof bits);
         check_hash(check, bits);
     }
+    const unsigned slope = config->channels[0].slope;
+    check_equal(check, "slope within its limit",
+                cb_abs(box.channels[slope].output_um) <= config->channels[slope].limit_um, true);
     const struct cb_pair_config *pair = &config->pairs[0];
     const float difference_um = out.channel_um[pair->a] - out.channel_um[pair->b];
     check_equal(check, "pair", cb_abs(difference_um) <= pair->max_difference_um + 1e-4f, true);
@@ -165,7 +168,7 @@ void run_box(struct check *check) {
                 seen->holds && seen->ramps && seen->faults && seen->terms_faded &&
                     seen->outputs_limited && seen->outputs_slewed && seen->pairs_limited &&
                     seen->clock_jumps && seen->samples_implausible && seen->outside_curve &&
-                    seen->models_extrapolated && seen->models_weakened,
+                    seen->models_extrapolated && seen->models_weakened && seen->slopes_limited,
                 true);
     for (unsigned i = 0; i < CB_COUNTERS_COUNT; ++i) {
         uint32_t count;

@@ -83,6 +83,10 @@ class drive {
             if (!(std::fabs(out.channel_um[i]) <= config.channels[i].limit_um))
                 broken = "a channel is beyond its limit";
         }
+        for (unsigned i = 0; i < cb_all_channels(&config); ++i) {
+            if (!(std::fabs(box->channels[i].output_um) <= config.channels[i].limit_um))
+                broken = "a slope is beyond its limit";
+        }
     }
 };
 

@@ -258,19 +258,34 @@ class invariants {
             must(once.insert(ch.sum[i]).second, "an output is summed once");
         }
         must(ch.sign == 1 || ch.sign == -1, "sign");
+        if (ch.tangent) tangent(ch);
         must(within(ch.limit_um, 1e-3f, 1e6) && within(ch.error_um, ch.limit_um, 1e6), "limits");
         must(within(ch.slew_um_per_s, 1e-3f, 1e6), "slew");
         must(within(ch.deadband_um, 0, ch.limit_um), "deadband");
-        must(within(ch.scale, 1e-6f, ch.limit_um), "scale");
         const double units = static_cast<double>(ch.limit_um) / ch.scale;
         const bool small = width(ch.type) == 1;
         const bool real = ch.type == CB_NUMBER_FLOAT32 || ch.type == CB_NUMBER_FLOAT32_CDAB ||
                           ch.type == CB_NUMBER_FLOAT32_LE;
+        must(within(ch.scale, 1e-6f, real ? 1e6f : ch.limit_um), "scale");
         const std::set<int> unsigned_types = {CB_NUMBER_UINT16, CB_NUMBER_UINT32,
                                               CB_NUMBER_UINT32_CDAB, CB_NUMBER_UINT16_LE,
                                               CB_NUMBER_UINT32_LE};
         must(unsigned_types.count(ch.type) == 0, "channels are signed");
         must(real || units < (small ? 32767.5 : 2147483584.0), "limit fits the register");
+    }
+
+    // A slope stands behind the channels of the file, and belongs to one of them.
+    void tangent(const cb_channel_config &ch) {
+        must(ch.slope >= c.channels_count && ch.slope < c.channels_count + c.slopes_count &&
+                 c.channels_count + c.slopes_count <= CB_MAX_CHANNELS,
+             "place of a slope");
+        if (!broken.empty()) return;
+        const cb_channel_config &slope = c.channels[ch.slope];
+        must(slope.is_slope && slope.sum_count == 0 && slope.sign == ch.sign, "slope");
+        must(within(slope.limit_um, 0.99, 1.001e5) && slope.scale > 0, "slope limit");
+        must(slope.slew_um_per_s >= slope.limit_um, "slope slew");
+        must(ch.tangent_signal < c.signals_count && c.signals[ch.tangent_signal].leads, "own axis");
+        must(ch.reference_scale > 0, "reference");
     }
 
     void pair(const cb_pair_config &p) {
@@ -317,6 +332,12 @@ class invariants {
         for (int i = 0; i < c.channels_count; ++i) {
             const cb_channel_config &ch = c.channels[i];
             take(writes, ch.reg, width(ch.type), "channel " + std::to_string(i));
+            if (ch.tangent) {
+                const cb_channel_config &slope = c.channels[ch.slope];
+                take(writes, slope.reg, width(slope.type), "slope " + std::to_string(i));
+                take(writes, ch.reference_reg, width(ch.reference_type),
+                     "reference " + std::to_string(i));
+            }
             if (!ch.has_applied) continue;
             take(reads, ch.applied_reg, width(ch.type), "applied of channel " + std::to_string(i));
         }

@@ -72,6 +72,7 @@ const pairing pairings[] = {
     {"reference_points", &cb_reference_points_object, "### volumetric"},
     {"squareness", &cb_squareness_object, "### volumetric"},
     {"channel", &cb_channel_object, "## channels"},
+    {"tangent", &cb_tangent_object, "### tangent"},
     {"pair", &cb_pair_object, "## pairs"},
 };
 
@@ -142,7 +143,7 @@ TEST(config_schema, has_the_words_of_the_loader) {
         EXPECT_EQ(node["enum"].get<std::set<std::string>>(), words) << pair.name << field.key;
         ++lists;
     });
-    EXPECT_EQ(lists, 4);
+    EXPECT_EQ(lists, 6);
 }
 
 TEST(config_schema, has_the_defaults_of_the_loader) {
