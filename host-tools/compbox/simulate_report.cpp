@@ -7,6 +7,10 @@
 
 #include "host-tools/compbox/figures.h"
 
+extern "C" {
+#include "firmware/mode.h"
+}
+
 namespace compbox {
 
 namespace {
@@ -196,19 +200,31 @@ std::string motion_table(const motion_figures &motion) {
            row("compboxd", cells);
 }
 
+// What stands under a key of somebody's statistics, where it is of that kind.
+double number_at(const json &object, const char *key) {
+    const json value = object.is_object() ? object.value(key, json()) : json();
+    return value.is_number() ? value.get<double>() : 0.0;
+}
+
+std::string text_at(const json &object, const char *key) {
+    const json value = object.is_object() ? object.value(key, json()) : json();
+    return value.is_string() ? value.get<std::string>() : "";
+}
+
 // "p50 75, p99 118, max 4078": one line of a statistic in µs.
 std::string spread(const json &statistics, const char *key) {
     const auto value = statistics.find(key);
     if (value == statistics.end() || !value->is_object()) return "not recorded";
-    const auto part = [&](const char *name) { return value->value(name, 0.0); };
+    const auto part = [&](const char *name) { return number_at(*value, name); };
     return format("p50 %7.1f   p99 %7.1f   max %7.1f", part("p50"), part("p99"), part("max"));
 }
 
 std::string statistics_table(const json &statistics) {
     if (!statistics.is_object()) return "";
-    const auto number = [&](const char *key) { return statistics.value(key, 0.0); };
-    std::string text = format("\ncompboxd: %.0f cycles of %.1f ms, %.0f overruns\n\n",
-                              number("cycles"), 1e-3 * number("period_us"), number("overruns"));
+    const auto number = [&](const char *key) { return number_at(statistics, key); };
+    std::string text =
+        format("\ncompboxd: %.0f cycles of %.1f ms, %.0f overrun%s\n\n", number("cycles"),
+               1e-3 * number("period_us"), number("overruns"), number("overruns") == 1 ? "" : "s");
     text += "  wake-up jitter, µs       " + spread(statistics, "jitter_us") + "\n";
     text += "  exchange with PLC, µs    " + spread(statistics, "exchange_us") + "\n";
     text += "  one step of the box, µs  " + spread(statistics, "step_us") + "\n";
@@ -216,16 +232,17 @@ std::string statistics_table(const json &statistics) {
 }
 
 // Why the row of the real-time run is not the model's doing, if compensation was interrupted: when
-// compboxd left ACTIVE after it had been there, other than to stop.
+// compboxd left ACTIVE after it had been there, other than when it was asked to stop.
 std::string interruptions(const json &statistics) {
     if (!statistics.is_object() || !statistics.contains("history")) return "";
     std::string text;
     bool was_active = false;
     for (const json &entry : statistics["history"]) {
-        const std::string mode = entry.value("mode", "");
-        if (was_active && mode != "ACTIVE" && mode != "STOPPED") {
-            text += format("  at %.1f s %s: %s\n", entry.value("time_s", 0.0), mode.c_str(),
-                           entry.value("reason", "").c_str());
+        const std::string mode = text_at(entry, "mode"), reason = text_at(entry, "reason");
+        if (reason == cb_reason_text(CB_REASON_STOP)) break;
+        if (was_active && mode != "ACTIVE") {
+            text += format("  at %.1f s %s: %s\n", number_at(entry, "time_s"), mode.c_str(),
+                           reason.c_str());
         }
         was_active = was_active || mode == "ACTIVE";
     }

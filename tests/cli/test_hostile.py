@@ -109,6 +109,18 @@ def test_simulate_with_a_spoiled_scenario(files, spoil, message):
     assert files.refused("simulate", "bad.json", "-o", "out") == f"bad.json: {message}"
 
 
+@pytest.mark.parametrize("statistics", [
+    [], {"history": 3}, {"history": [1, {"mode": 2, "time_s": "x"}], "cycles": "x", "jitter_us": {"p50": "x"}},
+])
+def test_simulate_with_somebody_elses_statistics(files, statistics):
+    scenario = files.read("scenario.json")
+    path = {**scenario["paths"][0], "every_mm": 7000}
+    files.write("bad.json", {**scenario, "machine": "gantry.json", "measurements": "",
+                             "paths": [path], "methods": [{"name": "polyline"}]})
+    files.write("stats.json", statistics)
+    check("compbox", files("simulate", "bad.json", "--stats", "stats.json", "-o", "out"), "stats.json")
+
+
 def test_a_mistake_in_a_term_comes_before_what_cannot_be_filled_in(compbox):
     compbox.good("init", "--axes", "XYZ", "--profile", "generic", "-o", "machine.json")
     for spoil, message in ((lambda t: t.pop("signal"), "the key signal is missing"),
