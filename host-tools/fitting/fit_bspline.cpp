@@ -30,6 +30,7 @@ knot_task task_of_estimate(const fit_result &result) {
     task.max_coefficients = CB_MAX_CURVE_POINTS;
     task.guard_between = false;
     task.patience = 8;
+    task.mendable = 4.0;
     task.points.x = best.x;
     task.points.y = best.mean;
     double size = 0.0;

@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numeric>
+
+#include "host-tools/fitting/course.h"
 
 namespace compbox {
 
@@ -18,63 +21,6 @@ struct score {
     double merit = std::numeric_limits<double>::infinity();  // sum of (residual / tolerance)^8
 };
 
-// Where the curve should pass half-way between two points: between the straight line and the cubic
-// through four points there, widened by their tolerances and by half of what tells the two apart
-// nearby, since readings that turn much from point to point do not say their course more closely.
-struct gate {
-    double x, centre, half_width;
-};
-
-// The cubic through the (up to) four points around x[i] … x[i+1], at `middle`.
-double cubic_at(const weighted_points &points, long i, double middle) {
-    const auto &x = points.x, &y = points.y;
-    const auto n = static_cast<long>(x.size());
-    const long first = std::clamp(i - 1, 0L, std::max(n - 4, 0L));
-    const long last = std::min(first + 4, n);
-    double cubic = 0.0;
-    for (long a = first; a < last; ++a) {
-        const auto p = static_cast<std::size_t>(a);
-        double share = 1.0;
-        for (long b = first; b < last; ++b) {
-            const auto q = static_cast<std::size_t>(b);
-            if (a != b) share *= (middle - x[q]) / (x[p] - x[q]);
-        }
-        cubic += share * y[p];
-    }
-    return cubic;
-}
-
-std::vector<gate> gates_of(const knot_task &task) {
-    const auto &x = task.points.x, &y = task.points.y;
-    const std::size_t count = x.size() - 1;
-    std::vector<gate> gates(count);
-    std::vector<double> apart(count);
-    for (std::size_t i = 0; i < count; ++i) {
-        const double middle = 0.5 * (x[i] + x[i + 1]), chord = 0.5 * (y[i] + y[i + 1]);
-        const double cubic = cubic_at(task.points, static_cast<long>(i), middle);
-        gates[i] = {middle, 0.5 * (chord + cubic), 0.5 * std::abs(chord - cubic)};
-        apart[i] = std::abs(chord - cubic);
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-        const double before = apart[i > 0 ? i - 1 : i], after = apart[i + 1 < count ? i + 1 : i];
-        gates[i].half_width += 1.5 * std::max(task.tolerance[i], task.tolerance[i + 1]) +
-                               0.5 * std::max({before, apart[i], after});
-    }
-    return gates;
-}
-
-// Inner knots with which a spline can go through every point: at points for an odd degree, between
-// them for an even one, none beside the ends.
-knots interpolating_knots(const std::vector<double> &x, int degree) {
-    const auto first = static_cast<std::size_t>((degree + 1) / 2);
-    const std::size_t count = x.size() - static_cast<std::size_t>(degree) - 1;
-    knots inner;
-    for (std::size_t j = first; j < first + count; ++j) {
-        inner.push_back(degree % 2 ? x[j] : 0.5 * (x[j - 1] + x[j]));
-    }
-    return inner;
-}
-
 class search {
   public:
     explicit search(const knot_task &task)
@@ -82,7 +28,7 @@ class search {
           solver_(task.points),
           from_(task.points.x.front()),
           to_(task.points.x.back()) {
-        if (task.guard_between) gates_ = gates_of(task);
+        if (task.guard_between) gates_ = gates_of(task.points, task.tolerance);
         curve_.degree = task.degree;
         inverse_.reserve(task.tolerance.size());
         for (const double tolerance : task.tolerance) inverse_.push_back(1.0 / tolerance);
@@ -94,6 +40,8 @@ class search {
     double swing() const;
     bool accepted(const score &now) const { return now.worst <= 1.0 && swing() <= swing_allowed_; }
     bool grow(knots &inner);
+    bool thicken(knots &inner);
+    bool add_where_swinging(knots &inner);
     bool start(knots &inner);
     bool add_where_outside(knots &inner);
     void prune(knots &inner);
@@ -101,6 +49,7 @@ class search {
     bool drop(knots &inner, std::size_t which);
     bool mend(knots &inner, std::size_t near, score now);
     bool has_points(double low, double high) const;
+    bool has_room(std::size_t knot_count) const;
 
     const knot_task &task_;
     spline_least_squares solver_;
@@ -147,6 +96,13 @@ bool search::has_points(double low, double high) const {
     return first != x.end() && *first < high;
 }
 
+// Whether so many inner knots make no more coefficients than there are points and than are allowed.
+bool search::has_room(std::size_t knot_count) const {
+    const std::size_t coefficients = knot_count + static_cast<std::size_t>(task_.degree) + 1;
+    return coefficients <= task_.points.x.size() &&
+           coefficients <= static_cast<std::size_t>(task_.max_coefficients);
+}
+
 // After a fit: one more knot in each span with a residual outside, where its residuals balance.
 // False when no span could take one.
 bool search::add_where_outside(knots &inner) {
@@ -169,12 +125,7 @@ bool search::add_where_outside(knots &inner) {
         if (!has_points(low, knot) || !has_points(knot, high)) knot = 0.5 * (low + high);
         if (has_points(low, knot) && has_points(knot, high)) added.push_back(knot);
     }
-    const std::size_t coefficients =
-        inner.size() + added.size() + static_cast<std::size_t>(task_.degree) + 1;
-    if (added.empty() || coefficients > x.size() ||
-        coefficients > static_cast<std::size_t>(task_.max_coefficients)) {
-        return false;
-    }
+    if (added.empty() || !has_room(inner.size() + added.size())) return false;
     inner.insert(inner.end(), added.begin(), added.end());
     std::sort(inner.begin(), inner.end());
     return true;
@@ -263,7 +214,7 @@ bool search::drop(knots &inner, std::size_t which) {
     inner.erase(inner.begin() + static_cast<long>(which));
     const score now = fit(inner);
     if (accepted(now)) return true;
-    if (now.worst < 4.0 && mend(inner, which, now)) return true;
+    if (now.worst < task_.mendable && mend(inner, which, now)) return true;
     inner = held;
     return false;
 }
@@ -292,15 +243,68 @@ void search::prune(knots &inner) {
     }
 }
 
-// A curve to take knots away from; false when none is inside. The one through every point is
-// tried too where the grown one swings.
+// Where growing got stuck: the knots of interpolation around every point that is still outside, a
+// wider part of the points each time. True once all are inside; else `inner` is left as it was.
+bool search::thicken(knots &inner) {
+    const knots held = inner;
+    constexpr int rounds = 8;
+    const auto &x = task_.points.x;
+    const auto n = static_cast<long>(x.size());
+    const knots through = interpolating_knots(x, task_.degree);
+    for (int round = 0; round < rounds; ++round) {
+        if (!has_room(inner.size())) break;
+        if (fit(inner).worst <= 1.0) return true;
+        const long reach = task_.degree + round;
+        for (long i = 0; i < n; ++i) {
+            const auto at = static_cast<std::size_t>(i);
+            if (std::abs(solver_.residuals()[at]) * inverse_[at] <= 1.0) continue;
+            const double low = x[static_cast<std::size_t>(std::max(i - reach, 0L))];
+            const double high = x[static_cast<std::size_t>(std::min(i + reach, n - 1))];
+            const auto inside = [&](double knot) { return knot >= low && knot <= high; };
+            inner.erase(std::remove_if(inner.begin(), inner.end(), inside), inner.end());
+            std::copy_if(through.begin(), through.end(), std::back_inserter(inner), inside);
+            std::sort(inner.begin(), inner.end());
+        }
+    }
+    inner = held;
+    return false;
+}
+
+// One more knot where the curve swings most; false where the points would not carry it.
+bool search::add_where_swinging(knots &inner) {
+    double largest = 0.0, where = 0.0;
+    for (const gate &g : gates_) {
+        const double off = std::abs(value_at(curve_, g.x) - g.centre) - g.half_width;
+        if (off <= largest) continue;
+        largest = off;
+        where = g.x;
+    }
+    const auto after = std::upper_bound(inner.begin(), inner.end(), where);
+    const double low = after == inner.begin() ? from_ : *(after - 1);
+    const double high = after == inner.end() ? to_ : *after;
+    const double knot = 0.5 * (low + high);
+    if (!has_points(low, knot) || !has_points(knot, high)) return false;
+    if (!has_room(inner.size() + 1)) return false;
+    inner.insert(after, knot);
+    return true;
+}
+
+// A curve to take knots away from; false when none is inside. Where the grown one swings, a few
+// more knots are tried, then the one through every point; the calmest is taken.
 bool search::start(knots &inner) {
-    const bool grown = grow(inner);
+    constexpr int few = 12;
+    const bool grown = grow(inner) || thicken(inner);
     fit(inner);
     double calmest = swing();
+    knots more = inner;
+    for (int i = 0; i < few && grown && calmest > 0.0 && add_where_swinging(more); ++i) {
+        if (fit(more).worst > 1.0 || swing() >= calmest) continue;
+        calmest = swing();
+        inner = more;
+    }
     if (grown && calmest <= 0.0) return true;
-    if (task_.points.x.size() > static_cast<std::size_t>(task_.max_coefficients)) return grown;
     const knots through = interpolating_knots(task_.points.x, task_.degree);
+    if (!has_room(through.size())) return grown;
     const bool reaches = fit(through).worst <= 1.0;
     if (reaches && (!grown || swing() < calmest)) {
         calmest = swing();

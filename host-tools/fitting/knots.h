@@ -15,6 +15,7 @@ struct knot_task {
     int max_coefficients = 1024;
     bool guard_between = true;  // keep the curve on the points' own course half-way between them
     int patience = 4;           // trials to save one knot by moving its neighbours; 0 = none
+    double mendable = 1.7;      // largest residual / tolerance without it at which that is tried
 };
 
 struct knot_result {
