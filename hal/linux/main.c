@@ -53,7 +53,8 @@ static bool open_outputs(struct daemon *daemon) {
     const struct cb_config *config = &daemon->loop.box.config;
     int error = options->stats ? cb_stats_write(&daemon->stats, config, options->stats) : 0;
     if (error != 0) {
-        fprintf(stderr, "compboxd: %s: cannot be written: %s\n", options->stats, strerror(error));
+        fprintf(stderr, "compboxd: %s: cannot be written: %s\n", options->stats,
+                error == ENOTSUP ? "it is not a regular file" : strerror(error));
         return false;
     }
     error = cb_record_start(&daemon->record, options->record, config);

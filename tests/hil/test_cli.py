@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Mistakes on the command line and in the coefficient file: one sentence, the right exit code."""
 import json
+import os
 import re
 
 import pytest
@@ -84,6 +85,16 @@ def test_an_output_that_cannot_be_written_is_told_before_the_start(config, tmp_p
     path = tmp_path / "no" / "folder" / "f"
     code, _, err = run("--config", str(config), option, str(path))
     assert code == 1 and one_sentence(err) and str(path) in err
+
+
+def test_statistics_replace_no_device(config, tmp_path):
+    """They are renamed over what is there, and root may do that even to /dev/null."""
+    device = tmp_path / "device"
+    os.mkfifo(device)
+    code, _, err = run("--config", str(config), "--stats", str(device))
+    assert code == 1
+    assert err == f"compboxd: {device}: cannot be written: it is not a regular file\n"
+    assert device.is_fifo() and not list(tmp_path.glob("*.new"))
 
 
 def test_stats_are_json_whatever_the_names(tmp_path, port):

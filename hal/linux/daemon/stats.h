@@ -45,8 +45,8 @@ struct cb_stats {
 
 void cb_stats_add(struct cb_stats *stats, const struct cb_row *row);
 
-/* Writes a temporary file beside `path` and renames it over it. out: 0, or errno; then the file
- * that was there is untouched. */
+/* Writes a temporary file beside `path` and renames it over it. out: 0, or errno (ENOTSUP: what is
+ * there is not a regular file); then the file that was there is untouched. */
 int cb_stats_write(const struct cb_stats *stats, const struct cb_config *config, const char *path);
 
 #endif

@@ -2,6 +2,7 @@
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "firmware/mode.h"
@@ -153,10 +154,17 @@ static int finish(FILE *file) {
     return error;
 }
 
+/* true: a device, a folder or a pipe stands there, which a rename would replace. */
+static bool is_special(const char *path) {
+    struct stat there;
+    return stat(path, &there) == 0 && !S_ISREG(there.st_mode);
+}
+
 int cb_stats_write(const struct cb_stats *stats, const struct cb_config *config, const char *path) {
     char temporary[4096];
     int length = snprintf(temporary, sizeof temporary, "%s.new", path);
     if (length < 0 || (size_t)length >= sizeof temporary) return ENAMETOOLONG;
+    if (is_special(path)) return ENOTSUP;
     FILE *file = fopen(temporary, "we");
     if (file == NULL) return errno;
     put_all(file, stats, config);
