@@ -6,8 +6,8 @@
  * the folded weights; bpnet_test.cpp holds them against the unfolded network in double. */
 #include "models/bpnet.h"
 
+#include "models/bpnet_layers.h"
 #include "models/num.h"
-#include "models/transcendental.h"
 
 static uint32_t padded(uint8_t hidden) {
     return (hidden + 3u) & ~3u;
@@ -121,79 +121,10 @@ bool cb_bpnet_fold(const struct cb_bpnet_source *source, float *weights, struct 
 
 /* ---- evaluation ---- */
 
-/* Arguments of 8 hidden units. Eight running sums hide the latency of the adder, and each takes
- * the inputs in order: a compiler may put them side by side into a vector, and the bits stay.
- * out: where the next block begins */
-static const float *block_of_8(const float *restrict w, const float *restrict x, uint32_t inputs,
-                               float *restrict s) {
-    float s0 = w[0], s1 = w[1], s2 = w[2], s3 = w[3], s4 = w[4], s5 = w[5], s6 = w[6], s7 = w[7];
-    for (const float *const end = x + inputs; x != end; ++x) {
-        const float v = *x;
-        w += 8;
-        s0 += w[0] * v;
-        s1 += w[1] * v;
-        s2 += w[2] * v;
-        s3 += w[3] * v;
-        s4 += w[4] * v;
-        s5 += w[5] * v;
-        s6 += w[6] * v;
-        s7 += w[7] * v;
-    }
-    s[0] = s0;
-    s[1] = s1;
-    s[2] = s2;
-    s[3] = s3;
-    s[4] = s4;
-    s[5] = s5;
-    s[6] = s6;
-    s[7] = s7;
-    return w + 8;
-}
-
-/* The same for 4 units. */
-static const float *block_of_4(const float *restrict w, const float *restrict x, uint32_t inputs,
-                               float *restrict s) {
-    float s0 = w[0], s1 = w[1], s2 = w[2], s3 = w[3];
-    for (const float *const end = x + inputs; x != end; ++x) {
-        const float v = *x;
-        w += 4;
-        s0 += w[0] * v;
-        s1 += w[1] * v;
-        s2 += w[2] * v;
-        s3 += w[3] * v;
-    }
-    s[0] = s0;
-    s[1] = s1;
-    s[2] = s2;
-    s[3] = s3;
-    return w + 4;
-}
-
 /* in : h[padded hidden] from the caller
  * out: h = tanh of the hidden layer; result: where the outputs' rows begin */
 static const float *hidden_layer(const struct cb_bpnet *net, const float *x, float *h) {
-    const uint32_t units = padded(net->hidden);
-    const float *w = net->weights;
-    uint32_t i = 0;
-    for (; i + 8 <= units; i += 8) w = block_of_8(w, x, net->inputs, h + i);
-    if (i < units) w = block_of_4(w, x, net->inputs, h + i);
-    for (i = 0; i < net->hidden; ++i) h[i] = cb_tanh(h[i]);
-    return w;
-}
-
-/* Scalar product in four running sums, added pairwise; a rest of up to three goes one by one. */
-static float dot(const float *w, const float *v, uint32_t count) {
-    float s0 = 0.0f, s1 = 0.0f, s2 = 0.0f, s3 = 0.0f;
-    uint32_t i = 0;
-    for (; i + 4 <= count; i += 4) {
-        s0 += w[i] * v[i];
-        s1 += w[i + 1] * v[i + 1];
-        s2 += w[i + 2] * v[i + 2];
-        s3 += w[i + 3] * v[i + 3];
-    }
-    float sum = (s0 + s1) + (s2 + s3);
-    for (; i < count; ++i) sum += w[i] * v[i];
-    return sum;
+    return hidden_units(net->weights, x, net->inputs, padded(net->hidden), h);
 }
 
 void cb_bpnet_evaluate(const struct cb_bpnet *net, const float *x, float *y) {
