@@ -21,4 +21,9 @@ static inline int64_t cb_boottime_us(void) {
     return cb_clock_ns(CLOCK_BOOTTIME) / 1000;
 }
 
+/* For files that outlive a restart; it may be set. */
+static inline int64_t cb_unix_us(void) {
+    return cb_clock_ns(CLOCK_REALTIME) / 1000;
+}
+
 #endif

@@ -14,6 +14,7 @@
 #include "hal/linux/daemon/loop.h"
 #include "hal/linux/daemon/options.h"
 #include "hal/linux/daemon/record.h"
+#include "hal/linux/daemon/state.h"
 #include "hal/linux/daemon/stats.h"
 #include "hal/linux/realtime.h"
 
@@ -33,8 +34,10 @@ struct daemon {
     struct cb_record record;
     struct cb_stats stats;
     char plc[64];
-    int64_t stop_by_us; /* 0: no stop was asked for yet */
-    int64_t stats_us;   /* when statistics were last written */
+    int64_t stop_by_us;    /* 0: no stop was asked for yet */
+    int64_t stats_us;      /* when statistics were last written */
+    struct cb_state state; /* newest that the loop handed over */
+    int64_t state_us;      /* when it was last written */
     pthread_t thread;
     sigset_t signals;
 };
@@ -103,6 +106,7 @@ static void block_signals(struct daemon *daemon) {
 static bool start_loop(struct daemon *daemon) {
     daemon->loop.cycles = daemon->options.cycles;
     cb_ring_start(&daemon->loop.ring, CB_LOOP_ROWS);
+    cb_ring_start(&daemon->loop.state_ring, CB_LOOP_STATES);
     int error =
         cb_start_thread(&daemon->thread, daemon->options.priority, cb_loop_run, &daemon->loop);
     if (error == EPERM)
@@ -113,6 +117,37 @@ static bool start_loop(struct daemon *daemon) {
     else if (error != 0)
         fprintf(stderr, "compboxd: cannot start the loop: %s\n", strerror(error));
     return error == 0;
+}
+
+/* Lags go on where the file says and their pause was short. */
+static void resume_lags(struct daemon *daemon) {
+    char said[512];
+    if (daemon->options.state == NULL) return;
+    cb_state_read(&daemon->loop.resumed, &daemon->loop.box.config, daemon->options.state,
+                  cb_boottime_us(), cb_unix_us(), said, sizeof said);
+    cb_log_say(&daemon->log, cb_boottime_us(), "%s", said);
+    daemon->state = daemon->loop.resumed; /* a start that ends at once loses nothing */
+}
+
+static void write_state(struct daemon *daemon, int64_t now_us) {
+    if (daemon->options.state == NULL) return;
+    int error = cb_state_write(&daemon->state, &daemon->loop.box.config, daemon->options.state,
+                               now_us, cb_unix_us());
+    if (error != 0)
+        cb_log_say(&daemon->log, now_us, "%s: cannot be written: %s", daemon->options.state,
+                   strerror(error));
+}
+
+/* Takes what the loop handed over; writes it when it is time. */
+static void keep_state(struct daemon *daemon, int64_t now_us) {
+    struct cb_loop *loop = &daemon->loop;
+    for (int32_t slot; (slot = cb_ring_slot_to_read(&loop->state_ring)) >= 0;) {
+        daemon->state = loop->states[slot];
+        cb_ring_release(&loop->state_ring);
+    }
+    if (now_us - daemon->state_us < daemon->options.state_every_s * 1000000LL) return;
+    daemon->state_us = now_us;
+    write_state(daemon, now_us);
 }
 
 static const char *plural(uint64_t count) {
@@ -136,6 +171,7 @@ static bool start(struct daemon *daemon) {
                (unsigned)config->revision, (unsigned)config->terms_count,
                plural(config->terms_count), (unsigned)config->channels_count,
                plural(config->channels_count), daemon->plc, (double)config->period_us * 1e-3);
+    resume_lags(daemon);
     return start_loop(daemon);
 }
 
@@ -184,13 +220,16 @@ static void mind_the_stop(struct daemon *daemon) {
 }
 
 static void serve(struct daemon *daemon) {
-    daemon->stats_us = cb_boottime_us();
+    daemon->stats_us = daemon->state_us = cb_boottime_us();
     while (!cb_flag_is_raised(&daemon->loop.finished)) {
         mind_the_stop(daemon);
         take_rows(daemon);
         write_stats_now_and_then(daemon, cb_boottime_us());
+        keep_state(daemon, cb_boottime_us());
     }
     pthread_join(daemon->thread, NULL);
+    cb_state_take(&daemon->state, &daemon->loop.box);
+    write_state(daemon, cb_boottime_us());
     take_rows(daemon);
 }
 

@@ -50,11 +50,22 @@ static void publish(struct cb_loop *loop, int64_t woke_before_ns) {
     cb_ring_publish(&loop->ring);
 }
 
+/* The lags for the other thread, once a second. */
+static void publish_state(struct cb_loop *loop) {
+    if (loop->cycle.tick_us - loop->state_us < CB_LOOP_STATE_US) return;
+    int32_t slot = cb_ring_slot_to_write(&loop->state_ring);
+    if (slot < 0) return;
+    loop->state_us = loop->cycle.tick_us;
+    cb_state_take(&loop->states[slot], &loop->box);
+    cb_ring_publish(&loop->state_ring);
+}
+
 void *cb_loop_run(void *argument) {
     struct cb_loop *loop = argument;
     cb_settle_thread("compboxd-loop");
     const struct cb_hal hal = cb_linux_hal(&loop->target);
     cb_box_start(&loop->box);
+    cb_state_give(&loop->resumed, &loop->box);
     cb_cycle_start(&loop->cycle);
     cb_tick_start(&loop->target.tick, loop->box.config.period_us);
     int64_t woke_before_ns = 0;
@@ -62,6 +73,7 @@ void *cb_loop_run(void *argument) {
         cb_cycle_run(&loop->cycle, &loop->box, &hal);
         loop->stopped = loop->cycle.out.stopped;
         publish(loop, woke_before_ns);
+        publish_state(loop);
         woke_before_ns = loop->target.tick.woke_ns;
         if (++done == loop->cycles) cb_flag_raise(&loop->target.stop);
     }

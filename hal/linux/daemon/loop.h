@@ -11,10 +11,11 @@
 #include "hal/cycle.h"
 #include "hal/linux/box_hal.h"
 #include "hal/linux/daemon/row.h"
+#include "hal/linux/daemon/state.h"
 #include "hal/linux/mailbox.h"
 
 /* A minute of rows at 30 ms: how long the other thread may be kept from running or writing. */
-enum { CB_LOOP_ROWS = 2048 };
+enum { CB_LOOP_ROWS = 2048, CB_LOOP_STATES = 2, CB_LOOP_STATE_US = 1000000 };
 
 struct cb_loop {
     struct cb_box box;      /* its config loaded before the start */
@@ -26,6 +27,10 @@ struct cb_loop {
     struct cb_cycle cycle;
     struct cb_ring ring;
     struct cb_row rows[CB_LOOP_ROWS];
+    struct cb_state resumed;   /* lags that go on from before the start */
+    struct cb_ring state_ring; /* the lags, once a second … */
+    struct cb_state states[CB_LOOP_STATES];
+    int64_t state_us; /* … and when last */
 };
 
 /* Thread function; argument: struct cb_loop *. Ends after a clean stop or on quit. */

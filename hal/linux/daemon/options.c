@@ -21,6 +21,8 @@ static const char help[] =
     "first\n"
     "  --stats FILE          write statistics as JSON, every 5 s and at the end\n"
     "  --record FILE         write one CSV row for each cycle: signals, terms, outputs, mode\n"
+    "  --state FILE          keep the memory of the lags across restarts in this file\n"
+    "  --state-every S       write it every S seconds, 1 to 3600 (default: 10), and at the end\n"
     "  --priority P          run the loop under SCHED_FIFO with this priority, 1 to 99\n"
     "  --cpu-latency on|off  hold /dev/cpu_dma_latency at 0 (default: on, where permitted)\n"
     "  --help, --version\n"
@@ -36,6 +38,8 @@ static const struct option known[] = {
     {"cycles", required_argument, NULL, 'n'},
     {"stats", required_argument, NULL, 's'},
     {"record", required_argument, NULL, 'r'},
+    {"state", required_argument, NULL, 'm'},
+    {"state-every", required_argument, NULL, 'e'},
     {"priority", required_argument, NULL, 'p'},
     {"cpu-latency", required_argument, NULL, 'l'},
     {"help", no_argument, NULL, 'h'},
@@ -79,6 +83,13 @@ static bool take(struct cb_options *options, int letter, const char *argument) {
         case 'r':
             options->record = argument;
             return true;
+        case 'm':
+            options->state = argument;
+            return true;
+        case 'e':
+            if (!parse_number("state-every", argument, 1, 3600, &number)) return false;
+            options->state_every_s = (int)number;
+            return true;
         case 'n':
             return parse_number("cycles", argument, 1, 1000000000000, &options->cycles);
         case 'p':
@@ -94,7 +105,7 @@ static bool take(struct cb_options *options, int letter, const char *argument) {
 }
 
 enum cb_options_result cb_options_parse(struct cb_options *options, int argc, char **argv) {
-    *options = (struct cb_options){.cpu_latency = true};
+    *options = (struct cb_options){.cpu_latency = true, .state_every_s = 10};
     optind = 0;
     for (int letter; (letter = getopt_long(argc, argv, "", known, NULL)) != -1;) {
         if (letter == 'h') {

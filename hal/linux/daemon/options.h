@@ -10,6 +10,8 @@ struct cb_options {
     const char *config; /* coefficient file */
     const char *stats;  /* statistics as JSON; NULL: none */
     const char *record; /* one CSV row for each cycle; NULL: none */
+    const char *state;  /* memory of the lags across restarts; NULL: none */
+    int state_every_s;  /* how often it is written */
     uint64_t cycles;    /* then the box stops by itself; 0: never */
     int priority;       /* SCHED_FIFO 1 … 99; 0: normal scheduling */
     bool cpu_latency;   /* keep the processor in its lightest sleep */

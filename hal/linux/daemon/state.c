@@ -1,0 +1,217 @@
+/* SPDX-License-Identifier: MIT */
+#include "hal/linux/daemon/state.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <libgen.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "firmware/crc32.h"
+
+/* The file: a header, `count` records, CRC-32 of all that. In the byte order of the machine, which
+ * the format's number tells. */
+struct header {
+    char magic[8];
+    uint32_t format; /* 1 */
+    uint32_t count;
+    char machine[40];
+};
+
+struct record {
+    char name[CB_NAME_SIZE], lag_of[CB_NAME_SIZE];
+    int64_t unix_us; /* of its last value */
+    float hi, lo, input, tau_s;
+    uint32_t power;
+    uint32_t unused;
+};
+
+struct file {
+    struct header header;
+    struct record records[CB_MAX_SIGNALS];
+    uint32_t crc; /* room for it behind the last record */
+};
+
+static const char MAGIC[8] = "CBSTATE";
+enum { FORMAT = 1 };
+
+void cb_state_take(struct cb_state *state, const struct cb_box *box) {
+    for (unsigned i = 0; i < box->config.signals_count; i++) {
+        const struct cb_signal_state *signal = &box->signals[i];
+        state->lags[i] = (struct cb_lag_state){signal->lag, signal->time_us, signal->settled};
+    }
+}
+
+void cb_state_give(const struct cb_state *state, struct cb_box *box) {
+    for (unsigned i = 0; i < box->config.signals_count; i++) {
+        const struct cb_lag_state *lag = &state->lags[i];
+        if (!lag->settled) continue;
+        box->signals[i].lag = lag->lag;
+        box->signals[i].time_us = lag->time_us;
+        box->signals[i].settled = true;
+    }
+}
+
+/* ---- writing ---- */
+
+static size_t fill(struct file *file, const struct cb_state *state, const struct cb_config *config,
+                   int64_t to_unix_us) {
+    memset(file, 0, sizeof *file);
+    memcpy(file->header.magic, MAGIC, sizeof MAGIC);
+    file->header.format = FORMAT;
+    memcpy(file->header.machine, config->machine, sizeof config->machine);
+    for (unsigned i = 0; i < config->signals_count; i++) {
+        const struct cb_signal_config *signal = &config->signals[i];
+        const struct cb_lag_state *lag = &state->lags[i];
+        if (signal->source != CB_SOURCE_LAG || !lag->settled) continue;
+        struct record *record = &file->records[file->header.count++];
+        memcpy(record->name, signal->name, sizeof record->name);
+        memcpy(record->lag_of, config->signals[signal->lag_of].name, sizeof record->lag_of);
+        record->unix_us = lag->time_us + to_unix_us;
+        record->hi = lag->lag.hi;
+        record->lo = lag->lag.lo;
+        record->input = lag->lag.input;
+        record->tau_s = signal->tau_s;
+        record->power = signal->power;
+    }
+    const size_t size = sizeof file->header + file->header.count * sizeof file->records[0];
+    const uint32_t crc = cb_crc32(0, file, (uint32_t)size);
+    memcpy((char *)file + size, &crc, sizeof crc);
+    return size + sizeof crc;
+}
+
+static int write_and_sync(const char *path, const void *bytes, size_t size) {
+    int fd = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+    if (fd < 0) return errno;
+    ssize_t written = write(fd, bytes, size);
+    int error = written == (ssize_t)size ? 0 : written < 0 ? errno : ENOSPC;
+    if (error == 0 && fsync(fd) != 0) error = errno;
+    if (close(fd) != 0 && error == 0) error = errno;
+    return error;
+}
+
+/* The new name too has to outlive a power cut. */
+static void sync_folder(char *path) {
+    int fd = open(dirname(path), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (fd < 0) return;
+    fsync(fd);
+    close(fd);
+}
+
+int cb_state_write(const struct cb_state *state, const struct cb_config *config, const char *path,
+                   int64_t boottime_us, int64_t unix_us) {
+    struct file file;
+    char temporary[4096];
+    int length = snprintf(temporary, sizeof temporary, "%s.new", path);
+    if (length < 0 || (size_t)length >= sizeof temporary) return ENAMETOOLONG;
+    const size_t size = fill(&file, state, config, unix_us - boottime_us);
+    int error = write_and_sync(temporary, &file, size);
+    if (error == 0 && rename(temporary, path) != 0) error = errno;
+    if (error != 0) unlink(temporary);
+    if (error == 0) sync_folder(temporary);
+    return error;
+}
+
+/* ---- reading ---- */
+
+/* out: what is wrong with the file as a whole, or NULL */
+static const char *fault_of(const struct file *file, size_t size, const struct cb_config *config) {
+    const struct header *header = &file->header;
+    if (size < sizeof *header + sizeof file->crc || memcmp(header->magic, MAGIC, sizeof MAGIC) != 0)
+        return "is no state file";
+    if (header->format != FORMAT) return "is of another version";
+    const size_t body = sizeof *header + (size_t)header->count * sizeof file->records[0];
+    if (header->count > CB_MAX_SIGNALS || size != body + sizeof file->crc) return "is cut off";
+    uint32_t crc;
+    memcpy(&crc, (const char *)file + body, sizeof crc);
+    if (crc != cb_crc32(0, file, (uint32_t)body)) return "is damaged";
+    if (memcmp(header->machine, config->machine, sizeof header->machine) != 0)
+        return "is of another machine";
+    return NULL;
+}
+
+static bool is_sound(const struct record *record) {
+    return isfinite(record->hi) && isfinite(record->lo) && isfinite(record->input);
+}
+
+/* out: the record of this lag; NULL: there is none, or it followed something else */
+static const struct record *record_of(const struct file *file, const struct cb_config *config,
+                                      const struct cb_signal_config *signal) {
+    const char *lag_of = config->signals[signal->lag_of].name;
+    for (uint32_t i = 0; i < file->header.count; i++) {
+        const struct record *record = &file->records[i];
+        if (strncmp(record->name, signal->name, CB_NAME_SIZE) != 0) continue;
+        const bool same = strncmp(record->lag_of, lag_of, CB_NAME_SIZE) == 0 &&
+                          record->power == signal->power && record->tau_s == signal->tau_s;
+        return same && is_sound(record) ? record : NULL;
+    }
+    return NULL;
+}
+
+/* How the lags fared, for the sentence. */
+struct tally {
+    unsigned lags, resumed, future;
+    int64_t pause_us; /* the longest */
+};
+
+static void resume(struct cb_lag_state *lag, const struct record *record, float tau_s,
+                   int64_t boottime_us, int64_t unix_us, struct tally *tally) {
+    const int64_t pause_us = unix_us - record->unix_us;
+    if (pause_us > tally->pause_us) tally->pause_us = pause_us;
+    tally->future += pause_us < 0;
+    if (pause_us < 0 || (double)pause_us * 1e-6 * CB_STATE_PAUSES > (double)tau_s) return;
+    *lag = (struct cb_lag_state){
+        {record->hi, record->lo, record->input}, boottime_us - pause_us, true};
+    tally->resumed++;
+}
+
+static void tell(const struct tally *tally, const char *path, char *said, size_t size) {
+    if (tally->future > 0)
+        snprintf(said, size, "%s: is from the future by the wall clock, so its lags start steady",
+                 path);
+    else
+        snprintf(said, size,
+                 "%s: %u of %u lags go on after a pause of %.1f s; the others start steady", path,
+                 tally->resumed, tally->lags, (double)tally->pause_us * 1e-6);
+}
+
+/* out: bytes read, at most one more than a whole file; -1 with errno */
+static ssize_t read_bytes(const char *path, struct file *file) {
+    char more;
+    int fd = open(path, O_RDONLY | O_CLOEXEC);
+    if (fd < 0) return -1;
+    memset(file, 0, sizeof *file);
+    ssize_t size = read(fd, file, sizeof *file);
+    if (size == (ssize_t)sizeof *file && read(fd, &more, 1) == 1) size = 0; /* too long: none */
+    close(fd);
+    return size;
+}
+
+bool cb_state_read(struct cb_state *state, const struct cb_config *config, const char *path,
+                   int64_t boottime_us, int64_t unix_us, char *said, size_t size) {
+    struct file file;
+    struct tally tally = {0, 0, 0, 0};
+    memset(state, 0, sizeof *state);
+    const ssize_t length = read_bytes(path, &file);
+    if (length < 0) {
+        snprintf(said, size, "%s: %s, so lags start steady", path,
+                 errno == ENOENT ? "is not there yet" : strerror(errno));
+        return false;
+    }
+    const char *fault = fault_of(&file, (size_t)length, config);
+    if (fault != NULL) {
+        snprintf(said, size, "%s: %s and is not used; lags start steady", path, fault);
+        return false;
+    }
+    for (unsigned i = 0; i < config->signals_count; i++) {
+        const struct cb_signal_config *signal = &config->signals[i];
+        if (signal->source != CB_SOURCE_LAG) continue;
+        const struct record *record = record_of(&file, config, signal);
+        tally.lags++;
+        if (record) resume(&state->lags[i], record, signal->tau_s, boottime_us, unix_us, &tally);
+    }
+    tell(&tally, path, said, size);
+    return true;
+}

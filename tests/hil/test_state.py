@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: MIT
+"""The memory of the lags across a restart: killed without warning, started again."""
+import time
+
+from machine import ACTIVE
+from pymodbus_plc import PymodbusPlc
+
+TAU_S = 40
+
+
+def with_lag(tau_s=TAU_S):
+    def change(data):
+        data["signals"].append({"name": "T1_slow", "unit": "degC", "lag_of": "T1", "tau_s": tau_s})
+    return change
+
+
+def run_for(seconds, start_box, state, change, plc, value):
+    """A box that is killed after some time; out: its T1_slow, row by row, and its log."""
+    plc.values = {"X": 6500, "Y": 200, "Z": 1500, "T1": value}
+    with start_box("--state", str(state), "--state-every", "1", change=change) as box:
+        time.sleep(seconds)
+        box.process.kill()
+        box.wait(5)
+    return [row["T1_slow"] for row in box.rows if row["T1_slow"] is not None], box.log
+
+
+def test_a_lag_goes_on_after_a_kill(plc, port, start_box, tmp_path):
+    state = tmp_path / "lags.state"
+    with PymodbusPlc(plc, port):
+        first, log = run_for(1.5, start_box, state, with_lag(), plc, 20)
+        assert "is not there yet" in log
+        assert first[0] == 20
+        warm, log = run_for(4, start_box, state, with_lag(), plc, 40)
+        assert "1 of 1 lags go on" in log
+        assert 20 <= warm[0] < 22 and 20.5 < warm[-1] < 25
+        again, log = run_for(1.5, start_box, state, with_lag(), plc, 40)
+        assert warm[-1] - 1 < again[0] < warm[-1] + 2, "neither 20 nor 40"
+
+
+def test_a_long_pause_starts_steady(plc, port, start_box, tmp_path):
+    state = tmp_path / "lags.state"
+    with PymodbusPlc(plc, port):
+        run_for(2.5, start_box, state, with_lag(1), plc, 20)
+        time.sleep(1)
+        again, log = run_for(1, start_box, state, with_lag(1), plc, 40)
+    assert "0 of 1 lags go on" in log
+    assert again[0] == 40
+
+
+def test_a_damaged_file_is_told_and_replaced(plc, port, start_box, tmp_path):
+    state = tmp_path / "lags.state"
+    with PymodbusPlc(plc, port):
+        run_for(2.5, start_box, state, with_lag(), plc, 20)
+        good = state.read_bytes()
+        state.write_bytes(good[:-5] + bytes([good[-5] ^ 1]) + good[-4:])
+        again, log = run_for(2.5, start_box, state, with_lag(), plc, 40)
+        assert "is damaged and is not used" in log
+        assert again[0] == 40
+        assert state.read_bytes() != good[:-5] + bytes([good[-5] ^ 1]) + good[-4:]
+
+
+def test_a_clean_stop_saves_the_last_state(plc, port, start_box, tmp_path):
+    state = tmp_path / "lags.state"
+    plc.values = {"X": 6500, "Y": 200, "Z": 1500, "T1": 20}
+    with PymodbusPlc(plc, port), start_box("--state", str(state), change=with_lag()) as box:
+        plc.wait(lambda w: w.mode == ACTIVE)
+        box.stop()
+    assert box.code == 0, box.log
+    assert state.exists()
