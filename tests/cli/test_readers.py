@@ -58,8 +58,8 @@ def reference(compbox):
     ("目标(mm);第1次(微米);第2次(微米)\r\n" +
      "".join(f"{x};{a};{b}\r\n" for x, a, b in zip(X, *E)).replace(".", ",")).encode("gbk"),
 ], ids=["bom", "crlf", "semicolon, decimal comma", "tab, decimal comma", "tab", "quoted decimal comma",
-        "empty columns", "empty rows", "blanks", "comment", "utf-16", "minus sign", "lines above", "windows-1252", "chinese utf-8",
-        "chinese gbk", "german", "a column for each run", "the same in gbk"])
+        "empty columns", "empty rows", "blanks", "comment", "utf-16", "minus sign", "lines above",
+        "windows-1252", "chinese utf-8", "chinese gbk", "german", "a column for each run", "the same in gbk"])
 def test_the_same_figures(compbox, reference, content):
     assert figures(compbox, content) == reference
 
