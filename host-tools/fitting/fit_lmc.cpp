@@ -14,7 +14,6 @@
 #include "firmware/limits.h"
 #include "host-tools/fitting/least_squares.h"
 #include "host-tools/fitting/methods.h"
-#include "host-tools/formats/csv.h"
 
 namespace compbox {
 
@@ -185,14 +184,14 @@ void fit_lmc(fit_result &result) {
     result.key_points = keys.size();
     const double lost = to_function(curve, 0.01 * tolerance, result.curve.bspline);
     if (!result.converged) {
-        result.warnings.push_back(
-            "did not converge: with all " + std::to_string(keys.size()) +
-            " points as key points a residual of " + shortest(to_float(worst)) + " " + data.unit +
-            " stays above the tolerance of " + shortest(tolerance) + " " + data.unit);
+        result.warnings.push_back("did not converge: with all " + std::to_string(keys.size()) +
+                                  " points as key points a residual of " + text_of(worst, 3) + " " +
+                                  data.unit + " stays above the tolerance of " +
+                                  text_of(tolerance, 3) + " " + data.unit);
     }
     if (lost > 0.1 * tolerance) {
         result.warnings.push_back("writing the parametric curve as a function of x costs " +
-                                  shortest(to_float(lost)) + " " + data.unit);
+                                  text_of(lost, 3) + " " + data.unit);
     }
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "host-tools/fitting/methods.h"
 
@@ -30,7 +32,7 @@ void warn_of_unknown_noise(fit_result &result) {
     if (!used || result.best.noise_measured || result.data.position.size() < 3) return;
     result.warnings.push_back(
         "the noise could not be measured (no repeats, no column sigma); about " +
-        text_of(result.noise, 2) + " " + result.data.unit +
+        text_of(std::max(result.noise, 0.001), 2) + " " + result.data.unit +
         " is taken, as instruments have; measure three runs, or give sigma");
 }
 
@@ -57,6 +59,53 @@ void warn_of_outliers(fit_result &result) {
                               "a wrong reading to measure again or leave out");
 }
 
+// The readings of one position and direction.
+struct repeats {
+    double sum = 0.0, squares = 0.0, low = 0.0, high = 0.0;
+    int count = 0;
+
+    void add(double reading) {
+        low = count ? std::min(low, reading) : reading;
+        high = count ? std::max(high, reading) : reading;
+        sum += reading;
+        squares += reading * reading;
+        ++count;
+    }
+    double spread() const { return std::max(squares - sum * sum / count, 0.0); }
+};
+
+// Where the runs disagree far more than elsewhere, one of them read something wrong. It also makes
+// all noise look larger, so that the curve is smoothed more than it should be.
+void warn_of_disagreement(fit_result &result) {
+    const measurement &data = result.data;
+    std::map<std::pair<double, int>, repeats> groups;
+    for (const auto &run : data.runs) {
+        for (std::size_t i = 0; i < run.position.size(); ++i) {
+            const double line = run.offset + run.slope * (run.position[i] - data.centre());
+            groups[{run.position[i], run.direction}].add((run.error[i] - line) / run.sigma[i]);
+        }
+    }
+    double squares = 0.0, worst = 0.0, where = 0.0, apart = 0.0;
+    int freedom = 0, worst_freedom = 0;
+    for (const auto &[place, group] : groups) {
+        squares += group.spread();
+        freedom += group.count - 1;
+        if (group.spread() <= worst) continue;
+        worst = group.spread();
+        worst_freedom = group.count - 1;
+        where = place.first;
+        apart = group.high - group.low;
+    }
+    const int others = freedom - worst_freedom;
+    if (others < 10) return;
+    const double usual = (squares - worst) / others;
+    if (worst <= 30.0 * worst_freedom * usual) return;
+    result.warnings.push_back(
+        "the runs disagree at " + text_of(where, 7) + " mm by " + text_of(apart, 3) +
+        (data.sigma_given ? " times sigma" : " " + data.unit) + ", elsewhere by about " +
+        text_of(std::sqrt(usual), 2) + "; leave the wrong reading out or measure it again");
+}
+
 // Two branches in one curve: fine for straightness, a loss for positioning.
 void warn_of_lost_motion(fit_result &result) {
     const double lost = result.data.mean_lost_motion;
@@ -78,8 +127,10 @@ void add_warnings(fit_result &result) {
     warn_of_unknown_noise(result);
     warn_of_lost_motion(result);
     warn_of_outliers(result);
+    warn_of_disagreement(result);
     for (auto &backward : result.backward) {
         warn_of_outliers(backward);
+        warn_of_disagreement(backward);
         for (const auto &warning : backward.warnings) {
             result.warnings.push_back("backward: " + warning);
         }

@@ -200,5 +200,40 @@ TEST(FitNoise, AWrongReadingIsNamedAndACleanCurveIsNot) {
     EXPECT_TRUE(warns(fit, std::to_string(from.position[11]).substr(0, 5)));
 }
 
+TEST(FitNoise, ARunThatDisagreesIsNamed) {
+    std::mt19937_64 engine(3);
+    const scenario from = cosines(engine, 2.5, 0.3);
+    measurement data = measure(from, engine, 0.3, 3);
+    EXPECT_FALSE(warns(fit_curve(data, {}), "the runs disagree"));
+    data.runs[1].error[7] += 10.0;
+    average_runs(data);
+    const fit_result fit = fit_curve(data, {});
+    EXPECT_TRUE(
+        warns(fit, "the runs disagree at " + std::to_string(from.position[7]).substr(0, 5)));
+}
+
+TEST(FitNoise, ExactReadingsAreNoTrouble) {
+    measurement data;
+    data.file = "test.csv";
+    data.runs.resize(3);
+    for (auto &run : data.runs) {
+        for (int i = 0; i < 20; ++i) {
+            run.position.push_back(10.0 * i);
+            run.error.push_back(0.25 * i);
+            run.sigma.push_back(1.0);
+        }
+    }
+    for (const double bend : {0.0, 0.01}) {
+        for (auto &run : data.runs) {
+            for (std::size_t i = 0; i < 20; ++i)
+                run.error[i] += bend * std::pow(run.position[i], 2);
+        }
+        average_runs(data);
+        const fit_result fit = fit_curve(data, {});
+        EXPECT_LT(std::abs(fit.summary.worst), 1e-3) << bend;
+        EXPECT_LE(fit.curve.coefficient_count(), 12u) << bend;
+    }
+}
+
 }  // namespace
 }  // namespace compbox
