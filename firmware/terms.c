@@ -122,6 +122,7 @@ static bool gather(const struct evaluation *e, uint16_t link, unsigned count, fl
     return fresh;
 }
 
+/* Rounding: (inputs + 1) 2^-24 of the sum of the sizes of what is added. */
 static uint8_t linear(const struct evaluation *e, const struct cb_linear_config *linear,
                       float *value) {
     const float *weights = e->config->pool + linear->pool;
@@ -136,6 +137,7 @@ static uint8_t linear(const struct evaluation *e, const struct cb_linear_config 
     return 0;
 }
 
+/* Rounding: 2^-23 of the product, beside that of the output that it takes. */
 static uint8_t product(const struct evaluation *e, const struct cb_product_config *product,
                        float *value) {
     const struct cb_signal_state *signal = &e->signals[product->signal];

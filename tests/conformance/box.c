@@ -17,7 +17,8 @@ static const char text[] = {
 
 enum { CYCLES = 6000, PERIOD_US = 30000, SIGNAL_T1 = 4 };
 
-static struct cb_box box;
+struct cb_box conformance_box;
+
 static struct cb_load_scratch scratch;
 static struct cb_inputs in;
 static struct cb_outputs out;
@@ -122,7 +123,7 @@ static void advance(struct world *world) {
 }
 
 static void check_outputs(struct check *check) {
-    const struct cb_config *config = &box.config;
+    const struct cb_config *config = &conformance_box.config;
     for (unsigned i = 0; i < config->channels_count; ++i) {
         const float limit_um = config->channels[i].limit_um;
         check_equal(check, "within the limit", cb_abs(out.channel_um[i]) <= limit_um, true);
@@ -131,8 +132,10 @@ static void check_outputs(struct check *check) {
         check_hash(check, bits);
     }
     const unsigned slope = config->channels[0].slope;
-    check_equal(check, "slope within its limit",
-                cb_abs(box.channels[slope].output_um) <= config->channels[slope].limit_um, true);
+    check_equal(
+        check, "slope within its limit",
+        cb_abs(conformance_box.channels[slope].output_um) <= config->channels[slope].limit_um,
+        true);
     const struct cb_pair_config *pair = &config->pairs[0];
     const float difference_um = out.channel_um[pair->a] - out.channel_um[pair->b];
     check_equal(check, "pair", cb_abs(difference_um) <= pair->max_difference_um + 1e-4f, true);
@@ -146,24 +149,24 @@ void run_box(struct check *check) {
     struct cb_message message;
     struct world world = {.random = 2463534242u, .control = 0xB, .t1 = 215, .now_us = 1000000};
     check->subject = "loading";
-    check_equal(
-        check, "error",
-        (uint32_t)cb_config_load(&box.config, text, sizeof text, &target, &scratch, &message),
-        CB_OK);
+    check_equal(check, "error",
+                (uint32_t)cb_config_load(&conformance_box.config, text, sizeof text, &target,
+                                         &scratch, &message),
+                CB_OK);
     if (check->failures > 0) return;
     check->subject = "cycles";
     memset(&in, 0, sizeof in);
     memset(&out, 0, sizeof out);
-    cb_box_start(&box);
+    cb_box_start(&conformance_box);
     for (check->row = 0; check->row < CYCLES; ++check->row) {
         advance(&world);
         read_plc(&world);
         read_sensors(&world);
-        cb_box_step(&box, &in, world.now_us, &out);
+        cb_box_step(&conformance_box, &in, world.now_us, &out);
         check_outputs(check);
         write_plc(&world);
     }
-    const struct cb_counters *seen = &box.counters;
+    const struct cb_counters *seen = &conformance_box.counters;
     check_equal(check, "every kind of trouble was met",
                 seen->holds && seen->ramps && seen->faults && seen->terms_faded &&
                     seen->outputs_limited && seen->outputs_slewed && seen->pairs_limited &&
@@ -172,7 +175,7 @@ void run_box(struct check *check) {
                 true);
     for (unsigned i = 0; i < CB_COUNTERS_COUNT; ++i) {
         uint32_t count;
-        memcpy(&count, (const char *)&box.counters + i * sizeof count, sizeof count);
+        memcpy(&count, (const char *)&conformance_box.counters + i * sizeof count, sizeof count);
         check_hash(check, count);
     }
 }

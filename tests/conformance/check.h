@@ -34,6 +34,9 @@ void check_equal(struct check *check, const char *what, uint32_t got, uint32_t e
 /* Adds the bits of a result that has no expected value of its own. */
 void check_hash(struct check *check, uint32_t bits);
 
+/* Of box.c; a target has room for one only. */
+extern struct cb_box conformance_box;
+
 void run_bspline(struct check *check);
 void run_polyline(struct check *check);
 void run_polynomial(struct check *check);
@@ -43,6 +46,7 @@ void run_bpnet(struct check *check);
 void run_training_range(struct check *check);
 void run_volumetric(struct check *check);
 void run_direction(struct check *check);
+void run_linear(struct check *check);
 void run_box(struct check *check);
 
 #endif

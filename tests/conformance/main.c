@@ -19,6 +19,7 @@ static const struct {
     {"training range", run_training_range},
     {"volumetric", run_volumetric},
     {"direction", run_direction},
+    {"linear", run_linear},
     {"box", run_box},
 };
 
