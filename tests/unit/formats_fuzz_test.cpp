@@ -112,13 +112,13 @@ TEST(formats_fuzz, cut_anywhere) {
 TEST(formats_fuzz, mutated) {
     std::mt19937 dice(2026);
     int read = 0, refused = 0;
-    for (int round = 0; round < 3000; ++round) {
+    for (int round = 0; round < 2000; ++round) {
         const std::string seed = round % 3 ? csv_texts[dice() % std::size(csv_texts)] : rtl_text;
         const bool figures = reads(mutated(seed, dice), round % 3 ? ".csv" : ".rtl");
         ++(figures ? read : refused);
     }
-    EXPECT_GT(read, 150);  // the mutations are small enough to matter
-    EXPECT_GT(refused, 150);
+    EXPECT_GT(read, 100);  // the mutations are small enough to matter
+    EXPECT_GT(refused, 100);
 }
 
 TEST(formats_fuzz, noise_becomes_utf8) {
