@@ -105,6 +105,11 @@ unsigned channel_model::signal(const std::string &name) const {
 
 bool channel_model::is_position(unsigned signal) const {
     const char *unit = config_->signals[signal].unit;
+    for (unsigned t = 0; t < config_->terms_count; ++t) {
+        const auto &term = config_->terms[t];
+        if (term.type == CB_TERM_VOLUMETRIC && term.as.volumetric.tool_length == signal)
+            return false;
+    }
     return std::strcmp(unit, "mm") == 0 || std::strcmp(unit, "deg") == 0;
 }
 

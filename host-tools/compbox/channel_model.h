@@ -47,7 +47,7 @@ class channel_model {
 
     // The signals that are read (no lags) on which an output depends, whatever the way.
     const std::set<unsigned> &dependencies(unsigned output) const { return depends_[output]; }
-    // A position of an axis: unit mm or deg.
+    // A position of an axis: unit mm or deg, and not the length of the tool.
     bool is_position(unsigned signal) const;
 
   private:

@@ -371,6 +371,25 @@ def test_a_volumetric_term_is_taken_apart_and_the_rest_is_stated(built):
     assert abs(missed) > 15  # up to 40 urad over 400 mm
 
 
+def test_the_tool_length_is_no_axis(built):
+    c = built.read("c.json")
+    c["signals"].append({"name": "L", "unit": "mm", "plc": 14, "min": 0, "max": 500})
+    c["terms"] += [{"name": "EBX", "type": "polynomial", "signal": "X", "coefficients": [0, 40],
+                    "half_range": 1000, "from": 0, "to": 1000},
+                   {"name": "vol", "type": "volumetric", "outputs": ["vx", "vy", "vz"],
+                    "chain": "XYZf", "errors": ["EBX"], "tool_length": "L"}]
+    next(ch for ch in c["channels"] if ch["name"] == "X")["sum"] += ["vx"]
+    built.write("c.json", c)
+    call = ("export", "c.json", "--format", "sinumerik-cec", "-o", "out")
+    assert built.refused(*call).startswith("a table cannot follow the signal L")
+    texts, _ = export(built, "sinumerik-cec", "--at", "L=200", "--tolerance-um", 0.05)
+    found = read_sinumerik(texts["NC_CEC.INI"], "%_N_NC_CEC_INI", "$AN_CEC")
+    assert set(found["$AN_CEC_INPUT_AXIS"].values()) == {"X1", "Y1", "Z1"}
+    # E_x = EBX(x) (z - L); x stands in the middle, where the tables hold it
+    place = {"X": 500.0, "Y": 10.0, "Z": 20.0}
+    assert cec_sum(found, place)["X1"] == pytest.approx(-error("X", place) + 0.02 * 180, abs=0.2)
+
+
 def test_no_table_fits(compbox):
     compbox.good("init", "--axes", "XY", "--profile", "generic", "--travel", "X=100,Y=100", "-o", "m")
     compbox.write("t", {"terms": [{"name": "EYX", "type": "polyline", "signal": "X",
