@@ -30,6 +30,17 @@ class drive {
     dice random;
     std::unique_ptr<cb_box> box;
 
+    // Products of products of … may overflow within the ranges of their signals; then they fade.
+    static bool multiplies_products(const cb_config &config) {
+        for (int i = 0; i < config.terms_count; ++i) {
+            const cb_term_config &term = config.terms[i];
+            if (term.type != CB_TERM_PRODUCT) continue;
+            const int used = config.outputs[term.as.product.output].term;
+            if (config.terms[used].type == CB_TERM_PRODUCT) return true;
+        }
+        return false;
+    }
+
     // A raw number for the signal: mostly one that gives a value at an end or inside its range.
     float raw_for(const cb_signal_config &signal) {
         const float values[] = {signal.min, signal.max, 0.5f * signal.min + 0.5f * signal.max};
@@ -75,7 +86,8 @@ class drive {
         in.last_write = CB_WRITE_OK;
         fill(in, now_us, step);
         cb_box_step(box.get(), &in, now_us, &out);
-        if (box->counters.terms_not_finite > 0) broken = "a term is not finite";
+        if (box->counters.terms_not_finite > 0 && !multiplies_products(config))
+            broken = "a term is not finite";
         for (int i = 0; i < config.outputs_count; ++i)
             if (!std::isfinite(box->outputs[i])) broken = "an output is not finite";
         for (int i = 0; i < config.channels_count; ++i) {

@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "tests/unit/config_drive.h"
 #include "tests/unit/config_fixture.h"
 #include "tests/unit/config_invariants.h"
+#include "tests/unit/every_term.h"
 
 using namespace compbox_test;
 using json = nlohmann::ordered_json;
@@ -189,6 +191,175 @@ TEST(config_fuzz, damaged_values) {
     }
     EXPECT_GT(count.good, 500);
     EXPECT_GT(count.refused, 1500);
+}
+
+// The same on a file with every kind of term.
+TEST(config_fuzz, damaged_values_of_every_kind_of_term) {
+    dice random(24);
+    tally count;
+    const json good = json::parse(every_term());
+    for (uint32_t i = 0; i < 4000; ++i) {
+        json tree = good;
+        const size_t terms = tree["terms"].size();
+        for (uint32_t k = random(3u); k > 0; --k) damage(tree["terms"][random(terms)], random);
+        if (random(3u) == 0) damage(tree, random);
+        ASSERT_NO_FATAL_FAILURE(judge(tree.dump(), i, count));
+    }
+    EXPECT_GT(count.good, 300);
+    EXPECT_GT(count.refused, 1500);
+}
+
+TEST(config_fuzz, a_file_with_every_kind_of_term_cut_anywhere_is_refused) {
+    const std::string text = every_term();
+    tally count;
+    for (size_t length = 0; length <= text.rfind('}'); length += 7)
+        judge(text.substr(0, length), 1, count);
+    EXPECT_EQ(count.good, 0);
+}
+
+// Terms of random kinds that use each other at random, with sizes and numbers that mostly fit.
+class random_terms {
+  public:
+    explicit random_terms(dice &d) : random(d) {}
+
+    json make() {
+        json terms = json::array();
+        for (uint32_t n = 1 + random(8u); n > 0; --n) terms.push_back(one());
+        return terms;
+    }
+    std::vector<std::string> outputs;
+
+  private:
+    dice &random;
+    int names = 0;
+
+    double number() {
+        const double digits = static_cast<double>(random(2000u)) / 1000 - 1;
+        return digits * std::pow(10, static_cast<double>(random(8u)) - (random(6u) ? 4 : 30));
+    }
+    std::vector<double> numbers(size_t n) {
+        std::vector<double> all(n);
+        for (double &x : all) x = number();
+        if (random(60u) == 0) all.push_back(1);
+        return all;
+    }
+    std::vector<double> ascending(size_t n) {
+        std::vector<double> all(n);
+        double x = static_cast<double>(random(100u));
+        for (double &y : all) y = x += random(50u) ? 1 + static_cast<double>(random(400u)) : 0;
+        return all;
+    }
+    std::string signal() {
+        static const char *const all[] = {"X", "Y", "Z", "VX", "T1", "L", "T1_slow", "T1_square"};
+        return random(60u) ? all[random(8u)] : "nobody";
+    }
+    std::string output() {
+        return outputs.empty() || random(40u) == 0 ? "nothing" : outputs[random(outputs.size())];
+    }
+    std::string name() {
+        const bool again = !outputs.empty() && random(80u) == 0;
+        outputs.push_back(again ? outputs.front() : "t" + std::to_string(++names));
+        return outputs.back();
+    }
+    json curve(const std::string &type) {
+        const size_t n = 2 + random(9u), degree = 1 + random(3u);
+        if (type == "polynomial")
+            return {{"coefficients", numbers(1 + random(6u))}, {"half_range", 2000}};
+        if (type == "polyline") return {{"positions", ascending(n)}, {"values", numbers(n)}};
+        const size_t points = n + degree;
+        return {{"degree", degree},
+                {"knots", ascending(points + degree + 1)},
+                {"control_points", numbers(points)}};
+    }
+    json curve_term() {
+        static const char *const types[] = {"bspline", "polyline", "polynomial"};
+        const std::string type = types[random(3u)];
+        json term = curve(type);
+        if (random(2u)) term.update({{"reversal_mm", 0.5}, {"backward", curve(type)}});
+        term.update({{"name", name()}, {"type", type}, {"signal", random(3u) ? "X" : signal()}});
+        return term;
+    }
+    json rows(size_t n, size_t columns) {
+        json all = json::array();
+        for (size_t i = 0; i < n; ++i) all.push_back(numbers(columns));
+        return all;
+    }
+    json inputs(size_t n) {
+        std::set<std::string> all;
+        while (all.size() < n) all.insert(signal());
+        return all;
+    }
+    json network() {
+        const size_t n = 1 + random(5u), hidden = 1 + random(9u), out = 1 + random(3u);
+        json term = {{"name", "n" + std::to_string(++names)}, {"type", "bpnet"}};
+        for (size_t k = 0; k < out; ++k) term["outputs"].push_back(name());
+        term["inputs"] = inputs(n);
+        term["activation"] = random(2u) ? "tansig" : "logsig";
+        term["hidden_weights"] = rows(hidden, n);
+        term["hidden_bias"] = numbers(hidden);
+        term["output_weights"] = rows(out, hidden);
+        term["output_bias"] = numbers(out);
+        if (random(2u)) term["linear_weights"] = rows(out, n);
+        term["input_min"] = std::vector<double>(n, -100);
+        term["input_max"] = std::vector<double>(n, 100);
+        return term;
+    }
+    json volumetric() {
+        static const char *const chains[] = {"fXYZ", "XYfZ", "ZfXY", "YXZf", "XfYY"};
+        json term = {{"name", "v" + std::to_string(++names)}, {"type", "volumetric"}};
+        for (int k = 0; k < 3; ++k) term["outputs"].push_back(name());
+        term["chain"] = chains[random(random(20u) ? 4u : 5u)];
+        term["errors"] = json::array();
+        if (random(10u) == 0) term["errors"].push_back("EXX");
+        term["tool_offset_mm"] = numbers(3);
+        return term;
+    }
+    json one() {
+        switch (random(6u)) {
+            case 0: {
+                const size_t n = 1 + random(4u);
+                return {{"name", name()},
+                        {"type", "linear"},
+                        {"inputs", inputs(n)},
+                        {"weights", numbers(n)}};
+            }
+            case 1: {
+                const std::string used = output();
+                return {{"name", name()},
+                        {"type", "product"},
+                        {"term", used},
+                        {"signal", signal()},
+                        {"origin", number()}};
+            }
+            case 2:
+                return network();
+            case 3:
+                return volumetric();
+            default:
+                return curve_term();
+        }
+    }
+};
+
+TEST(config_fuzz, random_terms_of_every_kind) {
+    dice random(25);
+    tally count;
+    const json good = json::parse(every_term());
+    for (uint32_t i = 0; i < 4000; ++i) {
+        json tree = good;
+        random_terms terms(random);
+        tree["terms"] = terms.make();
+        for (json &channel : tree["channels"]) {
+            channel["sum"] = json::array();
+            std::set<std::string> once;
+            for (uint32_t k = 1 + random(3u); k > 0; --k)
+                once.insert(terms.outputs[random(terms.outputs.size())]);
+            channel["sum"] = once;
+        }
+        ASSERT_NO_FATAL_FAILURE(judge(tree.dump(), i, count));
+    }
+    EXPECT_GT(count.good, 500);
+    EXPECT_GT(count.refused, 500);
 }
 
 // Curves of random shape and size, many of them absurd: what is accepted never overflows.
