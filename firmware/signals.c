@@ -28,17 +28,20 @@ void cb_signals_forget(const struct cb_config *config, struct cb_signal_state *s
 
 /* The roundings of raw, scale, their product and the sum with zero, 2^-24 each, may carry a value
  * past the end that it stands at: a machine that rests there is not implausible. */
-static bool range_plausible(const struct cb_signal_config *signal, float value) {
-    if (value >= signal->min && value <= signal->max) return true;
+static bool within_rounding(const struct cb_signal_config *signal, float value) {
     const float largest = cb_max(cb_abs(signal->min), cb_abs(signal->max)) + cb_abs(signal->zero);
     const float slack = 2.5e-7f * largest;
     return value >= signal->min - slack && value <= signal->max + slack; /* false for NaN */
 }
 
+static inline bool range_plausible(const struct cb_signal_config *signal, float value) {
+    return (value >= signal->min && value <= signal->max) || within_rounding(signal, value);
+}
+
 /* in : elapsed_us >= 0 since the last accepted value
  * out: false when the value moved faster than anything of its kind can */
-static bool rate_plausible(const struct cb_signal_config *signal, float change,
-                           int64_t elapsed_us) {
+CB_INLINE bool rate_plausible(const struct cb_signal_config *signal, float change,
+                              int64_t elapsed_us) {
     if (!(signal->max_rate_per_s > 0.0f)) return true;
     const float unit = cb_number_is_integer(signal->type) ? cb_abs(signal->scale) : 0.0f;
     return cb_abs(change) <= signal->max_rate_per_s * seconds(elapsed_us) + unit;

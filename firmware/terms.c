@@ -39,9 +39,7 @@ CB_INLINE struct cb_curve_value piecewise(const struct cb_config *config,
                                    .spans_per_unit = curve->spans_per_unit,
                                    .spans = curve->spans,
                                    .degree = curve->degree};
-    const float inside = cb_clamp(x, breaks[0], breaks[curve->spans]);
-    return (struct cb_curve_value){.value = cb_ppoly_value_near(&ppoly, inside, span),
-                                   .outside = inside != x};
+    return cb_ppoly_near(&ppoly, x, span);
 }
 
 static struct cb_curve_value polynomial(const struct cb_config *config,

@@ -43,10 +43,11 @@ float cb_ppoly_value(const struct cb_ppoly *curve, float x);
 /* Value, slope and whether x lay outside. */
 struct cb_curve_value cb_ppoly_evaluate(const struct cb_ppoly *curve, float x);
 
-/* The same value for one who asks again and again near the same place.
- * in : x inside the breaks; *span: any number the first time, then what the last call left there
- * out: *span holds x; where it did so already nothing was searched */
-static inline float cb_ppoly_value_near(const struct cb_ppoly *curve, float x, uint16_t *span);
+/* The same value and range for one who asks again and again near the same place; no slope.
+ * in : *span: any number the first time, then what the last call left there
+ * out: *span holds x; where it did so already nothing was clamped or searched */
+static inline struct cb_curve_value cb_ppoly_near(const struct cb_ppoly *curve, float x,
+                                                  uint16_t *span);
 
 /* Sets spans_per_unit from the breaks: non-zero when the computed index is never off by more
  * than one span anywhere (the evaluation corrects one). Called once, when a curve is loaded. */
@@ -72,12 +73,15 @@ static inline float cb_ppoly_value_in(const struct cb_ppoly *curve, float inside
     return value;
 }
 
-static inline float cb_ppoly_value_near(const struct cb_ppoly *curve, float x, uint16_t *span) {
+static inline struct cb_curve_value cb_ppoly_near(const struct cb_ppoly *curve, float x,
+                                                  uint16_t *span) {
     const uint16_t last = *span;
     const float *const at = curve->breaks + last;
-    if (last < curve->spans && x >= at[0] && x < at[1]) return cb_ppoly_value_in(curve, x, last);
-    *span = cb_ppoly_span(curve, x);
-    return cb_ppoly_value_in(curve, x, *span);
+    if (last < curve->spans && x >= at[0] && x < at[1])
+        return (struct cb_curve_value){cb_ppoly_value_in(curve, x, last), 0.0f, false};
+    const float inside = cb_clamp(x, curve->breaks[0], curve->breaks[curve->spans]);
+    *span = cb_ppoly_span(curve, inside);
+    return (struct cb_curve_value){cb_ppoly_value_in(curve, inside, *span), 0.0f, inside != x};
 }
 
 #endif
