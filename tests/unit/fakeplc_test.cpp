@@ -343,6 +343,64 @@ TEST(Plc, TwoChannelsOnOneAxisActByTheirMean) {
     EXPECT_EQ(r.plc.state().displacement_um[0], 20.0);
 }
 
+// Value, slope and reference: the control goes on along the tangent in its own cycles.
+register_map tangent_map() {
+    register_map map = small_map();
+    const auto i16 = number_format::parse("int16").value();
+    map.write.count = 8;
+    map.channels[0].tangent = taken_tangent{14, 15, i16, i16, 1e-6, 0.1};
+    return map;
+}
+
+TEST(Plc, ATangentIsFollowedBetweenTwoWrites) {
+    rig r(small_machine(), tangent_map());
+    r.run_ms(1100);
+    r.set_reg(14, 200);  // 0.0002
+    r.set_reg(15, 100);  // at 10 mm
+    r.box_runs_ms(300, active, 10.0);
+    const auto expected = [&] {
+        return 10.0 + 1e3 * 0.0002 * (r.plc.nc().position_mm()[0] - 10.0);
+    };
+    EXPECT_NEAR(r.plc.state().displacement_um[0], expected(), 1e-9);
+    twin_step step;
+    step.target_mm[0] = 500.0;
+    step.feed_mm_per_s = 100.0;
+    r.plc.move(step);
+    r.box_runs_ms(900, active, 10.0);  // the same three numbers all the time
+    ASSERT_GT(r.plc.nc().position_mm()[0], 40.0);
+    EXPECT_NEAR(r.plc.nc().displacement_um()[0], expected(), 1e-9);
+    EXPECT_NEAR(r.plc.state().applied_um[0], 10.0, 1e-9) << "K0 is what the PLC shows";
+}
+
+TEST(Plc, TheControlClampsASlopeWithoutAnAlarm) {
+    twin_config config = small_machine();
+    config.nc.comp_add_velo_factor = 0.0001;
+    rig r(config, tangent_map());
+    r.run_ms(1100);
+    r.set_reg(14, 30000);
+    r.set_reg(15, 0);
+    r.box_runs_ms(2500, active, 10.0);
+    EXPECT_NEAR(r.plc.nc().displacement_um()[0], 10.0 + 1e3 * 0.0001 * 12.3456, 1e-6);
+}
+
+TEST(Plc, WithoutTheBoxATangentGoesToZeroFromWhereItIs) {
+    rig r(small_machine(), tangent_map());
+    r.run_ms(1100);
+    r.set_reg(14, 2000);
+    r.set_reg(15, 0);
+    r.box_runs_ms(300, active, 10.0);
+    double last = r.plc.nc().displacement_um()[0];
+    EXPECT_NEAR(last, 10.0 + 2 * 12.3456, 1e-6);
+    for (int i = 0; i < 300; ++i) {
+        r.run_ms(4);
+        const double now = r.plc.nc().displacement_um()[0];
+        EXPECT_LE(now, last + 1e-9);
+        EXPECT_GE(now, last - 0.5) << "50 um/s, taken over every 8 ms";
+        last = now;
+    }
+    EXPECT_EQ(last, 0.0);
+}
+
 TEST(Plc, ProgramStartsOnceTheBoxIsActive) {
     twin_config config = small_machine();
     twin_step step;
