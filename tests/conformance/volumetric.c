@@ -12,6 +12,12 @@ struct volumetric_row {
     double d_um_per_mm[3], d_bound[3];
 };
 
+/* Everything moves at once; one for each case. */
+struct volumetric_motion {
+    struct cb_volumetric_state state, rate;
+    double d_um[3], bound;
+};
+
 enum { ALL, ALL_AGAIN, FEW, STRAIGHTNESS, ROWS };
 
 struct volumetric_case {
@@ -35,6 +41,14 @@ static void check_row(struct check *check, const struct cb_volumetric *model,
     }
 }
 
+static void check_motion(struct check *check, const struct cb_volumetric *model,
+                         const struct volumetric_motion *motion) {
+    static const char *const names[3] = {"motion E_x", "motion E_y", "motion E_z"};
+    float d[3];
+    cb_volumetric_derivative(model, &motion->state, &motion->rate, d);
+    for (int c = 0; c < 3; ++c) check_number(check, names[c], d[c], motion->d_um[c], motion->bound);
+}
+
 void run_volumetric(struct check *check) {
     for (unsigned i = 0; i < LENGTH(volumetric_cases); ++i) {
         struct cb_volumetric model = volumetric_cases[i].model;
@@ -47,5 +61,6 @@ void run_volumetric(struct check *check) {
             check->row = row;
             check_row(check, &used, &volumetric_cases[i].rows[row]);
         }
+        check_motion(check, &model, &volumetric_motions[i]);
     }
 }

@@ -101,6 +101,25 @@ class Machine:
             ends.append(self.small(p, tool_mm, e))
         return [(up - down) / 2 for up, down in zip(*ends)]
 
+    def motion(self, state, rate):
+        """d E for a motion that changes everything at once: bilinear, so as above."""
+        ends = []
+        for h in (1, -1):
+            p, tool_mm, e = ([v + h * r for v, r in zip(state[0], rate[0])], state[1] + h * rate[1],
+                             [[v + h * r for v, r in zip(vs, rs)]
+                              for vs, rs in zip(state[2], rate[2])])
+            ends.append(self.small(p, tool_mm, e))
+        return [(up - down) / 2 for up, down in zip(*ends)]
+
+    def motion_size(self, state, rate):
+        """Not below the sum of the sizes of all terms of any component."""
+        reach = sum(map(sum, self.reach(state[0], state[1])))
+        way = sum(map(abs, rate[0])) + abs(rate[1])
+        angles = sum(abs(e) for row in state[2] for e in row[3:]) + sum(map(abs, self.squareness))
+        turning = sum(abs(e) for row in rate[2] for e in row[3:])
+        shifts = sum(abs(e) for row in rate[2] for e in row[:3])
+        return shifts + (turning * reach + angles * way) / 1000
+
     def reach(self, position, tool_mm):
         """Size of each component of each lever: |lever| + tool + |position|, mm."""
         return [[abs(self.levers[a][c]) + abs(tool_mm * self.tool[c]) + abs(position[c])
@@ -170,9 +189,27 @@ def c_row(machine, rng, which):
     return "    {%s, %d, %s},\n" % (state, axis, ", ".join(listed)), share, float(added)
 
 
+def c_state(state):
+    position, tool_mm, errors = state
+    return "{{%s}, %s, {%s}}" % (", ".join(map(c_float, position)), c_float(tool_mm),
+                                 ", ".join(c_float(v) for row in errors for v in row))
+
+
+def c_motion(machine, rng):
+    """One struct volumetric_motion."""
+    state = floats(rng, 3, 3000), abs(floats(rng, 1, 300)[0]), errors_of(rng, "all")
+    rate = (floats(rng, 3, 2), floats(rng, 1, 1)[0],
+            [[v / 256 for v in row] for row in errors_of(rng, "few")])
+    d = machine.motion(state, rate)
+    bound = c_bound(16 * UNIT_ROUNDOFF * machine.motion_size(state, rate))
+    return "    {%s, %s, {%s}, %s},\n" % (c_state(state), c_state(rate),
+                                         ", ".join(map(c_double, d)), bound)
+
+
 def main():
     rng = random.Random(21)
-    text, cases, shares = "", "", []
+    motion_rng = random.Random(22)
+    text, cases, motions, shares = "", "", "", []
     for i, letters in enumerate(itertools.permutations("XYZf")):
         chain = "".join(letters)
         levers = [floats(rng, 3, 1500) for _ in range(3)]
@@ -186,12 +223,14 @@ def main():
             row, share, added = c_row(machine, rng, which)
             rows += row
             shares.append((share, added))
+        motions += c_motion(Machine(chain, levers, tool, squareness), motion_rng)
         numbers = ", ".join("{" + ", ".join(map(c_float, v)) + "}" for v in levers)
         text += f"static const struct volumetric_row volumetric_{i}_rows[] = {{\n{rows}}};\n"
         cases += ('    {"%s", {{%s}, {%s}, {%s}, {0}}, volumetric_%d_rows},\n' %
                   (chain, numbers, ", ".join(map(c_float, tool)),
                    ", ".join(map(c_float, squareness)), i))
     text += f"static const struct volumetric_case volumetric_cases[] = {{\n{cases}}};\n"
+    text += f"static const struct volumetric_motion volumetric_motions[] = {{\n{motions}}};\n"
     share, added = max(s for s, _ in shares), max(a for _, a in shares)
     print(f"full matrices add at most {added:.3f} um, {float(share):.0%} of the stated bound")
     if share > 1:
