@@ -123,6 +123,18 @@ def test_branches_zero_and_band(compbox):
     assert all(0 < sigma < 1 for sigma in band["sigma_um"] + band["backward_sigma_um"])
 
 
+def test_branches_reach_the_box(compbox):
+    compbox.write("d.csv", readings(runs=6, directions=True))
+    compbox.good(*FIT, "--branches", "--reversal-mm", "1")
+    compbox.good("init", "--axes", "XYZ", "--profile", "generic", "--travel",
+                 "X=2000,Y=1000,Z=1000", "-o", "m.json")
+    compbox.good("build", "m.json", "t.json", "-o", "c.json")
+    compbox.write("s.csv", "time_s,X,Y,Z\n0,0,0,0\n1,900,0,0\n2,1000,0,0\n3,1100,0,0\n4,1000,0,0\n")
+    compbox.good("eval", "c.json", "--inputs", "s.csv", "--raw", "-o", "o.csv")
+    values = compbox.table("o.csv")["EZX"]
+    assert values[2] - values[4] == pytest.approx(4, abs=0.5)
+
+
 def test_kept_slope_is_said(compbox):
     compbox.good(*FIT)
     assert compbox.read("t.json")["provenance"]["EZX"]["line"] == "keep"
