@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
+#include <sstream>
 
 #include "tests/unit/box_fixture.h"
 #include "tests/unit/config_fixture.h"
@@ -264,30 +266,14 @@ TEST(tangent, every_mistake_has_its_sentence) {
         EXPECT_EQ(compbox_test::load(with(piece, other, file)).text, message) << other;
 }
 
-// FACTS: T0 = 23 degC, Tmax = 42 degC, 270 µm/m there: at 32.3 degC tan(beta) is 0.000132. K0(T)
-// and tan(beta)(T) as a polynomial and a linear term, and the control's own law over them.
-const std::string law = R"({
-  "format": "compbox/1", "revision": 1, "machine": {"name": "z axis"}, "cycle": {"period_ms": 30},
-  "plc": {"profile": "sinumerik-840d", "transport": {"tcp": {"host": "127.0.0.1"}},
-    "read": {"start": 0, "count": 32}, "write": {"start": 100, "count": 16, "counters": true},
-    "control": 0, "plc_heartbeat": 1, "status": 101, "box_heartbeat": 102, "heartbeat_timeout_ms": 200},
-  "signals": [
-    {"name": "Z", "unit": "mm", "plc": 8, "type": "int32", "scale": 0.0001, "min": -2000, "max": 2000},
-    {"name": "T", "unit": "degC", "plc": 14, "type": "int16", "scale": 0.1, "min": 0, "max": 60}
-  ],
-  "terms": [
-    {"name": "K0", "type": "polynomial", "signal": "T", "coefficients": [-11.5, 0.5]},
-    {"name": "tan_beta", "type": "linear", "inputs": ["T"], "weights": [0.0142105263], "constant": -0.326842105},
-    {"name": "dK", "type": "product", "term": "tan_beta", "signal": "Z", "origin": 320}
-  ],
-  "channels": [
-    {"name": "Z", "sum": ["K0", "dK"], "limit_um": 900, "error_um": 1000, "slew_um_per_s": 100000,
-     "sign": -1, "plc": 104, "type": "float32", "scale": 1000,
-     "tangent": {"signal": "Z", "slope_plc": 106, "slope_type": "float32", "slope_scale": 1, "slope_limit": 0.01,
-       "slope_slew_per_s": 0.05, "reference_plc": 108, "reference_type": "float32", "reference_scale": 1}}
-  ],
-  "safety": {"hold_ms": 500, "ramp_um_per_s": 50}
-})";
+// examples/sinumerik-law: at 32.3 degC tan(beta) is 0.000132 by the control's manual. K0(T) and
+// tan(beta)(T) as a polynomial and a linear term, and the control's own law over them.
+std::string law() {
+    std::ifstream example(CB_SOURCE_DIR "/examples/sinumerik-law/coefficients.json");
+    std::stringstream text;
+    text << example.rdbuf();
+    return text.str();
+}
 
 float get_float(const uint16_t *registers) {
     const uint32_t bits = static_cast<uint32_t>(registers[0]) << 16 | registers[1];
@@ -297,9 +283,9 @@ float get_float(const uint16_t *registers) {
 }
 
 TEST(tangent, sinumerik_law_at_its_check_value) {
-    box_rig rig(from_text(law));
+    box_rig rig(from_text(law()));
     rig.in.registers[14] = 323;
-    for (int i = 0; i < 20; ++i) {
+    for (int i = 0; i < 40; ++i) {
         rig.position(8, 1020);
         rig.step();
     }
