@@ -15,6 +15,7 @@ void add_assemble(CLI::App &app);
 void add_identify(CLI::App &app);
 void add_squareness(CLI::App &app);
 void add_volumetric(CLI::App &app);
+void add_select_inputs(CLI::App &app);
 void add_train(CLI::App &app);
 void add_build(CLI::App &app);
 void add_check(CLI::App &app);

@@ -27,6 +27,7 @@ int main(int argc, char **argv) {
     compbox::add_identify(app);
     compbox::add_squareness(app);
     compbox::add_volumetric(app);
+    compbox::add_select_inputs(app);
     compbox::add_train(app);
     compbox::add_build(app);
     compbox::add_pack(app);

@@ -17,11 +17,12 @@ namespace {
 constexpr double decay_grid[] = {3e-1, 3e-2, 3e-3, 3e-4};
 constexpr std::size_t decays = sizeof decay_grid / sizeof decay_grid[0];
 
-// One fold left out, with one decay: mean square on the fold after each iteration.
+// One fold left out, with one decay: after each iteration the square of the worst residual on the
+// fold, averaged over the outputs.
 struct fold_trace {
-    std::vector<double> mean_square;
+    std::vector<double> worst_square;
     double after(std::size_t iteration) const {
-        return mean_square[std::min(iteration, mean_square.size() - 1)];
+        return worst_square[std::min(iteration, worst_square.size() - 1)];
     }
 };
 
@@ -46,6 +47,12 @@ weight_decay decay_of(double hidden, const Eigen::VectorXd &linear) {
     return {hidden, hidden, linear};
 }
 
+double worst_square(const network_shape &shape, const Eigen::VectorXd &point,
+                    const fold_rows &rows) {
+    const Eigen::MatrixXd off = predict(shape, point, rows.left_x) - rows.left_t;
+    return off.cwiseAbs2().rowwise().maxCoeff().mean();
+}
+
 // Trains without the fold. out: the trace; `point` after `iterations`
 fold_trace train_without(const network_task &task, const fold_rows &rows, const weight_decay &decay,
                          std::uint64_t seed, int iterations, Eigen::VectorXd &point) {
@@ -56,14 +63,12 @@ fold_trace train_without(const network_task &task, const fold_rows &rows, const 
     options.max_iterations = iterations;
     options.least_decrease = task.least_decrease;
     options.after = [&](int, double, const Eigen::VectorXd &now) {
-        const Eigen::MatrixXd off = predict(task.shape, now, rows.left_x) - rows.left_t;
-        trace.mean_square.push_back(off.squaredNorm() / static_cast<double>(off.size()));
-        const auto best = std::min_element(trace.mean_square.begin(), trace.mean_square.end());
-        return trace.mean_square.end() - best < 40;  // long past its best: it will not come back
+        trace.worst_square.push_back(worst_square(task.shape, now, rows));
+        const auto best = std::min_element(trace.worst_square.begin(), trace.worst_square.end());
+        return trace.worst_square.end() - best < 40;  // long past its best: it will not come back
     };
     minimise([&](const double *p, double *g) { return loss(p, g); }, point, options);
-    const Eigen::MatrixXd off = predict(task.shape, point, rows.left_x) - rows.left_t;
-    trace.mean_square.push_back(off.squaredNorm() / static_cast<double>(off.size()));
+    trace.worst_square.push_back(worst_square(task.shape, point, rows));
     return trace;
 }
 
@@ -79,7 +84,7 @@ best_length choose(const std::vector<fold_trace> &traces, std::size_t folds) {
     for (std::size_t d = 0; d < decays; ++d) {
         std::size_t longest = 0;
         for (std::size_t f = 0; f < folds; ++f) {
-            longest = std::max(longest, traces[d * folds + f].mean_square.size());
+            longest = std::max(longest, traces[d * folds + f].worst_square.size());
         }
         for (std::size_t i = 0; i < longest; ++i) {
             double sum = 0.0;
@@ -145,7 +150,7 @@ trained_network train_by_folds(const network_task &task, const Eigen::VectorXd &
             train_without(task, rows[i % folds], decay_of(decay_grid[i / folds], linear_decay),
                           task.seed, task.max_iterations, point);
         progress.done(
-            *std::min_element(traces[i].mean_square.begin(), traces[i].mean_square.end()));
+            *std::min_element(traces[i].worst_square.begin(), traces[i].worst_square.end()));
     });
     const best_length length = choose(traces, folds);
     const weight_decay decay = decay_of(decay_grid[length.decay], linear_decay);

@@ -38,9 +38,10 @@ struct trained_network {
     Eigen::MatrixXd left_out;  // by folds only: each row by a network that never saw its run
 };
 
-// Decay (of a grid) and number of iterations with the least mean square on the runs left out; then
-// all rows, from each start, for as long. Beside a linear path training starts from the linear map
-// (decay `linear_decay` of each output), so that no iteration at all is the baseline itself.
+// Decay (of a grid) and number of iterations that leave the least on the runs left out (square of
+// the worst residual, averaged over outputs and folds); then all rows, from each start, for as
+// long. Beside a linear path training starts from the linear map (decay `linear_decay` of each
+// output), so that no iteration at all is the baseline itself.
 trained_network train_by_folds(const network_task &task, const Eigen::VectorXd &linear_decay);
 
 // MacKay's evidence with the Gauss-Newton Hessian: a decay each for hidden, output and linear

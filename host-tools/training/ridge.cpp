@@ -18,7 +18,7 @@ double grid_decay(int index) {
     return std::pow(10.0, -6.0 + 0.25 * index);
 }
 
-// in : mean squares of each fold left out, one row for each decay of the grid
+// in : square of the worst residual of each fold left out, one row for each decay of the grid
 // out: the strongest decay whose mean over the folds is within one standard error of the least: the
 //      runs cannot tell it from the best, and it will be calmer on runs of another kind
 Eigen::Index strongest_that_serves(const std::vector<Eigen::MatrixXd> &squares,
@@ -145,7 +145,7 @@ ridge_choice choose_by_folds(const Eigen::MatrixXd &x, const Eigen::MatrixXd &t,
         for (int g = 0; g < grid_points; ++g) {
             maps[f].push_back(solver.solve(Eigen::VectorXd::Constant(t.cols(), grid_decay(g))));
             const Eigen::MatrixXd off = maps[f].back().predict(x_in) - t_in;
-            squares[f].row(g) = off.colwise().squaredNorm() / static_cast<double>(in.size());
+            squares[f].row(g) = off.cwiseAbs2().colwise().maxCoeff();
         }
     }
     ridge_choice choice{Eigen::VectorXd(t.cols()), Eigen::MatrixXd(t.rows(), t.cols())};

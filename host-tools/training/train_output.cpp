@@ -134,6 +134,8 @@ json findings_of(const train_result &result) {
         network["seed"] = result.options.seed;
         found["network"] = network;
     }
+    found["written"] = figures_of(result.chosen_figures, result);
+    found["written"].erase("log_evidence");
     found["verdict"] = result.verdict;
     if (!result.warnings.empty()) found["warnings"] = result.warnings;
     return found;

@@ -17,15 +17,16 @@ Eigen::Index at(std::size_t index) {
     return static_cast<Eigen::Index>(index);
 }
 
-// rms of what the linear map leaves on the left-out rows that the network was judged on.
-double linear_rms(const train_result &result, Eigen::Index output) {
-    double squares = 0.0;
-    for (const Eigen::Index r : result.network_rows) {
-        const double off =
-            result.linear.left_out_predictions(r, output) - result.learn.y(r, output);
-        squares += off * off;
-    }
-    return std::sqrt(squares / static_cast<double>(result.network_rows.size()));
+// What the linear map leaves on the left-out rows that the network was judged on.
+residuals linear_residuals(const train_result &result) {
+    const Eigen::MatrixXd off =
+        result.linear.left_out_predictions(result.network_rows, Eigen::all) -
+        result.learn.y(result.network_rows, Eigen::all);
+    residuals left;
+    left.rows = result.network_rows.size();
+    left.rms = (off.colwise().squaredNorm() / static_cast<double>(left.rows)).cwiseSqrt();
+    left.worst = off.cwiseAbs().colwise().maxCoeff();
+    return left;
 }
 
 std::vector<bool> better_outputs(const train_result &result) {
@@ -35,10 +36,11 @@ std::vector<bool> better_outputs(const train_result &result) {
     if (!result.by_folds) {
         return std::vector<bool>(outputs, result.network.log_evidence > result.linear.log_evidence);
     }
+    const residuals &network = result.network.left_out, linear = linear_residuals(result);
     std::vector<bool> better;
     for (std::size_t k = 0; k < outputs; ++k) {
-        better.push_back(result.network.left_out.rms[at(k)] <
-                         clearly_better * linear_rms(result, at(k)));
+        better.push_back(network.rms[at(k)] < clearly_better * linear.rms[at(k)] &&
+                         network.worst[at(k)] <= linear.worst[at(k)]);
     }
     return better;
 }

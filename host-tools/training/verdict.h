@@ -8,8 +8,9 @@ namespace compbox {
 
 // In : result with both models judged (or the linear one alone)
 // Out: network_better, chosen, chosen_figures, verdict and warnings.
-// The network is better for an output where it leaves at least 2 % less (rms over the runs left
-// out; on the same rows), or, where decay was chosen by evidence, where its evidence is higher.
+// The network is better for an output where it leaves at least 2 % less of the runs left out (rms)
+// and not more at worst, on the same rows, or, where decay was chosen by evidence, where its
+// evidence is higher.
 void decide(train_result &result);
 
 }  // namespace compbox

@@ -159,18 +159,18 @@ def changed(row, column, value):
 
 
 REFUSED = {
-    "no output": (None, ("--outputs", "dz"), "rows.csv: has no column 'dz' (it has time_s, run, "
+    "no output": (None, ("--outputs", "dz"), "rows.csv:1: there is no column 'dz' (there are time_s, run, "
                   "t1_degC, t2_degC, rpm, ez_um, ey_um)"),
     "no match": (None, ("--inputs", "x*"), "rows.csv: no column is called like x*"),
     "twice": (None, ("--inputs", "rpm,r*m"), "rows.csv: the column 'rpm' is asked for twice"),
     "both sides": (None, ("--inputs", "rpm,ez_um"),
                    "rows.csv: the column 'ez_um' is both input and output"),
-    "no run column": (None, ("--run-column", "step"), "rows.csv: has no column 'step'"),
+    "no run column": (None, ("--run-column", "step"), "rows.csv:1: there is no column 'step'"),
     "no such run": (None, ("--hold-out", "9"),
                     "rows.csv: has no run '9' to hold out (it has 1, 2, 3, 4)"),
     "all held out": (None, ("--hold-out", "1,2,3,4"),
                      "rows.csv: has fewer than 10 rows left to train on: hold out less"),
-    "no time column": (None, ("--time-column", "t"), "rows.csv: has no column 't'"),
+    "no time column": (None, ("--time-column", "t"), "rows.csv:1: there is no column 't'"),
     "no square": (None, ("--squares", "t9"), "--squares names 't9', which is not among the inputs"),
     "no lag": (None, ("--lag-only", "t9"), "--lag-only names 't9', which is not among the inputs"),
     "too many inputs": (None, ("--lags", ",".join(map(str, range(1, 23)))),

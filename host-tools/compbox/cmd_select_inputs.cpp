@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+// compbox select-inputs: of many sensors the few that a model needs.
+#include <iostream>
+#include <map>
+#include <memory>
+
+#include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/progress.h"
+#include "host-tools/formats/file.h"
+#include "host-tools/training/select_inputs.h"
+
+namespace compbox {
+
+namespace {
+
+struct select_arguments {
+    std::string data, output;
+    data_options columns;
+    select_options options;
+    bool as_json = false;
+};
+
+constexpr const char *example =
+    "Example:\n"
+    "  compbox select-inputs warmup.csv --outputs ez_um --candidates 't*_degC' --count 4\n"
+    "groups sensors that tell the same story (fuzzy clustering of their correlations), grades each "
+    "by its\n"
+    "grey relational grade to the errors, and chooses the best of each group. --check and "
+    "--by-runs "
+    "judge\n"
+    "by whole runs that were left out of a linear map, with the lags it will have.";
+
+void run_select(select_arguments &arguments) {
+    select_options &options = arguments.options;
+    const lag_options &lags = options.model.lags;
+    arguments.columns.needs_time = !lags.lags_s.empty() || !lags.squares.empty();
+    for (const auto &name : options.keep) arguments.columns.inputs.push_back(name);
+    if (options.by_runs) options.progress = progress_of("choosing");
+    const training_data data = read_training_data(arguments.data, arguments.columns);
+    const selection result = select_inputs(data, options);
+    const json report = selection_json(result);
+    if (!arguments.output.empty()) write_file(arguments.output, json_text(report));
+    std::cout << (arguments.as_json ? json_text(report) : report_of(result));
+}
+
+// What CLI11 cannot say by itself.
+void check_usage(const select_arguments &arguments) {
+    const select_options &options = arguments.options;
+    if ((options.check || options.by_runs) && arguments.columns.run_column.empty()) {
+        throw CLI::ValidationError(options.by_runs ? "--by-runs" : "--check",
+                                   "needs --run-column: runs are left out, never rows");
+    }
+}
+
+void add_model(CLI::App &select, select_arguments &arguments) {
+    train_options &model = arguments.options.model;
+    select
+        .add_option("--run-column", arguments.columns.run_column,
+                    "A new run begins where this column changes")
+        ->option_text("NAME");
+    select.add_option("--time-column", arguments.columns.time_column, "Seconds (time_s)")
+        ->option_text("NAME");
+    select.add_option("--lags", model.lags.lags_s, "Time constants, s, that the model will have")
+        ->delimiter(',')
+        ->check(CLI::Range(0.001, 86400.0).description(""))
+        ->option_text("TAU,TAU");
+    select.add_option("--squares", model.lags.squares, "Inputs whose square it will have")
+        ->delimiter(',')
+        ->option_text("C,D");
+    const std::map<std::string, lag_starts> starts = {
+        {"run", lag_starts::each_run}, {"once", lag_starts::once}, {"both", lag_starts::both}};
+    select.add_option("--lags-start", model.starts_of_lags, "As for compbox train")
+        ->transform(CLI::Transformer(starts).description(""))
+        ->option_text("HOW");
+}
+
+}  // namespace
+
+void add_select_inputs(CLI::App &app) {
+    auto arguments = std::make_shared<select_arguments>();
+    select_options &options = arguments->options;
+    CLI::App *select = app.add_subcommand("select-inputs", "Choose the inputs of a model");
+    select->footer(example);
+    select->add_option("data", arguments->data, "Rows, DATA.csv")->required();
+    select->add_option("--outputs", arguments->columns.outputs, "Columns with errors")
+        ->required()
+        ->delimiter(',')
+        ->option_text("A,B");
+    select->add_option("--candidates", arguments->columns.inputs, "Columns to choose from")
+        ->required()
+        ->delimiter(',')
+        ->option_text("C,D");
+    select
+        ->add_option("--count", options.count,
+                     "How many to choose; without it the validity index decides")
+        ->check(CLI::Range(1, 64).description(""))
+        ->option_text("K");
+    const std::map<std::string, cluster_method> methods = {{"c-means", cluster_method::c_means},
+                                                           {"closure", cluster_method::closure}};
+    select
+        ->add_option("--method", options.method,
+                     "c-means (default): fuzzy c-means, Xie-Beni index; closure: transitive "
+                     "closure, F statistic")
+        ->transform(CLI::Transformer(methods).description(""))
+        ->option_text("M");
+    select->add_option("--keep", options.keep, "Inputs that the model has in any case")
+        ->delimiter(',')
+        ->option_text("C,D");
+    select->add_flag("--check", options.check,
+                     "Compare the choice with all candidates on runs left out");
+    select->add_flag(
+        "--by-runs", options.by_runs,
+        "Choose by leaving candidates away one after the other, judged on runs left out");
+    add_model(*select, *arguments);
+    select->add_flag("--json", arguments->as_json, "Report as JSON");
+    select->add_option("-o,--output", arguments->output, "Report to write, CHOICE.json")
+        ->option_text("F.json");
+    select->callback([arguments] {
+        check_usage(*arguments);
+        run_select(*arguments);
+    });
+}
+
+}  // namespace compbox

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+// What the choice of inputs says.
+#include <algorithm>
+#include <cstdio>
+
+#include "host-tools/training/select_inputs.h"
+
+namespace compbox {
+
+namespace {
+
+std::string formatted(const char *format, double value) {
+    char text[64];
+    std::snprintf(text, sizeof text, format, value);
+    return text;
+}
+
+json rounded(double value) {
+    return json(std::stod(formatted("%.5g", value)));
+}
+
+bool is_chosen(const selection &result, std::size_t candidate) {
+    return std::find(result.chosen.begin(), result.chosen.end(), candidate) != result.chosen.end();
+}
+
+const char *index_name(const selection &result) {
+    if (result.options.method == cluster_method::c_means) return "Xie-Beni index";
+    return result.options.count > 0 ? "similarity of the cut" : "F statistic";
+}
+
+json check_json(const selection &result, const checked_choice &checked) {
+    json one;
+    one["inputs"] = checked.inputs;
+    one["mean_rms_percent_of_largest"] = rounded(100.0 * checked.merit);
+    for (std::size_t k = 0; k < result.data.outputs.size(); ++k) {
+        const auto at = static_cast<Eigen::Index>(k);
+        one["left_out"][result.data.outputs[k]] = {{"rms", rounded(checked.left_out.rms[at])},
+                                                   {"worst", rounded(checked.left_out.worst[at])}};
+    }
+    return one;
+}
+
+// Candidates that a step left away: those of `from` that `to` has not.
+std::string left_away(const checked_choice &from, const checked_choice &to) {
+    std::string text;
+    for (const auto &name : from.inputs) {
+        if (std::find(to.inputs.begin(), to.inputs.end(), name) != to.inputs.end()) continue;
+        text += (text.empty() ? "" : ", ") + name;
+    }
+    return text;
+}
+
+}  // namespace
+
+json selection_json(const selection &result) {
+    json all;
+    for (std::size_t c : result.chosen) all["chosen"].push_back(result.data.inputs[c]);
+    all["clusters"] = result.clusters.count;
+    all["validity_index"] = index_name(result);
+    all["validity"] = rounded(result.clusters.validity);
+    for (std::size_t c = 0; c < result.candidates; ++c) {
+        json one{{"name", result.data.inputs[c]},
+                 {"cluster", result.clusters.cluster[c] + 1},
+                 {"grade", rounded(result.grade[c])},
+                 {"chosen", is_chosen(result, c)}};
+        for (std::size_t k = 0; k < result.data.outputs.size(); ++k) {
+            one["grades"][result.data.outputs[k]] =
+                rounded(result.grades(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(k)));
+        }
+        all["candidates"].push_back(one);
+    }
+    for (const auto &checked : result.checks) all["checks"].push_back(check_json(result, checked));
+    return all;
+}
+
+std::string report_of(const selection &result) {
+    std::string text = std::to_string(result.candidates) + " candidates in " +
+                       std::to_string(result.clusters.count) + " clusters (" + index_name(result) +
+                       " " + formatted("%.4g", result.clusters.validity) +
+                       ")\n\ncluster  candidate                grade";
+    for (const auto &output : result.data.outputs) text += "  " + output;
+    text += "\n";
+    for (std::size_t k = 0; k < result.clusters.count; ++k) {
+        for (std::size_t c = 0; c < result.candidates; ++c) {
+            if (result.clusters.cluster[c] != k) continue;
+            std::string name = result.data.inputs[c];
+            name.resize(23, ' ');
+            text += formatted("%5.0f    ", static_cast<double>(k + 1)) + name +
+                    formatted("%7.3f", result.grade[c]);
+            for (std::size_t o = 0; o < result.data.outputs.size(); ++o) {
+                const int width = static_cast<int>(result.data.outputs[o].size()) + 2;
+                std::string cell = formatted("%.3f", result.grades(static_cast<Eigen::Index>(c),
+                                                                   static_cast<Eigen::Index>(o)));
+                cell.insert(0, static_cast<std::size_t>(std::max(width - 5, 1)), ' ');
+                text += cell;
+            }
+            text += is_chosen(result, c) ? "  <- chosen\n" : "\n";
+        }
+    }
+    if (!result.checks.empty()) {
+        text +=
+            "\nwhat a linear map leaves of runs left out (rms, mean over the outputs, in percent "
+            "of the largest error)\n";
+    }
+    for (std::size_t i = 0; i < result.checks.size(); ++i) {
+        text += formatted("%8.3f %%  ", 100.0 * result.checks[i].merit) +
+                (i == 0 ? "all candidates"
+                        : "without " + left_away(result.checks[i - 1], result.checks[i])) +
+                "\n";
+    }
+    text += "\n--inputs ";
+    for (std::size_t i = 0; i < result.chosen.size(); ++i) {
+        text += (i == 0 ? "" : ",") + result.data.inputs[result.chosen[i]];
+    }
+    for (const auto &name : result.options.keep) text += "," + name;
+    return text + "\n";
+}
+
+}  // namespace compbox

@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: MIT
+"""Training a 19-20-3 network on 600 rows to the same loss, on one thread: compbox beside scipy's
+L-BFGS-B with an analytic gradient, from the same start, and beside scikit-learn, PyTorch and FANN
+where they are installed.   train_report.py TRAIN_BENCH
+Fails where compbox is slower than scipy."""
+
+import os
+
+for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ[name] = "1"
+
+import importlib.util
+import json
+import pathlib
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+import numpy
+from scipy.optimize import minimize
+
+INPUTS, HIDDEN, OUTPUTS, ROWS, NOISE = 19, 20, 3, 600, 0.05
+SHAPES = [(INPUTS, HIDDEN), (HIDDEN,), (HIDDEN, OUTPUTS), (OUTPUTS,)]  # column by column, as ours
+# The noise floor: half the noise's square for each output; a network of 463 weights goes below it.
+TARGET = 0.5 * OUTPUTS * NOISE**2
+REPEATS = 9
+
+
+class Reached(Exception):
+    pass
+
+
+def rows():
+    """Inputs, and what a network of the same shape makes of them, with noise."""
+    dice = numpy.random.default_rng(20)
+    x = dice.normal(size=(ROWS, INPUTS))
+    w1, w2 = dice.normal(size=(INPUTS, HIDDEN)) / 4, dice.normal(size=(HIDDEN, OUTPUTS)) / 4
+    t = numpy.tanh(x @ w1 + dice.normal(size=HIDDEN) / 2) @ w2
+    return x, t + NOISE * dice.normal(size=t.shape)
+
+
+def split(p):
+    parts, at = [], 0
+    for shape in SHAPES:
+        size = int(numpy.prod(shape))
+        parts.append(p[at:at + size].reshape(shape))
+        at += size
+    return parts
+
+
+def loss_and_gradient(p, x, t):
+    """1/(2N) sum |y - t|^2, as ours."""
+    w1, b1, w2, b2 = split(p)
+    h = numpy.tanh(x @ w1 + b1)
+    error = h @ w2 + b2 - t
+    share = error / len(x)
+    back = (share @ w2.T) * (1 - h * h)
+    gradient = numpy.concatenate([(x.T @ back).ravel(), back.sum(0), (h.T @ share).ravel(),
+                                  share.sum(0)])
+    return 0.5 * float((error * error).sum()) / len(x), gradient
+
+
+def by_scipy(x, t, start):
+    """Seconds, evaluations and loss to the target."""
+    state = {"n": 0, "loss": None}
+
+    def function(p):
+        value, gradient = loss_and_gradient(p, x, t)
+        state["n"] += 1
+        state["loss"] = value
+        if value <= TARGET:
+            raise Reached
+        return value, gradient
+
+    began = time.perf_counter()
+    try:
+        minimize(function, start, jac=True, method="L-BFGS-B",
+                 options={"maxiter": 5000, "maxfun": 20000, "maxcor": 20, "ftol": 0, "gtol": 0})
+    except Reached:
+        pass
+    return time.perf_counter() - began, state["n"], state["loss"]
+
+
+def by_sklearn(x, t):
+    """Its own start and L-BFGS; as many iterations as reach the target, found beforehand."""
+    import warnings
+    from sklearn.neural_network import MLPRegressor
+    warnings.simplefilter("ignore")
+
+    def run(iterations):
+        net = MLPRegressor((HIDDEN,), activation="tanh", solver="lbfgs", alpha=0, tol=0,
+                           max_iter=iterations, max_fun=10**6, random_state=1)
+        began = time.perf_counter()
+        net.fit(x, t)
+        took = time.perf_counter() - began
+        return took, 0.5 * float(((net.predict(x) - t) ** 2).sum()) / len(x)
+
+    iterations = 50
+    while run(iterations)[1] > TARGET and iterations < 5000:
+        iterations = int(iterations * 1.2)
+    times = [run(iterations) for _ in range(3)]
+    return statistics.median(took for took, _ in times), iterations, times[0][1]
+
+
+def by_torch(x, t, start):
+    import torch
+    torch.set_num_threads(1)
+    xs, ts = torch.tensor(x), torch.tensor(t)
+
+    def run():
+        w1, b1, w2, b2 = [torch.tensor(part.copy(), requires_grad=True) for part in split(start)]
+        optimiser = torch.optim.LBFGS([w1, b1, w2, b2], max_iter=5000, max_eval=20000,
+                                      history_size=20, tolerance_grad=0, tolerance_change=0,
+                                      line_search_fn="strong_wolfe")
+        state = {"n": 0, "loss": None}
+
+        def closure():
+            optimiser.zero_grad()
+            error = torch.tanh(xs @ w1 + b1) @ w2 + b2 - ts
+            loss = 0.5 * (error * error).sum() / len(x)
+            loss.backward()
+            state["n"] += 1
+            state["loss"] = float(loss)
+            if state["loss"] <= TARGET:
+                raise Reached
+            return loss
+
+        began = time.perf_counter()
+        try:
+            optimiser.step(closure)
+        except Reached:
+            pass
+        return time.perf_counter() - began, state["n"], state["loss"]
+
+    times = [run() for _ in range(3)]
+    return statistics.median(one[0] for one in times), times[0][1], times[0][2]
+
+
+def by_fann(x, t):
+    from fann2 import libfann
+    net = libfann.neural_net()
+    net.create_standard_array([INPUTS, HIDDEN, OUTPUTS])
+    net.set_activation_function_hidden(libfann.SIGMOID_SYMMETRIC)
+    net.set_activation_function_output(libfann.LINEAR)
+    net.set_training_algorithm(libfann.TRAIN_RPROP)
+    data = libfann.training_data()
+    data.set_train_data(x.tolist(), t.tolist())
+    began = time.perf_counter()
+    epochs, loss = 0, 1e9
+    while loss > TARGET and epochs < 20000:
+        net.train_epoch(data)
+        loss = 0.5 * OUTPUTS * net.get_MSE()  # mean over outputs and rows
+        epochs += 1
+    return time.perf_counter() - began, epochs, loss
+
+
+def show(name, seconds, steps, loss, ours):
+    print(f"{name:<34}{1000 * seconds:>10.1f} ms {steps:>7} {loss:>12.6f} {seconds / ours:>8.2f}")
+
+
+def main(program):
+    x, t = rows()
+    with tempfile.TemporaryDirectory() as folder:
+        file, start = pathlib.Path(folder, "rows.f64"), pathlib.Path(folder, "start.f64")
+        numpy.hstack([x, t]).tofile(file)
+        theirs, ours = [], []
+        subprocess.run([program, file, "1e9", "1", start], check=True, stdout=subprocess.PIPE)
+        # Their layout is row by row with inputs first; ours column by column with units first:
+        # the same numbers in the same order.
+        begin = numpy.fromfile(start)
+        for _ in range(REPEATS):  # by turns, so that a busy machine hits both
+            done = json.loads(subprocess.run([program, file, str(TARGET), "1", start], check=True,
+                                             stdout=subprocess.PIPE).stdout)
+            ours.append(done["seconds"][0])
+            theirs.append(by_scipy(x, t, begin))
+    mine = statistics.median(ours)
+    print(f"19-20-3 on {ROWS} rows to a loss of {TARGET:g} (the noise floor), one thread, median of "
+          f"{REPEATS}\n{'':<34}{'time':>13} {'steps':>7} {'loss':>12} {'ratio':>8}")
+    show("compbox (Ceres L-BFGS)", mine, done["evaluations"], done["loss"], mine)
+    scipy_time = statistics.median(one[0] for one in theirs)
+    show("scipy L-BFGS-B, analytic gradient", scipy_time, theirs[0][1], theirs[0][2], mine)
+    for name, module, run in (("scikit-learn MLPRegressor lbfgs", "sklearn", lambda: by_sklearn(x, t)),
+                              ("PyTorch LBFGS", "torch", lambda: by_torch(x, t, begin)),
+                              ("FANN RPROP", "fann2", lambda: by_fann(x, t))):
+        if importlib.util.find_spec(module) is None:
+            print(f"{name}: not installed, skipped")
+        else:
+            show(name, *run(), mine)
+    if done["loss"] > TARGET or theirs[0][2] > TARGET:
+        sys.exit("the target was not reached")
+    if mine > scipy_time:
+        sys.exit("compbox is slower than scipy")
+
+
+main(sys.argv[1])

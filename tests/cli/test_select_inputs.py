@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: MIT
+"""compbox select-inputs as a user calls it: report, JSON, and what it refuses."""
+
+import math
+
+import pytest
+
+COLUMNS = ("time_s", "run", "t1", "t2", "t3", "t4", "rpm", "ez_um")
+
+
+@pytest.fixture
+def rows(compbox):
+    """t1 and t2 tell one story, t3 and t4 another; the error follows both."""
+    lines = [",".join(COLUMNS)]
+    for i in range(240):
+        a, b = math.sin(0.05 * i), math.cos(0.083 * i)
+        wobble = 0.05 * math.sin(7.3 * i)
+        lines.append(",".join(map(repr, (10.0 * i, i // 60, 20 + a, 25 + 2 * a + wobble, 30 + b,
+                                         31 - b + wobble, 1000 + 50 * math.sin(0.2 * i),
+                                         5 * a + 3 * b))))
+    return compbox.write("rows.csv", "\n".join(lines) + "\n")
+
+
+SELECT = ("select-inputs", "rows.csv", "--outputs", "ez_um", "--candidates", "t*")
+
+
+def candidates(*names):
+    """SELECT with these candidates: t* would take the time too."""
+    return SELECT[:-1] + (",".join(names),)
+
+
+def test_chooses_one_of_each_cluster(compbox, rows):
+    report = compbox.good(*candidates("t1", "t2", "t3", "t4"), "--count", 2, "-o", "c.json")
+    choice = compbox.read("c.json")
+    assert [c["cluster"] for c in choice["candidates"]] == [1, 1, 2, 2]
+    grade = {c["name"]: c["grade"] for c in choice["candidates"]}
+    best = [max(pair, key=grade.get) for pair in (("t1", "t2"), ("t3", "t4"))]
+    assert choice["chosen"] == best and choice["clusters"] == 2
+    assert report.splitlines()[-1] == "--inputs " + ",".join(best)
+    assert report.count("<- chosen") == 2
+
+
+def test_what_it_prints_trains(compbox, rows):
+    report = compbox.good(*candidates("t1", "t2", "t3", "t4"), "--count", 2, "--keep", "rpm")
+    option, inputs = report.splitlines()[-1].split()
+    assert option == "--inputs" and inputs.endswith(",rpm") and inputs.count(",") == 2
+    compbox.good("train", "rows.csv", "--outputs", "ez_um", option, inputs, "--run-column", "run",
+                 "--hidden", 0, "--name", "net", "-o", "net.json")
+
+
+@pytest.mark.parametrize("method", ["c-means", "closure"])
+@pytest.mark.parametrize("how", ["--check", "--by-runs"])
+def test_check_on_runs_left_out(compbox, rows, method, how):
+    import json
+    choice = json.loads(compbox.good(*candidates("t1", "t2", "t3", "t4"), "--count", 2, how,
+                                     "--run-column", "run", "--method", method, "--keep", "rpm",
+                                     "--lags", 60, "--squares", "rpm", "--json"))
+    assert len(choice["chosen"]) == 2
+    last = choice["checks"][-1]
+    assert last["inputs"][-1] == "rpm" and last["left_out"]["ez_um"]["rms"] < 0.5
+
+
+REFUSED = {
+    "one": (candidates("t1"), "rows.csv: with fewer than two candidates there is no choice"),
+    "more": (candidates("t1", "t2") + ("--count", 3),
+             "rows.csv: has 2 candidates, fewer than --count 3"),
+    "none": (candidates("q*"), "rows.csv: no column is called like q*"),
+    "output": (candidates("t1", "ez_um"),
+               "rows.csv: the column 'ez_um' is both input and output"),
+    "kept twice": (candidates("t1", "t2") + ("--keep", "t2"),
+                   "rows.csv: the column 't2' is asked for twice"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refused(compbox, rows, case):
+    arguments, message = REFUSED[case]
+    assert compbox.refused(*arguments) == message
+
+
+@pytest.mark.parametrize("more", [("--check",), ("--by-runs",), ("--count", "0"),
+                                  ("--method", "k-means")])
+def test_wrong_usage(compbox, rows, more):
+    done = compbox(*candidates("t1", "t2"), *more)
+    assert done.returncode == 2 and done.stderr
+
+
+def test_help_has_an_example(compbox):
+    assert "Example:\n  compbox select-inputs " in compbox.good("select-inputs", "--help")
