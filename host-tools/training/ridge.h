@@ -57,9 +57,9 @@ struct ridge_choice {
     Eigen::MatrixXd left_out;  // predictions of each row by a map that never saw its run
 };
 
-// For each output the strongest decay that the runs left out cannot tell from the best: the square
-// of the worst residual, averaged over the folds, is within one standard error of the least. The
-// worst, because that is what a machine is judged by. in : folds.usable()
+// For each output the strongest decay that the runs left out hardly tell from the best: the square
+// of the worst residual, averaged over the folds, is within a tenth of the least. The worst,
+// because that is what a machine is judged by. in : folds.usable()
 ridge_choice choose_by_folds(const Eigen::MatrixXd &x, const Eigen::MatrixXd &t,
                              const row_folds &folds);
 
