@@ -27,7 +27,7 @@ Eigen::Index strongest_that_serves(const std::vector<Eigen::MatrixXd> &squares,
     Eigen::ArrayXd mean = Eigen::ArrayXd::Zero(grid_points);
     for (const auto &fold : squares) mean += fold.col(output).array();
     Eigen::Index strongest = grid_points - 1;
-    while (mean[strongest] > 1.1 * mean.minCoeff()) --strongest;
+    while (mean[strongest] > 1.02 * mean.minCoeff()) --strongest;
     return strongest;
 }
 

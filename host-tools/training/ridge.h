@@ -58,7 +58,7 @@ struct ridge_choice {
 };
 
 // For each output the strongest decay that the runs left out hardly tell from the best: the square
-// of the worst residual, averaged over the folds, is within a tenth of the least. The worst,
+// of the worst residual, averaged over the folds, is within 2 % of the least. The worst,
 // because that is what a machine is judged by. in : folds.usable()
 ridge_choice choose_by_folds(const Eigen::MatrixXd &x, const Eigen::MatrixXd &t,
                              const row_folds &folds);
