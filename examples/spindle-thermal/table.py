@@ -52,7 +52,7 @@ def show(steps_file, folder):
     box, predicted = table(folder / "box.csv"), table(folder / "predictions.csv")
     apart = max(abs(b[n] - p[n + "_predicted"]) for b, p in zip(box, predicted) for n in AIM)
     print(f"\nbox and trainer differ by at most {apart:.2g} um over {len(box)} rows")
-    sys.exit(1 if apart > 0.01 else 0)
+    sys.exit(1 if missed or apart > 0.01 else 0)
 
 
 if sys.argv[1] == "cut":
