@@ -34,8 +34,8 @@ FAULTS = [
      VALUES),
     ("scale of an output", "firmware/channels.c", "output_um / channel->scale",
      "output_um * channel->scale", VALUES),
-    ("byte order of an input", "firmware/registers.c", "return ((uint32_t)first << 16) | second;",
-     "return ((uint32_t)second << 16) | first;", VALUES),
+    ("byte order of an input", "firmware/registers.c", "return (uint32_t)high << 16 | low;",
+     "return (uint32_t)low << 16 | high;", VALUES),
     ("byte order of an output", "firmware/registers.c", "registers[0] = high_first ? high : low;\n"
      "    registers[1] = high_first ? low : high;", "registers[0] = high_first ? low : high;\n"
      "    registers[1] = high_first ? high : low;", VALUES),
@@ -45,8 +45,8 @@ FAULTS = [
     ("slew, twice as fast", "firmware/box.c", "step->placed ? 0.0f : seconds(box, step)",
      "step->placed ? 0.0f : 2.0f * seconds(box, step)", SLEW),
     ("ramp at the slew rate", "firmware/limiter.c", "cb_min(ramp, slew)", "cb_max(ramp, slew)", STOP),
-    ("age of a signal, tenfold", "firmware/signals.c", "age_us <= max_age_us;",
-     "age_us <= 10 * max_age_us;", reactions("a_stale_thermometer_degrades_only_its_term")),
+    ("age of a signal, tenfold", "firmware/signals.c", "<= (int64_t)signal->max_age_ms * 1000;",
+     "<= (int64_t)signal->max_age_ms * 10000;", reactions("a_stale_thermometer_degrades_only_its_term")),
     ("age by the wrong clock", "firmware/signals.c", "state->time_us = time_us;",
      "state->time_us = time_us + 1000000;", reactions("a_stale_thermometer_degrades_only_its_term")),
     ("heartbeat not watched", "firmware/plc.c", "state->heartbeat_us <= timeout_us",
