@@ -119,14 +119,22 @@ static bool start_loop(struct daemon *daemon) {
     return error == 0;
 }
 
-/* Lags go on where the file says and their pause was short. */
-static void resume_lags(struct daemon *daemon) {
+/* Lags go on where the file says and their pause was short. A wrong path is told before the machine
+ * moves. */
+static bool resume_lags(struct daemon *daemon) {
+    const char *path = daemon->options.state;
     char said[512];
-    if (daemon->options.state == NULL) return;
+    if (path == NULL) return true;
     cb_state_read(&daemon->loop.resumed, &daemon->loop.box.config, daemon->options.state,
                   cb_boottime_us(), cb_unix_us(), said, sizeof said);
     cb_log_say(&daemon->log, cb_boottime_us(), "%s", said);
     daemon->state = daemon->loop.resumed; /* a start that ends at once loses nothing */
+    const int error = cb_state_write(&daemon->state, &daemon->loop.box.config, path,
+                                     cb_boottime_us(), cb_unix_us());
+    if (error != 0)
+        fprintf(stderr, "compboxd: %s: cannot be written: %s\n", path,
+                error == ENOTSUP ? "it is not a regular file" : strerror(error));
+    return error == 0;
 }
 
 static void write_state(struct daemon *daemon, int64_t now_us) {
@@ -171,8 +179,7 @@ static bool start(struct daemon *daemon) {
                (unsigned)config->revision, (unsigned)config->terms_count,
                plural(config->terms_count), (unsigned)config->channels_count,
                plural(config->channels_count), daemon->plc, (double)config->period_us * 1e-3);
-    resume_lags(daemon);
-    return start_loop(daemon);
+    return resume_lags(daemon) && start_loop(daemon);
 }
 
 static void take_rows(struct daemon *daemon) {

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The memory of the lags across a restart: killed without warning, started again."""
+import os
 import time
 
 from machine import ACTIVE
@@ -67,3 +68,18 @@ def test_a_clean_stop_saves_the_last_state(plc, port, start_box, tmp_path):
         box.stop()
     assert box.code == 0, box.log
     assert state.exists()
+
+
+def test_a_path_that_cannot_be_written_is_told_at_once(start_box, tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    for path, words in ((tmp_path / "no" / "lags.state", "No such file or directory"),
+                        (tmp_path, "it is not a regular file"), (pipe, "it is not a regular file")):
+        with start_box("--state", str(path)) as box:
+            box.wait(5)
+        assert box.code == 1
+        assert f"{path}: cannot be written: {words}" in box.log
+    for seconds in ("0", "x", "3601"):
+        with start_box("--state", str(tmp_path / "s"), "--state-every", seconds) as box:
+            box.wait(5)
+        assert box.code == 2 and "--state-every" in box.log

@@ -7,6 +7,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "firmware/crc32.h"
@@ -100,12 +101,19 @@ static void sync_folder(char *path) {
     close(fd);
 }
 
+/* true: a device, a folder or a pipe stands there, which a rename would replace. */
+static bool is_special(const char *path) {
+    struct stat there;
+    return stat(path, &there) == 0 && !S_ISREG(there.st_mode);
+}
+
 int cb_state_write(const struct cb_state *state, const struct cb_config *config, const char *path,
                    int64_t boottime_us, int64_t unix_us) {
     struct file file;
     char temporary[4096];
     int length = snprintf(temporary, sizeof temporary, "%s.new", path);
     if (length < 0 || (size_t)length >= sizeof temporary) return ENAMETOOLONG;
+    if (is_special(path)) return ENOTSUP;
     const size_t size = fill(&file, state, config, unix_us - boottime_us);
     int error = write_and_sync(temporary, &file, size);
     if (error == 0 && rename(temporary, path) != 0) error = errno;
@@ -180,7 +188,7 @@ static void tell(const struct tally *tally, const char *path, char *said, size_t
 /* out: bytes read, at most one more than a whole file; -1 with errno */
 static ssize_t read_bytes(const char *path, struct file *file) {
     char more;
-    int fd = open(path, O_RDONLY | O_CLOEXEC);
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK); /* a pipe would wait for its writer */
     if (fd < 0) return -1;
     memset(file, 0, sizeof *file);
     ssize_t size = read(fd, file, sizeof *file);

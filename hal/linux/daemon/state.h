@@ -34,7 +34,8 @@ void cb_state_take(struct cb_state *state, const struct cb_box *box);
 void cb_state_give(const struct cb_state *state, struct cb_box *box);
 
 /* Writes a temporary file beside `path`, syncs it and renames it over it; times become wall-clock
- * times. out: 0, or errno; then the file that was there is untouched. */
+ * times. out: 0, or errno (ENOTSUP: what is there is not a regular file); then the file that was
+ * there is untouched. */
 int cb_state_write(const struct cb_state *state, const struct cb_config *config, const char *path,
                    int64_t boottime_us, int64_t unix_us);
 
