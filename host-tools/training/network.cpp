@@ -147,7 +147,7 @@ Eigen::VectorXd random_start(const network_shape &shape, std::uint64_t seed) {
         net.weight1.data()[i] = spread * uniform();
     for (Eigen::Index i = 0; i < net.bias1.size(); ++i) net.bias1[i] = uniform();
     if (shape.linear) return p;
-    const double small = 0.3 / std::sqrt(static_cast<double>(shape.hidden));
+    const double small = std::sqrt(6.0 / static_cast<double>(shape.hidden + shape.outputs));
     for (Eigen::Index i = 0; i < net.weight2.size(); ++i) net.weight2.data()[i] = small * uniform();
     return p;
 }

@@ -86,9 +86,9 @@ class network_loss {
     Eigen::MatrixXd hidden_, error_, back_;
 };
 
-// A start: hidden weights uniform, so that each unit's argument has a spread of about 1; small
-// output weights, or none beside a linear path, so that training starts from that; the linear path
-// and the output bias are zero. The same seed gives the same start everywhere.
+// A start: hidden weights uniform, so that each unit's argument has a spread of about 1; output
+// weights after Glorot and Bengio, or none beside a linear path, so that training starts from that;
+// the linear path and the output bias are zero. The same seed gives the same start everywhere.
 Eigen::VectorXd random_start(const network_shape &shape, std::uint64_t seed);
 
 }  // namespace compbox

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Training a 19-20-3 network on 600 rows to the same loss, on one thread: compbox beside scipy's
-L-BFGS-B with an analytic gradient, from the same start, and beside scikit-learn, PyTorch and FANN
+L-BFGS-B with an analytic gradient, from the same random starts, and beside scikit-learn, PyTorch and FANN
 where they are installed.   train_report.py TRAIN_BENCH
 Fails where compbox is slower than scipy."""
 
@@ -23,9 +23,10 @@ from scipy.optimize import minimize
 
 INPUTS, HIDDEN, OUTPUTS, ROWS, NOISE = 19, 20, 3, 600, 0.05
 SHAPES = [(INPUTS, HIDDEN), (HIDDEN,), (HIDDEN, OUTPUTS), (OUTPUTS,)]  # column by column, as ours
-# The noise floor: half the noise's square for each output; a network of 463 weights goes below it.
-TARGET = 0.5 * OUTPUTS * NOISE**2
-REPEATS = 9
+# A tenth above the noise floor, which is half the noise's square for each output: there all starts
+# arrive, and luck in the last iterations does not count.
+TARGET = 1.1 * 0.5 * OUTPUTS * NOISE**2
+STARTS = 15
 
 
 class Reached(Exception):
@@ -77,31 +78,41 @@ def by_scipy(x, t, start):
     began = time.perf_counter()
     try:
         minimize(function, start, jac=True, method="L-BFGS-B",
-                 options={"maxiter": 5000, "maxfun": 20000, "maxcor": 20, "ftol": 0, "gtol": 0})
+                 options={"maxiter": 20000, "maxfun": 40000, "maxcor": 20, "ftol": 0, "gtol": 0})
     except Reached:
         pass
     return time.perf_counter() - began, state["n"], state["loss"]
 
 
 def by_sklearn(x, t):
-    """Its own start and L-BFGS; as many iterations as reach the target, found beforehand."""
+    """Its own starts and L-BFGS; stopped at the iteration that reaches the target, found beforehand."""
     import warnings
     from sklearn.neural_network import MLPRegressor
     warnings.simplefilter("ignore")
 
-    def run(iterations):
+    def run(seed, iterations):
         net = MLPRegressor((HIDDEN,), activation="tanh", solver="lbfgs", alpha=0, tol=0,
-                           max_iter=iterations, max_fun=10**6, random_state=1)
+                           max_iter=iterations, max_fun=10**6, random_state=seed)
         began = time.perf_counter()
         net.fit(x, t)
         took = time.perf_counter() - began
         return took, 0.5 * float(((net.predict(x) - t) ** 2).sum()) / len(x)
 
-    iterations = 50
-    while run(iterations)[1] > TARGET and iterations < 5000:
-        iterations = int(iterations * 1.2)
-    times = [run(iterations) for _ in range(3)]
-    return statistics.median(took for took, _ in times), iterations, times[0][1]
+    def first(seed):
+        low, high = 0, 100
+        while run(seed, high)[1] > TARGET and high < 5000:
+            low, high = high, high * 2
+        while high - low > 10:
+            middle = (low + high) // 2
+            low, high = (low, middle) if run(seed, middle)[1] <= TARGET else (middle, high)
+        return high
+
+    done = []
+    for seed in range(1, 6):
+        iterations = first(seed)
+        took, loss = run(seed, iterations)
+        done.append((took, iterations, loss))
+    return sorted(done)[len(done) // 2]
 
 
 def by_torch(x, t, start):
@@ -166,21 +177,22 @@ def main(program):
         file, start = pathlib.Path(folder, "rows.f64"), pathlib.Path(folder, "start.f64")
         numpy.hstack([x, t]).tofile(file)
         theirs, ours = [], []
-        subprocess.run([program, file, "1e9", "1", start], check=True, stdout=subprocess.PIPE)
-        # Their layout is row by row with inputs first; ours column by column with units first:
-        # the same numbers in the same order.
-        begin = numpy.fromfile(start)
-        for _ in range(REPEATS):  # by turns, so that a busy machine hits both
-            done = json.loads(subprocess.run([program, file, str(TARGET), "1", start], check=True,
-                                             stdout=subprocess.PIPE).stdout)
-            ours.append(done["seconds"][0])
+        for seed in range(1, STARTS + 1):  # by turns, so that a busy machine hits both
+            done = json.loads(subprocess.run([program, file, str(TARGET), str(seed), start],
+                                             check=True, stdout=subprocess.PIPE).stdout)
+            ours.append((done["seconds"], done["evaluations"], done["loss"]))
+            # Their layout is row by row with inputs first, ours column by column with units first:
+            # the same numbers in the same order.
+            begin = numpy.fromfile(start)
             theirs.append(by_scipy(x, t, begin))
-    mine = statistics.median(ours)
-    print(f"19-20-3 on {ROWS} rows to a loss of {TARGET:g} (the noise floor), one thread, median of "
-          f"{REPEATS}\n{'':<34}{'time':>13} {'steps':>7} {'loss':>12} {'ratio':>8}")
-    show("compbox (Ceres L-BFGS)", mine, done["evaluations"], done["loss"], mine)
-    scipy_time = statistics.median(one[0] for one in theirs)
-    show("scipy L-BFGS-B, analytic gradient", scipy_time, theirs[0][1], theirs[0][2], mine)
+    # Start by start, because some starts are longer ways for both.
+    ratio = statistics.geometric_mean(t[0] / o[0] for o, t in zip(ours, theirs))
+    ours, theirs = sorted(ours)[STARTS // 2], sorted(theirs)[STARTS // 2]
+    mine = ours[0]
+    print(f"19-20-3 on {ROWS} rows to a loss of {TARGET:g} (1.1 of the noise floor), one thread, median of "
+          f"several starts\n{'':<34}{'time':>13} {'steps':>7} {'loss':>12} {'ratio':>8}")
+    show("compbox (Ceres L-BFGS)", *ours, mine)
+    show("scipy L-BFGS-B, analytic gradient", *theirs, mine)
     for name, module, run in (("scikit-learn MLPRegressor lbfgs", "sklearn", lambda: by_sklearn(x, t)),
                               ("PyTorch LBFGS", "torch", lambda: by_torch(x, t, begin)),
                               ("FANN RPROP", "fann2", lambda: by_fann(x, t))):
@@ -188,9 +200,10 @@ def main(program):
             print(f"{name}: not installed, skipped")
         else:
             show(name, *run(), mine)
-    if done["loss"] > TARGET or theirs[0][2] > TARGET:
+    print(f"scipy's time over ours, start by start, geometric mean of {STARTS}: {ratio:.2f}")
+    if ours[2] > TARGET or theirs[2] > TARGET:
         sys.exit("the target was not reached")
-    if mine > scipy_time:
+    if ratio < 1.0:
         sys.exit("compbox is slower than scipy")
 
 
