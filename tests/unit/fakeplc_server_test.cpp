@@ -412,7 +412,6 @@ TEST(Program, RefusesWithOneSentenceAndTheRightCode) {
     const std::string fakeplc = CB_BINARY_DIR "/bin/fakeplc ";
     const std::string map = "--map " + example + "machine.json ";
     const std::tuple<std::string, int, std::string> cases[] = {
-        {"", 2, "--machine or --map"},
         {"--dance", 2, ""},
         {"--profile plc5 " + map, 2, "plc5"},
         {map + "--listen here", 2, "is not HOST:PORT"},
