@@ -5,10 +5,10 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <fstream>
 #include <random>
 
 #include "host-tools/formats/error.h"
-#include "host-tools/formats/file.h"
 
 namespace {
 
@@ -26,8 +26,9 @@ std::string path_of(const std::string &ending = ".rtl") {
     return testing::TempDir() + "compbox_" + std::to_string(::getpid()) + ending;
 }
 
+// Without write_file, which syncs: thousands of broken files need not survive a power cut.
 laser_file parse(const std::string &text, const std::string &ending = ".rtl") {
-    write_file(path_of(ending), text);
+    std::ofstream(path_of(ending), std::ios::binary) << text;
     return read_laser(path_of(ending));
 }
 
@@ -126,9 +127,8 @@ TEST(rtl, cut_or_mutated_files_never_crash) {
     for (int round = 0; round < 2000; ++round) {
         std::string text = whole;
         for (int k = 0; k < 3; ++k) text[random() % text.size()] = static_cast<char>(random());
-        write_file(path_of(), text);
         try {
-            const auto file = read_laser(path_of());
+            const auto file = parse(text);
             for (const auto &run : file.runs) {
                 for (const auto target : run.target) ASSERT_LT(target, file.targets_mm.size());
             }
