@@ -14,6 +14,7 @@ class Write:
     block: list
     values: dict         # of the signals in the reading before it
     read_s: float        # when that reading was served
+    readings: list       # the values of the last readings, this one the last
 
     @property
     def mode(self):
@@ -46,6 +47,7 @@ class Plc:
     lock: threading.RLock = field(default_factory=threading.RLock)
     start_s: float = field(default_factory=time.monotonic)
     values: dict = field(default_factory=lambda: {"X": 0, "Y": 0, "Z": 0, "T1": 20})
+    readings: list = field(default_factory=list)  # the values of each reading of the read block
 
     def set(self, start, words):
         with self.lock:
@@ -58,6 +60,7 @@ class Plc:
             if start == machine.READ[0]:
                 self._refresh(now)
                 self.reads.append(now)
+                self.readings.append(dict(self.values))
             return list(self.registers[start:start + count])
 
     def _refresh(self, now):
@@ -74,7 +77,8 @@ class Plc:
             self.registers[start:start + len(words)] = words
             if start == machine.WRITE[0] and len(words) == machine.WRITE[1]:
                 read_s = self.reads[-1] if self.reads else 0
-                self.writes.append(Write(time.monotonic(), list(words), dict(self.values), read_s))
+                self.writes.append(Write(time.monotonic(), list(words), dict(self.values), read_s,
+                                         self.readings[-4:]))
 
     # What tests wait for.
 

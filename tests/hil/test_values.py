@@ -33,6 +33,13 @@ def quantised(values):
     return result
 
 
+def is_of(write, values):
+    """The write holds what the models say of these values."""
+    wanted = machine.wanted_um(quantised(values))
+    return all(abs(um - wanted[name]) <= machine.resolution_um(machine.CHANNELS[name])
+               for name, um in write.um.items())
+
+
 def test_values_are_those_of_the_models_while_the_axes_move(plc, port, start_box, exchange):
     plc.motion = program
     with PymodbusPlc(plc, port), start_box(change=exchange) as box:
@@ -43,13 +50,10 @@ def test_values_are_those_of_the_models_while_the_axes_move(plc, port, start_box
     assert took_s < 300 / 200 + 1
     writes = settled(plc.writes)
     assert len(writes) > 30
-    worst = {name: 0 for name in machine.CHANNELS}
-    for write in writes:
-        wanted = machine.wanted_um(quantised(write.values))
-        for name, um in write.um.items():
-            worst[name] = max(worst[name], abs(um - wanted[name]))
-    for name, channel in machine.CHANNELS.items():
-        assert worst[name] <= machine.resolution_um(channel), f"{name} is off by {worst[name]} µm"
+    # Of the newest reading; of one before it only as often as a busy machine delivered one too late.
+    stale = [w for w in writes if not is_of(w, w.values)]
+    assert len(stale) <= box.stats["box"]["reads_failed"], [(w.um, w.values) for w in stale]
+    assert all(any(is_of(w, values) for values in w.readings) for w in stale)
     # The test would see a sign, byte order or scale mistake: the values are far from zero.
     assert all(max(abs(w.um[name]) for w in writes) > 5 for name in machine.CHANNELS)
     laws.check_writes(plc.writes)
