@@ -43,8 +43,9 @@ void add_eval(CLI::App &app) {
     command->footer(
         "Inputs are physical values (mm, degC), taken after the registers' decoding; ranges, "
         "rates\n"
-        "and ages apply as on the box. Between two rows the box runs at its period with the first\n"
-        "one's inputs.\n\n"
+        "and ages apply as on the box. The first row is a steady state. Between two rows the box\n"
+        "runs at its period with the first one's inputs; lags alone follow the straight line from\n"
+        "row to row, as compbox train has it (docs/eval.md).\n\n"
         "Example:\n  compbox eval coefficients.json --inputs samples.csv -o out.csv");
     command->callback([options] { run_eval(*options); });
 }

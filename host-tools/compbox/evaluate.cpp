@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 
+#include "host-tools/compbox/evaluate_remarks.h"
 #include "host-tools/formats/error.h"
 
 extern "C" {
@@ -19,15 +20,6 @@ constexpr int64_t start_us = 1000000;  // of the first row, in the box's clock
 constexpr double longest_gap_s = 86400.0;
 constexpr float largest_value = 1e9f;  // docs/coefficient-file.md: signals lie within ±1e9
 constexpr uint16_t enabled = 1u << 0, permit_resume = 1u << 3;
-
-// The signals that a table has columns for; lags follow from them.
-std::vector<unsigned> measured_signals(const cb_config &config) {
-    std::vector<unsigned> measured;
-    for (unsigned i = 0; i < config.signals_count; ++i) {
-        if (config.signals[i].source != CB_SOURCE_LAG) measured.push_back(i);
-    }
-    return measured;
-}
 
 // The configuration with every measured signal taken as a physical value from a sensor of the box:
 // what a table holds. Ranges, rates, ages and lead stay; only the registers' quantisation is left
@@ -75,7 +67,8 @@ class box_on_table {
         remember();
     }
 
-    // The cycles between the last row and this one see the last row's values, standing still.
+    // The cycles between the last row and this one see the last row's values, standing still; what
+    // lags make of that is undone by step_on_row.
     void hold_until(int64_t row_us) {
         while (row_us - box_->now_us > box_->config.period_us) {
             step(box_->now_us + box_->config.period_us);
@@ -83,7 +76,8 @@ class box_on_table {
     }
 
     // A plausible value follows the last row's, not the copies of it that were held in between: so
-    // its rate and velocity are those from row to row, and its lags go straight between rows.
+    // its rate and velocity are those from row to row, and its lags go straight between rows, as
+    // in training (host-tools/training/lagged.cpp): one step, exact for the straight line.
     void step_on_row(int64_t row_us) {
         bool follows[CB_MAX_SIGNALS] = {};
         for (std::size_t k = 0; k < measured_.size(); ++k) {
@@ -98,10 +92,6 @@ class box_on_table {
         }
         step(row_us);
         remember();
-    }
-
-    bool accepted(unsigned signal) const {
-        return box_->signals[signal].known && box_->signals[signal].time_us == box_->now_us;
     }
 
   private:
@@ -199,72 +189,6 @@ std::vector<float> row_of(const box_on_table &table, bool raw) {
     return row;
 }
 
-// Rows of one kind: how many, and the first.
-struct row_count {
-    std::size_t count = 0;
-    long first_line = 0;
-    std::string detail;
-
-    void add(long line, const std::string &what) {
-        if (count++ == 0) first_line = line, detail = what;
-    }
-    std::string text() const {
-        return std::to_string(count) + (count == 1 ? " row" : " rows") + ", first line " +
-               std::to_string(first_line) + ": " + detail;
-    }
-};
-
-// Collects what a person should know about the rows.
-class watcher {
-  public:
-    watcher(const cb_config &config, const csv_table &samples)
-        : config_(config),
-          samples_(samples),
-          measured_(measured_signals(config)),
-          implausible_(measured_.size()) {}
-
-    void look(std::size_t row, const box_on_table &table, const std::vector<double> &values) {
-        for (std::size_t i = 0; i < measured_.size(); ++i) {
-            const cb_signal_config &signal = config_.signals[measured_[i]];
-            if (table.accepted(measured_[i]) && in_range(signal, values[i])) continue;
-            implausible_[i].add(samples_.lines[row],
-                                shortest(values[i]) + " (plausible: " + shortest_float(signal.min) +
-                                    " to " + shortest_float(signal.max) + ")");
-        }
-        const cb_mode_state &mode = table.box().mode;
-        if (mode.mode == CB_MODE_ACTIVE) return;
-        not_active_.add(samples_.lines[row],
-                        std::string(cb_mode_name(mode.mode)) + ", " + cb_reason_text(mode.reason));
-    }
-
-    std::vector<std::string> remarks(bool raw) const {
-        std::vector<std::string> all;
-        for (std::size_t i = 0; i < measured_.size(); ++i) {
-            if (implausible_[i].count == 0) continue;
-            all.push_back(std::string(config_.signals[measured_[i]].name) +
-                          (raw ? " implausible, the box would hold the last value: "
-                               : " implausible, last value held: ") +
-                          implausible_[i].text());
-        }
-        if (!raw && not_active_.count > 0) all.push_back("box not ACTIVE: " + not_active_.text());
-        return all;
-    }
-
-  private:
-    // As the box sees it, in float32 and with room for its rounding.
-    static bool in_range(const cb_signal_config &signal, double value) {
-        const float slack = 2.5e-7f * std::max(std::fabs(signal.min), std::fabs(signal.max));
-        const auto seen = static_cast<float>(value);
-        return seen >= signal.min - slack && seen <= signal.max + slack;
-    }
-
-    const cb_config &config_;
-    const csv_table &samples_;
-    std::vector<unsigned> measured_;
-    std::vector<row_count> implausible_;
-    row_count not_active_;
-};
-
 }  // namespace
 
 evaluation evaluate(const cb_config &config, const csv_table &samples, bool raw) {
@@ -274,7 +198,7 @@ evaluation evaluate(const cb_config &config, const csv_table &samples, bool raw)
     const auto columns = signal_columns(config, samples);
     const auto times = row_times(samples, result.time_s);
     box_on_table table(config, raw);
-    watcher watch(config, samples);
+    row_watcher watch(config, samples);
     std::vector<double> values(columns.size());
     for (std::size_t r = 0; r < times.size(); ++r) {
         const int64_t row_us = start_us + times[r];
@@ -286,7 +210,8 @@ evaluation evaluate(const cb_config &config, const csv_table &samples, bool raw)
         } else {
             table.step_on_row(row_us);
         }
-        watch.look(r, table, values);
+        if (r == 0 && !raw) watch.require_steady_state(table.box(), values);
+        watch.look(r, table.box(), values);
         result.rows.push_back(row_of(table, raw));
     }
     result.remarks = watch.remarks(raw);

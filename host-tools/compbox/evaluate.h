@@ -17,14 +17,15 @@ struct evaluation {
     std::vector<std::string> names;        // time_s, term outputs, comp_NAME_um
     std::vector<double> time_s;            // one for each row of the samples
     std::vector<std::vector<float>> rows;  // as names, without time_s
-    std::vector<std::string> remarks;      // implausible inputs, modes other than ACTIVE
+    std::vector<std::string> remarks;      // columns not used, implausible inputs, modes
 };
 
 // in : a loaded configuration; samples with time_s (strictly rising) and a column for each signal
 // out: the box settled on the first row, then run cycle by cycle, on each row at its own time.
 //      raw: channels are the plain negative sums, without limits, slew, deadband, lead and
 //      plausibility: beyond their range curves keep the value at their end.
-// Throws input_error for missing columns, rows out of order and more than a day between rows.
+// Throws input_error for missing columns, rows out of order, more than a day between rows and, but
+// for raw, a first row without a signal that the box cannot run without.
 evaluation evaluate(const cb_config &config, const csv_table &samples, bool raw);
 
 // The result as CSV: every float in its shortest exact form.

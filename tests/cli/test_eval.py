@@ -202,6 +202,89 @@ def test_signals_of_other_sources_are_columns_too(compbox, machine):
     assert out["comp_Z_um"] == pytest.approx([-20.04, -40.06], abs=1e-5)
 
 
+def thermal(machine):
+    """A thermometer, a lag of it, and a term of each in Z."""
+    machine["signals"] += [{"name": "T1", "unit": "degC", "plc": 14, "scale": 0.1, "min": -10, "max": 90},
+                           {"name": "T1_slow", "unit": "degC", "lag_of": "T1", "tau_s": 100}]
+    machine["channels"][2]["sum"] = ["fast", "slow"]
+    return (machine, term("fast", "T1", values=[0, 100], travel=(0, 100)),
+            term("slow", "T1_slow", values=[0, 100], travel=(0, 100)))
+
+
+NAMES = ("X", "Y", "Z", "T1")
+
+
+@pytest.mark.parametrize("raw", [[], ["--raw"]])
+@pytest.mark.parametrize("steps", [1, 7])
+def test_lags_follow_the_straight_line_between_rows(compbox, machine, raw, steps):
+    """From 20 to 30 degC in one time constant: the lag is behind by 10 (1 - 1/e), however many rows
+    the ramp has. Had the box held the first value between the rows, one step would leave 20."""
+    build(compbox, *thermal(machine))
+    rows = [[100 * i / steps, 0, 0, 0, 20 + 10 * i / steps] for i in range(steps + 1)]
+    samples(compbox, rows, NAMES)
+    compbox.good("eval", "c.json", "--inputs", "s.csv", *raw, "-o", "out.csv")
+    out = compbox.table("out.csv")
+    assert (out["fast"][0], out["slow"][0]) == (20, 20)
+    assert out["slow"][-1] == pytest.approx(20 + 10 / math.e, abs=1e-4)
+    assert out["fast"][-1] == 30
+
+
+def test_help_says_that_lags_go_straight(compbox):
+    text = compbox.good("eval", "--help")
+    assert "lags alone follow the straight line" in text
+
+
+FIRST = ("the first row has no value before it to hold, but {} is implausible there: {}; "
+         "start at a row that the box accepts, or use --raw")
+
+
+def test_a_first_row_that_the_box_cannot_stand_in_is_refused(compbox, machine):
+    build(compbox, machine, term(values=[0, 200]))
+    compbox.write("s.csv", "# by hand\ntime_s,X,Y,Z\n0,5000,0,0\n1,500,0,0\n")
+    eval_ = ("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
+    assert compbox.refused(*eval_) == "s.csv:3: " + FIRST.format(
+        "X", "5000 (plausible: -10 to 1010)")
+    done = compbox(*eval_, "--raw")
+    assert done.returncode == 0
+    assert done.stderr == ("s.csv: X implausible, the box would hold the last value: 1 row, first "
+                           "line 3: 5000 (plausible: -10 to 1010)\n")
+    assert compbox.table("out.csv")["EZX"] == [200, 100]
+
+
+def test_a_first_row_without_an_essential_sensor_is_refused(compbox, machine):
+    machine, *terms = thermal(machine)
+    machine["signals"][-2]["essential"] = True
+    build(compbox, machine, *terms)
+    samples(compbox, [[0, 0, 0, 0, 850]], NAMES)
+    assert compbox.refused("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv") == (
+        "s.csv:2: " + FIRST.format("T1", "850 (plausible: -10 to 90)"))
+
+
+def test_a_sensor_that_the_box_runs_without_may_be_missing_at_first(compbox, machine):
+    """Then nothing was held, and that is not said."""
+    build(compbox, *thermal(machine))
+    samples(compbox, [[0, 0, 0, 0, 850], [1, 0, 0, 0, 850], [2, 0, 0, 0, 20], [3, 0, 0, 0, 850]], NAMES)
+    done = compbox("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
+    assert done.returncode == 0
+    assert done.stderr == (
+        "s.csv: T1 implausible and no value before it, its terms are left out: 2 rows, first line 2: "
+        "850 (plausible: -10 to 90)\n"
+        "s.csv: T1 implausible, last value held: 1 row, first line 5: 850 (plausible: -10 to 90)\n")
+    out = compbox.table("out.csv")
+    assert out["comp_Z_um"][:2] == [0, 0]
+    assert out["slow"][2:] == [20, 20]  # it starts settled on the first value that there is
+
+
+def test_a_column_named_like_a_lag_is_not_taken_and_that_is_said(compbox, machine):
+    build(compbox, *thermal(machine))
+    samples(compbox, [[0, 0, 0, 0, 20, 80], [100, 0, 0, 0, 20, 80]], (*NAMES, "T1_slow"))
+    done = compbox("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
+    assert done.returncode == 0
+    assert done.stderr == ("s.csv: column T1_slow is not used: the box computes T1_slow itself, a lag "
+                           "of T1\n")
+    assert compbox.table("out.csv")["slow"] == [20, 20]
+
+
 REFUSED = {
     "missing": (None, "s.csv: cannot open the file (No such file or directory)"),
     "empty": ("", "s.csv: is empty: a header line is missing"),
