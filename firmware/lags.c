@@ -20,23 +20,28 @@ struct pace {
 };
 
 /* in : elapsed_us != 0. A clock that went backward moves nothing. */
-static void set_pace(struct pace *pace, int64_t elapsed_us, float tau_s) {
-    const float dt_s = elapsed_us > 0 ? seconds(elapsed_us) : 0.0f;
-    *pace = (struct pace){elapsed_us, tau_s, cb_lag_gains_for(dt_s, tau_s)};
+CB_OUTLINE struct cb_lag_gains gains_over(int64_t elapsed_us, float tau_s) {
+    return cb_lag_gains_for(elapsed_us > 0 ? seconds(elapsed_us) : 0.0f, tau_s);
 }
 
-/* Moves one lag to its signal's newest value. */
-static void follow(const struct cb_signal_config *lag, const struct cb_signal_state *signal,
-                   struct cb_signal_state *state, struct pace *pace) {
+/* The first value that a lag meets is its steady state. */
+CB_OUTLINE void start(struct cb_signal_state *state, float u) {
+    cb_lag_start(&state->lag, u);
+    state->settled = true;
+}
+
+/* Moves one lag to its signal's newest value, which is plausible and so finite. */
+CB_INLINE void follow(const struct cb_signal_config *lag, const struct cb_signal_state *signal,
+                      struct cb_signal_state *state, struct pace *pace) {
     const float u = lag->power == 2 ? signal->value * signal->value : signal->value;
     const int64_t elapsed_us = signal->time_us - state->time_us;
-    if (!state->settled) cb_lag_start(&state->lag, u);
-    if (elapsed_us != pace->elapsed_us || lag->tau_s != pace->tau_s)
-        set_pace(pace, elapsed_us, lag->tau_s);
-    if (elapsed_us != 0) cb_lag_step(&state->lag, pace->gains, u);
-    state->value = cb_clamp(state->lag.hi, lag->min, lag->max);
     state->time_us = signal->time_us;
-    state->known = state->settled = true;
+    state->known = true;
+    if (!state->settled) start(state, u);
+    if (elapsed_us != pace->elapsed_us || lag->tau_s != pace->tau_s)
+        *pace = (struct pace){elapsed_us, lag->tau_s, gains_over(elapsed_us, lag->tau_s)};
+    if (pace->elapsed_us != 0) cb_lag_step_to(&state->lag, pace->gains, u);
+    state->value = cb_clamp(state->lag.hi, lag->min, lag->max);
 }
 
 bool cb_lags_follow(const struct cb_config *config, struct cb_signal_state *states,
@@ -48,12 +53,14 @@ bool cb_lags_follow(const struct cb_config *config, struct cb_signal_state *stat
         const struct cb_signal_config *lag = &config->signals[*index];
         const struct cb_signal_state *signal = &states[lag->lag_of];
         struct cb_signal_state *state = &states[*index];
-        const bool was_fresh = state->fresh;
         if (signal->known) follow(lag, signal, state, &pace);
         state->used = state->value;
-        state->fresh = signal->fresh; /* it is as old as what it follows */
-        if (state->fresh) continue;
-        counters->signals_stale += was_fresh;
+        if (signal->fresh) { /* it is as old as what it follows */
+            state->fresh = true;
+            continue;
+        }
+        counters->signals_stale += state->fresh;
+        state->fresh = false;
         essentials_fresh = essentials_fresh && !lag->essential;
     }
     return essentials_fresh;

@@ -82,7 +82,7 @@ static void scatter(struct layout layout, uint32_t bits, uint16_t *registers) {
 
 /* Two's complement without a cast whose result the standard leaves to the compiler. */
 static inline float signed_16(uint16_t bits) {
-    return (float)((int32_t)bits - (bits & 0x8000u ? 0x10000 : 0));
+    return (float)((int32_t)(bits ^ 0x8000u) - 0x8000);
 }
 
 static inline float signed_32(uint32_t bits) {

@@ -13,6 +13,11 @@ static float seconds(int64_t us) {
     return (float)(int32_t)(us < INT32_MAX ? us : INT32_MAX) * 1e-6f;
 }
 
+/* How many signals are not lags: behind the last of them nobody needs to look. */
+static inline unsigned measured(const struct cb_config *config) {
+    return (unsigned)config->signals_count - config->lags_count;
+}
+
 void cb_signals_forget(const struct cb_config *config, struct cb_signal_state *states,
                        struct cb_counters *counters) {
     for (unsigned i = 0; i < config->signals_count; ++i) {
@@ -28,14 +33,18 @@ void cb_signals_forget(const struct cb_config *config, struct cb_signal_state *s
 
 /* The roundings of raw, scale, their product and the sum with zero, 2^-24 each, may carry a value
  * past the end that it stands at: a machine that rests there is not implausible. */
-static bool within_rounding(const struct cb_signal_config *signal, float value) {
+static inline bool within_rounding(const struct cb_signal_config *signal, float value) {
     const float largest = cb_max(cb_abs(signal->min), cb_abs(signal->max)) + cb_abs(signal->zero);
     const float slack = 2.5e-7f * largest;
     return value >= signal->min - slack && value <= signal->max + slack; /* false for NaN */
 }
 
-static inline bool range_plausible(const struct cb_signal_config *signal, float value) {
-    return (value >= signal->min && value <= signal->max) || within_rounding(signal, value);
+/* in : value, outside min … max or at an end
+ * out: true: *value is inside; false: it is not plausible */
+CB_OUTLINE bool pull_inside(const struct cb_signal_config *signal, float *value) {
+    if (!within_rounding(signal, *value)) return false;
+    *value = cb_clamp(*value, signal->min, signal->max);
+    return true;
 }
 
 /* in : elapsed_us >= 0 since the last accepted value
@@ -62,7 +71,8 @@ CB_INLINE void accept(const struct cb_config *config, const struct cb_signal_con
     const float value = raw * signal->scale + signal->zero;
     const int64_t elapsed_us = time_us - state->time_us;
     const float change = value - state->value;
-    bool plausible = range_plausible(signal, value);
+    float inside = value;
+    bool plausible = (value > signal->min && value < signal->max) || pull_inside(signal, &inside);
     if (state->known)
         plausible = plausible && elapsed_us >= 0 && rate_plausible(signal, change, elapsed_us);
     if (!plausible) {
@@ -71,7 +81,7 @@ CB_INLINE void accept(const struct cb_config *config, const struct cb_signal_con
     }
     if (signal->leads && state->known)
         state->velocity = filtered_velocity(state->velocity, change, elapsed_us, config->period_us);
-    state->value = cb_clamp(value, signal->min, signal->max);
+    state->value = inside;
     state->time_us = time_us;
     state->known = true;
 }
@@ -86,7 +96,10 @@ void cb_signals_accept(const struct cb_config *config, struct cb_signal_state *s
                        int64_t now_us) {
     const struct cb_signal_config *signal = config->signals, *const end =
                                                                  signal + config->signals_count;
-    for (struct cb_signal_state *state = states; read && signal != end; ++signal, ++state) {
+    unsigned left = read ? measured(config) : 0;
+    for (struct cb_signal_state *state = states; left > 0 && signal != end; ++signal, ++state) {
+        if (signal->source == CB_SOURCE_LAG) continue;
+        --left;
         if (signal->source != CB_SOURCE_PLC) continue;
         const float raw = cb_number_decode(signal->type, in->registers + signal->reg);
         accept(config, signal, state, counters, raw, in->read_us);
@@ -134,12 +147,13 @@ static float ahead(const struct ageing *ageing, const struct cb_signal_config *s
     return cb_clamp(value, signal->min, signal->max);
 }
 
-/* A signal that is measured: how old its value is, and what the terms see of it. */
-static inline void age(const struct ageing *ageing, const struct cb_signal_config *signal,
-                       struct cb_signal_state *state) {
-    state->fresh = is_fresh(signal, state, ageing->now_us);
-    if (!state->fresh) return;
+/* A signal that is measured: true when it is fresh, and what the terms see of it. */
+CB_INLINE bool age(const struct ageing *ageing, const struct cb_signal_config *signal,
+                   struct cb_signal_state *state) {
+    if (!is_fresh(signal, state, ageing->now_us)) return false;
     state->used = signal->leads ? ahead(ageing, signal, state) : state->value;
+    state->fresh = true;
+    return true;
 }
 
 bool cb_signals_age(const struct cb_config *config, struct cb_signal_state *states,
@@ -147,13 +161,14 @@ bool cb_signals_age(const struct cb_config *config, struct cb_signal_state *stat
     const struct ageing ageing = {config, states, now_us, seconds(lead_us)};
     const struct cb_signal_config *signal = config->signals, *const end =
                                                                  signal + config->signals_count;
+    unsigned left = measured(config);
     bool essentials_fresh = true;
-    for (struct cb_signal_state *state = states; signal != end; ++signal, ++state) {
+    for (struct cb_signal_state *state = states; left > 0 && signal != end; ++signal, ++state) {
         if (signal->source == CB_SOURCE_LAG) continue;
-        const bool was_fresh = state->fresh;
-        age(&ageing, signal, state);
-        if (state->fresh) continue;
-        counters->signals_stale += was_fresh;
+        --left;
+        if (age(&ageing, signal, state)) continue;
+        counters->signals_stale += state->fresh;
+        state->fresh = false;
         essentials_fresh = essentials_fresh && !signal->essential;
     }
     return cb_lags_follow(config, states, counters) && essentials_fresh;

@@ -29,21 +29,35 @@ struct evaluation {
 
 /* ---- curves ---- */
 
-/* A B-spline or polyline, as the loader left it in the pool. span: where it was last found. */
+/* A B-spline or polyline, as the loader left it in the pool. */
+CB_INLINE struct cb_ppoly ppoly_of(const struct cb_config *config,
+                                   const struct cb_curve_config *curve) {
+    const float *breaks = config->pool + curve->pool;
+    return (struct cb_ppoly){.breaks = breaks,
+                             .coefficients = breaks + curve->spans + 1,
+                             .spans_per_unit = curve->spans_per_unit,
+                             .spans = curve->spans,
+                             .degree = curve->degree};
+}
+
+CB_OUTLINE struct cb_curve_value elsewhere(const struct cb_config *config,
+                                           const struct cb_curve_config *curve, float x,
+                                           uint16_t *span) {
+    const struct cb_ppoly ppoly = ppoly_of(config, curve);
+    return cb_ppoly_elsewhere(&ppoly, x, span);
+}
+
+/* span: where it was last found, mostly where it is now. The curve then stays in registers. */
 CB_INLINE struct cb_curve_value piecewise(const struct cb_config *config,
                                           const struct cb_curve_config *curve, float x,
                                           uint16_t *span) {
-    const float *breaks = config->pool + curve->pool;
-    const struct cb_ppoly ppoly = {.breaks = breaks,
-                                   .coefficients = breaks + curve->spans + 1,
-                                   .spans_per_unit = curve->spans_per_unit,
-                                   .spans = curve->spans,
-                                   .degree = curve->degree};
-    return cb_ppoly_near(&ppoly, x, span);
+    const struct cb_ppoly ppoly = ppoly_of(config, curve);
+    if (!cb_ppoly_holds(&ppoly, x, *span)) return elsewhere(config, curve, x, span);
+    return (struct cb_curve_value){cb_ppoly_value_in(&ppoly, x, *span), 0.0f, false};
 }
 
-static struct cb_curve_value polynomial(const struct cb_config *config,
-                                        const struct cb_curve_config *curve, float x) {
+CB_OUTLINE struct cb_curve_value polynomial(const struct cb_config *config,
+                                            const struct cb_curve_config *curve, float x) {
     const struct cb_polynomial one = {.coefficients = config->pool + curve->pool,
                                       .center = curve->center,
                                       .inverse_half_range = curve->inverse_half_range,
@@ -163,10 +177,14 @@ static uint8_t network(const struct evaluation *e, const struct cb_term_config *
 
 _Static_assert(sizeof(struct cb_training_range) == 4 * sizeof(float), "lies in the pool as floats");
 
+/* What a volumetric term keeps in the pool, before its constant tool length. */
+enum { FIXED_FLOATS = offsetof(struct cb_volumetric, moves) / sizeof(float) };
+
 /* out: the machine at this moment; false when a position, an error or the tool is missing */
 static bool machine(const struct evaluation *e, const struct cb_volumetric_config *config,
                     struct cb_volumetric_state *state) {
     bool there = true;
+    state->tool_mm = e->config->pool[config->pool + FIXED_FLOATS];
     for (unsigned a = 0; a < CB_AXES; ++a) {
         const struct cb_signal_state *position = &e->signals[config->position[a]];
         state->position_mm[a] = position->used;
@@ -184,12 +202,11 @@ static bool machine(const struct evaluation *e, const struct cb_volumetric_confi
 
 static uint8_t volumetric(const struct evaluation *e, const struct cb_volumetric_config *config,
                           float *value) {
-    enum { FLOATS = offsetof(struct cb_volumetric, moves) / sizeof(float) };
     const float *pool = e->config->pool + config->pool;
     struct cb_volumetric model;
-    struct cb_volumetric_state state = {.tool_mm = pool[FLOATS]};
+    struct cb_volumetric_state state;
     if (!machine(e, config, &state)) return MISSING;
-    memcpy(&model, pool, FLOATS * sizeof *pool);
+    memcpy(&model, pool, FIXED_FLOATS * sizeof *pool);
     memcpy(model.moves, config->moves, sizeof model.moves);
     cb_volumetric_evaluate(&model, &state, value);
     return 0;
@@ -218,8 +235,8 @@ static uint8_t compute(const struct evaluation *e, const struct cb_term_config *
 /* ---- all terms ---- */
 
 static inline bool all_finite(const float *value, unsigned count) {
-    float nothing = 0.0f; /* NaN once a value is not finite */
-    for (unsigned i = 0; i < count; ++i) nothing += value[i] - value[i];
+    float nothing = value[0] - value[0]; /* NaN once a value is not finite */
+    for (unsigned i = 1; i < count; ++i) nothing += value[i] - value[i];
     return nothing == 0.0f;
 }
 
@@ -263,9 +280,8 @@ struct cb_terms_verdict cb_terms_evaluate(const struct cb_config *config,
     bool live[CB_MAX_OUTPUTS];
     const struct evaluation e = {config, signals, outputs, live};
     struct cb_terms_verdict verdict = {false, false};
-    for (unsigned i = 0; i < config->terms_count; ++i) {
-        const struct cb_term_config *term = &config->terms[i];
-        struct cb_term_state *state = &states[i];
+    const struct cb_term_config *term = config->terms, *const end = term + config->terms_count;
+    for (struct cb_term_state *state = states; term != end; ++term, ++state) {
         float *const value = outputs + term->first_output;
         const bool was_live = state->live;
         state->live = refresh(&e, term, counters, &verdict, state, value);

@@ -40,12 +40,11 @@ static inline void cb_lag_start(struct cb_lag *lag, float u) {
     lag->input = u;
 }
 
-/* in : u, the input at the end of the step; a value that is not finite is taken as the last one
+/* in : to, finite: the input at the end of the step
  * out: y at the end of the step. Within 3e-7 of the largest |u| of the exact lag, for dt / tau
  *      down to 2^-24 (1 ms of four hours), over any number of steps; exactly u once settled. */
-static inline float cb_lag_step(struct cb_lag *lag, struct cb_lag_gains gains, float u) {
+static inline float cb_lag_step_to(struct cb_lag *lag, struct cb_lag_gains gains, float to) {
     const float hi = lag->hi, from = lag->input;
-    const float to = cb_is_finite(u) ? u : from;
     const float missing = (from - hi) - lag->lo;
     const float way = gains.gain * missing + gains.ramp * (to - from);
     /* hi + lo += way, rounding errors kept: two-sum, then renormalised */
@@ -59,6 +58,11 @@ static inline float cb_lag_step(struct cb_lag *lag, struct cb_lag_gains gains, f
     const float left = (to - lag->hi) - lag->lo;
     if (cb_abs(left) <= cb_abs(to) * 0x1p-53f + FLT_MIN) cb_lag_start(lag, to);
     return lag->hi;
+}
+
+/* The same for any u: one that is not finite is taken as the last one. */
+static inline float cb_lag_step(struct cb_lag *lag, struct cb_lag_gains gains, float u) {
+    return cb_lag_step_to(lag, gains, cb_is_finite(u) ? u : lag->input);
 }
 
 #endif

@@ -14,6 +14,9 @@
  * because two places use them. */
 #define CB_INLINE static inline __attribute__((always_inline))
 
+/* The other way round: what is seldom needed, and would take registers from what always is. */
+#define CB_OUTLINE static __attribute__((noinline))
+
 /* true for every float except NaN and the infinities, whose difference from themselves is NaN. */
 static inline bool cb_is_finite(float x) {
     return x - x == 0.0f;

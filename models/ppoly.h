@@ -49,6 +49,12 @@ struct cb_curve_value cb_ppoly_evaluate(const struct cb_ppoly *curve, float x);
 static inline struct cb_curve_value cb_ppoly_near(const struct cb_ppoly *curve, float x,
                                                   uint16_t *span);
 
+/* Its second half: x has left *span, mostly for the one beside it; else it is searched. */
+struct cb_curve_value cb_ppoly_elsewhere(const struct cb_ppoly *curve, float x, uint16_t *span);
+
+/* true: x lies in this span, which may be any number, and not at the end of the last one */
+static inline bool cb_ppoly_holds(const struct cb_ppoly *curve, float x, uint16_t span);
+
 /* Sets spans_per_unit from the breaks: non-zero when the computed index is never off by more
  * than one span anywhere (the evaluation corrects one). Called once, when a curve is loaded. */
 void cb_ppoly_index(struct cb_ppoly *curve);
@@ -73,15 +79,15 @@ static inline float cb_ppoly_value_in(const struct cb_ppoly *curve, float inside
     return value;
 }
 
+static inline bool cb_ppoly_holds(const struct cb_ppoly *curve, float x, uint16_t span) {
+    return span < curve->spans && x >= curve->breaks[span] && x < curve->breaks[span + 1];
+}
+
 static inline struct cb_curve_value cb_ppoly_near(const struct cb_ppoly *curve, float x,
                                                   uint16_t *span) {
-    const uint16_t last = *span;
-    const float *const at = curve->breaks + last;
-    if (last < curve->spans && x >= at[0] && x < at[1])
-        return (struct cb_curve_value){cb_ppoly_value_in(curve, x, last), 0.0f, false};
-    const float inside = cb_clamp(x, curve->breaks[0], curve->breaks[curve->spans]);
-    *span = cb_ppoly_span(curve, inside);
-    return (struct cb_curve_value){cb_ppoly_value_in(curve, inside, *span), 0.0f, inside != x};
+    if (cb_ppoly_holds(curve, x, *span))
+        return (struct cb_curve_value){cb_ppoly_value_in(curve, x, *span), 0.0f, false};
+    return cb_ppoly_elsewhere(curve, x, span);
 }
 
 #endif
