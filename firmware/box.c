@@ -64,7 +64,7 @@ static void take_write(struct cb_box *box, uint8_t last_write, const struct step
         last_write > CB_WRITE_UNKNOWN ? CB_WRITE_UNKNOWN : (enum cb_write_result)last_write;
     if (!box->writing) result = CB_WRITE_NONE;
     cb_limiter_written(&box->config, box->channels, result);
-    cb_plc_written(&box->config, &box->plc, &box->counters, result, step->elapsed_us);
+    cb_plc_written(&box->config, &box->plc, &box->counters, result, step->elapsed_us, box->now_us);
     if (result != CB_WRITE_OK) return;
     box->zero_written = cb_channels_all_zero(&box->config, box->channels);
     box->stop_confirmed = box->sent_mode == CB_MODE_STOPPED;
@@ -98,6 +98,7 @@ static void find_plc(struct cb_box *box, const struct cb_inputs *in, struct step
     box->counters.resyncs += lost;
     box->plc.contact = CB_CONTACT_KNOWN;
     box->plc.unconfirmed_us = 0;
+    box->plc.confirmed = false;
     step->placed = true;
 }
 
@@ -149,6 +150,7 @@ static struct cb_mode_events see(const struct cb_box *box, const struct cb_input
     const uint16_t control = box->plc.control;
     const struct cb_mode_events events = {
         .plc_ok = cb_plc_readable(config, &box->plc, box->now_us),
+        .writes_ok = !box->plc.mute,
         .heartbeat_ok = box->plc.alive,
         .essentials_ok = step->essentials_ok,
         .clock_ok = !step->jumped,

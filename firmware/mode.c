@@ -2,9 +2,9 @@
  * The picture of this file is docs/mode.dot. */
 #include "firmware/mode.h"
 
-/* The PLC can be read, it lives, and every position is there. */
+/* The PLC can be read and written, it lives, and every position is there. */
 static bool healthy(const struct cb_mode_events *e) {
-    return e->clock_ok && e->plc_ok && e->heartbeat_ok && e->essentials_ok;
+    return e->clock_ok && e->plc_ok && e->writes_ok && e->heartbeat_ok && e->essentials_ok;
 }
 
 /* The PLC wants compensation. Means something only while plc_ok. */
@@ -31,6 +31,7 @@ static bool may_end(const struct cb_mode_events *e) {
 static enum cb_reason missing(const struct cb_mode_state *state, const struct cb_mode_events *e) {
     if (e->stop) return CB_REASON_STOP;
     if (!e->clock_ok) return CB_REASON_CLOCK;
+    if (!e->writes_ok) return CB_REASON_UNCONFIRMED;
     if (!e->plc_ok) return CB_REASON_NO_PLC;
     if (!e->heartbeat_ok) return CB_REASON_HEARTBEAT;
     if (!e->enable) return CB_REASON_NOT_ENABLED;

@@ -29,6 +29,7 @@
     X(CB_REASON_LIMITED, 9, "a channel is at its limit")                                        \
     X(CB_REASON_STOP, 10, "the box was asked to stop")                                          \
     X(CB_REASON_EXTRAPOLATED, 11, "a model is used outside the range it was trained in")        \
+    X(CB_REASON_UNCONFIRMED, 12, "the PLC answers readings but confirms no write")              \
     X(CB_REASON_DEMAND, 16, "a channel's demand is beyond its error limit")                     \
     X(CB_REASON_CONFIG_CORRUPT, 17, "the configuration in memory has changed")                  \
     X(CB_REASON_WRITE_REFUSED, 18, "the PLC refuses the writes")                                \
@@ -49,6 +50,7 @@ enum cb_reason {
 /* What one step saw, as far as the mode depends on it. */
 struct cb_mode_events {
     bool plc_ok;        /* a reading younger than its maximum age is there */
+    bool writes_ok;     /* … and it confirms writes, as far as any were made */
     bool heartbeat_ok;  /* the PLC's heartbeat moved within its timeout */
     bool essentials_ok; /* every essential signal is valid and young enough */
     bool clock_ok;      /* time went forward by no more than five periods */

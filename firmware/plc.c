@@ -28,20 +28,24 @@ static void count_write(struct cb_counters *counters, enum cb_write_result resul
 }
 
 void cb_plc_written(const struct cb_config *config, struct cb_plc_state *state,
-                    struct cb_counters *counters, enum cb_write_result result,
-                    uint32_t elapsed_us) {
+                    struct cb_counters *counters, enum cb_write_result result, uint32_t elapsed_us,
+                    int64_t now_us) {
     count_write(counters, result);
     if (state->refusing) state->refused_us = add_saturating(state->refused_us, elapsed_us);
     if (result == CB_WRITE_REFUSED) state->refusing = true;
     if (result == CB_WRITE_OK) {
-        state->refusing = false;
+        state->refusing = state->mute = false;
+        state->confirmed = true;
         state->refused_us = 0;
         state->unconfirmed_us = 0; /* when that write was made: elapsed_us ago */
     }
     state->unconfirmed_us = add_saturating(state->unconfirmed_us, elapsed_us);
     const uint64_t lost_us = (uint64_t)CB_LOST_HALF_PERIODS * config->period_us / 2;
-    if (state->contact == CB_CONTACT_KNOWN && state->unconfirmed_us > lost_us)
-        state->contact = CB_CONTACT_LOST;
+    if (state->contact != CB_CONTACT_KNOWN || state->unconfirmed_us <= lost_us) return;
+    state->contact = CB_CONTACT_LOST;
+    /* a PLC that is gone altogether is seen by its readings, one that refuses by its exceptions */
+    if (state->refusing) return;
+    if (!state->confirmed || cb_plc_readable(config, state, now_us)) state->mute = true;
 }
 
 static bool is_torn(const struct cb_block_config *block, const uint16_t *registers) {

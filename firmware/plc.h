@@ -47,15 +47,20 @@ struct cb_plc_state {
     bool beating;            /* the heartbeat moved, since start or clock jump */
     bool alive;              /* … and within its timeout, in this step */
     bool refusing;           /* a write was refused, and none was confirmed since */
+    bool confirmed;          /* a write was confirmed since the contact became KNOWN */
+    bool mute;               /* contact was lost though the PLC answers readings, or again without a
+                                write confirmed in between; and no write was confirmed since */
     bool reset_edge;         /* the reset bit went on with this step's reading */
 };
 
 /* Time cannot be trusted: the last reading and heartbeat are too old to be of use. */
 void cb_plc_forget(struct cb_plc_state *state);
 
-/* Takes note of how the last write ended; elapsed_us since the step before. */
+/* Takes note of how the last write ended; elapsed_us since the step before. Before this cycle's
+ * reading. */
 void cb_plc_written(const struct cb_config *config, struct cb_plc_state *state,
-                    struct cb_counters *counters, enum cb_write_result result, uint32_t elapsed_us);
+                    struct cb_counters *counters, enum cb_write_result result, uint32_t elapsed_us,
+                    int64_t now_us);
 
 /* Takes this cycle's reading, if it is good: there, whole (counters of the block agree), not from
  * the future. out: whether it is. */

@@ -52,6 +52,8 @@ FAULTS = [
     ("heartbeat not watched", "firmware/plc.c", "state->heartbeat_us <= timeout_us",
      "state->heartbeat_us <= 1000 * timeout_us",
      reactions("a_heartbeat_that_stops_holds_then_ramps")),
+    ("unconfirmed writes no loss", "firmware/plc.c", "state->mute = true", "state->mute = false",
+     faults("writes_that_are_never_answered_are_a_loss_although_the_plc_is_read")),
     ("resuming without permission", "firmware/mode.c", "!state->lost || e->permit_resume",
      "!state->lost || e->enable",
      reactions("without_permit_resume_a_new_edge_of_enable_is_needed")),

@@ -7,9 +7,10 @@ import pytest
 import laws
 import machine
 from conftest import fc23
-from machine import ACTIVE, HOLD, PERIOD_S
+from machine import ACTIVE, HOLD, PERIOD_S, RAMP, STANDBY
 from raw_plc import RawPlc, frame_of
 
+UNCONFIRMED = "the PLC answers readings but confirms no write"
 AT_REST = {"X": 4000, "Y": 200, "Z": 1500, "T1": 35}
 FIRST, EVERY, LAST = 15, 5, 52       # cycles with a fault: the first, one in so many, the last
 
@@ -298,3 +299,36 @@ def test_torn_blocks_are_not_used(plc, port, start_box):
     settled = [w for w in plc.writes if w.mode == ACTIVE][20:]
     wanted = machine.wanted_um(AT_REST)
     assert all(abs(w.um["Z"] - wanted["Z"]) < 0.06 for w in settled)
+
+
+def test_writes_that_are_never_answered_are_a_loss_although_the_plc_is_read(plc, port, start_box):
+    plc.values = dict(AT_REST)
+    mute = [False]
+
+    def no_answer_to_writes(request, _):
+        return [] if mute[0] and request.function == 16 else None
+
+    with RawPlc(plc, port, no_answer_to_writes), start_box() as box:
+        plc.wait_mode(ACTIVE)
+        time.sleep(0.5)
+        mute[0] = True
+        reads = len(plc.reads)
+        time.sleep(2.5)
+        reads = len(plc.reads) - reads
+        mute[0] = False                  # permit resume is set: it goes on by itself
+        plc.wait_mode(ACTIVE)
+        box.stop()
+    assert box.code == 0, box.log
+    assert reads > 3
+    laws.check_writes(plc.writes)
+    history = box.stats["history"]
+    lost = [(h["mode"], h["reason"]) for h in history]
+    begin = lost.index(("HOLD", UNCONFIRMED))
+    assert lost[begin - 1] == ("ACTIVE", "all is well")
+    assert lost[begin + 1] == ("RAMP", UNCONFIRMED)
+    assert history[begin + 1]["time_s"] - history[begin]["time_s"] == pytest.approx(0.3, abs=0.07)
+    silent = [row for row in box.rows if row["reason"] == 12]
+    assert silent[-1]["time_s"] - silent[0]["time_s"] > 2
+    assert {row["mode"] for row in silent} == {HOLD, RAMP, STANDBY}
+    assert UNCONFIRMED in box.log
+    assert box.stats["box"]["holds"] == 1

@@ -26,7 +26,8 @@ struct running_rig : box_rig {
 };
 
 // Steps until the mode changes; returns how many steps that took, with the one that changed it.
-int steps_until(box_rig &rig, cb_mode mode, int most = 1000) {
+template <class Rig>
+int steps_until(Rig &rig, cb_mode mode, int most = 1000) {
     for (int i = 1; i <= most; ++i) {
         rig.step();
         if (rig.mode() == mode) return i;
@@ -214,6 +215,7 @@ TEST(box_fault, a_box_that_lost_track_asks_before_it_writes) {
     rig.write = CB_WRITE_OK;
     rig.in.held = CB_HELD_OK;
     put_int32(rig.in.held_registers + 4, -3000);
+    rig.control(1 | 2 | 8);
     rig.step();
     EXPECT_TRUE(rig.out.write);
     EXPECT_DOUBLE_EQ(rig.written(4), -30);
@@ -291,6 +293,99 @@ TEST(box_fault, a_result_for_outputs_that_were_not_for_writing_is_not_believed) 
     EXPECT_EQ(rig.box->counters.writes_failed, failed);
     EXPECT_GT(rig.box->plc.unconfirmed_us, 20u * 30000);
     EXPECT_EQ(rig.box->channels[0].sent_um, before.sent_um);
+}
+
+// A PLC that answers every reading, the read-back too, and no write.
+struct mute_rig : running_rig {
+    mute_rig() {
+        write = CB_WRITE_UNKNOWN;
+        put_int32(in.held_registers + 4, -4000);
+    }
+    void step() {
+        if (cb_box_wants_held(box.get())) in.held = CB_HELD_OK;
+        running_rig::step();
+    }
+    void steps(unsigned count) {
+        for (unsigned i = 0; i < count; ++i) step();
+    }
+};
+
+TEST(box_fault, writes_that_are_never_confirmed_are_a_loss_although_the_plc_is_read) {
+    mute_rig rig;
+    rig.control(1 | 2 | 8);  // permit resume does not help before the loss is over
+    EXPECT_EQ(steps_until(rig, CB_MODE_HOLD), 4);  // 150 ms > 4.5 periods
+    EXPECT_EQ(rig.reason(), CB_REASON_UNCONFIRMED);
+    EXPECT_EQ(steps_until(rig, CB_MODE_RAMP), 17);  // 500 ms
+    for (int i = 0; i < 500; ++i) {
+        rig.step();
+        ASSERT_NE(rig.mode(), CB_MODE_ACTIVE) << i;
+        ASSERT_EQ(rig.reason(), CB_REASON_UNCONFIRMED) << i;
+    }
+    EXPECT_EQ(rig.box->counters.holds, 1u);
+    rig.write = CB_WRITE_OK;
+    rig.steps(2);
+    EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
+}
+
+TEST(box_fault, after_unconfirmed_writes_a_new_edge_of_enable_is_needed) {
+    mute_rig rig;
+    EXPECT_EQ(steps_until(rig, CB_MODE_HOLD), 4);
+    rig.control(2);
+    rig.step();
+    rig.control(2 | 1);
+    rig.steps(2);
+    EXPECT_EQ(rig.mode(), CB_MODE_RAMP);  // the edge came while nothing was confirmed
+    rig.write = CB_WRITE_OK;
+    rig.steps(3);
+    EXPECT_EQ(rig.mode(), CB_MODE_RAMP);
+    EXPECT_EQ(rig.reason(), CB_REASON_WAIT_ENABLE);
+    rig.control(2);
+    rig.step();
+    rig.control(2 | 1);
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
+}
+
+TEST(box_fault, three_unconfirmed_writes_in_a_row_cost_no_mode) {
+    running_rig rig;
+    for (int i = 0; i < 100; ++i) {
+        rig.write = i % 4 == 3 ? CB_WRITE_OK : CB_WRITE_UNKNOWN;
+        rig.step();
+        ASSERT_EQ(rig.mode(), CB_MODE_ACTIVE) << i;
+    }
+    EXPECT_EQ(rig.box->counters.writes_unknown, 75u);
+}
+
+// fc23 after an outage: the one reading is by fc3, then request after request has no answer, so
+// the readings stop as well and permit resume is at hand each time.
+TEST(box_fault, a_plc_found_again_that_never_confirms_is_not_compensated_again_and_again) {
+    mute_rig rig;
+    rig.control(1 | 2 | 8);
+    unsigned active = 0;
+    for (int i = 0; i < 400; ++i) {
+        rig.reading = cb_box_wants_held(rig.box.get());
+        rig.step();
+        active += i > 20 && rig.mode() == CB_MODE_ACTIVE;
+    }
+    EXPECT_GT(rig.box->counters.resyncs, 20u);
+    EXPECT_EQ(active, 0u);
+}
+
+TEST(box_fault, an_unconfirmed_write_in_standby_keeps_the_box_there) {
+    mute_rig rig;
+    rig.write = CB_WRITE_OK;
+    rig.control(2);
+    EXPECT_GT(steps_until(rig, CB_MODE_STANDBY), 0);
+    rig.write = CB_WRITE_FAILED;
+    put_int32(rig.in.held_registers + 4, 0);
+    rig.steps(5);
+    rig.control(2 | 1);
+    rig.steps(10);
+    EXPECT_EQ(rig.mode(), CB_MODE_STANDBY);
+    EXPECT_EQ(rig.reason(), CB_REASON_UNCONFIRMED);
+    rig.write = CB_WRITE_OK;
+    rig.steps(2);
+    EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);  // nothing was lost while it compensated nothing
 }
 
 TEST(box_fault, lost_track_is_counted_from_the_contact) {

@@ -25,7 +25,9 @@ struct rules {
     cb_mode_events e;
     uint32_t elapsed_us, hold_limit_us;
 
-    bool healthy() const { return e.plc_ok && e.heartbeat_ok && e.essentials_ok && e.clock_ok; }
+    bool healthy() const {
+        return e.plc_ok && e.writes_ok && e.heartbeat_ok && e.essentials_ok && e.clock_ok;
+    }
     bool new_edge() const { return healthy() && e.enable && !s.enable_was; }
     bool permitted() const { return !s.lost || e.permit_resume || new_edge(); }
     bool plc_says_no() const { return e.plc_ok && (!e.enable || !e.referenced); }
@@ -70,7 +72,7 @@ cb_mode_events events_of(unsigned bits, uint8_t fault) {
     bool *const flags[] = {&e.plc_ok,   &e.heartbeat_ok, &e.essentials_ok, &e.clock_ok,
                            &e.enable,   &e.referenced,   &e.reset_edge,    &e.permit_resume,
                            &e.stop,     &e.all_zero,     &e.zero_written,  &e.excessive,
-                           &e.degraded, &e.limited};
+                           &e.degraded, &e.limited,      &e.writes_ok};
     for (bool *flag : flags) {
         *flag = bits & 1;
         bits >>= 1;
@@ -78,7 +80,7 @@ cb_mode_events events_of(unsigned bits, uint8_t fault) {
     e.fault = fault;
     return e;
 }
-constexpr unsigned all_events = 1u << 14;
+constexpr unsigned all_events = 1u << 15;
 
 // The reason that belongs to the mode, as far as the rules fix it; -1: not fixed.
 int expected_reason(const rules &before, uint8_t mode_after) {
@@ -91,6 +93,7 @@ int expected_reason(const rules &before, uint8_t mode_after) {
     if (before.s.mode == CB_MODE_STOPPED) return before.s.reason;
     if (e.stop) return CB_REASON_STOP;
     if (!e.clock_ok) return CB_REASON_CLOCK;
+    if (!e.writes_ok) return CB_REASON_UNCONFIRMED;
     if (!e.plc_ok) return CB_REASON_NO_PLC;
     return -1;
 }
@@ -205,7 +208,7 @@ struct story {
     story() {
         cb_mode_start(&state);
         std::memset(&e, 0, sizeof e);
-        e.plc_ok = e.heartbeat_ok = e.essentials_ok = e.clock_ok = true;
+        e.plc_ok = e.writes_ok = e.heartbeat_ok = e.essentials_ok = e.clock_ok = true;
         e.enable = e.referenced = true;
         e.all_zero = true;
     }
@@ -258,6 +261,21 @@ TEST(mode, out_of_hold_only_with_permission) {
     EXPECT_EQ(s.step(), CB_MODE_HOLD);
     EXPECT_EQ(s.state.reason, CB_REASON_WAIT_ENABLE);
     s.e.permit_resume = true;
+    EXPECT_EQ(s.step(), CB_MODE_ACTIVE);
+}
+
+TEST(mode, a_plc_that_confirms_no_write_is_a_loss) {
+    story s;
+    s.run();
+    s.e.writes_ok = false;
+    EXPECT_EQ(s.step(), CB_MODE_HOLD);
+    EXPECT_EQ(s.state.reason, CB_REASON_UNCONFIRMED);
+    s.e.plc_ok = false;  // the same cause is told while the connection is made anew
+    EXPECT_EQ(s.step(), CB_MODE_HOLD);
+    EXPECT_EQ(s.state.reason, CB_REASON_UNCONFIRMED);
+    s.e.plc_ok = s.e.permit_resume = true;
+    EXPECT_EQ(s.step(max_hold_us), CB_MODE_RAMP);
+    s.e.writes_ok = true;
     EXPECT_EQ(s.step(), CB_MODE_ACTIVE);
 }
 
