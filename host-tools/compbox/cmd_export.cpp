@@ -8,6 +8,7 @@
 #include "host-tools/compbox/export_tables.h"
 #include "host-tools/compbox/export_text.h"
 #include "host-tools/compbox/key_values.h"
+#include "host-tools/compbox/option_checks.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 
@@ -208,18 +209,18 @@ void add_table_options(CLI::App &command, export_arguments &arguments) {
     command
         .add_option("--step-mm", arguments.step_mm,
                     "Distance of the points (else the widest round one within the tolerance)")
-        ->check(CLI::PositiveNumber.description(""))
+        ->check(above_zero())
         ->option_text("S");
     command
         .add_option("--tolerance-um", arguments.table.tolerance_um,
                     "Largest table step error wanted (0.1)")
-        ->check(CLI::PositiveNumber.description(""))
+        ->check(above_zero())
         ->option_text("E");
     command
         .add_option("--most-points", arguments.most_points,
                     "Points that the control's table holds (linuxcnc-comp and heidenhain-com 256, "
                     "sinumerik-lec 5000, sinumerik-cec 2000, twincat-cam 10000)")
-        ->check(CLI::Range(2, 100000).description(""))
+        ->check(whole_between(2, 100000))
         ->option_text("N");
     command
         .add_option("--range", arguments.ranges, "Positions from where to where (else the curves')")
@@ -266,7 +267,7 @@ void add_export(CLI::App &app) {
     command
         ->add_option("--first-table", arguments->text.first_table,
                      "sinumerik-cec: index of the first table (0)")
-        ->check(CLI::Range(0, 1000).description(""))
+        ->check(whole_between(0, 1000))
         ->option_text("T");
     command->add_flag("--trims", arguments->text.trims,
                       "linuxcnc-comp: COMP_FILE_TYPE 1, trims instead of positions");

@@ -8,6 +8,7 @@
 
 #include "firmware/limits.h"
 #include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/option_checks.h"
 #include "host-tools/fitting/fit.h"
 #include "host-tools/formats/file.h"
 
@@ -112,13 +113,13 @@ void add_fit(CLI::App &app) {
            "by curvature; polynomial; polyline")
         ->option_text("METHOD");
     fit->add_option("--degree", options.degree, "Degree (B-spline 3, polynomial 7)")
-        ->check(CLI::Range(1, 15).description(""))
+        ->check(whole_between(1, 15))
         ->option_text("N");
     fit->add_option(
            "--tolerance-um", options.tolerance_um,
            "Largest residual allowed at a measured position, um (urad for angles); without "
            "it the noise decides")
-        ->check(CLI::PositiveNumber.description(""))
+        ->check(above_zero())
         ->option_text("E");
     fit->add_option_function<std::string>(
            "--line",
@@ -128,6 +129,7 @@ void add_fit(CLI::App &app) {
         ->option_text("LINE");
     fit->add_option("--zero-at", options.zero_at_mm,
                     "Position, mm, where the curve is to be zero (its forward branch)")
+        ->check(any_number())
         ->option_text("POSITION");
     CLI::Option *branches = fit->add_flag("--branches", options.branches,
                                           "Forward and backward readings to a branch each");
@@ -135,7 +137,7 @@ void add_fit(CLI::App &app) {
                     "With --branches: way after a reversal until the other branch counts alone, mm "
                     "(0.1)")
         ->needs(branches)
-        ->check(CLI::Range(0.001, 1000.0).description(""))
+        ->check(between(0.001, 1000))
         ->option_text("R");
     fit->add_option("--band", arguments->band,
                     "Curve and its standard deviation as a table, F.csv: "

@@ -10,6 +10,7 @@
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/identify_plot.h"
 #include "host-tools/compbox/monte_carlo_report.h"
+#include "host-tools/compbox/option_checks.h"
 #include "host-tools/compbox/plan_file.h"
 #include "host-tools/compbox/progress.h"
 #include "host-tools/formats/csv.h"
@@ -225,6 +226,7 @@ void add_identify(CLI::App &app) {
                      "Origin of the axis' frame in the points' coordinates, x,y,z")
         ->expected(3)
         ->delimiter(',')
+        ->check(any_number())
         ->option_text("X,Y,Z");
     const std::map<std::string, bool> sides = {{"tool", false}, {"workpiece", true}};
     identify
@@ -239,12 +241,15 @@ void add_identify(CLI::App &app) {
                      "report.json for `volumetric`")
         ->expected(3)
         ->delimiter(',')
+        ->check(any_number())
         ->option_text("X,Y,Z");
     identify
         ->add_option("--scale-ppm-per-degC", arguments->scale_ppm_per_degC,
                      "Expansion of the axis' scale, corrected to 20 degC")
+        ->check(any_number())
         ->option_text("A");
     identify->add_option("--temperature-degC", arguments->temperature_degC, "Its temperature (20)")
+        ->check(any_number())
         ->option_text("T");
     add_monte_carlo(*identify, arguments->monte_carlo);
     identify
@@ -252,11 +257,12 @@ void add_identify(CLI::App &app) {
                      "Monte Carlo: the true errors, um and urad (else the ranges found)")
         ->expected(6)
         ->delimiter(',')
+        ->check(any_number())
         ->option_text("DX,DY,DZ,EX,EY,EZ");
     identify
         ->add_option("--sigma-um", arguments->sigma_um,
                      "Monte Carlo: standard deviation of a reading (else the noise found)")
-        ->check(CLI::PositiveNumber.description(""))
+        ->check(above_zero())
         ->option_text("S");
     identify->add_option("--plot", arguments->plot,
                          "Six curves with their 2 sigma bands, F.svg, F.png or F.pdf");

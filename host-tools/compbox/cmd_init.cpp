@@ -6,6 +6,7 @@
 
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/machine_file.h"
+#include "host-tools/compbox/option_checks.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 
@@ -65,13 +66,13 @@ void add_init(CLI::App &app) {
     command->add_option("--host", machine.host, "PLC's IP address")->capture_default_str();
     command->add_option("--port", machine.port, "PLC's TCP port")
         ->capture_default_str()
-        ->check(CLI::Range(1, 65535));
+        ->check(whole_between(1, 65535).description("in [1 - 65535]"));
     command->add_option("--unit", machine.unit, "Modbus unit id")
         ->capture_default_str()
-        ->check(CLI::Range(0, 255));
+        ->check(whole_between(0, 255).description("in [0 - 255]"));
     command->add_option("--period-ms", machine.period_ms, "Period of the box")
         ->capture_default_str()
-        ->check(CLI::Range(1.0, 1000.0));
+        ->check(between(1, 1000).description("in [1 - 1000]"));
     command->add_option("-o,--output", options->output, "Machine file to write")->required();
     command->footer(
         "Example:\n  compbox init --axes XYZ --profile sinumerik-840d "

@@ -5,6 +5,7 @@
 
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/join.h"
+#include "host-tools/compbox/option_checks.h"
 #include "host-tools/formats/csv_reading.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
@@ -59,13 +60,14 @@ void add_join(CLI::App &app) {
     join->add_option("probe", arguments->probe, "Probed errors, PROBE.csv")->required();
     join->add_option("--time-offset-s", options.time_offset_s,
                      "What to add to the probe's time to get the record's (0)")
+        ->check(any_number())
         ->option_text("S");
     join->add_option("--longest-gap-s", options.longest_gap_s,
                      "Refuse a probed time in a longer gap of the recording (1)")
-        ->check(CLI::PositiveNumber.description(""))
+        ->check(above_zero())
         ->option_text("S");
     join->add_option("--tolerance-mm", options.tolerance_mm, "By position: as near as this (0.05)")
-        ->check(CLI::PositiveNumber.description(""))
+        ->check(above_zero())
         ->option_text("T");
     join->add_option("--signals", options.signals, "Columns of the record to take (all but comp_…)")
         ->delimiter(',')

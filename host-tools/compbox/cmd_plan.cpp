@@ -10,6 +10,7 @@
 
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/monte_carlo_report.h"
+#include "host-tools/compbox/option_checks.h"
 #include "host-tools/compbox/plan_file.h"
 #include "host-tools/compbox/progress.h"
 #include "host-tools/formats/csv.h"
@@ -195,7 +196,7 @@ void add_plan(CLI::App &app) {
     plan->add_option("--box", arguments->box, "Grid of nodes, x0:x1:nx,y0:y1:ny,z0:z1:nz in mm")
         ->required();
     plan->add_option("--sigma-um", arguments->sigma_um, "Standard deviation of one reading")
-        ->check(CLI::PositiveNumber.description(""))
+        ->check(above_zero())
         ->option_text("S");
     plan->add_option("--axis", arguments->axis, "Axis that will move (order of the points), X")
         ->check(CLI::IsMember({"X", "Y", "Z"}).description(""))
@@ -211,10 +212,11 @@ void add_plan(CLI::App &app) {
                      "Size of the six errors looked for, um and urad (1 each)")
         ->expected(6)
         ->delimiter(',')
+        ->check(any_number())
         ->option_text("DX,DY,DZ,EX,EY,EZ");
     plan->add_option("--forbid", arguments->forbidden, "Nodes to leave out, CSV x_mm,y_mm,z_mm");
     plan->add_option("--best", arguments->options.best, "How many triples to list (10)")
-        ->check(CLI::Range(1, 1000).description(""))
+        ->check(whole_between(1, 1000))
         ->option_text("N");
     add_monte_carlo(*plan, arguments->monte_carlo);
     plan->add_flag("--json", arguments->as_json, "Print the plan as JSON");

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/option_checks.h"
 #include "host-tools/compbox/progress.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/training/select_inputs.h"
@@ -62,7 +63,7 @@ void add_model(CLI::App &select, select_arguments &arguments) {
         ->option_text("NAME");
     select.add_option("--lags", model.lags.lags_s, "Time constants, s, that the model will have")
         ->delimiter(',')
-        ->check(CLI::Range(0.001, 86400.0).description(""))
+        ->check(between(0.001, 86400))
         ->option_text("TAU,TAU");
     select.add_option("--squares", model.lags.squares, "Inputs whose square it will have")
         ->delimiter(',')
@@ -93,7 +94,7 @@ void add_select_inputs(CLI::App &app) {
     select
         ->add_option("--count", options.count,
                      "How many to choose; without it the validity index decides")
-        ->check(CLI::Range(1, 64).description(""))
+        ->check(whole_between(1, 64))
         ->option_text("K");
     const std::map<std::string, cluster_method> methods = {{"c-means", cluster_method::c_means},
                                                            {"closure", cluster_method::closure}};

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/option_checks.h"
 #include "host-tools/fitting/measurement.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
@@ -130,6 +131,7 @@ void add_squareness(CLI::App &app) {
     command
         ->add_option("--square-error-urad", arguments->square_error_urad,
                      "The square's angle less 90 degrees (0)")
+        ->check(any_number())
         ->option_text("Q");
     command
         ->add_option("--diagonals", arguments->diagonals,
@@ -138,15 +140,17 @@ void add_squareness(CLI::App &app) {
                      "other")
         ->expected(4)
         ->delimiter(',')
+        ->check(any_number())
         ->option_text("A,B,R,F");
     command
         ->add_option("--ball-bar", arguments->ball_bar,
                      "Diameter in mm; deviations in um of the diameters at 45 and 135 degrees")
         ->expected(3)
         ->delimiter(',')
+        ->check(any_number())
         ->option_text("D,R,F");
     command->add_option("--sigma-um", arguments->sigma_um, "Standard deviation of one length (0)")
-        ->check(CLI::NonNegativeNumber.description(""))
+        ->check(zero_or_more())
         ->option_text("S");
     command->add_flag("--json", arguments->as_json, "Print the result as JSON");
     command->add_option("-o,--output", arguments->output, "File to write")->required();

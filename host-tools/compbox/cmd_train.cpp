@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/option_checks.h"
 #include "host-tools/compbox/progress.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/training/train.h"
@@ -89,7 +90,7 @@ void add_lags(CLI::App &train, train_arguments &arguments) {
     lag_options &lags = arguments.options.lags;
     train.add_option("--lags", lags.lags_s, "Time constants, s: inputs are taken lagged as well")
         ->delimiter(',')
-        ->check(CLI::Range(0.001, 86400.0).description(""))
+        ->check(between(0.001, 86400))
         ->option_text("TAU,TAU");
     train.add_option("--lag-only", lags.only, "Inputs that lag (all)")
         ->delimiter(',')
@@ -110,7 +111,7 @@ void add_lags(CLI::App &train, train_arguments &arguments) {
 void add_network(CLI::App &train, train_arguments &arguments) {
     train_options &options = arguments.options;
     train.add_option("--hidden", options.hidden, "Hidden units (10); 0: the linear map alone")
-        ->check(CLI::Range(0, 64).description(""))
+        ->check(whole_between(0, 64))
         ->option_text("N");
     const std::map<std::string, activation> kinds = {{"tansig", activation::tansig},
                                                      {"logsig", activation::logsig}};
@@ -131,27 +132,27 @@ void add_network(CLI::App &train, train_arguments &arguments) {
         ->transform(CLI::Transformer(ways).description(""))
         ->option_text("WAY");
     train.add_option("--starts", options.starts, "Random starts (5)")
-        ->check(CLI::Range(1, 1000).description(""))
+        ->check(whole_between(1, 1000))
         ->option_text("N");
     train.add_option("--seed", options.seed, "Of the starts (1): the same seed, the same term")
         ->option_text("N");
     train
         .add_option("--threads", options.threads,
                     "Threads (as many as there are processors); the result does not depend on it")
-        ->check(CLI::Range(0, 256).description(""))
+        ->check(whole_between(0, 256))
         ->option_text("N");
     train.add_option("--iterations", options.max_iterations, "At most so many (300)")
-        ->check(CLI::Range(1, 100000).description(""))
+        ->check(whole_between(1, 100000))
         ->option_text("N");
     train
         .add_option("--rows", options.max_rows,
                     "The network is trained on every k-th row, at most so many (2000)")
-        ->check(CLI::Range(10, 1000000).description(""))
+        ->check(whole_between(10, 1000000))
         ->option_text("N");
     train
         .add_option("--margin", options.margin,
                     "Extrapolate an input no further than this part of its trained range (0.1)")
-        ->check(CLI::Range(0.0, 10.0).description(""))
+        ->check(between(0, 10))
         ->option_text("PART");
 }
 

@@ -8,6 +8,7 @@
 
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/key_values.h"
+#include "host-tools/compbox/option_checks.h"
 #include "host-tools/compbox/volumetric.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
@@ -192,14 +193,16 @@ void add_geometry(CLI::App &command, volumetric_arguments &arguments) {
                     "Spindle's gauge point, all axes at 0")
         ->expected(3)
         ->delimiter(',')
+        ->check(any_number())
         ->option_text("x,y,z");
     command.add_option("--tool-direction", arguments.tool_direction, "From it to the tip (0,0,-1)")
         ->expected(3)
         ->delimiter(',')
+        ->check(any_number())
         ->option_text("x,y,z");
     auto *length =
         command.add_option("--tool-length-mm", options.tool_length_mm, "Tool length (0)")
-            ->check(CLI::Range(-10000.0, 10000.0).description(""))
+            ->check(between(-10000, 10000))
             ->option_text("L");
     command
         .add_option("--tool-length", options.tool_length_signal, "Signal with the tool length, mm")
@@ -224,7 +227,7 @@ void add_fit_options(CLI::App &command, fit_options &fit) {
     command
         .add_option("--tolerance-um", fit.tolerance_um,
                     "As in fit, for all curves (urad for angles)")
-        ->check(CLI::PositiveNumber.description(""))
+        ->check(above_zero())
         ->option_text("E");
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "host-tools/compbox/option_checks.h"
 #include "host-tools/identification/identify.h"
 
 namespace compbox {
@@ -36,7 +37,7 @@ void add_monte_carlo(CLI::App &command, monte_carlo_arguments &arguments) {
     command
         .add_option("--monte-carlo", arguments.runs,
                     "Compare both methods over N runs with noise, as a check of the closed form")
-        ->check(CLI::Range(2, 100000000).description(""))
+        ->check(whole_between(2, 100000000))
         ->option_text("N");
     command.add_option("--seed", arguments.seed, "Of the noise (1)")->option_text("K");
 }

@@ -37,7 +37,10 @@ def data(compbox):
     ("--signal", "X" * 24, "is too long"),
     ("--method", "foo", "'foo' is none of bspline, bspline-lmc, polynomial, polyline"),
     ("--line", "foo", "'foo' is none of keep, end-point, least-squares"),
-    ("--tolerance-um", "-1", "--tolerance-um"),
+    ("--tolerance-um", "-1", "--tolerance-um: must be above 0, not -1"),
+    ("--tolerance-um", "nan", "--tolerance-um: 'nan' is not a finite number"),
+    ("--zero-at", "nan", "--zero-at: 'nan' is not a finite number"),
+    ("--degree", "16", "--degree: must be a whole number from 1 to 15, not 16"),
     ("--degree", "6", "a B-spline has degree 1 to 5"),
 ])
 def test_wrong_usage_is_one_sentence(compbox, option, value, sentence):

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/compbox/option_checks.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <functional>
+#include <system_error>
+
+#include "host-tools/formats/csv.h"
+
+namespace compbox {
+
+namespace {
+
+// The whole text as a number; blanks (of "1, 2") and a plus sign may stand before it.
+template <typename Number>
+bool read_number(const std::string &text, Number &value) {
+    std::size_t start = std::min(text.find_first_not_of(' '), text.size());
+    if (text.compare(start, 1, "+") == 0 && text.compare(start + 1, 1, "-") != 0) ++start;
+    const char *end = text.data() + text.size();
+    const auto result = std::from_chars(text.data() + start, end, value);
+    return result.ec == std::errc() && result.ptr == end;
+}
+
+// in : `must`, what a number for which `fits` is false must be: "must be above 0"
+CLI::Validator check(const std::string &must, const std::function<bool(double)> &fits) {
+    const auto sentence = [must, fits](const std::string &text) {
+        double value = 0.0;
+        if (!read_number(text, value) || !std::isfinite(value)) {
+            return "'" + text + "' is not a finite number";
+        }
+        return fits(value) ? std::string() : must + ", not " + text;
+    };
+    return CLI::Validator(sentence, "");
+}
+
+}  // namespace
+
+CLI::Validator any_number() {
+    return check("", [](double) { return true; });
+}
+
+CLI::Validator above_zero() {
+    return check("must be above 0", [](double value) { return value > 0.0; });
+}
+
+CLI::Validator zero_or_more() {
+    return check("must be 0 or more", [](double value) { return value >= 0.0; });
+}
+
+CLI::Validator between(double least, double most) {
+    return check("must be from " + shortest(least) + " to " + shortest(most),
+                 [=](double value) { return value >= least && value <= most; });
+}
+
+CLI::Validator whole_between(long least, long most) {
+    const std::string must = "must be a whole number from " + std::to_string(least) + " to " +
+                             std::to_string(most) + ", not ";
+    const auto sentence = [=](const std::string &text) {
+        long value = 0;
+        const bool fits = read_number(text, value) && value >= least && value <= most;
+        return fits ? std::string() : must + text;
+    };
+    return CLI::Validator(sentence, "");
+}
+
+}  // namespace compbox
