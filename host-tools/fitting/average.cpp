@@ -27,7 +27,7 @@ std::vector<double> distinct_positions(const std::vector<measured_run> &runs) {
     std::vector<double> all;
     for (const auto &run : runs) all.insert(all.end(), run.position.begin(), run.position.end());
     std::sort(all.begin(), all.end());
-    const double closest = same_position * (all.back() - all.front());
+    const double closest = closest_positions(runs);
     std::vector<double> kept;
     for (const double x : all) {
         if (kept.empty() || x - kept.back() > closest) kept.push_back(x);
@@ -173,6 +173,17 @@ void average_positions(measurement &data, const group_sums &sums) {
 }
 
 }  // namespace
+
+double closest_positions(const std::vector<measured_run> &runs) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const auto &run : runs) {
+        for (const double x : run.position) {
+            low = std::min(low, x);
+            high = std::max(high, x);
+        }
+    }
+    return high > low ? same_position * (high - low) : 0.0;
+}
 
 void average_runs(measurement &data) {
     data.position = distinct_positions(data.runs);

@@ -59,15 +59,16 @@ struct run_with_lines {
     std::vector<long> lines;
 };
 
-[[noreturn]] void refuse_order(const std::string &file, double before, double here,
+[[noreturn]] void refuse_again(const std::string &file, double before, double here,
                                long line_before, long line, bool has_runs) {
-    if (here == before) {
-        throw input_error(
-            file, line, 0,
-            "position " + shortest(here) + " mm is there already in line " +
-                std::to_string(line_before) +
-                (has_runs ? ", in the same run" : "; name the runs in a column 'run'"));
-    }
+    throw input_error(file, line, 0,
+                      "position " + shortest(here) + " mm is there already in line " +
+                          std::to_string(line_before) +
+                          (here == before ? "" : " (" + shortest(before) + " mm)") +
+                          (has_runs ? ", in the same run" : "; name the runs in a column 'run'"));
+}
+
+[[noreturn]] void refuse_order(const std::string &file, double before, double here, long line) {
     throw input_error(file, line, 0,
                       "positions must ascend within a run, but " + shortest(here) +
                           " mm comes after " + shortest(before) + " mm");
@@ -89,13 +90,12 @@ void put_in_order(run_with_lines &one, const std::string &file, bool has_runs) {
         if (run.position[i] > run.position[i - 1]) continue;
         for (std::size_t k = 0; k < run.position.size(); ++k) {
             if (k != i && run.position[k] == run.position[i]) {
-                refuse_order(file, run.position[k], run.position[i],
+                refuse_again(file, run.position[k], run.position[i],
                              std::min(one.lines[k], one.lines[i]),
                              std::max(one.lines[k], one.lines[i]), has_runs);
             }
         }
-        refuse_order(file, run.position[i - 1], run.position[i], one.lines[i - 1], one.lines[i],
-                     has_runs);
+        refuse_order(file, run.position[i - 1], run.position[i], one.lines[i]);
     }
 }
 
@@ -127,10 +127,13 @@ void read_rows(measurement &data, const csv_table &table, const columns &where,
         one.run.sigma.push_back(sigma);
         one.lines.push_back(table.lines[r]);
     }
+    std::vector<std::vector<long>> lines;
     for (auto &one : runs) {
         put_in_order(one, data.file, where.run >= 0);
         data.runs.push_back(std::move(one.run));
+        lines.push_back(std::move(one.lines));
     }
+    refuse_near_positions(data, lines, where.run >= 0);
 }
 
 bool has_run_columns(const csv_table &table) {
@@ -146,6 +149,7 @@ bool has_run_columns(const csv_table &table) {
 // A table with one column for each run; a backward one may be read from below.
 void read_run_columns(measurement &data, const csv_table &table) {
     const std::size_t position = table.column("position_mm");
+    std::vector<std::vector<long>> lines;
     for (std::size_t c = 0; c < table.names.size(); ++c) {
         run_with_lines one;
         if (!is_run_column(table.names[c], one.run.name, one.run.direction)) continue;
@@ -165,10 +169,27 @@ void read_run_columns(measurement &data, const csv_table &table) {
         }
         put_in_order(one, data.file, true);
         data.runs.push_back(std::move(one.run));
+        lines.push_back(std::move(one.lines));
     }
+    refuse_near_positions(data, lines, true);
 }
 
 }  // namespace
+
+void refuse_near_positions(const measurement &data, const std::vector<std::vector<long>> &lines,
+                           bool has_runs) {
+    const double closest = closest_positions(data.runs);
+    for (std::size_t r = 0; r < data.runs.size(); ++r) {
+        const auto &x = data.runs[r].position;
+        for (std::size_t i = 1; i < x.size(); ++i) {
+            if (x[i] - x[i - 1] > closest) continue;
+            const bool up = lines[r][i] > lines[r][i - 1];
+            const std::size_t later = up ? i : i - 1, before = up ? i - 1 : i;
+            refuse_again(data.file, x[before], x[later], lines[r][before], lines[r][later],
+                         has_runs);
+        }
+    }
+}
 
 void check_reading(const std::string &file, long line, double position, double error,
                    double sigma) {

@@ -55,6 +55,14 @@ measurement read_laser_measurement(const std::string &path);
 // 10^-6 … 10^6, which no machine has. line 0: not known.
 void check_reading(const std::string &file, long line, double position, double error, double sigma);
 
+// Positions no further apart than this, mm, are one target.
+double closest_positions(const std::vector<measured_run> &runs);
+
+// Throws input_error where a run has two readings of one target: they would count as repeats.
+// in : measurement.runs, each ascending; lines: of their readings; has_runs: the file names them
+void refuse_near_positions(const measurement &data, const std::vector<std::vector<long>> &lines,
+                           bool has_runs);
+
 // Averages measurement.runs into position, mean, variance, readings and the noise of the repeats.
 // Called by read_measurement; apart for tests and other readers.
 void average_runs(measurement &data);

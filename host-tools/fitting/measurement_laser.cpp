@@ -12,6 +12,7 @@ measurement read_laser_measurement(const std::string &path) {
     measurement data;
     data.file = path;
     data.unit = laser.angular ? "urad" : "um";
+    std::vector<std::vector<long>> lines;
     for (std::size_t number = 0; number < laser.runs.size(); ++number) {
         const laser_run &from = laser.runs[number];
         measured_run run;
@@ -21,9 +22,11 @@ measurement read_laser_measurement(const std::string &path) {
             run.position.push_back(laser.targets_mm[target]);
         }
         run.error = from.deviation;
+        lines.push_back(from.line);
         if (from.direction < 0) {
             std::reverse(run.position.begin(), run.position.end());
             std::reverse(run.error.begin(), run.error.end());
+            std::reverse(lines.back().begin(), lines.back().end());
         }
         run.sigma.assign(run.position.size(), 1.0);
         for (std::size_t i = 0; i < run.position.size(); ++i) {
@@ -31,6 +34,7 @@ measurement read_laser_measurement(const std::string &path) {
         }
         data.runs.push_back(std::move(run));
     }
+    refuse_near_positions(data, lines, true);
     average_runs(data);
     return data;
 }

@@ -63,6 +63,44 @@ def test_numbers_beyond_any_machine_are_refused(compbox, row, sentence):
     assert compbox.refused(*FIT) == sentence
 
 
+@pytest.mark.parametrize("rows, sentence", [
+    # 0.1 nm in 5 mm: what is merged to one target may not be two readings of one run
+    ("0,1\n1,1\n2,1\n2.0000001,3\n3,1\n4,1\n5,1\n",
+     "d.csv:5: position 2.0000001 mm is there already in line 4 (2 mm); name the runs in a column 'run'"),
+    ("0,1\n1,1\n2,1\n2,3\n3,1\n4,1\n5,1\n",
+     "d.csv:5: position 2 mm is there already in line 4; name the runs in a column 'run'"),
+])
+def test_positions_that_are_one_target_are_refused_in_one_run(compbox, rows, sentence):
+    compbox.write("d.csv", "position_mm,error_um\n" + rows)
+    assert compbox.refused(*FIT) == sentence
+
+
+def test_the_same_in_a_backward_run_and_in_columns(compbox):
+    """There the later line has the smaller position."""
+    up = "".join(f"{x},1,a,+1\n" for x in (0, 1, 2, 3))
+    compbox.write("d.csv", "position_mm,error_um,run,direction\n" + up +
+                  "3,1,a,-1\n2.0000001,3,a,-1\n2,1,a,-1\n0,1,a,-1\n")
+    assert compbox.refused(*FIT) == ("d.csv:8: position 2 mm is there already in line 7 (2.0000001 mm), "
+                                     "in the same run")
+    compbox.write("d.csv", "position_mm,Run 1 (um),Run 2 (um)\n0,1,1\n2,1,1\n2.0000001,3,3\n3,1,1\n")
+    assert compbox.refused(*FIT) == ("d.csv:4: position 2.0000001 mm is there already in line 3 (2 mm), "
+                                     "in the same run")
+
+
+def test_the_same_in_a_laser_file(compbox):
+    compbox.write("d.rtl", "HEADER::\nTARGET DATA::\nTarget-count: 4\nTargets :\n"
+                  " 0 100 100.00001 200\nRUNS::\nRun-count: 1\nDEVIATIONS::\n"
+                  "1 4 0.1\n1 3 -1.5\n1 2 2.25\n1 1 0\nEOF::\n")
+    assert compbox.refused("fit", "d.rtl", *FIT[2:]) == (
+        "d.rtl:11: position 100 mm is there already in line 10 (100.00001 mm), in the same run")
+
+
+def test_nearly_equal_positions_of_two_runs_are_one_target(compbox):
+    rows = [f"{x},{x % 3},1\n" for x in range(8)] + [f"{x + 1e-7},{x % 3 + 0.5},2\n" for x in range(8)]
+    compbox.write("d.csv", "position_mm,error_um,run\n" + "".join(rows))
+    assert "positions, runs          8, 2" in compbox.good(*FIT)
+
+
 @pytest.mark.parametrize("sigma, sentence", [
     ("0", "d.csv:2: sigma must be above zero, not 0"),
     ("1e30", "d.csv:2: a sigma of 1e+30 is outside 1e-06 to 1e+06; give it in the error's unit"),
