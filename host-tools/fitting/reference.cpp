@@ -1,40 +1,24 @@
 // SPDX-License-Identifier: MIT
 // What a curve is measured from: the straight line taken off, and the position where it is zero. A
 // laser's set-up has a slope and an offset of its own, so both are a choice, and are stated.
-#include <algorithm>
-#include <cmath>
-
 #include "host-tools/fitting/methods.h"
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
+#include "host-tools/metrology/straightness.h"
 
 namespace compbox {
 
 namespace {
 
-// The line through both ends, or the least-squares line of the means over the travel: each counts
-// with the length it stands for, so that a shorter last interval does not tilt it.
+// The line through both ends of the means, or their plain least-squares line: the one that
+// `report` states, and that anybody gets who fits a line to the mean readings.
 void find_line(fit_result &result) {
     const measurement &data = result.data;
-    const double centre = data.centre();
-    if (result.options.line == reference_line::end_point) {
-        result.line_slope = (data.mean.back() - data.mean.front()) / (data.to() - data.from());
-        result.line_offset = 0.5 * (data.mean.front() + data.mean.back());
-        return;
-    }
-    double w = 0.0, wx = 0.0, wy = 0.0, wxx = 0.0, wxy = 0.0;
-    for (std::size_t i = 0; i < data.position.size(); ++i) {
-        const double left = data.position[i > 0 ? i - 1 : 0];
-        const double right = data.position[std::min(i + 1, data.position.size() - 1)];
-        const double weight = right - left, x = data.position[i] - centre;
-        w += weight;
-        wx += weight * x;
-        wy += weight * data.mean[i];
-        wxx += weight * x * x;
-        wxy += weight * x * data.mean[i];
-    }
-    result.line_slope = (w * wxy - wx * wy) / (w * wxx - wx * wx);
-    result.line_offset = (wy - result.line_slope * wx) / w;
+    const straight_line line = result.options.line == reference_line::end_point
+                                   ? end_point_line(data.position, data.mean)
+                                   : least_squares_line(data.position, data.mean);
+    result.line_slope = line.slope;
+    result.line_offset = line.at(data.centre());
 }
 
 }  // namespace

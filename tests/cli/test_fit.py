@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
 """compbox fit as a person calls it: what it writes, what it says, what it refuses."""
 
+import json
 import math
 
+import numpy
 import pytest
 
 FIT = ("fit", "d.csv", "--name", "EZX", "--signal", "X", "-o", "t.json")
@@ -200,3 +202,18 @@ def test_plots_are_made(compbox):
         compbox.good(*FIT, *options, "--plot", "f.svg")
         text = (compbox.folder / "f.svg").read_text()
         assert "<svg" in text and ("backward" in text) == ("--branches" in options)
+
+
+def test_the_least_squares_line_is_the_plain_one_that_report_states(compbox):
+    x = [0, 100, 200, 300, 400, 450, 460, 470, 1000]  # an uneven raster: a weighted line differs
+    y = [0.1, 3.0, 7.2, 8.9, 13.5, 14.0, 18.0, 17.5, 22.0]
+    compbox.write("m.csv", "position_mm,error_um\n" + "".join(f"{a},{b}\n" for a, b in zip(x, y)))
+    compbox.good("fit", "m.csv", "--name", "EZX", "--signal", "X", "--line", "least-squares", "-o",
+                 "t.json")
+    found = compbox.read("t.json")["provenance"]["EZX"]
+    slope, offset = numpy.polyfit(numpy.array(x) - 500.0, y, 1)
+    assert found["line_slope_per_mm"] == pytest.approx(slope, rel=1e-4)
+    assert found["line_offset"] == pytest.approx(offset, rel=1e-4)
+    report = json.loads(compbox.good("report", "m.csv", "--json"))["before"]["straightness"]
+    slope_urad = 1000 * found["line_slope_per_mm"]
+    assert report["least_squares"]["slope_urad"] == pytest.approx(slope_urad, rel=1e-4)
