@@ -40,7 +40,8 @@ bool cb_link_start(struct cb_link *link, const char *host, uint16_t port);
 /* Goes on with an attempt, starts one when the pause is over. True when the connection is up. */
 bool cb_link_ready(struct cb_link *link, int64_t now_us);
 
-/* The peer proved that it works: the next loss is answered by an attempt without a pause. */
+/* The peer proved that it works, by answering readings and writes: the next loss is answered by an
+ * attempt without a pause. */
 void cb_link_proven(struct cb_link *link);
 
 /* Gives the connection up, throwing away what has not been sent: a request must not arrive long

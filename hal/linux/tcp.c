@@ -11,6 +11,7 @@
 enum {
     HEADER_BYTES = 7,         /* transaction, protocol, length, unit */
     LENGTH_OFFSET = 6,        /* what the length field counts starts here, with the unit */
+    UNIT_OFFSET = 6,          /* in the header */
     MIN_LENGTH = 2,           /* unit and function */
     MAX_LENGTH = 254,         /* unit and the longest function and data */
     MAX_FAILURES_IN_ROW = 3,  /* then the connection is made anew */
@@ -40,7 +41,7 @@ static uint16_t get_u16(const uint8_t *at) {
 
 /* Gives the connection up, and with it the request that was out and the bytes received. */
 static void drop(struct cb_tcp *tcp, enum cb_link_cause cause, int error_number) {
-    tcp->awaiting = false;
+    tcp->awaiting = tcp->read_answered = tcp->write_answered = false;
     tcp->failures_in_row = 0;
     tcp->have = 0;
     cb_link_drop(&tcp->link, cause, error_number, cb_boottime_us());
@@ -193,7 +194,7 @@ static bool send_request(struct cb_tcp *tcp, const struct cb_modbus_request *req
     frame[1] = (uint8_t)(tcp->transaction & 0xFF);
     frame[4] = (uint8_t)((bytes - LENGTH_OFFSET) >> 8);
     frame[5] = (uint8_t)((bytes - LENGTH_OFFSET) & 0xFF);
-    frame[6] = tcp->unit;
+    frame[UNIT_OFFSET] = tcp->unit;
     ssize_t sent = send(tcp->link.fd, frame, bytes, MSG_NOSIGNAL | MSG_DONTWAIT);
     if (sent != (ssize_t)bytes) {
         lost_by_error(tcp, sent < 0 ? errno : EAGAIN);
@@ -209,13 +210,23 @@ static void count_exception(struct cb_tcp *tcp, uint8_t code) {
     tcp->counters.exceptions_by_code[code < CB_TCP_EXCEPTIONS ? code : 0]++;
 }
 
-/* The awaited reply is at hand: takes it apart. */
+/* A connection works when readings and writes are answered on it, if only by exceptions. A PLC
+ * that answers only one of the two would be connected to anew for ever without a pause. */
+static void note_answered(struct cb_tcp *tcp, uint8_t function) {
+    tcp->read_answered |= function != CB_MODBUS_WRITE;
+    tcp->write_answered |= function != CB_MODBUS_READ;
+    if (tcp->read_answered && tcp->write_answered) cb_link_proven(&tcp->link);
+}
+
+/* The awaited reply is at hand: takes it apart. Behind a gateway another unit is another device. */
 static enum cb_transfer take_reply(struct cb_tcp *tcp, const struct cb_modbus_request *request,
                                    uint16_t *registers) {
     uint8_t exception = 0;
     size_t bytes = (size_t)frame_bytes(tcp) - HEADER_BYTES;
-    enum cb_modbus_answer answer =
-        cb_modbus_decode(request, tcp->received + HEADER_BYTES, bytes, registers, &exception);
+    enum cb_modbus_answer answer = CB_MODBUS_INVALID;
+    if (tcp->received[UNIT_OFFSET] == tcp->unit)
+        answer =
+            cb_modbus_decode(request, tcp->received + HEADER_BYTES, bytes, registers, &exception);
     use_up(tcp);
     tcp->awaiting = false;
     if (answer == CB_MODBUS_INVALID) {
@@ -225,7 +236,7 @@ static enum cb_transfer take_reply(struct cb_tcp *tcp, const struct cb_modbus_re
     }
     tcp->counters.replies++;
     tcp->failures_in_row = 0;
-    cb_link_proven(&tcp->link);
+    note_answered(tcp, request->function);
     if (answer == CB_MODBUS_OK) return CB_TRANSFER_OK;
     count_exception(tcp, exception);
     return CB_TRANSFER_REFUSED;

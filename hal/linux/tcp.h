@@ -29,7 +29,7 @@
     X(late_replies)       /* replies to a request that had been given up */                 \
     X(stray_replies)      /* second replies, and replies nobody asked for */                \
     X(wrong_ids)          /* replies with a transaction id that was never sent */           \
-    X(invalid_replies)    /* right id, but another function, length or echo */              \
+    X(invalid_replies)    /* right id, but another unit, function, length or echo */        \
     X(incomplete_replies) /* a part of a reply, the rest never came: connection given up */ \
     X(framing_errors)     /* no Modbus/TCP header where one must be: connection given up */ \
     X(closed_by_peer)     /* the PLC closed the connection */                               \
@@ -52,8 +52,10 @@ enum { CB_TCP_MAX_FRAME = 260 }; /* header of 7 bytes and 253 bytes of function 
 struct cb_tcp {
     struct cb_link link;
     struct cb_tcp_counters counters;
-    uint8_t unit;            /* Modbus unit id; that of a reply is not looked at: servers differ */
+    uint8_t unit;            /* Modbus unit id, in requests and in replies */
     bool awaiting;           /* a request is out and has not been answered */
+    bool read_answered;      /* a request that reads was, on this connection */
+    bool write_answered;     /* … and one that writes */
     uint8_t failures_in_row; /* exchanges without a valid reply, on this connection */
     uint16_t transaction;    /* id of the last request */
     size_t have;             /* bytes received and not yet used */

@@ -32,6 +32,10 @@ def wrong_id(request, reply):
     return [frame_of(request, reply[7:], transaction=request.transaction ^ 0x5500)]
 
 
+def wrong_unit(request, reply):
+    return [reply[:6] + bytes([request.unit ^ 5]) + reply[7:]]
+
+
 def exception(request, _):
     return [frame_of(request, bytes([request.function | 0x80, 6]))]
 
@@ -62,8 +66,9 @@ def twice(_, reply):
 
 # What each costs, in exchanges of its cycle (reads, writes) and in connections.
 COSTS = {late: (1, 1, 0), dribble: (1, 1, 0), wrong_id: (1, 0, 0), exception: (1, 0, 0),
-         other_length: (1, 0, 0), stops_short: (1, 1, 1), closes: (1, 1, 1),
-         closes_in_mid_reply: (1, 1, 1), garbage: (1, 1, 1), twice: (0, 0, 0)}
+         wrong_unit: (1, 0, 0), other_length: (1, 0, 0), stops_short: (1, 1, 1),
+         closes: (1, 1, 1), closes_in_mid_reply: (1, 1, 1), garbage: (1, 1, 1),
+         twice: (0, 0, 0)}
 
 
 def quick_ramp(data):
@@ -117,7 +122,8 @@ def test_a_fault_costs_only_what_it_overlaps(plc, port, start_box, fault):
     laws.check_writes(plc.writes)
 
 
-@pytest.mark.parametrize("fault", [late, wrong_id, exception, stops_short, closes_in_mid_reply],
+@pytest.mark.parametrize("fault", [late, wrong_id, wrong_unit, exception, stops_short,
+                                   closes_in_mid_reply],
                          ids=lambda f: f.__name__)
 def test_a_fault_in_fc23_costs_one_exchange(plc, port, start_box, fault):
     box, server, faults = run(plc, port, start_box, fault, fc23)
@@ -308,7 +314,7 @@ def test_writes_that_are_never_answered_are_a_loss_although_the_plc_is_read(plc,
     def no_answer_to_writes(request, _):
         return [] if mute[0] and request.function == 16 else None
 
-    with RawPlc(plc, port, no_answer_to_writes), start_box() as box:
+    with RawPlc(plc, port, no_answer_to_writes) as server, start_box() as box:
         plc.wait_mode(ACTIVE)
         time.sleep(0.5)
         mute[0] = True
@@ -320,6 +326,7 @@ def test_writes_that_are_never_answered_are_a_loss_although_the_plc_is_read(plc,
         box.stop()
     assert box.code == 0, box.log
     assert reads > 3
+    assert 4 <= server.connections <= 10, "pauses up to a second between attempts"
     laws.check_writes(plc.writes)
     history = box.stats["history"]
     lost = [(h["mode"], h["reason"]) for h in history]

@@ -118,6 +118,10 @@ bytes two_registers(const bytes &request, uint8_t v) {
     return {request[0], request[1], 0, 0, 0, 7, request[6], 3, 4, 0, v, 0, uint8_t(v + 1)};
 }
 
+bytes two_written(const bytes &request) {
+    return {request[0], request[1], 0, 0, 0, 6, request[6], 16, 0, 100, 0, 2};
+}
+
 // Answers well, with the number of the request as value, until the client is gone.
 void behave(peer &p) {
     for (bytes r = p.request(); !r.empty(); r = p.request())
@@ -140,6 +144,10 @@ struct client {
         const cb_transfer result = cb_tcp_read(&tcp, 8, 2, registers, deadline);
         overdue_us = std::max(overdue_us, cb_boottime_us() - deadline);
         return result;
+    }
+    cb_transfer write(int ms = 20) {
+        const uint16_t values[2] = {1, 2};
+        return cb_tcp_write(&tcp, 100, 2, values, cb_boottime_us() + ms * 1000);
     }
 };
 
@@ -318,6 +326,26 @@ TEST(tcp, a_wrong_id_costs_one_exchange_and_the_connection_stays) {
     EXPECT_EQ(c.read(1000), CB_TRANSFER_OK);
     EXPECT_EQ(c.registers[0], 2);
     EXPECT_EQ(c.tcp.counters.wrong_ids, 1u);
+    EXPECT_EQ(c.tcp.link.connects, 1u);
+}
+
+TEST(tcp, a_reply_of_another_unit_costs_one_exchange_and_the_connection_stays) {
+    server plc([](peer &p) {
+        bytes reply = two_registers(p.request(), 77);
+        reply[6] ^= 5;
+        p.reply(reply);
+        reply = two_written(p.request());
+        reply[6] = 0;
+        p.reply(reply);
+        behave(p);
+    });
+    client c(plc.port());
+    EXPECT_EQ(c.read(1000), CB_TRANSFER_UNKNOWN);
+    EXPECT_EQ(c.registers[0], 0xEEEE);
+    EXPECT_EQ(c.write(1000), CB_TRANSFER_UNKNOWN);
+    EXPECT_EQ(c.read(1000), CB_TRANSFER_OK);
+    EXPECT_EQ(c.registers[0], 3);
+    EXPECT_EQ(c.tcp.counters.invalid_replies, 2u);
     EXPECT_EQ(c.tcp.link.connects, 1u);
 }
 
@@ -510,6 +538,43 @@ TEST(tcp, attempts_to_connect_become_rarer_up_to_one_a_second) {
     for (int i = 0; i < 10000; i++, now += 1000) cb_link_ready(&link, now);  // ten seconds
     EXPECT_GE(link.failures, 10u);
     EXPECT_LE(link.failures, 16u);
+}
+
+// Each connection answers one reading, and the first two a write as well.
+TEST(tcp, a_loss_is_answered_at_once_where_readings_and_writes_were) {
+    server plc([](peer &p) {
+        p.reply(two_registers(p.request(), 1));
+        const bytes write = p.request();
+        if (p.number < 2) p.reply(two_written(write));
+    });
+    client c(plc.port());
+    for (int connection = 0; connection < 4; connection++) {
+        SCOPED_TRACE(connection);
+        const bool proven = connection < 2;
+        for (int i = 0; i < 500 && !cb_link_ready(&c.tcp.link, cb_boottime_us()); i++) sleep_ms(1);
+        ASSERT_EQ(c.read(1000), CB_TRANSFER_OK);
+        EXPECT_EQ(c.write(1000), proven ? CB_TRANSFER_OK : CB_TRANSFER_UNKNOWN);
+        while (c.tcp.link.disconnects == static_cast<uint32_t>(connection)) c.read(10);
+        EXPECT_EQ(c.tcp.link.state != CB_LINK_DOWN, proven);
+        EXPECT_EQ(c.tcp.link.backoff_us, proven ? 50000u : connection == 2 ? 100000u : 200000u);
+    }
+}
+
+TEST(tcp, a_server_that_answers_no_write_is_connected_to_less_and_less) {
+    server plc([](peer &p) {
+        for (bytes r = p.request(); !r.empty(); r = p.request())
+            if (r[7] == 3) p.reply(two_registers(r, 1));
+    });
+    client c(plc.port());
+    const int64_t until_us = cb_boottime_us() + 1500000;
+    while (cb_boottime_us() < until_us) {
+        c.read(5);
+        c.write(5);
+        sleep_ms(1);
+    }
+    EXPECT_GE(plc.connections(), 3);
+    EXPECT_LE(plc.connections(), 8);  // pauses of 0, 50, 100, 200, 400, 800 ms
+    EXPECT_GT(c.tcp.counters.given_up, 1u);
 }
 
 TEST(tcp, without_time_nothing_is_sent) {
