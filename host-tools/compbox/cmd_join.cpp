@@ -30,9 +30,14 @@ constexpr const char *example =
 void run_join(const join_arguments &arguments) {
     csv_reading with_gaps;
     with_gaps.gaps = true;
-    const joined_rows joined = join_rows(read_csv(arguments.record, with_gaps),
-                                         read_csv(arguments.probe), arguments.options);
-    write_file(arguments.output, csv_text(joined.names, joined.rows));
+    std::vector<std::vector<std::string>> words;  // by column
+    const csv_table record = read_csv(arguments.record, with_gaps);
+    const csv_table probe = read_csv(arguments.probe, {"run"}, &words);
+    const int run = probe.find("run");
+    const joined_rows joined = join_rows(
+        record, probe, run < 0 ? std::vector<std::string>() : words[static_cast<std::size_t>(run)],
+        arguments.options);
+    write_file(arguments.output, joined_text(joined));
     if (arguments.output == "-") return;
     if (arguments.as_json) {
         json report;
@@ -69,7 +74,8 @@ void add_join(CLI::App &app) {
     join->add_option("--tolerance-mm", options.tolerance_mm, "By position: as near as this (0.05)")
         ->check(above_zero())
         ->option_text("T");
-    join->add_option("--signals", options.signals, "Columns of the record to take (all but comp_…)")
+    join->add_option("--signals", options.signals,
+                     "Columns of the record to take (else all but outputs: comp_…, EXX … ECZ)")
         ->delimiter(',')
         ->option_text("X,T1,…");
     join->add_flag("!--keep-compensated", options.add_back,

@@ -30,6 +30,7 @@ struct columns {
     std::vector<std::pair<std::size_t, std::size_t>> positions;  // probe, record
     int run = -1, time = -1;                                     // of the probe
     std::size_t record_time = 0;
+    std::string left_out;  // outputs of terms in the record, for the remark
 };
 
 // "error_X_um" -> "comp_X_um"
@@ -37,13 +38,27 @@ std::string compensation_of(const std::string &error) {
     return "comp" + error.substr(std::string("error").size());
 }
 
-std::vector<std::size_t> signal_columns(const csv_table &record, const join_options &options) {
+// EXX … ECZ: a term's output by its ISO 230-1 name. What the box computed is no input of a model.
+bool is_error_name(const std::string &name) {
+    return name.size() == 3 && name[0] == 'E' &&
+           std::string("XYZABC").find(name[1]) != std::string::npos &&
+           std::string("XYZ").find(name[2]) != std::string::npos;
+}
+
+// out: the columns to take; `left_out` names the terms' outputs among those that are not
+std::vector<std::size_t> signal_columns(const csv_table &record, const join_options &options,
+                                        std::string &left_out) {
     std::vector<std::size_t> all;
     for (const auto &name : options.signals) all.push_back(record.column(name));
     for (std::size_t c = 0; c < record.names.size() && options.signals.empty(); ++c) {
         const std::string &name = record.names[c];
         const bool output = between(name, "comp_", "_um") || name == "mode" || name == "reason";
-        if (!output && name != "time_s") all.push_back(record.column(name));
+        if (output || name == "time_s") continue;
+        if (is_error_name(name)) {
+            left_out += (left_out.empty() ? "" : ", ") + name;
+        } else {
+            all.push_back(record.column(name));
+        }
     }
     return all;
 }
@@ -51,7 +66,7 @@ std::vector<std::size_t> signal_columns(const csv_table &record, const join_opti
 columns find_columns(const csv_table &record, const csv_table &probe, const join_options &options) {
     columns found;
     found.record_time = record.column("time_s");
-    found.signals = signal_columns(record, options);
+    found.signals = signal_columns(record, options, found.left_out);
     found.time = probe.find("time_s");
     found.run = probe.find("run");
     for (std::size_t c = 0; c < probe.names.size(); ++c) {
@@ -174,11 +189,12 @@ moment at_place(const csv_table &record, const columns &where, const csv_table &
 }  // namespace
 
 joined_rows join_rows(const csv_table &record, const csv_table &probe,
-                      const join_options &options) {
+                      const std::vector<std::string> &run_names, const join_options &options) {
     const columns where = find_columns(record, probe, options);
     check_times(record, where.record_time);
     joined_rows result;
     result.by_time = where.time >= 0;
+    result.run_names = run_names;
     result.names.push_back("time_s");
     if (where.run >= 0) result.names.push_back("run");
     for (const std::size_t c : where.signals) result.names.push_back(record.names[c]);
@@ -215,7 +231,30 @@ joined_rows join_rows(const csv_table &record, const csv_table &probe,
         result.remarks.push_back(std::to_string(unknown) +
                                  " probed rows left out: a signal had not been received by then");
     }
+    if (!where.left_out.empty()) {
+        result.remarks.push_back("outputs of terms left out: " + where.left_out +
+                                 " (--signals takes what it names)");
+    }
     return result;
+}
+
+std::string joined_text(const joined_rows &joined) {
+    std::string text;
+    for (std::size_t c = 0; c < joined.names.size(); ++c) text += (c ? "," : "") + joined.names[c];
+    for (const auto &row : joined.rows) {
+        text += '\n';
+        for (std::size_t c = 0; c < row.size(); ++c) {
+            if (c > 0) text += ',';
+            if (joined.names[c] != "run") {
+                text += shortest(row[c]);
+                continue;
+            }
+            const std::string &name = joined.run_names[static_cast<std::size_t>(row[c])];
+            const bool parts = name.find(',') != std::string::npos;
+            text += parts ? '"' + name + '"' : name;
+        }
+    }
+    return text + "\n";
 }
 
 }  // namespace compbox

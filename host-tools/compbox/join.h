@@ -14,24 +14,29 @@ struct join_options {
     double time_offset_s = 0.0;        // record's clock = probe's clock + this
     double longest_gap_s = 1.0;        // between the recorded rows on both sides of a probed one
     double tolerance_mm = 0.05;        // by position: as near as this
-    std::vector<std::string> signals;  // columns of the record to take; empty: all but its outputs
+    std::vector<std::string> signals;  // columns of the record to take; empty: its signals
 };
 
 struct joined_rows {
     std::vector<std::string> names;
     std::vector<std::vector<double>> rows;
+    std::vector<std::string> run_names;  // a row's run is its index in here
     std::vector<std::string> remarks;
     bool by_time = true;
 };
 
 // in : record, columns as compboxd writes them (docs/compboxd.md), empty cells as NaN
 //      probe: time_s, or positions named like signals of the record; error_NAME_um for channels
-//      NAME (comp_NAME_um in the record); optional run
+//      NAME (comp_NAME_um in the record); optional run, read as words: run_names has them
 // out: one row for each row of the probe: time_s, run, the signals, the errors with the active
 //      compensation taken off: what the machine would have shown without the box
 // Rows are matched by time where the probe has time_s, else by position: the record is followed in
 // the order of the probe, to the next time at which every given position is within tolerance.
 // Throws input_error with file and line for what cannot be matched.
-joined_rows join_rows(const csv_table &record, const csv_table &probe, const join_options &options);
+joined_rows join_rows(const csv_table &record, const csv_table &probe,
+                      const std::vector<std::string> &run_names, const join_options &options);
+
+// The rows as CSV, runs by their names.
+std::string joined_text(const joined_rows &joined);
 
 }  // namespace compbox

@@ -50,9 +50,10 @@ def test_by_time(compbox):
     times = [1.0, 4.111, 7.5, 28.77]
     probe(compbox, times)
     out = compbox.good("join", "record.csv", "probe.csv", "-o", "data.csv")
-    assert out == "4 rows, matched by time: data.csv\n"
+    assert out == ("4 rows, matched by time: data.csv\n"
+                   "outputs of terms left out: EXX (--signals takes what it names)\n")
     data = compbox.table("data.csv")
-    assert list(data) == ["time_s", "X", "T1", "EXX", "error_X_um"]
+    assert list(data) == ["time_s", "X", "T1", "error_X_um"]
     for i, t in enumerate(times):
         assert data["time_s"][i] == pytest.approx(t, abs=1e-9)
         assert data["X"][i] == pytest.approx(position(t), abs=1e-6)
@@ -87,6 +88,25 @@ def test_runs_are_kept_and_compensated_errors_too_where_asked(compbox):
     compbox.good("join", "record.csv", "probe.csv", "--keep-compensated", "-o", "data.csv")
     data = compbox.table("data.csv")
     assert data["run"] == [1, 2] and data["error_X_um"] == [10, 20]
+
+
+def test_runs_may_have_names(compbox):
+    record(compbox)
+    compbox.write("probe.csv", 'run,time_s,error_X_um\na0,3,10\n"b, warm",6,20\na0,9,30\n007,12,40\n')
+    compbox.good("join", "record.csv", "probe.csv", "--keep-compensated", "-o", "data.csv")
+    lines = (compbox.folder / "data.csv").read_text().splitlines()
+    assert lines[0] == "time_s,run,X,T1,error_X_um"
+    assert lines[2].split(",", 1)[1].startswith('"b, warm",')
+    assert [lines[i].split(",")[1] for i in (1, 3, 4)] == ["a0", "a0", "007"]
+    assert [line.split(",")[-1] for line in lines[1:]] == ["10", "20", "30", "40"]
+
+
+def test_outputs_are_taken_where_they_are_named(compbox):
+    record(compbox)
+    probe(compbox, [1.0])
+    out = compbox.good("join", "record.csv", "probe.csv", "--signals", "X,EXX", "-o", "data.csv")
+    assert "left out" not in out
+    assert compbox.table("data.csv")["EXX"] == [1.5]
 
 
 def test_rows_before_a_signal_was_received_are_left_out_and_said(compbox):
