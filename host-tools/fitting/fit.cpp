@@ -16,6 +16,9 @@ namespace {
 
 // Positions for which the best estimate is kept, at most about this many in all.
 constexpr int dense_points = 4000;
+// um, urad or parts of sigma: no instrument here tells less, so readings that show none (made by a
+// program, or of a coarse display) are not taken for better than that.
+constexpr double least_noise = 0.001;
 
 void summarize(fit_result &result) {
     const measurement &data = result.data;
@@ -108,7 +111,7 @@ void find_estimate(fit_result &result) {
     if (result.data.position.size() < 3) return;
     const int intervals = static_cast<int>(result.data.position.size()) - 1;
     result.best = smooth(result.data, std::clamp(dense_points / intervals, 1, 12));
-    result.noise = result.best.noise;
+    result.noise = std::max(result.best.noise, least_noise);
 }
 
 void fit_one(fit_result &result) {
@@ -137,6 +140,7 @@ fit_result fit_curve(const measurement &data, const fit_options &options) {
         throw input_error(data.file, 0, 0, "has a single position; a curve needs at least two");
     }
     check_reference(result);
+    warn_of_constant(result);
     if (options.degree == 0) {
         const bool polynomial = options.method == fit_method::polynomial;
         result.options.degree = polynomial ? 7 : (options.method == fit_method::polyline ? 1 : 3);

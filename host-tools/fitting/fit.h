@@ -60,6 +60,7 @@ struct fit_result {
     residual_summary summary;
     smooth_curve best;      // the best estimate before a form was chosen, with its band
     double noise = 0.0;     // standard deviation of one reading
+    bool constant = false;  // every reading in the file is the same
     bool converged = true;  // false: the tolerance was given and is not met
     std::vector<std::string> warnings;
     std::size_t key_points = 0;        // bspline-lmc only

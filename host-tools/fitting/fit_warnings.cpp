@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "host-tools/fitting/methods.h"
+#include "host-tools/formats/csv.h"
 
 namespace compbox {
 
@@ -25,14 +26,25 @@ void warn_of_other_axis(fit_result &result) {
                               ", but the curve depends on signal " + signal);
 }
 
+// Out: every reading of every run has one value, and there are enough to be astonished.
+bool is_constant(const measurement &data) {
+    const double first = data.runs.front().error.front();
+    return data.position.size() >= 3 &&
+           std::all_of(data.runs.begin(), data.runs.end(), [first](const measured_run &run) {
+               return std::all_of(run.error.begin(), run.error.end(),
+                                  [first](double error) { return error == first; });
+           });
+}
+
 // The smoothness is found with a noise that nobody measured.
 void warn_of_unknown_noise(fit_result &result) {
+    if (result.constant) return;
     const bool used =
         result.options.method == fit_method::bspline && result.options.tolerance_um <= 0;
     if (!used || result.best.noise_measured || result.data.position.size() < 3) return;
     result.warnings.push_back(
         "the noise could not be measured (no repeats, no column sigma); about " +
-        text_of(std::max(result.noise, 0.001), 2) + " " + result.data.unit +
+        text_of(result.noise, 2) + " " + result.data.unit +
         " is taken, as instruments have; measure three runs, or give sigma");
 }
 
@@ -120,6 +132,16 @@ void warn_of_lost_motion(fit_result &result) {
 std::string noise_text(const fit_result &result) {
     if (result.data.sigma_given) return text_of(result.noise, 2) + " of its sigma";
     return text_of(result.noise, 2) + " " + result.data.unit;
+}
+
+// An empty or wrong column reads the same everywhere. Asked of the readings as they are in the
+// file.
+void warn_of_constant(fit_result &result) {
+    result.constant = is_constant(result.data);
+    if (!result.constant) return;
+    result.warnings.push_back(
+        "every reading is " + shortest(result.data.runs.front().error.front()) + " " +
+        result.data.unit + ", as no measurement is; look whether this is the right column");
 }
 
 void add_warnings(fit_result &result) {

@@ -27,6 +27,8 @@ void put_to_zero(fit_result &result);
 // Throws where the file has not both directions.
 void split_branches(fit_result &result);
 
+// Before a line is taken off: notes and warns where every reading is the same.
+void warn_of_constant(fit_result &result);
 void add_warnings(fit_result &result);
 std::string noise_text(const fit_result &result);  // of one reading, with its unit
 

@@ -103,6 +103,29 @@ def test_nearly_equal_positions_of_two_runs_are_one_target(compbox):
     assert "positions, runs          8, 2" in compbox.good(*FIT)
 
 
+@pytest.mark.parametrize("value", ["0", "-2.5"])
+@pytest.mark.parametrize("runs", [1, 3])
+def test_a_column_of_one_value_is_noticed_and_has_no_impossible_noise(compbox, value, runs):
+    rows = [f"{100 * i},{value},{run}\n" for run in range(runs) for i in range(7)]
+    compbox.write("d.csv", "position_mm,error_um,run\n" + "".join(rows))
+    done = compbox(*FIT)
+    sentence = f"every reading is {value} um, as no measurement is; look whether this is the right column"
+    assert (done.returncode, done.stderr) == (0, f"compbox: d.csv: {sentence}\n")
+    found = compbox.read("t.json")["provenance"]["EZX"]
+    assert found["warnings"] == [sentence]
+    assert found["noise"] == 0.001
+
+
+def test_readings_without_noise_have_the_least_that_an_instrument_has(compbox):
+    """As a program makes them; the warning and the file name one figure."""
+    rows = [f"{100 * i},{2 * i}\n" for i in range(7)]
+    compbox.write("d.csv", "position_mm,error_um\n" + "".join(rows))
+    for line in ("keep", "end-point"):  # all zero once the line is off, but not in the file
+        said = compbox(*FIT, "--line", line).stderr
+        assert "about 0.001 um is taken" in said and "every reading" not in said
+        assert compbox.read("t.json")["provenance"]["EZX"]["noise"] == 0.001
+
+
 @pytest.mark.parametrize("sigma, sentence", [
     ("0", "d.csv:2: sigma must be above zero, not 0"),
     ("1e30", "d.csv:2: a sigma of 1e+30 is outside 1e-06 to 1e+06; give it in the error's unit"),
