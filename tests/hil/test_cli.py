@@ -24,11 +24,20 @@ def one_sentence(text):
     ["--config", "{config}", "--cycles", "-3"], ["--config", "{config}", "--cycles", "1.5"],
     ["--config", "{config}", "--priority", "100"], ["--config", "{config}", "--priority", "x"],
     ["--config", "{config}", "--cpu-latency", "maybe"], ["--config", "{config}", "more"],
-    ["--config", "{config}", "--cycles", "99999999999999999999"],
+    ["--config", "{config}", "--cycles", "99999999999999999999"], ["--st", "a"], ["--help=3"],
+    ["-c", "{config}"], ["-xy"], ["--cpu-latency=on", "-xy"],
 ])
 def test_wrong_usage_is_exit_2(config, arguments):
     code, out, err = run(*[a.format(config=config) for a in arguments])
-    assert code == 2 and out == "" and err
+    assert code == 2 and out == "" and one_sentence(err)
+
+
+@pytest.mark.parametrize("arguments, word", [
+    (["--nonsense"], " --nonsense "), (["--st", "a"], " --st "), (["--config"], " --config needs"),
+    (["--help=3"], '"--help=3"'), (["--cpu-latency=on", "-xy"], " -x;"),
+])
+def test_wrong_usage_names_the_word(arguments, word):
+    assert word in run(*arguments)[2]
 
 
 def test_help_and_version():

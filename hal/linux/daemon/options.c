@@ -99,15 +99,35 @@ static bool take(struct cb_options *options, int letter, const char *argument) {
         case 'l':
             return parse_switch("cpu-latency", argument, &options->cpu_latency);
         default:
-            fputs("compboxd: compboxd --help lists the options\n", stderr);
             return false;
     }
+}
+
+static bool is_known(int letter) {
+    for (const struct option *option = known; option->name != NULL; option++)
+        if (option->val == letter) return true;
+    return false;
+}
+
+/* What getopt_long stumbled over, in one sentence. word: the one it took last. */
+static void refuse(int letter, const char *word) {
+    const bool is_long = strncmp(word, "--", 2) == 0;
+    if (letter == ':')
+        fprintf(stderr, "compboxd: %s needs a value; see compboxd --help\n", word);
+    else if (is_long && is_known(optopt))
+        fprintf(stderr, "compboxd: \"%s\": this option takes no value\n", word);
+    else if (optopt != 0)
+        fprintf(stderr, "compboxd: there is no option -%c; see compboxd --help\n", optopt);
+    else
+        fprintf(stderr, "compboxd: %s is no option, or short for several; see compboxd --help\n",
+                word);
 }
 
 enum cb_options_result cb_options_parse(struct cb_options *options, int argc, char **argv) {
     *options = (struct cb_options){.cpu_latency = true, .state_every_s = 10};
     optind = 0;
-    for (int letter; (letter = getopt_long(argc, argv, "", known, NULL)) != -1;) {
+    opterr = 0; /* getopt's own sentences begin with the path of the program */
+    for (int letter; (letter = getopt_long(argc, argv, ":", known, NULL)) != -1;) {
         if (letter == 'h') {
             fputs(help, stdout);
             return CB_OPTIONS_DONE;
@@ -116,6 +136,7 @@ enum cb_options_result cb_options_parse(struct cb_options *options, int argc, ch
             puts("compboxd " CB_VERSION);
             return CB_OPTIONS_DONE;
         }
+        if (letter == '?' || letter == ':') refuse(letter, argv[optind - 1]);
         if (!take(options, letter, optarg)) return CB_OPTIONS_WRONG;
     }
     if (optind < argc) {
