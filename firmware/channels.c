@@ -57,12 +57,13 @@ void cb_channels_encode(const struct cb_config *config, const struct cb_channel_
                         uint16_t *registers) {
     for (unsigned i = 0; i < cb_all_channels(config); ++i) {
         const struct cb_channel_config *channel = &config->channels[i];
-        const struct cb_range range = cb_number_range(channel->type);
         const float units = channels[i].output_um / channel->scale;
         const float number = (channel->sign < 0 ? -units : units) + 0.0f; /* never -0 */
-        /* the loader has checked that the limit fits the type: the clamp is for the impossible */
-        cb_number_encode(channel->type, cb_clamp(number, range.min, range.max),
-                         registers + channel->reg);
+        uint16_t *const place = registers + channel->reg;
+        /* the loader has checked that the limit fits the type: the rest is for the impossible */
+        if (cb_number_encode(channel->type, number, place)) continue;
+        const struct cb_range range = cb_number_range(channel->type);
+        cb_number_encode(channel->type, cb_clamp(number, range.min, range.max), place);
     }
 }
 

@@ -33,15 +33,29 @@ CB_OUTLINE void start(struct cb_signal_state *state, float u) {
 /* Moves one lag to its signal's newest value, which is plausible and so finite. */
 CB_INLINE void follow(const struct cb_signal_config *lag, const struct cb_signal_state *signal,
                       struct cb_signal_state *state, struct pace *pace) {
+    const float tau_s = lag->tau_s, min = lag->min, max = lag->max;
     const float u = lag->power == 2 ? signal->value * signal->value : signal->value;
     const int64_t elapsed_us = signal->time_us - state->time_us;
     state->time_us = signal->time_us;
     state->known = true;
     if (!state->settled) start(state, u);
-    if (elapsed_us != pace->elapsed_us || lag->tau_s != pace->tau_s)
-        *pace = (struct pace){elapsed_us, lag->tau_s, gains_over(elapsed_us, lag->tau_s)};
-    if (pace->elapsed_us != 0) cb_lag_step_to(&state->lag, pace->gains, u);
-    state->value = cb_clamp(state->lag.hi, lag->min, lag->max);
+    if (elapsed_us != 0) {
+        if (elapsed_us != pace->elapsed_us || tau_s != pace->tau_s)
+            *pace = (struct pace){elapsed_us, tau_s, gains_over(elapsed_us, tau_s)};
+        cb_lag_step_to(&state->lag, pace->gains, u);
+    }
+    state->value = cb_clamp(state->lag.hi, min, max);
+}
+
+/* The same for a signal whose newest value, if it ever had one, is too old. */
+CB_OUTLINE void follow_stale(const struct cb_signal_config *lag,
+                             const struct cb_signal_state *signal, struct cb_signal_state *state,
+                             struct cb_counters *counters) {
+    struct pace own = {0};
+    if (signal->known) follow(lag, signal, state, &own);
+    state->used = state->value;
+    counters->signals_stale += state->fresh;
+    state->fresh = false;
 }
 
 bool cb_lags_follow(const struct cb_config *config, struct cb_signal_state *states,
@@ -53,15 +67,14 @@ bool cb_lags_follow(const struct cb_config *config, struct cb_signal_state *stat
         const struct cb_signal_config *lag = &config->signals[*index];
         const struct cb_signal_state *signal = &states[lag->lag_of];
         struct cb_signal_state *state = &states[*index];
-        if (signal->known) follow(lag, signal, state, &pace);
-        state->used = state->value;
-        if (signal->fresh) { /* it is as old as what it follows */
-            state->fresh = true;
+        if (!signal->fresh) { /* it is as old as what it follows */
+            follow_stale(lag, signal, state, counters);
+            essentials_fresh = essentials_fresh && !lag->essential;
             continue;
         }
-        counters->signals_stale += state->fresh;
-        state->fresh = false;
-        essentials_fresh = essentials_fresh && !lag->essential;
+        follow(lag, signal, state, &pace);
+        state->used = state->value;
+        state->fresh = true;
     }
     return essentials_fresh;
 }

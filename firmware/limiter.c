@@ -173,9 +173,16 @@ struct room {
     float low_um, high_um;
 };
 
+/* true: the room ends so far from the limit that the last grid value within that, the top, need
+ * not be known: it is less than two units from the limit, and a millionth without units. */
+static inline bool is_below_top(const struct cb_channel_config *channel, float unit_um,
+                                const struct room *room) {
+    const float near_um = 0.9f * channel->limit_um - 2.0f * unit_um;
+    return room->low_um >= -near_um && room->high_um <= near_um;
+}
+
 static struct room room_of(const struct cb_channel_config *channel, float unit_um,
                            const struct cb_channel_state *state, const struct cb_motion *motion) {
-    const float top_um = nearest(channel, unit_um, FLT_MAX);
     const float allowed_um = channel->slew_um_per_s * motion->elapsed_s;
     /* below one unit, goal_um() is what keeps (A): it moves no further than allowed */
     const float step_um = allowed_um < unit_um ? 2.0f * unit_um : allowed_um;
@@ -186,8 +193,13 @@ static struct room room_of(const struct cb_channel_config *channel, float unit_u
         room.low_um = cb_max(room.low_um, state->possible_max_um - reach_um);
         room.high_um = cb_min(room.high_um, state->possible_min_um + reach_um);
     }
-    room.low_um = cb_min(cb_max(room.low_um, -top_um), last_um);
-    room.high_um = cb_max(cb_min(room.high_um, top_um), last_um);
+    if (!is_below_top(channel, unit_um, &room)) {
+        const float top = nearest(channel, unit_um, FLT_MAX);
+        room.low_um = cb_max(room.low_um, -top);
+        room.high_um = cb_min(room.high_um, top);
+    }
+    room.low_um = cb_min(room.low_um, last_um);
+    room.high_um = cb_max(room.high_um, last_um);
     return room;
 }
 

@@ -39,19 +39,11 @@ static inline bool within_rounding(const struct cb_signal_config *signal, float 
     return value >= signal->min - slack && value <= signal->max + slack; /* false for NaN */
 }
 
-/* in : value, outside min … max or at an end
- * out: true: *value is inside; false: it is not plausible */
-CB_OUTLINE bool pull_inside(const struct cb_signal_config *signal, float *value) {
-    if (!within_rounding(signal, *value)) return false;
-    *value = cb_clamp(*value, signal->min, signal->max);
-    return true;
-}
-
 /* in : elapsed_us >= 0 since the last accepted value
  * out: false when the value moved faster than anything of its kind can */
 CB_INLINE bool rate_plausible(const struct cb_signal_config *signal, float change,
                               int64_t elapsed_us) {
-    if (!(signal->max_rate_per_s > 0.0f)) return true;
+    if (change == 0.0f || !(signal->max_rate_per_s > 0.0f)) return true;
     const float unit = cb_number_is_integer(signal->type) ? cb_abs(signal->scale) : 0.0f;
     return cb_abs(change) <= signal->max_rate_per_s * seconds(elapsed_us) + unit;
 }
@@ -64,26 +56,49 @@ static float filtered_velocity(float velocity, float change, int64_t elapsed_us,
     return cb_is_finite(filtered) ? filtered : 0.0f;
 }
 
-/* Takes one raw number that was valid at time_us, or counts it as implausible. */
-CB_INLINE void accept(const struct cb_config *config, const struct cb_signal_config *signal,
-                      struct cb_signal_state *state, struct cb_counters *counters, float raw,
-                      int64_t time_us) {
-    const float value = raw * signal->scale + signal->zero;
+/* Where the number of a signal goes, and what counts those that go nowhere. */
+struct acceptance {
+    const struct cb_config *config;
+    struct cb_counters *counters;
+};
+
+/* in : value valid at time_us; inside: the same within min … max
+ * Takes it, or counts it as implausible for its rate. */
+CB_INLINE void take(const struct acceptance *to, const struct cb_signal_config *signal,
+                    struct cb_signal_state *state, float value, float inside, int64_t time_us) {
     const int64_t elapsed_us = time_us - state->time_us;
     const float change = value - state->value;
-    float inside = value;
-    bool plausible = (value > signal->min && value < signal->max) || pull_inside(signal, &inside);
-    if (state->known)
-        plausible = plausible && elapsed_us >= 0 && rate_plausible(signal, change, elapsed_us);
-    if (!plausible) {
-        ++counters->samples_implausible;
-        return;
+    if (state->known) {
+        if (elapsed_us < 0 || !rate_plausible(signal, change, elapsed_us)) {
+            ++to->counters->samples_implausible;
+            return;
+        }
+        if (signal->leads)
+            state->velocity =
+                filtered_velocity(state->velocity, change, elapsed_us, to->config->period_us);
     }
-    if (signal->leads && state->known)
-        state->velocity = filtered_velocity(state->velocity, change, elapsed_us, config->period_us);
     state->value = inside;
     state->time_us = time_us;
     state->known = true;
+}
+
+/* A value outside min … max, or at one of the ends. */
+CB_OUTLINE void take_at_end(const struct acceptance *to, const struct cb_signal_config *signal,
+                            struct cb_signal_state *state, float value, int64_t time_us) {
+    if (within_rounding(signal, value))
+        take(to, signal, state, value, cb_clamp(value, signal->min, signal->max), time_us);
+    else
+        ++to->counters->samples_implausible;
+}
+
+/* Takes one raw number that was valid at time_us, or counts it as implausible. */
+CB_INLINE void accept(const struct acceptance *to, const struct cb_signal_config *signal,
+                      struct cb_signal_state *state, float raw, int64_t time_us) {
+    const float value = raw * signal->scale + signal->zero;
+    if (value > signal->min && value < signal->max)
+        take(to, signal, state, value, value, time_us);
+    else
+        take_at_end(to, signal, state, value, time_us);
 }
 
 /* true: its values come as samples of sensors. */
@@ -96,13 +111,14 @@ void cb_signals_accept(const struct cb_config *config, struct cb_signal_state *s
                        int64_t now_us) {
     const struct cb_signal_config *signal = config->signals, *const end =
                                                                  signal + config->signals_count;
+    const struct acceptance to = {config, counters};
     unsigned left = read ? measured(config) : 0;
     for (struct cb_signal_state *state = states; left > 0 && signal != end; ++signal, ++state) {
         if (signal->source == CB_SOURCE_LAG) continue;
         --left;
         if (signal->source != CB_SOURCE_PLC) continue;
         const float raw = cb_number_decode(signal->type, in->registers + signal->reg);
-        accept(config, signal, state, counters, raw, in->read_us);
+        accept(&to, signal, state, raw, in->read_us);
     }
     for (unsigned k = 0; k < in->sample_count && k < CB_MAX_SAMPLES; ++k) {
         const struct cb_sample *sample = &in->samples[k];
@@ -112,7 +128,7 @@ void cb_signals_accept(const struct cb_config *config, struct cb_signal_state *s
             ++counters->samples_unknown;
             continue;
         }
-        accept(config, &config->signals[i], &states[i], counters, sample->raw, sample->time_us);
+        accept(&to, &config->signals[i], &states[i], sample->raw, sample->time_us);
     }
 }
 

@@ -40,20 +40,13 @@ CB_INLINE struct cb_ppoly ppoly_of(const struct cb_config *config,
                              .degree = curve->degree};
 }
 
-CB_OUTLINE struct cb_curve_value elsewhere(const struct cb_config *config,
-                                           const struct cb_curve_config *curve, float x,
-                                           uint16_t *span) {
+/* span: where it was last found. Without branches it has left that: is_plain() has looked. */
+static struct cb_curve_value piecewise(const struct cb_config *config,
+                                       const struct cb_curve_config *curve, float x,
+                                       uint16_t *span) {
     const struct cb_ppoly ppoly = ppoly_of(config, curve);
-    return cb_ppoly_elsewhere(&ppoly, x, span);
-}
-
-/* span: where it was last found, mostly where it is now. The curve then stays in registers. */
-CB_INLINE struct cb_curve_value piecewise(const struct cb_config *config,
-                                          const struct cb_curve_config *curve, float x,
-                                          uint16_t *span) {
-    const struct cb_ppoly ppoly = ppoly_of(config, curve);
-    if (!cb_ppoly_holds(&ppoly, x, *span)) return elsewhere(config, curve, x, span);
-    return (struct cb_curve_value){cb_ppoly_value_in(&ppoly, x, *span), 0.0f, false};
+    return curve->reversal_mm > 0.0f ? cb_ppoly_near(&ppoly, x, span)
+                                     : cb_ppoly_elsewhere(&ppoly, x, span);
 }
 
 CB_OUTLINE struct cb_curve_value polynomial(const struct cb_config *config,
@@ -117,6 +110,19 @@ static uint8_t curve(const struct evaluation *e, const struct cb_term_config *te
     if (curve->reversal_mm > 0.0f) result = with_branch(e, term, state, result);
     value[0] = result.value;
     return result.outside ? OUTSIDE : 0;
+}
+
+/* What most terms are in most steps: a B-spline or polyline in the span in which it was.
+ * out: true and its value, finite; false: it is another term, or has to be looked at closely */
+CB_INLINE bool is_plain(const struct evaluation *e, const struct cb_term_config *term,
+                        const struct cb_term_state *state, float *value) {
+    const struct cb_curve_config *curve = &term->as.curve;
+    if (term->type > CB_TERM_POLYLINE || curve->reversal_mm > 0.0f) return false;
+    const struct cb_signal_state *signal = &e->signals[curve->signal];
+    const struct cb_ppoly ppoly = ppoly_of(e->config, curve);
+    if (!signal->fresh || !cb_ppoly_holds(&ppoly, signal->used, state->span)) return false;
+    *value = cb_ppoly_value_in(&ppoly, signal->used, state->span);
+    return cb_is_finite(*value);
 }
 
 /* ---- terms of several inputs ---- */
@@ -283,17 +289,23 @@ struct cb_terms_verdict cb_terms_evaluate(const struct cb_config *config,
     const struct cb_term_config *term = config->terms, *const end = term + config->terms_count;
     for (struct cb_term_state *state = states; term != end; ++term, ++state) {
         float *const value = outputs + term->first_output;
-        const bool was_live = state->live;
-        state->live = refresh(&e, term, counters, &verdict, state, value);
-        live[term->first_output] = state->live;
-        for (unsigned k = 1; k < term->outputs; ++k) live[term->first_output + k] = state->live;
-        if (state->live) {
+        if (is_plain(&e, term, state, value)) {
+            state->held[0] = *value;
+            state->live = live[term->first_output] = true;
+            continue;
+        }
+        const bool lives = refresh(&e, term, counters, &verdict, state, value);
+        live[term->first_output] = lives;
+        for (unsigned k = 1; k < term->outputs; ++k) live[term->first_output + k] = lives;
+        if (lives) {
+            state->live = true;
             copy(value, term->outputs, state->held);
             continue;
         }
         fade(state->held, term->outputs, fade_um);
         copy(state->held, term->outputs, value);
-        counters->terms_faded += was_live;
+        counters->terms_faded += state->live;
+        state->live = false;
         verdict.degraded = true;
     }
     return verdict;

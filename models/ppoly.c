@@ -69,15 +69,12 @@ struct cb_curve_value cb_ppoly_evaluate(const struct cb_ppoly *curve, float x) {
 }
 
 struct cb_curve_value cb_ppoly_elsewhere(const struct cb_ppoly *curve, float x, uint16_t *span) {
-    const uint16_t above = (uint16_t)(*span + 1u), below = (uint16_t)(*span - 1u);
     const float inside = cb_clamp(x, curve->breaks[0], curve->breaks[curve->spans]);
-    if (cb_ppoly_holds(curve, inside, above))
-        *span = above;
-    else if (cb_ppoly_holds(curve, inside, below))
-        *span = below;
-    else
-        *span = (uint16_t)find_span(curve, inside);
-    return (struct cb_curve_value){cb_ppoly_value_in(curve, inside, *span), 0.0f, inside != x};
+    const bool up = *span < curve->spans && inside >= curve->breaks[*span + 1];
+    const uint16_t beside = (uint16_t)(up ? *span + 1u : *span - 1u);
+    const uint32_t here = cb_ppoly_holds(curve, inside, beside) ? beside : find_span(curve, inside);
+    *span = (uint16_t)here;
+    return (struct cb_curve_value){cb_ppoly_value_in(curve, inside, here), 0.0f, inside != x};
 }
 
 void cb_ppoly_index(struct cb_ppoly *curve) {
