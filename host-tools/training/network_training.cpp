@@ -78,17 +78,21 @@ struct best_length {
     int iterations = 0;
 };
 
-best_length choose(const std::vector<fold_trace> &traces, std::size_t folds) {
+// What all folds but `without` speak for; without = folds: all of them.
+best_length choose(const std::vector<fold_trace> &traces, std::size_t folds, std::size_t without) {
     best_length best;
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t d = 0; d < decays; ++d) {
         std::size_t longest = 0;
         for (std::size_t f = 0; f < folds; ++f) {
+            if (f == without) continue;
             longest = std::max(longest, traces[d * folds + f].worst_square.size());
         }
         for (std::size_t i = 0; i < longest; ++i) {
             double sum = 0.0;
-            for (std::size_t f = 0; f < folds; ++f) sum += traces[d * folds + f].after(i);
+            for (std::size_t f = 0; f < folds; ++f) {
+                if (f != without) sum += traces[d * folds + f].after(i);
+            }
             if (sum < least) least = sum, best = {d, static_cast<int>(i)};
         }
     }
@@ -152,19 +156,22 @@ trained_network train_by_folds(const network_task &task, const Eigen::VectorXd &
         progress.done(
             *std::min_element(traces[i].worst_square.begin(), traces[i].worst_square.end()));
     });
-    const best_length length = choose(traces, folds);
+    const best_length length = choose(traces, folds, folds);
     const weight_decay decay = decay_of(decay_grid[length.decay], linear_decay);
     Eigen::MatrixXd left_out(task.t.rows(), task.t.cols());
     run_parallel(folds, task.threads, [&](std::size_t f) {
+        // A run that chose when to stop is no judge: the others choose for it.
+        const best_length others = choose(traces, folds, f);
         Eigen::VectorXd point;
-        train_without(task, rows[f], decay, task.seed, length.iterations, point);
+        train_without(task, rows[f], decay_of(decay_grid[others.decay], linear_decay), task.seed,
+                      others.iterations, point);
         const Eigen::MatrixXd y = predict(task.shape, point, rows[f].left_x);
         const auto in = rows_inside(task.folds, f);
         for (std::size_t i = 0; i < in.size(); ++i) {
             left_out.row(in[i]) = y.col(static_cast<Eigen::Index>(i)).transpose();
         }
         progress.done(
-            traces[length.decay * folds + f].after(static_cast<std::size_t>(length.iterations)));
+            traces[others.decay * folds + f].after(static_cast<std::size_t>(others.iterations)));
     });
     trained_network best = train_starts(task, decay, length.iterations,
                                         ridge_solver(task.x, task.t).solve(linear_decay), progress);

@@ -40,7 +40,8 @@ struct trained_network {
 
 // Decay (of a grid) and number of iterations that leave the least on the runs left out (square of
 // the worst residual, averaged over outputs and folds); then all rows, from each start, for as
-// long. Beside a linear path training starts from the linear map (decay `linear_decay` of each
+// long. What is left of a run left out is judged with the decay and length that the other runs
+// speak for. Beside a linear path training starts from the linear map (decay `linear_decay` of each
 // output), so that no iteration at all is the baseline itself.
 trained_network train_by_folds(const network_task &task, const Eigen::VectorXd &linear_decay);
 

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "host-tools/formats/csv.h"
+#include "host-tools/training/gain.h"
 
 namespace compbox {
 
@@ -29,6 +30,31 @@ residuals linear_residuals(const train_result &result) {
     return left;
 }
 
+// Mean square of one output over each run, of the rows that the network was judged on.
+Eigen::ArrayXd square_of_runs(const train_result &result, const Eigen::VectorXd &off) {
+    std::vector<double> sum(result.data.run_names.size()), rows(sum.size());
+    for (std::size_t i = 0; i < result.network_rows.size(); ++i) {
+        const std::size_t run = result.learn.run[static_cast<std::size_t>(result.network_rows[i])];
+        sum[run] += off[at(i)] * off[at(i)];
+        rows[run] += 1.0;
+    }
+    std::vector<double> squares;
+    for (std::size_t run = 0; run < sum.size(); ++run) {
+        if (rows[run] > 0.0) squares.push_back(sum[run] / rows[run]);
+    }
+    return Eigen::Map<const Eigen::ArrayXd>(squares.data(), at(squares.size()));
+}
+
+// What the network saves of one output is more than the luck of the runs.
+bool clear_gain(const train_result &result, std::size_t output) {
+    const Eigen::VectorXd measured = result.learn.y(result.network_rows, at(output));
+    const Eigen::VectorXd linear =
+        result.linear.left_out_predictions(result.network_rows, at(output));
+    const Eigen::VectorXd network = result.network.left_out_predictions.col(at(output));
+    return is_clear_gain(square_of_runs(result, linear - measured),
+                         square_of_runs(result, network - measured));
+}
+
 std::vector<bool> better_outputs(const train_result &result) {
     const std::size_t outputs = result.data.outputs.size();
     if (result.options.hidden == 0) return std::vector<bool>(outputs, false);
@@ -40,7 +66,7 @@ std::vector<bool> better_outputs(const train_result &result) {
     std::vector<bool> better;
     for (std::size_t k = 0; k < outputs; ++k) {
         better.push_back(network.rms[at(k)] < clearly_better * linear.rms[at(k)] &&
-                         network.worst[at(k)] <= linear.worst[at(k)]);
+                         network.worst[at(k)] <= linear.worst[at(k)] && clear_gain(result, k));
     }
     return better;
 }
@@ -97,7 +123,7 @@ std::string verdict_of(const train_result &result) {
     if (result.options.keep_network) return "network written, as asked for (--keep-network)";
     if (!result.any_network()) {
         return "the network is not better than the linear map " + by +
-               ": the linear map is written";
+               (result.by_folds ? " beyond their spread" : "") + ": the linear map is written";
     }
     if (std::count(better.begin(), better.end(), false) == 0) {
         return "the network is better than the linear map " + by;
