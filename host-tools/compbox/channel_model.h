@@ -22,6 +22,7 @@ class channel_model {
     // Loads the file with the box's loader. Throws input_error.
     explicit channel_model(const std::string &path);
 
+    const std::string &path() const { return path_; }
     const cb_config &config() const { return *config_; }
     const json &file() const { return json_; }
 

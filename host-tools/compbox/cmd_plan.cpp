@@ -172,7 +172,7 @@ void run_plan(plan_arguments &arguments) {
     arguments.options.progress = progress_of("triples");
     const plan_result result = plan_points(nodes, arguments.options);
     if (result.best.empty() || !std::isfinite(result.best.front().merit)) {
-        throw input_error("every triple of these nodes lies on one line: give the box more nodes");
+        throw input_error("--box: every triple of its nodes lies on one line: give it more nodes");
     }
     json plan = plan_json(arguments, box, result);
     if (arguments.monte_carlo.runs > 0) plan["monte_carlo"] = check_by_runs(arguments, plan);

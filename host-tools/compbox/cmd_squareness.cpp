@@ -94,7 +94,8 @@ void run_squareness(const squareness_arguments &arguments) {
     std::string source;
     const squareness found = squareness_of(arguments, source);
     if (!std::isfinite(found.value_urad) || std::fabs(found.value_urad) > 1e5) {
-        throw input_error("the squareness comes out as " + std::to_string(found.value_urad) +
+        throw input_error(source + ": " + arguments.name + " comes out as " +
+                          std::to_string(found.value_urad) +
                           " urad, which cannot be: check the order of the numbers");
     }
     json report;

@@ -71,10 +71,11 @@ struct cam_shop {
             const auto &range = model.config().signals[signal];
             const double value = along(master);
             if (!(value >= range.min && value <= range.max)) {
-                throw input_error("at " + options.master + " " + shortest(master) +
-                                  " the path has " + range.name + " " + shortest(value) +
-                                  ", outside " + shortest_float(range.min) + " to " +
-                                  shortest_float(range.max));
+                throw input_error(model.path(), 0, 0,
+                                  "at " + options.master + " " + shortest(master) +
+                                      " the path has " + range.name + " " + shortest(value) +
+                                      ", outside " + shortest_float(range.min) + " to " +
+                                      shortest_float(range.max));
             }
             model.set(at, signal, value);
         }
@@ -101,9 +102,11 @@ void check_path(const cam_shop &shop) {
         for (const unsigned s : needed) {
             if (known[s]) continue;
             const std::string name = shop.model.config().signals[s].name;
-            throw input_error(std::string("channel ") + channel.name + " depends on " + name +
-                              ": give it along the path, --path \"" + name + "=formula of " +
-                              shop.options.master + "\", or a fixed value, --at " + name + "=…");
+            throw input_error(shop.model.path(), 0, 0,
+                              std::string("channel ") + channel.name + " depends on " + name +
+                                  ": give it along the path, --path \"" + name + "=formula of " +
+                                  shop.options.master + "\", or a fixed value, --at " + name +
+                                  "=…");
         }
     }
 }
@@ -187,9 +190,10 @@ cam_set make_cams(const channel_model &model, const cam_options &options) {
     }
     const double step = *options.table.step_mm, travel = range.to_mm - range.from_mm;
     if (step > travel || travel / step + 2.0 > static_cast<double>(options.table.most_points)) {
-        throw input_error("--step-mm " + shortest(step) + " over " + shortest(travel) +
-                          " mm gives fewer than 2 or more than " +
-                          std::to_string(options.table.most_points) + " points");
+        throw input_error(model.path(), 0, 0,
+                          "--step-mm " + shortest(step) + " over " + shortest(travel) +
+                              " mm gives fewer than 2 or more than " +
+                              std::to_string(options.table.most_points) + " points");
     }
     set.tolerance_met = fill(shop, range, step, set);
     return set;

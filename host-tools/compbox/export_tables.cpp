@@ -83,8 +83,9 @@ values standing(const channel_model &model, const table_options &options, export
         const bool given = options.at.count(signal.name) > 0;
         if (!used[s] || signal.source == CB_SOURCE_LAG) continue;
         if (!model.is_position(s) && !given) {
-            throw input_error(std::string("a table cannot follow the signal ") + signal.name +
-                              ": say at which value it shall hold, --at " + signal.name + "=…");
+            throw input_error(model.path(), 0, 0,
+                              std::string("a table cannot follow the signal ") + signal.name +
+                                  ": say at which value it shall hold, --at " + signal.name + "=…");
         }
         if (!model.is_position(s) || several[s]) result.held_at[signal.name] = at[s];
     }
@@ -204,13 +205,15 @@ void fill_table(const workshop &shop, axis_table &table) {
     const double step = *shop.options.step_mm;
     const std::size_t points = points_for(range, step);
     if (points < 2 || points > shop.options.most_points) {
-        throw input_error(shop.signal_name(table.signal) + " from " + shortest(range.from_mm) +
-                          " to " + shortest(range.to_mm) + " mm at " + shortest(step) + " mm is " +
-                          std::to_string(points) + " points, and the table holds 2 to " +
-                          std::to_string(shop.options.most_points) + ": choose --step-mm from " +
-                          shortest((range.to_mm - range.from_mm) /
-                                   static_cast<double>(shop.options.most_points - 1)) +
-                          " to " + shortest(range.to_mm - range.from_mm));
+        throw input_error(
+            shop.model.path(), 0, 0,
+            shop.signal_name(table.signal) + " from " + shortest(range.from_mm) + " to " +
+                shortest(range.to_mm) + " mm at " + shortest(step) + " mm is " +
+                std::to_string(points) + " points, and the table holds 2 to " +
+                std::to_string(shop.options.most_points) + ": choose --step-mm from " +
+                shortest((range.to_mm - range.from_mm) /
+                         static_cast<double>(shop.options.most_points - 1)) +
+                " to " + shortest(range.to_mm - range.from_mm));
     }
     table.tolerance_met = fill(shop, range, step, table);
 }
@@ -318,8 +321,10 @@ unsigned axis_of_channel(const channel_model &model, unsigned channel,
             if (guess == model.config().signals[s].name && model.is_position(s)) return s;
         }
     }
-    throw input_error("channel " + name +
-                      ": say which signal is the position of its axis, --axis " + name + "=SIGNAL");
+    throw input_error(model.path(), 0, 0,
+                      "channel " + name +
+                          ": say which signal is the position of its axis, --axis " + name +
+                          "=SIGNAL");
 }
 
 export_tables make_tables(const channel_model &model, const table_options &options) {
@@ -344,6 +349,7 @@ export_tables make_tables(const channel_model &model, const table_options &optio
     }
     if (result.tables.empty()) {
         throw input_error(
+            model.path(), 0, 0,
             "no channel has an error that depends on its own axis, and this format holds no other: "
             "use sinumerik-cec or heidenhain-com");
     }

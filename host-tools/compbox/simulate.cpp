@@ -67,8 +67,7 @@ class seed_run {
         const auto config = load_coefficients(fit.coefficients);
         const register_map map = load_register_map(fit.coefficients);
         for (auto &path : paths_) {
-            const virtual_run run =
-                run_virtually(*config, config_, map, path.stops_mm(), plan_.feed_mm_per_s);
+            const virtual_run run = run_on(path, recipe, *config, map);
             const path_figures found = path.judge(displacements_of(run), *config);
             result.runs.push_back({config_.seed, recipe.name, path.name(), fit.coefficients,
                                    fit.coefficient_count, found.figures, path.stops_mm(),
@@ -77,6 +76,18 @@ class seed_run {
     }
 
   private:
+    // What goes wrong in a run is told with its place in the scenario.
+    virtual_run run_on(const remeasured_path &path, const fit_recipe &recipe,
+                       const cb_config &config, const register_map &map) const {
+        try {
+            return run_virtually(config, config_, map, path.stops_mm(), plan_.feed_mm_per_s);
+        } catch (const input_error &error) {
+            throw input_error(plan_.file, 0, 0,
+                              "seed " + std::to_string(config_.seed) + ", method " + recipe.name +
+                                  ", path " + path.name() + ": " + error.what());
+        }
+    }
+
     const scenario &plan_;
     twin_config config_;
     std::string folder_;

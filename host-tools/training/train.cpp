@@ -77,7 +77,7 @@ void split(train_result &result, const model_rows &all) {
 
 void check_sizes(const train_result &result) {
     if (!is_name_of_the_box(result.options.name)) {
-        throw input_error("the box cannot use the name '" + result.options.name +
+        throw input_error("--name: the box cannot use the name '" + result.options.name +
                           "': it takes 1 to 23 letters A to Z, digits, _ - .");
     }
     const std::size_t inputs = result.inputs.size(), outputs = result.data.outputs.size();

@@ -116,7 +116,7 @@ def test_linuxcnc_directions(built):
 
 def test_a_step_that_needs_too_many_lines_is_refused(built):
     message = built.refused("export", "c.json", "--format", "linuxcnc-comp", "--step-mm", 1, "-o", "o")
-    assert message == ("X from 0 to 1000 mm at 1 mm is 1001 points, and the table holds 2 to 256: "
+    assert message == ("c.json: X from 0 to 1000 mm at 1 mm is 1001 points, and the table holds 2 to 256: "
                        "choose --step-mm from 3.9215686274509802 to 1000")
     assert not (built.folder / "o").exists()
 
@@ -312,7 +312,7 @@ def test_signals_that_are_no_position_must_be_held(built):
     next(ch for ch in c["channels"] if ch["name"] == "X")["sum"] += ["grow", "stretch"]
     built.write("c.json", c)
     call = ("export", "c.json", "--format", "linuxcnc-comp", "-o", "out")
-    assert built.refused(*call) == ("a table cannot follow the signal T1: say at which value it shall "
+    assert built.refused(*call) == ("c.json: a table cannot follow the signal T1: say at which value it shall "
                                     "hold, --at T1=…")
     texts, losses = export(built, "linuxcnc-comp", "--at", "T1=30", "--step-mm", 50)
     nominal, forward, _ = read_linuxcnc(texts["X.comp"])
@@ -381,7 +381,7 @@ def test_the_tool_length_is_no_axis(built):
     next(ch for ch in c["channels"] if ch["name"] == "X")["sum"] += ["vx"]
     built.write("c.json", c)
     call = ("export", "c.json", "--format", "sinumerik-cec", "-o", "out")
-    assert built.refused(*call).startswith("a table cannot follow the signal L")
+    assert built.refused(*call).startswith("c.json: a table cannot follow the signal L")
     texts, _ = export(built, "sinumerik-cec", "--at", "L=200", "--tolerance-um", 0.05)
     found = read_sinumerik(texts["NC_CEC.INI"], "%_N_NC_CEC_INI", "$AN_CEC")
     assert set(found["$AN_CEC_INPUT_AXIS"].values()) == {"X1", "Y1", "Z1"}
@@ -396,7 +396,7 @@ def test_no_table_fits(compbox):
                                    "positions": [0, 100], "values": [0, 9]}]})
     compbox.good("build", "m", "t", "-o", "c.json")
     assert compbox.refused("export", "c.json", "--format", "linuxcnc-comp", "-o", "o").startswith(
-        "no channel has an error that depends on its own axis")
+        "c.json: no channel has an error that depends on its own axis")
 
 
 @pytest.mark.parametrize("options, message", [
@@ -405,20 +405,20 @@ def test_no_table_fits(compbox):
     (("linuxcnc-comp", "--lost-motion-um", "Q=1"), "c.json: has no channel 'Q' (--lost-motion-um)"),
     (("linuxcnc-comp", "--axis", "Q=X"), "c.json: has no channel 'Q' (--axis)"),
     (("linuxcnc-comp", "--axis", "X=Q"), "c.json: has no signal 'Q' to be set (it has X, Y, Z)"),
-    (("twincat-cam",), 'channel X depends on Y: give it along the path, --path "Y=formula of X", '
+    (("twincat-cam",), 'c.json: channel X depends on Y: give it along the path, --path "Y=formula of X", '
      "or a fixed value, --at Y=…"),
     (("twincat-cam", "--path", "Y=X*", "--at", "Z=0"),
      "the formula 'X*' cannot be read at character 3: a number, X or ( was expected"),
     (("twincat-cam", "--path", "Y=tin(X)", "--at", "Z=0"),
      "the formula 'tin(X)' cannot be read at character 1: 'tin' is neither X nor a function"),
     (("twincat-cam", "--path", "Y=2*X", "--at", "Z=0"),
-     "at X 310 the path has Y 620, outside -10 to 610"),
+     "c.json: at X 310 the path has Y 620, outside -10 to 610"),
     (("twincat-cam", "--path", "no.csv", "--at", "Z=0"),
      "no.csv: cannot open the file (No such file or directory)"),
     (("twincat-cam", "--path", "down.csv", "--at", "Z=0"),
      "down.csv:3: X must ascend, since a cam has one slave position for each master position"),
     (("twincat-cam", "--path", "Y=sqrt(0-X-1)", "--at", "Z=0"),
-     "at X 0 the path has Y -nan, outside -10 to 610")])
+     "c.json: at X 0 the path has Y -nan, outside -10 to 610")])
 def test_refused(built, options, message):
     built.write("down.csv", "X,Y\n5,1\n4,2\n")
     said = built.refused("export", "c.json", "--format", *options, "--step-mm", 10, "-o", "o")

@@ -170,3 +170,8 @@ def test_wrong_usage(compbox, points, wrong):
 @pytest.mark.parametrize("command", ["plan", "assemble", "identify"])
 def test_help(compbox, command):
     assert f"compbox {command} " in compbox.good(command, "--help").split("Example:")[1]
+
+
+def test_a_box_that_is_a_line_says_its_option(compbox):
+    assert compbox.refused("plan", "--box", "0:1:1,0:1:1,0:1:5", "-o", "p.json") == (
+        "--box: every triple of its nodes lies on one line: give it more nodes")

@@ -2,6 +2,7 @@
 """compbox simulate on a short gantry: report, determinism, and that no truth reaches the fit."""
 
 import json
+import re
 import shutil
 
 import pytest
@@ -227,8 +228,8 @@ def test_a_box_that_may_not_start(compbox, gantry):
     machine = compbox.read("machine.json")
     machine["signals"][0].update(min=20000, max=30000)
     compbox.write("machine.json", machine)
-    assert compbox.refused("simulate", "scenario.json", "-o", "out").startswith(
-        "the box does not become ACTIVE (it is in STANDBY: ")
+    assert re.match(r"scenario\.json: seed \d+, method [\w-]+, path \w+: the box does not become ACTIVE "
+                    r"\(it is in STANDBY: ", compbox.refused("simulate", "scenario.json", "-o", "out"))
 
 
 @pytest.mark.parametrize("options", [["--seeds", "x"], ["--seeds", "5-3"], ["--seeds", "1-2-3"],

@@ -183,7 +183,7 @@ REFUSED = {
     "too few runs": (None, ("--hold-out", "1,2", "--regularise", "runs"), "rows.csv: "
                      "cross-validation needs at least three runs to train on: name the column of "
                      "runs with --run-column, or choose --regularise evidence"),
-    "bad term name": (None, ("--name", "n e t"), "the box cannot use the name 'n e t'"),
+    "bad term name": (None, ("--name", "n e t"), "--name: the box cannot use the name 'n e t'"),
     "bad figure": (None, ("--plot", "f.txt"), "f.txt: a figure is written as .svg, .png or .pdf"),
 }
 
