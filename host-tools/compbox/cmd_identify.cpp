@@ -47,6 +47,7 @@ nine_lines read_lines(const std::string &path) {
     const csv_table table = read_csv(path);
     const std::size_t position = table.column("position_mm");
     nine_lines lines;
+    lines.file = path;
     lines.reading_um.resize(static_cast<Eigen::Index>(table.rows.size()), 9);
     for (int line = 0; line < 9; ++line) {
         const std::size_t column = table.column(line_names[line]);
@@ -121,6 +122,7 @@ json report_json(const identify_arguments &arguments, const six_curves &curves) 
         one["position_mm"] = curves.position_mm[outlier.row];
         one["line"] = line_names[outlier.line];
         one["studentised"] = outlier.studentised;
+        for (const int line : outlier.or_lines) one["or_lines"].push_back(line_names[line]);
         report["outliers"].push_back(one);
     }
     return report;
@@ -142,8 +144,11 @@ void print_report(const json &report) {
     for (const auto &remark : report["remarks"])
         std::cout << "\n" << remark.get<std::string>() << "\n";
     for (const auto &outlier : report["outliers"]) {
-        std::cout << "\nstands out: " << outlier["line"].get<std::string>() << " at "
-                  << shortest(outlier["position_mm"].get<double>()) << " mm ("
+        std::cout << "\nstands out: " << outlier["line"].get<std::string>();
+        for (const auto &line : outlier.value("or_lines", json::array())) {
+            std::cout << " or " << line.get<std::string>();
+        }
+        std::cout << " at " << shortest(outlier["position_mm"].get<double>()) << " mm ("
                   << std::setprecision(1) << outlier["studentised"].get<double>() << " sigma)";
     }
     if (!report["outliers"].empty()) std::cout << "\nmeasure these again or take them out\n";

@@ -4,13 +4,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
+#include "host-tools/identification/outliers.h"
 
 namespace compbox {
 
 namespace {
 
-using readings = Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor>;
+using readings = nine_line_readings;
 using solver = Eigen::Matrix<double, 6, 9>;
 
 // The readings less the offset and slope of each line over t = position - mean position.
@@ -100,18 +102,7 @@ linear_parts identify_slopes(const detrended &lines, const triple_mm &points, in
     return result;
 }
 
-// Two-sided quantile of the normal distribution for a small probability, by Newton on erfc.
-double normal_quantile(double probability) {
-    double z = 3.0;
-    for (int i = 0; i < 60; ++i) {
-        const double excess = std::erfc(z / std::sqrt(2.0)) - probability;
-        z += excess / (std::sqrt(2.0 / M_PI) * std::exp(-0.5 * z * z));
-    }
-    return z;
-}
-
-// Improved method: residuals of d against A e: noise, and readings that stand out of it (Bonferroni
-// over all).
+// Improved method: residuals of d against A e: noise, and readings that stand out of it.
 void judge_noise(six_curves &curves, const readings &data, const solver &S, const triple_mm &points,
                  const identify_options &options) {
     const auto A = observation_matrix(points);
@@ -122,32 +113,12 @@ void judge_noise(six_curves &curves, const readings &data, const solver &S, cons
     curves.freedom = 3 * (options.lines == setups::separate ? positions - 2 : positions);
     if (curves.freedom <= 0) return;
     curves.noise_um = std::sqrt(residual.squaredNorm() / curves.freedom);
-    // A rough spread that a few wild readings cannot blow up, for the test alone.
-    std::vector<double> sizes;
-    Eigen::Matrix<double, 1, 9> share =
-        residual_maker.diagonal().cwiseMax(0.0).cwiseSqrt().transpose();
-    for (Eigen::Index row = 0; row < residual.rows(); ++row) {
-        for (int line = 0; line < 9; ++line) {
-            if (share(line) > 1e-6) sizes.push_back(std::fabs(residual(row, line)) / share(line));
-        }
-    }
-    auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-    std::nth_element(sizes.begin(), middle, sizes.end());
-    const double spread = std::max(*middle / 0.6745, 1e-12);
-    const double limit =
-        normal_quantile(options.outlier_probability / static_cast<double>(sizes.size()));
-    for (Eigen::Index row = 0; row < residual.rows(); ++row) {
-        for (int line = 0; line < 9; ++line) {
-            if (share(line) <= 1e-6) continue;
-            const double studentised = std::fabs(residual(row, line)) / share(line) / spread;
-            if (studentised > limit) {
-                curves.outliers.push_back({static_cast<std::size_t>(row), line, studentised});
-            }
-        }
-    }
-    std::sort(curves.outliers.begin(), curves.outliers.end(),
-              [](const auto &a, const auto &b) { return a.studentised > b.studentised; });
+    curves.outliers =
+        find_outliers(data, curves.position_mm, residual_maker, options, curves.freedom);
 }
+
+// A reflector stands to about 0.1 mm: a triangle that is not ten times as high says nothing.
+constexpr double least_height_mm = 1.0;
 
 void check_points(const triple_mm &points, const identify_options &options,
                   const std::string &file) {
@@ -156,6 +127,14 @@ void check_points(const triple_mm &points, const identify_options &options,
             file, 0, 0,
             "the three points lie on one line, so a rotation about it cannot be seen: "
             "move one of them off the line");
+    }
+    const double height_mm = triangle_height_mm(points);
+    if (height_mm < least_height_mm) {
+        throw input_error(file, 0, 0,
+                          "the three points lie within " + shortest(height_mm) +
+                              " mm of one line, so a rotation about it is lost in where a "
+                              "reflector really stands: move one of them well off the line (" +
+                              shortest(least_height_mm) + " mm is the least)");
     }
     six sigma;
     if (options.how == nine_line_method::traditional &&
@@ -192,7 +171,7 @@ six_curves identify(const nine_lines &table, const triple_mm &points,
             judge_noise(curves, table.reading_um, S, points, options);
     } else {
         if (n < 3) {
-            throw input_error(file, 0, 0,
+            throw input_error(table.file, 0, 0,
                               "each line has its own slope, so at least 3 positions are needed");
         }
         const detrended lines = detrend(table);

@@ -11,10 +11,13 @@
 
 namespace compbox {
 
+using nine_line_readings = Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor>;
+
 // One row for each position, columns d1x d1y d1z d2x … d3z in µm.
 struct nine_lines {
+    std::string file;                 // for messages
     std::vector<double> position_mm;  // strictly ascending
-    Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor> reading_um;
+    nine_line_readings reading_um;
 };
 
 enum class nine_line_method { improved, traditional };
@@ -53,15 +56,18 @@ struct six_curves {
         std::size_t row;  // of position_mm
         int line;         // 0 … 8: d1x … d3z
         double studentised;
+        // Lines that show a bad reading in the same way at these points: it may be theirs.
+        std::vector<int> or_lines = {};
     };
-    std::vector<outlier> outliers;  // largest first
+    std::vector<outlier> outliers;  // largest first; they stay in the solution (outliers.h)
 };
 
 // The ISO 230-1 names of the six curves of an axis: EXX EYX EZX EAX EBX ECX for axis 0.
 std::array<std::string, 6> error_names(int axis);
 
-// Throws input_error (naming `file`) where the points lie on one line, the traditional sequence is
-// singular, or there are fewer than three positions for set-ups with slopes.
+// Throws input_error naming `file`, the points', where they lie on one line or within 1 mm of it,
+// or the traditional sequence is singular; naming the table's where there are fewer than three
+// positions for set-ups with slopes.
 six_curves identify(const nine_lines &table, const triple_mm &points,
                     const identify_options &options, const std::string &file);
 

@@ -29,6 +29,13 @@ bool spans_triangle(const triple_mm &points) {
     return a.cross(b).norm() > 1e-6 * longest2;
 }
 
+double triangle_height_mm(const triple_mm &points) {
+    const Eigen::Vector3d a = vector_of(points[1]) - vector_of(points[0]);
+    const Eigen::Vector3d b = vector_of(points[2]) - vector_of(points[0]);
+    const double longest = std::max({a.norm(), b.norm(), (b - a).norm()});
+    return longest > 0.0 ? a.cross(b).norm() / longest : 0.0;
+}
+
 six closed_form_sigma(const triple_mm &points) {
     Eigen::Vector3d c = Eigen::Vector3d::Zero();
     for (const auto &point : points) c += vector_of(point) / 3.0;

@@ -24,6 +24,9 @@ using six = std::array<double, 6>;
 // that edge. On a line, rotation about that line cannot be seen.
 bool spans_triangle(const triple_mm &points);
 
+// The smallest height of the triangle: how far the points are from lying on one line.
+double triangle_height_mm(const triple_mm &points);
+
 // Closed form above for sigma = 1 µm. The points must span a triangle.
 six closed_form_sigma(const triple_mm &points);
 

@@ -112,6 +112,19 @@ def test_plan_checks_itself_by_runs(compbox):
     assert compbox.read("p.json")["monte_carlo"] == out["monte_carlo"]
 
 
+def test_one_bad_reading_is_one(compbox, points):
+    dice = numpy.random.default_rng(6)
+    readings = moved(POINTS, errors(dice)) + dice.normal(0, 0.5, (len(X), 9))
+    readings[7, 4] += 40
+    write_table(compbox, readings)
+    text = compbox.good("identify", "m.csv", "--axis", "X", "--points", points, "-o", "d")
+    bad = compbox.read("d/report.json")["outliers"]
+    assert len(bad) == 1 and bad[0]["position_mm"] == 700
+    # at these points, two and two of which share a coordinate, the two cannot be told apart
+    assert {bad[0]["line"], *bad[0]["or_lines"]} == {"dy2_um", "dz1_um"}
+    assert f"stands out: {bad[0]['line']} or {bad[0]['or_lines'][0]} at 700 mm" in text
+
+
 def test_plot(compbox, points):
     dice = numpy.random.default_rng(5)
     write_table(compbox, moved(POINTS, errors(dice)) + dice.normal(0, 0.5, (len(X), 9)))
@@ -143,7 +156,9 @@ def test_refused(compbox, points):
     assert compbox.refused(*call, "line.json") == (
         "line.json: the three points lie on one line, so a rotation about it cannot be seen: move one "
         "of them off the line")
-    compbox.write("flat.json", {"points_mm": [[0, 0, 0], [1, 0, 0], [2, 5, 0]]})
+    compbox.write("near.json", {"points_mm": [[0, 0, 0], [300, 0, 0], [600, 0.8, 0]]})
+    assert compbox.refused(*call, "near.json").startswith("near.json: the three points lie within 0.39999")
+    compbox.write("flat.json", {"points_mm": [[0, 0, 0], [10, 0, 0], [20, 50, 0]]})
     assert "cannot be solved at these points in this order" in compbox.refused(
         *call, "flat.json", "--method", "traditional")
     compbox.write("two.json", {"points_mm": [[0, 0, 0], [1, 1, 1]]})
@@ -153,7 +168,8 @@ def test_refused(compbox, points):
     compbox.write("m.csv", text.replace("dy2_um", "dq2_um"))
     assert compbox.refused(*call, points).startswith("m.csv:1: there is no column 'dy2_um'")
     compbox.write("m.csv", "\n".join(text.splitlines()[:3]) + "\n")
-    assert "at least 3 positions" in compbox.refused(*call, points)
+    assert compbox.refused(*call, points) == (
+        "m.csv: each line has its own slope, so at least 3 positions are needed")
     lines = text.splitlines()
     compbox.write("m.csv", "\n".join(lines[:3] + [lines[2]]) + "\n")
     assert compbox.refused(*call, points) == (
