@@ -164,6 +164,10 @@ void deliver(const export_arguments &arguments, const std::vector<export_file> &
 }
 
 void export_cams(const channel_model &model, const export_arguments &arguments) {
+    if (!arguments.text.lost_motion_um.empty()) {
+        throw CLI::ValidationError("--lost-motion-um",
+                                   "a cam has one direction and cannot hold it");
+    }
     cam_options how;
     how.master = arguments.master;
     for (const auto &text : arguments.path) {
@@ -180,6 +184,33 @@ void export_cams(const channel_model &model, const export_arguments &arguments) 
             cam_loss_lines(model, set, how));
 }
 
+// Lost motion by hand goes with a curve that is the mean of both directions, in a table of the
+// channel's own axis; where there is none it would be ignored, so it is refused.
+void check_lost_motion(const channel_model &model, const export_arguments &arguments,
+                       const export_tables &tables) {
+    for (const auto &[name, um] : arguments.text.lost_motion_um) {
+        bool own = false;
+        for (const auto &table : tables.tables) {
+            for (const auto &column : table.columns) {
+                if (!column.own || name != model.config().channels[column.channel].name) continue;
+                own = true;
+                if (column.half_um.empty()) continue;
+                throw input_error(arguments.input, 0, 0,
+                                  "the curve of channel " + name +
+                                      " has branches, which hold the lost motion already; leave "
+                                      "out --lost-motion-um " +
+                                      name);
+            }
+        }
+        if (own) continue;
+        throw input_error(arguments.input, 0, 0,
+                          "channel " + name +
+                              " gets no table over its own axis to put the lost motion into; "
+                              "leave out --lost-motion-um " +
+                              name);
+    }
+}
+
 void export_table(const channel_model &model, export_arguments &arguments,
                   const table_format &format) {
     arguments.table.cross = format.cross;
@@ -192,6 +223,7 @@ void export_table(const channel_model &model, export_arguments &arguments,
                                    "machine data instead (SINUMERIK: MD32450)");
     }
     const export_tables tables = make_tables(model, arguments.table);
+    check_lost_motion(model, arguments, tables);
     deliver(arguments, format.write(model, tables, arguments.text), loss_lines(model, tables));
 }
 

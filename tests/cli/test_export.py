@@ -347,6 +347,10 @@ def test_branches_of_direction(built):
         assert 1e3 * row["BACKLASH"] == pytest.approx(curve("EXX", x) - 4 - x / 250, abs=0.003)
     texts, losses = export(built, "sinumerik-lec", "--step-mm", 25)
     assert "channel X over X: forward and backward differ; the table holds their mean" in losses
+    assert built.refused("export", "c.json", "--format", "linuxcnc-comp", "--lost-motion-um", "X=4",
+                         "-o", "o") == (
+        "c.json: the curve of channel X has branches, which hold the lost motion already; leave out "
+        "--lost-motion-um X")
     found = read_sinumerik(texts["AX_EEC.INI"], "%_N_AX_EEC_INI", "$AA_ENC_COMP")
     assert 1e3 * found["$AA_ENC_COMP"]["0,20,X1"] == pytest.approx(curve("EXX", 500) - 3, abs=0.003)
 
@@ -427,6 +431,7 @@ def test_refused(built, options, message):
 
 @pytest.mark.parametrize("wrong", [
     [], ["--format", "fanuc"], ["--format", "sinumerik-lec", "--lost-motion-um", "X=1"],
+    ["--format", "twincat-cam", "--lost-motion-um", "X=1"],
     ["--format", "linuxcnc-comp", "--step-mm", "0"], ["--format", "linuxcnc-comp", "--range", "X=5"],
     ["--format", "linuxcnc-comp", "--range", "X=5:1"], ["--format", "linuxcnc-comp", "--at", "X"],
     ["--format", "linuxcnc-comp", "--sign", "2"], ["--format", "linuxcnc-comp", "--name", "=q"]])
