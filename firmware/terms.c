@@ -40,7 +40,7 @@ CB_INLINE struct cb_ppoly ppoly_of(const struct cb_config *config,
                              .degree = curve->degree};
 }
 
-/* span: where it was last found. Without branches it has left that: is_plain() has looked. */
+/* span: where it was last found. Without branches it is outside: is_plain() has looked. */
 static struct cb_curve_value piecewise(const struct cb_config *config,
                                        const struct cb_curve_config *curve, float x,
                                        uint16_t *span) {
@@ -112,16 +112,29 @@ static uint8_t curve(const struct evaluation *e, const struct cb_term_config *te
     return result.outside ? OUTSIDE : 0;
 }
 
-/* What most terms are in most steps: a B-spline or polyline in the span in which it was.
+/* The curve is made once more, so that is_plain() can keep its own in registers. */
+CB_OUTLINE bool follow(const struct cb_config *config, const struct cb_curve_config *curve, float x,
+                       uint16_t *span) {
+    const struct cb_ppoly ppoly = ppoly_of(config, curve);
+    return cb_ppoly_follow(&ppoly, x, span);
+}
+
+/* What most terms are in most steps: a B-spline or polyline, mostly in the span in which it was.
  * out: true and its value, finite; false: it is another term, or has to be looked at closely */
 CB_INLINE bool is_plain(const struct evaluation *e, const struct cb_term_config *term,
-                        const struct cb_term_state *state, float *value) {
+                        struct cb_term_state *state, float *value) {
     const struct cb_curve_config *curve = &term->as.curve;
     if (term->type > CB_TERM_POLYLINE || curve->reversal_mm > 0.0f) return false;
     const struct cb_signal_state *signal = &e->signals[curve->signal];
     const struct cb_ppoly ppoly = ppoly_of(e->config, curve);
-    if (!signal->fresh || !cb_ppoly_holds(&ppoly, signal->used, state->span)) return false;
-    *value = cb_ppoly_value_in(&ppoly, signal->used, state->span);
+    if (!signal->fresh) return false;
+    const float x = signal->used;
+    uint16_t span = state->span;
+    if (!cb_ppoly_holds(&ppoly, x, span)) {
+        if (!follow(e->config, curve, x, &state->span)) return false;
+        span = state->span;
+    }
+    *value = cb_ppoly_value_in(&ppoly, x, span);
     return cb_is_finite(*value);
 }
 

@@ -68,11 +68,23 @@ struct cb_curve_value cb_ppoly_evaluate(const struct cb_ppoly *curve, float x) {
     return result;
 }
 
+/* in : x inside the breaks; from: where it was, any number
+ * out: the span that holds x, mostly one beside */
+static inline uint32_t span_from(const struct cb_ppoly *curve, float x, uint16_t from) {
+    const bool up = from < curve->spans && x >= curve->breaks[from + 1];
+    const uint16_t beside = (uint16_t)(up ? from + 1u : from - 1u);
+    return cb_ppoly_holds(curve, x, beside) ? beside : find_span(curve, x);
+}
+
+bool cb_ppoly_follow(const struct cb_ppoly *curve, float x, uint16_t *span) {
+    if (!(x > curve->breaks[0] && x < curve->breaks[curve->spans])) return false;
+    *span = (uint16_t)span_from(curve, x, *span);
+    return true;
+}
+
 struct cb_curve_value cb_ppoly_elsewhere(const struct cb_ppoly *curve, float x, uint16_t *span) {
     const float inside = cb_clamp(x, curve->breaks[0], curve->breaks[curve->spans]);
-    const bool up = *span < curve->spans && inside >= curve->breaks[*span + 1];
-    const uint16_t beside = (uint16_t)(up ? *span + 1u : *span - 1u);
-    const uint32_t here = cb_ppoly_holds(curve, inside, beside) ? beside : find_span(curve, inside);
+    const uint32_t here = span_from(curve, inside, *span);
     *span = (uint16_t)here;
     return (struct cb_curve_value){cb_ppoly_value_in(curve, inside, here), 0.0f, inside != x};
 }

@@ -49,6 +49,10 @@ struct cb_curve_value cb_ppoly_evaluate(const struct cb_ppoly *curve, float x);
 static inline struct cb_curve_value cb_ppoly_near(const struct cb_ppoly *curve, float x,
                                                   uint16_t *span);
 
+/* in : *span, any number
+ * out: true: *span holds x; false, *span unchanged: x is at or beyond an end, or NaN */
+bool cb_ppoly_follow(const struct cb_ppoly *curve, float x, uint16_t *span);
+
 /* Its second half: x has left *span, mostly for the one beside it; else it is searched. */
 struct cb_curve_value cb_ppoly_elsewhere(const struct cb_ppoly *curve, float x, uint16_t *span);
 
