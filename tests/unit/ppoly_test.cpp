@@ -212,4 +212,25 @@ TEST(Ppoly, FiniteRefusesOverflowAndBadCoefficients) {
     EXPECT_FALSE(finite({0, 1}, {3e38f, -3e38f}));
 }
 
+// From whatever span it is asked, a curve that is followed says what one that is searched says.
+TEST(Ppoly, FollowsFromEverySpan) {
+    for (const std::vector<float> &breaks :
+         {std::vector<float>{0, 1, 2, 3, 4}, {0, 1, 9, 10, 50}}) {
+        const curve lines(breaks, {1, 2, 3, 5, 8, -1, 2, 4}, 1);
+        const float last = breaks.back();
+        for (const float x :
+             {-1.0f, 0.0f, 0.5f, 1.0f, 1.5f, 2.5f, 9.5f, last, last + 1, not_a_number}) {
+            for (const uint16_t from : std::vector<uint16_t>{0, 1, 2, 3, 4, 5, 65535}) {
+                uint16_t followed = from, near = from;
+                const bool inside = x > 0.0f && x < last;
+                EXPECT_EQ(cb_ppoly_follow(&lines.ppoly, x, &followed), inside);
+                EXPECT_EQ(followed, inside ? cb_ppoly_span(&lines.ppoly, x) : from);
+                const cb_curve_value value = cb_ppoly_near(&lines.ppoly, x, &near);
+                EXPECT_EQ(bits(value.value), bits(cb_ppoly_value(&lines.ppoly, x)));
+                EXPECT_EQ(value.outside, !(x >= 0.0f && x <= last));
+            }
+        }
+    }
+}
+
 }  // namespace
