@@ -16,7 +16,8 @@ AIM = {"ch1_um": 25, "ch2_um": 25, "ch3_um": 10, "ch4_um": 10, "ch5_um": 25}
 
 def table(path):
     with open(path, newline="") as file:
-        return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+        return [{key: float(value) for key, value in row.items() if key != "run"}
+                for row in csv.DictReader(file)]
 
 
 def cut(steps, begin, end, out):

@@ -4,10 +4,10 @@
 #include <fnmatch.h>
 
 #include <algorithm>
-#include <map>
 
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
+#include "host-tools/training/runs.h"
 
 namespace compbox {
 
@@ -62,40 +62,58 @@ Eigen::MatrixXd columns_of(const csv_table &table, const std::vector<std::string
     return values;
 }
 
-void refuse_constant_inputs(const training_data &data) {
-    for (std::size_t c = 0; c < data.inputs.size(); ++c) {
-        const auto column = data.x.col(static_cast<Eigen::Index>(c));
+void refuse_constant(const Eigen::MatrixXd &values, const std::vector<std::string> &names,
+                     const char *what, const std::string &file) {
+    for (std::size_t c = 0; c < names.size(); ++c) {
+        const auto column = values.col(static_cast<Eigen::Index>(c));
         if (column.maxCoeff() > column.minCoeff()) continue;
-        throw input_error(data.file, 0, 0,
-                          "the input '" + data.inputs[c] +
+        throw input_error(file, 0, 0,
+                          std::string("the ") + what + " '" + names[c] +
                               "' never changes, so nothing can be learnt from it: leave it out");
     }
 }
 
 // Runs by the values of their column; "0", "1250", "0#2" …
-void find_runs(training_data &data, const csv_table &table, const std::string &column,
-               const std::vector<std::vector<std::string>> &words) {
-    const std::size_t index = column.empty() ? 0 : table.column(column);
-    std::map<double, int> met;
-    for (std::size_t r = 0; r < table.rows.size(); ++r) {
-        const double value = column.empty() ? 0.0 : table.rows[r][index];
-        if (r == 0 || (!column.empty() && value != table.rows[r - 1][index])) {
-            const int times = ++met[value];
-            const bool is_word = !column.empty() && !words[index].empty();
-            std::string name =
-                is_word ? words[index][static_cast<std::size_t>(value)] : shortest(value);
-            if (times > 1) name += "#" + std::to_string(times);
-            data.run_names.push_back(column.empty() ? "all" : name);
-            data.run_starts.push_back(r);
-        }
-        data.run.push_back(data.run_names.size() - 1);
+found_runs runs_of(training_data &data, const csv_table &table, const data_options &options,
+                   const std::vector<std::vector<std::string>> &words) {
+    const std::string &column = options.run_column;
+    std::vector<double> time_s;
+    if (options.needs_time) time_s = table.values(options.time_column);
+    if (column.empty()) {
+        data.run_names = {"all"};
+        return find_runs(std::vector<double>(table.rows.size(), 0.0), time_s, column);
     }
+    const std::size_t index = table.column(column);
+    const found_runs found = find_runs(table.values(column), time_s, column);
+    for (std::size_t k = 0; k < found.values.size(); ++k) {
+        const double value = found.values[k];
+        std::string name =
+            words[index].empty() ? shortest(value) : words[index][static_cast<std::size_t>(value)];
+        if (found.times[k] > 1) name += "#" + std::to_string(found.times[k]);
+        data.run_names.push_back(name);
+    }
+    return found;
+}
+
+// Rows in the order of the runs.
+void take_rows(training_data &data, const csv_table &table, const data_options &options,
+               const found_runs &found) {
+    data.run = found.run;
+    data.run_starts = found.starts;
+    data.file_row = found.row;
+    data.reordered = found.reordered;
+    data.note = found.note;
+    data.x = Eigen::MatrixXd(columns_of(table, data.inputs)(found.row, Eigen::all));
+    data.y = Eigen::MatrixXd(columns_of(table, data.outputs)(found.row, Eigen::all));
+    if (!options.needs_time) return;
+    const std::vector<double> time_s = table.values(options.time_column);
+    for (const std::size_t row : found.row) data.time_s.push_back(time_s[row]);
 }
 
 void check_time(const training_data &data, const csv_table &table, const std::string &column) {
     for (std::size_t r = 1; r < data.time_s.size(); ++r) {
         if (data.run[r] != data.run[r - 1] || data.time_s[r] > data.time_s[r - 1]) continue;
-        throw input_error(table.file, table.lines[r], 0,
+        throw input_error(table.file, table.lines[data.file_row[r]], 0,
                           column +
                               " must rise from row to row; where another run begins, name "
                               "the column that says so with --run-column");
@@ -133,14 +151,10 @@ training_data read_training_data(const std::string &path, const data_options &op
                           "has " + std::to_string(table.rows.size()) + " rows; training needs " +
                               std::to_string(least_rows) + " at least");
     }
-    data.x = columns_of(table, data.inputs);
-    data.y = columns_of(table, data.outputs);
-    find_runs(data, table, options.run_column, words);
-    refuse_constant_inputs(data);
-    if (options.needs_time) {
-        data.time_s = table.values(options.time_column);
-        check_time(data, table, options.time_column);
-    }
+    take_rows(data, table, options, runs_of(data, table, options, words));
+    refuse_constant(data.x, data.inputs, "input", path);
+    refuse_constant(data.y, data.outputs, "output", path);
+    check_time(data, table, options.time_column);
     return data;
 }
 

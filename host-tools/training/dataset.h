@@ -15,8 +15,9 @@ struct data_options {
     bool needs_time = false;
 };
 
-// Rows in the order of the file. A run is a stretch of rows with the same value in the run column;
-// a value that comes back later is another run.
+// Rows in the order of the file, or run by run. A run is a stretch of rows with the same value in
+// the run column; a value that comes back later is another run, unless they come back often
+// (runs.h).
 struct training_data {
     std::string file;
     std::vector<std::string> inputs, outputs;
@@ -24,7 +25,10 @@ struct training_data {
     Eigen::MatrixXd x, y;                // row by row; all finite
     std::vector<std::size_t> run;        // of each row: 0, 1, 2 …
     std::vector<std::string> run_names;  // value of the run column; a "#2" after one that came back
-    std::vector<std::size_t> run_starts;  // first row of each run
+    std::vector<std::size_t> run_starts;  // rows where lags start anew: of each run or stretch
+    std::vector<std::size_t> file_row;    // of each row, 0 is the first under the header
+    bool reordered = false;               // rows stand run by run, not as in the file
+    std::string note;                     // about the runs, for the report
 
     std::size_t rows() const { return static_cast<std::size_t>(x.rows()); }
 };
@@ -33,8 +37,8 @@ struct training_data {
 bool is_name_of_the_box(const std::string &name);
 
 // Throws input_error with the place: columns that are not there, are named twice or stand on both
-// sides, names that the box would refuse, inputs that never change, fewer than 10 rows, time that
-// does not rise within a run.
+// sides, names that the box would refuse, inputs or outputs that never change, fewer than 10 rows,
+// time that does not rise within a run.
 training_data read_training_data(const std::string &path, const data_options &options);
 
 }  // namespace compbox

@@ -99,6 +99,11 @@ std::vector<model_input> model_inputs(const training_data &data, const lag_optio
 model_rows rows_of(const training_data &data, const std::vector<model_input> &inputs,
                    lag_starts starts) {
     const bool twice = starts == lag_starts::both;
+    if (data.reordered && starts != lag_starts::each_run && !data.time_s.empty()) {
+        throw input_error(data.file, 0, 0,
+                          "rows of the runs stand between each other, so they are not one record: "
+                          "choose --lags-start run");
+    }
     const Eigen::Index n = data.x.rows();
     model_rows rows;
     rows.x.resize(twice ? 2 * n : n, static_cast<Eigen::Index>(inputs.size()));

@@ -46,6 +46,7 @@ struct model_rows {
 // in : data.time_s, where an input lags
 // out: rows of the file, once or twice. Lags are exact for an input that goes straight from row to
 //      row, and start in steady state, as in models/lag.h, but in double precision.
+// Throws input_error where rows that were put run by run are to be one record.
 model_rows rows_of(const training_data &data, const std::vector<model_input> &inputs,
                    lag_starts starts);
 

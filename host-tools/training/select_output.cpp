@@ -69,6 +69,7 @@ json selection_json(const selection &result) {
         }
         all["candidates"].push_back(one);
     }
+    if (!result.data.note.empty()) all["note"] = result.data.note;
     for (const auto &checked : result.checks) all["checks"].push_back(check_json(result, checked));
     return all;
 }
@@ -113,7 +114,9 @@ std::string report_of(const selection &result) {
         text += (i == 0 ? "" : ",") + result.data.inputs[result.chosen[i]];
     }
     for (const auto &name : result.options.keep) text += "," + name;
-    return text + "\n";
+    text += "\n";
+    if (!result.data.note.empty()) text += "note: " + result.data.note + "\n";
+    return text;
 }
 
 }  // namespace compbox

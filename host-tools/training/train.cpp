@@ -111,6 +111,16 @@ void check_ranges(train_result &result) {
     }
 }
 
+void check_outputs(const train_result &result) {
+    for (std::size_t k = 0; k < result.data.outputs.size(); ++k) {
+        const auto column = result.learn.y.col(static_cast<Eigen::Index>(k));
+        if (column.maxCoeff() > column.minCoeff()) continue;
+        throw input_error(result.data.file, 0, 0,
+                          "the output '" + result.data.outputs[k] +
+                              "' does not change in the runs trained on: leave it out");
+    }
+}
+
 residuals residuals_of(const Eigen::MatrixXd &predicted, const Eigen::MatrixXd &measured) {
     residuals left;
     left.rows = static_cast<std::size_t>(measured.rows());
@@ -241,6 +251,7 @@ train_result train(const training_data &data, const train_options &options) {
     check_sizes(result);
     split(result, rows_of(data, result.inputs, options.starts_of_lags));
     check_ranges(result);
+    check_outputs(result);
     result.largest = data.y.cwiseAbs().colwise().maxCoeff();
     const scaling in = scaling_of(result.learn.x), out = scaling_of(result.learn.y);
     for (judged_model *one : {&result.linear, &result.network}) {

@@ -102,8 +102,8 @@ train_result train(const training_data &data, const train_options &options);
 json fragment_of(const train_result &result);
 // Tables for a person.
 std::string report_of(const train_result &result);
-// CSV: time_s, run, and for each output the measured value, the prediction and, where known, the
-// prediction of a model that never saw the run. Rows of the first kind of lag start only.
+// CSV, rows as in the file: time_s, name of the run, and for each output the measured value and the
+// prediction. Rows of the first kind of lag start only.
 std::string predictions_csv(const train_result &result);
 // Measured, predicted and left-out curves over the rows, one panel for each output. Throws
 // input_error.

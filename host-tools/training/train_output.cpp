@@ -161,6 +161,11 @@ std::string cell(const residuals &left, const train_result &result, Eigen::Index
            formatted("%10.3f", left.rms[k]);
 }
 
+// A cell of a CSV: in quotes where it needs them.
+std::string quoted(const std::string &text) {
+    return text.find_first_of(",; \t") == std::string::npos ? text : '"' + text + '"';
+}
+
 void add_table(std::string &text, const train_result &result, const std::string &title,
                residuals judged_model::*which) {
     if ((result.linear.*which).rows == 0) return;
@@ -228,32 +233,25 @@ std::string report_of(const train_result &result) {
 }
 
 std::string predictions_csv(const train_result &result) {
-    const std::size_t outputs = result.data.outputs.size();
-    std::vector<std::string> names;
-    if (!result.data.time_s.empty()) names.push_back("time_s");
-    names.push_back("run");
-    for (const auto &name : result.data.outputs) {
-        names.push_back(name);
-        names.push_back(name + "_predicted");
-    }
+    const training_data &data = result.data;
+    std::string text = data.time_s.empty() ? "run" : "time_s,run";
+    for (const auto &name : data.outputs) text += "," + name + "," + name + "_predicted";
+    const auto starts = result.options.starts_of_lags;
     const model_rows all =
-        rows_of(result.data, result.inputs,
-                result.options.starts_of_lags == lag_starts::both ? lag_starts::once
-                                                                  : result.options.starts_of_lags);
+        rows_of(data, result.inputs, starts == lag_starts::both ? lag_starts::once : starts);
     const Eigen::MatrixXd predicted = result.chosen.predict(all.x);
-    std::vector<std::vector<double>> table;
-    for (std::size_t r = 0; r < result.data.rows(); ++r) {
-        std::vector<double> row;
-        if (!result.data.time_s.empty()) row.push_back(result.data.time_s[r]);
-        row.push_back(static_cast<double>(result.data.run[r]));
-        for (std::size_t k = 0; k < outputs; ++k) {
-            row.push_back(
-                result.data.y(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(k)));
-            row.push_back(predicted(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(k)));
+    std::vector<std::string> lines(data.rows());
+    for (std::size_t r = 0; r < data.rows(); ++r) {
+        const auto at = static_cast<Eigen::Index>(r);
+        std::string line = data.time_s.empty() ? "" : shortest(data.time_s[r]) + ",";
+        line += quoted(data.run_names[data.run[r]]);
+        for (Eigen::Index k = 0; k < predicted.cols(); ++k) {
+            line += "," + shortest(data.y(at, k)) + "," + shortest(predicted(at, k));
         }
-        table.push_back(std::move(row));
+        lines[data.file_row.empty() ? r : data.file_row[r]] = line;
     }
-    return csv_text(names, table);
+    for (const auto &line : lines) text += "\n" + line;
+    return text + "\n";
 }
 
 }  // namespace compbox

@@ -193,6 +193,7 @@ void decide(train_result &result) {
     figures.left_out = picked(result, &judged_model::left_out);
     figures.held_out = picked(result, &judged_model::held_out);
     result.verdict = verdict_of(result);
+    if (!result.data.note.empty()) result.warnings.push_back(result.data.note);
     if (!result.by_folds) {
         result.warnings.push_back(
             "weight decay by evidence takes every row for independent; rows of one warm-up are "

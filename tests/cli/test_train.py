@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """compbox train: what it writes is what the box computes, and what it refuses."""
 
+import csv
 import json
 import math
 import random
@@ -143,6 +144,67 @@ def test_words_name_runs(compbox):
     compbox.good(*TRAIN)
     assert compbox.read("net.json")["provenance"]["net"]["runs"] == ["warm", "cold", "warm#2",
                                                                     "cold#2"]
+
+
+def test_interleaved_runs_are_runs(compbox):
+    """Six loggers that write into one table by turns: what the runs themselves say, in the order of
+    the file; no run is a single row."""
+    table = rows_of_a_machine(runs=6, rows=40)
+    for i, row in enumerate(table):
+        row[0] -= table[i - i % 40][0]
+    write_rows(compbox, table)
+    compbox.good(*TRAIN, "--predictions", "sorted.csv")
+    apart = compbox.read("net.json")
+    turns = sorted(range(240), key=lambda i: (i % 40, i))
+    write_rows(compbox, [table[i] for i in turns])
+    text = compbox.good(*TRAIN, "--predictions", "turns.csv")
+    note = "run changes 239 times between 6 values, so all rows of a value are taken for one run"
+    assert "6 runs" in text and "note: " + note in text
+    mixed = compbox.read("net.json")
+    assert mixed["provenance"]["net"]["warnings"].pop(0) == note
+    apart["provenance"]["net"].setdefault("warnings", [])
+    assert mixed == apart
+    a, b = compbox.table("sorted.csv"), compbox.table("turns.csv")
+    for name in ("run", "ez_um", "ez_um_predicted"):
+        assert b[name] == [a[name][i] for i in turns]
+    assert compbox.refused(*TRAIN, "--lags-start", "once") == (
+        "rows.csv: rows of the runs stand between each other, so they are not one record: choose "
+        "--lags-start run")
+
+
+def test_short_stretches_of_one_record_stay_in_order(compbox):
+    table = [[10.0 * i, 1 + i // 5 % 3, *row[2:]] for i, row in enumerate(rows_of_a_machine())]
+    write_rows(compbox, table)
+    text = compbox.good(*TRAIN, "--lags-start", "once")
+    assert "run changes 47 times between 3 values" in text
+    assert compbox.read("net.json")["provenance"]["net"]["runs"] == ["1", "2", "3"]
+
+
+def test_predictions_name_the_runs(compbox):
+    table = [[row[0], ("a,b", "cold")[row[1] % 2], *row[2:]] for row in rows_of_a_machine()]
+    lines = [",".join(COLUMNS)] + [",".join([str(row[0]), f'"{row[1]}"', *map(str, row[2:])])
+                                   for row in table]
+    compbox.write("rows.csv", "\n".join(lines) + "\n")
+    compbox.good(*TRAIN, "--predictions", "p.csv")
+    with open(compbox.folder / "p.csv", newline="") as file:
+        runs = [row["run"] for row in csv.DictReader(file)]
+    assert runs[::60] == ["cold", "a,b", "cold#2", "a,b#2"] and len(runs) == 240
+
+
+@pytest.mark.parametrize("value", [0.0, 3.5])
+def test_a_standing_output_is_refused(compbox, value):
+    table = rows_of_a_machine(rows=30)
+    for row in table:
+        row[6] = value
+    write_rows(compbox, table)
+    sentence = "rows.csv: the output 'ey_um' never changes, so nothing can be learnt from it: leave it out"
+    assert compbox.refused(*TRAIN) == sentence
+    assert compbox.refused("select-inputs", "rows.csv", "--outputs", "ey_um", "--candidates",
+                           "t1_degC,t2_degC") == sentence
+    table[0][6] = value + 1.0
+    write_rows(compbox, table)
+    assert compbox.refused(*TRAIN, "--hold-out", "1") == (
+        "rows.csv: the output 'ey_um' does not change in the runs trained on: leave it out")
 
 
 def test_plot(compbox):
