@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/summary.h"
 #include "host-tools/fitting/measurement.h"
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
@@ -17,6 +18,7 @@ namespace {
 struct assemble_arguments {
     std::vector<std::string> files;
     std::string output;
+    bool as_json = false;
 };
 
 constexpr const char *example =
@@ -62,6 +64,11 @@ void run_assemble(const assemble_arguments &arguments) {
         for (const auto &line : lines) rows.back().push_back(line.mean[i]);
     }
     write_file(arguments.output, csv_text(names, rows));
+    if (arguments.as_json) {
+        return print_summary(
+            {arguments.output},
+            {{"positions", rows.size()}, {"from_mm", rows.front()[0]}, {"to_mm", rows.back()[0]}});
+    }
     std::cout << rows.size() << " positions from " << shortest(rows.front()[0]) << " to "
               << shortest(rows.back()[0]) << " mm written to " << arguments.output << "\n";
 }
@@ -77,6 +84,7 @@ void add_assemble(CLI::App &app) {
         ->expected(9);
     assemble->add_option("-o,--output", arguments->output, "Table to write, MEASURED.csv")
         ->required();
+    add_json(*assemble, arguments->as_json);
     assemble->callback([arguments] { run_assemble(*arguments); });
 }
 

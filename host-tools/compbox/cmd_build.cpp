@@ -8,6 +8,7 @@
 
 #include "host-tools/compbox/build.h"
 #include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/summary.h"
 
 namespace compbox {
 
@@ -18,10 +19,14 @@ struct build_options {
     std::vector<std::string> terms;
     std::optional<unsigned> revision;
     std::string output;
+    bool as_json = false;
 };
 
 void run_build(const build_options &options) {
     const auto notes = build_file(options.machine, options.terms, options.revision, options.output);
+    if (options.as_json) {
+        return print_summary({options.output}, {{"terms", options.terms}}, notes);
+    }
     auto &out = options.output == "-" ? std::cerr : std::cout;
     for (const auto &note : notes) out << note << "\n";
 }
@@ -36,6 +41,7 @@ void add_build(CLI::App &app) {
     command->add_option("--revision", options->revision,
                         "Revision of the new file (else the machine file's)");
     command->add_option("-o,--output", options->output, "Coefficient file to write")->required();
+    add_json(*command, options->as_json);
     command->footer(
         "Where the machine file has null, build fills in: a channel's sum (terms with ISO 230-1\n"
         "names: EZX and EZY go to channel Z) and a signal's min and max (the range of its\n"

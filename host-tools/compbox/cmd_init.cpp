@@ -7,6 +7,7 @@
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/machine_file.h"
 #include "host-tools/compbox/option_checks.h"
+#include "host-tools/compbox/summary.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 
@@ -18,22 +19,24 @@ struct init_options {
     machine_options machine;
     std::string travel;
     std::string output;
+    bool as_json = false;
 };
 
 // What is still to be done by hand, for the person who ran the command.
-std::string hints(const machine_options &options) {
+std::vector<std::string> hints(const machine_options &options) {
     std::string unset;
     for (const char axis : options.axes) {
         if (options.travel.count(axis) == 0) unset += std::string(unset.empty() ? "" : ", ") + axis;
     }
-    std::string text;
+    std::vector<std::string> all;
     if (!unset.empty()) {
-        text += "To set: min and max of " + unset +
-                " (or --travel); where they stay null, build takes the range of the curves.\n";
+        all.push_back("To set: min and max of " + unset +
+                      " (or --travel); where they stay null, build takes the range of the curves.");
     }
-    return text +
-           "To check against the PLC program: registers, types, scales; limit_um and "
-           "slew_um_per_s of each channel; sign by a sign test on the machine.\n";
+    all.push_back(
+        "To check against the PLC program: registers, types, scales; limit_um and "
+        "slew_um_per_s of each channel; sign by a sign test on the machine.");
+    return all;
 }
 
 // Throws CLI::ValidationError (wrong usage) for axes and travels that make no sense.
@@ -48,7 +51,12 @@ json machine_of(init_options &options) {
 
 void init(init_options &options) {
     write_file(options.output, json_text(machine_of(options)));
-    if (options.output != "-") std::cout << hints(options.machine);
+    const auto to_do = hints(options.machine);
+    if (options.as_json) {
+        return print_summary({options.output}, {{"machine", options.machine.name}}, to_do);
+    }
+    if (options.output == "-") return;
+    for (const auto &hint : to_do) std::cout << hint << "\n";
 }
 
 }  // namespace
@@ -74,6 +82,7 @@ void add_init(CLI::App &app) {
         ->capture_default_str()
         ->check(between(1, 1000).description("in [1 - 1000]"));
     command->add_option("-o,--output", options->output, "Machine file to write")->required();
+    add_json(*command, options->as_json);
     command->footer(
         "Example:\n  compbox init --axes XYZ --profile sinumerik-840d "
         "--travel X=14300,Y=3000,Z=2500 -o machine.json");

@@ -5,6 +5,7 @@
 
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/load.h"
+#include "host-tools/compbox/summary.h"
 #include "host-tools/formats/file.h"
 
 extern "C" {
@@ -17,6 +18,7 @@ namespace {
 
 struct pack_arguments {
     std::string input, output;
+    bool as_json = false;
 };
 
 void run_pack(const pack_arguments &arguments) {
@@ -27,6 +29,12 @@ void run_pack(const pack_arguments &arguments) {
                    reinterpret_cast<std::uint8_t *>(slot.data()));
     slot += text;
     write_file(arguments.output, slot);
+    if (arguments.as_json) {
+        return print_summary({arguments.output},
+                             {{"revision", config->revision},
+                              {"bytes", slot.size()},
+                              {"most_bytes", CB_SLOT_HEADER_BYTES + CB_MAX_TEXT_BYTES}});
+    }
     if (arguments.output == "-") return;
     std::cout << "revision " << config->revision << ", " << slot.size() << " of "
               << CB_SLOT_HEADER_BYTES + CB_MAX_TEXT_BYTES << " bytes: " << arguments.output << "\n";
@@ -44,6 +52,7 @@ void add_pack(CLI::App &app) {
         "it;\nof its two slots the box loads the newest revision that is whole.");
     pack->add_option("coefficients", arguments->input, "Coefficient file")->required();
     pack->add_option("-o,--output", arguments->output, "Image of one slot, slot.bin")->required();
+    add_json(*pack, arguments->as_json);
     pack->callback([arguments] { run_pack(*arguments); });
 }
 

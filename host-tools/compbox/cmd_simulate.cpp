@@ -11,6 +11,7 @@
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/simulate_plots.h"
 #include "host-tools/compbox/simulate_report.h"
+#include "host-tools/compbox/summary.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 
@@ -22,7 +23,7 @@ constexpr std::uint64_t most_seeds = 10000;
 
 struct simulate_options {
     std::string scenario, folder, seeds, statistics, log;
-    bool plots = false;
+    bool plots = false, as_json = false;
 };
 
 // "7" or "1-20".
@@ -69,20 +70,23 @@ void show_progress(const std::string &text) {
     if (::isatty(STDERR_FILENO) == 1) std::cerr << "\r\033[K" << text << std::flush;
 }
 
-// Report, figures; all in the folder.
-void write_results(const simulate_options &options, const scenario &plan, const simulation &result,
-                   const real_time_run &real) {
-    const std::string report = options.folder + "/report.json";
+// Report, figures; all in the folder. out: what was written
+std::vector<std::string> write_results(const simulate_options &options, const scenario &plan,
+                                       const simulation &result, const real_time_run &real) {
+    std::vector<std::string> files{options.folder + "/report.json"};
+    const std::string &report = files.front();
     write_file(report, json_text(report_json(plan, result, real)));
-    std::cout << "\nreport: " << report << "\n";
-    if (!options.plots) return;
+    if (!options.as_json) std::cout << "\nreport: " << report << "\n";
+    if (!options.plots) return files;
     const std::string plots = options.folder + "/plots";
     make_folder(plots);
     plot_paths(plan, result, plots);
     if (!options.log.empty()) {
         plot_log(read_plc_log(options.log), plots + "/compensation-over-time.svg");
     }
-    std::cout << "figures: " << plots << "/\n";
+    if (!options.as_json) std::cout << "figures: " << plots << "/\n";
+    files.push_back(plots);
+    return files;
 }
 
 void run_simulate(const simulate_options &options) {
@@ -100,8 +104,10 @@ void run_simulate(const simulate_options &options) {
         simulate(plan, temporary ? temporary->path() : options.folder, show_progress);
     show_progress("");
     for (const auto &warning : result.warnings) std::cerr << "compbox: " << warning << "\n";
-    std::cout << report_text(plan, result, real);
-    if (!temporary) write_results(options, plan, result, real);
+    if (!options.as_json) std::cout << report_text(plan, result, real);
+    std::vector<std::string> files;
+    if (!temporary) files = write_results(options, plan, result, real);
+    if (options.as_json) print_summary(files, report_json(plan, result, real), result.warnings);
 }
 
 }  // namespace
@@ -119,6 +125,7 @@ void add_simulate(CLI::App &app) {
     command->add_flag("--plots", options->plots, "Figures too (FOLDER/plots/*.svg)");
     command->add_option("-o,--output", options->folder,
                         "Folder for the report, measurements and coefficient files");
+    add_json(*command, options->as_json);
     command->footer(
         "Example:\n  compbox simulate examples/gantry-straightness/scenario.json -o out/demo");
     command->callback([options] { run_simulate(*options); });

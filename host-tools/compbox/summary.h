@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+// What a command did, as one JSON object on stdout: for commands whose result is a file.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "host-tools/formats/json.h"
+
+namespace compbox {
+
+void add_json(CLI::App &command, bool &as_json);
+
+// Prints {"files": …, the keys of `figures`, "remarks": …}. Nothing where a file went to stdout
+// itself ("-").
+void print_summary(const std::vector<std::string> &files, const json &figures,
+                   const std::vector<std::string> &remarks = {});
+
+}  // namespace compbox

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: MIT
+"""--json of the commands whose result is a file: one object with files and remarks on stdout."""
+
+import json
+
+from conftest import GANTRY, ROOT, term
+
+
+def summary(compbox, *arguments):
+    done = json.loads(compbox.good(*arguments, "--json"))
+    assert list(done)[0] == "files" and list(done)[-1] == "remarks"
+    assert all((compbox.folder / name).exists() for name in done["files"])
+    return done
+
+
+def test_from_the_machine_to_the_slot(compbox):
+    done = summary(compbox, "init", "--axes", "XYZ", "--profile", "generic", "--name", "mill", "-o", "m.json")
+    assert done["files"] == ["m.json"] and done["machine"] == "mill"
+    assert done["remarks"][0].startswith("To set: min and max of X, Y, Z")
+    compbox.write("EZX.json", term())
+    said = compbox.good("build", "m.json", "EZX.json", "-o", "c.json")
+    done = summary(compbox, "build", "m.json", "EZX.json", "-o", "c.json")
+    assert done["terms"] == ["EZX.json"] and done["remarks"] == said.splitlines() != []
+    done = summary(compbox, "check", "c.json")
+    assert done["files"] == [] and done["machine"] == "mill"
+    assert (done["revision"], done["signals"], done["terms"], done["channels"]) == (1, 1, 1, 1)
+    done = summary(compbox, "pack", "c.json", "-o", "slot.bin")
+    assert done["bytes"] == (compbox.folder / "slot.bin").stat().st_size < done["most_bytes"]
+
+
+def test_a_file_on_stdout_stays_alone(compbox):
+    out = compbox.good("init", "--axes", "X", "--profile", "generic", "--json", "-o", "-")
+    assert "files" not in json.loads(out)
+
+
+def test_assemble(compbox):
+    names = [ROOT / f"examples/nine-line/X/P{p}{d}.rtl" for p in "123" for d in "xyz"]
+    done = summary(compbox, "assemble", *names, "-o", "X.csv")
+    at = compbox.table("X.csv")["position_mm"]
+    assert (done["positions"], done["from_mm"], done["to_mm"]) == (len(at), at[0], at[-1])
+
+
+def test_simulate(compbox):
+    done = summary(compbox, "simulate", GANTRY / "scenario.json", "-o", "out")
+    written = compbox.read("out/report.json")
+    assert done["files"] == ["out/report.json"]
+    assert done["reduction_percent"] == written["reduction_percent"]
+    assert any("did not converge" in remark for remark in done["remarks"])
