@@ -149,7 +149,9 @@ clustering fuzzy_c_means(const Eigen::MatrixXd &similarity, std::size_t count) {
     if (count > 0 || sensors < 4) return c_means(points, count > 0 ? count : sensors);
     clustering best;
     best.validity = std::numeric_limits<double>::infinity();
-    for (std::size_t c = 2; c < sensors - 1; ++c) {
+    const auto root = static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(sensors))));
+    // The index falls towards zero as the count nears the number of sensors: no more than the root
+    for (std::size_t c = 2; c <= std::min(root, sensors - 2); ++c) {
         clustering one = c_means(points, c);
         if (one.validity < best.validity) best = std::move(one);
     }

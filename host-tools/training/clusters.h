@@ -20,7 +20,8 @@ struct clustering {
 Eigen::MatrixXd similarity_of(const Eigen::MatrixXd &sensors);
 
 // Fuzzy c-means (Bezdek, m = 2) of the sensors as points whose distance is sqrt(2 - 2 |r|).
-// in : count 1 … sensors; 0: the count with the least Xie-Beni index
+// in : count 1 … sensors; 0: the count with the least Xie-Beni index, 2 … the
+//      square root of the sensors (rounded up)
 // The start is the same every time: centres as far from each other as there are.
 clustering fuzzy_c_means(const Eigen::MatrixXd &similarity, std::size_t count);
 

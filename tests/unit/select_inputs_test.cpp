@@ -56,6 +56,39 @@ TEST(SelectInputs, both_methods_find_the_groups_by_themselves) {
     }
 }
 
+// A group of five sensors for each of three stories, told with more or less noise.
+TEST(SelectInputs, three_groups_of_five_are_three_clusters) {
+    for (const double noise : {0.02, 0.1, 0.3}) {
+        std::mt19937 engine(5);
+        std::normal_distribution<double> normal;
+        Eigen::MatrixXd sensors(400, 15);
+        for (int r = 0; r < 400; ++r) {
+            for (int s = 0; s < 15; ++s) {
+                sensors(r, s) = std::sin((0.05 + 0.031 * (s / 5)) * r) + noise * normal(engine);
+            }
+        }
+        const clustering found = fuzzy_c_means(similarity_of(sensors), 0);
+        ASSERT_EQ(found.count, 3u) << noise;
+        for (std::size_t s = 0; s < 15; ++s) EXPECT_EQ(found.cluster[s], s / 5);
+    }
+}
+
+// Sixteen sensors of one warm-up that differ a little: the index alone would take almost each for
+// itself.
+TEST(SelectInputs, never_more_clusters_than_the_root_of_the_sensors) {
+    std::mt19937 engine(7);
+    std::normal_distribution<double> normal;
+    Eigen::MatrixXd sensors(300, 16);
+    for (int r = 0; r < 300; ++r) {
+        for (int s = 0; s < 16; ++s) {
+            sensors(r, s) = 1.0 - std::exp(-r / (30.0 + 3.0 * s * s)) + 0.001 * normal(engine);
+        }
+    }
+    const clustering found = fuzzy_c_means(similarity_of(sensors), 0);
+    EXPECT_GE(found.count, 2u);
+    EXPECT_LE(found.count, 4u);
+}
+
 TEST(SelectInputs, takes_as_many_as_asked_for) {
     for (const auto method : {cluster_method::c_means, cluster_method::closure}) {
         for (std::size_t count = 2; count <= 9; ++count) {
