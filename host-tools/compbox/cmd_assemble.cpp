@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // compbox assemble: nine instrument files to the table that identify reads.
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 
@@ -48,7 +49,26 @@ void check_positions(const measurement &first, const measurement &other) {
     }
 }
 
+// A file in two places is a slip of the hand, whatever path it is called by.
+void check_no_file_twice(const std::vector<std::string> &files) {
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        for (std::size_t k = 0; k < i; ++k) {
+            std::error_code ignored;
+            if (files[i] != files[k] && !std::filesystem::equivalent(files[i], files[k], ignored)) {
+                continue;
+            }
+            const auto place = [](std::size_t n) {
+                return "P" + std::to_string(n / 3 + 1) + "xyz"[n % 3];
+            };
+            throw input_error(files[i], 0, 0,
+                              "is given for " + place(k) + " and for " + place(i) +
+                                  "; each of the nine lines has a file of its own");
+        }
+    }
+}
+
 void run_assemble(const assemble_arguments &arguments) {
+    check_no_file_twice(arguments.files);
     std::vector<measurement> lines;
     for (const auto &file : arguments.files) lines.push_back(read_measurement(file));
     for (const auto &line : lines) check_positions(lines.front(), line);

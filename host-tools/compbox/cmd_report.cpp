@@ -84,7 +84,11 @@ json straightness_json(const measurement &data) {
         {"minimum_zone", minimum_zone_line(x, y)}};
     for (const auto &[name, line] : lines) {
         one[name]["deviation"] = deviation_about(line, x, y);
-        one[name]["slope_urad"] = line.slope * (data.unit == "um" ? 1e3 : 1.0);
+        if (data.unit == "um") {
+            one[name]["slope_urad"] = 1e3 * line.slope;  // um/mm
+        } else {
+            one[name]["slope_urad_per_mm"] = line.slope;
+        }
     }
     return one;
 }

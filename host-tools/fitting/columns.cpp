@@ -140,6 +140,14 @@ std::string canonical_column(const std::string &name) {
     return run.empty() ? name : "error_" + parts.unit + run;
 }
 
+bool is_position_without_unit(const std::string &name) {
+    return position_words.count(without(plain(name), " ._:,/")) > 0;
+}
+
+bool is_error_without_unit(const std::string &name) {
+    return error_words.count(without(plain(name), " ._:,/")) > 0;
+}
+
 void to_standard_units(csv_table &table) {
     for (std::size_t column = 0; column < table.names.size(); ++column) {
         convert(table, column, "position_", position_units);

@@ -15,6 +15,10 @@ namespace compbox {
 //      else the name as it is. A position or error without its unit stays as it is.
 std::string canonical_column(const std::string &name);
 
+// Whether it is a name of the position (of the error) that lacks its unit: "Position", 误差.
+bool is_position_without_unit(const std::string &name);
+bool is_error_without_unit(const std::string &name);
+
 // Brings position_UNIT to position_mm and error_UNIT to error_um or error_urad, values with them.
 void to_standard_units(csv_table &table);
 

@@ -136,6 +136,24 @@ void read_rows(measurement &data, const csv_table &table, const columns &where,
     refuse_near_positions(data, lines, where.run >= 0);
 }
 
+// Throws where a column that is missing is there without its unit.
+void check_units(const csv_table &table) {
+    const auto missing = [&](const std::string &start) {
+        return std::none_of(table.names.begin(), table.names.end(), [&](const auto &name) {
+            return name.compare(0, start.size(), start) == 0;
+        });
+    };
+    const bool no_position = missing("position_"), no_error = missing("error_");
+    for (const auto &name : table.names) {
+        const bool position = no_position && is_position_without_unit(name);
+        if (!position && !(no_error && is_error_without_unit(name))) continue;
+        throw input_error(table.file, table.header_line, 0,
+                          "the column '" + name +
+                              "' does not say its unit; write it behind, as in '" + name +
+                              (position ? " (mm)'" : " (um)'"));
+    }
+}
+
 bool has_run_columns(const csv_table &table) {
     for (const char *name : {"error_um", "error_urad"}) {
         if (std::count(table.names.begin(), table.names.end(), name) > 0) return false;
@@ -226,6 +244,7 @@ measurement read_measurement(const std::string &path, const std::vector<std::str
     csv_table table = read_csv(
         path, {{"run", "direction"}, columns, false, canonical_column, has_position}, &words);
     to_standard_units(table);
+    check_units(table);
     measurement data;
     data.file = path;
     if (has_run_columns(table)) {

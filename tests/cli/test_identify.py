@@ -137,6 +137,8 @@ def test_nine_laser_files_to_a_table(compbox):
     example = ROOT / "examples/nine-line/X"
     names = [example / f"P{p}{d}.rtl" for p in "123" for d in "xyz"]
     compbox.good("assemble", *names, "-o", "X.csv")
+    assert compbox.refused("assemble", *names[:8], names[4], "-o", "Y.csv").endswith(
+        "P2y.rtl: is given for P2y and for P3z; each of the nine lines has a file of its own")
     table = compbox.table("X.csv")
     assert list(table)[:4] == ["position_mm", "dx1_um", "dy1_um", "dz1_um"]
     text = names[5].read_text().splitlines()
