@@ -216,7 +216,7 @@ void add_identify(CLI::App &app) {
     const std::map<std::string, nine_line_method> methods = {
         {"improved", nine_line_method::improved}, {"traditional", nine_line_method::traditional}};
     identify->add_option("--method", arguments->options.how, "improved (default) or traditional")
-        ->transform(CLI::Transformer(methods).description(""))
+        ->transform(one_of(methods))
         ->option_text("METHOD");
     const std::map<std::string, setups> kinds = {{"separate", setups::separate},
                                                  {"common", setups::common}};
@@ -224,7 +224,7 @@ void add_identify(CLI::App &app) {
         ->add_option("--setups", arguments->options.lines,
                      "separate (default): each line has its own offset and slope; common: all "
                      "lines share one frame")
-        ->transform(CLI::Transformer(kinds).description(""))
+        ->transform(one_of(kinds))
         ->option_text("KIND");
     identify
         ->add_option("--frame-offset-mm", arguments->frame_offset_mm,
@@ -238,7 +238,7 @@ void add_identify(CLI::App &app) {
         ->add_option("--side", arguments->table_readings,
                      "tool (default): readings are of the tool relative to the workpiece; "
                      "workpiece: of a table that moved, so their signs are turned round")
-        ->transform(CLI::Transformer(sides).description(""))
+        ->transform(one_of(sides))
         ->option_text("SIDE");
     identify
         ->add_option("--reference-point", arguments->reference_point_mm,

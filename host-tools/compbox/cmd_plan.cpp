@@ -206,7 +206,7 @@ void add_plan(CLI::App &app) {
     plan->add_option("--criterion", arguments->options.rank_by,
                      "mean-cv (default): mean of sigma over preset error; a: its mean square; "
                      "d: volume of the confidence ellipsoid")
-        ->transform(CLI::Transformer(criteria).description(""))
+        ->transform(one_of(criteria))
         ->option_text("C");
     plan->add_option("--preset", arguments->preset,
                      "Size of the six errors looked for, um and urad (1 each)")

@@ -71,7 +71,7 @@ void add_model(CLI::App &select, select_arguments &arguments) {
     const std::map<std::string, lag_starts> starts = {
         {"run", lag_starts::each_run}, {"once", lag_starts::once}, {"both", lag_starts::both}};
     select.add_option("--lags-start", model.starts_of_lags, "As for compbox train")
-        ->transform(CLI::Transformer(starts).description(""))
+        ->transform(one_of(starts))
         ->option_text("HOW");
 }
 
@@ -102,7 +102,7 @@ void add_select_inputs(CLI::App &app) {
         ->add_option("--method", options.method,
                      "c-means (default): fuzzy c-means, Xie-Beni index; closure: transitive "
                      "closure, F statistic")
-        ->transform(CLI::Transformer(methods).description(""))
+        ->transform(one_of(methods))
         ->option_text("M");
     select->add_option("--keep", options.keep, "Inputs that the model has in any case")
         ->delimiter(',')

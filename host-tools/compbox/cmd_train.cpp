@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // compbox train: rows of inputs and errors to a network, or to the linear map that beats it.
 #include <iostream>
+#include <limits>
 #include <map>
 #include <memory>
 
@@ -104,7 +105,7 @@ void add_lags(CLI::App &train, train_arguments &arguments) {
         .add_option("--lags-start", arguments.options.starts_of_lags,
                     "run (default): lags start anew with each run; once: the runs are one record; "
                     "both: each row counts both ways")
-        ->transform(CLI::Transformer(starts).description(""))
+        ->transform(one_of(starts))
         ->option_text("HOW");
 }
 
@@ -116,7 +117,7 @@ void add_network(CLI::App &train, train_arguments &arguments) {
     const std::map<std::string, activation> kinds = {{"tansig", activation::tansig},
                                                      {"logsig", activation::logsig}};
     train.add_option("--activation", options.kind, "tansig (default) or logsig")
-        ->transform(CLI::Transformer(kinds).description(""))
+        ->transform(one_of(kinds))
         ->option_text("F");
     train.add_flag("--no-linear-path", arguments.no_linear_path,
                    "Network without the linear path beside its hidden layer");
@@ -129,12 +130,13 @@ void add_network(CLI::App &train, train_arguments &arguments) {
         .add_option("--regularise", options.regularise,
                     "Weight decay by runs (leaving them out), evidence, or auto: runs where there "
                     "are three")
-        ->transform(CLI::Transformer(ways).description(""))
+        ->transform(one_of(ways))
         ->option_text("WAY");
     train.add_option("--starts", options.starts, "Random starts (5)")
         ->check(whole_between(1, 1000))
         ->option_text("N");
     train.add_option("--seed", options.seed, "Of the starts (1): the same seed, the same term")
+        ->check(whole_between(0, std::numeric_limits<long>::max()))
         ->option_text("N");
     train
         .add_option("--threads", options.threads,

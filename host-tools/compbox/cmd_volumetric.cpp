@@ -222,7 +222,7 @@ void add_fit_options(CLI::App &command, fit_options &fit) {
     command
         .add_option("--method", fit.method,
                     "As in fit: bspline (default), bspline-lmc, polynomial, polyline")
-        ->transform(CLI::Transformer(methods).description(""))
+        ->transform(one_of(methods))
         ->option_text("METHOD");
     command
         .add_option("--tolerance-um", fit.tolerance_um,

@@ -4,6 +4,8 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <map>
+#include <string>
 
 namespace compbox {
 
@@ -12,5 +14,21 @@ CLI::Validator above_zero();
 CLI::Validator zero_or_more();
 CLI::Validator between(double least, double most);  // both included
 CLI::Validator whole_between(long least, long most);
+
+// For transform(): one of the names, for an option whose variable is an enum; else lists them.
+template <typename Choice>
+CLI::Validator one_of(const std::map<std::string, Choice> &choices) {
+    const auto choose = [choices](std::string &text) {
+        const auto found = choices.find(text);
+        if (found != choices.end()) {
+            text = std::to_string(static_cast<int>(found->second));
+            return std::string();
+        }
+        std::string names;
+        for (const auto &choice : choices) names += (names.empty() ? "" : ", ") + choice.first;
+        return "must be one of " + names + ", not " + text;
+    };
+    return CLI::Validator(choose, "");
+}
 
 }  // namespace compbox

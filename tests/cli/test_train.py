@@ -287,5 +287,21 @@ def test_wrong_usage(compbox, more):
     assert "net.json" not in compbox.files()
 
 
+WRONG = {
+    ("train", "--activation", "relu"): "--activation: must be one of logsig, tansig, not relu",
+    ("train", "--regularise", "x"): "--regularise: must be one of auto, evidence, runs, not x",
+    ("train", "--lags-start", "0"): "--lags-start: must be one of both, once, run, not 0",
+    ("train", "--seed", "-1"): "--seed: must be a whole number from 0 to 9223372036854775807, not -1",
+    ("select-inputs", "--method", "k"): "--method: must be one of c-means, closure, not k",
+    ("plan", "--criterion", "e"): "--criterion: must be one of a, d, mean-cv, not e",
+}
+
+
+@pytest.mark.parametrize("words", WRONG)
+def test_a_wrong_choice_lists_the_choices(compbox, words):
+    done = compbox(*words)
+    assert done.returncode == 2 and done.stderr.startswith(WRONG[words])
+
+
 def test_help_has_an_example(compbox):
     assert "Example:\n  compbox train " in compbox.good("train", "--help")
