@@ -7,6 +7,7 @@
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/evaluate.h"
 #include "host-tools/compbox/load.h"
+#include "host-tools/compbox/summary.h"
 #include "host-tools/formats/file.h"
 
 namespace compbox {
@@ -15,7 +16,7 @@ namespace {
 
 struct eval_options {
     std::string coefficients, samples, output;
-    bool raw = false;
+    bool raw = false, as_json = false;
 };
 
 void run_eval(const eval_options &options) {
@@ -23,6 +24,11 @@ void run_eval(const eval_options &options) {
     const csv_table samples = read_csv(options.samples);
     const evaluation result = evaluate(*config, samples, options.raw);
     write_file(options.output, evaluation_csv(result));
+    if (options.as_json) {
+        return print_summary({options.output},
+                             {{"rows", result.rows.size()}, {"columns", result.names}},
+                             result.remarks);
+    }
     for (const auto &remark : result.remarks) {
         std::cerr << options.samples << ": " << remark << "\n";
     }
@@ -40,6 +46,7 @@ void add_eval(CLI::App &app) {
         "--raw", options->raw,
         "Channels as plain negative sums: no limits, slew, deadband, lead or plausibility");
     command->add_option("-o,--output", options->output, "CSV to write")->required();
+    add_json(*command, options->as_json);
     command->footer(
         "Inputs are physical values (mm, degC), taken after the registers' decoding; ranges, "
         "rates\n"

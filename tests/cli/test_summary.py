@@ -28,6 +28,16 @@ def test_from_the_machine_to_the_slot(compbox):
     assert done["bytes"] == (compbox.folder / "slot.bin").stat().st_size < done["most_bytes"]
 
 
+def test_eval(compbox, machine):
+    compbox.write("EZX.json", term())
+    compbox.good("build", "machine.json", "EZX.json", "-o", "c.json")
+    compbox.write("in.csv", "time_s,X,Y,Z\n0,100,0,0\n1,90000,0,0\n")
+    told = compbox("eval", "c.json", "--inputs", "in.csv", "-o", "out.csv").stderr
+    done = summary(compbox, "eval", "c.json", "--inputs", "in.csv", "-o", "out.csv")
+    assert done["rows"] == 2 and done["columns"] == list(compbox.table("out.csv"))
+    assert [f"in.csv: {remark}" for remark in done["remarks"]] == told.splitlines() != []
+
+
 def test_a_file_on_stdout_stays_alone(compbox):
     out = compbox.good("init", "--axes", "X", "--profile", "generic", "--json", "-o", "-")
     assert "files" not in json.loads(out)
