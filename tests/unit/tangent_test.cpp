@@ -7,7 +7,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "tests/unit/box_fixture.h"
+#include "tests/unit/box_from_text.h"
 #include "tests/unit/config_fixture.h"
 #include "tests/unit/config_invariants.h"
 #include "tests/unit/dice.h"
@@ -56,14 +56,6 @@ const std::string file = R"({
   ],
   "safety": {"hold_ms": 500, "ramp_um_per_s": 50}
 })";
-
-config_builder from_text(const std::string &text) {
-    config_builder b;
-    const auto got = compbox_test::load(text);
-    EXPECT_EQ(got.error, CB_OK) << got.text << ", line " << got.line;
-    *b.config = *got.config;
-    return b;
-}
 
 enum { X_SLOPE = 2 };  // behind the channels X and Y
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "tests/unit/box_fixture.h"
+#include "tests/unit/box_from_text.h"
 #include "tests/unit/config_fixture.h"
 
 namespace compbox {
@@ -47,14 +47,6 @@ const std::string file = R"({
   ],
   "safety": {"hold_ms": 500, "ramp_um_per_s": 50}
 })";
-
-config_builder from_text(const std::string &text) {
-    config_builder b;
-    const auto got = compbox_test::load(text);
-    EXPECT_EQ(got.error, CB_OK) << got.text << ", line " << got.line;
-    *b.config = *got.config;
-    return b;
-}
 
 enum { T1 = 3, T2 = 4, L = 5 };
 
