@@ -55,6 +55,12 @@ void check_usage(const train_arguments &arguments) {
     if (arguments.options.hidden == 0 && arguments.no_linear_path) {
         throw CLI::ValidationError("--no-linear-path", "leaves nothing beside --hidden 0");
     }
+    if (arguments.options.way == optimiser::levenberg_marquardt &&
+        arguments.options.regularise != regularisation::evidence) {
+        throw CLI::ValidationError("--optimiser",
+                                   "levenberg-marquardt needs --regularise evidence: leaving out "
+                                   "runs counts the steps of L-BFGS");
+    }
     if (arguments.options.starts_of_lags != lag_starts::each_run &&
         arguments.columns.run_column.empty()) {
         throw CLI::ValidationError("--lags-start", "needs --run-column");
@@ -73,9 +79,10 @@ void add_columns(CLI::App &train, train_arguments &arguments) {
         ->delimiter(',')
         ->option_text("C,D");
     train
-        .add_option("--run-column", columns.run_column,
-                    "A new run begins where this column changes: lags start anew, and decay is "
-                    "chosen by leaving out whole runs")
+        .add_option(
+            "--run-column", columns.run_column,
+            "A new run begins where this column changes: lags start anew (--lags-start), and "
+            "decay is chosen by leaving out whole runs")
         ->option_text("NAME");
     train.add_option("--time-column", columns.time_column, "Seconds (time_s); lags need it")
         ->option_text("NAME");
@@ -131,6 +138,14 @@ void add_network(CLI::App &train, train_arguments &arguments) {
                     "Weight decay by runs (leaving them out), evidence, or auto: runs where there "
                     "are three")
         ->transform(one_of(ways))
+        ->option_text("WAY");
+    const std::map<std::string, optimiser> optimisers = {
+        {"l-bfgs", optimiser::lbfgs}, {"levenberg-marquardt", optimiser::levenberg_marquardt}};
+    train
+        .add_option("--optimiser", options.way,
+                    "l-bfgs (default), or levenberg-marquardt for a small network on data almost "
+                    "without noise, with --regularise evidence")
+        ->transform(one_of(optimisers))
         ->option_text("WAY");
     train.add_option("--starts", options.starts, "Random starts (5)")
         ->check(whole_between(1, 1000))

@@ -205,6 +205,7 @@ evaluation evaluate(const cb_config &config, const csv_table &samples, bool raw)
         if (r > 0) table.hold_until(row_us);
         for (std::size_t c = 0; c < columns.size(); ++c) values[c] = samples.rows[r][columns[c]];
         table.set_values(values);
+        watch.begin_row(table.box());
         if (r == 0) {
             table.settle(row_us);
         } else {

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <iterator>
 
 #include "host-tools/formats/error.h"
 
@@ -13,6 +15,20 @@ namespace {
 bool is_lag(const cb_signal_config &signal) {
     return signal.source == CB_SOURCE_LAG;
 }
+
+// What the box counts of its models and outputs, as a person would say it. With --raw there are no
+// limits.
+constexpr struct {
+    std::uint32_t cb_counters::*counter;
+    const char *text;
+    bool in_raw;
+} watched_counters[] = {
+    {&cb_counters::outside_curve,
+     "beyond the ends of a curve, which keeps its value there: ", true},
+    {&cb_counters::models_extrapolated, "a network beyond the range it was trained on: ", true},
+    {&cb_counters::models_weakened, "… so far beyond it that its outputs fade: ", true},
+    {&cb_counters::outputs_limited, "a channel held at its limit_um: ", false},
+};
 
 // As the box sees it, in float32 and with room for its rounding.
 bool in_range(const cb_signal_config &signal, double value) {
@@ -52,7 +68,7 @@ void row_count::add(long line, const std::string &what) {
 
 std::string row_count::text() const {
     return std::to_string(count) + (count == 1 ? " row" : " rows") + ", first line " +
-           std::to_string(first_line) + ": " + detail;
+           std::to_string(first_line) + (detail.empty() ? "" : ": " + detail);
 }
 
 row_watcher::row_watcher(const cb_config &config, const csv_table &samples)
@@ -87,6 +103,10 @@ void row_watcher::look(std::size_t row, const cb_box &box, const std::vector<dou
         auto &kind = box.signals[signal].known ? held_ : missing_;
         kind[i].add(samples_.lines[row], implausible_text(i, values[i]));
     }
+    for (std::size_t k = 0; k < std::size(watched_counters); ++k) {
+        const auto counter = watched_counters[k].counter;
+        if (box.counters.*counter != before_.*counter) counted_[k].add(samples_.lines[row], "");
+    }
     if (box.mode.mode == CB_MODE_ACTIVE) return;
     not_active_.add(samples_.lines[row], std::string(cb_mode_name(box.mode.mode)) + ", " +
                                              cb_reason_text(box.mode.reason));
@@ -106,6 +126,10 @@ std::vector<std::string> row_watcher::remarks(bool raw) const {
                       (raw ? " implausible, the box would hold the last value: "
                            : " implausible, last value held: ") +
                       held_[i].text());
+    }
+    for (std::size_t k = 0; k < std::size(watched_counters); ++k) {
+        if (counted_[k].count == 0 || (raw && !watched_counters[k].in_raw)) continue;
+        all.push_back(watched_counters[k].text + counted_[k].text());
     }
     if (!raw && not_active_.count > 0) all.push_back("box not ACTIVE: " + not_active_.text());
     return all;

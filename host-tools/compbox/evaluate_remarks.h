@@ -37,6 +37,9 @@ class row_watcher {
     // there is no value before it to hold.
     void require_steady_state(const cb_box &box, const std::vector<double> &values) const;
 
+    // Before the cycle on a row: what the box counts from here on is counted for that row.
+    void begin_row(const cb_box &box) { before_ = box.counters; }
+
     void look(std::size_t row, const cb_box &box, const std::vector<double> &values);
 
     // One sentence each; raw: what the box would do, had it not been told to take everything.
@@ -50,6 +53,8 @@ class row_watcher {
     std::vector<unsigned> measured_;
     std::vector<row_count> held_, missing_;  // implausible rows after a value, and before any
     row_count not_active_;
+    cb_counters before_ = {};
+    row_count counted_[4];  // in the order of watched_counters
 };
 
 }  // namespace compbox

@@ -134,6 +134,39 @@ Eigen::MatrixXd network_loss::jacobian(const Eigen::VectorXd &parameters, Eigen:
     return rows;
 }
 
+// The decay of each parameter; biases have none.
+Eigen::VectorXd network_loss::decay_of_each() const {
+    Eigen::VectorXd all = Eigen::VectorXd::Zero(shape_.count());
+    network_parts<double> net(shape_, all.data());
+    net.weight1.setConstant(decay_.hidden);
+    net.weight2.setConstant(decay_.output);
+    if (shape_.linear) net.linear.colwise() = decay_.linear;
+    return all;
+}
+
+Eigen::Index network_loss::residual_count() const {
+    return shape_.outputs * samples() + shape_.count();
+}
+
+void network_loss::residuals(const double *parameters, double *values, double *jacobian) const {
+    const Eigen::Index misfits = shape_.outputs * samples(), count = shape_.count();
+    const Eigen::Map<const Eigen::VectorXd> p(parameters, count);
+    const Eigen::VectorXd root = decay_of_each().cwiseSqrt();
+    const double share = 1.0 / std::sqrt(static_cast<double>(samples()));
+    Eigen::Map<Eigen::MatrixXd>(values, shape_.outputs, samples()) =
+        share * (predict(shape_, p, x_) - t_);
+    Eigen::Map<Eigen::VectorXd>(values + misfits, count) = root.cwiseProduct(p);
+    if (jacobian == nullptr) return;
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> rows(
+        jacobian, misfits + count, count);
+    for (Eigen::Index from = 0; from < samples(); from += block) {
+        const Eigen::Index n = std::min(block, samples() - from);
+        rows.middleRows(shape_.outputs * from, shape_.outputs * n) =
+            share * this->jacobian(p, from, n);
+    }
+    rows.bottomRows(count) = root.asDiagonal();
+}
+
 Eigen::VectorXd random_start(const network_shape &shape, std::uint64_t seed) {
     std::mt19937_64 engine(seed);
     // Of our own: the library's distributions differ from one standard library to the next.

@@ -72,6 +72,11 @@ class network_loss {
     Eigen::MatrixXd jacobian(const Eigen::VectorXd &parameters, Eigen::Index from,
                              Eigen::Index n) const;
 
+    // L as half a sum of squares, for Levenberg-Marquardt: (y - t)/sqrt(N), then the weights by the
+    // roots of their decays. Rows of the Jacobian follow each other, row by row; it may be null.
+    Eigen::Index residual_count() const;
+    void residuals(const double *parameters, double *values, double *jacobian) const;
+
     const network_shape &shape() const { return shape_; }
     Eigen::Index samples() const { return x_.cols(); }
     const weight_decay &decay() const { return decay_; }
@@ -79,6 +84,7 @@ class network_loss {
 
   private:
     double add_decay(const double *parameters, double *gradient) const;
+    Eigen::VectorXd decay_of_each() const;
 
     network_shape shape_;
     const Eigen::MatrixXd &x_, &t_;

@@ -79,11 +79,16 @@ class evidence_training {
 
   private:
     void descend(trained_network &now) {
-        lbfgs_options options;
+        optimise_options options;
         options.max_iterations = task_.max_iterations;
         options.least_decrease = task_.least_decrease;
-        const lbfgs_result found = minimise([&](const double *p, double *g) { return loss_(p, g); },
-                                            now.parameters, options);
+        const optimise_result found =
+            task_.way == optimiser::lbfgs
+                ? minimise([&](const double *p, double *g) { return loss_(p, g); }, now.parameters,
+                           options)
+                : minimise_squares(
+                      [&](const double *p, double *r, double *j) { loss_.residuals(p, r, j); },
+                      loss_.residual_count(), now.parameters, options);
         now.loss = found.value;
         now.iterations += found.iterations;
     }

@@ -59,7 +59,7 @@ fold_trace train_without(const network_task &task, const fold_rows &rows, const 
     network_loss loss(task.shape, rows.x, rows.t, decay);
     point = start_from(task.shape, rows.start, seed);
     fold_trace trace;
-    lbfgs_options options;
+    optimise_options options;
     options.max_iterations = iterations;
     options.least_decrease = task.least_decrease;
     options.after = [&](int, double, const Eigen::VectorXd &now) {
@@ -125,11 +125,11 @@ trained_network train_starts(const network_task &task, const weight_decay &decay
     run_parallel(all.size(), task.threads, [&](std::size_t s) {
         network_loss loss(task.shape, x, t, decay);
         all[s].parameters = start_from(task.shape, linear, task.seed + s);
-        lbfgs_options options;
+        optimise_options options;
         options.max_iterations = iterations;
         options.least_decrease = task.least_decrease;
-        const lbfgs_result found = minimise([&](const double *p, double *g) { return loss(p, g); },
-                                            all[s].parameters, options);
+        const optimise_result found = minimise(
+            [&](const double *p, double *g) { return loss(p, g); }, all[s].parameters, options);
         all[s].loss = found.value;
         all[s].iterations = found.iterations;
         all[s].best_start = static_cast<int>(s);

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "host-tools/training/network.h"
+#include "host-tools/training/optimise.h"
 #include "host-tools/training/ridge.h"
 
 namespace compbox {
@@ -20,6 +21,7 @@ struct network_task {
     int starts = 5;
     std::uint64_t seed = 1;
     int threads = 0;
+    optimiser way = optimiser::lbfgs;  // by evidence; by folds it is always L-BFGS
     int max_iterations = 300;
     double least_decrease = 1e-6;
     // Called with 0 … 1 and the loss of the part just done; one call at a time.

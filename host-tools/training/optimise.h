@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// L-BFGS by Ceres, on any function with an analytic gradient.
+// L-BFGS and Levenberg-Marquardt by Ceres, with analytic derivatives.
 #pragma once
 
 #include <Eigen/Dense>
@@ -7,19 +7,25 @@
 
 namespace compbox {
 
+enum class optimiser { lbfgs, levenberg_marquardt };
+
 // Value at `point`; fills `gradient` where it is not null.
 using gradient_function = std::function<double(const double *point, double *gradient)>;
 
-struct lbfgs_options {
+// Values of all residuals, and their Jacobian row by row where it is not null.
+using residual_function =
+    std::function<void(const double *point, double *values, double *jacobian)>;
+
+struct optimise_options {
     int max_iterations = 500;
     double least_decrease = 1e-7;  // relative decrease of the value in one iteration, to go on
-    int memory = 20;               // steps remembered
+    int memory = 20;               // steps remembered (L-BFGS)
     // Called after each iteration with its number (from 0: the start), value and point; false
     // stops there.
     std::function<bool(int, double, const Eigen::VectorXd &)> after;
 };
 
-struct lbfgs_result {
+struct optimise_result {
     double value = 0.0;
     int iterations = 0;
     bool usable = true;  // false: the function was not finite anywhere near the start
@@ -27,7 +33,12 @@ struct lbfgs_result {
 
 // in : point, the start
 // out: point, the best found
-lbfgs_result minimise(const gradient_function &function, Eigen::VectorXd &point,
-                      const lbfgs_options &options);
+optimise_result minimise(const gradient_function &function, Eigen::VectorXd &point,
+                         const optimise_options &options);
+
+// The same of half the sum of squares, by Levenberg-Marquardt with normal equations (Cholesky): an
+// iteration costs residuals x parameters^2, so few must do.
+optimise_result minimise_squares(const residual_function &function, Eigen::Index residuals,
+                                 Eigen::VectorXd &point, const optimise_options &options);
 
 }  // namespace compbox

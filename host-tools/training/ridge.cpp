@@ -19,9 +19,8 @@ double grid_decay(int index) {
 }
 
 // in : square of the worst residual of each fold left out, one row for each decay of the grid
-// out: the strongest decay whose mean over the folds is within a tenth of the least: the runs
-// hardly
-//      tell it from the best, and it will be calmer on runs of another kind
+// out: the strongest decay whose mean over the folds is within a fiftieth of the least: the runs
+//      hardly tell it from the best, and it will be calmer on runs of another kind
 Eigen::Index strongest_that_serves(const std::vector<Eigen::MatrixXd> &squares,
                                    Eigen::Index output) {
     Eigen::ArrayXd mean = Eigen::ArrayXd::Zero(grid_points);

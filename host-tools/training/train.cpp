@@ -194,6 +194,7 @@ network_task task_of(const train_result &result, const scaled_rows &rows,
     }
     task.folds.count = rows.folds.count;
     task.starts = options.starts, task.seed = options.seed, task.threads = options.threads;
+    task.way = options.way;
     task.max_iterations = options.max_iterations;
     task.progress = options.progress;
     return task;

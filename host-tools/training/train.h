@@ -12,6 +12,7 @@
 #include "host-tools/training/dataset.h"
 #include "host-tools/training/lagged.h"
 #include "host-tools/training/network.h"
+#include "host-tools/training/optimise.h"
 
 namespace compbox {
 
@@ -27,6 +28,7 @@ struct train_options {
     bool linear_path = true;
     bool keep_network = false;  // written even where the linear map is better
     regularisation regularise = regularisation::automatic;  // folds where there are three runs
+    optimiser way = optimiser::lbfgs;                       // Levenberg-Marquardt: by evidence only
     int starts = 5;
     std::uint64_t seed = 1;
     int threads = 0;

@@ -127,6 +127,8 @@ json findings_of(const train_result &result) {
         json network = figures_of(result.network, result);
         network["hidden"] = result.options.hidden;
         network["rows"] = result.network_rows.size();
+        network["optimiser"] =
+            result.options.way == optimiser::lbfgs ? "l-bfgs" : "levenberg-marquardt";
         network["decay"] = rounded(result.network_decay);
         network["iterations"] = result.network_iterations;
         network["loss"] = rounded(result.network_loss);

@@ -33,13 +33,14 @@ class Reached(Exception):
     pass
 
 
-def rows():
+def rows(shape=(INPUTS, HIDDEN, OUTPUTS), count=ROWS, noise=NOISE):
     """Inputs, and what a network of the same shape makes of them, with noise."""
+    inputs, hidden, outputs = shape
     dice = numpy.random.default_rng(20)
-    x = dice.normal(size=(ROWS, INPUTS))
-    w1, w2 = dice.normal(size=(INPUTS, HIDDEN)) / 4, dice.normal(size=(HIDDEN, OUTPUTS)) / 4
-    t = numpy.tanh(x @ w1 + dice.normal(size=HIDDEN) / 2) @ w2
-    return x, t + NOISE * dice.normal(size=t.shape)
+    x = dice.normal(size=(count, inputs))
+    w1, w2 = dice.normal(size=(inputs, hidden)) / 4, dice.normal(size=(hidden, outputs)) / 4
+    t = numpy.tanh(x @ w1 + dice.normal(size=hidden) / 2) @ w2
+    return x, t + noise * dice.normal(size=t.shape)
 
 
 def split(p):
@@ -167,6 +168,32 @@ def by_fann(x, t):
     return time.perf_counter() - began, epochs, loss
 
 
+def ours_on(program, folder, data, target, seed, way, shape):
+    """What train_bench says of these rows."""
+    file = pathlib.Path(folder, "rows.f64")
+    data.tofile(file)
+    return json.loads(subprocess.run(
+        [program, file, str(target), str(seed), pathlib.Path(folder, "start.f64"), way,
+         *map(str, shape)], check=True, stdout=subprocess.PIPE).stdout)
+
+
+def compare_ways(program, folder):
+    """L-BFGS beside Levenberg-Marquardt, from the same starts: how many arrive, and how soon."""
+    print("\nL-BFGS beside Levenberg-Marquardt: starts that reach 1.1 of the noise floor, median of their times")
+    for shape, count, noise, starts in (((6, 8, 2), 300, NOISE, 8), ((6, 8, 2), 300, 0.001, 8),
+                                        ((INPUTS, HIDDEN, OUTPUTS), ROWS, NOISE, 3)):
+        x, t = rows(shape, count, noise)
+        target = 1.1 * 0.5 * shape[2] * noise**2
+        found = {way: [ours_on(program, folder, numpy.hstack([x, t]), target, seed, way, shape)
+                       for seed in range(1, starts + 1)] for way in ("lbfgs", "lm")}
+        text = []
+        for way, runs in found.items():
+            there = sorted(run["seconds"] for run in runs if run["loss"] <= target)
+            took = f"{1000 * statistics.median(there):8.1f} ms" if there else f"{'-':>11}"
+            text.append(f"{way} {len(there)} of {len(runs)} {took}")
+        print(f"  {'-'.join(map(str, shape)):<8} on {count} rows, noise {noise:<6g}  " + "   ".join(text))
+
+
 def show(name, seconds, steps, loss, ours):
     print(f"{name:<34}{1000 * seconds:>10.1f} ms {steps:>7} {loss:>12.6f} {seconds / ours:>8.2f}")
 
@@ -174,12 +201,11 @@ def show(name, seconds, steps, loss, ours):
 def main(program):
     x, t = rows()
     with tempfile.TemporaryDirectory() as folder:
-        file, start = pathlib.Path(folder, "rows.f64"), pathlib.Path(folder, "start.f64")
-        numpy.hstack([x, t]).tofile(file)
+        start = pathlib.Path(folder, "start.f64")
         theirs, ours = [], []
         for seed in range(1, STARTS + 1):  # by turns, so that a busy machine hits both
-            done = json.loads(subprocess.run([program, file, str(TARGET), str(seed), start],
-                                             check=True, stdout=subprocess.PIPE).stdout)
+            done = ours_on(program, folder, numpy.hstack([x, t]), TARGET, seed, "lbfgs",
+                           (INPUTS, HIDDEN, OUTPUTS))
             ours.append((done["seconds"], done["evaluations"], done["loss"]))
             # Their layout is row by row with inputs first, ours column by column with units first:
             # the same numbers in the same order.
@@ -201,6 +227,8 @@ def main(program):
         else:
             show(name, *run(), mine)
     print(f"scipy's time over ours, start by start, geometric mean of {STARTS}: {ratio:.2f}")
+    with tempfile.TemporaryDirectory() as folder:
+        compare_ways(program, folder)
     if ours[2] > TARGET or theirs[2] > TARGET:
         sys.exit("the target was not reached")
     if ratio < 1.0:

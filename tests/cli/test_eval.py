@@ -51,10 +51,11 @@ def test_init_fit_build_check_eval_agrees_with_scipy(compbox, method):
     places = ends + [[dice.uniform(0, 14300), dice.uniform(0, 3000), dice.uniform(0, 2500)]
                      for _ in range(300)]
     samples(compbox, [[10.0 * i, *place] for i, place in enumerate(places)])
+    beyond = ("s.csv: beyond the ends of a curve, which keeps its value there: 2 rows, first line 4\n")
     done = compbox("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
-    assert (done.returncode, done.stderr) == (0, "")
+    assert (done.returncode, done.stderr) == (0, beyond)
     done = compbox("eval", "c.json", "--inputs", "s.csv", "--raw", "-o", "raw.csv")
-    assert (done.returncode, done.stderr) == (0, "")
+    assert (done.returncode, done.stderr) == (0, beyond)
     built, out, raw = compbox.read("c.json"), compbox.table("out.csv"), compbox.table("raw.csv")
     assert list(out) == ["time_s", *CURVES, "comp_X_um", "comp_Y_um", "comp_Z_um"] == list(raw)
     assert out["time_s"] == [10.0 * i for i in range(len(places))]
@@ -107,8 +108,10 @@ def test_limit_and_raw(compbox, machine):
     machine["channels"][2]["limit_um"] = 50
     build(compbox, machine, term(values=[0, 200]))
     samples(compbox, [[i, 250.0 + 100 * i, 0, 0] for i in range(3)])
-    compbox.good("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
-    compbox.good("eval", "c.json", "--inputs", "s.csv", "--raw", "-o", "raw.csv")
+    done = compbox("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
+    assert done.stderr == "s.csv: a channel held at its limit_um: 2 rows, first line 3\n"
+    done = compbox("eval", "c.json", "--inputs", "s.csv", "--raw", "-o", "raw.csv")
+    assert done.stderr == ""
     assert compbox.table("out.csv")["comp_Z_um"] == pytest.approx([-50, -50, -50])
     assert compbox.table("raw.csv")["comp_Z_um"] == pytest.approx([-50, -70, -90], abs=1e-4)
 
@@ -119,10 +122,26 @@ def test_a_demand_beyond_the_error_limit_is_said(compbox, machine):
     samples(compbox, [[0, 250, 0, 0], [1, 400, 0, 0], [2, 400, 0, 0]])
     done = compbox("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
     assert done.returncode == 0
-    assert done.stderr == ("s.csv: box not ACTIVE: 2 rows, first line 3: FAULT, a channel's demand "
+    assert done.stderr == ("s.csv: a channel held at its limit_um: 2 rows, first line 3\n"
+                           "s.csv: box not ACTIVE: 2 rows, first line 3: FAULT, a channel's demand "
                            "is beyond its error limit\n")
     out = compbox.table("out.csv")["comp_Z_um"]
     assert out[0] == -50 and -50 < out[1] <= -48 and out[2] == 0
+
+
+def test_a_network_beyond_its_training_is_said(compbox, machine):
+    """Trained from 100 to 300 mm: held from 320 mm on, faded to nothing at 420."""
+    net = {"name": "net", "type": "bpnet", "outputs": ["EZX"], "inputs": ["X"], "activation": "tansig",
+           "hidden_weights": [[0.0]], "hidden_bias": [0.0], "output_weights": [[0.0]],
+           "output_bias": [0.0], "linear_weights": [[0.1]], "input_min": [100], "input_max": [300]}
+    build(compbox, machine, {"terms": [net]})
+    samples(compbox, [[10.0 * i, x, 0, 0] for i, x in enumerate([200, 310, 330, 500])])
+    done = compbox("eval", "c.json", "--inputs", "s.csv", "--raw", "-o", "raw.csv")
+    assert done.stderr == (
+        "s.csv: a network beyond the range it was trained on: 3 rows, first line 3\n"
+        "s.csv: … so far beyond it that its outputs fade: 2 rows, first line 4\n")
+    z = compbox.table("raw.csv")["comp_Z_um"]
+    assert z[:2] == pytest.approx([-20, -31], abs=1e-4) and -32 < z[2] < 0 == z[3]
 
 
 def test_deadband(compbox, machine):
@@ -174,7 +193,9 @@ def test_raw_shows_the_model_beyond_the_plausible_range(compbox, machine):
     done = compbox("eval", "c.json", "--inputs", "s.csv", "--raw", "-o", "raw.csv")
     assert done.returncode == 0
     assert done.stderr == ("s.csv: X implausible, the box would hold the last value: 3 rows, first "
-                           "line 2: -5000 (plausible: 0 to 800)\n")
+                           "line 2: -5000 (plausible: 0 to 800)\n"
+                           "s.csv: beyond the ends of a curve, which keeps its value there: 2 rows, "
+                           "first line 2\n")
     out = compbox.table("raw.csv")
     assert out["EZX"] == pytest.approx([10, 181, 200, 162])
     assert out["comp_Z_um"] == [-value for value in out["EZX"]]
@@ -247,7 +268,9 @@ def test_a_first_row_that_the_box_cannot_stand_in_is_refused(compbox, machine):
     done = compbox(*eval_, "--raw")
     assert done.returncode == 0
     assert done.stderr == ("s.csv: X implausible, the box would hold the last value: 1 row, first "
-                           "line 3: 5000 (plausible: -10 to 1010)\n")
+                           "line 3: 5000 (plausible: -10 to 1010)\n"
+                           "s.csv: beyond the ends of a curve, which keeps its value there: 1 row, "
+                           "first line 3\n")
     assert compbox.table("out.csv")["EZX"] == [200, 100]
 
 

@@ -57,7 +57,9 @@ TRAIN = ("train", "rows.csv", "--outputs", "ez_um,ey_um", "--inputs", "t*_degC,r
 
 @pytest.mark.parametrize("more", [(), ("--keep-network",), ("--keep-network", "--no-linear-path"),
                                   ("--keep-network", "--activation", "logsig"), ("--hidden", "0"),
-                                  ("--regularise", "evidence", "--keep-network")])
+                                  ("--regularise", "evidence", "--keep-network"),
+                                  ("--regularise", "evidence", "--keep-network", "--optimiser",
+                                   "levenberg-marquardt")])
 def test_the_box_computes_what_the_trainer_predicts(compbox, machine, more):
     table = rows_of_a_machine(bend=8.0)
     write_rows(compbox, table)
@@ -278,7 +280,8 @@ def test_a_standing_input_is_refused(compbox):
 @pytest.mark.parametrize("more", [("--hidden", "65"), ("--lags", "0"), ("--lags", "a"),
                                   ("--activation", "relu"), ("--starts", "0"), ("--bogus",),
                                   ("--lag-only", "rpm"), ("--lags-start", "once"),
-                                  ("--hidden", "0", "--no-linear-path")])
+                                  ("--hidden", "0", "--no-linear-path"),
+                                  ("--optimiser", "levenberg-marquardt")])
 def test_wrong_usage(compbox, more):
     write_rows(compbox, rows_of_a_machine(rows=30))
     done = compbox("train", "rows.csv", "--outputs", "ez_um", "--inputs", "rpm", "--name", "net",

@@ -49,6 +49,34 @@ TEST_P(Derivatives, gradient_is_that_of_the_loss) {
     }
 }
 
+TEST_P(Derivatives, residuals_are_the_loss_as_squares) {
+    network_loss loss(shape, x, t, decay);
+    Eigen::VectorXd gradient(shape.count()), r(loss.residual_count());
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> j(r.size(), p.size());
+    const double value = loss(p.data(), gradient.data());
+    loss.residuals(p.data(), r.data(), j.data());
+    EXPECT_NEAR(0.5 * r.squaredNorm(), value, 1e-13 * value);
+    EXPECT_LT((j.transpose() * r - gradient).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+TEST_P(Derivatives, both_ways_of_descending_arrive_where_the_slope_is_zero) {
+    network_loss loss(shape, x, t, decay);
+    optimise_options options;
+    options.max_iterations = 2000, options.least_decrease = 1e-14;
+    Eigen::VectorXd by_lbfgs = p, by_squares = p, slope(p.size());
+    const auto gradient = [&](const double *q, double *g) { return loss(q, g); };
+    const auto residuals = [&](const double *q, double *r, double *j) { loss.residuals(q, r, j); };
+    const optimise_result one = minimise(gradient, by_lbfgs, options);
+    const optimise_result other =
+        minimise_squares(residuals, loss.residual_count(), by_squares, options);
+    for (const Eigen::VectorXd &q : {by_lbfgs, by_squares}) {
+        EXPECT_LT(loss(q.data(), slope.data()), loss(p.data(), nullptr));
+        EXPECT_LT(slope.cwiseAbs().maxCoeff(), 1e-6);
+    }
+    EXPECT_NEAR(one.value, loss(by_lbfgs.data(), nullptr), 1e-12);
+    EXPECT_NEAR(other.value, loss(by_squares.data(), nullptr), 1e-12);
+}
+
 TEST_P(Derivatives, jacobian_is_that_of_the_predictions) {
     const network_loss loss(shape, x, t, decay);
     const Eigen::Index from = 255, n = 4;
@@ -81,7 +109,7 @@ TEST(Network, activation_survives_any_argument) {
 
 TEST(Optimise, finds_the_minimum_of_rosenbrock) {
     Eigen::VectorXd p = Eigen::Vector2d(-1.2, 1.0);
-    lbfgs_options options;
+    optimise_options options;
     options.least_decrease = 1e-15;
     int calls = 0;
     options.after = [&](int iteration, double, const Eigen::VectorXd &) {
@@ -93,7 +121,7 @@ TEST(Optimise, finds_the_minimum_of_rosenbrock) {
         if (g != nullptr) g[0] = -2.0 * a - 400.0 * v[0] * b, g[1] = 200.0 * b;
         return a * a + 100.0 * b * b;
     };
-    const lbfgs_result result = minimise(rosenbrock, p, options);
+    const optimise_result result = minimise(rosenbrock, p, options);
     EXPECT_NEAR(p[0], 1.0, 1e-6);
     EXPECT_NEAR(p[1], 1.0, 1e-6);
     EXPECT_GE(calls, result.iterations);

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/training/optimise.h"
 
+#include <ceres/cost_function.h>
 #include <ceres/gradient_problem.h>
 #include <ceres/gradient_problem_solver.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
 
 #include <cmath>
+#include <vector>
 
 namespace compbox {
 
@@ -26,10 +30,30 @@ class ceres_function : public ceres::FirstOrderFunction {
     int count_;
 };
 
+// All residuals in one block: hundreds of small ones take longer to be gathered than to compute.
+class ceres_squares : public ceres::CostFunction {
+  public:
+    ceres_squares(const residual_function &function, Eigen::Index residuals, Eigen::Index count)
+        : function_(function) {
+        set_num_residuals(static_cast<int>(residuals));
+        mutable_parameter_block_sizes()->push_back(static_cast<int>(count));
+    }
+
+    bool Evaluate(double const *const *parameters, double *values,
+                  double **jacobians) const override {
+        function_(parameters[0], values, jacobians == nullptr ? nullptr : jacobians[0]);
+        return std::isfinite(
+            Eigen::Map<const Eigen::VectorXd>(values, num_residuals()).squaredNorm());
+    }
+
+  private:
+    const residual_function &function_;
+};
+
 // Reports each iteration; Ceres has put its point into `point` before.
 class listener : public ceres::IterationCallback {
   public:
-    listener(const lbfgs_options &options, const Eigen::VectorXd &point)
+    listener(const optimise_options &options, const Eigen::VectorXd &point)
         : options_(options), point_(point) {}
 
     ceres::CallbackReturnType operator()(const ceres::IterationSummary &summary) override {
@@ -39,14 +63,14 @@ class listener : public ceres::IterationCallback {
     }
 
   private:
-    const lbfgs_options &options_;
+    const optimise_options &options_;
     const Eigen::VectorXd &point_;
 };
 
 }  // namespace
 
-lbfgs_result minimise(const gradient_function &function, Eigen::VectorXd &point,
-                      const lbfgs_options &options) {
+optimise_result minimise(const gradient_function &function, Eigen::VectorXd &point,
+                         const optimise_options &options) {
     ceres::GradientProblem problem(new ceres_function(function, point.size()));
     ceres::GradientProblemSolver::Options settings;
     settings.line_search_direction_type = ceres::LBFGS;
@@ -64,10 +88,38 @@ lbfgs_result minimise(const gradient_function &function, Eigen::VectorXd &point,
     }
     ceres::GradientProblemSolver::Summary summary;
     ceres::Solve(settings, problem, point.data(), &summary);
-    lbfgs_result result;
+    optimise_result result;
     result.value = summary.final_cost;
     result.iterations = static_cast<int>(summary.iterations.size()) - 1;
     result.usable = summary.termination_type != ceres::FAILURE || result.iterations > 0;
+    return result;
+}
+
+optimise_result minimise_squares(const residual_function &function, Eigen::Index residuals,
+                                 Eigen::VectorXd &point, const optimise_options &options) {
+    ceres::Problem problem;
+    problem.AddResidualBlock(new ceres_squares(function, residuals, point.size()), nullptr,
+                             std::vector<double *>{point.data()});
+    ceres::Solver::Options settings;
+    settings.trust_region_strategy_type = ceres::LEVENBERG_MARQUARDT;
+    settings.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+    settings.max_num_iterations = options.max_iterations;
+    settings.function_tolerance = options.least_decrease;
+    settings.gradient_tolerance = 1e-12;
+    settings.parameter_tolerance = 1e-12;
+    settings.num_threads = 1;
+    settings.logging_type = ceres::SILENT;
+    listener report(options, point);
+    if (options.after) {
+        settings.update_state_every_iteration = true;
+        settings.callbacks.push_back(&report);
+    }
+    ceres::Solver::Summary summary;
+    ceres::Solve(settings, &problem, &summary);
+    optimise_result result;
+    result.value = summary.final_cost;
+    result.iterations = static_cast<int>(summary.iterations.size()) - 1;
+    result.usable = summary.IsSolutionUsable();
     return result;
 }
 
