@@ -37,6 +37,7 @@ std::optional<std::size_t> axis_of(const taken_channel &channel, const twin_conf
                                    const std::string &file) {
     const auto mapped = config.channels.find(channel.name);
     if (mapped != config.channels.end() && mapped->second == no_axis) return std::nullopt;
+    if (const auto drive = find_drive(config, channel.name)) return drive->axis;
     const int axis = mapped != config.channels.end() ? axis_index(mapped->second)
                      : channel.name.size() == 1      ? axis_index(channel.name[0])
                                                      : -1;
@@ -179,13 +180,13 @@ void fake_plc::take_channel(std::size_t c, bool torn, double dt_s) {
 }
 
 // Takes over what the box wrote, with a limited slope; else goes to zero on the PLC's own ramp.
-// Several channels of one axis act by their mean.
+// Several channels of one axis act by their mean; those of a stage's two drives yaw it as well.
 void fake_plc::take_over() {
     const double dt_s = static_cast<double>(scan_us_) * 1e-6;
     const auto first = static_cast<std::size_t>(map_.write.start);
     const auto last = static_cast<std::size_t>(map_.write.end() - 1);
     const bool torn = map_.write.counters && registers_.now[first] != registers_.now[last];
-    xyz asked_um = {}, slope = {};
+    xyz asked_um = {}, slope = {}, difference_um = {};
     const xyz position_mm = nc_.position_mm();
     std::array<int, 3> channels_of_axis = {};
     for (std::size_t c = 0; c < map_.channels.size(); ++c) {
@@ -195,7 +196,11 @@ void fake_plc::take_over() {
         const taken &held = applied_[c];
         const double most = config_.nc.comp_add_velo_factor;
         const double clamped = std::clamp(held.slope, -most, most); /* as the control does */
-        asked_um[a] += held.um + 1e3 * clamped * (position_mm[a] - held.reference_mm);
+        const double here_um = held.um + 1e3 * clamped * (position_mm[a] - held.reference_mm);
+        if (const auto drive = find_drive(config_, map_.channels[c].name)) {
+            difference_um[a] += drive->side == 0 ? -here_um : here_um;
+        }
+        asked_um[a] += here_um;
         slope[a] += clamped;
         ++channels_of_axis[a];
     }
@@ -204,6 +209,7 @@ void fake_plc::take_over() {
         slope[a] /= std::max(channels_of_axis[a], 1);
     }
     nc_.set_compensation_um(asked_um, slope, position_mm);
+    nc_.set_drive_difference_um(difference_um);
 }
 
 void fake_plc::start_program_once_active() {
@@ -287,8 +293,10 @@ void fake_plc::keep_state() {
     state_.commanded_um = commanded_um_;
     state_.applied_um = applied_um_;
     state_.displacement_um = nc_.displacement_um();
-    state_.error_before_um = twin_.true_error_um(state_.position_mm);
-    state_.error_after_um = twin_.true_error_um(state_.position_mm, state_.displacement_um);
+    twin_state machine = nc_.state();
+    state_.error_after_um = twin_.true_error_um(machine);
+    machine.drive_um = {};
+    state_.error_before_um = twin_.true_error_um(machine);
     state_.control = control_word();
     state_.status = status_;
     state_.plc_heartbeat = plc_heartbeat_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The twin: the machine's geometric errors, known here and nowhere else.
+// The twin: the machine's errors, known here and nowhere else.
 //
 //     twin_config config = load_twin("machine_twin.json");   // config.seed may be changed
 //     twin_machine twin(config);
@@ -11,41 +11,44 @@
 // makes coefficients may see it.
 #pragma once
 
-#include <map>
 #include <string>
+#include <vector>
 
-#include "host-tools/twin/curve.h"
-#include "host-tools/twin/twin_file.h"
+#include "host-tools/twin/geometry.h"
+#include "host-tools/twin/part.h"
 
 namespace compbox {
 
 class twin_machine {
   public:
-    // The curves follow from config.seed, each from a stream of its own.
+    // All follows from config.seed, each part and curve from a stream of its own.
     explicit twin_machine(const twin_config &config);
 
     const twin_config &config() const { return config_; }
 
-    // For reports after the fact: the geometric error of the tool in space, no noise:
-    //     dx = sum of the errors EX·, dy = sum of EY·, dz = sum of EZ·, each of its own axis.
-    xyz true_error_um(const xyz &position_mm) const;
+    // For reports after the fact: the error of the tool in that state, no noise: the sum of the
+    // parts, and of the compensation that is in the state.
+    xyz true_error_um(const twin_state &state) const;
+    // The same of all that a model could explain: without the unexplained part.
+    xyz explained_error_um(const twin_state &state) const;
 
-    // For reports after the fact: the same with a compensation applied. displacement_um is the
-    // tool displacement that the control makes (nc_motion::displacement_um()), or, at standstill,
-    // the wanted displacement of the box's channels.
-    xyz true_error_um(const xyz &position_mm, const xyz &displacement_um) const;
+    // At rest at time 0, displacement_um by drives that are moved alike.
+    xyz true_error_um(const xyz &position_mm, const xyz &displacement_um = {}) const {
+        return true_error_um(state_at(position_mm, displacement_um));
+    }
 
-    // For the virtual instruments: one error of one axis, e.g. "EZX". The name must be configured.
-    double curve_um(const std::string &name, double position_mm) const;
+    // For the virtual instruments.
+    const compbox::geometry &geometry() const { return *geometry_; }
+    // One error of one axis, e.g. "EZX" in µm or "EAX" in µrad. The name must be configured.
+    double curve_um(const std::string &name, double position_mm) const {
+        return geometry_->curve(name, position_mm);
+    }
 
   private:
-    struct placed_curve {
-        error_name name;
-        random_curve curve;
-    };
-
     twin_config config_;
-    std::map<std::string, placed_curve> curves_;
+    std::shared_ptr<const compbox::geometry> geometry_;
+    std::vector<part_pointer> explained_;
+    part_pointer unexplained_;  // null: there is none
 };
 
 }  // namespace compbox

@@ -109,10 +109,14 @@ void nc_motion::set_compensation_um(const xyz &asked_um, const xyz &slope,
 void nc_motion::take_over_compensation() {
     for (std::size_t a = 0; a < 3; ++a) {
         const double way_mm = position_mm_[a] - reference_mm_[a];
-        const double wanted_um = asked_um_[a] + um_per_mm * slope_[a] * way_mm;
-        const double change_um = wanted_um - entered_um_[a];
-        const double step_um = std::clamp(change_um, -max_step_um_[a], max_step_um_[a]);
-        entered_um_[a] = step_um == change_um ? wanted_um : entered_um_[a] + step_um;
+        const double middle_um = asked_um_[a] + um_per_mm * slope_[a] * way_mm;
+        for (std::size_t side = 0; side < 2; ++side) {
+            const double wanted_um = middle_um + (side == 0 ? -0.5 : 0.5) * difference_um_[a];
+            double &entered_um = entered_um_[a][side];
+            const double change_um = wanted_um - entered_um;
+            const double step_um = std::clamp(change_um, -max_step_um_[a], max_step_um_[a]);
+            entered_um = step_um == change_um ? wanted_um : entered_um + step_um;
+        }
     }
 }
 
@@ -123,12 +127,26 @@ void nc_motion::step() {
     take_over_compensation();
 }
 
+xyz nc_motion::entered_um() const {
+    xyz mean = {};
+    for (std::size_t a = 0; a < 3; ++a) mean[a] = 0.5 * (entered_um_[a][0] + entered_um_[a][1]);
+    return mean;
+}
+
 xyz nc_motion::displacement_um() const {
-    xyz displacement_um = entered_um_;
+    return state().displacement_um();
+}
+
+twin_state nc_motion::state() const {
+    twin_state state;
+    state.time_s = time_s();
+    state.position_mm = position_mm_;
     for (std::size_t a = 0; a < 3; ++a) {
-        displacement_um[a] *= axes_[a].compensation_sign;
+        for (std::size_t side = 0; side < 2; ++side) {
+            state.drive_um[a][side] = entered_um_[a][side] * axes_[a].compensation_sign;
+        }
     }
-    return displacement_um;
+    return state;
 }
 
 }  // namespace compbox

@@ -5,7 +5,7 @@
 
 #include <deque>
 
-#include "host-tools/twin/twin_file.h"
+#include "host-tools/twin/state.h"
 
 namespace compbox {
 
@@ -47,6 +47,9 @@ class nc_motion {
     // with P the axis' position of that cycle. slope in mm/mm; beyond comp_add_velo_factor it is
     // held there, without an alarm.
     void set_compensation_um(const xyz &asked_um, const xyz &slope, const xyz &reference_mm);
+    // How far apart the two drives of each axis shall stand, second less first, about that value;
+    // each drive takes over as much in a cycle as an axis with one drive does.
+    void set_drive_difference_um(const xyz &difference_um) { difference_um_ = difference_um; }
 
     // One interpolation cycle of config.nc.interpolation_s.
     void step();
@@ -56,9 +59,11 @@ class nc_motion {
     // What the control shows: without the compensation.
     const xyz &position_mm() const { return position_mm_; }
     // What has entered the axes so far, in µm of the register; this is what the PLC can return.
-    const xyz &entered_um() const { return entered_um_; }
+    xyz entered_um() const;
     // The displacement of the tool that it makes: entered_um times the control's sign.
     xyz displacement_um() const;
+    // All that the machine's error depends on, as far as axes and drives go.
+    twin_state state() const;
     // The most that enters an axis in one cycle.
     double max_step_um(int axis) const { return max_step_um_[static_cast<std::size_t>(axis)]; }
 
@@ -76,7 +81,8 @@ class nc_motion {
     double step_duration_s_ = 0.0;
     long long cycles_ = 0, step_start_cycle_ = 0;
     xyz position_mm_;
-    xyz asked_um_ = {}, entered_um_ = {};
+    xyz asked_um_ = {}, difference_um_ = {};
+    std::array<std::array<double, 2>, 3> entered_um_ = {};  // by axis and drive
     xyz slope_ = {}, reference_mm_ = {};
     double most_slope_;
 };

@@ -4,69 +4,20 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <string_view>
 
 #include "host-tools/formats/csv.h"
-#include "host-tools/formats/error.h"
-#include "host-tools/formats/json.h"
+#include "host-tools/twin/geometry_file.h"
+#include "host-tools/twin/reading.h"
 
 namespace compbox {
+
+using namespace reading;
 
 namespace {
 
 constexpr double seconds_per_minute = 60.0;
 constexpr double seconds_per_ms = 1e-3;
-constexpr double unlimited = std::numeric_limits<double>::max();
-
-// Where we are in the file; every message begins with it.
-struct place {
-    std::string file, path;
-
-    place in(const std::string &key) const { return {file, path.empty() ? key : path + "." + key}; }
-    place at(std::size_t i) const { return {file, path + "[" + std::to_string(i) + "]"}; }
-    [[noreturn]] void fail(const std::string &sentence) const {
-        throw input_error(file, 0, 0, path + (path.empty() ? "" : ": ") + sentence);
-    }
-};
-
-void check_keys(const json &value, std::initializer_list<const char *> allowed, const place &at) {
-    only_keys(value, allowed, at.file, at.path.empty() ? "the file" : at.path);
-}
-
-double as_number(const json &value, double low, double high, const place &at) {
-    if (!value.is_number()) at.fail("must be a number");
-    const double number = value.get<double>();
-    if (!std::isfinite(number) || number < low || number > high) {
-        at.fail(shortest(number) + " is not " +
-                (high == unlimited ? shortest(low) + " or more"
-                                   : "between " + shortest(low) + " and " + shortest(high)));
-    }
-    return number;
-}
-
-double required(const json &value, const char *key, double low, double high, const place &at) {
-    if (!value.contains(key)) at.fail(std::string("the key '") + key + "' is missing");
-    return as_number(value.at(key), low, high, at.in(key));
-}
-
-double optional(const json &value, const char *key, double otherwise, double low, double high,
-                const place &at) {
-    return value.contains(key) ? as_number(value.at(key), low, high, at.in(key)) : otherwise;
-}
-
-std::string optional_text(const json &value, const char *key, const place &at) {
-    if (!value.contains(key)) return "";
-    if (!value.at(key).is_string()) at.in(key).fail("must be a text");
-    return value.at(key).get<std::string>();
-}
-
-const json &optional_object(const json &value, const char *key, const place &at) {
-    static const json none = json::object();
-    if (!value.contains(key)) return none;
-    if (!value.at(key).is_object()) at.in(key).fail("must be an object");
-    return value.at(key);
-}
 
 int axis_of_key(const std::string &key, const twin_config &config, const place &at) {
     const int axis = key.size() == 1 ? axis_index(key[0]) : -1;
@@ -121,22 +72,6 @@ void read_axes(const json &root, twin_config &config, const place &top) {
         const int axis = key.size() == 1 ? axis_index(key[0]) : -1;
         if (axis < 0) at.fail("'" + key + "' is not an axis: X, Y or Z");
         config.axes[static_cast<std::size_t>(axis)] = read_axis(value, at.in(key));
-    }
-}
-
-void read_errors(const json &root, twin_config &config, const place &top) {
-    for (const auto &[name, value] : optional_object(root, "errors", top).items()) {
-        const place at = top.in("errors").in(name);
-        const auto parts = parse_error_name(name);
-        if (!parts) at.fail("is not an ISO 230-1 error name such as EZX");
-        if (parts->direction > 2) {
-            at.fail("rotations need the machine's kinematic chain, which this twin does not have");
-        }
-        if (!config.axes[static_cast<std::size_t>(parts->axis)].present) {
-            at.fail(std::string("the machine has no axis ") + axis_letters[parts->axis]);
-        }
-        check_keys(value, {"amplitude_um"}, at);
-        config.errors[name].amplitude_um = required(value, "amplitude_um", 0.0, 1e5, at);
     }
 }
 
@@ -267,6 +202,15 @@ int axis_index(char letter) {
     return at == std::string_view::npos ? -1 : static_cast<int>(at);
 }
 
+std::optional<drive_place> find_drive(const twin_config &config, const std::string &name) {
+    for (std::size_t a = 0; a < 3; ++a) {
+        for (std::size_t side = 0; config.stages[a] && side < 2; ++side) {
+            if (config.stages[a]->drives[side] == name) return drive_place{a, side};
+        }
+    }
+    return std::nullopt;
+}
+
 std::optional<error_name> parse_error_name(const std::string &name) {
     if (name.size() != 3 || name[0] != 'E') return std::nullopt;
     const auto direction = std::string_view("XYZABC").find(name[1]);
@@ -279,9 +223,30 @@ twin_config load_twin(const std::string &path) {
     const json root = read_json(path);
     const place top{path, ""};
     check_keys(root,
-               {"format", "machine", "seed", "axes", "errors", "spectrum", "repeatability_um",
-                "laser_um", "laser_resolution_um", "runs", "setup", "nc", "plc", "start_mm",
-                "program", "channels", "signals", "coefficients"},
+               {"format",
+                "machine",
+                "seed",
+                "axes",
+                "errors",
+                "chain",
+                "reference_mm",
+                "tool_mm",
+                "squareness_urad",
+                "stages",
+                "unexplained",
+                "spectrum",
+                "repeatability_um",
+                "laser_um",
+                "laser_resolution_um",
+                "runs",
+                "setup",
+                "nc",
+                "plc",
+                "start_mm",
+                "program",
+                "channels",
+                "signals",
+                "coefficients"},
                top);
     if (optional_text(root, "format", top) != "compbox-twin/1") {
         top.in("format").fail("must be \"compbox-twin/1\"");
@@ -291,7 +256,9 @@ twin_config load_twin(const std::string &path) {
     config.machine = optional_text(root, "machine", top);
     config.seed = read_seed(root, top);
     read_axes(root, config, top);
-    read_errors(root, config, top);
+    read_geometry(root, config, top);
+    config.unexplained_percent = optional(optional_object(root, "unexplained", top), "percent", 0.0,
+                                          0.0, 100.0, top.in("unexplained"));
     read_spectrum(root, config, top);
     config.repeatability_um = optional(root, "repeatability_um", 0.3, 0.0, 1e3, top);
     read_laser(root, config, top);

@@ -28,8 +28,27 @@ struct twin_axis {
     int compensation_sign = 1;
 };
 
+// An error along its axis, in µm, or µrad for a rotation (error_curve.h).
 struct twin_error {
-    double amplitude_um = 0.0;  // range about the least-squares line
+    double amplitude = 0.0;  // range about the least-squares line
+    double slope_per_mm = 0.0, offset = 0.0;
+    std::vector<std::array<double, 2>> points;  // {position_mm, value}; given instead of random
+};
+
+// A stage that two drives move, one on either side of its middle (geometry.h): X has its sides
+// along Y, Y along X. Each side has a positioning error of its own.
+struct twin_stage {
+    std::array<std::string, 2> drives;  // names, as the channels have them
+    double span_mm = 0.0;               // from the first side to the second
+    std::array<twin_error, 2> errors;
+};
+
+// How the machine is put together (geometry.h).
+struct twin_chain {
+    std::string order = "fXYZ";            // from the workpiece over the foundation f to the tool
+    std::array<xyz, 3> reference_mm = {};  // origin of each axis' frame, all axes at 0
+    xyz tool_mm = {};                      // tip of the tool, all axes at 0
+    double c0y_urad = 0.0, b0z_urad = 0.0, a0z_urad = 0.0;  // squareness, as docs/volumetric.md
 };
 
 // A coordinated move in a straight line, or a dwell.
@@ -66,7 +85,10 @@ struct twin_config {
     std::string machine;
     std::uint64_t seed = 1;
     std::array<twin_axis, 3> axes;
-    std::map<std::string, twin_error> errors;  // by ISO 230-1 name: EZX, EYX …
+    std::map<std::string, twin_error> errors;  // by ISO 230-1 name: EZX, EAX …
+    twin_chain chain;
+    std::array<std::optional<twin_stage>, 3> stages;  // of axes with two drives
+    double unexplained_percent = 0.0;                 // unexplained.h
     double spectrum_exponent = 2.5;
     double spectrum_roll_off = 8.0;
     double repeatability_um = 0.3;  // standard deviation of each approach to a position
@@ -84,6 +106,12 @@ struct twin_config {
 // Reads and checks a twin file; paths in it become relative to the working directory. Throws
 // input_error with one sentence that names file and key.
 twin_config load_twin(const std::string &path);
+
+// The place of a drive of a stage by its name; nothing where no stage has it.
+struct drive_place {
+    std::size_t axis, side;
+};
+std::optional<drive_place> find_drive(const twin_config &config, const std::string &name);
 
 // 0, 1, 2 for 'X', 'Y', 'Z'; -1 otherwise.
 int axis_index(char letter);

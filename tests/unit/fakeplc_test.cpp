@@ -34,7 +34,7 @@ register_map small_map() {
 twin_config small_machine() {
     twin_config config;
     config.axes[0] = {true, 0.0, 1000.0, 200.0, 1000.0, 50.0, 250.0, 1};
-    config.errors["EXX"].amplitude_um = 30.0;
+    config.errors["EXX"].amplitude = 30.0;
     config.signals["T"] = 21.5;
     config.start_mm = {12.3456, 0.0, 0.0};
     return config;

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// What no input of a model explains: a rough function of the position that drifts through shapes
+// as time goes by, so that what was measured yesterday is no more true today. Nobody can learn it.
+#pragma once
+
+#include <vector>
+
+#include "host-tools/twin/part.h"
+#include "host-tools/twin/random.h"
+
+namespace compbox {
+
+// In each direction the range over the working space and over a day is `percent` of the range
+// that the explained parts have there (at the state of a fresh machine at rest).
+class unexplained : public error_part {
+  public:
+    unexplained(const twin_config &config, const std::vector<part_pointer> &explained);
+
+    xyz error_um(const twin_state &state) const override;
+
+  private:
+    // One wave in space, which moves on with time.
+    struct wave {
+        double phase;     // in turns
+        double per_s;     // turns per second
+        xyz per_mm = {};  // turns per mm
+        double height_um = 0.0;
+    };
+    xyz raw(const twin_state &state) const;
+    void scale(const twin_config &config, const std::vector<part_pointer> &explained);
+
+    std::array<std::vector<wave>, 3> waves_;
+};
+
+}  // namespace compbox
