@@ -7,6 +7,9 @@
 
 namespace compbox {
 
+// All of them, of which one is required.
+void add_commands(CLI::App &app);
+
 void add_init(CLI::App &app);
 void add_fit(CLI::App &app);
 void add_report(CLI::App &app);

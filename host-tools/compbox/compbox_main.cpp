@@ -17,25 +17,7 @@ static bool printed() {
 
 int main(int argc, char **argv) {
     CLI::App app{"compbox: from measurements of a machine tool to the coefficients of its box"};
-    app.require_subcommand(1);
-    app.set_help_all_flag("--help-all", "Help of every command");
-    compbox::add_init(app);
-    compbox::add_fit(app);
-    compbox::add_report(app);
-    compbox::add_plan(app);
-    compbox::add_assemble(app);
-    compbox::add_identify(app);
-    compbox::add_squareness(app);
-    compbox::add_volumetric(app);
-    compbox::add_select_inputs(app);
-    compbox::add_train(app);
-    compbox::add_build(app);
-    compbox::add_pack(app);
-    compbox::add_check(app);
-    compbox::add_eval(app);
-    compbox::add_export(app);
-    compbox::add_join(app);
-    compbox::add_simulate(app);
+    compbox::add_commands(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError &error) {

@@ -1,16 +1,21 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/twin/laser.h"
 
-#include <cmath>
-
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/twin/set_up.h"
 
 namespace compbox {
 
 namespace {
 
-constexpr double um_per_mm_per_urad = 1e-3;
+// A configured error by its name: as error_name, or the positioning error of a stage's side.
+error_name measured(const std::string &name, const twin_config &config) {
+    if (const auto drive = find_drive(config, name)) {
+        return {static_cast<int>(drive->axis), static_cast<int>(drive->axis)};
+    }
+    return parse_error_name(name).value();
+}
 
 }  // namespace
 
@@ -31,42 +36,35 @@ std::vector<double> virtual_laser::targets_mm(char letter) const {
     return targets;
 }
 
-double virtual_laser::rounded(double error_um) const {
-    // By the count of steps in 1 µm, which gives the shortest decimals: 0.07, not 0.07000…1.
-    const double steps_per_um = std::round(1.0 / twin_.config().laser.resolution_um);
-    return std::round(error_um * steps_per_um) / steps_per_um;
-}
-
 laser_series virtual_laser::measure(const std::string &name) const {
     const twin_config &config = twin_.config();
-    const char axis = name.back();
-    const std::vector<double> targets = targets_mm(axis);
-    random_stream setup(config.seed, "laser set-up " + name);
-    random_stream noise(config.seed, "laser noise " + name);
-    const double slope = um_per_mm_per_urad * setup.symmetric(config.laser.slope_urad);
-    const double offset_um = setup.symmetric(config.laser.offset_um);
-    laser_series series{name, {}};
+    const error_name error = measured(name, config);
+    const std::vector<double> targets = targets_mm(axis_letters[error.axis]);
+    laser_set_up set_up(twin_, name, true);
+    laser_series series{name, {}, error.direction > 2 ? "urad" : "um"};
+    xyz position_mm = config.start_mm;
     for (int run = 1; run <= config.laser.runs; ++run) {
-        for (const double position_mm : targets) {
-            const double approach_um = config.repeatability_um * noise.normal();
-            const double reading_um = config.laser.sigma_um * noise.normal();
-            const double beam_um = offset_um + slope * (position_mm - targets.front());
+        for (const double target_mm : targets) {
+            position_mm[static_cast<std::size_t>(error.axis)] = target_mm;
+            double shown = twin_.curve_um(name, target_mm);
+            if (error.direction < 3) {
+                shown +=
+                    set_up.unexplained_um(position_mm)[static_cast<std::size_t>(error.direction)];
+            }
             series.readings.push_back(
-                {position_mm,
-                 rounded(twin_.curve_um(name, position_mm) + beam_um + approach_um + reading_um),
-                 run});
+                {target_mm, set_up.reading_um(shown, target_mm - targets.front()), run});
         }
     }
     return series;
 }
 
-xyz virtual_laser::read_tool_error_um(const xyz &position_mm, const xyz &displacement_um) {
+xyz virtual_laser::read_tool_error_um(const twin_state &state) {
     const twin_config &config = twin_.config();
-    xyz error_um = twin_.true_error_um(position_mm, displacement_um);
+    xyz error_um = twin_.true_error_um(state);
     for (auto &e : error_um) {
         const double approach_um = config.repeatability_um * remeasure_.normal();
         const double reading_um = config.laser.sigma_um * remeasure_.normal();
-        e = rounded(e + approach_um + reading_um);
+        e = as_shown(e + approach_um + reading_um, config);
     }
     return error_um;
 }
@@ -76,14 +74,19 @@ std::string laser_csv(const laser_series &series) {
     for (const auto &r : series.readings) {
         rows.push_back({r.position_mm, r.error_um, static_cast<double>(r.run)});
     }
-    return csv_text({"position_mm", "error_um", "run"}, rows);
+    return csv_text({"position_mm", "error_" + series.unit, "run"}, rows);
 }
 
 std::vector<std::string> measure_all(const twin_machine &twin, const std::string &folder) {
     const virtual_laser laser(twin);
     make_folder(folder);
     std::vector<std::string> paths;
-    for (const auto &[name, error] : twin.config().errors) {
+    std::vector<std::string> names;
+    for (const auto &[name, error] : twin.config().errors) names.push_back(name);
+    for (const auto &stage : twin.config().stages) {
+        if (stage) names.insert(names.end(), stage->drives.begin(), stage->drives.end());
+    }
+    for (const auto &name : names) {
         paths.push_back(folder + "/" + name + ".csv");
         write_file(paths.back(), laser_csv(laser.measure(name)));
     }

@@ -12,11 +12,12 @@ namespace compbox {
 // The readings of one set-up along one axis. Writers of file formats take this.
 struct laser_series {
     struct reading {
-        double position_mm, error_um;
-        int run;  // from 1
+        double position_mm, error_um;  // or µrad
+        int run;                       // from 1
     };
-    std::string name;  // ISO 230-1: EZX …
+    std::string name;  // ISO 230-1: EZX …, or a drive of a stage: X1
     std::vector<reading> readings;
+    std::string unit = "um";  // or urad: a rotation
 };
 
 class virtual_laser {
@@ -32,23 +33,24 @@ class virtual_laser {
     // its repeatability at each approach, each reading its noise; rounded to the resolution.
     laser_series measure(const std::string &name) const;
 
-    // Remeasurement at standstill: one noisy reading of the tool error in X, Y, Z with a
-    // compensation applied (see twin_machine::true_error_um). Consecutive calls draw new noise.
-    // No slope or offset: it is one set-up along the whole path, and figures are ranges.
-    xyz read_tool_error_um(const xyz &position_mm, const xyz &displacement_um);
+    // Remeasurement: one noisy reading of the tool error in X, Y, Z in that state. Consecutive
+    // calls draw new noise. No slope or offset: it is one set-up along the whole path, and figures
+    // are ranges.
+    xyz read_tool_error_um(const twin_state &state);
+    xyz read_tool_error_um(const xyz &position_mm, const xyz &displacement_um) {
+        return read_tool_error_um(state_at(position_mm, displacement_um));
+    }
 
   private:
-    double rounded(double error_um) const;
-
     const twin_machine &twin_;
     random_stream remeasure_;
 };
 
-// "position_mm,error_um,run" as CSV text.
+// "position_mm,error_um,run" as CSV text; error_urad for a rotation.
 std::string laser_csv(const laser_series &series);
 
-// Measures every configured error and writes FOLDER/NAME.csv; returns the paths written. Throws
-// input_error when a file cannot be written.
+// Measures every configured error and every side of a stage, and writes FOLDER/NAME.csv; returns
+// the paths written. Throws input_error when a file cannot be written.
 std::vector<std::string> measure_all(const twin_machine &twin, const std::string &folder);
 
 }  // namespace compbox

@@ -19,9 +19,12 @@ xyz twin_machine::explained_error_um(const twin_state &state) const {
     return error_um;
 }
 
+xyz twin_machine::unexplained_error_um(const twin_state &state) const {
+    return unexplained_ ? unexplained_->error_um(state) : xyz{};
+}
+
 xyz twin_machine::true_error_um(const twin_state &state) const {
-    const xyz error_um = explained_error_um(state);
-    return unexplained_ ? sum_of(error_um, unexplained_->error_um(state)) : error_um;
+    return sum_of(explained_error_um(state), unexplained_error_um(state));
 }
 
 }  // namespace compbox

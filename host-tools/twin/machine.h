@@ -31,6 +31,8 @@ class twin_machine {
     xyz true_error_um(const twin_state &state) const;
     // The same of all that a model could explain: without the unexplained part.
     xyz explained_error_um(const twin_state &state) const;
+    // … and that part alone; zero where the machine has none.
+    xyz unexplained_error_um(const twin_state &state) const;
 
     // At rest at time 0, displacement_um by drives that are moved alike.
     xyz true_error_um(const xyz &position_mm, const xyz &displacement_um = {}) const {

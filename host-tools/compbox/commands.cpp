@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/compbox/commands.h"
+
+namespace compbox {
+
+void add_commands(CLI::App &app) {
+    app.require_subcommand(1);
+    app.set_help_all_flag("--help-all", "Help of every command");
+    add_init(app);
+    add_fit(app);
+    add_report(app);
+    add_plan(app);
+    add_assemble(app);
+    add_identify(app);
+    add_squareness(app);
+    add_volumetric(app);
+    add_select_inputs(app);
+    add_train(app);
+    add_build(app);
+    add_pack(app);
+    add_check(app);
+    add_eval(app);
+    add_export(app);
+    add_join(app);
+    add_simulate(app);
+}
+
+}  // namespace compbox

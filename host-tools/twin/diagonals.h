@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+// Two face diagonals of a rectangle in the working space, by a laser: what squareness shows in.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "host-tools/twin/machine.h"
+
+namespace compbox {
+
+struct face {
+    std::string name;                        // C0Y, B0Z or A0Z: the plane of its two axes
+    xyz corner_mm = {};                      // low corner; the third axis stays here
+    double first_mm = 0.0, second_mm = 0.0;  // sides along the first and the second axis
+};
+
+// Measured less nominal length in µm of the diagonal on which both axes rise, and of the other.
+struct diagonals {
+    double rising_um, falling_um;
+};
+
+// Each is the mean of as many journeys as the laser makes runs. compensation gives the state of
+// the machine at rest at a position, with what the control compensates there.
+diagonals measure_diagonals(const twin_machine &twin, const face &rectangle,
+                            const std::function<twin_state(const xyz &)> &compensation);
+
+}  // namespace compbox
