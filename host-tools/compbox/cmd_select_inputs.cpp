@@ -15,7 +15,7 @@ namespace compbox {
 namespace {
 
 struct select_arguments {
-    std::string data, output;
+    std::string data, output, plot;
     data_options columns;
     select_options options;
     bool as_json = false;
@@ -39,6 +39,7 @@ void run_select(select_arguments &arguments) {
     if (options.by_runs) options.progress = progress_of("choosing");
     const training_data data = read_training_data(arguments.data, arguments.columns);
     const selection result = select_inputs(data, options);
+    if (!arguments.plot.empty()) plot_selection(result, arguments.plot);
     const json report = selection_json(result);
     if (!arguments.output.empty()) write_file(arguments.output, json_text(report));
     std::cout << (arguments.as_json ? json_text(report) : report_of(result));
@@ -113,6 +114,8 @@ void add_select_inputs(CLI::App &app) {
         "--by-runs", options.by_runs,
         "Choose by leaving candidates away one after the other, judged on runs left out");
     add_model(*select, *arguments);
+    select->add_option("--plot", arguments->plot, "Figure, F.svg, F.png or F.pdf")
+        ->option_text("F.svg");
     select->add_flag("--json", arguments->as_json, "Report as JSON");
     select->add_option("-o,--output", arguments->output, "Report to write, CHOICE.json")
         ->option_text("F.json");

@@ -53,5 +53,7 @@ selection select_inputs(const training_data &data, const select_options &options
 
 json selection_json(const selection &result);
 std::string report_of(const selection &result);
+// Grades as bars, cluster by cluster, the choice in front. Throws input_error.
+void plot_selection(const selection &result, const std::string &path);
 
 }  // namespace compbox

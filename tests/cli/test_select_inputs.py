@@ -60,6 +60,14 @@ def test_check_on_runs_left_out(compbox, rows, method, how):
     assert last["inputs"][-1] == "rpm" and last["left_out"]["ez_um"]["rms"] < 0.5
 
 
+def test_plot(compbox, rows):
+    compbox.good(*candidates("t1", "t2", "t3", "t4"), "--count", 2, "--plot", "f.svg")
+    picture = compbox.folder.joinpath("f.svg").read_text()
+    assert all(f">{name}<" in picture.replace(" ", "") for name in ("t1", "t2", "t3", "t4", "chosen"))
+    assert compbox.refused(*candidates("t1", "t2"), "--plot", "f.txt") == (
+        "f.txt: a figure is written as .svg, .png or .pdf; give it such a name")
+
+
 REFUSED = {
     "one": (candidates("t1"), "rows.csv: with fewer than two candidates there is no choice"),
     "more": (candidates("t1", "t2") + ("--count", 3),
