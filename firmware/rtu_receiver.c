@@ -1,0 +1,127 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/rtu_receiver.h"
+
+#include <stdbool.h>
+
+enum { EXCEPTION_BIT = 0x80 };
+
+void cb_rtu_receiver_start(struct cb_rtu_receiver *receiver, struct cb_rtu_silence silence) {
+    *receiver = (struct cb_rtu_receiver){.silence = silence};
+}
+
+/* Unit id, function, and what the reply repeats of the request. */
+static void know_head(struct cb_rtu_receiver *receiver, uint8_t unit) {
+    const struct cb_modbus_request *request = &receiver->request;
+    uint8_t *head = receiver->head;
+    head[0] = unit;
+    head[1] = request->function;
+    if (request->function != CB_MODBUS_WRITE) {
+        head[2] = (uint8_t)(2 * request->read_count);
+        receiver->head_bytes = 3;
+        return;
+    }
+    head[2] = (uint8_t)(request->write_start >> 8);
+    head[3] = (uint8_t)(request->write_start & 0xFF);
+    head[4] = (uint8_t)(request->write_count >> 8);
+    head[5] = (uint8_t)(request->write_count & 0xFF);
+    receiver->head_bytes = 6;
+}
+
+void cb_rtu_receiver_expect(struct cb_rtu_receiver *receiver, uint8_t unit,
+                            const struct cb_modbus_request *request, int64_t now_us) {
+    receiver->request = *request;
+    know_head(receiver, unit);
+    receiver->state = CB_RTU_WAITING;
+    receiver->from = receiver->have = 0;
+    receiver->last_us = now_us;
+}
+
+/* in : bytes[count], count >= 1
+ * out: whether they begin as the reply must, as far as they go */
+static bool begins(const struct cb_rtu_receiver *receiver, const uint8_t *bytes, size_t count) {
+    for (size_t i = 0; i < count && i < receiver->head_bytes; ++i)
+        if (bytes[i] != receiver->head[i]) return false;
+    return true;
+}
+
+static bool begins_exception(const struct cb_rtu_receiver *receiver, const uint8_t *bytes,
+                             size_t count) {
+    return bytes[0] == receiver->head[0] &&
+           (count < 2 || bytes[1] == (receiver->head[1] | EXCEPTION_BIT));
+}
+
+/* in : count >= CB_RTU_MIN_FRAME */
+static bool crc_fits(const uint8_t *frame, size_t count) {
+    return cb_rtu_crc(frame, count - 2) == (uint16_t)(frame[count - 2] | frame[count - 1] << 8);
+}
+
+/* out: bytes of the frame that the candidate can become; 0: it is none */
+static size_t wanted_bytes(const struct cb_rtu_receiver *receiver, const uint8_t *bytes,
+                           size_t count) {
+    if (begins(receiver, bytes, count)) return cb_rtu_reply_bytes(&receiver->request);
+    return begins_exception(receiver, bytes, count) ? CB_RTU_EXCEPTION_FRAME : 0;
+}
+
+/* Skips bytes until what is left can become the reply; says whether it already is. */
+static bool find_reply(struct cb_rtu_receiver *receiver) {
+    for (; receiver->from < receiver->have; ++receiver->from, ++receiver->noise) {
+        const uint8_t *candidate = receiver->frame + receiver->from;
+        const size_t count = (size_t)receiver->have - receiver->from;
+        const size_t wanted = wanted_bytes(receiver, candidate, count);
+        if (wanted > count) return false;
+        if (wanted == 0 || !crc_fits(candidate, wanted)) continue;
+        receiver->have = (uint16_t)(receiver->from + wanted);
+        return true;
+    }
+    return false;
+}
+
+static void skip_all(struct cb_rtu_receiver *receiver) {
+    receiver->noise += (uint32_t)(receiver->have - receiver->from);
+    receiver->from = receiver->have;
+}
+
+/* Room for one more byte. A candidate is shorter than the buffer, so something can always go. */
+static void make_room(struct cb_rtu_receiver *receiver) {
+    if (receiver->have < CB_RTU_MAX_FRAME) return;
+    const uint16_t kept = (uint16_t)(receiver->have - receiver->from);
+    for (uint16_t i = 0; i < kept; ++i) receiver->frame[i] = receiver->frame[receiver->from + i];
+    receiver->from = 0;
+    receiver->have = kept;
+}
+
+enum cb_rtu_reception cb_rtu_receiver_byte(struct cb_rtu_receiver *receiver, uint8_t byte,
+                                           int64_t now_us) {
+    const enum cb_rtu_reception before = cb_rtu_receiver_look(receiver, now_us);
+    if (before == CB_RTU_REPLY || before == CB_RTU_SPOILT) return before;
+    if (now_us - receiver->last_us > (int64_t)receiver->silence.inside_us) skip_all(receiver);
+    make_room(receiver);
+    receiver->frame[receiver->have++] = byte;
+    receiver->last_us = now_us;
+    receiver->state = find_reply(receiver) ? CB_RTU_REPLY : CB_RTU_INSIDE;
+    return (enum cb_rtu_reception)receiver->state;
+}
+
+enum cb_rtu_reception cb_rtu_receiver_look(struct cb_rtu_receiver *receiver, int64_t now_us) {
+    const bool silent = now_us - receiver->last_us >= (int64_t)receiver->silence.between_us;
+    if (receiver->state == CB_RTU_INSIDE && silent) {
+        if (receiver->have >= CB_RTU_MIN_FRAME) {
+            receiver->state = CB_RTU_SPOILT;
+        } else {
+            skip_all(receiver);
+            receiver->from = receiver->have = 0;
+            receiver->state = CB_RTU_WAITING;
+        }
+    }
+    return (enum cb_rtu_reception)receiver->state;
+}
+
+enum cb_rtu_answer cb_rtu_receiver_take(const struct cb_rtu_receiver *receiver, uint16_t *registers,
+                                        uint8_t *exception) {
+    const uint8_t unit = receiver->head[0], *frame = receiver->frame + receiver->from;
+    if (receiver->state == CB_RTU_REPLY)
+        return cb_rtu_decode(unit, &receiver->request, frame,
+                             (size_t)receiver->have - receiver->from, registers, exception);
+    const enum cb_rtu_answer answer = cb_rtu_check(unit, receiver->frame, receiver->have);
+    return answer == CB_RTU_OK ? CB_RTU_INVALID : answer; /* of another request, or with a hole */
+}
