@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 #include "firmware/limits.h"
+#include "firmware/rtu_line.h"
 
 /* How a number lies in registers or in a bus frame. Multi-register values are big-endian (ABCD)
  * unless the type says otherwise; "le" is little-endian (DCBA), "cdab" has the words swapped. */
@@ -46,6 +47,7 @@ struct cb_signal_config {
     bool essential;   /* its loss stops compensation (HOLD); default: unit is mm or deg */
     bool leads;       /* evaluated lead_ms ahead: a PLC position (unit mm or deg) */
     uint16_t reg;     /* PLC: index in the read block; bus: register address; CAN: byte offset */
+    uint8_t bus;      /* bus: index of it */
     uint8_t bus_unit; /* bus: Modbus unit id of the module */
     uint8_t lag_of;   /* lag: index of the signal that it follows */
     uint8_t power;    /* lag: 1 follows that signal, 2 its square */
@@ -175,6 +177,22 @@ struct cb_block_config {
     bool counters;
 };
 
+/* A serial line. */
+struct cb_serial_config {
+    char device[64]; /* Linux: path of the device; a microcontroller has its own port */
+    struct cb_rtu_line line;
+    uint32_t slave_delay_us; /* what a slave takes at most from request to reply, beyond the 3.5
+                                characters by which it knows the request's end */
+    uint8_t unit;            /* of the PLC; modules of a bus are named by their signals */
+};
+
+/* A slow bus of the box itself, with modules in turn. */
+struct cb_bus_config {
+    char name[CB_NAME_SIZE];
+    struct cb_serial_config serial;
+    uint32_t every_us; /* each module is asked this often */
+};
+
 struct cb_plc_config {
     uint8_t profile;   /* enum cb_profile */
     uint8_t exchange;  /* enum cb_exchange */
@@ -182,6 +200,7 @@ struct cb_plc_config {
     uint8_t unit;      /* Modbus unit id */
     char host[40];     /* TCP: numeric IPv4 or IPv6 address, no resolver in the loop */
     uint16_t port;
+    struct cb_serial_config serial; /* RTU */
     struct cb_block_config read, write;
     uint16_t control, plc_heartbeat; /* indices in the read block */
     uint16_t status, box_heartbeat;  /* indices in the write block */
@@ -196,10 +215,11 @@ struct cb_config {
     uint32_t lead_us;   /* 0 … 500 000 */
     bool lead_measured; /* the box measures it (lead.h); lead_us is 0 */
     struct cb_plc_config plc;
+    struct cb_bus_config buses[CB_MAX_BUSES];
     uint32_t hold_us;    /* HOLD lasts no longer */
     float ramp_um_per_s; /* > 0 */
     uint8_t signals_count, terms_count, outputs_count, channels_count, pairs_count;
-    uint8_t lags_count, branches_count;
+    uint8_t lags_count, branches_count, buses_count;
     uint8_t slopes_count; /* channels behind the channels_count of the file: slopes */
     uint16_t pool_count, links_count;
     uint8_t lags[CB_MAX_SIGNALS]; /* the signals that are lags, each after the one it follows, those

@@ -15,6 +15,7 @@ enum {
     MACHINE,
     CYCLE,
     PLC,
+    BUSES,
     SIGNALS,
     TERMS,
     CHANNELS,
@@ -31,6 +32,7 @@ static const struct cb_field TOP_FIELDS[TOP_KEYS] = {
     [MACHINE] = {"machine", CB_FIELD_OBJECT, true, CB_NOT_STORED},
     [CYCLE] = {"cycle", CB_FIELD_OBJECT, true, CB_NOT_STORED},
     [PLC] = {"plc", CB_FIELD_OBJECT, true, CB_NOT_STORED},
+    [BUSES] = {"buses", CB_FIELD_ARRAY, false, CB_NOT_STORED},
     [SIGNALS] = {"signals", CB_FIELD_ARRAY, true, CB_NOT_STORED},
     [TERMS] = {"terms", CB_FIELD_ARRAY, true, CB_NOT_STORED},
     [CHANNELS] = {"channels", CB_FIELD_ARRAY, true, CB_NOT_STORED},
@@ -139,6 +141,7 @@ static bool load_sections(struct cb_loader *loader) {
     if (!check_format(loader, root)) return false;
     if (!cb_read_object(loader, root, &cb_top_object, loader->config, top)) return false;
     return load_small_sections(loader, top) && cb_load_plc(loader, top[PLC]) &&
+           (top[BUSES] == CB_ABSENT || cb_load_buses(loader, top[BUSES])) &&
            cb_load_signals(loader, top[SIGNALS]) && cb_load_terms(loader, top[TERMS]) &&
            cb_load_channels(loader, top[CHANNELS]) &&
            (top[PAIRS] == CB_ABSENT || cb_load_pairs(loader, top[PAIRS]));

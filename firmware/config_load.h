@@ -38,7 +38,6 @@ struct cb_load_scratch {
     uint8_t read_user[CB_MAX_READ_REGISTERS]; /* what each register is used for */
     uint8_t write_user[CB_MAX_WRITE_REGISTERS];
     char axes[CB_MAX_CHANNELS][CB_NAME_SIZE]; /* names of the machine's axes */
-    char bus[CB_NAME_SIZE]; /* name of the sensor bus, once a signal has named it */
 };
 _Static_assert(sizeof(struct cb_load_scratch) < 32 * 1024, "the loader's scratch memory");
 

@@ -10,9 +10,12 @@ extern const struct cb_object cb_top_object; /* config_load.c */
 extern const struct cb_object cb_machine_object;
 extern const struct cb_object cb_cycle_object;
 extern const struct cb_object cb_safety_object;
-extern const struct cb_object cb_plc_object; /* config_plc.c */
-extern const struct cb_object cb_transport_object;
+extern const struct cb_object cb_transport_object; /* config_transport.c */
 extern const struct cb_object cb_tcp_object;
+extern const struct cb_object cb_rtu_object;
+extern const struct cb_object cb_bus_object;
+extern const struct cb_object cb_bus_line_object;
+extern const struct cb_object cb_plc_object; /* config_plc.c */
 extern const struct cb_object cb_read_block_object;
 extern const struct cb_object cb_write_block_object;
 extern const struct cb_object cb_signal_object;  /* config_signals.c */

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * The section "plc": the control, the wire, and where the fixed registers are. */
-#include "firmware/config_host.h"
+ * The section "plc": the control, and where the fixed registers are. */
 #include "firmware/config_objects.h"
 #include "firmware/config_registers.h"
 
@@ -59,24 +58,6 @@ static const struct cb_field PLC_FIELDS[PLC_KEYS] = {
 };
 const struct cb_object cb_plc_object = {PLC_FIELDS, PLC_KEYS};
 
-enum { TRANSPORT_TCP, TRANSPORT_RTU, TRANSPORT_KEYS };
-static const struct cb_field TRANSPORT_FIELDS[TRANSPORT_KEYS] = {
-    [TRANSPORT_TCP] = {"tcp", CB_FIELD_OBJECT, false, CB_NOT_STORED},
-    [TRANSPORT_RTU] = {"rtu", CB_FIELD_LATER, false, CB_NOT_STORED},
-};
-const struct cb_object cb_transport_object = {TRANSPORT_FIELDS, TRANSPORT_KEYS};
-
-enum { TCP_HOST, TCP_PORT, TCP_UNIT, TCP_KEYS };
-static const struct cb_field TCP_FIELDS[TCP_KEYS] = {
-    [TCP_HOST] = {"host", CB_FIELD_TEXT, true, AT(host),
-                  .size = sizeof(((struct cb_plc_config *)0)->host)},
-    [TCP_PORT] = {"port", CB_FIELD_UINT16, false, AT(port), .least = "1", .most = "65535",
-                  .otherwise = "502"},
-    [TCP_UNIT] = {"unit", CB_FIELD_UINT8, false, AT(unit), .least = "0", .most = "255",
-                  .otherwise = "1"},
-};
-const struct cb_object cb_tcp_object = {TCP_FIELDS, TCP_KEYS};
-
 enum { BLOCK_START, BLOCK_COUNT, BLOCK_COUNTERS, BLOCK_KEYS };
 static const struct cb_field READ_FIELDS[BLOCK_KEYS] = {
     [BLOCK_START] = {"start", CB_FIELD_UINT16, true, BLOCK_AT(start), .least = "0",
@@ -94,29 +75,6 @@ const struct cb_object cb_read_block_object = {READ_FIELDS, BLOCK_KEYS};
 const struct cb_object cb_write_block_object = {WRITE_FIELDS, BLOCK_KEYS};
 _Static_assert(CB_MAX_READ_REGISTERS == 125 && CB_MAX_WRITE_REGISTERS == 121,
                "the tables above say the same");
-
-static bool read_tcp(struct cb_loader *loader, uint32_t at) {
-    struct cb_plc_config *plc = &loader->config->plc;
-    uint32_t slots[TCP_KEYS];
-    if (!cb_read_object(loader, at, &cb_tcp_object, plc, slots)) return false;
-    if (!cb_is_numeric_address(plc->host))
-        return cb_fail(loader, CB_ERROR_RANGE, slots[TCP_HOST],
-                       "%v is no IPv4 or IPv6 address in numbers; names are not resolved",
-                       slots[TCP_HOST]);
-    return true;
-}
-
-static bool read_transport(struct cb_loader *loader, uint32_t at) {
-    uint32_t slots[TRANSPORT_KEYS];
-    if (!cb_read_object(loader, at, &cb_transport_object, 0, slots)) return false;
-    if (slots[TRANSPORT_TCP] == CB_ABSENT)
-        return cb_fail(loader, CB_ERROR_KEY, at, "the key tcp is missing");
-    loader->config->plc.transport = CB_TRANSPORT_TCP;
-    if (!(loader->target->transports & 1u << CB_TRANSPORT_TCP))
-        return cb_fail(loader, CB_ERROR_PROFILE, slots[TRANSPORT_TCP], "%s has no network",
-                       loader->target->name);
-    return read_tcp(loader, slots[TRANSPORT_TCP]);
-}
 
 static bool read_block(struct cb_loader *loader, uint32_t at, const struct cb_object *object,
                        struct cb_block_config *block) {
@@ -181,12 +139,12 @@ bool cb_load_plc(struct cb_loader *loader, uint32_t at) {
     uint32_t slots[PLC_KEYS];
     plc->referenced_mask = 1u << 1;
     if (!cb_read_object(loader, at, &cb_plc_object, plc, slots)) return false;
-    if (!read_transport(loader, slots[TRANSPORT])) return false;
+    if (!cb_load_transport(loader, slots[TRANSPORT])) return false;
     if (!read_block(loader, slots[READ], &cb_read_block_object, &plc->read)) return false;
     if (!read_block(loader, slots[WRITE], &cb_write_block_object, &plc->write)) return false;
     if (slots[REFERENCED_BITS] != CB_ABSENT &&
         !read_referenced_bits(loader, slots[REFERENCED_BITS]))
         return false;
     return check_profile(loader, slots) && check_timeout(loader, slots[HEARTBEAT_TIMEOUT]) &&
-           take_fixed(loader, slots);
+           cb_check_line(loader, slots[TRANSPORT]) && take_fixed(loader, slots);
 }

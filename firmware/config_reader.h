@@ -152,8 +152,12 @@ bool cb_list_has_room(struct cb_loader *loader, const struct cb_list *list, uint
 
 /* ---- the parts of the file; each reads its value at `at` into loader->config ---- */
 
-bool cb_load_plc(struct cb_loader *loader, uint32_t at);           /* needs cycle */
-bool cb_load_signals(struct cb_loader *loader, uint32_t at);       /* needs plc */
+bool cb_load_plc(struct cb_loader *loader, uint32_t at);       /* needs cycle */
+bool cb_load_transport(struct cb_loader *loader, uint32_t at); /* of plc */
+bool cb_check_line(struct cb_loader *loader,
+                   uint32_t transport); /* needs plc: rtu is fast enough */
+bool cb_load_buses(struct cb_loader *loader, uint32_t at);
+bool cb_load_signals(struct cb_loader *loader, uint32_t at);       /* needs plc, buses */
 bool cb_resolve_lags(struct cb_loader *loader, uint32_t at);       /* at: signals, all loaded */
 bool cb_resolve_velocities(struct cb_loader *loader, uint32_t at); /* likewise */
 bool cb_load_terms(struct cb_loader *loader, uint32_t at);         /* needs signals */

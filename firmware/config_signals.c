@@ -178,14 +178,14 @@ static bool load_can(struct cb_loader *loader, const uint32_t *slots,
 }
 
 static bool load_bus(struct cb_loader *loader, const uint32_t *slots,
-                     const struct cb_signal_config *signal) {
+                     struct cb_signal_config *signal) {
+    const struct cb_config *config = loader->config;
     char name[CB_NAME_SIZE];
     if (!cb_read_name(loader, slots[BUS], name)) return false;
-    if (loader->scratch->bus[0] == '\0') memcpy(loader->scratch->bus, name, sizeof name);
-    if (!cb_same_text(loader->scratch->bus, name))
-        return cb_fail(loader, CB_ERROR_NAME, slots[BUS],
-                       "the box has one sensor bus, and a signal above calls it %s",
-                       loader->scratch->bus);
+    signal->bus = cb_find_name(config->buses, sizeof config->buses[0], config->buses_count, name);
+    if (signal->bus == CB_NONE)
+        return cb_fail(loader, CB_ERROR_NAME, slots[BUS], "the section buses has no bus called %v",
+                       slots[BUS]);
     if (signal->reg + cb_number_registers(signal->type) <= 65536) return true;
     return cb_fail(loader, CB_ERROR_RANGE, slots[REGISTER], "its second register is beyond 65535");
 }

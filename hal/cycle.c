@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+#include "firmware/rtu_budget.h"
+
 /* One cycle's exchange, as far as it has come. */
 struct exchange {
     const struct cb_hal *hal;
@@ -107,7 +109,7 @@ void cb_cycle_run(struct cb_cycle *cycle, struct cb_box *box, const struct cb_ha
     const struct exchange exchange = {
         .hal = hal,
         .plc = &box->config.plc,
-        .deadline_us = cycle->tick_us + (int64_t)box->config.period_us * 4 / 5};
+        .deadline_us = cycle->tick_us + cb_exchange_budget_us(box->config.period_us)};
     /* Nothing to write yet, or nothing known of the PLC: it is read first, even with FC23. */
     const bool combined = box->config.plc.exchange == CB_EXCHANGE_FC23 && cycle->out.write;
 

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "host-tools/compbox/baud_table.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/load.h"
 #include "host-tools/compbox/summary.h"
@@ -17,17 +18,35 @@ struct check_options {
     bool as_json = false;
 };
 
+// For a serial line: what there is of the period, and what each baud rate needs of it.
+json serial_figures(const cb_config &config) {
+    json rates = json::array();
+    for (const auto &row : baud_table(config)) {
+        rates.push_back({{"baud", row.baud},
+                         {"fc3_fc16_ms", row.fc3_fc16_ms},
+                         {"fc23_ms", row.fc23_ms},
+                         {"after_loss_ms", row.after_loss_ms},
+                         {"fits", row.fits}});
+    }
+    return {{"baud", config.plc.serial.line.baud},
+            {"budget_ms", exchange_budget_ms(config)},
+            {"rates", rates}};
+}
+
 void check(const check_options &options) {
     const auto config = load_coefficients(options.path);
     if (options.as_json) {
-        return print_summary({}, {{"machine", config->machine},
-                                  {"revision", config->revision},
-                                  {"signals", config->signals_count},
-                                  {"terms", config->terms_count},
-                                  {"channels", config->channels_count}});
+        json figures = {{"machine", config->machine},
+                        {"revision", config->revision},
+                        {"signals", config->signals_count},
+                        {"terms", config->terms_count},
+                        {"channels", config->channels_count}};
+        if (config->plc.transport == CB_TRANSPORT_RTU) figures["serial"] = serial_figures(*config);
+        return print_summary({}, figures);
     }
     std::cout << config->machine << ", revision " << config->revision << ": " << summary(*config)
-              << "\n";
+              << "\n"
+              << baud_table_text(*config);
 }
 
 }  // namespace

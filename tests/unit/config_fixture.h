@@ -14,7 +14,7 @@ namespace compbox_test {
 
 constexpr cb_target every_target = {"testbox",
                                     1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN | 1u << CB_SOURCE_BUS,
-                                    1u << CB_TRANSPORT_TCP};
+                                    1u << CB_TRANSPORT_TCP | 1u << CB_TRANSPORT_RTU};
 
 inline const std::string full_example = R"({
   "format": "compbox/1",
@@ -53,7 +53,7 @@ inline const std::string full_example = R"({
     {"name": "Y2", "sum": ["EYX", "KB"], "limit_um": 100, "error_um": 200, "slew_um_per_s": 50,
      "plc": 107, "type": "int16", "scale": 0.1}
   ],
-  "pairs": [{"channels": ["Y1", "Y2"], "max_difference_um": 50}],
+  "pairs": [{"channels": ["Y1", "Y2"], "max_difference_um": 50}], "buses": [{"name": "pt100", "rtu": {"device": "/dev/ttyS1", "baud": 9600}, "every_ms": 250}],
   "safety": {"hold_ms": 500, "ramp_um_per_s": 50},
   "provenance": {"by": "nobody", "runs": [1, 2, {"deep": [null, true, false, "\ud83d\ude00"]}]}
 }

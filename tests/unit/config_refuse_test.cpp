@@ -108,9 +108,8 @@ TEST(config_refuse, what_the_target_does_not_have) {
     const cb_target no_net = {"little-box", plc, 1u << CB_TRANSPORT_RTU};
     EXPECT_EQ(said(load(full_example, no_can)),
               "16:43 CB_ERROR_PROFILE signals[1].can: little-box reads no CAN bus in this version");
-    EXPECT_EQ(
-        said(load(full_example, no_bus)),
-        "18:42 CB_ERROR_PROFILE signals[2].bus: little-box reads no sensor bus in this version");
+    EXPECT_EQ(said(load(full_example, no_bus)),
+              "38:77 CB_ERROR_PROFILE buses[0]: little-box reads no sensor bus in this version");
     EXPECT_EQ(said(load(full_example, no_net)),
               "8:26 CB_ERROR_PROFILE plc.transport.tcp: little-box has no network");
 }

@@ -56,6 +56,9 @@ const pairing pairings[] = {
     {"plc", &cb_plc_object, "## plc"},
     {"transport", &cb_transport_object, "### transport"},
     {"tcp", &cb_tcp_object, "### tcp"},
+    {"rtu", &cb_rtu_object, "### rtu"},
+    {"bus", &cb_bus_object, "## buses"},
+    {"bus_line", &cb_bus_line_object, "### rtu"},
     {"read_block", &cb_read_block_object, "### read and write"},
     {"write_block", &cb_write_block_object, "### read and write"},
     {"signal", &cb_signal_object, "## signals"},
@@ -101,8 +104,7 @@ TEST(config_schema, has_the_keys_of_the_loader_and_no_others) {
             const cb_field &field = pair.object->fields[i];
             if (field.kind == CB_FIELD_LATER) continue;
             keys.insert(field.key);
-            // one transport is there: of those that exist, tcp
-            if (field.required || field.key == std::string("tcp")) required.insert(field.key);
+            if (field.required) required.insert(field.key);
         }
         for (const auto &[key, value] : node["properties"].items()) schema_keys.insert(key);
         EXPECT_EQ(schema_keys, keys) << pair.name;
@@ -143,7 +145,7 @@ TEST(config_schema, has_the_words_of_the_loader) {
         EXPECT_EQ(node["enum"].get<std::set<std::string>>(), words) << pair.name << field.key;
         ++lists;
     });
-    EXPECT_EQ(lists, 6);
+    EXPECT_EQ(lists, 8);
 }
 
 TEST(config_schema, has_the_defaults_of_the_loader) {
@@ -165,6 +167,7 @@ TEST(config_schema, has_the_maxima_of_the_box) {
         return schema().at(json::json_pointer(path)).at("maxItems").get<int>();
     };
     EXPECT_EQ(most("/properties/signals"), CB_MAX_SIGNALS);
+    EXPECT_EQ(most("/properties/buses"), CB_MAX_BUSES);
     EXPECT_EQ(most("/properties/terms"), CB_MAX_TERMS);
     EXPECT_EQ(most("/properties/channels"), CB_MAX_CHANNELS);
     EXPECT_EQ(most("/properties/pairs"), CB_MAX_PAIRS);
@@ -214,7 +217,7 @@ TEST(config_schema, the_manual_explains_every_key_with_range_and_default) {
             EXPECT_NE(row.find(otherwise), std::string::npos) << pair.name << ": " << row;
         }
         const bool said = row.find("| required |") != std::string::npos;
-        EXPECT_EQ(said, field.required || field.key == std::string("tcp")) << pair.name << row;
+        EXPECT_EQ(said, field.required) << pair.name << row;
     });
 }
 

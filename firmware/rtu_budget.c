@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/rtu_budget.h"
+
+const uint32_t cb_usual_bauds[] = {1200,  2400,   4800,   9600,   19200,  38400,
+                                   57600, 115200, 230400, 460800, 921600, 0};
+
+bool cb_is_usual_baud(uint32_t baud) {
+    for (const uint32_t *usual = cb_usual_bauds; *usual != 0; ++usual)
+        if (*usual == baud) return true;
+    return false;
+}
+
+static uint32_t read_us(const struct cb_plc_config *plc, const struct cb_rtu_line *line,
+                        const struct cb_block_config *block) {
+    const struct cb_modbus_request request = {.function = CB_MODBUS_READ,
+                                              .read_count = block->count};
+    return cb_rtu_exchange_us(line, &request, plc->serial.slave_delay_us);
+}
+
+static uint32_t write_us(const struct cb_plc_config *plc, const struct cb_rtu_line *line) {
+    const struct cb_modbus_request request = {.function = CB_MODBUS_WRITE,
+                                              .write_count = plc->write.count};
+    return cb_rtu_exchange_us(line, &request, plc->serial.slave_delay_us);
+}
+
+static uint32_t write_read_us(const struct cb_plc_config *plc, const struct cb_rtu_line *line) {
+    const struct cb_modbus_request request = {.function = CB_MODBUS_WRITE_READ,
+                                              .read_count = plc->read.count,
+                                              .write_count = plc->write.count};
+    return cb_rtu_exchange_us(line, &request, plc->serial.slave_delay_us);
+}
+
+uint32_t cb_rtu_cycle_us(const struct cb_plc_config *plc, const struct cb_rtu_line *line) {
+    if (plc->exchange == CB_EXCHANGE_FC23) return write_read_us(plc, line);
+    return read_us(plc, line, &plc->read) + write_us(plc, line);
+}
+
+uint32_t cb_rtu_resync_us(const struct cb_plc_config *plc, const struct cb_rtu_line *line) {
+    return read_us(plc, line, &plc->read) + read_us(plc, line, &plc->write);
+}
+
+uint32_t cb_rtu_longest_us(const struct cb_plc_config *plc, const struct cb_rtu_line *line) {
+    const uint32_t cycle_us = cb_rtu_cycle_us(plc, line), resync_us = cb_rtu_resync_us(plc, line);
+    return cycle_us > resync_us ? cycle_us : resync_us;
+}
