@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: MIT
+ * The program's parts, as main.c joins them. */
+#ifndef COMPBOX_HAL_STM32F405_APP_H
+#define COMPBOX_HAL_STM32F405_APP_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/box.h"
+#include "firmware/config_load.h"
+#include "firmware/recorder.h"
+#include "hal/cycle.h"
+#include "hal/stm32f405/app/console.h"
+#include "hal/stm32f405/box_hal.h"
+#include "hal/stm32f405/clock.h"
+#include "hal/stm32f405/retained.h"
+
+/* The flight recorder lies where the loader worked. */
+enum { CB_APP_RECORDS = sizeof(struct cb_load_scratch) / sizeof(struct cb_record) };
+
+struct cb_app {
+    struct cb_console console;
+    struct cb_clock clock;
+    enum cb_start_cause cause;
+    char slot; /* 'A', 'B'; 0: there is no file and no box */
+    struct cb_board board;
+    struct cb_cycle cycle;
+    struct cb_recorder recorder;
+    bool trace;         /* a line about each cycle */
+    uint32_t dump_left; /* records of a dump that are still to be sent */
+    uint8_t said_mode, said_reason;
+    bool said;         /* the mode was said at all */
+    int64_t status_us; /* of the last status line */
+    struct cb_box box;
+    union {
+        struct cb_load_scratch scratch;
+        struct cb_record records[CB_APP_RECORDS];
+    } loading;
+};
+
+/* status.c: after each cycle: mode and reason when they change, a status line once a second. */
+void cb_status_note(struct cb_app *app);
+
+/* Time as all lines begin with it. */
+struct cb_text *cb_status_begin(struct cb_app *app);
+
+/* What the box started with, and why. */
+void cb_status_start(struct cb_app *app);
+void cb_status_counters(struct cb_app *app);
+void cb_status_fault(struct cb_app *app);
+
+/* dump.c: a part of a dump that was asked for, as far as the console has room; the trace's line. */
+void cb_dump_ask(struct cb_app *app);
+void cb_dump_go_on(struct cb_app *app);
+void cb_trace_note(struct cb_app *app);
+
+/* commands.c: executes what was typed. */
+void cb_commands_serve(struct cb_app *app);
+
+#endif

@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: MIT
+ * The console's line: text out, commands in. Never waits; a line that finds no room is counted as
+ * lost. */
+#ifndef COMPBOX_HAL_STM32F405_CONSOLE_H
+#define COMPBOX_HAL_STM32F405_CONSOLE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "hal/stm32f405/text.h"
+
+enum { CB_CONSOLE_BAUD = 115200, CB_CONSOLE_LINE = 40 };
+
+struct cb_console {
+    struct cb_text line; /* being put together */
+    uint32_t lost;       /* lines */
+    uint32_t have;       /* characters of the command that is being typed */
+    char typed[CB_CONSOLE_LINE];
+};
+
+void cb_console_start(struct cb_console *console);
+
+/* An empty line to put words into. */
+struct cb_text *cb_console_line(struct cb_console *console);
+
+/* Sends the line, with its end. */
+void cb_console_end(struct cb_console *console);
+
+/* A line of these words. */
+void cb_console_say(struct cb_console *console, const char *words);
+
+/* Room for `lines` more of the longest. */
+bool cb_console_has_room(uint32_t lines);
+
+/* out: the next whole line that was typed, ended by 0; NULL when there is none. Valid until the
+ * next call. */
+const char *cb_console_take(struct cb_console *console);
+
+#endif

@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: MIT */
+#include "hal/stm32f405/app/load.h"
+
+#include "firmware/slot.h"
+#include "hal/stm32f405/mcu.h"
+
+static const struct cb_target target = {.name = "compbox-stm32f405",
+                                        .sources = 1u << CB_SOURCE_PLC | 1u << CB_SOURCE_BUS,
+                                        .transports = 1u << CB_TRANSPORT_RTU};
+
+static const void *const slots[CB_SLOTS] = {CB_FLASH_SLOT_A, CB_FLASH_SLOT_B};
+
+static struct cb_text *begin(struct cb_console *console, int index) {
+    struct cb_text *line = cb_console_line(console);
+    cb_text_put(line, index == 0 ? "slot A: " : "slot B: ");
+    return line;
+}
+
+static void report(struct cb_console *console, int index, enum cb_slot_state state,
+                   const struct cb_slot *slot) {
+    struct cb_text *line = begin(console, index);
+    switch (state) {
+        case CB_SLOT_EMPTY:
+            cb_text_put(line, "empty");
+            break;
+        case CB_SLOT_BROKEN:
+            cb_text_put(line, "BROKEN, not used: its header or its check sum is wrong");
+            break;
+        case CB_SLOT_WHOLE:
+            cb_text_put(line, "revision ");
+            cb_text_put_unsigned(line, slot->revision);
+            cb_text_put(line, ", ");
+            cb_text_put_unsigned(line, slot->length);
+            cb_text_put(line, " bytes");
+            break;
+    }
+    cb_console_end(console);
+}
+
+static void report_refused(struct cb_console *console, int index,
+                           const struct cb_message *message) {
+    struct cb_text *line = begin(console, index);
+    cb_text_put(line, "REFUSED, not used: ");
+    cb_text_put(line, message->text);
+    cb_text_put(line, ", line ");
+    cb_text_put_unsigned(line, message->line);
+    cb_text_put(line, ", column ");
+    cb_text_put_unsigned(line, message->column);
+    cb_console_end(console);
+}
+
+/* out: whether the loader took the text of this slot */
+static bool try_slot(struct cb_config *config, struct cb_load_scratch *scratch,
+                     struct cb_console *console, int index, const struct cb_slot *slot) {
+    struct cb_message message = {.line = 0};
+    if (cb_config_load(config, slot->text, slot->length, &target, scratch, &message) == CB_OK)
+        return true;
+    report_refused(console, index, &message);
+    return false;
+}
+
+void cb_load_report(struct cb_console *console) {
+    for (int i = 0; i < CB_SLOTS; ++i) {
+        struct cb_slot slot = {0};
+        report(console, i, cb_slot_read(slots[i], CB_FLASH_SLOT_BYTES, &slot), &slot);
+    }
+}
+
+char cb_load_slots(struct cb_config *config, struct cb_load_scratch *scratch,
+                   struct cb_console *console) {
+    static const char names[CB_SLOTS] = {'A', 'B'};
+    struct cb_slot slot[CB_SLOTS], newest;
+    bool whole[CB_SLOTS];
+    cb_load_report(console);
+    for (int i = 0; i < CB_SLOTS; ++i)
+        whole[i] = cb_slot_read(slots[i], CB_FLASH_SLOT_BYTES, &slot[i]) == CB_SLOT_WHOLE;
+    const int first = cb_slot_newest(slots, CB_FLASH_SLOT_BYTES, &newest);
+    if (first < 0) return 0;
+    const int other = 1 - first;
+    if (try_slot(config, scratch, console, first, &newest)) return names[first];
+    if (whole[other] && try_slot(config, scratch, console, other, &slot[other]))
+        return names[other];
+    return 0;
+}

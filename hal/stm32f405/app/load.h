@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: MIT
+ * The coefficient file from flash: of the two slots the newest revision that is whole and that the
+ * loader takes. */
+#ifndef COMPBOX_HAL_STM32F405_LOAD_H
+#define COMPBOX_HAL_STM32F405_LOAD_H
+
+#include "firmware/config_load.h"
+#include "hal/stm32f405/app/console.h"
+
+/* out: 'A' or 'B' and *config complete; 0 when neither slot has a file that this box can run. What
+ * is wrong with a slot is said on the console. */
+char cb_load_slots(struct cb_config *config, struct cb_load_scratch *scratch,
+                   struct cb_console *console);
+
+/* Says what lies in the slots. */
+void cb_load_report(struct cb_console *console);
+
+#endif

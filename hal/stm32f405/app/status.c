@@ -1,0 +1,135 @@
+/* SPDX-License-Identifier: MIT */
+#include <string.h>
+
+#include "hal/stm32f405/app/app.h"
+#include "hal/stm32f405/guard.h"
+#include "hal/stm32f405/time.h"
+
+enum { STATUS_US = 1000000 };
+
+struct cb_text *cb_status_begin(struct cb_app *app) {
+    struct cb_text *line = cb_console_line(&app->console);
+    cb_text_put_thousandths(line, cb_time_us() / 1000, 3);
+    cb_text_put(line, " ");
+    return line;
+}
+
+static void put_number(struct cb_text *line, const char *name, uint32_t number) {
+    cb_text_put(line, name);
+    cb_text_put_unsigned(line, number);
+}
+
+static void put_mode(struct cb_text *line, const struct cb_box *box) {
+    cb_text_put(line, cb_mode_name(box->mode.mode));
+    cb_text_put(line, ": ");
+    cb_text_put(line, cb_reason_text(box->mode.reason));
+}
+
+static void put_channels(struct cb_text *line, const struct cb_box *box) {
+    for (unsigned i = 0; i < box->config.channels_count; ++i) {
+        cb_text_put(line, i == 0 ? "; " : " ");
+        cb_text_put(line, box->config.channels[i].name);
+        cb_text_put(line, " ");
+        cb_text_put_tenths(line, box->channels[i].output_um);
+    }
+    cb_text_put(line, " um");
+}
+
+static void put_stack(struct cb_text *line) {
+    put_number(line, "; stack ", cb_guard_stack_used());
+    put_number(line, "/", cb_guard_stack_bytes());
+}
+
+static void say_status(struct cb_app *app) {
+    struct cb_text *line = cb_status_begin(app);
+    if (app->slot == 0) {
+        cb_text_put(line, "STANDBY: no valid coefficient file, see `slots`");
+    } else {
+        put_mode(line, &app->box);
+        put_channels(line, &app->box);
+        put_number(line, "; cycles ", app->box.counters.cycles);
+        put_number(line, " missed ", app->box.counters.missed_ticks);
+    }
+    put_stack(line);
+    if (app->console.lost > 0) put_number(line, "; lines lost ", app->console.lost);
+    cb_console_end(&app->console);
+}
+
+static void say_mode(struct cb_app *app) {
+    struct cb_text *line = cb_status_begin(app);
+    cb_text_put(line, "now ");
+    put_mode(line, &app->box);
+    cb_console_end(&app->console);
+    app->said_mode = app->box.mode.mode;
+    app->said_reason = app->box.mode.reason;
+    app->said = true;
+}
+
+static bool mode_changed(const struct cb_app *app) {
+    return !app->said || app->said_mode != app->box.mode.mode ||
+           app->said_reason != app->box.mode.reason;
+}
+
+void cb_status_note(struct cb_app *app) {
+    if (app->slot != 0 && mode_changed(app)) say_mode(app);
+    const int64_t now_us = cb_time_us();
+    if (now_us - app->status_us < STATUS_US) return;
+    app->status_us = now_us;
+    say_status(app);
+}
+
+void cb_status_start(struct cb_app *app) {
+    struct cb_text *line = cb_status_begin(app);
+    cb_text_put(line, "compbox-stm32f405 started: ");
+    cb_text_put(line, cb_start_text(app->cause));
+    cb_text_put(line, "; ");
+    cb_text_put(line, cb_clock_text(app->clock.source));
+    if (cb_retained.crystal_failed) cb_text_put(line, "; the crystal has FAILED");
+    put_number(line, "; restarts by faults ", cb_retained.fault_starts);
+    cb_console_end(&app->console);
+    if (app->cause == CB_START_FAULT) cb_status_fault(app);
+}
+
+void cb_status_counters(struct cb_app *app) {
+    struct cb_text *line = cb_status_begin(app);
+    cb_text_put(line, "counters:");
+    for (unsigned i = 0; i < CB_COUNTERS_COUNT; ++i) {
+        uint32_t count;
+        memcpy(&count, (const char *)&app->box.counters + i * sizeof count, sizeof count);
+        if (count == 0) continue;
+        cb_text_put(line, " ");
+        cb_text_put(line, cb_counter_name(i));
+        put_number(line, "=", count);
+    }
+    cb_console_end(&app->console);
+}
+
+static void put_register(struct cb_text *line, const char *name, uint32_t value) {
+    cb_text_put(line, name);
+    cb_text_put_hex(line, value, 8);
+}
+
+void cb_status_fault(struct cb_app *app) {
+    static const char *const names[] = {" r0 ", " r1 ", " r2 ", " r3 "};
+    const struct cb_fault_registers *fault = &cb_retained.fault;
+    struct cb_text *line = cb_status_begin(app);
+    if (cb_retained.faults == 0) {
+        cb_text_put(line, "no processor fault since power-on");
+        cb_console_end(&app->console);
+        return;
+    }
+    put_number(line, "processor fault ", cb_retained.faults);
+    put_number(line, ": exception ", fault->exception);
+    put_register(line, " pc ", fault->pc);
+    put_register(line, " lr ", fault->lr);
+    put_register(line, " sp ", fault->sp);
+    put_register(line, " psr ", fault->psr);
+    for (unsigned i = 0; i < 4; ++i) put_register(line, names[i], fault->r[i]);
+    put_register(line, " r12 ", fault->r12);
+    put_register(line, " exc ", fault->exc_return);
+    put_register(line, " cfsr ", fault->cfsr);
+    put_register(line, " hfsr ", fault->hfsr);
+    put_register(line, " mmfar ", fault->mmfar);
+    put_register(line, " bfar ", fault->bfar);
+    cb_console_end(&app->console);
+}

@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: MIT */
+#include "hal/stm32f405/clock.h"
+
+#include "hal/stm32f405/mcu.h"
+
+/* PLL: 1 MHz in, times 336, by 2 = 168 MHz; by 7 = 48 MHz for what needs USB's clock. */
+enum {
+    CRYSTAL_MHZ = 8,
+    INTERNAL_MHZ = 16,
+    PLL_TIMES = 336,
+    PLL_BY_7 = 7 << 24,
+    FLASH_5_WAIT_STATES_PREFETCH_CACHES = 5 | 7 << 8,
+    TRIES = 200000, /* at 16 MHz and some 8 cycles each: 100 ms; a crystal takes 2 ms */
+};
+
+/* out: whether the bits appeared before the tries were used up */
+static bool wait_for(const cb_register *at, uint32_t mask, uint32_t bits) {
+    for (uint32_t i = 0; i < TRIES; ++i)
+        if ((*at & mask) == bits) return true;
+    return false;
+}
+
+static bool start_crystal(void) {
+    CB_RCC->cr |= CB_RCC_CR_HSEON;
+    if (wait_for(&CB_RCC->cr, CB_RCC_CR_HSERDY, CB_RCC_CR_HSERDY)) return true;
+    CB_RCC->cr &= ~(uint32_t)CB_RCC_CR_HSEON;
+    return false;
+}
+
+/* in : the PLL's input, in MHz, and its source bit
+ * out: whether the processor runs from the PLL; if not it runs on as it did */
+static bool switch_to_pll(uint32_t input_mhz, uint32_t source) {
+    CB_RCC->cr &= ~(uint32_t)CB_RCC_CR_PLLON;
+    CB_RCC->pllcfgr = input_mhz | PLL_TIMES << 6 | PLL_BY_7 | source;
+    CB_RCC->cr |= CB_RCC_CR_PLLON;
+    if (!wait_for(&CB_RCC->cr, CB_RCC_CR_PLLRDY, CB_RCC_CR_PLLRDY)) return false;
+    CB_FLASH_ACR = FLASH_5_WAIT_STATES_PREFETCH_CACHES;
+    if (!wait_for(&CB_FLASH_ACR, 7, 5)) return false;
+    CB_RCC->cfgr = CB_RCC_CFGR_APB1_BY_4 | CB_RCC_CFGR_APB2_BY_2;
+    CB_RCC->cfgr |= CB_RCC_CFGR_SW_PLL;
+    return wait_for(&CB_RCC->cfgr, CB_RCC_CFGR_SWS, CB_RCC_CFGR_SWS_PLL);
+}
+
+static struct cb_clock fast(enum cb_clock_source source) {
+    return (struct cb_clock){source, 168000000, 42000000, 84000000};
+}
+
+static struct cb_clock slow(void) {
+    CB_RCC->cfgr = 0;
+    CB_RCC->cr &= ~(uint32_t)CB_RCC_CR_PLLON;
+    return (struct cb_clock){CB_CLOCK_SLOW, 16000000, 16000000, 16000000};
+}
+
+struct cb_clock cb_clock_start(bool crystal) {
+    /* On silicon the internal oscillator runs after every reset; all bits 0 is the emulator, whose
+     * processor runs at 168 MHz and whose registers take nothing. */
+    if (CB_RCC->cr == 0) return fast(CB_CLOCK_EMULATED);
+    if (crystal && start_crystal() && switch_to_pll(CRYSTAL_MHZ, CB_RCC_PLL_HSE)) {
+        CB_RCC->cr |= CB_RCC_CR_CSSON;
+        return fast(CB_CLOCK_CRYSTAL);
+    }
+    CB_RCC->cfgr = 0;
+    if (switch_to_pll(INTERNAL_MHZ, 0)) return fast(CB_CLOCK_INTERNAL);
+    return slow();
+}
+
+const char *cb_clock_text(enum cb_clock_source source) {
+    static const char *const texts[] = {
+#define CB_X(name, text) text,
+        CB_CLOCKS(CB_X)
+#undef CB_X
+    };
+    return source < sizeof texts / sizeof texts[0] ? texts[source] : "unknown";
+}

@@ -1,0 +1,83 @@
+/* SPDX-License-Identifier: MIT */
+#include "hal/stm32f405/fault.h"
+
+#include <stdint.h>
+#include <string.h>
+
+#include "hal/stm32f405/mcu.h"
+#include "hal/stm32f405/retained.h"
+
+extern char stack_start[], stack_top[];
+void cb_fault_record(const uint32_t *frame, uint32_t exc_return);
+
+/* The stack may be what is broken: the handler takes one of its own before it touches memory. */
+__attribute__((naked)) void cb_fault_handler(void) {
+    __asm__ volatile(
+        "mrs r0, msp\n\t"
+        "mov r1, lr\n\t"
+        "ldr r2, =fault_stack_top\n\t"
+        "msr msp, r2\n\t"
+        "isb\n\t"
+        "b cb_fault_record\n\t"
+        ".ltorg");
+}
+
+static uint32_t exception_number(void) {
+    uint32_t ipsr;
+    __asm__ volatile("mrs %0, ipsr" : "=r"(ipsr));
+    return ipsr;
+}
+
+/* in : where the stack pointer stood, and the link register of the exception
+ * The frame is read only where it lies in the stack as a whole. */
+__attribute__((used)) void cb_fault_record(const uint32_t *frame, uint32_t exc_return) {
+    struct cb_fault_registers *fault = &cb_retained.fault;
+    const uintptr_t at = (uintptr_t)frame;
+    memset(fault, 0, sizeof *fault);
+    fault->sp = (uint32_t)at;
+    fault->exc_return = exc_return;
+    fault->exception = exception_number();
+    fault->cfsr = CB_SCB->cfsr;
+    fault->hfsr = CB_SCB->hfsr;
+    fault->mmfar = CB_SCB->mmfar;
+    fault->bfar = CB_SCB->bfar;
+    if (at % 4 == 0 && at >= (uintptr_t)stack_start && at + 32 <= (uintptr_t)stack_top) {
+        memcpy(fault->r, frame, sizeof fault->r);
+        fault->r12 = frame[4];
+        fault->lr = frame[5];
+        fault->pc = frame[6];
+        fault->psr = frame[7];
+    }
+    ++cb_retained.faults;
+    cb_restart(CB_START_FAULT);
+}
+
+/* The processor runs from the internal oscillator now, at another speed than the ports are set to:
+ * it starts anew and leaves the crystal alone. */
+void cb_nmi_handler(void) {
+    if (!(CB_RCC->cir & CB_RCC_CIR_CSSF)) return;
+    CB_RCC->cir |= CB_RCC_CIR_CSSC;
+    cb_retained.crystal_failed = 1;
+    cb_restart(CB_START_CLOCK);
+}
+
+/* Writes downward from the stack pointer until the guard is met. */
+static void overflow(void) {
+    __asm__ volatile("1: push {r0-r7}\n\tb 1b");
+}
+
+void cb_provoke(enum cb_provoke what) {
+    switch (what) {
+        case CB_PROVOKE_UNDEFINED:
+            __asm__ volatile("udf #0");
+            break;
+        case CB_PROVOKE_ADDRESS:
+            *(volatile uint32_t *)0x70000000u = 1;
+            break;
+        case CB_PROVOKE_STACK:
+            overflow();
+            break;
+        case CB_PROVOKE_HANG: /* the watchdog's turn */
+            for (;;) cb_sleep();
+    }
+}

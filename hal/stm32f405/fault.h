@@ -1,0 +1,17 @@
+/* SPDX-License-Identifier: MIT
+ * What the processor does when it cannot go on: registers are recorded (retained.h) and it starts
+ * anew. */
+#ifndef COMPBOX_HAL_STM32F405_FAULT_H
+#define COMPBOX_HAL_STM32F405_FAULT_H
+
+/* Hard fault, memory, bus, usage fault, and every interrupt that nobody asked for. */
+void cb_fault_handler(void);
+
+/* The clock security system: the crystal stopped. */
+void cb_nmi_handler(void);
+
+/* For tests of the handler: provokes one. */
+enum cb_provoke { CB_PROVOKE_UNDEFINED, CB_PROVOKE_ADDRESS, CB_PROVOKE_STACK, CB_PROVOKE_HANG };
+void cb_provoke(enum cb_provoke what);
+
+#endif

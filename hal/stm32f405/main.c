@@ -1,0 +1,102 @@
+/* SPDX-License-Identifier: MIT
+ * compbox-stm32f405: the box on a bare STM32F405. Starts the hardware, loads the coefficient file
+ * from flash, and runs cycle after cycle; the console has what is left of each period. */
+#include "hal/stm32f405/app/app.h"
+#include "hal/stm32f405/app/load.h"
+#include "hal/stm32f405/time.h"
+#include "hal/stm32f405/usart.h"
+#include "hal/stm32f405/watchdog.h"
+
+enum {
+    STANDBY_PERIOD_US = 30000, /* of the cycle that only says why there is no box */
+    WATCHDOG_PERIODS = 10,
+    WATCHDOG_LEAST_MS = 300,
+    GOOD_RUN_CYCLES = 20000, /* ten minutes at 30 ms: faults before it are history */
+};
+
+static struct cb_app app;
+
+/* What there is time for between two cycles. */
+static void idle(void *context) {
+    (void)context;
+    cb_commands_serve(&app);
+    cb_dump_go_on(&app);
+}
+
+static void start_hardware(void) {
+    app.cause = cb_retained_open(cb_watchdog_bit());
+    app.clock = cb_clock_start(cb_retained.crystal_failed == 0);
+    cb_time_start(app.clock.core_hz);
+    cb_usart_prepare(&app.clock);
+    cb_console_start(&app.console);
+}
+
+static void start_watchdog(uint32_t period_us) {
+    const uint32_t timeout_ms = period_us / 1000 * WATCHDOG_PERIODS;
+    cb_watchdog_start(timeout_ms > WATCHDOG_LEAST_MS ? timeout_ms : WATCHDOG_LEAST_MS);
+}
+
+/* Restarted by itself again and again: the file may be the cause, so it is left alone. */
+static bool restarts_too_often(void) {
+    return cb_retained.fault_starts > CB_FAULT_STARTS_MAX;
+}
+
+static void load(void) {
+    cb_status_start(&app);
+    if (restarts_too_often()) {
+        cb_console_say(&app.console,
+                       "too many restarts by faults: the file is not run; `restart` tries again");
+        cb_retained.fault_starts = 0;
+        cb_retained_seal();
+        return;
+    }
+    app.slot = cb_load_slots(&app.box.config, &app.loading.scratch, &app.console);
+}
+
+static void note_cycle(void) {
+    if (app.dump_left == 0) cb_recorder_note(&app.recorder, &app.box);
+    if (app.trace) cb_trace_note(&app);
+    cb_status_note(&app);
+    if (app.box.counters.cycles == GOOD_RUN_CYCLES && cb_retained.fault_starts > 0) {
+        cb_retained.fault_starts = 0;
+        cb_retained_seal();
+    }
+}
+
+/* After a fault of its own the box waits for permit resume or a new enable edge, as after any loss
+ * (docs/decisions/0004-enable.md). */
+static _Noreturn void run_box(void) {
+    const struct cb_hal hal = cb_board_hal(&app.board);
+    cb_recorder_start(&app.recorder, app.loading.records, CB_APP_RECORDS);
+    cb_box_start(&app.box);
+    app.box.mode.lost = cb_start_was_fault(app.cause);
+    app.trace = cb_retained.trace != 0;
+    cb_retained.trace = 0;
+    cb_retained_seal();
+    cb_cycle_start(&app.cycle);
+    start_watchdog(app.box.config.period_us);
+    for (;;) {
+        cb_cycle_run(&app.cycle, &app.box, &hal);
+        note_cycle();
+    }
+}
+
+static _Noreturn void run_standby(void) {
+    const struct cb_hal hal = cb_board_hal(&app.board);
+    start_watchdog(STANDBY_PERIOD_US);
+    for (;;) {
+        (void)cb_board_wait_tick(&app.board);
+        cb_status_note(&app);
+        hal.feed_watchdog(hal.context);
+    }
+}
+
+int main(void) {
+    start_hardware();
+    load();
+    app.board = (struct cb_board){
+        .period_us = app.slot ? app.box.config.period_us : STANDBY_PERIOD_US, .idle = idle};
+    app.status_us = -1000000; /* the first one at once */
+    if (app.slot == 0) run_standby();
+    run_box();
+}

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: MIT */
+#include "hal/stm32f405/time.h"
+
+#include <stdbool.h>
+
+#include "hal/stm32f405/mcu.h"
+#include "hal/stm32f405/usart.h"
+
+enum { US_PER_TICK = 1000, ENABLE_INTERRUPT_CORE = 7 };
+
+static volatile int64_t ticks_us; /* written by the interrupt alone */
+static uint32_t per_us, reload;
+
+void cb_time_start(uint32_t core_hz) {
+    per_us = core_hz / 1000000;
+    reload = per_us * US_PER_TICK - 1;
+    ticks_us = 0;
+    CB_SYSTICK->rvr = reload;
+    CB_SYSTICK->cvr = 0;
+    CB_SYSTICK->csr = ENABLE_INTERRUPT_CORE;
+}
+
+/* One look: whole milliseconds, and what the counter has run since. The counter may have begun anew
+ * while its interrupt still waits. */
+static int64_t look(void) {
+    const int64_t whole_us = ticks_us;
+    const uint32_t first = CB_SYSTICK->cvr;
+    const bool pending = (CB_SCB->icsr & CB_SCB_ICSR_PENDSTSET) != 0;
+    const uint32_t value = pending ? CB_SYSTICK->cvr : first;
+    return whole_us + (pending ? US_PER_TICK : 0) + (int64_t)((reload - value) / per_us);
+}
+
+int64_t cb_time_us(void) {
+    int64_t before_us, now_us;
+    unsigned tries = 4; /* the interrupt comes once a millisecond: one repetition is enough */
+    do {
+        before_us = ticks_us;
+        now_us = look();
+    } while (before_us != ticks_us && --tries > 0);
+    return now_us;
+}
+
+void cb_systick_handler(void) {
+    ticks_us = ticks_us + US_PER_TICK;
+    cb_usart_kick();
+}
