@@ -19,7 +19,7 @@ static int64_t now_us(void *context) {
 static void wait_until(struct cb_board *board, int64_t until_us) {
     const bool whole = until_us % SLEEP_US == 0;
     for (;;) {
-        board->idle(board->idle_context);
+        board->idle();
         const int64_t left_us = until_us - cb_time_us();
         if (left_us <= 0) return;
         if (whole || left_us > SLEEP_US) cb_sleep();
@@ -48,25 +48,79 @@ static uint32_t wait_tick(void *context) {
     return cb_board_wait_tick(context);
 }
 
+/* How long to wait for a reply: as long as there is time for one repetition after it, when there is
+ * time for one at all. */
+static int64_t patience_us(int64_t now_us, int64_t deadline_us, uint32_t needed_us) {
+    const bool twice = deadline_us - now_us >= 2 * (int64_t)needed_us;
+    return twice ? deadline_us - (int64_t)needed_us : deadline_us;
+}
+
+/* One request and its reply, or the end of its time. */
+static enum cb_wire_end ask(struct cb_board *board, const struct cb_modbus_request *request,
+                            uint16_t *registers, int64_t until_us) {
+    struct cb_wire *wire = &board->plc;
+    cb_wire_ask(wire, board->plc_unit, request, registers, until_us);
+    while (!cb_wire_poll(wire, cb_time_us())) {
+        board->meanwhile();
+        if (wire->state != CB_WIRE_QUIET) cb_sleep(); /* the silence ends between two interrupts */
+    }
+    return wire->end;
+}
+
+/* A request is repeated as often as its time allows: reading twice and writing the same absolute
+ * values twice harm nobody. */
+static enum cb_transfer exchange(struct cb_board *board, const struct cb_modbus_request *request,
+                                 uint16_t *registers, int64_t deadline_us) {
+    const uint32_t needed_us = cb_rtu_exchange_us(&board->plc.line, request, board->slave_delay_us);
+    bool sent = false;
+    for (unsigned tries = 0; tries < CB_BOARD_TRIES; ++tries) {
+        const int64_t now_us = cb_time_us();
+        if (deadline_us - now_us < (int64_t)needed_us) break;
+        board->plc.counters.retries += tries > 0;
+        switch (ask(board, request, registers, patience_us(now_us, deadline_us, needed_us))) {
+            case CB_WIRE_OK:
+                return CB_TRANSFER_OK;
+            case CB_WIRE_REFUSED:
+                return CB_TRANSFER_REFUSED;
+            case CB_WIRE_SILENT:
+            case CB_WIRE_SPOILT:
+                sent = true;
+                break;
+            case CB_WIRE_NOT_SENT:
+                break;
+        }
+    }
+    return sent ? CB_TRANSFER_UNKNOWN : CB_TRANSFER_FAILED;
+}
+
 static enum cb_transfer read(void *context, uint16_t start, uint16_t count, uint16_t *registers,
                              int64_t deadline_us) {
-    (void)context, (void)start, (void)count, (void)registers, (void)deadline_us;
-    return CB_TRANSFER_FAILED;
+    struct cb_board *board = context;
+    const struct cb_modbus_request request = {
+        .function = CB_MODBUS_READ, .read_start = start, .read_count = count};
+    return exchange(board, &request, registers, deadline_us - (int64_t)board->reserve_us);
 }
 
 static enum cb_transfer write(void *context, uint16_t start, uint16_t count,
                               const uint16_t *registers, int64_t deadline_us) {
-    (void)context, (void)start, (void)count, (void)registers, (void)deadline_us;
-    return CB_TRANSFER_FAILED;
+    const struct cb_modbus_request request = {.function = CB_MODBUS_WRITE,
+                                              .write_start = start,
+                                              .write_count = count,
+                                              .write_registers = registers};
+    return exchange(context, &request, 0, deadline_us);
 }
 
 static enum cb_transfer write_read(void *context, uint16_t write_start, uint16_t write_count,
                                    const uint16_t *write_registers, uint16_t read_start,
                                    uint16_t read_count, uint16_t *read_registers,
                                    int64_t deadline_us) {
-    (void)context, (void)write_start, (void)write_count, (void)write_registers;
-    (void)read_start, (void)read_count, (void)read_registers, (void)deadline_us;
-    return CB_TRANSFER_FAILED;
+    const struct cb_modbus_request request = {.function = CB_MODBUS_WRITE_READ,
+                                              .read_start = read_start,
+                                              .read_count = read_count,
+                                              .write_start = write_start,
+                                              .write_count = write_count,
+                                              .write_registers = write_registers};
+    return exchange(context, &request, read_registers, deadline_us);
 }
 
 static size_t samples(void *context, struct cb_hal_sample *list, size_t max) {

@@ -7,13 +7,20 @@
 #include <stdint.h>
 
 #include "hal/hal.h"
+#include "hal/stm32f405/wire.h"
+
+enum { CB_BOARD_TRIES = 8 }; /* of one request in one cycle */
 
 struct cb_board {
     uint32_t period_us;
-    int64_t next_tick_us;        /* 0: none yet */
-    bool stop;                   /* the console asked for it */
-    void (*idle)(void *context); /* called while there is time: again and again, each time short */
-    void *idle_context;
+    struct cb_wire plc;
+    uint8_t plc_unit;
+    uint32_t slave_delay_us; /* of the PLC */
+    uint32_t reserve_us;     /* what a reading leaves of the cycle's time, for the write */
+    int64_t next_tick_us;    /* 0: none yet */
+    bool stop;               /* the console asked for it */
+    void (*idle)(void);      /* called again and again while there is time, each time short */
+    void (*meanwhile)(void); /* called while the PLC is waited for, each time very short */
 };
 
 /* Sleeps for the rest of the period, with idle() in between, and returns how many ticks were

@@ -11,17 +11,20 @@ enum {
     STANDBY_PERIOD_US = 30000, /* of the cycle that only says why there is no box */
     WATCHDOG_PERIODS = 10,
     WATCHDOG_LEAST_MS = 300,
-    GOOD_RUN_CYCLES = 20000, /* ten minutes at 30 ms: faults before it are history */
+    GOOD_RUN_CYCLES = 20000,  /* ten minutes at 30 ms: faults before it are history */
+    EMULATED_LUMPS_US = 4000, /* a socket's bytes wait for the emulator's other thread */
 };
 
 static struct cb_app app;
 
 /* What there is time for between two cycles. */
-static void idle(void *context) {
-    (void)context;
+static void idle(void) {
     cb_commands_serve(&app);
     cb_dump_go_on(&app);
 }
+
+/* What there is time for while the PLC is waited for. */
+static void meanwhile(void) {}
 
 static void start_hardware(void) {
     app.cause = cb_retained_open(cb_watchdog_bit());
@@ -63,10 +66,31 @@ static void note_cycle(void) {
     }
 }
 
+/* What a reading has to leave of the time of a cycle: the write. */
+static uint32_t reserve_us(const struct cb_plc_config *plc) {
+    const struct cb_modbus_request write = {.function = CB_MODBUS_WRITE,
+                                            .write_count = plc->write.count};
+    if (plc->exchange == CB_EXCHANGE_FC23) return 0;
+    return cb_rtu_exchange_us(&plc->serial.line, &write, plc->serial.slave_delay_us);
+}
+
+static uint32_t lumps_us(void) {
+    return app.clock.source == CB_CLOCK_EMULATED ? EMULATED_LUMPS_US : 0;
+}
+
+static void start_plc(void) {
+    const struct cb_plc_config *plc = &app.box.config.plc;
+    cb_wire_start(&app.board.plc, CB_USART_PLC, &plc->serial.line, lumps_us());
+    app.board.plc_unit = plc->unit;
+    app.board.slave_delay_us = plc->serial.slave_delay_us;
+    app.board.reserve_us = reserve_us(plc);
+}
+
 /* After a fault of its own the box waits for permit resume or a new enable edge, as after any loss
  * (docs/decisions/0004-enable.md). */
 static _Noreturn void run_box(void) {
     const struct cb_hal hal = cb_board_hal(&app.board);
+    start_plc();
     cb_recorder_start(&app.recorder, app.loading.records, CB_APP_RECORDS);
     cb_box_start(&app.box);
     app.box.mode.lost = cb_start_was_fault(app.cause);
@@ -94,8 +118,9 @@ static _Noreturn void run_standby(void) {
 int main(void) {
     start_hardware();
     load();
-    app.board = (struct cb_board){
-        .period_us = app.slot ? app.box.config.period_us : STANDBY_PERIOD_US, .idle = idle};
+    app.board.period_us = app.slot ? app.box.config.period_us : STANDBY_PERIOD_US;
+    app.board.idle = idle;
+    app.board.meanwhile = meanwhile;
     app.status_us = -1000000; /* the first one at once */
     if (app.slot == 0) run_standby();
     run_box();

@@ -113,13 +113,13 @@ static uint32_t frame_bits(enum cb_usart_parity parity) {
         case CB_USART_ODD:
             return CB_USART_CR1_M | CB_USART_CR1_PCE | CB_USART_CR1_PS_ODD;
         case CB_USART_NONE:
-        case CB_USART_NONE_2_STOP:
             break;
     }
     return 0;
 }
 
-void cb_usart_open(enum cb_usart which, uint32_t baud, enum cb_usart_parity parity) {
+void cb_usart_open(enum cb_usart which, uint32_t baud, enum cb_usart_parity parity,
+                   unsigned stop_bits) {
     struct port *port = &ports[which];
     port->registers->cr1 = 0; /* its interrupt is silent from here */
     cb_barrier();
@@ -127,7 +127,7 @@ void cb_usart_open(enum cb_usart which, uint32_t baud, enum cb_usart_parity pari
     port->sending = port->gap = false;
     drive_line(port, false);
     port->registers->brr = (port->clock_hz + baud / 2) / baud;
-    port->registers->cr2 = parity == CB_USART_NONE_2_STOP ? CB_USART_CR2_STOP_2 : 0;
+    port->registers->cr2 = stop_bits == 2 ? CB_USART_CR2_STOP_2 : 0;
     port->registers->cr3 = 0;
     port->registers->cr1 = frame_bits(parity) | CB_USART_CR1_UE | CB_USART_CR1_TE |
                            CB_USART_CR1_RE | CB_USART_CR1_RXNEIE;

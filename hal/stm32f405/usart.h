@@ -15,7 +15,7 @@
 #include "hal/stm32f405/clock.h"
 
 enum cb_usart { CB_USART_PLC, CB_USART_BUS, CB_USART_CONSOLE, CB_USARTS };
-enum cb_usart_parity { CB_USART_EVEN, CB_USART_ODD, CB_USART_NONE, CB_USART_NONE_2_STOP };
+enum cb_usart_parity { CB_USART_NONE, CB_USART_EVEN, CB_USART_ODD };
 
 struct cb_usart_byte {
     uint32_t time_us; /* when it was received; low part of cb_time_us() */
@@ -31,8 +31,9 @@ struct cb_usart_counters {
 /* Pins, clocks and interrupts of all three; the ports stay off. */
 void cb_usart_prepare(const struct cb_clock *clock);
 
-/* Starts or restarts one port with empty rings. */
-void cb_usart_open(enum cb_usart port, uint32_t baud, enum cb_usart_parity parity);
+/* Starts or restarts one port with empty rings. in : stop_bits 1 or 2 */
+void cb_usart_open(enum cb_usart port, uint32_t baud, enum cb_usart_parity parity,
+                   unsigned stop_bits);
 
 /* out: the oldest byte received; false when there is none */
 bool cb_usart_take(enum cb_usart port, struct cb_usart_byte *byte);

@@ -34,7 +34,7 @@ RULES = [
     ("hal/stm32f405/main.c", CORE + ["hal/hal.h", "hal/cycle.h", "hal/stm32f405/*"] + FREESTANDING),
     # What the console says and what the flash holds is about the box.
     ("hal/stm32f405/app/*", CORE + ["hal/hal.h", "hal/cycle.h", "hal/stm32f405/*"] + FREESTANDING),
-    ("hal/stm32f405/*", ["hal/hal.h", "hal/stm32f405/*", "firmware/modbus.h"] + FREESTANDING),
+    ("hal/stm32f405/*", ["hal/hal.h", "hal/stm32f405/*", "firmware/modbus.h", "firmware/rtu_*.h"] + FREESTANDING),
     ("hal/sim/main.c", CORE + ["hal/hal.h", "hal/cycle.h", "hal/sim/*"] + FREESTANDING),
     ("hal/sim/*", ["hal/hal.h", "hal/sim/*"] + FREESTANDING),
     # The truth about the simulated machine lives in twin/; it shares nothing with the box, and

@@ -7,7 +7,7 @@ static const char line_end[2] = {'\r', '\n'};
 
 void cb_console_start(struct cb_console *console) {
     *console = (struct cb_console){.lost = 0};
-    cb_usart_open(CB_USART_CONSOLE, CB_CONSOLE_BAUD, CB_USART_NONE);
+    cb_usart_open(CB_USART_CONSOLE, CB_CONSOLE_BAUD, CB_USART_NONE, 1);
 }
 
 struct cb_text *cb_console_line(struct cb_console *console) {

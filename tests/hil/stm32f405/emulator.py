@@ -86,8 +86,9 @@ class Box:
         self.folder = pathlib.Path(folder)
         self.console_path = self.folder / "console.sock"
         self.arguments = ["qemu-system-arm", "-M", "netduinoplus2", "-nographic", "-monitor", "none"]
-        for path in (plc, bus):
-            self.arguments += ["-serial", f"unix:{path}" if path else "null"]
+        for name, path in (("plc", plc), ("bus", bus)):
+            self.arguments += ["-chardev", f"socket,id={name},path={path},reconnect=1" if path
+                               else f"null,id={name}", "-serial", f"chardev:{name}"]
         self.arguments += ["-serial", f"unix:{self.console_path},server=on,wait=on", "-kernel", IMAGE]
         for name, content in {**{"A": ERASED, "B": ERASED}, **(slots or {})}.items():
             file = self.folder / f"slot{name}.bin"

@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: MIT */
+#include "hal/stm32f405/wire.h"
+
+void cb_wire_start(struct cb_wire *wire, enum cb_usart port, const struct cb_rtu_line *line,
+                   uint32_t lumps_us) {
+    static const enum cb_usart_parity with[] = {[CB_PARITY_NONE] = CB_USART_NONE,
+                                                [CB_PARITY_EVEN] = CB_USART_EVEN,
+                                                [CB_PARITY_ODD] = CB_USART_ODD};
+    const struct cb_rtu_silence silence = cb_rtu_silences(line);
+    *wire = (struct cb_wire){.line = *line, .silence = silence, .port = port};
+    cb_rtu_receiver_start(&wire->receiver, (struct cb_rtu_silence){silence.inside_us + lumps_us,
+                                                                   silence.between_us + lumps_us});
+    cb_usart_open(port, line->baud, with[line->parity], line->stop_bits);
+}
+
+static bool finish(struct cb_wire *wire, enum cb_wire_end end) {
+    wire->end = end;
+    wire->state = CB_WIRE_DONE;
+    return true;
+}
+
+void cb_wire_ask(struct cb_wire *wire, uint8_t unit, const struct cb_modbus_request *request,
+                 uint16_t *registers, int64_t until_us) {
+    wire->unit = unit;
+    wire->request = *request;
+    wire->registers = registers;
+    wire->until_us = until_us;
+    wire->state = CB_WIRE_QUIET;
+    wire->frame_bytes = (uint16_t)cb_rtu_encode(unit, request, wire->frame);
+    wire->request.write_registers = 0;
+    if (wire->frame_bytes == 0) (void)finish(wire, CB_WIRE_NOT_SENT);
+}
+
+/* A time of the port's bytes, as a time of the clock: it lies less than half an hour back. */
+static int64_t whole_time(int64_t now_us, uint32_t low_us) {
+    return now_us - (int64_t)((uint32_t)now_us - low_us);
+}
+
+/* What comes while nothing is awaited: late replies, noise, somebody else's talk. */
+static void drain(struct cb_wire *wire, int64_t now_us) {
+    struct cb_usart_byte byte;
+    while (cb_usart_take(wire->port, &byte)) {
+        wire->quiet_us = whole_time(now_us, byte.time_us);
+        ++wire->counters.noise_bytes;
+    }
+}
+
+static void send_when_quiet(struct cb_wire *wire, int64_t now_us) {
+    drain(wire, now_us);
+    if (cb_usart_busy(wire->port)) wire->quiet_us = now_us; /* with a request that was given up */
+    if (now_us - wire->quiet_us < (int64_t)wire->silence.between_us) return;
+    if (!cb_usart_send(wire->port, wire->frame, wire->frame_bytes)) return;
+    ++wire->counters.requests;
+    wire->state = CB_WIRE_SENDING;
+}
+
+/* Bytes that come while we send are not an answer. */
+static void mind_sending(struct cb_wire *wire, int64_t now_us) {
+    if (cb_usart_busy(wire->port)) {
+        drain(wire, now_us);
+        return;
+    }
+    wire->quiet_us = now_us;
+    cb_rtu_receiver_expect(&wire->receiver, wire->unit, &wire->request, now_us);
+    wire->state = CB_WIRE_LISTENING;
+}
+
+static bool take_reply(struct cb_wire *wire) {
+    const enum cb_rtu_answer answer =
+        cb_rtu_receiver_take(&wire->receiver, wire->registers, &wire->exception);
+    ++wire->counters.replies;
+    wire->counters.noise_bytes += wire->receiver.noise;
+    if (answer == CB_RTU_OK) return finish(wire, CB_WIRE_OK);
+    ++wire->counters.exceptions;
+    return finish(wire, CB_WIRE_REFUSED);
+}
+
+/* What came was no reply: says why. */
+static bool take_rubbish(struct cb_wire *wire) {
+    switch (cb_rtu_receiver_take(&wire->receiver, wire->registers, &wire->exception)) {
+        case CB_RTU_CRC:
+            ++wire->counters.crc_errors;
+            break;
+        case CB_RTU_UNIT:
+            ++wire->counters.wrong_units;
+            break;
+        case CB_RTU_OK:
+        case CB_RTU_EXCEPTION:
+        case CB_RTU_LENGTH:
+        case CB_RTU_INVALID:
+            ++wire->counters.invalid_replies;
+            break;
+    }
+    return finish(wire, CB_WIRE_SPOILT);
+}
+
+/* A byte with a wrong parity or frame goes in upside down: the check sum refuses what it is part
+ * of. */
+static bool listen(struct cb_wire *wire, int64_t now_us) {
+    enum cb_rtu_reception reception = CB_RTU_WAITING;
+    struct cb_usart_byte byte;
+    while (cb_usart_take(wire->port, &byte)) {
+        const uint8_t byte_or_not = byte.bad ? (uint8_t)~byte.byte : byte.byte;
+        wire->quiet_us = whole_time(now_us, byte.time_us);
+        reception = cb_rtu_receiver_byte(&wire->receiver, byte_or_not, wire->quiet_us);
+        if (reception == CB_RTU_REPLY) return take_reply(wire);
+    }
+    if (cb_rtu_receiver_look(&wire->receiver, now_us) == CB_RTU_SPOILT) return take_rubbish(wire);
+    return false;
+}
+
+static bool give_up(struct cb_wire *wire) {
+    if (wire->state == CB_WIRE_QUIET) return finish(wire, CB_WIRE_NOT_SENT);
+    if (wire->state == CB_WIRE_LISTENING &&
+        cb_rtu_receiver_look(&wire->receiver, wire->until_us) == CB_RTU_INSIDE)
+        return take_rubbish(wire);
+    ++wire->counters.timeouts;
+    return finish(wire, CB_WIRE_SILENT);
+}
+
+bool cb_wire_poll(struct cb_wire *wire, int64_t now_us) {
+    switch (wire->state) {
+        case CB_WIRE_IDLE:
+            return false;
+        case CB_WIRE_DONE:
+            return true;
+        case CB_WIRE_QUIET:
+            send_when_quiet(wire, now_us);
+            break;
+        case CB_WIRE_SENDING:
+            mind_sending(wire, now_us);
+            break;
+        case CB_WIRE_LISTENING:
+            if (listen(wire, now_us)) return true;
+            break;
+    }
+    return now_us >= wire->until_us && give_up(wire);
+}

@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: MIT
+ * A Modbus RTU master on one serial port: one request at a time, never waiting. Whoever owns it
+ * calls cb_wire_poll() again and again.
+ *
+ *   IDLE ──ask──► QUIET ──3.5 characters of silence──► SENDING ──last bit──► LISTENING ──► DONE
+ *                   └───────────────────── until_us is over ──────────────────────────────┘ */
+#ifndef COMPBOX_HAL_STM32F405_WIRE_H
+#define COMPBOX_HAL_STM32F405_WIRE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/rtu_receiver.h"
+#include "hal/stm32f405/usart.h"
+
+/* Everything that happens on a wire; they wrap. */
+#define CB_WIRE_COUNTERS(X)                                                           \
+    X(requests)                                                                       \
+    X(replies)         /* valid, exceptions included */                               \
+    X(exceptions)      /* replies that refuse */                                      \
+    X(timeouts)        /* nothing came */                                             \
+    X(crc_errors)      /* something came, its check sum was wrong */                  \
+    X(wrong_units)     /* a frame of another unit */                                  \
+    X(invalid_replies) /* a frame with another function, length or echo than asked */ \
+    X(noise_bytes)     /* bytes that belonged to no reply */                          \
+    X(retries)
+
+struct cb_wire_counters {
+#define CB_X(name) uint32_t name;
+    CB_WIRE_COUNTERS(CB_X)
+#undef CB_X
+};
+enum {
+#define CB_X(name) +1
+    CB_WIRE_COUNTERS_COUNT = 0 CB_WIRE_COUNTERS(CB_X)
+#undef CB_X
+};
+
+enum cb_wire_state {
+    CB_WIRE_IDLE,
+    CB_WIRE_QUIET,
+    CB_WIRE_SENDING,
+    CB_WIRE_LISTENING,
+    CB_WIRE_DONE,
+};
+
+/* How a request ended. */
+enum cb_wire_end {
+    CB_WIRE_OK,
+    CB_WIRE_REFUSED,  /* by an exception */
+    CB_WIRE_NOT_SENT, /* the line was never quiet, or the request is none */
+    CB_WIRE_SILENT,   /* sent, nothing came */
+    CB_WIRE_SPOILT,   /* sent, what came is no reply to it */
+};
+
+struct cb_wire {
+    struct cb_rtu_line line;
+    struct cb_rtu_silence silence;
+    struct cb_wire_counters counters;
+    enum cb_usart port;
+    enum cb_wire_state state;
+    enum cb_wire_end end; /* in DONE */
+    uint8_t unit, exception;
+    uint16_t frame_bytes;
+    int64_t until_us;    /* then it is over */
+    int64_t quiet_us;    /* since when nothing was on the line, as far as is known */
+    uint16_t *registers; /* memory of who asked, until DONE */
+    struct cb_modbus_request request;
+    struct cb_rtu_receiver receiver;
+    uint8_t frame[CB_RTU_MAX_FRAME];
+};
+
+/* Opens the port. in : lumps_us: how far apart the lumps are in which bytes come; 0 on a real line
+ */
+void cb_wire_start(struct cb_wire *wire, enum cb_usart port, const struct cb_rtu_line *line,
+                   uint32_t lumps_us);
+
+/* in : state IDLE or DONE; what the request points at is only read now; registers of the reply,
+ *      unchanged unless CB_WIRE_OK, NULL where it has none
+ * out: QUIET, or DONE with NOT_SENT for a request that cannot be encoded */
+void cb_wire_ask(struct cb_wire *wire, uint8_t unit, const struct cb_modbus_request *request,
+                 uint16_t *registers, int64_t until_us);
+
+/* Does what can be done now. out: whether it is DONE */
+bool cb_wire_poll(struct cb_wire *wire, int64_t now_us);
+
+#endif
