@@ -48,6 +48,7 @@ struct cb_text *cb_status_begin(struct cb_app *app);
 void cb_status_start(struct cb_app *app);
 void cb_status_counters(struct cb_app *app);
 void cb_status_fault(struct cb_app *app);
+void cb_status_wires(struct cb_app *app);
 
 /* dump.c: a part of a dump that was asked for, as far as the console has room; the trace's line. */
 void cb_dump_ask(struct cb_app *app);

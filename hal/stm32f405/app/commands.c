@@ -61,6 +61,7 @@ static const struct command commands[] = {
     {"start", "why and with what the box started", cb_status_start},
     {"slots", "the coefficient files in flash", show_slots},
     {"counters", "all counters that are not 0", cb_status_counters},
+    {"wires", "what happened on the serial lines", cb_status_wires},
     {"fault", "registers of the last processor fault", cb_status_fault},
     {"dump", "the flight recorder, oldest cycle first", cb_dump_ask},
     {"trace on", "a line about each cycle", say_trace},

@@ -90,18 +90,41 @@ void cb_status_start(struct cb_app *app) {
     if (app->cause == CB_START_FAULT) cb_status_fault(app);
 }
 
+/* Those that are not 0. */
+static void put_counter(struct cb_text *line, const char *name, uint32_t count) {
+    if (count == 0) return;
+    cb_text_put(line, " ");
+    cb_text_put(line, name);
+    put_number(line, "=", count);
+}
+
 void cb_status_counters(struct cb_app *app) {
     struct cb_text *line = cb_status_begin(app);
     cb_text_put(line, "counters:");
     for (unsigned i = 0; i < CB_COUNTERS_COUNT; ++i) {
         uint32_t count;
         memcpy(&count, (const char *)&app->box.counters + i * sizeof count, sizeof count);
-        if (count == 0) continue;
-        cb_text_put(line, " ");
-        cb_text_put(line, cb_counter_name(i));
-        put_number(line, "=", count);
+        put_counter(line, cb_counter_name(i), count);
     }
     cb_console_end(&app->console);
+}
+
+static void say_wire(struct cb_app *app, const char *name, const struct cb_wire *wire) {
+    const struct cb_usart_counters bytes = cb_usart_counters(wire->port);
+    struct cb_text *line = cb_status_begin(app);
+    cb_text_put(line, name);
+#define CB_X(counter) put_counter(line, #counter, wire->counters.counter);
+    CB_WIRE_COUNTERS(CB_X)
+#undef CB_X
+    put_counter(line, "bytes_sent", bytes.sent);
+    put_counter(line, "bytes_received", bytes.received);
+    put_counter(line, "bytes_bad", bytes.errors);
+    put_counter(line, "bytes_lost", bytes.lost);
+    cb_console_end(&app->console);
+}
+
+void cb_status_wires(struct cb_app *app) {
+    say_wire(app, "plc:", &app->board.plc);
 }
 
 static void put_register(struct cb_text *line, const char *name, uint32_t value) {

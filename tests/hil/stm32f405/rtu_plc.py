@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A Modbus RTU slave on a unix socket, frames made by hand, that misbehaves on command."""
+import pathlib
 import socket
 import struct
 import threading
@@ -69,8 +70,7 @@ class RtuPlc:
                     pass
                 one.close()
         self.thread.join(5)
-        import os
-        os.unlink(self.path)
+        pathlib.Path(self.path).unlink(missing_ok=True)
 
     def _serve(self):
         while not self.closing:

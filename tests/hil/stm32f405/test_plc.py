@@ -2,16 +2,14 @@
 """The exchange with the PLC: right values while the axes move, and bits equal to the host's core."""
 import json
 import math
-import re
 import subprocess
-import time
 
 import pytest
 
 import laws
 import machine
 from conftest import HOST
-from machine import ACTIVE
+from following import active, counters_of, wait_for
 
 
 def fc23(data):
@@ -35,18 +33,6 @@ def is_of(write, values):
     wanted = machine.wanted_um(quantised(values))
     return all(abs(um - wanted[name]) <= machine.resolution_um(machine.CHANNELS[name])
                for name, um in write.um.items())
-
-
-def active(plc):
-    return [w for w in plc.writes if w.mode == ACTIVE]
-
-
-def wait_for(condition, timeout_s=60):
-    """Counts, not times: the emulator's clock stands still while a busy machine lets it wait."""
-    until = time.monotonic() + timeout_s
-    while not condition():
-        assert time.monotonic() < until, "it never came to it"
-        time.sleep(0.02)
 
 
 def start_with_trace(box):
@@ -73,7 +59,6 @@ def test_compensation_arrives_while_the_axes_move(plc, rtu, start_box, tmp_path,
         start_with_trace(box)
         plc.writes.clear()
         wait_for(lambda: len(active(plc)) > 110)
-        box.console.say("counters")
         counters = counters_of(box)
         box.console.say("dump")
         box.console.wait("dump: end")
@@ -85,8 +70,3 @@ def test_compensation_arrives_while_the_axes_move(plc, rtu, start_box, tmp_path,
     laws.check_writes(plc.writes)
     told = replayed(box, tmp_path)
     assert told["active"] > 100 and told["records"] > 100, told
-
-
-def counters_of(box):
-    line = box.console.wait("counters:")
-    return {name: int(count) for name, count in re.findall(r"(\w+)=(\d+)", line)}

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: MIT
+"""What goes wrong on the wire: it costs the exchanges it overlaps, and the box goes on."""
+import os
+
+import pytest
+
+import laws
+import machine
+from following import active, counters_of, wait_for
+from machine import ACTIVE, PERIOD_S
+from rtu_plc import framed
+
+# The short version of each: faulty requests and good writes after them. scripts/test --long: more.
+FAULTY, GOOD = (300, 100) if os.environ.get("COMPBOX_LONG_TESTS") else (24, 12)
+
+
+# Each fault takes a request and its right reply, and returns what is sent instead.
+
+def silent(_, __):
+    return []
+
+
+def late(_, reply):
+    return [1.5 * PERIOD_S, reply]
+
+
+def crc_error(_, reply):
+    return [reply[:-1] + bytes([reply[-1] ^ 0x10])]
+
+
+def flipped_bit(_, reply):
+    return [reply[:4] + bytes([reply[4] ^ 0x01]) + reply[5:]]
+
+
+def noise_before(_, reply):
+    return [b"\x00\xff\x5a", reply]
+
+
+def noise_only(_, __):
+    return [bytes(range(40, 80))]
+
+
+def wrong_unit(frame, reply):
+    return [framed(9, reply[1:-2])]
+
+
+def other_function(_, reply):
+    return [framed(1, bytes([4]) + reply[2:-2])]
+
+
+def other_length(_, reply):
+    return [framed(1, reply[1:-4])]
+
+
+def stops_short(_, reply):
+    return [reply[:5]]
+
+
+def exception(frame, _):
+    return [framed(1, bytes([frame[1] | 0x80, 6]))]
+
+
+def twice(_, reply):
+    return [reply + reply]
+
+
+# What shows it on the console.
+SHOWN = {silent: "timeouts", late: "timeouts", crc_error: "crc_errors", flipped_bit: "crc_errors",
+         noise_before: "noise_bytes", noise_only: "crc_errors", wrong_unit: "wrong_units",
+         other_function: "invalid_replies", other_length: "invalid_replies", stops_short: "crc_errors",
+         exception: "exceptions", twice: "noise_bytes"}
+AT_REST = {"X": 4000, "Y": 200, "Z": 1500, "T1": 35}
+
+
+def quick(data):
+    data["safety"]["ramp_um_per_s"] = 500
+
+
+def sometimes(fault, every):
+    """The fault in each `every`-th exchange; out: the server's hook and its count."""
+    count = {"all": 0, "faulty": 0}
+
+    def hook(frame, reply):
+        count["all"] += 1
+        if count["all"] % every:
+            return [reply]
+        count["faulty"] += 1
+        return fault(frame, reply)
+    return hook, count
+
+
+@pytest.mark.parametrize("exchange", ["fc3+fc16", "fc23"])
+def test_faults_now_and_then(plc, rtu, start_box, exchange):
+    """One after the other, in every fourth exchange, and the values are right again behind each."""
+    def change(data):
+        quick(data)
+        data["plc"]["exchange"] = exchange
+    plc.values = AT_REST
+    wanted = machine.wanted_um(AT_REST)
+    with rtu() as server, start_box(change) as box:
+        plc.wait_mode(ACTIVE, 20)
+        for fault, shown in SHOWN.items():
+            before = counters_of(box, "wires").get(shown, 0)
+            server.fault, count = sometimes(fault, 4)
+            wait_for(lambda: count["all"] >= FAULTY)
+            server.fault = None
+            mark = len(plc.writes)
+            wait_for(lambda: len([w for w in plc.writes[mark:] if w.mode == ACTIVE]) > GOOD)
+            seen = counters_of(box, "wires").get(shown, 0) - before
+            assert seen >= count["faulty"] // 2, f"{fault.__name__}: {seen} of {count}"
+        wait_for(lambda: all(abs(plc.last().um[name] - um) <= machine.resolution_um(machine.CHANNELS[name])
+                             for name, um in wanted.items()))
+        box.console.wait("now ACTIVE")
+    laws.check_writes(plc.writes)
+
+
+def test_a_plc_that_no_longer_answers(plc, rtu, start_box):
+    """Longer than HOLD lasts: the outputs have gone to zero when it answers again."""
+    plc.values = AT_REST
+    with rtu() as server, start_box(quick) as box:
+        wait_for(lambda: len(active(plc)) > 30)
+        mark, since = len(plc.writes), box.console.mark()
+        server.fault = silent
+        box.console.wait("now STANDBY: no answer from the PLC", since)
+        server.fault = None
+        wait_for(lambda: len(plc.writes) > mark and plc.last().mode == ACTIVE)
+        box.console.wait("now ACTIVE", since)
+        told = [line.split()[2].rstrip(":") for line in box.console.lines[since:] if " now " in line]
+    modes = [mode for mode, before in zip(told, [None, *told]) if mode != before]
+    assert modes[:4] == ["HOLD", "RAMP", "STANDBY", "ACTIVE"], told
+    laws.check_writes(plc.writes)
+
+
+def test_a_plc_that_restarts(plc, rtu, start_box):
+    """The cable is off, then a PLC with empty registers is there."""
+    plc.values = AT_REST
+    with start_box(quick) as box:
+        with rtu():
+            wait_for(lambda: len(active(plc)) > 30)
+            since = box.console.mark()
+        box.console.wait("now HOLD: no answer from the PLC", since)
+        plc.set(machine.WRITE[0], [0] * machine.WRITE[1])
+        mark = len(plc.writes)
+        with rtu():
+            wait_for(lambda: len(plc.writes) > mark and plc.last().mode == ACTIVE)
+    laws.check_writes(plc.writes[mark:])
+
+
+def test_a_processor_fault_while_active_ends_in_standby_until_permitted(plc, rtu, start_box):
+    plc.values = AT_REST
+    with rtu(), start_box(quick) as box:
+        wait_for(lambda: len(active(plc)) > 30)
+        plc.control &= ~machine.PERMIT_RESUME
+        since = box.console.mark()
+        box.console.say("crash address")
+        box.console.wait("started: processor fault", since)
+        box.console.wait("STANDBY: after a loss: waiting for permit resume or a new enable edge", since)
+        mark = len(plc.writes)
+        wait_for(lambda: len(plc.writes) > mark + 20)
+        assert all(w.mode != ACTIVE for w in plc.writes[mark:])
+        plc.control |= machine.PERMIT_RESUME
+        wait_for(lambda: plc.last().mode == ACTIVE)
