@@ -12,7 +12,7 @@ enum {
     WATCHDOG_PERIODS = 10,
     WATCHDOG_LEAST_MS = 300,
     GOOD_RUN_CYCLES = 20000,  /* ten minutes at 30 ms: faults before it are history */
-    EMULATED_LUMPS_US = 4000, /* a socket's bytes wait for the emulator's other thread */
+    EMULATED_LUMPS_US = 8000, /* a socket's bytes wait for the emulator's other thread */
 };
 
 static struct cb_app app;

@@ -14,6 +14,8 @@ void cb_wire_start(struct cb_wire *wire, enum cb_usart port, const struct cb_rtu
 }
 
 static bool finish(struct cb_wire *wire, enum cb_wire_end end) {
+    wire->counters.noise_bytes += wire->receiver.noise;
+    wire->receiver.noise = 0;
     wire->end = end;
     wire->state = CB_WIRE_DONE;
     return true;
@@ -69,7 +71,6 @@ static bool take_reply(struct cb_wire *wire) {
     const enum cb_rtu_answer answer =
         cb_rtu_receiver_take(&wire->receiver, wire->registers, &wire->exception);
     ++wire->counters.replies;
-    wire->counters.noise_bytes += wire->receiver.noise;
     if (answer == CB_RTU_OK) return finish(wire, CB_WIRE_OK);
     ++wire->counters.exceptions;
     return finish(wire, CB_WIRE_REFUSED);

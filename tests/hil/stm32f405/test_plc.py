@@ -17,6 +17,7 @@ def fc23(data):
 
 
 def program(t):
+    """By the count of readings, not by the clock: the emulator's may go slower."""
     return {"X": 5000 + 160 * t, "Y": -1400 + 900 * math.sin(0.4 * t), "Z": 1200 + 60 * t, "T1": 20 + 0.5 * t}
 
 
@@ -54,19 +55,21 @@ def replayed(box, folder):
 
 @pytest.mark.parametrize("change", [None, fc23], ids=["fc3+fc16", "fc23"])
 def test_compensation_arrives_while_the_axes_move(plc, rtu, start_box, tmp_path, change):
-    plc.motion = program
+    plc.motion = lambda _: program(machine.PERIOD_S * len(plc.readings))
     with rtu(), start_box(change) as box:
         start_with_trace(box)
         plc.writes.clear()
         wait_for(lambda: len(active(plc)) > 110)
-        counters = counters_of(box)
+        counters, wires = counters_of(box), counters_of(box, "wires")
         box.console.say("dump")
         box.console.wait("dump: end")
     settled = active(plc)[40:]
     stale = [w for w in settled if not is_of(w, w.values)]
     assert all(any(is_of(w, values) for values in w.readings) for w in stale), stale
-    assert len(stale) <= counters.get("reads_failed", 0), (len(stale), counters)
+    allowed = counters.get("reads_failed", 0) + wires.get("retries", 0)
+    assert len(stale) <= allowed, (len(stale), counters, wires)
     assert all(max(abs(w.um[name]) for w in settled) > 5 for name in machine.CHANNELS)
     laws.check_writes(plc.writes)
     told = replayed(box, tmp_path)
     assert told["active"] > 100 and told["records"] > 100, told
+
