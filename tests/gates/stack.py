@@ -5,6 +5,9 @@
                               adds up the frames along the deepest path from each entry, used /
                               limit; no recursion, no frame of unknown size, and no call through a
                               pointer but those listed below
+  stack.py --image COMPILE_COMMANDS   the same of compbox-stm32f405 as a whole: main, on top of it the
+                              frame of an interrupt and the deepest handler (all have one priority), on
+                              top of that the frame and the handler of the clock's failure
   stack.py --self-test COMPILER…   compiles one fault after the other; each must be caught"""
 
 import concurrent.futures
@@ -32,6 +35,24 @@ INDIRECT = {
     "config_curves.c:load_backward": ["config_curves.c:load_bspline",
                                       "config_curves.c:load_polyline",
                                       "config_curves.c:load_polynomial"],
+}
+
+# The image: the same, and these. An exception stacks 26 words and up to one to align.
+IMAGE_LIMIT = 4096
+EXCEPTION_FRAME = 26 * 4 + 4
+HANDLERS = ("cb_systick_handler", "cb_usart1_handler", "cb_usart2_handler", "cb_usart3_handler")
+HAL = ["box_hal.c:" + name for name in ("now_us", "wait_tick", "read", "write", "write_read", "samples",
+                                        "feed_watchdog", "stop_requested")]
+COMMANDS = ["cb_dump_ask", "cb_status_counters", "cb_status_fault", "cb_status_start", "cb_status_wires"] + [
+    "commands.c:" + name for name in (
+        "crash_address", "crash_hang", "crash_stack", "crash_undefined", "end_trace", "help", "restart",
+        "restart_with_trace", "say_trace", "show_slots", "stop")]
+IMAGE_INDIRECT = {
+    "cycle.c:cb_cycle_run": HAL,
+    "main.c:main": HAL,
+    "commands.c:cb_commands_serve": COMMANDS,
+    "box_hal.c:cb_board_wait_tick": ["main.c:idle"],
+    "box_hal.c:exchange": ["main.c:meanwhile"],
 }
 
 
@@ -122,14 +143,14 @@ def compiled(command, folder, made):
     return made.with_suffix(".ci").read_text(), relocations.stdout
 
 
-def read_core(commands):
-    """The graph of everything in models/ and firmware/."""
-    graph, jobs = Graph(INDIRECT), []
+def read_core(commands, folders=("models", "firmware"), indirect=INDIRECT):
+    """The graph of everything in these folders."""
+    graph, jobs = Graph(indirect), []
     root = pathlib.Path(__file__).resolve().parents[2]
     with tempfile.TemporaryDirectory() as scratch, concurrent.futures.ThreadPoolExecutor(2) as pool:
         for entry in json.loads(pathlib.Path(commands).read_text()):
             source = pathlib.Path(entry["file"])
-            if not source.is_relative_to(root) or source.relative_to(root).parts[0] not in ("models", "firmware"):
+            if not source.is_relative_to(root) or source.relative_to(root).parts[0] not in folders:
                 continue
             words = shlex.split(entry["command"])
             words = words[next(i for i, word in enumerate(words) if word.endswith("gcc")):]
@@ -141,6 +162,24 @@ def read_core(commands):
             graph.read(text)
             graph.read_addresses(relocations)
     return graph
+
+
+def judge_image(graph):
+    """Prints the parts and their sum; true when that is within the limit and nothing is wrong."""
+    graph.resolve()
+    parts = [("main", 0, graph.deepest("cb_start"))]
+    handler = max((graph.deepest(name) for name in HANDLERS), key=lambda one: one[0])
+    parts += [("interrupt", EXCEPTION_FRAME, handler),
+              ("clock failure", EXCEPTION_FRAME, graph.deepest("cb_nmi_handler"))]
+    used = sum(frame + below for _, frame, (below, _) in parts)
+    for name, frame, (below, path) in parts:
+        print(f"stack of {name:14} {frame:4} + {below:5} bytes  {' > '.join(path)}")
+    print(f"stack of compbox-stm32f405 {used:5} / {IMAGE_LIMIT} bytes")
+    if used > IMAGE_LIMIT:
+        graph.wrong.append(f"the image needs {used} bytes of stack, {IMAGE_LIMIT} are there")
+    for line in dict.fromkeys(graph.wrong):
+        print(line)
+    return not graph.wrong
 
 
 RIGHT = """int leaf(int *p); int leaf(int *p) { return p[3]; }
@@ -183,5 +222,9 @@ def self_test(compiler):
 if __name__ == "__main__":
     if sys.argv[1] == "--self-test":
         self_test(sys.argv[2:])
+    elif sys.argv[1] == "--image":
+        folders = ("models", "firmware", "hal")
+        if not judge_image(read_core(sys.argv[2], folders, {**INDIRECT, **IMAGE_INDIRECT})):
+            sys.exit(1)
     elif not judge(read_core(sys.argv[1]), ENTRIES):
         sys.exit(1)
