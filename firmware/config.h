@@ -206,6 +206,12 @@ struct cb_plc_config {
     uint16_t status, box_heartbeat;  /* indices in the write block */
     uint32_t heartbeat_timeout_ms;
     uint16_t referenced_mask; /* all of these control bits must be set; default bit 1 */
+    uint16_t handshake;       /* index in the read block, where has_handshake */
+    uint16_t step_units;      /* largest change from one update of the NC to the next; 0: any */
+    bool has_handshake;       /* the PLC shows its handshake with the NC */
+    bool axes_at_once;        /* with a handshake: one takes all channels */
+    uint32_t scan_us;         /* the PLC's scan; 0 where the profile has no handshake */
+    float deadband_um;        /* the PLC hands smaller changes than this to the NC only later */
 };
 
 struct cb_config {

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * The sections "channels" and "pairs". */
 #include "firmware/config_objects.h"
+#include "firmware/config_profile.h"
 #include "firmware/config_registers.h"
 #include "firmware/config_terms.h"
 #include "firmware/registers.h"
@@ -53,6 +54,9 @@ static bool check_register(struct cb_loader *loader, const uint32_t *slots,
         return cb_fail(loader, CB_ERROR_RANGE, slots[LIMIT],
                        "%v µm in units of %v µm (scale) does not fit into %v", slots[LIMIT],
                        slots[SCALE], slots[TYPE]);
+    if (!cb_check_value_type(loader, slots[TYPE], channel->type) ||
+        !cb_check_increments(loader, slots[LIMIT], slots[SCALE], channel))
+        return false;
     if (!cb_number_is_integer(channel->type) || channel->limit_um >= channel->scale) return true;
     return cb_fail(loader, CB_ERROR_RANGE, slots[LIMIT],
                    "%v µm is less than one unit of the register, %v µm (scale)", slots[LIMIT],
@@ -116,8 +120,10 @@ bool cb_load_channels(struct cb_loader *loader, uint32_t at) {
         if (!load_channel(loader, list.at, config->channels_count)) return false;
         ++config->channels_count;
     }
-    if (config->channels_count > 0) return cb_load_tangents(loader, at);
-    return cb_fail(loader, CB_ERROR_KEY, at, "at least one channel is needed");
+    if (config->channels_count == 0)
+        return cb_fail(loader, CB_ERROR_KEY, at, "at least one channel is needed");
+    cb_hold_to_steps(config);
+    return cb_load_tangents(loader, at);
 }
 
 /* ---- pairs ---- */

@@ -1,18 +1,12 @@
 /* SPDX-License-Identifier: MIT
  * The section "plc": the control, and where the fixed registers are. */
 #include "firmware/config_objects.h"
+#include "firmware/config_profile.h"
 #include "firmware/config_registers.h"
+#include "firmware/profile.h"
 
 #define AT(member) .offset = offsetof(struct cb_plc_config, member)
 #define BLOCK_AT(member) .offset = offsetof(struct cb_block_config, member)
-
-/* Exchanges that a control answers, as bit sets of 1 << enum cb_exchange
- * (docs/coefficient-file.md, "Profiles"). */
-static const uint8_t PROFILE_EXCHANGES[] = {
-    [CB_PROFILE_GENERIC] = 1u << CB_EXCHANGE_FC3_FC16 | 1u << CB_EXCHANGE_FC23,
-    [CB_PROFILE_SINUMERIK_840D] = 1u << CB_EXCHANGE_FC3_FC16,
-    [CB_PROFILE_FANUC] = 1u << CB_EXCHANGE_FC3_FC16 | 1u << CB_EXCHANGE_FC23,
-};
 
 static const struct cb_word PROFILE_WORDS[] = {
     {"generic", CB_PROFILE_GENERIC},
@@ -36,6 +30,11 @@ enum {
     BOX_HEARTBEAT,
     HEARTBEAT_TIMEOUT,
     REFERENCED_BITS,
+    HANDSHAKE,
+    SCAN,
+    AXES_AT_ONCE,
+    MAX_STEP,
+    PLC_DEADBAND,
     PLC_KEYS
 };
 
@@ -55,6 +54,14 @@ static const struct cb_field PLC_FIELDS[PLC_KEYS] = {
     [HEARTBEAT_TIMEOUT] = {"heartbeat_timeout_ms", CB_FIELD_UINT32, true, AT(heartbeat_timeout_ms),
                            .least = "1", .most = "60000"},
     [REFERENCED_BITS] = {"referenced_bits", CB_FIELD_ARRAY, false, CB_NOT_STORED},
+    [HANDSHAKE] = {"handshake", CB_FIELD_UINT16, false, AT(handshake), .least = "0",
+                   .most = "65535"},
+    [SCAN] = {"scan_ms", CB_FIELD_MS, false, AT(scan_us), .least = "0.1", .most = "1000"},
+    [AXES_AT_ONCE] = {"axes_at_once", CB_FIELD_BOOL, false, AT(axes_at_once)},
+    [MAX_STEP] = {"max_step_units", CB_FIELD_UINT16, false, AT(step_units), .least = "2",
+                  .most = "9998"},
+    [PLC_DEADBAND] = {"deadband_um", CB_FIELD_FLOAT, false, AT(deadband_um), .least = "0",
+                      .most = "1000"},
 };
 const struct cb_object cb_plc_object = {PLC_FIELDS, PLC_KEYS};
 
@@ -107,14 +114,6 @@ static bool read_referenced_bits(struct cb_loader *loader, uint32_t at) {
     return true;
 }
 
-static bool check_profile(struct cb_loader *loader, const uint32_t *slots) {
-    const struct cb_plc_config *plc = &loader->config->plc;
-    if (PROFILE_EXCHANGES[plc->profile] & 1u << plc->exchange) return true;
-    return cb_fail(loader, CB_ERROR_PROFILE, slots[EXCHANGE],
-                   "%v is nothing that %v answers; use \"fc3+fc16\"", slots[EXCHANGE],
-                   slots[PROFILE]);
-}
-
 static bool check_timeout(struct cb_loader *loader, uint32_t at) {
     const struct cb_config *config = loader->config;
     if (config->plc.heartbeat_timeout_ms * 1000u >= config->period_us) return true;
@@ -131,7 +130,31 @@ static bool take_fixed(struct cb_loader *loader, const uint32_t *slots) {
                         &plc->plc_heartbeat) &&
            cb_take_write(loader, slots[STATUS], type, CB_USER_STATUS, &plc->status) &&
            cb_take_write(loader, slots[BOX_HEARTBEAT], type, CB_USER_BOX_HEARTBEAT,
-                         &plc->box_heartbeat);
+                         &plc->box_heartbeat) &&
+           (slots[HANDSHAKE] == CB_ABSENT ||
+            cb_take_read(loader, slots[HANDSHAKE], type, CB_USER_HANDSHAKE, &plc->handshake));
+}
+
+/* Keys that only some controls have a use for: refused where they would do nothing, else as the
+ * file or the profile says. */
+static bool read_control(struct cb_loader *loader, const uint32_t *slots) {
+    struct cb_plc_config *plc = &loader->config->plc;
+    const struct cb_profile_facts *facts = cb_profile_of(plc->profile);
+    static const uint8_t of_handshakes[] = {HANDSHAKE, SCAN, AXES_AT_ONCE};
+    for (unsigned i = 0; i < sizeof of_handshakes && facts->handshake_scans == 0; ++i) {
+        if (slots[of_handshakes[i]] != CB_ABSENT)
+            return cb_fail(loader, CB_ERROR_PROFILE, slots[of_handshakes[i]],
+                           "profile %s hands nothing to its NC by handshake; leave it out",
+                           facts->name);
+    }
+    if (slots[MAX_STEP] != CB_ABSENT && facts->step_most == 0)
+        return cb_fail(loader, CB_ERROR_PROFILE, slots[MAX_STEP],
+                       "profile %s has no largest step; leave it out", facts->name);
+    plc->has_handshake = slots[HANDSHAKE] != CB_ABSENT;
+    if (slots[MAX_STEP] == CB_ABSENT) plc->step_units = facts->step_most;
+    if (slots[PLC_DEADBAND] == CB_ABSENT) plc->deadband_um = facts->deadband_um;
+    if (slots[SCAN] == CB_ABSENT && facts->handshake_scans > 0) plc->scan_us = CB_USUAL_SCAN_US;
+    return true;
 }
 
 bool cb_load_plc(struct cb_loader *loader, uint32_t at) {
@@ -145,6 +168,7 @@ bool cb_load_plc(struct cb_loader *loader, uint32_t at) {
     if (slots[REFERENCED_BITS] != CB_ABSENT &&
         !read_referenced_bits(loader, slots[REFERENCED_BITS]))
         return false;
-    return check_profile(loader, slots) && check_timeout(loader, slots[HEARTBEAT_TIMEOUT]) &&
+    return read_control(loader, slots) && cb_check_exchange(loader, at) &&
+           check_timeout(loader, slots[HEARTBEAT_TIMEOUT]) &&
            cb_check_line(loader, slots[TRANSPORT]) && take_fixed(loader, slots);
 }

@@ -21,6 +21,7 @@ static const char *fixed_user(uint8_t user) {
         [CB_USER_PLC_HEARTBEAT] = "plc_heartbeat",
         [CB_USER_STATUS] = "the status word (status)",
         [CB_USER_BOX_HEARTBEAT] = "box_heartbeat",
+        [CB_USER_HANDSHAKE] = "handshake",
     };
     return names[user];
 }

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "firmware/config_objects.h"
+#include "firmware/config_profile.h"
 #include "firmware/config_registers.h"
 #include "firmware/json_text.h"
 #include "firmware/registers.h"
@@ -194,7 +195,8 @@ static bool load_source(struct cb_loader *loader, const uint32_t *slots,
                         struct cb_signal_config *signal, uint8_t index) {
     switch ((enum cb_signal_source)signal->source) {
         case CB_SOURCE_PLC:
-            return cb_take_read(loader, slots[PLC], signal->type, (uint8_t)(CB_USER_SIGNAL + index),
+            return cb_check_signal_type(loader, slots[TYPE], signal->type) &&
+                   cb_take_read(loader, slots[PLC], signal->type, (uint8_t)(CB_USER_SIGNAL + index),
                                 &signal->reg);
         case CB_SOURCE_CAN:
             return load_can(loader, slots, signal);

@@ -3,8 +3,10 @@
 #include <string.h>
 
 #include "firmware/config_objects.h"
+#include "firmware/config_profile.h"
 #include "firmware/config_registers.h"
 #include "firmware/config_terms.h"
+#include "firmware/profile.h"
 #include "firmware/registers.h"
 #include "models/num.h"
 
@@ -51,8 +53,10 @@ const struct cb_object cb_tangent_object = {TANGENT_FIELDS, TANGENT_KEYS};
 /* What the control and the PLC have to be able to do. */
 static bool check_control(struct cb_loader *loader, uint32_t at) {
     const struct cb_plc_config *plc = &loader->config->plc;
-    if (plc->profile == CB_PROFILE_FANUC)
-        return cb_fail(loader, CB_ERROR_PROFILE, at, "profile fanuc has no slope; leave it out");
+    const struct cb_profile_facts *facts = cb_profile_of(plc->profile);
+    if (!facts->tangent)
+        return cb_fail(loader, CB_ERROR_PROFILE, at, "profile %s has no slope; leave it out",
+                       facts->name);
     if (plc->write.counters) return true;
     return cb_fail(loader, CB_ERROR_KEY, at,
                    "value, slope and reference belong together: the PLC needs plc.write.counters "
@@ -119,6 +123,9 @@ static bool load_tangent(struct cb_loader *loader, uint32_t at, uint8_t index) {
     if (!cb_read_object(loader, at, &cb_tangent_object, &tangent, slots)) return false;
     if (!cb_read_signal(loader, slots[SIGNAL], &channel->tangent_signal)) return false;
     if (!check_control(loader, at) || !check_slope(loader, slots, &tangent)) return false;
+    if (!cb_check_value_type(loader, slots[SLOPE_TYPE], tangent.slope_type) ||
+        !cb_check_value_type(loader, slots[REFERENCE_TYPE], tangent.reference_type))
+        return false;
     if (!check_reference(loader, slots, &config->signals[channel->tangent_signal], &tangent))
         return false;
     if (!cb_take_write(loader, slots[SLOPE_PLC], tangent.slope_type, user, &tangent.slope_reg) ||

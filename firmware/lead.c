@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/lead.h"
 
+#include "firmware/profile.h"
+
 enum {
     WINDOW_US = 1000000, /* beats are counted for so long: 8 ms are then known to 1 % */
     FILTER = 8,          /* a new measurement counts for an eighth */
@@ -32,6 +34,7 @@ void cb_lead_take_heartbeat(struct cb_lead_state *state, uint16_t beats, int64_t
 
 uint32_t cb_lead_us(const struct cb_config *config, const struct cb_lead_state *state) {
     if (!config->lead_measured) return config->lead_us;
-    const uint32_t lead_us = state->exchange_us + state->update_us + config->period_us / 2;
+    const uint32_t lead_us =
+        state->exchange_us + state->update_us + config->period_us / 2 + cb_profile_lead_us(config);
     return lead_us < CB_MAX_LEAD_US ? lead_us : CB_MAX_LEAD_US;
 }

@@ -3,12 +3,13 @@
  *
  * Measured, it is the mean time from a position to the value made from it standing in the axis:
  *
- *   lead = exchange + update + period / 2
+ *   lead = exchange + update + period / 2 + handshake
  *
  * exchange: from asking for the reading to the PLC's confirmation of the write, with fc23 to that
  * of the next request. update: the PLC's own cycle, from how fast its heartbeat counts; a position
  * waits for half of one in the PLC, and so does the value. period / 2: a value stands for a whole
- * period, and is right in the middle of it. */
+ * period, and is right in the middle of it. handshake: what a PLC adds that hands values to its NC
+ * by handshake (cb_profile_lead_us), else 0. */
 #ifndef COMPBOX_FIRMWARE_LEAD_H
 #define COMPBOX_FIRMWARE_LEAD_H
 

@@ -35,7 +35,7 @@ inline const std::string full_example = R"({
      "min": -10, "max": 90, "max_rate_per_s": 2, "max_age_ms": 2500},
     {"name": "T2", "unit": "°C", "bus": "pt100", "unit_id": 5, "register": 7, "type": "int16",
      "scale": 0.1, "zero": -20, "min": -10, "max": 90, "essential": true},
-    {"name": "B", "unit": "deg", "plc": 10, "type": "float32cdab", "min": -180.5, "max": 180.5}
+    {"name": "B", "unit": "deg", "plc": 10, "type": "float32", "min": -180.5, "max": 180.5}
   ],
   "terms": [
     {"name": "EZX", "type": "bspline", "signal": "X", "degree": 3,

@@ -95,7 +95,7 @@ TEST(config_load, signals_of_the_example) {
     EXPECT_EQ(t2.max_age_ms, 2000u) << "default of sensors";
     EXPECT_TRUE(t2.essential) << "as the file says";
 
-    EXPECT_EQ(b.type, CB_NUMBER_FLOAT32_CDAB);
+    EXPECT_EQ(b.type, CB_NUMBER_FLOAT32);
     EXPECT_EQ(b.scale, 1.0f);
     EXPECT_EQ(b.reg, 10);
     EXPECT_TRUE(b.essential) << "deg";
@@ -274,7 +274,9 @@ TEST(config_load, the_same_number_may_be_read_twice) {
 
 TEST(config_load, every_profile_and_exchange_that_is_allowed) {
     const auto plc_of = [](const std::string &profile, const std::string &exchange) {
-        return loaded_config(with("fc3+fc16", exchange, with("sinumerik-840d", profile))).plc;
+        const std::string coarse = with("\"scale\": 0.01", "\"scale\": 0.1");
+        return loaded_config(with("fc3+fc16", exchange, with("sinumerik-840d", profile, coarse)))
+            .plc;
     };
     EXPECT_EQ(plc_of("generic", "fc23").exchange, CB_EXCHANGE_FC23);
     EXPECT_EQ(plc_of("fanuc", "fc23").profile, CB_PROFILE_FANUC);

@@ -36,6 +36,15 @@ TEST(lead, is_what_the_file_says_unless_measured) {
     EXPECT_EQ(cb_lead_us(&config, &state), 45000u);
 }
 
+TEST(lead, has_the_handshakes_of_a_fanuc_control_in_it) {
+    cb_config config = measured();
+    cb_lead_state state = {};
+    config.plc.profile = CB_PROFILE_FANUC;
+    config.plc.scan_us = 8000;
+    config.channels_count = 3;
+    EXPECT_EQ(cb_lead_us(&config, &state), 15000u + (32000u + 96000u) / 2);
+}
+
 TEST(lead, filters_exchanges_and_never_exceeds_its_maximum) {
     const cb_config config = measured(1000000);
     cb_lead_state state = {};

@@ -212,8 +212,6 @@ TEST(tangent, every_mistake_has_its_sentence) {
         {", \"counters\": true", "",
          "channels[0].tangent: value, slope and reference belong together: the PLC needs "
          "plc.write.counters to tell a whole block from a torn one"},
-        {"\"sinumerik-840d\"", "\"fanuc\"",
-         "channels[0].tangent: profile fanuc has no slope; leave it out"},
         {"\"tangent\": {\"signal\": \"X\"", "\"tangent\": {\"signal\": \"T\"",
          "channels[0].tangent.signal: \"T\" is no position in mm from the PLC: the control needs "
          "its "
