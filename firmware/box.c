@@ -121,7 +121,12 @@ static void acquire(struct cb_box *box, const struct cb_inputs *in, uint32_t lea
                     struct step *step) {
     read_plc(box, in, step);
     cb_plc_age(&box->config, &box->plc, &box->counters, box->now_us);
-    if (step->read) find_plc(box, in, step);
+    if (step->read) {
+        const bool judged = box->mode.mode == CB_MODE_ACTIVE;
+        box->unapplied =
+            cb_applied_take(&box->config, box->channels, in->registers, step->elapsed_us, judged);
+        find_plc(box, in, step);
+    }
     cb_signals_accept(&box->config, box->signals, &box->counters, in, step->read, box->now_us);
     step->essentials_ok =
         cb_signals_age(&box->config, box->signals, &box->counters, lead_us, box->now_us);
@@ -151,6 +156,8 @@ static struct cb_mode_events see(const struct cb_box *box, const struct cb_input
     const struct cb_mode_events events = {
         .plc_ok = cb_plc_readable(config, &box->plc, box->now_us),
         .writes_ok = !box->plc.mute,
+        .nc_alarm = box->plc.nc_alarm,
+        .unapplied = box->unapplied,
         .heartbeat_ok = box->plc.alive,
         .essentials_ok = step->essentials_ok,
         .clock_ok = !step->jumped,

@@ -15,6 +15,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "firmware/applied.h"
 #include "firmware/channels.h"
 #include "firmware/config.h"
 #include "firmware/counters.h"
@@ -62,6 +63,7 @@ struct cb_box {
     bool zero_written;      /* the PLC confirmed outputs that are all zero, no others
                                were handed to a write since; or none ever were */
     bool stop_confirmed;    /* the PLC confirmed status STOPPED */
+    bool unapplied;         /* the PLC applies something else than was written */
     bool config_corrupt;    /* the last whole check of the sum failed */
 };
 _Static_assert(offsetof(struct cb_box, config) == 0, "cb_box_start() clears all behind config");

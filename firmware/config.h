@@ -155,6 +155,7 @@ struct cb_channel_config {
     float error_um;          /* >= limit: a demand beyond it is a FAULT */
     float slew_um_per_s;     /* > 0: |change| <= slew * min(elapsed, 2 periods) */
     float deadband_um;       /* >= 0: smaller changes are not written */
+    float step_um;           /* > 0: never further than this from what the PLC applies */
     float scale;             /* µm per unit of the register; > 0 */
 };
 

@@ -80,6 +80,7 @@ void cb_hold_to_steps(struct cb_config *config) {
     for (unsigned i = 0; i < config->channels_count; ++i) {
         struct cb_channel_config *channel = &config->channels[i];
         const float most = cb_profile_slew_most(config, channel);
+        if (channel->has_applied) channel->step_um = (float)config->plc.step_units * channel->scale;
         if (most > 0.0f && channel->slew_um_per_s > most) channel->slew_um_per_s = most;
     }
 }

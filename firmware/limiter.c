@@ -5,7 +5,10 @@
  *   (1) |o| <= L                          for every output o;
  *   (2) |o - h| <= s min(t - t_h, 2P)     for every value h that the PLC may hold, put there by the
  *                                         step at t_h; plus u where a step allows less than u;
- *   (3) |a - b| <= D                      for the two channels of a pair.
+ *   (3) |a - b| <= D                      for the two channels of a pair;
+ *   (4) |o - o'| <= S                     for outputs at most W apart, where the control has a
+ *                                         largest step S (profile.h); and |o - n| <= S where the
+ *                                         PLC says (applied) that the NC has n.
  *
  * Rules. Let q be the last output, made d = t - t_q ago, and [m, M] the interval that holds every
  * value the PLC may hold. The new output o is chosen with
@@ -25,6 +28,11 @@
  *     (had both, the targets would differ by even more); this one stops where the difference is D,
  *     which is between its q and where it was.
  * A pair is written in one request, so what the PLC holds of it is always the outputs of one step.
+ *
+ * (4) is two rules. The loader has lowered s to (S - u) / W, so outputs W apart differ by
+ * s W + u <= S, whichever of them the NC takes over. The distance to n is one more interval to
+ * clamp to. It holds q as long as the NC takes what the PLC gives it; when the PLC has moved n away
+ * by itself, q stays or comes nearer.
  *
  * The grid. A register holds whole units. An output moves by whole units and never further than
  * (A) allows; what is left is carried to the next step, so that a ramp keeps its rate. Where (A)
@@ -192,6 +200,10 @@ static struct room room_of(const struct cb_channel_config *channel, float unit_u
         const float reach_um = cb_max(channel->slew_um_per_s * motion->max_s, unit_um);
         room.low_um = cb_max(room.low_um, state->possible_max_um - reach_um);
         room.high_um = cb_min(room.high_um, state->possible_min_um + reach_um);
+        if (channel->step_um > 0.0f) {
+            room.low_um = cb_max(room.low_um, state->applied_um - channel->step_um);
+            room.high_um = cb_min(room.high_um, state->applied_um + channel->step_um);
+        }
     }
     if (!is_below_top(channel, unit_um, &room)) {
         const float top = nearest(channel, unit_um, FLT_MAX);

@@ -21,6 +21,8 @@ struct cb_channel_state {
     float carry_um;  /* progress towards the next grid value: |carry| < one unit */
     float possible_min_um, possible_max_um; /* the PLC holds a value in this interval */
     float sent_um;                          /* last output that was handed to a write */
+    float applied_um; /* of a channel with applied: what the PLC last said that it applies … */
+    uint32_t standing_us; /* … and for how long that stood away from what was written */
 };
 
 /* How far outputs may move in one step. */
@@ -39,7 +41,8 @@ void cb_limiter_written(const struct cb_config *config, struct cb_channel_state 
 /* in : target_um[channels]: any floats; NaN counts as 0
  * out: every output moved towards its target: |output| <= limit, pairs within their difference,
  *      change within slew * elapsed from the last output and slew * 2 periods from all that the
- *      PLC may hold (plus one unit of the register where a step is less than that) */
+ *      PLC may hold (plus one unit of the register where a step is less than that); where the
+ *      control has a largest step (step_um), not further than that from what is applied */
 void cb_limiter_step(const struct cb_config *config, struct cb_channel_state *channels,
                      struct cb_counters *counters, const float *target_um,
                      const struct cb_motion *motion);

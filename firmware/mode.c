@@ -19,7 +19,8 @@ static bool withdrawn(const struct cb_mode_events *e) {
 
 /* Everything is there for ACTIVE, and after a loss also the permission. */
 static bool may_run(const struct cb_mode_state *state, const struct cb_mode_events *e) {
-    return healthy(e) && wanted(e) && !e->stop && (!state->lost || e->permit_resume);
+    return healthy(e) && wanted(e) && !e->nc_alarm && !e->stop &&
+           (!state->lost || e->permit_resume);
 }
 
 static bool may_end(const struct cb_mode_events *e) {
@@ -37,10 +38,12 @@ static enum cb_reason missing(const struct cb_mode_state *state, const struct cb
     if (!e->enable) return CB_REASON_NOT_ENABLED;
     if (!e->referenced) return CB_REASON_NOT_REFERENCED;
     if (!e->essentials_ok) return CB_REASON_SIGNAL;
+    if (e->nc_alarm) return CB_REASON_NC;
     return state->lost ? CB_REASON_WAIT_ENABLE : CB_REASON_NONE;
 }
 
 static enum cb_reason remark(const struct cb_mode_events *e) {
+    if (e->unapplied) return CB_REASON_UNAPPLIED;
     if (e->degraded) return CB_REASON_DEGRADED;
     if (e->limited) return CB_REASON_LIMITED;
     return e->extrapolated ? CB_REASON_EXTRAPOLATED : CB_REASON_NONE;
@@ -76,6 +79,7 @@ static enum cb_mode step_active(struct cb_mode_state *state, const struct cb_mod
                                 uint32_t max_hold_us) {
     /* an axis that is no longer referenced is a position lost; enable taken away is not */
     state->lost = !healthy(e) || (e->enable && !e->referenced);
+    if (e->nc_alarm) return fault(state, CB_REASON_NC_ALARM);
     if (e->stop || withdrawn(e)) return wait_in(CB_MODE_RAMP, state, e);
     if (healthy(e)) return active(state, e);
     state->hold_us = 0;
@@ -100,8 +104,9 @@ static enum cb_mode step_ramp(struct cb_mode_state *state, const struct cb_mode_
 
 /* The reason is that of the fault until the PLC resets it. */
 static enum cb_mode step_fault(struct cb_mode_state *state, const struct cb_mode_events *e) {
-    const bool gone =
-        e->fault == CB_REASON_NONE && !(state->reason == CB_REASON_DEMAND && e->excessive);
+    const bool gone = e->fault == CB_REASON_NONE &&
+                      !(state->reason == CB_REASON_DEMAND && e->excessive) &&
+                      !(state->reason == CB_REASON_NC_ALARM && e->nc_alarm);
     state->lost = true;
     if (may_end(e)) return wait_in(CB_MODE_STOPPED, state, e);
     if (gone && e->plc_ok && e->reset_edge)

@@ -30,10 +30,13 @@
     X(CB_REASON_STOP, 10, "the box was asked to stop")                                          \
     X(CB_REASON_EXTRAPOLATED, 11, "a model is used outside the range it was trained in")        \
     X(CB_REASON_UNCONFIRMED, 12, "the PLC answers readings but confirms no write")              \
+    X(CB_REASON_UNAPPLIED, 13, "the PLC applies something else than was written")               \
+    X(CB_REASON_NC, 14, "the NC is in alarm")                                                   \
     X(CB_REASON_DEMAND, 16, "a channel's demand is beyond its error limit")                     \
     X(CB_REASON_CONFIG_CORRUPT, 17, "the configuration in memory has changed")                  \
     X(CB_REASON_WRITE_REFUSED, 18, "the PLC refuses the writes")                                \
-    X(CB_REASON_OVERRUN, 19, "the box misses its period again and again")
+    X(CB_REASON_OVERRUN, 19, "the box misses its period again and again")                       \
+    X(CB_REASON_NC_ALARM, 20, "the NC went into alarm while it was compensated")
 
 enum cb_mode {
 #define CB_X(name, value, text) name = value,
@@ -62,6 +65,8 @@ struct cb_mode_events {
     bool all_zero;      /* every output is zero */
     bool zero_written;  /* … and the PLC has confirmed it, or nothing was ever written */
     bool excessive;     /* a channel's demand is beyond its error limit: a fault when ACTIVE */
+    bool nc_alarm;      /* the NC is in alarm: a fault when ACTIVE */
+    bool unapplied;     /* the PLC applies something else than was written */
     bool degraded;      /* a term is not live, or weakened outside its training range */
     bool extrapolated;  /* a model is outside its training range */
     bool limited;       /* a channel is at its limit */

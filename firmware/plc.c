@@ -62,6 +62,19 @@ static void take_heartbeat(struct cb_plc_state *state, uint16_t heartbeat, bool 
     state->plc_heartbeat = heartbeat;
 }
 
+/* Counts the handshakes that are seen: another channel, or ESTB on again. */
+static void take_handshake(struct cb_plc_state *state, struct cb_counters *counters,
+                           uint16_t word) {
+    const unsigned changed = word ^ state->handshake;
+    const bool started = (word & CB_HANDSHAKE_ESTB) && (changed & CB_HANDSHAKE_ESTB);
+    const bool another = (word & CB_HANDSHAKE_CHANNEL) && (changed & CB_HANDSHAKE_CHANNEL);
+    const bool alarm = (word & CB_HANDSHAKE_ALARM) != 0;
+    counters->handshakes += started || another;
+    counters->nc_alarms += alarm && !state->nc_alarm;
+    state->nc_alarm = alarm;
+    state->handshake = word;
+}
+
 bool cb_plc_read(const struct cb_config *config, struct cb_plc_state *state,
                  struct cb_counters *counters, const struct cb_inputs *in, int64_t now_us) {
     const struct cb_plc_config *plc = &config->plc;
@@ -78,6 +91,7 @@ bool cb_plc_read(const struct cb_config *config, struct cb_plc_state *state,
     state->reset_edge = (control & CB_CONTROL_RESET) && !(state->control & CB_CONTROL_RESET);
     state->control = control;
     take_heartbeat(state, in->registers[plc->plc_heartbeat], !state->readable, in->read_us);
+    if (plc->has_handshake) take_handshake(state, counters, in->registers[plc->handshake]);
     state->readable = true;
     state->read_us = in->read_us;
     return true;

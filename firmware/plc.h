@@ -19,6 +19,14 @@ enum {
     CB_CONTROL_PERMIT_RESUME = 1 << 3,
 };
 
+/* Bits of the handshake register (docs/coefficient-file.md). */
+enum {
+    CB_HANDSHAKE_CHANNEL = 0xFF, /* 1 + index of the channel that is being handed over; 0: none */
+    CB_HANDSHAKE_ESTB = 1 << 8,
+    CB_HANDSHAKE_EREND = 1 << 9,
+    CB_HANDSHAKE_ALARM = 1 << 15,
+};
+
 /* A box that does not know what the PLC holds asks before it writes
  * (docs/decisions/0005-ask-before-writing.md). */
 enum cb_contact {
@@ -42,6 +50,7 @@ struct cb_plc_state {
     uint32_t refused_us;     /* time since the first of a row of refused writes */
     uint16_t control;        /* control word of the last good reading */
     uint16_t plc_heartbeat;  /* … and its heartbeat */
+    uint16_t handshake;      /* … and its handshake with the NC */
     uint8_t contact;         /* enum cb_contact */
     bool readable;           /* a good reading is there, since start or clock jump */
     bool beating;            /* the heartbeat moved, since start or clock jump */
@@ -50,6 +59,7 @@ struct cb_plc_state {
     bool confirmed;          /* a write was confirmed since the contact became KNOWN */
     bool mute;               /* contact was lost though the PLC answers readings, or again without a
                                 write confirmed in between; and no write was confirmed since */
+    bool nc_alarm;           /* the handshake register says so */
     bool reset_edge;         /* the reset bit went on with this step's reading */
 };
 

@@ -31,8 +31,11 @@ struct rules {
     bool new_edge() const { return healthy() && e.enable && !s.enable_was; }
     bool permitted() const { return !s.lost || e.permit_resume || new_edge(); }
     bool plc_says_no() const { return e.plc_ok && (!e.enable || !e.referenced); }
-    bool new_fault() const { return e.fault != 0 && s.mode != CB_MODE_FAULT; }
-    bool conditions() const { return healthy() && e.enable && e.referenced && !e.stop; }
+    bool alarmed() const { return e.nc_alarm && s.mode == CB_MODE_ACTIVE; }
+    bool new_fault() const { return (e.fault != 0 || alarmed()) && s.mode != CB_MODE_FAULT; }
+    bool conditions() const {
+        return healthy() && e.enable && e.referenced && !e.nc_alarm && !e.stop;
+    }
 
     // All that ACTIVE needs; what is in ACTIVE needs no new permission.
     bool runs() const {
@@ -52,7 +55,8 @@ struct rules {
     }
     bool stays_in_fault() const {
         if (s.mode != CB_MODE_FAULT || ends()) return false;
-        const bool cause = e.fault || (s.reason == CB_REASON_DEMAND && e.excessive);
+        const bool cause = e.fault || (s.reason == CB_REASON_DEMAND && e.excessive) ||
+                           (s.reason == CB_REASON_NC_ALARM && e.nc_alarm);
         return cause || !e.plc_ok || !e.reset_edge;
     }
 
@@ -72,7 +76,7 @@ cb_mode_events events_of(unsigned bits, uint8_t fault) {
     bool *const flags[] = {&e.plc_ok,   &e.heartbeat_ok, &e.essentials_ok, &e.clock_ok,
                            &e.enable,   &e.referenced,   &e.reset_edge,    &e.permit_resume,
                            &e.stop,     &e.all_zero,     &e.zero_written,  &e.excessive,
-                           &e.degraded, &e.limited,      &e.writes_ok};
+                           &e.degraded, &e.limited,      &e.writes_ok,     &e.nc_alarm};
     for (bool *flag : flags) {
         *flag = bits & 1;
         bits >>= 1;
@@ -80,7 +84,7 @@ cb_mode_events events_of(unsigned bits, uint8_t fault) {
     e.fault = fault;
     return e;
 }
-constexpr unsigned all_events = 1u << 15;
+constexpr unsigned all_events = 1u << 16;
 
 // The reason that belongs to the mode, as far as the rules fix it; -1: not fixed.
 int expected_reason(const rules &before, uint8_t mode_after) {
@@ -88,6 +92,7 @@ int expected_reason(const rules &before, uint8_t mode_after) {
     if (mode_after == CB_MODE_ACTIVE && e.degraded) return CB_REASON_DEGRADED;
     if (mode_after == CB_MODE_ACTIVE) return e.limited ? CB_REASON_LIMITED : CB_REASON_NONE;
     if (before.s.mode == CB_MODE_FAULT && mode_after == CB_MODE_FAULT) return before.s.reason;
+    if (mode_after == CB_MODE_FAULT && before.alarmed() && e.fault == 0) return CB_REASON_NC_ALARM;
     if (mode_after == CB_MODE_FAULT && e.fault == 0) return CB_REASON_DEMAND;
     if (mode_after == CB_MODE_FAULT) return e.fault;
     if (before.s.mode == CB_MODE_STOPPED) return before.s.reason;
@@ -148,7 +153,8 @@ void explore(transitions &seen) {
                         cb_mode_state state;
                         std::memset(&state, 0, sizeof state);
                         state.mode = mode;
-                        state.reason = mode == CB_MODE_FAULT ? CB_REASON_DEMAND : CB_REASON_NONE;
+                        const auto fault_was = bits & 1 ? CB_REASON_DEMAND : CB_REASON_NC_ALARM;
+                        state.reason = mode == CB_MODE_FAULT ? fault_was : CB_REASON_NONE;
                         state.enable_was = flags & 1;
                         state.lost = flags & 2;
                         state.hold_us = hold.spent_us;
@@ -277,6 +283,33 @@ TEST(mode, a_plc_that_confirms_no_write_is_a_loss) {
     EXPECT_EQ(s.step(max_hold_us), CB_MODE_RAMP);
     s.e.writes_ok = true;
     EXPECT_EQ(s.step(), CB_MODE_ACTIVE);
+}
+
+TEST(mode, an_alarm_of_the_nc_is_a_fault_only_while_it_is_compensated) {
+    story s;
+    s.run();
+    s.e.nc_alarm = true;
+    EXPECT_EQ(s.step(), CB_MODE_FAULT);
+    EXPECT_EQ(s.state.reason, CB_REASON_NC_ALARM);
+    s.e.reset_edge = true;
+    EXPECT_EQ(s.step(), CB_MODE_FAULT) << "the alarm is still there";
+    s.e.nc_alarm = false;
+    s.e.all_zero = true;
+    EXPECT_EQ(s.step(), CB_MODE_STANDBY);
+    s.e.reset_edge = false;
+    s.e.nc_alarm = s.e.permit_resume = true;
+    EXPECT_EQ(s.step(), CB_MODE_STANDBY) << "it waits for the alarm to go";
+    EXPECT_EQ(s.state.reason, CB_REASON_NC);
+    s.e.nc_alarm = false;
+    EXPECT_EQ(s.step(), CB_MODE_ACTIVE);
+}
+
+TEST(mode, a_plc_that_applies_something_else_is_told_and_goes_on) {
+    story s;
+    s.run();
+    s.e.unapplied = s.e.degraded = s.e.limited = true;
+    EXPECT_EQ(s.step(), CB_MODE_ACTIVE);
+    EXPECT_EQ(s.state.reason, CB_REASON_UNAPPLIED);
 }
 
 TEST(mode, enable_taken_away_and_given_back_by_the_plc_is_no_loss) {
