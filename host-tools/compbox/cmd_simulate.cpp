@@ -9,8 +9,8 @@
 #include <string>
 
 #include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/scenario_kind.h"
 #include "host-tools/compbox/simulate_plots.h"
-#include "host-tools/compbox/simulate_report.h"
 #include "host-tools/compbox/summary.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
@@ -70,17 +70,15 @@ void show_progress(const std::string &text) {
     if (::isatty(STDERR_FILENO) == 1) std::cerr << "\r\033[K" << text << std::flush;
 }
 
-// Report, figures; all in the folder. out: what was written
-std::vector<std::string> write_results(const simulate_options &options, const scenario &plan,
-                                       const simulation &result, const real_time_run &real) {
+// in : the plots of the scenario itself are there. out: what was written
+std::vector<std::string> write_results(const simulate_options &options,
+                                       const simulate_outcome &result) {
     std::vector<std::string> files{options.folder + "/report.json"};
     const std::string &report = files.front();
-    write_file(report, json_text(report_json(plan, result, real)));
+    write_file(report, json_text(result.report));
     if (!options.as_json) std::cout << "\nreport: " << report << "\n";
     if (!options.plots) return files;
     const std::string plots = options.folder + "/plots";
-    make_folder(plots);
-    plot_paths(plan, result, plots);
     if (!options.log.empty()) {
         plot_log(read_plc_log(options.log), plots + "/compensation-over-time.svg");
     }
@@ -89,25 +87,35 @@ std::vector<std::string> write_results(const simulate_options &options, const sc
     return files;
 }
 
+simulate_request request_of(const simulate_options &options, const std::string &folder) {
+    simulate_request request;
+    request.scenario = options.scenario;
+    request.folder = folder;
+    if (!options.seeds.empty()) request.seeds = parse_seeds(options.seeds);
+    if (!options.statistics.empty()) request.real.statistics = read_json(options.statistics);
+    if (!options.log.empty()) request.real.motion = figures_in_motion(read_plc_log(options.log));
+    if (options.plots) {
+        request.plots = folder + "/plots";
+        make_folder(request.plots);
+    }
+    request.progress = show_progress;
+    return request;
+}
+
 void run_simulate(const simulate_options &options) {
     if (options.plots && options.folder.empty()) {
         throw CLI::ValidationError("--plots", "needs a folder (-o)");
     }
-    scenario plan = load_scenario(options.scenario);
-    if (!options.seeds.empty()) plan.seeds = parse_seeds(options.seeds);
-    real_time_run real;
-    if (!options.statistics.empty()) real.statistics = read_json(options.statistics);
-    if (!options.log.empty()) real.motion = figures_in_motion(read_plc_log(options.log));
     std::unique_ptr<temporary_folder> temporary;
     if (options.folder.empty()) temporary = std::make_unique<temporary_folder>();
-    const simulation result =
-        simulate(plan, temporary ? temporary->path() : options.folder, show_progress);
+    const simulate_outcome result =
+        run_scenario(request_of(options, temporary ? temporary->path() : options.folder));
     show_progress("");
     for (const auto &warning : result.warnings) std::cerr << "compbox: " << warning << "\n";
-    if (!options.as_json) std::cout << report_text(plan, result, real);
+    if (!options.as_json) std::cout << result.text;
     std::vector<std::string> files;
-    if (!temporary) files = write_results(options, plan, result, real);
-    if (options.as_json) print_summary(files, report_json(plan, result, real), result.warnings);
+    if (!temporary) files = write_results(options, result);
+    if (options.as_json) print_summary(files, result.report, result.warnings);
 }
 
 }  // namespace

@@ -32,6 +32,12 @@ double range_about_line(const std::vector<xyz> &positions_mm, const std::vector<
     return deviation_about(least_squares_line(along, errors), along, errors);
 }
 
+double range_of(const std::vector<xyz> &errors_um, std::size_t direction) {
+    const auto errors = column(errors_um, direction);
+    const auto [low, high] = std::minmax_element(errors.begin(), errors.end());
+    return *high - *low;
+}
+
 double mean_of(const std::vector<xyz> &errors_um, std::size_t direction) {
     double sum = 0.0;
     for (const auto &error : errors_um) sum += error[direction];

@@ -12,6 +12,9 @@ namespace compbox {
 double range_about_line(const std::vector<xyz> &positions_mm, const std::vector<xyz> &errors_um,
                         std::size_t direction);
 
+// Largest minus smallest error.
+double range_of(const std::vector<xyz> &errors_um, std::size_t direction);
+
 double mean_of(const std::vector<xyz> &errors_um, std::size_t direction);
 // With n − 1.
 double variance_of(const std::vector<xyz> &errors_um, std::size_t direction);

@@ -38,11 +38,9 @@ void check_folder_name(const std::string &name, const std::string &file) {
 }
 
 fit_recipe recipe_of(const json &value, const std::string &file) {
-    only_keys(value, {"name", "method", "line", "degree", "tolerance_um"}, file, "methods[]");
     fit_recipe method;
     method.file = file;
     method.name = get<std::string>(value, "name", file);
-    check_folder_name(method.name, file);
     method.method = get_or(value, "method", method.name, file);
     method.line = get_or(value, "line", std::string("keep"), file);
     method.degree = get_or(value, "degree", 0, file);
@@ -50,13 +48,37 @@ fit_recipe recipe_of(const json &value, const std::string &file) {
     return method;
 }
 
+scenario_method method_of(const json &value, const std::string &file) {
+    only_keys(value, {"name", "method", "line", "degree", "tolerance_um", "steps"}, file,
+              "methods[]");
+    scenario_method method;
+    method.name = get<std::string>(value, "name", file);
+    check_folder_name(method.name, file);
+    method.steps = get_or(value, "steps", method.steps, file);
+    if (method.steps.empty()) {
+        method.recipe = recipe_of(value, file);
+    } else if (value.size() != 2) {
+        throw input_error(file, 0, 0, "methods[]: " + method.name + " has steps and a recipe");
+    }
+    return method;
+}
+
+path_figure figure_of(const json &value, const std::string &file) {
+    const auto name = get_or(value, "figure", std::string("straightness"), file);
+    if (name == "straightness") return path_figure::straightness;
+    if (name == "range") return path_figure::range;
+    if (name == "axis") return path_figure::axis;
+    throw input_error(file, 0, 0, "paths[].figure must be straightness, range or axis");
+}
+
 scenario_path path_of(const json &value, const std::string &file) {
-    only_keys(value, {"name", "from_mm", "to_mm", "every_mm", "along"}, file, "paths[]");
+    only_keys(value, {"name", "from_mm", "to_mm", "every_mm", "along", "figure"}, file, "paths[]");
     scenario_path path;
     path.name = get<std::string>(value, "name", file);
     path.from_mm = position_of(get<json>(value, "from_mm", file), file, "from_mm");
     path.to_mm = position_of(get<json>(value, "to_mm", file), file, "to_mm");
     path.every_mm = get<double>(value, "every_mm", file);
+    path.figure = figure_of(value, file);
     const auto along = get<std::string>(value, "along", file);
     path.along = along.size() == 1 ? axis_index(along[0]) : -1;
     if (path.along < 0) throw input_error(file, 0, 0, "paths[].along must be X, Y or Z");
@@ -69,44 +91,73 @@ scenario_path path_of(const json &value, const std::string &file) {
     return path;
 }
 
-}  // namespace
-
-scenario load_scenario(const std::string &path) {
-    const json value = read_json(path);
-    only_keys(value,
-              {"format", "name", "twin", "machine", "measurements", "seeds", "curves", "methods",
-               "paths", "feed_mm_per_min", "paper_percent"},
-              path, "the scenario");
-    if (get<std::string>(value, "format", path) != "compbox-scenario/1") {
-        throw input_error(path, 0, 0, "is not a scenario (format is not compbox-scenario/1)");
-    }
-    scenario result;
+void read_files(const json &value, const std::string &path, scenario &result) {
     result.file = path;
     result.name = get<std::string>(value, "name", path);
     result.twin = beside(path, get<std::string>(value, "twin", path));
     result.machine = beside(path, get<std::string>(value, "machine", path));
     const auto measurements = get_or(value, "measurements", std::string(), path);
     if (!measurements.empty()) result.measurements = beside(path, measurements);
+}
+
+void read_run(const json &value, const std::string &path, scenario &result) {
+    result.feed_mm_per_s = get<double>(value, "feed_mm_per_min", path) * mm_per_min;
+    result.moving_mm_per_min = get_or(value, "moving_mm_per_min", result.moving_mm_per_min, path);
+    const json wire = get_or(value, "exchange_ms", json::object(), path);
+    only_keys(wire, {"read", "write"}, path, "exchange_ms");
+    result.read_ms = get_or(wire, "read", 0.0, path);
+    result.write_ms = get_or(wire, "write", 0.0, path);
+    result.directions = get_or(value, "directions", std::string(axis_letters), path);
+    result.paper_percent = get_or(value, "paper_percent", result.paper_percent, path);
+    const bool wire_fits = result.read_ms >= 0.0 && result.write_ms >= 0.0 &&
+                           result.read_ms < 1e3 && result.write_ms < 1e3;
+    if (!wire_fits) throw input_error(path, 0, 0, "exchange_ms: must be 0 to 1000");
+    for (const double feed : result.moving_mm_per_min) {
+        if (!(feed > 0.0)) throw input_error(path, 0, 0, "moving_mm_per_min must be above 0");
+    }
+    for (const char letter : result.directions) {
+        if (axis_index(letter) < 0) throw input_error(path, 0, 0, "directions: letters of XYZ");
+    }
+}
+
+void check(const scenario &plan) {
+    const bool recipes = std::any_of(plan.methods.begin(), plan.methods.end(),
+                                     [](const auto &m) { return m.steps.empty(); });
+    if ((recipes && plan.curves.empty()) || plan.methods.empty() || plan.paths.empty() ||
+        plan.directions.empty() || !(plan.feed_mm_per_s > 0.0)) {
+        throw input_error(plan.file, 0, 0,
+                          "needs at least one curve, method and path, and feed_mm_per_min > 0");
+    }
+    for (const auto &curve : plan.curves) {
+        if (!parse_error_name(curve)) {
+            throw input_error(plan.file, 0, 0,
+                              "'" + curve + "' is not an ISO 230-1 name, as EZX is");
+        }
+    }
+}
+
+}  // namespace
+
+scenario load_scenario(const std::string &path) {
+    const json value = read_json(path);
+    only_keys(value,
+              {"format", "kind", "name", "twin", "machine", "measurements", "seeds", "curves",
+               "steps", "methods", "paths", "feed_mm_per_min", "moving_mm_per_min", "exchange_ms",
+               "directions", "paper_percent"},
+              path, "the scenario");
+    scenario result;
+    read_files(value, path, result);
     result.seeds = get_or(value, "seeds", result.seeds, path);
-    result.curves = get<std::vector<std::string>>(value, "curves", path);
+    result.curves = get_or(value, "curves", result.curves, path);
+    result.steps = get_or(value, "steps", result.steps, path);
     for (const auto &method : get<json>(value, "methods", path)) {
-        result.methods.push_back(recipe_of(method, path));
+        result.methods.push_back(method_of(method, path));
     }
     for (const auto &one : get<json>(value, "paths", path)) {
         result.paths.push_back(path_of(one, path));
     }
-    result.feed_mm_per_s = get<double>(value, "feed_mm_per_min", path) * mm_per_min;
-    result.paper_percent = get_or(value, "paper_percent", result.paper_percent, path);
-    if (result.curves.empty() || result.methods.empty() || result.paths.empty() ||
-        !(result.feed_mm_per_s > 0.0)) {
-        throw input_error(path, 0, 0,
-                          "needs at least one curve, method and path, and feed_mm_per_min > 0");
-    }
-    for (const auto &curve : result.curves) {
-        if (!parse_error_name(curve)) {
-            throw input_error(path, 0, 0, "'" + curve + "' is not an ISO 230-1 name, as EZX is");
-        }
-    }
+    read_run(value, path, result);
+    check(result);
     return result;
 }
 

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/compbox/simulate.h"
 
+#include <cmath>
+#include <filesystem>
+
 #include "host-tools/compbox/load.h"
+#include "host-tools/compbox/tool_steps.h"
 #include "host-tools/compbox/virtual_run.h"
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
@@ -20,12 +24,6 @@ std::string measure(const scenario &plan, const twin_machine &twin, std::uint64_
     make_folder(measurements);
     measure_all(twin, measurements);
     return measurements;
-}
-
-std::vector<xyz> displacements_of(const virtual_run &run) {
-    std::vector<xyz> all;
-    for (const auto &stop : run.stops) all.push_back(stop.displacement_um);
-    return all;
 }
 
 // Throws where an end of a path cannot be reached: names file and path.
@@ -56,34 +54,92 @@ class seed_run {
         for (const auto &path : plan.paths) paths_.emplace_back(twin_, path);
     }
 
-    void measure(std::uint64_t own_seed) {
-        measurements_ = compbox::measure(plan_, twin_, own_seed, folder_);
+    void measure(std::uint64_t own_seed, simulation &result) {
+        if (plan_.steps.empty()) {
+            measurements_ = compbox::measure(plan_, twin_, own_seed, folder_);
+        } else {
+            run_steps(plan_.steps, folder_, result);
+        }
     }
 
-    void try_method(const fit_recipe &recipe, simulation &result) {
-        const fitted_files fit = fit_files(measurements_, plan_.curves, recipe, plan_.machine,
-                                           folder_ + "/" + recipe.name);
-        result.warnings.insert(result.warnings.end(), fit.warnings.begin(), fit.warnings.end());
+    // shipped: the product's method, which is judged in motion too.
+    void try_method(const scenario_method &method, bool shipped, simulation &result) {
+        const fitted_files fit = coefficients_of(method, result);
         const auto config = load_coefficients(fit.coefficients);
         const register_map map = load_register_map(fit.coefficients);
         for (auto &path : paths_) {
-            const virtual_run run = run_on(path, recipe, *config, map);
-            const path_figures found = path.judge(displacements_of(run), *config);
-            result.runs.push_back({config_.seed, recipe.name, path.name(), fit.coefficients,
-                                   fit.coefficient_count, found.figures, path.stops_mm(),
-                                   path.before_um(), found.after_um});
+            tell_place(method.name, path, [&] {
+                const virtual_run run = run_virtually(*config, config_, map, path.stops_mm(),
+                                                      plan_.feed_mm_per_s, wire());
+                const path_figures found = path.judge(run.states, *config);
+                result.runs.push_back({config_.seed, method.name, path.name(), fit.coefficients,
+                                       fit.coefficient_count, found.figures, path.stops_mm(),
+                                       found.before_um, found.after_um});
+                for (const double feed : plan_.moving_mm_per_min) {
+                    if (shipped) move_along(path, feed, *config, map, result);
+                }
+            });
         }
     }
 
   private:
+    wire_times wire() const {
+        return {std::llround(1e3 * plan_.read_ms), std::llround(1e3 * plan_.write_ms)};
+    }
+
+    void run_steps(const std::vector<std::string> &steps, const std::string &out,
+                   simulation &result) {
+        make_folder(out);
+        const std::string here = std::filesystem::path(plan_.file).parent_path().string();
+        const step_world world{twin_,
+                               plan_.file,
+                               {{"seed", folder_},
+                                {"out", out},
+                                {"machine", plan_.machine},
+                                {"here", here.empty() ? "." : here}}};
+        for (const auto &step : steps) {
+            const auto said = run_step(step, world);
+            result.warnings.insert(result.warnings.end(), said.begin(), said.end());
+        }
+    }
+
+    fitted_files coefficients_of(const scenario_method &method, simulation &result) {
+        const std::string out = folder_ + "/" + method.name;
+        fitted_files fit;
+        if (method.steps.empty()) {
+            fit = fit_files(measurements_, plan_.curves, method.recipe, plan_.machine, out);
+            result.warnings.insert(result.warnings.end(), fit.warnings.begin(), fit.warnings.end());
+            return fit;
+        }
+        run_steps(method.steps, out, result);
+        fit.coefficients = out + "/coefficients.json";
+        return fit;
+    }
+
+    void move_along(const remeasured_path &path, double feed, const cb_config &config,
+                    const register_map &map, simulation &result) const {
+        const travel way{path.path().from_mm, path.path().to_mm, feed / 60.0};
+        const virtual_run run = run_in_motion(config, config_, map, way, wire());
+        const auto after = true_errors(twin_, run.states);
+        const auto before = true_errors(twin_, uncompensated(run.states));
+        std::vector<xyz> places;
+        for (const auto &state : run.states) places.push_back(state.position_mm);
+        moving_run one{config_.seed, path.name(), feed, run.lead_ms};
+        for (std::size_t a = 0; a < 3; ++a) {
+            one.before_um[a] = range_along(path.path(), places, before, a);
+            one.after_um[a] = range_along(path.path(), places, after, a);
+        }
+        result.moving.push_back(one);
+    }
+
     // What goes wrong in a run is told with its place in the scenario.
-    virtual_run run_on(const remeasured_path &path, const fit_recipe &recipe,
-                       const cb_config &config, const register_map &map) const {
+    template <typename work>
+    void tell_place(const std::string &method, const remeasured_path &path, work run) const {
         try {
-            return run_virtually(config, config_, map, path.stops_mm(), plan_.feed_mm_per_s);
+            run();
         } catch (const input_error &error) {
             throw input_error(plan_.file, 0, 0,
-                              "seed " + std::to_string(config_.seed) + ", method " + recipe.name +
+                              "seed " + std::to_string(config_.seed) + ", method " + method +
                                   ", path " + path.name() + ": " + error.what());
         }
     }
@@ -111,10 +167,10 @@ simulation simulate(const scenario &plan, const std::string &folder,
         progress(name + ": measure");
         config.seed = seed;
         seed_run run(plan, config, folder + "/seed-" + std::to_string(seed));
-        run.measure(own_seed);
-        for (const auto &recipe : plan.methods) {
-            progress(name + ": " + recipe.name);
-            run.try_method(recipe, result);
+        run.measure(own_seed, result);
+        for (const auto &method : plan.methods) {
+            progress(name + ": " + method.name);
+            run.try_method(method, &method == &plan.methods.front(), result);
         }
     }
     return result;

@@ -24,9 +24,18 @@ struct simulated_run {
     std::vector<xyz> stops_mm, before_um, after_um;  // true errors, at each stop
 };
 
+// One seed, one path, travelled in one go by the product's method.
+struct moving_run {
+    std::uint64_t seed = 0;
+    std::string path;
+    double feed_mm_per_min = 0.0, lead_ms = 0.0;
+    xyz before_um = {}, after_um = {};  // ranges of the true error on the way
+};
+
 struct simulation {
     std::vector<simulated_run> runs;    // by seed, method, path
-    std::vector<std::string> warnings;  // of the fits
+    std::vector<moving_run> moving;     // by seed, path, feed
+    std::vector<std::string> warnings;  // of the fits and steps
 };
 
 // Runs the scenario; what it makes goes to FOLDER/seed-N/. progress is told each step in words.

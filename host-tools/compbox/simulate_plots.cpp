@@ -46,28 +46,32 @@ std::vector<double> abscissa(const scenario_path &path, const simulated_run &run
 }
 
 // Left: before and after by the first method. Right: after, by every method.
-std::string path_script(const scenario_path &path, const std::vector<const simulated_run *> &runs) {
-    std::string script = panel_style(abscissa(path, *runs.front())) + "set multiplot layout 3,2\n";
-    for (std::size_t a = 0; a < 3; ++a) {
-        const std::string data = std::string(1, axis_letters[a]);
+std::string path_script(const scenario_path &path, const std::string &directions,
+                        const std::vector<const simulated_run *> &runs) {
+    std::string script = panel_style(abscissa(path, *runs.front())) + "set multiplot layout " +
+                         std::to_string(directions.size()) + ",2\n";
+    for (const char letter : directions) {
+        const auto a = static_cast<std::size_t>(axis_index(letter));
+        const bool first = letter == directions.front(), last = letter == directions.back();
+        const std::string data(1, letter);
         std::vector<std::vector<double>> columns{abscissa(path, *runs.front()),
                                                  column_of(runs.front()->before_um, a)};
         for (const auto *run : runs) columns.push_back(column_of(run->after_um, a));
         script += plot_data(data, columns);
         script += "set ylabel " + plot_text("error in " + data + ", µm") + "\n";
-        if (a == 2)
+        if (last)
             script +=
                 "set xlabel " + plot_text(std::string(1, axis_letters[path.along]) + ", mm") + "\n";
-        if (a == 0)
+        if (first)
             script += "set title " + plot_text(path.name + ": true error before and after") + "\n";
-        script += "plot " + curve(data, 2, a == 0 ? "before" : "", plot_colour::grey, true) + ", " +
-                  curve(data, 3, a == 0 ? "after, " + runs.front()->method : "", method_colours[0],
+        script += "plot " + curve(data, 2, first ? "before" : "", plot_colour::grey, true) + ", " +
+                  curve(data, 3, first ? "after, " + runs.front()->method : "", method_colours[0],
                         true) +
                   "\n";
-        if (a == 0) script += "set title 'what is left, by method'\n";
+        if (first) script += "set title 'what is left, by method'\n";
         script += "plot ";
         for (std::size_t m = runs.size(); m-- > 0;) {
-            script += curve(data, 3 + m, a == 0 ? runs[m]->method : "",
+            script += curve(data, 3 + m, first ? runs[m]->method : "",
                             method_colours[m % std::size(method_colours)], false) +
                       (m ? ", " : "\n");
         }
@@ -110,8 +114,7 @@ void plot_paths(const scenario &plan, const simulation &result, const std::strin
         for (const auto &run : result.runs) {
             if (run.seed == seed && run.path == path.name) runs.push_back(&run);
         }
-        run_gnuplot(folder + "/" + file_name(path.name) + ".svg", path_script(path, runs), 1300,
-                    950);
+        run_gnuplot(folder + "/" + file_name(path.name) + ".svg", path_script(path, plan.directions, runs), 1300, 950);
     }
 }
 

@@ -58,10 +58,12 @@ double rounded(double value) {
     return std::stod(text);
 }
 
-json by_axis(const std::function<double(std::size_t)> &value) {
+// letters: of the directions that are judged.
+json by_axis(const std::string &letters, const std::function<double(std::size_t)> &value) {
     json object = json::object();
-    for (std::size_t a = 0; a < 3; ++a) {
-        object[std::string(1, axis_letters[a])] = rounded(value(a));
+    for (const char letter : letters) {
+        object[std::string(1, letter)] =
+            rounded(value(static_cast<std::size_t>(axis_index(letter))));
     }
     return object;
 }
@@ -78,18 +80,20 @@ json figures_json(const direction_figures &one) {
             {"remeasured_before_um", rounded(one.remeasured_before_um)},
             {"remeasured_after_um", rounded(one.remeasured_after_um)},
             {"remeasured_percent", rounded(one.remeasured_percent())},
-            {"noise_ceiling_percent", rounded(one.ceiling_percent)}};
+            {"ceiling_percent", rounded(one.ceiling_percent)},
+            {"noise_ceiling_percent", rounded(one.noise_ceiling_percent)}};
 }
 
-json run_json(const simulated_run &run) {
+json run_json(const simulated_run &run, const std::string &letters) {
     json object = {{"seed", run.seed},
                    {"method", run.method},
                    {"path", run.path},
                    {"stops", run.stops_mm.size()},
                    {"coefficients", run.coefficients},
                    {"coefficient_count", run.coefficient_count}};
-    for (std::size_t a = 0; a < 3; ++a) {
-        object[std::string(1, axis_letters[a])] = figures_json(run.figures[a]);
+    for (const char letter : letters) {
+        object[std::string(1, letter)] =
+            figures_json(run.figures[static_cast<std::size_t>(axis_index(letter))]);
     }
     return object;
 }
@@ -106,15 +110,38 @@ std::string percent(double value) {
     return format("%6.1f %%", value);
 }
 
-// One line with three columns of text, each as wide as the heading above it.
-std::string row(const std::string &name, const std::array<std::string, 3> &cells) {
+using cell = std::function<std::string(std::size_t)>;
+
+// One line with a column for each direction, each as wide as the heading above it.
+std::string row(const std::string &name, const std::string &letters, const cell &text_of) {
     std::string line = format("  %-22s", name.c_str());
-    for (const auto &cell : cells) line += format("  %26s", cell.c_str());
+    for (const char letter : letters) {
+        const std::string text = text_of(static_cast<std::size_t>(axis_index(letter)));
+        line += format("  %26s", text.c_str());
+    }
     return line + "\n";
 }
 
-std::string percent_row(const std::string &name, const std::function<double(std::size_t)> &value) {
-    return row(name, {percent(value(0)), percent(value(1)), percent(value(2))});
+std::string headings(const std::string &letters) {
+    return row("", letters, [](std::size_t a) { return std::string(1, axis_letters[a]); }) +
+           row("", letters, [](std::size_t) { return std::string(heading); });
+}
+
+std::string percent_row(const std::string &name, const std::string &letters,
+                        const std::function<double(std::size_t)> &value) {
+    return row(name, letters, [&](std::size_t a) { return percent(value(a)); });
+}
+
+const char *figure_text(path_figure judged) {
+    switch (judged) {
+        case path_figure::straightness:
+            return "range about its least-squares line";
+        case path_figure::range:
+            return "range";
+        case path_figure::axis:
+            break;
+    }
+    return "range along the path, straightness across it";
 }
 
 std::string path_table(const scenario &plan, const simulation &result, const scenario_path &path) {
@@ -122,24 +149,19 @@ std::string path_table(const scenario &plan, const simulation &result, const sce
     const auto percent_of = [](const direction_figures &f) { return f.percent(); };
     const bool many = own.size() > 1;
     std::string text = "\n" + path.name + ", " + std::to_string(own.front()->stops_mm.size()) +
-                       " stops at standstill; true error, range about its least-squares line" +
+                       " stops at standstill; true error, " + figure_text(path.figure) +
                        (many ? ", median of " + std::to_string(own.size()) + " machines" : "") +
-                       "\n\n";
-    text += row("", {"X", "Y", "Z"});
-    text +=
-        row("", {"before   after     less", "before   after     less", "before   after     less"});
+                       "\n\n" + headings(plan.directions);
     for (const auto &method : plan.methods) {
         const auto runs = runs_of(result, method.name, path.name);
-        std::array<std::string, 3> cells;
-        for (std::size_t a = 0; a < 3; ++a) {
-            cells[a] = format("%6.1f  %6.2f %s",
-                              median(runs, a, [](const auto &f) { return f.before_um; }),
-                              median(runs, a, [](const auto &f) { return f.after_um; }),
-                              percent(median(runs, a, percent_of)).c_str());
-        }
-        text += row(method.name, cells);
+        text += row(method.name, plan.directions, [&](std::size_t a) {
+            return format("%6.1f  %6.2f %s",
+                          median(runs, a, [](const auto &f) { return f.before_um; }),
+                          median(runs, a, [](const auto &f) { return f.after_um; }),
+                          percent(median(runs, a, percent_of)).c_str());
+        });
         if (many) {
-            text += percent_row("  worst machine",
+            text += percent_row("  worst machine", plan.directions,
                                 [&](std::size_t a) { return lowest(runs, a, percent_of); });
         }
     }
@@ -149,18 +171,17 @@ std::string path_table(const scenario &plan, const simulation &result, const sce
 std::string remeasured_table(const scenario &plan, const simulation &result,
                              const scenario_path &path) {
     const auto own = runs_of(result, plan.methods.front().name, path.name);
+    const auto line = [&](const char *name, const figure &what) {
+        return percent_row(name, plan.directions,
+                           [&](std::size_t a) { return median(own, a, what); });
+    };
     std::string text = "\n  " + plan.methods.front().name + ", looked at more closely\n";
-    text += percent_row("between the stops too", [&](std::size_t a) {
-        return median(own, a, [](const auto &f) { return f.between_percent(); });
-    });
-    text += percent_row("remeasured by laser", [&](std::size_t a) {
-        return median(own, a, [](const auto &f) { return f.remeasured_percent(); });
-    });
-    text += percent_row("  its noise ceiling", [&](std::size_t a) {
-        return median(own, a, [](const auto &f) { return f.ceiling_percent; });
-    });
+    text += line("its ceiling", [](const auto &f) { return f.ceiling_percent; });
+    text += line("between the stops too", [](const auto &f) { return f.between_percent(); });
+    text += line("remeasured by laser", [](const auto &f) { return f.remeasured_percent(); });
+    text += line("  its noise ceiling", [](const auto &f) { return f.noise_ceiling_percent; });
     if (!plan.paper_percent.empty()) {
-        text += percent_row("S1, on its XY diagonal", [&](std::size_t a) {
+        text += percent_row("the paper", plan.directions, [&](std::size_t a) {
             const auto found = plan.paper_percent.find(std::string(1, axis_letters[a]));
             return found == plan.paper_percent.end() ? 0.0 : found->second;
         });
@@ -174,14 +195,54 @@ std::string residual_table(const scenario &plan, const simulation &result,
     std::string text = "\n  residual after compensation: range µm, mean µm, variance µm²\n";
     for (const auto &method : plan.methods) {
         const auto runs = runs_of(result, method.name, path.name);
-        std::array<std::string, 3> cells;
-        for (std::size_t a = 0; a < 3; ++a) {
-            cells[a] = format("%7.2f %7.2f %8.2f",
-                              median(runs, a, [](const auto &f) { return f.after_um; }),
-                              median(runs, a, [](const auto &f) { return f.mean_um; }),
-                              median(runs, a, [](const auto &f) { return f.variance_um2; }));
+        text += row(method.name, plan.directions, [&](std::size_t a) {
+            return format("%7.2f %7.2f %8.2f",
+                          median(runs, a, [](const auto &f) { return f.after_um; }),
+                          median(runs, a, [](const auto &f) { return f.mean_um; }),
+                          median(runs, a, [](const auto &f) { return f.variance_um2; }));
+        });
+    }
+    return text;
+}
+
+// The runs in motion along one path at one feed.
+std::vector<const moving_run *> moving_runs(const simulation &result, const std::string &path,
+                                            double feed_mm_per_min) {
+    std::vector<const moving_run *> some;
+    for (const auto &run : result.moving) {
+        if (run.path == path && run.feed_mm_per_min == feed_mm_per_min) some.push_back(&run);
+    }
+    return some;
+}
+
+std::vector<double> moving_percent(const std::vector<const moving_run *> &runs, std::size_t a) {
+    std::vector<double> values;
+    for (const auto *run : runs) {
+        values.push_back(direction_figures::reduction(run->before_um[a], run->after_um[a]));
+    }
+    return values;
+}
+
+std::string moving_table(const scenario &plan, const simulation &result) {
+    std::string text;
+    for (const auto &path : plan.paths) {
+        for (const double feed : plan.moving_mm_per_min) {
+            const auto runs = moving_runs(result, path.name, feed);
+            if (text.empty()) {
+                text = "\nin motion, virtual time; true error on the way, " +
+                       plan.methods.front().name + "\n\n" + headings(plan.directions);
+            }
+            text += row(format("%s, %.1f m/min", path.name.c_str(), 1e-3 * feed), plan.directions,
+                        [&](std::size_t a) {
+                            std::vector<double> before, after;
+                            for (const auto *run : runs) {
+                                before.push_back(run->before_um[a]);
+                                after.push_back(run->after_um[a]);
+                            }
+                            return format("%6.1f  %6.2f %s", median_of(before), median_of(after),
+                                          percent(median_of(moving_percent(runs, a))).c_str());
+                        });
         }
-        text += row(method.name, cells);
     }
     return text;
 }
@@ -190,14 +251,12 @@ std::string motion_table(const motion_figures &motion) {
     if (motion.duration_s == 0.0) return "";
     std::string text = format("\nin real time, %.1f s at %.1f m/min; true error while moving\n\n",
                               motion.duration_s, 1e-3 * motion.feed_mm_per_min);
-    std::array<std::string, 3> cells;
-    for (std::size_t a = 0; a < 3; ++a) {
-        const double before = motion.before_um[a], after = motion.after_um[a];
-        cells[a] = format("%6.1f  %6.2f %s", before, after,
-                          percent(direction_figures::reduction(before, after)).c_str());
-    }
-    return text + row("", {"X", "Y", "Z"}) + row("", {heading, heading, heading}) +
-           row("compboxd", cells);
+    const std::string all = axis_letters;
+    return text + headings(all) + row("compboxd", all, [&](std::size_t a) {
+               const double before = motion.before_um[a], after = motion.after_um[a];
+               return format("%6.1f  %6.2f %s", before, after,
+                             percent(direction_figures::reduction(before, after)).c_str());
+           });
 }
 
 // What stands under a key of somebody's statistics, where it is of that kind.
@@ -259,48 +318,83 @@ void add_real_time(json &report, const real_time_run &real) {
         }
     }
     if (real.motion.duration_s == 0.0) return;
-    report["in_motion"] = {{"duration_s", rounded(real.motion.duration_s)},
-                           {"feed_mm_per_min", rounded(real.motion.feed_mm_per_min)},
-                           {"before_um", by_axis([&](auto a) { return real.motion.before_um[a]; })},
-                           {"after_um", by_axis([&](auto a) { return real.motion.after_um[a]; })}};
+    report["in_motion"] = {
+        {"duration_s", rounded(real.motion.duration_s)},
+        {"feed_mm_per_min", rounded(real.motion.feed_mm_per_min)},
+        {"before_um", by_axis(axis_letters, [&](auto a) { return real.motion.before_um[a]; })},
+        {"after_um", by_axis(axis_letters, [&](auto a) { return real.motion.after_um[a]; })}};
+}
+
+// The figures of one method on one path: the median over the seeds, and the lowest.
+json path_json(const scenario &plan, const simulation &result, const std::string &path) {
+    const auto runs = runs_of(result, plan.methods.front().name, path);
+    const auto percent_of = [](const direction_figures &f) { return f.percent(); };
+    const auto medians = [&](const figure &what) {
+        return by_axis(plan.directions, [&](std::size_t a) { return median(runs, a, what); });
+    };
+    json object;
+    object["reduction_percent"] = medians(percent_of);
+    object["reduction_percent_worst"] =
+        by_axis(plan.directions, [&](std::size_t a) { return lowest(runs, a, percent_of); });
+    object["ceiling_percent"] = medians([](const auto &f) { return f.ceiling_percent; });
+    object["between_percent"] = medians([](const auto &f) { return f.between_percent(); });
+    object["remeasured_percent"] = medians([](const auto &f) { return f.remeasured_percent(); });
+    object["noise_ceiling_percent"] =
+        medians([](const auto &f) { return f.noise_ceiling_percent; });
+    object["baselines"] = json::object();
+    for (const auto &method : plan.methods) {
+        if (&method == &plan.methods.front()) continue;
+        const auto others = runs_of(result, method.name, path);
+        object["baselines"][method.name] =
+            by_axis(plan.directions, [&](std::size_t a) { return median(others, a, percent_of); });
+    }
+    return object;
+}
+
+json moving_json(const scenario &plan, const simulation &result) {
+    json list = json::array();
+    for (const auto &path : plan.paths) {
+        for (const double feed : plan.moving_mm_per_min) {
+            const auto runs = moving_runs(result, path.name, feed);
+            std::vector<double> leads;
+            for (const auto *run : runs) leads.push_back(run->lead_ms);
+            list.push_back(
+                {{"path", path.name},
+                 {"feed_mm_per_min", feed},
+                 {"lead_ms", rounded(median_of(leads))},
+                 {"reduction_percent",
+                  by_axis(plan.directions,
+                          [&](std::size_t a) { return median_of(moving_percent(runs, a)); })},
+                 {"reduction_percent_worst", by_axis(plan.directions, [&](std::size_t a) {
+                      const auto values = moving_percent(runs, a);
+                      return *std::min_element(values.begin(), values.end());
+                  })}});
+        }
+    }
+    return list;
 }
 
 }  // namespace
 
 json report_json(const scenario &plan, const simulation &result, const real_time_run &real) {
-    const std::string path = plan.paths.front().name;
-    const std::string own = plan.methods.front().name;
-    const auto runs = runs_of(result, own, path);
-    const auto percent_of = [](const direction_figures &f) { return f.percent(); };
-    const auto median_by_axis = [&](const auto &some, const figure &what) {
-        return by_axis([&](std::size_t a) { return median(some, a, what); });
-    };
+    const std::string path = plan.paths.front().name, own = plan.methods.front().name;
     json seeds = json::array();
-    for (const auto *run : runs) seeds.push_back(run->seed);
+    for (const auto *run : runs_of(result, own, path)) seeds.push_back(run->seed);
     json report = {{"format", "compbox-report/1"},
                    {"scenario", plan.name},
                    {"seeds", seeds},
                    {"path", path},
                    {"method", own}};
-    report["reduction_percent"] = median_by_axis(runs, percent_of);
-    report["reduction_percent_worst"] =
-        by_axis([&](std::size_t a) { return lowest(runs, a, percent_of); });
-    report["between_percent"] =
-        median_by_axis(runs, [](const auto &f) { return f.between_percent(); });
-    report["remeasured_percent"] =
-        median_by_axis(runs, [](const auto &f) { return f.remeasured_percent(); });
-    report["noise_ceiling_percent"] =
-        median_by_axis(runs, [](const auto &f) { return f.ceiling_percent; });
-    report["baselines"] = json::object();
-    for (const auto &method : plan.methods) {
-        if (method.name == own) continue;
-        report["baselines"][method.name] =
-            median_by_axis(runs_of(result, method.name, path), percent_of);
-    }
+    report.update(path_json(plan, result, path));
     report["paper_percent"] = plan.paper_percent;
+    report["paths"] = json::object();
+    for (const auto &one : plan.paths) {
+        report["paths"][one.name] = path_json(plan, result, one.name);
+    }
+    if (!result.moving.empty()) report["moving"] = moving_json(plan, result);
     add_real_time(report, real);
     report["runs"] = json::array();
-    for (const auto &run : result.runs) report["runs"].push_back(run_json(run));
+    for (const auto &run : result.runs) report["runs"].push_back(run_json(run, plan.directions));
     return report;
 }
 
@@ -311,8 +405,8 @@ std::string report_text(const scenario &plan, const simulation &result, const re
         text += remeasured_table(plan, result, path);
         text += residual_table(plan, result, path);
     }
-    return text + motion_table(real.motion) + interruptions(real.statistics) +
-           statistics_table(real.statistics);
+    return text + moving_table(plan, result) + motion_table(real.motion) +
+           interruptions(real.statistics) + statistics_table(real.statistics);
 }
 
 }  // namespace compbox

@@ -293,10 +293,7 @@ void fake_plc::keep_state() {
     state_.commanded_um = commanded_um_;
     state_.applied_um = applied_um_;
     state_.displacement_um = nc_.displacement_um();
-    twin_state machine = nc_.state();
-    state_.error_after_um = twin_.true_error_um(machine);
-    machine.drive_um = {};
-    state_.error_before_um = twin_.true_error_um(machine);
+    keep_truth();
     state_.control = control_word();
     state_.status = status_;
     state_.plc_heartbeat = plc_heartbeat_;
@@ -304,6 +301,14 @@ void fake_plc::keep_state() {
     state_.box_alive = box_alive_;
     state_.events = std::move(events_);
     events_.clear();
+}
+
+void fake_plc::keep_truth() {
+    if (!with_truth_) return;
+    twin_state machine = nc_.state();
+    state_.error_after_um = twin_.true_error_um(machine);
+    machine.drive_um = {};
+    state_.error_before_um = twin_.true_error_um(machine);
 }
 
 void fake_plc::set_enable(bool on) {

@@ -40,7 +40,8 @@ laser_series virtual_laser::measure(const std::string &name) const {
     const twin_config &config = twin_.config();
     const error_name error = measured(name, config);
     const std::vector<double> targets = targets_mm(axis_letters[error.axis]);
-    laser_set_up set_up(twin_, name, true);
+    // A beam along the axis has no slope that counts; across it, and for a rotation, it has.
+    laser_set_up set_up(twin_, name, error.direction != error.axis);
     laser_series series{name, {}, error.direction > 2 ? "urad" : "um"};
     xyz position_mm = config.start_mm;
     for (int run = 1; run <= config.laser.runs; ++run) {
@@ -58,9 +59,8 @@ laser_series virtual_laser::measure(const std::string &name) const {
     return series;
 }
 
-xyz virtual_laser::read_tool_error_um(const twin_state &state) {
+xyz virtual_laser::shown(xyz error_um) {
     const twin_config &config = twin_.config();
-    xyz error_um = twin_.true_error_um(state);
     for (auto &e : error_um) {
         const double approach_um = config.repeatability_um * remeasure_.normal();
         const double reading_um = config.laser.sigma_um * remeasure_.normal();

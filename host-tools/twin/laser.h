@@ -36,10 +36,12 @@ class virtual_laser {
     // Remeasurement: one noisy reading of the tool error in X, Y, Z in that state. Consecutive
     // calls draw new noise. No slope or offset: it is one set-up along the whole path, and figures
     // are ranges.
-    xyz read_tool_error_um(const twin_state &state);
+    xyz read_tool_error_um(const twin_state &state) { return shown(twin_.true_error_um(state)); }
     xyz read_tool_error_um(const xyz &position_mm, const xyz &displacement_um) {
         return read_tool_error_um(state_at(position_mm, displacement_um));
     }
+    // One such reading of a true error.
+    xyz shown(xyz error_um);
 
   private:
     const twin_machine &twin_;

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+// What a coefficient file does to the machine at rest: −Σ of its terms in each drive.
+#pragma once
+
+#include <vector>
+
+#include "host-tools/twin/state.h"
+
+extern "C" {
+#include "firmware/config.h"
+}
+
+namespace compbox {
+
+// The state of the machine at rest, compensated, at each position, at time 0. Channels go to the
+// drives of their names, to the axis that the machine maps them to, or to that of their name.
+std::vector<twin_state> states_at_rest(const cb_config &config, const twin_config &machine,
+                                       const std::vector<xyz> &positions_mm);
+
+}  // namespace compbox
