@@ -38,6 +38,8 @@ enum cb_signal_source {
     CB_SOURCE_LAG, /* first-order lag of another signal: computed, on every target */
 };
 
+#define CB_CAN_EXTENDED 0x80000000u /* set in a CAN identifier of 29 bits */
+
 /* value = raw * scale + zero, in the signal's unit (mm, degC, 1/min …). */
 struct cb_signal_config {
     char name[CB_NAME_SIZE];
@@ -53,7 +55,7 @@ struct cb_signal_config {
     uint8_t power;    /* lag: 1 follows that signal, 2 its square */
     uint8_t velocity; /* of one that leads: index of its velocity, where velocity_scale > 0 */
     float tau_s;      /* lag: time constant, > 0 */
-    uint32_t can_id;  /* CAN: identifier; bit 31 set: 29-bit */
+    uint32_t can_id;  /* CAN: identifier; CB_CAN_EXTENDED set: of 29 bits */
     float velocity_scale; /* unit/s of this signal per unit of its velocity; 0: from differences */
     float scale, zero;    /* finite; scale != 0 */
     float min, max;       /* plausible range of the value; min < max */
@@ -215,6 +217,19 @@ struct cb_plc_config {
     float deadband_um;        /* the PLC hands smaller changes than this to the NC only later */
 };
 
+/* A CANopen device that is minded: started, and its heartbeat watched. */
+struct cb_can_node_config {
+    uint8_t node;                  /* 1 … 127 */
+    bool start;                    /* it is told to become operational (NMT) */
+    uint32_t heartbeat_timeout_ms; /* no heartbeat for longer: lost; 0: not watched */
+};
+
+struct cb_can_config {
+    char interface[16]; /* name of the network interface */
+    uint8_t nodes_count;
+    struct cb_can_node_config nodes[CB_MAX_CAN_NODES];
+};
+
 struct cb_config {
     uint32_t revision;
     char machine[40];
@@ -223,6 +238,7 @@ struct cb_config {
     bool lead_measured; /* the box measures it (lead.h); lead_us is 0 */
     struct cb_plc_config plc;
     struct cb_bus_config buses[CB_MAX_BUSES];
+    struct cb_can_config can;
     uint32_t hold_us;    /* HOLD lasts no longer */
     float ramp_um_per_s; /* > 0 */
     uint8_t signals_count, terms_count, outputs_count, channels_count, pairs_count;

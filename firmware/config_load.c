@@ -16,6 +16,7 @@ enum {
     CYCLE,
     PLC,
     BUSES,
+    CAN,
     SIGNALS,
     TERMS,
     CHANNELS,
@@ -33,6 +34,7 @@ static const struct cb_field TOP_FIELDS[TOP_KEYS] = {
     [CYCLE] = {"cycle", CB_FIELD_OBJECT, true, CB_NOT_STORED},
     [PLC] = {"plc", CB_FIELD_OBJECT, true, CB_NOT_STORED},
     [BUSES] = {"buses", CB_FIELD_ARRAY, false, CB_NOT_STORED},
+    [CAN] = {"can", CB_FIELD_OBJECT, false, CB_NOT_STORED},
     [SIGNALS] = {"signals", CB_FIELD_ARRAY, true, CB_NOT_STORED},
     [TERMS] = {"terms", CB_FIELD_ARRAY, true, CB_NOT_STORED},
     [CHANNELS] = {"channels", CB_FIELD_ARRAY, true, CB_NOT_STORED},
@@ -141,6 +143,7 @@ static bool load_sections(struct cb_loader *loader) {
     if (!check_format(loader, root)) return false;
     if (!cb_read_object(loader, root, &cb_top_object, loader->config, top)) return false;
     return load_small_sections(loader, top) && cb_load_plc(loader, top[PLC]) &&
+           cb_load_can(loader, top[CAN]) &&
            (top[BUSES] == CB_ABSENT || cb_load_buses(loader, top[BUSES])) &&
            cb_load_signals(loader, top[SIGNALS]) && cb_load_terms(loader, top[TERMS]) &&
            cb_load_channels(loader, top[CHANNELS]) &&

@@ -18,6 +18,8 @@ extern const struct cb_object cb_bus_line_object;
 extern const struct cb_object cb_plc_object; /* config_plc.c */
 extern const struct cb_object cb_read_block_object;
 extern const struct cb_object cb_write_block_object;
+extern const struct cb_object cb_can_object; /* config_can.c */
+extern const struct cb_object cb_can_node_object;
 extern const struct cb_object cb_signal_object;  /* config_signals.c */
 extern const struct cb_object cb_bspline_object; /* config_curves.c */
 extern const struct cb_object cb_polyline_object;

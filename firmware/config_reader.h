@@ -155,7 +155,8 @@ bool cb_list_has_room(struct cb_loader *loader, const struct cb_list *list, uint
 bool cb_load_plc(struct cb_loader *loader, uint32_t at);       /* needs cycle */
 bool cb_load_transport(struct cb_loader *loader, uint32_t at); /* of plc */
 bool cb_check_line(struct cb_loader *loader,
-                   uint32_t transport); /* needs plc: rtu is fast enough */
+                   uint32_t transport);                  /* needs plc: rtu is fast enough */
+bool cb_load_can(struct cb_loader *loader, uint32_t at); /* at: may be CB_ABSENT */
 bool cb_load_buses(struct cb_loader *loader, uint32_t at);
 bool cb_load_signals(struct cb_loader *loader, uint32_t at);       /* needs plc, buses */
 bool cb_resolve_lags(struct cb_loader *loader, uint32_t at);       /* at: signals, all loaded */

@@ -151,16 +151,17 @@ static bool check_source_keys(struct cb_loader *loader, uint32_t at, const uint3
 
 /* ---- sources ---- */
 
-/* "0x181" -> 0x181; false for anything else or beyond 29 bits. */
+/* "0x181" -> 0x181. An identifier above 0x7ff is a 29-bit one, and so is one written with eight
+ * digits ("0x00000181"). out: false for anything else or beyond 29 bits. */
 static bool can_id_of(const char *text, uint32_t *id) {
-    uint32_t value = 0;
+    uint32_t value = 0, digits = 0;
     if (text[0] != '0' || text[1] != 'x' || text[2] == '\0') return false;
-    for (const char *c = text + 2; *c; ++c) {
-        if (cb_hex_digit(*c) > 15) return false;
+    for (const char *c = text + 2; *c; ++c, ++digits) {
+        if (cb_hex_digit(*c) > 15 || digits == 8) return false;
         value = value << 4 | cb_hex_digit(*c);
-        if (value > 0x1FFFFFFFu) return false;
     }
-    *id = value > 0x7FF ? value | 0x80000000u : value;
+    if (value > 0x1FFFFFFFu) return false;
+    *id = value > 0x7FF || digits == 8 ? value | CB_CAN_EXTENDED : value;
     return true;
 }
 

@@ -25,6 +25,7 @@ enum {
     CB_MAX_READ_REGISTERS = 125,  /* Modbus application protocol: FC3 */
     CB_MAX_WRITE_REGISTERS = 121, /* Modbus application protocol: FC23 writes 121, FC16 123 */
     CB_MAX_BUSES = 1,             /* sensor buses: the microcontroller has one port for them */
+    CB_MAX_CAN_NODES = 32,        /* CANopen nodes minded: each gives two or more of 64 signals */
     CB_MAX_SAMPLES = 64,          /* sensor samples handed over in one cycle: one per signal */
     CB_MAX_TEXT_BYTES =
         131072 - 32, /* coefficient file: one 128 KiB flash sector less its header */

@@ -35,10 +35,10 @@ static enum cb_transfer write_read(void *context, uint16_t write_start, uint16_t
                              read_count, read_registers, deadline_us);
 }
 
-/* CAN and slow buses have no source here yet: the loader refuses files that need them. */
+/* Slow buses have no source here yet: the loader refuses files that need them. */
 static size_t samples(void *context, struct cb_hal_sample *list, size_t max) {
-    (void)context, (void)list, (void)max;
-    return 0;
+    struct cb_linux *target = context;
+    return cb_can_source_samples(&target->can, list, max, cb_boottime_us());
 }
 
 static void feed_watchdog(void *context) {

@@ -23,6 +23,7 @@ enum {
     EXIT_BAD = 1,
     EXIT_USAGE = 2,
     LOOK_EVERY_MS = 50,       /* how long rows wait in the ring */
+    CAN_EVERY_US = 1000000,   /* how often a CAN interface that is not there is looked for */
     STATS_EVERY_US = 5000000, /* how old the statistics file may be */
     STOP_MARGIN_US = 1000000, /* beyond the time that the ramp to zero takes */
 };
@@ -38,6 +39,8 @@ struct daemon {
     int64_t stats_us;      /* when statistics were last written */
     struct cb_state state; /* newest that the loop handed over */
     int64_t state_us;      /* when it was last written */
+    int64_t can_again_us;  /* when a missing CAN interface is next looked for */
+    int can_error;         /* what opening it last gave */
     pthread_t thread;
     sigset_t signals;
 };
@@ -75,6 +78,22 @@ static bool start_plc(struct daemon *daemon) {
     fprintf(stderr, "compboxd: %s: plc.transport.tcp.host: \"%s\" is not a numeric address\n",
             daemon->options.config, plc->host);
     return false;
+}
+
+/* Sockets for the loop, as it asks for them: the interface may come later, or go and come again. */
+static void serve_can(struct daemon *daemon, int64_t now_us) {
+    struct cb_can_source *source = &daemon->loop.target.can;
+    cb_can_tidy(&source->can);
+    if (!cb_can_wanted(&source->can) || now_us < daemon->can_again_us) return;
+    daemon->can_again_us = now_us + CAN_EVERY_US;
+    const int got = cb_can_source_open(source);
+    if (got >= 0)
+        cb_can_offer(&source->can, got);
+    else if (got != daemon->can_error)
+        cb_log_say(&daemon->log, now_us, "%s: no CAN bus: %s; trying again every second",
+                   source->config.interface,
+                   got == -EAFNOSUPPORT ? "this kernel has none" : strerror(-got));
+    daemon->can_error = got;
 }
 
 /* What the machine does not permit is said, and the box runs without it. */
@@ -179,6 +198,9 @@ static bool start(struct daemon *daemon) {
                (unsigned)config->revision, (unsigned)config->terms_count,
                plural(config->terms_count), (unsigned)config->channels_count,
                plural(config->channels_count), daemon->plc, (double)config->period_us * 1e-3);
+    cb_can_source_start(&daemon->loop.target.can, config);
+    run->can_used = cb_can_source_used(&daemon->loop.target.can);
+    serve_can(daemon, cb_boottime_us());
     return resume_lags(daemon) && start_loop(daemon);
 }
 
@@ -189,6 +211,7 @@ static void take_rows(struct daemon *daemon) {
         cb_stats_add(&daemon->stats, row);
         cb_record_add(&daemon->record, &loop->box.config, row);
         cb_log_row(&daemon->log, row);
+        cb_log_can(&daemon->log, &daemon->loop.target.can.config, row);
         cb_ring_release(&loop->ring);
     }
     cb_record_flush(&daemon->record);
@@ -231,10 +254,12 @@ static void serve(struct daemon *daemon) {
     while (!cb_flag_is_raised(&daemon->loop.finished)) {
         mind_the_stop(daemon);
         take_rows(daemon);
+        serve_can(daemon, cb_boottime_us());
         write_stats_now_and_then(daemon, cb_boottime_us());
         keep_state(daemon, cb_boottime_us());
     }
     pthread_join(daemon->thread, NULL);
+    cb_can_close(&daemon->loop.target.can.can);
     cb_state_take(&daemon->state, &daemon->loop.box);
     write_state(daemon, cb_boottime_us());
     take_rows(daemon);

@@ -16,7 +16,7 @@ namespace compbox {
 namespace {
 
 // The order in which a person reads a coefficient file.
-constexpr const char *key_order[] = {"format",  "revision", "machine",  "cycle", "plc",
+constexpr const char *key_order[] = {"format",  "revision", "machine",  "cycle", "plc",   "can",
                                      "signals", "terms",    "channels", "pairs", "safety"};
 
 [[noreturn]] void refuse(const std::string &file, const std::string &sentence) {

@@ -61,6 +61,8 @@ const pairing pairings[] = {
     {"bus_line", &cb_bus_line_object, "### rtu"},
     {"read_block", &cb_read_block_object, "### read and write"},
     {"write_block", &cb_write_block_object, "### read and write"},
+    {"can", &cb_can_object, "## can"},
+    {"can_node", &cb_can_node_object, "### nodes"},
     {"signal", &cb_signal_object, "## signals"},
     {"bspline", &cb_bspline_object, "### bspline"},
     {"polyline", &cb_polyline_object, "### polyline"},
@@ -171,6 +173,7 @@ TEST(config_schema, has_the_maxima_of_the_box) {
     EXPECT_EQ(most("/properties/terms"), CB_MAX_TERMS);
     EXPECT_EQ(most("/properties/channels"), CB_MAX_CHANNELS);
     EXPECT_EQ(most("/properties/pairs"), CB_MAX_PAIRS);
+    EXPECT_EQ(most("/$defs/can/properties/nodes"), CB_MAX_CAN_NODES);
     EXPECT_EQ(most("/$defs/channel/properties/sum"), CB_MAX_SUM);
     EXPECT_EQ(most("/$defs/bspline/properties/control_points"), CB_MAX_CURVE_POINTS);
     EXPECT_EQ(schema().at("/$defs/name/pattern"_json_pointer),

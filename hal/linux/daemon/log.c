@@ -43,9 +43,7 @@ void cb_log_say(struct cb_log *log, int64_t now_us, const char *format, ...) {
     write_line(log, now_us, text);
 }
 
-/* A line that may be left out when there are too many. */
-static __attribute__((format(printf, 3, 4))) void limited(struct cb_log *log, int64_t now_us,
-                                                          const char *format, ...) {
+void cb_log_limited(struct cb_log *log, int64_t now_us, const char *format, ...) {
     log->lines_left += (double)(now_us - log->refill_us) * 1e-6 * LINES_PER_S;
     if (log->lines_left > BURST_LINES) log->lines_left = BURST_LINES;
     log->refill_us = now_us;
@@ -80,7 +78,8 @@ static const char *cause_text(const struct cb_row_link *link) {
 
 static void log_mode(struct cb_log *log, const struct cb_row *row) {
     if (log->begun && row->mode == log->mode && row->reason == log->reason) return;
-    limited(log, row->time_us, "%s: %s", cb_mode_name(row->mode), cb_reason_text(row->reason));
+    cb_log_limited(log, row->time_us, "%s: %s", cb_mode_name(row->mode),
+                   cb_reason_text(row->reason));
     log->mode = row->mode;
     log->reason = row->reason;
 }
@@ -88,11 +87,12 @@ static void log_mode(struct cb_log *log, const struct cb_row *row) {
 static void log_link(struct cb_log *log, const struct cb_row *row) {
     const struct cb_row_link *now = &row->link, *before = &log->link;
     if (now->disconnects != before->disconnects)
-        limited(log, row->time_us, "connection to %s lost: %s", log->plc, cause_text(now));
-    if (now->connects != before->connects) limited(log, row->time_us, "connected to %s", log->plc);
+        cb_log_limited(log, row->time_us, "connection to %s lost: %s", log->plc, cause_text(now));
+    if (now->connects != before->connects)
+        cb_log_limited(log, row->time_us, "connected to %s", log->plc);
     if (before->failures == 0 && now->failures > 0)
-        limited(log, row->time_us, "cannot connect to %s: %s; trying again", log->plc,
-                cause_text(now));
+        cb_log_limited(log, row->time_us, "cannot connect to %s: %s; trying again", log->plc,
+                       cause_text(now));
     log->link = *now;
 }
 
@@ -116,7 +116,7 @@ static void log_errors(struct cb_log *log, const struct cb_row *row) {
     char text[200];
     describe_errors(log, &row->tcp, text, sizeof text);
     if (text[0] == '\0') return;
-    limited(log, row->time_us, "%s: %s", log->plc, text);
+    cb_log_limited(log, row->time_us, "%s: %s", log->plc, text);
     log->errors_us = row->time_us;
     log->errors = row->tcp;
 }

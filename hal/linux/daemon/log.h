@@ -20,6 +20,10 @@ struct cb_log {
     struct cb_row_link link;
     int64_t errors_us;             /* when errors on the wire were last written about … */
     struct cb_tcp_counters errors; /* … and up to what counts */
+    bool can_begun;                /* the bus was written about before */
+    struct cb_row_can can;         /* the bus in the row before … */
+    int64_t can_errors_us;         /* … and likewise its errors */
+    struct cb_can_counters can_errors;
 };
 
 void cb_log_start(struct cb_log *log, const char *plc, int64_t now_us);
@@ -28,7 +32,14 @@ void cb_log_start(struct cb_log *log, const char *plc, int64_t now_us);
 void cb_log_say(struct cb_log *log, int64_t now_us, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
+/* A line that may also be left out when there are too many. */
+void cb_log_limited(struct cb_log *log, int64_t now_us, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
 /* Lines about what changed since the row before. */
 void cb_log_row(struct cb_log *log, const struct cb_row *row);
+
+/* Likewise about the CAN bus (log_can.c). */
+void cb_log_can(struct cb_log *log, const struct cb_can_config *can, const struct cb_row *row);
 
 #endif

@@ -14,6 +14,12 @@ static struct cb_row_link link_of(const struct cb_link *link) {
                                 .disconnects = link->disconnects};
 }
 
+static void copy_can(struct cb_row_can *row, const struct cb_can_source *source) {
+    row->state = source->can.state;
+    row->counters = source->can.counters;
+    memcpy(row->nodes, source->nodes, source->config.nodes_count * sizeof row->nodes[0]);
+}
+
 static void copy_values(struct cb_row *row, const struct cb_box *box,
                         const struct cb_outputs *out) {
     row->known = 0;
@@ -46,6 +52,7 @@ static void publish(struct cb_loop *loop, int64_t woke_before_ns) {
     row->box = loop->box.counters;
     row->tcp = tcp->counters;
     row->link = link_of(&tcp->link);
+    copy_can(&row->can, &loop->target.can);
     copy_values(row, &loop->box, &loop->cycle.out);
     cb_ring_publish(&loop->ring);
 }

@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "firmware/box.h"
+#include "hal/linux/can_source.h"
 #include "hal/linux/tcp.h"
 
 struct cb_row_link {
@@ -13,6 +14,12 @@ struct cb_row_link {
     uint8_t cause; /* enum cb_link_cause */
     int error_number;
     uint32_t connects, failures, disconnects;
+};
+
+struct cb_row_can {
+    uint8_t state; /* enum cb_can_state */
+    struct cb_can_counters counters;
+    struct cb_canopen_node nodes[CB_MAX_CAN_NODES]; /* in the order of the coefficient file */
 };
 
 struct cb_row {
@@ -27,6 +34,7 @@ struct cb_row {
     struct cb_counters box;
     struct cb_tcp_counters tcp;
     struct cb_row_link link;
+    struct cb_row_can can;
     uint64_t known; /* bit i: signals[i] was ever received */
     float signals[CB_MAX_SIGNALS];
     float outputs[CB_MAX_OUTPUTS];

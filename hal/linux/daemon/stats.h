@@ -27,6 +27,7 @@ struct cb_stats_run {
     int priority;          /* 0: normal scheduling */
     bool memory_locked;    /* mlockall succeeded */
     bool cpu_latency_held; /* /dev/cpu_dma_latency is held at 0 */
+    bool can_used;         /* the coefficient file needs the CAN bus */
     bool finished;         /* the loop has ended */
     bool stopped;          /* … after STOPPED was confirmed */
     uint64_t rows_lost;    /* rows that found the ring full */
@@ -44,6 +45,12 @@ struct cb_stats {
 };
 
 void cb_stats_add(struct cb_stats *stats, const struct cb_row *row);
+
+/* A JSON string. */
+void cb_stats_put_string(FILE *file, const char *text);
+
+/* The member "can", where the file uses the bus (stats_can.c). */
+void cb_stats_put_can(FILE *file, const struct cb_can_config *config, const struct cb_row *row);
 
 /* Writes a temporary file beside `path` and renames it over it. out: 0, or errno (ENOTSUP: what is
  * there is not a regular file); then the file that was there is untouched. */

@@ -12,7 +12,7 @@
 #define CB_VERSION "unknown"
 #endif
 
-static void put_string(FILE *file, const char *text) {
+void cb_stats_put_string(FILE *file, const char *text) {
     fputc('"', file);
     for (; *text != '\0'; text++) {
         unsigned char c = (unsigned char)*text;
@@ -27,7 +27,7 @@ static void put_string(FILE *file, const char *text) {
 
 static void put_text(FILE *file, const char *key, const char *text) {
     fprintf(file, "  \"%s\": ", key);
-    put_string(file, text);
+    cb_stats_put_string(file, text);
     fputs(",\n", file);
 }
 
@@ -103,7 +103,7 @@ static void put_plc(FILE *file, const struct cb_stats *stats) {
     const struct cb_tcp_counters *tcp = &stats->last.tcp;
     const struct cb_row_link *link = &stats->last.link;
     fputs("  \"plc\": {\"address\": ", file);
-    put_string(file, stats->run.plc);
+    cb_stats_put_string(file, stats->run.plc);
     fprintf(file, ", \"connects\": %u, \"connects_failed\": %u, \"disconnects\": %u",
             (unsigned)link->connects, (unsigned)link->failures, (unsigned)link->disconnects);
 #define CB_X(name) fprintf(file, ", \"" #name "\": %u", (unsigned)tcp->name);
@@ -142,6 +142,7 @@ static void put_all(FILE *file, const struct cb_stats *stats, const struct cb_co
     put_cycles(file, stats, config);
     put_box(file, &stats->last.box);
     put_plc(file, stats);
+    if (stats->run.can_used) cb_stats_put_can(file, &config->can, &stats->last);
     put_history(file, stats);
     fprintf(file, "  \"mode\": \"%s\",\n  \"reason\": \"%s\"\n}\n", cb_mode_name(stats->last.mode),
             cb_reason_text(stats->last.reason));

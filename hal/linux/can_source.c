@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: MIT */
+#include "hal/linux/can_source.h"
+
+bool cb_can_source_used(const struct cb_can_source *source) {
+    return source->map.count > 0 || source->config.nodes_count > 0;
+}
+
+void cb_can_source_start(struct cb_can_source *source, const struct cb_config *config) {
+    *source = (struct cb_can_source){.config = config->can};
+    cb_can_map_of(&source->map, config);
+    cb_canopen_start(source->nodes);
+    cb_can_start(&source->can, cb_can_source_used(source));
+}
+
+static void add_id(uint32_t *ids, unsigned *count, uint32_t id) {
+    for (unsigned i = 0; i < *count; i++)
+        if (ids[i] == id) return;
+    ids[(*count)++] = id;
+}
+
+int cb_can_source_open(const struct cb_can_source *source) {
+    uint32_t ids[CB_MAX_SIGNALS + CB_MAX_CAN_NODES];
+    unsigned count = 0;
+    for (unsigned i = 0; i < source->map.count; i++) add_id(ids, &count, source->map.fields[i].id);
+    for (unsigned i = 0; i < source->config.nodes_count; i++)
+        add_id(ids, &count, cb_canopen_heartbeat_id(source->config.nodes[i].node));
+    return cb_can_open(source->config.interface, ids, count);
+}
+
+static void receive(struct cb_can_source *source, int64_t now_us) {
+    struct cb_can_frame frame;
+    source->batch.count = 0;
+    for (int i = 0; i < CB_CAN_FRAMES_PER_CYCLE; i++) {
+        if (!cb_can_receive(&source->can, &frame, now_us)) return;
+        source->can.counters.heartbeats += cb_canopen_take(&source->config, source->nodes, &frame);
+        if (cb_can_take(&source->map, &frame, &source->batch) == CB_CAN_SHORT)
+            source->can.counters.short_frames++;
+    }
+}
+
+/* While the controller is off the bus, frames would only fill its queue. */
+static void tell_nodes(struct cb_can_source *source, int64_t now_us) {
+    struct cb_can_frame frame;
+    if (cb_can_came_back(&source->can)) cb_canopen_bus_is_back(source->nodes);
+    cb_canopen_watch(&source->config, source->nodes, now_us);
+    if (source->can.fd < 0 || source->can.state == CB_CAN_BUS_OFF) return;
+    while (cb_canopen_due(&source->config, source->nodes, now_us, &frame))
+        if (!cb_can_send(&source->can, &frame))
+            cb_canopen_not_sent(&source->config, source->nodes, &frame);
+}
+
+size_t cb_can_source_samples(struct cb_can_source *source, struct cb_hal_sample *samples,
+                             size_t max, int64_t now_us) {
+    if (!cb_can_source_used(source)) return 0;
+    receive(source, now_us);
+    tell_nodes(source, now_us);
+    size_t count = 0;
+    for (; count < source->batch.count && count < max; count++) {
+        const struct cb_sample *sample = &source->batch.samples[count];
+        samples[count] = (struct cb_hal_sample){sample->signal, sample->raw, sample->time_us};
+    }
+    return count;
+}

@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: MIT
+ * Samples from a CAN bus, for the loop: receives, decodes, minds CANopen nodes. Never waits. */
+#ifndef COMPBOX_HAL_LINUX_CAN_SOURCE_H
+#define COMPBOX_HAL_LINUX_CAN_SOURCE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "firmware/can.h"
+#include "firmware/canopen.h"
+#include "hal/hal.h"
+#include "hal/linux/can.h"
+
+struct cb_can_source {
+    struct cb_can can;
+    struct cb_can_config config;
+    struct cb_can_map map;
+    struct cb_can_batch batch;
+    struct cb_canopen_node nodes[CB_MAX_CAN_NODES];
+};
+
+/* true: the coefficient file needs the bus, for signals or for nodes. */
+bool cb_can_source_used(const struct cb_can_source *source);
+
+/* What the file says; before the loop starts. It asks for a socket where the bus is used. */
+void cb_can_source_start(struct cb_can_source *source, const struct cb_config *config);
+
+/* A socket for the frames of this source, to be offered to it; or -errno. For the normal thread. */
+int cb_can_source_open(const struct cb_can_source *source);
+
+/* The operation `samples` of hal.h: the newest number of each signal that came since the last
+ * call. Sends what nodes have to be told. */
+size_t cb_can_source_samples(struct cb_can_source *source, struct cb_hal_sample *samples,
+                             size_t max, int64_t now_us);
+
+#endif

@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: MIT */
+#include <stdio.h>
+
+#include "hal/linux/daemon/can_words.h"
+#include "hal/linux/daemon/log.h"
+
+enum { ERRORS_EVERY_US = 1000000 };
+
+static void log_state(struct cb_log *log, const char *interface, const struct cb_row *row) {
+    if (row->can.state == log->can.state) return;
+    cb_log_limited(log, row->time_us, "%s: CAN bus is %s", interface,
+                   cb_can_state_word(row->can.state));
+}
+
+static void log_node(struct cb_log *log, const struct cb_can_config *can, unsigned i,
+                     const struct cb_row *row) {
+    const struct cb_canopen_node *now = &row->can.nodes[i], *before = &log->can.nodes[i];
+    if (now->losses != before->losses)
+        cb_log_limited(log, row->time_us, "%s: node %u: no heartbeat for %u ms", can->interface,
+                       (unsigned)can->nodes[i].node, (unsigned)can->nodes[i].heartbeat_timeout_ms);
+    else if (now->state != before->state && log->can_begun)
+        cb_log_limited(log, row->time_us, "%s: node %u is %s", can->interface,
+                       (unsigned)can->nodes[i].node, cb_canopen_state_word(now->state));
+}
+
+/* At most once a second, so that a row of errors is one line. */
+static void log_errors(struct cb_log *log, const char *interface, const struct cb_row *row) {
+    if (row->time_us - log->can_errors_us < ERRORS_EVERY_US) return;
+    const struct cb_can_counters *now = &row->can.counters, *told = &log->can_errors;
+    char text[200] = "";
+    size_t used = 0;
+#define CB_X(name)                                                                              \
+    if (used < sizeof text && now->name != told->name)                                          \
+        used +=                                                                                 \
+            (size_t)snprintf(text + used, sizeof text - used, "%s%u %s", used == 0 ? "" : ", ", \
+                             (unsigned)(now->name - told->name), #name);
+    CB_CAN_ERRORS(CB_X)
+#undef CB_X
+    if (used == 0) return;
+    cb_log_limited(log, row->time_us, "%s: %s", interface, text);
+    log->can_errors_us = row->time_us;
+    log->can_errors = *now;
+}
+
+void cb_log_can(struct cb_log *log, const struct cb_can_config *can, const struct cb_row *row) {
+    log_state(log, can->interface, row);
+    for (unsigned i = 0; i < can->nodes_count; i++) log_node(log, can, i, row);
+    log_errors(log, can->interface, row);
+    log->can = row->can;
+    log->can_begun = true;
+}
