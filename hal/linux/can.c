@@ -119,13 +119,22 @@ static void take_offer(struct cb_can *can, int64_t now_us) {
     come_up(can);
 }
 
-/* The socket is of no use any more: gives it back and asks for another. */
-static void give_up(struct cb_can *can) {
-    if (__atomic_load_n(&can->returned, __ATOMIC_ACQUIRE) >= 0) return; /* next cycle */
+void cb_can_want(struct cb_can *can, bool wanted) {
+    __atomic_store_n(&can->wanted, wanted, __ATOMIC_RELEASE);
+}
+
+void cb_can_leave(struct cb_can *can) {
+    if (can->fd < 0 || __atomic_load_n(&can->returned, __ATOMIC_ACQUIRE) >= 0) return;
     __atomic_store_n(&can->returned, can->fd, __ATOMIC_RELEASE);
     can->fd = -1;
     can->state = CB_CAN_CLOSED;
-    __atomic_store_n(&can->wanted, true, __ATOMIC_RELEASE);
+}
+
+/* The socket is of no use any more: gives it back, in this cycle or the next, and asks for another.
+ */
+static void give_up(struct cb_can *can) {
+    cb_can_leave(can);
+    if (can->fd < 0) cb_can_want(can, true);
 }
 
 /* An error of the socket other than that it has nothing. */

@@ -89,6 +89,10 @@ void cb_can_close(struct cb_can *can);
  * out: false: there is none. Never waits. */
 bool cb_can_receive(struct cb_can *can, struct cb_can_frame *frame, int64_t now_us);
 
+/* The bus is (not) needed any more: a socket is asked for, or the one there is given back. */
+void cb_can_want(struct cb_can *can, bool wanted);
+void cb_can_leave(struct cb_can *can);
+
 /* out: true: the frame is in the queue of the interface. Never waits. */
 bool cb_can_send(struct cb_can *can, const struct cb_can_frame *frame);
 

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "hal/linux/can_source.h"
 
+#include <string.h>
+
 bool cb_can_source_used(const struct cb_can_source *source) {
     return source->map.count > 0 || source->config.nodes_count > 0;
 }
@@ -12,19 +14,29 @@ void cb_can_source_start(struct cb_can_source *source, const struct cb_config *c
     cb_can_start(&source->can, cb_can_source_used(source));
 }
 
+void cb_can_source_replan(struct cb_can_source *source, const struct cb_config *config) {
+    const bool same = memcmp(&source->config, &config->can, sizeof config->can) == 0;
+    cb_can_map_of(&source->map, config);
+    source->config = config->can;
+    if (!same) cb_canopen_start(source->nodes);
+    if (source->can.fd < 0) cb_can_want(&source->can, cb_can_source_used(source));
+}
+
 static void add_id(uint32_t *ids, unsigned *count, uint32_t id) {
     for (unsigned i = 0; i < *count; i++)
         if (ids[i] == id) return;
     ids[(*count)++] = id;
 }
 
-int cb_can_source_open(const struct cb_can_source *source) {
+int cb_can_source_open(const struct cb_config *config) {
     uint32_t ids[CB_MAX_SIGNALS + CB_MAX_CAN_NODES];
     unsigned count = 0;
-    for (unsigned i = 0; i < source->map.count; i++) add_id(ids, &count, source->map.fields[i].id);
-    for (unsigned i = 0; i < source->config.nodes_count; i++)
-        add_id(ids, &count, cb_canopen_heartbeat_id(source->config.nodes[i].node));
-    return cb_can_open(source->config.interface, ids, count);
+    struct cb_can_map map;
+    cb_can_map_of(&map, config);
+    for (unsigned i = 0; i < map.count; i++) add_id(ids, &count, map.fields[i].id);
+    for (unsigned i = 0; i < config->can.nodes_count; i++)
+        add_id(ids, &count, cb_canopen_heartbeat_id(config->can.nodes[i].node));
+    return cb_can_open(config->can.interface, ids, count);
 }
 
 static void receive(struct cb_can_source *source, int64_t now_us) {
@@ -51,7 +63,10 @@ static void tell_nodes(struct cb_can_source *source, int64_t now_us) {
 
 size_t cb_can_source_samples(struct cb_can_source *source, struct cb_hal_sample *samples,
                              size_t max, int64_t now_us) {
-    if (!cb_can_source_used(source)) return 0;
+    if (!cb_can_source_used(source)) {
+        cb_can_leave(&source->can);
+        return 0;
+    }
     receive(source, now_us);
     tell_nodes(source, now_us);
     size_t count = 0;

@@ -20,14 +20,20 @@ struct cb_can_source {
     struct cb_canopen_node nodes[CB_MAX_CAN_NODES];
 };
 
-/* true: the coefficient file needs the bus, for signals or for nodes. */
+/* true: the source needs the bus, for signals or for nodes. */
 bool cb_can_source_used(const struct cb_can_source *source);
 
 /* What the file says; before the loop starts. It asks for a socket where the bus is used. */
 void cb_can_source_start(struct cb_can_source *source, const struct cb_config *config);
 
-/* A socket for the frames of this source, to be offered to it; or -errno. For the normal thread. */
-int cb_can_source_open(const struct cb_can_source *source);
+/* Another coefficient file takes over, between two cycles. The socket stays, with its filters,
+ * until the normal thread offers another; nodes are told to start anew where their section changed.
+ */
+void cb_can_source_replan(struct cb_can_source *source, const struct cb_config *config);
+
+/* A socket for the frames that a coefficient file names, to be offered to the source; or -errno.
+ * For the normal thread. */
+int cb_can_source_open(const struct cb_config *config);
 
 /* The operation `samples` of hal.h: the newest number of each signal that came since the last
  * call. Sends what nodes have to be told. */

@@ -14,6 +14,7 @@
 #include "hal/linux/daemon/loop.h"
 #include "hal/linux/daemon/options.h"
 #include "hal/linux/daemon/record.h"
+#include "hal/linux/daemon/reload.h"
 #include "hal/linux/daemon/state.h"
 #include "hal/linux/daemon/stats.h"
 #include "hal/linux/realtime.h"
@@ -34,16 +35,29 @@ struct daemon {
     struct cb_log log;
     struct cb_record record;
     struct cb_stats stats;
+    struct cb_reload reload;
+    uint32_t generation; /* of the coefficient file that the rows taken last are of */
     char plc[64];
-    int64_t stop_by_us;    /* 0: no stop was asked for yet */
-    int64_t stats_us;      /* when statistics were last written */
-    struct cb_state state; /* newest that the loop handed over */
-    int64_t state_us;      /* when it was last written */
-    int64_t can_again_us;  /* when a missing CAN interface is next looked for */
-    int can_error;         /* what opening it last gave */
+    int64_t stop_by_us;        /* 0: no stop was asked for yet */
+    int64_t stats_us;          /* when statistics were last written */
+    struct cb_state state;     /* newest that the loop handed over */
+    uint32_t state_generation; /* … of the lags of this coefficient file */
+    int64_t state_us;          /* when it was last written */
+    int64_t can_again_us;      /* when a missing CAN interface is next looked for */
+    int can_error;             /* what opening it last gave */
+    bool reload_asked;         /* by SIGHUP */
     pthread_t thread;
     sigset_t signals;
 };
+
+/* The coefficient file that rows of this generation were made with. Only of the newest two. */
+static const struct cb_config *config_of(const struct daemon *daemon, uint32_t generation) {
+    return &daemon->loop.boxes[generation % 2].config;
+}
+
+static const struct cb_config *config_now(const struct daemon *daemon) {
+    return config_of(daemon, daemon->generation);
+}
 
 /* How long a ramp from the largest output to zero takes, with a margin for the confirmation. */
 static int64_t stop_time_us(const struct cb_config *config) {
@@ -56,7 +70,7 @@ static int64_t stop_time_us(const struct cb_config *config) {
 /* Opens the files that shall be written, so that a wrong path is told before the machine moves. */
 static bool open_outputs(struct daemon *daemon) {
     const struct cb_options *options = &daemon->options;
-    const struct cb_config *config = &daemon->loop.box.config;
+    const struct cb_config *config = config_now(daemon);
     int error = options->stats ? cb_stats_write(&daemon->stats, config, options->stats) : 0;
     if (error != 0) {
         fprintf(stderr, "compboxd: %s: cannot be written: %s\n", options->stats,
@@ -70,7 +84,7 @@ static bool open_outputs(struct daemon *daemon) {
 }
 
 static bool start_plc(struct daemon *daemon) {
-    const struct cb_plc_config *plc = &daemon->loop.box.config.plc;
+    const struct cb_plc_config *plc = &config_now(daemon)->plc;
     bool v6 = strchr(plc->host, ':') != NULL;
     snprintf(daemon->plc, sizeof daemon->plc, v6 ? "[%s]:%u" : "%s:%u", plc->host,
              (unsigned)plc->port);
@@ -86,14 +100,24 @@ static void serve_can(struct daemon *daemon, int64_t now_us) {
     cb_can_tidy(&source->can);
     if (!cb_can_wanted(&source->can) || now_us < daemon->can_again_us) return;
     daemon->can_again_us = now_us + CAN_EVERY_US;
-    const int got = cb_can_source_open(source);
+    const int got = cb_can_source_open(config_now(daemon));
     if (got >= 0)
         cb_can_offer(&source->can, got);
     else if (got != daemon->can_error)
         cb_log_say(&daemon->log, now_us, "%s: no CAN bus: %s; trying again every second",
-                   source->config.interface,
+                   config_now(daemon)->can.interface,
                    got == -EAFNOSUPPORT ? "this kernel has none" : strerror(-got));
     daemon->can_error = got;
+}
+
+/* After a reload: a socket with the filters of the file that runs now. */
+static void renew_can(struct daemon *daemon) {
+    struct cb_can_source *source = &daemon->loop.target.can;
+    daemon->stats.run.can_used = cb_can_source_used(source);
+    if (!daemon->stats.run.can_used) return;
+    daemon->can_again_us = 0;
+    const int got = cb_can_source_open(config_now(daemon));
+    if (got >= 0) cb_can_offer(&source->can, got);
 }
 
 /* What the machine does not permit is said, and the box runs without it. */
@@ -117,9 +141,9 @@ static void block_signals(struct daemon *daemon) {
     sigemptyset(&daemon->signals);
     sigaddset(&daemon->signals, SIGTERM);
     sigaddset(&daemon->signals, SIGINT);
+    sigaddset(&daemon->signals, SIGHUP);
     pthread_sigmask(SIG_BLOCK, &daemon->signals, NULL);
     signal(SIGPIPE, SIG_IGN);
-    signal(SIGHUP, SIG_IGN); /* a terminal that is closed does not end the compensation */
 }
 
 static bool start_loop(struct daemon *daemon) {
@@ -144,12 +168,12 @@ static bool resume_lags(struct daemon *daemon) {
     const char *path = daemon->options.state;
     char said[512];
     if (path == NULL) return true;
-    cb_state_read(&daemon->loop.resumed, &daemon->loop.box.config, daemon->options.state,
+    cb_state_read(&daemon->loop.resumed, config_now(daemon), daemon->options.state,
                   cb_boottime_us(), cb_unix_us(), said, sizeof said);
     cb_log_say(&daemon->log, cb_boottime_us(), "%s", said);
     daemon->state = daemon->loop.resumed; /* a start that ends at once loses nothing */
-    const int error = cb_state_write(&daemon->state, &daemon->loop.box.config, path,
-                                     cb_boottime_us(), cb_unix_us());
+    const int error =
+        cb_state_write(&daemon->state, config_now(daemon), path, cb_boottime_us(), cb_unix_us());
     if (error != 0)
         fprintf(stderr, "compboxd: %s: cannot be written: %s\n", path,
                 error == ENOTSUP ? "it is not a regular file" : strerror(error));
@@ -157,9 +181,10 @@ static bool resume_lags(struct daemon *daemon) {
 }
 
 static void write_state(struct daemon *daemon, int64_t now_us) {
-    if (daemon->options.state == NULL) return;
-    int error = cb_state_write(&daemon->state, &daemon->loop.box.config, daemon->options.state,
-                               now_us, cb_unix_us());
+    /* right after a reload the newest lags are still those of the file before */
+    if (daemon->options.state == NULL || daemon->state_generation != daemon->generation) return;
+    int error = cb_state_write(&daemon->state, config_now(daemon), daemon->options.state, now_us,
+                               cb_unix_us());
     if (error != 0)
         cb_log_say(&daemon->log, now_us, "%s: cannot be written: %s", daemon->options.state,
                    strerror(error));
@@ -170,6 +195,7 @@ static void keep_state(struct daemon *daemon, int64_t now_us) {
     struct cb_loop *loop = &daemon->loop;
     for (int32_t slot; (slot = cb_ring_slot_to_read(&loop->state_ring)) >= 0;) {
         daemon->state = loop->states[slot];
+        daemon->state_generation = loop->state_generations[slot];
         cb_ring_release(&loop->state_ring);
     }
     if (now_us - daemon->state_us < daemon->options.state_every_s * 1000000LL) return;
@@ -182,9 +208,15 @@ static const char *plural(uint64_t count) {
 }
 
 static bool start(struct daemon *daemon) {
-    const struct cb_config *config = &daemon->loop.box.config;
+    const struct cb_config *config = config_now(daemon);
     struct cb_stats_run *run = &daemon->stats.run;
-    if (!cb_load_file(&daemon->loop.box.config, daemon->options.config)) return false;
+    char why[CB_RELOAD_SAID];
+    cb_loop_init(&daemon->loop);
+    cb_reload_start(&daemon->reload, daemon->options.config);
+    if (!cb_load_file(&daemon->loop.box->config, daemon->options.config, why, sizeof why)) {
+        fprintf(stderr, "compboxd: %s\n", why);
+        return false;
+    }
     run->config_file = daemon->options.config;
     run->plc = daemon->plc;
     run->started_unix_s = (int64_t)time(NULL);
@@ -204,14 +236,28 @@ static bool start(struct daemon *daemon) {
     return resume_lags(daemon) && start_loop(daemon);
 }
 
+/* From the next row on another coefficient file counts. */
+static void follow_reload(struct daemon *daemon, uint32_t generation) {
+    if (generation == daemon->generation) return;
+    const struct cb_config *before = config_now(daemon);
+    daemon->generation = generation;
+    const int error =
+        cb_record_follow(&daemon->record, daemon->options.record, before, config_now(daemon));
+    if (error != 0)
+        cb_log_say(&daemon->log, cb_boottime_us(), "%s: cannot be written: %s",
+                   daemon->options.record, strerror(error));
+}
+
 static void take_rows(struct daemon *daemon) {
     struct cb_loop *loop = &daemon->loop;
     for (int32_t slot; (slot = cb_ring_slot_to_read(&loop->ring)) >= 0;) {
         const struct cb_row *row = &loop->rows[slot];
+        follow_reload(daemon, row->generation);
+        const struct cb_config *config = config_now(daemon);
         cb_stats_add(&daemon->stats, row);
-        cb_record_add(&daemon->record, &loop->box.config, row);
+        cb_record_add(&daemon->record, config, row);
         cb_log_row(&daemon->log, row);
-        cb_log_can(&daemon->log, &daemon->loop.target.can.config, row);
+        cb_log_can(&daemon->log, &config->can, row);
         cb_ring_release(&loop->ring);
     }
     cb_record_flush(&daemon->record);
@@ -221,9 +267,12 @@ static void take_rows(struct daemon *daemon) {
 static int write_stats(struct daemon *daemon) {
     struct cb_stats_run *run = &daemon->stats.run;
     run->rows_lost = cb_ring_lost(&daemon->loop.ring);
+    run->reloads_taken = daemon->reload.taken;
+    run->reloads_refused = daemon->reload.refused;
+    run->reload_said = daemon->reload.last;
     run->records_lost = run->rows_lost + daemon->record.lost;
     if (daemon->options.stats == NULL) return 0;
-    return cb_stats_write(&daemon->stats, &daemon->loop.box.config, daemon->options.stats);
+    return cb_stats_write(&daemon->stats, config_now(daemon), daemon->options.stats);
 }
 
 static void write_stats_now_and_then(struct daemon *daemon, int64_t now_us) {
@@ -235,34 +284,68 @@ static void write_stats_now_and_then(struct daemon *daemon, int64_t now_us) {
                    strerror(error));
 }
 
-/* Waits a little; a signal asks the box to stop. Once it has been asked, by whomever, the time
- * runs after which this thread gives up. */
+/* Waits a little. SIGHUP asks for the coefficient file to be read anew, other signals for a stop.
+ */
+static void mind_signals(struct daemon *daemon) {
+    struct timespec wait = cb_timespec(LOOK_EVERY_MS * 1000000LL);
+    const int got = sigtimedwait(&daemon->signals, NULL, &wait);
+    if (got == SIGHUP)
+        daemon->reload_asked = true;
+    else if (got > 0)
+        cb_flag_raise(&daemon->loop.target.stop);
+}
+
+/* Once a stop has been asked for, by whomever, the time runs after which this thread gives up. */
 static void mind_the_stop(struct daemon *daemon) {
     struct cb_loop *loop = &daemon->loop;
-    struct timespec wait = cb_timespec(LOOK_EVERY_MS * 1000000LL);
-    if (sigtimedwait(&daemon->signals, NULL, &wait) > 0) cb_flag_raise(&loop->target.stop);
     if (!cb_flag_is_raised(&loop->target.stop)) return;
     int64_t now_us = cb_boottime_us();
     if (daemon->stop_by_us == 0)
-        daemon->stop_by_us = now_us + stop_time_us(&loop->box.config);
+        daemon->stop_by_us = now_us + stop_time_us(config_now(daemon));
     else if (now_us >= daemon->stop_by_us)
         cb_flag_raise(&loop->quit);
+}
+
+/* A coefficient file that changed, or was asked to be read anew, takes over or is refused. */
+static void mind_the_file(struct daemon *daemon, int64_t now_us) {
+    struct cb_reload *reload = &daemon->reload;
+    const enum cb_reload_answer answer = cb_reload_answer(reload, &daemon->loop);
+    if (answer == CB_RELOAD_TAKEN) {
+        take_rows(daemon); /* the rest of the generation before, whose box is spare now */
+        follow_reload(daemon, daemon->loop.generation);
+        renew_can(daemon);
+    }
+    if (answer != CB_RELOAD_NONE) {
+        cb_log_say(&daemon->log, now_us, "%s", reload->last);
+        daemon->stats_us = 0; /* statistics say it at once */
+    }
+    if (reload->offered || cb_flag_is_raised(&daemon->loop.target.stop)) return;
+    if (!cb_reload_file_changed(reload, now_us) && !daemon->reload_asked) return;
+    daemon->reload_asked = false;
+    if (cb_reload_offer(reload, &daemon->loop)) return;
+    cb_log_say(&daemon->log, now_us, "%s; revision %u goes on", reload->last,
+               (unsigned)config_now(daemon)->revision);
+    daemon->stats_us = 0;
 }
 
 static void serve(struct daemon *daemon) {
     daemon->stats_us = daemon->state_us = cb_boottime_us();
     while (!cb_flag_is_raised(&daemon->loop.finished)) {
+        mind_signals(daemon);
         mind_the_stop(daemon);
         take_rows(daemon);
+        mind_the_file(daemon, cb_boottime_us());
         serve_can(daemon, cb_boottime_us());
         write_stats_now_and_then(daemon, cb_boottime_us());
         keep_state(daemon, cb_boottime_us());
     }
     pthread_join(daemon->thread, NULL);
     cb_can_close(&daemon->loop.target.can.can);
-    cb_state_take(&daemon->state, &daemon->loop.box);
-    write_state(daemon, cb_boottime_us());
     take_rows(daemon);
+    follow_reload(daemon, daemon->loop.generation);
+    cb_state_take(&daemon->state, daemon->loop.box);
+    daemon->state_generation = daemon->generation;
+    write_state(daemon, cb_boottime_us());
 }
 
 /* The files' last state and the exit code. */
@@ -280,8 +363,8 @@ static int finish(struct daemon *daemon) {
     if (stats_error != 0)
         cb_log_say(&daemon->log, now_us, "%s: cannot be written: %s", daemon->options.stats,
                    strerror(stats_error));
-    bool confirmed = run->stopped && daemon->loop.box.wrote;
-    if (!daemon->loop.box.wrote)
+    bool confirmed = run->stopped && daemon->loop.box->wrote;
+    if (!daemon->loop.box->wrote)
         cb_log_say(&daemon->log, now_us,
                    "ended before the PLC was ever heard, nothing was written: check %s",
                    daemon->plc);

@@ -189,6 +189,30 @@ TEST_F(linux_can, the_source_decodes_and_starts_nodes) {
     cb_can_close(&source.can);
 }
 
+// Another file takes over: its signals count from the next frame on.
+TEST_F(linux_can, the_source_follows_a_new_file) {
+    const auto before = load(full_example);
+    cb_can_source source;
+    cb_can_source_start(&source, before.config.get());
+    cb_can_offer(&source.can, box);
+    cb_hal_sample samples[CB_MAX_SIGNALS];
+    EXPECT_EQ(cb_can_source_samples(&source, samples, CB_MAX_SIGNALS, 0), 0u);
+    const auto after = load(with("\"0x181\", \"offset\": 2", "\"0x182\", \"offset\": 0"));
+    cb_can_source_replan(&source, after.config.get());
+    send(0x181, {0, 0, 1, 0});
+    send(0x182, {2, 0});
+    ASSERT_EQ(cb_can_source_samples(&source, samples, CB_MAX_SIGNALS, 0), 1u);
+    EXPECT_EQ(samples[0].raw, 2);
+    auto none = std::make_unique<cb_config>();
+    cb_can_source_replan(&source, none.get());
+    EXPECT_EQ(cb_can_source_samples(&source, samples, CB_MAX_SIGNALS, 0), 0u);
+    EXPECT_EQ(source.can.returned, box) << "the bus is left";
+    EXPECT_FALSE(cb_can_wanted(&source.can));
+    cb_can_source_replan(&source, before.config.get());
+    EXPECT_TRUE(cb_can_wanted(&source.can));
+    cb_can_close(&source.can);
+}
+
 TEST(linux_can_source, asks_for_no_socket_where_the_file_has_no_can) {
     cb_config config = {};
     cb_can_source source;

@@ -19,14 +19,15 @@ static long read_bytes(const char *path, char *text, size_t size) {
     return error != 0 ? -1 : (long)length;
 }
 
-static void say(const char *path, const struct cb_message *message) {
-    fprintf(stderr, "compboxd: %s: %s", path, message->text);
+static void say(const char *path, const struct cb_message *message, char *said, size_t size) {
     if (message->line > 0)
-        fprintf(stderr, ", line %u, column %u", (unsigned)message->line, (unsigned)message->column);
-    fputc('\n', stderr);
+        snprintf(said, size, "%s: %s, line %u, column %u", path, message->text,
+                 (unsigned)message->line, (unsigned)message->column);
+    else
+        snprintf(said, size, "%s: %s", path, message->text);
 }
 
-bool cb_load_file(struct cb_config *config, const char *path) {
+bool cb_load_file(struct cb_config *config, const char *path, char *said, size_t size) {
     static char text[CB_MAX_TEXT_BYTES + 1];
     static struct cb_load_scratch scratch;
     static const struct cb_target target = {.name = "compboxd",
@@ -34,12 +35,12 @@ bool cb_load_file(struct cb_config *config, const char *path) {
                                             .transports = 1u << CB_TRANSPORT_TCP};
     long length = read_bytes(path, text, sizeof text);
     if (length < 0) {
-        fprintf(stderr, "compboxd: %s: cannot be read: %s\n", path, strerror(errno));
+        snprintf(said, size, "%s: cannot be read: %s", path, strerror(errno));
         return false;
     }
     struct cb_message message = {.line = 0};
     if (cb_config_load(config, text, (size_t)length, &target, &scratch, &message) == CB_OK)
         return true;
-    say(path, &message);
+    say(path, &message, said, size);
     return false;
 }

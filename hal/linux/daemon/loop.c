@@ -44,16 +44,17 @@ static void publish(struct cb_loop *loop, int64_t woke_before_ns) {
     row->interval_ns = woke_before_ns == 0 ? 0 : tick->woke_ns - woke_before_ns;
     row->exchange_us = loop->cycle.exchange_us;
     row->step_us = loop->cycle.step_us;
-    row->lead_us = cb_lead_us(&loop->box.config, &loop->box.lead);
+    row->generation = loop->generation;
+    row->lead_us = cb_lead_us(&loop->box->config, &loop->box->lead);
     row->read = (uint8_t)loop->cycle.read;
     row->write = (uint8_t)loop->cycle.write;
-    row->mode = loop->box.mode.mode;
-    row->reason = loop->box.mode.reason;
-    row->box = loop->box.counters;
+    row->mode = loop->box->mode.mode;
+    row->reason = loop->box->mode.reason;
+    row->box = loop->box->counters;
     row->tcp = tcp->counters;
     row->link = link_of(&tcp->link);
     copy_can(&row->can, &loop->target.can);
-    copy_values(row, &loop->box, &loop->cycle.out);
+    copy_values(row, loop->box, &loop->cycle.out);
     cb_ring_publish(&loop->ring);
 }
 
@@ -63,21 +64,54 @@ static void publish_state(struct cb_loop *loop) {
     int32_t slot = cb_ring_slot_to_write(&loop->state_ring);
     if (slot < 0) return;
     loop->state_us = loop->cycle.tick_us;
-    cb_state_take(&loop->states[slot], &loop->box);
+    cb_state_take(&loop->states[slot], loop->box);
+    loop->state_generations[slot] = loop->generation;
     cb_ring_publish(&loop->state_ring);
+}
+
+void cb_loop_init(struct cb_loop *loop) {
+    loop->box = &loop->boxes[0];
+}
+
+struct cb_box *cb_loop_spare(struct cb_loop *loop) {
+    return &loop->boxes[loop->box == loop->boxes];
+}
+
+void cb_loop_offer(struct cb_loop *loop) {
+    __atomic_store_n(&loop->offered, true, __ATOMIC_RELEASE);
+}
+
+bool cb_loop_answered(const struct cb_loop *loop, bool *taken) {
+    if (__atomic_load_n(&loop->offered, __ATOMIC_ACQUIRE)) return false;
+    *taken = loop->taken;
+    return true;
+}
+
+/* Between two cycles: the box that is offered goes on where the running one is. */
+static void take_offer(struct cb_loop *loop) {
+    if (!__atomic_load_n(&loop->offered, __ATOMIC_ACQUIRE)) return;
+    struct cb_box *spare = cb_loop_spare(loop);
+    loop->taken = cb_box_adopt(spare, loop->box);
+    if (loop->taken) {
+        loop->box = spare;
+        loop->generation++;
+        cb_can_source_replan(&loop->target.can, &spare->config);
+    }
+    __atomic_store_n(&loop->offered, false, __ATOMIC_RELEASE);
 }
 
 void *cb_loop_run(void *argument) {
     struct cb_loop *loop = argument;
     cb_settle_thread("compboxd-loop");
     const struct cb_hal hal = cb_linux_hal(&loop->target);
-    cb_box_start(&loop->box);
-    cb_state_give(&loop->resumed, &loop->box);
+    cb_box_start(loop->box);
+    cb_state_give(&loop->resumed, loop->box);
     cb_cycle_start(&loop->cycle);
-    cb_tick_start(&loop->target.tick, loop->box.config.period_us);
+    cb_tick_start(&loop->target.tick, loop->box->config.period_us);
     int64_t woke_before_ns = 0;
     for (uint64_t done = 0; !loop->stopped && !cb_flag_is_raised(&loop->quit);) {
-        cb_cycle_run(&loop->cycle, &loop->box, &hal);
+        take_offer(loop);
+        cb_cycle_run(&loop->cycle, loop->box, &hal);
         loop->stopped = loop->cycle.out.stopped;
         publish(loop, woke_before_ns);
         publish_state(loop);

@@ -17,8 +17,14 @@
 /* A minute of rows at 30 ms: how long the other thread may be kept from running or writing. */
 enum { CB_LOOP_ROWS = 2048, CB_LOOP_STATES = 2, CB_LOOP_STATE_US = 1000000 };
 
+/* Generation n of the coefficient file lives in boxes[n % 2]: the other one is spare, for the next.
+ * The normal thread fills it and offers it; the loop answers. */
 struct cb_loop {
-    struct cb_box box;      /* its config loaded before the start */
+    struct cb_box boxes[2];
+    struct cb_box *box;     /* the one that runs; its config loaded before the start */
+    uint32_t generation;    /* of the coefficient file; counts up when another is taken over */
+    bool offered;           /* from the normal thread: the spare box is ready … */
+    bool taken;             /* … and the loop's answer to the last offer: it runs now */
     struct cb_linux target; /* its tcp started before the start */
     uint64_t cycles;        /* then stop by itself; 0: never */
     bool quit;              /* flag from outside: end at once, without a clean stop */
@@ -30,8 +36,22 @@ struct cb_loop {
     struct cb_state resumed;   /* lags that go on from before the start */
     struct cb_ring state_ring; /* the lags, once a second … */
     struct cb_state states[CB_LOOP_STATES];
-    int64_t state_us; /* … and when last */
+    uint32_t state_generations[CB_LOOP_STATES]; /* of whose signals they are */
+    int64_t state_us;                           /* … and when last */
 };
+
+/* Before everything else: the first box runs. */
+void cb_loop_init(struct cb_loop *loop);
+
+/* For the normal thread, while no offer is out: the box whose configuration may be filled. */
+struct cb_box *cb_loop_spare(struct cb_loop *loop);
+
+/* The spare box, started, shall take over between two cycles. */
+void cb_loop_offer(struct cb_loop *loop);
+
+/* out: true: the loop has answered; *taken: the spare box runs now, the one before is spare. Rows
+ *      that it published before are of the generation before. */
+bool cb_loop_answered(const struct cb_loop *loop, bool *taken);
 
 /* Thread function; argument: struct cb_loop *. Ends after a clean stop or on quit. */
 void *cb_loop_run(void *argument);

@@ -4,7 +4,9 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stdio.h>
+#include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -88,6 +90,45 @@ int cb_record_start(struct cb_record *record, const char *path, const struct cb_
     record->fd = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
     if (record->fd < 0) return errno;
     put_header(record, config);
+    cb_record_flush(record);
+    return record->error;
+}
+
+static bool same_columns(const struct cb_config *a, const struct cb_config *b) {
+    if (a->signals_count != b->signals_count || a->outputs_count != b->outputs_count ||
+        a->channels_count != b->channels_count)
+        return false;
+    for (unsigned i = 0; i < a->signals_count; i++)
+        if (strcmp(a->signals[i].name, b->signals[i].name) != 0) return false;
+    for (unsigned i = 0; i < a->outputs_count; i++)
+        if (strcmp(a->outputs[i].name, b->outputs[i].name) != 0) return false;
+    for (unsigned i = 0; i < a->channels_count; i++)
+        if (strcmp(a->channels[i].name, b->channels[i].name) != 0) return false;
+    return true;
+}
+
+/* out: 0: it is called PATH.N now; or errno */
+static int move_away(const char *path) {
+    char other[4096];
+    for (unsigned n = 1; n < 100000; n++) {
+        const int length = snprintf(other, sizeof other, "%s.%u", path, n);
+        if (length < 0 || (size_t)length >= sizeof other) return ENAMETOOLONG;
+        if (access(other, F_OK) != 0) return rename(path, other) == 0 ? 0 : errno;
+    }
+    return EEXIST;
+}
+
+int cb_record_follow(struct cb_record *record, const char *path, const struct cb_config *before,
+                     const struct cb_config *now) {
+    if (record->fd < 0 || same_columns(before, now)) return 0;
+    cb_record_flush(record);
+    int error = move_away(path);
+    close(record->fd);
+    record->fd = error == 0 ? open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644) : -1;
+    if (record->fd < 0 && error == 0) error = errno;
+    if (error != 0) return record->error = error;
+    record->whole_size = 0;
+    put_header(record, now);
     cb_record_flush(record);
     return record->error;
 }

@@ -28,6 +28,12 @@ struct cb_record {
 /* Creates the file and writes its header. path NULL: no record. out: 0, or errno. */
 int cb_record_start(struct cb_record *record, const char *path, const struct cb_config *config);
 
+/* Another coefficient file counts from the next row on. Where it has other columns, the file is
+ * ended and renamed PATH.1, PATH.2 …, the first that is free, and a new one begun. out: 0, or
+ * errno. */
+int cb_record_follow(struct cb_record *record, const char *path, const struct cb_config *before,
+                     const struct cb_config *now);
+
 /* Adds a row; writes when the buffer is full. */
 void cb_record_add(struct cb_record *record, const struct cb_config *config,
                    const struct cb_row *row);

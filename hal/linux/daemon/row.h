@@ -28,6 +28,7 @@ struct cb_row {
     int64_t late_ns;     /* wake-up after the tick */
     int64_t interval_ns; /* since the wake-up before; 0 in the first row */
     int64_t exchange_us, step_us;
+    uint32_t generation; /* of the coefficient file: whose signals, terms and channels these are */
     uint32_t lead_us;    /* how far ahead positions were evaluated */
     uint8_t read, write; /* enum cb_transfer */
     uint8_t mode, reason;

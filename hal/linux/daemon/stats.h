@@ -30,8 +30,10 @@ struct cb_stats_run {
     bool can_used;         /* the coefficient file needs the CAN bus */
     bool finished;         /* the loop has ended */
     bool stopped;          /* … after STOPPED was confirmed */
-    uint64_t rows_lost;    /* rows that found the ring full */
-    uint64_t records_lost; /* rows that are not in the record */
+    uint32_t reloads_taken, reloads_refused;
+    const char *reload_said; /* about the last one; NULL or "": there was none */
+    uint64_t rows_lost;      /* rows that found the ring full */
+    uint64_t records_lost;   /* rows that are not in the record */
 };
 
 struct cb_stats {

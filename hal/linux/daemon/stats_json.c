@@ -74,6 +74,13 @@ static void put_run(FILE *file, const struct cb_stats *stats, const struct cb_co
         run->priority, truth(run->memory_locked), truth(run->cpu_latency_held));
 }
 
+static void put_reloads(FILE *file, const struct cb_stats_run *run) {
+    fprintf(file, "  \"reloads\": {\"taken\": %u, \"refused\": %u, \"last\": ",
+            (unsigned)run->reloads_taken, (unsigned)run->reloads_refused);
+    cb_stats_put_string(file, run->reload_said == NULL ? "" : run->reload_said);
+    fputs("},\n", file);
+}
+
 static void put_cycles(FILE *file, const struct cb_stats *stats, const struct cb_config *config) {
     fprintf(file, "  \"cycles\": %u,\n", (unsigned)stats->last.box.cycles);
     fprintf(file, "  \"overruns\": %u,\n", (unsigned)stats->last.box.missed_ticks);
@@ -139,6 +146,7 @@ static void put_history(FILE *file, const struct cb_stats *stats) {
 static void put_all(FILE *file, const struct cb_stats *stats, const struct cb_config *config) {
     fputs("{\n", file);
     put_run(file, stats, config);
+    put_reloads(file, &stats->run);
     put_cycles(file, stats, config);
     put_box(file, &stats->last.box);
     put_plc(file, stats);

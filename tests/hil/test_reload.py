@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: MIT
+"""A new coefficient file while the box runs: taken over without a step, or refused with a sentence."""
+import json
+import os
+import signal
+import time
+
+import pytest
+
+import laws
+import machine
+from machine import ACTIVE, PERIOD_S
+from pymodbus_plc import PymodbusPlc
+from test_realtime import spied
+
+AT_REST = {"X": 4000, "Y": 200, "Z": 1500, "T1": 35}
+
+
+def grown(by_um):
+    """GROW gives so much more than in the usual file: channel Z goes so much lower."""
+    def change(data):
+        data["revision"] += 1
+        next(t for t in data["terms"] if t["name"] == "GROW")["coefficients"][0] += by_um
+    return change
+
+
+def replace(path, port, change=None):
+    """As whoever brings a new file should: written beside it and renamed over it."""
+    new = path.with_name("new.json")
+    machine.write_coefficients(new, port, change)
+    os.replace(new, path)
+
+
+@pytest.fixture
+def running(plc, port, start_box, tmp_path):
+    """A box that compensates at rest, its file, and its writes so far settled."""
+    plc.values = dict(AT_REST)
+    with PymodbusPlc(plc, port), start_box() as box:
+        plc.wait_mode(ACTIVE)
+        plc.wait(lambda w: abs(w.um["Z"] - machine.wanted_um(AT_REST)["Z"]) < 0.1)
+        yield box, tmp_path / "coefficients.json"
+        if box.code is None:
+            box.stop()
+        assert box.code == 0, box.log
+
+
+def hup(box, path, port, change):
+    machine.write_coefficients(path, port, change)
+    box.process.send_signal(signal.SIGHUP)
+
+
+def test_a_new_curve_is_gone_to_at_the_slew_rate(plc, port, running):
+    box, path = running
+    before = plc.last()
+    seen = len(plc.writes)
+    hup(box, path, port, grown(90))
+    there = plc.wait(lambda w: abs(w.um["Z"] - before.um["Z"] + 90) < 0.1)
+    box.stop()
+    assert box.code == 0, box.log
+    way = plc.writes[seen - 1:plc.writes.index(there) + 1]
+    assert all(w.mode == ACTIVE for w in way)
+    slew_um = machine.CHANNELS["Z"]["slew_um_per_s"]
+    for a, b in zip(way, way[1:]):
+        # a step is as long as the time since the one before, at most two periods
+        assert abs(b.um["Z"] - a.um["Z"]) <= slew_um * 2 * PERIOD_S + 0.011
+        assert (b.heartbeat - a.heartbeat) % 65536 == 1, "a write for every cycle"
+    assert len(way) - 1 >= 90 / (slew_um * 2 * PERIOD_S) - 1
+    laws.check_period(box)
+    stats = box.stats
+    assert stats["reloads"]["taken"] == 1 and stats["reloads"]["refused"] == 0
+    assert stats["revision"] == machine.FILE["revision"] + 1
+    assert "revision 8 is running now" in box.log
+
+
+def test_a_file_that_is_replaced_is_noticed(plc, port, running):
+    box, path = running
+    z = plc.last().um["Z"]
+    replace(path, port, grown(20))
+    plc.wait(lambda w: abs(w.um["Z"] - z + 20) < 0.1)
+
+
+def test_a_bad_file_is_refused_and_the_old_one_goes_on(plc, port, running):
+    box, path = running
+    def falling(data):
+        data["terms"][2]["positions"] = [-1500, 300, -200, 1500]
+    def other_port(data):
+        data["plc"]["transport"]["tcp"]["port"] += 1
+    def other_register(data):
+        next(c for c in data["channels"] if c["name"] == "Y")["plc"] = 112
+    sentences = []
+    for change in (falling, other_port, other_register):
+        refused = len(sentences) + 1
+        hup(box, path, port, change)
+        until = time.monotonic() + 8
+        while box.stats["reloads"]["refused"] < refused and time.monotonic() < until:
+            time.sleep(0.05)
+        sentences.append(box.stats["reloads"]["last"])
+    assert plc.last().mode == ACTIVE
+    assert abs(plc.last().um["Z"] - machine.wanted_um(AT_REST)["Z"]) < 0.1
+    box.stop()
+    assert box.stats["reloads"]["taken"] == 0 and box.stats["reloads"]["refused"] == 3
+    assert "terms[2].positions[2]: -200 is" in sentences[0] and "line" in sentences[0]
+    assert "plc.transport differs from the running file's, which takes a restart" in sentences[1]
+    assert "a channel is gone, or has another register" in sentences[2]
+    for sentence in sentences[:2]:
+        assert f"{sentence}; revision 7 goes on" in box.log
+    assert sentences[2] in box.log
+
+
+def test_half_a_file_is_refused_and_the_whole_one_then_taken(plc, port, running):
+    """An editor that writes in place: what it has written so far is no JSON."""
+    box, path = running
+    z = plc.last().um["Z"]
+    whole = json.dumps(machine.coefficients(port, grown(15)))
+    path.write_text(whole[:len(whole) // 2])
+    time.sleep(2.5)
+    assert abs(plc.last().um["Z"] - z) < 0.1
+    path.write_text(whole)
+    plc.wait(lambda w: abs(w.um["Z"] - z + 15) < 0.1)
+    box.stop()
+    assert box.stats["reloads"]["taken"] == 1 and box.stats["reloads"]["refused"] >= 1
+
+
+def test_a_file_that_is_gone_for_a_while_changes_nothing(plc, port, running):
+    box, path = running
+    kept = path.read_text()
+    path.unlink()
+    time.sleep(2.5)
+    box.process.send_signal(signal.SIGHUP)
+    time.sleep(0.5)
+    path.write_text(kept)
+    plc.wait_mode(ACTIVE)
+    box.stop()
+    assert "cannot be read: No such file or directory; revision 7 goes on" in box.log
+
+
+def test_a_lag_keeps_its_memory(plc, port, running):
+    box, path = running
+    def lagged(data):
+        grown(0)(data)
+        data["signals"].append({"name": "slow", "unit": "degC", "lag_of": "T1", "tau_s": 1000})
+    hup(box, path, port, lagged)
+    time.sleep(0.5)
+    plc.values = dict(AT_REST, T1=60)
+    time.sleep(1)
+    hup(box, path, port, lambda data: (lagged(data), lagged(data), data["signals"].pop()))
+    time.sleep(0.5)
+    box.stop()
+    assert box.stats["reloads"]["taken"] == 2, box.log
+    assert 35 < box.rows[-1]["slow"] < 35.1, "neither forgotten (60) nor standing still"
+
+
+def test_other_columns_begin_another_record(plc, port, running):
+    box, path = running
+    def renamed(data):
+        grown(0)(data)
+        data["signals"].append({"name": "T9", "unit": "degC", "plc": 14, "type": "int16",
+                                "scale": 0.1, "min": -10, "max": 90, "max_age_ms": 400})
+    hup(box, path, port, renamed)
+    time.sleep(1)
+    box.stop()
+    old = box.record_file.with_name("record.csv.1").read_text().splitlines()
+    new = box.record_file.read_text().splitlines()
+    assert "T9" not in old[0] and "T9" in new[0]
+    assert all(line.count(",") == old[0].count(",") for line in old)
+    assert all(line.count(",") == new[0].count(",") for line in new)
+    gap_s = float(new[1].split(",")[0]) - float(old[-1].split(",")[0])
+    assert 0 < gap_s < 4 * PERIOD_S, "no cycle is missing in between"
+
+
+def test_fifty_reloads_in_a_row(plc, port, running):
+    """Up and down; what is written stays within the slew rate and comes to the last file's value."""
+    box, path = running
+    z = plc.last().um["Z"]
+    seen = len(plc.writes)
+    for k in range(50):
+        replace(path, port, grown(60 if k % 2 else 0))
+        box.process.send_signal(signal.SIGHUP)
+        time.sleep(0.1)
+    plc.wait(lambda w: abs(w.um["Z"] - z + 60) < 0.1)
+    box.stop()
+    assert box.stats["reloads"]["taken"] + box.stats["reloads"]["refused"] >= 40
+    assert box.stats["reloads"]["refused"] == 0, box.log
+    steps = [abs(b.um["Z"] - a.um["Z"]) for a, b in zip(plc.writes[seen:], plc.writes[seen + 1:])
+             if b.mode == ACTIVE]
+    assert max(steps) <= machine.CHANNELS["Z"]["slew_um_per_s"] * 2 * PERIOD_S + 0.011
+
+
+def test_the_loop_allocates_nothing_while_it_takes_over(plc, port, start_box, tmp_path):
+    plc.values = dict(AT_REST)
+    def scenario(box):
+        with PymodbusPlc(plc, port):
+            plc.wait_mode(ACTIVE)
+            for by_um in (30, 0, 30):
+                z = plc.last().um["Z"]
+                hup(box, tmp_path / "coefficients.json", port, grown(by_um))
+                plc.wait(lambda w, z=z: abs(w.um["Z"] - z) > 1)
+            box.stop()
+    counts, box = spied(start_box, tmp_path, scenario)
+    assert box.code == 0, box.log
+    assert box.stats["reloads"]["taken"] == 3
+    for name in ("allocations", "frees", "files", "writes", "locks"):
+        assert counts[name] == 0, counts
