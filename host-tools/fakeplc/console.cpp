@@ -102,11 +102,16 @@ std::string order_fault(words line, modbus_server &server) {
         server.close_all_clients();
         return "ok closed " + std::to_string(count);
     }
+    if (line.size() == 3 && line[1] == "away") {
+        const std::size_t count = server.clients();
+        server.go_away(whole(line[2], 1, 600000));
+        return "ok closed " + std::to_string(count);
+    }
     const auto found = line.size() < 2 ? fault_names().end() : fault_names().find(line[1]);
     if (found == fault_names().end()) {
         refuse(
             "usage: fault late|drop|exception|wrong-id|truncate|dribble|torn|short|long|close|"
-            "clear …");
+            "away|clear …");
     }
     fault what;
     what.kind = found->second.kind;
@@ -142,11 +147,23 @@ std::string status_line(const fake_plc &plc, const modbus_server &server) {
         " plc_heartbeat=" + std::to_string(state.plc_heartbeat) +
         " box_heartbeat=" + std::to_string(state.box_heartbeat) +
         " alive=" + (state.box_alive ? "1" : "0") + " moving=" + (plc.moving() ? "1" : "0") +
-        " clients=" + std::to_string(server.clients());
+        " clients=" + std::to_string(server.clients()) +
+        " alarms=" + std::to_string(plc.alarms().standing().size()) +
+        " handshake=" + std::to_string(state.handshake);
     for (std::size_t c = 0; c < plc.map().channels.size(); ++c) {
         const std::string &name = plc.map().channels[c].name;
         text += " commanded_" + name + "=" + shortest(state.commanded_um[c]);
         text += " applied_" + name + "=" + shortest(state.applied_um[c]);
+    }
+    return text;
+}
+
+// ok COUNT NAME since_s=T "TEXT"; NAME …
+std::string alarm_line(const fake_plc &plc) {
+    std::string text = "ok " + std::to_string(plc.alarms().standing().size());
+    for (const auto &one : plc.alarms().standing()) {
+        text += " " + one.name + " since_s=" + shortest(one.since_s) + " \"" + one.text + "\"" +
+                (one.needs_reset ? " until reset;" : ";");
     }
     return text;
 }
@@ -170,6 +187,11 @@ std::string run_words(const words &line, console &self) {
         plc.set_permit(on_off(line, 1, "permit 0|1"));
     else if (command == "reset")
         plc.press_reset();
+    else if (command == "restart") {
+        plc.restart();
+        self.server.close_all_clients();
+    } else if (command == "alarms")
+        return alarm_line(plc);
     else if (command == "move")
         plc.move(step_of(line));
     else if (command == "position")
@@ -221,11 +243,13 @@ std::string_view console_help() {
            "  position, status, error                 where, how it is, and the truth (for "
            "reports)\n"
            "  signal NAME VALUE|auto                  shows another value than the true one\n"
+           "  alarms, restart                         what stands; the PLC's power goes and comes\n"
            "  freeze heartbeat 0|1                    NC coupling lost: positions and heartbeat "
            "stand\n"
            "  fault late MS | dribble MS | exception CODE | drop | wrong-id | truncate | torn |\n"
-           "        short | long   [COUNT] [read|write]   of the next replies; fault clear; fault "
-           "close\n"
+           "        short | long   [COUNT] [read|write]   of the next replies;\n"
+           "  fault close | away MS | clear           connections cut; cut and refused; none "
+           "waits\n"
            "  quit\n";
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/fakeplc/log.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -37,10 +38,14 @@ plc_log::plc_log(const std::string &path, const register_map &map)
     append_names(header, "", "_mm");
     for (const auto &channel : map.channels) header += ",commanded_" + channel.name + "_um";
     for (const auto &channel : map.channels) header += ",applied_" + channel.name + "_um";
+    for (const auto &channel : map.channels) {
+        header += ",nc_" + channel.name + "_um,nc_" + channel.name + "_slope,nc_" + channel.name +
+                  "_reference_mm";
+    }
     append_names(header, "displacement_", "_um");
     append_names(header, "error_before_", "_um");
     append_names(header, "error_after_", "_um");
-    header += ",control,status,plc_heartbeat,box_heartbeat,event\n";
+    header += ",control,status,plc_heartbeat,box_heartbeat,handshake,alarms,event\n";
     good_ = std::fputs(header.c_str(), file_.get()) >= 0;
 }
 
@@ -49,16 +54,22 @@ void plc_log::add(const plc_state &state) {
     append(row, state.position_mm);
     for (const double um : state.commanded_um) row += "," + rounded(um);
     for (const double um : state.applied_um) row += "," + rounded(um);
+    for (const auto &held : state.held) {
+        row +=
+            "," + rounded(held.um) + "," + shortest(held.slope) + "," + rounded(held.reference_mm);
+    }
     append(row, state.displacement_um);
     append(row, state.error_before_um);
     append(row, state.error_after_um);
-    for (const int number :
-         {state.control, state.status, state.plc_heartbeat, state.box_heartbeat}) {
+    for (const int number : {int{state.control}, int{state.status}, int{state.plc_heartbeat},
+                             int{state.box_heartbeat}, int{state.handshake}, state.alarms}) {
         row += "," + std::to_string(number);
     }
     row += ",";
-    for (std::size_t i = 0; i < state.events.size(); ++i) row += (i ? " | " : "") + state.events[i];
-    row += "\n";
+    std::string events;
+    for (const auto &words : state.events) events += (events.empty() ? "" : " | ") + words;
+    std::replace(events.begin(), events.end(), ',', ';');
+    row += events + "\n";
     good_ = std::fputs(row.c_str(), file_.get()) >= 0 && good_;
 }
 

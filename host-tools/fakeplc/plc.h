@@ -1,18 +1,24 @@
 // SPDX-License-Identifier: MIT
-// The control and its PLC program, without any wire: interpolation cycles of the NC, scans of the
-// PLC, and the duties towards a box that compensates (docs/fakeplc.md). Time is passed in.
+// The control, its PLC and the machine, without any wire: interpolation cycles of the NC and scans
+// of the PLC (docs/fakeplc.md). What the PLC program owes the machine is in duties.h, how it
+// reaches the NC in nc_side.h. Time is passed in.
 #pragma once
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "host-tools/fakeplc/alarms.h"
+#include "host-tools/fakeplc/duties.h"
 #include "host-tools/fakeplc/modbus.h"
+#include "host-tools/fakeplc/nc_side.h"
 #include "host-tools/fakeplc/register_map.h"
 #include "host-tools/twin/machine.h"
 #include "host-tools/twin/motion.h"
+#include "host-tools/twin/random.h"
 
 namespace compbox {
 
@@ -22,10 +28,13 @@ struct plc_state {
     xyz position_mm = {};              // as the control shows it
     std::vector<double> commanded_um;  // of each channel, as the box wrote it
     std::vector<double> applied_um;    // of each channel, as the PLC hands it to the NC
+    std::vector<correction> held;      // of each channel, as the NC has it
     xyz displacement_um = {};          // of the tool, by what has entered the axes
     xyz error_before_um = {};          // the twin's truth without …
     xyz error_after_um = {};           // … and with the compensation
     std::uint16_t control = 0, status = 0, plc_heartbeat = 0, box_heartbeat = 0;
+    std::uint16_t handshake = 0;
+    int alarms = 0;  // that stand
     bool box_alive = false;
     std::vector<std::string> events;  // in words, since the scan before
 };
@@ -58,6 +67,9 @@ class fake_plc {
     const register_map &map() const { return map_; }
     const twin_machine &twin() const { return twin_; }
     const nc_motion &nc() const { return nc_; }
+    // What the NC has of each channel, this moment.
+    const std::vector<correction> &held() const { return side_->held(); }
+    const alarm_list &alarms() const { return alarms_; }
     bool moving() const { return nc_.moving(); }
 
     // For runs that ask the twin themselves: state() without its errors, which cost time.
@@ -68,7 +80,8 @@ class fake_plc {
     void set_enable(bool on);
     void set_referenced(bool on);
     void set_permit(bool on);
-    void press_reset();                // sets the bit for half a second
+    void press_reset();                // sets the bit for half a second; alarms that wait for it go
+    void restart();                    // the PLC's power goes and comes; the NC keeps what it has
     void freeze_nc(bool frozen);       // NC coupling lost: positions and heartbeat stand still
     void move(const twin_step &step);  // queued; throws input_error
     // The PLC shows this instead of the true value of a signal; false when there is no such one.
@@ -80,20 +93,24 @@ class fake_plc {
 
   private:
     void nc_cycle();
+    void enter_compensation();
     void scan();
     void start_up();
-    void watch_box();
-    void take_over();
+    void watch_alarms();
     void show();
+    void show_signals();
     void note_changes();
     void start_program_once_active();
     void keep_state();
+    void plan_next_scan();
+    bool enabled() const { return enable_ && !alarms_.stands("nc-shift"); }
+    double seconds_since_start() const { return static_cast<double>(since_start_us_) * 1e-6; }
     void keep_truth();
-    bool may_apply() const;
     double signal_value(const shown_signal &signal) const;
     void write_number(int address, const number_format &format, double raw);
     std::uint16_t control_word() const;
     void event(const std::string &words) { events_.push_back(words); }
+    void tell(const std::vector<std::string> &words);
 
     twin_config config_;
     register_map map_;
@@ -101,30 +118,28 @@ class fake_plc {
     twin_machine twin_;
     nc_motion nc_;
     modbus::bank registers_;
+    plc_duties duties_;
+    std::unique_ptr<nc_side> side_;
+    alarm_list alarms_;
+    random_stream jitter_;
     std::vector<std::optional<std::size_t>> axis_of_channel_;
-    // What a channel writes, and what the PLC makes of it: K0, and of a tangent slope and P0.
-    struct taken {
-        double um = 0.0, slope = 0.0, reference_mm = 0.0;
-    };
-    taken read_value(const taken_channel &channel) const;
-    void take_channel(std::size_t c, bool torn, double dt_s);
-    std::vector<double> commanded_um_, applied_um_;
-    std::vector<taken> commanded_, applied_;
     std::map<std::string, double> forced_;
     plc_state state_;
     std::vector<std::string> events_;
 
     std::int64_t start_us_, nc_due_us_, scan_due_us_;
     std::int64_t nc_cycle_us_, scan_us_;
-    std::int64_t since_start_us_ = 0;  // time of the scan
+    std::int64_t scans_ = 0, last_scan_us_;  // clocked scans; when the last one really ran
+    std::int64_t clock_us_;                  // when scan 0 was due
+    std::int64_t since_start_us_ = 0;        // time of the scan
+    std::int64_t power_on_us_ = 0;           // of the PLC, since the start
     std::int64_t reset_until_us_ = -1;
-    std::int64_t box_moved_us_ = 0;  // when the box's heartbeat last changed
     long long nc_cycles_ = 0, nc_cycles_shown_ = 0;
     bool enable_ = false, referenced_ = false, permit_ = true, frozen_ = false;
     bool with_truth_ = true;
     bool enable_by_hand_ = false, reference_by_hand_ = false;
-    bool box_seen_ = false, box_alive_ = false, program_started_ = false;
-    std::uint16_t plc_heartbeat_ = 0, box_heartbeat_ = 0, status_ = 0;
+    bool program_started_ = false;
+    std::uint16_t plc_heartbeat_ = 0, read_count_ = 0;
     std::uint16_t last_noted_status_ = 0, last_noted_control_ = 0;
 };
 

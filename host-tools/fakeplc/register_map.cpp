@@ -42,6 +42,11 @@ struct section {
         if (!at(key).is_string()) fail(key, "must be a text");
         return at(key).get<std::string>();
     }
+    bool truth_or(const char *key, bool otherwise) const {
+        if (!has(key)) return otherwise;
+        if (!at(key).is_boolean()) fail(key, "must be true or false");
+        return at(key).get<bool>();
+    }
     int integer(const char *key, int low, int high) const {
         const double value_here = number(key);
         if (value_here != std::floor(value_here) || value_here < low || value_here > high) {
@@ -57,10 +62,7 @@ register_block read_block(const section &plc, const char *key) {
     register_block result;
     result.start = block.integer("start", 0, register_space - 1);
     result.count = block.integer("count", 1, register_space - result.start);
-    if (block.has("counters")) {
-        if (!block.at("counters").is_boolean()) block.fail("counters", "must be true or false");
-        result.counters = block.at("counters").get<bool>();
-    }
+    result.counters = block.truth_or("counters", false);
     return result;
 }
 
@@ -95,6 +97,8 @@ void read_plc(const section &plc, register_map &map) {
     map.plc_heartbeat = address_in(plc, "plc_heartbeat", map.read, 1);
     map.status = address_in(plc, "status", map.write, 1);
     map.box_heartbeat = address_in(plc, "box_heartbeat", map.write, 1);
+    if (plc.has("handshake")) map.handshake = address_in(plc, "handshake", map.read, 1);
+    map.axes_at_once = plc.truth_or("axes_at_once", false);
     if (!plc.has("referenced_bits")) return;
     if (!plc.at("referenced_bits").is_array()) plc.fail("referenced_bits", "must be a list");
     map.referenced_mask = 0;

@@ -120,7 +120,9 @@ void modbus_server::process(const std::vector<pollfd> &set, std::int64_t now_us,
         if (who.open) send_due(who, now_us);
     }
     drop_closed();  // before accepting: a client that reconnects finds its place free
-    if (ready(listener_)) accept_waiting();
+    if (away_ms_ > 0) away_until_us_ = now_us + std::int64_t{away_ms_} * 1000;
+    away_ms_ = 0;
+    if (ready(listener_)) accept_waiting(now_us < away_until_us_);
 }
 
 std::int64_t modbus_server::next_due_us() const {
@@ -131,11 +133,11 @@ std::int64_t modbus_server::next_due_us() const {
     return due_us;
 }
 
-void modbus_server::accept_waiting() {
+void modbus_server::accept_waiting(bool turn_away) {
     for (;;) {
         const int fd = ::accept4(listener_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
         if (fd < 0) return;
-        if (clients_.size() >= static_cast<std::size_t>(max_clients_)) {
+        if (turn_away || clients_.size() >= static_cast<std::size_t>(max_clients_)) {
             ::close(fd);
             continue;
         }
@@ -216,6 +218,11 @@ void modbus_server::drop_closed() {
     clients_.erase(std::remove_if(clients_.begin(), clients_.end(),
                                   [](const client &who) { return !who.open; }),
                    clients_.end());
+}
+
+void modbus_server::go_away(int duration_ms) {
+    close_all_clients();
+    away_ms_ = duration_ms;
 }
 
 void modbus_server::close_all_clients() {

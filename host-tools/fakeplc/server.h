@@ -41,6 +41,8 @@ class modbus_server {
     std::int64_t next_due_us() const;
 
     void close_all_clients();
+    // Closes all connections, and every new one at once, for so long.
+    void go_away(int duration_ms);
     fault_plan &faults() { return faults_; }
 
   private:
@@ -56,7 +58,7 @@ class modbus_server {
         bool open = true;
     };
 
-    void accept_waiting();
+    void accept_waiting(bool turn_away);
     void receive(client &who);
     void answer_all(client &who, std::int64_t now_us, const handler &answer);
     void answer_one(client &who, const byte_string &frame, std::int64_t now_us,
@@ -66,6 +68,8 @@ class modbus_server {
 
     int listener_ = -1;
     int max_clients_;
+    int away_ms_ = 0;  // asked for, not begun
+    std::int64_t away_until_us_ = 0;
     std::vector<client> clients_;
     fault_plan faults_;
 };

@@ -231,6 +231,25 @@ TEST(Server, FaultsDoToTheWireWhatTheySay) {
     EXPECT_TRUE(p.closed());
 }
 
+TEST(Server, IsAwayForAsLongAsItWasTold) {
+    bench b;
+    peer first(b);
+    b.serve_ms(5);
+    b.server.go_away(120);
+    EXPECT_TRUE(first.closed());
+    b.serve_ms(1);
+    peer second(b);
+    second.send(read_one);
+    b.serve_ms(20);
+    EXPECT_TRUE(second.closed());
+    EXPECT_EQ(b.handled, 0);
+    b.serve_ms(120);
+    peer third(b);
+    third.send(read_one);
+    b.serve_ms(5);
+    EXPECT_EQ(third.received(), read_one_reply);
+}
+
 TEST(Server, SaysWhyItCannotListen) {
     for (const char *bad : {"", "1502", ":1502", "127.0.0.1:", "127.0.0.1:x", "h:65536", "h:-1"}) {
         EXPECT_NE(modbus_server::fault_in(bad), "") << bad;
@@ -287,6 +306,11 @@ TEST(Console, AnswersEveryLineByOneLine) {
         {"fault drop 1 2 3", "error: usage: fault KIND [VALUE] [COUNT] [read|write]"},
         {"fault", "error: usage: fault late|drop"},
         {"fault close", "ok closed 0"},
+        {"fault away 5", "ok closed 0"},
+        {"fault away", "error: usage: fault late|drop"},
+        {"fault away 0", "error: '0' is not a whole number from 1 to 600000"},
+        {"alarms", "ok 0"},
+        {"restart", "ok"},
         {"", "error: an empty line"},
         {"dance", "error: 'dance' is not a command; see fakeplc --help"},
     };
@@ -318,6 +342,18 @@ TEST(Console, MovesAndReports) {
     EXPECT_NEAR(d.plc.state().error_before_um[2], truth[2], 1e-9);
 }
 
+TEST(Console, ListsTheAlarmsThatStand) {
+    desk d;
+    d.commands.run("freeze heartbeat 1");
+    d.plc.run_to(100000);
+    EXPECT_EQ(d.commands.run("alarms"),
+              "ok 1 nc-coupling since_s=0 \"no positions come from the NC\";");
+    EXPECT_NE(d.commands.run("status").find(" alarms=1 "), std::string::npos);
+    d.commands.run("freeze heartbeat 0");
+    d.plc.run_to(120000);
+    EXPECT_EQ(d.commands.run("alarms"), "ok 0");
+}
+
 TEST(Log, HasARowForEachScanAndReadsBack) {
     desk d;
     const std::string path = testing::TempDir() + "fakeplc_log.csv";
@@ -334,8 +370,9 @@ TEST(Log, HasARowForEachScanAndReadsBack) {
     EXPECT_EQ(table.values("time_s")[100], 0.8);
     EXPECT_EQ(table.values("X_mm")[0], 4290.0);
     for (const char *name :
-         {"commanded_X_um", "applied_Z_um", "displacement_Y_um", "error_before_X_um",
-          "error_after_Z_um", "control", "status", "plc_heartbeat", "box_heartbeat"}) {
+         {"commanded_X_um", "applied_Z_um", "nc_X_um", "nc_Z_slope", "nc_Y_reference_mm",
+          "handshake", "alarms", "displacement_Y_um", "error_before_X_um", "error_after_Z_um",
+          "control", "status", "plc_heartbeat", "box_heartbeat"}) {
         EXPECT_GE(table.find(name), 0) << name;
     }
     EXPECT_NE(read_file(path).find("signal X forced | command signal X 5"), std::string::npos);

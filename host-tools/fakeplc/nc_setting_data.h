@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// SINUMERIK: the PLC writes setting data by FB3 PUT, one axis after the other, and of an axis one
+// variable after the other: SD43920 P0, SD43900 K0, SD43910 tan beta. Interpolation cycles fall
+// between them, so the NC may compute with a set that is half old and half new.
+//
+// So that this does not show, the PLC program moves reference and slope in steps (planned()).
+#pragma once
+
+#include "host-tools/fakeplc/nc_side.h"
+#include "host-tools/twin/random.h"
+
+namespace compbox {
+
+class nc_setting_data : public nc_side {
+  public:
+    nc_setting_data(const nc_interface &nc, const std::vector<taken_channel> &channels,
+                    std::uint64_t seed);
+
+    void scan(const std::vector<correction> &wanted,
+              const std::vector<std::optional<double>> &position_mm, std::int64_t now_us) override;
+    void cycle(std::int64_t now_us) override;
+    const std::vector<correction> &held() const override { return held_; }
+    const std::vector<correction> &applied() const override { return applied_; }
+    void restart_plc() override;
+
+    // The next set to write over `held`, towards `wanted`, for an axis at position_mm that has gone
+    // way_mm since its last set. Written in the order reference, value, slope, the correction at
+    // position_mm is always within half of tear_um of what it was or what it will be; of a moving
+    // axis within slope x way_mm, which is what a value without slope lags behind. Once it is whole
+    // it is exact at wanted.reference_mm.
+    static correction planned(const correction &held, const correction &wanted, double position_mm,
+                              double way_mm, double tear_um);
+
+  private:
+    enum variable { reference, value, slope, end };
+    struct job {
+        std::size_t channel;
+        correction set;
+        variable next;
+        std::int64_t due_us;
+    };
+    bool is_due(std::size_t c, const correction &wanted, double position_mm) const;
+    std::int64_t put_us();
+    void write_one();
+
+    nc_interface nc_;
+    std::vector<bool> tangent_, written_;
+    std::vector<double> last_set_mm_;
+    std::vector<correction> held_, applied_;
+    std::optional<job> job_;
+    std::size_t next_ = 0;  // the channel to look at first
+    random_stream random_;
+};
+
+}  // namespace compbox
