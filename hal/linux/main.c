@@ -17,6 +17,7 @@
 #include "hal/linux/daemon/reload.h"
 #include "hal/linux/daemon/state.h"
 #include "hal/linux/daemon/stats.h"
+#include "hal/linux/daemon/supervise.h"
 #include "hal/linux/realtime.h"
 
 enum {
@@ -36,6 +37,7 @@ struct daemon {
     struct cb_record record;
     struct cb_stats stats;
     struct cb_reload reload;
+    struct cb_supervise supervise;
     uint32_t generation; /* of the coefficient file that the rows taken last are of */
     char plc[64];
     int64_t stop_by_us;        /* 0: no stop was asked for yet */
@@ -137,6 +139,18 @@ static void prepare_machine(struct daemon *daemon) {
                    strerror(error));
 }
 
+/* A watchdog that is asked for and not there is no reason to leave the machine uncompensated. */
+static void start_supervision(struct daemon *daemon) {
+    const struct cb_options *options = &daemon->options;
+    cb_supervise_start(&daemon->supervise);
+    if (options->watchdog == NULL) return;
+    const int error = cb_supervise_open_watchdog(&daemon->supervise, options->watchdog,
+                                                 options->watchdog_timeout_s);
+    if (error != 0)
+        cb_log_say(&daemon->log, cb_boottime_us(), "%s: no hardware watchdog: %s",
+                   options->watchdog, strerror(error));
+}
+
 static void block_signals(struct daemon *daemon) {
     sigemptyset(&daemon->signals);
     sigaddset(&daemon->signals, SIGTERM);
@@ -150,9 +164,13 @@ static bool start_loop(struct daemon *daemon) {
     daemon->loop.cycles = daemon->options.cycles;
     cb_ring_start(&daemon->loop.ring, CB_LOOP_ROWS);
     cb_ring_start(&daemon->loop.state_ring, CB_LOOP_STATES);
-    int error =
-        cb_start_thread(&daemon->thread, daemon->options.priority, cb_loop_run, &daemon->loop);
-    if (error == EPERM)
+    const struct cb_schedule schedule = {daemon->options.priority, daemon->options.cpu};
+    daemon->loop.clock = daemon->options.clock;
+    int error = cb_start_thread(&daemon->thread, &schedule, cb_loop_run, &daemon->loop);
+    if (error == EINVAL && schedule.cpu >= 0)
+        fprintf(stderr, "compboxd: --cpu %d: this processor is not for this program\n",
+                schedule.cpu);
+    else if (error == EPERM)
         fprintf(stderr,
                 "compboxd: --priority %d is not permitted: run as root, or give the program "
                 "CAP_SYS_NICE\n",
@@ -224,6 +242,7 @@ static bool start(struct daemon *daemon) {
     if (!start_plc(daemon) || !open_outputs(daemon)) return false;
     cb_log_start(&daemon->log, daemon->plc, cb_boottime_us());
     prepare_machine(daemon);
+    start_supervision(daemon);
     block_signals(daemon);
     cb_log_say(&daemon->log, cb_boottime_us(),
                "%s, revision %u, %u term%s, %u channel%s, PLC %s, every %.6g ms", config->machine,
@@ -300,9 +319,11 @@ static void mind_the_stop(struct daemon *daemon) {
     struct cb_loop *loop = &daemon->loop;
     if (!cb_flag_is_raised(&loop->target.stop)) return;
     int64_t now_us = cb_boottime_us();
-    if (daemon->stop_by_us == 0)
-        daemon->stop_by_us = now_us + stop_time_us(config_now(daemon));
-    else if (now_us >= daemon->stop_by_us)
+    if (daemon->stop_by_us == 0) {
+        const int64_t stop_us = stop_time_us(config_now(daemon));
+        daemon->stop_by_us = now_us + stop_us;
+        cb_supervise_stopping(&daemon->supervise, stop_us + STOP_MARGIN_US);
+    } else if (now_us >= daemon->stop_by_us)
         cb_flag_raise(&loop->quit);
 }
 
@@ -335,6 +356,9 @@ static void serve(struct daemon *daemon) {
         mind_the_stop(daemon);
         take_rows(daemon);
         mind_the_file(daemon, cb_boottime_us());
+        cb_supervise_feed(&daemon->supervise,
+                          __atomic_load_n(&daemon->loop.target.steps, __ATOMIC_RELAXED),
+                          cb_boottime_us());
         serve_can(daemon, cb_boottime_us());
         write_stats_now_and_then(daemon, cb_boottime_us());
         keep_state(daemon, cb_boottime_us());
@@ -373,6 +397,7 @@ static int finish(struct daemon *daemon) {
                    "ended without the PLC's confirmation of zero: its own watchdog has to take "
                    "the offset back; check %s",
                    daemon->plc);
+    cb_supervise_finish(&daemon->supervise);
     return confirmed && record_error == 0 && stats_error == 0 ? EXIT_OK : EXIT_BAD;
 }
 

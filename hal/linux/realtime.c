@@ -30,24 +30,34 @@ int cb_hold_cpu_latency(void) {
     return error;
 }
 
-static int set_attributes(pthread_attr_t *attributes, int priority) {
+static int set_cpu(pthread_attr_t *attributes, int cpu) {
+    cpu_set_t only;
+    if (cpu < 0) return 0;
+    CPU_ZERO(&only);
+    CPU_SET((unsigned)cpu, &only);
+    return pthread_attr_setaffinity_np(attributes, sizeof only, &only);
+}
+
+static int set_attributes(pthread_attr_t *attributes, const struct cb_schedule *schedule) {
     int error = pthread_attr_setstacksize(attributes, STACK_BYTES);
-    if (error != 0 || priority == 0) return error;
-    struct sched_param parameters = {.sched_priority = priority};
+    if (error == 0) error = set_cpu(attributes, schedule->cpu);
+    if (error != 0 || schedule->priority == 0) return error;
+    struct sched_param parameters = {.sched_priority = schedule->priority};
     error = pthread_attr_setinheritsched(attributes, PTHREAD_EXPLICIT_SCHED);
     if (error == 0) error = pthread_attr_setschedpolicy(attributes, SCHED_FIFO);
     if (error == 0) error = pthread_attr_setschedparam(attributes, &parameters);
     return error;
 }
 
-int cb_start_thread(pthread_t *thread, int priority, void *(*run)(void *), void *argument) {
+int cb_start_thread(pthread_t *thread, const struct cb_schedule *schedule, void *(*run)(void *),
+                    void *argument) {
     pthread_attr_t attributes;
     int error = pthread_attr_init(&attributes);
     if (error != 0) return error;
     sigset_t all, before;
     sigfillset(&all);
     pthread_sigmask(SIG_BLOCK, &all, &before);
-    error = set_attributes(&attributes, priority);
+    error = set_attributes(&attributes, schedule);
     if (error == 0) error = pthread_create(thread, &attributes, run, argument);
     pthread_sigmask(SIG_SETMASK, &before, NULL);
     pthread_attr_destroy(&attributes);

@@ -14,9 +14,16 @@ int cb_lock_memory(void);
  * its lightest sleep. out: 0, or errno when the device is missing or not permitted. */
 int cb_hold_cpu_latency(void);
 
-/* Starts a thread with its own small stack; priority 1 … 99: SCHED_FIFO, 0: as the caller.
- * All signals are blocked in it. out: 0, or errno (EPERM: the priority is not permitted). */
-int cb_start_thread(pthread_t *thread, int priority, void *(*run)(void *), void *argument);
+/* How a thread is to run. */
+struct cb_schedule {
+    int priority; /* 1 … 99: SCHED_FIFO, 0: as the caller */
+    int cpu;      /* on this processor only; -1: any */
+};
+
+/* Starts a thread with its own small stack. All signals are blocked in it.
+ * out: 0, or errno (EPERM: the priority is not permitted; EINVAL: the processor is not) */
+int cb_start_thread(pthread_t *thread, const struct cb_schedule *schedule, void *(*run)(void *),
+                    void *argument);
 
 /* To be called first in that thread: its name, no timer slack, its stack touched, so that no page
  * of it is missing later. */

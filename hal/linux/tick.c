@@ -5,10 +5,12 @@
 
 #include "hal/linux/clock.h"
 
-void cb_tick_start(struct cb_tick *tick, uint32_t period_us) {
-    int64_t now_ns = cb_clock_ns(CLOCK_MONOTONIC);
-    *tick = (struct cb_tick){
-        .period_ns = (int64_t)period_us * 1000, .start_ns = now_ns, .woke_ns = now_ns};
+void cb_tick_start(struct cb_tick *tick, clockid_t clock, uint32_t period_us) {
+    int64_t now_ns = cb_clock_ns(clock);
+    *tick = (struct cb_tick){.clock = clock,
+                             .period_ns = (int64_t)period_us * 1000,
+                             .start_ns = now_ns,
+                             .woke_ns = now_ns};
 }
 
 /* Index of the first tick after now_ns. */
@@ -16,20 +18,20 @@ static int64_t next_index(const struct cb_tick *tick, int64_t now_ns) {
     return (now_ns - tick->start_ns) / tick->period_ns + 1;
 }
 
-static void sleep_until(int64_t ns) {
+static void sleep_until(clockid_t clock, int64_t ns) {
     struct timespec until = cb_timespec(ns);
-    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, NULL) == EINTR) continue;
+    while (clock_nanosleep(clock, TIMER_ABSTIME, &until, NULL) == EINTR) continue;
 }
 
 uint32_t cb_tick_wait(struct cb_tick *tick) {
     int64_t before = tick->index;
     do {
-        int64_t wanted = next_index(tick, cb_clock_ns(CLOCK_MONOTONIC));
+        int64_t wanted = next_index(tick, cb_clock_ns(tick->clock));
         if (wanted <= tick->index) wanted = tick->index + 1;
         int64_t wanted_ns = tick->start_ns + wanted * tick->period_ns;
-        sleep_until(wanted_ns);
+        sleep_until(tick->clock, wanted_ns);
         tick->index = wanted;
-        tick->woke_ns = cb_clock_ns(CLOCK_MONOTONIC);
+        tick->woke_ns = cb_clock_ns(tick->clock);
         tick->late_ns = tick->woke_ns - wanted_ns;
     } while (tick->late_ns >= tick->period_ns);
     return (uint32_t)(tick->index - before - 1);

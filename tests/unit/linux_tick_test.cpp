@@ -19,7 +19,7 @@ void work_for_us(int64_t us) {
 // Every tick is start + n * period whatever the body does: relative sleeps would add up its time.
 TEST(tick, stays_on_the_grid_while_the_body_works) {
     cb_tick tick;
-    cb_tick_start(&tick, 2000);
+    cb_tick_start(&tick, CLOCK_MONOTONIC, 2000);
     int64_t skipped = 0;
     for (int i = 0; i < 200; i++) {
         skipped += cb_tick_wait(&tick);
@@ -35,7 +35,7 @@ TEST(tick, stays_on_the_grid_while_the_body_works) {
 
 TEST(tick, skips_and_counts_what_the_body_slept_through) {
     cb_tick tick;
-    cb_tick_start(&tick, 10000);
+    cb_tick_start(&tick, CLOCK_MONOTONIC, 10000);
     const uint32_t before = cb_tick_wait(&tick);
     const int64_t index = tick.index;
     std::this_thread::sleep_for(std::chrono::milliseconds(34));
@@ -51,7 +51,7 @@ TEST(tick, skips_and_counts_what_the_body_slept_through) {
 
 TEST(tick, a_body_that_ends_just_behind_the_tick_waits_for_the_next_one) {
     cb_tick tick;
-    cb_tick_start(&tick, 20000);
+    cb_tick_start(&tick, CLOCK_MONOTONIC, 20000);
     cb_tick_wait(&tick);
     work_for_us(20500);
     const uint32_t skipped = cb_tick_wait(&tick);

@@ -4,16 +4,30 @@
 #include <poll.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "firmware/mode.h"
 
 enum { BURST_LINES = 20, LINES_PER_S = 2, ERRORS_EVERY_US = 1000000 };
 
+/* systemd names the device and file that it gave as stderr when that is its journal. */
+static bool stderr_is_journal(void) {
+    unsigned long long device = 0, file = 0;
+    struct stat there;
+    const char *stream = getenv("JOURNAL_STREAM");
+    return stream != NULL && sscanf(stream, "%llu:%llu", &device, &file) == 2 &&
+           fstat(STDERR_FILENO, &there) == 0 && there.st_dev == device && there.st_ino == file;
+}
+
 void cb_log_start(struct cb_log *log, const char *plc, int64_t now_us) {
-    *log = (struct cb_log){
-        .plc = plc, .start_us = now_us, .lines_left = BURST_LINES, .refill_us = now_us};
+    *log = (struct cb_log){.plc = plc,
+                           .journal = stderr_is_journal(),
+                           .start_us = now_us,
+                           .lines_left = BURST_LINES,
+                           .refill_us = now_us};
 }
 
 /* Whoever reads stderr may have stopped to; a line must not keep this thread from its work. */
@@ -31,7 +45,10 @@ static void write_line(struct cb_log *log, int64_t now_us, const char *text) {
         fprintf(stderr, "compboxd: (%u line%s left out)\n", (unsigned)log->left_out,
                 log->left_out == 1 ? "" : "s");
     log->left_out = 0;
-    fprintf(stderr, "compboxd: %9.3f s: %s\n", (double)(now_us - log->start_us) * 1e-6, text);
+    if (log->journal) /* has the time and the name */
+        fprintf(stderr, "%s\n", text);
+    else
+        fprintf(stderr, "compboxd: %9.3f s: %s\n", (double)(now_us - log->start_us) * 1e-6, text);
 }
 
 void cb_log_say(struct cb_log *log, int64_t now_us, const char *format, ...) {

@@ -11,6 +11,7 @@
 
 struct cb_log {
     const char *plc;   /* its address, for the lines */
+    bool journal;      /* stderr is systemd's journal */
     int64_t start_us;  /* time 0 of the lines */
     double lines_left; /* may be written now; grows with time */
     int64_t refill_us; /* when lines_left was brought up to date */

@@ -107,7 +107,7 @@ void *cb_loop_run(void *argument) {
     cb_box_start(loop->box);
     cb_state_give(&loop->resumed, loop->box);
     cb_cycle_start(&loop->cycle);
-    cb_tick_start(&loop->target.tick, loop->box->config.period_us);
+    cb_tick_start(&loop->target.tick, loop->clock, loop->box->config.period_us);
     int64_t woke_before_ns = 0;
     for (uint64_t done = 0; !loop->stopped && !cb_flag_is_raised(&loop->quit);) {
         take_offer(loop);

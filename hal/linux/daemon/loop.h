@@ -6,6 +6,7 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include <time.h>
 
 #include "firmware/box.h"
 #include "hal/cycle.h"
@@ -26,6 +27,7 @@ struct cb_loop {
     bool offered;           /* from the normal thread: the spare box is ready … */
     bool taken;             /* … and the loop's answer to the last offer: it runs now */
     struct cb_linux target; /* its tcp started before the start */
+    clockid_t clock;        /* of the ticks */
     uint64_t cycles;        /* then stop by itself; 0: never */
     bool quit;              /* flag from outside: end at once, without a clean stop */
     bool finished;          /* flag to outside: the thread is about to end */

@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #ifndef CB_VERSION
 #define CB_VERSION "unknown"
@@ -25,9 +26,17 @@ static const char help[] =
     "  --state-every S       write it every S seconds, 1 to 3600 (default: 10), and at the end\n"
     "  --priority P          run the loop under SCHED_FIFO with this priority, 1 to 99\n"
     "  --cpu-latency on|off  hold /dev/cpu_dma_latency at 0 (default: on, where permitted)\n"
+    "  --cpu N               run the loop on processor N only\n"
+    "  --clock C             ticks by CLOCK_MONOTONIC (monotonic, the default) or by one that "
+    "counts\n"
+    "                        suspend (boottime): ticks slept through then count as missed\n"
+    "  --watchdog DEVICE     feed this hardware watchdog, with completed cycles only\n"
+    "  --watchdog-timeout S  … which resets the machine after S seconds, 1 to 60 (default: 10)\n"
     "  --help, --version\n"
     "\n"
-    "SIGTERM and SIGINT end it: outputs ramp to zero, the status register says STOPPED.\n"
+    "SIGTERM and SIGINT end it: outputs ramp to zero, the status register says STOPPED. SIGHUP, "
+    "or\n"
+    "a change of the coefficient file, makes it take over the new one without a step.\n"
     "Exit codes: 0 stopped in good order, 1 a file is bad or the PLC never confirmed the stop,\n"
     "2 wrong usage.\n"
     "\n"
@@ -42,6 +51,10 @@ static const struct option known[] = {
     {"state-every", required_argument, NULL, 'e'},
     {"priority", required_argument, NULL, 'p'},
     {"cpu-latency", required_argument, NULL, 'l'},
+    {"cpu", required_argument, NULL, 'u'},
+    {"clock", required_argument, NULL, 'k'},
+    {"watchdog", required_argument, NULL, 'w'},
+    {"watchdog-timeout", required_argument, NULL, 't'},
     {"help", no_argument, NULL, 'h'},
     {"version", no_argument, NULL, 'v'},
     {NULL, 0, NULL, 0},
@@ -70,6 +83,22 @@ static bool parse_switch(const char *option, const char *text, bool *on) {
     return false;
 }
 
+static bool parse_clock(const char *text, clockid_t *clock) {
+    *clock = strcmp(text, "boottime") == 0 ? CLOCK_BOOTTIME : CLOCK_MONOTONIC;
+    if (*clock == CLOCK_BOOTTIME || strcmp(text, "monotonic") == 0) return true;
+    fprintf(stderr, "compboxd: --clock must be monotonic or boottime, not \"%s\"\n", text);
+    return false;
+}
+
+/* A processor that is there. */
+static bool parse_cpu(const char *text, int *cpu) {
+    uint64_t number = 0;
+    const long last = sysconf(_SC_NPROCESSORS_CONF) - 1;
+    if (!parse_number("cpu", text, 0, last < 0 ? 0 : (uint64_t)last, &number)) return false;
+    *cpu = (int)number;
+    return true;
+}
+
 /* One option with its argument; false when the argument is wrong. */
 static bool take(struct cb_options *options, int letter, const char *argument) {
     uint64_t number = 0;
@@ -95,6 +124,17 @@ static bool take(struct cb_options *options, int letter, const char *argument) {
         case 'p':
             if (!parse_number("priority", argument, 1, 99, &number)) return false;
             options->priority = (int)number;
+            return true;
+        case 'u':
+            return parse_cpu(argument, &options->cpu);
+        case 'k':
+            return parse_clock(argument, &options->clock);
+        case 'w':
+            options->watchdog = argument;
+            return true;
+        case 't':
+            if (!parse_number("watchdog-timeout", argument, 1, 60, &number)) return false;
+            options->watchdog_timeout_s = (int)number;
             return true;
         case 'l':
             return parse_switch("cpu-latency", argument, &options->cpu_latency);
@@ -124,7 +164,11 @@ static void refuse(int letter, const char *word) {
 }
 
 enum cb_options_result cb_options_parse(struct cb_options *options, int argc, char **argv) {
-    *options = (struct cb_options){.cpu_latency = true, .state_every_s = 10};
+    *options = (struct cb_options){.cpu_latency = true,
+                                   .state_every_s = 10,
+                                   .cpu = -1,
+                                   .clock = CLOCK_MONOTONIC,
+                                   .watchdog_timeout_s = 10};
     optind = 0;
     opterr = 0; /* getopt's own sentences begin with the path of the program */
     for (int letter; (letter = getopt_long(argc, argv, ":", known, NULL)) != -1;) {

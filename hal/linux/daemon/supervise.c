@@ -1,0 +1,102 @@
+/* SPDX-License-Identifier: MIT */
+#include "hal/linux/daemon/supervise.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <linux/watchdog.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+enum { FEED_WATCHDOG_US = 500000 };
+
+/* in : a path, or with @ in front a name in the abstract space */
+static bool address_of(const char *path, struct sockaddr_un *address, socklen_t *size) {
+    const size_t length = strlen(path);
+    if ((path[0] != '/' && path[0] != '@') || length >= sizeof address->sun_path) return false;
+    *address = (struct sockaddr_un){.sun_family = AF_UNIX};
+    memcpy(address->sun_path, path, length);
+    if (path[0] == '@') address->sun_path[0] = '\0';
+    *size = (socklen_t)(offsetof(struct sockaddr_un, sun_path) + length);
+    return true;
+}
+
+/* systemd recommends half of the time after which it would act. */
+static int64_t feed_every_us(void) {
+    const char *text = getenv("WATCHDOG_USEC"), *pid = getenv("WATCHDOG_PID");
+    if (text == NULL || (pid != NULL && strtol(pid, NULL, 10) != (long)getpid())) return 0;
+    return strtoll(text, NULL, 10) / 2;
+}
+
+void cb_supervise_start(struct cb_supervise *supervise) {
+    *supervise = (struct cb_supervise){.notify_fd = -1, .watchdog_fd = -1};
+    const char *path = getenv("NOTIFY_SOCKET");
+    if (path != NULL && address_of(path, &supervise->notify_to, &supervise->notify_size)) {
+        supervise->notify_fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+        supervise->notify_us = feed_every_us();
+    }
+    unsetenv("NOTIFY_SOCKET");
+    unsetenv("WATCHDOG_USEC");
+    unsetenv("WATCHDOG_PID");
+}
+
+static void notify(const struct cb_supervise *supervise, const char *text) {
+    if (supervise->notify_fd < 0) return;
+    (void)sendto(supervise->notify_fd, text, strlen(text), MSG_DONTWAIT | MSG_NOSIGNAL,
+                 (const struct sockaddr *)&supervise->notify_to, supervise->notify_size);
+}
+
+int cb_supervise_open_watchdog(struct cb_supervise *supervise, const char *device, int timeout_s) {
+    supervise->watchdog_fd = open(device, O_WRONLY | O_CLOEXEC | O_NONBLOCK);
+    if (supervise->watchdog_fd < 0) return errno;
+    (void)ioctl(supervise->watchdog_fd, WDIOC_SETTIMEOUT, &timeout_s); /* else its own stays */
+    supervise->watchdog_us = FEED_WATCHDOG_US;
+    return 0;
+}
+
+/* true: cycles were completed since it was last fed, and it is time. */
+static bool is_due(uint32_t steps, uint32_t *fed_steps, int64_t now_us, int64_t *fed_us,
+                   int64_t every_us) {
+    if (every_us == 0 || steps == *fed_steps || now_us - *fed_us < every_us) return false;
+    *fed_steps = steps;
+    *fed_us = now_us;
+    return true;
+}
+
+static void write_byte(int fd, char byte) {
+    if (write(fd, &byte, 1) != 1) return; /* nobody to tell: the machine is reset, as it should */
+}
+
+void cb_supervise_feed(struct cb_supervise *supervise, uint32_t steps, int64_t now_us) {
+    if (steps == 0) return;
+    if (!supervise->ready) notify(supervise, "READY=1");
+    supervise->ready = true;
+    if (is_due(steps, &supervise->notify_steps, now_us, &supervise->notify_fed_us,
+               supervise->notify_us))
+        notify(supervise, "WATCHDOG=1");
+    if (is_due(steps, &supervise->watchdog_steps, now_us, &supervise->watchdog_fed_us,
+               supervise->watchdog_us))
+        write_byte(supervise->watchdog_fd, '\0');
+}
+
+void cb_supervise_stopping(struct cb_supervise *supervise, int64_t stop_us) {
+    char text[80];
+    snprintf(text, sizeof text, "STOPPING=1\nEXTEND_TIMEOUT_USEC=%lld", (long long)stop_us);
+    notify(supervise, text);
+}
+
+void cb_supervise_status(struct cb_supervise *supervise, const char *text) {
+    char line[300];
+    snprintf(line, sizeof line, "STATUS=%s", text);
+    notify(supervise, line);
+}
+
+void cb_supervise_finish(struct cb_supervise *supervise) {
+    if (supervise->watchdog_fd < 0) return;
+    write_byte(supervise->watchdog_fd, 'V'); /* the device's word for: I leave on purpose */
+    close(supervise->watchdog_fd);
+    supervise->watchdog_fd = -1;
+}

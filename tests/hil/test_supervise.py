@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: MIT
+"""Who watches over the daemon is told by completed cycles only: systemd, and the hardware watchdog."""
+import os
+import pathlib
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import time
+
+import pytest
+
+from box import run
+from machine import ACTIVE
+from pymodbus_plc import PymodbusPlc
+
+UNIT = pathlib.Path(__file__).parents[2] / "packaging/compboxd.service"
+WATCH_S = 0.5
+
+
+class Systemd:
+    """The other end of NOTIFY_SOCKET."""
+
+    def __init__(self, folder):
+        self.path = str(folder / "notify")
+        self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self.socket.bind(self.path)
+        self.socket.setblocking(False)
+        self.env = {"NOTIFY_SOCKET": self.path, "WATCHDOG_USEC": str(int(WATCH_S * 1e6))}
+
+    def said(self):
+        """What came since the last call."""
+        messages = []
+        while True:
+            try:
+                messages.append(self.socket.recv(4096).decode())
+            except BlockingIOError:
+                return messages
+
+
+@pytest.fixture
+def systemd(tmp_path):
+    return Systemd(tmp_path)
+
+
+def test_systemd_is_told_ready_alive_and_stopping(plc, port, start_box, systemd):
+    with PymodbusPlc(plc, port), start_box(env=systemd.env) as box:
+        plc.wait_mode(ACTIVE)
+        time.sleep(3 * WATCH_S)
+        said = systemd.said()
+        assert said[0] == "READY=1"
+        assert said.count("READY=1") == 1
+        assert said.count("WATCHDOG=1") >= 3
+        box.stop()
+        assert box.code == 0, box.log
+    end = "\n".join(systemd.said())
+    assert "STOPPING=1" in end and re.search(r"EXTEND_TIMEOUT_USEC=\d{7}", end)
+
+
+def test_a_plc_that_is_not_there_is_no_reason_to_be_killed(start_box, systemd):
+    with start_box(env=systemd.env) as box:
+        time.sleep(3 * WATCH_S)
+        assert systemd.said().count("WATCHDOG=1") >= 3
+        box.stop()
+
+
+def test_a_loop_that_hangs_feeds_nobody(plc, port, start_box, systemd, tmp_path):
+    """Only the loop's thread is stopped, as a debugger does it; the normal thread goes on."""
+    fifo = tmp_path / "watchdog"
+    os.mkfifo(fifo)
+    reader = os.open(fifo, os.O_RDONLY | os.O_NONBLOCK)
+    with PymodbusPlc(plc, port), start_box("--watchdog", str(fifo), env=systemd.env) as box:
+        plc.wait_mode(ACTIVE)
+        time.sleep(1.2)
+        assert len(os.read(reader, 100)) >= 1
+        with stopped_thread(box.process.pid, "compboxd-loop"):
+            time.sleep(1)  # what was completed before still counts when it is time to feed
+            systemd.said(), drain(reader)
+            time.sleep(3 * WATCH_S)
+            assert systemd.said() == []
+            assert drain(reader) == b""
+        time.sleep(1)
+        assert "WATCHDOG=1" in systemd.said()
+        assert drain(reader) != b""
+        box.stop()
+
+
+class stopped_thread:
+    """PTRACE_SEIZE and PTRACE_INTERRUPT stop one thread and leave the others alone."""
+
+    def __init__(self, pid, name):
+        import ctypes
+        self.libc = ctypes.CDLL(None, use_errno=True)
+        self.libc.ptrace.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p]
+        threads = pathlib.Path(f"/proc/{pid}/task").iterdir()
+        self.tid = next(int(t.name) for t in threads if (t / "comm").read_text().strip() == name)
+
+    def __enter__(self):
+        if self.libc.ptrace(0x4206, self.tid, None, None) != 0:
+            pytest.skip("this machine permits no ptrace")
+        self.libc.ptrace(0x4207, self.tid, None, None)
+
+    def __exit__(self, *_):
+        os.waitpid(self.tid, 0x40000000)  # __WALL: the stop must have been seen
+        self.libc.ptrace(17, self.tid, None, None)  # PTRACE_DETACH: it goes on
+
+
+def drain(reader):
+    try:
+        return os.read(reader, 1000)
+    except BlockingIOError:
+        return b""
+
+
+def test_a_clean_end_disarms_the_watchdog_and_a_kill_does_not(plc, port, start_box, tmp_path):
+    fifo = tmp_path / "watchdog"
+    os.mkfifo(fifo)
+    reader = os.open(fifo, os.O_RDONLY | os.O_NONBLOCK)
+    for kill in (False, True):
+        with PymodbusPlc(plc, port), start_box("--watchdog", str(fifo)) as box:
+            plc.wait_mode(ACTIVE)
+            time.sleep(1.2)
+            if kill:
+                box.process.send_signal(signal.SIGKILL)
+                box.process.wait(5)
+            else:
+                box.stop()
+        fed = drain(reader)
+        assert len(fed) >= 2
+        assert fed.endswith(b"V") != kill
+        assert set(fed[:-1]) == {0}
+
+
+def test_a_watchdog_that_is_not_there_is_told(plc, port, start_box):
+    with PymodbusPlc(plc, port), start_box("--watchdog", "/nowhere/watchdog") as box:
+        plc.wait_mode(ACTIVE)
+        box.stop()
+    assert "/nowhere/watchdog: no hardware watchdog: No such file or directory" in box.log
+
+
+def test_the_loop_runs_where_it_is_told_to(plc, port, start_box):
+    with PymodbusPlc(plc, port), start_box("--cpu", "0", "--clock", "boottime") as box:
+        plc.wait_mode(ACTIVE)
+        threads = pathlib.Path(f"/proc/{box.process.pid}/task").iterdir()
+        where = {(t / "comm").read_text().strip(): os.sched_getaffinity(int(t.name)) for t in threads}
+        assert where["compboxd-loop"] == {0}
+        assert where["compboxd"] == os.sched_getaffinity(0)
+        box.stop()
+        assert box.code == 0, box.log
+
+
+@pytest.mark.parametrize("words, sentence", [
+    (["--cpu", "9999"], "--cpu must be a whole number from 0 to"),
+    (["--clock", "realtime"], '--clock must be monotonic or boottime, not "realtime"'),
+    (["--watchdog-timeout", "0"], "--watchdog-timeout must be a whole number from 1 to 60"),
+])
+def test_wrong_words(words, sentence):
+    code, _, error = run("--config", "x.json", *words)
+    assert code == 2 and sentence in error
+
+
+def test_the_unit_is_one_and_is_hardened(tmp_path):
+    if not shutil.which("systemd-analyze"):
+        pytest.skip("no systemd-analyze here")
+    unit = tmp_path / "compboxd.service"
+    unit.write_text(UNIT.read_text().replace("/usr/sbin/compboxd", "/bin/true"))
+    verify = subprocess.run(["systemd-analyze", "verify", "--man=no", str(unit)],
+                            capture_output=True, text=True)
+    assert verify.returncode == 0 and str(unit) not in verify.stderr, verify.stderr
+    security = subprocess.run(["systemd-analyze", "security", "--offline=yes", str(unit)],
+                              capture_output=True, text=True)
+    exposure = float(re.search(r"exposure level for \S+: ([\d.]+)", security.stdout)[1])
+    assert exposure < 2.5, security.stdout  # "OK" begins at 5, 0 is fully closed
