@@ -30,7 +30,7 @@ enum cb_rtu_answer {
     CB_RTU_INVALID,   /* other function, another count than asked, an echo that does not match */
 };
 
-/* CRC-16 of Modbus (0x8005 reflected: 0xA001, start 0xFFFF). Two steps of four bits a byte. */
+/* CRC-16 of Modbus (0x8005 reflected: 0xA001, start 0xFFFF). */
 uint16_t cb_rtu_crc(const uint8_t *bytes, size_t count);
 
 /* in : unit 1 … 247; frame[CB_RTU_MAX_FRAME]

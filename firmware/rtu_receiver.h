@@ -30,6 +30,7 @@ struct cb_rtu_receiver {
     uint8_t state;   /* enum cb_rtu_reception */
     uint16_t from;   /* where the candidate for a reply begins */
     uint16_t have;   /* bytes in frame, <= CB_RTU_MAX_FRAME */
+    uint16_t wanted; /* bytes of that candidate, once its head is whole; 0: not known yet */
     uint32_t noise;  /* bytes skipped since cb_rtu_receiver_start */
     int64_t last_us; /* when the last byte came */
     uint8_t frame[CB_RTU_MAX_FRAME];
