@@ -32,6 +32,7 @@
     X(CB_REASON_UNCONFIRMED, 12, "the PLC answers readings but confirms no write")              \
     X(CB_REASON_UNAPPLIED, 13, "the PLC applies something else than was written")               \
     X(CB_REASON_NC, 14, "the NC is in alarm")                                                   \
+    X(CB_REASON_NO_FILE, 15, "there is no coefficient file that the box can run")               \
     X(CB_REASON_DEMAND, 16, "a channel's demand is beyond its error limit")                     \
     X(CB_REASON_CONFIG_CORRUPT, 17, "the configuration in memory has changed")                  \
     X(CB_REASON_WRITE_REFUSED, 18, "the PLC refuses the writes")                                \

@@ -8,7 +8,6 @@
 #include "hal/stm32f405/watchdog.h"
 
 enum {
-    STANDBY_PERIOD_US = 30000, /* of the cycle that only says why there is no box */
     WATCHDOG_PERIODS = 10,
     WATCHDOG_LEAST_MS = 300,
     GOOD_RUN_CYCLES = 20000,  /* ten minutes at 30 ms: faults before it are history */
@@ -74,13 +73,13 @@ static uint32_t reserve_us(const struct cb_plc_config *plc) {
     return cb_rtu_exchange_us(&plc->serial.line, &write, plc->serial.slave_delay_us);
 }
 
-static uint32_t lumps_us(void) {
-    return app.clock.source == CB_CLOCK_EMULATED ? EMULATED_LUMPS_US : 0;
+uint32_t cb_app_lumps_us(const struct cb_app *of) {
+    return of->clock.source == CB_CLOCK_EMULATED ? EMULATED_LUMPS_US : 0;
 }
 
 static void start_plc(void) {
     const struct cb_plc_config *plc = &app.box.config.plc;
-    cb_wire_start(&app.board.plc, CB_USART_PLC, &plc->serial.line, lumps_us());
+    cb_wire_start(&app.board.plc, CB_USART_PLC, &plc->serial.line, cb_app_lumps_us(&app));
     app.board.plc_unit = plc->unit;
     app.board.slave_delay_us = plc->serial.slave_delay_us;
     app.board.reserve_us = reserve_us(plc);
@@ -90,6 +89,7 @@ static void start_plc(void) {
  * (docs/decisions/0004-enable.md). */
 static _Noreturn void run_box(void) {
     const struct cb_hal hal = cb_board_hal(&app.board);
+    app.board.period_us = app.box.config.period_us;
     start_plc();
     cb_recorder_start(&app.recorder, app.loading.records, CB_APP_RECORDS);
     cb_box_start(&app.box);
@@ -98,30 +98,19 @@ static _Noreturn void run_box(void) {
     cb_retained.trace = 0;
     cb_retained_seal();
     cb_cycle_start(&app.cycle);
-    start_watchdog(app.box.config.period_us);
     for (;;) {
         cb_cycle_run(&app.cycle, &app.box, &hal);
         note_cycle();
     }
 }
 
-static _Noreturn void run_standby(void) {
-    const struct cb_hal hal = cb_board_hal(&app.board);
-    start_watchdog(STANDBY_PERIOD_US);
-    for (;;) {
-        (void)cb_board_wait_tick(&app.board);
-        cb_status_note(&app);
-        hal.feed_watchdog(hal.context);
-    }
-}
-
 int main(void) {
     start_hardware();
     load();
-    app.board.period_us = app.slot ? app.box.config.period_us : STANDBY_PERIOD_US;
     app.board.idle = idle;
     app.board.meanwhile = meanwhile;
     app.status_us = -1000000; /* the first one at once */
-    if (app.slot == 0) run_standby();
+    start_watchdog(app.slot ? app.box.config.period_us : 0);
+    if (app.slot == 0) cb_standby_run(&app);
     run_box();
 }

@@ -21,12 +21,23 @@ struct pack_arguments {
     bool as_json = false;
 };
 
+// Where a box that cannot run the text says so.
+void add_report(const cb_plc_config &plc, std::uint8_t *header) {
+    if (plc.transport != CB_TRANSPORT_RTU) return;
+    const cb_rtu_line &line = plc.serial.line;
+    const cb_slot_report report = {line.baud,
+                                   static_cast<std::uint16_t>(plc.write.start + plc.status),
+                                   plc.unit, line.parity, line.stop_bits};
+    cb_slot_set_report(header, &report);
+}
+
 void run_pack(const pack_arguments &arguments) {
     const auto config = load_coefficients(arguments.input);  // the box would take it
     const std::string text = read_file(arguments.input, CB_MAX_TEXT_BYTES);
     std::string slot(CB_SLOT_HEADER_BYTES, '\0');
     cb_slot_header(config->revision, text.data(), static_cast<std::uint32_t>(text.size()),
                    reinterpret_cast<std::uint8_t *>(slot.data()));
+    add_report(config->plc, reinterpret_cast<std::uint8_t *>(slot.data()));
     slot += text;
     write_file(arguments.output, slot);
     if (arguments.as_json) {

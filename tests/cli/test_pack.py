@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """compbox pack: the slot's bytes by struct and zlib, and what is refused."""
 
+import json
 import struct
 import zlib
 
@@ -22,6 +23,19 @@ def test_header_and_text(compbox, machine):
     assert (a, b, c, own) == (0, 0, 0, zlib.crc32(slot[:28]))
     assert slot[32:] == text
     assert out == f"revision 41, {len(slot)} of 131072 bytes: slot.bin\n"
+
+
+def test_the_header_says_where_the_status_register_is(compbox, machine):
+    built(compbox, machine)
+    file = compbox.folder / "c.json"
+    data = json.loads(file.read_text())
+    data["plc"]["transport"] = {"rtu": {"device": "/dev/ttyS1", "baud": 115200, "unit": 9, "parity": "odd"}}
+    file.write_text(json.dumps(data))
+    compbox.good("pack", "c.json", "-o", "slot.bin")
+    slot = (compbox.folder / "slot.bin").read_bytes()
+    register, unit, line, baud, rest, own = struct.unpack("<HBBIII", slot[16:32])
+    assert (register, unit, line, baud, rest) == (data["plc"]["status"], 9, 0x12, 115200, 0)
+    assert own == zlib.crc32(slot[:28])
 
 
 def test_what_the_box_would_refuse_is_not_packed(compbox, machine):

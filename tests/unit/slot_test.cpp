@@ -52,6 +52,42 @@ TEST(slot, erased_memory_is_empty) {
     EXPECT_EQ(state_of(std::vector<uint8_t>(slot_size, 0)), CB_SLOT_BROKEN);
 }
 
+// Status register 0x1234 of unit 17 at 115 200 baud, even parity, one stop bit; read back where the
+// text is broken, nowhere else.
+TEST(slot, place_of_the_report) {
+    auto bytes = slot_of(7, "some text");
+    cb_slot_report report{}, read{};
+    EXPECT_FALSE(cb_slot_read_report(bytes.data(), bytes.size(), &read));
+    report = {115200, 0x1234, 17, 1, 1};
+    cb_slot_set_report(bytes.data(), &report);
+    const std::vector<uint8_t> expected = {0x34, 0x12, 17, 0x11, 0x00, 0xC2, 0x01, 0};
+    EXPECT_EQ(std::vector<uint8_t>(bytes.begin() + 16, bytes.begin() + 24), expected);
+    EXPECT_EQ(state_of(bytes), CB_SLOT_WHOLE);
+    bytes[CB_SLOT_HEADER_BYTES] ^= 1;
+    EXPECT_EQ(state_of(bytes), CB_SLOT_BROKEN);
+    ASSERT_TRUE(cb_slot_read_report(bytes.data(), bytes.size(), &read));
+    EXPECT_EQ(read.baud, 115200u);
+    EXPECT_EQ(read.status, 0x1234);
+    EXPECT_EQ(read.unit, 17);
+    EXPECT_EQ(read.parity, 1);
+    EXPECT_EQ(read.stop_bits, 1);
+    bytes[20] ^= 1;
+    EXPECT_FALSE(cb_slot_read_report(bytes.data(), bytes.size(), &read));
+    EXPECT_FALSE(cb_slot_read_report(bytes.data(), CB_SLOT_HEADER_BYTES - 1, &read));
+}
+
+TEST(slot, a_report_that_no_line_can_be_set_to_is_none) {
+    const cb_slot_report wrong[] = {{0, 1, 1, 1, 1},    {1199, 1, 1, 1, 1},   {1000000, 1, 1, 1, 1},
+                                    {9600, 1, 0, 1, 1}, {9600, 1, 248, 1, 1}, {9600, 1, 1, 3, 1},
+                                    {9600, 1, 1, 1, 0}, {9600, 1, 1, 1, 3}};
+    for (const cb_slot_report &report : wrong) {
+        auto bytes = slot_of(7, "some text");
+        cb_slot_set_report(bytes.data(), &report);
+        cb_slot_report read{};
+        EXPECT_FALSE(cb_slot_read_report(bytes.data(), bytes.size(), &read));
+    }
+}
+
 // Every single bit of header and text, turned: never taken for whole, and nothing is written out.
 TEST(slot, a_wrong_bit_is_found) {
     const std::string text = "some text that flash may lose";

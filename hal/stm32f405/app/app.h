@@ -55,6 +55,13 @@ void cb_dump_ask(struct cb_app *app);
 void cb_dump_go_on(struct cb_app *app);
 void cb_trace_note(struct cb_app *app);
 
+/* How far apart the lumps are in which bytes come: a socket of the emulator waits for its other
+ * thread. */
+uint32_t cb_app_lumps_us(const struct cb_app *app);
+
+/* standby.c: instead of a box. */
+_Noreturn void cb_standby_run(struct cb_app *app);
+
 /* commands.c: executes what was typed. */
 void cb_commands_serve(struct cb_app *app);
 

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "hal/stm32f405/app/load.h"
 
-#include "firmware/slot.h"
 #include "hal/stm32f405/mcu.h"
 
 static const struct cb_target target = {.name = "compbox-stm32f405",
@@ -53,10 +52,17 @@ static void report_refused(struct cb_console *console, int index,
 static bool try_slot(struct cb_config *config, struct cb_load_scratch *scratch,
                      struct cb_console *console, int index, const struct cb_slot *slot) {
     struct cb_message message = {.line = 0};
-    if (cb_config_load(config, slot->text, slot->length, &target, scratch, &message) == CB_OK)
-        return true;
-    report_refused(console, index, &message);
-    return false;
+    if (cb_config_load(config, slot->text, slot->length, &target, scratch, &message) != CB_OK) {
+        report_refused(console, index, &message);
+        return false;
+    }
+    struct cb_text *line = cb_console_line(console);
+    cb_text_put(line, "runs revision ");
+    cb_text_put_unsigned(line, config->revision);
+    cb_text_put(line, index == 0 ? " of slot A: " : " of slot B: ");
+    cb_text_put(line, config->machine);
+    cb_console_end(console);
+    return true;
 }
 
 void cb_load_report(struct cb_console *console) {
@@ -81,4 +87,11 @@ char cb_load_slots(struct cb_config *config, struct cb_load_scratch *scratch,
     if (whole[other] && try_slot(config, scratch, console, other, &slot[other]))
         return names[other];
     return 0;
+}
+
+/* The first slot's place counts where both have one: in one machine they are the same. */
+bool cb_load_report_place(struct cb_slot_report *report) {
+    for (int i = 0; i < CB_SLOTS; ++i)
+        if (cb_slot_read_report(slots[i], CB_FLASH_SLOT_BYTES, report)) return true;
+    return false;
 }

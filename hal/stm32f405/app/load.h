@@ -5,12 +5,17 @@
 #define COMPBOX_HAL_STM32F405_LOAD_H
 
 #include "firmware/config_load.h"
+#include "firmware/slot.h"
 #include "hal/stm32f405/app/console.h"
 
 /* out: 'A' or 'B' and *config complete; 0 when neither slot has a file that this box can run. What
  * is wrong with a slot is said on the console. */
 char cb_load_slots(struct cb_config *config, struct cb_load_scratch *scratch,
                    struct cb_console *console);
+
+/* Where the PLC's status register is, from the header of the first slot that says so, whatever its
+ * text. out: false: neither does */
+bool cb_load_report_place(struct cb_slot_report *report);
 
 /* Says what lies in the slots. */
 void cb_load_report(struct cb_console *console);

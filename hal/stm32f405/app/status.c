@@ -43,7 +43,8 @@ static void put_stack(struct cb_text *line) {
 static void say_status(struct cb_app *app) {
     struct cb_text *line = cb_status_begin(app);
     if (app->slot == 0) {
-        cb_text_put(line, "STANDBY: no valid coefficient file, see `slots`");
+        cb_text_put(line, "STANDBY: ");
+        cb_text_put(line, cb_reason_text(CB_REASON_NO_FILE));
     } else {
         put_mode(line, &app->box);
         put_channels(line, &app->box);

@@ -37,12 +37,20 @@ def rtu(plc, tmp_path):
 
 
 @pytest.fixture
-def start_box(tmp_path):
-    """Makes a Box with the file of machine.py in slot A, its PLC on plc.sock."""
-    def start(change=None, revision=7, **how):
-        file = tmp_path / "coefficients.json"
-        machine.write_coefficients(file, 0, over_rtu(change))
-        text = file.read_text()
-        slots = {"A": emulator.packed(text, json.loads(text)["revision"]), **how.pop("slots", {})}
-        return emulator.Box(tmp_path, slots, plc=tmp_path / "plc.sock", **how)
+def text_of():
+    """Makes the text of machine.py's file, over RTU, with a revision and a change."""
+    def make(revision=7, change=None):
+        data = machine.coefficients(0, over_rtu(change))
+        data["revision"] = revision
+        return json.dumps(data, indent=1)
+    return make
+
+
+@pytest.fixture
+def start_box(tmp_path, text_of):
+    """Makes a Box with that file in slot A, its PLC on plc.sock."""
+    def start(change=None, **how):
+        text = text_of(change=change)
+        (tmp_path / "coefficients.json").write_text(text)
+        return emulator.Box(tmp_path, {"A": emulator.packed(text, 7)}, plc=tmp_path / "plc.sock", **how)
     return start

@@ -16,11 +16,12 @@ SLOTS = {"A": 0x08020000, "B": 0x08040000}
 ERASED = b"\xff" * (128 * 1024)
 
 
-def packed(text, revision, text_sum=None, header_sum=None):
-    """A slot as docs/coefficient-file.md says, by our own arithmetic; sums may be planted."""
+def packed(text, revision, text_sum=None, header_sum=None, report=(0, 0, 0, 0)):
+    """A slot as docs/coefficient-file.md says, by our own arithmetic; sums may be planted. report: status
+    register, unit, line, baud."""
     text = text if isinstance(text, bytes) else text.encode()
-    head = struct.pack("<4sIII12x", b"CBX1", revision, len(text),
-                       zlib.crc32(text) if text_sum is None else text_sum)
+    head = struct.pack("<4sIIIHBBI4x", b"CBX1", revision, len(text),
+                       zlib.crc32(text) if text_sum is None else text_sum, *report)
     return head + struct.pack("<I", zlib.crc32(head) if header_sum is None else header_sum) + text
 
 

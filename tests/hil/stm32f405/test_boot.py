@@ -4,7 +4,9 @@ import re
 
 import pytest
 
+import machine
 from emulator import Box, packed
+from following import wait_for
 
 
 def fault_lines(box, since):
@@ -17,7 +19,7 @@ def test_no_file_is_standby_with_the_reason(tmp_path):
         box.console.wait("started: power-on")
         box.console.wait("slot A: empty")
         box.console.wait("slot B: empty")
-        box.console.wait("STANDBY: no valid coefficient file")
+        box.console.wait("STANDBY: there is no coefficient file")
         box.console.say("nonsense")
         box.console.wait("no such command")
 
@@ -30,7 +32,35 @@ def test_a_bad_slot_is_reported(tmp_path, wrong, said):
     with Box(tmp_path, {"B": wrong}) as box:
         box.console.wait("slot A: empty")
         box.console.wait(f"slot B: {said}")
-        box.console.wait("STANDBY: no valid coefficient file")
+        box.console.wait("STANDBY: there is no coefficient file")
+
+
+def needs_can(data):
+    data["signals"].append({"name": "T9", "unit": "degC", "can": 5, "byte": 0, "type": "int16", "min": 0, "max": 90})
+
+
+@pytest.mark.parametrize("a, b, loaded, said", [
+    ((7, None, None), (8, None, None), 8, "slot B: revision 8"),
+    ((9, None, None), (8, None, None), 9, "slot B: revision 8"),
+    ((9, None, 1), (8, None, None), 8, "slot A: BROKEN"),
+    ((9, needs_can, None), (8, None, None), 8, "slot A: REFUSED.*signals\\[4\\]"),
+], ids=["B-is-newer", "A-is-newer", "newest-broken", "newest-refused"])
+def test_the_newest_good_slot_runs(tmp_path, text_of, a, b, loaded, said):
+    slots = {name: packed(text_of(revision, change), revision, text_sum)
+             for name, (revision, change, text_sum) in {"A": a, "B": b}.items()}
+    with Box(tmp_path, slots) as box:
+        box.console.wait(said)
+        box.console.wait(f"runs revision {loaded} of slot")
+        box.console.wait("STANDBY: no answer from the PLC")
+
+
+@pytest.mark.parametrize("text, text_sum", [("{}", 1), ('{"format": 7}', None)], ids=["broken", "refused"])
+def test_without_a_file_the_plc_is_told_in_its_status_register(tmp_path, plc, rtu, text, text_sum):
+    slot = packed(text, 3, text_sum, report=(machine.STATUS, 1, 0x11, 115200))
+    plc.registers[machine.STATUS - 1:machine.STATUS + 2] = [7, 7, 7]
+    with rtu(), Box(tmp_path, {"B": slot}, plc=tmp_path / "plc.sock"):
+        wait_for(lambda: plc.registers[machine.STATUS] != 7)
+    assert plc.registers[machine.STATUS - 1:machine.STATUS + 2] == [7, 15 << 8 | machine.STANDBY, 7]
 
 
 @pytest.mark.parametrize("how, exception, status", [
