@@ -50,6 +50,7 @@ COMMANDS = ["cb_dump_ask", "cb_status_counters", "cb_status_fault", "cb_status_s
 IMAGE_INDIRECT = {
     "cycle.c:cb_cycle_run": HAL,
     "main.c:main": HAL,
+    "standby.c:cb_standby_run": HAL,
     "commands.c:cb_commands_serve": COMMANDS,
     "box_hal.c:cb_board_wait_tick": ["main.c:idle"],
     "box_hal.c:exchange": ["main.c:meanwhile"],
