@@ -4,6 +4,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <sstream>
 
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/option_checks.h"
@@ -19,6 +20,7 @@ struct train_arguments {
     std::string data, output, plot, predictions;
     data_options columns;
     train_options options;
+    std::vector<std::string> slopes;  // "X:T1,T2"
     bool as_json = false, no_linear_path = false;
 };
 
@@ -32,8 +34,23 @@ constexpr const char *example =
     "its lags,\n"
     "as a term for `compbox build`. * in a name stands for anything.";
 
+// "X:T1,T2" taken apart; "" along where there is no colon.
+slope_option slope_of(const std::string &text) {
+    slope_option slope;
+    const std::size_t colon = text.find(':');
+    if (colon == std::string::npos) return slope;
+    slope.along = text.substr(0, colon);
+    std::istringstream rest(text.substr(colon + 1));
+    for (std::string name; std::getline(rest, name, ',');) slope.of.push_back(name);
+    return slope;
+}
+
 void run_train(train_arguments &arguments) {
     train_options &options = arguments.options;
+    for (const auto &text : arguments.slopes) options.slopes.push_back(slope_of(text));
+    if (!arguments.columns.record.empty() && options.starts_of_lags == lag_starts::each_run) {
+        options.starts_of_lags = lag_starts::once;
+    }
     options.linear_path = !arguments.no_linear_path;
     arguments.columns.needs_time = !options.lags.lags_s.empty() || !options.lags.squares.empty();
     options.progress = progress_bar_of("training", "loss");
@@ -60,6 +77,17 @@ void check_usage(const train_arguments &arguments) {
         throw CLI::ValidationError("--optimiser",
                                    "levenberg-marquardt needs --regularise evidence: leaving out "
                                    "runs counts the steps of L-BFGS");
+    }
+    if (!arguments.columns.record.empty() && lags.lags_s.empty() && lags.squares.empty()) {
+        throw CLI::ValidationError("--record", "needs --lags: it is there for them");
+    }
+    for (const auto &text : arguments.slopes) {
+        const slope_option slope = slope_of(text);
+        if (!slope.along.empty() && !slope.of.empty()) continue;
+        throw CLI::ValidationError("--slope", "'" + text + "' is not POSITION:INPUT,INPUT");
+    }
+    if (!arguments.slopes.empty() && arguments.no_linear_path) {
+        throw CLI::ValidationError("--slope", "is part of the linear path");
     }
     if (arguments.options.starts_of_lags != lag_starts::each_run &&
         arguments.columns.run_column.empty()) {
@@ -106,6 +134,16 @@ void add_lags(CLI::App &train, train_arguments &arguments) {
     train.add_option("--squares", lags.squares, "Inputs whose square is taken too, and lagged")
         ->delimiter(',')
         ->option_text("C,D");
+    train
+        .add_option("--record", arguments.columns.record,
+                    "What the box recorded around the rows: lags follow it from its beginning")
+        ->option_text("RECORD.csv");
+    train
+        .add_option(
+            "--slope", arguments.slopes,
+            "The error's slope along a position is linear in these inputs, as the control's "
+            "tan beta is in temperature; may be given several times")
+        ->option_text("X:T1,T2");
     const std::map<std::string, lag_starts> starts = {
         {"run", lag_starts::each_run}, {"once", lag_starts::once}, {"both", lag_starts::both}};
     train
@@ -121,6 +159,11 @@ void add_network(CLI::App &train, train_arguments &arguments) {
     train.add_option("--hidden", options.hidden, "Hidden units (10); 0: the linear map alone")
         ->check(whole_between(0, 64))
         ->option_text("N");
+    train
+        .add_option("--hidden-inputs", options.hidden_inputs,
+                    "What the hidden layer sees (all); the others go to the linear path alone")
+        ->delimiter(',')
+        ->option_text("C,D");
     const std::map<std::string, activation> kinds = {{"tansig", activation::tansig},
                                                      {"logsig", activation::logsig}};
     train.add_option("--activation", options.kind, "tansig (default) or logsig")

@@ -91,6 +91,12 @@ bool is_automatic(const json &channel) {
     return sum.is_null() || (sum.is_array() && sum.empty()) || sum == "auto";
 }
 
+// What `compbox join` and `compbox train` name after a channel: error_X_um, error_X_um_by_Y.
+bool is_error_of(const std::string &channel, const std::string &output) {
+    const std::string own = "error_" + channel + "_um";
+    return output == own || output.compare(0, own.size() + 4, own + "_by_") == 0;
+}
+
 // ISO 230-1: E, direction of the error, moving axis. 0 for a name of another kind.
 char direction_of(const std::string &output) {
     const bool iso = output.size() == 3 && output[0] == 'E' &&
@@ -113,7 +119,10 @@ json outputs_in(const json &terms, const std::string &channel) {
     for (const auto &term : terms) {
         const auto names = outputs_of(term);
         for (std::size_t k = 0; k < names.size(); ++k) {
-            if (channel.size() != 1 || direction_of(term, k, names[k]) != channel[0]) continue;
+            const bool acts =
+                is_error_of(channel, names[k]) ||
+                (channel.size() == 1 && direction_of(term, k, names[k]) == channel[0]);
+            if (!acts) continue;
             if (consumed.count(names[k]) == 0) sum.push_back(names[k]);
         }
     }

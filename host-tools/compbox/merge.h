@@ -30,7 +30,9 @@ merged_file merge_files(const std::string &machine_path, const std::vector<std::
 
 // Fills in what the machine file leaves open with null:
 //   - a channel's sum (also "auto", [] or no key): every term output with an ISO 230-1 name whose
-//     direction is the channel's name: EZX and EZY for channel Z; a channel without any is left out
+//     direction is the channel's name: EZX and EZY for channel Z, or that is named after the
+//     channel as `join` and `train` do: error_Z_um, error_Z_um_by_X; a channel without any is left
+//     out
 //   - a signal's min and max: plausible_around() the curves over it; a signal that nothing uses is
 //     left out
 // All else stays as written. Throws input_error where nothing tells what to fill in.

@@ -120,6 +120,26 @@ void check_time(const training_data &data, const csv_table &table, const std::st
     }
 }
 
+void take_history(training_data &data, const data_options &options) {
+    const csv_table table = read_csv(options.record);
+    data.history_s = table.values(options.time_column);
+    data.history = columns_of(table, data.inputs);
+    for (std::size_t r = 1; r < data.history_s.size(); ++r) {
+        if (data.history_s[r] > data.history_s[r - 1]) continue;
+        throw input_error(table.file, table.lines[r], 0,
+                          options.time_column + " must rise from row to row");
+    }
+    for (const double time_s : data.time_s) {
+        if (!data.history_s.empty() && time_s >= data.history_s.front() &&
+            time_s <= data.history_s.back()) {
+            continue;
+        }
+        throw input_error(table.file, 0, 0,
+                          "does not reach to " + options.time_column + " " + shortest(time_s) +
+                              " of " + data.file + ": it must be the record of these rows");
+    }
+}
+
 }  // namespace
 
 bool is_name_of_the_box(const std::string &name) {
@@ -155,6 +175,7 @@ training_data read_training_data(const std::string &path, const data_options &op
     refuse_constant(data.x, data.inputs, "input", path);
     refuse_constant(data.y, data.outputs, "output", path);
     check_time(data, table, options.time_column);
+    if (!options.record.empty()) take_history(data, options);
     return data;
 }
 

@@ -13,6 +13,7 @@ struct data_options {
     std::string time_column = "time_s";
     std::string run_column;  // empty: one run
     bool needs_time = false;
+    std::string record;  // file with the inputs at all times, for lags; empty: the rows are all
 };
 
 // Rows in the order of the file, or run by run. A run is a stretch of rows with the same value in
@@ -29,6 +30,9 @@ struct training_data {
     std::vector<std::size_t> file_row;    // of each row, 0 is the first under the header
     bool reordered = false;               // rows stand run by run, not as in the file
     std::string note;                     // about the runs, for the report
+    // The inputs between the rows too, where a record was given; else empty. Rows as x.
+    std::vector<double> history_s;  // rising, from the first row's time or before to the last's
+    Eigen::MatrixXd history;
 
     std::size_t rows() const { return static_cast<std::size_t>(x.rows()); }
 };
@@ -38,7 +42,7 @@ bool is_name_of_the_box(const std::string &name);
 
 // Throws input_error with the place: columns that are not there, are named twice or stand on both
 // sides, names that the box would refuse, inputs or outputs that never change, fewer than 10 rows,
-// time that does not rise within a run.
+// time that does not rise within a run, a record that does not have an input or a row's time.
 training_data read_training_data(const std::string &path, const data_options &options);
 
 }  // namespace compbox

@@ -55,14 +55,67 @@ void follow(const Eigen::VectorXd &u, const std::vector<double> &time_s, double 
     }
 }
 
+// The column's lag at each row, followed through the history.
+Eigen::VectorXd remembered(const training_data &data, const Eigen::VectorXd &u, double tau_s) {
+    const auto at = [](std::size_t row) { return static_cast<Eigen::Index>(row); };
+    const std::size_t count = data.history_s.size();
+    Eigen::VectorXd y(u.size()), rows(at(data.rows()));
+    follow(u, data.history_s, tau_s, 0, count, y);
+    for (std::size_t r = 0; r < data.rows(); ++r) {
+        const double now_s = data.time_s[r];
+        const auto above = std::upper_bound(data.history_s.begin(), data.history_s.end(), now_s);
+        const auto row = static_cast<std::size_t>(above - data.history_s.begin()) - 1;
+        rows[at(r)] = y[at(row)];
+        const double since_s = now_s - data.history_s[row];
+        if (since_s <= 0.0 || row + 1 == count) continue;
+        // On the straight line towards the next row of the history.
+        const double share = since_s / (data.history_s[row + 1] - data.history_s[row]);
+        const double h = since_s / tau_s, gain = -std::expm1(-h), ramp = 1.0 - gain / h;
+        rows[at(r)] +=
+            gain * (u[at(row)] - y[at(row)]) + ramp * share * (u[at(row + 1)] - u[at(row)]);
+    }
+    return rows;
+}
+
+Eigen::VectorXd to_power(Eigen::VectorXd u, int power) {
+    if (power == 2) u = u.array().square();
+    return u;
+}
+
+// All inputs, lags by the history.
+Eigen::MatrixXd inputs_remembered(const training_data &data,
+                                  const std::vector<model_input> &inputs) {
+    Eigen::MatrixXd x(data.x.rows(), inputs.size());
+    for (std::size_t c = 0; c < inputs.size(); ++c) {
+        const auto column = static_cast<Eigen::Index>(inputs[c].column);
+        const auto at = static_cast<Eigen::Index>(c);
+        if (inputs[c].tau_s > 0.0) {
+            x.col(at) = remembered(data, to_power(data.history.col(column), inputs[c].power),
+                                   inputs[c].tau_s);
+        } else {
+            x.col(at) = to_power(data.x.col(column), inputs[c].power);
+        }
+    }
+    return x;
+}
+
+void multiply_slopes(Eigen::Ref<Eigen::MatrixXd> x, const training_data &data,
+                     const std::vector<model_input> &inputs) {
+    for (std::size_t c = 0; c < inputs.size(); ++c) {
+        if (!inputs[c].is_slope()) continue;
+        x.col(static_cast<Eigen::Index>(c)).array() *=
+            data.x.col(inputs[c].along).array() - inputs[c].origin;
+    }
+}
+
 // All inputs, lags starting at the rows in `starts` (the first is 0).
 Eigen::MatrixXd inputs_from(const training_data &data, const std::vector<model_input> &inputs,
                             const std::vector<std::size_t> &starts) {
     Eigen::MatrixXd x(data.x.rows(), inputs.size());
     for (std::size_t c = 0; c < inputs.size(); ++c) {
         const auto at = static_cast<Eigen::Index>(c);
-        Eigen::VectorXd u = data.x.col(static_cast<Eigen::Index>(inputs[c].column));
-        if (inputs[c].power == 2) u = u.array().square();
+        const Eigen::VectorXd u =
+            to_power(data.x.col(static_cast<Eigen::Index>(inputs[c].column)), inputs[c].power);
         x.col(at) = u;
         for (std::size_t k = 0; inputs[c].tau_s > 0.0 && k < starts.size(); ++k) {
             const std::size_t end = k + 1 < starts.size() ? starts[k + 1] : data.rows();
@@ -96,10 +149,32 @@ std::vector<model_input> model_inputs(const training_data &data, const lag_optio
     return inputs;
 }
 
+void add_slopes(std::vector<model_input> &inputs, const training_data &data,
+                const std::vector<slope_option> &slopes) {
+    const auto index_of = [&](const std::string &name) {
+        check_names(data, {name}, "--slope");
+        return std::find(data.inputs.begin(), data.inputs.end(), name) - data.inputs.begin();
+    };
+    for (const auto &slope : slopes) {
+        const auto along = static_cast<int>(index_of(slope.along));
+        const auto position = data.x.col(along);
+        const double origin = std::round(0.5 * (position.minCoeff() + position.maxCoeff()));
+        for (const auto &name : slope.of) {
+            model_input input;
+            input.column = static_cast<std::size_t>(index_of(name));
+            input.name = name + " * " + slope.along;
+            input.along = along;
+            input.origin = origin;
+            inputs.push_back(input);
+        }
+    }
+}
+
 model_rows rows_of(const training_data &data, const std::vector<model_input> &inputs,
                    lag_starts starts) {
     const bool twice = starts == lag_starts::both;
-    if (data.reordered && starts != lag_starts::each_run && !data.time_s.empty()) {
+    if (data.history_s.empty() && data.reordered && starts != lag_starts::each_run &&
+        !data.time_s.empty()) {
         throw input_error(data.file, 0, 0,
                           "rows of the runs stand between each other, so they are not one record: "
                           "choose --lags-start run");
@@ -108,10 +183,16 @@ model_rows rows_of(const training_data &data, const std::vector<model_input> &in
     model_rows rows;
     rows.x.resize(twice ? 2 * n : n, static_cast<Eigen::Index>(inputs.size()));
     rows.y.resize(rows.x.rows(), data.y.cols());
-    rows.x.topRows(n) =
-        inputs_from(data, inputs,
-                    starts == lag_starts::each_run ? data.run_starts : std::vector<std::size_t>{0});
+    if (starts != lag_starts::each_run && !data.history_s.empty()) {
+        rows.x.topRows(n) = inputs_remembered(data, inputs);
+    } else {
+        rows.x.topRows(n) = inputs_from(
+            data, inputs,
+            starts == lag_starts::each_run ? data.run_starts : std::vector<std::size_t>{0});
+    }
     if (twice) rows.x.bottomRows(n) = inputs_from(data, inputs, data.run_starts);
+    multiply_slopes(rows.x.topRows(n), data, inputs);
+    if (twice) multiply_slopes(rows.x.bottomRows(n), data, inputs);
     for (int copy = 0; copy < (twice ? 2 : 1); ++copy) {
         rows.y.middleRows(copy * n, n) = data.y;
         for (std::size_t r = 0; r < data.rows(); ++r) {

@@ -15,6 +15,17 @@ struct model_input {
     std::size_t column = 0;  // of training_data::x
     double tau_s = 0.0;      // time constant; 0: the column itself
     int power = 1;           // with a lag: 1 the column, 2 its square
+    // A slope: times (position - origin), the position being this column; -1: none.
+    int along = -1;
+    double origin = 0.0;
+
+    bool is_slope() const { return along >= 0; }
+};
+
+// The error's slope along a position depends on these inputs (the control's tanβ).
+struct slope_option {
+    std::string along;
+    std::vector<std::string> of;
 };
 
 struct lag_options {
@@ -36,6 +47,11 @@ constexpr double square_tau_s = 1.0;
 // `squares` name no input.
 std::vector<model_input> model_inputs(const training_data &data, const lag_options &options);
 
+// Adds for each slope its inputs times the way from the origin, the middle of the positions in the
+// rows. Throws input_error where one names no input.
+void add_slopes(std::vector<model_input> &inputs, const training_data &data,
+                const std::vector<slope_option> &slopes);
+
 // What a model is trained on: inputs as columns of x, outputs as columns of y.
 struct model_rows {
     Eigen::MatrixXd x, y;
@@ -45,7 +61,8 @@ struct model_rows {
 
 // in : data.time_s, where an input lags
 // out: rows of the file, once or twice. Lags are exact for an input that goes straight from row to
-//      row, and start in steady state, as in models/lag.h, but in double precision.
+//      row, and start in steady state, as in models/lag.h, but in double precision. With a
+//      history they follow that from its first row, but for starts == each_run.
 // Throws input_error where rows that were put run by run are to be one record.
 model_rows rows_of(const training_data &data, const std::vector<model_input> &inputs,
                    lag_starts starts);

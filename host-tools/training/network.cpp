@@ -37,7 +37,7 @@ Eigen::MatrixXd predict(const network_shape &shape, const Eigen::VectorXd &param
     const network_parts<const double> net(shape, parameters.data());
     Eigen::MatrixXd y = Eigen::MatrixXd::Zero(shape.outputs, x.cols());
     if (shape.hidden > 0) {
-        Eigen::MatrixXd h = (net.weight1 * x).colwise() + net.bias1;
+        Eigen::MatrixXd h = (net.weight1 * x.topRows(shape.seen())).colwise() + net.bias1;
         activate(shape.kind, h);
         y.noalias() += net.weight2 * h;
     }
@@ -82,7 +82,7 @@ double network_loss::operator()(const double *parameters, double *gradient) {
         const auto x = x_.middleCols(from, n);
         auto h = hidden_.leftCols(n);
         auto error = error_.leftCols(n);
-        h.noalias() = net.weight1 * x;
+        h.noalias() = net.weight1 * x.topRows(shape_.seen());
         h.colwise() += net.bias1;
         activate(shape_.kind, h);
         error.noalias() = net.weight2 * h;
@@ -96,7 +96,7 @@ double network_loss::operator()(const double *parameters, double *gradient) {
         auto back = back_.leftCols(n);
         back.noalias() = net.weight2.transpose() * error;
         times_slope(shape_.kind, back, h);
-        slope.weight1.noalias() += back * x.transpose();
+        slope.weight1.noalias() += back * x.topRows(shape_.seen()).transpose();
         slope.bias1 += back.rowwise().sum();
         slope.weight2.noalias() += error * h.transpose();
         slope.bias2 += error.rowwise().sum();
@@ -109,7 +109,7 @@ Eigen::MatrixXd network_loss::jacobian(const Eigen::VectorXd &parameters, Eigen:
                                        Eigen::Index n) const {
     const network_parts<const double> net(shape_, parameters.data());
     const auto x = x_.middleCols(from, n);
-    Eigen::MatrixXd h = (net.weight1 * x).colwise() + net.bias1;
+    Eigen::MatrixXd h = (net.weight1 * x.topRows(shape_.seen())).colwise() + net.bias1;
     activate(shape_.kind, h);
     Eigen::MatrixXd slope = Eigen::MatrixXd::Ones(h.rows(), h.cols());
     times_slope(shape_.kind, slope, h);
@@ -119,7 +119,7 @@ Eigen::MatrixXd network_loss::jacobian(const Eigen::VectorXd &parameters, Eigen:
             const Eigen::Index row = i * shape_.outputs + k;
             for (Eigen::Index u = 0; u < shape_.hidden; ++u) {
                 const double back = net.weight2(k, u) * slope(u, i);
-                for (Eigen::Index j = 0; j < shape_.inputs; ++j) {
+                for (Eigen::Index j = 0; j < shape_.seen(); ++j) {
                     rows(row, u + j * shape_.hidden) = back * x(j, i);
                 }
                 rows(row, shape_.bias1_at() + u) = back;
@@ -175,7 +175,7 @@ Eigen::VectorXd random_start(const network_shape &shape, std::uint64_t seed) {
     };
     Eigen::VectorXd p = Eigen::VectorXd::Zero(shape.count());
     network_parts<double> net(shape, p.data());
-    const double spread = std::sqrt(3.0 / static_cast<double>(shape.inputs));
+    const double spread = std::sqrt(3.0 / static_cast<double>(shape.seen()));
     for (Eigen::Index i = 0; i < net.weight1.size(); ++i)
         net.weight1.data()[i] = spread * uniform();
     for (Eigen::Index i = 0; i < net.bias1.size(); ++i) net.bias1[i] = uniform();

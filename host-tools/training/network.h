@@ -15,10 +15,13 @@ struct network_shape {
     Eigen::Index inputs = 0, hidden = 0, outputs = 0;
     bool linear = true;  // y = W2 f(W1 x + b1) + b2 + L x
     activation kind = activation::tansig;
+    Eigen::Index unseen = 0;  // so many inputs at the end go to the linear path only
+
+    Eigen::Index seen() const { return inputs - unseen; }
 
     // Parameters in one vector: W1 (column by column), b1, W2, b2, L.
     Eigen::Index count() const { return linear_at() + (linear ? outputs * inputs : 0); }
-    Eigen::Index bias1_at() const { return hidden * inputs; }
+    Eigen::Index bias1_at() const { return hidden * seen(); }
     Eigen::Index weight2_at() const { return bias1_at() + hidden; }
     Eigen::Index bias2_at() const { return weight2_at() + outputs * hidden; }
     Eigen::Index linear_at() const { return bias2_at() + outputs; }
@@ -32,7 +35,7 @@ struct network_parts {
     using matrix = map<Eigen::MatrixXd>;
     using column = map<Eigen::VectorXd>;
     network_parts(const network_shape &shape, number *p)
-        : weight1(p, shape.hidden, shape.inputs),
+        : weight1(p, shape.hidden, shape.seen()),
           bias1(p + shape.bias1_at(), shape.hidden),
           weight2(p + shape.weight2_at(), shape.outputs, shape.hidden),
           bias2(p + shape.bias2_at(), shape.outputs),

@@ -45,7 +45,7 @@ struct weight_group {
 };
 
 std::vector<weight_group> groups_of(const network_shape &shape) {
-    std::vector<weight_group> groups = {{0, shape.hidden * shape.inputs, 1.0},
+    std::vector<weight_group> groups = {{0, shape.hidden * shape.seen(), 1.0},
                                         {shape.weight2_at(), shape.outputs * shape.hidden, 1.0}};
     if (shape.linear) groups.push_back({shape.linear_at(), shape.outputs * shape.inputs, 1.0});
     return groups;

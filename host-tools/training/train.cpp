@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/training/train.h"
 
+#include <fnmatch.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "host-tools/formats/error.h"
 #include "host-tools/training/network_training.h"
+#include "host-tools/training/slopes.h"
 #include "host-tools/training/verdict.h"
 
 namespace compbox {
@@ -80,7 +83,7 @@ void check_sizes(const train_result &result) {
         throw input_error("--name: the box cannot use the name '" + result.options.name +
                           "': it takes 1 to 23 letters A to Z, digits, _ - .");
     }
-    const std::size_t inputs = result.inputs.size(), outputs = result.data.outputs.size();
+    const std::size_t inputs = result.plain_inputs(), outputs = result.data.outputs.size();
     if (inputs > most_inputs) {
         throw input_error(result.data.file, 0, 0,
                           "gives " + std::to_string(inputs) +
@@ -119,6 +122,31 @@ void check_outputs(const train_result &result) {
                           "the output '" + result.data.outputs[k] +
                               "' does not change in the runs trained on: leave it out");
     }
+}
+
+bool fits_any(const std::string &name, const std::vector<std::string> &patterns) {
+    return std::any_of(patterns.begin(), patterns.end(), [&](const std::string &pattern) {
+        return ::fnmatch(pattern.c_str(), name.c_str(), 0) == 0;
+    });
+}
+
+// Columns and lags, those that the hidden layer sees first; then slopes, which it never sees.
+void find_inputs(train_result &result) {
+    const train_options &options = result.options;
+    result.inputs = model_inputs(result.data, options.lags);
+    const auto first_unseen = std::stable_partition(
+        result.inputs.begin(), result.inputs.end(), [&](const model_input &input) {
+            return options.hidden_inputs.empty() || fits_any(input.name, options.hidden_inputs);
+        });
+    const auto seen = first_unseen - result.inputs.begin();
+    for (const auto &pattern : options.hidden_inputs) {
+        const bool found = std::any_of(result.inputs.begin(), first_unseen, [&](const auto &input) {
+            return fits_any(input.name, {pattern});
+        });
+        if (!found) throw input_error("--hidden-inputs: no input is called '" + pattern + "'");
+    }
+    add_slopes(result.inputs, result.data, options.slopes);
+    result.unseen = static_cast<Eigen::Index>(result.inputs.size()) - seen;
 }
 
 residuals residuals_of(const Eigen::MatrixXd &predicted, const Eigen::MatrixXd &measured) {
@@ -186,7 +214,8 @@ network_task task_of(const train_result &result, const scaled_rows &rows,
                      const std::vector<Eigen::Index> &some) {
     const train_options &options = result.options;
     network_task task;
-    task.shape = {rows.x.cols(), options.hidden, rows.t.cols(), options.linear_path, options.kind};
+    task.shape = {rows.x.cols(),       options.hidden, rows.t.cols(),
+                  options.linear_path, options.kind,   result.unseen};
     task.x = rows.x(some, Eigen::all);
     task.t = rows.t(some, Eigen::all);
     for (const Eigen::Index r : some) {
@@ -240,6 +269,11 @@ Eigen::VectorXd trained_range::weight(const Eigen::MatrixXd &x) const {
     return (1.0 - beyond.rowwise().maxCoeff()).max(0.0);
 }
 
+std::size_t train_result::plain_inputs() const {
+    return static_cast<std::size_t>(std::count_if(
+        inputs.begin(), inputs.end(), [](const model_input &input) { return !input.is_slope(); }));
+}
+
 bool train_result::any_network() const {
     return std::find(network_better.begin(), network_better.end(), true) != network_better.end();
 }
@@ -248,8 +282,9 @@ train_result train(const training_data &data, const train_options &options) {
     train_result result;
     result.options = options;
     result.data = data;
-    result.inputs = model_inputs(data, options.lags);
+    find_inputs(result);
     check_sizes(result);
+    check_slopes(result);
     split(result, rows_of(data, result.inputs, options.starts_of_lags));
     check_ranges(result);
     check_outputs(result);

@@ -22,8 +22,10 @@ struct train_options {
     std::string name = "net";
     lag_options lags;
     lag_starts starts_of_lags = lag_starts::each_run;
-    std::vector<std::string> hold_out;  // names of runs: never trained on, only judged by
-    int hidden = 10;                    // 0: the linear map alone
+    std::vector<slope_option> slopes;
+    std::vector<std::string> hidden_inputs;  // what the hidden layer sees (* allowed); empty: all
+    std::vector<std::string> hold_out;       // names of runs: never trained on, only judged by
+    int hidden = 10;                         // 0: the linear map alone
     activation kind = activation::tansig;
     bool linear_path = true;
     bool keep_network = false;  // written even where the linear map is better
@@ -79,6 +81,7 @@ struct train_result {
     training_data data;
     std::vector<model_input> inputs;
     model_rows learn, test;   // test: the runs held out
+    Eigen::Index unseen = 0;  // inputs at the end that the hidden layer does not see
     Eigen::VectorXd largest;  // largest |error| of each output in the file
     trained_range range;      // of each input in the rows trained on
     bool by_folds = false;
@@ -94,6 +97,7 @@ struct train_result {
     std::string verdict;
     std::vector<std::string> warnings;
 
+    std::size_t plain_inputs() const;  // inputs that are no slopes; slopes stand behind them
     bool any_network() const;
 };
 

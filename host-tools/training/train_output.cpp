@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 // What training says: the fragment for `build`, tables for a person, predictions row by row.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 #include "host-tools/formats/csv.h"
+#include "host-tools/training/slopes.h"
 #include "host-tools/training/train.h"
 
 namespace compbox {
@@ -47,7 +49,7 @@ std::string unit_of(const std::string &column, int power) {
 json signals_of(const train_result &result) {
     json signals = json::array();
     for (const auto &input : result.inputs) {
-        if (input.tau_s == 0.0) continue;
+        if (input.tau_s == 0.0 || input.is_slope()) continue;
         const std::string &column = result.data.inputs[input.column];
         json lag{{"name", input.name},
                  {"unit", unit_of(column, input.power)},
@@ -60,33 +62,99 @@ json signals_of(const train_result &result) {
 }
 
 // The box has no network without a hidden unit: a linear map gets one of weight zero.
-void add_layers(json &term, const trained_model &model) {
+void add_empty_layer(json &term, Eigen::Index inputs, Eigen::Index outputs) {
+    term["activation"] = "tansig";
+    term["hidden_weights"] = rows(Eigen::MatrixXd::Zero(1, inputs));
+    term["hidden_bias"] = json::array({0.0});
+    term["output_weights"] = rows(Eigen::MatrixXd::Zero(outputs, 1));
+}
+
+// What the hidden layer does not see has weight zero.
+void add_layers(json &term, const trained_model &model, const plain_linear &linear) {
     const network_parts<const double> net(model.shape, model.parameters.data());
-    const bool linear_only = model.shape.hidden == 0;
-    const Eigen::MatrixXd none1 = Eigen::MatrixXd::Zero(1, model.shape.inputs);
-    const Eigen::MatrixXd none2 = Eigen::MatrixXd::Zero(model.shape.outputs, 1);
-    term["activation"] = model.shape.kind == activation::tansig ? "tansig" : "logsig";
-    term["hidden_weights"] = linear_only ? rows(none1) : rows(net.weight1);
-    term["hidden_bias"] = linear_only ? json::array({0.0}) : numbers(net.bias1);
-    term["output_weights"] = linear_only ? rows(none2) : rows(net.weight2);
-    term["output_bias"] = numbers(net.bias2);
-    if (model.shape.linear) term["linear_weights"] = rows(net.linear);
+    const Eigen::Index inputs = linear.weights.cols();
+    if (model.shape.hidden == 0) {
+        add_empty_layer(term, inputs, model.shape.outputs);
+    } else {
+        Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(model.shape.hidden, inputs);
+        weights.leftCols(model.shape.seen()) = net.weight1;
+        term["activation"] = model.shape.kind == activation::tansig ? "tansig" : "logsig";
+        term["hidden_weights"] = rows(weights);
+        term["hidden_bias"] = numbers(net.bias1);
+        term["output_weights"] = rows(net.weight2);
+    }
+    term["output_bias"] = numbers(linear.bias);
+    if (model.shape.linear) term["linear_weights"] = rows(linear.weights);
 }
 
 json term_of(const train_result &result) {
     const trained_model &model = result.chosen;
     json term{{"name", result.options.name}, {"type", "bpnet"}};
     term["outputs"] = result.data.outputs;
-    for (const auto &input : result.inputs) term["inputs"].push_back(input.name);
-    add_layers(term, model);
-    term["input_center"] = numbers(model.in.centre);
-    term["input_scale"] = numbers(model.in.scale);
+    const auto plain = static_cast<Eigen::Index>(result.plain_inputs());
+    for (Eigen::Index i = 0; i < plain; ++i) {
+        term["inputs"].push_back(result.inputs[static_cast<std::size_t>(i)].name);
+    }
+    add_layers(term, model, linear_without_slopes(result));
+    term["input_center"] = numbers(model.in.centre.head(plain));
+    term["input_scale"] = numbers(model.in.scale.head(plain));
     term["output_center"] = numbers(model.out.centre);
     term["output_scale"] = numbers(model.out.scale);
-    term["input_min"] = numbers(result.range.low);
-    term["input_max"] = numbers(result.range.high);
-    term["margin"] = numbers(result.range.margin);
+    term["input_min"] = numbers(result.range.low.head(plain));
+    term["input_max"] = numbers(result.range.high.head(plain));
+    term["margin"] = numbers(result.range.margin.head(plain));
     return term;
+}
+
+// The slopes along one position as outputs of a term of their own, which is held and faded like the
+// first: output k in um per mm is the sum of gains times (input - its centre).
+json slopes_term(const train_result &result, int along, const std::string &position) {
+    const trained_model &model = result.chosen;
+    std::vector<slope_gain> gains;
+    for (const auto &gain : slope_gains(result)) {
+        if (gain.along == along) gains.push_back(gain);
+    }
+    const auto outputs = static_cast<Eigen::Index>(result.data.outputs.size());
+    const auto inputs = static_cast<Eigen::Index>(gains.size());
+    json term{{"name", result.options.name + "_per_" + position}, {"type", "bpnet"}};
+    for (const auto &name : result.data.outputs)
+        term["outputs"].push_back(name + "_per_" + position);
+    Eigen::MatrixXd weights(outputs, inputs);
+    std::vector<Eigen::Index> plain;
+    for (Eigen::Index i = 0; i < inputs; ++i) {
+        const slope_gain &gain = gains[static_cast<std::size_t>(i)];
+        plain.push_back(gain.input);
+        term["inputs"].push_back(result.inputs[static_cast<std::size_t>(gain.input)].name);
+        weights.col(i) = gain.um_per_mm * model.in.scale[gain.input];
+    }
+    add_empty_layer(term, inputs, outputs);
+    term["output_bias"] = numbers(Eigen::VectorXd::Zero(outputs));
+    term["linear_weights"] = rows(weights);
+    term["input_center"] = numbers(model.in.centre(plain));
+    term["input_scale"] = numbers(model.in.scale(plain));
+    term["input_min"] = numbers(result.range.low(plain));
+    term["input_max"] = numbers(result.range.high(plain));
+    term["margin"] = numbers(result.range.margin(plain));
+    return term;
+}
+
+void add_slope_terms(json &terms, const train_result &result) {
+    std::vector<int> done;
+    for (const auto &input : result.inputs) {
+        if (!input.is_slope() || std::find(done.begin(), done.end(), input.along) != done.end()) {
+            continue;
+        }
+        done.push_back(input.along);
+        const std::string &position = result.data.inputs[static_cast<std::size_t>(input.along)];
+        terms.push_back(slopes_term(result, input.along, position));
+        for (const auto &name : result.data.outputs) {
+            terms.push_back({{"name", name + "_by_" + position},
+                             {"type", "product"},
+                             {"term", name + "_per_" + position},
+                             {"signal", position},
+                             {"origin", number(input.origin)}});
+        }
+    }
 }
 
 json residuals_json(const residuals &left, const train_result &result) {
@@ -216,6 +284,7 @@ json fragment_of(const train_result &result) {
     json fragment;
     fragment["signals"] = signals_of(result);
     fragment["terms"] = json::array({term_of(result)});
+    add_slope_terms(fragment["terms"], result);
     fragment["provenance"] = json{{result.options.name, findings_of(result)}};
     return fragment;
 }

@@ -98,6 +98,115 @@ def test_lagged_inputs_find_a_lagged_error(compbox):
     assert left["600"] < 0.2 * left[""]
 
 
+def rows_of_a_screw(runs=8, rows=40, seed=5):
+    """A screw that grows with t1 (tanβ), a column that bends behind rpm, a wall that yields by the
+    cube of the height: one record over all runs, rows probed in the middle of each only. Returns
+    record and probed rows."""
+    dice = random.Random(seed)
+    record, probed, slow, t1, time = [[0.0, 50.0, 0.0, 20.0, 0.0]], [], 0.0, 20.0, 0.0
+    for run in range(runs):
+        for rpm, steps in ((dice.uniform(0, 5000), 60), (dice.uniform(1000, 5000), rows), (0, 30)):
+            for step in range(steps):
+                dt = dice.uniform(20, 40)
+                time += dt
+                t1 += (20 + 0.003 * rpm - t1) * dt / 1200
+                slow += (rpm - slow) * (1 - math.exp(-dt / 1800))
+                x, z = 50.0 + 300.0 * (step % 10) / 9, 40.0 * dice.random()
+                record.append([round(time, 3), x, z, t1 + dice.gauss(0, 0.005), rpm])
+                if steps == rows:
+                    e = 0.01 * slow + 11e-3 * (t1 - 20) * (x - 100) + 30 * (z / 40) ** 3
+                    probed.append([round(time, 3), f"part {run + 1}", *record[-1][1:],
+                                   round(e + dice.gauss(0, 0.05), 3)])
+    return record, probed
+
+
+SCREW = ("train", "probed.csv", "--outputs", "error_X_um", "--inputs", "X,Z,t1,rpm", "--lags",
+         "1800", "--lag-only", "rpm", "--run-column", "run", "--name", "net", "--starts", "1",
+         "--hidden", "6", "--iterations", "200", "-o", "net.json")
+WITH_ALL = ("--record", "record.csv", "--slope", "X:t1", "--hidden-inputs", "Z*",
+            "--keep-network")
+
+
+def write_screw(compbox):
+    record, probed = rows_of_a_screw()
+    write_rows(compbox, record, ("time_s", "X", "Z", "t1", "rpm"), "record.csv")
+    lines = ["time_s,run,X,Z,t1,rpm,error_X_um"] + [",".join(map(str, r)) for r in probed]
+    compbox.write("probed.csv", "\n".join(lines) + "\n")
+    return record, probed
+
+
+def left_of_screw(compbox, *more):
+    compbox.good(*SCREW, *more)
+    return compbox.read("net.json")["provenance"]["net"]["network"]["left_out"]["error_X_um"]["rms"]
+
+
+def test_record_slope_and_hidden_inputs_each_help(compbox):
+    write_screw(compbox)
+    everything = left_of_screw(compbox, *WITH_ALL)
+    assert everything < 0.6
+    assert everything < 0.5 * left_of_screw(compbox, *WITH_ALL[2:])  # lags from the rows alone
+    assert everything < 0.5 * left_of_screw(compbox, *WITH_ALL[:2], *WITH_ALL[4:])  # no slope
+
+
+def test_the_box_computes_slopes_and_the_memory_of_a_record(compbox, machine):
+    record, probed = write_screw(compbox)
+    compbox.good(*SCREW, *WITH_ALL, "--predictions", "p.csv")
+    machine["signals"] = [{"name": n, "unit": "mm" if i < 2 else "1", "plc": 8 + 2 * i, "type": "float32",
+                           "min": -100, "max": 10000, "max_age_ms": 86400000}
+                          for i, n in enumerate(("X", "Z", "t1", "rpm"))]
+    machine["channels"] = [c for c in machine["channels"] if c["name"] == "X"]
+    machine["channels"][0]["sum"] = None
+    machine["cycle"]["period_ms"] = 1000
+    machine["plc"]["heartbeat_timeout_ms"] = 5000
+    compbox.write("machine.json", machine)
+    said = compbox.good("build", "machine.json", "net.json", "-o", "c.json")
+    assert "channel X = -(error_X_um + error_X_um_by_X)" in said
+    compbox.good("eval", "c.json", "--inputs", "record.csv", "--raw", "-o", "out.csv")
+    out, at = compbox.table("out.csv"), {row[0]: i for i, row in enumerate(record)}
+    lines = (compbox.folder / "p.csv").read_text().splitlines()[1:]
+    predicted = [float(line.split(",")[-1]) for line in lines]
+    computed = [-out["comp_X_um"][at[row[0]]] for row in probed]
+    assert computed == pytest.approx(predicted, abs=2e-3)
+    assert max(computed) - min(computed) > 20
+    fragment = compbox.read("net.json")
+    net, slopes, product = fragment["terms"]
+    assert slopes["inputs"] == ["t1"] and slopes["outputs"] == ["error_X_um_per_X"]
+    assert (product["signal"], product["origin"]) == ("X", 200)
+    seen = [i for i, name in enumerate(net["inputs"]) if name == "Z"]
+    for row in net["hidden_weights"]:
+        assert all((w != 0) == (i in seen) for i, w in enumerate(row))
+
+
+SCREW_REFUSED = {
+    "no such input": (("--slope", "X:t9"), "--slope names 't9', which is not among the inputs"),
+    "no such position": (("--slope", "Y:t1"), "--slope names 'Y', which is not among the inputs"),
+    "unseen": (("--hidden-inputs", "Q*"), "--hidden-inputs: no input is called 'Q*'"),
+    "other record": (("--record", "short.csv"), "short.csv: does not reach to time_s "),
+    "record without input": (("--record", "bare.csv"), "bare.csv:1: there is no column 'X'"),
+    "record goes back": (("--record", "back.csv"), "back.csv:3: time_s must rise from row to row"),
+}
+
+
+@pytest.mark.parametrize("case", SCREW_REFUSED)
+def test_refused_beside_a_record(compbox, case):
+    more, message = SCREW_REFUSED[case]
+    write_screw(compbox)
+    names = ("time_s", "X", "Z", "t1", "rpm")
+    write_rows(compbox, [[1, 2, 3, 4, 5], [2, 2, 3, 4, 5]], names, "short.csv")
+    write_rows(compbox, [[2, 2, 3, 4, 5], [1, 2, 3, 4, 5]], names, "back.csv")
+    write_rows(compbox, [[1], [2]], ("time_s",), "bare.csv")
+    assert compbox.refused(*SCREW, *more).startswith(message)
+
+
+def test_slope_names_that_the_box_cannot_take(compbox):
+    _, probed = write_screw(compbox)
+    lines = ["time_s,run,X,Z,t1,rpm,deviation_of_the_tool"] + [",".join(map(str, r)) for r in probed]
+    compbox.write("probed.csv", "\n".join(lines) + "\n")
+    words = [w.replace("error_X_um", "deviation_of_the_tool") for w in SCREW]
+    assert compbox.refused(*words, "--slope", "X:t1").startswith(
+        "--slope: the box has no room for the name 'deviation_of_the_tool_per_X'")
+
+
 def test_the_fragment(compbox):
     table = rows_of_a_machine()
     write_rows(compbox, table)
@@ -281,7 +390,9 @@ def test_a_standing_input_is_refused(compbox):
                                   ("--activation", "relu"), ("--starts", "0"), ("--bogus",),
                                   ("--lag-only", "rpm"), ("--lags-start", "once"),
                                   ("--hidden", "0", "--no-linear-path"),
-                                  ("--optimiser", "levenberg-marquardt")])
+                                  ("--optimiser", "levenberg-marquardt"),
+                                  ("--record", "rows.csv"), ("--slope", "rpm"),
+                                  ("--slope", "rpm:rpm", "--no-linear-path")])
 def test_wrong_usage(compbox, more):
     write_rows(compbox, rows_of_a_machine(rows=30))
     done = compbox("train", "rows.csv", "--outputs", "ez_um", "--inputs", "rpm", "--name", "net",

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/training/slopes.h"
+
+#include "host-tools/formats/error.h"
+
+namespace compbox {
+
+namespace {
+
+// The plain input that is this column itself.
+Eigen::Index plain_input(const train_result &result, std::size_t column) {
+    for (std::size_t i = 0; i < result.inputs.size(); ++i) {
+        const model_input &input = result.inputs[i];
+        if (input.column == column && input.tau_s == 0.0 && input.power == 1 && !input.is_slope()) {
+            return static_cast<Eigen::Index>(i);
+        }
+    }
+    return -1;  // every column is an input (model_inputs)
+}
+
+}  // namespace
+
+// A slope's column is s = x (P - o), scaled (s - c_s) / r_s with weight L. With x = c + (x - c):
+//     L s / r_s = gain (x - c)(P - o) + gain c (P - o),  gain = L / r_s
+// The last part is straight in P and goes to the weight of P; what is constant goes to the bias.
+plain_linear linear_without_slopes(const train_result &result) {
+    const trained_model &model = result.chosen;
+    const network_parts<const double> net(model.shape, model.parameters.data());
+    const auto plain = static_cast<Eigen::Index>(result.plain_inputs());
+    plain_linear all;
+    all.bias = net.bias2;
+    all.weights = Eigen::MatrixXd::Zero(model.shape.outputs, plain);
+    if (!model.shape.linear) return all;
+    all.weights = net.linear.leftCols(plain);
+    for (std::size_t i = 0; i < result.inputs.size(); ++i) {
+        const model_input &slope = result.inputs[i];
+        if (!slope.is_slope()) continue;
+        const auto at = static_cast<Eigen::Index>(i);
+        const Eigen::Index x = plain_input(result, slope.column);
+        const Eigen::Index p = plain_input(result, static_cast<std::size_t>(slope.along));
+        const Eigen::VectorXd gain = net.linear.col(at) / model.in.scale[at];
+        const double centre = model.in.centre[x];
+        all.weights.col(p) += gain * centre * model.in.scale[p];
+        all.bias += gain * (centre * (model.in.centre[p] - slope.origin) - model.in.centre[at]);
+    }
+    return all;
+}
+
+std::vector<slope_gain> slope_gains(const train_result &result) {
+    const trained_model &model = result.chosen;
+    const network_parts<const double> net(model.shape, model.parameters.data());
+    std::vector<slope_gain> gains;
+    for (std::size_t i = 0; i < result.inputs.size(); ++i) {
+        const model_input &slope = result.inputs[i];
+        if (!slope.is_slope()) continue;
+        const auto at = static_cast<Eigen::Index>(i);
+        slope_gain gain;
+        gain.along = slope.along;
+        gain.input = plain_input(result, slope.column);
+        gain.um_per_mm = model.out.scale.cwiseProduct(net.linear.col(at)) / model.in.scale[at];
+        gains.push_back(gain);
+    }
+    return gains;
+}
+
+void check_slopes(const train_result &result) {
+    for (const auto &slope : result.inputs) {
+        if (!slope.is_slope()) continue;
+        const std::string &position = result.data.inputs[static_cast<std::size_t>(slope.along)];
+        for (const auto &output : result.data.outputs) {
+            const std::string name = output + "_per_" + position;
+            if (is_name_of_the_box(name) &&
+                is_name_of_the_box(result.options.name + "_per_" + position)) {
+                continue;
+            }
+            throw input_error("--slope: the box has no room for the name '" + name +
+                              "' of 23 characters at most: give the columns, or --name, shorter "
+                              "names");
+        }
+    }
+}
+
+}  // namespace compbox
