@@ -51,6 +51,7 @@ fake_plc::fake_plc(const twin_config &config, const register_map &map, const plc
       profile_(profile),
       twin_(config),
       nc_(config_),
+      process_(config_),
       duties_(map, config.plc, 0),
       side_(make_nc_side(profile.nc, map, config.seed)),
       jitter_(config.seed, "PLC scan"),
@@ -90,6 +91,7 @@ void fake_plc::nc_cycle() {
     side_->cycle(nc_due_us_ - start_us_);
     enter_compensation();
     nc_.step();
+    process_.advance(static_cast<double>(nc_cycle_us_) * 1e-6, nc_.state());
     ++nc_cycles_;
     nc_due_us_ += nc_cycle_us_;
 }

@@ -18,6 +18,7 @@
 #include "host-tools/fakeplc/register_map.h"
 #include "host-tools/twin/machine.h"
 #include "host-tools/twin/motion.h"
+#include "host-tools/twin/process.h"
 #include "host-tools/twin/random.h"
 
 namespace compbox {
@@ -70,6 +71,8 @@ class fake_plc {
     // What the NC has of each channel, this moment.
     const std::vector<correction> &held() const { return side_->held(); }
     const alarm_list &alarms() const { return alarms_; }
+    // The machine as it is now, for reports after the fact: twin().true_error_um(machine_state()).
+    twin_state machine_state() const;
     bool moving() const { return nc_.moving(); }
 
     // For runs that ask the twin themselves: state() without its errors, which cost time.
@@ -117,6 +120,7 @@ class fake_plc {
     plc_profile profile_;
     twin_machine twin_;
     nc_motion nc_;
+    machine_process process_;
     modbus::bank registers_;
     plc_duties duties_;
     std::unique_ptr<nc_side> side_;

@@ -33,6 +33,7 @@ double fake_plc::signal_value(const shown_signal &signal) const {
     if (axis >= 0 && config_.axes[static_cast<std::size_t>(axis)].present) {
         return nc_.position_mm()[static_cast<std::size_t>(axis)];
     }
+    if (const auto shown = process_.signal(signal.name)) return *shown;
     const auto constant = config_.signals.find(signal.name);
     if (constant != config_.signals.end()) return constant->second;
     return std::min(std::max(0.0, signal.min.value_or(0.0)), signal.max.value_or(0.0));
@@ -118,9 +119,15 @@ void fake_plc::keep_state() {
     events_.clear();
 }
 
+twin_state fake_plc::machine_state() const {
+    twin_state state = nc_.state();
+    process_.fill(state);
+    return state;
+}
+
 void fake_plc::keep_truth() {
     if (!with_truth_) return;
-    twin_state machine = nc_.state();
+    twin_state machine = machine_state();
     state_.error_after_um = twin_.true_error_um(machine);
     machine.drive_um = {};
     state_.error_before_um = twin_.true_error_um(machine);

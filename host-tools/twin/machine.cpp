@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/twin/machine.h"
 
+#include "host-tools/twin/process_parts.h"
 #include "host-tools/twin/unexplained.h"
 
 namespace compbox {
@@ -8,6 +9,8 @@ namespace compbox {
 twin_machine::twin_machine(const twin_config &config)
     : config_(config), geometry_(std::make_shared<compbox::geometry>(config)) {
     explained_.push_back(geometry_);
+    if (!config.thermal.empty()) explained_.push_back(std::make_shared<thermal_part>(config));
+    if (!config.cutting.empty()) explained_.push_back(std::make_shared<force_part>(config));
     if (config.unexplained_percent > 0.0) {
         unexplained_ = std::make_shared<unexplained>(config, explained_);
     }

@@ -90,6 +90,8 @@ void nc_motion::start_next() {
                   : straight_move(position_mm_, target_mm, step.feed_mm_per_s, axes_);
     step_duration_s_ = dwell ? step.dwell_s : move_.duration_s();
     step_start_cycle_ = cycles_;
+    if (step.spindle_rpm) spindle_rpm_ = *step.spindle_rpm;
+    depth_mm_ = step.depth_of_cut_mm;
     busy_ = true;
 }
 
@@ -123,7 +125,12 @@ void nc_motion::take_over_compensation() {
 void nc_motion::step() {
     if (!busy_ && !waiting_.empty()) start_next();
     ++cycles_;
+    const xyz before_mm = position_mm_;
     if (busy_) move_axes();
+    if (!busy_) depth_mm_ = 0.0;
+    feed_mm_per_s_ = std::hypot(position_mm_[0] - before_mm[0], position_mm_[1] - before_mm[1],
+                                position_mm_[2] - before_mm[2]) /
+                     cycle_s_;
     take_over_compensation();
 }
 
@@ -141,6 +148,9 @@ twin_state nc_motion::state() const {
     twin_state state;
     state.time_s = time_s();
     state.position_mm = position_mm_;
+    state.spindle_rpm = spindle_rpm_;
+    state.feed_mm_per_min = 60.0 * feed_mm_per_s_;
+    state.depth_of_cut_mm = depth_mm_;
     for (std::size_t a = 0; a < 3; ++a) {
         for (std::size_t side = 0; side < 2; ++side) {
             state.drive_um[a][side] = entered_um_[a][side] * axes_[a].compensation_sign;

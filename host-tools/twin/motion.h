@@ -79,6 +79,8 @@ class nc_motion {
     bool busy_ = false;
     straight_move move_;
     double step_duration_s_ = 0.0;
+    double spindle_rpm_ = 0.0, depth_mm_ = 0.0;
+    double feed_mm_per_s_ = 0.0;  // along the path, in the last cycle
     long long cycles_ = 0, step_start_cycle_ = 0;
     xyz position_mm_;
     xyz asked_um_ = {}, difference_um_ = {};

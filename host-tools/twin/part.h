@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "host-tools/twin/random.h"
 #include "host-tools/twin/state.h"
 
 namespace compbox {
@@ -15,6 +16,9 @@ class error_part {
     // Displacement of the tool relative to the workpiece. Finite for every state inside the
     // travels.
     virtual xyz error_um(const twin_state &state) const = 0;
+    // Puts into the state what this part depends on, as a machine at work might have it, besides
+    // time and positions: for whoever asks how large errors become.
+    virtual void vary(twin_state &, random_stream &) const {}
 };
 
 using part_pointer = std::shared_ptr<const error_part>;

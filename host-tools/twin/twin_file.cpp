@@ -8,6 +8,7 @@
 
 #include "host-tools/formats/csv.h"
 #include "host-tools/twin/geometry_file.h"
+#include "host-tools/twin/process_file.h"
 #include "host-tools/twin/reading.h"
 
 namespace compbox {
@@ -141,10 +142,16 @@ void read_start(const json &root, twin_config &config, const place &top) {
 }
 
 twin_step read_step(const json &value, const twin_config &config, const place &at) {
-    check_keys(value, {"move_to_mm", "feed_mm_per_min", "dwell_s"}, at);
+    check_keys(value,
+               {"move_to_mm", "feed_mm_per_min", "dwell_s", "spindle_rpm", "depth_of_cut_mm"}, at);
     twin_step step;
+    if (value.contains("spindle_rpm")) {
+        step.spindle_rpm = required(value, "spindle_rpm", 0.0, 1e6, at);
+    }
     if (value.contains("dwell_s")) {
-        if (value.size() != 1) at.fail("is a move and a dwell at once; make two steps of it");
+        if (value.size() != (step.spindle_rpm ? 2 : 1)) {
+            at.fail("is a move and a dwell at once; make two steps of it");
+        }
         step.dwell_s = required(value, "dwell_s", 1e-3, 1e6, at);
         return step;
     }
@@ -158,6 +165,7 @@ twin_step read_step(const json &value, const twin_config &config, const place &a
                                              config.axes[axis], target.in(key));
     }
     step.feed_mm_per_s = required(value, "feed_mm_per_min", 1e-3, 1e6, at) / seconds_per_minute;
+    step.depth_of_cut_mm = optional(value, "depth_of_cut_mm", 0.0, 0.0, 1e3, at);
     return step;
 }
 
@@ -234,6 +242,8 @@ twin_config load_twin(const std::string &path) {
                 "squareness_urad",
                 "stages",
                 "unexplained",
+                "thermal",
+                "cutting",
                 "spectrum",
                 "repeatability_um",
                 "laser_um",
@@ -259,6 +269,8 @@ twin_config load_twin(const std::string &path) {
     read_geometry(root, config, top);
     config.unexplained_percent = optional(optional_object(root, "unexplained", top), "percent", 0.0,
                                           0.0, 100.0, top.in("unexplained"));
+    if (root.contains("thermal")) config.thermal = read_thermal(root["thermal"], top.in("thermal"));
+    if (root.contains("cutting")) config.cutting = read_cutting(root["cutting"], top.in("cutting"));
     read_spectrum(root, config, top);
     config.repeatability_um = optional(root, "repeatability_um", 0.3, 0.0, 1e3, top);
     read_laser(root, config, top);

@@ -9,6 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "host-tools/twin/force.h"
+#include "host-tools/twin/thermal.h"
+
 namespace compbox {
 
 // X, Y, Z in this order; mm or µm as the name says. An axis that a machine lacks stays at 0.
@@ -55,7 +58,9 @@ struct twin_chain {
 struct twin_step {
     std::array<std::optional<double>, 3> target_mm;  // absent: this axis stays
     double feed_mm_per_s = 0.0;                      // along the path
-    double dwell_s = 0.0;                            // > 0: a dwell, the rest is unused
+    double dwell_s = 0.0;                            // > 0: a dwell, without target and feed
+    std::optional<double> spindle_rpm;               // from here on; absent: as it is
+    double depth_of_cut_mm = 0.0;                    // in this move
 };
 
 struct twin_laser {
@@ -89,6 +94,8 @@ struct twin_config {
     twin_chain chain;
     std::array<std::optional<twin_stage>, 3> stages;  // of axes with two drives
     double unexplained_percent = 0.0;                 // unexplained.h
+    thermal_config thermal;                           // of the kind; the seed draws (thermal.h)
+    cutting_config cutting;                           // likewise (force.h)
     double spectrum_exponent = 2.5;
     double spectrum_roll_off = 8.0;
     double repeatability_um = 0.3;  // standard deviation of each approach to a position

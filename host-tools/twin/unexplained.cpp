@@ -58,6 +58,7 @@ void unexplained::scale(const twin_config &config, const std::vector<part_pointe
             const twin_axis &axis = config.axes[a];
             state.position_mm[a] = axis.min_mm + stream.uniform() * (axis.max_mm - axis.min_mm);
         }
+        for (const auto &part : explained) part->vary(state, stream);
         xyz sum = {};
         for (const auto &part : explained) sum = sum_of(sum, part->error_um(state));
         const xyz rough = raw(state);

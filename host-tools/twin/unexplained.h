@@ -11,7 +11,8 @@
 namespace compbox {
 
 // In each direction the range over the working space and over a day is `percent` of the range
-// that the explained parts have there (at the state of a fresh machine at rest).
+// that the explained parts have there, with the temperatures and forces of a day at work, where
+// the machine has such.
 class unexplained : public error_part {
   public:
     unexplained(const twin_config &config, const std::vector<part_pointer> &explained);

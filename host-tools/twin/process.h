@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// What goes on in the machine as time goes by: its temperatures and the load of its spindle, and
+// what instruments and the PLC show of them.
+#pragma once
+
+#include <optional>
+
+#include "host-tools/twin/state.h"
+#include "host-tools/twin/thermal.h"
+
+namespace compbox {
+
+class machine_process {
+  public:
+    // At the air's temperature. All follows from config.seed.
+    explicit machine_process(const twin_config &config);
+
+    // in : 0 < dt_s <= 1 s since the last call; what the axes and the spindle did in it
+    void advance(double dt_s, const twin_state &now);
+
+    // Puts temperatures by the names of the nodes, and the spindle's load, into the state.
+    void fill(twin_state &state) const;
+
+    // What the PLC shows: a thermometer by the name of its signal, spindle_rpm,
+    // spindle_load_percent, feed_mm_per_min, depth_of_cut_mm. Nothing for other names, and for
+    // machines without `thermal` or `cutting` in their file.
+    std::optional<double> signal(const std::string &name) const;
+
+  private:
+    cutting_config cutting_;
+    thermal_config thermal_config_;
+    thermal_process thermal_;
+    random_stream load_noise_;
+    twin_state now_;
+    bool has_any_;
+    double shown_load_percent_ = 0.0, since_load_s_ = 0.0;
+};
+
+}  // namespace compbox

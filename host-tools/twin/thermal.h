@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+// The thermal network: lumps of the machine that heat sources warm, that warm each other and that
+// the air cools; what their expansion does to the tool; thermometers on them. docs/twin.md, "Heat".
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "host-tools/twin/random.h"
+
+namespace compbox {
+
+struct thermal_node {
+    std::string name;
+    double capacity_kJ_per_K = 1.0;
+    double to_air_W_per_K = 1.0;
+};
+
+struct thermal_coupling {
+    std::size_t one = 0, other = 0;  // nodes
+    double W_per_K = 0.0;
+};
+
+// What warms a node: watt * (drive / at)^power. `at` in the drive's unit: 1/min, mm/min, W.
+enum class heat_drive { always, spindle_rpm, travel_x, travel_y, travel_z, cutting_W };
+
+struct thermal_heat {
+    std::size_t node = 0;
+    heat_drive drive = heat_drive::always;
+    double watt = 0.0, at = 1.0, power = 1.0;
+};
+
+// Expansion of a node moves the tool by (T - reference) * (um_per_K + um_per_m_K * (P - from)), P
+// the position of the axis `along`: the control's K0 and tanβ parts.
+struct thermal_expansion {
+    std::size_t node = 0;
+    int direction = 0;  // 0..2: X, Y, Z
+    double um_per_K = 0.0;
+    double um_per_m_K = 0.0;
+    int along = 0;
+    double from_mm = 0.0;
+};
+
+struct thermal_sensor {
+    std::string signal;
+    std::size_t node = 0;
+    double lag_s = 20.0;
+    double resolution_K = 0.1;
+    double noise_K = 0.03;  // of a reading, 1 sigma
+    double offset_K = 0.0;  // this sensor's own, within ± this
+};
+
+struct thermal_air {
+    double mean_degC = 20.0;
+    double swing_K = 0.0;  // amplitude over a day of 24 h
+    double warmest_h = 15.0;
+    double start_h = 7.0;  // time of day at the start
+};
+
+struct thermal_config {
+    double reference_degC = 20.0;  // here nothing is expanded
+    double spread = 0.0;           // a seed draws each parameter within ± this part of it
+    thermal_air air;
+    std::vector<thermal_node> nodes;
+    std::vector<thermal_coupling> couplings;
+    std::vector<thermal_heat> heats;
+    std::vector<thermal_expansion> expansions;
+    std::vector<thermal_sensor> sensors;
+
+    bool empty() const { return nodes.empty(); }
+};
+
+// The machine of this kind that the seed stands for: capacities, conductances, heats and expansions
+// within ± spread, each from a stream of its own; offsets of the sensors. Names, drives, noise,
+// lags and the air stay.
+thermal_config drawn(const thermal_config &kind, std::uint64_t seed);
+
+// Longest and shortest time constant of the network, s: of its slowest and fastest mode. The
+// network must not be empty. By power iteration, to 1 %; for checks and documents.
+struct time_constants {
+    double shortest_s, longest_s;
+};
+time_constants modes_of(const thermal_config &config);
+
+// What the machine does, as far as it makes heat.
+struct thermal_load {
+    double spindle_rpm = 0.0;
+    std::array<double, 3> axis_mm_per_s = {};  // sign does not matter
+    double cutting_W = 0.0;
+};
+
+// How the temperatures go. Time is passed in; equal loads give equal temperatures however the time
+// is divided: it is counted in steps of one second, with the mean of the loads in it.
+class thermal_process {
+  public:
+    static constexpr double step_s = 1.0;
+
+    // All nodes and sensors at the air's temperature. The noise of the sensors follows from seed.
+    thermal_process(const thermal_config &config, std::uint64_t seed);
+
+    // in : 0 < dt_s <= step_s
+    void advance(double dt_s, const thermal_load &load);
+
+    double air_degC() const;
+    const std::vector<double> &node_degC() const { return node_degC_; }
+    // What a thermometer shows: behind by its lag, with noise, rounded; new once a second.
+    const std::vector<double> &sensor_degC() const { return shown_degC_; }
+
+  private:
+    void step();
+    void warm();
+    void read();
+
+    thermal_config config_;
+    std::vector<random_stream> noise_;  // of each sensor
+    std::vector<double> node_degC_, sensor_degC_, shown_degC_, watt_;
+    std::vector<double> warmth_;  // of each heat: time integral of its watt since the last step, J
+    double since_step_s_ = 0.0;
+    long long steps_ = 0;
+    int parts_ = 1;  // of a step, so that the fastest node is followed
+};
+
+// Displacement of the tool relative to the workpiece, µm.
+// in : a temperature for each node
+std::array<double, 3> thermal_error_um(const thermal_config &config,
+                                       const std::vector<double> &node_degC,
+                                       const std::array<double, 3> &position_mm);
+
+}  // namespace compbox
