@@ -9,7 +9,10 @@
 #include "hal/hal.h"
 #include "hal/stm32f405/wire.h"
 
-enum { CB_BOARD_TRIES = 8 }; /* of one request in one cycle */
+enum {
+    CB_BOARD_TRIES = 8,    /* of one request in one cycle */
+    CB_BOARD_SAMPLES = 64, /* what one cycle can take */
+};
 
 struct cb_board {
     uint32_t period_us;
@@ -18,6 +21,8 @@ struct cb_board {
     uint32_t slave_delay_us; /* of the PLC */
     uint32_t reserve_us;     /* what a reading leaves of the cycle's time, for the write */
     int64_t next_tick_us;    /* 0: none yet */
+    size_t waiting;          /* samples for the next cycle */
+    struct cb_hal_sample samples[CB_BOARD_SAMPLES];
     bool stop;               /* the console asked for it */
     void (*idle)(void);      /* called again and again while there is time, each time short */
     void (*meanwhile)(void); /* called while the PLC is waited for, each time very short */

@@ -18,6 +18,7 @@ static struct cb_app app;
 
 /* What there is time for between two cycles. */
 static void idle(void) {
+    cb_bus_poll(&app);
     cb_commands_serve(&app);
     cb_dump_go_on(&app);
 }
@@ -91,6 +92,7 @@ static _Noreturn void run_box(void) {
     const struct cb_hal hal = cb_board_hal(&app.board);
     app.board.period_us = app.box.config.period_us;
     start_plc();
+    cb_bus_start(&app);
     cb_recorder_start(&app.recorder, app.loading.records, CB_APP_RECORDS);
     cb_box_start(&app.box);
     app.box.mode.lost = cb_start_was_fault(app.cause);

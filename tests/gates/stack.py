@@ -48,6 +48,7 @@ COMMANDS = ["cb_dump_ask", "cb_status_counters", "cb_status_fault", "cb_status_s
         "crash_address", "crash_hang", "crash_stack", "crash_undefined", "end_trace", "help", "restart",
         "restart_with_trace", "say_trace", "show_slots", "stop")]
 IMAGE_INDIRECT = {
+    "config_curves.c:load_term": INDIRECT["config_curves.c:load_backward"],  # inlined with -Os
     "cycle.c:cb_cycle_run": HAL,
     "main.c:main": HAL,
     "standby.c:cb_standby_run": HAL,

@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "firmware/box.h"
+#include "firmware/bus_turns.h"
 #include "firmware/config_load.h"
 #include "firmware/recorder.h"
 #include "hal/cycle.h"
@@ -18,12 +19,21 @@
 /* The flight recorder lies where the loader worked. */
 enum { CB_APP_RECORDS = sizeof(struct cb_load_scratch) / sizeof(struct cb_record) };
 
+/* bus.c */
+struct cb_app_bus {
+    bool present; /* the file has one */
+    struct cb_wire wire;
+    struct cb_bus_turns turns;
+    uint16_t registers[CB_MAX_READ_REGISTERS];
+};
+
 struct cb_app {
     struct cb_console console;
     struct cb_clock clock;
     enum cb_start_cause cause;
     char slot; /* 'A', 'B'; 0: there is no file and no box */
     struct cb_board board;
+    struct cb_app_bus bus;
     struct cb_cycle cycle;
     struct cb_recorder recorder;
     bool trace;         /* a line about each cycle */
@@ -61,6 +71,10 @@ uint32_t cb_app_lumps_us(const struct cb_app *app);
 
 /* standby.c: instead of a box. */
 _Noreturn void cb_standby_run(struct cb_app *app);
+
+/* bus.c: starts the line; does what can be done on it now. */
+void cb_bus_start(struct cb_app *app);
+void cb_bus_poll(struct cb_app *app);
 
 /* commands.c: executes what was typed. */
 void cb_commands_serve(struct cb_app *app);

@@ -126,6 +126,7 @@ static void say_wire(struct cb_app *app, const char *name, const struct cb_wire 
 
 void cb_status_wires(struct cb_app *app) {
     say_wire(app, "plc:", &app->board.plc);
+    if (app->bus.present) say_wire(app, "bus:", &app->bus.wire);
 }
 
 static void put_register(struct cb_text *line, const char *name, uint32_t value) {

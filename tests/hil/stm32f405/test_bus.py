@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: MIT
+"""Pt100 modules on their own line: they are asked in turn, and none of them delays the PLC's exchange."""
+import re
+
+import machine
+from following import active, counters_of, wait_for
+from machine import ACTIVE
+from rtu_plc import RtuPlc
+
+AT_REST = {"X": 4000, "Y": 200, "Z": 1500, "T1": 20}
+DEGRADED = 8
+
+
+class Module:
+    """A temperature in 0.1 degC at a register, nothing anywhere else."""
+
+    def __init__(self, register, temperature):
+        self.register, self.temperature, self.asked = register, temperature, 0
+
+    def read(self, start, count):
+        assert (start, count) == (self.register, 1)
+        self.asked += 1
+        return [round(10 * self.temperature)]
+
+
+def on_bus(data):
+    """T1, which makes Z grow, and T2, which moves X, come from modules 3 and 4."""
+    data["buses"] = [{"name": "pt100", "every_ms": 60,
+                      "rtu": {"device": "/dev/ttyS2", "baud": 19200, "slave_delay_ms": 20}}]
+    t1 = next(s for s in data["signals"] if s["name"] == "T1")
+    del t1["plc"]
+    t1.update({"bus": "pt100", "unit_id": 3, "register": 10, "max_age_ms": 2000})
+    data["signals"].append({**t1, "name": "T2", "unit_id": 4, "register": 0})
+    data["terms"].append({"name": "WARM", "type": "polynomial", "signal": "T2", "coefficients": [-30, 1.5]})
+    data["channels"][0]["sum"].append("WARM")
+    data["safety"]["ramp_um_per_s"] = 500
+
+
+def wanted(t1, t2):
+    um = machine.wanted_um({**AT_REST, "T1": t1})
+    return {**um, "X": um["X"] - (1.5 * t2 - 30)}
+
+
+def holds(write, um):
+    return all(abs(write.um[name] - um[name]) <= machine.resolution_um(machine.CHANNELS[name]) for name in um)
+
+
+def test_temperatures_arrive_and_a_lost_module_costs_its_term_alone(plc, rtu, start_box, tmp_path):
+    plc.values = AT_REST
+    modules = {3: Module(10, 20), 4: Module(0, 40)}
+    with rtu(), RtuPlc(tmp_path / "bus.sock", dict(modules)) as bus, \
+            start_box(on_bus, bus=tmp_path / "bus.sock") as box:
+        wait_for(lambda: plc.writes and holds(plc.last(), wanted(20, 40)))
+        modules[3].temperature = 26
+        wait_for(lambda: holds(plc.last(), wanted(26, 40)))
+
+        del bus.units[4]                                         # the module is lost
+        wait_for(lambda: plc.last().reason == DEGRADED)          # too old: its term fades out
+        wait_for(lambda: holds(plc.last(), wanted(26, 20)))      # 20 degC is where WARM is zero
+        asked = modules[3].asked
+        modules[3].temperature = 23                              # the other one goes on
+        wait_for(lambda: holds(plc.last(), wanted(23, 20)))
+        assert modules[3].asked > asked
+
+        bus.units[4] = modules[4]
+        wait_for(lambda: holds(plc.last(), wanted(23, 40)))
+
+        bus.fault = lambda frame, reply: [0.2, reply]            # slower than it may be
+        mark = len(plc.writes)
+        wait_for(lambda: len(plc.writes) > mark + 60)
+        counters, since = counters_of(box), box.console.mark()
+        box.console.say("wires")
+        line = box.console.wait("bus:", since)
+    told = {name: int(count) for name, count in re.findall(r"(\w+)=(\d+)", line)}
+    assert told["timeouts"] > 3 and told["replies"] > 20, line
+    assert "missed_ticks" not in counters, counters
+    first = active(plc)[0].time_s
+    assert all(w.mode == ACTIVE for w in plc.writes if w.time_s > first)
