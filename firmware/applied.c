@@ -14,7 +14,7 @@ static uint32_t patience_us(const struct cb_config *config) {
 static uint32_t standing_us(const struct cb_config *config, unsigned index,
                             const struct cb_channel_state *state, float applied_um,
                             uint32_t elapsed_us) {
-    const float unit_um = cb_limiter_unit_um(&config->channels[index]);
+    const float unit_um = config->channels[index].unit_um;
     const float near_um = config->plc.deadband_um + unit_um + cb_abs(state->sent_um) * 1e-6f;
     if (applied_um != state->applied_um) return 0;
     if (cb_abs(applied_um - state->sent_um) <= near_um) return 0;

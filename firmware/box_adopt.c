@@ -96,6 +96,7 @@ static void adopt_signals(struct cb_box *fresh, const struct cb_box *old) {
         if (k == CB_NONE) continue;
         if (!same_kind(&fresh->config, signal, &old->config, &old->config.signals[k])) continue;
         fresh->signals[i] = old->signals[k];
+        fresh->signals[i].streak = 0; /* it may come from somewhere else now */
     }
 }
 
@@ -120,7 +121,7 @@ static void adopt_terms(struct cb_box *fresh, const struct cb_box *old) {
             const unsigned k = find_output(&old->config, fresh->config.outputs[index].name);
             if (k == CB_NONE) continue;
             const unsigned was = old->config.outputs[k].term;
-            fresh->terms[i].held[j] = fresh->outputs[index] = old->outputs[k];
+            fresh->outputs[index] = old->outputs[k];
             fresh->terms[i].live = old->terms[was].live;
             adopt_direction(fresh, i, old, was);
         }

@@ -62,6 +62,17 @@ struct cb_signal_config {
     float max_rate_per_s; /* plausible rate of change, unit/s; 0 = unlimited */
     uint32_t max_age_ms;  /* default: three periods for PLC signals, 2000 ms for sensors; of a lag
                              that of its signal, as are min and max (squared for power 2) */
+    /* derived (config_derive.h) */
+    float rate_per_s;  /* max_rate_per_s, infinite where that is 0 */
+    float change_unit; /* one raw unit of an integer, which every change may have beside its rate */
+    bool plain;        /* a PLC signal that does not lead: what it is follows from its reading */
+};
+
+/* A lag and what it follows; derived, in the order of config->lags. */
+struct cb_lag_link {
+    uint8_t lag, of; /* indices of signals */
+    bool squares;    /* it follows the square */
+    bool new_pace;   /* its time constant is not that of the lag before it */
 };
 
 enum cb_term_type {
@@ -107,12 +118,12 @@ struct cb_bpnet_config {
     uint16_t link, weights, ranges;
 };
 
-/* Pool: lever_mm[3][3], tool[3], squareness_urad[3] as in cb_volumetric; constant tool length. */
+/* Pool: a struct cb_volumetric; constant tool length. */
 struct cb_volumetric_config {
     uint8_t position[3]; /* signals of X, Y, Z */
     uint8_t tool_length; /* signal, or CB_NONE */
-    uint8_t moves[3];
-    uint8_t error[18]; /* outputs of the errors in the order of cb_volumetric_state; or CB_NONE */
+    bool complete;       /* derived: no error is CB_NONE */
+    uint8_t error[18];   /* outputs of the errors in the order of cb_volumetric_state; or CB_NONE */
     uint16_t pool;
 };
 
@@ -128,6 +139,22 @@ struct cb_term_config {
         struct cb_bpnet_config bpnet;
         struct cb_volumetric_config volumetric;
     } as;
+};
+
+/* Terms of type B-spline or polyline without branches, which most are, and where to look for their
+ * value. Derived: those of one signal, the same breaks and the same degree stand together, on one
+ * grid, so that the place of the signal among the breaks is found once for all of them. */
+struct cb_grid {
+    uint8_t signal, degree;
+    uint8_t curves;       /* so many of config->plain_curves, after those of the grid before */
+    uint8_t term;         /* its first: the breaks of that one are looked at */
+    float spans_per_unit; /* see cb_ppoly, as the next two */
+    uint16_t spans;
+    uint16_t breaks; /* offset in the pool */
+};
+struct cb_plain_curve {
+    uint16_t coefficients; /* offset in the pool */
+    uint8_t term, output;
 };
 
 struct cb_output_config {
@@ -159,6 +186,10 @@ struct cb_channel_config {
     float deadband_um;       /* >= 0: smaller changes are not written */
     float step_um;           /* > 0: never further than this from what the PLC applies */
     float scale;             /* µm per unit of the register; > 0 */
+    /* derived (limiter.h) */
+    float unit_um; /* one unit of the register; 0 where it is as fine as float32 */
+    float most_um; /* the limit, or just inside it */
+    float top_um;  /* the largest value within the limit that the register can say */
 };
 
 /* Two motors of one stage: their outputs never differ by more than this. */
@@ -247,6 +278,14 @@ struct cb_config {
     uint16_t pool_count, links_count;
     uint8_t lags[CB_MAX_SIGNALS]; /* the signals that are lags, each after the one it follows, those
                                      of one time constant side by side where that allows it */
+    uint8_t grids_count, other_terms_count; /* derived, as all that follow up to signals */
+    struct cb_grid grids[CB_MAX_TERMS];
+    struct cb_plain_curve plain_curves[CB_MAX_TERMS];
+    uint8_t other_terms[CB_MAX_TERMS]; /* all that are not plain curves, in their order */
+    struct cb_lag_link lag_links[CB_MAX_SIGNALS];
+    uint8_t measured[CB_MAX_SIGNALS]; /* signals that are no lags, plain ones last */
+    uint8_t plain_count;              /* how many of them are plain … */
+    uint32_t plain_age_us;            /* … and the least of their maximum ages */
     struct cb_signal_config signals[CB_MAX_SIGNALS];
     struct cb_term_config terms[CB_MAX_TERMS];
     struct cb_curve_config branches[CB_MAX_BRANCHES]; /* backward; as curves of terms */

@@ -5,6 +5,7 @@
 
 #include <string.h>
 
+#include "firmware/config_derive.h"
 #include "firmware/config_objects.h"
 
 #define AT(member) .offset = offsetof(struct cb_config, member)
@@ -172,7 +173,7 @@ enum cb_error cb_config_load(struct cb_config *config, const char *text, size_t 
     } else if (is_blank(text, length)) {
         cb_fail(&loader, CB_ERROR_EMPTY, CB_ABSENT, "the file is empty");
     } else if (check_syntax(&loader)) {
-        load_sections(&loader);
+        if (load_sections(&loader)) cb_config_derive(config);
     }
     return loader.error;
 }

@@ -139,13 +139,13 @@ bool cb_load_volumetric(struct cb_loader *loader, uint32_t at, const uint32_t *s
     struct cb_volumetric_config *config = &term->as.volumetric;
     struct cb_volumetric model;
     uint32_t squareness[SQUARENESS_KEYS];
-    const uint32_t floats = offsetof(struct cb_volumetric, moves) / sizeof(float);
+    const uint32_t floats = sizeof model / sizeof(float);
     memset(&model, 0, sizeof model);
     if (term->outputs != 3)
         return cb_fail(loader, CB_ERROR_RANGE, slots[OUTPUTS],
                        "a volumetric term has three outputs, in X, Y and Z, not %u",
                        (uint32_t)term->outputs);
-    if (!read_chain(loader, slots[CHAIN], config->moves) ||
+    if (!read_chain(loader, slots[CHAIN], model.moves) ||
         !read_positions(loader, at, slots[POSITIONS], config->position) ||
         !read_levers(loader, slots, &model) ||
         !read_direction(loader, slots[TOOL_DIRECTION], model.tool))
@@ -156,7 +156,7 @@ bool cb_load_volumetric(struct cb_loader *loader, uint32_t at, const uint32_t *s
         return false;
     if (!cb_take_pool(loader, at, floats + 1, &config->pool)) return false;
     float *pool = loader->config->pool + config->pool;
-    memcpy(pool, &model, floats * sizeof *pool);
+    memcpy(pool, &model, sizeof model);
     return read_tool_length(loader, slots, &config->tool_length, pool + floats);
 }
 

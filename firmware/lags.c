@@ -38,8 +38,9 @@ CB_INLINE void follow(const struct cb_signal_config *lag, const struct cb_signal
     const int64_t elapsed_us = signal->time_us - state->time_us;
     state->time_us = signal->time_us;
     state->known = true;
-    if (!state->settled) start(state, u);
-    if (elapsed_us != 0) {
+    if (!state->settled) {
+        start(state, u);
+    } else if (elapsed_us != 0) {
         if (elapsed_us != pace->elapsed_us || tau_s != pace->tau_s)
             *pace = (struct pace){elapsed_us, tau_s, gains_over(elapsed_us, tau_s)};
         cb_lag_step_to(&state->lag, pace->gains, u);
@@ -58,23 +59,55 @@ CB_OUTLINE void follow_stale(const struct cb_signal_config *lag,
     state->fresh = false;
 }
 
+/* A lag whose signal was read in this reading and the one before, and which went along with it:
+ * the usual case.
+ * in : gains for the time between the two readings, which is at most tau / 64
+ * out: as follow(). The lag stays inside min … max by itself, because its signal does: with
+ *      0 < ramp < gain <= 1/64 the new value is a weighted mean of the old one and the two inputs,
+ *      each with a weight that is far more than the rounding of its share. */
+CB_INLINE void follow_steady(const struct cb_lag_link *link, const struct cb_signal_state *signal,
+                             struct cb_signal_state *state, struct cb_lag_gains gains) {
+    const float u = link->squares ? signal->value * signal->value : signal->value;
+    state->time_us = signal->time_us;
+    state->value = state->used = cb_lag_step_to(&state->lag, gains, u);
+}
+
+/* Any lag in any step. out: whether it is fresh */
+CB_OUTLINE bool follow_any(const struct cb_signal_config *lag, const struct cb_signal_state *signal,
+                           struct cb_signal_state *state, struct pace *pace,
+                           struct cb_counters *counters) {
+    state->streak = 0;
+    if (!signal->fresh) { /* it is as old as what it follows */
+        follow_stale(lag, signal, state, counters);
+        return false;
+    }
+    follow(lag, signal, state, pace);
+    state->used = state->value;
+    if (signal->streak != 0 && state->value == state->lag.hi) state->streak = CB_STREAK_GOES;
+    return state->fresh = true;
+}
+
 bool cb_lags_follow(const struct cb_config *config, struct cb_signal_state *states,
-                    struct cb_counters *counters) {
-    const uint8_t *const end = config->lags + config->lags_count;
+                    struct cb_counters *counters, int64_t since_us) {
+    const struct cb_lag_link *const end = config->lag_links + config->lags_count;
     bool essentials_fresh = true;
     struct pace pace = {0};
-    for (const uint8_t *index = config->lags; index != end; ++index) {
-        const struct cb_signal_config *lag = &config->signals[*index];
-        const struct cb_signal_state *signal = &states[lag->lag_of];
-        struct cb_signal_state *state = &states[*index];
-        if (!signal->fresh) { /* it is as old as what it follows */
-            follow_stale(lag, signal, state, counters);
-            essentials_fresh = essentials_fresh && !lag->essential;
-            continue;
+    struct cb_lag_gains gains = {0.0f, 0.0f};
+    unsigned steady = 0;
+    for (const struct cb_lag_link *link = config->lag_links; link != end; ++link) {
+        const struct cb_signal_state *signal = &states[link->of];
+        struct cb_signal_state *state = &states[link->lag];
+        if (link->new_pace) {
+            gains = since_us > 0 ? gains_over(since_us, config->signals[link->lag].tau_s) : gains;
+            steady = since_us > 0 && gains.gain <= 0.015625f ? CB_STREAK_GOES : 0;
         }
-        follow(lag, signal, state, &pace);
-        state->used = state->value;
-        state->fresh = true;
+        if (signal->streak & state->streak & steady) {
+            follow_steady(link, signal, state, gains);
+        } else {
+            const struct cb_signal_config *lag = &config->signals[link->lag];
+            if (!follow_any(lag, signal, state, &pace, counters))
+                essentials_fresh = essentials_fresh && !lag->essential;
+        }
     }
     return essentials_fresh;
 }

@@ -10,11 +10,11 @@
 
 #include "firmware/signals.h"
 
-/* in : states of which those that are measured have been aged
+/* in : states of which those that are measured have been aged; since_us of this step's reading
  * out: the lags' value, time_us, known, fresh and used, each after the signal that it follows; the
  *      first value that a lag meets is its steady state. Those that went stale are counted.
  *      Result: true when every essential lag is fresh. */
 bool cb_lags_follow(const struct cb_config *config, struct cb_signal_state *states,
-                    struct cb_counters *counters);
+                    struct cb_counters *counters, int64_t since_us);
 
 #endif

@@ -56,7 +56,8 @@ static const float FINEST_GRID = 1048576.0f; /* 2^20 */
 /* Rounding of a few float32 operations, relative. */
 static const float SLACK = 2.0f * FLT_EPSILON; /* 2^-22 */
 
-float cb_limiter_unit_um(const struct cb_channel_config *channel) {
+/* One unit of the channel's register in µm; 0 where it is as fine as float32. */
+static float unit_um_of(const struct cb_channel_config *channel) {
     const bool counted =
         cb_number_is_integer(channel->type) && channel->limit_um < FINEST_GRID * channel->scale;
     return counted ? channel->scale : 0.0f;
@@ -75,16 +76,15 @@ static float grid_before(float unit_um, float um, float from_um) {
 
 /* The limit, or just inside it where the output is not counted in units: division by the scale,
  * rounding and the PLC's multiplication could together end just outside. */
-static float reachable_limit_um(const struct cb_channel_config *channel, float unit_um) {
+static float reachable_limit_um(const struct cb_channel_config *channel) {
     const bool as_is = channel->scale == 1.0f && !cb_number_is_integer(channel->type);
-    const bool exact = unit_um > 0.0f || as_is;
+    const bool exact = channel->unit_um > 0.0f || as_is;
     return exact ? channel->limit_um : channel->limit_um * (1.0f - 1.0f / FINEST_GRID);
 }
 
-/* in : unit_um of the channel */
-static inline float nearest(const struct cb_channel_config *channel, float unit_um, float um) {
-    const float most_um = reachable_limit_um(channel, unit_um);
-    const float inside_um = um == um ? cb_clamp(um, -most_um, most_um) : 0.0f;
+float cb_limiter_nearest(const struct cb_channel_config *channel, float um) {
+    const float unit_um = channel->unit_um;
+    const float inside_um = um == um ? cb_clamp(um, -channel->most_um, channel->most_um) : 0.0f;
     if (!(unit_um > 0.0f)) return inside_um;
     const int32_t units = cb_round(inside_um / unit_um);
     const float value_um = (float)units * unit_um;
@@ -92,13 +92,10 @@ static inline float nearest(const struct cb_channel_config *channel, float unit_
     return (float)(units > 0 ? units - 1 : units + 1) * unit_um;
 }
 
-float cb_limiter_nearest(const struct cb_channel_config *channel, float um) {
-    return nearest(channel, cb_limiter_unit_um(channel), um);
-}
-
-/* The largest value that the register can say within the limit. */
-static float top_um(const struct cb_channel_config *channel) {
-    return cb_limiter_nearest(channel, FLT_MAX);
+void cb_limiter_derive(struct cb_channel_config *channel) {
+    channel->unit_um = unit_um_of(channel);
+    channel->most_um = reachable_limit_um(channel);
+    channel->top_um = cb_limiter_nearest(channel, FLT_MAX);
 }
 
 void cb_limiter_written(const struct cb_config *config, struct cb_channel_state *channels,
@@ -135,8 +132,8 @@ static bool apart(float a_um, float b_um, float most) {
 static void give_way(const struct cb_config *config, const struct cb_pair_config *pair, float *a_um,
                      float *b_um) {
     const float most = pair->max_difference_um;
-    const float a_most = top_um(&config->channels[pair->b]) + most;
-    const float b_most = top_um(&config->channels[pair->a]) + most;
+    const float a_most = config->channels[pair->b].top_um + most;
+    const float b_most = config->channels[pair->a].top_um + most;
     *a_um = cb_clamp(*a_um, -a_most, a_most);
     *b_um = cb_clamp(*b_um, -b_most, b_most);
     const float excess = cb_abs(*a_um - *b_um) - most;
@@ -171,8 +168,7 @@ static void join_targets(const struct cb_config *config, struct cb_counters *cou
         give_way(config, pair, a_um, b_um);
         *a_um = cb_limiter_nearest(a, *a_um);
         *b_um = cb_limiter_nearest(b, *b_um);
-        if (apart(*a_um, *b_um, most))
-            take_back(cb_limiter_unit_um(a), cb_limiter_unit_um(b), most, a_um, b_um);
+        if (apart(*a_um, *b_um, most)) take_back(a->unit_um, b->unit_um, most, a_um, b_um);
     }
 }
 
@@ -181,16 +177,9 @@ struct room {
     float low_um, high_um;
 };
 
-/* true: the room ends so far from the limit that the last grid value within that, the top, need
- * not be known: it is less than two units from the limit, and a millionth without units. */
-static inline bool is_below_top(const struct cb_channel_config *channel, float unit_um,
-                                const struct room *room) {
-    const float near_um = 0.9f * channel->limit_um - 2.0f * unit_um;
-    return room->low_um >= -near_um && room->high_um <= near_um;
-}
-
-static struct room room_of(const struct cb_channel_config *channel, float unit_um,
+static struct room room_of(const struct cb_channel_config *channel,
                            const struct cb_channel_state *state, const struct cb_motion *motion) {
+    const float unit_um = channel->unit_um;
     const float allowed_um = channel->slew_um_per_s * motion->elapsed_s;
     /* below one unit, goal_um() is what keeps (A): it moves no further than allowed */
     const float step_um = allowed_um < unit_um ? 2.0f * unit_um : allowed_um;
@@ -205,13 +194,8 @@ static struct room room_of(const struct cb_channel_config *channel, float unit_u
             room.high_um = cb_min(room.high_um, state->applied_um + channel->step_um);
         }
     }
-    if (!is_below_top(channel, unit_um, &room)) {
-        const float top = nearest(channel, unit_um, FLT_MAX);
-        room.low_um = cb_max(room.low_um, -top);
-        room.high_um = cb_min(room.high_um, top);
-    }
-    room.low_um = cb_min(room.low_um, last_um);
-    room.high_um = cb_max(room.high_um, last_um);
+    room.low_um = cb_min(cb_max(room.low_um, -channel->top_um), last_um);
+    room.high_um = cb_max(cb_min(room.high_um, channel->top_um), last_um);
     return room;
 }
 
@@ -227,12 +211,11 @@ static float goal_um(const struct cb_channel_config *channel, const struct cb_ch
 }
 
 /* The next output of a channel by itself, on the grid. */
-static float next_um(const struct cb_channel_config *channel, float unit_um,
-                     const struct cb_channel_state *state, float goal,
-                     const struct cb_motion *motion) {
-    const struct room room = room_of(channel, unit_um, state, motion);
+static float next_um(const struct cb_channel_config *channel, const struct cb_channel_state *state,
+                     float goal, const struct cb_motion *motion) {
+    const struct room room = room_of(channel, state, motion);
     const float inside_um = cb_clamp(goal, room.low_um, room.high_um);
-    return grid_before(unit_um, inside_um, state->output_um);
+    return grid_before(channel->unit_um, inside_um, state->output_um);
 }
 
 /* What is left of the way to the goal when it is less than a unit; an output that was held back
@@ -264,8 +247,8 @@ static void join_outputs(const struct cb_config *config, const struct cb_channel
         const struct cb_pair_config *pair = &config->pairs[i];
         const float most = pair->max_difference_um;
         const struct cb_channel_state *a = &channels[pair->a], *b = &channels[pair->b];
-        const float a_unit_um = cb_limiter_unit_um(&config->channels[pair->a]);
-        const float b_unit_um = cb_limiter_unit_um(&config->channels[pair->b]);
+        const float a_unit_um = config->channels[pair->a].unit_um;
+        const float b_unit_um = config->channels[pair->b].unit_um;
         float *a_um = &output_um[pair->a], *b_um = &output_um[pair->b];
         if (too_far(*a_um, *b_um, most))
             wait_for_other(a_unit_um, b_unit_um, most, a, b, a_um, b_um);
@@ -283,20 +266,17 @@ void cb_limiter_step(const struct cb_config *config, struct cb_channel_state *ch
                      struct cb_counters *counters, const float *target_um,
                      const struct cb_motion *motion) {
     float target[CB_MAX_CHANNELS], goal[CB_MAX_CHANNELS], output[CB_MAX_CHANNELS];
-    float unit[CB_MAX_CHANNELS];
-    for (unsigned i = 0; i < cb_all_channels(config); ++i) {
-        unit[i] = cb_limiter_unit_um(&config->channels[i]);
-        target[i] = nearest(&config->channels[i], unit[i], target_um[i]);
-    }
+    for (unsigned i = 0; i < cb_all_channels(config); ++i)
+        target[i] = cb_limiter_nearest(&config->channels[i], target_um[i]);
     join_targets(config, counters, target);
     for (unsigned i = 0; i < cb_all_channels(config); ++i) {
         goal[i] = goal_um(&config->channels[i], &channels[i], target[i], motion);
-        output[i] = next_um(&config->channels[i], unit[i], &channels[i], goal[i], motion);
+        output[i] = next_um(&config->channels[i], &channels[i], goal[i], motion);
     }
     join_outputs(config, channels, output);
     for (unsigned i = 0; i < cb_all_channels(config); ++i) {
         channels[i].output_um = output[i];
-        channels[i].carry_um = carry_um(unit[i], goal[i], output[i]);
+        channels[i].carry_um = carry_um(config->channels[i].unit_um, goal[i], output[i]);
         if (motion->writing) channels[i].sent_um = output[i];
         counters->outputs_slewed += output[i] != target[i];
     }

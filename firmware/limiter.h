@@ -60,7 +60,7 @@ void cb_limiter_place(const struct cb_config *config, struct cb_channel_state *c
 /* The value nearest to um that the channel's register can say and whose size is <= limit. */
 float cb_limiter_nearest(const struct cb_channel_config *channel, float um);
 
-/* One unit of the channel's register in µm; 0 where it is as fine as float32. */
-float cb_limiter_unit_um(const struct cb_channel_config *channel);
+/* Sets what config.h calls derived of a channel: everything here needs it. */
+void cb_limiter_derive(struct cb_channel_config *channel);
 
 #endif

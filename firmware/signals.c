@@ -63,15 +63,15 @@ struct acceptance {
 };
 
 /* in : value valid at time_us; inside: the same within min … max
- * Takes it, or counts it as implausible for its rate. */
-CB_INLINE void take(const struct acceptance *to, const struct cb_signal_config *signal,
+ * Takes it, or counts it as implausible for its rate. out: whether it is taken */
+CB_INLINE bool take(const struct acceptance *to, const struct cb_signal_config *signal,
                     struct cb_signal_state *state, float value, float inside, int64_t time_us) {
     const int64_t elapsed_us = time_us - state->time_us;
     const float change = value - state->value;
     if (state->known) {
         if (elapsed_us < 0 || !rate_plausible(signal, change, elapsed_us)) {
             ++to->counters->samples_implausible;
-            return;
+            return false;
         }
         if (signal->leads)
             state->velocity =
@@ -79,26 +79,82 @@ CB_INLINE void take(const struct acceptance *to, const struct cb_signal_config *
     }
     state->value = inside;
     state->time_us = time_us;
-    state->known = true;
+    return state->known = true;
 }
 
 /* A value outside min … max, or at one of the ends. */
-CB_OUTLINE void take_at_end(const struct acceptance *to, const struct cb_signal_config *signal,
+CB_OUTLINE bool take_at_end(const struct acceptance *to, const struct cb_signal_config *signal,
                             struct cb_signal_state *state, float value, int64_t time_us) {
     if (within_rounding(signal, value))
-        take(to, signal, state, value, cb_clamp(value, signal->min, signal->max), time_us);
-    else
-        ++to->counters->samples_implausible;
+        return take(to, signal, state, value, cb_clamp(value, signal->min, signal->max), time_us);
+    ++to->counters->samples_implausible;
+    return false;
 }
 
 /* Takes one raw number that was valid at time_us, or counts it as implausible. */
-CB_INLINE void accept(const struct acceptance *to, const struct cb_signal_config *signal,
+CB_INLINE bool accept(const struct acceptance *to, const struct cb_signal_config *signal,
                       struct cb_signal_state *state, float raw, int64_t time_us) {
     const float value = raw * signal->scale + signal->zero;
     if (value > signal->min && value < signal->max)
-        take(to, signal, state, value, value, time_us);
-    else
-        take_at_end(to, signal, state, value, time_us);
+        return take(to, signal, state, value, value, time_us);
+    return take_at_end(to, signal, state, value, time_us);
+}
+
+/* The number of a PLC signal, whatever was there before. */
+CB_OUTLINE void accept_reading(const struct acceptance *to, const struct cb_signal_config *signal,
+                               struct cb_signal_state *state, float raw, int64_t read_us) {
+    const uint8_t streak = CB_STREAK_BEGUN | (state->streak != 0 ? CB_STREAK_GOES : 0);
+    state->streak = accept(to, signal, state, raw, read_us) ? streak : 0;
+}
+
+/* What most signals do in most steps: a plain one that was accepted in the reading before goes on.
+ * in : the reading is young enough for every plain signal, and elapsed_s > 0 after the one before
+ * out: true: aged too (below). false: nothing was done, it has to be looked at closely */
+CB_INLINE bool goes_on(const struct cb_signal_config *signal, struct cb_signal_state *state,
+                       float raw, float elapsed_s, int64_t read_us) {
+    const float value = raw * signal->scale + signal->zero;
+    const float change = cb_abs(value - state->value);
+    if (!(value > signal->min && value < signal->max)) return false;
+    if (change > signal->rate_per_s * elapsed_s + signal->change_unit) return false;
+    state->value = state->used = value;
+    state->time_us = read_us;
+    state->fresh = true;
+    state->streak = CB_STREAK_BEGUN | CB_STREAK_GOES;
+    return true;
+}
+
+/* out: from the good reading before to that of read_us; 0: nothing is left of that one */
+static int64_t since_reading(const struct cb_config *config, const struct cb_signal_state *states,
+                             int64_t read_us) {
+    for (unsigned i = 0; i < config->signals_count; ++i) {
+        if (states[i].streak != 0 && config->signals[i].source == CB_SOURCE_PLC)
+            return read_us - states[i].time_us;
+    }
+    return 0;
+}
+
+/* Takes the PLC signals of a good reading. */
+static struct cb_reading accept_plc(const struct acceptance *to, struct cb_signal_state *states,
+                                    const struct cb_inputs *in, int64_t now_us) {
+    const struct cb_config *const config = to->config;
+    const struct cb_signal_config *signal = config->signals, *const end =
+                                                                 signal + config->signals_count;
+    const int64_t since_us = since_reading(config, states, in->read_us);
+    const bool smooth = since_us > 0 && now_us - in->read_us <= (int64_t)config->plain_age_us;
+    const float elapsed_s = seconds(since_us);
+    unsigned left = measured(config), plain = 0;
+    for (struct cb_signal_state *state = states; left > 0 && signal != end; ++signal, ++state) {
+        if (signal->source == CB_SOURCE_LAG) continue;
+        --left;
+        if (signal->source != CB_SOURCE_PLC) continue;
+        const float raw = cb_number_decode(signal->type, in->registers + signal->reg);
+        if (smooth && signal->plain && state->streak != 0 &&
+            goes_on(signal, state, raw, elapsed_s, in->read_us))
+            ++plain;
+        else
+            accept_reading(to, signal, state, raw, in->read_us);
+    }
+    return (struct cb_reading){since_us, plain == config->plain_count};
 }
 
 /* true: its values come as samples of sensors. */
@@ -106,20 +162,12 @@ static bool is_sampled(const struct cb_signal_config *signal) {
     return signal->source == CB_SOURCE_CAN || signal->source == CB_SOURCE_BUS;
 }
 
-void cb_signals_accept(const struct cb_config *config, struct cb_signal_state *states,
-                       struct cb_counters *counters, const struct cb_inputs *in, bool read,
-                       int64_t now_us) {
-    const struct cb_signal_config *signal = config->signals, *const end =
-                                                                 signal + config->signals_count;
+struct cb_reading cb_signals_accept(const struct cb_config *config, struct cb_signal_state *states,
+                                    struct cb_counters *counters, const struct cb_inputs *in,
+                                    bool read, int64_t now_us) {
     const struct acceptance to = {config, counters};
-    unsigned left = read ? measured(config) : 0;
-    for (struct cb_signal_state *state = states; left > 0 && signal != end; ++signal, ++state) {
-        if (signal->source == CB_SOURCE_LAG) continue;
-        --left;
-        if (signal->source != CB_SOURCE_PLC) continue;
-        const float raw = cb_number_decode(signal->type, in->registers + signal->reg);
-        accept(&to, signal, state, raw, in->read_us);
-    }
+    const struct cb_reading reading =
+        read ? accept_plc(&to, states, in, now_us) : (struct cb_reading){0, false};
     for (unsigned k = 0; k < in->sample_count && k < CB_MAX_SAMPLES; ++k) {
         const struct cb_sample *sample = &in->samples[k];
         const unsigned i = sample->signal;
@@ -130,6 +178,7 @@ void cb_signals_accept(const struct cb_config *config, struct cb_signal_state *s
         }
         accept(&to, &config->signals[i], &states[i], sample->raw, sample->time_us);
     }
+    return reading;
 }
 
 /* What the signals are aged with. */
@@ -173,19 +222,19 @@ CB_INLINE bool age(const struct ageing *ageing, const struct cb_signal_config *s
 }
 
 bool cb_signals_age(const struct cb_config *config, struct cb_signal_state *states,
-                    struct cb_counters *counters, uint32_t lead_us, int64_t now_us) {
+                    struct cb_counters *counters, const struct cb_reading *reading,
+                    uint32_t lead_us, int64_t now_us) {
     const struct ageing ageing = {config, states, now_us, seconds(lead_us)};
-    const struct cb_signal_config *signal = config->signals, *const end =
-                                                                 signal + config->signals_count;
-    unsigned left = measured(config);
+    const unsigned done = reading->plain ? config->plain_count : 0;
+    const uint8_t *const end = config->measured + measured(config) - done;
     bool essentials_fresh = true;
-    for (struct cb_signal_state *state = states; left > 0 && signal != end; ++signal, ++state) {
-        if (signal->source == CB_SOURCE_LAG) continue;
-        --left;
+    for (const uint8_t *index = config->measured; index < end; ++index) {
+        const struct cb_signal_config *signal = &config->signals[*index];
+        struct cb_signal_state *state = &states[*index];
         if (age(&ageing, signal, state)) continue;
         counters->signals_stale += state->fresh;
         state->fresh = false;
         essentials_fresh = essentials_fresh && !signal->essential;
     }
-    return cb_lags_follow(config, states, counters) && essentials_fresh;
+    return cb_lags_follow(config, states, counters, reading->since_us) && essentials_fresh;
 }

@@ -20,6 +20,19 @@ struct cb_signal_state {
     bool known;        /* a value was ever accepted since start or clock jump */
     bool fresh;        /* known and not older than its maximum age, in this step */
     bool settled;      /* of lags: it has begun, in the steady state of its first value */
+    uint8_t streak;    /* bits below; none: the last good reading brought nothing for it */
+};
+
+enum {
+    CB_STREAK_BEGUN = 1, /* of PLC signals: accepted in the last good reading … */
+    CB_STREAK_GOES = 2,  /* … and in the one before; of lags: it has gone along with the last good
+                            reading, and is inside min … max */
+};
+
+/* What the PLC signals of one step have in common. */
+struct cb_reading {
+    int64_t since_us; /* > 0: from the good reading before to this one; else 0, or no such pair */
+    bool plain;       /* every plain signal is fresh and has its value of this step */
 };
 
 /* Forgets all values: nothing is known, every velocity is 0. Counts the fresh ones as stale. Lags
@@ -32,15 +45,15 @@ void cb_signals_forget(const struct cb_config *config, struct cb_signal_state *s
  * from the last accepted one for max_rate and the time between (one raw unit is allowed for
  * quantisation) is counted and not accepted: the last one serves on.
  * out: values within min … max */
-void cb_signals_accept(const struct cb_config *config, struct cb_signal_state *states,
-                       struct cb_counters *counters, const struct cb_inputs *in, bool read,
-                       int64_t now_us);
+struct cb_reading cb_signals_accept(const struct cb_config *config, struct cb_signal_state *states,
+                                    struct cb_counters *counters, const struct cb_inputs *in,
+                                    bool read, int64_t now_us);
 
-/* in : lead_us: how far ahead positions are to be evaluated
- * Sets fresh and used of every signal for now_us, after its lags have followed (lags.h); what went
- * stale is counted once.
- * out: true when every essential signal is fresh */
+/* in : *reading as cb_signals_accept() has said in this step; lead_us: how far ahead positions are
+ * to be evaluated Sets fresh and used of every signal for now_us, after its lags have followed
+ * (lags.h); what went stale is counted once. out: true when every essential signal is fresh */
 bool cb_signals_age(const struct cb_config *config, struct cb_signal_state *states,
-                    struct cb_counters *counters, uint32_t lead_us, int64_t now_us);
+                    struct cb_counters *counters, const struct cb_reading *reading,
+                    uint32_t lead_us, int64_t now_us);
 
 #endif

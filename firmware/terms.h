@@ -12,11 +12,10 @@
 #include "models/direction.h"
 
 struct cb_term_state {
-    struct cb_direction direction;   /* of a curve with two branches */
-    bool directed;                   /* … which has been started */
-    bool live;                       /* its signals are all fresh: values are computed */
-    uint16_t span;                   /* of a B-spline or polyline: where it was last found */
-    float held[CB_MAX_TERM_OUTPUTS]; /* when not live: last outputs, on their way to zero */
+    struct cb_direction direction; /* of a curve with two branches */
+    bool directed;                 /* … which has been started */
+    bool live;                     /* its signals are all fresh: values are computed */
+    uint16_t span;                 /* of a B-spline or polyline: where it was last found */
 };
 
 struct cb_terms_verdict {
@@ -27,7 +26,8 @@ struct cb_terms_verdict {
 /* true for a curve that has a branch for each direction. */
 bool cb_term_has_branches(const struct cb_term_config *term);
 
-/* in : signals aged; fade_um: how far an output of a term that is not live goes towards zero
+/* in : signals aged; fade_um: how far an output of a term that is not live goes towards zero;
+ *      outputs of the step before, 0 in the first
  * out: outputs[config->outputs_count], all finite
  * A term whose result is not finite, or that uses a term which is not live, is treated as one whose
  * signal is missing; the first is counted. */

@@ -1,8 +1,5 @@
 /* SPDX-License-Identifier: MIT
  * Slopes of the terms by one signal, analytic, for the tangent mode (tangent.h). */
-#include <stddef.h>
-#include <string.h>
-
 #include "firmware/terms.h"
 #include "models/bpnet.h"
 #include "models/num.h"
@@ -91,25 +88,23 @@ static void network(const struct pass *p, const struct cb_term_config *term, flo
 
 static void volumetric(const struct pass *p, const struct cb_volumetric_config *config,
                        float *slope) {
-    enum { FLOATS = offsetof(struct cb_volumetric, moves) / sizeof(float) };
     const float *pool = p->config->pool + config->pool;
-    struct cb_volumetric model;
+    const struct cb_volumetric *model = (const struct cb_volumetric *)(const void *)pool;
     struct cb_volumetric_state state, rate;
-    memcpy(&model, pool, FLOATS * sizeof *pool);
-    memcpy(model.moves, config->moves, sizeof model.moves);
     for (unsigned a = 0; a < CB_AXES; ++a) {
         state.position_mm[a] = p->signals[config->position[a]].used;
         rate.position_mm[a] = config->position[a] == p->signal ? 1.0f : 0.0f;
     }
     const bool constant = config->tool_length == CB_NONE;
-    state.tool_mm = constant ? pool[FLOATS] : p->signals[config->tool_length].used;
+    state.tool_mm =
+        constant ? pool[sizeof *model / sizeof *pool] : p->signals[config->tool_length].used;
     rate.tool_mm = !constant && config->tool_length == p->signal ? 1.0f : 0.0f;
     for (unsigned k = 0; k < CB_CURVE_ERRORS; ++k) {
         const uint8_t error = config->error[k];
         state.error[k] = error == CB_NONE ? 0.0f : p->outputs[error];
         rate.error[k] = error == CB_NONE ? 0.0f : p->slopes[error];
     }
-    cb_volumetric_derivative(&model, &state, &rate, slope);
+    cb_volumetric_derivative(model, &state, &rate, slope);
 }
 
 static void one_term(const struct pass *p, const struct cb_term_config *term, unsigned index,

@@ -54,9 +54,11 @@ static inline float cb_lag_step_to(struct cb_lag *lag, struct cb_lag_gains gains
     lag->hi = sum + error;
     lag->lo = error - (lag->hi - sum);
     lag->input = to;
-    /* within 1e-9 ulp it has arrived: no endless subnormal tail */
-    const float left = (to - lag->hi) - lag->lo;
-    if (cb_abs(left) <= cb_abs(to) * 0x1p-53f + FLT_MIN) cb_lag_start(lag, to);
+    /* within 1e-9 ulp it has arrived: no endless subnormal tail. Then hi is `to`, or both are next
+     * to nothing; mostly neither is so, and one look is enough. */
+    const float off = to - lag->hi;
+    if (cb_abs(off) <= 1e-20f && cb_abs(off - lag->lo) <= cb_abs(to) * 0x1p-53f + FLT_MIN)
+        cb_lag_start(lag, to);
     return lag->hi;
 }
 

@@ -73,14 +73,18 @@ bool cb_ppoly_is_finite(const struct cb_ppoly *curve);
 
 /* ---- inline: a box has dozens of curves ---- */
 
-/* Horner's scheme in the coordinate of one span, for a value inside the breaks. */
-static inline float cb_ppoly_value_in(const struct cb_ppoly *curve, float inside, uint32_t span) {
-    const float u = inside - curve->breaks[span];
-    const float *a = curve->coefficients + span * (curve->degree + 1u);
-    if (curve->degree == 3) return ((a[3] * u + a[2]) * u + a[1]) * u + a[0];
-    float value = a[curve->degree];
-    for (int k = curve->degree - 1; k >= 0; --k) value = value * u + a[k];
+/* Horner's scheme; mostly for cubics. */
+static inline float cb_ppoly_horner(const float *a, uint8_t degree, float u) {
+    if (degree == 3) return ((a[3] * u + a[2]) * u + a[1]) * u + a[0];
+    float value = a[degree];
+    for (int k = degree - 1; k >= 0; --k) value = value * u + a[k];
     return value;
+}
+
+/* The value of one span, which holds `inside`. */
+static inline float cb_ppoly_value_in(const struct cb_ppoly *curve, float inside, uint32_t span) {
+    const float *a = curve->coefficients + span * (curve->degree + 1u);
+    return cb_ppoly_horner(a, curve->degree, inside - curve->breaks[span]);
 }
 
 static inline bool cb_ppoly_holds(const struct cb_ppoly *curve, float x, uint16_t span) {

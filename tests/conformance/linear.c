@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "firmware/box.h"
+#include "firmware/config_derive.h"
 #include "tests/conformance/check.h"
 
 struct linear_row {
@@ -39,6 +40,7 @@ static void make(struct cb_config *config, const struct linear_case *item) {
                                                      .first_output = PRODUCT,
                                                      .outputs = 1,
                                                      .as.product = {LINEAR, 0, item->origin}};
+    cb_config_derive(config);
 }
 
 static void evaluate(struct cb_box *box, float fade_um) {

@@ -13,6 +13,7 @@
 
 extern "C" {
 #include "firmware/box.h"
+#include "firmware/config_derive.h"
 #include "firmware/registers.h"
 #include "models/polyline.h"
 }

@@ -211,11 +211,11 @@ class invariants {
     }
 
     void volumetric(const cb_volumetric_config &v, int index) {
-        must(v.pool + 16 <= c.pool_count, "inside the pool");
+        must(v.pool + 17 <= c.pool_count, "inside the pool");
         must(v.tool_length == CB_NONE || v.tool_length < c.signals_count, "tool length");
         for (int a = 0; a < 3; ++a) {
             must(v.position[a] < c.signals_count, "position");
-            must(v.moves[a] < 8, "moves");
+            must(reinterpret_cast<const unsigned char *>(c.pool + v.pool + 15)[a] < 8, "moves");
         }
         for (const int error : v.error) {
             if (error != CB_NONE) uses(error, index);

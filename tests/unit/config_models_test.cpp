@@ -51,8 +51,8 @@ TEST(config_models, arrive_in_the_order_in_which_they_need_each_other) {
     EXPECT_EQ(vol.error[2], 0) << "EZX";
     EXPECT_EQ(vol.error[1], 1) << "EYX";
     EXPECT_EQ(vol.error[0], CB_NONE);
-    const float pool[] = {9, 18, 27, 10, 20, 30, 6, 15, 24, 0, 0, -1, -9, 0, 7, 0};
-    for (int i = 0; i < 16; ++i) EXPECT_EQ(c.pool[vol.pool + i], pool[i]) << i;
+    const float pool[] = {9, 18, 27, 10, 20, 30, 6, 15, 24, 0, 0, -1, -9, 0, 7};
+    for (int i = 0; i < 15; ++i) EXPECT_EQ(c.pool[vol.pool + i], pool[i]) << i;
 
     const cb_linear_config &linear = c.terms[4].as.linear;
     EXPECT_EQ(linear.inputs, 2);
@@ -93,7 +93,7 @@ TEST(config_models, defaults) {
     const cb_volumetric_config &vol = c.terms[3].as.volumetric;
     EXPECT_EQ(vol.position[2], 3);
     EXPECT_EQ(vol.tool_length, CB_NONE);
-    EXPECT_EQ(c.pool[vol.pool + 15], 123.5f);
+    EXPECT_EQ(c.pool[vol.pool + 16], 123.5f);
     EXPECT_EQ(c.pool[c.terms[4].as.linear.pool + 2], 0.0f);
     EXPECT_EQ(c.terms[7].as.product.origin, 0.0f);
 }

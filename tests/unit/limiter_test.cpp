@@ -32,6 +32,7 @@ struct limiter_rig {
 
     explicit limiter_rig(const config_builder &b) : states(16), plc(16), coarse(16) {
         *builder.config = *b.config;
+        cb_config_derive(builder.config.get());
     }
     const cb_config &config() const { return *builder.config; }
     unsigned channels() const { return config().channels_count; }
@@ -84,7 +85,7 @@ struct limiter_rig {
                                     static_cast<cb_number_type>(c.type), registers)) *
                                 static_cast<double>(c.scale);
             ASSERT_LE(std::fabs(said), c.limit_um * (1 + 1e-7));
-            if (cb_limiter_unit_um(&c) > 0) {
+            if (c.unit_um > 0) {
                 ASSERT_EQ(
                     cb_number_decode(static_cast<cb_number_type>(c.type), registers) * c.scale,
                     states[i].output_um);
@@ -197,6 +198,7 @@ TEST(limiter, nearest_rounds_half_away_but_never_beyond_the_limit) {
     cb_channel_config c = one_channel().config->channels[0];
     c.scale = 1;
     c.limit_um = 10.6f;
+    cb_limiter_derive(&c);
     EXPECT_EQ(cb_limiter_nearest(&c, 2.5f), 3);
     EXPECT_EQ(cb_limiter_nearest(&c, -2.5f), -3);
     EXPECT_EQ(cb_limiter_nearest(&c, 10.55f), 10);
@@ -263,6 +265,7 @@ TEST(limiter, outputs_beyond_a_new_limit_go_there_at_the_slew_rate) {
     const cb_start start[1] = {{100, true}};
     cb_limiter_place(&rig.config(), rig.states.data(), start);
     rig.builder.config->channels[0].limit_um = 80;
+    cb_config_derive(rig.builder.config.get());
     rig.step({300}, period_s);
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output()), 85);
     rig.result(CB_WRITE_OK);

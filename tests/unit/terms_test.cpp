@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 #include <vector>
 
 #include "tests/unit/box_from_text.h"
@@ -214,6 +215,46 @@ TEST(terms, a_product_that_overflows_is_counted_and_fades) {
     EXPECT_EQ(rig.counted().terms_not_finite, 1u);
     EXPECT_EQ(rig.term("K5"), 0);
     EXPECT_TRUE(std::isfinite(rig.term("K4")));
+}
+
+// Curves of one position that share their breaks, and one that does not: each has the bits of its
+// own evaluation wherever the axis stands, jumps or leaves the curves.
+TEST(terms, curves_on_the_same_breaks_are_each_their_own) {
+    config_builder b;
+    const unsigned x = b.position("X", 8, -500, 1500), y = b.position("Y", 10, -500, 1500);
+    const std::vector<float> breaks = {0, 100, 110, 400, 1000}, others = {0, 100, 120, 400, 1000};
+    b.polyline("A", x, breaks, {1, 5, 2, -8, 3});
+    b.polyline("B", y, breaks, {2, 5, 2, -8, 3});
+    b.polyline("C", x, others, {3, 5, 2, -8, 3});
+    b.polynomial("D", x, {1, 0.5f});
+    b.polyline("E", x, breaks, {-9, 15, 22, 8, 30});
+    b.channel("Z", {0, 1, 2, 3, 4}, 4);
+    box_rig rig(b);
+    EXPECT_EQ(rig.box->config.grids_count, 3);
+    std::mt19937 random(9);
+    uint32_t outside = 0;
+    for (int i = 0; i < 5000; ++i) {
+        const double places[] = {0, 100, 110, 120, 400, 1000, -300, 1400};
+        for (unsigned axis : {x, y}) {
+            const double mm = i % 3 == 0 ? places[random() % 8]
+                                         : static_cast<double>(random() % 12000) * 0.1 - 100;
+            rig.position(8 + 2 * axis, mm);
+        }
+        rig.step();
+        const cb_config &c = rig.box->config;
+        for (unsigned t : {0u, 1u, 2u, 4u}) {
+            const cb_curve_config &curve = c.terms[t].as.curve;
+            const float *at = c.pool + curve.pool;
+            const cb_ppoly own = {at, at + curve.spans + 1, curve.spans_per_unit, curve.spans,
+                                  curve.degree};
+            const cb_curve_value value =
+                cb_ppoly_evaluate(&own, rig.box->signals[curve.signal].used);
+            ASSERT_EQ(rig.box->outputs[t], value.value) << t << ' ' << i;
+            outside += value.outside;
+        }
+    }
+    EXPECT_GT(outside, 1000u);
+    EXPECT_GE(rig.box->counters.outside_curve, outside) << "the polynomial is left too";
 }
 
 }  // namespace

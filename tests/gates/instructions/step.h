@@ -17,8 +17,12 @@ enum step_world {
 /* Loads the file; false when the loader refuses it. */
 bool step_load(void);
 
-/* out: the most instructions that one step took in `cycles` of them */
+/* Starts the box and makes `cycles` steps.
+ * out: the most instructions that one of them took after the first, which has everything to find */
 uint32_t step_most(enum step_world world, unsigned cycles);
+
+/* out: the most instructions that the first step took in all these worlds so far */
+uint32_t step_first(void);
 
 /* true: steps have held, ramped, faulted, been ACTIVE, met clock jumps, lost contact and weakened
  * networks; so that what was counted is what it claims to be. */
