@@ -98,19 +98,6 @@ static bool is_live(const struct cb_evaluation *e, uint8_t output) {
     return e->states[e->config->outputs[output].term].live;
 }
 
-/* in : the signals config->links[link …]
- * out: x[count], as the terms see them; false when one of them is not fresh */
-static bool gather(const struct cb_evaluation *e, uint16_t link, unsigned count, float *x) {
-    const uint8_t *links = e->config->links + link;
-    bool fresh = true;
-    for (unsigned i = 0; i < count; ++i) {
-        const struct cb_signal_state *signal = &e->signals[links[i]];
-        x[i] = signal->used;
-        fresh &= signal->fresh;
-    }
-    return fresh;
-}
-
 /* Rounding: (inputs + 1) 2^-24 of the sum of the sizes of what is added. */
 static uint8_t linear(const struct cb_evaluation *e, const struct cb_linear_config *linear,
                       float *value) {
@@ -135,24 +122,38 @@ static uint8_t product(const struct cb_evaluation *e, const struct cb_product_co
     return 0;
 }
 
-/* Inputs held in the training range and its margin; outputs weakened beyond that. */
+_Static_assert(sizeof(struct cb_training_range) == 4 * sizeof(float), "lies in the pool as floats");
+
+/* out: x[inputs] as the network sees them: held in the training range and its margin; false when a
+ *      signal is not fresh */
+static bool gather(const struct cb_evaluation *e, const struct cb_bpnet_config *config, float *x,
+                   struct cb_training_verdict *verdict) {
+    const uint8_t *const links = e->config->links + config->link;
+    const void *const ranges = e->config->pool + config->ranges;
+    const struct cb_training_range *range = ranges;
+    bool fresh = true;
+    for (unsigned i = 0; i < config->inputs; ++i) {
+        const struct cb_signal_state *signal = &e->signals[links[i]];
+        fresh &= signal->fresh;
+        x[i] = cb_training_range_hold_one(range++, (uint8_t)i, signal->used, verdict);
+    }
+    return fresh;
+}
+
+/* Outputs weakened beyond the margin. */
 static uint8_t network(const struct cb_evaluation *e, const struct cb_term_config *term,
                        float *value) {
     const struct cb_bpnet_config *config = &term->as.bpnet;
     const struct cb_bpnet net = {e->config->pool + config->weights, config->inputs, config->hidden,
                                  term->outputs, config->linear};
+    struct cb_training_verdict verdict = {1.0f, 0.0f, 0, 0, 0};
     float x[CB_BPNET_MAX_INPUTS];
-    if (!gather(e, config->link, config->inputs, x)) return CB_TERM_MISSING;
-    const struct cb_training_verdict verdict = cb_training_range_hold(
-        (const struct cb_training_range *)(const void *)(e->config->pool + config->ranges),
-        config->inputs, x, x);
+    if (!gather(e, config, x, &verdict)) return CB_TERM_MISSING;
     cb_bpnet_evaluate(&net, x, value);
     for (unsigned k = 0; k < term->outputs; ++k) value[k] *= verdict.weight;
     if (verdict.weight < 1.0f) return CB_TERM_EXTRAPOLATED | CB_TERM_WEAKENED;
     return verdict.extrapolated > 0 ? CB_TERM_EXTRAPOLATED : 0;
 }
-
-_Static_assert(sizeof(struct cb_training_range) == 4 * sizeof(float), "lies in the pool as floats");
 
 static bool all_live(const struct cb_evaluation *e, const struct cb_volumetric_config *config) {
     bool live = true;

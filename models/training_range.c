@@ -21,16 +21,16 @@ static void judge(struct cb_training_verdict *verdict, const struct cb_training_
     verdict->weakest = input;
 }
 
+float cb_training_range_outside(const struct cb_training_range *range, uint8_t input, float x,
+                                struct cb_training_verdict *verdict) {
+    judge(verdict, range, input, x);
+    return cb_clamp(x, range->min - range->margin, range->max + range->margin);
+}
+
 struct cb_training_verdict cb_training_range_hold(const struct cb_training_range *ranges,
                                                   uint8_t count, const float *x, float *inside) {
     struct cb_training_verdict verdict = {1.0f, 0.0f, 0, 0, 0};
-    for (uint8_t i = 0; i < count; ++i) {
-        const struct cb_training_range *range = &ranges[i];
-        const float v = x[i];
-        inside[i] = v;
-        if (v >= range->min && v <= range->max) continue;
-        judge(&verdict, range, i, v);
-        inside[i] = cb_clamp(v, range->min - range->margin, range->max + range->margin);
-    }
+    for (uint8_t i = 0; i < count; ++i)
+        inside[i] = cb_training_range_hold_one(&ranges[i], i, x[i], &verdict);
     return verdict;
 }

@@ -24,6 +24,16 @@ struct cb_training_verdict {
     uint8_t beyond;   /* number of inputs beyond the margin */
 };
 
+/* One input of those below, and what it changes in the verdict, which began as {1, 0, 0, 0, 0}.
+ * out: x held */
+float cb_training_range_outside(const struct cb_training_range *range, uint8_t input, float x,
+                                struct cb_training_verdict *verdict);
+static inline float cb_training_range_hold_one(const struct cb_training_range *range, uint8_t input,
+                                               float x, struct cb_training_verdict *verdict) {
+    if (x >= range->min && x <= range->max) return x;
+    return cb_training_range_outside(range, input, x, verdict);
+}
+
 /* in : x[count]; NaN and the infinities are allowed and lie beyond every margin
  * out: inside[count] (may be x itself): x held within [min - margin, max + margin], finite;
  *      weight = min over the inputs of 1 - clamp(distance beyond the margin / fade, 0, 1).
