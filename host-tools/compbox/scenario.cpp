@@ -95,7 +95,8 @@ void read_files(const json &value, const std::string &path, scenario &result) {
     result.file = path;
     result.name = get<std::string>(value, "name", path);
     result.twin = beside(path, get<std::string>(value, "twin", path));
-    result.machine = beside(path, get<std::string>(value, "machine", path));
+    const auto machine = get_or(value, "machine", std::string(), path);
+    if (!machine.empty()) result.machine = beside(path, machine);
     const auto measurements = get_or(value, "measurements", std::string(), path);
     if (!measurements.empty()) result.measurements = beside(path, measurements);
 }
@@ -123,6 +124,9 @@ void read_run(const json &value, const std::string &path, scenario &result) {
 void check(const scenario &plan) {
     const bool recipes = std::any_of(plan.methods.begin(), plan.methods.end(),
                                      [](const auto &m) { return m.steps.empty(); });
+    if (recipes && plan.machine.empty()) {
+        throw input_error(plan.file, 0, 0, "the key 'machine' is missing");
+    }
     if ((recipes && plan.curves.empty()) || plan.methods.empty() || plan.paths.empty() ||
         plan.directions.empty() || !(plan.feed_mm_per_s > 0.0)) {
         throw input_error(plan.file, 0, 0,
@@ -142,13 +146,14 @@ scenario load_scenario(const std::string &path) {
     const json value = read_json(path);
     only_keys(value,
               {"format", "kind", "name", "twin", "machine", "measurements", "seeds", "curves",
-               "steps", "methods", "paths", "feed_mm_per_min", "moving_mm_per_min", "exchange_ms",
-               "directions", "paper_percent"},
+               "once", "steps", "methods", "paths", "feed_mm_per_min", "moving_mm_per_min",
+               "exchange_ms", "directions", "paper_percent"},
               path, "the scenario");
     scenario result;
     read_files(value, path, result);
     result.seeds = get_or(value, "seeds", result.seeds, path);
     result.curves = get_or(value, "curves", result.curves, path);
+    result.once = get_or(value, "once", result.once, path);
     result.steps = get_or(value, "steps", result.steps, path);
     for (const auto &method : get<json>(value, "methods", path)) {
         result.methods.push_back(method_of(method, path));

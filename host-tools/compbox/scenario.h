@@ -39,6 +39,7 @@ struct scenario {
     std::string measurements;   // folder that serves for the twin file's own seed; may be empty
     std::vector<std::uint64_t> seeds;             // empty: the twin file's own
     std::vector<std::string> curves;              // ISO 230-1 names; the third letter is the signal
+    std::vector<std::string> once;                // steps before the first seed
     std::vector<std::string> steps;               // before the methods; empty: laser
     std::vector<scenario_method> methods;         // the first is the product's
     std::vector<scenario_path> paths;             // the first gives the headline figures

@@ -45,12 +45,34 @@ void check_travel(const scenario &plan, const twin_config &config) {
     }
 }
 
+std::map<std::string, std::string> names(const scenario &plan, const std::string &once,
+                                         const std::string &seed, const std::string &out) {
+    const std::string here = std::filesystem::path(plan.file).parent_path().string();
+    return {{"once", once},
+            {"seed", seed},
+            {"out", out},
+            {"machine", plan.machine},
+            {"here", here.empty() ? "." : here}};
+}
+
+void run_steps(const std::vector<std::string> &steps, const step_world &world, simulation &result) {
+    for (const auto &step : steps) {
+        const auto said = run_step(step, world);
+        result.warnings.insert(result.warnings.end(), said.begin(), said.end());
+    }
+}
+
 // One machine; the results are appended.
 class seed_run {
   public:
-    seed_run(const scenario &plan, const twin_config &config, const std::string &folder)
-        : plan_(plan), config_(config), folder_(folder), twin_(config_) {
-        make_folder(folder);
+    // once: folder of what the steps before the first seed made.
+    seed_run(const scenario &plan, const twin_config &config, const std::string &once)
+        : plan_(plan),
+          config_(config),
+          once_(once),
+          folder_(once + "/seed-" + std::to_string(config.seed)),
+          twin_(config_) {
+        make_folder(folder_);
         for (const auto &path : plan.paths) paths_.emplace_back(twin_, path);
     }
 
@@ -58,7 +80,7 @@ class seed_run {
         if (plan_.steps.empty()) {
             measurements_ = compbox::measure(plan_, twin_, own_seed, folder_);
         } else {
-            run_steps(plan_.steps, folder_, result);
+            run_steps(plan_.steps, world(folder_), result);
         }
     }
 
@@ -87,20 +109,9 @@ class seed_run {
         return {std::llround(1e3 * plan_.read_ms), std::llround(1e3 * plan_.write_ms)};
     }
 
-    void run_steps(const std::vector<std::string> &steps, const std::string &out,
-                   simulation &result) {
+    step_world world(const std::string &out) const {
         make_folder(out);
-        const std::string here = std::filesystem::path(plan_.file).parent_path().string();
-        const step_world world{twin_,
-                               plan_.file,
-                               {{"seed", folder_},
-                                {"out", out},
-                                {"machine", plan_.machine},
-                                {"here", here.empty() ? "." : here}}};
-        for (const auto &step : steps) {
-            const auto said = run_step(step, world);
-            result.warnings.insert(result.warnings.end(), said.begin(), said.end());
-        }
+        return {twin_, plan_.file, names(plan_, once_, folder_, out)};
     }
 
     fitted_files coefficients_of(const scenario_method &method, simulation &result) {
@@ -111,7 +122,7 @@ class seed_run {
             result.warnings.insert(result.warnings.end(), fit.warnings.begin(), fit.warnings.end());
             return fit;
         }
-        run_steps(method.steps, out, result);
+        run_steps(method.steps, world(out), result);
         fit.coefficients = out + "/coefficients.json";
         return fit;
     }
@@ -146,7 +157,7 @@ class seed_run {
 
     const scenario &plan_;
     twin_config config_;
-    std::string folder_;
+    std::string once_, folder_;
     twin_machine twin_;
     std::vector<remeasured_path> paths_;
     std::string measurements_;
@@ -162,11 +173,16 @@ simulation simulate(const scenario &plan, const std::string &folder,
     std::vector<std::uint64_t> seeds = plan.seeds;
     if (seeds.empty()) seeds.push_back(own_seed);
     simulation result;
+    if (!plan.once.empty()) {
+        make_folder(folder);
+        const twin_machine twin(config);
+        run_steps(plan.once, {twin, plan.file, names(plan, folder, folder, folder)}, result);
+    }
     for (const std::uint64_t seed : seeds) {
         const std::string name = "seed " + std::to_string(seed);
         progress(name + ": measure");
         config.seed = seed;
-        seed_run run(plan, config, folder + "/seed-" + std::to_string(seed));
+        seed_run run(plan, config, folder);
         run.measure(own_seed, result);
         for (const auto &method : plan.methods) {
             progress(name + ": " + method.name);

@@ -64,10 +64,10 @@ std::string path_script(const scenario_path &path, const std::string &directions
                 "set xlabel " + plot_text(std::string(1, axis_letters[path.along]) + ", mm") + "\n";
         if (first)
             script += "set title " + plot_text(path.name + ": true error before and after") + "\n";
-        script += "plot " + curve(data, 2, first ? "before" : "", plot_colour::grey, true) + ", " +
-                  curve(data, 3, first ? "after, " + runs.front()->method : "", method_colours[0],
-                        true) +
-                  "\n";
+        script +=
+            "plot " + curve(data, 2, first ? "before" : "", plot_colour::grey, true) + ", " +
+            curve(data, 3, first ? "after, " + runs.front()->method : "", method_colours[0], true) +
+            "\n";
         if (first) script += "set title 'what is left, by method'\n";
         script += "plot ";
         for (std::size_t m = runs.size(); m-- > 0;) {
@@ -114,7 +114,8 @@ void plot_paths(const scenario &plan, const simulation &result, const std::strin
         for (const auto &run : result.runs) {
             if (run.seed == seed && run.path == path.name) runs.push_back(&run);
         }
-        run_gnuplot(folder + "/" + file_name(path.name) + ".svg", path_script(path, plan.directions, runs), 1300, 950);
+        run_gnuplot(folder + "/" + file_name(path.name) + ".svg",
+                    path_script(path, plan.directions, runs), 1300, 950);
     }
 }
 

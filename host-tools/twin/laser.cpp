@@ -44,10 +44,13 @@ laser_series virtual_laser::measure(const std::string &name) const {
     laser_set_up set_up(twin_, name, error.direction != error.axis);
     laser_series series{name, {}, error.direction > 2 ? "urad" : "um"};
     xyz position_mm = config.start_mm;
+    position_mm[static_cast<std::size_t>(error.axis)] = targets.front();
+    const double constant =
+        true_value(name, error, position_mm) - twin_.curve_um(name, targets.front());
     for (int run = 1; run <= config.laser.runs; ++run) {
         for (const double target_mm : targets) {
             position_mm[static_cast<std::size_t>(error.axis)] = target_mm;
-            double shown = twin_.curve_um(name, target_mm);
+            double shown = true_value(name, error, position_mm) - constant;
             if (error.direction < 3) {
                 shown +=
                     set_up.unexplained_um(position_mm)[static_cast<std::size_t>(error.direction)];
@@ -57,6 +60,16 @@ laser_series virtual_laser::measure(const std::string &name) const {
         }
     }
     return series;
+}
+
+// A side of a stage is measured on that side, a rotation as such; a displacement where the tool
+// is, which the rotations of the axis move too.
+double virtual_laser::true_value(const std::string &name, const error_name &error,
+                                 const xyz &position_mm) const {
+    const double at_mm = position_mm[static_cast<std::size_t>(error.axis)];
+    if (error.direction > 2 || find_drive(twin_.config(), name)) return twin_.curve_um(name, at_mm);
+    return twin_.explained_error_um(
+        state_at(position_mm))[static_cast<std::size_t>(error.direction)];
 }
 
 xyz virtual_laser::shown(xyz error_um) {

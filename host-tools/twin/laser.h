@@ -29,8 +29,10 @@ class virtual_laser {
     // end; the last interval is shorter where the travel is not a multiple.
     std::vector<double> targets_mm(char axis) const;
 
-    // One set-up: all runs over all targets. The beam has its own slope and offset, the machine
-    // its repeatability at each approach, each reading its noise; rounded to the resolution.
+    // One set-up: all runs over all targets, the other axes at start_mm, uncompensated; a
+    // displacement is that of the tool, less a constant. The beam has its own slope and offset, the
+    // machine its repeatability at each approach, each reading its noise; rounded to the
+    // resolution.
     laser_series measure(const std::string &name) const;
 
     // Remeasurement: one noisy reading of the tool error in X, Y, Z in that state. Consecutive
@@ -44,6 +46,9 @@ class virtual_laser {
     xyz shown(xyz error_um);
 
   private:
+    double true_value(const std::string &name, const error_name &error,
+                      const xyz &position_mm) const;
+
     const twin_machine &twin_;
     random_stream remeasure_;
 };

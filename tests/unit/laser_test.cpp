@@ -57,6 +57,7 @@ residuals residuals_of(const twin_machine &twin, const laser_series &series) {
 
 TEST(Laser, NoiseIsAsStatedAndNothingElseIsAdded) {
     twin_config config = load_twin(example);
+    config.unexplained_percent = 0.0;
     config.laser.runs = 300;
     config.repeatability_um = 0.4;
     const twin_machine twin(config);
@@ -75,6 +76,7 @@ TEST(Laser, NoiseIsAsStatedAndNothingElseIsAdded) {
 
 TEST(Laser, EachSetUpHasItsOwnSlopeAndOffsetWithinTheStatedSizes) {
     twin_config config = load_twin(example);
+    config.unexplained_percent = 0.0;
     config.repeatability_um = config.laser.sigma_um = 0.0;
     double least = 1e9, most = -1e9;
     for (std::uint64_t seed = 1; seed <= 40; ++seed) {
@@ -97,6 +99,7 @@ TEST(Laser, EachSetUpHasItsOwnSlopeAndOffsetWithinTheStatedSizes) {
 
 TEST(Laser, WithoutNoiseAndSetUpItShowsTheCurveToItsResolution) {
     twin_config config = load_twin(example);
+    config.unexplained_percent = 0.0;
     config.repeatability_um = config.laser.sigma_um = 0.0;
     config.laser.slope_urad = config.laser.offset_um = 0.0;
     const twin_machine twin(config);
@@ -104,6 +107,20 @@ TEST(Laser, WithoutNoiseAndSetUpItShowsTheCurveToItsResolution) {
         EXPECT_NEAR(reading.error_um, twin.curve_um("EZY", reading.position_mm), 0.005 + 1e-9);
         EXPECT_NEAR(reading.error_um * 100.0, std::round(reading.error_um * 100.0), 1e-6);
     }
+}
+
+TEST(Laser, TheUnexplainedPartIsInEveryReading) {
+    twin_config config = load_twin(example);
+    config.repeatability_um = config.laser.sigma_um = 0.0;
+    config.laser.slope_urad = config.laser.offset_um = 0.0;
+    const twin_machine twin(config);
+    double least = 1e9, most = -1e9;
+    for (const auto &reading : virtual_laser(twin).measure("EZX").readings) {
+        const double rest = reading.error_um - twin.curve_um("EZX", reading.position_mm);
+        least = std::min(least, rest), most = std::max(most, rest);
+    }
+    EXPECT_GT(most - least, 0.3);  // 1.5 % of some 250 µm is its most
+    EXPECT_LT(most - least, 4.5);
 }
 
 TEST(Laser, RemeasurementReadsTheCompensatedToolWithFreshNoise) {

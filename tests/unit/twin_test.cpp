@@ -157,7 +157,9 @@ TEST(Curve, SpectrumRollsOffBelowTheCutoff) {
 constexpr double matrix_um = 1e-7;
 
 TEST(Machine, ErrorInSpaceIsTheSumOfItsCurves) {
-    const twin_machine twin(load_twin(example));
+    twin_config config = load_twin(example);
+    config.unexplained_percent = 0.0;
+    const twin_machine twin(config);
     const xyz p = {3456.7, 1234.5, 678.9};
     const xyz e = twin.true_error_um(p);
     EXPECT_NEAR(e[0], twin.curve_um("EXY", p[1]) + twin.curve_um("EXZ", p[2]), matrix_um);
@@ -174,6 +176,7 @@ TEST(Machine, ACurveDoesNotDependOnWhichOthersThereAre) {
     const double before = twin_machine(config).curve_um("EZX", 5000.0);
     config.errors["EXX"].amplitude = 100.0;
     config.errors.erase("EYX");
+    config.unexplained_percent = 0.0;
     const twin_machine other(config);
     EXPECT_EQ(other.curve_um("EZX", 5000.0), before);
     EXPECT_NEAR(

@@ -1,0 +1,135 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: MIT
+"""A page of docs/results/ from the report of `compbox simulate` (docs/report.md): tables, and a figure of ours
+beside the paper's.
+  results_page.py SCENARIO.json REPORT.json PAGE.md     writes PAGE.md and PAGE.svg beside it"""
+
+import json
+import pathlib
+import statistics
+import subprocess
+import sys
+import textwrap
+
+
+def table(heading, rows):
+    lines = ["| " + " | ".join(heading) + " |", "|" + "---|" * len(heading)]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows]) + "\n"
+
+
+def percent(value):
+    return "–" if value is None else f"{value:.1f} %"
+
+
+def median_of(report, path, method, axis, key):
+    return statistics.median(run[axis][key] for run in report["runs"]
+                             if run["path"] == path and run["method"] == method)
+
+
+def headline(report):
+    """Ours on one path after the other, by direction."""
+    rows = []
+    for name, path in report["paths"].items():
+        for axis in path["reduction_percent"]:
+            before = median_of(report, name, report["method"], axis, "before_um")
+            after = median_of(report, name, report["method"], axis, "after_um")
+            rows.append([name, axis, f"{before:.1f}", f"{after:.2f}"] + [
+                percent(path[key].get(axis)) for key in
+                ("reduction_percent", "reduction_percent_worst", "ceiling_percent", "between_percent",
+                 "remeasured_percent", "noise_ceiling_percent")])
+    return table(["path", "", "before µm", "after µm", "less", "worst machine", "ceiling",
+                  "also between the stops", "remeasured", "its ceiling"], rows)
+
+
+def methods(report):
+    """Every method on the first path, and the paper."""
+    axes = list(report["reduction_percent"])
+    rows = [[f"**{report['method']}** (ours)"] + [percent(report["reduction_percent"][a]) for a in axes]]
+    rows += [[name] + [percent(values.get(a)) for a in axes]
+             for name, values in report["baselines"].items()]
+    rows.append(["the paper, on its machine"] + [percent(report["paper_percent"].get(a)) for a in axes])
+    return table(["less on: " + report["path"]] + axes, rows)
+
+
+def moving(report):
+    rows = [[one["path"], f"{one['feed_mm_per_min'] / 1000:g}", f"{one['lead_ms']:.0f}"] +
+            [f"{percent(v)}, {percent(one['reduction_percent_worst'][a])}"
+             for a, v in one["reduction_percent"].items()] for one in report["moving"]]
+    axes = [f"{a}: less, worst" for a in report["reduction_percent"]]
+    return table(["path", "feed m/min", "lead ms"] + axes, rows)
+
+
+def residual(report, paper):
+    """S1's Table 1, ours beside the paper's."""
+    path, rows = paper["residual_path"], []
+    for method in [report["method"]] + list(report["baselines"]):
+        for axis in report["reduction_percent"]:
+            ours = [median_of(report, path, method, axis, key)
+                    for key in ("after_um", "mean_um", "variance_um2")]
+            theirs = paper["residual"].get(method, {}).get(axis)
+            rows.append([method, axis] + [f"{v:.2f}" for v in ours] +
+                        ([f"{v:g}" for v in theirs] if theirs else ["–"] * 3))
+    return table(["model", "", "range µm", "mean µm", "variance µm²", "paper: range", "mean", "variance"], rows)
+
+
+def figure(report, path):
+    """Bars: what is left of each direction's error, in per cent: ours, the others, the paper."""
+    axes = list(report["reduction_percent"])
+    bars = [("ours", report["reduction_percent"])] + list(report["baselines"].items())
+    bars.append(("the paper", report["paper_percent"]))
+    data = "".join(f'"{axis}" ' + " ".join(
+        f"{100 - values[axis]:.2f}" if axis in values else "NaN" for _, values in bars) + "\n"
+        for axis in axes)
+    colours = ["#0b6fb8", "#6a51a3", "#2e8b57", "#9aa0a6", "#bcd9ee"][:len(bars) - 1] + ["#c8501e"]
+    plots = ", ".join(f"$d using {i + 2}:xtic(1) lc rgb '{colour}' title '{name}'"
+                      for i, ((name, _), colour) in enumerate(zip(bars, colours)))
+    script = (f"set terminal svg size 760,380 noenhanced background '#ffffff'\nset output '{path}'\n"
+              f"$d << E\n{data}E\nset style data histogram\nset style histogram cluster gap 1\n"
+              "set style fill solid 0.9 border -1\nset yrange [0:*]\nset grid y\n"
+              f"set ylabel 'left of the error, %'\nset title '{report['path']}: what is left, by method'\n"
+              f"set key outside right\nplot {plots}\n")
+    subprocess.run(["gnuplot"], input=script, text=True, check=True)
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join(line.rstrip() for line in lines) + "\n")
+
+
+def paragraph(text):
+    return textwrap.fill(text, 110) + "\n\n"
+
+
+def page(scenario, report, paper, name):
+    seeds = report["seeds"]
+    text = f"# {report['scenario']}: results\n\n"
+    text += paragraph(
+        f"Written by `scripts/results {name}`; the scenario is examples/{name}/scenario.json, the machines are "
+        f"{len(seeds)} twins (seeds {seeds[0]} to {seeds[-1]}) that differ in every curve. What each figure means: "
+        "[report.md](../report.md). All against the twin's true error; medians over the machines, and the worst "
+        "one. *Ceiling*: what a compensation of all that a model can explain would reach; *its ceiling*: what "
+        "the remeasurement by the noisy laser would show of that.")
+    text += paragraph(f"Paper: {paper['source']}. {paper['said']}")
+    text += f"![what is left, ours and the paper's]({name}.svg)\n\n"
+    text += "## Ours and the paper's\n\n" + methods(report)
+    text += "\n## Every path\n\n" + headline(report)
+    if "residual" in paper:
+        text += f"\n## What is left on the {paper['residual_path']}\n\n" + residual(report, paper)
+        text += "\nThe paper's means are those of amplitudes on its machine; ours count with their sign.\n"
+    if "moving" in report:
+        text += "\n## In motion\n\n" + paragraph(
+            "The path travelled in one go, acceleration included; reading takes "
+            f"{scenario['exchange_ms']['read']} ms on the wire, writing {scenario['exchange_ms']['write']} ms, the "
+            "box writes every 30 ms.") + moving(report)
+    return text
+
+
+def main():
+    if len(sys.argv) != 4:
+        sys.exit(__doc__)
+    scenario_file, report_file, out = map(pathlib.Path, sys.argv[1:])
+    scenario, report = (json.loads(file.read_text()) for file in (scenario_file, report_file))
+    paper = json.loads((scenario_file.parent / "paper.json").read_text())
+    figure(report, out.with_suffix(".svg"))
+    out.write_text(page(scenario, report, paper, scenario_file.parent.name))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: MIT
+"""The papers' scenarios on few machines: what comes out, and that the tools see files only."""
+
+import json
+import shutil
+
+import pytest
+
+from conftest import ROOT
+
+EXAMPLES = ROOT / "examples"
+
+
+def simulate(compbox, name, scenario, *options):
+    """examples/NAME copied into the test's folder, with another scenario.json."""
+    shutil.copytree(EXAMPLES / name, compbox.folder / name)
+    compbox.write(f"{name}/scenario.json", scenario)
+    compbox.good("simulate", f"{name}/scenario.json", *options, "-o", "out")
+    return json.loads((compbox.folder / "out/report.json").read_text())
+
+
+def scenario_of(name):
+    return json.loads((EXAMPLES / name / "scenario.json").read_text())
+
+
+def by_hand(compbox, steps, names):
+    """The steps again, each as a process of its own, in other folders; measurements are left out."""
+    for step in steps:
+        if step.startswith("measure"):
+            continue
+        for name, value in names.items():
+            step = step.replace("$" + name, value)
+        words = []
+        for word in step.split():
+            if word.startswith("$("):
+                word = (compbox.folder / word[2:-1]).read_text().strip()
+            choices = [word]
+            while "{" in choices[0]:
+                choices = [c[:c.index("{")] + one + c[c.index("}") + 1:] for c in choices
+                           for one in c[c.index("{") + 1:c.index("}")].split(",")]
+            words += choices
+        compbox.good(*words)
+
+
+def same_coefficients(one, other):
+    files = [json.loads(path.read_text()) for path in (one, other)]
+    for file in files:
+        del file["provenance"]  # names the files
+    return files[0] == files[1]
+
+
+def test_dual_drive(compbox):
+    scenario = scenario_of("dual-drive")
+    scenario["paths"] = scenario["paths"][:1]
+    report = simulate(compbox, "dual-drive", scenario, "--seeds", "1-3")
+    assert list(report["reduction_percent"]) == ["X", "Y"]
+    for axis, reduction in report["reduction_percent"].items():
+        assert reduction > 90
+        assert reduction > report["baselines"]["published-forms"][axis] + 5
+        assert reduction < report["ceiling_percent"][axis] < 100
+    feeds = [one["feed_mm_per_min"] for one in report["moving"]]
+    assert feeds == [1000, 10000]
+    slow, fast = (one["reduction_percent"]["X"] for one in report["moving"])
+    assert slow > fast > 70
+    assert report["moving"][0]["lead_ms"] == pytest.approx(32, abs=3)
+    assert report["baselines"].keys() == {"published-forms", "polyline"}
+
+
+def test_dual_drive_from_its_files_alone(compbox):
+    scenario = scenario_of("dual-drive")
+    scenario["paths"], scenario["methods"] = scenario["paths"][:1], scenario["methods"][:1]
+    scenario["moving_mm_per_min"] = []
+    simulate(compbox, "dual-drive", scenario, "--seeds", "7")
+    (compbox.folder / "hand").mkdir()
+    by_hand(compbox, scenario["methods"][0]["steps"],
+            {"seed": "out/seed-7", "machine": "dual-drive/machine.json", "out": "hand"})
+    assert same_coefficients(compbox.folder / "out/seed-7/bspline/coefficients.json",
+                             compbox.folder / "hand/coefficients.json")
+
+
+def test_a_drive_that_is_corrected_for_the_other_side_yaws(compbox):
+    """The two drives of X exchanged: the mean is the same, the stage turns twice as far."""
+    scenario = scenario_of("dual-drive")
+    scenario["paths"], scenario["methods"] = scenario["paths"][2:3], scenario["methods"][:1]
+    scenario["moving_mm_per_min"] = []
+    right = simulate(compbox, "dual-drive", scenario, "--seeds", "2")
+    steps = scenario["methods"][0]["steps"]
+    swap = {"X1.csv": "X2.csv", "X2.csv": "X1.csv"}
+    scenario["methods"][0]["steps"] = [
+        next((s.replace(a, b) for a, b in swap.items() if a in s), s) for s in steps]
+    shutil.rmtree(compbox.folder / "dual-drive")
+    wrong = simulate(compbox, "dual-drive", scenario, "--seeds", "2")
+    assert wrong["reduction_percent"]["X"] < right["reduction_percent"]["X"] - 5
+
+
+def nine_line():
+    """With the plans of the example, which take a while to find."""
+    scenario = scenario_of("nine-line")
+    scenario["once"] = [step for step in scenario["once"] if not step.startswith("plan")]
+    text = json.dumps(scenario)
+    for axis in "XYZ":
+        text = text.replace(f"$once/{axis}.plan.json", f"$here/{axis}.plan.json")
+    scenario = json.loads(text)
+    scenario["paths"], scenario["moving_mm_per_min"] = scenario["paths"][:1], []
+    return scenario
+
+
+def test_the_committed_plans_are_what_the_scenario_plans():
+    kept = {axis: json.loads((EXAMPLES / f"nine-line/{axis}.plan.json").read_text()) for axis in "XYZ"}
+    steps = [step for step in scenario_of("nine-line")["once"] if step.startswith("plan")]
+    assert len(steps) == 3 and all(len(plan["points_mm"]) == 3 for plan in kept.values())
+    readme = (EXAMPLES / "nine-line/README.md").read_text()
+    for axis, step in zip("XYZ", steps):
+        assert step.split()[1] in readme and f"--axis {axis}" in step
+
+
+def test_nine_line(compbox):
+    scenario = nine_line()
+    report = simulate(compbox, "nine-line", scenario, "--seeds", "4")
+    for axis in "XYZ":
+        assert report["reduction_percent"][axis] > 85
+        assert report["reduction_percent"][axis] < report["ceiling_percent"][axis] < 100
+        assert report["reduction_percent"][axis] > report["baselines"]["traditional"][axis]
+    lines = sorted(path.name for path in (compbox.folder / "out/seed-4/X").iterdir())
+    assert lines == [f"P{p}{d}.rtl" for p in "123" for d in "xyz"]
+    names = {"seed": "out/seed-4", "once": "out", "here": "nine-line", "out": "hand"}
+    (compbox.folder / "hand").mkdir()
+    for name in ("C0Y", "B0Z", "A0Z"):
+        shutil.copy(compbox.folder / f"out/seed-4/improved/{name}.txt", compbox.folder / "hand")
+    by_hand(compbox, scenario["methods"][0]["steps"], names)
+    assert same_coefficients(compbox.folder / "out/seed-4/improved/coefficients.json",
+                             compbox.folder / "hand/coefficients.json")
+
+
+def test_squareness_is_found(compbox):
+    """It belongs to the middle of the travels, where the identified angles are zero on average: what the twin's
+    angles are there (their slopes by half the travel) is part of it."""
+    scenario = nine_line()
+    scenario["methods"] = scenario["methods"][:1]
+    simulate(compbox, "nine-line", scenario, "--seeds", "5")
+    twin = json.loads((EXAMPLES / "nine-line/machine_twin.json").read_text())
+
+    def in_the_middle(name):
+        return twin["errors"][name].get("slope_urad_per_mm", 0) * twin["axes"][name[2]]["travel_mm"][1] / 2
+
+    for name, angles in {"C0Y": ["ECX"], "B0Z": ["EBX", "EBY"], "A0Z": ["EAX", "EAY"]}.items():
+        found = json.loads((compbox.folder / f"out/seed-5/improved/{name}.json").read_text())
+        expected = twin["squareness_urad"][name] + sum(map(in_the_middle, angles))
+        assert found["squareness_urad"][name] == pytest.approx(expected, abs=3), name
