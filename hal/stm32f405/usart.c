@@ -169,7 +169,7 @@ bool cb_usart_busy(enum cb_usart which) {
     return port->sending || port->tx_written != port->tx_taken;
 }
 
-struct cb_usart_counters cb_usart_counters(enum cb_usart which) {
+struct cb_usart_counters cb_usart_counted(enum cb_usart which) {
     return ports[which].counters;
 }
 

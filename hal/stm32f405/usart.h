@@ -48,7 +48,7 @@ bool cb_usart_send(enum cb_usart port, const void *bytes, size_t size);
 /* True until the last stop bit has left. */
 bool cb_usart_busy(enum cb_usart port);
 
-struct cb_usart_counters cb_usart_counters(enum cb_usart port);
+struct cb_usart_counters cb_usart_counted(enum cb_usart port);
 
 /* From SysTick: goes on with what waits to be sent. */
 void cb_usart_kick(void);

@@ -111,7 +111,7 @@ void cb_status_counters(struct cb_app *app) {
 }
 
 static void say_wire(struct cb_app *app, const char *name, const struct cb_wire *wire) {
-    const struct cb_usart_counters bytes = cb_usart_counters(wire->port);
+    const struct cb_usart_counters bytes = cb_usart_counted(wire->port);
     struct cb_text *line = cb_status_begin(app);
     cb_text_put(line, name);
 #define CB_X(counter) put_counter(line, #counter, wire->counters.counter);

@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: MIT
+// What of the STM32F405's program needs no hardware: the Modbus RTU master on a port that is played
+// here, in virtual time, and numbers as text.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <deque>
+#include <string>
+#include <vector>
+
+extern "C" {
+#include "hal/stm32f405/text.h"
+#include "hal/stm32f405/wire.h"
+}
+
+namespace {
+
+// The port: what was sent and when, what is to be received and when.
+struct port {
+    std::int64_t now_us = 0;
+    std::int64_t sending_until_us = 0;
+    std::int64_t byte_us = 0;
+    std::deque<cb_usart_byte> received;
+    std::vector<std::uint8_t> sent;
+    std::vector<std::int64_t> sent_us;
+    std::uint32_t baud = 0;
+    cb_usart_parity parity = CB_USART_NONE;
+    unsigned stop_bits = 0;
+};
+port the_port;
+
+}  // namespace
+
+extern "C" {
+void cb_usart_open(enum cb_usart, uint32_t baud, enum cb_usart_parity parity, unsigned stop_bits) {
+    the_port.baud = baud;
+    the_port.parity = parity;
+    the_port.stop_bits = stop_bits;
+}
+
+bool cb_usart_take(enum cb_usart, struct cb_usart_byte *byte) {
+    auto &received = the_port.received;
+    if (received.empty() || static_cast<std::int32_t>(static_cast<std::uint32_t>(the_port.now_us) -
+                                                      received.front().time_us) < 0)
+        return false;
+    *byte = received.front();
+    received.pop_front();
+    return true;
+}
+
+bool cb_usart_send(enum cb_usart, const void *bytes, size_t size) {
+    const auto *from = static_cast<const std::uint8_t *>(bytes);
+    the_port.sent.assign(from, from + size);
+    the_port.sent_us.push_back(the_port.now_us);
+    the_port.sending_until_us =
+        the_port.now_us + static_cast<std::int64_t>(size) * the_port.byte_us;
+    return true;
+}
+
+bool cb_usart_busy(enum cb_usart) {
+    return the_port.now_us < the_port.sending_until_us;
+}
+}
+
+namespace {
+
+constexpr std::int64_t byte_us = 96;  // 8E1 at 115 200 baud
+constexpr std::int64_t silence_us = 1750;
+
+struct rig {
+    cb_wire wire{};
+    std::uint16_t registers[4] = {7, 7, 7, 7};
+    cb_modbus_request request{};
+
+    explicit rig(std::int64_t start_us = 1000000) {
+        the_port = port{};
+        the_port.now_us = start_us;
+        the_port.byte_us = byte_us;
+        const cb_rtu_line line = {115200, CB_PARITY_EVEN, 1};
+        cb_wire_start(&wire, CB_USART_PLC, &line, 0);
+        request.function = CB_MODBUS_READ;
+        request.read_start = 0x10;
+        request.read_count = 2;
+    }
+
+    void ask(std::int64_t patience_us) {
+        cb_wire_ask(&wire, 5, &request, registers, the_port.now_us + patience_us);
+    }
+
+    // Bytes on the line from `at_us` on, one after the other.
+    void receive(const std::vector<std::uint8_t> &bytes, std::int64_t at_us, bool bad = false) {
+        for (const std::uint8_t byte : bytes) {
+            the_port.received.push_back({static_cast<std::uint32_t>(at_us), byte, bad});
+            at_us += byte_us;
+        }
+    }
+
+    // Polls every 10 us until it is done; out: how long that took.
+    std::int64_t run() {
+        const std::int64_t from_us = the_port.now_us;
+        while (!cb_wire_poll(&wire, the_port.now_us)) the_port.now_us += 10;
+        return the_port.now_us - from_us;
+    }
+};
+
+std::vector<std::uint8_t> framed(std::vector<std::uint8_t> bytes) {
+    const std::uint16_t crc = cb_rtu_crc(bytes.data(), bytes.size());
+    bytes.push_back(static_cast<std::uint8_t>(crc & 0xFF));
+    bytes.push_back(static_cast<std::uint8_t>(crc >> 8));
+    return bytes;
+}
+
+const std::vector<std::uint8_t> reply = framed({5, 3, 4, 0x12, 0x34, 0xAB, 0xCD});
+
+TEST(wire, port_is_opened_as_the_line_is) {
+    rig r;
+    EXPECT_EQ(the_port.baud, 115200u);
+    EXPECT_EQ(the_port.parity, CB_USART_EVEN);
+    EXPECT_EQ(the_port.stop_bits, 1u);
+}
+
+TEST(wire, a_reply_is_taken_when_its_last_byte_is_there) {
+    rig r;
+    r.ask(20000);
+    r.receive(reply, the_port.now_us + 3000);
+    const auto took_us = r.run();
+    EXPECT_EQ(the_port.sent, framed({5, 3, 0, 0x10, 0, 2}));
+    EXPECT_EQ(r.wire.end, CB_WIRE_OK);
+    EXPECT_EQ(r.registers[0], 0x1234);
+    EXPECT_EQ(r.registers[1], 0xABCD);
+    EXPECT_EQ(r.registers[2], 7);
+    EXPECT_LE(took_us, 3000 + static_cast<std::int64_t>(reply.size()) * byte_us);
+    EXPECT_EQ(r.wire.counters.replies, 1u);
+}
+
+// The low 32 bits of the clock wrap every 72 minutes.
+TEST(wire, a_reply_over_the_wrap_of_the_bytes_clock) {
+    rig r((std::int64_t{1} << 33) - 3200);
+    r.ask(20000);
+    r.receive(reply, the_port.now_us + 3000);
+    r.run();
+    EXPECT_EQ(r.wire.end, CB_WIRE_OK);
+}
+
+TEST(wire, nothing_is_sent_before_the_line_was_silent) {
+    rig r;
+    const std::int64_t from_us = the_port.now_us;
+    r.receive({1, 2, 3, 4}, from_us - 4 * byte_us);
+    r.ask(20000);
+    r.run();
+    ASSERT_EQ(the_port.sent_us.size(), 1u);
+    const std::int64_t last_us = from_us - byte_us;
+    EXPECT_GE(the_port.sent_us[0], last_us + silence_us);
+    EXPECT_LE(the_port.sent_us[0], last_us + silence_us + 20);
+    EXPECT_EQ(r.wire.counters.noise_bytes, 4u);
+}
+
+TEST(wire, a_line_that_is_never_silent_ends_with_the_time) {
+    rig r;
+    for (int i = 0; i < 30; ++i) r.receive({0x55}, the_port.now_us + 1000 * i);
+    r.ask(20000);
+    EXPECT_LE(r.run(), 20010);
+    EXPECT_EQ(r.wire.end, CB_WIRE_NOT_SENT);
+    EXPECT_TRUE(the_port.sent.empty());
+}
+
+TEST(wire, no_answer_ends_with_the_time) {
+    rig r;
+    r.ask(20000);
+    EXPECT_LE(r.run(), 20010);
+    EXPECT_EQ(r.wire.end, CB_WIRE_SILENT);
+    EXPECT_EQ(r.wire.counters.timeouts, 1u);
+    EXPECT_EQ(r.registers[0], 7);
+}
+
+TEST(wire, what_comes_while_sending_is_no_answer) {
+    rig r;
+    r.ask(20000);
+    r.receive(reply, the_port.now_us + 20 - byte_us);  // before the request is out
+    r.run();
+    EXPECT_EQ(r.wire.end, CB_WIRE_SILENT);
+    EXPECT_EQ(r.registers[0], 7);
+}
+
+TEST(wire, a_wrong_byte_spoils_the_reply_at_once_when_it_ends) {
+    rig r;
+    auto wrong = reply;
+    wrong[4] ^= 1;
+    r.ask(20000);
+    r.receive(wrong, the_port.now_us + 3000);
+    EXPECT_LE(r.run(), 3000 + static_cast<std::int64_t>(reply.size()) * byte_us + silence_us);
+    EXPECT_EQ(r.wire.end, CB_WIRE_SPOILT);
+    EXPECT_EQ(r.wire.counters.crc_errors, 1u);
+    EXPECT_EQ(r.registers[0], 7);
+}
+
+// The hardware saw a parity or framing error in bytes that are right by luck.
+TEST(wire, a_byte_that_the_hardware_calls_bad_is_not_believed) {
+    rig r;
+    r.ask(20000);
+    r.receive(reply, the_port.now_us + 3000, true);
+    r.run();
+    EXPECT_EQ(r.wire.end, CB_WIRE_SPOILT);
+    EXPECT_EQ(r.registers[0], 7);
+}
+
+TEST(wire, another_units_reply_and_a_refusal_are_told_apart) {
+    rig r;
+    r.ask(20000);
+    r.receive(framed({6, 3, 4, 0x12, 0x34, 0xAB, 0xCD}), the_port.now_us + 3000);
+    r.run();
+    EXPECT_EQ(r.wire.end, CB_WIRE_SPOILT);
+    EXPECT_EQ(r.wire.counters.wrong_units, 1u);
+    r.ask(20000);
+    r.receive(framed({5, 0x83, 2}), the_port.now_us + 5000);
+    r.run();
+    EXPECT_EQ(r.wire.end, CB_WIRE_REFUSED);
+    EXPECT_EQ(r.wire.exception, 2);
+    EXPECT_EQ(r.wire.counters.exceptions, 1u);
+}
+
+// The reply to a request that was given up comes before the next one is sent: it is thrown away.
+TEST(wire, a_late_reply_before_the_next_request_is_not_taken) {
+    rig r;
+    r.ask(5000);
+    r.run();
+    EXPECT_EQ(r.wire.end, CB_WIRE_SILENT);
+    r.receive(reply, the_port.now_us + 100);
+    r.ask(20000);
+    r.run();
+    EXPECT_EQ(r.wire.end, CB_WIRE_SILENT);
+    EXPECT_EQ(r.wire.counters.noise_bytes, reply.size());
+}
+
+TEST(wire, a_request_that_cannot_be_is_not_sent) {
+    rig r;
+    r.request.read_count = 126;
+    r.ask(20000);
+    EXPECT_EQ(r.run(), 0);
+    EXPECT_EQ(r.wire.end, CB_WIRE_NOT_SENT);
+    EXPECT_TRUE(the_port.sent.empty());
+}
+
+std::string words(const cb_text &text) {
+    return {text.bytes, text.length};
+}
+
+template <typename F>
+std::string text_of(F put) {
+    cb_text text{};
+    put(&text);
+    return words(text);
+}
+
+TEST(text, numbers) {
+    EXPECT_EQ(text_of([](cb_text *t) { cb_text_put_unsigned(t, 0); }), "0");
+    EXPECT_EQ(text_of([](cb_text *t) { cb_text_put_unsigned(t, 4294967295u); }), "4294967295");
+    EXPECT_EQ(text_of([](cb_text *t) { cb_text_put_signed64(t, INT64_MIN); }),
+              "-9223372036854775808");
+    EXPECT_EQ(text_of([](cb_text *t) { cb_text_put_hex(t, 0xBEEF, 4); }), "beef");
+    EXPECT_EQ(text_of([](cb_text *t) { cb_text_put_hex(t, 0xBEEF, 8); }), "0000beef");
+    EXPECT_EQ(text_of([](cb_text *t) { cb_text_put_thousandths(t, -12045, 3); }), "-12.045");
+    EXPECT_EQ(text_of([](cb_text *t) { cb_text_put_thousandths(t, 999, 1); }), "0.9");
+    EXPECT_EQ(text_of([](cb_text *t) { cb_text_put_float_bits(t, -2.0f); }), "c0000000");
+}
+
+TEST(text, tenths) {
+    EXPECT_EQ(text_of([](cb_text *t) { cb_text_put_tenths(t, 12.34f); }), "+12.3");
+    EXPECT_EQ(text_of([](cb_text *t) { cb_text_put_tenths(t, -0.06f); }), "-0.1");
+    EXPECT_EQ(text_of([](cb_text *t) { cb_text_put_tenths(t, 99999.0f); }), "+99999.0");
+    for (const float none : {NAN, INFINITY, -INFINITY, 1e30f})
+        EXPECT_EQ(text_of([none](cb_text *t) { cb_text_put_tenths(t, none); }), "?");
+}
+
+TEST(text, what_does_not_fit_is_cut_off) {
+    cb_text text{};
+    for (int i = 0; i < 200; ++i) cb_text_put(&text, "12345");
+    EXPECT_EQ(text.length, sizeof text.bytes);
+    cb_text_put_unsigned(&text, 7);
+    EXPECT_EQ(text.length, sizeof text.bytes);
+    cb_text_clear(&text);
+    cb_text_put(&text, "a");
+    EXPECT_EQ(words(text), "a");
+}
+
+}  // namespace
