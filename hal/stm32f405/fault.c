@@ -77,6 +77,9 @@ void cb_provoke(enum cb_provoke what) {
         case CB_PROVOKE_STACK:
             overflow();
             break;
+        case CB_PROVOKE_CANARY:
+            *(volatile uint32_t *)(void *)stack_start = 0;
+            break;
         case CB_PROVOKE_HANG: /* the watchdog's turn */
             for (;;) cb_sleep();
     }

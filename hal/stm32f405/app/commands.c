@@ -51,6 +51,11 @@ static void crash_stack(struct cb_app *app) {
     cb_provoke(CB_PROVOKE_STACK);
 }
 
+static void crash_canary(struct cb_app *app) {
+    (void)app;
+    cb_provoke(CB_PROVOKE_CANARY);
+}
+
 static void crash_hang(struct cb_app *app) {
     (void)app;
     cb_provoke(CB_PROVOKE_HANG);
@@ -72,6 +77,7 @@ static const struct command commands[] = {
     {"crash undefined", "test: an undefined instruction", crash_undefined},
     {"crash address", "test: a write where no memory is", crash_address},
     {"crash stack", "test: a stack overflow", crash_stack},
+    {"crash canary", "test: a stack that has run to its last word", crash_canary},
     {"crash hang", "test: an endless loop, for the watchdog", crash_hang},
 };
 

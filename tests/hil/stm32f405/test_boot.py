@@ -83,6 +83,14 @@ def test_a_fault_is_recorded_and_the_box_restarts_into_standby(tmp_path, how, ex
         assert fault_lines(box, since)[0] == registers
 
 
+def test_a_stack_at_its_end_is_seen_in_the_next_cycle(tmp_path):
+    with Box(tmp_path) as box:
+        box.console.wait("STANDBY")
+        since = box.console.mark()
+        box.console.say("crash canary")
+        box.console.wait("started: stack overflow.*restarts by faults 1", since)
+
+
 def test_again_and_again_ends_in_standby_without_the_file(tmp_path):
     with Box(tmp_path) as box:
         since = 0

@@ -115,6 +115,37 @@ def test_faults_now_and_then(plc, rtu, start_box, exchange):
     laws.check_writes(plc.writes)
 
 
+def test_where_there_is_time_a_request_is_repeated_in_its_period(plc, rtu, start_box):
+    """In 60 ms at 460 800 baud there is: check sums that are wrong now and then cost no cycle."""
+    def change(data):
+        quick(data)
+        data["cycle"]["period_ms"] = 60
+        data["plc"]["transport"]["rtu"]["baud"] = 460800
+    plc.values = AT_REST
+    with rtu() as server, start_box(change) as box:
+        wait_for(lambda: len(active(plc)) > 10)
+        before = counters_of(box)
+        server.fault, count = sometimes(crc_error, 4)
+        wait_for(lambda: count["faulty"] >= EXCHANGES)
+        server.fault = None
+        lost = {name: counters_of(box).get(name, 0) - before.get(name, 0)
+                for name in ("reads_failed", "writes_failed", "writes_unknown")}
+        assert counters_of(box, "wires")["retries"] >= count["faulty"] // 2
+        assert sum(lost.values()) <= count["faulty"] // 3, lost
+
+
+def test_a_line_that_is_never_silent(plc, rtu, start_box):
+    """Somebody babbles: nothing can be sent, the outputs go to zero; then there is silence again."""
+    plc.values = AT_REST
+    with rtu() as server, start_box(quick) as box:
+        wait_for(lambda: len(active(plc)) > 10)
+        since = box.console.mark()
+        server.client.sendall(b"\x55\xaa" * 30000)     # takes the emulator a second or two
+        box.console.wait("now RAMP: no answer from the PLC", since)
+        mark = len(plc.writes)
+        wait_for(lambda: len(plc.writes) > mark and plc.last().mode == ACTIVE)
+
+
 def test_a_plc_that_no_longer_answers(plc, rtu, start_box):
     """Longer than HOLD lasts: the outputs have gone to zero when it answers again."""
     plc.values = AT_REST
