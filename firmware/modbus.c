@@ -28,8 +28,9 @@ static bool within(uint16_t count, uint16_t max) {
 /* Byte count and registers, as in the tail of FC16 and FC23. */
 static uint8_t *put_registers(uint8_t *at, const struct cb_modbus_request *request) {
     *at++ = (uint8_t)(2 * request->write_count);
-    for (uint16_t i = 0; i < request->write_count; i++)
-        at = put_u16(at, request->write_registers[i]);
+    const uint16_t *const end = request->write_registers + request->write_count;
+    for (const uint16_t *from = request->write_registers; from != end; ++from)
+        at = put_u16(at, *from);
     return at;
 }
 
@@ -87,6 +88,7 @@ enum cb_modbus_answer cb_modbus_decode(const struct cb_modbus_request *request, 
     if (request->function == CB_MODBUS_WRITE)
         return echo_matches(request, pdu, length) ? CB_MODBUS_OK : CB_MODBUS_INVALID;
     if (!data_matches(request, pdu, length)) return CB_MODBUS_INVALID;
-    for (uint16_t i = 0; i < request->read_count; i++) registers[i] = get_u16(pdu + 2 + 2 * i);
+    const uint16_t *const end = registers + request->read_count;
+    for (pdu += 2; registers != end; pdu += 2) *registers++ = get_u16(pdu);
     return CB_MODBUS_OK;
 }

@@ -30,7 +30,8 @@ struct cb_rtu_receiver {
     uint8_t state;   /* enum cb_rtu_reception */
     uint16_t from;   /* where the candidate for a reply begins */
     uint16_t have;   /* bytes in frame, <= CB_RTU_MAX_FRAME */
-    uint16_t wanted; /* bytes of that candidate, once its head is whole; 0: not known yet */
+    uint16_t plain;  /* bytes are only stored while have is below it: inside a candidate whose head
+                        is whole, up to its last byte; 0: look at each */
     uint32_t noise;  /* bytes skipped since cb_rtu_receiver_start */
     int64_t last_us; /* when the last byte came */
     uint8_t frame[CB_RTU_MAX_FRAME];

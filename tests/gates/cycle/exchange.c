@@ -49,8 +49,10 @@ static void receive(void *unused) {
     (void)unused;
     const size_t size = cb_rtu_reply_bytes(&cycle.read);
     uint8_t exception = 0;
-    for (size_t i = 0; i < size; ++i)
-        (void)cb_rtu_receiver_byte(&cycle.receiver, cycle.reply[i], (int64_t)i * BYTE_US);
+    const uint8_t *const end = cycle.reply + size;
+    int64_t now_us = 0;
+    for (const uint8_t *at = cycle.reply; at != end; ++at, now_us += BYTE_US)
+        (void)cb_rtu_receiver_byte(&cycle.receiver, *at, now_us);
     (void)cb_rtu_receiver_take(&cycle.receiver, cycle.registers, &exception);
 }
 

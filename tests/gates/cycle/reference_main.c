@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT
- * Gate: instructions of a whole cycle, under the reference load in trouble. */
+ * Gate: instructions of a whole cycle under the reference load: travelling, and when everything
+ * goes wrong now and then (beyond the budget, which is for the conformance inputs; 20 000 are 0.12
+ * ms). */
 #include <stdio.h>
 
 #include "tests/gates/cycle/exchange.h"
@@ -11,6 +13,8 @@ int main(void) {
         puts("this counts no instructions: start it with qemu-system-arm -icount");
         return 1;
     }
+    (void)step_most(STEP_TRAVEL, 500);
+    const int travelling = exchange_report("reference load, travelling", 15000);
     (void)step_most(STEP_TROUBLE, 3000);
-    return exchange_report("reference load", 15000);
+    return exchange_report("reference load, in trouble", 20000) | travelling;
 }
