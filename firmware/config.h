@@ -211,15 +211,6 @@ struct cb_block_config {
     bool counters;
 };
 
-/* A serial line. */
-struct cb_serial_config {
-    char device[64]; /* Linux: path of the device; a microcontroller has its own port */
-    struct cb_rtu_line line;
-    uint32_t slave_delay_us; /* what a slave takes at most from request to reply, beyond the 3.5
-                                characters by which it knows the request's end */
-    uint8_t unit;            /* of the PLC; modules of a bus are named by their signals */
-};
-
 /* A slow bus of the box itself, with modules in turn. */
 struct cb_bus_config {
     char name[CB_NAME_SIZE];

@@ -36,6 +36,7 @@ enum {
     PARITY,
     STOP_BITS,
     SLAVE_DELAY,
+    RS485,
     BUS_LINE_KEYS,
     UNIT = BUS_LINE_KEYS,
     RTU_KEYS
@@ -54,7 +55,8 @@ enum {
     [STOP_BITS] = {"stop_bits",  CB_FIELD_UINT8, false,           SERIAL_AT(line.stop_bits), \
                    .least = "1", .most = "2",    .otherwise = "1"},                          \
     [SLAVE_DELAY] = {"slave_delay_ms",          CB_FIELD_MS,  false,                         \
-                     SERIAL_AT(slave_delay_us), .least = "0", .most = "1000"}
+                     SERIAL_AT(slave_delay_us), .least = "0", .most = "1000"},               \
+    [RS485] = {"rs485", CB_FIELD_BOOL, false, SERIAL_AT(rs485), .otherwise = "false"}
 _Static_assert(CB_RTU_LEAST_BAUD == 1200 && CB_RTU_MOST_BAUD == 921600, "the table says the same");
 
 static const struct cb_field RTU_FIELDS[RTU_KEYS] = {

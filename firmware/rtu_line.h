@@ -4,6 +4,7 @@
 #ifndef COMPBOX_FIRMWARE_RTU_LINE_H
 #define COMPBOX_FIRMWARE_RTU_LINE_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -17,6 +18,16 @@ struct cb_rtu_line {
     uint32_t baud;     /* CB_RTU_LEAST_BAUD … CB_RTU_MOST_BAUD */
     uint8_t parity;    /* enum cb_parity */
     uint8_t stop_bits; /* 1 or 2 */
+};
+
+/* A serial line as the coefficient file has it. */
+struct cb_serial_config {
+    char device[64]; /* Linux: path of the device; a microcontroller has its own port */
+    struct cb_rtu_line line;
+    uint32_t slave_delay_us; /* what a slave takes at most from request to reply, beyond the 3.5
+                                characters by which it knows the request's end */
+    bool rs485;              /* Linux: RTS switches the driver of a two-wire line */
+    uint8_t unit;            /* of the PLC; modules of a bus are named by their signals */
 };
 
 /* Silences that part frames. */

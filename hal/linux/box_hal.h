@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * The operations of hal.h on Linux: ticks, Modbus/TCP, CAN, and requests from the other thread. */
+ * The operations of hal.h on Linux: ticks, Modbus over TCP or a serial line, CAN, and requests from
+ * the other thread. */
 #ifndef COMPBOX_HAL_LINUX_BOX_HAL_H
 #define COMPBOX_HAL_LINUX_BOX_HAL_H
 
@@ -8,19 +9,25 @@
 
 #include "hal/hal.h"
 #include "hal/linux/can_source.h"
+#include "hal/linux/rtu.h"
 #include "hal/linux/tcp.h"
 #include "hal/linux/tick.h"
 
 struct cb_linux {
     struct cb_tick tick;
+    uint8_t transport; /* enum cb_transport: which of the two is in use */
     struct cb_tcp tcp;
+    struct cb_rtu rtu;
     struct cb_can_source can;
     bool stop;      /* a cb_flag: the box shall ramp to zero and say STOPPED */
     uint32_t steps; /* completed ones; what a watchdog looks at */
 };
 
-/* The caller keeps *target as long as the operations are used, has started target->tcp and
- * target->can, and starts target->tick in the thread that runs the cycle. */
+/* The caller keeps *target as long as the operations are used, has set its transport and started
+ * that (tcp or rtu) and can, and starts target->tick in the thread that runs the cycle. */
 struct cb_hal cb_linux_hal(struct cb_linux *target);
+
+/* Closes the wire in good order; for the end of the program. */
+void cb_linux_close(struct cb_linux *target);
 
 #endif

@@ -85,8 +85,25 @@ static bool open_outputs(struct daemon *daemon) {
     return error == 0;
 }
 
+/* How long an unanswered request on a serial line stays out after its deadline: to the deadline of
+ * the next cycle (docs/rtu.md). */
+static uint32_t serial_hold_us(const struct cb_config *config) {
+    return config->period_us + config->period_us / 10;
+}
+
+static void start_serial_plc(struct daemon *daemon) {
+    const struct cb_config *config = config_now(daemon);
+    snprintf(daemon->plc, sizeof daemon->plc, "%s", config->plc.serial.device);
+    cb_rtu_start(&daemon->loop.target.rtu, &config->plc.serial, serial_hold_us(config));
+}
+
 static bool start_plc(struct daemon *daemon) {
     const struct cb_plc_config *plc = &config_now(daemon)->plc;
+    daemon->loop.target.transport = plc->transport;
+    if (plc->transport == CB_TRANSPORT_RTU) {
+        start_serial_plc(daemon);
+        return true;
+    }
     bool v6 = strchr(plc->host, ':') != NULL;
     snprintf(daemon->plc, sizeof daemon->plc, v6 ? "[%s]:%u" : "%s:%u", plc->host,
              (unsigned)plc->port);

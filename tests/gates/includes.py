@@ -30,8 +30,8 @@ RULES = [
     ("hal/linux/main.c", CORE + ["hal/hal.h", "hal/cycle.h", "hal/linux/*", "<*>"]),
     ("hal/linux/daemon/*", CORE + ["hal/hal.h", "hal/cycle.h", "hal/linux/*", "<*>"]),
     # firmware/modbus.h and the like turn bytes into numbers and know nothing of the box.
-    ("hal/linux/*", ["hal/hal.h", "hal/linux/*", "firmware/modbus.h", "firmware/can.h",
-                     "firmware/canopen.h", "<*>"]),
+    ("hal/linux/*", ["hal/hal.h", "hal/linux/*", "firmware/modbus.h", "firmware/rtu_*.h",
+                     "firmware/can.h", "firmware/canopen.h", "<*>"]),
     ("hal/stm32f405/main.c", CORE + ["hal/hal.h", "hal/cycle.h", "hal/stm32f405/*"] + FREESTANDING),
     # What the console says and what the flash holds is about the box.
     ("hal/stm32f405/app/*", CORE + ["hal/hal.h", "hal/cycle.h", "hal/stm32f405/*"] + FREESTANDING),

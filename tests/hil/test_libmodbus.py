@@ -1,42 +1,69 @@
 # SPDX-License-Identifier: MIT
-"""The same values against libmodbus, whose codec shares nothing with pymodbus or the box."""
+"""The same values against libmodbus, whose codec shares nothing with pymodbus or the box: over TCP, and
+over a serial line."""
 import os
 import subprocess
 import threading
 
 import machine
 from box import run_before_others
+from serial_line import NullModem, on_line
 
 PROGRAM = os.environ.get("LIBMODBUS_PLC", os.path.join(
     os.path.dirname(__file__), "../../build/host/bin/libmodbus_plc"))
 AT_REST = {"X": 6500, "Y": 200, "Z": 1500, "T1": 35}
 
 
-def test_values_and_stop_against_libmodbus(port, start_box, exchange):
-    registers = machine.signal_registers(AT_REST)
-    registers[machine.CONTROL] = machine.ENABLE | machine.REFERENCED | machine.PERMIT_RESUME
-    plc = subprocess.Popen([PROGRAM, str(port)], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                           text=True, preexec_fn=run_before_others)
-    plc.stdin.write("".join(f"{a} {v}\n" for a, v in registers.items()))
-    plc.stdin.close()
-    blocks = []
+class Libmodbus:
+    """The program as a PLC at a port or a serial device; .blocks are what was written to it."""
 
-    def collect():
-        for line in plc.stdout:
-            blocks.append([int(word) for word in line.split()])
+    def __init__(self, where):
+        self.blocks = []
+        self._plc = subprocess.Popen([PROGRAM, str(where)], stdin=subprocess.PIPE,
+                                     stdout=subprocess.PIPE, text=True, preexec_fn=run_before_others)
+        registers = machine.signal_registers(AT_REST)
+        registers[machine.CONTROL] = machine.ENABLE | machine.REFERENCED | machine.PERMIT_RESUME
+        self._plc.stdin.write("".join(f"{a} {v}\n" for a, v in registers.items()))
+        self._plc.stdin.close()
 
-    try:
-        assert plc.stdout.readline() == "listening\n"
-        threading.Thread(target=collect, daemon=True).start()
-        with start_box("--cycles", "40", change=exchange) as box:
-            box.wait(10)
-        assert box.code == 0, box.log
-    finally:
-        plc.kill()
+    def __enter__(self):
+        assert self._plc.stdout.readline() == "listening\n"
+        threading.Thread(target=self._collect, daemon=True).start()
+        return self
+
+    def __exit__(self, *_):
+        self._plc.kill()
+        self._plc.wait()
+
+    def _collect(self):
+        for line in self._plc.stdout:
+            self.blocks.append([int(word) for word in line.split()])
+
+
+def check(box, blocks):
+    assert box.code == 0, box.log
     wanted = machine.wanted_um(AT_REST)
     at_rest = [machine.written_um(b) for b in blocks[25:35]]
+    assert len(at_rest) == 10
     for um in at_rest:
         for name in um:
             assert abs(um[name] - wanted[name]) <= machine.resolution_um(machine.CHANNELS[name])
     assert machine.written_um(blocks[-1]) == {"X": 0, "Y": 0, "Z": 0}
     assert blocks[-1][0] & 0xFF == machine.STOPPED
+
+
+def test_values_and_stop_against_libmodbus(port, start_box, exchange):
+    with Libmodbus(port) as plc:
+        with start_box("--cycles", "40", change=exchange) as box:
+            box.wait(10)
+        check(box, plc.blocks)
+
+
+def test_the_same_over_a_serial_line(start_box, exchange):
+    with NullModem() as line, Libmodbus(line.a) as plc:
+        with start_box("--cycles", "60", change=on_line(line.b, exchange)) as box:
+            box.wait(20)
+        check(box, plc.blocks)
+        assert box.stats["plc"]["address"] == line.b
+        assert box.stats["plc"]["crc_errors"] == box.stats["plc"]["wrong_units"] == 0
+        assert box.stats["plc"]["replies"] >= 40

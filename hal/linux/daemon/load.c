@@ -30,9 +30,10 @@ static void say(const char *path, const struct cb_message *message, char *said, 
 bool cb_load_file(struct cb_config *config, const char *path, char *said, size_t size) {
     static char text[CB_MAX_TEXT_BYTES + 1];
     static struct cb_load_scratch scratch;
-    static const struct cb_target target = {.name = "compboxd",
-                                            .sources = 1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN,
-                                            .transports = 1u << CB_TRANSPORT_TCP};
+    static const struct cb_target target = {
+        .name = "compboxd",
+        .sources = 1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN,
+        .transports = 1u << CB_TRANSPORT_TCP | 1u << CB_TRANSPORT_RTU};
     long length = read_bytes(path, text, sizeof text);
     if (length < 0) {
         snprintf(said, size, "%s: cannot be read: %s", path, strerror(errno));

@@ -114,28 +114,37 @@ static void log_link(struct cb_log *log, const struct cb_row *row) {
 }
 
 /* Errors on the wire since they were last written about: "3 timeouts, 1 wrong_ids", or "". */
-static void describe_errors(const struct cb_log *log, const struct cb_tcp_counters *now, char *text,
-                            size_t size) {
-    const struct cb_tcp_counters *told = &log->errors;
-    size_t used = 0;
-    text[0] = '\0';
 #define CB_X(name)                                                                           \
     if (used < size && now->name != told->name)                                              \
         used += (size_t)snprintf(text + used, size - used, "%s%u %s", used == 0 ? "" : ", ", \
                                  (unsigned)(now->name - told->name), #name);
+
+static void describe_tcp(const struct cb_tcp_counters *told, const struct cb_tcp_counters *now,
+                         char *text, size_t size) {
+    size_t used = 0;
     CB_TCP_ERRORS(CB_X)
-#undef CB_X
 }
+
+static void describe_rtu(const struct cb_rtu_counters *told, const struct cb_rtu_counters *now,
+                         char *text, size_t size) {
+    size_t used = 0;
+    CB_RTU_ERRORS(CB_X)
+}
+#undef CB_X
 
 /* At most once a second, so that a row of errors is one line. */
 static void log_errors(struct cb_log *log, const struct cb_row *row) {
     if (row->time_us - log->errors_us < ERRORS_EVERY_US) return;
-    char text[200];
-    describe_errors(log, &row->tcp, text, sizeof text);
+    char text[200] = "";
+    if (row->transport == CB_TRANSPORT_RTU)
+        describe_rtu(&log->rtu_errors, &row->rtu, text, sizeof text);
+    else
+        describe_tcp(&log->tcp_errors, &row->tcp, text, sizeof text);
     if (text[0] == '\0') return;
     cb_log_limited(log, row->time_us, "%s: %s", log->plc, text);
     log->errors_us = row->time_us;
-    log->errors = row->tcp;
+    log->tcp_errors = row->tcp;
+    log->rtu_errors = row->rtu;
 }
 
 void cb_log_row(struct cb_log *log, const struct cb_row *row) {

@@ -20,6 +20,23 @@ static void copy_can(struct cb_row_can *row, const struct cb_can_source *source)
     memcpy(row->nodes, source->nodes, source->config.nodes_count * sizeof row->nodes[0]);
 }
 
+static struct cb_row_link device_of(const struct cb_serial *serial) {
+    return (struct cb_row_link){.state = serial->fd >= 0 ? CB_LINK_UP : CB_LINK_DOWN,
+                                .cause = CB_LINK_CAUSE_ERRNO,
+                                .error_number = serial->error_number,
+                                .connects = serial->connects,
+                                .failures = serial->failures,
+                                .disconnects = serial->disconnects};
+}
+
+static void copy_wire(struct cb_row *row, const struct cb_linux *target) {
+    row->transport = target->transport;
+    row->tcp = target->tcp.counters;
+    row->rtu = target->rtu.counters;
+    row->link = target->transport == CB_TRANSPORT_RTU ? device_of(&target->rtu.serial)
+                                                      : link_of(&target->tcp.link);
+}
+
 static void copy_values(struct cb_row *row, const struct cb_box *box,
                         const struct cb_outputs *out) {
     row->known = 0;
@@ -36,7 +53,6 @@ static void publish(struct cb_loop *loop, int64_t woke_before_ns) {
     int32_t slot = cb_ring_slot_to_write(&loop->ring);
     if (slot < 0) return;
     const struct cb_tick *tick = &loop->target.tick;
-    const struct cb_tcp *tcp = &loop->target.tcp;
     struct cb_row *row = &loop->rows[slot];
     row->time_us = loop->cycle.tick_us;
     row->tick = tick->index;
@@ -51,8 +67,7 @@ static void publish(struct cb_loop *loop, int64_t woke_before_ns) {
     row->mode = loop->box->mode.mode;
     row->reason = loop->box->mode.reason;
     row->box = loop->box->counters;
-    row->tcp = tcp->counters;
-    row->link = link_of(&tcp->link);
+    copy_wire(row, &loop->target);
     copy_can(&row->can, &loop->target.can);
     copy_values(row, loop->box, &loop->cycle.out);
     cb_ring_publish(&loop->ring);
@@ -118,7 +133,7 @@ void *cb_loop_run(void *argument) {
         woke_before_ns = loop->target.tick.woke_ns;
         if (++done == loop->cycles) cb_flag_raise(&loop->target.stop);
     }
-    cb_link_close(&loop->target.tcp.link);
+    cb_linux_close(&loop->target);
     cb_flag_raise(&loop->finished);
     return NULL;
 }

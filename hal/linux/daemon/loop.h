@@ -26,7 +26,7 @@ struct cb_loop {
     uint32_t generation;    /* of the coefficient file; counts up when another is taken over */
     bool offered;           /* from the normal thread: the spare box is ready … */
     bool taken;             /* … and the loop's answer to the last offer: it runs now */
-    struct cb_linux target; /* its tcp started before the start */
+    struct cb_linux target; /* its wires started before the start */
     clockid_t clock;        /* of the ticks */
     uint64_t cycles;        /* then stop by itself; 0: never */
     bool quit;              /* flag from outside: end at once, without a clean stop */

@@ -41,12 +41,18 @@ bool cb_reload_file_changed(struct cb_reload *reload, int64_t now_us) {
     return stays && !same_file(&now, &reload->known);
 }
 
+static bool serial_differs(const struct cb_serial_config *a, const struct cb_serial_config *b) {
+    return strcmp(a->device, b->device) != 0 || a->line.baud != b->line.baud ||
+           a->line.parity != b->line.parity || a->line.stop_bits != b->line.stop_bits ||
+           a->slave_delay_us != b->slave_delay_us || a->rs485 != b->rs485;
+}
+
 /* What the connection and the ticks were made from cannot change under them. out: the first such
  * key that differs; NULL: none */
 static const char *needs_restart(const struct cb_config *now, const struct cb_config *fresh) {
     const struct cb_plc_config *a = &now->plc, *b = &fresh->plc;
     if (a->transport != b->transport || a->unit != b->unit || a->port != b->port ||
-        memcmp(a->host, b->host, sizeof a->host) != 0)
+        memcmp(a->host, b->host, sizeof a->host) != 0 || serial_differs(&a->serial, &b->serial))
         return "plc.transport";
     if (a->exchange != b->exchange) return "plc.exchange";
     if (a->read.start != b->read.start || a->read.count != b->read.count) return "plc.read";

@@ -7,6 +7,7 @@
 
 #include "firmware/box.h"
 #include "hal/linux/can_source.h"
+#include "hal/linux/rtu.h"
 #include "hal/linux/tcp.h"
 
 struct cb_row_link {
@@ -33,7 +34,9 @@ struct cb_row {
     uint8_t read, write; /* enum cb_transfer */
     uint8_t mode, reason;
     struct cb_counters box;
-    struct cb_tcp_counters tcp;
+    uint8_t transport;          /* enum cb_transport */
+    struct cb_tcp_counters tcp; /* of the transport in use; the other's are 0 */
+    struct cb_rtu_counters rtu;
     struct cb_row_link link;
     struct cb_row_can can;
     uint64_t known; /* bit i: signals[i] was ever received */

@@ -106,24 +106,41 @@ static void put_box(FILE *file, const struct cb_counters *box) {
     fputs("},\n", file);
 }
 
+static void put_exceptions(FILE *file, const uint32_t *by_code, unsigned codes) {
+    const char *comma = "";
+    fputs(", \"exceptions_by_code\": {", file);
+    for (unsigned code = 0; code < codes; code++) {
+        if (by_code[code] == 0) continue;
+        fprintf(file, "%s\"%u\": %u", comma, code, (unsigned)by_code[code]);
+        comma = ", ";
+    }
+    fputs("}", file);
+}
+
+#define CB_X(name) fprintf(file, ", \"" #name "\": %u", (unsigned)counters->name);
+
+static void put_tcp(FILE *file, const struct cb_tcp_counters *counters) {
+    CB_TCP_COUNTERS(CB_X)
+    put_exceptions(file, counters->exceptions_by_code, CB_TCP_EXCEPTIONS);
+}
+
+static void put_rtu(FILE *file, const struct cb_rtu_counters *counters) {
+    CB_RTU_COUNTERS(CB_X)
+    put_exceptions(file, counters->exceptions_by_code, CB_RTU_EXCEPTIONS);
+}
+#undef CB_X
+
 static void put_plc(FILE *file, const struct cb_stats *stats) {
-    const struct cb_tcp_counters *tcp = &stats->last.tcp;
     const struct cb_row_link *link = &stats->last.link;
     fputs("  \"plc\": {\"address\": ", file);
     cb_stats_put_string(file, stats->run.plc);
     fprintf(file, ", \"connects\": %u, \"connects_failed\": %u, \"disconnects\": %u",
             (unsigned)link->connects, (unsigned)link->failures, (unsigned)link->disconnects);
-#define CB_X(name) fprintf(file, ", \"" #name "\": %u", (unsigned)tcp->name);
-    CB_TCP_COUNTERS(CB_X)
-#undef CB_X
-    const char *comma = "";
-    fputs(", \"exceptions_by_code\": {", file);
-    for (unsigned code = 0; code < CB_TCP_EXCEPTIONS; code++) {
-        if (tcp->exceptions_by_code[code] == 0) continue;
-        fprintf(file, "%s\"%u\": %u", comma, code, (unsigned)tcp->exceptions_by_code[code]);
-        comma = ", ";
-    }
-    fputs("}},\n", file);
+    if (stats->last.transport == CB_TRANSPORT_RTU)
+        put_rtu(file, &stats->last.rtu);
+    else
+        put_tcp(file, &stats->last.tcp);
+    fputs("},\n", file);
 }
 
 static void put_change(FILE *file, const struct cb_stats *stats,

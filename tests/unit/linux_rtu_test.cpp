@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: MIT
+// The serial client against a slave on a pseudo-terminal that misbehaves on purpose. Deadlines are
+// long against what the machine may be late by: what is judged is what was taken, not how fast.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+extern "C" {
+#include "hal/linux/clock.h"
+#include "hal/linux/rtu.h"
+}
+
+namespace {
+
+using bytes = std::vector<uint8_t>;
+
+void sleep_ms(int ms) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(ms));
+}
+
+bytes with_crc(bytes frame) {
+    const uint16_t crc = cb_rtu_crc(frame.data(), frame.size());
+    frame.push_back(static_cast<uint8_t>(crc & 0xFF));
+    frame.push_back(static_cast<uint8_t>(crc >> 8));
+    return frame;
+}
+
+bytes two_registers(int v, uint8_t unit = 17) {
+    return with_crc({unit, 3, 4, 0, static_cast<uint8_t>(v), 0, static_cast<uint8_t>(v + 1)});
+}
+
+bytes two_written() {
+    return with_crc({17, 16, 0, 100, 0, 2});
+}
+
+// The far end of a serial line. The handler gets each request, with its number from 1.
+class slave {
+  public:
+    using handler = std::function<void(slave &, const bytes &request, int number)>;
+
+    explicit slave(handler handle) : handle_(std::move(handle)) {
+        link_ = testing::TempDir() + "rtu-" + std::to_string(getpid()) + "-" +
+                std::to_string(reinterpret_cast<uintptr_t>(this));
+        plug_in();
+        thread_ = std::thread([this] { serve(); });
+    }
+    ~slave() {
+        over_ = true;
+        thread_.join();
+        unplug();
+    }
+    void plug_in() {
+        const std::lock_guard<std::mutex> guard(mutex_);
+        master_ = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK);
+        if (master_ < 0 || grantpt(master_) != 0 || unlockpt(master_) != 0) abort();
+        std::filesystem::create_symlink(ptsname(master_), link_);
+    }
+    void unplug() {
+        const std::lock_guard<std::mutex> guard(mutex_);
+        std::filesystem::remove(link_);
+        if (master_ >= 0) close(master_);
+        master_ = -1;
+    }
+    void send(const bytes &some) {
+        EXPECT_EQ(write(master_, some.data(), some.size()), static_cast<ssize_t>(some.size()));
+    }
+    int requests() const { return requests_; }
+    bytes last() {
+        const std::lock_guard<std::mutex> guard(mutex_);
+        return last_;
+    }
+    const std::string &device() const { return link_; }
+
+  private:
+    static size_t length_of(const bytes &some) {
+        if (some.size() < 7) return 0;
+        return some[1] == 3 ? 8 : 9u + some[6];
+    }
+    void serve() {
+        bytes got;
+        while (!over_) {
+            const std::lock_guard<std::mutex> guard(mutex_);
+            uint8_t block[256];
+            pollfd wait{master_, POLLIN, 0};
+            const bool there = master_ >= 0 && poll(&wait, 1, 1) > 0;
+            const ssize_t n = there ? read(master_, block, sizeof block) : 0;
+            if (n > 0) got.insert(got.end(), block, block + n);
+            const size_t length = length_of(got);
+            if (length == 0 || got.size() < length) {
+                if (n <= 0) sleep_ms(1);
+                continue;
+            }
+            last_ = bytes(got.begin(), got.begin() + static_cast<long>(length));
+            got.clear();
+            handle_(*this, last_, ++requests_);
+        }
+    }
+    handler handle_;
+    std::string link_;
+    std::mutex mutex_;
+    int master_ = -1;
+    std::atomic<int> requests_{0};
+    std::atomic<bool> over_{false};
+    bytes last_;
+    std::thread thread_;
+};
+
+constexpr int DEADLINE_MS = 150, HOLD_MS = 200;
+
+struct client {
+    cb_rtu rtu;
+    uint16_t registers[125] = {0xEEEE, 0xEEEE, 0xEEEE};
+
+    explicit client(const slave &at, uint32_t hold_us = HOLD_MS * 1000) {
+        cb_serial_config config{};
+        at.device().copy(config.device, sizeof config.device - 1);
+        config.line = {115200, CB_PARITY_EVEN, 1};
+        config.unit = 17;
+        config.slave_delay_us = 2000;
+        cb_rtu_start(&rtu, &config, hold_us);
+    }
+    ~client() { cb_serial_close(&rtu.serial); }
+    cb_transfer read(int ms = DEADLINE_MS) {
+        return cb_rtu_read(&rtu, 8, 2, registers, cb_boottime_us() + ms * 1000);
+    }
+    cb_transfer write(int ms = DEADLINE_MS) {
+        const uint16_t values[2] = {1, 2};
+        return cb_rtu_write(&rtu, 100, 2, values, cb_boottime_us() + ms * 1000);
+    }
+};
+
+void behave(slave &s, const bytes &request, int number) {
+    s.send(request[1] == 3 ? two_registers(number) : two_written());
+}
+
+TEST(rtu, what_is_on_the_wire_is_what_the_specification_says) {
+    slave plc(behave);
+    client c(plc);
+    EXPECT_EQ(c.read(), CB_TRANSFER_OK);
+    EXPECT_EQ(plc.last(), with_crc({17, 3, 0, 8, 0, 2}));
+    EXPECT_EQ(c.registers[0], 1);
+    EXPECT_EQ(c.registers[1], 2);
+    EXPECT_EQ(c.registers[2], 0xEEEE);
+    EXPECT_EQ(c.write(), CB_TRANSFER_OK);
+    EXPECT_EQ(plc.last(), with_crc({17, 16, 0, 100, 0, 2, 4, 0, 1, 0, 2}));
+    EXPECT_EQ(c.rtu.counters.replies, 2u);
+}
+
+TEST(rtu, a_refusal_is_told_apart) {
+    slave plc([](slave &s, const bytes &, int) { s.send(with_crc({17, 0x83, 2})); });
+    client c(plc);
+    EXPECT_EQ(c.read(), CB_TRANSFER_REFUSED);
+    EXPECT_EQ(c.rtu.counters.exceptions_by_code[2], 1u);
+    EXPECT_EQ(c.registers[0], 0xEEEE);
+}
+
+// Each kind of wrong reply costs its exchange, well before the deadline, and nothing else.
+TEST(rtu, wrong_replies_cost_their_exchange) {
+    slave plc([](slave &s, const bytes &request, int number) {
+        bytes reply = two_registers(number);
+        if (number == 1) reply[4] ^= 0x10;
+        if (number == 2) reply = two_registers(number, 18);
+        if (number == 3) reply = with_crc({17, 3, 2, 0, 1});
+        if (number == 4) reply.resize(6);
+        if (number > 4)
+            behave(s, request, number);
+        else
+            s.send(reply);
+    });
+    client c(plc);
+    for (int i = 0; i < 4; ++i) EXPECT_EQ(c.read(5000), CB_TRANSFER_UNKNOWN) << i;
+    EXPECT_EQ(c.registers[0], 0xEEEE);
+    EXPECT_EQ(c.rtu.counters.timeouts, 0u);
+    EXPECT_EQ(c.rtu.counters.crc_errors, 2u);
+    EXPECT_EQ(c.rtu.counters.wrong_units, 1u);
+    EXPECT_EQ(c.rtu.counters.invalid_replies, 1u);
+    EXPECT_EQ(c.read(), CB_TRANSFER_OK);
+    EXPECT_EQ(c.registers[0], 5);
+}
+
+TEST(rtu, noise_before_a_reply_costs_nothing) {
+    slave plc([](slave &s, const bytes &request, int number) {
+        s.send({0, 17, 3, 0xFF});
+        behave(s, request, number);
+    });
+    client c(plc);
+    EXPECT_EQ(c.read(), CB_TRANSFER_OK);
+    EXPECT_EQ(c.registers[0], 1);
+    EXPECT_EQ(c.rtu.counters.noise_bytes, 4u);
+}
+
+TEST(rtu, stale_bytes_are_thrown_away_before_a_request) {
+    slave plc(behave);
+    client c(plc);
+    plc.send(two_registers(99));
+    sleep_ms(20);
+    EXPECT_EQ(c.read(), CB_TRANSFER_OK);
+    EXPECT_EQ(c.registers[0], 1);
+    EXPECT_EQ(c.rtu.counters.stray_replies, 1u);
+}
+
+TEST(rtu, without_a_reply_the_next_request_waits_for_it) {
+    slave plc([](slave &s, const bytes &request, int number) {
+        if (number > 1) behave(s, request, number);
+    });
+    client c(plc);
+    EXPECT_EQ(c.read(), CB_TRANSFER_UNKNOWN);  // nothing until its deadline, then HOLD_MS more
+    EXPECT_EQ(c.read(20), CB_TRANSFER_FAILED);
+    EXPECT_EQ(c.rtu.counters.blocked, 1u);
+    EXPECT_EQ(plc.requests(), 1);
+    EXPECT_EQ(c.read(HOLD_MS + DEADLINE_MS), CB_TRANSFER_OK);
+    EXPECT_EQ(c.registers[0], 2);
+    EXPECT_FALSE(c.rtu.doubtful);
+}
+
+TEST(rtu, a_late_reply_is_dropped_and_the_next_request_goes_out) {
+    slave plc([](slave &s, const bytes &request, int number) {
+        if (number == 1) sleep_ms(DEADLINE_MS + 50);
+        behave(s, request, number);
+    });
+    client c(plc);
+    EXPECT_EQ(c.read(), CB_TRANSFER_UNKNOWN);
+    EXPECT_EQ(c.read(HOLD_MS + DEADLINE_MS), CB_TRANSFER_OK);
+    EXPECT_EQ(c.registers[0], 2);
+    EXPECT_EQ(c.rtu.counters.late_replies, 1u);
+}
+
+// Later than even that: it comes when its successor is out. The successor's own reply behind it
+// gives it away, and neither is believed.
+TEST(rtu, a_very_late_reply_is_not_taken_for_the_next_one) {
+    slave plc([](slave &s, const bytes &, int number) {
+        if (number == 1) return;
+        if (number == 2) s.send(two_registers(1));
+        s.send(two_registers(number));
+    });
+    client c(plc);
+    EXPECT_EQ(c.read(), CB_TRANSFER_UNKNOWN);
+    EXPECT_EQ(c.read(HOLD_MS + DEADLINE_MS), CB_TRANSFER_UNKNOWN);
+    EXPECT_EQ(c.registers[0], 0xEEEE);
+    EXPECT_GE(c.rtu.counters.stray_replies, 1u);
+    EXPECT_EQ(c.read(), CB_TRANSFER_OK);
+    EXPECT_EQ(c.registers[0], 3);
+}
+
+TEST(rtu, modules_of_a_bus_do_not_wait_for_each_other) {
+    slave modules([](slave &s, const bytes &request, int number) {
+        if (request[0] == 18) s.send(two_registers(number, 18));
+    });
+    client c(modules, 0);
+    const cb_modbus_request request{CB_MODBUS_READ, 8, 2, 0, 0, nullptr};
+    EXPECT_EQ(c.read(30), CB_TRANSFER_UNKNOWN);
+    EXPECT_EQ(cb_rtu_exchange(&c.rtu, 18, &request, c.registers, cb_boottime_us() + 150000),
+              CB_TRANSFER_OK);
+    EXPECT_EQ(c.registers[0], 2);
+}
+
+TEST(rtu, what_could_not_be_answered_in_time_is_not_sent) {
+    slave plc(behave);
+    client c(plc);
+    sleep_ms(20);
+    EXPECT_EQ(c.read(4), CB_TRANSFER_FAILED);  // 21 characters and silences take 5.1 ms
+    EXPECT_EQ(c.write(0), CB_TRANSFER_FAILED);
+    EXPECT_EQ(c.rtu.counters.out_of_time, 2u);
+    EXPECT_EQ(plc.requests(), 0);
+}
+
+TEST(rtu, a_device_that_is_unplugged_is_opened_again) {
+    slave plc(behave);
+    client c(plc);
+    EXPECT_EQ(c.read(), CB_TRANSFER_OK);
+    plc.unplug();
+    EXPECT_NE(c.read(), CB_TRANSFER_OK);
+    EXPECT_EQ(c.read(), CB_TRANSFER_FAILED);
+    EXPECT_EQ(c.rtu.serial.disconnects, 1u);
+    EXPECT_GE(c.rtu.counters.not_connected, 1u);
+    for (int i = 0; i < 10; ++i) c.read();  // returns at once, and does not try each time
+    EXPECT_LE(c.rtu.serial.failures, 8u);
+    plc.plug_in();
+    cb_transfer got = CB_TRANSFER_FAILED;
+    for (int i = 0; i < 300 && got != CB_TRANSFER_OK; ++i, sleep_ms(10)) got = c.read();
+    EXPECT_EQ(got, CB_TRANSFER_OK);
+    EXPECT_EQ(c.rtu.serial.connects, 2u);
+}
+
+TEST(rtu, a_device_that_is_not_there_is_no_reason_to_wait) {
+    slave plc(behave);
+    plc.unplug();
+    client c(plc);
+    const int64_t from_us = cb_boottime_us();
+    EXPECT_EQ(c.read(5000), CB_TRANSFER_FAILED);
+    EXPECT_LT(cb_boottime_us() - from_us, 2000000);
+    EXPECT_EQ(c.rtu.serial.error_number, ENOENT);
+}
+
+TEST(rtu, something_else_than_a_serial_device_is_refused) {
+    cb_serial_config config{};
+    std::string("/dev/null").copy(config.device, sizeof config.device - 1);
+    config.line = {115200, CB_PARITY_EVEN, 1};
+    cb_rtu rtu;
+    cb_rtu_start(&rtu, &config, 0);
+    EXPECT_LT(rtu.serial.fd, 0);
+    EXPECT_EQ(rtu.serial.error_number, ENOTTY);
+}
+
+}  // namespace
