@@ -1,71 +1,41 @@
 /* SPDX-License-Identifier: MIT
  * Terms that are curves of one signal, turned into the form in which they are evaluated. */
-#include <string.h>
+#include "firmware/config_curves.h"
 
 #include "firmware/config_objects.h"
 #include "firmware/config_terms.h"
 #include "models/bspline.h"
 #include "models/num.h"
 #include "models/polyline.h"
-#include "models/polynomial.h"
 
-#define AT(member) .offset = offsetof(struct cb_curve_config, member)
-
-/* Of every curve as a term; behind them stand the keys of the curve itself, which make an object of
- * their own for the branch backward. */
-enum { NAME, TYPE, SIGNAL, BACKWARD, REVERSAL, COMMON_KEYS };
-#define REVERSAL_FIELD \
-    { "reversal_mm", CB_FIELD_FLOAT, false, AT(reversal_mm), .least = "0.001", .most = "1000" }
-
-enum { DEGREE = COMMON_KEYS, KNOTS, CONTROL_POINTS, BSPLINE_KEYS };
+enum { DEGREE = CB_CURVE_KEYS, KNOTS, CONTROL_POINTS, BSPLINE_KEYS };
 static const struct cb_field BSPLINE_FIELDS[BSPLINE_KEYS] = {
-    [NAME] = {"name", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [TYPE] = {"type", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [SIGNAL] = {"signal", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [BACKWARD] = {"backward", CB_FIELD_OBJECT, false, CB_NOT_STORED},
-    [REVERSAL] = REVERSAL_FIELD,
-    [DEGREE] = {"degree", CB_FIELD_UINT8, true, AT(degree), .least = "1", .most = "5"},
+    [CB_CURVE_NAME] = {"name", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [CB_CURVE_TYPE] = {"type", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [CB_CURVE_SIGNAL] = {"signal", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [CB_CURVE_BACKWARD] = {"backward", CB_FIELD_OBJECT, false, CB_NOT_STORED},
+    [CB_CURVE_REVERSAL] = CB_CURVE_REVERSAL_FIELD,
+    [DEGREE] = {"degree", CB_FIELD_UINT8, true, CB_CURVE_AT(degree), .least = "1", .most = "5"},
     [KNOTS] = {"knots", CB_FIELD_ARRAY, true, CB_NOT_STORED},
     [CONTROL_POINTS] = {"control_points", CB_FIELD_ARRAY, true, CB_NOT_STORED},
 };
 const struct cb_object cb_bspline_object = {BSPLINE_FIELDS, BSPLINE_KEYS};
-const struct cb_object cb_bspline_backward_object = {BSPLINE_FIELDS + COMMON_KEYS,
-                                                     BSPLINE_KEYS - COMMON_KEYS};
+const struct cb_object cb_bspline_backward_object = {BSPLINE_FIELDS + CB_CURVE_KEYS,
+                                                     BSPLINE_KEYS - CB_CURVE_KEYS};
 
-enum { POSITIONS = COMMON_KEYS, VALUES, POLYLINE_KEYS };
+enum { POSITIONS = CB_CURVE_KEYS, VALUES, POLYLINE_KEYS };
 static const struct cb_field POLYLINE_FIELDS[POLYLINE_KEYS] = {
-    [NAME] = {"name", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [TYPE] = {"type", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [SIGNAL] = {"signal", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [BACKWARD] = {"backward", CB_FIELD_OBJECT, false, CB_NOT_STORED},
-    [REVERSAL] = REVERSAL_FIELD,
+    [CB_CURVE_NAME] = {"name", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [CB_CURVE_TYPE] = {"type", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [CB_CURVE_SIGNAL] = {"signal", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [CB_CURVE_BACKWARD] = {"backward", CB_FIELD_OBJECT, false, CB_NOT_STORED},
+    [CB_CURVE_REVERSAL] = CB_CURVE_REVERSAL_FIELD,
     [POSITIONS] = {"positions", CB_FIELD_ARRAY, true, CB_NOT_STORED},
     [VALUES] = {"values", CB_FIELD_ARRAY, true, CB_NOT_STORED},
 };
 const struct cb_object cb_polyline_object = {POLYLINE_FIELDS, POLYLINE_KEYS};
-const struct cb_object cb_polyline_backward_object = {POLYLINE_FIELDS + COMMON_KEYS,
-                                                      POLYLINE_KEYS - COMMON_KEYS};
-
-/* half_range is read into inverse_half_range and inverted afterwards. */
-enum { COEFFICIENTS = COMMON_KEYS, CENTER, HALF_RANGE, FROM, TO, POLYNOMIAL_KEYS };
-static const struct cb_field POLYNOMIAL_FIELDS[POLYNOMIAL_KEYS] = {
-    [NAME] = {"name", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [TYPE] = {"type", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [SIGNAL] = {"signal", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [BACKWARD] = {"backward", CB_FIELD_OBJECT, false, CB_NOT_STORED},
-    [REVERSAL] = REVERSAL_FIELD,
-    [COEFFICIENTS] = {"coefficients", CB_FIELD_ARRAY, true, CB_NOT_STORED},
-    [CENTER] = {"center", CB_FIELD_FLOAT, false, AT(center), .least = CB_LEAST_NUMBER,
-                .most = CB_MOST_NUMBER, .otherwise = "0"},
-    [HALF_RANGE] = {"half_range", CB_FIELD_FLOAT, false, AT(inverse_half_range),
-                    .least = "0.000001", .most = CB_MOST_NUMBER, .otherwise = "1"},
-    [FROM] = {"from", CB_FIELD_FLOAT, false, AT(from), .least = CB_LEAST_NUMBER,
-              .most = CB_MOST_NUMBER},
-    [TO] = {"to", CB_FIELD_FLOAT, false, AT(to), .least = CB_LEAST_NUMBER, .most = CB_MOST_NUMBER},
-};
-const struct cb_object cb_polynomial_object = {POLYNOMIAL_FIELDS, POLYNOMIAL_KEYS};
-const struct cb_object cb_polynomial_backward_object = {POLYNOMIAL_FIELDS + COMMON_KEYS,
-                                                        POLYNOMIAL_KEYS - COMMON_KEYS};
+const struct cb_object cb_polyline_backward_object = {POLYLINE_FIELDS + CB_CURVE_KEYS,
+                                                      POLYLINE_KEYS - CB_CURVE_KEYS};
 
 /* Notes the converted curve, unless it overflows somewhere. */
 static bool keep_ppoly(struct cb_loader *loader, uint32_t at, const struct cb_ppoly *ppoly,
@@ -190,135 +160,68 @@ static bool load_polyline(struct cb_loader *loader, uint32_t at, const uint32_t 
     return keep_ppoly(loader, slots[POSITIONS], &ppoly, curve);
 }
 
-/* ---- polynomial ---- */
-
-/* Sum of |a_k u^k| at the larger |u|: what no step of the evaluation exceeds. */
-static float largest_sum(const struct cb_polynomial *polynomial) {
-    const float below = cb_abs(polynomial->from - polynomial->center);
-    const float above = cb_abs(polynomial->to - polynomial->center);
-    const float u = cb_max(below, above) * polynomial->inverse_half_range;
-    float sum = 0.0f;
-    for (int k = polynomial->degree; k >= 0; --k)
-        sum = sum * u + cb_abs(polynomial->coefficients[k]);
-    return sum;
-}
-
-static bool check_polynomial(struct cb_loader *loader, const uint32_t *slots,
-                             const struct cb_curve_config *curve) {
-    const struct cb_polynomial polynomial = {loader->config->pool + curve->pool,
-                                             curve->center,
-                                             curve->inverse_half_range,
-                                             curve->from,
-                                             curve->to,
-                                             curve->degree};
-    if (cb_polynomial_is_finite(&polynomial) &&
-        largest_sum(&polynomial) <= cb_number_of(CB_MOST_NUMBER))
-        return true;
-    return cb_fail(loader, CB_ERROR_RANGE, slots[COEFFICIENTS],
-                   "between from and to its terms exceed 1e9 µm; are center and half_range those "
-                   "of the fit?");
-}
-
-/* Range of the polynomial: as given, else that of its signal. */
-static bool set_range(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
-                      struct cb_curve_config *curve) {
-    const struct cb_signal_config *signal = &loader->config->signals[curve->signal];
-    if (slots[FROM] == CB_ABSENT) curve->from = signal->min;
-    if (slots[TO] == CB_ABSENT) curve->to = signal->max;
-    if (curve->from < curve->to) return true;
-    return cb_fail(loader, CB_ERROR_ORDER, at,
-                   "from is not below to; absent ones are min and max of the signal %s",
-                   signal->name);
-}
-
-static bool load_polynomial(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
-                            struct cb_curve_config *curve) {
-    float *coefficients = loader->scratch->values;
-    uint32_t count = 0;
-    if (!cb_read_numbers(loader, slots[COEFFICIENTS], coefficients, CB_POLYNOMIAL_MAX_DEGREE + 1,
-                         &count))
-        return false;
-    if (count == 0)
-        return cb_fail(loader, CB_ERROR_RANGE, slots[COEFFICIENTS],
-                       "a polynomial has at least one coefficient");
-    if (!set_range(loader, at, slots, curve)) return false;
-    if (!cb_take_pool(loader, at, count, &curve->pool)) return false;
-    memcpy(loader->config->pool + curve->pool, coefficients, count * sizeof *coefficients);
-    curve->degree = (uint8_t)(count - 1);
-    curve->spans = 1;
-    curve->inverse_half_range = 1.0f / curve->inverse_half_range;
-    return check_polynomial(loader, slots, curve);
-}
-
 /* ---- direction ---- */
-
-typedef bool load_curve(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
-                        struct cb_curve_config *curve);
 
 /* Both keys or none; a position in mm that float32 resolves finely enough. */
 static bool check_reversal(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
                            const struct cb_curve_config *curve) {
     const struct cb_signal_config *signal = &loader->config->signals[curve->signal];
     const float furthest = cb_max(cb_abs(signal->min), cb_abs(signal->max));
-    if (slots[REVERSAL] == CB_ABSENT)
+    if (slots[CB_CURVE_REVERSAL] == CB_ABSENT)
         return cb_fail(loader, CB_ERROR_KEY, at, "backward needs the key reversal_mm too");
-    if (slots[BACKWARD] == CB_ABSENT)
-        return cb_fail(loader, CB_ERROR_KEY, slots[REVERSAL],
+    if (slots[CB_CURVE_BACKWARD] == CB_ABSENT)
+        return cb_fail(loader, CB_ERROR_KEY, slots[CB_CURVE_REVERSAL],
                        "this key is for curves with a branch backward");
     if (!cb_same_text(signal->unit, "mm"))
-        return cb_fail(loader, CB_ERROR_NAME, slots[BACKWARD],
+        return cb_fail(loader, CB_ERROR_NAME, slots[CB_CURVE_BACKWARD],
                        "a direction of travel needs a position in mm, and the unit of %s is %s",
                        signal->name, signal->unit);
     if (curve->reversal_mm >= 1e-6f * furthest) return true;
-    return cb_fail(loader, CB_ERROR_RANGE, slots[REVERSAL],
+    return cb_fail(loader, CB_ERROR_RANGE, slots[CB_CURVE_REVERSAL],
                    "%v is less than a millionth of the furthest position of %s, which is about "
                    "what float32 resolves",
-                   slots[REVERSAL], signal->name);
+                   slots[CB_CURVE_REVERSAL], signal->name);
 }
 
 /* The branch for positions that count down: the same keys as the curve's own, so it is read into
  * their slots. */
 static bool load_backward(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
-                          const struct cb_object *object, load_curve *load,
+                          const struct cb_object *object, cb_load_curve_fn *load,
                           struct cb_curve_config *curve) {
     struct cb_config *config = loader->config;
     uint32_t own[CB_MAX_FIELDS];
-    if (slots[BACKWARD] == CB_ABSENT && slots[REVERSAL] == CB_ABSENT) return true;
+    if (slots[CB_CURVE_BACKWARD] == CB_ABSENT && slots[CB_CURVE_REVERSAL] == CB_ABSENT) return true;
     if (!check_reversal(loader, at, slots, curve)) return false;
     if (config->branches_count == CB_MAX_BRANCHES)
-        return cb_fail(loader, CB_ERROR_FULL, slots[BACKWARD],
+        return cb_fail(loader, CB_ERROR_FULL, slots[CB_CURVE_BACKWARD],
                        "the box has room for %u curves with a branch backward",
                        (uint32_t)CB_MAX_BRANCHES);
     struct cb_curve_config *branch = &config->branches[config->branches_count];
     branch->signal = curve->signal;
-    if (!cb_read_object(loader, slots[BACKWARD], object, branch, own + COMMON_KEYS)) return false;
+    if (!cb_read_object(loader, slots[CB_CURVE_BACKWARD], object, branch, own + CB_CURVE_KEYS))
+        return false;
     curve->backward = config->branches_count++;
-    return load(loader, slots[BACKWARD], own, branch);
+    return load(loader, slots[CB_CURVE_BACKWARD], own, branch);
 }
 
 /* ---- as terms ---- */
 
-static bool load_term(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
-                      const struct cb_object *backward, load_curve *load,
-                      struct cb_curve_config *curve) {
-    return cb_read_signal(loader, slots[SIGNAL], &curve->signal) &&
+bool cb_load_curve(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
+                   const struct cb_object *backward, cb_load_curve_fn *load,
+                   struct cb_curve_config *curve) {
+    return cb_read_signal(loader, slots[CB_CURVE_SIGNAL], &curve->signal) &&
            load(loader, at, slots, curve) &&
            load_backward(loader, at, slots, backward, load, curve);
 }
 
 bool cb_load_bspline(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
                      struct cb_term_config *term) {
-    return load_term(loader, at, slots, &cb_bspline_backward_object, load_bspline, &term->as.curve);
+    return cb_load_curve(loader, at, slots, &cb_bspline_backward_object, load_bspline,
+                         &term->as.curve);
 }
 
 bool cb_load_polyline(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
                       struct cb_term_config *term) {
-    return load_term(loader, at, slots, &cb_polyline_backward_object, load_polyline,
-                     &term->as.curve);
-}
-
-bool cb_load_polynomial(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
-                        struct cb_term_config *term) {
-    return load_term(loader, at, slots, &cb_polynomial_backward_object, load_polynomial,
-                     &term->as.curve);
+    return cb_load_curve(loader, at, slots, &cb_polyline_backward_object, load_polyline,
+                         &term->as.curve);
 }

@@ -38,6 +38,7 @@ struct cb_load_scratch {
     uint8_t read_user[CB_MAX_READ_REGISTERS]; /* what each register is used for */
     uint8_t write_user[CB_MAX_WRITE_REGISTERS];
     char axes[CB_MAX_CHANNELS][CB_NAME_SIZE]; /* names of the machine's axes */
+    char known[160]; /* the words that a key knows, for the message about another */
 };
 _Static_assert(sizeof(struct cb_load_scratch) < 32 * 1024, "the loader's scratch memory");
 

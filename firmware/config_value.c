@@ -126,12 +126,13 @@ bool cb_find_word(const struct cb_word *words, const char *word, uint8_t *value)
 
 /* Lists the words in the message: "use a, b or c". */
 static bool unknown_word(struct cb_loader *loader, uint32_t at, const struct cb_word *words) {
-    char known[160];
+    char *const known = loader->scratch->known; /* not on the stack: this is its deepest path */
+    const uint32_t size = sizeof loader->scratch->known;
     uint32_t used = 0;
     for (const struct cb_word *word = words; word->word; ++word) {
         const char *joint = word == words ? "" : word[1].word ? ", " : " or ";
         const uint32_t joint_length = table_length(joint), length = table_length(word->word);
-        if (used + joint_length + length >= sizeof known) break;
+        if (used + joint_length + length >= size) break;
         memcpy(known + used, joint, joint_length);
         memcpy(known + used + joint_length, word->word, length);
         used += joint_length + length;

@@ -32,9 +32,12 @@ INDIRECT = {
                                      "cb_load_linear", "cb_load_product", "cb_load_bpnet",
                                      "cb_load_volumetric", "cb_link_product",
                                      "cb_link_volumetric"],
+    "config_curves.c:cb_load_curve": ["config_curves.c:load_bspline",
+                                      "config_curves.c:load_polyline",
+                                      "config_polynomial.c:load_polynomial"],
     "config_curves.c:load_backward": ["config_curves.c:load_bspline",
                                       "config_curves.c:load_polyline",
-                                      "config_curves.c:load_polynomial"],
+                                      "config_polynomial.c:load_polynomial"],
 }
 
 # The image: the same, and these. An exception stacks 26 words and up to one to align.

@@ -206,6 +206,18 @@ json reversed(const json &value) {
     return result;
 }
 
+// A float32 in mm has no units that a pair could need room for.
+TEST(config_load, a_pair_of_float32_may_be_as_close_as_one_likes) {
+    std::string text = with(R"("plc": 106, "type": "int16", "scale": 1})",
+                            R"("plc": 112, "type": "float32", "scale": 1000})");
+    text = with(R"("plc": 107, "type": "int16", "scale": 0.1})",
+                R"("plc": 114, "type": "float32cdab", "scale": 1000})", text);
+    text = with("\"max_difference_um\": 50", "\"max_difference_um\": 0.5", text);
+    const cb_config c = loaded_config(text);
+    ASSERT_EQ(c.pairs_count, 1);
+    EXPECT_EQ(c.pairs[0].max_difference_um, 0.5f);
+}
+
 TEST(config_load, the_order_of_keys_and_sections_does_not_matter) {
     const cb_config straight = loaded_config(full_example);
     const std::string backward = reversed(json::parse(full_example)).dump(1, '\t');
