@@ -209,9 +209,9 @@ json reversed(const json &value) {
 // A float32 in mm has no units that a pair could need room for.
 TEST(config_load, a_pair_of_float32_may_be_as_close_as_one_likes) {
     std::string text = with(R"("plc": 106, "type": "int16", "scale": 1})",
-                            R"("plc": 112, "type": "float32", "scale": 1000})");
+                            R"("plc": 106, "type": "float32", "scale": 1000})");
     text = with(R"("plc": 107, "type": "int16", "scale": 0.1})",
-                R"("plc": 114, "type": "float32cdab", "scale": 1000})", text);
+                R"("plc": 108, "type": "float32", "scale": 1000})", text);
     text = with("\"max_difference_um\": 50", "\"max_difference_um\": 0.5", text);
     const cb_config c = loaded_config(text);
     ASSERT_EQ(c.pairs_count, 1);
