@@ -125,6 +125,9 @@ void cb_cycle_run(struct cb_cycle *cycle, struct cb_box *box, const struct cb_ha
     cycle->in.stop = hal->stop_requested(hal->context);
 
     const int64_t step_from_us = now(hal);
+    cycle->step_at_us = step_from_us;
+    cycle->step_exchange_us = cycle->in.exchange_us;
+    cycle->step_last_write = cycle->in.last_write;
     cb_box_step(box, &cycle->in, step_from_us, &cycle->out);
     const int64_t step_done_us = now(hal);
 

@@ -9,6 +9,7 @@
 #include <time.h>
 
 #include "hal/linux/clock.h"
+#include "hal/linux/daemon/input_record.h"
 #include "hal/linux/daemon/load.h"
 #include "hal/linux/daemon/log.h"
 #include "hal/linux/daemon/loop.h"
@@ -35,6 +36,7 @@ struct daemon {
     struct cb_loop loop;
     struct cb_log log;
     struct cb_record record;
+    struct cb_input_record inputs;
     struct cb_stats stats;
     struct cb_reload reload;
     struct cb_supervise supervise;
@@ -82,7 +84,11 @@ static bool open_outputs(struct daemon *daemon) {
     error = cb_record_start(&daemon->record, options->record, config);
     if (error != 0)
         fprintf(stderr, "compboxd: %s: cannot be written: %s\n", options->record, strerror(error));
-    return error == 0;
+    const int inputs_error = cb_input_record_start(&daemon->inputs, options->inputs);
+    if (inputs_error != 0)
+        fprintf(stderr, "compboxd: %s: cannot be written: %s\n", options->inputs,
+                strerror(inputs_error));
+    return error == 0 && inputs_error == 0;
 }
 
 /* How long an unanswered request on a serial line stays out after its deadline: to the deadline of
@@ -292,6 +298,7 @@ static void take_rows(struct daemon *daemon) {
         const struct cb_config *config = config_now(daemon);
         cb_stats_add(&daemon->stats, row);
         cb_record_add(&daemon->record, config, row);
+        cb_input_record_add(&daemon->inputs, config, row);
         cb_log_row(&daemon->log, row);
         cb_log_can(&daemon->log, &config->can, row);
         cb_ring_release(&loop->ring);
@@ -396,11 +403,15 @@ static int finish(struct daemon *daemon) {
     run->finished = true;
     run->stopped = daemon->loop.stopped;
     int record_error = cb_record_finish(&daemon->record);
+    const int inputs_error = cb_input_record_finish(&daemon->inputs);
     int stats_error = write_stats(daemon);
     if (record_error != 0)
         cb_log_say(&daemon->log, now_us, "%s: %llu row%s could not be written: %s",
                    daemon->options.record, (unsigned long long)daemon->record.lost,
                    plural(daemon->record.lost), strerror(record_error));
+    if (inputs_error != 0)
+        cb_log_say(&daemon->log, now_us, "%s: cannot be written: %s", daemon->options.inputs,
+                   strerror(inputs_error));
     if (stats_error != 0)
         cb_log_say(&daemon->log, now_us, "%s: cannot be written: %s", daemon->options.stats,
                    strerror(stats_error));
@@ -415,7 +426,8 @@ static int finish(struct daemon *daemon) {
                    "the offset back; check %s",
                    daemon->plc);
     cb_supervise_finish(&daemon->supervise);
-    return confirmed && record_error == 0 && stats_error == 0 ? EXIT_OK : EXIT_BAD;
+    const bool written = record_error == 0 && inputs_error == 0 && stats_error == 0;
+    return confirmed && written ? EXIT_OK : EXIT_BAD;
 }
 
 int main(int argc, char **argv) {

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/replay.h"
 #include "host-tools/compbox/scenario_kind.h"
 #include "host-tools/compbox/simulate_plots.h"
 #include "host-tools/compbox/summary.h"
@@ -22,7 +23,7 @@ namespace {
 constexpr std::uint64_t most_seeds = 10000;
 
 struct simulate_options {
-    std::string scenario, folder, seeds, statistics, log;
+    std::string scenario, folder, seeds, statistics, log, recording;
     bool plots = false, as_json = false;
 };
 
@@ -102,7 +103,29 @@ simulate_request request_of(const simulate_options &options, const std::string &
     return request;
 }
 
+// A recording of the inputs instead of a scenario; differences are a mistake.
+void run_replay(const simulate_options &options) {
+    if (!options.seeds.empty() || !options.statistics.empty() || !options.log.empty() ||
+        options.plots || !options.folder.empty()) {
+        throw CLI::ValidationError("--replay", "goes with the coefficient file alone");
+    }
+    const replay_result result = replay(options.scenario, options.recording);
+    if (!result.difference.empty()) {
+        throw input_error(options.recording + ": " + result.difference +
+                          ": another coefficient file, another version, or the box did not begin "
+                          "anew (--state)");
+    }
+    if (options.as_json) {
+        return print_summary({}, {{"cycles", result.cycles}, {"duration_s", result.duration_s}},
+                             result.remarks);
+    }
+    for (const auto &remark : result.remarks) std::cerr << "compbox: " << remark << "\n";
+    std::cout << result.cycles << " cycles of " << result.duration_s
+              << " s replayed: every output has the bits that the box wrote\n";
+}
+
 void run_simulate(const simulate_options &options) {
+    if (!options.recording.empty()) return run_replay(options);
     if (options.plots && options.folder.empty()) {
         throw CLI::ValidationError("--plots", "needs a folder (-o)");
     }
@@ -124,7 +147,9 @@ void add_simulate(CLI::App &app) {
     auto *command =
         app.add_subcommand("simulate", "Measure, fit, compensate, remeasure in virtual time");
     const auto options = std::make_shared<simulate_options>();
-    command->add_option("SCENARIO", options->scenario, "Scenario file, see docs/report.md")
+    command
+        ->add_option("SCENARIO", options->scenario,
+                     "Scenario file, see docs/report.md; with --replay the coefficient file")
         ->required();
     command->add_option("--seeds", options->seeds, "Machines to try: 7 or 1-20");
     command->add_option("--stats", options->statistics,
@@ -133,6 +158,10 @@ void add_simulate(CLI::App &app) {
     command->add_flag("--plots", options->plots, "Figures too (FOLDER/plots/*.svg)");
     command->add_option("-o,--output", options->folder,
                         "Folder for the report, measurements and coefficient files");
+    command->add_option(
+        "--replay", options->recording,
+        "Step through what compboxd --record-inputs wrote; outputs must be the same "
+        "to the bit");
     add_json(*command, options->as_json);
     command->footer(
         "Example:\n  compbox simulate examples/gantry-straightness/scenario.json -o out/demo");

@@ -37,6 +37,15 @@ static void copy_wire(struct cb_row *row, const struct cb_linux *target) {
                                                       : link_of(&target->tcp.link);
 }
 
+/* The inputs as the step had them: the write after it has changed two of them for the next one. */
+static void copy_step(struct cb_row *row, const struct cb_cycle *cycle) {
+    row->step_at_us = cycle->step_at_us;
+    row->in = cycle->in;
+    row->in.exchange_us = cycle->step_exchange_us;
+    row->in.last_write = cycle->step_last_write;
+    memcpy(row->written, cycle->out.registers, sizeof row->written);
+}
+
 static void copy_values(struct cb_row *row, const struct cb_box *box,
                         const struct cb_outputs *out) {
     row->known = 0;
@@ -50,6 +59,7 @@ static void copy_values(struct cb_row *row, const struct cb_box *box,
 
 /* Tells the other thread about the cycle just run; a full ring counts the row as lost. */
 static void publish(struct cb_loop *loop, int64_t woke_before_ns) {
+    const uint64_t number = loop->made++;
     int32_t slot = cb_ring_slot_to_write(&loop->ring);
     if (slot < 0) return;
     const struct cb_tick *tick = &loop->target.tick;
@@ -69,6 +79,8 @@ static void publish(struct cb_loop *loop, int64_t woke_before_ns) {
     row->box = loop->box->counters;
     copy_wire(row, &loop->target);
     copy_can(&row->can, &loop->target.can);
+    row->number = number;
+    copy_step(row, &loop->cycle);
     copy_values(row, loop->box, &loop->cycle.out);
     cb_ring_publish(&loop->ring);
 }

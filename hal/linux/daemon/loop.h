@@ -40,6 +40,7 @@ struct cb_loop {
     struct cb_state states[CB_LOOP_STATES];
     uint32_t state_generations[CB_LOOP_STATES]; /* of whose signals they are */
     int64_t state_us;                           /* … and when last */
+    uint64_t made; /* cycles so far, those that no row tells about too */
 };
 
 /* Before everything else: the first box runs. */

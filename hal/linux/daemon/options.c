@@ -22,6 +22,8 @@ static const char help[] =
     "first\n"
     "  --stats FILE          write statistics as JSON, every 5 s and at the end\n"
     "  --record FILE         write one CSV row for each cycle: signals, terms, outputs, mode\n"
+    "  --record-inputs FILE  write what each cycle was given, to the bit (compbox simulate "
+    "--replay)\n"
     "  --state FILE          keep the memory of the lags across restarts in this file\n"
     "  --state-every S       write it every S seconds, 1 to 3600 (default: 10), and at the end\n"
     "  --priority P          run the loop under SCHED_FIFO with this priority, 1 to 99\n"
@@ -47,6 +49,7 @@ static const struct option known[] = {
     {"cycles", required_argument, NULL, 'n'},
     {"stats", required_argument, NULL, 's'},
     {"record", required_argument, NULL, 'r'},
+    {"record-inputs", required_argument, NULL, 'i'},
     {"state", required_argument, NULL, 'm'},
     {"state-every", required_argument, NULL, 'e'},
     {"priority", required_argument, NULL, 'p'},
@@ -111,6 +114,9 @@ static bool take(struct cb_options *options, int letter, const char *argument) {
             return true;
         case 'r':
             options->record = argument;
+            return true;
+        case 'i':
+            options->inputs = argument;
             return true;
         case 'm':
             options->state = argument;

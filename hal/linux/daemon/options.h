@@ -11,6 +11,7 @@ struct cb_options {
     const char *config;     /* coefficient file */
     const char *stats;      /* statistics as JSON; NULL: none */
     const char *record;     /* one CSV row for each cycle; NULL: none */
+    const char *inputs;     /* what each step was given, to the bit; NULL: none */
     const char *state;      /* memory of the lags across restarts; NULL: none */
     int state_every_s;      /* how often it is written */
     uint64_t cycles;        /* then the box stops by itself; 0: never */

@@ -39,6 +39,10 @@ struct cb_row {
     struct cb_rtu_counters rtu;
     struct cb_row_link link;
     struct cb_row_can can;
+    uint64_t number;     /* of the cycle, from 0 */
+    int64_t step_at_us;  /* now_us of the step … */
+    struct cb_inputs in; /* … what it was given, and what it gave for the write block */
+    uint16_t written[CB_MAX_WRITE_REGISTERS];
     uint64_t known; /* bit i: signals[i] was ever received */
     float signals[CB_MAX_SIGNALS];
     float outputs[CB_MAX_OUTPUTS];

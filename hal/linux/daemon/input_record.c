@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: MIT */
+#include "hal/linux/daemon/input_record.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <string.h>
+
+static const char header[] =
+    "number,generation,now_us,read_us,exchange_us,read_ok,last_write,held,stop,missed_ticks,"
+    "samples,"
+    "registers,held_registers,mode,channels,written\n";
+
+static uint32_t bits_of(float value) {
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
+static void put_registers(FILE *file, const uint16_t *registers, unsigned count) {
+    fputc(',', file);
+    for (unsigned i = 0; i < count; i++) fprintf(file, "%04x", (unsigned)registers[i]);
+}
+
+/* SIGNAL:BITS:TIME_US with blanks between. */
+static void put_samples(FILE *file, const struct cb_inputs *in) {
+    fputc(',', file);
+    for (unsigned i = 0; i < in->sample_count; i++) {
+        const struct cb_sample *sample = &in->samples[i];
+        fprintf(file, "%s%u:%08" PRIx32 ":%" PRId64, i > 0 ? " " : "", (unsigned)sample->signal,
+                bits_of(sample->raw), sample->time_us);
+    }
+}
+
+int cb_input_record_start(struct cb_input_record *record, const char *path) {
+    *record = (struct cb_input_record){0};
+    if (path == NULL) return 0;
+    record->file = fopen(path, "we");
+    if (record->file == NULL) return errno;
+    if (fputs(header, record->file) < 0) record->error = errno;
+    return record->error;
+}
+
+void cb_input_record_add(struct cb_input_record *record, const struct cb_config *config,
+                         const struct cb_row *row) {
+    FILE *file = record->file;
+    const struct cb_inputs *in = &row->in;
+    if (file == NULL || record->error != 0) return;
+    fprintf(file, "%" PRIu64 ",%" PRIu32 ",%" PRId64 ",%" PRId64 ",%" PRIu32, row->number,
+            row->generation, row->step_at_us, in->read_us, in->exchange_us);
+    fprintf(file, ",%d,%u,%u,%d,%" PRIu32, in->read_ok, (unsigned)in->last_write,
+            (unsigned)in->held, in->stop, in->missed_ticks);
+    put_samples(file, in);
+    put_registers(file, in->registers, config->plc.read.count);
+    put_registers(file, in->held_registers, in->held == CB_HELD_OK ? config->plc.write.count : 0);
+    fprintf(file, ",%u,", (unsigned)row->mode);
+    for (unsigned i = 0; i < config->channels_count; i++)
+        fprintf(file, "%08" PRIx32, bits_of(row->channels[i]));
+    put_registers(file, row->written, config->plc.write.count);
+    if (fputc('\n', file) == EOF) record->error = errno;
+}
+
+int cb_input_record_finish(struct cb_input_record *record) {
+    if (record->file == NULL) return record->error;
+    const bool failed = ferror(record->file) != 0;
+    if ((fclose(record->file) != 0 || failed) && record->error == 0)
+        record->error = errno != 0 ? errno : EIO;
+    record->file = NULL;
+    return record->error;
+}

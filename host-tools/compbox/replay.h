@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+// What `compboxd --record-inputs` wrote, stepped through the same core again: the same inputs at
+// the same times must give the same outputs, to the bit.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace compbox {
+
+struct replay_result {
+    long long cycles = 0;              // stepped and compared
+    double duration_s = 0.0;           // of the recording, as far as it was stepped
+    std::string difference;            // the first one, in words with its place; "": none
+    std::vector<std::string> remarks;  // why not all of it was stepped
+};
+
+// in : the coefficient file that the recording began with
+// Throws input_error where a file is not what it should be.
+replay_result replay(const std::string &coefficients, const std::string &recording);
+
+}  // namespace compbox
