@@ -430,6 +430,15 @@ static int finish(struct daemon *daemon) {
     return confirmed && written ? EXIT_OK : EXIT_BAD;
 }
 
+/* Says whether this program would run the file. */
+static int check(const char *path) {
+    static struct cb_config config;
+    char why[CB_RELOAD_SAID];
+    if (cb_load_file(&config, path, why, sizeof why)) return EXIT_OK;
+    fprintf(stderr, "compboxd: %s\n", why);
+    return EXIT_BAD;
+}
+
 int main(int argc, char **argv) {
     static struct daemon daemon; /* a few megabytes, in memory from the start */
     switch (cb_options_parse(&daemon.options, argc, argv)) {
@@ -440,6 +449,7 @@ int main(int argc, char **argv) {
         case CB_OPTIONS_RUN:
             break;
     }
+    if (daemon.options.check) return check(daemon.options.config);
     if (!start(&daemon)) return EXIT_BAD;
     serve(&daemon);
     return finish(&daemon);

@@ -9,6 +9,7 @@ import pytest
 
 import laws
 import machine
+from box import run
 from machine import ACTIVE, PERIOD_S
 from pymodbus_plc import PymodbusPlc
 from test_realtime import spied
@@ -201,3 +202,12 @@ def test_the_loop_allocates_nothing_while_it_takes_over(plc, port, start_box, tm
     assert box.stats["reloads"]["taken"] == 3
     for name in ("allocations", "frees", "files", "writes", "locks"):
         assert counts[name] == 0, counts
+
+
+def test_check_says_whether_a_file_is_good(tmp_path):
+    path = machine.write_coefficients(tmp_path / "c.json", 1502)
+    assert run("--config", str(path), "--check") == (0, "", "")
+    machine.write_coefficients(path, 1502, lambda data: data["channels"][0].update(limit_um=-1))
+    code, _, said = run("--config", str(path), "--check")
+    assert code == 1
+    assert said.startswith(f"compboxd: {path}: channels[0].limit_um: -1 is outside the range")

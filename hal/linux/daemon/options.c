@@ -18,6 +18,7 @@ static const char help[] =
     "usage: compboxd --config FILE [options]\n"
     "\n"
     "  --config FILE         coefficient file (compbox build makes it, compbox check checks it)\n"
+    "  --check               only say whether the file is good: exit 0, or a sentence and exit 1\n"
     "  --cycles N            stop by itself after N cycles, as on SIGTERM: outputs go to zero "
     "first\n"
     "  --stats FILE          write statistics as JSON, every 5 s and at the end\n"
@@ -46,6 +47,7 @@ static const char help[] =
 
 static const struct option known[] = {
     {"config", required_argument, NULL, 'c'},
+    {"check", no_argument, NULL, 'x'},
     {"cycles", required_argument, NULL, 'n'},
     {"stats", required_argument, NULL, 's'},
     {"record", required_argument, NULL, 'r'},
@@ -130,6 +132,9 @@ static bool take(struct cb_options *options, int letter, const char *argument) {
         case 'p':
             if (!parse_number("priority", argument, 1, 99, &number)) return false;
             options->priority = (int)number;
+            return true;
+        case 'x':
+            options->check = true;
             return true;
         case 'u':
             return parse_cpu(argument, &options->cpu);

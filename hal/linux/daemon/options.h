@@ -9,6 +9,7 @@
 
 struct cb_options {
     const char *config;     /* coefficient file */
+    bool check;             /* load it and end */
     const char *stats;      /* statistics as JSON; NULL: none */
     const char *record;     /* one CSV row for each cycle; NULL: none */
     const char *inputs;     /* what each step was given, to the bit; NULL: none */

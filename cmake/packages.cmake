@@ -1,0 +1,70 @@
+# Debian packages by CPack: compboxd (daemon) for every Linux, compbox (host tools) where they are built.
+# scripts/packages makes and tests them; docs/packages.md.
+include(GNUInstallDirs)
+set(packaging ${CMAKE_SOURCE_DIR}/packaging)
+
+# cb_documents(COMPONENT FILE…): with what Debian wants of every package, changelog and copyright.
+function(cb_documents component)
+    set(folder share/doc/${component})
+    set(changelog ${CMAKE_BINARY_DIR}/packaging/${component}/changelog.gz)
+    file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/packaging/${component})
+    execute_process(COMMAND gzip -9nc ${CMAKE_SOURCE_DIR}/CHANGELOG.md OUTPUT_FILE ${changelog})
+    set(debian ${CMAKE_BINARY_DIR}/packaging/${component}/changelog.Debian)
+    string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)
+    file(WRITE ${debian} "${component} (${PROJECT_VERSION}-1) unstable; urgency=medium\n\n  * Version ${PROJECT_VERSION}; see changelog.gz.\n\n -- The compbox authors <maintainers@users.noreply.github.com>  ${date}\n")
+    execute_process(COMMAND gzip -9nc ${debian} OUTPUT_FILE ${debian}.gz)
+    install(FILES ${changelog} ${debian}.gz DESTINATION ${folder} COMPONENT ${component})
+    install(FILES ${packaging}/debian/copyright DESTINATION ${folder} COMPONENT ${component})
+    install(FILES ${ARGN} DESTINATION ${folder} COMPONENT ${component})
+endfunction()
+
+install(TARGETS compboxd RUNTIME DESTINATION sbin COMPONENT compboxd)
+install(FILES ${packaging}/compboxd.service DESTINATION /lib/systemd/system COMPONENT compboxd)
+install(FILES ${packaging}/compboxd.default DESTINATION /etc/default RENAME compboxd COMPONENT compboxd)
+install(DIRECTORY DESTINATION /etc/compbox COMPONENT compboxd)
+cb_documents(compboxd docs/compboxd.md docs/coefficient-file.md docs/faults.md)
+set(CPACK_COMPONENTS_ALL compboxd)
+
+if(TARGET compbox)
+    install(TARGETS compbox fakeplc RUNTIME DESTINATION bin COMPONENT compbox)
+    install(FILES docs/coefficients.schema.json DESTINATION share/compbox COMPONENT compbox)
+    cb_documents(compbox README.md docs/coefficient-file.md docs/coefficients.schema.json docs/fakeplc.md)
+    list(APPEND CPACK_COMPONENTS_ALL compbox)
+endif()
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_VENDOR "compbox")
+set(CPACK_PACKAGE_CONTACT "The compbox authors <maintainers@users.noreply.github.com>")
+set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_PACKAGE_DIRECTORY ${CMAKE_BINARY_DIR}/packages)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ
+    GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_COMPBOXD_PACKAGE_NAME compboxd)
+set(CPACK_DEBIAN_COMPBOXD_PACKAGE_SECTION electronics)
+set(CPACK_DEBIAN_COMPBOX_PACKAGE_NAME compbox)
+set(CPACK_DEBIAN_COMPBOX_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_COMPBOXD_DESCRIPTION "compensation of a machine tool, the box
+Reads positions and temperatures of a machine tool every 30 ms, computes its
+error from models in a coefficient file, and writes the compensation to the
+PLC over Modbus.")
+set(CPACK_DEBIAN_COMPBOX_DESCRIPTION "compensation of a machine tool, the tools
+Makes the coefficient file of a compbox from measurements: fits curves,
+identifies volumetric errors, trains thermal models, simulates what comes out.")
+set(CPACK_DEBIAN_COMPBOXD_PACKAGE_CONTROL_EXTRA ${packaging}/debian/conffiles
+    ${packaging}/debian/postinst ${packaging}/debian/prerm ${packaging}/debian/postrm)
+set(CPACK_DEBIAN_COMPBOXD_PACKAGE_RECOMMENDS "iproute2")
+set(CPACK_DEBIAN_COMPBOX_PACKAGE_RECOMMENDS "gnuplot-nox | gnuplot")
+if(CMAKE_CROSSCOMPILING)
+    set(CPACK_DEBIAN_PACKAGE_ARCHITECTURE arm64)
+    set(CPACK_DEBIAN_COMPBOXD_PACKAGE_DEPENDS "libc6 (>= 2.34)")
+else()
+    set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+endif()
+include(CPack)
