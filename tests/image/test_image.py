@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: MIT
+"""The image against fakeplc on the host: CAN temperatures, and everything that can go wrong."""
+import json
+import re
+import subprocess
+import time
+
+import guest as g
+from figures import note
+
+PATH_UM = g.wanted_um(30, 30, 20)
+
+
+def test_the_first_compensated_cycle_comes_soon(machine):
+    """From power-on. Judged by the emulator's processor time, which does not depend on other work."""
+    plc, guest = machine
+    plc.wait_um(PATH_UM, within=1)
+    wall_s, cpu_s = time.monotonic() - guest.on_s, guest.cpu_s()
+    note("power-on to first compensated cycle, s", f"{wall_s:.1f} by the clock, {cpu_s:.1f} of processor time",
+         "10 of processor time")
+    assert cpu_s <= 10
+
+
+def test_the_image_is_small():
+    packed = subprocess.run(f"zstd -q -19 -T0 -c {g.OUT / 'compbox-arm64.img'} | wc -c", shell=True,
+                            capture_output=True, text=True, check=True)
+    mib = int(packed.stdout) / 2**20
+    note("image, compressed, MiB", f"{mib:.1f}", "64")
+    assert mib <= 64
+
+
+def test_root_is_read_only_and_compboxd_came_first(machine):
+    _, guest = machine
+    assert "ro," in guest.run("grep '^rootfs / ' /proc/mounts")
+    assert guest.run("touch /etc/x 2>&1 || true").strip().endswith("Read-only file system")
+    services = guest.run("grep -v '^#' /etc/inittab").splitlines()
+    assert services[1].endswith("/usr/sbin/compbox-service")
+
+
+def test_temperatures_over_can_reach_the_axis(machine):
+    plc, guest = machine
+    plc.wait_um(PATH_UM)
+    guest.run("echo 300 455 >/run/node")          # T2: at once
+    plc.wait_um(g.wanted_um(30, 30, 45.5))
+    guest.run("echo -50 455 >/run/node")          # T1 below zero; its lag follows with 4 s
+    plc.wait(lambda s: abs(float(s["applied_Z"]) - g.wanted_um(-5, 30, 45.5)) < 25)
+    plc.wait_um(g.wanted_um(-5, -5, 45.5), timeout_s=40)
+    guest.run("echo 300 200 >/run/node")
+    plc.wait_um(PATH_UM, timeout_s=40)
+    can = guest.wait_stats(lambda s: s["can"]["frames"] > 100)["can"]
+    assert can["state"] == "up" and can["nodes"][0]["state"] == "operational"
+    assert can["short_frames"] == can["queue_overflows"] == can["error_frames"] == 0
+
+
+def test_a_node_that_boots_is_started_again(machine):
+    plc, guest = machine
+    boots = guest.stats()["can"]["nodes"][0]["boots"]
+    guest.run("killall -HUP node")
+    node = guest.wait_stats(lambda s: s["can"]["nodes"][0]["boots"] == boots + 1 and
+                            s["can"]["nodes"][0]["state"] == "operational")["can"]["nodes"][0]
+    assert node["starts"] >= 2
+    plc.wait_um(PATH_UM)
+
+
+def test_a_bus_that_goes_away_comes_back(machine):
+    """Bus-off as the driver tells it (the emulated controller never does it by itself), the interface
+    down, up again, and the message of the restart."""
+    plc, guest = machine
+    guest.run("/opt/test/node bus-off can0 && /bin/ip link set can0 down")
+    plc.wait_um(0)                                  # terms fade out: the box stays ACTIVE, degraded
+    can = guest.wait_stats(lambda s: s["can"]["state"] == "down")["can"]
+    assert can["bus_offs"] == 1 and can["error_frames"] >= 1 and can["went_down"] == 1
+    assert can["nodes"][0]["state"] == "unknown" and can["nodes"][0]["losses"] >= 1
+    guest.run("/bin/ip link set can0 up && /opt/test/node restarted can0")
+    plc.wait_um(PATH_UM)
+    can = guest.wait_stats(lambda s: s["can"]["state"] == "up" and s["can"]["restarts"] == 1)["can"]
+    assert can["nodes"][0]["state"] == "operational"
+
+
+def test_a_flood_of_frames_is_survived(machine):
+    """Frames of other identifiers stop at the kernel's filter; wanted ones in masses cost no cycle."""
+    plc, guest = machine
+    before = guest.stats()
+    guest.run("for i in 1 2 3 4 5 6 7 8 9; do /opt/test/node flood can1 500; done", 120)
+    after = guest.wait_stats(lambda s: s["can"]["frames"] > before["can"]["frames"] + 1000)
+    assert after["mode"] == "ACTIVE"
+    plc.wait_um(PATH_UM)
+
+
+def test_killed_without_warning_it_is_started_again(machine):
+    plc, guest = machine
+    plc.wait_um(PATH_UM)
+    pid = guest.run("pidof compboxd").split()[0]
+    guest.run("killall -KILL compboxd")
+    plc.wait(lambda s: s["alive"] == "0" or float(s["applied_Z"]) > PATH_UM + 1)  # the PLC notices, ramps
+    plc.wait_um(PATH_UM)
+    assert guest.run("pidof compboxd").split()[0] != pid
+    assert "1 of 1 lags go on" in guest.run("tail -n 20 /data/log/box.log")
+
+
+def test_a_daemon_that_hangs_is_reset_by_the_hardware(machine):
+    plc, guest = machine
+    with guest.lock:
+        since = len(guest.text)
+    guest.run("kill -STOP $(pidof compboxd)")
+    guest.wait(r"revision \d+, 2 terms", 60, since)     # the machine was reset, and it came again
+    plc.wait_um(PATH_UM)
+
+
+def test_a_plc_that_dies_is_found_again(machine):
+    plc, guest = machine
+    plc.wait_um(PATH_UM)
+    plc.__exit__()
+    guest.wait_stats(lambda s: s["mode"] == "STANDBY")
+    plc.__enter__()
+    plc.wait_um(PATH_UM)
+
+
+def test_a_new_file_takes_over_and_a_bad_one_does_not(machine, port):
+    plc, guest = machine
+    plc.wait_um(PATH_UM)
+    put(guest, g.coefficients(port, 2, 25))
+    plc.wait_um(g.wanted_um(30, 30, 20, 25))
+    bad = g.coefficients(port, 3)
+    bad["channels"][0]["limit_um"] = -1
+    said = put(guest, bad, expect="1")
+    assert "limit_um: -1 is outside the range" in said
+    assert guest.wait_stats(lambda s: s["reloads"]["taken"] == 1)["revision"] == 2
+    assert '"revision": 2' in guest.run("cat /data/coefficients.json")
+    put(guest, g.coefficients(port, 1))
+    plc.wait_um(PATH_UM)
+
+
+def put(guest, data, expect="0"):
+    """Through the serial line, in pieces that its buffer takes; out: what compbox-put said."""
+    text = json.dumps(data).replace("'", "")
+    guest.run(": >/tmp/new.json")
+    for i in range(0, len(text), 200):
+        guest.run(f"printf %s '{text[i:i + 200]}' >>/tmp/new.json")
+    said = guest.run("compbox-put - </tmp/new.json; echo put:$?")
+    assert f"put:{expect}" in said, said
+    return said
+
+
+def test_the_same_bits_as_on_every_other_target(machine):
+    _, guest = machine
+    here = [line for line in guest.run("/opt/test/conformance", 120).splitlines() if line.strip()]
+    expected = (g.ROOT / "tests/conformance/expected.txt").read_text().splitlines()
+    assert [line for line in here if line in expected] == expected
+
+
+def test_jitter_beside_cyclictest(machine):
+    """The loop's wake-ups and cyclictest's, at the same time, period and scheduler, in the same guest. An
+    emulator on a shared machine is no real-time system: the figures are compared, not judged."""
+    plc, guest = machine
+    guest.run("killall -TERM compboxd")                # its statistics begin anew
+    plc.wait_um(PATH_UM)
+    out = guest.run("LD_LIBRARY_PATH=/opt/test /opt/test/cyclictest -q -m -p 80 -i 30000 -l 1000 -h 20000", 90)
+    ours = guest.wait_stats(lambda s: s["jitter_us"]["count"] > 900)["jitter_us"]
+    counts = [(int(a), int(b)) for a, b in re.findall(r"^(\d{6}) (\d{6})", out, re.M)]
+    total = sum(n for _, n in counts)
+    assert total > 900
+    def percentile(p):
+        seen = 0
+        for us, n in counts:
+            seen += n
+            if seen >= p * total:
+                return us
+    for name, p in (("p50", 0.5), ("p99", 0.99)):
+        note(f"wake-up after its tick, {name}, µs", f"compboxd {ours[name]:.0f}, cyclictest {percentile(p)}", "–")
+    assert ours["p50"] <= 3 * percentile(0.5) + 1000
+
+
+def test_it_boots_by_uefi(tmp_path, fresh_disk, port):
+    """As on a board with UEFI firmware: one EFI program of the disk, no kernel given from outside."""
+    firmware = g.WORK / "test-packages/efi/usr/share/qemu-efi-aarch64/QEMU_EFI.fd"
+    disk = tmp_path / "disk.img"
+    disk.write_bytes(fresh_disk.read_bytes())
+    with g.FakePlc(port, tmp_path) as plc, g.Guest(disk, tmp_path, efi=firmware) as guest:
+        plc.wait(lambda s: s["mode"] == "1", 90)
+        note("the same through UEFI firmware, s", f"{time.monotonic() - guest.on_s:.1f} by the clock, "
+             f"{guest.cpu_s():.1f} of processor time", "–")
