@@ -34,6 +34,7 @@ COEFFICIENTS = {
         {"name": "T2", "unit": "degC", "can": "0x18FEEE05", "offset": 2, "type": "uint16le", "scale": 0.1,
          "min": 0, "max": 120, "max_age_ms": 3000},
         {"name": "T1_slow", "unit": "degC", "lag_of": "T1", "tau_s": 4},
+        {"name": "T1_memory", "unit": "degC", "lag_of": "T1", "tau_s": 600},
     ],
     "terms": [
         {"name": "GROW", "type": "linear", "inputs": ["T1", "T1_slow"], "weights": [1, 1], "constant": -40},

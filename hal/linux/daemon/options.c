@@ -45,9 +45,11 @@ static const char help[] =
     "\n"
     "example: compboxd --config coefficients.json --stats stats.json --priority 80\n";
 
+enum { CHECK = 256 }; /* no letter: what is no option must not look like one */
+
 static const struct option known[] = {
     {"config", required_argument, NULL, 'c'},
-    {"check", no_argument, NULL, 'x'},
+    {"check", no_argument, NULL, CHECK},
     {"cycles", required_argument, NULL, 'n'},
     {"stats", required_argument, NULL, 's'},
     {"record", required_argument, NULL, 'r'},
@@ -133,7 +135,7 @@ static bool take(struct cb_options *options, int letter, const char *argument) {
             if (!parse_number("priority", argument, 1, 99, &number)) return false;
             options->priority = (int)number;
             return true;
-        case 'x':
+        case CHECK:
             options->check = true;
             return true;
         case 'u':
