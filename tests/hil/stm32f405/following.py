@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: MIT
 """What the tests of the image wait for. Counts, not times: the emulator's clock stands still while a busy
 machine lets it wait."""
+import json
 import re
+import subprocess
 import time
 
+from conftest import HOST
 from machine import ACTIVE
 
 
@@ -24,3 +27,20 @@ def counters_of(box, command="counters"):
     box.console.say(command)
     line = box.console.wait(r"^\d+\.\d+ (counters|plc):", since)
     return {name: int(count) for name, count in re.findall(r"(\w+)=(\d+)", line)}
+
+
+def start_with_trace(box):
+    box.console.wait("now ACTIVE")
+    since = box.console.mark()
+    box.console.say("trace start")
+    box.console.wait("started: restart asked for", since)
+
+
+def replayed(box, folder):
+    """The console's trace and dump, replayed by the host's core."""
+    file = folder / "trace.txt"
+    file.write_text("".join(line + "\n" for line in box.console.lines if line[:2] in ("T ", "D ")))
+    done = subprocess.run([HOST / "stm32f405_replay", folder / "coefficients.json", file],
+                          capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return json.loads(done.stdout)

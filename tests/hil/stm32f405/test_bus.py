@@ -3,7 +3,7 @@
 import re
 
 import machine
-from following import active, counters_of, wait_for
+from following import active, counters_of, replayed, start_with_trace, wait_for
 from machine import ACTIVE
 from rtu_plc import RtuPlc
 
@@ -50,6 +50,7 @@ def test_temperatures_arrive_and_a_lost_module_costs_its_term_alone(plc, rtu, st
     modules = {3: Module(10, 20), 4: Module(0, 40)}
     with rtu(), RtuPlc(tmp_path / "bus.sock", dict(modules)) as bus, \
             start_box(on_bus, bus=tmp_path / "bus.sock") as box:
+        start_with_trace(box)
         wait_for(lambda: plc.writes and holds(plc.last(), wanted(20, 40)))
         modules[3].temperature = 26
         wait_for(lambda: holds(plc.last(), wanted(26, 40)))
@@ -77,3 +78,4 @@ def test_temperatures_arrive_and_a_lost_module_costs_its_term_alone(plc, rtu, st
     since_s = active(plc)[0].time_s
     others = [w for w in plc.writes if w.time_s > since_s and w.mode != ACTIVE]
     assert len(others) <= len(plc.writes) // 10, "more than what a busy machine costs"
+    assert replayed(box, tmp_path)["active"] > 100

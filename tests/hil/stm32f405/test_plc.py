@@ -2,14 +2,17 @@
 """The exchange with the PLC: right values while the axes move, and bits equal to the host's core."""
 import json
 import math
+import random
 import subprocess
 
 import pytest
 
 import laws
 import machine
-from conftest import HOST
-from following import active, counters_of, wait_for
+from emulator import ROOT, Box, packed
+from following import active, counters_of, replayed, start_with_trace, wait_for
+from machine import ACTIVE
+from rtu_plc import RtuPlc
 
 
 def fc23(data):
@@ -36,23 +39,6 @@ def is_of(write, values):
                for name, um in write.um.items())
 
 
-def start_with_trace(box):
-    box.console.wait("now ACTIVE")
-    since = box.console.mark()
-    box.console.say("trace start")
-    box.console.wait("started: restart asked for", since)
-
-
-def replayed(box, folder):
-    """The console's trace and dump, replayed by the host's core."""
-    file = folder / "trace.txt"
-    file.write_text("".join(line + "\n" for line in box.console.lines if line[:2] in ("T ", "D ")))
-    done = subprocess.run([HOST / "stm32f405_replay", folder / "coefficients.json", file],
-                          capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return json.loads(done.stdout)
-
-
 @pytest.mark.parametrize("change", [None, fc23], ids=["fc3+fc16", "fc23"])
 def test_compensation_arrives_while_the_axes_move(plc, rtu, start_box, tmp_path, change):
     plc.motion = lambda _: program(machine.PERIOD_S * len(plc.readings))
@@ -73,3 +59,43 @@ def test_compensation_arrives_while_the_axes_move(plc, rtu, start_box, tmp_path,
     told = replayed(box, tmp_path)
     assert told["active"] > 100 and told["records"] > 100, told
 
+
+class ReferenceMachine:
+    """Registers of the reference load (tests/gates/instructions/reference_load.py): three axes travel,
+    twelve thermometers wander."""
+
+    def __init__(self):
+        self.registers, self.reads, self.status = [0] * 200, 0, []
+        self.temperatures = [220] * 12
+
+    def read(self, start, count):
+        self.reads += 1
+        self.registers[0:2] = [machine.ENABLE | machine.REFERENCED | machine.PERMIT_RESUME, self.reads & 0xFFFF]
+        for axis in range(3):
+            turn = (50000 + 13000 * axis) * self.reads % 40000000
+            position = turn if turn < 20000000 else 40000000 - turn
+            self.registers[8 + 2 * axis:10 + 2 * axis] = [position >> 16, position & 0xFFFF]
+        self.temperatures = [t + random.choice((-1, 0, 0, 1)) for t in self.temperatures]
+        self.registers[14:26] = self.temperatures
+        return self.registers[start:start + count]
+
+    def write(self, start, words):
+        self.registers[start:start + len(words)] = words
+        self.status.append(self.registers[100])
+
+
+def test_the_reference_load_has_the_hosts_bits(tmp_path):
+    """18 splines, the volumetric term, a network behind its range and 24 lags."""
+    script = ROOT / "tests/gates/instructions/reference_load.py"
+    data = json.loads(subprocess.run(["/usr/bin/python3", script], capture_output=True, check=True).stdout)
+    data["plc"]["transport"] = {"rtu": {"device": "/dev/ttyS1", "baud": 115200}}
+    text = json.dumps(data)
+    (tmp_path / "coefficients.json").write_text(text)
+    device = ReferenceMachine()
+    with RtuPlc(tmp_path / "plc.sock", {1: device}), \
+            Box(tmp_path, {"A": packed(text, 1)}, plc=tmp_path / "plc.sock") as box:
+        start_with_trace(box)
+        device.status.clear()
+        wait_for(lambda: sum(status & 0xFF == ACTIVE for status in device.status) > 90)
+    told = replayed(box, tmp_path)
+    assert told["active"] > 80, told
