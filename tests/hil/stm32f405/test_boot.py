@@ -36,7 +36,8 @@ def test_a_bad_slot_is_reported(tmp_path, wrong, said):
 
 
 def needs_can(data):
-    data["signals"].append({"name": "T9", "unit": "degC", "can": "0x181", "offset": 0, "type": "int16", "min": 0, "max": 90})
+    data["signals"].append({"name": "T9", "unit": "degC", "can": "0x181", "offset": 0, "type": "int16",
+                            "min": 0, "max": 90})
 
 
 @pytest.mark.parametrize("a, b, loaded, said", [

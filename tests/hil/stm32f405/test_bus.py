@@ -29,7 +29,7 @@ def on_bus(data):
                       "rtu": {"device": "/dev/ttyS2", "baud": 19200, "slave_delay_ms": 20}}]
     t1 = next(s for s in data["signals"] if s["name"] == "T1")
     del t1["plc"]
-    t1.update({"bus": "pt100", "unit_id": 3, "register": 10, "max_age_ms": 2000})
+    t1.update({"bus": "pt100", "unit_id": 3, "register": 10, "max_age_ms": 1200})
     data["signals"].append({**t1, "name": "T2", "unit_id": 4, "register": 0})
     data["terms"].append({"name": "WARM", "type": "polynomial", "signal": "T2", "coefficients": [-30, 1.5]})
     data["channels"][0]["sum"].append("WARM")
@@ -68,7 +68,7 @@ def test_temperatures_arrive_and_a_lost_module_costs_its_term_alone(plc, rtu, st
 
         bus.fault = lambda frame, reply: [0.2, reply]            # slower than it may be
         mark = len(plc.writes)
-        wait_for(lambda: len(plc.writes) > mark + 60)
+        wait_for(lambda: len(plc.writes) > mark + 40)
         counters, since = counters_of(box), box.console.mark()
         box.console.say("wires")
         line = box.console.wait("bus:", since)
