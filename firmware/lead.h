@@ -10,13 +10,13 @@
  * waits for half of one in the PLC, and so does the value. period / 2: a value stands for a whole
  * period, and is right in the middle of it. handshake: what a PLC adds that hands values to its NC
  * by handshake (cb_profile_lead_us), else 0. *
- * The exchange is counted end to end, which is more than belongs to the lead. Over TCP the PLC looks
- * at a request, and takes a write over, somewhere between its arrival and its answer: half of each
- * exchange on average, 4 to 6 ms, is too much. On a serial line it is the reading's request and the
- * write's answer, eight characters each. It is not taken off, because nothing measures where in an
- * exchange the PLC looks, and because the way behind the PLC's register, which an NC without a
- * handshake does not tell either, is as long and missing (docs/results/lead.md: the best lead there
- * is 2 ms more than the measured one). Who knows both sets lead_ms by hand.
+ * The exchange is counted end to end, which is more than belongs to the lead. Over TCP the PLC
+ * looks at a request, and takes a write over, somewhere between its arrival and its answer: half of
+ * each exchange on average, 4 to 6 ms, is too much. On a serial line it is the reading's request
+ * and the write's answer, eight characters each. It is not taken off, because nothing measures
+ * where in an exchange the PLC looks, and because the way behind the PLC's register, which an NC
+ * without a handshake does not tell either, is as long and missing (docs/results/lead.md: the best
+ * lead there is 2 ms more than the measured one). Who knows both sets lead_ms by hand.
  */
 #ifndef COMPBOX_FIRMWARE_LEAD_H
 #define COMPBOX_FIRMWARE_LEAD_H

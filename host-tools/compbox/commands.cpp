@@ -23,6 +23,7 @@ void add_commands(CLI::App &app) {
     add_export(app);
     add_join(app);
     add_simulate(app);
+    add_commission(app);
 }
 
 }  // namespace compbox

@@ -27,5 +27,6 @@ void add_eval(CLI::App &app);
 void add_export(CLI::App &app);
 void add_join(CLI::App &app);
 void add_simulate(CLI::App &app);
+void add_commission(CLI::App &app);
 
 }  // namespace compbox

@@ -44,6 +44,10 @@ RULES = [
     (TOOLS + "twin/*", FORMATS + [TOOLS + "twin/*", "<*>"]),
     (TOOLS + "fakeplc/*", FORMATS + [TOOLS + "twin/*", TOOLS + "fakeplc/*", "<*>"]),
     *[(one, CORE + FORMATS + FILES_ONLY + [TOOLS + "fitting/*", "<*>"]) for one in FILES_ONLY],
+    # Commissioning is the box itself before a live PLC: the Linux target's wire, and no twin.
+    (TOOLS + "compbox/commission_live.cpp", CORE + FORMATS + ["hal/hal.h", "hal/cycle.h",
+        "hal/linux/*", TOOLS + "compbox/commission_*", "<*>"]),
+    (TOOLS + "compbox/commission_*", CORE + FORMATS + [TOOLS + "compbox/commission_*", "<*>"]),
     (TOOLS + "compbox/*", CORE + ["hal/hal.h", "hal/cycle.h", "hal/sim/*", TOOLS + "*", "<*>"]),
     (TOOLS + "*", CORE + FORMATS + [TOOLS + folder + "/*" for folder in (
         "metrology", "fitting", "identification", "training")] + ["<*>"]),
@@ -94,6 +98,7 @@ RIGHT = [
     ("hal/cycle.c", '#include "firmware/box.h"'), ("hal/linux/main.c", '#include "firmware/box.h"'),
     ("hal/linux/tcp.c", "#include <modbus.h>"), ("host-tools/fitting/a.cpp", "#include <vector>"),
     ("host-tools/compbox/a.cpp", '#include "host-tools/twin/machine.h"'),
+    ("host-tools/compbox/commission_live.cpp", '#include "hal/linux/box_hal.h"'),
 ]
 FAULTS = [
     ("models/a.c", '#include "firmware/limits.h"'), ("models/a.c", "#include <math.h>"),
@@ -113,6 +118,8 @@ FAULTS = [
     ("host-tools/formats/a.h", '#include "host-tools/fitting/fit.h"'),
     ("host-tools/training/a.cpp", '#include "hal/hal.h"'),
     ("host-tools/compbox/fit_files.cpp", '#include "host-tools/twin/machine.h"'),
+    ("host-tools/compbox/commission_live.cpp", '#include "host-tools/twin/machine.h"'),
+    ("host-tools/compbox/cmd_eval.cpp", '#include "hal/linux/tcp.h"'),
     ("host-tools/compbox/build.h", '#include "host-tools/compbox/scenario.h"'),
 ]
 

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: MIT
+// compbox commission: register map, signs and times, against a live PLC.
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/commission_checks.h"
+#include "host-tools/compbox/commission_prompt.h"
+#include "host-tools/compbox/commission_write.h"
+#include "host-tools/compbox/key_values.h"
+#include "host-tools/compbox/option_checks.h"
+#include "host-tools/compbox/summary.h"
+#include "host-tools/formats/error.h"
+#include "host-tools/formats/file.h"
+
+namespace compbox {
+
+namespace {
+
+constexpr double settling_s = 1.0;  // before a person or script reads an instrument
+
+struct commission_options {
+    std::string path, output;
+    std::vector<std::string> axes, measured_text;
+    std::map<std::string, double> measured_um;
+    double offset_um = 20.0, rate_um_per_s = 50.0;
+    int steps = 50;
+    bool as_json = false;
+};
+
+class commissioning {
+  public:
+    explicit commissioning(const commission_options &options)
+        : options_(options),
+          document_(read_json(options.path)),
+          setup_(make_commission_setup(document_, options.path, options.rate_um_per_s)) {
+        check_choice();
+        with_result(document_, options.path, {});  // before anything moves
+    }
+
+    void run() {
+        prepare_process();
+        commission_live live(setup_);
+        try {
+            walk(live);
+        } catch (const input_error &error) {
+            const bool at_zero = live.stop();
+            throw input_error(options_.path, 0, 0,
+                              error.what() + std::string(at_zero ? "" : unconfirmed()));
+        }
+        if (!live.stop()) throw input_error(options_.path, 0, 0, unconfirmed());
+        finish();
+    }
+
+  private:
+    static const char *unconfirmed() {
+        return "; the PLC did not confirm that the offset is zero again: its own watchdog has to "
+               "take it back";
+    }
+
+    void say(const std::string &line) const {
+        if (!options_.as_json) std::cout << line << std::endl;
+    }
+
+    static std::string text(double value) {
+        char digits[32];
+        std::snprintf(digits, sizeof digits, "%.4g", value);
+        return digits;
+    }
+
+    bool is_chosen(const test_axis &axis) const {
+        return options_.axes.empty() ||
+               std::count(options_.axes.begin(), options_.axes.end(), axis.name) > 0;
+    }
+
+    void check_choice() const {
+        std::string known;
+        for (const auto &axis : setup_.axes) known += (known.empty() ? "" : ", ") + axis.name;
+        const auto must_be_known = [&](const std::string &option, const std::string &name) {
+            for (const auto &axis : setup_.axes) {
+                if (axis.name == name && is_chosen(axis)) return;
+            }
+            throw CLI::ValidationError(option, "no axis " + name + " to test; there is " + known);
+        };
+        for (const auto &name : options_.axes) must_be_known("--axis", name);
+        for (const auto &[name, um] : options_.measured_um) must_be_known("--measured", name);
+    }
+
+    void walk(commission_live &live) {
+        say("1. Registers");
+        result_.registers = check_registers(live, setup_);
+        for (const auto &[name, value] : result_.registers["signals"].items()) {
+            say("   " + name + " = " + text(value.get<double>()));
+        }
+        const double update_ms = result_.registers["update_ms"].get<double>();
+        say("   the heartbeat counts every " + text(update_ms) + " ms, writes are accepted");
+        become_active(live);
+        for (const auto &axis : setup_.axes) {
+            if (is_chosen(axis)) test_sign(live, axis);
+        }
+        measure(live, update_ms);
+    }
+
+    // The displacement, from the command line or from the person.
+    double measure_axis(commission_live &live, const test_axis &axis) {
+        const auto given = options_.measured_um.find(axis.name);
+        const auto wait = [&live] { stay_active(live, 0.0); };
+        if (given == options_.measured_um.end()) {
+            ask("   " + axis.name +
+                    ": set the indicator to zero, + as the axis counts; then Enter: ",
+                wait);
+        }
+        go_to(live, axis, options_.offset_um);
+        stay_active(live, settling_s);
+        if (given != options_.measured_um.end()) return given->second;
+        return ask_number("   " + axis.name + ": what does the indicator show, in µm? ", wait);
+    }
+
+    void test_sign(commission_live &live, const test_axis &axis) {
+        say("2. Sign of " + axis.name + ": " + text(options_.offset_um) + " µm");
+        go_to(live, axis, 0.0);
+        const double measured_um = measure_axis(live, axis);
+        go_to(live, axis, 0.0);
+        const bool reversed = is_reversed(axis.name, options_.offset_um, measured_um);
+        for (const std::size_t channel : axis.channels) {
+            const int sign = setup_.config->channels[channel].sign * (reversed ? -1 : 1);
+            result_.signs[channel] = {options_.offset_um, measured_um, sign};
+        }
+        say("   measured " + text(measured_um) + " µm: sign " +
+            std::to_string(result_.signs[axis.channels.front()].sign) +
+            (reversed ? ", turned round" : ", as in the file"));
+    }
+
+    // On the first chosen channel of which the PLC returns what it applies.
+    void measure(commission_live &live, double update_ms) {
+        for (const auto &axis : setup_.axes) {
+            const bool alone = axis.channels.size() == 1;
+            const std::size_t channel = axis.channels.front();
+            if (!alone || !is_chosen(axis) || !setup_.config->channels[channel].has_applied) {
+                continue;
+            }
+            say("3. Times, on " + axis.name);
+            result_.times = measure_times(live, channel, options_.steps, update_ms);
+            return say_times(*result_.times);
+        }
+        setup_.remarks.push_back(
+            "no times were measured: that takes a channel with applied that is in no pair");
+    }
+
+    void say_times(const loop_times &times) {
+        say("   exchange " + text(times.exchange.p50_ms) + " ms, 99 % below " +
+            text(times.exchange.p99_ms) + " ms");
+        say("   from write to applied " + text(times.taken_over.p50_ms) + " ms, 99 % below " +
+            text(times.taken_over.p99_ms) + " ms");
+        say("   lead " + text(lead_of(times)) + " ms; the period must be at least " +
+            text(shortest_period_ms(times)) + " ms, the file has " + text(times.period_ms));
+        if (times.period_ms < shortest_period_ms(times)) {
+            setup_.remarks.push_back("period_ms is too short for this PLC: take " +
+                                     text(shortest_period_ms(times)) + " or more");
+        }
+    }
+
+    void finish() {
+        const std::string &output = options_.output.empty() ? options_.path : options_.output;
+        const json changed = with_result(document_, options_.path, result_);
+        write_file(output, json_text(changed));
+        if (options_.as_json) {
+            json figures = figures_of(document_, result_);
+            figures["registers"] = result_.registers;
+            return print_summary({output}, figures, setup_.remarks);
+        }
+        if (output == "-") return;
+        for (const auto &remark : setup_.remarks) say("Remark: " + remark);
+        say("Written to " + output + ": sign of each tested channel" +
+            (result_.times && changed["cycle"]["lead_ms"].is_number()
+                 ? ", lead_ms " + text(changed["cycle"]["lead_ms"].get<double>())
+                 : "") +
+            ", provenance.commissioning");
+    }
+
+    commission_options options_;
+    json document_;
+    commission_setup setup_;
+    commission_result result_;
+};
+
+// "X=+19.8"; several in one or in more options.
+std::map<std::string, double> measured_of(const std::vector<std::string> &texts) {
+    std::map<std::string, double> measured;
+    for (std::string text : texts) {
+        const std::size_t plus = text.find("=+");
+        if (plus != std::string::npos) text.erase(plus + 1, 1);
+        const key_values pair = parse_key_values("--measured", text);
+        if (pair.values.size() != 1 || !measured.insert({pair.key, pair.values[0]}).second) {
+            throw CLI::ValidationError("--measured", "one number for each axis, please: " + text);
+        }
+    }
+    return measured;
+}
+
+}  // namespace
+
+void add_commission(CLI::App &app) {
+    auto *command = app.add_subcommand(
+        "commission", "Check registers, find signs and times on the machine, with its PLC");
+    const auto options = std::make_shared<commission_options>();
+    command->add_option("FILE", options->path, "Machine or coefficient file")->required();
+    command->add_option("--axis", options->axes,
+                        "Only this channel (X) or pair (X1+X2); repeatable");
+    command->add_option("--measured", options->measured_text,
+                        "What the instrument shows at the offset, in µm: X=+19.8; asks otherwise");
+    command->add_option("--offset-um", options->offset_um, "Offset of the sign test")
+        ->capture_default_str()
+        ->check(between(1, 200).description("in [1 - 200]"));
+    command->add_option("--rate-um-per-s", options->rate_um_per_s, "No offset moves faster")
+        ->capture_default_str()
+        ->check(between(1, 1000).description("in [1 - 1000]"));
+    command->add_option("--steps", options->steps, "Small steps for the times")
+        ->capture_default_str()
+        ->check(whole_between(5, 1000).description("in [5 - 1000]"));
+    command->add_option("-o,--output", options->output, "File to write (default: FILE itself)");
+    add_json(*command, options->as_json);
+    command->footer(
+        "Example:\n  compbox commission machine.json --axis X --measured X=+19.8\n"
+        "Ctrl-C brings the offset back to zero and writes nothing.");
+    command->callback([options] {
+        options->measured_um = measured_of(options->measured_text);
+        commissioning(*options).run();
+    });
+}
+
+}  // namespace compbox

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// What a measured displacement says about the sign and scale of a channel, and what measured times
+// say about lead and period. No PLC in here.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "host-tools/formats/json.h"
+
+namespace compbox {
+
+// in : the displacement of the tool that was asked for and the one that was measured, of `axis`
+// out: true: the tool moves the other way, so the sign has to be turned round
+// Throws input_error where the two are no sign apart: nothing moved, a power of ten, another
+// factor.
+bool is_reversed(const std::string &axis, double offset_um, double measured_um);
+
+struct spread {
+    std::size_t count = 0;
+    double p50_ms = 0.0, p99_ms = 0.0;
+};
+// Of times in µs, not empty.
+spread spread_of(std::vector<std::int64_t> times_us);
+json json_of(const spread &times);
+
+// What was measured of the way of a value, for lead and period.
+struct loop_times {
+    spread exchange;         // from asking for a reading to the confirmed write
+    spread write;            // of that the write itself
+    spread taken_over;       // from sending a write to its value being applied
+    double update_ms = 0.0;  // the PLC's own, by its heartbeat
+    double period_ms = 0.0;
+};
+// A position waits half of an update in the PLC; a value is on the average half a period old before
+// the next one comes (firmware/lead.h).
+double lead_of(const loop_times &times);
+// The shortest whole ms of which four fifths hold 99 % of the exchanges.
+double shortest_period_ms(const loop_times &times);
+
+}  // namespace compbox

@@ -1,0 +1,323 @@
+# SPDX-License-Identifier: MIT
+"""compbox commission against fakeplc: two processes, a real socket. The indicator is fakeplc's own
+truth about the tool, read by its console and typed in as a person would."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import threading
+
+import pytest
+
+from conftest import BIN
+
+TWIN = {
+    "format": "compbox-twin/1", "machine": "mill", "seed": 3,
+    "axes": {axis: {"travel_mm": [0, 500], "max_velocity_mm_per_min": 20000,
+                    "acceleration_mm_per_s2": 2000, "measure_every_mm": 50, "cutoff_mm": 400}
+             for axis in "XYZ"},
+    "errors": {"EZX": {"amplitude_um": 50}},
+    "nc": {"compensation_sign": {"X": -1, "Y": 1, "Z": -1}},
+}
+
+
+class FakePlc:
+    """fakeplc on a free port, with its console."""
+
+    def __init__(self, folder, *arguments, profile="generic"):
+        self.process = subprocess.Popen(
+            [BIN / "fakeplc", "--profile", profile, "--listen", "127.0.0.1:0", *arguments], cwd=folder,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1)
+        self.lock = threading.Lock()
+        self.port = int(re.search(r":(\d+)\s*$", self.process.stdout.readline()).group(1))
+
+    def say(self, command):
+        with self.lock:
+            self.process.stdin.write(command + "\n")
+            answer = self.process.stdout.readline().strip()
+        assert answer.startswith("ok"), (command, answer)
+        return answer
+
+    def displacement_um(self, axis):
+        """What the compensation does to the tool, as an indicator shows it."""
+        before, after = self.say("error").split(" after ")
+        number = lambda text: float(re.search(axis + r"=(\S+)", text).group(1))
+        return number(after) - number(before)
+
+    def status(self):
+        return dict(re.findall(r"(\w+)=(\S+)", self.say("status")))
+
+    def end(self):
+        self.process.stdin.close()
+        self.process.terminate()
+        self.process.wait(10)
+
+
+@pytest.fixture
+def plc(compbox):
+    """Starts fakeplc and a machine file for it; returns both."""
+    started = []
+
+    def start(twin=None, profile="generic", change=None, axes="XYZ"):
+        compbox.good("init", "--axes", axes, "--profile", profile, "--travel",
+                     ",".join(f"{axis}=500" for axis in axes), "-o", "machine.json")
+        machine = compbox.read("machine.json")
+        compbox.write("map.json", machine)
+        arguments = ["--map", "map.json"]
+        if twin:
+            compbox.write("twin.json", twin)
+            arguments += ["--machine", "twin.json"]
+        started.append(FakePlc(compbox.folder, *arguments, profile=profile))
+        machine["plc"]["transport"]["tcp"]["port"] = started[-1].port
+        if change:
+            change(machine)
+        compbox.write("machine.json", machine)
+        return started[-1]
+
+    yield start
+    for one in started:
+        one.end()
+
+
+LONG = pytest.mark.skipif("COMPBOX_LONG_TESTS" not in os.environ, reason="scripts/test --long")
+
+
+def commission(compbox, plc, *arguments, answer=None, at=None):
+    """Runs it; answers each question about an axis by the indicator. Returns code, stdout, stderr.
+    at: (text in a question, what to do then)."""
+    run = subprocess.Popen([BIN / "compbox", "commission", "machine.json", "--steps", "6", *arguments],
+                           cwd=compbox.folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                           stderr=subprocess.PIPE, text=True, bufsize=0)
+    out = []
+    reader = threading.Thread(target=lambda: out.append(run.stdout.read()))
+    reader.start()
+    said, question = "", ""
+    while True:
+        letter = run.stderr.read(1)
+        if not letter:
+            break
+        said += letter
+        question = "" if letter == "\n" else question + letter
+        if at and at[0] in question and question.endswith((": ", "? ")):
+            at[1](run)
+            at = None
+        elif question.endswith("Enter: "):
+            run.stdin.write("\n")
+        elif question.endswith("in µm? "):
+            axis = question.strip()[0]
+            run.stdin.write(f"{answer(axis) if answer else plc.displacement_um(axis):+.2f}\n")
+    code = run.wait(60)
+    reader.join()
+    return code, out[0], said
+
+
+def refusal(compbox, plc, *arguments, **how):
+    """It must refuse, leave the file as it was and the PLC at zero; returns the sentence."""
+    before = compbox.files()
+    code, _, said = commission(compbox, plc, *arguments, **how)
+    assert code == 1, said
+    assert compbox.files() == before
+    return said.rstrip("\n").split("compbox: machine.json: ")[1]
+
+
+def is_at_rest(plc, axes="XYZ"):
+    status = plc.status()
+    assert status["mode"].startswith(("5", "STOPPED")), status
+    assert all(float(status["commanded_" + axis]) == 0 for axis in axes), status
+
+
+@LONG
+def test_a_machine_as_it_should_be(compbox, plc):
+    fake = plc()
+    code, out, said = commission(compbox, fake, "--json")
+    assert code == 0, said
+    figures = json.loads(out)
+    machine = compbox.read("machine.json")
+    assert [channel["sign"] for channel in machine["channels"]] == [1, 1, 1]
+    kept = machine["provenance"]["commissioning"]
+    assert kept["signs"] == figures["signs"]
+    for axis in "XYZ":
+        assert kept["signs"][axis]["measured_um"] == pytest.approx(20, abs=1)
+    times = kept["times"]
+    assert times["write_to_applied_ms"]["count"] == 6
+    assert 0 < times["write_to_applied_ms"]["p50"] <= times["write_to_applied_ms"]["p99"]
+    assert machine["cycle"]["lead_ms"] == round(times["lead_ms"])
+    assert times["lead_ms"] > 15 + times["write_to_applied_ms"]["p50"]
+    assert set(figures["registers"]["signals"]) == set("XYZ")
+    is_at_rest(fake)
+
+
+def test_a_machine_of_which_one_axis_moves_the_other_way(compbox, plc):
+    fake = plc(TWIN)
+    code, out, said = commission(compbox, fake, "--axis", "X", "--axis", "Y")
+    assert code == 0, said
+    assert "sign -1, turned round" in out and "sign 1, as in the file" in out
+    machine = compbox.read("machine.json")
+    assert [c["sign"] for c in machine["channels"]] == [-1, 1, 1]
+    kept = machine["provenance"]["commissioning"]
+    assert kept["signs"]["X"]["measured_um"] == pytest.approx(-20, abs=1)
+    assert kept["signs"]["Y"]["measured_um"] == pytest.approx(20, abs=1)
+    assert machine["cycle"]["lead_ms"] == round(kept["times"]["lead_ms"])
+    is_at_rest(fake)
+
+
+@LONG
+def test_a_sign_that_was_turned_round_stays(compbox, plc):
+    fake = plc(TWIN, change=lambda machine: machine["channels"][0].update(sign=-1))
+    code, out, said = commission(compbox, fake, "--axis", "X")
+    assert code == 0 and "sign -1, as in the file" in out, said
+    assert compbox.read("machine.json")["channels"][0]["sign"] == -1
+
+
+@LONG
+def test_measured_on_the_command_line(compbox, plc):
+    fake = plc()
+    code, out, _ = commission(compbox, fake, "--axis", "Y", "--measured", "Y=+19.8", "-o", "done.json")
+    assert code == 0 and "measured 19.8 µm: sign 1" in out
+    done = compbox.read("done.json")
+    assert done["provenance"]["commissioning"]["signs"]["Y"]["measured_um"] == 19.8
+    assert "commissioning" not in compbox.read("machine.json")["provenance"]
+
+
+def test_a_scale_ten_times_too_large(compbox, plc):
+    def coarse(machine):
+        for channel in machine["channels"]:
+            channel["scale"] = 0.1
+            channel.pop("applied")
+    fake = plc(change=coarse)
+    said = refusal(compbox, fake, "--axis", "X")
+    assert re.match(r"axis X: asked for 20 µm, measured 2\S* µm: wrong by a factor of 10; the scale of "
+                    "the channel is too large for what the control takes", said), said
+    is_at_rest(fake)
+
+
+@LONG
+def test_the_indicator_stands_still(compbox, plc):
+    fake = plc()
+    assert "the axis did not move; is another one moved by its register" in refusal(
+        compbox, fake, "--axis", "X", answer=lambda axis: fake.displacement_um("Y"))
+    is_at_rest(fake)
+
+
+@LONG
+def test_applied_registers_that_are_mixed_up(compbox, plc):
+    def swap(machine):
+        x, y = machine["channels"][:2]
+        x["applied"], y["applied"] = y["applied"], x["applied"]
+    fake = plc(change=swap)
+    assert re.match(r"channels\.X\.applied: register 26 shows 0 µm where 20 µm were written; ",
+                    refusal(compbox, fake, "--axis", "X"))
+    is_at_rest(fake)
+
+
+def test_a_heartbeat_that_stands(compbox, plc):
+    fake = plc()
+    fake.say("freeze heartbeat 1")
+    assert re.match(r"plc\.plc_heartbeat: register 1 stands at \d+; the PLC program has to count it up",
+                    refusal(compbox, fake))
+
+
+@pytest.mark.parametrize("command, sentence", [
+    ("enable 0", "plc.control: the PLC has not set enable (bit 0): register 0 is 0x000a; release the "
+     "compensation on the control"),
+    pytest.param("reference 0, enable 1", "plc.control: an axis is not referenced (bits 0x0002): "
+                 "register 0 is 0x0009; reference the axes", marks=LONG)])
+def test_a_plc_that_does_not_permit_it(compbox, plc, command, sentence):
+    fake = plc()
+    for one in command.split(", "):
+        fake.say(one)
+    assert refusal(compbox, fake) == sentence
+
+
+@LONG
+def test_a_plc_that_refuses_writes(compbox, plc):
+    fake = plc()
+    fake.say("fault exception 2 100000 write")
+    assert refusal(compbox, fake) == (
+        "plc.write: the PLC refuses writes to registers 100 to 109 (exception 2: it has no such "
+        "registers); look at address, count and access rights of its server")
+
+
+@LONG
+def test_a_block_that_the_plc_does_not_have(compbox, plc):
+    fake = plc(change=lambda machine: machine["plc"]["read"].update(count=125))
+    assert refusal(compbox, fake).endswith(
+        "refuses to read registers 0 to 124 (exception 2: it has no such registers)")
+
+
+@LONG
+def test_a_position_that_is_none(compbox, plc):
+    fake = plc(change=lambda machine: machine["signals"][1].update(type="int32cdab"))
+    fake.say("move Y=400 feed=20000")
+    assert re.match(r"signals\.Y: register 10 gives \S+ mm, outside -10 to 510; look at its address",
+                    refusal(compbox, fake))
+
+
+@LONG
+def test_nobody_there(compbox, plc):
+    fake = plc()
+    fake.end()
+    said = refusal(compbox, fake)
+    assert said.startswith(f"plc.transport.tcp: no answer from 127.0.0.1:{fake.port}: ")
+
+
+@LONG
+def test_enable_taken_away_in_the_middle(compbox, plc):
+    fake = plc()
+
+    def press(run):
+        fake.say("enable 0")
+    assert refusal(compbox, fake, at=("in µm? ", press)).startswith(
+        "plc.control: the PLC has not set enable (bit 0)")
+    is_at_rest(fake)
+
+
+@pytest.mark.parametrize("which", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=LONG)])
+def test_ctrl_c_goes_back_to_zero(compbox, plc, which):
+    fake = plc()
+    seen = []
+
+    def press(run):
+        seen.append(fake.displacement_um("X"))
+        run.send_signal(which)
+    said = refusal(compbox, fake, at=("in µm? ", press))
+    assert said == "interrupted; nothing was written to the file"
+    assert seen[0] == pytest.approx(20, abs=1)
+    is_at_rest(fake)
+    assert fake.displacement_um("X") == pytest.approx(0, abs=0.1)
+
+
+@LONG
+def test_questions_need_somebody_who_answers(compbox, plc):
+    fake = plc()
+    done = compbox("commission", "machine.json", "--axis", "X")
+    assert done.returncode == 1
+    assert "no answer: standard input has ended; give --measured AXIS=UM instead" in done.stderr
+    is_at_rest(fake)
+
+
+@pytest.mark.parametrize("arguments, sentence", [
+    (["--axis", "Q"], "--axis: no axis Q to test; there is X, Y, Z"),
+    (["--axis", "X", "--measured", "Y=3"], "--measured: no axis Y to test; there is X, Y, Z"),
+    (["--measured", "X=much"], "--measured: 'X=much' must read NAME=number"),
+    (["--measured", "X=1", "--measured", "X=2"], "--measured: one number for each axis, please"),
+    (["--offset-um", "0"], "--offset-um")])
+def test_wrong_usage(compbox, machine, arguments, sentence):
+    done = compbox("commission", "machine.json", *arguments)
+    assert done.returncode == 2
+    assert sentence in done.stderr.splitlines()[0]
+
+
+def test_files_that_are_none(compbox, machine):
+    machine["channels"][0]["limit_um"] = -3
+    compbox.write("bad.json", machine)
+    assert compbox.refused("commission", "bad.json").startswith("bad.json: channels[0].limit_um: -3 ")
+    compbox.write("bad.json", {**machine, "channels": []})
+    assert compbox.refused("commission", "bad.json") == (
+        "bad.json: channels is missing or no list; see compbox init")
+    machine["channels"][0]["limit_um"] = 300
+    compbox.write("bad.json", {**machine, "provenance": 7})
+    assert compbox.refused("commission", "bad.json") == (
+        "bad.json: provenance: must be an object {…}, to take what was found")
