@@ -5,12 +5,15 @@
 
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/export_cam.h"
+#include "host-tools/compbox/export_plc.h"
 #include "host-tools/compbox/export_tables.h"
 #include "host-tools/compbox/export_text.h"
 #include "host-tools/compbox/key_values.h"
+#include "host-tools/compbox/load.h"
 #include "host-tools/compbox/option_checks.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/formats/json.h"
 
 namespace compbox {
 
@@ -41,6 +44,7 @@ struct export_arguments {
     std::string master = "X";
     std::optional<double> step_mm;
     std::size_t most_points = 0;
+    int pmc_base = 0;
     table_options table;
     text_options text;
     bool as_json = false;
@@ -51,6 +55,7 @@ constexpr const char *example =
     "  compbox export coefficients.json --format sinumerik-cec --step-mm 50 -o cec\n"
     "  compbox export coefficients.json --format twincat-cam --master X --path \"Y=0.5*X+10\" -o "
     "cams\n"
+    "  compbox export coefficients.json --format plc-db -o plc\n"
     "Values are in mm. Signs, and how surely each is known: docs/export.md; make a sign test.";
 
 // "NAME=text" apart; wrong usage where there is no name or no text.
@@ -227,8 +232,16 @@ void export_table(const channel_model &model, export_arguments &arguments,
     deliver(arguments, format.write(model, tables, arguments.text), loss_lines(model, tables));
 }
 
+// The registers, not the curves: a machine file will do, as it is before anything was measured.
+void export_registers(const export_arguments &arguments) {
+    if (read_json(arguments.input).contains("terms")) load_coefficients(arguments.input);
+    const register_map map = load_register_map(arguments.input);
+    deliver(arguments, {plc_registers(map, arguments.text.source, arguments.pmc_base)}, {});
+}
+
 void run_export(export_arguments &arguments) {
     take_options(arguments);
+    if (arguments.format == "plc-db") return export_registers(arguments);
     const channel_model model(arguments.input);
     check_names(model, arguments);
     for (const auto &format : formats) {
@@ -275,10 +288,11 @@ void add_export(CLI::App &app) {
     command->add_option("coefficients", arguments->input, "Coefficient file")->required();
     command
         ->add_option("--format", arguments->format,
-                     "linuxcnc-comp, sinumerik-lec, sinumerik-cec, heidenhain-com, twincat-cam")
+                     "linuxcnc-comp, sinumerik-lec, sinumerik-cec, heidenhain-com, twincat-cam; "
+                     "plc-db: the registers for the PLC program")
         ->required()
         ->check(CLI::IsMember({"linuxcnc-comp", "sinumerik-lec", "sinumerik-cec", "heidenhain-com",
-                               "twincat-cam"})
+                               "twincat-cam", "plc-db"})
                     .description(""))
         ->option_text("FORMAT");
     add_table_options(*command, *arguments);
@@ -310,6 +324,11 @@ void add_export(CLI::App &app) {
                      "twincat-cam: another axis along the path, Y=formula of the master, or a CSV "
                      "file with a column for each axis")
         ->option_text("Y=0.5*X | FILE.csv");
+    command
+        ->add_option("--pmc-base", arguments->pmc_base,
+                     "plc-db, fanuc: D address of register 0 (0)")
+        ->check(whole_between(0, 100000))
+        ->option_text("D");
     command->add_flag("--json", arguments->as_json, "Print files and losses as JSON");
     command->add_option("-o,--output", arguments->folder, "Folder for the tables, DIR")->required();
     command->callback([arguments] { run_export(*arguments); });

@@ -12,7 +12,7 @@ std::int64_t to_us(double seconds) {
     return std::llround(seconds * 1e6);
 }
 
-// Value, slope and reference of a channel as the box wrote them.
+// [take-over] Value, slope and reference of a channel as the box wrote them.
 correction written(const taken_channel &channel, const std::vector<std::uint16_t> &registers) {
     const auto number = [&](const number_format &format, int address) {
         return format.decode(&registers[static_cast<std::size_t>(address)]);
@@ -50,10 +50,12 @@ std::vector<std::string> plc_duties::take_events() {
     return std::exchange(events_, {});
 }
 
-// a heartbeat that stands still for long is a box that is not there.
+// [watchdog] A heartbeat that stands still for long is a box that is not there.
 void plc_duties::watch_box(const std::vector<std::uint16_t> &registers, std::int64_t now_us) {
     const std::uint16_t heartbeat = registers[static_cast<std::size_t>(map_.box_heartbeat)];
     status_ = registers[static_cast<std::size_t>(map_.status)];
+    if (!scanned_) box_heartbeat_ = heartbeat;  // what was there before says nothing
+    scanned_ = true;
     if (heartbeat != box_heartbeat_) {
         box_heartbeat_ = heartbeat;
         box_moved_us_ = now_us;
@@ -70,7 +72,7 @@ void plc_duties::watch_box(const std::vector<std::uint16_t> &registers, std::int
     }
 }
 
-// first and last register of a block that was written as one carry the same count.
+// [torn] First and last register of a block that was written as one carry the same count.
 bool plc_duties::block_is_whole(const std::vector<std::uint16_t> &registers, std::int64_t now_us) {
     const auto first = static_cast<std::size_t>(map_.write.start);
     const auto last = static_cast<std::size_t>(map_.write.end() - 1);
@@ -80,7 +82,7 @@ bool plc_duties::block_is_whole(const std::vector<std::uint16_t> &registers, std
     return whole;
 }
 
-// The value moves towards the commanded one with a limited slope, at the new
+// [slope] [ramp] The value moves towards the commanded one with a limited slope, at the new
 // reference position: there the old value with its slope is the same correction. Without permission
 // it goes to zero from what is applied where the axis stands, and the slope with it.
 void plc_duties::take_channel(std::size_t c, bool apply, const std::optional<double> &position_mm,
@@ -95,7 +97,7 @@ void plc_duties::take_channel(std::size_t c, bool apply, const std::optional<dou
     held.um = toward(held.um, apply ? commanded_[c].um : 0.0, speed * dt_s);
 }
 
-// Takes over only while the control permits it, and the box is there and says that it
+// [permission] Takes over only while the control permits it, and the box is there and says that it
 // compensates or is on its way to zero.
 void plc_duties::scan(const std::vector<std::uint16_t> &registers, bool permitted,
                       const std::vector<std::optional<double>> &position_mm, std::int64_t now_us,

@@ -65,7 +65,8 @@ class plc_duties {
     twin_plc limits_;
     std::vector<correction> commanded_, wanted_;
     std::int64_t box_moved_us_ = 0, whole_us_ = 0;
-    bool box_seen_ = false, box_alive_ = false, box_lost_ = false, torn_for_long_ = false;
+    bool scanned_ = false, box_seen_ = false, box_alive_ = false, box_lost_ = false,
+         torn_for_long_ = false;
     std::uint16_t box_heartbeat_ = 0, status_ = 0;
     std::vector<std::string> events_;
 };

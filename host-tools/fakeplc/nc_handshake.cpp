@@ -27,8 +27,8 @@ nc_handshake::nc_handshake(const nc_interface &nc, const std::vector<taken_chann
     }
 }
 
-// The channels that are handed over next: the first from next_ on whose value in the NC is another
-// one, or all of them together.
+// [changed] The channels that are handed over next: the first from next_ on whose value in the NC
+// is another one, or all of them together.
 void nc_handshake::choose(const std::vector<correction> &wanted) {
     const std::size_t count = held_.size();
     for (std::size_t c = 0; c < count; ++c) data_[c] = std::lround(wanted[c].um / increment_um_[c]);
@@ -43,7 +43,8 @@ void nc_handshake::choose(const std::vector<correction> &wanted) {
     }
 }
 
-// One step of the ladder. Between `address` and the end of the handshake ED and EA stand still.
+// [handshake] One step of the ladder. Between `address` and the end of the handshake ED and EA
+// stand still.
 void nc_handshake::scan(const std::vector<correction> &wanted,
                         const std::vector<std::optional<double>> &, std::int64_t) {
     switch (step_) {
@@ -108,6 +109,7 @@ std::uint16_t nc_handshake::handshake() const {
 void nc_handshake::restart_plc() {
     step_ = step::idle;
     estb_ = false;
+    next_ = 0;
     written_.assign(written_.size(), false);
 }
 

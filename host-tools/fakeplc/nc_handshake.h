@@ -24,6 +24,8 @@ class nc_handshake : public nc_side {
     std::string alarm() const override { return alarm_; }
     void reset() override { alarm_.clear(); }
     void restart_plc() override;
+    // ED as the ladder sets it when a handshake begins, of each channel.
+    const std::vector<long> &data() const { return data_; }
 
   private:
     enum class step { idle, address, strobe, release };

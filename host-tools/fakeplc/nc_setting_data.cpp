@@ -24,13 +24,15 @@ nc_setting_data::nc_setting_data(const nc_interface &nc, const std::vector<taken
       written_(channels.size(), false),
       last_set_mm_(channels.size(), 0.0),
       held_(channels.size()),
+      known_(channels.size()),
       applied_(channels.size()),
       random_(seed, "FB3 PUT") {
     for (const auto &channel : channels) tangent_.push_back(channel.tangent.has_value());
 }
 
-// Written first, the reference changes the correction at the position by (old slope) x (its step).
-// Then the value brings it to within (step of the slope) x (way from the new reference) of the end.
+// [steps] Written first, the reference changes the correction at the position by (old slope) x (its
+// step). Then the value brings it to within (step of the slope) x (way from the new reference) of
+// the end.
 correction nc_setting_data::planned(const correction &held, const correction &wanted,
                                     double position_mm, double way_mm, double tear_um) {
     correction set = held;
@@ -48,12 +50,12 @@ correction nc_setting_data::planned(const correction &held, const correction &wa
     return set;
 }
 
-// The PLC writes when the NC is off by the deadband near the axis' position, or the reference is so
-// far behind that moving it begins to show; and once at its start, because setting data survive
-// power-off.
+// [deadband] The PLC writes when the NC is off by the deadband near the axis' position, or the
+// reference is so far behind that moving it begins to show; and once at its start, because setting
+// data survive power-off.
 bool nc_setting_data::is_due(std::size_t c, const correction &wanted, double position_mm) const {
     if (!written_[c]) return true;
-    const correction &held = held_[c];
+    const correction &held = known_[c];
     const double off_um = wanted.at_um(position_mm) - held.at_um(position_mm);
     const double turned_um = um_per_mm * (wanted.slope - held.slope) * reach_mm;
     const double behind_um = um_per_mm * held.slope * (wanted.reference_mm - held.reference_mm);
@@ -73,7 +75,9 @@ void nc_setting_data::scan(const std::vector<correction> &wanted,
                            std::int64_t now_us) {
     applied_ = wanted;
     if (job_) {
-        if (job_->next == end) job_.reset();
+        if (job_->next != end) return;
+        known_[job_->channel] = job_->set;
+        job_.reset();
         return;
     }
     for (std::size_t i = 0; i < held_.size(); ++i) {
@@ -81,8 +85,9 @@ void nc_setting_data::scan(const std::vector<correction> &wanted,
         const double at_mm = position_mm[c].value_or(wanted[c].reference_mm);
         if (!is_due(c, wanted[c], at_mm)) continue;
         const double way_mm = std::fabs(at_mm - last_set_mm_[c]);
+        const bool in_steps = tangent_[c] && written_[c];
         const correction set =
-            tangent_[c] ? planned(held_[c], wanted[c], at_mm, way_mm, nc_.tear_um) : wanted[c];
+            in_steps ? planned(known_[c], wanted[c], at_mm, way_mm, nc_.tear_um) : wanted[c];
         job_ = job{c, set, tangent_[c] ? reference : value, now_us + put_us()};
         written_[c] = true;
         last_set_mm_[c] = at_mm;
@@ -91,6 +96,7 @@ void nc_setting_data::scan(const std::vector<correction> &wanted,
     }
 }
 
+// [order] Reference, value, slope.
 void nc_setting_data::write_one() {
     correction &held = held_[job_->channel];
     const bool last = job_->next == slope || !tangent_[job_->channel];
@@ -107,6 +113,7 @@ void nc_setting_data::cycle(std::int64_t now_us) {
 
 void nc_setting_data::restart_plc() {
     job_.reset();
+    next_ = 0;
     written_.assign(written_.size(), false);
 }
 

@@ -31,7 +31,7 @@ class nc_setting_data : public nc_side {
     static correction planned(const correction &held, const correction &wanted, double position_mm,
                               double way_mm, double tear_um);
 
-  private:
+    // A PUT that runs; its set is in the NC as far as `next` says.
     enum variable { reference, value, slope, end };
     struct job {
         std::size_t channel;
@@ -39,6 +39,9 @@ class nc_setting_data : public nc_side {
         variable next;
         std::int64_t due_us;
     };
+    const std::optional<job> &running() const { return job_; }
+
+  private:
     bool is_due(std::size_t c, const correction &wanted, double position_mm) const;
     std::int64_t put_us();
     void write_one();
@@ -46,7 +49,8 @@ class nc_setting_data : public nc_side {
     nc_interface nc_;
     std::vector<bool> tangent_, written_;
     std::vector<double> last_set_mm_;
-    std::vector<correction> held_, applied_;
+    std::vector<correction> held_;             // in the NC
+    std::vector<correction> known_, applied_;  // what the PLC knows to be there; what it wants
     std::optional<job> job_;
     std::size_t next_ = 0;  // the channel to look at first
     random_stream random_;

@@ -18,7 +18,8 @@ class nc_side {
   public:
     virtual ~nc_side() = default;
 
-    // A scan of the PLC at now_us: wanted and position_mm as in plc_duties, of each channel.
+    // [hand-over] A scan of the PLC at now_us: wanted and position_mm as in plc_duties, of each
+    // channel.
     virtual void scan(const std::vector<correction> &wanted,
                       const std::vector<std::optional<double>> &position_mm,
                       std::int64_t now_us) = 0;

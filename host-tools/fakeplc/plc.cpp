@@ -161,6 +161,7 @@ void fake_plc::start_up() {
     if (!enable_by_hand_ && referenced_ && time_s >= enable_at_s) enable_ = true;
 }
 
+// [alarms]
 void fake_plc::watch_alarms() {
     const double now_s = seconds_since_start();
     const std::string reason = std::to_string(duties_.status() >> 8);
@@ -199,7 +200,7 @@ void fake_plc::press_reset() {
     alarms_.reset();
 }
 
-// Nothing of what was applied before survives in the PLC, and the NC, which does
+// [start] Nothing of what was applied before survives in the PLC, and the NC, which does
 // remember, is written anew.
 void fake_plc::restart() {
     registers_.now.assign(registers_.now.size(), 0);

@@ -70,6 +70,8 @@ class fake_plc {
     const nc_motion &nc() const { return nc_; }
     // What the NC has of each channel, this moment.
     const std::vector<correction> &held() const { return side_->held(); }
+    const plc_duties &duties() const { return duties_; }
+    const nc_side &side() const { return *side_; }
     const alarm_list &alarms() const { return alarms_; }
     // The machine as it is now, for reports after the fact: twin().true_error_um(machine_state()).
     twin_state machine_state() const;

@@ -44,7 +44,7 @@ void fake_plc::write_number(int address, const number_format &format, double raw
     std::copy(words.begin(), words.end(), registers_.now.begin() + address);
 }
 
-// The heartbeat counts only what is fresh: a scan without a new NC position does not move it.
+// [heartbeat] It counts only what is fresh: a scan without a new NC position does not move it.
 void fake_plc::show_signals() {
     const bool fresh = !frozen_ && nc_cycles_ != nc_cycles_shown_;
     for (const auto &signal : map_.signals) {
@@ -57,6 +57,7 @@ void fake_plc::show_signals() {
     ++plc_heartbeat_;
 }
 
+// [show]
 void fake_plc::show() {
     show_signals();
     const auto put = [this](int address, unsigned word) {

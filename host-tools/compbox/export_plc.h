@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+// The registers in the words of the control: an S7 data block, or a table of PMC addresses.
+// What is known of both, and how surely, stands in docs/plc/README.md.
+#pragma once
+
+#include "host-tools/compbox/export_text.h"
+#include "host-tools/compbox/plc_layout.h"
+
+namespace compbox {
+
+// compbox_registers.scl, or for the profile fanuc pmc_addresses.csv with register 0 at D pmc_base.
+// Throws input_error where the control has no such number.
+export_file plc_registers(const register_map &map, const std::string &source, int pmc_base);
+
+}  // namespace compbox
