@@ -24,6 +24,7 @@ def faults(*names):
     return [f"test_faults.py::test_{name}" for name in names]
 
 
+TANGENT = ["test_tangent.py::test_what_the_nc_adds_is_the_tangent_wherever_the_axis_is"]
 STOP = ["test_stop.py::test_a_signal_ramps_to_zero_and_says_stopped"]
 COSTS = "a_fault_costs_only_what_it_overlaps"
 
@@ -42,13 +43,17 @@ FAULTS = [
     ("byte order on the wire", "firmware/modbus.c", "at[0] = (uint8_t)(value >> 8);\n"
      "    at[1] = (uint8_t)(value & 0xFF);", "at[1] = (uint8_t)(value >> 8);\n"
      "    at[0] = (uint8_t)(value & 0xFF);", WIRE),
+    ("slope with the wrong sign", "firmware/tangent.c", "const float slope = 0.0f - sum * 1000.0f;",
+     "const float slope = sum * 1000.0f;", TANGENT),
+    ("reference of another place", "firmware/tangent.c", "= signals[signal].used;",
+     "= signals[signal].used + 2.0f;", TANGENT),
     ("slew, twice as fast", "firmware/box.c", "step->placed ? 0.0f : seconds(box, step)",
      "step->placed ? 0.0f : 2.0f * seconds(box, step)", SLEW),
     ("ramp at the slew rate", "firmware/limiter.c", "cb_min(ramp, slew)", "cb_max(ramp, slew)", STOP),
     ("age of a signal, tenfold", "firmware/signals.c", "<= (int64_t)signal->max_age_ms * 1000;",
      "<= (int64_t)signal->max_age_ms * 10000;", reactions("a_stale_thermometer_degrades_only_its_term")),
-    ("age by the wrong clock", "firmware/signals.c", "state->time_us = time_us;",
-     "state->time_us = time_us + 1000000;", reactions("a_stale_thermometer_degrades_only_its_term")),
+    ("age by the wrong clock", "firmware/signals.c", "state->time_us = read_us;",
+     "state->time_us = read_us + 1000000;", reactions("a_stale_thermometer_degrades_only_its_term")),
     ("heartbeat not watched", "firmware/plc.c", "state->heartbeat_us <= timeout_us",
      "state->heartbeat_us <= 1000 * timeout_us",
      reactions("a_heartbeat_that_stops_holds_then_ramps")),
