@@ -175,10 +175,6 @@ class Guest:
             time.sleep(0.5)
         raise AssertionError(f"the statistics never came to that: {json.dumps(stats, indent=1)[:3000]}")
 
-    def put(self, text):
-        """A new coefficient file, as a technician brings it: fetched, checked, put in place."""
-        (self.folder / "new.json").write_text(text)
-
 
 class FakePlc:
     """fakeplc on the host; commands in, answers out."""
