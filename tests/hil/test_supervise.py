@@ -172,3 +172,41 @@ def test_the_unit_is_one_and_is_hardened(tmp_path):
                               capture_output=True, text=True)
     exposure = float(re.search(r"exposure level for \S+: ([\d.]+)", security.stdout)[1])
     assert exposure < 2.5, security.stdout  # "OK" begins at 5, 0 is fully closed
+
+
+def filtered(unit):
+    """Names of the system calls that the unit's filter lets pass."""
+    def members(name):
+        if not name.startswith("@"):
+            return {name}
+        listed = subprocess.run(["systemd-analyze", "syscall-filter", name], capture_output=True, text=True)
+        words = [line.strip() for line in listed.stdout.splitlines()[1:]]
+        return set().union(*(members(word) for word in words if word and not word.startswith("#")))
+    allowed = set()
+    for line in unit.splitlines():
+        if line.startswith("SystemCallFilter="):
+            words = line.removeprefix("SystemCallFilter=")
+            sets = set().union(*(members(word) for word in words.lstrip("~").split()))
+            allowed = allowed - sets if words.startswith("~") else allowed | sets
+    return allowed
+
+
+def test_the_units_filter_lets_pass_what_the_daemon_calls(plc, port, start_box, tmp_path):
+    if not shutil.which("systemd-analyze") or not shutil.which("strace"):
+        pytest.skip("no systemd-analyze or strace here")
+    calls = tmp_path / "calls"
+    with PymodbusPlc(plc, port), start_box("--state", str(tmp_path / "state"), "--watchdog", "/dev/null") as box:
+        box.process.kill()
+        box.process.wait()
+        command = ["strace", "-f", "-o", str(calls), *box.arguments]
+        with subprocess.Popen(command, stderr=subprocess.PIPE) as traced:
+            plc.wait_mode(ACTIVE, 20)
+            box.folder.joinpath("coefficients.json").touch()  # and a reload
+            time.sleep(3)
+            children = pathlib.Path(f"/proc/{traced.pid}/task/{traced.pid}/children").read_text().split()
+            os.kill(int(children[0]), signal.SIGTERM)
+            traced.communicate(timeout=20)
+    made = set(re.findall(r"^\d+ +(?:<\.\.\. )?(\w+)[( ]", calls.read_text(), re.M))
+    made -= {"execve", "resumed"}  # systemd's own
+    assert {"recvfrom", "clock_nanosleep", "mlockall"} <= made
+    assert made <= filtered(UNIT.read_text()), made - filtered(UNIT.read_text())
