@@ -337,7 +337,9 @@ TEST(Console, MovesAndReports) {
     const std::string status = d.commands.run("status");
     EXPECT_NE(status.find(" mode=0 "), std::string::npos) << status;
     EXPECT_NE(status.find(" moving=0 "), std::string::npos) << status;
-    const xyz truth = d.plc.twin().true_error_um({4300.0, 900.0, 750.0});
+    twin_state machine = d.plc.nc().state();
+    machine.drive_um = {};
+    const xyz truth = d.plc.twin().true_error_um(machine);
     EXPECT_EQ(d.commands.run("error").rfind("ok before X=", 0), 0u);
     EXPECT_NEAR(d.plc.state().error_before_um[2], truth[2], 1e-9);
 }
