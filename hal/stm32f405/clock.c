@@ -4,8 +4,10 @@
 #include "hal/stm32f405/mcu.h"
 
 /* PLL: 1 MHz in, times 336, by 2 = 168 MHz; by 7 = 48 MHz for what needs USB's clock. */
+_Static_assert(CB_CRYSTAL_MHZ >= 4 && CB_CRYSTAL_MHZ <= 26, "the range of the oscillator");
+
 enum {
-    CRYSTAL_MHZ = 8,
+    CRYSTAL_MHZ = CB_CRYSTAL_MHZ, /* of the build */
     INTERNAL_MHZ = 16,
     PLL_TIMES = 336,
     PLL_BY_7 = 7 << 24,
@@ -45,9 +47,15 @@ static struct cb_clock fast(enum cb_clock_source source) {
     return (struct cb_clock){source, 168000000, 42000000, 84000000};
 }
 
-static struct cb_clock slow(void) {
+/* Back to the internal oscillator, from which every start begins. */
+static void leave_pll(void) {
     CB_RCC->cfgr = 0;
+    (void)wait_for(&CB_RCC->cfgr, CB_RCC_CFGR_SWS, 0);
     CB_RCC->cr &= ~(uint32_t)CB_RCC_CR_PLLON;
+}
+
+static struct cb_clock slow(void) {
+    leave_pll();
     return (struct cb_clock){CB_CLOCK_SLOW, 16000000, 16000000, 16000000};
 }
 
@@ -59,7 +67,7 @@ struct cb_clock cb_clock_start(bool crystal) {
         CB_RCC->cr |= CB_RCC_CR_CSSON;
         return fast(CB_CLOCK_CRYSTAL);
     }
-    CB_RCC->cfgr = 0;
+    leave_pll();
     if (switch_to_pll(INTERNAL_MHZ, 0)) return fast(CB_CLOCK_INTERNAL);
     return slow();
 }

@@ -9,7 +9,8 @@
 #include "hal/stm32f405/time.h"
 #include "hal/stm32f405/usart.h"
 
-extern char data_start[], data_end[], data_load[], bss_start[], bss_end[], stack_top[];
+extern char flash_start[], data_start[], data_end[], data_load[], bss_start[], bss_end[],
+    stack_top[];
 extern int main(void);
 void cb_start(void);
 void cb_start_c(void);
@@ -29,6 +30,7 @@ static void enable_fpu(void) {
 
 void cb_start_c(void) {
     cb_guard_paint();
+    CB_SCB->vtor = (uint32_t)(uintptr_t)flash_start; /* whoever started us may have set another */
     memcpy(data_start, data_load, (size_t)(data_end - data_start));
     memset(bss_start, 0, (size_t)(bss_end - bss_start));
     enable_fpu();

@@ -137,7 +137,9 @@ bool cb_usart_take(enum cb_usart which, struct cb_usart_byte *byte) {
     struct port *port = &ports[which];
     const uint32_t taken = port->rx_taken;
     if (taken == port->rx_written) return false;
+    cb_barrier(); /* the byte is read after the count that says it is there */
     *byte = port->rx[taken % rx_size(port)];
+    cb_barrier();
     port->rx_taken = taken + 1;
     return true;
 }

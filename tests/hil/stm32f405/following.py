@@ -38,9 +38,14 @@ def start_with_trace(box):
 
 def replayed(box, folder):
     """The console's trace and dump, replayed by the host's core."""
+    lines = [line for line in box.console.lines if line[:2] in ("T ", "D ")]
+    told = replay(lines, folder)
+    assert told.returncode == 0, told.stdout + told.stderr
+    return json.loads(told.stdout)
+
+
+def replay(lines, folder):
     file = folder / "trace.txt"
-    file.write_text("".join(line + "\n" for line in box.console.lines if line[:2] in ("T ", "D ")))
-    done = subprocess.run([HOST / "stm32f405_replay", folder / "coefficients.json", file],
+    file.write_text("\n".join(lines) + "\n")
+    return subprocess.run([HOST / "stm32f405_replay", folder / "coefficients.json", file],
                           capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return json.loads(done.stdout)

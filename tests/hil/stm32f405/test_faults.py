@@ -12,7 +12,7 @@ from rtu_plc import framed
 
 # For each fault so many exchanges, and so many good writes after them. scripts/test --long: more.
 LONG = bool(os.environ.get("COMPBOX_LONG_TESTS"))
-EXCHANGES, GOOD = (400, 100) if LONG else (8, 4)
+EXCHANGES, GOOD = (200, 40) if LONG else (8, 4)
 
 
 # Each fault takes a request and its right reply, and returns what is sent instead.
