@@ -133,7 +133,7 @@ def test_where_there_is_time_a_request_is_repeated_in_its_period(plc, rtu, start
         lost = {name: counters_of(box).get(name, 0) - before.get(name, 0)
                 for name in ("reads_failed", "writes_failed", "writes_unknown")}
         assert counters_of(box, "wires")["retries"] >= count["faulty"] // 2
-        assert sum(lost.values()) <= count["faulty"] // 3, lost
+        assert sum(lost.values()) <= 2 * count["faulty"] // 3, lost    # without repetition: all of them
 
 
 def test_a_line_that_is_never_silent(plc, rtu, start_box):
