@@ -92,14 +92,15 @@ def build(source, log):
     if not folder.exists():
         subprocess.run(["cmake", "-S", source, "-B", folder, "-G", "Ninja",
                         "-DCMAKE_BUILD_TYPE=RelWithDebInfo"], check=True, stdout=log, stderr=log)
-    subprocess.run(["cmake", "--build", folder, "--target", "compboxd", "libmodbus_plc", "hil_spy"],
+    subprocess.run(["cmake", "--build", folder, "--target", "compboxd", "fakeplc",
+                    "libmodbus_plc", "hil_spy"],
                    check=True, stdout=log, stderr=log)
 
 
 def run(source, tests, log):
     """out: pytest's exit code: 0 passed, 1 a test failed."""
     folder = source / "build"
-    env = dict(os.environ, COMPBOXD=str(folder / "bin/compboxd"),
+    env = dict(os.environ, COMPBOXD=str(folder / "bin/compboxd"), FAKEPLC=str(folder / "bin/fakeplc"),
                LIBMODBUS_PLC=str(folder / "bin/libmodbus_plc"),
                SPY=str(folder / "tests/hil/libhil_spy.so"), PYTHONDONTWRITEBYTECODE="1")
     return subprocess.run([sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider",
