@@ -186,6 +186,11 @@ bool cb_load_buses(struct cb_loader *loader, uint32_t at) {
         if (!read_serial(loader, slots[BUS_RTU], &cb_bus_line_object, &bus->serial,
                          DEFAULT_MODULE_DELAY_US))
             return false;
+        if (config->plc.transport == CB_TRANSPORT_RTU &&
+            cb_same_text(bus->serial.device, config->plc.serial.device))
+            return cb_fail(loader, CB_ERROR_RANGE, slots[BUS_RTU],
+                           "the PLC is on %s already; the bus needs a line of its own",
+                           bus->serial.device);
         ++config->buses_count;
     }
     return true;

@@ -56,10 +56,10 @@ static enum cb_transfer rtu_write_read(void *context, uint16_t write_start, uint
                              read_count, read_registers, deadline_us);
 }
 
-/* Slow buses have no source here yet: the loader refuses files that need them. */
 static size_t samples(void *context, struct cb_hal_sample *list, size_t max) {
     struct cb_linux *target = context;
-    return cb_can_source_samples(&target->can, list, max, cb_boottime_us());
+    const size_t count = cb_can_source_samples(&target->can, list, max, cb_boottime_us());
+    return count + cb_sample_ring_take(&target->bus, target->generation, list + count, max - count);
 }
 
 static void feed_watchdog(void *context) {

@@ -10,6 +10,7 @@
 #include "hal/hal.h"
 #include "hal/linux/can_source.h"
 #include "hal/linux/rtu.h"
+#include "hal/linux/sample_ring.h"
 #include "hal/linux/tcp.h"
 #include "hal/linux/tick.h"
 
@@ -19,8 +20,10 @@ struct cb_linux {
     struct cb_tcp tcp;
     struct cb_rtu rtu;
     struct cb_can_source can;
-    bool stop;      /* a cb_flag: the box shall ramp to zero and say STOPPED */
-    uint32_t steps; /* completed ones; what a watchdog looks at */
+    struct cb_sample_ring bus; /* of the thread that reads the slow bus */
+    uint32_t generation;       /* of the coefficient file that runs */
+    bool stop;                 /* a cb_flag: the box shall ramp to zero and say STOPPED */
+    uint32_t steps;            /* completed ones; what a watchdog looks at */
 };
 
 /* The caller keeps *target as long as the operations are used, has set its transport and started

@@ -9,6 +9,8 @@
 #include <time.h>
 
 #include "hal/linux/clock.h"
+#include "hal/linux/daemon/bus.h"
+#include "hal/linux/daemon/bus_words.h"
 #include "hal/linux/daemon/input_record.h"
 #include "hal/linux/daemon/load.h"
 #include "hal/linux/daemon/log.h"
@@ -51,6 +53,7 @@ struct daemon {
     int can_error;             /* what opening it last gave */
     bool reload_asked;         /* by SIGHUP */
     pthread_t thread;
+    struct cb_bus bus;
     sigset_t signals;
 };
 
@@ -143,6 +146,16 @@ static void renew_can(struct daemon *daemon) {
     daemon->can_again_us = 0;
     const int got = cb_can_source_open(config_now(daemon));
     if (got >= 0) cb_can_offer(&source->can, got);
+}
+
+/* Reads the thermometers of the file that runs now; the machine runs without them where that fails.
+ */
+static void start_bus(struct daemon *daemon) {
+    cb_bus_stop(&daemon->bus);
+    const int error = cb_bus_start(&daemon->bus, config_now(daemon), daemon->generation,
+                                   &daemon->loop.target.bus);
+    if (error != 0)
+        cb_log_say(&daemon->log, cb_boottime_us(), "no thread for the bus: %s", strerror(error));
 }
 
 /* What the machine does not permit is said, and the box runs without it. */
@@ -275,7 +288,10 @@ static bool start(struct daemon *daemon) {
     cb_can_source_start(&daemon->loop.target.can, config);
     run->can_used = cb_can_source_used(&daemon->loop.target.can);
     serve_can(daemon, cb_boottime_us());
-    return resume_lags(daemon) && start_loop(daemon);
+    cb_sample_ring_start(&daemon->loop.target.bus);
+    if (!resume_lags(daemon) || !start_loop(daemon)) return false;
+    start_bus(daemon);
+    return true;
 }
 
 /* From the next row on another coefficient file counts. */
@@ -310,6 +326,7 @@ static void take_rows(struct daemon *daemon) {
 static int write_stats(struct daemon *daemon) {
     struct cb_stats_run *run = &daemon->stats.run;
     run->rows_lost = cb_ring_lost(&daemon->loop.ring);
+    run->bus = &daemon->bus;
     run->reloads_taken = daemon->reload.taken;
     run->reloads_refused = daemon->reload.refused;
     run->reload_said = daemon->reload.last;
@@ -359,6 +376,7 @@ static void mind_the_file(struct daemon *daemon, int64_t now_us) {
         take_rows(daemon); /* the rest of the generation before, whose box is spare now */
         follow_reload(daemon, daemon->loop.generation);
         renew_can(daemon);
+        start_bus(daemon);
     }
     if (answer != CB_RELOAD_NONE) {
         cb_log_say(&daemon->log, now_us, "%s", reload->last);
@@ -384,10 +402,12 @@ static void serve(struct daemon *daemon) {
                           __atomic_load_n(&daemon->loop.target.steps, __ATOMIC_RELAXED),
                           cb_boottime_us());
         serve_can(daemon, cb_boottime_us());
+        cb_log_bus(&daemon->log, &daemon->bus, cb_boottime_us());
         write_stats_now_and_then(daemon, cb_boottime_us());
         keep_state(daemon, cb_boottime_us());
     }
     pthread_join(daemon->thread, NULL);
+    cb_bus_stop(&daemon->bus);
     cb_can_close(&daemon->loop.target.can.can);
     take_rows(daemon);
     follow_reload(daemon, daemon->loop.generation);

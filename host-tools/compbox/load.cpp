@@ -9,7 +9,8 @@ namespace compbox {
 namespace {
 
 // What at least one of our targets can do.
-constexpr cb_target any_target = {"the box", 1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN,
+constexpr cb_target any_target = {"the box",
+                                  1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN | 1u << CB_SOURCE_BUS,
                                   1u << CB_TRANSPORT_TCP | 1u << CB_TRANSPORT_RTU};
 
 std::string counted(int count, const char *noun) {

@@ -32,7 +32,7 @@ bool cb_load_file(struct cb_config *config, const char *path, char *said, size_t
     static struct cb_load_scratch scratch;
     static const struct cb_target target = {
         .name = "compboxd",
-        .sources = 1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN,
+        .sources = 1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN | 1u << CB_SOURCE_BUS,
         .transports = 1u << CB_TRANSPORT_TCP | 1u << CB_TRANSPORT_RTU};
     long length = read_bytes(path, text, sizeof text);
     if (length < 0) {

@@ -121,7 +121,7 @@ static void take_offer(struct cb_loop *loop) {
     loop->taken = cb_box_adopt(spare, loop->box);
     if (loop->taken) {
         loop->box = spare;
-        loop->generation++;
+        loop->target.generation = ++loop->generation;
         cb_can_source_replan(&loop->target.can, &spare->config);
     }
     __atomic_store_n(&loop->offered, false, __ATOMIC_RELEASE);

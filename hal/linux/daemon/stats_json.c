@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "firmware/mode.h"
+#include "hal/linux/daemon/bus_words.h"
 #include "hal/linux/daemon/stats.h"
 
 #ifndef CB_VERSION
@@ -168,6 +169,7 @@ static void put_all(FILE *file, const struct cb_stats *stats, const struct cb_co
     put_box(file, &stats->last.box);
     put_plc(file, stats);
     if (stats->run.can_used) cb_stats_put_can(file, &config->can, &stats->last);
+    if (stats->run.bus != NULL) cb_stats_put_bus(file, stats->run.bus);
     put_history(file, stats);
     fprintf(file, "  \"mode\": \"%s\",\n  \"reason\": \"%s\"\n}\n", cb_mode_name(stats->last.mode),
             cb_reason_text(stats->last.reason));

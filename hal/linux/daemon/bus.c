@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: MIT */
+#include "hal/linux/daemon/bus.h"
+
+#include <string.h>
+#include <time.h>
+
+#include "hal/linux/clock.h"
+#include "hal/linux/realtime.h"
+
+enum {
+    PAUSE_US = 5000,  /* between two looks whether a module is due */
+    MARGIN_US = 20000 /* beyond what wire and module take: this thread is not in a hurry */
+};
+
+static void pause_a_little(void) {
+    const struct timespec wait = cb_timespec(PAUSE_US * 1000LL);
+    nanosleep(&wait, NULL);
+}
+
+static void report(struct cb_bus *bus) {
+    const int32_t slot = cb_ring_slot_to_write(&bus->ring);
+    if (slot < 0) return;
+    struct cb_bus_report *out = &bus->reports[slot];
+    const struct cb_serial *serial = &bus->rtu.serial;
+    *out = (struct cb_bus_report){.open = serial->fd >= 0,
+                                  .error_number = serial->error_number,
+                                  .connects = serial->connects,
+                                  .failures = serial->failures,
+                                  .disconnects = serial->disconnects,
+                                  .counters = bus->rtu.counters,
+                                  .turns = bus->turns.count};
+    for (unsigned i = 0; i < bus->turns.count; ++i) {
+        out->units[i] = bus->turns.turns[i].unit;
+        out->silent[i] = bus->turns.turns[i].silent > 0;
+    }
+    cb_ring_publish(&bus->ring);
+}
+
+static void hand_over(struct cb_bus *bus, const uint16_t *registers) {
+    struct cb_sample samples[CB_MAX_SIGNALS];
+    const size_t count =
+        cb_bus_turns_take(&bus->turns, bus->config, registers, samples, CB_MAX_SIGNALS);
+    for (size_t i = 0; i < count; ++i)
+        cb_sample_ring_put(
+            bus->to, (struct cb_hal_sample){samples[i].signal, samples[i].raw, samples[i].time_us},
+            bus->generation);
+}
+
+/* Asks the module whose turn it is. out: false: nobody's */
+static bool take_turn(struct cb_bus *bus) {
+    uint16_t registers[CB_MAX_READ_REGISTERS];
+    struct cb_modbus_request request;
+    uint8_t unit;
+    const int64_t now_us = cb_boottime_us();
+    const struct cb_serial_config *line = &bus->config->buses[bus->turns.bus].serial;
+    if (!cb_bus_turns_next(&bus->turns, now_us, &unit, &request)) return false;
+    const int64_t deadline_us =
+        now_us + cb_rtu_exchange_us(&line->line, &request, line->slave_delay_us) + MARGIN_US;
+    switch (cb_rtu_exchange(&bus->rtu, unit, &request, registers, deadline_us)) {
+        case CB_TRANSFER_OK:
+            hand_over(bus, registers);
+            break;
+        case CB_TRANSFER_REFUSED:
+            cb_bus_turns_refused(&bus->turns);
+            break;
+        case CB_TRANSFER_FAILED:
+        case CB_TRANSFER_UNKNOWN:
+            break;
+    }
+    report(bus);
+    return true;
+}
+
+/* While the device is away nobody's turn is used up: all are asked as soon as it is back. */
+static void *run(void *argument) {
+    struct cb_bus *bus = argument;
+    cb_settle_thread("compboxd-bus");
+    while (!cb_flag_is_raised(&bus->quit)) {
+        const bool open = cb_serial_ready(&bus->rtu.serial, cb_boottime_us());
+        if (!open) report(bus);
+        if (!open || !take_turn(bus)) pause_a_little();
+    }
+    cb_serial_close(&bus->rtu.serial);
+    return NULL;
+}
+
+int cb_bus_start(struct cb_bus *bus, const struct cb_config *config, uint32_t generation,
+                 struct cb_sample_ring *to) {
+    static const struct cb_schedule normal = {.priority = 0, .cpu = -1};
+    memset(bus, 0, sizeof *bus);
+    if (config->buses_count == 0) return 0;
+    bus->config = config;
+    bus->generation = generation;
+    bus->to = to;
+    cb_ring_start(&bus->ring, CB_BUS_REPORTS);
+    cb_rtu_start(&bus->rtu, &config->buses[0].serial, 0);
+    cb_bus_turns_start(&bus->turns, config, 0, cb_boottime_us());
+    const int error = cb_start_thread(&bus->thread, &normal, run, bus);
+    bus->runs = error == 0;
+    return error;
+}
+
+void cb_bus_stop(struct cb_bus *bus) {
+    if (!bus->runs) return;
+    cb_flag_raise(&bus->quit);
+    pthread_join(bus->thread, NULL);
+    bus->runs = false;
+    cb_bus_look(bus);
+}
+
+bool cb_bus_look(struct cb_bus *bus) {
+    bool any = false;
+    for (int32_t slot; bus->config && (slot = cb_ring_slot_to_read(&bus->ring)) >= 0; any = true) {
+        bus->last = bus->reports[slot];
+        cb_ring_release(&bus->ring);
+    }
+    return any;
+}

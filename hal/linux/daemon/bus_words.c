@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: MIT
+ * The bus in the log and in the statistics. */
+#include "hal/linux/daemon/bus_words.h"
+
+#include <string.h>
+
+/* A module that stops answering, or answers again. */
+static void log_modules(struct cb_log *log, const char *name, const struct cb_bus_report *before,
+                        const struct cb_bus_report *now, int64_t now_us) {
+    for (unsigned i = 0; now->open && i < now->turns; ++i) {
+        if (now->silent[i] == before->silent[i]) continue;
+        cb_log_limited(log, now_us, "bus %s: module %u %s", name, (unsigned)now->units[i],
+                       now->silent[i] ? "does not answer" : "answers");
+    }
+}
+
+void cb_log_bus(struct cb_log *log, struct cb_bus *bus, int64_t now_us) {
+    const struct cb_bus_report before = bus->last;
+    if (!bus->runs || !cb_bus_look(bus)) return;
+    const struct cb_bus_report *now = &bus->last;
+    const char *name = bus->config->buses[0].name, *device = bus->config->buses[0].serial.device;
+    if (now->connects != before.connects)
+        cb_log_limited(log, now_us, "bus %s: %s is open", name, device);
+    if (now->disconnects != before.disconnects || (now->failures > 0 && before.failures == 0))
+        cb_log_limited(log, now_us, "bus %s: %s: %s; trying again", name, device,
+                       strerror(now->error_number));
+    log_modules(log, name, &before, now, now_us);
+}
+
+void cb_stats_put_bus(FILE *file, const struct cb_bus *bus) {
+    if (bus->config == NULL) return;
+    const struct cb_bus_report *now = &bus->last;
+    fputs("  \"bus\": {\"name\": ", file);
+    cb_stats_put_string(file, bus->config->buses[0].name);
+    fputs(", \"device\": ", file);
+    cb_stats_put_string(file, bus->config->buses[0].serial.device);
+    fprintf(file, ", \"connects\": %u, \"connects_failed\": %u, \"disconnects\": %u",
+            (unsigned)now->connects, (unsigned)now->failures, (unsigned)now->disconnects);
+#define CB_X(counter) fprintf(file, ", \"" #counter "\": %u", (unsigned)now->counters.counter);
+    CB_RTU_COUNTERS(CB_X)
+#undef CB_X
+    fprintf(file, ", \"samples_lost\": %u,\n    \"modules\": [",
+            (unsigned)cb_ring_lost(&bus->to->ring));
+    for (unsigned i = 0; i < now->turns; ++i)
+        fprintf(file, "%s{\"unit\": %u, \"answers\": %s}", i == 0 ? "" : ", ",
+                (unsigned)now->units[i], now->silent[i] ? "false" : "true");
+    fputs("]},\n", file);
+}
