@@ -2,7 +2,6 @@
 #include "hal/stm32f405/box_hal.h"
 
 #include "hal/stm32f405/guard.h"
-#include "hal/stm32f405/mcu.h"
 #include "hal/stm32f405/retained.h"
 #include "hal/stm32f405/time.h"
 #include "hal/stm32f405/watchdog.h"
@@ -22,7 +21,7 @@ static void wait_until(struct cb_board *board, int64_t until_us) {
         board->idle();
         const int64_t left_us = until_us - cb_time_us();
         if (left_us <= 0) return;
-        if (whole || left_us > SLEEP_US) cb_sleep();
+        if (whole || left_us > SLEEP_US) cb_time_sleep();
     }
 }
 
@@ -62,28 +61,43 @@ static enum cb_wire_end ask(struct cb_board *board, const struct cb_modbus_reque
     cb_wire_ask(wire, board->plc_unit, request, registers, until_us);
     while (!cb_wire_poll(wire, cb_time_us())) {
         board->meanwhile();
-        if (wire->state != CB_WIRE_QUIET) cb_sleep(); /* the silence ends between two interrupts */
+        if (wire->state != CB_WIRE_QUIET)
+            cb_time_sleep(); /* the silence ends between two interrupts */
     }
     return wire->end;
 }
 
+/* A request that got no answer stays out until the deadline of the next cycle: a reply that comes
+ * by then is thrown away and not taken for that of another request, which RTU could not tell from
+ * it. In its own cycle it may be repeated: both replies are of the same question. in : deadline_us
+ * of the cycle out: whether this cycle has to be silent */
+static bool must_be_silent(const struct cb_board *board, int64_t deadline_us) {
+    return board->unanswered_deadline_us != 0 && deadline_us > board->unanswered_deadline_us &&
+           cb_time_us() < board->unanswered_deadline_us + (int64_t)board->period_us;
+}
+
 /* A request is repeated as often as its time allows: reading twice and writing the same absolute
- * values twice harm nobody. */
+ * values twice harm nobody.
+ * in : deadline_us of the cycle; what is left of it behind until_us is for another request */
 static enum cb_transfer exchange(struct cb_board *board, const struct cb_modbus_request *request,
-                                 uint16_t *registers, int64_t deadline_us) {
+                                 uint16_t *registers, int64_t deadline_us, int64_t until_us) {
     const uint32_t needed_us = cb_rtu_exchange_us(&board->plc.line, request, board->slave_delay_us);
     bool sent = false;
+    if (must_be_silent(board, deadline_us)) return CB_TRANSFER_FAILED;
     for (unsigned tries = 0; tries < CB_BOARD_TRIES; ++tries) {
         const int64_t now_us = cb_time_us();
-        if (deadline_us - now_us < (int64_t)needed_us) break;
+        if (until_us - now_us < (int64_t)needed_us) break;
         board->plc.counters.retries += tries > 0;
-        switch (ask(board, request, registers, patience_us(now_us, deadline_us, needed_us))) {
+        switch (ask(board, request, registers, patience_us(now_us, until_us, needed_us))) {
             case CB_WIRE_OK:
                 return CB_TRANSFER_OK;
             case CB_WIRE_REFUSED:
                 return CB_TRANSFER_REFUSED;
             case CB_WIRE_SILENT:
-            case CB_WIRE_SPOILT:
+                board->unanswered_deadline_us = deadline_us;
+                sent = true;
+                break;
+            case CB_WIRE_SPOILT: /* the slave has had its say */
                 sent = true;
                 break;
             case CB_WIRE_NOT_SENT:
@@ -98,7 +112,8 @@ static enum cb_transfer read(void *context, uint16_t start, uint16_t count, uint
     struct cb_board *board = context;
     const struct cb_modbus_request request = {
         .function = CB_MODBUS_READ, .read_start = start, .read_count = count};
-    return exchange(board, &request, registers, deadline_us - (int64_t)board->reserve_us);
+    return exchange(board, &request, registers, deadline_us,
+                    deadline_us - (int64_t)board->reserve_us);
 }
 
 static enum cb_transfer write(void *context, uint16_t start, uint16_t count,
@@ -107,7 +122,7 @@ static enum cb_transfer write(void *context, uint16_t start, uint16_t count,
                                               .write_start = start,
                                               .write_count = count,
                                               .write_registers = registers};
-    return exchange(context, &request, 0, deadline_us);
+    return exchange(context, &request, 0, deadline_us, deadline_us);
 }
 
 static enum cb_transfer write_read(void *context, uint16_t write_start, uint16_t write_count,
@@ -120,7 +135,7 @@ static enum cb_transfer write_read(void *context, uint16_t write_start, uint16_t
                                               .write_start = write_start,
                                               .write_count = write_count,
                                               .write_registers = write_registers};
-    return exchange(context, &request, read_registers, deadline_us);
+    return exchange(context, &request, read_registers, deadline_us, deadline_us);
 }
 
 static size_t samples(void *context, struct cb_hal_sample *list, size_t max) {

@@ -23,9 +23,11 @@ struct cb_board {
     int64_t next_tick_us;    /* 0: none yet */
     size_t waiting;          /* samples for the next cycle */
     struct cb_hal_sample samples[CB_BOARD_SAMPLES];
-    bool stop;               /* the console asked for it */
-    void (*idle)(void);      /* called again and again while there is time, each time short */
-    void (*meanwhile)(void); /* called while the PLC is waited for, each time very short */
+    bool stop; /* the console asked for it */
+    int64_t
+        unanswered_deadline_us; /* of the last cycle with a request that got no answer; 0: none */
+    void (*idle)(void);         /* called again and again while there is time, each time short */
+    void (*meanwhile)(void);    /* called while the PLC is waited for, each time very short */
 };
 
 /* Sleeps for the rest of the period, with idle() in between, and returns how many ticks were

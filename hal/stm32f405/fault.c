@@ -6,6 +6,7 @@
 
 #include "hal/stm32f405/mcu.h"
 #include "hal/stm32f405/retained.h"
+#include "hal/stm32f405/time.h"
 
 extern char stack_start[], stack_top[];
 void cb_fault_record(const uint32_t *frame, uint32_t exc_return);
@@ -81,6 +82,6 @@ void cb_provoke(enum cb_provoke what) {
             *(volatile uint32_t *)(void *)stack_start = 0;
             break;
         case CB_PROVOKE_HANG: /* the watchdog's turn */
-            for (;;) cb_sleep();
+            for (;;) cb_time_sleep();
     }
 }

@@ -110,11 +110,6 @@ enum {
                 */
 #define CB_SCB_CCR_DIV_0 (1u << 4)
 
-/* The processor sleeps until an interrupt comes; SysTick brings one within a millisecond. */
-static inline void cb_sleep(void) {
-    __asm__ volatile("wfi" ::: "memory");
-}
-
 static inline void cb_barrier(void) {
     __asm__ volatile("dsb\n\tisb" ::: "memory");
 }

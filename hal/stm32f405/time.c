@@ -40,6 +40,10 @@ int64_t cb_time_us(void) {
     return now_us;
 }
 
+void cb_time_sleep(void) {
+    __asm__ volatile("wfi" ::: "memory");
+}
+
 void cb_systick_handler(void) {
     ticks_us = ticks_us + US_PER_TICK;
     cb_usart_kick();

@@ -11,6 +11,9 @@ void cb_time_start(uint32_t core_hz);
 /* Microseconds since start, from any context; monotonic. */
 int64_t cb_time_us(void);
 
+/* The processor sleeps until an interrupt comes; SysTick brings one within a millisecond. */
+void cb_time_sleep(void);
+
 /* The interrupt. */
 void cb_systick_handler(void);
 

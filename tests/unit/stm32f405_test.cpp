@@ -4,13 +4,19 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <deque>
+#include <functional>
 #include <string>
 #include <vector>
 
 extern "C" {
+#include "hal/stm32f405/box_hal.h"
+#include "hal/stm32f405/guard.h"
 #include "hal/stm32f405/text.h"
+#include "hal/stm32f405/time.h"
+#include "hal/stm32f405/watchdog.h"
 #include "hal/stm32f405/wire.h"
 }
 
@@ -27,6 +33,8 @@ struct port {
     std::uint32_t baud = 0;
     cb_usart_parity parity = CB_USART_NONE;
     unsigned stop_bits = 0;
+    std::function<void()> on_send = [] {};
+    unsigned feeds = 0;
 };
 port the_port;
 
@@ -55,7 +63,32 @@ bool cb_usart_send(enum cb_usart, const void *bytes, size_t size) {
     the_port.sent_us.push_back(the_port.now_us);
     the_port.sending_until_us =
         the_port.now_us + static_cast<std::int64_t>(size) * the_port.byte_us;
+    the_port.on_send();
     return true;
+}
+
+int64_t cb_time_us(void) {
+    return the_port.now_us;
+}
+// Until the next interrupt: SysTick, a byte, the end of sending.
+void cb_time_sleep(void) {
+    std::int64_t next_us = (the_port.now_us / 1000 + 1) * 1000;
+    const auto at_most = [&](std::int64_t us) {
+        if (us > the_port.now_us && us < next_us) next_us = us;
+    };
+    at_most(the_port.sending_until_us);
+    if (!the_port.received.empty()) at_most(the_port.received.front().time_us);
+    the_port.now_us = next_us;
+}
+bool cb_guard_intact(void) {
+    return true;
+}
+void cb_watchdog_feed(void) {
+    ++the_port.feeds;
+}
+[[noreturn]] void cb_restart(int cause);
+[[noreturn]] void cb_restart(int) {
+    std::abort();
 }
 
 bool cb_usart_busy(enum cb_usart) {
@@ -240,6 +273,154 @@ TEST(wire, a_request_that_cannot_be_is_not_sent) {
     EXPECT_EQ(r.run(), 0);
     EXPECT_EQ(r.wire.end, CB_WIRE_NOT_SENT);
     EXPECT_TRUE(the_port.sent.empty());
+}
+
+// The whole board: cycles of 30 ms against a slave that answers when and what the test says.
+struct board_rig {
+    cb_board board{};
+    cb_hal hal = cb_board_hal(&board);
+    std::int64_t delay_us = 1000;  // of the slave
+    std::uint16_t value = 100;     // of both registers; counts the requests
+    std::function<void(std::vector<std::uint8_t> &)> change = [](auto &) {};
+    std::uint16_t registers[2] = {0, 0};
+
+    board_rig() {
+        the_port = port{};
+        the_port.now_us = 1000000;
+        the_port.byte_us = byte_us;
+        the_port.on_send = [this] { answer(); };
+        const cb_rtu_line line = {115200, CB_PARITY_EVEN, 1};
+        cb_wire_start(&board.plc, CB_USART_PLC, &line, 0);
+        board.plc_unit = 5;
+        board.period_us = 30000;
+        board.slave_delay_us = 2000;
+        board.idle = board.meanwhile = [] { the_port.now_us += 5; };
+    }
+
+    void answer() {
+        ++value;
+        const auto &sent = the_port.sent;
+        const auto low = static_cast<std::uint8_t>(value);
+        std::vector<std::uint8_t> bytes = {5, 3, 4, 0, low, 0, low};
+        if (sent[1] == CB_MODBUS_WRITE) bytes = {5, 16, sent[2], sent[3], sent[4], sent[5]};
+        bytes = framed(bytes);
+        change(bytes);
+        std::int64_t at_us = the_port.sending_until_us + delay_us;
+        for (const std::uint8_t byte : bytes) {
+            the_port.received.push_back({static_cast<std::uint32_t>(at_us), byte, false});
+            at_us += byte_us;
+        }
+    }
+
+    std::int64_t deadline_us = 0;
+    void tick() {
+        EXPECT_EQ(hal.wait_tick(&board), 0u);
+        deadline_us = the_port.now_us + 24000;
+    }
+
+    cb_transfer read() {
+        const auto result = hal.read(&board, 0, 2, registers, deadline_us);
+        EXPECT_LE(the_port.now_us, deadline_us + 200);
+        return result;
+    }
+
+    cb_transfer write() {
+        const std::uint16_t words[1] = {7};
+        const auto result = hal.write(&board, 50, 1, words, deadline_us);
+        EXPECT_LE(the_port.now_us, deadline_us + 200);
+        return result;
+    }
+};
+
+TEST(board, reads_and_writes) {
+    board_rig r;
+    for (int cycle = 0; cycle < 5; ++cycle) {
+        r.tick();
+        EXPECT_EQ(r.read(), CB_TRANSFER_OK);
+        EXPECT_EQ(r.registers[0], r.value);
+        EXPECT_EQ(r.write(), CB_TRANSFER_OK);
+    }
+    EXPECT_EQ(r.board.plc.counters.requests, 10u);
+    r.hal.feed_watchdog(&r.board);
+    EXPECT_EQ(the_port.feeds, 1u);
+}
+
+// A reply that comes in a later cycle is never taken for that cycle's, whenever it comes.
+TEST(board, a_late_reply_is_not_taken_for_another) {
+    for (std::int64_t late_us = 22000; late_us < 45000; late_us += 500) {
+        board_rig r;
+        r.tick();
+        ASSERT_EQ(r.read(), CB_TRANSFER_OK);
+        r.tick();
+        r.delay_us = late_us;
+        EXPECT_EQ(r.read(), CB_TRANSFER_UNKNOWN);
+        r.delay_us = 1000;
+        const auto asked = r.value;
+        for (int cycle = 0; cycle < 3; ++cycle) {
+            r.tick();
+            const bool good = r.read() == CB_TRANSFER_OK;
+            EXPECT_TRUE(!good || r.registers[0] == r.value) << late_us;
+        }
+        EXPECT_GE(r.value, asked + 2) << "the second cycle after it asks again";
+        EXPECT_EQ(r.registers[0], r.value);
+    }
+}
+
+TEST(board, a_spoilt_reply_is_asked_for_again_at_once) {
+    board_rig r;
+    int left = 1;
+    r.change = [&left](std::vector<std::uint8_t> &bytes) {
+        bytes[3] ^= static_cast<std::uint8_t>(left-- > 0);
+    };
+    r.tick();
+    EXPECT_EQ(r.read(), CB_TRANSFER_OK);
+    EXPECT_EQ(r.registers[0], r.value);
+    EXPECT_EQ(r.board.plc.counters.retries, 1u);
+    r.tick();
+    EXPECT_EQ(r.read(), CB_TRANSFER_OK);
+}
+
+TEST(board, a_reading_leaves_the_time_of_the_write) {
+    board_rig r;
+    r.board.reserve_us = 9000;
+    r.tick();
+    r.change = [](std::vector<std::uint8_t> &bytes) { bytes.clear(); };
+    EXPECT_EQ(r.read(), CB_TRANSFER_UNKNOWN);
+    EXPECT_LE(the_port.now_us, r.deadline_us - 9000 + 200);
+    r.change = [](std::vector<std::uint8_t> &) {};
+    EXPECT_EQ(r.write(), CB_TRANSFER_OK);
+}
+
+TEST(board, what_is_refused_and_what_has_no_time_is_told_apart) {
+    board_rig r;
+    r.tick();
+    r.change = [](std::vector<std::uint8_t> &bytes) { bytes = framed({5, 0x83, 2}); };
+    EXPECT_EQ(r.read(), CB_TRANSFER_REFUSED);
+    r.deadline_us = the_port.now_us + 3000;
+    const auto requests = r.board.plc.counters.requests;
+    EXPECT_EQ(r.write(), CB_TRANSFER_FAILED);
+    EXPECT_EQ(r.board.plc.counters.requests, requests);
+}
+
+TEST(board, ticks_keep_their_places_and_missed_ones_are_skipped) {
+    board_rig r;
+    r.tick();
+    const std::int64_t first_us = the_port.now_us;
+    EXPECT_LT(first_us % 1000, 10);
+    r.tick();
+    EXPECT_LT(the_port.now_us - first_us - 30000, 10);
+    the_port.now_us += 70000;
+    EXPECT_EQ(r.hal.wait_tick(&r.board), 2u);
+    EXPECT_LT(the_port.now_us - first_us - 4 * 30000, 10);
+}
+
+TEST(board, samples_are_handed_over_once) {
+    board_rig r;
+    r.board.samples[r.board.waiting++] = {3, 21.5f, 77};
+    cb_hal_sample list[64];
+    ASSERT_EQ(r.hal.samples(&r.board, list, 64), 1u);
+    EXPECT_EQ(list[0].signal, 3);
+    EXPECT_EQ(r.hal.samples(&r.board, list, 64), 0u);
 }
 
 std::string words(const cb_text &text) {
