@@ -87,12 +87,14 @@ const std::map<std::string, fault_syntax> &fault_names() {
         {"torn", {fault_kind::torn, false, 0, 0}},
         {"short", {fault_kind::too_short, false, 0, 0}},
         {"long", {fault_kind::too_long, false, 0, 0}},
+        {"crc", {fault_kind::crc, false, 0, 0}},
+        {"noise", {fault_kind::noise, true, 1, 200}},
     };
     return names;
 }
 
 // fault KIND [VALUE] [COUNT] [read|write]
-std::string order_fault(words line, modbus_server &server) {
+std::string order_fault(words line, wire_server &server) {
     if (line.size() == 2 && line[1] == "clear") {
         server.faults().clear();
         return "ok";
@@ -110,8 +112,8 @@ std::string order_fault(words line, modbus_server &server) {
     const auto found = line.size() < 2 ? fault_names().end() : fault_names().find(line[1]);
     if (found == fault_names().end()) {
         refuse(
-            "usage: fault late|drop|exception|wrong-id|truncate|dribble|torn|short|long|close|"
-            "away|clear …");
+            "usage: fault late|drop|exception|wrong-id|truncate|dribble|torn|short|long|crc|noise|"
+            "close|away|clear …");
     }
     fault what;
     what.kind = found->second.kind;
@@ -138,7 +140,7 @@ std::string listed(const xyz &values) {
     return text;
 }
 
-std::string status_line(const fake_plc &plc, const modbus_server &server) {
+std::string status_line(const fake_plc &plc, const wire_server &server) {
     const plc_state &state = plc.state();
     std::string text =
         "ok time_s=" + shortest(state.time_s) + " control=" + std::to_string(state.control) +

@@ -6,13 +6,13 @@
 #include <string_view>
 
 #include "host-tools/fakeplc/plc.h"
-#include "host-tools/fakeplc/server.h"
+#include "host-tools/fakeplc/wire_server.h"
 
 namespace compbox {
 
 struct console {
     fake_plc &plc;
-    modbus_server &server;
+    wire_server &server;
     bool quit = false;
 
     // The answer, without a line end: "ok", "ok …" or "error: …". Any text is allowed.

@@ -11,10 +11,13 @@
 #include <cerrno>
 #include <exception>
 #include <iostream>
+#include <memory>
 #include <optional>
 
 #include "host-tools/fakeplc/console.h"
 #include "host-tools/fakeplc/log.h"
+#include "host-tools/fakeplc/serial_server.h"
+#include "host-tools/fakeplc/server.h"
 #include "host-tools/fakeplc/setup.h"
 #include "host-tools/formats/error.h"
 
@@ -104,7 +107,7 @@ class scan_log {
     double flushed_s_ = 0.0;
 };
 
-void serve(fake_plc &plc, modbus_server &server, scan_log &log, const sigset_t &in_poll) {
+void serve(fake_plc &plc, wire_server &server, scan_log &log, const sigset_t &in_poll) {
     console commands{plc, server};
     command_line input;
     const auto answer = [&plc](const byte_string &request, bool torn) {
@@ -133,18 +136,25 @@ void serve(fake_plc &plc, modbus_server &server, scan_log &log, const sigset_t &
 
 struct options {
     plc_options plc;
+    serial_options serial;
     std::string listen = "127.0.0.1:1502", log;
 };
+
+std::unique_ptr<wire_server> open_wire(const options &chosen, const plc_setup &setup) {
+    if (serial_server::takes(chosen.listen))
+        return std::make_unique<serial_server>(chosen.listen, chosen.serial);
+    return std::make_unique<modbus_server>(chosen.listen, setup.profile.max_clients);
+}
 
 void run(const options &chosen) {
     const plc_setup setup = prepare(chosen.plc);
     const sigset_t in_poll = set_up_signals();
     // The log after the port: a second fakeplc must not empty the log of the first.
-    modbus_server server(chosen.listen, setup.profile.max_clients);
+    const auto server = open_wire(chosen, setup);
     scan_log log(chosen.log, setup.map);
     fake_plc plc(setup.twin, setup.map, setup.profile, now_us());
-    std::cout << "fakeplc: listening on " << server.address() << std::endl;
-    serve(plc, server, log, in_poll);
+    std::cout << "fakeplc: listening on " << server->address() << std::endl;
+    serve(plc, *server, log, in_poll);
     if (!log.finish()) throw input_error(chosen.log, 0, 0, "the log could not be written whole");
 }
 
@@ -152,9 +162,21 @@ void add_options(CLI::App &app, options &chosen) {
     app.add_option("--profile", chosen.plc.profile,
                    "Kind of control: generic, sinumerik-840d or fanuc (default: the map's)")
         ->check(CLI::IsMember(plc_profile::names()));
-    app.add_option("--listen", chosen.listen, "HOST:PORT; port 0 takes a free one")
+    app.add_option("--listen", chosen.listen,
+                   "HOST:PORT (port 0 takes a free one); rtu:/LINK: Modbus RTU on a new "
+                   "pseudo-terminal with a "
+                   "link there; unix:/PATH: RTU at a socket")
         ->capture_default_str()
-        ->check(modbus_server::fault_in);
+        ->check([](const std::string &address) {
+            return serial_server::takes(address) ? "" : modbus_server::fault_in(address);
+        });
+    app.add_option("--unit", chosen.serial.unit, "RTU: unit id that is answered")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 247));
+    app.add_option("--baud", chosen.serial.baud,
+                   "RTU: bytes take the time of this rate, 11 bits a character; 0: none")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 921600));
     app.add_option("--machine", chosen.plc.machine,
                    "Twin file (default: X, Y, Z without errors, with the ranges of the map's "
                    "signals or 0 to 1000 mm)");

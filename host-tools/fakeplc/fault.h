@@ -16,12 +16,14 @@ enum class fault_kind {
     late,       // the reply comes `value` ms late; later ones queue behind it
     drop,       // the request is obeyed, no reply comes
     exception,  // the request is not obeyed; exception code `value`
-    wrong_id,   // the reply carries another transaction id
+    wrong_id,   // the reply carries another transaction id; serial: another unit id
     truncate,   // the first half of the reply's bytes, and nothing more of it
     dribble,    // one byte of the reply every `value` ms
     torn,       // a reading shows two updates of the PLC's block
     too_short,  // a well-formed frame with one register fewer than asked
     too_long,   // … with one register more
+    crc,        // serial: the check sum does not fit
+    noise,      // serial: `value` bytes of noise before the reply
 };
 
 struct fault {

@@ -10,19 +10,16 @@
 #include <string>
 #include <vector>
 
-#include "host-tools/fakeplc/fault.h"
+#include "host-tools/fakeplc/wire_server.h"
 
 namespace compbox {
 
-class modbus_server {
+class modbus_server : public wire_server {
   public:
-    // A request's PDU, and the fault that it meets, to the reply's PDU.
-    using handler = std::function<byte_string(const byte_string &, bool torn)>;
-
     // Listens on "HOST:PORT", "[IPv6]:PORT"; port 0 takes a free one. Clients beyond max_clients
     // are turned away. Throws input_error.
     modbus_server(const std::string &address, int max_clients);
-    ~modbus_server();
+    ~modbus_server() override;
     modbus_server(const modbus_server &) = delete;
     modbus_server &operator=(const modbus_server &) = delete;
 
@@ -30,20 +27,21 @@ class modbus_server {
     static std::string fault_in(const std::string &address);
 
     // Where it listens, as "127.0.0.1:1502".
-    std::string address() const;
-    std::size_t clients() const { return clients_.size(); }
+    std::string address() const override;
+    std::size_t clients() const override { return clients_.size(); }
 
     // What to poll for, appended to `set`; process() takes the same entries back.
-    void append_poll_set(std::vector<pollfd> &set) const;
+    void append_poll_set(std::vector<pollfd> &set) const override;
     // Accepts, reads, answers and sends what is due. Entries of other files are ignored.
-    void process(const std::vector<pollfd> &set, std::int64_t now_us, const handler &answer);
+    void process(const std::vector<pollfd> &set, std::int64_t now_us,
+                 const handler &answer) override;
     // When something delayed is to be sent; INT64_MAX: nothing is.
-    std::int64_t next_due_us() const;
+    std::int64_t next_due_us() const override;
 
-    void close_all_clients();
+    void close_all_clients() override;
     // Closes all connections, and every new one at once, for so long.
-    void go_away(int duration_ms);
-    fault_plan &faults() { return faults_; }
+    void go_away(int duration_ms) override;
+    fault_plan &faults() override { return faults_; }
 
   private:
     struct pending {

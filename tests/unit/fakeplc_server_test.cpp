@@ -16,6 +16,7 @@
 
 #include "host-tools/fakeplc/console.h"
 #include "host-tools/fakeplc/log.h"
+#include "host-tools/fakeplc/server.h"
 #include "host-tools/fakeplc/setup.h"
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: MIT
+"""compboxd and fakeplc on a serial line: compensation arrives, and each fault of the line is survived."""
+import json
+import os
+import pathlib
+import subprocess
+import time
+
+import pytest
+
+import box as box_module
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+FAKEPLC = os.environ.get("FAKEPLC", ROOT / "build/host/bin/fakeplc")
+LIMITS = {"limit_um": 300, "error_um": 400, "slew_um_per_s": 2000}
+
+
+def coefficients(device):
+    """The usual registers of fakeplc for X; EXX is 20 µm at 500 mm, so the box writes -20."""
+    return {
+        "format": "compbox/1", "revision": 1, "machine": {"name": "serial"}, "cycle": {"period_ms": 30},
+        "plc": {"profile": "generic", "exchange": "fc3+fc16",
+                "transport": {"rtu": {"device": device, "baud": 115200, "slave_delay_ms": 1}},
+                "read": {"start": 0, "count": 26}, "write": {"start": 100, "count": 6},
+                "control": 0, "plc_heartbeat": 1, "status": 100, "box_heartbeat": 101,
+                "heartbeat_timeout_ms": 200},
+        "signals": [{"name": "X", "unit": "mm", "plc": 8, "type": "int32", "scale": 0.0001,
+                     "min": 0, "max": 1000}],
+        "terms": [{"name": "EXX", "type": "polyline", "signal": "X", "positions": [0, 1000],
+                   "values": [20, 20]}],
+        "channels": [{"name": "X", "sum": ["EXX"], "plc": 104, "type": "int32", "scale": 0.00001,
+                      "applied": 24, **LIMITS}],
+        "safety": {"hold_ms": 1000, "ramp_um_per_s": 500},
+    }
+
+
+class FakePlc:
+    """fakeplc at an address; ask() gives one command and returns the answer."""
+
+    def __init__(self, listen, *arguments):
+        self._process = subprocess.Popen([FAKEPLC, "--listen", listen, *arguments], text=True,
+                                         stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                         preexec_fn=box_module.run_before_others)
+        self.said = self._process.stdout.readline().strip()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._process.kill()
+        self._process.communicate()
+
+    def ask(self, command):
+        self._process.stdin.write(command + "\n")
+        self._process.stdin.flush()
+        return self._process.stdout.readline().strip()
+
+    @property
+    def applied_um(self):
+        words = dict(word.split("=") for word in self.ask("status").split()[1:] if "=" in word)
+        return float(words["applied_X"])
+
+
+def reaches(plc, um, timeout_s=12):
+    end = time.monotonic() + timeout_s
+    while time.monotonic() < end:
+        if abs(plc.applied_um - um) < 0.1:
+            return True
+        time.sleep(0.05)
+    return False
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory):
+    """A box that compensates over a pseudo-terminal."""
+    folder = tmp_path_factory.mktemp("serial")
+    link = folder / "line"
+    map_file = folder / "coefficients.json"
+    device = str(link)
+    if len(device) > 63:                     # a name that fits into the file
+        device = f"/tmp/compbox-{os.getpid()}-line"
+    map_file.write_text(json.dumps(coefficients(device)))
+    with FakePlc("rtu:" + device, "--map", str(map_file)) as plc:
+        assert plc.said == "fakeplc: listening on rtu:" + device
+        with box_module.Box(map_file) as box:
+            assert reaches(plc, -20), plc.ask("status")
+            yield plc, box
+            box.stop()
+            assert box.code == 0, box.log
+    assert not os.path.lexists(device) or os.unlink(device) is None
+
+
+@pytest.mark.parametrize("fault, counter", [
+    ("crc 3", "crc_errors"), ("noise 3 5", "noise_bytes"), ("wrong-id 3", "wrong_units"),
+    ("truncate 3", "crc_errors"), ("late 45 3", "timeouts"), ("drop 2", "timeouts"),
+    ("short 3 read", None), ("long 3 read", None), ("exception 4 3 read", "exceptions"),
+    ("dribble 2 2", None), ("away 700", "disconnects"), ("close", "disconnects")])
+def test_fault_is_survived(rig, fault, counter):
+    plc, box = rig
+    assert plc.ask("fault " + fault).startswith("ok")
+    time.sleep(0.3)
+    assert reaches(plc, -20), (fault, plc.ask("status"))
+    rig_counters.add(counter)
+
+
+rig_counters = set()
+
+
+def test_the_statistics_name_what_happened(rig):
+    plc, box = rig
+    time.sleep(5.2)                          # statistics are written every 5 s
+    counted = box.stats["plc"]
+    for name in rig_counters - {None}:
+        assert counted[name] >= 1, (name, counted)
+    assert counted["replies"] > 0.5 * counted["requests"]
