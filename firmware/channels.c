@@ -20,13 +20,14 @@ struct cb_demand cb_channels_want(const struct cb_config *config, const float *o
     return demand;
 }
 
-/* The target of one channel that compensates. */
+/* The target of one channel that compensates; the limiter puts it on the grid and inside the limit.
+ */
 static float wanted_target_um(const struct cb_channel_config *channel,
                               const struct cb_channel_state *state) {
-    const float target_um = cb_limiter_nearest(channel, state->wanted_um);
-    const bool exact = target_um == 0.0f || cb_abs(state->wanted_um) >= channel->limit_um;
-    const bool near = cb_abs(state->wanted_um - state->output_um) <= channel->deadband_um;
-    return near && !exact ? state->output_um : target_um;
+    const float wanted_um = state->wanted_um;
+    const bool near = cb_abs(wanted_um - state->output_um) <= channel->deadband_um;
+    if (!near || cb_abs(wanted_um) >= channel->limit_um) return wanted_um;
+    return cb_limiter_nearest(channel, wanted_um) == 0.0f ? wanted_um : state->output_um;
 }
 
 void cb_channels_target(const struct cb_config *config, const struct cb_channel_state *channels,

@@ -68,8 +68,8 @@ CB_OUTLINE void evaluate(struct step *step, unsigned index) {
 
 /* ---- plain curves ---- */
 
-/* The grid is made a curve here, so that evaluate_grid() can keep its own in registers. */
-CB_OUTLINE bool follow(const struct cb_config *config, const struct cb_grid *grid, float x,
+/* As below, wherever x went. */
+CB_OUTLINE bool search(const struct cb_config *config, const struct cb_grid *grid, float x,
                        uint16_t *span) {
     const struct cb_ppoly ppoly = {.breaks = config->pool + grid->breaks,
                                    .spans_per_unit = grid->spans_per_unit,
@@ -78,45 +78,48 @@ CB_OUTLINE bool follow(const struct cb_config *config, const struct cb_grid *gri
     return cb_ppoly_follow(&ppoly, x, span);
 }
 
-/* in : *span: where x was last found on the grid
+/* in : *span: where x was last found on the grid, and is no longer; mostly it is in the one beside
  * out: true: *span holds it; false: x is at or beyond an end */
-CB_INLINE bool find(const struct cb_config *config, const struct cb_grid *grid, float x,
-                    uint16_t *span) {
-    const struct cb_ppoly ppoly = {.breaks = config->pool + grid->breaks, .spans = grid->spans};
-    return cb_ppoly_holds(&ppoly, x, *span) || follow(config, grid, x, span);
+CB_OUTLINE bool follow(const struct cb_config *config, const struct cb_grid *grid, float x,
+                       uint16_t *span) {
+    const unsigned was = *span;
+    const float *const at = config->pool + grid->breaks + was;
+    const bool up = was + 1u < grid->spans && x >= at[1] && x < at[2];
+    const bool down = was > 0 && x >= at[-1] && x < at[0];
+    if (!up && !down) return search(config, grid, x, span);
+    *span = (uint16_t)(up ? was + 1u : was - 1u);
+    return true;
 }
 
-/* The curves of one grid, whose signal is there and stands between its ends.
- * out: those left over, because their value is not finite */
-CB_INLINE const struct cb_plain_curve *evaluate_curves(struct step *step,
-                                                       const struct cb_grid *grid,
-                                                       const struct cb_plain_curve *curve,
-                                                       const struct cb_plain_curve *end, float x,
-                                                       uint32_t span) {
-    const float *const pool = step->e.config->pool, u = x - pool[grid->breaks + span];
-    const float *const row = pool + span * (grid->degree + 1u);
-    struct cb_term_state *const states = step->states;
-    float *const outputs = step->outputs;
-    const uint8_t degree = grid->degree;
-    for (; curve != end; ++curve) {
-        const float value = cb_ppoly_horner(row + curve->coefficients, degree, u);
-        if (!cb_is_finite(value)) break;
-        outputs[curve->output] = value;
-        states[curve->term].live = true;
-    }
-    return curve;
+/* Curves that have to be looked at one by one. */
+CB_OUTLINE void evaluate_each(struct step *step, const struct cb_plain_curve *curve,
+                              const struct cb_plain_curve *end) {
+    for (; curve != end; ++curve) evaluate(step, curve->term);
 }
 
-/* The curves of one grid; what is special about one of them is left to evaluate(). */
-static void evaluate_grid(struct step *step, const struct cb_grid *grid,
-                          const struct cb_plain_curve *curve) {
-    const struct cb_plain_curve *const end = curve + grid->curves;
+/* The curves of one grid: mostly the signal is in the span in which it was. */
+CB_INLINE void evaluate_grid(struct step *step, const struct cb_grid *grid,
+                             const struct cb_plain_curve *curve, const struct cb_plain_curve *end) {
+    const float *const pool = step->e.config->pool, *const breaks = pool + grid->breaks;
     const struct cb_signal_state *const signal = &step->e.signals[grid->signal];
-    uint16_t *const span = &step->states[grid->term].span;
-    const bool found = signal->fresh && find(step->e.config, grid, signal->used, span);
-    while (curve != end) {
-        if (found) curve = evaluate_curves(step, grid, curve, end, signal->used, *span);
-        if (curve != end) evaluate(step, curve++->term);
+    struct cb_term_state *const states = step->states;
+    const float x = signal->used;
+    uint32_t span = states[grid->term].span; /* 0, or where follow() found it */
+    const bool holds = x >= breaks[span] && x < breaks[span + 1];
+    if (!signal->fresh || (!holds && !follow(step->e.config, grid, x, &states[grid->term].span))) {
+        evaluate_each(step, curve, end);
+        return;
+    }
+    span = states[grid->term].span;
+    const float u = x - breaks[span], *const row = pool + span * (grid->degree + 1u);
+    for (; curve != end; ++curve) {
+        const float value = cb_ppoly_horner(row + curve->coefficients, grid->degree, u);
+        if (!cb_is_finite(value)) {
+            evaluate_each(step, curve, curve + 1);
+            continue;
+        }
+        step->outputs[curve->output] = value;
+        states[curve->term].live = true;
     }
 }
 
@@ -136,7 +139,7 @@ struct cb_terms_verdict cb_terms_evaluate(const struct cb_config *config,
     const struct cb_plain_curve *curve = config->plain_curves;
     const struct cb_grid *const end = config->grids + config->grids_count;
     for (const struct cb_grid *grid = config->grids; grid != end; ++grid) {
-        evaluate_grid(&step, grid, curve);
+        evaluate_grid(&step, grid, curve, curve + grid->curves);
         curve += grid->curves;
     }
     for (unsigned i = 0; i < config->other_terms_count; ++i)

@@ -57,7 +57,8 @@ static inline float cb_lag_step_to(struct cb_lag *lag, struct cb_lag_gains gains
     /* within 1e-9 ulp it has arrived: no endless subnormal tail. Then hi is `to`, or both are next
      * to nothing; mostly neither is so, and one look is enough. */
     const float off = to - lag->hi;
-    if (cb_abs(off) <= 1e-20f && cb_abs(off - lag->lo) <= cb_abs(to) * 0x1p-53f + FLT_MIN)
+    if (cb_abs(off) <= 1e-20f && (off != 0.0f || lag->lo != 0.0f) &&
+        cb_abs(off - lag->lo) <= cb_abs(to) * 0x1p-53f + FLT_MIN)
         cb_lag_start(lag, to);
     return lag->hi;
 }

@@ -9,7 +9,7 @@
 #include "tests/gates/instructions/step.h"
 
 int main(void) {
-    if (!counter_start() || !step_load()) {
+    if (!counter_start() || !step_load(true)) {
         puts("this counts no instructions: start it with qemu-system-arm -icount");
         return 1;
     }

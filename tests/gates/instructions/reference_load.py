@@ -1,10 +1,14 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: MIT
 """Prints the coefficient file of the reference load: 18 B-splines of 20 control points, the
-volumetric term, a 19-20-3 network behind its training range, 24 lags of 12 thermometers."""
+volumetric term, a 19-20-3 network behind its training range, 24 lags of 12 thermometers.
+
+The six curves of an axis stand on the same breaks, as those do that were measured together; with
+the option --own-breaks none does."""
 
 import json
 import random
+import sys
 
 AXES, ERRORS, TRAVEL_MM = "XYZ", "XYZABC", {"X": 14300, "Y": 3000, "Z": 2500}
 POINTS, DEGREE, INPUTS, HIDDEN, OUTPUTS = 20, 3, 19, 20, 3
@@ -31,7 +35,9 @@ def signals():
 def curve(name, axis):
     """Knots uneven, so that the span is searched; errors of 40 µm or µrad."""
     spans = POINTS - DEGREE
-    knots = [round(TRAVEL_MM[axis] * (k / spans) ** 2, 3) for k in range(spans + 1)]
+    own_mm = ERRORS.index(name[1]) if "--own-breaks" in sys.argv else 0
+    knots = [round(TRAVEL_MM[axis] * (k / spans) ** 2 + own_mm * (0 < k < spans), 3)
+             for k in range(spans + 1)]
     return {"name": name, "type": "bspline", "signal": axis, "degree": DEGREE,
             "knots": knots[:1] * DEGREE + knots + knots[-1:] * DEGREE,
             "control_points": numbers(POINTS, 40)}

@@ -7,8 +7,11 @@
 #include "firmware/config_load.h"
 #include "tests/gates/instructions/counter.h"
 
-static const char text[] = {
+static const char shared_breaks[] = {
 #include "reference_load.inc" /* as bytes, by CMake */
+};
+static const char own_breaks[] = {
+#include "reference_load_own_breaks.inc"
 };
 
 enum { PERIOD_US = 30000, AXES = 3, THERMOMETERS = 12, FIRST_THERMOMETER = 14 };
@@ -33,10 +36,12 @@ static bool happens(uint32_t per_mille) {
     return next_random() % 1000 < per_mille;
 }
 
-bool step_load(void) {
+bool step_load(bool shared) {
+    const char *const text = shared ? shared_breaks : own_breaks;
+    const size_t length = shared ? sizeof shared_breaks : sizeof own_breaks;
     static const struct cb_target target = {"gate", 1u << CB_SOURCE_PLC, 1u << CB_TRANSPORT_TCP};
     struct cb_message message;
-    return cb_config_load(&box.config, text, sizeof text, &target, &scratch, &message) == CB_OK;
+    return cb_config_load(&box.config, text, length, &target, &scratch, &message) == CB_OK;
 }
 
 /* 10 m/min and more, to and fro over 2.4 m, at the temperature of the training data. */

@@ -14,8 +14,9 @@ enum step_world {
                      withdrawn enables, temperatures far outside the training range */
 };
 
-/* Loads the file; false when the loader refuses it. */
-bool step_load(void);
+/* Loads the file; shared: the curves of an axis stand on the same breaks. false when the loader
+ * refuses it. */
+bool step_load(bool shared);
 
 /* Starts the box and makes `cycles` steps.
  * out: the most instructions that one of them took after the first, which has everything to find */
