@@ -30,7 +30,9 @@ bool cb_applied_take(const struct cb_config *config, struct cb_channel_state *ch
         struct cb_channel_state *state = &channels[i];
         if (!channel->has_applied) continue;
         const float um = cb_channel_decode(channel, registers + channel->applied_reg);
-        state->standing_us = judged ? standing_us(config, i, state, um, elapsed_us) : 0;
+        /* of a tangent K0 alone says little: the NC may have it at another reference */
+        const bool compared = judged && !channel->tangent;
+        state->standing_us = compared ? standing_us(config, i, state, um, elapsed_us) : 0;
         state->applied_um = um;
         unapplied = unapplied || state->standing_us > patience_us(config);
     }

@@ -9,7 +9,8 @@
  * of the next request. update: the PLC's own cycle, from how fast its heartbeat counts; a position
  * waits for half of one in the PLC, and so does the value. period / 2: a value stands for a whole
  * period, and is right in the middle of it. handshake: what a PLC adds that hands values to its NC
- * by handshake (cb_profile_lead_us), else 0. *
+ * by handshake (cb_profile_lead_us), else 0.
+ *
  * The exchange is counted end to end, which is more than belongs to the lead. Over TCP the PLC
  * looks at a request, and takes a write over, somewhere between its arrival and its answer: half of
  * each exchange on average, 4 to 6 ms, is too much. On a serial line it is the reading's request

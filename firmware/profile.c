@@ -27,7 +27,7 @@ static const struct cb_profile_facts PROFILES[] = {
                                    .value_types = ABCD_TYPES,
                                    .order = "an S7 as Modbus server keeps the order ABCD",
                                    .tangent = true,
-                                   .deadband_um = 0.5f,
+                                   .deadband_um = 0.1f,
                                    .clients = 1},
     [CB_PROFILE_FANUC] = {.name = "fanuc",
                           .functions = FC(3) | FC(16) | FC(23),

@@ -7,6 +7,7 @@
 #include "host-tools/compbox/baud_table.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/load.h"
+#include "host-tools/compbox/profile_report.h"
 #include "host-tools/compbox/summary.h"
 
 namespace compbox {
@@ -36,17 +37,15 @@ json serial_figures(const cb_config &config) {
 void check(const check_options &options) {
     const auto config = load_coefficients(options.path);
     if (options.as_json) {
-        json figures = {{"machine", config->machine},
-                        {"revision", config->revision},
-                        {"signals", config->signals_count},
-                        {"terms", config->terms_count},
-                        {"channels", config->channels_count}};
+        json figures = {{"machine", config->machine},         {"revision", config->revision},
+                        {"signals", config->signals_count},   {"terms", config->terms_count},
+                        {"channels", config->channels_count}, {"plc", profile_figures(*config)}};
         if (config->plc.transport == CB_TRANSPORT_RTU) figures["serial"] = serial_figures(*config);
         return print_summary({}, figures);
     }
     std::cout << config->machine << ", revision " << config->revision << ": " << summary(*config)
               << "\n"
-              << baud_table_text(*config);
+              << profile_text(*config) << baud_table_text(*config);
 }
 
 }  // namespace

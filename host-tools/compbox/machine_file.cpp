@@ -12,6 +12,7 @@ namespace compbox {
 
 namespace {
 
+constexpr int handshake_register = 2;
 constexpr int first_position = 8;
 constexpr int first_applied = 24;
 constexpr int first_write = 100;
@@ -109,17 +110,21 @@ json offset_channel(char axis, int index, const std::string &profile) {
 json plc_section(const machine_options &options, int channels) {
     const int read_count = first_applied + 2 * channels;
     const int write_count = first_output - first_write + 2 * channels;
-    return {{"profile", options.profile},
-            {"transport",
-             {{"tcp", {{"host", options.host}, {"port", options.port}, {"unit", options.unit}}}}},
-            {"exchange", "fc3+fc16"},
-            {"read", {{"start", 0}, {"count", read_count}}},
-            {"write", {{"start", first_write}, {"count", write_count}}},
-            {"control", 0},
-            {"plc_heartbeat", 1},
-            {"status", first_write},
-            {"box_heartbeat", first_write + 1},
-            {"heartbeat_timeout_ms", 200}};
+    json plc = {
+        {"profile", options.profile},
+        {"transport",
+         {{"tcp", {{"host", options.host}, {"port", options.port}, {"unit", options.unit}}}}},
+        {"exchange", "fc3+fc16"},
+        {"read", {{"start", 0}, {"count", read_count}}},
+        {"write", {{"start", first_write}, {"count", write_count}}},
+        {"control", 0},
+        {"plc_heartbeat", 1},
+        {"status", first_write},
+        {"box_heartbeat", first_write + 1},
+        {"heartbeat_timeout_ms", 200}};
+    if (options.profile != "fanuc") return plc;
+    plc.update({{"handshake", handshake_register}, {"scan_ms", 8}, {"axes_at_once", false}});
+    return plc;
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 // The machine file: a coefficient file before its terms, which a person completes.
 //
 // Register layout that init writes (zero-based protocol addresses, all free to change):
-//   read  block  0 …  0 control, 1 PLC heartbeat, 2–7 spare,
+//   read  block  0 …  0 control, 1 PLC heartbeat, 2 handshake (fanuc), 3–7 spare,
 //                     8 + 2i position of axis i, 24 + 2i offset that the PLC applies to channel i
 //   write block 100 … 100 status, 101 box heartbeat, 102–103 spare, 104 + 2i offset of channel i
 #pragma once

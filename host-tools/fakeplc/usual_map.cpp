@@ -5,6 +5,7 @@ namespace compbox {
 
 namespace {
 
+constexpr int handshake_register = 2;
 constexpr int first_position = 8;
 constexpr int first_applied = 24;
 constexpr int first_written = 100;
@@ -44,6 +45,7 @@ register_map usual_register_map(const std::string &axes, const std::string &prof
     map.plc_heartbeat = 1;
     map.status = first_written;
     map.box_heartbeat = first_written + 1;
+    if (profile == "fanuc") map.handshake = handshake_register;
     for (int i = 0; i < count; ++i) {
         const std::string axis(1, axes[static_cast<std::size_t>(i)]);
         map.signals.push_back(position_of(axis, i));

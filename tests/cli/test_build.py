@@ -24,8 +24,8 @@ def test_sums_follow_iso_names(compbox, machine):
         "term net: in no channel",
         "revision 1: 3 signals, 5 terms, 2 channels, coefficients 35 of 8192",
     ]
-    assert compbox.good("check", "c.json") == (
-        "machine, revision 1: 3 signals, 5 terms, 2 channels, coefficients 35 of 8192\n")
+    assert compbox.good("check", "c.json").splitlines()[0] == (
+        "machine, revision 1: 3 signals, 5 terms, 2 channels, coefficients 35 of 8192")
 
 
 @pytest.mark.parametrize("automatic", [None, [], "auto", "missing"])
@@ -250,3 +250,44 @@ def test_wrong_usage(compbox, arguments):
 @pytest.mark.parametrize("command", ["init", "fit", "build", "check", "eval", "simulate"])
 def test_help_has_an_example(compbox, command):
     assert f"compbox {command} " in compbox.good(command, "--help").split("Example:")[1]
+
+
+def checked(compbox, profile, **plc):
+    """What check says of a machine with three channels."""
+    compbox.good("init", "--axes", "XYZ", "--profile", profile, "--travel", "X=500,Y=500,Z=500", "-o",
+                 "machine.json")
+    machine = compbox.read("machine.json")
+    machine["plc"].update(plc)
+    compbox.write("machine.json", machine)
+    for number, axis in enumerate("XYZ"):
+        compbox.write(f"{number}.json", term("E" + axis + "X"))
+    compbox.good(*build(compbox, "0.json", "1.json", "2.json"))
+    return json.loads(compbox.good("check", "c.json", "--json"))["plc"], compbox.good("check", "c.json")
+
+
+def test_check_says_how_often_a_fanuc_control_is_updated(compbox):
+    figures, text = checked(compbox, "fanuc")
+    assert figures["functions"] == [3, 16, 23]
+    assert (figures["handshake_ms"], figures["update_ms"]) == (32, 96)
+    assert figures["least_lead_ms"] == 15 + 64
+    assert figures["channels"]["X"] == {
+        "limit_units": 3000, "slew_um_per_s": 500, "step_um_per_period": 15, "step_um_per_update": 48,
+        "most_units": 9999, "largest_step_um": 999.8, "slew_most_um_per_s": 999.7}
+    assert text.splitlines()[1:] == [
+        "fanuc: function codes 3, 16, 23; fc3+fc16 reads 30 of at most 125 registers and writes 10 of 121",
+        "the NC takes one value after the other, about 32 ms each: an axis is updated every 96 ms",
+        *[f"channel {axis}: ±3000 units of ±9999, at most 500 µm/s: 15 µm in a period, 48 µm in an update "
+          "(the NC takes 999.8 µm at once; a slew above 999.7 µm/s is lowered)" for axis in "XYZ"],
+        "lead: at least 79 ms and the exchange; the file has 0 ms"]
+    figures, text = checked(compbox, "fanuc", axes_at_once=True)
+    assert (figures["update_ms"], figures["least_lead_ms"]) == (32, 47)
+    assert "the NC takes all values in one handshake, about 32 ms each: " in text
+
+
+def test_check_says_what_an_840d_allows(compbox):
+    figures, text = checked(compbox, "sinumerik-840d")
+    assert figures["functions"] == [1, 2, 3, 4, 5, 6, 15, 16] and figures["clients"] == 1
+    assert figures["deadband_um"] == 0.1 and "handshake_ms" not in figures
+    assert text.splitlines()[1].endswith("; one client at a time")
+    assert text.splitlines()[2] == (
+        "channel X: ±30000 units, at most 500 µm/s: 15 µm in a period, 15 µm in an update")

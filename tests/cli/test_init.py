@@ -82,6 +82,17 @@ def test_it_builds_as_it_is_once_a_curve_is_there(compbox, profile):
     assert [(c["name"], c["sum"]) for c in built["channels"]] == [("Z", ["EZX"])]
 
 
+def test_a_fanuc_control_shows_its_handshake(compbox):
+    for profile in ("fanuc", "generic", "sinumerik-840d"):
+        compbox.good("init", "--axes", "XYZ", "--profile", profile, "-o", "m.json")
+        plc = compbox.read("m.json")["plc"]
+        keys = {key: plc.get(key) for key in ("handshake", "scan_ms", "axes_at_once")}
+        if profile == "fanuc":
+            assert keys == {"handshake": 2, "scan_ms": 8, "axes_at_once": False}
+        else:
+            assert set(keys.values()) == {None}
+
+
 def test_options_reach_the_file(compbox):
     out = compbox.good("init", "--axes", "XY", "--profile", "fanuc", "--name", "mill 3", "--travel",
                        "X=-100:1500.5", "--host", "10.0.0.7", "--port", "502", "--unit", "9",

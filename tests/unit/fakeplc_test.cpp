@@ -491,6 +491,7 @@ TEST(UsualRegisterMap, IsTheOneOfInit) {
             EXPECT_EQ(usual.status, init.status);
             EXPECT_EQ(usual.box_heartbeat, init.box_heartbeat);
             EXPECT_EQ(usual.referenced_mask, init.referenced_mask);
+            EXPECT_EQ(usual.handshake, init.handshake);
             ASSERT_EQ(usual.signals.size(), init.signals.size());
             ASSERT_EQ(usual.channels.size(), init.channels.size());
             for (std::size_t i = 0; i < usual.signals.size(); ++i) {

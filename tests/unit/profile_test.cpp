@@ -157,7 +157,7 @@ TEST(profile, fills_in_what_the_file_leaves_open) {
     EXPECT_EQ(plc_of(fanuc).step_units, 9998);
     EXPECT_FALSE(plc_of(fanuc).has_handshake);
     EXPECT_FALSE(plc_of(fanuc).axes_at_once);
-    EXPECT_EQ(plc_of(sinumerik).deadband_um, 0.5f);
+    EXPECT_EQ(plc_of(sinumerik).deadband_um, 0.1f);
     EXPECT_EQ(plc_of(sinumerik).scan_us, 0u);
     EXPECT_EQ(plc_of(generic).deadband_um, 0.0f);
     EXPECT_EQ(plc_of(generic).step_units, 0);
