@@ -102,16 +102,16 @@ double count_heartbeat(commission_live &live) {
     std::int64_t last_us = first_us;
     long long beats = 0;
     int readings = 0;
-    live.cycle_until(looking_s, [&] {
+    live.cycle_until(4.0 * looking_s, [&] {
         if (!live.read_ok()) return false;
         const unsigned now = live.registers()[plc.plc_heartbeat];
         beats += static_cast<std::uint16_t>(now - last);
         last = now;
         last_us = live.read_us();
         ++readings;
-        return false;
+        return readings >= 20 && static_cast<double>(last_us - first_us) > 1e6 * looking_s;
     });
-    if (readings < 2)
+    if (readings < 20)
         throw input_error("plc.read: readings fail again and again; is the line busy?");
     if (beats == 0) {
         throw input_error("plc.plc_heartbeat: " + register_name(live, plc.plc_heartbeat) +

@@ -69,7 +69,8 @@ json json_of(const spread &times) {
 
 double lead_of(const loop_times &times) {
     const double to_write_ms = std::max(0.0, times.exchange.p50_ms - times.write.p50_ms);
-    return times.update_ms / 2.0 + to_write_ms + times.taken_over.p50_ms + times.period_ms / 2.0;
+    return times.update_ms / 2.0 + to_write_ms + times.taken_over.p50_ms + times.round_ms / 2.0 +
+           times.period_ms / 2.0;
 }
 
 double shortest_period_ms(const loop_times &times) {

@@ -32,9 +32,11 @@ struct loop_times {
     spread taken_over;       // from sending a write to its value being applied
     double update_ms = 0.0;  // the PLC's own, by its heartbeat
     double period_ms = 0.0;
+    double round_ms =
+        0.0;  // of the handshakes of all axes, one step alone does not see it; 0: none
 };
 // A position waits half of an update in the PLC; a value is on the average half a period old before
-// the next one comes (firmware/lead.h).
+// the next one comes, and where axes take turns it waits half a round (firmware/lead.h).
 double lead_of(const loop_times &times);
 // The shortest whole ms of which four fifths hold 99 % of the exchanges.
 double shortest_period_ms(const loop_times &times);

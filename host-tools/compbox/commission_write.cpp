@@ -27,6 +27,7 @@ json times_of(const loop_times &times) {
     return {{"exchange_ms", json_of(times.exchange)},
             {"write_to_applied_ms", json_of(times.taken_over)},
             {"plc_update_ms", whole_tenths(times.update_ms)},
+            {"handshake_round_ms", whole_tenths(times.round_ms)},
             {"lead_ms", whole_tenths(lead_of(times))},
             {"shortest_period_ms", shortest_period_ms(times)}};
 }

@@ -2,6 +2,7 @@
 """compbox build and check: what is filled in, what is refused and in which words."""
 
 import copy
+import json
 
 import pytest
 

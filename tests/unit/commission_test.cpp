@@ -56,8 +56,10 @@ TEST(commission, percentiles_are_values_that_were_measured) {
 }
 
 TEST(commission, lead_and_period_from_times) {
-    const loop_times times = {{10, 6.0, 12.0}, {10, 2.0, 4.0}, {10, 9.0, 14.0}, 8.0, 30.0};
+    loop_times times = {{10, 6.0, 12.0}, {10, 2.0, 4.0}, {10, 9.0, 14.0}, 8.0, 30.0, 0.0};
     EXPECT_DOUBLE_EQ(lead_of(times), 4.0 + 4.0 + 9.0 + 15.0);
+    times.round_ms = 96.0;
+    EXPECT_DOUBLE_EQ(lead_of(times), 4.0 + 4.0 + 9.0 + 15.0 + 48.0);
     EXPECT_DOUBLE_EQ(shortest_period_ms(times), 15.0);
 }
 
@@ -119,7 +121,7 @@ TEST(commission, says_what_is_wrong_in_the_words_of_the_loader) {
 commission_result result_of() {
     commission_result result;
     result.signs[0] = {20.0, -19.5, -1};
-    result.times = loop_times{{10, 6.0, 12.0}, {10, 2.0, 4.0}, {10, 9.2, 14.0}, 8.0, 30.0};
+    result.times = loop_times{{10, 6.0, 12.0}, {10, 2.0, 4.0}, {10, 9.2, 14.0}, 8.0, 30.0, 0.0};
     return result;
 }
 
