@@ -24,7 +24,9 @@ static void idle(void) {
 }
 
 /* What there is time for while the PLC is waited for. */
-static void meanwhile(void) {}
+static void meanwhile(void) {
+    cb_bus_poll(&app);
+}
 
 static void start_hardware(void) {
     app.cause = cb_retained_open(cb_watchdog_bit());
