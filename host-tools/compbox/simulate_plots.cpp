@@ -13,6 +13,7 @@ namespace {
 
 constexpr const char *method_colours[] = {plot_colour::curve, plot_colour::second, "#6a51a3",
                                           "#2e8b57"};
+constexpr std::size_t most_marks = 30;  // stops of a path that are marked
 constexpr double settling_s = 0.5;
 constexpr std::size_t most_log_points = 4000;  // a figure shows no more
 
@@ -50,6 +51,7 @@ std::string path_script(const scenario_path &path, const std::string &directions
                         const std::vector<const simulated_run *> &runs) {
     std::string script = panel_style(abscissa(path, *runs.front())) + "set multiplot layout " +
                          std::to_string(directions.size()) + ",2\n";
+    const bool marks = runs.front()->stops_mm.size() <= most_marks;
     for (const char letter : directions) {
         const auto a = static_cast<std::size_t>(axis_index(letter));
         const bool first = letter == directions.front(), last = letter == directions.back();
@@ -65,8 +67,8 @@ std::string path_script(const scenario_path &path, const std::string &directions
         if (first)
             script += "set title " + plot_text(path.name + ": true error before and after") + "\n";
         script +=
-            "plot " + curve(data, 2, first ? "before" : "", plot_colour::grey, true) + ", " +
-            curve(data, 3, first ? "after, " + runs.front()->method : "", method_colours[0], true) +
+            "plot " + curve(data, 2, first ? "before" : "", plot_colour::grey, marks) + ", " +
+            curve(data, 3, first ? "after, " + runs.front()->method : "", method_colours[0], marks) +
             "\n";
         if (first) script += "set title 'what is left, by method'\n";
         script += "plot ";

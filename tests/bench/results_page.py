@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """A page of docs/results/ from the report of `compbox simulate` (docs/report.md): tables, and a figure of ours
 beside the paper's.
-  results_page.py SCENARIO.json REPORT.json PAGE.md     writes PAGE.md and PAGE.svg beside it"""
+  results_page.py SCENARIO.json REPORT.json PAGE.md     writes PAGE.md, PAGE.svg and PAGE-path.svg"""
 
 import json
 import pathlib
@@ -89,12 +89,16 @@ def figure(report, path):
               f"set ylabel 'left of the error, %'\nset title '{report['path']}: what is left, by method'\n"
               f"set key outside right\nplot {plots}\n")
     subprocess.run(["gnuplot"], input=script, text=True, check=True)
-    lines = path.read_text().splitlines()
-    path.write_text("\n".join(line.rstrip() for line in lines) + "\n")
+    plain(path, path)
 
 
 def paragraph(text):
     return textwrap.fill(text, 110) + "\n\n"
+
+
+def plain(source, target):
+    """A figure of gnuplot without blanks at the ends of its lines."""
+    target.write_text("\n".join(line.rstrip() for line in source.read_text().splitlines()) + "\n")
 
 
 def page(scenario, report, paper, name):
@@ -110,6 +114,8 @@ def page(scenario, report, paper, name):
     text += f"![what is left, ours and the paper's]({name}.svg)\n\n"
     text += "## Ours and the paper's\n\n" + methods(report)
     text += "\n## Every path\n\n" + headline(report)
+    text += (f"\n![{report['path']}, before and after]({name}-path.svg)\n\n"
+             f"True error along {report['path']} of the first machine.\n")
     if "residual" in paper:
         text += f"\n## What is left on the {paper['residual_path']}\n\n" + residual(report, paper)
         text += "\nThe paper's means are those of amplitudes on its machine; ours count with their sign.\n"
@@ -128,6 +134,8 @@ def main():
     scenario, report = (json.loads(file.read_text()) for file in (scenario_file, report_file))
     paper = json.loads((scenario_file.parent / "paper.json").read_text())
     figure(report, out.with_suffix(".svg"))
+    along = report_file.parent / "plots" / (report["path"].replace(" ", "-") + ".svg")
+    plain(along, out.with_name(out.stem + "-path.svg"))
     out.write_text(page(scenario, report, paper, scenario_file.parent.name))
 
 
