@@ -66,10 +66,10 @@ std::string path_script(const scenario_path &path, const std::string &directions
                 "set xlabel " + plot_text(std::string(1, axis_letters[path.along]) + ", mm") + "\n";
         if (first)
             script += "set title " + plot_text(path.name + ": true error before and after") + "\n";
-        script +=
-            "plot " + curve(data, 2, first ? "before" : "", plot_colour::grey, marks) + ", " +
-            curve(data, 3, first ? "after, " + runs.front()->method : "", method_colours[0], marks) +
-            "\n";
+        script += "plot " + curve(data, 2, first ? "before" : "", plot_colour::grey, marks) + ", " +
+                  curve(data, 3, first ? "after, " + runs.front()->method : "", method_colours[0],
+                        marks) +
+                  "\n";
         if (first) script += "set title 'what is left, by method'\n";
         script += "plot ";
         for (std::size_t m = runs.size(); m-- > 0;) {
