@@ -19,6 +19,7 @@ RANGES = {
     "from 0.001 to 1000": ("fit", "d.csv", "--name", "EZX", "--signal", "X", "-o", "t", "--branches",
                            "--reversal-mm"),
     "from 1 to 1000": ("init", "--axes", "X", "-o", "m.json", "--period-ms"),
+    "from 1 to 200": ("commission", "m.json", "--offset-um"),
     "from 0.001 to 86400": ("train", "r.csv", "--name", "t", "--outputs", "a", "--inputs", "b", "-o",
                             "t", "--lags"),
     "from 0 to 10": ("train", "r.csv", "--name", "t", "--outputs", "a", "--inputs", "b", "-o", "t",
@@ -33,6 +34,7 @@ WHOLE = {
     "1 to 64": ("select-inputs", "r.csv", "--outputs", "a", "--candidates", "b", "-o", "c", "--count"),
     "0 to 64": ("train", "r.csv", "--name", "t", "--outputs", "a", "--inputs", "b", "-o", "t",
                 "--hidden"),
+    "5 to 1000": ("commission", "m.json", "--steps"),
     "2 to 100000000": ("plan", "--box", "0:1:2,0:1:2,0:1:2", "-o", "p.json", "--monte-carlo"),
 }
 ANY = [

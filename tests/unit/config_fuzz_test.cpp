@@ -193,6 +193,25 @@ TEST(config_fuzz, damaged_values) {
     EXPECT_GT(count.refused, 1500);
 }
 
+// The same before a FANUC control, whose values and keys have limits of their own.
+TEST(config_fuzz, damaged_values_before_a_fanuc_control) {
+    dice random(25);
+    tally count;
+    json good = json::parse(with("sinumerik-840d", "fanuc"));
+    good["channels"][0]["scale"] = 0.1;
+    good["plc"].update({{"handshake", 2}, {"scan_ms", 8}, {"max_step_units", 9998}});
+    for (uint32_t i = 0; i < 3000; ++i) {
+        json tree = good;
+        for (uint32_t k = 1 + random(2u); k > 0; --k) {
+            json &part = random(2u) ? tree : random(2u) ? tree["plc"] : tree["channels"];
+            damage(part, random);
+        }
+        ASSERT_NO_FATAL_FAILURE(judge(tree.dump(), i, count));
+    }
+    EXPECT_GT(count.good, 300);
+    EXPECT_GT(count.refused, 1000);
+}
+
 // The same on a file with every kind of term.
 TEST(config_fuzz, damaged_values_of_every_kind_of_term) {
     dice random(24);

@@ -26,6 +26,7 @@ class invariants {
         for (int i = 0; i < c.terms_count && i < CB_MAX_TERMS; ++i) term(c.terms[i], i);
         for (int i = 0; i < c.channels_count && i < CB_MAX_CHANNELS; ++i) channel(c.channels[i]);
         for (int i = 0; i < c.pairs_count && i < CB_MAX_PAIRS; ++i) pair(c.pairs[i]);
+        handshake();
         registers();
         names();
     }
@@ -82,6 +83,30 @@ class invariants {
         must(p.status < p.write.count && p.box_heartbeat < p.write.count, "in the write block");
         must(within(p.heartbeat_timeout_ms * 1000.0, c.period_us, 60e6), "heartbeat timeout");
         must(p.referenced_mask != 0 && (p.referenced_mask & 0x000D) == 0, "referenced bits");
+    }
+
+    // What an NC by handshake needs, and no other has (docs/plc-profiles.md).
+    void handshake() {
+        const cb_plc_config &p = c.plc;
+        must(within(p.deadband_um, 0, 1000), "deadband of the PLC");
+        if (p.profile != CB_PROFILE_FANUC) {
+            must(!p.has_handshake && !p.axes_at_once && p.scan_us == 0 && p.step_units == 0,
+                 "no handshake");
+            return;
+        }
+        must(within(p.scan_us, 100, 1000000) && within(p.step_units, 2, 9998), "scan, step");
+        const double round_s = 4e-6 * p.scan_us * (p.axes_at_once ? 1 : c.channels_count);
+        for (int i = 0; i < c.channels_count; ++i) {
+            const cb_channel_config &ch = c.channels[i];
+            must(ch.type == CB_NUMBER_INT16 || ch.type == CB_NUMBER_INT32 ||
+                     ch.type == CB_NUMBER_INT32_CDAB,
+                 "whole increments");
+            must(!ch.tangent && ch.limit_um < 9999.5 * ch.scale, "within 9999 increments");
+            const double step_um = p.step_units * static_cast<double>(ch.scale);
+            const double window_s = std::fmax(1.0, 10 * round_s);
+            must(ch.slew_um_per_s * window_s + ch.scale <= step_um * (1 + 1e-5), "steps");
+            must(!ch.has_applied || std::fabs(ch.step_um - step_um) <= 1e-5 * step_um, "step_um");
+        }
     }
 
     void signal(const cb_signal_config &s) {
@@ -260,7 +285,8 @@ class invariants {
         must(ch.sign == 1 || ch.sign == -1, "sign");
         if (ch.tangent) tangent(ch);
         must(within(ch.limit_um, 1e-3f, 1e6) && within(ch.error_um, ch.limit_um, 1e6), "limits");
-        must(within(ch.slew_um_per_s, 1e-3f, 1e6), "slew");
+        const bool lowered = c.plc.step_units > 0;  // by the control's largest step
+        must(within(ch.slew_um_per_s, lowered ? 1e-9f : 1e-3f, 1e6), "slew");
         must(within(ch.deadband_um, 0, ch.limit_um), "deadband");
         const double units = static_cast<double>(ch.limit_um) / ch.scale;
         const bool small = width(ch.type) == 1;
@@ -320,6 +346,7 @@ class invariants {
         if (c.plc.write.counters) take(writes, c.plc.write.count - 1, 1, "last counter");
         take(reads, c.plc.control, 1, "control");
         take(reads, c.plc.plc_heartbeat, 1, "plc_heartbeat");
+        if (c.plc.has_handshake) take(reads, c.plc.handshake, 1, "handshake");
         take(writes, c.plc.status, 1, "status");
         take(writes, c.plc.box_heartbeat, 1, "box_heartbeat");
         const auto number = [](int reg, int type) {
