@@ -164,7 +164,7 @@ void add_simulate(CLI::App &app) {
         "to the bit");
     add_json(*command, options->as_json);
     command->footer(
-        "Example:\n  compbox simulate examples/gantry-straightness/scenario.json -o out/demo");
+        "Example:\n  compbox simulate examples/gantry-straightness/scenario.json -o out/gantry");
     command->callback([options] { run_simulate(*options); });
 }
 

@@ -21,6 +21,8 @@ def gantry(compbox):
     shutil.copytree(GANTRY / "measurements", compbox.folder / "measurements")
     scenario = json.loads((GANTRY / "scenario.json").read_text())
     scenario["paths"] = [SHORT_PATH]
+    del scenario["seeds"]  # one machine, the twin file's own
+    scenario["moving_mm_per_min"] = [10000]
     compbox.write("scenario.json", scenario)
     return scenario
 
