@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: MIT
 """A run with real processes, recorded and stepped through again: the same outputs to the bit."""
+import csv
+import json
 import os
+import pathlib
 import subprocess
 import time
 
 import pytest
 
 import machine
-from box import run
+from box import Box, run
+from fakeplc import FakePlc
 from machine import ACTIVE
 from pymodbus_plc import PymodbusPlc
 from raw_plc import RawPlc
@@ -121,6 +125,57 @@ def test_what_differs_is_told_with_its_line(recording, tmp_path):
     assert done.returncode == 1 and ": channel " in done.stderr
     done = replay(config, config)
     assert done.returncode == 1 and "is not what compboxd --record-inputs writes" in done.stderr
+
+
+EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "examples"
+# A scenario, the seed of its machine, and a move of its axes.
+SCENARIOS = {"gantry-straightness": (2015, "move X=4800 Y=1000 Z=850 feed=15000"),
+             "dual-drive": (120, "move X=90 Y=90 feed=3000")}
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_a_scenario_on_real_processes(name, tmp_path):
+    """Its machine, its coefficients, box and PLC as processes: better than before, and replayed."""
+    seed, move = SCENARIOS[name]
+    scenario = json.loads((EXAMPLES / name / "scenario.json").read_text())
+    scenario["methods"], scenario["paths"] = scenario["methods"][:1], scenario["paths"][:1]
+    scenario["moving_mm_per_min"] = []
+    scenario["machine"] = str(EXAMPLES / name / scenario["machine"])
+    scenario.pop("measurements", None)
+    twin = json.loads((EXAMPLES / name / scenario["twin"]).read_text())
+    for key in ("program", "coefficients"):     # the move is ours, the registers are those below
+        twin.pop(key, None)
+    scenario["twin"] = "twin.json"
+    (tmp_path / "twin.json").write_text(json.dumps(twin))
+    (tmp_path / "scenario.json").write_text(json.dumps(scenario))
+    subprocess.run([COMPBOX, "simulate", tmp_path / "scenario.json", "--seeds", str(seed), "-o",
+                    tmp_path / "out"], check=True, capture_output=True, timeout=60)
+    made = tmp_path / f"out/seed-{seed}/bspline/coefficients.json"
+    config = tmp_path / "coefficients.json"
+    with FakePlc("--machine", tmp_path / "twin.json", "--map", made, "--log", tmp_path / "plc.csv") as plc:
+        data = json.loads(made.read_text())
+        data["plc"]["transport"]["tcp"]["port"] = plc.port
+        config.write_text(json.dumps(data))
+        with Box(config, "--record-inputs", tmp_path / "inputs.csv") as box:
+            plc.wait(lambda status: status["mode"] == ACTIVE)
+            plc.say(move)
+            plc.wait(lambda status: status["moving"] == 1)
+            plc.wait(lambda status: status["moving"] == 0, 30)
+            time.sleep(0.6)
+            box.stop()
+        assert box.code == 0, box.log
+        plc.say("quit")
+        plc.process.wait(10)
+    done = replay(config, tmp_path / "inputs.csv")
+    assert done.returncode == 0, done.stderr
+    with open(tmp_path / "plc.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    active = [row for row in rows if int(row["status"]) & 0xFF == ACTIVE]
+    for axis in "XY":
+        before, after = ([float(row[f"error_{when}_{axis}_um"]) for row in active]
+                         for when in ("before", "after"))
+        late = slice(len(active) // 2, None)     # the way from zero is behind
+        assert max(after[late]) - min(after[late]) < 0.5 * (max(before) - min(before)) + 1.5
 
 
 def test_a_file_that_cannot_be_written(tmp_path, port):
