@@ -162,7 +162,7 @@ std::int64_t serial_server::next_due_us() const {
 void serial_server::process(const std::vector<pollfd> &set, std::int64_t now_us,
                             const handler &answer) {
     process_units(set, now_us, [&](int unit, const byte_string &request, bool torn) {
-        return unit == options_.unit ? answer(request, torn) : byte_string{};
+        return unit_reply{unit == options_.unit ? answer(request, torn) : byte_string{}, 0};
     });
 }
 
@@ -216,25 +216,37 @@ void serial_server::answer_request(std::int64_t now_us, const unit_handler &answ
     const auto fault = faults_.take(request[0]);
     const bool refuse = fault && fault->kind == fault_kind::exception;
     const bool torn = fault && fault->kind == fault_kind::torn;
-    const byte_string reply =
-        refuse ? modbus::exception_reply(request[0], static_cast<std::uint8_t>(fault->value))
+    const unit_reply reply =
+        refuse ? unit_reply{modbus::exception_reply(request[0],
+                                                    static_cast<std::uint8_t>(fault->value)),
+                            0}
                : answer(unit, request, torn);
-    if (reply.empty()) return;
+    if (reply.pdu.empty()) return;
     const std::int64_t begin_us = now_us + characters_us(size) + silence_us() + options_.delay_us;
-    for (auto &part : rtu::spoil(frame[0], reply, fault)) {
-        queue(std::move(part.bytes), begin_us + std::int64_t{part.delay_ms} * 1000);
+    for (auto &part : rtu::spoil(frame[0], reply.pdu, fault)) {
+        const std::int64_t from_us = begin_us + std::int64_t{part.delay_ms} * 1000;
+        // one slave's replies keep their order; another module's late one is not waited for
+        if (reply.delay_ms > 0) {
+            queue(part.bytes, from_us + std::int64_t{reply.delay_ms} * 1000);
+        } else {
+            end_us_ = queue(part.bytes, std::max(end_us_, from_us));
+        }
     }
 }
 
-// In lumps, each when its last character is through; behind whatever is still to be sent.
-void serial_server::queue(byte_string bytes, std::int64_t from_us) {
-    end_us_ = std::max(end_us_, from_us);
+// In lumps, each when its last character is through. Returns when all of it is.
+std::int64_t serial_server::queue(const byte_string &bytes, std::int64_t from_us) {
     for (std::size_t at = 0; at < bytes.size(); at += lump) {
         const std::size_t count = std::min(lump, bytes.size() - at);
         const auto first = bytes.begin() + static_cast<std::ptrdiff_t>(at);
-        end_us_ += characters_us(count);
-        to_send_.push_back({end_us_, {first, first + static_cast<std::ptrdiff_t>(count)}});
+        from_us += characters_us(count);
+        const pending one{from_us, {first, first + static_cast<std::ptrdiff_t>(count)}};
+        const auto behind = std::upper_bound(
+            to_send_.begin(), to_send_.end(), one.due_us,
+            [](std::int64_t due_us, const pending &other) { return due_us < other.due_us; });
+        to_send_.insert(behind, one);
     }
+    return from_us;
 }
 
 void serial_server::send_due(std::int64_t now_us) {

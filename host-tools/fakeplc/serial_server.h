@@ -17,10 +17,16 @@ struct serial_options {
     int delay_us = 0;   // from a request to its reply, beyond 3.5 characters
 };
 
+// What a unit says; an empty PDU: nobody of that id is there.
+struct unit_reply {
+    byte_string pdu;
+    int delay_ms = 0;
+};
+
 class serial_server : public wire_server {
   public:
-    // A unit id and a request's PDU to the reply's PDU; empty: nobody of that id is there.
-    using unit_handler = std::function<byte_string(int unit, const byte_string &, bool torn)>;
+    // A unit id and a request's PDU to the reply.
+    using unit_handler = std::function<unit_reply(int unit, const byte_string &, bool torn)>;
 
     // Throws input_error.
     serial_server(const std::string &address, const serial_options &options);
@@ -56,7 +62,7 @@ class serial_server : public wire_server {
     void open_socket(std::int64_t now_us);
     void receive(std::int64_t now_us);
     void answer_request(std::int64_t now_us, const unit_handler &answer);
-    void queue(byte_string bytes, std::int64_t from_us);
+    std::int64_t queue(const byte_string &bytes, std::int64_t from_us);
     void send_due(std::int64_t now_us);
 
     std::string address_, path_;

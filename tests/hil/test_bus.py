@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Thermometers on the box's own serial line, while the PLC is served as ever."""
+import os
+import pathlib
+import subprocess
 import time
 
 import machine
@@ -8,6 +11,8 @@ from pt100 import Modules
 from pymodbus_plc import PymodbusPlc
 from serial_line import NullModem
 
+FAKEPT100 = os.environ.get("FAKEPT100", pathlib.Path(__file__).resolve().parents[2] /
+                          "build/host/bin/fakept100")
 UNITS = {5: {0: 351, 1: 222}, 6: {0: 203}}      # T1 = 35.1 °C, T2 22.2 °C, T3 20.3 °C
 
 
@@ -60,3 +65,39 @@ def test_an_adapter_that_is_not_there_costs_nothing(plc, port, start_box):
     assert box.code == 0, box.log
     assert "bus pt100: " in box.log and "No such file or directory" in box.log
     assert box.stats["bus"]["connects"] == 0
+
+
+def test_one_slow_module_delays_neither_the_plc_nor_the_others(plc, port, start_box):
+    """fakept100's modules, one of which answers later than its slave delay again and again."""
+    device = f"/tmp/compbox-{os.getpid()}-bus"
+    modules = subprocess.Popen([FAKEPT100, "--listen", "rtu:" + device, "--module", "5=35.1,22.2",
+                                "--module", "6=20.3"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                               text=True)
+    plc.values = {"X": 6500, "Y": 200, "Z": 1500, "T1": 35.1}
+
+    def ask(command):
+        modules.stdin.write(command + "\n")
+        modules.stdin.flush()
+        return modules.stdout.readline().strip()
+
+    try:
+        assert modules.stdout.readline() == f"fakept100: listening on rtu:{device}\n"
+        with PymodbusPlc(plc, port), start_box(change=with_bus(device)) as box:
+            plc.wait_mode(machine.ACTIVE)
+            assert ask("late 5 200") == "ok"
+            time.sleep(1.5)
+            assert ask("set 6 0 25.5") == "ok"
+            time.sleep(1.5)
+            begin = len(box.rows)
+            assert ask("late 5 0") == "ok"
+            time.sleep(4)
+            box.stop()
+        assert box.code == 0, box.log
+        assert abs(box.rows[begin - 5]["T3"] - 25.5) < 1e-4, "unit 6 is read while 5 is late"
+        assert abs(box.rows[-1]["T1"] - 35.1) < 1e-4, "a late answer is never another module's value"
+        assert all(row["T3"] in (None, ) or abs(row["T3"] - 20.3) < 1e-4 or abs(row["T3"] - 25.5) < 1e-4
+                   for row in box.rows)
+        assert ask("what") .startswith("error: usage") and ask("silent 9 1") == "error: there is no unit 9"
+        assert ask("quit") == "ok" and modules.wait(5) == 0
+    finally:
+        modules.kill()
