@@ -3,12 +3,15 @@
 import json
 import os
 import pathlib
+import shutil
+import socket
 import subprocess
 import time
 
 import pytest
 
 import box as box_module
+from pt100 import with_crc
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FAKEPLC = os.environ.get("FAKEPLC", ROOT / "build/host/bin/fakeplc")
@@ -113,3 +116,51 @@ def test_the_statistics_name_what_happened(rig):
     for name in rig_counters - {None}:
         assert counted[name] >= 1, (name, counted)
     assert counted["replies"] > 0.5 * counted["requests"]
+
+
+def test_a_socket_serves_the_same_frames(tmp_path):
+    """What QEMU's -serial connects to: fakeplc listens, and connects where somebody listens."""
+    path = str(tmp_path / "line.sock")
+    request = with_crc([1, 3, 0, 0, 0, 2])
+    with FakePlc("unix:" + path) as plc:
+        assert plc.said == "fakeplc: listening on unix:" + path
+        for _ in range(2):                    # a client may leave and another come
+            with socket.socket(socket.AF_UNIX) as client:
+                client.settimeout(5)
+                client.connect(path)
+                client.sendall(request)
+                reply = b""
+                while len(reply) < 9:
+                    reply += client.recv(64)
+                assert reply[:3] == bytes([1, 3, 4]) and with_crc(reply[:7]) == reply
+                client.sendall(with_crc([2, 3, 0, 0, 0, 2]))       # another unit: no answer
+                client.settimeout(0.2)
+                with pytest.raises(TimeoutError):
+                    client.recv(64)
+    with socket.socket(socket.AF_UNIX) as listener:
+        if os.path.exists(path):
+            os.unlink(path)
+        listener.bind(path)
+        listener.listen(1)
+        with FakePlc("unix:" + path):
+            listener.settimeout(5)
+            peer, _ = listener.accept()
+            with peer:
+                peer.sendall(request)
+                peer.settimeout(5)
+                assert peer.recv(64)[:2] == bytes([1, 3])
+
+
+@pytest.mark.skipif(shutil.which("mbpoll") is None, reason="mbpoll is not installed")
+def test_libmodbus_as_client_reads_fakeplc():
+    """The other direction: libmodbus' own RTU client (mbpoll) takes fakeplc's replies."""
+    device = f"/tmp/compbox-{os.getpid()}-mbpoll"
+    with FakePlc("rtu:" + device) as plc:
+        assert plc.ask("status").startswith("ok")
+        done = subprocess.run(["mbpoll", "-m", "rtu", "-a", "1", "-b", "115200", "-P", "none", "-t", "4",
+                               "-0", "-r", "0", "-c", "4", "-1", device], capture_output=True, text=True,
+                              timeout=20)
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert "[0]:" in done.stdout and "[3]:" in done.stdout
+    if os.path.lexists(device):
+        os.unlink(device)

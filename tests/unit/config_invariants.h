@@ -127,7 +127,7 @@ class invariants {
             must((s.can_id >> 31) == ((s.can_id & 0x7fffffffu) > 0x7ff), "29-bit mark");
             must(s.reg + 2 * width(s.type) <= 8, "inside the frame");
         } else if (s.source == CB_SOURCE_BUS) {
-            must(within(s.bus_unit, 1, 247), "bus unit");
+            must(within(s.bus_unit, 1, 247) && s.bus < c.buses_count, "bus unit");
             must(s.reg + width(s.type) <= 65536, "bus register");
         } else {
             must(s.reg + width(s.type) <= c.plc.read.count, "inside the read block");
