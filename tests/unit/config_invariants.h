@@ -5,6 +5,7 @@
 
 extern "C" {
 #include "firmware/config.h"
+#include "firmware/rtu_budget.h"
 }
 
 #include <cmath>
@@ -50,6 +51,13 @@ class invariants {
                    : 2;
     }
 
+    void serial(const cb_serial_config &s) {
+        must(ends(s.device) && s.device[0] != 0, "device");
+        must(cb_is_usual_baud(s.line.baud), "baud");
+        must(s.line.parity <= CB_PARITY_ODD && within(s.line.stop_bits, 1, 2), "parity, stop bits");
+        must(s.slave_delay_us <= 1000000, "slave delay");
+    }
+
     void whole_box() {
         must(within(c.period_us, 1000, 1000000), "period");
         must(c.lead_us <= 500000 && !(c.lead_measured && c.lead_us > 0), "lead");
@@ -71,10 +79,19 @@ class invariants {
         must(p.profile <= CB_PROFILE_FANUC && p.exchange <= CB_EXCHANGE_FC23, "profile, exchange");
         must(!(p.profile == CB_PROFILE_SINUMERIK_840D && p.exchange == CB_EXCHANGE_FC23),
              "no fc23");
-        must(p.transport == CB_TRANSPORT_TCP, "transport");
-        must(ends(p.host) && std::strlen(p.host) >= 2, "host");
-        must(std::strspn(p.host, "0123456789abcdefABCDEF.:") == std::strlen(p.host), "host digits");
-        must(p.port >= 1, "port");
+        if (p.transport == CB_TRANSPORT_RTU) {
+            serial(p.serial);
+            must(within(p.unit, 1, 247), "unit");
+            must(cb_rtu_longest_us(&p, &p.serial.line) <= cb_exchange_budget_us(c.period_us),
+                 "the line carries the exchange");
+        } else {
+            must(p.transport == CB_TRANSPORT_TCP, "transport");
+            must(ends(p.host) && std::strlen(p.host) >= 2, "host");
+            must(std::strspn(p.host, "0123456789abcdefABCDEF.:") == std::strlen(p.host), "host");
+            must(p.port >= 1, "port");
+        }
+        must(c.buses_count <= CB_MAX_BUSES, "buses");
+        for (int i = 0; i < c.buses_count && broken.empty(); ++i) serial(c.buses[i].serial);
         must(within(p.read.count, 2, CB_MAX_READ_REGISTERS), "read count");
         must(within(p.write.count, 2, CB_MAX_WRITE_REGISTERS), "write count");
         must(p.read.start + p.read.count <= 65536 && p.write.start + p.write.count <= 65536,
