@@ -162,6 +162,8 @@ static enum cb_rtu_answer take_reply(const struct cb_rtu_receiver *receiver, uin
 enum cb_rtu_answer cb_rtu_receiver_take(const struct cb_rtu_receiver *receiver, uint16_t *registers,
                                         uint8_t *exception) {
     if (receiver->state == CB_RTU_REPLY) return take_reply(receiver, registers, exception);
-    return cb_rtu_decode(receiver->head[0], &receiver->request, receiver->frame, receiver->have,
-                         registers, exception);
+    /* whole and sound all the same: of another request, or with a hole; never taken */
+    const enum cb_rtu_answer answer =
+        cb_rtu_check(receiver->head[0], receiver->frame, receiver->have);
+    return answer == CB_RTU_OK ? CB_RTU_INVALID : answer;
 }

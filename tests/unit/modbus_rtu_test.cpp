@@ -292,6 +292,8 @@ TEST(rtu_receiver, a_reply_with_a_hole_is_none) {
     wire.now_us += 750;
     EXPECT_EQ(wire.feed(bytes(reply.begin() + 5, reply.end())), CB_RTU_INSIDE);
     EXPECT_EQ(wire.wait(1750), CB_RTU_SPOILT);
+    EXPECT_EQ(wire.take().answer, CB_RTU_INVALID);
+    EXPECT_EQ(wire.take().registers[0], 0xEEEE);
 }
 
 TEST(rtu_receiver, says_why_something_is_no_reply) {
