@@ -126,11 +126,14 @@ def plant(source, file, before, after):
     return text
 
 
-def main():
+def main(faults=FAULTS, build=build, run=run):
+    """in : a list like FAULTS; what builds a copy of the sources, and what runs tests in it"""
     root, words = pathlib.Path(sys.argv[1]).resolve(), sys.argv[2:]
-    chosen = [f for f in FAULTS if not words or any(word in f[0] for word in words)]
+    chosen = [f for f in faults if not words or any(word in f[0] for word in words)]
+    if not chosen:
+        return 0
     missed = []
-    with tempfile.TemporaryDirectory() as folder, open(root / "build/planted-faults.log", "w") as log:
+    with tempfile.TemporaryDirectory() as folder, open(root / "build/planted-faults.log", "a") as log:
         source = pathlib.Path(folder)
         copy_sources(root, source)
         build(source, log)
