@@ -1,26 +1,37 @@
 # SPDX-License-Identifier: MIT
 """Pt100 modules on their own line: they are asked in turn, and none of them delays the PLC's exchange."""
 import re
+import subprocess
 
 import machine
+from conftest import HOST
 from following import active, counters_of, replayed, start_with_trace, wait_for
 from machine import ACTIVE
-from rtu_plc import RtuPlc
 
 AT_REST = {"X": 4000, "Y": 200, "Z": 1500, "T1": 20}
 DEGRADED = 8
 
 
-class Module:
-    """A temperature in 0.1 degC at a register, nothing anywhere else."""
+class Modules:
+    """fakept100 as a process: unit 3 and unit 4, one thermometer each."""
 
-    def __init__(self, register, temperature):
-        self.register, self.temperature, self.asked = register, temperature, 0
+    def __init__(self, folder, baud=0):
+        self.process = subprocess.Popen(
+            [HOST / "fakept100", "--listen", f"unix:{folder / 'bus.sock'}", "--module", "3=20", "--module", "4=40",
+             "--baud", str(baud)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1)
+        assert "listening" in self.process.stdout.readline()
 
-    def read(self, start, count):
-        assert (start, count) == (self.register, 1)
-        self.asked += 1
-        return [round(10 * self.temperature)]
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.ask("quit")
+        self.process.wait(10)
+
+    def ask(self, command):
+        self.process.stdin.write(command + "\n")
+        answer = self.process.stdout.readline()
+        assert answer.startswith("ok"), answer
 
 
 def on_bus(data):
@@ -29,8 +40,8 @@ def on_bus(data):
                       "rtu": {"device": "/dev/ttyS2", "baud": 19200, "slave_delay_ms": 20}}]
     t1 = next(s for s in data["signals"] if s["name"] == "T1")
     del t1["plc"]
-    t1.update({"bus": "pt100", "unit_id": 3, "register": 10, "max_age_ms": 1200})
-    data["signals"].append({**t1, "name": "T2", "unit_id": 4, "register": 0})
+    t1.update({"bus": "pt100", "unit_id": 3, "register": 0, "max_age_ms": 1200})
+    data["signals"].append({**t1, "name": "T2", "unit_id": 4})
     data["terms"].append({"name": "WARM", "type": "polynomial", "signal": "T2", "coefficients": [-30, 1.5]})
     data["channels"][0]["sum"].append("WARM")
     data["safety"]["ramp_um_per_s"] = 500
@@ -47,26 +58,22 @@ def holds(write, um):
 
 def test_temperatures_arrive_and_a_lost_module_costs_its_term_alone(plc, rtu, start_box, tmp_path):
     plc.values = AT_REST
-    modules = {3: Module(10, 20), 4: Module(0, 40)}
-    with rtu(), RtuPlc(tmp_path / "bus.sock", dict(modules)) as bus, \
-            start_box(on_bus, bus=tmp_path / "bus.sock") as box:
+    with rtu(), Modules(tmp_path) as modules, start_box(on_bus, bus=tmp_path / "bus.sock") as box:
         start_with_trace(box)
         wait_for(lambda: plc.writes and holds(plc.last(), wanted(20, 40)))
-        modules[3].temperature = 26
+        modules.ask("set 3 0 26")
         wait_for(lambda: holds(plc.last(), wanted(26, 40)))
 
-        del bus.units[4]                                         # the module is lost
+        modules.ask("silent 4 1")                                # the module is lost
         wait_for(lambda: plc.last().reason == DEGRADED)          # too old: its term fades out
         wait_for(lambda: holds(plc.last(), wanted(26, 20)))      # 20 degC is where WARM is zero
-        asked = modules[3].asked
-        modules[3].temperature = 23                              # the other one goes on
+        modules.ask("set 3 0 23")                                # the other one goes on
         wait_for(lambda: holds(plc.last(), wanted(23, 20)))
-        assert modules[3].asked > asked
-
-        bus.units[4] = modules[4]
+        modules.ask("silent 4 0")
         wait_for(lambda: holds(plc.last(), wanted(23, 40)))
 
-        bus.fault = lambda frame, reply: [0.2, reply]            # slower than it may be
+        modules.ask("late 3 200")                                # slower than it may be
+        modules.ask("late 4 200")
         mark = len(plc.writes)
         wait_for(lambda: len(plc.writes) > mark + 40)
         counters, since = counters_of(box), box.console.mark()
