@@ -150,6 +150,7 @@ class Guest:
     def run(self, command, timeout_s=20):
         """A command in the guest's shell; out: its output. Fails when it does."""
         self.serial += 1
+        self.wait(r"BusyBox v(?:.|\n)*\x1b\[6n", timeout_s=60)  # before its first prompt it reads nothing
         with self.lock:
             since = len(self.text)
         # The echo of the command holds "$?" and a quote, so only the answer has these marks.

@@ -77,16 +77,6 @@ def test_a_bus_that_goes_away_comes_back(machine):
     assert can["nodes"][0]["state"] == "operational"
 
 
-def test_a_flood_of_frames_is_survived(machine):
-    """Frames of other identifiers stop at the kernel's filter; wanted ones in masses cost no cycle."""
-    plc, guest = machine
-    before = guest.stats()
-    guest.run("for i in 1 2 3 4 5 6 7 8 9; do /opt/test/node flood can1 500; done", 120)
-    after = guest.wait_stats(lambda s: s["can"]["frames"] > before["can"]["frames"] + 1000)
-    assert after["mode"] == "ACTIVE"
-    plc.wait_um(PATH_UM)
-
-
 def test_killed_without_warning_it_is_started_again(machine):
     plc, guest = machine
     plc.wait_um(PATH_UM)
@@ -152,6 +142,17 @@ def test_the_same_bits_as_on_every_other_target(machine):
     here = [line for line in guest.run("/opt/test/conformance", 120).splitlines() if line.strip()]
     expected = (g.ROOT / "tests/conformance/expected.txt").read_text().splitlines()
     assert [line for line in here if line in expected] == expected
+
+
+def test_a_flood_of_frames_is_survived(machine):
+    """Frames of other identifiers stop at the kernel's filter; wanted ones in masses cost no cycle. The last
+    test of this guest: QEMU's SJA1000 forgets an overflow on no reset of the machine, as a real one does."""
+    plc, guest = machine
+    before = guest.stats()
+    guest.run("for i in 1 2 3 4 5 6 7 8 9; do /opt/test/node flood can1 500; done", 120)
+    after = guest.wait_stats(lambda s: s["can"]["frames"] > before["can"]["frames"] + 1000)
+    assert after["mode"] == "ACTIVE"
+    plc.wait_um(PATH_UM)
 
 
 def test_jitter_beside_cyclictest(tmp_path, fresh_disk, port):
