@@ -158,7 +158,7 @@ class Guest:
         self.qemu.stdin.flush()
         done = self.wait(rf"@{self.serial}>\n((?:.|\n)*)@{self.serial}:(\d+)@", timeout_s, since)
         output = done[1]
-        output = re.sub(r"^compboxd: .*\n", "", output, flags=re.M)  # the log goes to the same line
+        output = re.sub(r"^compboxd: +[0-9.]+ s: .*\n", "", output, flags=re.M)  # the log goes to the same line
         assert done[2] == "0", f"{command}: {output}"
         return output
 
