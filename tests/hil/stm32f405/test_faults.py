@@ -192,5 +192,8 @@ def test_a_processor_fault_while_active_ends_in_standby_until_permitted(plc, rtu
         mark = len(plc.writes)
         wait_for(lambda: len(plc.writes) > mark + 20)
         assert all(w.mode != ACTIVE for w in plc.writes[mark:])
+        lines = box.console.lines[since:]
+        restarted = next(i for i, line in enumerate(lines) if "started: processor fault" in line)
+        assert not any("ACTIVE" in line for line in lines[restarted:])
         plc.control |= machine.PERMIT_RESUME
         wait_for(lambda: plc.last().mode == ACTIVE)
