@@ -37,10 +37,10 @@ class Modules:
 def on_bus(data):
     """T1, which makes Z grow, and T2, which moves X, come from modules 3 and 4."""
     data["buses"] = [{"name": "pt100", "every_ms": 60,
-                      "rtu": {"device": "/dev/ttyS2", "baud": 19200, "slave_delay_ms": 20}}]
+                      "rtu": {"device": "/dev/ttyS2", "baud": 19200, "slave_delay_ms": 120}}]
     t1 = next(s for s in data["signals"] if s["name"] == "T1")
     del t1["plc"]
-    t1.update({"bus": "pt100", "unit_id": 3, "register": 0, "max_age_ms": 1200})
+    t1.update({"bus": "pt100", "unit_id": 3, "register": 0, "max_age_ms": 2000})
     data["signals"].append({**t1, "name": "T2", "unit_id": 4})
     data["terms"].append({"name": "WARM", "type": "polynomial", "signal": "T2", "coefficients": [-30, 1.5]})
     data["channels"][0]["sum"].append("WARM")
@@ -72,8 +72,8 @@ def test_temperatures_arrive_and_a_lost_module_costs_its_term_alone(plc, rtu, st
         modules.ask("silent 4 0")
         wait_for(lambda: holds(plc.last(), wanted(23, 40)))
 
-        modules.ask("late 3 200")                                # slower than it may be
-        modules.ask("late 4 200")
+        modules.ask("late 3 400")                                # slower than it may be
+        modules.ask("late 4 400")
         mark = len(plc.writes)
         wait_for(lambda: len(plc.writes) > mark + 40)
         counters, since = counters_of(box), box.console.mark()
