@@ -206,7 +206,7 @@ void add_network(CLI::App &train, train_arguments &arguments) {
         ->option_text("N");
     train
         .add_option("--rows", options.max_rows,
-                    "The network is trained on every k-th row, at most so many (2000)")
+                    "The network is trained on at most so many rows, spread over all (2000)")
         ->check(whole_between(10, 1000000))
         ->option_text("N");
     train

@@ -11,7 +11,7 @@ struct kind {
     const char *name;
     simulate_outcome (*run)(const simulate_request &);
 };
-constexpr kind kinds[] = {{"paths", run_paths}};
+constexpr kind kinds[] = {{"paths", run_paths}, {"parts", run_parts}};
 
 }  // namespace
 

@@ -39,5 +39,6 @@ simulate_outcome run_scenario(const simulate_request &request);
 
 // The kinds, one file each.
 simulate_outcome run_paths(const simulate_request &request);  // simulate_paths.cpp
+simulate_outcome run_parts(const simulate_request &request);  // simulate_parts.cpp
 
 }  // namespace compbox

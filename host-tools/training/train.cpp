@@ -202,11 +202,20 @@ void train_linear(train_result &result, const scaled_rows &rows) {
     judge(result.linear, result, left_out);
 }
 
-// Every k-th row, so that at most `most` are left.
+// At most `most` rows, one from each of as many stretches, at a place in it that does not repeat:
+// every k-th row of points that were probed line by line would be the same columns of every line.
 std::vector<Eigen::Index> thinned(Eigen::Index rows, int most) {
-    const Eigen::Index step = (rows + most - 1) / most;
+    constexpr double golden = 0.6180339887498949;
     std::vector<Eigen::Index> some;
-    for (Eigen::Index r = 0; r < rows; r += step) some.push_back(r);
+    if (rows <= most) {
+        for (Eigen::Index r = 0; r < rows; ++r) some.push_back(r);
+        return some;
+    }
+    const double stretch = static_cast<double>(rows) / most;
+    for (int i = 0; i < most; ++i) {
+        const double part = std::fmod(golden * (i + 1), 1.0);
+        some.push_back(std::min(rows - 1, static_cast<Eigen::Index>((i + part) * stretch)));
+    }
     return some;
 }
 

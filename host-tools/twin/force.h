@@ -36,6 +36,7 @@ struct cutting_config {
     double rated_Nm = 20.0;
     double idle_percent = 0.0, full_rpm = 10000.0;
     double load_noise_percent = 0.0;
+    double load_lag_s = 0.3;  // of the drive's display
     double spread = 0.0;  // a seed draws force, shares, stiffness and compliance within ± this part
     std::vector<thin_wall> walls;
 

@@ -2,13 +2,14 @@
 #include "host-tools/twin/process.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace compbox {
 
 namespace {
 
 constexpr double s_per_min = 60.0;
-constexpr double load_every_s = 0.1;  // the drive's own filter
+constexpr double load_every_s = 0.1;  // of the display
 
 }  // namespace
 
@@ -32,11 +33,13 @@ void machine_process::advance(double dt_s, const twin_state &now) {
     if (!thermal_config_.empty()) thermal_.advance(dt_s, load);
     now_ = now;
     now_.spindle_load_percent = spindle_load_percent(cutting_, cutting);
+    const double gain = cutting_.load_lag_s > 0.0 ? -std::expm1(-dt_s / cutting_.load_lag_s) : 1.0;
+    filtered_load_percent_ += gain * (now_.spindle_load_percent - filtered_load_percent_);
     since_load_s_ += dt_s;
     if (since_load_s_ < load_every_s) return;
     since_load_s_ = 0.0;
     const double noise = cutting_.load_noise_percent * load_noise_.normal();
-    shown_load_percent_ = std::max(0.0, now_.spindle_load_percent + noise);
+    shown_load_percent_ = std::max(0.0, filtered_load_percent_ + noise);
 }
 
 void machine_process::fill(twin_state &state) const {

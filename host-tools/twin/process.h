@@ -33,7 +33,7 @@ class machine_process {
     random_stream load_noise_;
     twin_state now_;
     bool has_any_;
-    double shown_load_percent_ = 0.0, since_load_s_ = 0.0;
+    double filtered_load_percent_ = 0.0, shown_load_percent_ = 0.0, since_load_s_ = 0.0;
 };
 
 }  // namespace compbox

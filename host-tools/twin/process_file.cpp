@@ -227,7 +227,8 @@ cutting_config read_cutting(const json &value, const place &at) {
     if (!value.is_object()) at.fail("must be an object");
     check_keys(value,
                {"N_per_mm", "exponent", "teeth", "tool_diameter_mm", "share", "stiffness_N_per_um",
-                "rated_Nm", "idle_percent", "full_rpm", "load_noise_percent", "spread", "walls"},
+                "rated_Nm", "idle_percent", "full_rpm", "load_noise_percent", "load_lag_s",
+                "spread", "walls"},
                at);
     cutting_config config;
     config.N_per_mm = required(value, "N_per_mm", 0.0, 1e6, at);
@@ -240,6 +241,7 @@ cutting_config read_cutting(const json &value, const place &at) {
     config.idle_percent = optional(value, "idle_percent", 0.0, 0.0, 100.0, at);
     config.full_rpm = optional(value, "full_rpm", config.full_rpm, 1.0, 1e6, at);
     config.load_noise_percent = optional(value, "load_noise_percent", 0.0, 0.0, 100.0, at);
+    config.load_lag_s = optional(value, "load_lag_s", config.load_lag_s, 0.0, 60.0, at);
     config.spread = optional(value, "spread", 0.0, 0.0, 0.9, at);
     const json &walls = list_at(value, "walls", at);
     for (std::size_t i = 0; i < walls.size(); ++i) {
