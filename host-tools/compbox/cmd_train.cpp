@@ -4,6 +4,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <sstream>
 
 #include "host-tools/compbox/commands.h"
@@ -20,7 +21,8 @@ struct train_arguments {
     std::string data, output, plot, predictions;
     data_options columns;
     train_options options;
-    std::vector<std::string> slopes;  // "X:T1,T2"
+    std::vector<std::string> slopes;   // "X:T1,T2"
+    std::vector<std::string> margins;  // "T*:3"
     bool as_json = false, no_linear_path = false;
 };
 
@@ -45,8 +47,21 @@ slope_option slope_of(const std::string &text) {
     return slope;
 }
 
+// "T*,rpm:3" taken apart; nothing where it is not of that form.
+std::optional<margin_option> margin_of(const std::string &text) {
+    margin_option margin;
+    const std::size_t colon = text.rfind(':');
+    if (colon == std::string::npos) return std::nullopt;
+    std::istringstream names(text.substr(0, colon)), part(text.substr(colon + 1));
+    for (std::string name; std::getline(names, name, ',');) margin.of.push_back(name);
+    const bool good = static_cast<bool>(part >> margin.part) && part.eof() && margin.part >= 0.0 &&
+                      margin.part <= 10.0 && !margin.of.empty();
+    return good ? std::optional(margin) : std::nullopt;
+}
+
 void run_train(train_arguments &arguments) {
     train_options &options = arguments.options;
+    for (const auto &text : arguments.margins) options.margins.push_back(*margin_of(text));
     for (const auto &text : arguments.slopes) options.slopes.push_back(slope_of(text));
     if (!arguments.columns.record.empty() && options.starts_of_lags == lag_starts::each_run) {
         options.starts_of_lags = lag_starts::once;
@@ -85,6 +100,11 @@ void check_usage(const train_arguments &arguments) {
         const slope_option slope = slope_of(text);
         if (!slope.along.empty() && !slope.of.empty()) continue;
         throw CLI::ValidationError("--slope", "'" + text + "' is not POSITION:INPUT,INPUT");
+    }
+    for (const auto &text : arguments.margins) {
+        if (margin_of(text)) continue;
+        throw CLI::ValidationError(
+            "--margin-of", "'" + text + "' is not INPUT,INPUT:PART with a part from 0 to 10");
     }
     if (!arguments.slopes.empty() && arguments.no_linear_path) {
         throw CLI::ValidationError("--slope", "is part of the linear path");
@@ -214,6 +234,11 @@ void add_network(CLI::App &train, train_arguments &arguments) {
                     "Extrapolate an input no further than this part of its trained range (0.1)")
         ->check(between(0, 10))
         ->option_text("PART");
+    train
+        .add_option("--margin-of", arguments.margins,
+                    "Another margin for some inputs (* stands for anything); may be given several "
+                    "times, the last that fits counts")
+        ->option_text("C,D:PART");
 }
 
 }  // namespace

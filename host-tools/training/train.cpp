@@ -100,10 +100,45 @@ void check_sizes(const train_result &result) {
     }
 }
 
+bool fits_any(const std::string &name, const std::vector<std::string> &patterns) {
+    return std::any_of(patterns.begin(), patterns.end(), [&](const std::string &pattern) {
+        return ::fnmatch(pattern.c_str(), name.c_str(), 0) == 0;
+    });
+}
+
+// In parts of the range. A slope's own column is no input of the box: what it is made of is held.
+double margin_of(const train_options &options, const model_input &input) {
+    constexpr double unlimited = 1e6;
+    if (input.is_slope()) return unlimited;
+    double margin = options.margin;
+    for (const auto &one : options.margins) {
+        if (fits_any(input.name, one.of)) margin = one.part;
+    }
+    return margin;
+}
+
+void find_margins(train_result &result) {
+    result.range.margin = result.range.high - result.range.low;
+    for (std::size_t i = 0; i < result.inputs.size(); ++i) {
+        result.range.margin[static_cast<Eigen::Index>(i)] *=
+            margin_of(result.options, result.inputs[i]);
+    }
+    result.range.margin = rounded(result.range.margin);
+    for (const auto &one : result.options.margins) {
+        for (const auto &pattern : one.of) {
+            const bool found =
+                std::any_of(result.inputs.begin(), result.inputs.end(), [&](const auto &input) {
+                    return !input.is_slope() && fits_any(input.name, {pattern});
+                });
+            if (!found) throw input_error("--margin-of: no input is called '" + pattern + "'");
+        }
+    }
+}
+
 void check_ranges(train_result &result) {
     result.range.low = rounded(result.learn.x.colwise().minCoeff().transpose());
     result.range.high = rounded(result.learn.x.colwise().maxCoeff().transpose());
-    result.range.margin = rounded(result.options.margin * (result.range.high - result.range.low));
+    find_margins(result);
     for (std::size_t i = 0; i < result.inputs.size(); ++i) {
         const auto at = static_cast<Eigen::Index>(i);
         const double range = result.range.high[at] - result.range.low[at];
@@ -122,12 +157,6 @@ void check_outputs(const train_result &result) {
                           "the output '" + result.data.outputs[k] +
                               "' does not change in the runs trained on: leave it out");
     }
-}
-
-bool fits_any(const std::string &name, const std::vector<std::string> &patterns) {
-    return std::any_of(patterns.begin(), patterns.end(), [&](const std::string &pattern) {
-        return ::fnmatch(pattern.c_str(), name.c_str(), 0) == 0;
-    });
 }
 
 // Columns and lags, those that the hidden layer sees first; then slopes, which it never sees.

@@ -18,6 +18,11 @@ namespace compbox {
 
 enum class regularisation { automatic, folds, evidence };
 
+struct margin_option {
+    std::vector<std::string> of;  // names of inputs; * stands for anything
+    double part = 0.1;
+};
+
 struct train_options {
     std::string name = "net";
     lag_options lags;
@@ -35,8 +40,9 @@ struct train_options {
     std::uint64_t seed = 1;
     int threads = 0;
     int max_iterations = 300;
-    int max_rows = 2000;  // for the network: neighbouring rows are nearly equal
-    double margin = 0.1;  // parts of the trained range: extrapolated no further
+    int max_rows = 2000;                 // for the network: neighbouring rows are nearly equal
+    double margin = 0.1;                 // parts of the trained range: extrapolated no further
+    std::vector<margin_option> margins;  // of some inputs another one; the last that fits counts
     std::function<void(double, double)> progress;  // 0 … 1, loss
 };
 

@@ -180,6 +180,7 @@ def test_the_box_computes_slopes_and_the_memory_of_a_record(compbox, machine):
 SCREW_REFUSED = {
     "no such input": (("--slope", "X:t9"), "--slope names 't9', which is not among the inputs"),
     "no such position": (("--slope", "Y:t1"), "--slope names 'Y', which is not among the inputs"),
+    "margin of nothing": (("--margin-of", "Q*:2"), "--margin-of: no input is called 'Q*'"),
     "unseen": (("--hidden-inputs", "Q*"), "--hidden-inputs: no input is called 'Q*'"),
     "other record": (("--record", "short.csv"), "short.csv: does not reach to time_s "),
     "record without input": (("--record", "bare.csv"), "bare.csv:1: there is no column 'X'"),
@@ -196,6 +197,16 @@ def test_refused_beside_a_record(compbox, case):
     write_rows(compbox, [[2, 2, 3, 4, 5], [1, 2, 3, 4, 5]], names, "back.csv")
     write_rows(compbox, [[1], [2]], ("time_s",), "bare.csv")
     assert compbox.refused(*SCREW, *more).startswith(message)
+
+
+def test_margins_of_some_inputs(compbox):
+    write_screw(compbox)
+    compbox.good(*SCREW, "--margin", "0.5", "--margin-of", "t1,Z:3", "--margin-of", "Z:0")
+    term = compbox.read("net.json")["terms"][0]
+    parts = {name: m / (b - a) for name, a, b, m in zip(
+        term["inputs"], term["input_min"], term["input_max"], term["margin"])}
+    assert parts == pytest.approx({"X": 0.5, "Z": 0.0, "t1": 3.0, "rpm": 0.5, "rpm_lag1800": 0.5},
+                                  abs=1e-5)
 
 
 def test_slope_names_that_the_box_cannot_take(compbox):
@@ -391,6 +402,7 @@ def test_a_standing_input_is_refused(compbox):
                                   ("--lag-only", "rpm"), ("--lags-start", "once"),
                                   ("--hidden", "0", "--no-linear-path"),
                                   ("--optimiser", "levenberg-marquardt"),
+                                  ("--margin-of", "rpm"), ("--margin-of", "rpm:-1"),
                                   ("--record", "rows.csv"), ("--slope", "rpm"),
                                   ("--slope", "rpm:rpm", "--no-linear-path")])
 def test_wrong_usage(compbox, more):

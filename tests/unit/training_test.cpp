@@ -2,6 +2,8 @@
 // compbox train: derivatives, lags, the linear baseline, and what is chosen when.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -172,6 +174,23 @@ TEST(Lags, start_with_the_run_or_the_file_or_both) {
     EXPECT_EQ(both.x.bottomRows(40), run.x);
     EXPECT_EQ(both.source[45], 5u);
     EXPECT_EQ(both.run[75], 1u);
+}
+
+// Points that are probed line by line: every k-th row would be the same columns of every line.
+TEST(Network, is_trained_on_rows_from_everywhere) {
+    const training_data data =
+        made_of(1000, 5, [](const Eigen::RowVectorXd &x) { return x[0] + 0.5 * x[0] * x[1]; });
+    train_options options = small_options();
+    options.max_rows = 200;
+    options.max_iterations = 5;
+    const train_result result = train(data, options);
+    ASSERT_EQ(result.network_rows.size(), 200u);
+    std::array<int, 10> columns = {};
+    for (std::size_t i = 0; i < result.network_rows.size(); ++i) {
+        ++columns[static_cast<std::size_t>(result.network_rows[i] % 10)];
+    }
+    for (const int count : columns) EXPECT_NEAR(count, 20, 10);
+    EXPECT_TRUE(std::is_sorted(result.network_rows.begin(), result.network_rows.end()));
 }
 
 TEST(Ridge, solves_the_normal_equations) {
