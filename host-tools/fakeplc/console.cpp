@@ -229,7 +229,7 @@ std::string console::run(const std::string &line) {
     if (parts.empty()) return "error: an empty line";
     try {
         const std::string answer = run_words(parts, *this);
-        if (answer == "ok") plc.note("command " + for_log(parts));
+        if (answer == "ok" || parts[0] == "fault") plc.note("command " + for_log(parts));
         return answer;
     } catch (const input_error &error) {
         return std::string("error: ") + error.what();
