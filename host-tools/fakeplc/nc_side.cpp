@@ -30,8 +30,11 @@ class nc_direct : public nc_side {
 std::unique_ptr<nc_side> make_nc_side(const nc_interface &nc, const register_map &map,
                                       std::uint64_t seed) {
     switch (nc.way) {
-        case nc_way::setting_data:
-            return std::make_unique<nc_setting_data>(nc, map.channels, seed);
+        case nc_way::setting_data: {
+            nc_interface own = nc;
+            own.deadband_um = map.deadband_um.value_or(nc.deadband_um);
+            return std::make_unique<nc_setting_data>(own, map.channels, seed);
+        }
         case nc_way::handshake:
             return std::make_unique<nc_handshake>(nc, map.channels, map.axes_at_once, seed);
         case nc_way::direct:

@@ -54,6 +54,7 @@ struct register_map {
     std::uint16_t referenced_mask = 1u << 1;
     std::optional<int> handshake;  // of the profile fanuc: where the state of EA/ED/ESTB/EREND is
     bool axes_at_once = false;     // … and whether one handshake takes all axes
+    std::optional<double> deadband_um;  // with which the PLC program writes the NC
     std::vector<shown_signal> signals;
     std::vector<taken_channel> channels;
 

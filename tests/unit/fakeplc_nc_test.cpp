@@ -94,6 +94,19 @@ TEST(SettingData, AreWrittenByADeadband) {
     EXPECT_EQ(r.plc.held()[0].um, 10.11);
 }
 
+TEST(SettingData, TheDeadbandIsTheFilesWhereItHasOne) {
+    register_map map = small_map();
+    map.deadband_um = 2.0;
+    rig r(small_machine(), map, "sinumerik-840d");
+    r.box_runs_ms(1800, active, 10.0);
+    const double before_um = r.plc.held()[0].um;
+    EXPECT_NEAR(before_um, 10.0, 2.0);
+    r.box_runs_ms(300, active, before_um + 1.9);
+    EXPECT_EQ(r.plc.held()[0].um, before_um);
+    r.box_runs_ms(300, active, before_um + 2.1);
+    EXPECT_NE(r.plc.held()[0].um, before_um);
+}
+
 TEST(SettingData, EnterTheAxisWithAPartOfItsVelocityOnly) {
     twin_config config = small_machine();
     config.axes[0].max_velocity_mm_per_s = 10.0;  // x 0.01 x 4 ms: 0.4 um a cycle
