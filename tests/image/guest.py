@@ -97,7 +97,8 @@ class Guest:
         if self.efi:
             boot = ["-bios", self.efi]
         return [str(word) for word in (
-            "qemu-system-aarch64", "-M", "virt", "-cpu", "cortex-a53", "-smp", "2", "-m", "512" if self.efi else "256", *boot,
+            "qemu-system-aarch64", "-M", "virt", "-cpu", "cortex-a53", "-smp", "2",
+            "-m", "512" if self.efi else "256", *boot,
             "-drive", f"file={self.disk},format=raw,if=none,id=disk", "-device", "virtio-blk-pci,drive=disk",
             "-netdev", "user,id=net", "-device", "virtio-net-pci,netdev=net,romfile=",
             "-object", "can-bus,id=bus", "-device", "kvaser_pci,canbus=bus", "-device", "kvaser_pci,canbus=bus",

@@ -60,42 +60,45 @@ def page(report):
         row(f"**{own}** (what we ship)", main)]
     for name in practical["baselines"]:
         lines.append(row(name, runs_of(report, "practical", name, judged)))
-    lines += ["", "with-memory: a straight map of 8 temperatures, speed and its square with lags of 5, 20 and 60 min, slopes "
-              "along X, Y and Z, and a hidden layer of 8 for the wall. static-ridge: the same 19 inputs without memory, a "
-              "straight map; static-network: 19-20-3 of them, without memory (S3's structure); mean-only: the mean error of "
-              "the trained parts as a constant.", "",
+    lines += ["", "with-memory: a straight map of 8 temperatures, speed and its square with lags of 5, 20 and 60 "
+              "min, slopes along X, Y and Z, and a hidden layer of 8 for the wall. static-ridge: the same 19 "
+              "inputs without memory, a straight map; static-network: 19-20-3 of them, without memory (S3's "
+              "structure); mean-only: the mean error of the trained parts as a constant.", "",
               f"S3 reports {report['paper_percent']['largest']} % of its own machine, by its own protocol.", "",
               "| median, % less | X | Y | Z | in space |", "|---|---|---|---|---|",
               by_key(report, "by the truth", "reduction_percent", judged, own),
               by_key(report, "ceiling: all but the unexplained part removed", "ceiling_percent", judged, own),
               by_key(report, "as the touch probe shows it (1 µm, 0.5 µm)", "remeasured_percent", judged, own),
               by_key(report, "its ceiling: unexplained part and probe noise", "noise_ceiling_percent", judged, own), "",
-              "In Y alone less is removed than in X and Z: there heat and the wall are of one size and of opposite sign, so "
-              "little is left to compare with, and the wall yields by the cube of the height times a force that the box knows "
-              "by a trembling spindle load only. The largest errors left stand at the upper corners of the wall.", "",
+              "In Y alone less is removed than in X and Z: there heat and the wall are of one size and of "
+              "opposite sign, so little is left to compare with, and the wall yields by the cube of the height "
+              "times a force that the box knows by a trembling spindle load only. The largest errors left "
+              "stand at the upper corners of the wall.", "",
               "![errors of the judged parts](bpnet-840d/practical.svg)", "",
               "## Beyond what was trained", "",
-              "The same parts on days whose air is 5 and 10 K beyond the warmest and the coldest hour trained.", "", HEAD]
+              "The same parts on days whose air is 5 and 10 K beyond the warmest and the coldest hour trained.",
+              "", HEAD]
     never_worse = True
     for name in practical["outside"]:
         runs = runs_of(report, "practical", own, name)
         lines.append(row(name, runs))
         never_worse = never_worse and worst(runs, "largest") >= 0.0
     lines += ["", "## The paper's protocol", "",
-              "One part in a warm machine: its left surface trains a network 16-20-3 of static inputs (speed, feed and "
-              "depth stood still and cannot be learnt from), its right surface validates; then the next part, in the same "
-              "state, with and without compensation.", "", HEAD]
+              "One part in a warm machine: its left surface trains a network 16-20-3 of static inputs (speed, "
+              "feed and depth stood still and cannot be learnt from), its right surface validates; then the "
+              "next part, in the same state, with and without compensation.", "", HEAD]
     for name in ["static-network"]:
         lines.append(row("next part", runs_of(report, "paper", name, "next part")))
     for name in paper["also"]:
         lines.append(row(name, runs_of(report, "paper", "static-network", name)))
-    lines += ["", "One surface in one thermal state says nothing about how the error goes with temperature, and the "
-              "next part is a little warmer: a network that was trained on it extrapolates in Y and in time.", "",
+    lines += ["", "One surface in one thermal state says nothing about how the error goes with temperature, and "
+              "the next part is a little warmer: a network that was trained on it extrapolates in Y and in "
+              "time.", "",
               "![errors of the next part](bpnet-840d/paper.svg)", ""]
     reached = median(main, "largest", "reduction_percent")
     kept = reached >= PROMISED_PERCENT and never_worse
-    lines += [f"Promised: {PROMISED_PERCENT:.0f} % of the largest error as a median ({reached:.1f} %), never worse than without "
-              f"the box outside of what was trained: {'kept' if kept else 'NOT KEPT'}.", ""]
+    lines += [f"Promised: {PROMISED_PERCENT:.0f} % of the largest error as a median ({reached:.1f} %), "
+              f"never worse than without the box outside of what was trained: {'kept' if kept else 'NOT KEPT'}.", ""]
     print("\n".join(lines).rstrip())
     return kept
 

@@ -128,7 +128,8 @@ def main():
             off = abs(float(value) - row["out_" + key])
             worst[key] = max(worst.get(key, 0), off)
             assert off <= (0.05 + 1e-3 * abs(value) if key == "set_slope" else
-                           5e-3 if key == "set_um" else 2e-3), f"scan {scans}: {key} is {value}, fakeplc has {row['out_' + key]}"
+                           5e-3 if key == "set_um" else 2e-3), (
+                    f"scan {scans}: {key} is {value}, fakeplc has {row['out_' + key]}")
     assert scans > 1000 and sets > 300, (scans, sets)
     print(f"{scans} scans, {sets} sets; largest differences: " +
           ", ".join(f"{key} {value:.1e}" for key, value in worst.items()))

@@ -22,7 +22,8 @@ BITS = ["test_plc.py::test_compensation_arrives_while_the_axes_move"]
 FAULTS = [
     ("image: the older slot runs", "firmware/slot.c", "one.revision <= slot->revision", "one.revision > slot->revision",
      SLOTS),
-    ("image: a refused file ends the search", "hal/stm32f405/app/load.c", "if (whole[other] && ", "if (!whole[other] && ",
+    ("image: a refused file ends the search", "hal/stm32f405/app/load.c",
+     "if (whole[other] && ", "if (!whole[other] && ",
      SLOTS),
     ("image: the status register says nothing", "hal/stm32f405/app/standby.c", "CB_REASON_NO_FILE << 8", "0",
      ["test_boot.py::test_without_a_file_the_plc_is_told_in_its_status_register"]),
