@@ -104,6 +104,24 @@ json report_of_file(const std::string &path, const std::vector<std::string> &col
     return report;
 }
 
+// Every figure grows with the travel it was measured over, so a shorter one looks like a better
+// machine.
+void compare_travel(const json &before, json &after) {
+    const auto ends = [](const json &report) {
+        const auto x = report["positioning"]["targets_mm"].get<std::vector<double>>();
+        const auto [low, high] = std::minmax_element(x.begin(), x.end());
+        return std::pair{*low, *high};
+    };
+    const auto [low, high] = ends(before);
+    const auto [after_low, after_high] = ends(after);
+    const double apart = std::max(std::abs(after_low - low), std::abs(after_high - high));
+    if (apart <= 0.05 * (high - low)) return;
+    std::ostringstream remark;
+    remark << "measured from " << after_low << " to " << after_high << " mm, before from " << low
+           << " to " << high << " mm: what is less is not by the compensation alone";
+    after["positioning"]["remarks"].push_back(remark.str());
+}
+
 // A row of the table: a figure of the first file, of the second where there is one.
 void print_row(const std::string &name, const json &before, const json *after) {
     std::cout << "  " << std::left << std::setw(34) << name << std::right;
@@ -179,6 +197,7 @@ void run_report(const report_arguments &arguments) {
         if (report["after"]["unit"] != report["before"]["unit"]) {
             throw input_error(arguments.after, 0, 0, "is in another unit than " + arguments.before);
         }
+        compare_travel(report["before"], report["after"]);
     }
     if (!arguments.plot.empty()) {
         std::vector<measurement> data{read_measurement(arguments.before, arguments.columns)};
