@@ -20,8 +20,7 @@
 
 static const char usage[] =
     "node run INTERFACE NODE FILE   until killed; SIGHUP: it boots anew\n"
-    "node flood INTERFACE COUNT     as many frames as fast as the bus takes them, half of them "
-    "foreign\n"
+    "node flood INTERFACE COUNT     as many frames, one a millisecond, a quarter of them foreign\n"
     "node bus-off INTERFACE         what a driver tells when the controller left the bus …\n"
     "node restarted INTERFACE       … and came back; the emulated controller never does either\n";
 
@@ -107,12 +106,8 @@ static void run(int bus, int node, const char *file) {
 /* A value that is not plausible (it is refused and counted) and an identifier that nobody wants. */
 static void flood(int bus, int count) {
     static const uint8_t far_off[8] = {0xFF, 0x7F};
-    for (int i = 0; i < count;) {
-        if (send_frame(bus, i % 2 ? 0x185u : 0x2AAu, 8, far_off))
-            i++;
-        else
-            usleep(1000); /* its queue is full */
-    }
+    for (int i = 0; i < count; usleep(1000))
+        i += send_frame(bus, i % 4 ? 0x185u : 0x2AAu, 8, far_off);
 }
 
 int main(int argc, char **argv) {
