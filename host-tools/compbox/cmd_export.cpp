@@ -234,7 +234,9 @@ void export_table(const channel_model &model, export_arguments &arguments,
 
 // The registers, not the curves: a machine file will do, as it is before anything was measured.
 void export_registers(const export_arguments &arguments) {
-    if (read_json(arguments.input).contains("terms")) load_coefficients(arguments.input);
+    const json file = read_json(arguments.input);
+    const bool has_terms = file.contains("terms") && file["terms"] != json::array();
+    if (has_terms) load_coefficients(arguments.input);
     const register_map map = load_register_map(arguments.input);
     deliver(arguments, {plc_registers(map, arguments.text.source, arguments.pmc_base)}, {});
 }

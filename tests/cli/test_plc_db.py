@@ -71,9 +71,10 @@ def machine(compbox, profile, axes="XYZ"):
     return compbox.folder / "machine.json"
 
 
-@pytest.mark.parametrize("where", ["docs", "gantry", "init", "init generic"])
+@pytest.mark.parametrize("where", ["docs", "gantry", "spindle", "init", "init generic"])
 def test_the_data_block_is_the_files_registers(compbox, where):
-    path = {"docs": DOCS / "sinumerik-840d.json", "gantry": GANTRY / "machine.json"}.get(where)
+    path = {"docs": DOCS / "sinumerik-840d.json", "gantry": GANTRY / "machine.json",
+            "spindle": ROOT / "examples/spindle-thermal/machine.json"}.get(where)  # "terms": []
     path = path or machine(compbox, "generic" if "generic" in where else "sinumerik-840d")
     data = json.loads(path.read_text())
     block, size = read_block(exported(compbox, path))

@@ -49,6 +49,13 @@ def same_coefficients(one, other):
     return files[0] == files[1]
 
 
+@pytest.mark.parametrize("name", sorted(path.parent.name for path in EXAMPLES.glob("*/scenario.json")))
+def test_the_command_alone_tries_twenty_machines_that_the_example_does_not_show(name):
+    scenario = scenario_of(name)
+    shown = json.loads((EXAMPLES / name / scenario["twin"]).read_text())["seed"]
+    assert len(set(scenario["seeds"]) - {shown}) >= 20
+
+
 def test_dual_drive(compbox):
     scenario = scenario_of("dual-drive")
     scenario["paths"] = scenario["paths"][:1]
