@@ -123,7 +123,7 @@ def page(scenario, report, paper, name):
         text += "\n## In motion\n\n" + paragraph(
             "The path travelled in one go, acceleration included; reading takes "
             f"{scenario['exchange_ms']['read']} ms on the wire, writing {scenario['exchange_ms']['write']} ms, the "
-            "box writes every 30 ms.") + moving(report)
+            f"box writes every 30 ms. {paper.get('in_motion', '')}".rstrip()) + moving(report)
     return text
 
 
