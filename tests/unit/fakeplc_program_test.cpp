@@ -166,7 +166,7 @@ double number_at(restless &of, int address) {
 
 // Runs the interpreter on the trace; its words, and "" when it found a difference is a failure.
 void replay(const char *interpreter, const char *program, const trace &rows) {
-    const std::string path = testing::TempDir() + "plc_program_trace.csv";
+    const std::string path = testing::TempDir() + interpreter + ".trace.csv";
     write_file(path, rows.text());
     const std::string command = std::string("/usr/bin/python3 " CB_SOURCE_DIR "/tests/unit/") +
                                 interpreter + " " + folder + program + " " + path + " 2>&1";
