@@ -72,7 +72,7 @@ struct cb_signal_config {
 struct cb_lag_link {
     uint8_t lag, of; /* indices of signals */
     bool squares;    /* it follows the square */
-    bool new_pace;   /* its time constant is not that of the lag before it */
+    uint8_t more;    /* so many lags after this one share its time constant */
 };
 
 enum cb_term_type {

@@ -32,12 +32,12 @@ static void derive_measured(struct cb_config *config) {
 
 static void derive_lags(struct cb_config *config) {
     float tau_s = 0.0f; /* of no lag */
-    for (unsigned i = 0; i < config->lags_count; ++i) {
+    uint8_t more = 0;
+    for (unsigned i = config->lags_count; i-- > 0;) {
         const struct cb_signal_config *lag = &config->signals[config->lags[i]];
-        config->lag_links[i] = (struct cb_lag_link){.lag = config->lags[i],
-                                                    .of = lag->lag_of,
-                                                    .squares = lag->power == 2,
-                                                    .new_pace = lag->tau_s != tau_s};
+        more = (uint8_t)(lag->tau_s == tau_s ? more + 1u : 0u);
+        config->lag_links[i] = (struct cb_lag_link){
+            .lag = config->lags[i], .of = lag->lag_of, .squares = lag->power == 2, .more = more};
         tau_s = lag->tau_s;
     }
 }

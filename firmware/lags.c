@@ -89,25 +89,25 @@ CB_OUTLINE bool follow_any(const struct cb_signal_config *lag, const struct cb_s
 
 bool cb_lags_follow(const struct cb_config *config, struct cb_signal_state *states,
                     struct cb_counters *counters, int64_t since_us) {
-    const struct cb_lag_link *const end = config->lag_links + config->lags_count;
+    const struct cb_lag_link *link = config->lag_links, *const end = link + config->lags_count;
     bool essentials_fresh = true;
     struct pace pace = {0};
-    struct cb_lag_gains gains = {0.0f, 0.0f};
-    unsigned steady = 0;
-    for (const struct cb_lag_link *link = config->lag_links; link != end; ++link) {
-        const struct cb_signal_state *signal = &states[link->of];
-        struct cb_signal_state *state = &states[link->lag];
-        if (link->new_pace) {
-            gains = since_us > 0 ? gains_over(since_us, config->signals[link->lag].tau_s) : gains;
-            steady = since_us > 0 && gains.gain <= 0.015625f ? CB_STREAK_GOES : 0;
-        }
-        if (signal->streak & state->streak & steady) {
-            follow_steady(link, signal, state, gains);
-        } else {
-            const struct cb_signal_config *lag = &config->signals[link->lag];
-            if (!follow_any(lag, signal, state, &pace, counters))
-                essentials_fresh = essentials_fresh && !lag->essential;
-        }
+    while (link < end) {
+        const struct cb_lag_link *const end_of_run = link + link->more + 1;
+        struct cb_lag_gains gains = {0.0f, 0.0f};
+        if (since_us > 0) gains = gains_over(since_us, config->signals[link->lag].tau_s);
+        const unsigned steady = since_us > 0 && gains.gain <= 0.015625f ? CB_STREAK_GOES : 0;
+        do {
+            const struct cb_signal_state *signal = &states[link->of];
+            struct cb_signal_state *state = &states[link->lag];
+            if (signal->streak & state->streak & steady) {
+                follow_steady(link, signal, state, gains);
+            } else {
+                const struct cb_signal_config *lag = &config->signals[link->lag];
+                if (!follow_any(lag, signal, state, &pace, counters))
+                    essentials_fresh = essentials_fresh && !lag->essential;
+            }
+        } while (++link != end_of_run);
     }
     return essentials_fresh;
 }

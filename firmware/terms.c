@@ -69,8 +69,8 @@ CB_OUTLINE void evaluate(struct step *step, unsigned index) {
 /* ---- plain curves ---- */
 
 /* As below, wherever x went. */
-CB_OUTLINE bool search(const struct cb_config *config, const struct cb_grid *grid, float x,
-                       uint16_t *span) {
+CB_COLD CB_OUTLINE bool search(const struct cb_config *config, const struct cb_grid *grid, float x,
+                               uint16_t *span) {
     const struct cb_ppoly ppoly = {.breaks = config->pool + grid->breaks,
                                    .spans_per_unit = grid->spans_per_unit,
                                    .spans = grid->spans,
@@ -80,47 +80,52 @@ CB_OUTLINE bool search(const struct cb_config *config, const struct cb_grid *gri
 
 /* in : *span: where x was last found on the grid, and is no longer; mostly it is in the one beside
  * out: true: *span holds it; false: x is at or beyond an end */
-CB_OUTLINE bool follow(const struct cb_config *config, const struct cb_grid *grid, float x,
-                       uint16_t *span) {
+CB_INLINE bool follow(const struct cb_config *config, const struct cb_grid *grid, float x,
+                      uint16_t *span) {
     const unsigned was = *span;
     const float *const at = config->pool + grid->breaks + was;
-    const bool up = was + 1u < grid->spans && x >= at[1] && x < at[2];
-    const bool down = was > 0 && x >= at[-1] && x < at[0];
-    if (!up && !down) return search(config, grid, x, span);
-    *span = (uint16_t)(up ? was + 1u : was - 1u);
-    return true;
+    const bool up = x >= at[1]; /* else it is below at[0], or NaN */
+    if (up ? was + 1u < grid->spans && x < at[2] : was > 0 && x >= at[-1]) {
+        *span = (uint16_t)(up ? was + 1u : was - 1u);
+        return true;
+    }
+    return search(config, grid, x, span);
 }
 
 /* Curves that have to be looked at one by one. */
-CB_OUTLINE void evaluate_each(struct step *step, const struct cb_plain_curve *curve,
-                              const struct cb_plain_curve *end) {
+CB_COLD CB_OUTLINE void evaluate_each(struct step *step, const struct cb_plain_curve *curve,
+                                      const struct cb_plain_curve *end) {
     for (; curve != end; ++curve) evaluate(step, curve->term);
 }
 
-/* The curves of one grid: mostly the signal is in the span in which it was. */
-CB_INLINE void evaluate_grid(struct step *step, const struct cb_grid *grid,
+/* The curves of one grid: mostly the signal is in the span in which it was.
+ * in : same: where *step points to, in a copy that no other function is given: so it may stay in
+ *      registers */
+CB_INLINE void evaluate_grid(struct step *step, const struct step *same, const struct cb_grid *grid,
                              const struct cb_plain_curve *curve, const struct cb_plain_curve *end) {
-    const float *const pool = step->e.config->pool, *const breaks = pool + grid->breaks;
-    const struct cb_signal_state *const signal = &step->e.signals[grid->signal];
-    struct cb_term_state *const states = step->states;
+    const struct cb_config *const config = same->e.config;
+    struct cb_term_state *const states = same->states;
+    const float *const breaks = config->pool + grid->breaks;
+    const struct cb_signal_state *const signal = &same->e.signals[grid->signal];
     const float x = signal->used;
     uint32_t span = states[grid->term].span; /* 0, or where follow() found it */
     const bool holds = x >= breaks[span] && x < breaks[span + 1];
-    if (!signal->fresh || (!holds && !follow(step->e.config, grid, x, &states[grid->term].span))) {
+    if (!signal->fresh || (!holds && !follow(config, grid, x, &states[grid->term].span))) {
         evaluate_each(step, curve, end);
         return;
     }
     span = states[grid->term].span;
-    const float u = x - breaks[span], *const row = pool + span * (grid->degree + 1u);
-    for (; curve != end; ++curve) {
-        const float value = cb_ppoly_horner(row + curve->coefficients, grid->degree, u);
+    const unsigned degree = grid->degree;
+    const float u = x - breaks[span], *const row = config->pool + span * (degree + 1u);
+    do {
+        const float value = cb_ppoly_horner(row + curve->coefficients, (uint8_t)degree, u);
         if (!cb_is_finite(value)) {
             evaluate_each(step, curve, curve + 1);
             continue;
         }
-        step->outputs[curve->output] = value;
+        same->outputs[curve->output] = value;
         states[curve->term].live = true;
-    }
+    } while (++curve < end);
 }
 
 /* ---- all terms ---- */
@@ -136,11 +141,13 @@ struct cb_terms_verdict cb_terms_evaluate(const struct cb_config *config,
                         {false, false},
                         fade_um,
                         outputs};
+    const struct step same = step;
     const struct cb_plain_curve *curve = config->plain_curves;
     const struct cb_grid *const end = config->grids + config->grids_count;
     for (const struct cb_grid *grid = config->grids; grid != end; ++grid) {
-        evaluate_grid(&step, grid, curve, curve + grid->curves);
-        curve += grid->curves;
+        const struct cb_plain_curve *const next = curve + grid->curves;
+        evaluate_grid(&step, &same, grid, curve, next);
+        curve = next;
     }
     for (unsigned i = 0; i < config->other_terms_count; ++i)
         evaluate(&step, config->other_terms[i]);

@@ -124,6 +124,12 @@ static uint8_t product(const struct cb_evaluation *e, const struct cb_product_co
 
 _Static_assert(sizeof(struct cb_training_range) == 4 * sizeof(float), "lies in the pool as floats");
 
+/* Seldom: mostly the temperatures are those that were trained. */
+CB_COLD CB_OUTLINE float outside(const struct cb_training_range *range, unsigned input, float x,
+                                 struct cb_training_verdict *verdict) {
+    return cb_training_range_outside(range, (uint8_t)input, x, verdict);
+}
+
 /* out: x[inputs] as the network sees them: held in the training range and its margin; false when a
  *      signal is not fresh */
 static bool gather(const struct cb_evaluation *e, const struct cb_bpnet_config *config, float *x,
@@ -131,11 +137,15 @@ static bool gather(const struct cb_evaluation *e, const struct cb_bpnet_config *
     const uint8_t *const links = e->config->links + config->link;
     const void *const ranges = e->config->pool + config->ranges;
     const struct cb_training_range *range = ranges;
+    const struct cb_signal_state *const signals = e->signals;
+    const unsigned inputs = config->inputs;
     bool fresh = true;
-    for (unsigned i = 0; i < config->inputs; ++i) {
-        const struct cb_signal_state *signal = &e->signals[links[i]];
+    for (unsigned i = 0; i < inputs; ++i) {
+        const struct cb_signal_state *signal = &signals[links[i]];
         fresh &= signal->fresh;
-        x[i] = cb_training_range_hold_one(range++, (uint8_t)i, signal->used, verdict);
+        const float used = signal->used;
+        x[i] = cb_training_range_holds(range, used) ? used : outside(range, i, used, verdict);
+        ++range;
     }
     return fresh;
 }

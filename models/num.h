@@ -17,6 +17,9 @@
 /* The other way round: what is seldom needed, and would take registers from what always is. */
 #define CB_OUTLINE static __attribute__((noinline))
 
+/* And what a usual step does not call at all: not even its arguments are made ready on the way. */
+#define CB_COLD __attribute__((cold))
+
 /* true for every float except NaN and the infinities, whose difference from themselves is NaN. */
 static inline bool cb_is_finite(float x) {
     return x - x == 0.0f;

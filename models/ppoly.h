@@ -74,11 +74,10 @@ bool cb_ppoly_is_finite(const struct cb_ppoly *curve);
 /* ---- inline: a box has dozens of curves ---- */
 
 /* Horner's scheme; mostly for cubics. */
+CB_COLD float cb_ppoly_horner_any(const float *a, uint8_t degree, float u);
 static inline float cb_ppoly_horner(const float *a, uint8_t degree, float u) {
     if (degree == 3) return ((a[3] * u + a[2]) * u + a[1]) * u + a[0];
-    float value = a[degree];
-    for (int k = degree - 1; k >= 0; --k) value = value * u + a[k];
-    return value;
+    return cb_ppoly_horner_any(a, degree, u);
 }
 
 /* The value of one span, which holds `inside`. */

@@ -31,6 +31,8 @@ struct cb_training_verdict cb_training_range_hold(const struct cb_training_range
                                                   uint8_t count, const float *x, float *inside) {
     struct cb_training_verdict verdict = {1.0f, 0.0f, 0, 0, 0};
     for (uint8_t i = 0; i < count; ++i)
-        inside[i] = cb_training_range_hold_one(&ranges[i], i, x[i], &verdict);
+        inside[i] = cb_training_range_holds(&ranges[i], x[i])
+                        ? x[i]
+                        : cb_training_range_outside(&ranges[i], i, x[i], &verdict);
     return verdict;
 }

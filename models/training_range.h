@@ -6,6 +6,7 @@
 #ifndef COMPBOX_MODELS_TRAINING_RANGE_H
 #define COMPBOX_MODELS_TRAINING_RANGE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 /* Of one input, in its unit. */
@@ -24,15 +25,15 @@ struct cb_training_verdict {
     uint8_t beyond;   /* number of inputs beyond the margin */
 };
 
-/* One input of those below, and what it changes in the verdict, which began as {1, 0, 0, 0, 0}.
- * out: x held */
+/* true: x lies in [min, max]: it stays as it is, and changes no verdict */
+static inline bool cb_training_range_holds(const struct cb_training_range *range, float x) {
+    return x >= range->min && x <= range->max;
+}
+
+/* in : x beyond [min, max], or NaN, the input `input` of those below
+ * out: x held; what it changes in the verdict, which began as {1, 0, 0, 0, 0} */
 float cb_training_range_outside(const struct cb_training_range *range, uint8_t input, float x,
                                 struct cb_training_verdict *verdict);
-static inline float cb_training_range_hold_one(const struct cb_training_range *range, uint8_t input,
-                                               float x, struct cb_training_verdict *verdict) {
-    if (x >= range->min && x <= range->max) return x;
-    return cb_training_range_outside(range, input, x, verdict);
-}
 
 /* in : x[count]; NaN and the infinities are allowed and lie beyond every margin
  * out: inside[count] (may be x itself): x held within [min - margin, max + margin], finite;

@@ -68,7 +68,7 @@ int main(void) {
         good = false;
     }
     good &= step_load(false);
-    good &= row("cb_box_step, every curve on breaks of its own", step_most(STEP_TRAVEL, 500), 10400,
+    good &= row("cb_box_step, every curve on breaks of its own", step_most(STEP_TRAVEL, 500), 10000,
                 false);
     good &= row("planted: two splines for one", used_by(subject_two_splines), 110, true);
     good &=
