@@ -8,5 +8,6 @@ FILE = pathlib.Path(__file__).parents[2] / "build/image/figures.md"
 def note(what, figure, limit):
     rows = FILE.read_text().splitlines() if FILE.exists() else []
     rows = [row for row in rows if not row.startswith(f"| {what} |")]
+    FILE.parent.mkdir(parents=True, exist_ok=True)
     FILE.write_text("\n".join([*rows, f"| {what} | {figure} | {limit} |"]) + "\n")
     print(f"{what}: {figure} / {limit}")
