@@ -21,6 +21,20 @@ constexpr double longest_gap_s = 86400.0;
 constexpr float largest_value = 1e9f;  // docs/coefficient-file.md: signals lie within ±1e9
 constexpr uint16_t enabled = 1u << 0, permit_resume = 1u << 3;
 
+// A function has no memory of where the axis came from: over a reversal this wide no travel counts,
+// so a curve with branches stays at the mean of both, from which it starts.
+void forget_directions(cb_config &config) {
+    constexpr float never_mm = 0x1p100f;
+    for (unsigned i = 0; i < config.terms_count; ++i) {
+        cb_term_config &term = config.terms[i];
+        if (term.type != CB_TERM_BSPLINE && term.type != CB_TERM_POLYLINE &&
+            term.type != CB_TERM_POLYNOMIAL) {
+            continue;
+        }
+        if (term.as.curve.reversal_mm > 0.0f) term.as.curve.reversal_mm = never_mm;
+    }
+}
+
 // The configuration with every measured signal taken as a physical value from a sensor of the box:
 // what a table holds. Ranges, rates, ages and lead stay; only the registers' quantisation is left
 // out. raw asks for the models: without lead, and at any value that the loader lets a signal have.
@@ -36,7 +50,10 @@ cb_config for_samples(const cb_config &file, bool raw) {
         config.signals[i].max = largest_value;
         config.signals[i].max_rate_per_s = 0.0f;
     }
-    if (raw) config.lead_us = config.lead_measured = 0;
+    if (raw) {
+        config.lead_us = config.lead_measured = 0;
+        forget_directions(config);
+    }
     return config;
 }
 
@@ -64,6 +81,7 @@ class box_on_table {
     void settle(int64_t now_us) {
         prepare(now_us);
         cb_box_settle(box_.get(), &inputs_, now_us, &outputs_);
+        apply();
         remember();
     }
 
@@ -117,7 +135,19 @@ class box_on_table {
     void step(int64_t now_us) {
         prepare(now_us);
         cb_box_step(box_.get(), &inputs_, now_us, &outputs_);
+        apply();
         inputs_.last_write = CB_WRITE_OK;
+    }
+
+    // The PLC applies what was written, and says so in the next reading.
+    void apply() {
+        for (unsigned i = 0; i < box_->config.channels_count; ++i) {
+            const cb_channel_config &channel = box_->config.channels[i];
+            if (!channel.has_applied) continue;
+            const auto type = static_cast<cb_number_type>(channel.type);
+            std::copy_n(outputs_.registers + channel.reg, cb_number_registers(type),
+                        inputs_.registers + channel.applied_reg);
+        }
     }
 
     void remember() {

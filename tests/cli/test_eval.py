@@ -116,6 +116,37 @@ def test_limit_and_raw(compbox, machine):
     assert compbox.table("raw.csv")["comp_Z_um"] == pytest.approx([-50, -70, -90], abs=1e-4)
 
 
+def test_raw_shows_the_mean_of_both_branches_wherever_the_axis_came_from(compbox, machine):
+    ways = {"positions": [0, 1000], "values": [4, 4]}
+    build(compbox, machine, term(values=[0, 200], backward=ways, reversal_mm=0.3))
+    there_and_back = [0, 300, 999.9, 400, 399.9, 10]
+    samples(compbox, [[float(i), x, 0, 0] for i, x in enumerate(there_and_back)])
+    compbox.good("eval", "c.json", "--inputs", "s.csv", "--raw", "-o", "raw.csv")
+    assert compbox.table("raw.csv")["EZX"] == pytest.approx([2 + 0.1 * x for x in there_and_back], abs=2e-5)
+    compbox.good("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
+    assert compbox.table("out.csv")["EZX"] == pytest.approx([2, 60, 199.98, 4, 4, 4], abs=2e-4)
+
+
+@pytest.mark.parametrize("profile", ["generic", "fanuc"])
+def test_the_plc_of_eval_applies_what_is_written(compbox, machine, profile):
+    """With `applied` the outputs are those without: fanuc goes no further from it than max_step_units."""
+    results = []
+    for applied in (True, False):
+        for channel, plc in zip(machine["channels"], (104, 105, 106)):
+            channel |= {"type": "int16", "scale": 0.1, "plc": plc}
+            channel.pop("applied", None)
+        machine["plc"]["profile"] = profile
+        if profile == "fanuc":
+            machine["plc"]["max_step_units"] = 500
+        if applied:
+            machine["channels"][2]["applied"] = 24
+        build(compbox, machine, term(values=[0, 200]))
+        samples(compbox, [[3.0 * i, x, 0, 0] for i, x in enumerate([1000, 1000, 0, 0, 0, 800, 800])])
+        compbox.good("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
+        results.append(compbox.table("out.csv"))
+    assert results[0] == results[1] and results[0]["comp_Z_um"][4] == 0
+
+
 def test_a_demand_beyond_the_error_limit_is_said(compbox, machine):
     machine["channels"][2].update(limit_um=50, error_um=60)
     build(compbox, machine, term(values=[0, 200]))
