@@ -68,8 +68,7 @@ bool cb_bus_turns_next(struct cb_bus_turns *turns, int64_t now_us, uint8_t *unit
         turn->due_us = now_us + ((int64_t)turns->every_us << turn->silent);
         if (turn->silent < CB_BUS_BACKOFF_MAX) ++turn->silent;
         *unit = turn->unit;
-        *request = (struct cb_modbus_request){
-            .function = CB_MODBUS_READ, .read_start = turn->start, .read_count = turn->count};
+        *request = cb_modbus_read(turn->start, turn->count);
         return true;
     }
     return false;

@@ -48,6 +48,30 @@ static bool encodable(const struct cb_modbus_request *request) {
     }
 }
 
+struct cb_modbus_request cb_modbus_read(uint16_t start, uint16_t count) {
+    return (struct cb_modbus_request){
+        .function = CB_MODBUS_READ, .read_start = start, .read_count = count};
+}
+
+struct cb_modbus_request cb_modbus_write(uint16_t start, uint16_t count,
+                                         const uint16_t *registers) {
+    return (struct cb_modbus_request){.function = CB_MODBUS_WRITE,
+                                      .write_start = start,
+                                      .write_count = count,
+                                      .write_registers = registers};
+}
+
+struct cb_modbus_request cb_modbus_write_read(uint16_t write_start, uint16_t write_count,
+                                              const uint16_t *write_registers, uint16_t read_start,
+                                              uint16_t read_count) {
+    return (struct cb_modbus_request){.function = CB_MODBUS_WRITE_READ,
+                                      .read_start = read_start,
+                                      .read_count = read_count,
+                                      .write_start = write_start,
+                                      .write_count = write_count,
+                                      .write_registers = write_registers};
+}
+
 size_t cb_modbus_encode(const struct cb_modbus_request *request, uint8_t *pdu) {
     if (!encodable(request)) return 0;
     uint8_t *at = pdu;

@@ -23,6 +23,13 @@ struct cb_modbus_request {
     const uint16_t *write_registers;
 };
 
+/* The three kinds of request; registers must stay where they are until it is encoded. */
+struct cb_modbus_request cb_modbus_read(uint16_t start, uint16_t count);
+struct cb_modbus_request cb_modbus_write(uint16_t start, uint16_t count, const uint16_t *registers);
+struct cb_modbus_request cb_modbus_write_read(uint16_t write_start, uint16_t write_count,
+                                              const uint16_t *write_registers, uint16_t read_start,
+                                              uint16_t read_count);
+
 /* How a reply answers a request. */
 enum cb_modbus_answer {
     CB_MODBUS_OK,        /* as asked */

@@ -70,11 +70,9 @@ enum cb_rtu_answer cb_rtu_check(uint8_t unit, const uint8_t *frame, size_t lengt
     return frame[0] == unit ? CB_RTU_OK : CB_RTU_UNIT;
 }
 
-enum cb_rtu_answer cb_rtu_decode(uint8_t unit, const struct cb_modbus_request *request,
-                                 const uint8_t *frame, size_t length, uint16_t *registers,
-                                 uint8_t *exception) {
-    const enum cb_rtu_answer checked = cb_rtu_check(unit, frame, length);
-    if (checked != CB_RTU_OK) return checked;
+enum cb_rtu_answer cb_rtu_decode_sound(const struct cb_modbus_request *request,
+                                       const uint8_t *frame, size_t length, uint16_t *registers,
+                                       uint8_t *exception) {
     switch (cb_modbus_decode(request, frame + 1, length - CB_RTU_OVERHEAD, registers, exception)) {
         case CB_MODBUS_OK:
             return CB_RTU_OK;
@@ -84,4 +82,12 @@ enum cb_rtu_answer cb_rtu_decode(uint8_t unit, const struct cb_modbus_request *r
             break;
     }
     return CB_RTU_INVALID;
+}
+
+enum cb_rtu_answer cb_rtu_decode(uint8_t unit, const struct cb_modbus_request *request,
+                                 const uint8_t *frame, size_t length, uint16_t *registers,
+                                 uint8_t *exception) {
+    const enum cb_rtu_answer checked = cb_rtu_check(unit, frame, length);
+    if (checked != CB_RTU_OK) return checked;
+    return cb_rtu_decode_sound(request, frame, length, registers, exception);
 }

@@ -46,6 +46,12 @@ size_t cb_rtu_reply_bytes(const struct cb_modbus_request *request);
  * out: CB_RTU_OK, _LENGTH, _CRC or _UNIT: what can be said without the request */
 enum cb_rtu_answer cb_rtu_check(uint8_t unit, const uint8_t *frame, size_t length);
 
+/* in : the request that was sent; a frame that cb_rtu_check found sound
+ * out: CB_RTU_OK, _EXCEPTION or _INVALID; registers and *exception as cb_modbus_decode */
+enum cb_rtu_answer cb_rtu_decode_sound(const struct cb_modbus_request *request,
+                                       const uint8_t *frame, size_t length, uint16_t *registers,
+                                       uint8_t *exception);
+
 /* in : the unit and request that were sent; frame[length], any content and length
  * out: as cb_modbus_decode: registers[read_count] only for CB_RTU_OK of FC3 and FC23,
  *      *exception only for CB_RTU_EXCEPTION, else unchanged */

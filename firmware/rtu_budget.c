@@ -12,27 +12,24 @@ bool cb_is_usual_baud(uint32_t baud) {
 
 static uint32_t read_us(const struct cb_plc_config *plc, const struct cb_rtu_line *line,
                         const struct cb_block_config *block) {
-    const struct cb_modbus_request request = {.function = CB_MODBUS_READ,
-                                              .read_count = block->count};
+    const struct cb_modbus_request request = cb_modbus_read(0, block->count);
     return cb_rtu_exchange_us(line, &request, plc->serial.slave_delay_us);
 }
 
-static uint32_t write_us(const struct cb_plc_config *plc, const struct cb_rtu_line *line) {
-    const struct cb_modbus_request request = {.function = CB_MODBUS_WRITE,
-                                              .write_count = plc->write.count};
+uint32_t cb_rtu_write_us(const struct cb_plc_config *plc, const struct cb_rtu_line *line) {
+    const struct cb_modbus_request request = cb_modbus_write(0, plc->write.count, 0);
     return cb_rtu_exchange_us(line, &request, plc->serial.slave_delay_us);
 }
 
 static uint32_t write_read_us(const struct cb_plc_config *plc, const struct cb_rtu_line *line) {
-    const struct cb_modbus_request request = {.function = CB_MODBUS_WRITE_READ,
-                                              .read_count = plc->read.count,
-                                              .write_count = plc->write.count};
+    const struct cb_modbus_request request =
+        cb_modbus_write_read(0, plc->write.count, 0, 0, plc->read.count);
     return cb_rtu_exchange_us(line, &request, plc->serial.slave_delay_us);
 }
 
 uint32_t cb_rtu_cycle_us(const struct cb_plc_config *plc, const struct cb_rtu_line *line) {
     if (plc->exchange == CB_EXCHANGE_FC23) return write_read_us(plc, line);
-    return read_us(plc, line, &plc->read) + write_us(plc, line);
+    return read_us(plc, line, &plc->read) + cb_rtu_write_us(plc, line);
 }
 
 uint32_t cb_rtu_resync_us(const struct cb_plc_config *plc, const struct cb_rtu_line *line) {

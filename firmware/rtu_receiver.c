@@ -143,25 +143,11 @@ enum cb_rtu_reception cb_rtu_receiver_look(struct cb_rtu_receiver *receiver, int
     return (enum cb_rtu_reception)receiver->state;
 }
 
-/* in : a reply whose unit and check sum are known to fit */
-static enum cb_rtu_answer take_reply(const struct cb_rtu_receiver *receiver, uint16_t *registers,
-                                     uint8_t *exception) {
-    const uint8_t *pdu = receiver->frame + receiver->from + 1;
-    const size_t length = (size_t)receiver->have - receiver->from - CB_RTU_OVERHEAD;
-    switch (cb_modbus_decode(&receiver->request, pdu, length, registers, exception)) {
-        case CB_MODBUS_OK:
-            return CB_RTU_OK;
-        case CB_MODBUS_EXCEPTION:
-            return CB_RTU_EXCEPTION;
-        case CB_MODBUS_INVALID:
-            break;
-    }
-    return CB_RTU_INVALID;
-}
-
 enum cb_rtu_answer cb_rtu_receiver_take(const struct cb_rtu_receiver *receiver, uint16_t *registers,
                                         uint8_t *exception) {
-    if (receiver->state == CB_RTU_REPLY) return take_reply(receiver, registers, exception);
+    if (receiver->state == CB_RTU_REPLY)
+        return cb_rtu_decode_sound(&receiver->request, receiver->frame + receiver->from,
+                                   (size_t)receiver->have - receiver->from, registers, exception);
     /* whole and sound all the same: of another request, or with a hole; never taken */
     const enum cb_rtu_answer answer =
         cb_rtu_check(receiver->head[0], receiver->frame, receiver->have);

@@ -215,17 +215,13 @@ enum cb_transfer cb_rtu_exchange(struct cb_rtu *rtu, uint8_t unit,
 
 enum cb_transfer cb_rtu_read(struct cb_rtu *rtu, uint16_t start, uint16_t count,
                              uint16_t *registers, int64_t deadline_us) {
-    const struct cb_modbus_request request = {
-        .function = CB_MODBUS_READ, .read_start = start, .read_count = count};
+    const struct cb_modbus_request request = cb_modbus_read(start, count);
     return cb_rtu_exchange(rtu, rtu->unit, &request, registers, deadline_us);
 }
 
 enum cb_transfer cb_rtu_write(struct cb_rtu *rtu, uint16_t start, uint16_t count,
                               const uint16_t *registers, int64_t deadline_us) {
-    const struct cb_modbus_request request = {.function = CB_MODBUS_WRITE,
-                                              .write_start = start,
-                                              .write_count = count,
-                                              .write_registers = registers};
+    const struct cb_modbus_request request = cb_modbus_write(start, count, registers);
     return cb_rtu_exchange(rtu, rtu->unit, &request, NULL, deadline_us);
 }
 
@@ -233,11 +229,7 @@ enum cb_transfer cb_rtu_write_read(struct cb_rtu *rtu, uint16_t write_start, uin
                                    const uint16_t *write_registers, uint16_t read_start,
                                    uint16_t read_count, uint16_t *read_registers,
                                    int64_t deadline_us) {
-    const struct cb_modbus_request request = {.function = CB_MODBUS_WRITE_READ,
-                                              .read_start = read_start,
-                                              .read_count = read_count,
-                                              .write_start = write_start,
-                                              .write_count = write_count,
-                                              .write_registers = write_registers};
+    const struct cb_modbus_request request =
+        cb_modbus_write_read(write_start, write_count, write_registers, read_start, read_count);
     return cb_rtu_exchange(rtu, rtu->unit, &request, read_registers, deadline_us);
 }

@@ -264,17 +264,13 @@ static enum cb_transfer exchange(struct cb_tcp *tcp, const struct cb_modbus_requ
 
 enum cb_transfer cb_tcp_read(struct cb_tcp *tcp, uint16_t start, uint16_t count,
                              uint16_t *registers, int64_t deadline_us) {
-    struct cb_modbus_request request = {
-        .function = CB_MODBUS_READ, .read_start = start, .read_count = count};
+    struct cb_modbus_request request = cb_modbus_read(start, count);
     return exchange(tcp, &request, registers, deadline_us);
 }
 
 enum cb_transfer cb_tcp_write(struct cb_tcp *tcp, uint16_t start, uint16_t count,
                               const uint16_t *registers, int64_t deadline_us) {
-    struct cb_modbus_request request = {.function = CB_MODBUS_WRITE,
-                                        .write_start = start,
-                                        .write_count = count,
-                                        .write_registers = registers};
+    struct cb_modbus_request request = cb_modbus_write(start, count, registers);
     return exchange(tcp, &request, NULL, deadline_us);
 }
 
@@ -282,11 +278,7 @@ enum cb_transfer cb_tcp_write_read(struct cb_tcp *tcp, uint16_t write_start, uin
                                    const uint16_t *write_registers, uint16_t read_start,
                                    uint16_t read_count, uint16_t *read_registers,
                                    int64_t deadline_us) {
-    struct cb_modbus_request request = {.function = CB_MODBUS_WRITE_READ,
-                                        .read_start = read_start,
-                                        .read_count = read_count,
-                                        .write_start = write_start,
-                                        .write_count = write_count,
-                                        .write_registers = write_registers};
+    struct cb_modbus_request request =
+        cb_modbus_write_read(write_start, write_count, write_registers, read_start, read_count);
     return exchange(tcp, &request, read_registers, deadline_us);
 }

@@ -110,18 +110,14 @@ static enum cb_transfer exchange(struct cb_board *board, const struct cb_modbus_
 static enum cb_transfer read(void *context, uint16_t start, uint16_t count, uint16_t *registers,
                              int64_t deadline_us) {
     struct cb_board *board = context;
-    const struct cb_modbus_request request = {
-        .function = CB_MODBUS_READ, .read_start = start, .read_count = count};
+    const struct cb_modbus_request request = cb_modbus_read(start, count);
     return exchange(board, &request, registers, deadline_us,
                     deadline_us - (int64_t)board->reserve_us);
 }
 
 static enum cb_transfer write(void *context, uint16_t start, uint16_t count,
                               const uint16_t *registers, int64_t deadline_us) {
-    const struct cb_modbus_request request = {.function = CB_MODBUS_WRITE,
-                                              .write_start = start,
-                                              .write_count = count,
-                                              .write_registers = registers};
+    const struct cb_modbus_request request = cb_modbus_write(start, count, registers);
     return exchange(context, &request, 0, deadline_us, deadline_us);
 }
 
@@ -129,12 +125,8 @@ static enum cb_transfer write_read(void *context, uint16_t write_start, uint16_t
                                    const uint16_t *write_registers, uint16_t read_start,
                                    uint16_t read_count, uint16_t *read_registers,
                                    int64_t deadline_us) {
-    const struct cb_modbus_request request = {.function = CB_MODBUS_WRITE_READ,
-                                              .read_start = read_start,
-                                              .read_count = read_count,
-                                              .write_start = write_start,
-                                              .write_count = write_count,
-                                              .write_registers = write_registers};
+    const struct cb_modbus_request request =
+        cb_modbus_write_read(write_start, write_count, write_registers, read_start, read_count);
     return exchange(context, &request, read_registers, deadline_us, deadline_us);
 }
 

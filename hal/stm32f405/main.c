@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * compbox-stm32f405: the box on a bare STM32F405. Starts the hardware, loads the coefficient file
  * from flash, and runs cycle after cycle; the console has what is left of each period. */
+#include "firmware/rtu_budget.h"
 #include "hal/stm32f405/app/app.h"
 #include "hal/stm32f405/app/load.h"
 #include "hal/stm32f405/time.h"
@@ -70,10 +71,8 @@ static void note_cycle(void) {
 
 /* What a reading has to leave of the time of a cycle: the write. */
 static uint32_t reserve_us(const struct cb_plc_config *plc) {
-    const struct cb_modbus_request write = {.function = CB_MODBUS_WRITE,
-                                            .write_count = plc->write.count};
     if (plc->exchange == CB_EXCHANGE_FC23) return 0;
-    return cb_rtu_exchange_us(&plc->serial.line, &write, plc->serial.slave_delay_us);
+    return cb_rtu_write_us(plc, &plc->serial.line);
 }
 
 uint32_t cb_app_lumps_us(const struct cb_app *of) {

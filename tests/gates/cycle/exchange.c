@@ -64,18 +64,15 @@ static void step(void *unused) {
 static void encode(void *unused) {
     (void)unused;
     const struct cb_block_config *block = &cycle.box->config.plc.write;
-    const struct cb_modbus_request write = {.function = CB_MODBUS_WRITE,
-                                            .write_start = block->start,
-                                            .write_count = block->count,
-                                            .write_registers = cycle.out->registers};
+    const struct cb_modbus_request write =
+        cb_modbus_write(block->start, block->count, cycle.out->registers);
     (void)cb_rtu_encode(UNIT, &write, cycle.request);
 }
 
 static uint32_t count_receive(void) {
     const struct cb_block_config *block = &cycle.box->config.plc.read;
     if (!cycle.in->read_ok) return 0;
-    cycle.read = (struct cb_modbus_request){
-        .function = CB_MODBUS_READ, .read_start = block->start, .read_count = block->count};
+    cycle.read = cb_modbus_read(block->start, block->count);
     (void)make_reply(cycle.in->registers, block->count);
     cb_rtu_receiver_expect(&cycle.receiver, UNIT, &cycle.read, 0);
     const uint32_t used = counter_of(receive, 0);

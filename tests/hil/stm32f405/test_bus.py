@@ -1,37 +1,22 @@
 # SPDX-License-Identifier: MIT
 """Pt100 modules on their own line: they are asked in turn, and none of them delays the PLC's exchange."""
 import re
-import subprocess
 
 import machine
-from conftest import HOST
 from following import active, counters_of, replayed, start_with_trace, wait_for
 from machine import ACTIVE
+from simulator import Simulator
 
 AT_REST = {"X": 4000, "Y": 200, "Z": 1500, "T1": 20}
 DEGRADED = 8
 
 
-class Modules:
-    """fakept100 as a process: unit 3 and unit 4, one thermometer each."""
+class Modules(Simulator):
+    """fakept100: unit 3 and unit 4, one thermometer each."""
 
     def __init__(self, folder, baud=0):
-        self.process = subprocess.Popen(
-            [HOST / "fakept100", "--listen", f"unix:{folder / 'bus.sock'}", "--module", "3=20", "--module", "4=40",
-             "--baud", str(baud)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1)
-        assert "listening" in self.process.stdout.readline()
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.ask("quit")
-        self.process.wait(10)
-
-    def ask(self, command):
-        self.process.stdin.write(command + "\n")
-        answer = self.process.stdout.readline()
-        assert answer.startswith("ok"), answer
+        super().__init__("fakept100", "--listen", f"unix:{folder / 'bus.sock'}", "--module", "3=20", "--module",
+                         "4=40", "--baud", baud)
 
 
 def on_bus(data):
