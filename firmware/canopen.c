@@ -32,6 +32,8 @@ bool cb_canopen_take(const struct cb_can_config *can, struct cb_canopen_node *no
     struct cb_canopen_node *node = &nodes[i];
     node->state = frame->data[0] & STATE_BITS;
     node->heard_us = frame->time_us;
+    node->waits = true;
+    node->lost = false;
     if (node->state != CB_CANOPEN_BOOTED) return true;
     ++node->boots;
     node->asked = false;
@@ -41,11 +43,15 @@ bool cb_canopen_take(const struct cb_can_config *can, struct cb_canopen_node *no
 void cb_canopen_watch(const struct cb_can_config *can, struct cb_canopen_node *nodes,
                       int64_t now_us) {
     for (unsigned i = 0; i < can->nodes_count; ++i) {
+        struct cb_canopen_node *node = &nodes[i];
         const int64_t timeout_us = (int64_t)can->nodes[i].heartbeat_timeout_ms * 1000;
-        if (timeout_us == 0 || nodes[i].state == CB_CANOPEN_UNKNOWN) continue;
-        if (now_us - nodes[i].heard_us <= timeout_us) continue;
-        nodes[i].state = CB_CANOPEN_UNKNOWN;
-        ++nodes[i].losses;
+        if (timeout_us == 0 || node->lost) continue;
+        if (!node->waits) node->heard_us = now_us;
+        node->waits = true;
+        if (now_us - node->heard_us <= timeout_us) continue;
+        node->state = CB_CANOPEN_UNKNOWN;
+        node->lost = true;
+        ++node->losses;
     }
 }
 

@@ -23,10 +23,12 @@ enum { CB_CANOPEN_AGAIN_US = 1000000 };
 struct cb_canopen_node {
     uint8_t state;    /* enum cb_canopen_state, as last heard */
     bool asked;       /* it was told to start since it could last have forgotten */
+    bool waits;       /* heard_us counts: since it was heard, or since it is waited for … */
+    bool lost;        /* … which took too long, and was counted */
     uint32_t boots;   /* boot-up messages heard */
     uint32_t losses;  /* heartbeats that stayed away for longer than the timeout */
     uint32_t starts;  /* times that it was told to start */
-    int64_t heard_us; /* last heartbeat */
+    int64_t heard_us; /* last heartbeat; before the first: when the wait for it began */
     int64_t asked_us; /* when it was last told to start */
 };
 
@@ -45,7 +47,7 @@ static inline uint32_t cb_canopen_heartbeat_id(uint8_t node) {
 bool cb_canopen_take(const struct cb_can_config *can, struct cb_canopen_node *nodes,
                      const struct cb_can_frame *frame);
 
-/* Counts nodes whose heartbeat stays away. */
+/* Counts nodes whose heartbeat stays away, or never comes at all. */
 void cb_canopen_watch(const struct cb_can_config *can, struct cb_canopen_node *nodes,
                       int64_t now_us);
 

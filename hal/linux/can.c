@@ -7,6 +7,7 @@
 #include <linux/can/raw.h>
 #include <net/if.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <time.h>
 #include <unistd.h>
@@ -83,6 +84,25 @@ void cb_can_offer(struct cb_can *can, int fd) {
     close_if_any(__atomic_exchange_n(&can->offered, fd, __ATOMIC_ACQ_REL));
 }
 
+void cb_can_revoke(struct cb_can *can) {
+    __atomic_store_n(&can->revoked, true, __ATOMIC_RELEASE);
+}
+
+static bool is_up(const char *interface) {
+    struct ifreq asked = {.ifr_flags = 0};
+    const int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0); /* any kind will do */
+    strncpy(asked.ifr_name, interface, sizeof asked.ifr_name - 1);
+    const bool up = fd >= 0 && ioctl(fd, SIOCGIFFLAGS, &asked) == 0 && asked.ifr_flags & IFF_UP;
+    close_if_any(fd);
+    return up;
+}
+
+void cb_can_look(struct cb_can *can, const char *interface) {
+    const uint32_t downs = __atomic_load_n(&can->downs, __ATOMIC_ACQUIRE);
+    if (downs == can->up_after || !is_up(interface)) return;
+    __atomic_store_n(&can->up_after, downs, __ATOMIC_RELEASE);
+}
+
 void cb_can_tidy(struct cb_can *can) {
     close_if_any(__atomic_exchange_n(&can->returned, -1, __ATOMIC_ACQ_REL));
 }
@@ -101,6 +121,23 @@ static void come_up(struct cb_can *can) {
     if (can->state == CB_CAN_UP) return;
     can->state = CB_CAN_UP;
     can->is_back = true;
+}
+
+/* out: false: a socket that is of no use any more is still here, because the other thread has not
+ * yet closed the last one given back */
+static bool obey_revocation(struct cb_can *can) {
+    if (!__atomic_load_n(&can->revoked, __ATOMIC_ACQUIRE)) return true;
+    cb_can_leave(can);
+    if (can->fd >= 0) return false;
+    __atomic_store_n(&can->revoked, false, __ATOMIC_RELEASE);
+    cb_can_want(can, true);
+    return true;
+}
+
+/* What the other thread saw: only of the last time that the interface went down. */
+static void notice_up(struct cb_can *can) {
+    if (can->state != CB_CAN_DOWN) return;
+    if (__atomic_load_n(&can->up_after, __ATOMIC_ACQUIRE) == can->downs) come_up(can);
 }
 
 /* Takes the socket that the other thread offers. It waits while that has not yet closed the last
@@ -141,6 +178,7 @@ static void give_up(struct cb_can *can) {
 static void note_error(struct cb_can *can, int error) {
     if (error == ENETDOWN) {
         can->counters.went_down += can->state != CB_CAN_DOWN;
+        __atomic_store_n(&can->downs, can->downs + 1, __ATOMIC_RELEASE);
         can->state = CB_CAN_DOWN;
         return;
     }
@@ -163,10 +201,9 @@ static void note_error_frame(struct cb_can *can, const struct can_frame *frame) 
         counters->bus_offs++;
         can->state = CB_CAN_BUS_OFF;
     }
-    if (frame->can_id & CAN_ERR_RESTARTED) {
-        counters->restarts++;
-        come_up(can);
-    }
+    counters->restarts += (frame->can_id & CAN_ERR_RESTARTED) != 0;
+    /* a controller that restarts by itself only says that it is active */
+    if (frame->can_id & CAN_ERR_RESTARTED || controller & CAN_ERR_CRTL_ACTIVE) come_up(can);
 }
 
 /* in : stamp of the kernel, wall clock
@@ -225,7 +262,9 @@ static bool receive_any(struct cb_can *can, struct can_frame *frame, int64_t *ti
 bool cb_can_receive(struct cb_can *can, struct cb_can_frame *frame, int64_t now_us) {
     struct can_frame raw;
     int64_t time_us = now_us;
+    if (!obey_revocation(can)) return false;
     take_offer(can, now_us);
+    notice_up(can);
     for (int i = 0; i < CB_CAN_FRAMES_PER_CYCLE; i++) {
         if (can->fd < 0 || !receive_any(can, &raw, &time_us, now_us)) return false;
         if (raw.can_id & CAN_ERR_FLAG) {

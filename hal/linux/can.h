@@ -58,10 +58,13 @@ struct cb_can {
     bool is_back;           /* the bus came (back): taken by cb_can_came_back() */
     int64_t emptied_us;     /* when the queue was last empty: what comes is younger */
     uint32_t lost_in_queue; /* of this socket, as the kernel counts them */
+    uint32_t downs;         /* times that the kernel said: down; the other thread looks at it … */
+    uint32_t up_after;      /* … and says here after which of them the interface was up again */
     struct cb_can_counters counters;
     int offered;  /* from the normal thread: a socket for the loop; -1: none */
     int returned; /* from the loop: a socket to be closed; -1: none */
     bool wanted;  /* the loop has none: open one */
+    bool revoked; /* the loop's socket is of no use any more: it gives it back and wants another */
 };
 
 /* No socket yet; the loop will ask for one where `wanted`. */
@@ -78,6 +81,14 @@ bool cb_can_wanted(const struct cb_can *can);
 
 /* Gives the loop a socket; it closes nothing and returns the one it had. */
 void cb_can_offer(struct cb_can *can, int fd);
+
+/* The loop's socket, and one that may be on its way, are of another interface than is wanted now:
+ * the loop gives it back and asks for another. For either thread. */
+void cb_can_revoke(struct cb_can *can);
+
+/* Looks whether an interface that went down is up again: nothing need come from a bus whose nodes
+ * wait to be told. */
+void cb_can_look(struct cb_can *can, const char *interface);
 
 /* Closes what the loop gave back, or all of it when the loop has ended. */
 void cb_can_tidy(struct cb_can *can);

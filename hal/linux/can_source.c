@@ -16,9 +16,11 @@ void cb_can_source_start(struct cb_can_source *source, const struct cb_config *c
 
 void cb_can_source_replan(struct cb_can_source *source, const struct cb_config *config) {
     const bool same = memcmp(&source->config, &config->can, sizeof config->can) == 0;
+    const bool moves = strcmp(source->config.interface, config->can.interface) != 0;
     cb_can_map_of(&source->map, config);
     source->config = config->can;
     if (!same) cb_canopen_start(source->nodes);
+    if (moves) cb_can_revoke(&source->can);
     if (source->can.fd < 0) cb_can_want(&source->can, cb_can_source_used(source));
 }
 

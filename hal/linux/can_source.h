@@ -27,8 +27,8 @@ bool cb_can_source_used(const struct cb_can_source *source);
 void cb_can_source_start(struct cb_can_source *source, const struct cb_config *config);
 
 /* Another coefficient file takes over, between two cycles. The socket stays, with its filters,
- * until the normal thread offers another; nodes are told to start anew where their section changed.
- */
+ * until the normal thread offers another; one of another interface is given back at once. Nodes are
+ * told to start anew where their section changed. */
 void cb_can_source_replan(struct cb_can_source *source, const struct cb_config *config);
 
 /* A socket for the frames that a coefficient file names, to be offered to the source; or -errno.

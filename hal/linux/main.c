@@ -122,30 +122,39 @@ static bool start_plc(struct daemon *daemon) {
     return false;
 }
 
-/* Sockets for the loop, as it asks for them: the interface may come later, or go and come again. */
-static void serve_can(struct daemon *daemon, int64_t now_us) {
-    struct cb_can_source *source = &daemon->loop.target.can;
-    cb_can_tidy(&source->can);
-    if (!cb_can_wanted(&source->can) || now_us < daemon->can_again_us) return;
-    daemon->can_again_us = now_us + CAN_EVERY_US;
-    const int got = cb_can_source_open(config_now(daemon));
+/* out: a socket for the frames of the file that runs now is on its way to the loop; else why not is
+ * said, once. */
+static bool offer_can(struct daemon *daemon, int64_t now_us) {
+    const struct cb_config *config = config_now(daemon);
+    const int got = cb_can_source_open(config);
     if (got >= 0)
-        cb_can_offer(&source->can, got);
+        cb_can_offer(&daemon->loop.target.can.can, got);
     else if (got != daemon->can_error)
         cb_log_say(&daemon->log, now_us, "%s: no CAN bus: %s; trying again every second",
-                   config_now(daemon)->can.interface,
+                   config->can.interface,
                    got == -EAFNOSUPPORT ? "this kernel has none" : strerror(-got));
     daemon->can_error = got;
+    return got >= 0;
 }
 
-/* After a reload: a socket with the filters of the file that runs now. */
-static void renew_can(struct daemon *daemon) {
+/* Sockets for the loop, as it asks for them: the interface may come later, or go and come again. */
+static void serve_can(struct daemon *daemon, int64_t now_us) {
+    struct cb_can *can = &daemon->loop.target.can.can;
+    cb_can_tidy(can);
+    if (now_us < daemon->can_again_us) return;
+    daemon->can_again_us = now_us + CAN_EVERY_US;
+    cb_can_look(can, config_now(daemon)->can.interface);
+    if (cb_can_wanted(can)) offer_can(daemon, now_us);
+}
+
+/* After a reload: a socket with the filters of the file that runs now. Where there is none the loop
+ * gives its own back, and serve_can() goes on looking. */
+static void renew_can(struct daemon *daemon, int64_t now_us) {
     struct cb_can_source *source = &daemon->loop.target.can;
     daemon->stats.run.can_used = cb_can_source_used(source);
     if (!daemon->stats.run.can_used) return;
-    daemon->can_again_us = 0;
-    const int got = cb_can_source_open(config_now(daemon));
-    if (got >= 0) cb_can_offer(&source->can, got);
+    daemon->can_error = 0;
+    if (!offer_can(daemon, now_us)) cb_can_revoke(&source->can);
 }
 
 /* Reads the thermometers of the file that runs now; the machine runs without them where that fails.
@@ -375,7 +384,7 @@ static void mind_the_file(struct daemon *daemon, int64_t now_us) {
     if (answer == CB_RELOAD_TAKEN) {
         take_rows(daemon); /* the rest of the generation before, whose box is spare now */
         follow_reload(daemon, daemon->loop.generation);
-        renew_can(daemon);
+        renew_can(daemon, now_us);
         start_bus(daemon);
     }
     if (answer != CB_RELOAD_NONE) {

@@ -239,6 +239,17 @@ TEST_F(canopen, a_heartbeat_that_stays_away_is_lost_once) {
     EXPECT_EQ(nodes[2].state, CB_CANOPEN_OPERATIONAL);
 }
 
+TEST_F(canopen, a_node_that_was_never_heard_is_lost_once) {
+    for (int64_t now_us : {100 * s, 101 * s}) cb_canopen_watch(&config, nodes, now_us);
+    EXPECT_EQ(nodes[0].losses, 0u);
+    for (int64_t now_us : {101 * s + 1, 110 * s}) cb_canopen_watch(&config, nodes, now_us);
+    EXPECT_EQ(nodes[0].losses, 1u);
+    EXPECT_EQ(nodes[1].losses, 0u) << "its heartbeat is not watched";
+    hear(1, 5, 111 * s);
+    cb_canopen_watch(&config, nodes, 113 * s);
+    EXPECT_EQ(nodes[0].losses, 2u);
+}
+
 TEST_F(canopen, after_the_bus_was_away_nodes_are_told_anew) {
     due(0);
     hear(1, 5, s);

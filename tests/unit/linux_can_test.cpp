@@ -94,6 +94,80 @@ TEST_F(linux_can, counts_what_the_controller_says_and_goes_on) {
     EXPECT_EQ(can.counters.frames, 0u);
 }
 
+// Some controllers restart by themselves and never say "restarted".
+TEST_F(linux_can, a_controller_that_is_active_again_has_come_back) {
+    cb_can_offer(&can, box);
+    controller_says(CAN_ERR_BUSOFF);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    cb_can_came_back(&can);
+    controller_says(CAN_ERR_CRTL, CAN_ERR_CRTL_ACTIVE);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.state, CB_CAN_UP);
+    EXPECT_TRUE(cb_can_came_back(&can));
+    EXPECT_EQ(can.counters.restarts, 0u);
+}
+
+// The kernel's stamp, by the wall clock, becomes the age of a frame that waited.
+TEST_F(linux_can, a_frame_is_as_old_as_the_kernel_says) {
+    const int on = 1;
+    ASSERT_EQ(setsockopt(box, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on), 0);
+    cb_can_offer(&can, box);
+    const int64_t empty_us = cb_boottime_us();
+    EXPECT_FALSE(cb_can_receive(&can, &frame, empty_us));
+    usleep(20000);
+    const int64_t before_us = cb_boottime_us();
+    send(0x181, {1});
+    const int64_t after_us = cb_boottime_us();
+    usleep(50000);
+    ASSERT_TRUE(cb_can_receive(&can, &frame, cb_boottime_us()));
+    EXPECT_GE(frame.time_us, before_us - 5000);
+    EXPECT_LE(frame.time_us, after_us + 5000);
+    // As if the wall clock had been set: far forward, then back. now_us moves in its place.
+    send(0x181, {2});
+    const int64_t emptied_us = can.emptied_us;
+    ASSERT_TRUE(cb_can_receive(&can, &frame, emptied_us - 3600000000));
+    EXPECT_EQ(frame.time_us, emptied_us) << "not older than the empty queue";
+    usleep(1000);
+    send(0x181, {3});
+    can.emptied_us = 0;
+    ASSERT_TRUE(cb_can_receive(&can, &frame, 3600000000));
+    EXPECT_LE(frame.time_us, 3600000000) << "not younger than now";
+}
+
+TEST_F(linux_can, an_interface_that_is_up_again_is_noticed_without_a_frame) {
+    cb_can_offer(&can, box);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    cb_can_came_back(&can);
+    can.state = CB_CAN_DOWN;  // as a socket error has it, which a local socket never gives
+    can.downs = 1;
+    cb_can_look(&can, "no_such_can");
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.state, CB_CAN_DOWN);
+    cb_can_look(&can, "lo");
+    can.downs = 2;  // it went down once more since somebody looked
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.state, CB_CAN_DOWN);
+    cb_can_look(&can, "lo");
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.state, CB_CAN_UP);
+    EXPECT_TRUE(cb_can_came_back(&can));
+}
+
+TEST_F(linux_can, a_revoked_socket_is_given_back_and_another_asked_for) {
+    cb_can_offer(&can, box);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    can.returned = 1000;  // the other thread has not closed the one before yet
+    cb_can_revoke(&can);
+    send(0x181, {1});
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0)) << "of the wrong interface";
+    EXPECT_EQ(can.fd, box);
+    can.returned = -1;
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.returned, box);
+    EXPECT_EQ(can.fd, -1);
+    EXPECT_TRUE(cb_can_wanted(&can));
+}
+
 TEST_F(linux_can, a_flood_is_taken_in_portions) {
     cb_can_offer(&can, box);
     int sent = 0;
@@ -209,6 +283,23 @@ TEST_F(linux_can, the_source_follows_a_new_file) {
     EXPECT_EQ(source.can.returned, box) << "the bus is left";
     EXPECT_FALSE(cb_can_wanted(&source.can));
     cb_can_source_replan(&source, before.config.get());
+    EXPECT_TRUE(cb_can_wanted(&source.can));
+    cb_can_close(&source.can);
+}
+
+// What the old interface still says is none of the new file's business.
+TEST_F(linux_can, the_source_gives_back_the_socket_of_another_interface) {
+    const auto before = load(full_example);
+    const auto after = load(with(R"("safety":)", R"("can": {"interface": "can1"}, "safety":)"));
+    cb_can_source source;
+    cb_can_source_start(&source, before.config.get());
+    cb_can_offer(&source.can, box);
+    cb_hal_sample samples[CB_MAX_SIGNALS];
+    EXPECT_EQ(cb_can_source_samples(&source, samples, CB_MAX_SIGNALS, 0), 0u);
+    cb_can_source_replan(&source, after.config.get());
+    send(0x181, {0, 0, 1, 0});
+    EXPECT_EQ(cb_can_source_samples(&source, samples, CB_MAX_SIGNALS, 0), 0u);
+    EXPECT_EQ(source.can.returned, box);
     EXPECT_TRUE(cb_can_wanted(&source.can));
     cb_can_close(&source.can);
 }

@@ -22,9 +22,9 @@ struct cb_log {
     int64_t errors_us;                 /* when errors on the wire were last written about … */
     struct cb_tcp_counters tcp_errors; /* … and up to what counts */
     struct cb_rtu_counters rtu_errors;
-    bool can_begun;        /* the bus was written about before */
-    struct cb_row_can can; /* the bus in the row before … */
-    int64_t can_errors_us; /* … and likewise its errors */
+    struct cb_can_config can_config; /* whose nodes these are */
+    struct cb_row_can can;           /* the bus in the row before … */
+    int64_t can_errors_us;           /* … and likewise its errors */
     struct cb_can_counters can_errors;
 };
 

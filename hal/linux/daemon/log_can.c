@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include <stdio.h>
+#include <string.h>
 
 #include "hal/linux/daemon/can_words.h"
 #include "hal/linux/daemon/log.h"
@@ -18,7 +19,7 @@ static void log_node(struct cb_log *log, const struct cb_can_config *can, unsign
     if (now->losses != before->losses)
         cb_log_limited(log, row->time_us, "%s: node %u: no heartbeat for %u ms", can->interface,
                        (unsigned)can->nodes[i].node, (unsigned)can->nodes[i].heartbeat_timeout_ms);
-    else if (now->state != before->state && log->can_begun)
+    else if (now->state != before->state)
         cb_log_limited(log, row->time_us, "%s: node %u is %s", can->interface,
                        (unsigned)can->nodes[i].node, cb_canopen_state_word(now->state));
 }
@@ -42,10 +43,17 @@ static void log_errors(struct cb_log *log, const char *interface, const struct c
     log->can_errors = *now;
 }
 
+/* Another file may name other nodes: nothing is known of these yet, as in can_source.c. */
+static void follow_nodes(struct cb_log *log, const struct cb_can_config *can) {
+    if (memcmp(&log->can_config, can, sizeof *can) == 0) return;
+    log->can_config = *can;
+    cb_canopen_start(log->can.nodes);
+}
+
 void cb_log_can(struct cb_log *log, const struct cb_can_config *can, const struct cb_row *row) {
+    follow_nodes(log, can);
     log_state(log, can->interface, row);
     for (unsigned i = 0; i < can->nodes_count; i++) log_node(log, can, i, row);
     log_errors(log, can->interface, row);
     log->can = row->can;
-    log->can_begun = true;
 }

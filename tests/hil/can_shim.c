@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: MIT
+ * Preloaded into compboxd on a machine whose kernel has no CAN: the interface NAME is there where
+ * CAN_BUS/NAME is a local socket of the test (can_bus.py), and frames are its datagrams. What the
+ * program asks of the kernel is said to the test: the filters, when it binds. What the kernel would
+ * say, the test says: a datagram {errno, errno of sends} in place of a frame.
+ * Time stamps, queue and non-blocking calls are the real kernel's, of a local socket. */
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <errno.h>
+#include <linux/can.h>
+#include <linux/can/raw.h>
+#include <net/if.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+enum { FDS = 64, NAMES = 8, FILTERS = 128 };
+
+static struct {
+    int is_can, send_error;
+    struct can_filter filters[FILTERS];
+    size_t filter_bytes;
+} fds[FDS];
+static char names[NAMES][IFNAMSIZ];
+
+#define NEXT(name) (*(void **)&next_##name = dlsym(RTLD_NEXT, #name))
+
+static int is_can(int fd) {
+    return fd >= 0 && fd < FDS && fds[fd].is_can;
+}
+
+static void path_of(const char *name, struct sockaddr_un *address) {
+    *address = (struct sockaddr_un){.sun_family = AF_UNIX};
+    snprintf(address->sun_path, sizeof address->sun_path, "%s/%s", getenv("CAN_BUS"), name);
+}
+
+unsigned if_nametoindex(const char *name) {
+    struct sockaddr_un address;
+    struct stat there;
+    path_of(name, &address);
+    errno = ENODEV;
+    if (stat(address.sun_path, &there) != 0) return 0;
+    for (unsigned i = 0; i < NAMES; i++) {
+        if (names[i][0] == '\0') strncpy(names[i], name, IFNAMSIZ - 1);
+        if (strcmp(names[i], name) == 0) return i + 1;
+    }
+    return 0;
+}
+
+int socket(int domain, int type, int protocol) {
+    static int (*next_socket)(int, int, int);
+    NEXT(socket);
+    if (domain != PF_CAN) return next_socket(domain, type, protocol);
+    const int fd = next_socket(AF_UNIX, SOCK_DGRAM | (type & (SOCK_NONBLOCK | SOCK_CLOEXEC)), 0);
+    if (fd < 0 || fd >= FDS) return fd;
+    memset(&fds[fd], 0, sizeof fds[fd]);
+    fds[fd].is_can = 1;
+    return fd;
+}
+
+int setsockopt(int fd, int level, int option, const void *value, socklen_t size) {
+    static int (*next_setsockopt)(int, int, int, const void *, socklen_t);
+    NEXT(setsockopt);
+    if (level != SOL_CAN_RAW) return next_setsockopt(fd, level, option, value, size);
+    if (!is_can(fd) || size > sizeof fds[fd].filters) return errno = EINVAL, -1;
+    if (option != CAN_RAW_FILTER) return 0;
+    memcpy(fds[fd].filters, value, size);
+    fds[fd].filter_bytes = size;
+    return 0;
+}
+
+/* As the kernel does, a socket may be bound to an interface that is down: its next receive fails.
+ */
+int bind(int fd, const struct sockaddr *address, socklen_t size) {
+    static int (*next_bind)(int, const struct sockaddr *, socklen_t);
+    struct sockaddr_un to, own = {.sun_family = AF_UNIX};
+    NEXT(bind);
+    if (!is_can(fd)) return next_bind(fd, address, size);
+    const int index = ((const struct sockaddr_can *)(const void *)address)->can_ifindex;
+    path_of(names[index - 1], &to);
+    if (next_bind(fd, (struct sockaddr *)&own, sizeof own.sun_family) != 0) return -1;
+    if (connect(fd, (struct sockaddr *)&to, sizeof to) != 0) return errno = ENODEV, -1;
+    return write(fd, fds[fd].filters, fds[fd].filter_bytes) < 0 ? -1 : 0;
+}
+
+ssize_t recvmsg(int fd, struct msghdr *message, int flags) {
+    static ssize_t (*next_recvmsg)(int, struct msghdr *, int);
+    NEXT(recvmsg);
+    const ssize_t got = next_recvmsg(fd, message, flags);
+    if (!is_can(fd) || got != 2 * sizeof(int)) return got;
+    int said[2];
+    memcpy(said, message->msg_iov[0].iov_base, sizeof said);
+    fds[fd].send_error = said[1];
+    errno = said[0];
+    return said[0] != 0 ? -1 : recvmsg(fd, message, flags);
+}
+
+ssize_t send(int fd, const void *bytes, size_t size, int flags) {
+    static ssize_t (*next_send)(int, const void *, size_t, int);
+    NEXT(send);
+    if (is_can(fd) && fds[fd].send_error != 0) return errno = fds[fd].send_error, -1;
+    return next_send(fd, bytes, size, flags);
+}
+
+/* An interface is up where CAN_BUS/NAME.down is not there. */
+int ioctl(int fd, unsigned long request, ...) {
+    static int (*next_ioctl)(int, unsigned long, ...);
+    va_list arguments;
+    va_start(arguments, request);
+    void *argument = va_arg(arguments, void *);
+    va_end(arguments);
+    NEXT(ioctl);
+    if (request != SIOCGIFFLAGS) return next_ioctl(fd, request, argument);
+    struct ifreq *asked = argument;
+    struct sockaddr_un at;
+    char name[IFNAMSIZ + 5];
+    snprintf(name, sizeof name, "%.*s.down", IFNAMSIZ - 1, asked->ifr_name);
+    if (if_nametoindex(asked->ifr_name) == 0) return errno = ENODEV, -1;
+    path_of(name, &at);
+    asked->ifr_flags = access(at.sun_path, F_OK) == 0 ? 0 : IFF_UP | IFF_RUNNING;
+    return 0;
+}
