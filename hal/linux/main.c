@@ -49,6 +49,8 @@ struct daemon {
     struct cb_state state;     /* newest that the loop handed over */
     uint32_t state_generation; /* … of the lags of this coefficient file */
     int64_t state_us;          /* when it was last written */
+    int state_error;           /* errno of that … */
+    int stats_error;           /* … and of the statistics */
     int64_t can_again_us;      /* when a missing CAN interface is next looked for */
     int can_error;             /* what opening it last gave */
     bool reload_asked;         /* by SIGHUP */
@@ -130,9 +132,9 @@ static bool offer_can(struct daemon *daemon, int64_t now_us) {
     if (got >= 0)
         cb_can_offer(&daemon->loop.target.can.can, got);
     else if (got != daemon->can_error)
-        cb_log_say(&daemon->log, now_us, "%s: no CAN bus: %s; trying again every second",
-                   config->can.interface,
-                   got == -EAFNOSUPPORT ? "this kernel has none" : strerror(-got));
+        cb_log_limited(&daemon->log, CB_LOG_CAN, now_us,
+                       "%s: no CAN bus: %s; trying again every second", config->can.interface,
+                       got == -EAFNOSUPPORT ? "this kernel has none" : strerror(-got));
     daemon->can_error = got;
     return got >= 0;
 }
@@ -164,7 +166,8 @@ static void start_bus(struct daemon *daemon) {
     const int error = cb_bus_start(&daemon->bus, config_now(daemon), daemon->generation,
                                    &daemon->loop.target.bus);
     if (error != 0)
-        cb_log_say(&daemon->log, cb_boottime_us(), "no thread for the bus: %s", strerror(error));
+        cb_log_limited(&daemon->log, CB_LOG_BUS, cb_boottime_us(), "no thread for the bus: %s",
+                       strerror(error));
 }
 
 /* What the machine does not permit is said, and the box runs without it. */
@@ -243,14 +246,25 @@ static bool resume_lags(struct daemon *daemon) {
     return error == 0;
 }
 
+/* What becomes of a file that is written again and again is said when it changes.
+ * in : told: errno said last */
+static void tell_file(struct daemon *daemon, const char *path, int error, int *told,
+                      int64_t now_us) {
+    if (error == *told) return;
+    *told = error;
+    if (error == 0)
+        cb_log_limited(&daemon->log, CB_LOG_FILES, now_us, "%s: is written again", path);
+    else
+        cb_log_limited(&daemon->log, CB_LOG_FILES, now_us, "%s: cannot be written: %s", path,
+                       strerror(error));
+}
+
 static void write_state(struct daemon *daemon, int64_t now_us) {
     /* right after a reload the newest lags are still those of the file before */
     if (daemon->options.state == NULL || daemon->state_generation != daemon->generation) return;
-    int error = cb_state_write(&daemon->state, config_now(daemon), daemon->options.state, now_us,
-                               cb_unix_us());
-    if (error != 0)
-        cb_log_say(&daemon->log, now_us, "%s: cannot be written: %s", daemon->options.state,
-                   strerror(error));
+    const int error = cb_state_write(&daemon->state, config_now(daemon), daemon->options.state,
+                                     now_us, cb_unix_us());
+    tell_file(daemon, daemon->options.state, error, &daemon->state_error, now_us);
 }
 
 /* Takes what the loop handed over; writes it when it is time. */
@@ -311,8 +325,8 @@ static void follow_reload(struct daemon *daemon, uint32_t generation) {
     const int error =
         cb_record_follow(&daemon->record, daemon->options.record, before, config_now(daemon));
     if (error != 0)
-        cb_log_say(&daemon->log, cb_boottime_us(), "%s: cannot be written: %s",
-                   daemon->options.record, strerror(error));
+        cb_log_limited(&daemon->log, CB_LOG_FILES, cb_boottime_us(), "%s: cannot be written: %s",
+                       daemon->options.record, strerror(error));
 }
 
 static void take_rows(struct daemon *daemon) {
@@ -347,21 +361,20 @@ static int write_stats(struct daemon *daemon) {
 static void write_stats_now_and_then(struct daemon *daemon, int64_t now_us) {
     if (now_us - daemon->stats_us < STATS_EVERY_US) return;
     daemon->stats_us = now_us;
-    int error = write_stats(daemon);
-    if (error != 0)
-        cb_log_say(&daemon->log, now_us, "%s: cannot be written: %s", daemon->options.stats,
-                   strerror(error));
+    tell_file(daemon, daemon->options.stats, write_stats(daemon), &daemon->stats_error, now_us);
 }
 
 /* Waits a little. SIGHUP asks for the coefficient file to be read anew, other signals for a stop.
  */
 static void mind_signals(struct daemon *daemon) {
     struct timespec wait = cb_timespec(LOOK_EVERY_MS * 1000000LL);
+    sigset_t waiting;
     const int got = sigtimedwait(&daemon->signals, NULL, &wait);
-    if (got == SIGHUP)
-        daemon->reload_asked = true;
-    else if (got > 0)
-        cb_flag_raise(&daemon->loop.target.stop);
+    if (got == SIGHUP) daemon->reload_asked = true;
+    /* SIGHUP is taken first, however often it comes; a stop need not wait for it */
+    const bool pending = sigpending(&waiting) == 0 && (sigismember(&waiting, SIGTERM) == 1 ||
+                                                       sigismember(&waiting, SIGINT) == 1);
+    if (pending || (got > 0 && got != SIGHUP)) cb_flag_raise(&daemon->loop.target.stop);
 }
 
 /* Once a stop has been asked for, by whomever, the time runs after which this thread gives up. */
@@ -388,15 +401,15 @@ static void mind_the_file(struct daemon *daemon, int64_t now_us) {
         start_bus(daemon);
     }
     if (answer != CB_RELOAD_NONE) {
-        cb_log_say(&daemon->log, now_us, "%s", reload->last);
+        cb_log_limited(&daemon->log, CB_LOG_FILES, now_us, "%s", reload->last);
         daemon->stats_us = 0; /* statistics say it at once */
     }
     if (reload->offered || cb_flag_is_raised(&daemon->loop.target.stop)) return;
     if (!cb_reload_file_changed(reload, now_us) && !daemon->reload_asked) return;
     daemon->reload_asked = false;
     if (cb_reload_offer(reload, &daemon->loop)) return;
-    cb_log_say(&daemon->log, now_us, "%s; revision %u goes on", reload->last,
-               (unsigned)config_now(daemon)->revision);
+    cb_log_limited(&daemon->log, CB_LOG_FILES, now_us, "%s; revision %u goes on", reload->last,
+                   (unsigned)config_now(daemon)->revision);
     daemon->stats_us = 0;
 }
 
@@ -414,6 +427,7 @@ static void serve(struct daemon *daemon) {
         cb_log_bus(&daemon->log, &daemon->bus, cb_boottime_us());
         write_stats_now_and_then(daemon, cb_boottime_us());
         keep_state(daemon, cb_boottime_us());
+        cb_log_catch_up(&daemon->log, cb_boottime_us(), false);
     }
     pthread_join(daemon->thread, NULL);
     cb_bus_stop(&daemon->bus);
@@ -454,6 +468,7 @@ static int finish(struct daemon *daemon) {
                    "ended without the PLC's confirmation of zero: its own watchdog has to take "
                    "the offset back; check %s",
                    daemon->plc);
+    cb_log_catch_up(&daemon->log, now_us, true);
     cb_supervise_finish(&daemon->supervise);
     const bool written = record_error == 0 && inputs_error == 0 && stats_error == 0;
     return confirmed && written ? EXIT_OK : EXIT_BAD;

@@ -2,7 +2,9 @@
 """A new coefficient file while the box runs: taken over without a step, or refused with a sentence."""
 import json
 import os
+import shutil
 import signal
+import subprocess
 import time
 
 import pytest
@@ -10,7 +12,7 @@ import pytest
 import laws
 import machine
 from box import run
-from machine import ACTIVE, PERIOD_S
+from machine import ACTIVE, PERIOD_S, STOPPED
 from pymodbus_plc import PymodbusPlc
 from test_realtime import spied
 
@@ -185,6 +187,41 @@ def test_fifty_reloads_in_a_row(plc, port, running):
     steps = [abs(b.um["Z"] - a.um["Z"]) for a, b in zip(plc.writes[seen:], plc.writes[seen + 1:])
              if b.mode == ACTIVE]
     assert max(steps) <= machine.CHANNELS["Z"]["slew_um_per_s"] * 2 * PERIOD_S + 0.011
+
+
+def test_a_flood_of_requests_fills_no_log_and_delays_no_stop(plc, running):
+    """Something sends SIGHUP as fast as it can, for two seconds and then for ever."""
+    box, _ = running
+    with subprocess.Popen(["sh", "-c", f"while kill -HUP {box.process.pid}; do :; done"],
+                          stderr=subprocess.DEVNULL) as flood:
+        begin = time.monotonic()
+        time.sleep(2)
+        took_s = box.stop()
+        whole_s = time.monotonic() - begin
+        flood.kill()
+    assert box.code == 0, box.log
+    assert took_s < 10 and plc.last().mode == STOPPED
+    said = box.log.count("revision 7 is running now")
+    assert box.stats["reloads"]["taken"] > said
+    assert 20 <= said <= 21 + 2 * whole_s, box.log
+    assert "lines about files left out)" in box.log
+
+
+def test_a_disk_that_is_full_is_told_once_and_when_it_is_not(plc, port, start_box, tmp_path):
+    """A folder that goes and comes again stands for it."""
+    plc.values = dict(AT_REST)
+    folder = tmp_path / "kept"
+    folder.mkdir()
+    with PymodbusPlc(plc, port), start_box("--state", str(folder / "lags"), "--state-every", "1") as box:
+        plc.wait_mode(ACTIVE)
+        shutil.rmtree(folder)
+        time.sleep(2.5)
+        folder.mkdir()
+        time.sleep(1.5)
+        box.stop()
+    assert box.code == 0, box.log
+    assert box.log.count("lags: cannot be written: No such file or directory") == 1, box.log
+    assert box.log.count("lags: is written again") == 1, box.log
 
 
 def test_the_loop_allocates_nothing_while_it_takes_over(plc, port, start_box, tmp_path):

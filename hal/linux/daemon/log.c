@@ -11,7 +11,13 @@
 
 #include "firmware/mode.h"
 
-enum { BURST_LINES = 20, LINES_PER_S = 2, ERRORS_EVERY_US = 1000000 };
+enum {
+    BURST_LINES = 20,
+    LINES_PER_S = 2,
+    QUIET_LINES = 4,  /* so many may be written again: nothing was for two seconds */
+    LINE_BYTES = 600, /* a sentence about a coefficient file, with its path */
+    ERRORS_EVERY_US = 1000000
+};
 
 /* systemd names the device and file that it gave as stderr when that is its journal. */
 static bool stderr_is_journal(void) {
@@ -23,11 +29,9 @@ static bool stderr_is_journal(void) {
 }
 
 void cb_log_start(struct cb_log *log, const char *plc, int64_t now_us) {
-    *log = (struct cb_log){.plc = plc,
-                           .journal = stderr_is_journal(),
-                           .start_us = now_us,
-                           .lines_left = BURST_LINES,
-                           .refill_us = now_us};
+    *log = (struct cb_log){.plc = plc, .journal = stderr_is_journal(), .start_us = now_us};
+    for (unsigned kind = 0; kind < CB_LOG_KINDS_COUNT; kind++)
+        log->limits[kind] = (struct cb_log_limit){.lines_left = BURST_LINES, .refill_us = now_us};
 }
 
 /* Whoever reads stderr may have stopped to; a line must not keep this thread from its work. */
@@ -36,45 +40,78 @@ static bool reader_is_there(void) {
     return poll(&wait, 1, 0) == 1 && (wait.revents & POLLOUT) != 0;
 }
 
-static void write_line(struct cb_log *log, int64_t now_us, const char *text) {
-    if (!reader_is_there()) {
-        log->left_out++;
-        return;
-    }
-    if (log->left_out > 0)
-        fprintf(stderr, "compboxd: (%u line%s left out)\n", (unsigned)log->left_out,
-                log->left_out == 1 ? "" : "s");
-    log->left_out = 0;
+static void put(const struct cb_log *log, int64_t now_us, const char *text) {
     if (log->journal) /* has the time and the name */
         fprintf(stderr, "%s\n", text);
     else
         fprintf(stderr, "compboxd: %9.3f s: %s\n", (double)(now_us - log->start_us) * 1e-6, text);
 }
 
-void cb_log_say(struct cb_log *log, int64_t now_us, const char *format, ...) {
-    char text[256];
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
-    write_line(log, now_us, text);
+static void say_left_out(struct cb_log *log, enum cb_log_kind kind, int64_t now_us) {
+    static const char *const what[] = {
+#define CB_X(name, words) [name] = words,
+        CB_LOG_KINDS(CB_X)
+#undef CB_X
+    };
+    uint32_t *left_out = &log->limits[kind].left_out;
+    char text[80];
+    if (*left_out == 0) return;
+    snprintf(text, sizeof text, "(%u line%s about %s left out)", (unsigned)*left_out,
+             *left_out == 1 ? "" : "s", what[kind]);
+    put(log, now_us, text);
+    *left_out = 0;
 }
 
-void cb_log_limited(struct cb_log *log, int64_t now_us, const char *format, ...) {
-    log->lines_left += (double)(now_us - log->refill_us) * 1e-6 * LINES_PER_S;
-    if (log->lines_left > BURST_LINES) log->lines_left = BURST_LINES;
-    log->refill_us = now_us;
-    if (log->lines_left < 1) {
-        log->left_out++;
+static __attribute__((format(printf, 4, 0))) void write_line(struct cb_log *log,
+                                                             enum cb_log_kind kind, int64_t now_us,
+                                                             const char *format,
+                                                             va_list arguments) {
+    char text[LINE_BYTES];
+    if (!reader_is_there()) {
+        log->limits[kind].left_out++;
         return;
     }
-    log->lines_left -= 1;
-    char text[256];
+    say_left_out(log, kind, now_us);
+    vsnprintf(text, sizeof text, format, arguments);
+    put(log, now_us, text);
+}
+
+void cb_log_say(struct cb_log *log, int64_t now_us, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
-    vsnprintf(text, sizeof text, format, arguments);
+    write_line(log, CB_LOG_START, now_us, format, arguments);
     va_end(arguments);
-    write_line(log, now_us, text);
+}
+
+/* out: the limit with what time has given back to it */
+static struct cb_log_limit *refilled(struct cb_log *log, enum cb_log_kind kind, int64_t now_us) {
+    struct cb_log_limit *limit = &log->limits[kind];
+    limit->lines_left += (double)(now_us - limit->refill_us) * 1e-6 * LINES_PER_S;
+    if (limit->lines_left > BURST_LINES) limit->lines_left = BURST_LINES;
+    limit->refill_us = now_us;
+    return limit;
+}
+
+void cb_log_limited(struct cb_log *log, enum cb_log_kind kind, int64_t now_us, const char *format,
+                    ...) {
+    struct cb_log_limit *limit = refilled(log, kind, now_us);
+    if (limit->lines_left < 1) {
+        limit->left_out++;
+        return;
+    }
+    limit->lines_left -= 1;
+    va_list arguments;
+    va_start(arguments, format);
+    write_line(log, kind, now_us, format, arguments);
+    va_end(arguments);
+}
+
+void cb_log_catch_up(struct cb_log *log, int64_t now_us, bool at_end) {
+    for (enum cb_log_kind kind = 0; kind < CB_LOG_KINDS_COUNT; kind++) {
+        if (log->limits[kind].left_out == 0) continue;
+        const bool quiet = refilled(log, kind, now_us)->lines_left >= QUIET_LINES;
+        if ((quiet || at_end) && reader_is_there()) say_left_out(log, kind, now_us);
+    }
 }
 
 static const char *cause_text(const struct cb_row_link *link) {
@@ -95,7 +132,7 @@ static const char *cause_text(const struct cb_row_link *link) {
 
 static void log_mode(struct cb_log *log, const struct cb_row *row) {
     if (log->begun && row->mode == log->mode && row->reason == log->reason) return;
-    cb_log_limited(log, row->time_us, "%s: %s", cb_mode_name(row->mode),
+    cb_log_limited(log, CB_LOG_MODE, row->time_us, "%s: %s", cb_mode_name(row->mode),
                    cb_reason_text(row->reason));
     log->mode = row->mode;
     log->reason = row->reason;
@@ -104,12 +141,13 @@ static void log_mode(struct cb_log *log, const struct cb_row *row) {
 static void log_link(struct cb_log *log, const struct cb_row *row) {
     const struct cb_row_link *now = &row->link, *before = &log->link;
     if (now->disconnects != before->disconnects)
-        cb_log_limited(log, row->time_us, "connection to %s lost: %s", log->plc, cause_text(now));
-    if (now->connects != before->connects)
-        cb_log_limited(log, row->time_us, "connected to %s", log->plc);
-    if (before->failures == 0 && now->failures > 0)
-        cb_log_limited(log, row->time_us, "cannot connect to %s: %s; trying again", log->plc,
+        cb_log_limited(log, CB_LOG_LINK, row->time_us, "connection to %s lost: %s", log->plc,
                        cause_text(now));
+    if (now->connects != before->connects)
+        cb_log_limited(log, CB_LOG_LINK, row->time_us, "connected to %s", log->plc);
+    if (before->failures == 0 && now->failures > 0)
+        cb_log_limited(log, CB_LOG_LINK, row->time_us, "cannot connect to %s: %s; trying again",
+                       log->plc, cause_text(now));
     log->link = *now;
 }
 
@@ -141,7 +179,7 @@ static void log_errors(struct cb_log *log, const struct cb_row *row) {
     else
         describe_tcp(&log->tcp_errors, &row->tcp, text, sizeof text);
     if (text[0] == '\0') return;
-    cb_log_limited(log, row->time_us, "%s: %s", log->plc, text);
+    cb_log_limited(log, CB_LOG_WIRE, row->time_us, "%s: %s", log->plc, text);
     log->errors_us = row->time_us;
     log->tcp_errors = row->tcp;
     log->rtu_errors = row->rtu;

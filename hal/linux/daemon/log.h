@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * What a person reads on stderr: changes of mode, of the connection, and errors on the wire. Not
- * more than a few lines a second, whatever happens; what is left out is said. */
+ * more than a few lines a second of each kind, whatever happens, so that a bus that flickers hides
+ * no change of mode; what is left out is said. */
 #ifndef COMPBOX_HAL_LINUX_DAEMON_LOG_H
 #define COMPBOX_HAL_LINUX_DAEMON_LOG_H
 
@@ -9,14 +10,35 @@
 
 #include "hal/linux/daemon/row.h"
 
-struct cb_log {
-    const char *plc;   /* its address, for the lines */
-    bool journal;      /* stderr is systemd's journal */
-    int64_t start_us;  /* time 0 of the lines */
+/* Kinds of lines, with what "lines about …" are left out. The first one is not limited. */
+#define CB_LOG_KINDS(X)                  \
+    X(CB_LOG_START, "start and end")     \
+    X(CB_LOG_MODE, "the mode")           \
+    X(CB_LOG_LINK, "the connection")     \
+    X(CB_LOG_WIRE, "errors on the wire") \
+    X(CB_LOG_CAN, "the CAN bus")         \
+    X(CB_LOG_BUS, "the bus")             \
+    X(CB_LOG_FILES, "files")
+
+enum cb_log_kind {
+#define CB_X(name, what) name,
+    CB_LOG_KINDS(CB_X)
+#undef CB_X
+        CB_LOG_KINDS_COUNT
+};
+
+struct cb_log_limit {
     double lines_left; /* may be written now; grows with time */
     int64_t refill_us; /* when lines_left was brought up to date */
-    uint32_t left_out; /* lines suppressed since the last one written */
-    bool begun;        /* a row was seen: the fields below are valid */
+    uint32_t left_out; /* lines suppressed since that was last said */
+};
+
+struct cb_log {
+    const char *plc;  /* its address, for the lines */
+    bool journal;     /* stderr is systemd's journal */
+    int64_t start_us; /* time 0 of the lines */
+    struct cb_log_limit limits[CB_LOG_KINDS_COUNT];
+    bool begun; /* a row was seen: the fields below are valid */
     uint8_t mode, reason;
     struct cb_row_link link;
     int64_t errors_us;                 /* when errors on the wire were last written about … */
@@ -30,13 +52,17 @@ struct cb_log {
 
 void cb_log_start(struct cb_log *log, const char *plc, int64_t now_us);
 
-/* A line that is left out only when nobody reads stderr; printf format, no newline. */
+/* A line of CB_LOG_START: left out only when nobody reads stderr; printf format, no newline. */
 void cb_log_say(struct cb_log *log, int64_t now_us, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
 /* A line that may also be left out when there are too many. */
-void cb_log_limited(struct cb_log *log, int64_t now_us, const char *format, ...)
-    __attribute__((format(printf, 3, 4)));
+void cb_log_limited(struct cb_log *log, enum cb_log_kind kind, int64_t now_us, const char *format,
+                    ...) __attribute__((format(printf, 4, 5)));
+
+/* To be called now and then: says what was left out of kinds that are quiet again; or, at the end,
+ * of all. */
+void cb_log_catch_up(struct cb_log *log, int64_t now_us, bool at_end);
 
 /* Lines about what changed since the row before. */
 void cb_log_row(struct cb_log *log, const struct cb_row *row);

@@ -9,7 +9,7 @@ enum { ERRORS_EVERY_US = 1000000 };
 
 static void log_state(struct cb_log *log, const char *interface, const struct cb_row *row) {
     if (row->can.state == log->can.state) return;
-    cb_log_limited(log, row->time_us, "%s: CAN bus is %s", interface,
+    cb_log_limited(log, CB_LOG_CAN, row->time_us, "%s: CAN bus is %s", interface,
                    cb_can_state_word(row->can.state));
 }
 
@@ -17,10 +17,11 @@ static void log_node(struct cb_log *log, const struct cb_can_config *can, unsign
                      const struct cb_row *row) {
     const struct cb_canopen_node *now = &row->can.nodes[i], *before = &log->can.nodes[i];
     if (now->losses != before->losses)
-        cb_log_limited(log, row->time_us, "%s: node %u: no heartbeat for %u ms", can->interface,
-                       (unsigned)can->nodes[i].node, (unsigned)can->nodes[i].heartbeat_timeout_ms);
+        cb_log_limited(log, CB_LOG_CAN, row->time_us, "%s: node %u: no heartbeat for %u ms",
+                       can->interface, (unsigned)can->nodes[i].node,
+                       (unsigned)can->nodes[i].heartbeat_timeout_ms);
     else if (now->state != before->state)
-        cb_log_limited(log, row->time_us, "%s: node %u is %s", can->interface,
+        cb_log_limited(log, CB_LOG_CAN, row->time_us, "%s: node %u is %s", can->interface,
                        (unsigned)can->nodes[i].node, cb_canopen_state_word(now->state));
 }
 
@@ -38,7 +39,7 @@ static void log_errors(struct cb_log *log, const char *interface, const struct c
     CB_CAN_ERRORS(CB_X)
 #undef CB_X
     if (used == 0) return;
-    cb_log_limited(log, row->time_us, "%s: %s", interface, text);
+    cb_log_limited(log, CB_LOG_CAN, row->time_us, "%s: %s", interface, text);
     log->can_errors_us = row->time_us;
     log->can_errors = *now;
 }
