@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The image in QEMU: a shell on its serial line, its power switch, and its network towards the host."""
+import csv
+import io
 import json
 import os
 import pathlib
@@ -98,7 +100,7 @@ class Guest:
             boot = ["-bios", self.efi]
         return [str(word) for word in (
             "qemu-system-aarch64", "-M", "virt", "-cpu", "cortex-a53", "-smp", "2",
-            "-m", "512" if self.efi else "256", *boot,
+            "-m", "512" if self.efi else "256", *boot, "-no-reboot",
             "-drive", f"file={self.disk},format=raw,if=none,id=disk", "-device", "virtio-blk-pci,drive=disk",
             "-netdev", "user,id=net", "-device", "virtio-net-pci,netdev=net,romfile=",
             "-object", "can-bus,id=bus", "-device", "kvaser_pci,canbus=bus", "-device", "kvaser_pci,canbus=bus",
@@ -112,7 +114,8 @@ class Guest:
         self.on_s = time.monotonic()
         self.qemu = subprocess.Popen(self.command(), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                      stderr=subprocess.STDOUT)
-        threading.Thread(target=self._listen, args=(self.qemu.stdout,), daemon=True).start()
+        self.listener = threading.Thread(target=self._listen, args=(self.qemu.stdout,), daemon=True)
+        self.listener.start()
 
     def _listen(self, pipe):
         while chunk := os.read(pipe.fileno(), 4096):
@@ -131,6 +134,7 @@ class Guest:
             except (OSError, subprocess.TimeoutExpired):
                 self.qemu.kill()
         self.qemu.wait()
+        self.listener.join()  # what the guest said last counts too
 
     def cpu_s(self):
         """Processor time that the emulator took so far: does not depend on who else computes."""
@@ -148,12 +152,25 @@ class Guest:
                 self.lock.wait(left)
         return found
 
+    def now(self):
+        """This moment, as a place in the text: what is said from here on."""
+        with self.lock:
+            return len(self.text)
+
+    def wait_reset(self):
+        """Waits until the hardware reset the machine. That ends QEMU (-no-reboot), and this powers it on again:
+        the emulated SJA1000 keeps the write pointer of its FIFO over a reset and is deaf when it was not at 0."""
+        self.qemu.wait(60 * SLOW)
+        self.power_cut()
+        self.power_on()
+        self.wait(r"revision \d+, 2 terms", 60)
+
     def run(self, command, timeout_s=20):
         """A command in the guest's shell; out: its output. Fails when it does."""
         self.serial += 1
-        self.wait(r"BusyBox v(?:.|\n)*\x1b\[6n", timeout_s=60)  # before its first prompt it reads nothing
-        with self.lock:
-            since = len(self.text)
+        # before its first prompt it reads nothing
+        self.wait(r"BusyBox v(?:.|\n)*\x1b\[6n", 60)
+        since = self.now()
         # The echo of the command holds "$?" and a quote, so only the answer has these marks.
         self.qemu.stdin.write(f'echo @"{self.serial}>"; {command}; echo @{self.serial}:$?@\n'.encode())
         self.qemu.stdin.flush()
@@ -184,7 +201,8 @@ class FakePlc:
     def __init__(self, port, folder):
         map_file = pathlib.Path(folder) / "map.json"
         map_file.write_text(json.dumps(coefficients(port)))
-        self.arguments = [str(ROOT / "build/host/bin/fakeplc"), "--profile", "generic",
+        self.log = pathlib.Path(folder) / "plc.csv"
+        self.arguments = [str(ROOT / "build/host/bin/fakeplc"), "--profile", "generic", "--log", str(self.log),
                           "--listen", f"127.0.0.1:{port}", "--map", str(map_file)]
 
     def __enter__(self):
@@ -214,4 +232,20 @@ class FakePlc:
         raise AssertionError(f"never came; the last status was {status}")
 
     def wait_um(self, um, within=0.5, timeout_s=30):
-        return self.wait(lambda s: s["mode"] == "1" and abs(float(s["applied_Z"]) - um) < within, timeout_s)
+        """Waits until a box that is there compensates so much: a dead one leaves its last status behind."""
+        return self.wait(lambda s: s["alive"] == "1" and s["mode"] == "1" and
+                         abs(float(s["applied_Z"]) - um) < within, timeout_s)
+
+    def now_s(self):
+        return float(self.ask("status")["time_s"])
+
+    def scans(self, from_s, to_s):
+        """What the control did in each scan between two of its times, from its log."""
+        until = time.monotonic() + 10 * SLOW
+        while time.monotonic() < until:  # it is flushed once a second
+            text = self.log.read_text()
+            rows = list(csv.DictReader(io.StringIO(text[:text.rfind("\n") + 1])))
+            if rows and float(rows[-1]["time_s"]) >= to_s:
+                return [row for row in rows if from_s <= float(row["time_s"]) <= to_s]
+            time.sleep(0.2)
+        raise AssertionError(f"{self.log} does not reach {to_s} s")
