@@ -54,6 +54,8 @@ struct daemon {
     int64_t can_again_us;      /* when a missing CAN interface is next looked for */
     int can_error;             /* what opening it last gave */
     bool reload_asked;         /* by SIGHUP */
+    uint32_t status;           /* mode, reason and generation that systemd was told last */
+    bool status_told;
     pthread_t thread;
     struct cb_bus bus;
     sigset_t signals;
@@ -190,10 +192,12 @@ static void prepare_machine(struct daemon *daemon) {
 /* A watchdog that is asked for and not there is no reason to leave the machine uncompensated. */
 static void start_supervision(struct daemon *daemon) {
     const struct cb_options *options = &daemon->options;
-    cb_supervise_start(&daemon->supervise);
+    int timeout_s = options->watchdog_timeout_s;
     if (options->watchdog == NULL) return;
-    const int error = cb_supervise_open_watchdog(&daemon->supervise, options->watchdog,
-                                                 options->watchdog_timeout_s);
+    const int error = cb_supervise_open_watchdog(&daemon->supervise, options->watchdog, &timeout_s);
+    if (error == 0 && timeout_s != options->watchdog_timeout_s)
+        cb_log_say(&daemon->log, cb_boottime_us(), "%s: resets the machine after %d s, not %d",
+                   options->watchdog, timeout_s, options->watchdog_timeout_s);
     if (error != 0)
         cb_log_say(&daemon->log, cb_boottime_us(), "%s: no hardware watchdog: %s",
                    options->watchdog, strerror(error));
@@ -206,6 +210,14 @@ static void block_signals(struct daemon *daemon) {
     sigaddset(&daemon->signals, SIGHUP);
     pthread_sigmask(SIG_BLOCK, &daemon->signals, NULL);
     signal(SIGPIPE, SIG_IGN);
+}
+
+static bool start_feeding(struct daemon *daemon) {
+    const int error = cb_supervise_run(&daemon->supervise, &daemon->loop.target.steps);
+    if (error != 0)
+        fprintf(stderr, "compboxd: cannot start the thread that feeds the watchdogs: %s\n",
+                strerror(error));
+    return error == 0;
 }
 
 static bool start_loop(struct daemon *daemon) {
@@ -289,6 +301,7 @@ static bool start(struct daemon *daemon) {
     struct cb_stats_run *run = &daemon->stats.run;
     char why[CB_RELOAD_SAID];
     cb_loop_init(&daemon->loop);
+    cb_supervise_start(&daemon->supervise);
     cb_reload_start(&daemon->reload, daemon->options.config);
     if (!cb_load_file(&daemon->loop.box->config, daemon->options.config, why, sizeof why)) {
         fprintf(stderr, "compboxd: %s\n", why);
@@ -312,7 +325,7 @@ static bool start(struct daemon *daemon) {
     run->can_used = cb_can_source_used(&daemon->loop.target.can);
     serve_can(daemon, cb_boottime_us());
     cb_sample_ring_start(&daemon->loop.target.bus);
-    if (!resume_lags(daemon) || !start_loop(daemon)) return false;
+    if (!resume_lags(daemon) || !start_feeding(daemon) || !start_loop(daemon)) return false;
     start_bus(daemon);
     return true;
 }
@@ -413,6 +426,20 @@ static void mind_the_file(struct daemon *daemon, int64_t now_us) {
     daemon->stats_us = 0;
 }
 
+/* The mode for `systemctl status`, when it changed. */
+static void tell_status(struct daemon *daemon) {
+    const struct cb_row *row = &daemon->stats.last;
+    const uint32_t status = row->generation << 16 | (uint32_t)row->reason << 8 | row->mode;
+    char text[200];
+    if (daemon->stats.rows == 0 || (daemon->status_told && status == daemon->status)) return;
+    if (!cb_flag_is_raised(&daemon->supervise.ready)) return;
+    snprintf(text, sizeof text, "%s: %s; revision %u", cb_mode_name(row->mode),
+             cb_reason_text(row->reason), (unsigned)config_now(daemon)->revision);
+    cb_supervise_status(&daemon->supervise, text);
+    daemon->status = status;
+    daemon->status_told = true;
+}
+
 static void serve(struct daemon *daemon) {
     daemon->stats_us = daemon->state_us = cb_boottime_us();
     while (!cb_flag_is_raised(&daemon->loop.finished)) {
@@ -420,9 +447,7 @@ static void serve(struct daemon *daemon) {
         mind_the_stop(daemon);
         take_rows(daemon);
         mind_the_file(daemon, cb_boottime_us());
-        cb_supervise_feed(&daemon->supervise,
-                          __atomic_load_n(&daemon->loop.target.steps, __ATOMIC_RELAXED),
-                          cb_boottime_us());
+        tell_status(daemon);
         serve_can(daemon, cb_boottime_us());
         cb_log_bus(&daemon->log, &daemon->bus, cb_boottime_us());
         write_stats_now_and_then(daemon, cb_boottime_us());
@@ -494,7 +519,10 @@ int main(int argc, char **argv) {
             break;
     }
     if (daemon.options.check) return check(daemon.options.config);
-    if (!start(&daemon)) return EXIT_BAD;
+    if (!start(&daemon)) {
+        cb_supervise_finish(&daemon.supervise); /* a wrong word resets no machine */
+        return EXIT_BAD;
+    }
     serve(&daemon);
     return finish(&daemon);
 }

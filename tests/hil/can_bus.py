@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A CAN interface for a box on a machine without CAN: can_shim.c is preloaded into the box, and its
+"""A CAN interface for a box on a machine without CAN: kernel_shim.c is preloaded into the box, and its
 sockets are local ones that end here. Frames are written by hand from linux/can.h and CiA 301."""
 import errno
 import os
@@ -9,8 +9,8 @@ import struct
 import threading
 import time
 
-SHIM = os.environ.get("CAN_SHIM", str(pathlib.Path(__file__).resolve().parents[2] /
-                                      "build/host/tests/hil/libhil_can_shim.so"))
+SHIM = os.environ.get("KERNEL_SHIM", str(pathlib.Path(__file__).resolve().parents[2] /
+                                      "build/host/tests/hil/libhil_kernel_shim.so"))
 EXTENDED, REMOTE, ERROR = 0x80000000, 0x40000000, 0x20000000
 
 

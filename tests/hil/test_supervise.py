@@ -12,6 +12,7 @@ import time
 import pytest
 
 from box import run
+from can_bus import SHIM
 from machine import ACTIVE
 from pymodbus_plc import PymodbusPlc
 
@@ -51,6 +52,7 @@ def test_systemd_is_told_ready_alive_and_stopping(plc, port, start_box, systemd)
         said = systemd.said()
         assert said[0] == "READY=1"
         assert said.count("READY=1") == 1
+        assert "STATUS=ACTIVE: all is well; revision 7" in said
         assert said.count("WATCHDOG=1") >= 3
         box.stop()
         assert box.code == 0, box.log
@@ -84,6 +86,23 @@ def test_a_loop_that_hangs_feeds_nobody(plc, port, start_box, systemd, tmp_path)
         assert "WATCHDOG=1" in systemd.said()
         assert drain(reader) != b""
         box.stop()
+
+
+def test_a_slow_disk_is_no_reason_to_be_killed(plc, port, start_box, systemd, tmp_path):
+    """The normal thread writes files and the log; it is stopped, and the loop goes on."""
+    fifo = tmp_path / "watchdog"
+    os.mkfifo(fifo)
+    reader = os.open(fifo, os.O_RDONLY | os.O_NONBLOCK)
+    with PymodbusPlc(plc, port), start_box("--watchdog", str(fifo), env=systemd.env) as box:
+        plc.wait_mode(ACTIVE)
+        with stopped_thread(box.process.pid, "compboxd"):
+            systemd.said(), drain(reader)
+            time.sleep(4 * WATCH_S)
+            assert systemd.said().count("WATCHDOG=1") >= 4
+            assert len(drain(reader)) >= 3
+            assert plc.last().mode == ACTIVE
+        box.stop()
+        assert box.code == 0, box.log
 
 
 class stopped_thread:
@@ -130,6 +149,30 @@ def test_a_clean_end_disarms_the_watchdog_and_a_kill_does_not(plc, port, start_b
         assert len(fed) >= 2
         assert fed.endswith(b"V") != kill
         assert set(fed[:-1]) == {0}
+
+
+@pytest.mark.parametrize("words", [["--state", "/nowhere/lags"],
+                                   pytest.param(["--priority", "99"], marks=pytest.mark.skipif(
+                                       os.geteuid() == 0, reason="root may do that"))])
+def test_a_start_that_fails_leaves_the_watchdog_disarmed(start_box, tmp_path, words):
+    """A typing mistake must not reset the machine again and again."""
+    fifo = tmp_path / "watchdog"
+    os.mkfifo(fifo)
+    reader = os.open(fifo, os.O_RDONLY | os.O_NONBLOCK)
+    with start_box("--watchdog", str(fifo), *words) as box:
+        box.wait(5)
+    assert box.code == 1
+    assert drain(reader) == b"V"
+
+
+@pytest.mark.parametrize("most_s, words", [(15, "/watchdog: resets the machine after 15 s, not 60"), (60, None)])
+def test_what_the_watchdog_makes_of_its_timeout_is_told(start_box, tmp_path, most_s, words):
+    (tmp_path / "watchdog").touch()
+    with start_box("--watchdog", str(tmp_path / "watchdog"), "--watchdog-timeout", "60",
+                   env={"LD_PRELOAD": SHIM, "WATCHDOG_MOST_S": str(most_s)}) as box:
+        time.sleep(0.3)
+        box.stop()
+    assert (words in box.log) if words else ("resets the machine" not in box.log), box.log
 
 
 def test_a_watchdog_that_is_not_there_is_told(plc, port, start_box):

@@ -11,7 +11,11 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-enum { FEED_WATCHDOG_US = 500000 };
+#include "hal/linux/clock.h"
+#include "hal/linux/mailbox.h"
+#include "hal/linux/realtime.h"
+
+enum { FEED_WATCHDOG_US = 500000, LOOK_EVERY_US = 50000 };
 
 /* in : a path, or with @ in front a name in the abstract space */
 static bool address_of(const char *path, struct sockaddr_un *address, socklen_t *size) {
@@ -49,10 +53,12 @@ static void notify(const struct cb_supervise *supervise, const char *text) {
                  (const struct sockaddr *)&supervise->notify_to, supervise->notify_size);
 }
 
-int cb_supervise_open_watchdog(struct cb_supervise *supervise, const char *device, int timeout_s) {
+int cb_supervise_open_watchdog(struct cb_supervise *supervise, const char *device, int *timeout_s) {
     supervise->watchdog_fd = open(device, O_WRONLY | O_CLOEXEC | O_NONBLOCK);
     if (supervise->watchdog_fd < 0) return errno;
-    (void)ioctl(supervise->watchdog_fd, WDIOC_SETTIMEOUT, &timeout_s); /* else its own stays */
+    int seconds = *timeout_s;
+    (void)ioctl(supervise->watchdog_fd, WDIOC_SETTIMEOUT, &seconds); /* else its own stays */
+    if (ioctl(supervise->watchdog_fd, WDIOC_GETTIMEOUT, &seconds) == 0) *timeout_s = seconds;
     supervise->watchdog_us = FEED_WATCHDOG_US;
     return 0;
 }
@@ -70,16 +76,35 @@ static void write_byte(int fd, char byte) {
     if (write(fd, &byte, 1) != 1) return; /* nobody to tell: the machine is reset, as it should */
 }
 
-void cb_supervise_feed(struct cb_supervise *supervise, uint32_t steps, int64_t now_us) {
+static void feed(struct cb_supervise *supervise, uint32_t steps, int64_t now_us) {
     if (steps == 0) return;
     if (!supervise->ready) notify(supervise, "READY=1");
-    supervise->ready = true;
+    cb_flag_raise(&supervise->ready);
     if (is_due(steps, &supervise->notify_steps, now_us, &supervise->notify_fed_us,
                supervise->notify_us))
         notify(supervise, "WATCHDOG=1");
     if (is_due(steps, &supervise->watchdog_steps, now_us, &supervise->watchdog_fed_us,
                supervise->watchdog_us))
         write_byte(supervise->watchdog_fd, '\0');
+}
+
+static void *run(void *argument) {
+    struct cb_supervise *supervise = argument;
+    cb_settle_thread("compboxd-watch");
+    while (!cb_flag_is_raised(&supervise->quit)) {
+        feed(supervise, __atomic_load_n(supervise->steps, __ATOMIC_RELAXED), cb_boottime_us());
+        const struct timespec wait = cb_timespec(LOOK_EVERY_US * 1000LL);
+        nanosleep(&wait, NULL);
+    }
+    return NULL;
+}
+
+int cb_supervise_run(struct cb_supervise *supervise, const uint32_t *steps) {
+    static const struct cb_schedule normal = {.priority = 0, .cpu = -1};
+    supervise->steps = steps;
+    const int error = cb_start_thread(&supervise->thread, &normal, run, supervise);
+    supervise->runs = error == 0;
+    return error;
 }
 
 void cb_supervise_stopping(struct cb_supervise *supervise, int64_t stop_us) {
@@ -90,11 +115,15 @@ void cb_supervise_stopping(struct cb_supervise *supervise, int64_t stop_us) {
 
 void cb_supervise_status(struct cb_supervise *supervise, const char *text) {
     char line[300];
+    if (!cb_flag_is_raised(&supervise->ready)) return;
     snprintf(line, sizeof line, "STATUS=%s", text);
     notify(supervise, line);
 }
 
 void cb_supervise_finish(struct cb_supervise *supervise) {
+    cb_flag_raise(&supervise->quit);
+    if (supervise->runs) pthread_join(supervise->thread, NULL);
+    supervise->runs = false;
     if (supervise->watchdog_fd < 0) return;
     write_byte(supervise->watchdog_fd, 'V'); /* the device's word for: I leave on purpose */
     close(supervise->watchdog_fd);

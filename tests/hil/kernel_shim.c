@@ -1,14 +1,20 @@
 /* SPDX-License-Identifier: MIT
- * Preloaded into compboxd on a machine whose kernel has no CAN: the interface NAME is there where
- * CAN_BUS/NAME is a local socket of the test (can_bus.py), and frames are its datagrams. What the
- * program asks of the kernel is said to the test: the filters, when it binds. What the kernel would
- * say, the test says: a datagram {errno, errno of sends} in place of a frame.
- * Time stamps, queue and non-blocking calls are the real kernel's, of a local socket. */
+ * Preloaded into compboxd: what the kernel of a test machine does not have.
+ *
+ * CAN: the interface NAME is there where CAN_BUS/NAME is a local socket of the test (can_bus.py),
+ * and frames are its datagrams. What the program asks of the kernel is said to the test: the
+ * filters, when it binds. What the kernel would say, the test says: a datagram {errno, errno of
+ * sends} in place of a frame. Time stamps, queue and non-blocking calls are the real kernel's, of a
+ * local socket.
+ *
+ * A hardware watchdog: any file that stands for one takes timeouts up to WATCHDOG_MOST_S, and has
+ * that one where it was asked for more. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
 #include <linux/can.h>
 #include <linux/can/raw.h>
+#include <linux/watchdog.h>
 #include <net/if.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -109,15 +115,7 @@ ssize_t send(int fd, const void *bytes, size_t size, int flags) {
 }
 
 /* An interface is up where CAN_BUS/NAME.down is not there. */
-int ioctl(int fd, unsigned long request, ...) {
-    static int (*next_ioctl)(int, unsigned long, ...);
-    va_list arguments;
-    va_start(arguments, request);
-    void *argument = va_arg(arguments, void *);
-    va_end(arguments);
-    NEXT(ioctl);
-    if (request != SIOCGIFFLAGS) return next_ioctl(fd, request, argument);
-    struct ifreq *asked = argument;
+static int flags_of(struct ifreq *asked) {
     struct sockaddr_un at;
     char name[IFNAMSIZ + 5];
     snprintf(name, sizeof name, "%.*s.down", IFNAMSIZ - 1, asked->ifr_name);
@@ -125,4 +123,29 @@ int ioctl(int fd, unsigned long request, ...) {
     path_of(name, &at);
     asked->ifr_flags = access(at.sun_path, F_OK) == 0 ? 0 : IFF_UP | IFF_RUNNING;
     return 0;
+}
+
+static int watchdog_timeout(unsigned long request, int *seconds) {
+    static int now_s;
+    const int most_s = atoi(getenv("WATCHDOG_MOST_S"));
+    if (now_s == 0) now_s = most_s;
+    if (request == WDIOC_SETTIMEOUT) {
+        if (*seconds > most_s) return errno = EINVAL, -1;
+        now_s = *seconds;
+    }
+    *seconds = now_s;
+    return 0;
+}
+
+int ioctl(int fd, unsigned long request, ...) {
+    static int (*next_ioctl)(int, unsigned long, ...);
+    va_list arguments;
+    va_start(arguments, request);
+    void *argument = va_arg(arguments, void *);
+    va_end(arguments);
+    NEXT(ioctl);
+    if (request == SIOCGIFFLAGS && getenv("CAN_BUS")) return flags_of(argument);
+    const int watchdog = request == WDIOC_SETTIMEOUT || request == WDIOC_GETTIMEOUT;
+    if (watchdog && getenv("WATCHDOG_MOST_S")) return watchdog_timeout(request, argument);
+    return next_ioctl(fd, request, argument);
 }
