@@ -182,14 +182,15 @@ class Guest:
 
     def stats(self):
         """The daemon's statistics; they are written every 5 s."""
-        text = self.run("cat /run/stats.json")
+        text = self.run("cat /run/compboxd/stats.json")
         return json.loads(text[text.index("{"):text.rindex("}") + 1])
 
     def wait_stats(self, condition, timeout_s=30):
+        """Waits until statistics of completed cycles are so; out: the statistics."""
         until = time.monotonic() + timeout_s * SLOW
         while time.monotonic() < until:
             stats = self.stats()
-            if condition(stats):
+            if stats["elapsed_s"] > 0 and condition(stats):
                 return stats
             time.sleep(0.5)
         raise AssertionError(f"the statistics never came to that: {json.dumps(stats, indent=1)[:3000]}")

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: MIT
 """The image against fakeplc on the host: CAN temperatures, and everything that can go wrong."""
 import json
+import re
 import subprocess
 import time
+
+import pytest
 
 import guest as g
 from figures import note
@@ -36,6 +39,58 @@ def test_root_is_read_only_and_compboxd_came_first(machine):
     assert services[1].endswith("/usr/sbin/compbox-service")
 
 
+MAY = (1 << 14) | (1 << 23)  # CAP_IPC_LOCK, CAP_SYS_NICE
+AS_COMPBOXD = "/usr/sbin/compbox-as compbox ,+sys_nice,+ipc_lock "  # as compbox-service starts it
+
+
+def status_of(guest, name):
+    """[/proc/PID/status of each thread of the program, as {key: value}]."""
+    text = guest.run(f"for p in $(pidof {name}); do cat /proc/$p/task/*/status; done")
+    return [dict(re.findall(r"^(\w+):\s*(.*?)\s*$", part, re.M)) for part in re.split(r"(?m)^(?=Name:)", text)[1:]]
+
+
+def test_compboxd_has_a_user_of_its_own_and_two_capabilities(machine):
+    _, guest = machine
+    threads = status_of(guest, "compboxd")
+    assert len(threads) == 2
+    for one in threads:
+        assert one["Uid"].split() == one["Gid"].split() == ["100"] * 4 and one["Groups"].split() == ["20", "100"]
+        assert {int(one["Cap" + which], 16) for which in ("Eff", "Prm", "Inh", "Amb", "Bnd")} == {MAY}
+        assert one["NoNewPrivs"] == "1" and int(one["VmLck"].split()[0]) > 1000
+    for one in status_of(guest, "compbox-log"):
+        assert one["Uid"].split() == ["101"] * 4 and int(one["CapEff"], 16) == int(one["CapBnd"], 16) == 0
+    stats = guest.wait_stats(lambda s: True)["realtime"]
+    assert stats == {"priority": 80, "memory_locked": True, "cpu_latency_held": True}
+    scheduled = [line.rsplit(")", 1)[1].split() for line in
+                 guest.run("cat /proc/$(pidof compboxd)/task/*/stat").splitlines()]
+    assert ["80", "1"] in [fields[37:39] for fields in scheduled], "SCHED_FIFO with priority 80"
+
+
+@pytest.mark.parametrize("command", [
+    "touch /x", "touch /usr/sbin/x", "touch /data/x", "touch /data/settings", "touch /data/log/x", "touch /run/x",
+    "mv /data/coefficients.json /data/x", "sh -c 'echo >>/data/coefficients.json'", "/bin/ip link set can0 down",
+    "mount -o remount,rw /", "sh -c 'echo b >/proc/sysrq-trigger'", "cat /dev/vda", "cat /dev/ttyAMA0", "kill -0 1",
+    "modprobe vcan", "reboot -f"])
+def test_compboxd_may_not(machine, command):
+    _, guest = machine
+    said = guest.run(f"{AS_COMPBOXD} {command} && echo DONE || echo refused")
+    assert said.splitlines()[-1] == "refused"
+    assert re.search("not permitted|ermission denied|Read-only", said)
+
+
+def test_compboxd_may(machine):
+    """What is refused above is refused for the right reason: this works the same way."""
+    _, guest = machine
+    guest.run(f"{AS_COMPBOXD} sh -c 'cd /data/state && echo x >x && sync x && mv x y && rm y && cat ../coefficients.json'")
+
+
+def test_the_watchdog_is_fed(machine):
+    """It is set to 10 s and runs; a daemon that hangs is reset, see below."""
+    _, guest = machine
+    assert "/dev/watchdog" in guest.run("ls -l /proc/$(pidof compboxd)/fd")
+    assert guest.wait_stats(lambda s: s["elapsed_s"] > 15)["plc"]["connects"] == 1
+
+
 def test_temperatures_over_can_reach_the_axis(machine):
     plc, guest = machine
     plc.wait_um(PATH_UM)
@@ -63,17 +118,32 @@ def test_a_node_that_boots_is_started_again(machine):
 
 def test_a_bus_that_goes_away_comes_back(machine):
     """Bus-off as the driver tells it (the emulated controller never does it by itself), the interface
-    down, up again, and the message of the restart."""
+    down, up again, and the message of the restart. What brings it up is held for that long."""
     plc, guest = machine
-    guest.run("/opt/test/node bus-off can0 && /bin/ip link set can0 down")
+    plc.wait_um(PATH_UM)
+    guest.run("killall -STOP compbox-devices; /opt/test/node bus-off can0 && /bin/ip link set can0 down")
     plc.wait_um(0)                                  # terms fade out: the box stays ACTIVE, degraded
     can = guest.wait_stats(lambda s: s["can"]["state"] == "down")["can"]
     assert can["bus_offs"] == 1 and can["error_frames"] >= 1 and can["went_down"] == 1
     assert can["nodes"][0]["state"] == "unknown" and can["nodes"][0]["losses"] >= 1
-    guest.run("/bin/ip link set can0 up && /opt/test/node restarted can0")
+    guest.run("killall -CONT compbox-devices")
+    guest.run("until /bin/ip link show can0 | grep -q LOWER_UP; do usleep 100000; done; /opt/test/node restarted can0")
     plc.wait_um(PATH_UM)
     can = guest.wait_stats(lambda s: s["can"]["state"] == "up" and s["can"]["restarts"] == 1)["can"]
     assert can["nodes"][0]["state"] == "operational"
+
+
+def test_an_adapter_that_is_unplugged_and_plugged_in_again(machine):
+    """The interface disappears, and a new one without bit rate takes its place."""
+    plc, guest = machine
+    plc.wait_um(PATH_UM)
+    guest.run("basename $(readlink /sys/class/net/can0/device) >/run/can0; cd /sys/bus/pci/drivers/kvaser_pci; "
+              "cat /run/can0 >unbind; cd /")
+    plc.wait_um(0)
+    assert guest.wait_stats(lambda s: s["can"]["went_away"] == 1)["can"]["state"] == "not there"
+    guest.run("cat /run/can0 >/sys/bus/pci/drivers/kvaser_pci/bind")
+    plc.wait_um(PATH_UM)
+    assert "bitrate 250000" in guest.run("/bin/ip -d link show can0")
 
 
 def test_killed_without_warning_it_is_started_again(machine):
@@ -101,7 +171,7 @@ def test_a_daemon_that_hangs_is_reset_by_the_hardware(machine):
 def test_a_plc_that_dies_is_found_again(machine):
     plc, guest = machine
     plc.wait_um(PATH_UM)
-    guest.wait_stats(lambda s: s["mode"] == "ACTIVE")  # those of the start say STANDBY too
+    guest.wait_stats(lambda s: s["mode"] == "ACTIVE")  # it was STANDBY before
     plc.__exit__()
     guest.wait_stats(lambda s: s["mode"] == "STANDBY")
     plc.__enter__()
@@ -150,7 +220,7 @@ def test_a_flood_of_frames_is_survived(machine):
     """A thousand frames a second, while the loop runs and while it is kept away for some seconds: then the
     kernel's queue overflows. No faster: QEMU's SJA1000 never recovers from an overflow of its own."""
     plc, guest = machine
-    before = guest.wait_stats(lambda s: "can" in s)["can"]
+    before = guest.wait_stats(lambda s: True)["can"]
     guest.run("/opt/test/node flood can1 2000", 60)
     after = guest.wait_stats(lambda s: s["can"]["frames"] >= before["frames"] + 1400)
     assert after["mode"] == "ACTIVE" and after["can"]["queue_overflows"] == 0
