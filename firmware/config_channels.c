@@ -191,7 +191,7 @@ static bool check_difference(struct cb_loader *loader, uint32_t at,
     const float units = unit_um(&channels[pair->a]) + unit_um(&channels[pair->b]);
     if (pair->max_difference_um >= units) return true;
     return cb_fail(loader, CB_ERROR_RANGE, at,
-                   "%v µm is less than one register unit (scale) of each of its channels", at);
+                   "%v µm is less than a register unit (scale) of both channels together", at);
 }
 
 /* What is applied is where an output starts from: with one of the two unknown, the pair would start

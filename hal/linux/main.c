@@ -210,6 +210,7 @@ static void block_signals(struct daemon *daemon) {
     sigaddset(&daemon->signals, SIGHUP);
     pthread_sigmask(SIG_BLOCK, &daemon->signals, NULL);
     signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN); /* a record that may not grow is told; it ends no compensation */
 }
 
 static bool start_feeding(struct daemon *daemon) {

@@ -63,7 +63,11 @@ std::vector<std::string> build_file(const std::string &machine,
         refuse_bad_terms(as_given);
         throw input_error(machine, 0, 0, message.text);
     }
-    write_file(output, text);
+    // A coefficient file may be built upon; a term is not written over.
+    if (output == machine)
+        update_file(output, text);
+    else
+        write_file(output, text);
     merged.notes.push_back("revision " + std::to_string(config->revision) + ": " +
                            summary(*config));
     return merged.notes;

@@ -167,7 +167,7 @@ class commissioning {
     void finish() {
         const std::string &output = options_.output.empty() ? options_.path : options_.output;
         const json changed = with_result(document_, options_.path, result_);
-        write_file(output, json_text(changed));
+        update_file(output, json_text(changed));
         if (options_.as_json) {
             json figures = figures_of(document_, result_);
             figures["registers"] = result_.registers;

@@ -92,6 +92,8 @@ void check_usage(const fit_arguments &arguments) {
     if (options.method != fit_method::polynomial && options.degree > max_spline_degree) {
         throw CLI::ValidationError("--degree", "a B-spline has degree 1 to 5");
     }
+    different_files(
+        {{"-o", arguments.output}, {"--band", arguments.band}, {"--plot", arguments.plot}});
 }
 
 }  // namespace

@@ -81,6 +81,9 @@ void run_train(train_arguments &arguments) {
 // What CLI11 cannot say by itself.
 void check_usage(const train_arguments &arguments) {
     const lag_options &lags = arguments.options.lags;
+    different_files({{"-o", arguments.output},
+                     {"--predictions", arguments.predictions},
+                     {"--plot", arguments.plot}});
     if (!lags.only.empty() && lags.lags_s.empty()) {
         throw CLI::ValidationError("--lag-only", "needs --lags");
     }

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <exception>
 #include <iostream>
 
@@ -16,6 +17,7 @@ static bool printed() {
 }
 
 int main(int argc, char **argv) {
+    std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is told like a full disk
     CLI::App app{"compbox: from measurements of a machine tool to the coefficients of its box"};
     compbox::add_commands(app);
     try {

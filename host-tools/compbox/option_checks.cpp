@@ -37,6 +37,16 @@ CLI::Validator check(const std::string &must, const std::function<bool(double)> 
 
 }  // namespace
 
+void different_files(const std::vector<std::pair<std::string, std::string>> &outputs) {
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+        for (std::size_t k = 0; k < i; ++k) {
+            if (outputs[i].second.empty() || outputs[i].second != outputs[k].second) continue;
+            throw CLI::ValidationError(outputs[i].first,
+                                       "names the same file as " + outputs[k].first);
+        }
+    }
+}
+
 CLI::Validator any_number() {
     return check("", [](double) { return true; });
 }

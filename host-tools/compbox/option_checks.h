@@ -6,6 +6,8 @@
 #include <CLI/CLI.hpp>
 #include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace compbox {
 
@@ -14,6 +16,9 @@ CLI::Validator above_zero();
 CLI::Validator zero_or_more();
 CLI::Validator between(double least, double most);  // both included
 CLI::Validator whole_between(long least, long most);
+
+// Wrong usage where two of {option, file it writes} name the same file.
+void different_files(const std::vector<std::pair<std::string, std::string>> &outputs);
 
 // For transform(): one of the names, for an option whose variable is an enum; else lists them.
 template <typename Choice>

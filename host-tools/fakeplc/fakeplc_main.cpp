@@ -44,6 +44,7 @@ sigset_t set_up_signals() {
     ::sigaction(SIGTERM, &action, nullptr);
     ::sigaction(SIGINT, &action, nullptr);
     ::signal(SIGPIPE, SIG_IGN);
+    ::signal(SIGXFSZ, SIG_IGN);
     ::signal(SIGTTIN, SIG_IGN);
     sigset_t blocked, before;
     ::sigemptyset(&blocked);

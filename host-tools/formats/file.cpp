@@ -10,13 +10,51 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <mutex>
+#include <set>
 #include <system_error>
+#include <utility>
 
 #include "host-tools/formats/error.h"
 
 namespace compbox {
 
 namespace {
+
+// Which files this program was given: those it read and had not written itself. Threads may ask.
+class given_files {
+  public:
+    void note_read(const std::string &path) {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        const auto file = identity_of(path);
+        if (made_.count(file) == 0) read_.insert(file);
+    }
+    void note_written(const std::string &path) {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        const auto file = identity_of(path);
+        made_.insert(file);
+        read_.erase(file);  // a number that was freed by a rename comes back
+    }
+    bool hold(const std::string &path) {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        return read_.count(identity_of(path)) > 0;
+    }
+
+  private:
+    using identity = std::pair<dev_t, ino_t>;
+    static identity identity_of(const std::string &path) {
+        struct stat status = {};
+        return ::stat(path.c_str(), &status) == 0 ? identity(status.st_dev, status.st_ino)
+                                                  : identity();
+    }
+    std::mutex mutex_;
+    std::set<identity> read_, made_;
+};
+
+given_files &given() {
+    static given_files files;
+    return files;
+}
 
 [[noreturn]] void fail(const std::string &path, const std::string &doing) {
     throw input_error(path, 0, 0, "cannot " + doing + " (" + std::strerror(errno) + ")");
@@ -62,10 +100,20 @@ std::string read_file(const std::string &path, std::size_t max_bytes) {
         }
     }
     if (in.bad()) fail(path, "read the file");
+    given().note_read(path);
     return content;
 }
 
 void write_file(const std::string &path, const std::string &content) {
+    std::error_code error;
+    if (std::filesystem::is_regular_file(path, error) && given().hold(path)) {
+        throw input_error(path, 0, 0,
+                          "was read by this very command: give what it writes another name");
+    }
+    update_file(path, content);
+}
+
+void update_file(const std::string &path, const std::string &content) {
     if (path == "-" || path == "/dev/stdout") {
         if (!(std::cout << content << std::flush)) fail(path, "write");
         return;
@@ -89,6 +137,7 @@ void write_file(const std::string &path, const std::string &content) {
         errno = reason;
         fail(path, "write the file");
     }
+    given().note_written(path);
     sync_folder_of(path);
 }
 

@@ -11,8 +11,12 @@ std::string read_file(const std::string &path, std::size_t max_bytes = 256u << 2
 
 // Writes a temporary file beside `path`, syncs it and renames it over `path`, so that a reader
 // sees the old or the new file and never a part. Throws input_error when that fails; the temporary
-// file is then gone. "-" and "/dev/stdout" write to standard output; other devices are refused.
+// file is then gone. "-" and "/dev/stdout" write to standard output; other devices are refused, and
+// so is a file that this program has read: what was made of a measurement is not written over it.
 void write_file(const std::string &path, const std::string &content);
+
+// The same for a file that is brought up to date: it may have been read.
+void update_file(const std::string &path, const std::string &content);
 
 // Creates the folder and its parents where missing. Throws input_error.
 void make_folder(const std::string &path);

@@ -5,6 +5,7 @@ Whatever it is, one sentence and exit 1, nothing half-written, never a fault in 
 import copy
 import os
 import random
+import resource
 import shutil
 import subprocess
 import tempfile
@@ -151,6 +152,43 @@ def test_streams_that_break(files):
 ])
 def test_outputs_that_cannot_be_written(files, output, message):
     assert files.refused("build", "machine.json", "term.json", "-o", output) == message
+
+
+def limited(folder, bytes_most, *arguments):
+    """compbox, whose files may grow to so many bytes: the signal for that kills most programs."""
+    def limit():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (bytes_most, bytes_most))
+    return subprocess.run([BIN / "compbox", *arguments], cwd=folder, preexec_fn=limit,
+                          capture_output=True, text=True, timeout=60)
+
+
+@pytest.mark.parametrize("bytes_most", [0, 500])
+def test_a_file_that_may_not_grow(files, bytes_most):
+    before = files.files()
+    done = limited(files.folder, bytes_most, "build", "machine.json", "term.json", "-o", "good.json")
+    assert (done.returncode, done.stderr) == (
+        1, "compbox: good.json: cannot write the file (File too large)\n")
+    assert files.files() == before
+
+
+def test_what_was_read_is_not_written_over(files):
+    """A measurement is the one thing that no computer brings back."""
+    files.write("d.csv", "position_mm,error_um\n0,0\n1,1\n2,0\n3,1\n4,0\n5,2\n6,1\n")
+    files.write("s.csv", "time_s,X,Y,Z\n0,1,2,3\n")
+    (files.folder / "link.csv").symlink_to("d.csv")
+    fit = ("fit", "d.csv", "--name", "EZX", "--signal", "X")
+    for name, *command in (("d.csv", *fit, "-o", "d.csv"), ("./d.csv", *fit, "-o", "./d.csv"),
+                           ("link.csv", *fit, "-o", "link.csv"),
+                           ("d.csv", *fit, "--band", "d.csv", "-o", "t.json"),
+                           ("s.csv", "eval", "good.json", "--inputs", "s.csv", "-o", "s.csv"),
+                           ("good.json", "pack", "good.json", "-o", "good.json"),
+                           ("term.json", "build", "machine.json", "term.json", "-o", "term.json")):
+        assert files.refused(*command) == (
+            f"{name}: was read by this very command: give what it writes another name")
+    files.good("build", "machine.json", "term.json", "-o", "machine.json")  # brought up to date
+    files.good("check", "machine.json")
+    done = files(*fit, "--band", "t.json", "-o", "t.json")
+    assert done.returncode == 2 and "--band: names the same file as -o" in done.stderr
 
 
 def test_a_folder_that_may_not_be_written(files):

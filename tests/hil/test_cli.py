@@ -3,6 +3,8 @@
 import json
 import os
 import re
+import resource
+import time
 
 import pytest
 
@@ -113,3 +115,17 @@ def test_stats_are_json_whatever_the_names(tmp_path, port):
     stats = tmp_path / 'st"ats.json'
     run("--config", str(path), "--cycles", "3", "--stats", str(stats))
     assert json.loads(stats.read_text())["machine"] == 'gantry "14 m" \\ µ'
+
+
+def test_a_record_that_may_not_grow_ends_no_compensation(start_box):
+    """The signal that comes with it kills a program that does not mind it."""
+    with start_box() as box:
+        while not box.record_file.exists():
+            time.sleep(0.01)
+        resource.prlimit(box.process.pid, resource.RLIMIT_FSIZE, (2000, 2000))
+        time.sleep(2.5)
+        assert box.process.poll() is None
+        box.stop()
+    assert box.code == 1 and "before the PLC was ever heard" in box.log  # not by a signal
+    assert box.record_file.stat().st_size <= 2000
+    assert f"{box.record_file}" in box.log and "File too large" in box.log, box.log
