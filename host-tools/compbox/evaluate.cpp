@@ -21,20 +21,6 @@ constexpr double longest_gap_s = 86400.0;
 constexpr float largest_value = 1e9f;  // docs/coefficient-file.md: signals lie within ±1e9
 constexpr uint16_t enabled = 1u << 0, permit_resume = 1u << 3;
 
-// A function has no memory of where the axis came from: over a reversal this wide no travel counts,
-// so a curve with branches stays at the mean of both, from which it starts.
-void forget_directions(cb_config &config) {
-    constexpr float never_mm = 0x1p100f;
-    for (unsigned i = 0; i < config.terms_count; ++i) {
-        cb_term_config &term = config.terms[i];
-        if (term.type != CB_TERM_BSPLINE && term.type != CB_TERM_POLYLINE &&
-            term.type != CB_TERM_POLYNOMIAL) {
-            continue;
-        }
-        if (term.as.curve.reversal_mm > 0.0f) term.as.curve.reversal_mm = never_mm;
-    }
-}
-
 // The configuration with every measured signal taken as a physical value from a sensor of the box:
 // what a table holds. Ranges, rates, ages and lead stay; only the registers' quantisation is left
 // out. raw asks for the models: without lead, and at any value that the loader lets a signal have.
@@ -50,10 +36,7 @@ cb_config for_samples(const cb_config &file, bool raw) {
         config.signals[i].max = largest_value;
         config.signals[i].max_rate_per_s = 0.0f;
     }
-    if (raw) {
-        config.lead_us = config.lead_measured = 0;
-        forget_directions(config);
-    }
+    if (raw) config.lead_us = config.lead_measured = 0;
     return config;
 }
 

@@ -116,15 +116,16 @@ def test_limit_and_raw(compbox, machine):
     assert compbox.table("raw.csv")["comp_Z_um"] == pytest.approx([-50, -70, -90], abs=1e-4)
 
 
-def test_raw_shows_the_mean_of_both_branches_wherever_the_axis_came_from(compbox, machine):
+@pytest.mark.parametrize("raw", [(), ("--raw",)])
+def test_branches_follow_the_way_from_row_to_row(compbox, machine, raw):
     ways = {"positions": [0, 1000], "values": [4, 4]}
-    build(compbox, machine, term(values=[0, 200], backward=ways, reversal_mm=0.3))
-    there_and_back = [0, 300, 999.9, 400, 399.9, 10]
-    samples(compbox, [[float(i), x, 0, 0] for i, x in enumerate(there_and_back)])
-    compbox.good("eval", "c.json", "--inputs", "s.csv", "--raw", "-o", "raw.csv")
-    assert compbox.table("raw.csv")["EZX"] == pytest.approx([2 + 0.1 * x for x in there_and_back], abs=2e-5)
-    compbox.good("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
-    assert compbox.table("out.csv")["EZX"] == pytest.approx([2, 60, 199.98, 4, 4, 4], abs=2e-4)
+    build(compbox, machine, term(values=[0, 200], backward=ways, reversal_mm=0.5))
+    way = [10, 300, 999.875, 400, 400.125, 900]
+    samples(compbox, [[float(i), x, 0, 0] for i, x in enumerate(way)])
+    compbox.good("eval", "c.json", "--inputs", "s.csv", *raw, "-o", "out.csv")
+    # The mean at first, up, up, down, a quarter of the reversal taken back, up.
+    want = [(2 + 4) / 2, 60, 199.975, 4, 0.25 * 80.025 + 0.75 * 4, 180]
+    assert compbox.table("out.csv")["EZX"] == pytest.approx(want, abs=2e-3)
 
 
 @pytest.mark.parametrize("profile", ["generic", "fanuc"])
