@@ -91,3 +91,7 @@ void cb_linux_close(struct cb_linux *target) {
     else
         cb_link_close(&target->tcp.link);
 }
+
+void cb_linux_stop(struct cb_linux *target) {
+    if (target->transport == CB_TRANSPORT_RTU) cb_serial_opener_stop(&target->opener);
+}

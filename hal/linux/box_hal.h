@@ -19,6 +19,7 @@ struct cb_linux {
     uint8_t transport; /* enum cb_transport: which of the two is in use */
     struct cb_tcp tcp;
     struct cb_rtu rtu;
+    struct cb_serial_opener opener; /* of the device of rtu */
     struct cb_can_source can;
     struct cb_sample_ring bus; /* of the thread that reads the slow bus */
     uint32_t generation;       /* of the coefficient file that runs */
@@ -30,7 +31,10 @@ struct cb_linux {
  * that (tcp or rtu) and can, and starts target->tick in the thread that runs the cycle. */
 struct cb_hal cb_linux_hal(struct cb_linux *target);
 
-/* Closes the wire in good order; for the end of the program. */
+/* Closes the wire in good order; for the end of the loop. */
 void cb_linux_close(struct cb_linux *target);
+
+/* Ends what runs beside the loop, after it; for the end of the program. */
+void cb_linux_stop(struct cb_linux *target);
 
 #endif

@@ -104,19 +104,24 @@ static uint32_t serial_hold_us(const struct cb_config *config) {
     return config->period_us + config->period_us / 10;
 }
 
-static void start_serial_plc(struct daemon *daemon) {
+/* The device is opened by a thread of its own, for the loop never waits for a driver. */
+static bool start_serial_plc(struct daemon *daemon) {
     const struct cb_config *config = config_now(daemon);
+    struct cb_linux *target = &daemon->loop.target;
     snprintf(daemon->plc, sizeof daemon->plc, "%s", config->plc.serial.device);
-    cb_rtu_start(&daemon->loop.target.rtu, &config->plc.serial, serial_hold_us(config));
+    const int error = cb_serial_opener_start(&target->opener, &config->plc.serial);
+    if (error != 0)
+        fprintf(stderr, "compboxd: cannot start the thread that opens %s: %s\n", daemon->plc,
+                strerror(error));
+    else
+        cb_rtu_start(&target->rtu, &config->plc.serial, &target->opener, serial_hold_us(config));
+    return error == 0;
 }
 
 static bool start_plc(struct daemon *daemon) {
     const struct cb_plc_config *plc = &config_now(daemon)->plc;
     daemon->loop.target.transport = plc->transport;
-    if (plc->transport == CB_TRANSPORT_RTU) {
-        start_serial_plc(daemon);
-        return true;
-    }
+    if (plc->transport == CB_TRANSPORT_RTU) return start_serial_plc(daemon);
     bool v6 = strchr(plc->host, ':') != NULL;
     snprintf(daemon->plc, sizeof daemon->plc, v6 ? "[%s]:%u" : "%s:%u", plc->host,
              (unsigned)plc->port);
@@ -456,6 +461,7 @@ static void serve(struct daemon *daemon) {
         cb_log_catch_up(&daemon->log, cb_boottime_us(), false);
     }
     pthread_join(daemon->thread, NULL);
+    cb_linux_stop(&daemon->loop.target);
     cb_bus_stop(&daemon->bus);
     cb_can_close(&daemon->loop.target.can.can);
     take_rows(daemon);

@@ -11,7 +11,8 @@ enum {
     SETTLE_US = 2000 /* a second reply follows the first by this and the slave's delay */
 };
 
-void cb_rtu_start(struct cb_rtu *rtu, const struct cb_serial_config *config, uint32_t hold_us) {
+void cb_rtu_start(struct cb_rtu *rtu, const struct cb_serial_config *config,
+                  struct cb_serial_opener *opener, uint32_t hold_us) {
     memset(rtu, 0, sizeof *rtu);
     const struct cb_rtu_silence silence = cb_rtu_silences(&config->line);
     const uint32_t silent_us = silence.between_us + LUMP_US;
@@ -19,7 +20,7 @@ void cb_rtu_start(struct cb_rtu *rtu, const struct cb_serial_config *config, uin
     rtu->hold_us = hold_us;
     rtu->between_us = silence.between_us;
     cb_rtu_receiver_start(&rtu->receiver, (struct cb_rtu_silence){silent_us, silent_us});
-    cb_serial_start(&rtu->serial, config);
+    cb_serial_start(&rtu->serial, config, opener);
     cb_serial_ready(&rtu->serial, cb_boottime_us());
 }
 

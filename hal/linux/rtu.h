@@ -60,9 +60,10 @@ struct cb_rtu {
     uint32_t between_us;  /* those 3.5 characters */
 };
 
-/* The device is opened by itself. in: unit that read, write and write_read ask; hold_us 0: a bus
- * whose modules are told apart by their unit ids, so that nobody has to wait for a late reply */
-void cb_rtu_start(struct cb_rtu *rtu, const struct cb_serial_config *config, uint32_t hold_us);
+/* The device is opened by itself. in: opener as in cb_serial_start; hold_us 0: a bus whose modules
+ * are told apart by their unit ids, so that nobody has to wait for a late reply */
+void cb_rtu_start(struct cb_rtu *rtu, const struct cb_serial_config *config,
+                  struct cb_serial_opener *opener, uint32_t hold_us);
 
 /* One request to a unit; registers as in cb_rtu_decode. Deadline in CLOCK_BOOTTIME. */
 enum cb_transfer cb_rtu_exchange(struct cb_rtu *rtu, uint8_t unit,

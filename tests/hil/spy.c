@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * Preloaded into compboxd: counts what its loop thread must not do, and how its pages fault.
- * SPY_FILE gets one "name count" line each at the end. SPY_PLANT=malloc|open|lock makes the loop
- * thread do it once in each cycle, to see that the spy sees. What the thread does after its last
- * tick, when it ends, is not counted. */
+ * SPY_FILE gets one "name count" line each at the end. SPY_PLANT=malloc|open|lock|terminal makes
+ * the loop thread do it once in each cycle, to see that the spy sees. What the thread does after
+ * its last tick, when it ends, is not counted. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -14,6 +14,7 @@
 #include <string.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <termios.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -22,8 +23,8 @@ void *__libc_calloc(size_t count, size_t size);
 void *__libc_realloc(void *block, size_t size);
 void __libc_free(void *block);
 
-static atomic_long allocations, frees, files, writes, locks;
-static long cycles, faults_at_10, told[6]; /* as they stood at the latest tick */
+static atomic_long allocations, frees, files, writes, locks, terminals;
+static long cycles, faults_at_10, told[7]; /* as they stood at the latest tick */
 
 static int in_loop(void) {
     static __thread int known;
@@ -86,6 +87,21 @@ int pthread_mutex_lock(pthread_mutex_t *mutex) {
     return next(mutex);
 }
 
+/* What is set on a serial device as it is opened and closed. */
+int tcsetattr(int fd, int actions, const struct termios *settings) {
+    static int (*next)(int, int, const struct termios *);
+    if (!next) *(void **)&next = dlsym(RTLD_NEXT, "tcsetattr");
+    count(&terminals);
+    return next(fd, actions, settings);
+}
+
+int tcflush(int fd, int queue) {
+    static int (*next)(int, int);
+    if (!next) *(void **)&next = dlsym(RTLD_NEXT, "tcflush");
+    count(&terminals);
+    return next(fd, queue);
+}
+
 static void do_what_is_planted(void) {
     static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
     const char *plant = getenv("SPY_PLANT");
@@ -93,6 +109,7 @@ static void do_what_is_planted(void) {
     void *volatile block = strcmp(plant, "malloc") == 0 ? malloc(1) : NULL;
     if (block != NULL) free(block);
     if (strcmp(plant, "open") == 0) close(open("/dev/null", O_RDONLY));
+    if (strcmp(plant, "terminal") == 0) tcflush(-1, TCIOFLUSH);
     if (strcmp(plant, "lock") == 0) {
         pthread_mutex_lock(&mutex);
         pthread_mutex_unlock(&mutex);
@@ -101,12 +118,12 @@ static void do_what_is_planted(void) {
 
 /* The counts of this thread up to now; page faults since the tenth tick. */
 static void take_counts(void) {
-    atomic_long *counted[] = {&allocations, &frees, &files, &writes, &locks};
-    for (int i = 0; i < 5; i++) told[i] = atomic_load(counted[i]);
+    atomic_long *counted[] = {&allocations, &frees, &files, &writes, &locks, &terminals};
+    for (int i = 0; i < 6; i++) told[i] = atomic_load(counted[i]);
     struct rusage usage;
     getrusage(RUSAGE_THREAD, &usage);
     if (cycles++ == 10) faults_at_10 = usage.ru_minflt + usage.ru_majflt;
-    told[5] = cycles > 10 ? usage.ru_minflt + usage.ru_majflt - faults_at_10 : 0;
+    told[6] = cycles > 10 ? usage.ru_minflt + usage.ru_majflt - faults_at_10 : 0;
 }
 
 int clock_nanosleep(clockid_t clock, int flags, const struct timespec *until,
@@ -121,11 +138,12 @@ int clock_nanosleep(clockid_t clock, int flags, const struct timespec *until,
 }
 
 static __attribute__((destructor)) void tell(void) {
-    const char *names[] = {"allocations", "frees", "files", "writes", "locks", "page_faults"};
+    const char *names[] = {"allocations", "frees",     "files",      "writes",
+                           "locks",       "terminals", "page_faults"};
     const char *path = getenv("SPY_FILE");
     FILE *file = path ? fopen(path, "w") : NULL;
     if (file == NULL) return;
     fprintf(file, "cycles %ld\n", cycles);
-    for (int i = 0; i < 6; i++) fprintf(file, "%s %ld\n", names[i], told[i]);
+    for (int i = 0; i < 7; i++) fprintf(file, "%s %ld\n", names[i], told[i]);
     fclose(file);
 }

@@ -51,7 +51,7 @@ def test_the_loop_allocates_nothing_and_touches_no_file_or_lock(start_box, tmp_p
 
 
 @pytest.mark.parametrize("plant, name", [("malloc", "allocations"), ("open", "files"),
-                                         ("lock", "locks")])
+                                         ("lock", "locks"), ("terminal", "terminals")])
 def test_the_spy_sees_what_is_planted(plc, port, start_box, tmp_path, plant, name):
     def scenario(box):
         with PymodbusPlc(plc, port):

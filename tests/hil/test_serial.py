@@ -14,6 +14,7 @@ import box as box_module
 from pt100 import with_crc
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+SPY = os.environ.get("SPY", ROOT / "build/host/tests/hil/libhil_spy.so")
 FAKEPLC = os.environ.get("FAKEPLC", ROOT / "build/host/bin/fakeplc")
 LIMITS = {"limit_um": 300, "error_um": 400, "slew_um_per_s": 2000}
 
@@ -116,6 +117,31 @@ def test_the_statistics_name_what_happened(rig):
     for name in rig_counters - {None}:
         assert counted[name] >= 1, (name, counted)
     assert counted["replies"] > 0.5 * counted["requests"]
+
+
+@pytest.mark.skipif(len(box_module.PROGRAM) > 1, reason="the spy is not of the emulated machine")
+def test_a_device_that_is_unplugged_is_not_opened_by_the_loop(tmp_path):
+    """Unplugged and plugged in again, twice: survived, counted, and no call of opening or closing it
+    is the loop's (counted by a library in between)."""
+    device = f"/tmp/compbox-{os.getpid()}-spied"
+    map_file = tmp_path / "coefficients.json"
+    map_file.write_text(json.dumps(coefficients(device)))
+    told = tmp_path / "spy.txt"
+    with box_module.Box(map_file, env={"LD_PRELOAD": str(SPY), "SPY_FILE": str(told)}) as box:
+        for _ in range(3):                   # first it is not even there
+            with FakePlc("rtu:" + device, "--map", str(map_file)) as plc:
+                assert reaches(plc, -20), plc.ask("status")
+            os.unlink(device)
+        with FakePlc("rtu:" + device, "--map", str(map_file)) as plc:
+            assert reaches(plc, -20), plc.ask("status")
+            box.stop()
+    assert box.code == 0, box.log
+    assert box.stats["plc"]["connects"] == 4 and box.stats["plc"]["disconnects"] == 3, box.stats["plc"]
+    counts = {name: int(count) for name, count in map(str.split, told.read_text().splitlines())}
+    assert counts["cycles"] > 50 and counts["writes"] > 50, counts
+    for name in ("files", "terminals", "locks", "allocations", "frees"):
+        assert counts[name] == 0, counts
+    os.unlink(device)
 
 
 def test_a_socket_serves_the_same_frames(tmp_path):

@@ -117,17 +117,23 @@ class slave {
 
 constexpr int DEADLINE_MS = 150, HOLD_MS = 200;
 
+cb_serial_config config_of(const slave &at) {
+    cb_serial_config config{};
+    at.device().copy(config.device, sizeof config.device - 1);
+    config.line = {115200, CB_PARITY_EVEN, 1};
+    config.unit = 17;
+    config.slave_delay_us = 2000;
+    return config;
+}
+
 struct client {
     cb_rtu rtu;
     uint16_t registers[125] = {0xEEEE, 0xEEEE, 0xEEEE};
 
-    explicit client(const slave &at, uint32_t hold_us = HOLD_MS * 1000) {
-        cb_serial_config config{};
-        at.device().copy(config.device, sizeof config.device - 1);
-        config.line = {115200, CB_PARITY_EVEN, 1};
-        config.unit = 17;
-        config.slave_delay_us = 2000;
-        cb_rtu_start(&rtu, &config, hold_us);
+    explicit client(const slave &at, uint32_t hold_us = HOLD_MS * 1000,
+                    cb_serial_opener *opener = nullptr) {
+        const cb_serial_config config = config_of(at);
+        cb_rtu_start(&rtu, &config, opener, hold_us);
     }
     ~client() { cb_serial_close(&rtu.serial); }
     cb_transfer read(int ms = DEADLINE_MS) {
@@ -307,9 +313,92 @@ TEST(rtu, something_else_than_a_serial_device_is_refused) {
     std::string("/dev/null").copy(config.device, sizeof config.device - 1);
     config.line = {115200, CB_PARITY_EVEN, 1};
     cb_rtu rtu;
-    cb_rtu_start(&rtu, &config, 0);
+    cb_rtu_start(&rtu, &config, nullptr, 0);
     EXPECT_LT(rtu.serial.fd, 0);
     EXPECT_EQ(rtu.serial.error_number, ENOTTY);
+}
+
+// A thread that opens the device, and a driver that takes until the test lets it.
+std::atomic<bool> driver_hangs{false};
+std::atomic<int> opened{0};
+
+cb_serial_opened open_slowly(const cb_serial_config *config) {
+    while (driver_hangs) sleep_ms(1);
+    ++opened;
+    return cb_serial_open(config);
+}
+
+struct opener {
+    cb_serial_opener thread;
+    explicit opener(const slave &at) {
+        const cb_serial_config config = config_of(at);
+        EXPECT_EQ(cb_serial_opener_start(&thread, &config), 0);
+        thread.open = open_slowly;
+    }
+    ~opener() {
+        driver_hangs = false;
+        cb_serial_opener_stop(&thread);
+    }
+};
+
+cb_transfer read_until_good(client &c) {
+    cb_transfer got = CB_TRANSFER_FAILED;
+    for (int i = 0; i < 500 && got != CB_TRANSFER_OK; ++i, sleep_ms(5)) got = c.read();
+    return got;
+}
+
+TEST(rtu_opener, a_driver_that_hangs_keeps_nobody_waiting) {
+    slave plc(behave);
+    driver_hangs = true;
+    opened = 0;
+    opener helper(plc);
+    client c(plc, HOLD_MS * 1000, &helper.thread);
+    for (int i = 0; i < 20; ++i)
+        EXPECT_EQ(c.read(5000), CB_TRANSFER_FAILED);  // would wait for ever
+    EXPECT_EQ(opened, 0);
+    EXPECT_EQ(c.rtu.counters.not_connected, 20u);
+    EXPECT_EQ(c.rtu.serial.failures, 0u);
+    driver_hangs = false;
+    EXPECT_EQ(read_until_good(c), CB_TRANSFER_OK);
+    EXPECT_EQ(c.rtu.serial.connects, 1u);
+}
+
+TEST(rtu_opener, a_device_that_is_unplugged_again_and_again_is_opened_by_the_thread) {
+    slave plc(behave);
+    opener helper(plc);
+    client c(plc, HOLD_MS * 1000, &helper.thread);
+    for (uint32_t times = 1; times <= 4; ++times) {
+        EXPECT_EQ(read_until_good(c), CB_TRANSFER_OK);
+        EXPECT_EQ(c.rtu.serial.connects, times);
+        plc.unplug();
+        for (int i = 0; i < 500 && c.rtu.serial.disconnects < times; ++i) c.read(20);
+        EXPECT_EQ(c.rtu.serial.disconnects, times);
+        EXPECT_LT(c.rtu.serial.fd, 0);
+        for (int i = 0; i < 500 && c.rtu.serial.failures < times; ++i, sleep_ms(1)) c.read(20);
+        EXPECT_EQ(c.rtu.serial.error_number, ENOENT);
+        plc.plug_in();
+    }
+    EXPECT_EQ(read_until_good(c), CB_TRANSFER_OK);
+}
+
+// The descriptor that nobody took is closed, and so is the one that was lost.
+TEST(rtu_opener, no_descriptor_is_left_over) {
+    const auto descriptors = [] {
+        return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
+    };
+    slave plc(behave);
+    const auto before = descriptors();
+    for (int times = 0; times < 3; ++times) {
+        opener helper(plc);
+        client c(plc, HOLD_MS * 1000, &helper.thread);
+        if (times == 0) continue;
+        EXPECT_EQ(read_until_good(c), CB_TRANSFER_OK);
+        if (times == 1) continue;
+        plc.unplug();
+        for (int i = 0; i < 500 && c.rtu.serial.disconnects == 0; ++i) c.read(20);
+        plc.plug_in();
+    }
+    EXPECT_EQ(descriptors(), before);
 }
 
 }  // namespace

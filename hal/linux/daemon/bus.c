@@ -93,7 +93,7 @@ int cb_bus_start(struct cb_bus *bus, const struct cb_config *config, uint32_t ge
     bus->generation = generation;
     bus->to = to;
     cb_ring_start(&bus->ring, CB_BUS_REPORTS);
-    cb_rtu_start(&bus->rtu, &config->buses[0].serial, 0);
+    cb_rtu_start(&bus->rtu, &config->buses[0].serial, NULL, 0);
     cb_bus_turns_start(&bus->turns, config, 0, cb_boottime_us());
     const int error = cb_start_thread(&bus->thread, &normal, run, bus);
     bus->runs = error == 0;

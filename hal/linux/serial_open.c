@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: MIT
+ * The calls that open and close a serial device: the only ones that may take long. */
+#include <errno.h>
+#include <fcntl.h>
+#include <linux/serial.h>
+#include <sys/ioctl.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include "hal/linux/serial_opener.h"
+
+static const struct {
+    uint32_t baud;
+    speed_t speed;
+} SPEEDS[] = {
+    {1200, B1200},     {2400, B2400},     {4800, B4800},     {9600, B9600},
+    {19200, B19200},   {38400, B38400},   {57600, B57600},   {115200, B115200},
+    {230400, B230400}, {460800, B460800}, {921600, B921600},
+};
+
+/* The loader lets no other rates through. */
+static speed_t speed_of(uint32_t baud) {
+    for (size_t i = 0; i < sizeof SPEEDS / sizeof SPEEDS[0]; ++i)
+        if (SPEEDS[i].baud == baud) return SPEEDS[i].speed;
+    return B19200;
+}
+
+/* A pseudo-terminal has no parity, and its driver says so by an error. */
+static bool is_pseudo_terminal(int fd) {
+    enum { FIRST_PTS_MAJOR = 136, LAST_PTS_MAJOR = 143 };
+    struct stat device;
+    if (fstat(fd, &device) != 0) return false;
+    return major(device.st_rdev) >= FIRST_PTS_MAJOR && major(device.st_rdev) <= LAST_PTS_MAJOR;
+}
+
+/* Raw bytes, no flow control, no signals, no waiting. out: 0 or errno */
+static int set_line(int fd, const struct cb_rtu_line *line) {
+    struct termios raw;
+    if (tcgetattr(fd, &raw) != 0) return errno;
+    cfmakeraw(&raw);
+    raw.c_cflag &= ~(tcflag_t)(PARENB | PARODD | CSTOPB | CRTSCTS);
+    raw.c_cflag |= CS8 | CLOCAL | CREAD;
+    if (line->stop_bits == 2) raw.c_cflag |= CSTOPB;
+    if (line->parity != CB_PARITY_NONE && !is_pseudo_terminal(fd))
+        raw.c_cflag |= line->parity == CB_PARITY_ODD ? PARENB | PARODD : PARENB;
+    raw.c_cc[VMIN] = 1; /* so that nothing yet is EAGAIN, and 0 bytes a device that is gone */
+    raw.c_cc[VTIME] = 0;
+    const speed_t speed = speed_of(line->baud);
+    if (cfsetispeed(&raw, speed) != 0 || cfsetospeed(&raw, speed) != 0) return errno;
+    return tcsetattr(fd, TCSANOW, &raw) == 0 ? 0 : errno;
+}
+
+/* USB adapters keep bytes back for up to 16 ms unless asked not to. Not every driver knows this. */
+static void ask_for_low_latency(int fd) {
+    struct serial_struct settings;
+    if (ioctl(fd, TIOCGSERIAL, &settings) != 0) return;
+    settings.flags |= (int)ASYNC_LOW_LATENCY;
+    ioctl(fd, TIOCSSERIAL, &settings);
+}
+
+/* The driver switches the RS-485 transmitter on by RTS while it sends. out: 0 or errno */
+static int switch_driver_by_rts(int fd) {
+    struct serial_rs485 rs485 = {.flags = SER_RS485_ENABLED | SER_RS485_RTS_ON_SEND};
+    return ioctl(fd, TIOCSRS485, &rs485) == 0 ? 0 : errno;
+}
+
+static struct cb_serial_opened failed(int fd, int error) {
+    if (fd >= 0) cb_serial_shut(fd);
+    return (struct cb_serial_opened){.fd = -1, .error = error};
+}
+
+struct cb_serial_opened cb_serial_open(const struct cb_serial_config *config) {
+    const int fd = open(config->device, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    if (fd < 0) return failed(fd, errno);
+    const int error = set_line(fd, &config->line);
+    if (error != 0) return failed(fd, error);
+    ask_for_low_latency(fd);
+    const int rs485_error = config->rs485 ? switch_driver_by_rts(fd) : 0;
+    tcflush(fd, TCIOFLUSH);
+    return (struct cb_serial_opened){.fd = fd, .rs485_error = rs485_error};
+}
+
+void cb_serial_shut(int fd) {
+    tcflush(fd, TCIOFLUSH);
+    close(fd);
+}

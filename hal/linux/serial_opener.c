@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: MIT */
+#include "hal/linux/serial_opener.h"
+
+#include <errno.h>
+#include <sys/prctl.h>
+#include <time.h>
+
+#include "hal/linux/clock.h"
+#include "hal/linux/mailbox.h"
+#include "hal/linux/realtime.h"
+
+enum { PATIENCE_S = 1 }; /* with a driver that holds the thread at the end */
+
+static int state_of(const struct cb_serial_opener *opener) {
+    return __atomic_load_n(&opener->state, __ATOMIC_ACQUIRE);
+}
+
+static void hand_over(struct cb_serial_opener *opener, enum cb_serial_opener_state state) {
+    __atomic_store_n(&opener->state, (int)state, __ATOMIC_RELEASE);
+}
+
+/* What the loop asked for. in : ASKED */
+static void serve(struct cb_serial_opener *opener) {
+    if (opener->shut >= 0) cb_serial_shut(opener->shut);
+    opener->shut = -1;
+    if (opener->wanted) opener->opened = opener->open(&opener->config);
+    hand_over(opener, opener->wanted ? CB_OPENER_DONE : CB_OPENER_IDLE);
+}
+
+static void *run(void *argument) {
+    struct cb_serial_opener *opener = argument;
+    prctl(PR_SET_NAME, "compboxd-serial"); /* it need not be quick */
+    for (;;) {
+        while (sem_wait(&opener->wake) != 0) continue; /* EINTR */
+        if (state_of(opener) == CB_OPENER_ASKED) serve(opener);
+        if (cb_flag_is_raised(&opener->quit)) return NULL;
+    }
+}
+
+int cb_serial_opener_start(struct cb_serial_opener *opener, const struct cb_serial_config *config) {
+    static const struct cb_schedule normal = {.priority = 0, .cpu = -1};
+    *opener = (struct cb_serial_opener){
+        .config = *config, .open = cb_serial_open, .opened.fd = -1, .shut = -1};
+    if (sem_init(&opener->wake, 0, 0) != 0) return errno;
+    return cb_start_thread(&opener->thread, &normal, run, opener);
+}
+
+void cb_serial_opener_stop(struct cb_serial_opener *opener) {
+    struct timespec until = cb_timespec(cb_clock_ns(CLOCK_REALTIME));
+    until.tv_sec += PATIENCE_S;
+    cb_flag_raise(&opener->quit);
+    sem_post(&opener->wake);
+    if (pthread_timedjoin_np(opener->thread, NULL, &until) != 0) {
+        pthread_detach(opener->thread);
+        return;
+    }
+    struct cb_serial_opened left;
+    if (cb_serial_opener_take(opener, &left) && left.fd >= 0) cb_serial_shut(left.fd);
+    sem_destroy(&opener->wake);
+}
+
+static void ask(struct cb_serial_opener *opener, int shut, bool wanted) {
+    opener->shut = shut;
+    opener->wanted = wanted;
+    hand_over(opener, CB_OPENER_ASKED);
+    sem_post(&opener->wake);
+}
+
+bool cb_serial_opener_ask(struct cb_serial_opener *opener) {
+    if (state_of(opener) != CB_OPENER_IDLE) return false;
+    ask(opener, -1, true);
+    return true;
+}
+
+/* IDLE: who has a descriptor waits for none. */
+void cb_serial_opener_give_back(struct cb_serial_opener *opener, int fd) {
+    ask(opener, fd, false);
+}
+
+bool cb_serial_opener_take(struct cb_serial_opener *opener, struct cb_serial_opened *opened) {
+    if (state_of(opener) != CB_OPENER_DONE) return false;
+    *opened = opener->opened;
+    hand_over(opener, CB_OPENER_IDLE);
+    return true;
+}
