@@ -106,4 +106,8 @@ void cb_box_evaluate(struct cb_box *box, const struct cb_inputs *in);
  *      registers, or have another type, scale or sign, or are gone. Ramp to zero first. */
 bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old);
 
+/* Why it would be false: index in old's channels of the first one that would step; CB_NONE: none.
+ */
+unsigned cb_box_obstacle(const struct cb_config *fresh, const struct cb_box *old);
+
 #endif

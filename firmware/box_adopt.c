@@ -67,15 +67,15 @@ static bool is_at_rest(const struct cb_channel_state *state) {
            state->possible_max_um == 0.0f;
 }
 
-static bool can_adopt(const struct cb_config *fresh, const struct cb_box *old) {
+unsigned cb_box_obstacle(const struct cb_config *fresh, const struct cb_box *old) {
     for (unsigned i = 0; i < cb_all_channels(&old->config); ++i) {
         if (is_at_rest(&old->channels[i])) continue;
         const struct cb_channel_config *channel = &old->config.channels[i];
         const unsigned k = find_channel(fresh, channel);
         if (k == CB_NONE || !same_register(fresh, &fresh->channels[k], &old->config, channel))
-            return false;
+            return i;
     }
-    return true;
+    return CB_NONE;
 }
 
 /* Values are in the signal's unit, so they outlive a change of source, scale or range. The memory
@@ -138,7 +138,7 @@ static void adopt_channels(struct cb_box *fresh, const struct cb_box *old) {
 }
 
 bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old) {
-    if (!can_adopt(&fresh->config, old)) return false;
+    if (cb_box_obstacle(&fresh->config, old) != CB_NONE) return false;
     fresh->mode = old->mode;
     fresh->counters = old->counters;
     fresh->plc = old->plc;
@@ -157,5 +157,6 @@ bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old) {
     fresh->wrote = old->wrote;
     fresh->zero_written = old->zero_written;
     fresh->stop_confirmed = old->stop_confirmed;
+    fresh->unapplied = old->unapplied;
     return true;
 }

@@ -282,13 +282,47 @@ void cb_limiter_step(const struct cb_config *config, struct cb_channel_state *ch
     }
 }
 
-void cb_limiter_place(const struct cb_config *config, struct cb_channel_state *channels,
-                      const struct cb_start *start) {
-    float place_um[CB_MAX_CHANNELS];
+/* What the box itself may have put there, as a register says it, perhaps under another file's
+ * limits; where the PLC was not asked that is what it sent last. */
+static bool is_own(const struct cb_config *config, const struct cb_channel_state *channels,
+                   const struct cb_start *start, unsigned index) {
+    const struct cb_channel_config *channel = &config->channels[index];
+    const struct cb_channel_state *state = &channels[index];
+    const float um = start[index].um;
+    const float unit_um = cb_number_is_integer(channel->type) ? channel->scale : 0.0f;
+    const float slack_um = unit_um + cb_abs(um) / FINEST_GRID;
+    if (!start[index].certain) return um == state->sent_um;
+    return um >= state->possible_min_um - slack_um && um <= state->possible_max_um + slack_um;
+}
+
+/* One of a pair is the box's own value only where the other one is. */
+static bool pair_is_own(const struct cb_config *config, const struct cb_channel_state *channels,
+                        const struct cb_start *start, unsigned index) {
+    if (!is_own(config, channels, start, index)) return false;
+    for (unsigned i = 0; i < config->pairs_count; ++i) {
+        const unsigned a = config->pairs[i].a, b = config->pairs[i].b;
+        const unsigned other = a == index ? b : a;
+        if ((a == index || b == index) && !is_own(config, channels, start, other)) return false;
+    }
+    return true;
+}
+
+/* Values of the box's own stay, so that nothing steps when the PLC is heard again after a reload;
+ * they come inside the limits and the pair's difference later, at the slew rate. */
+static void place(const struct cb_config *config, const struct cb_channel_state *channels,
+                  const struct cb_start *start, float *place_um) {
     struct cb_counters ignored = {0};
     for (unsigned i = 0; i < cb_all_channels(config); ++i)
         place_um[i] = cb_limiter_nearest(&config->channels[i], start[i].um);
     join_targets(config, &ignored, place_um);
+    for (unsigned i = 0; i < cb_all_channels(config); ++i)
+        if (pair_is_own(config, channels, start, i)) place_um[i] = start[i].um;
+}
+
+void cb_limiter_place(const struct cb_config *config, struct cb_channel_state *channels,
+                      const struct cb_start *start) {
+    float place_um[CB_MAX_CHANNELS];
+    place(config, channels, start, place_um);
     for (unsigned i = 0; i < cb_all_channels(config); ++i) {
         struct cb_channel_state *state = &channels[i];
         state->output_um = state->sent_um = place_um[i];

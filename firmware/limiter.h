@@ -53,7 +53,9 @@ struct cb_start {
     bool certain; /* the PLC holds or applies it; false: what it may hold stays as it was */
 };
 
-/* Puts the outputs where the PLC is: start[channels], forced into the limits of value and pairs. */
+/* Puts the outputs where the PLC is: start[channels]. What may be the box's own value is taken as
+ * it is, also where another file's limits were wider: it comes inside at the slew rate. Anything
+ * else is forced into the limits of value and pairs. */
 void cb_limiter_place(const struct cb_config *config, struct cb_channel_state *channels,
                       const struct cb_start *start);
 

@@ -104,7 +104,8 @@ def test_a_bad_file_is_refused_and_the_old_one_goes_on(plc, port, running):
     assert box.stats["reloads"]["taken"] == 0 and box.stats["reloads"]["refused"] == 3
     assert "terms[2].positions[2]: -200 is" in sentences[0] and "line" in sentences[0]
     assert "plc.transport differs from the running file's, which takes a restart" in sentences[1]
-    assert "a channel is gone, or has another register" in sentences[2]
+    assert "channel Y is gone, or has another register" in sentences[2]
+    assert sentences[2].endswith("then reload again; revision 7 goes on")
     for sentence in sentences[:2]:
         assert f"{sentence}; revision 7 goes on" in box.log
     assert sentences[2] in box.log

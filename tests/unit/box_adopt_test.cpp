@@ -45,6 +45,18 @@ struct reload_rig : box_rig {
         EXPECT_DOUBLE_EQ(written(4), -60);
     }
 
+    // The PLC, until the box itself has ramped to zero; and the first reading after that.
+    void go_away() {
+        reading = false;
+        write = CB_WRITE_FAILED;
+        steps(200);
+    }
+    void come_back() {
+        reading = true;
+        write = CB_WRITE_OK;
+        in.held = CB_HELD_OK;
+    }
+
     bool reload(const config_builder &b) {
         auto fresh = std::make_unique<cb_box>();
         std::memset(fresh.get(), 0, sizeof *fresh);
@@ -95,6 +107,46 @@ TEST(box_adopt, smaller_limits_are_slewed_into) {
         rig.step();
         EXPECT_DOUBLE_EQ(rig.written(4), expected);
     }
+}
+
+// The PLC is away, its register keeps -60; the new file allows 20 only.
+TEST(box_adopt, smaller_limits_are_slewed_into_from_what_the_plc_kept) {
+    for (const bool pair : {false, true}) {
+        config_builder before = original(), after = original();
+        for (config_builder *b : {&before, &after}) b->channel("W", {}, 6);
+        reload_rig rig(before);
+        rig.go_away();
+        ASSERT_FALSE(rig.out.write);
+        if (pair)
+            after.pair(0, 1, 20);
+        else
+            after.config->channels[0].limit_um = 20;
+        ASSERT_TRUE(rig.reload(after));
+        rig.come_back();
+        put_int32(rig.in.held_registers + 4, -6000);
+        put_int32(rig.in.held_registers + 6, 0);
+        rig.step();
+        ASSERT_TRUE(rig.out.write);
+        double z = -60;
+        for (int i = 0; i < 80; ++i, rig.step()) {
+            ASSERT_LE(std::fabs(rig.written(4) - z), 15 + 1e-6) << i;
+            z = rig.written(4);
+        }
+        EXPECT_LE(std::fabs(z - rig.written(6)), 20 + 1e-6);
+    }
+}
+
+// What the PLC has and the box never gave it is forced into the limits.
+TEST(box_adopt, what_is_not_the_box_s_own_is_no_excuse) {
+    reload_rig rig;
+    rig.go_away();
+    config_builder b = original();
+    b.config->channels[0].limit_um = 20;
+    ASSERT_TRUE(rig.reload(b));
+    rig.come_back();
+    put_int32(rig.in.held_registers + 4, -25000);
+    rig.step();
+    EXPECT_DOUBLE_EQ(rig.written(4), -20);
 }
 
 TEST(box_adopt, what_the_plc_may_hold_is_taken_along) {
@@ -184,6 +236,7 @@ TEST(box_adopt, refuses_what_would_step) {
         std::memcpy(before.get(), fresh.get(), sizeof *fresh);
         EXPECT_FALSE(cb_box_adopt(fresh.get(), rig.box.get()));
         EXPECT_EQ(std::memcmp(before.get(), fresh.get(), sizeof *fresh), 0);
+        EXPECT_EQ(cb_box_obstacle(&fresh->config, rig.box.get()), 0u);
         rig.control(2);  // ramp to zero first: then anything goes
         while (rig.mode() != CB_MODE_STANDBY) rig.step();
         rig.step();

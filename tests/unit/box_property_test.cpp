@@ -207,12 +207,46 @@ struct random_file {
             ch.has_applied = c.one_in(4);
             ch.applied_reg = static_cast<uint16_t>(40 + 2 * i);
         }
+        add_pairs(c);
+    }
+
+    void add_pairs(chance &c) {
+        cb_config &f = config();
         for (unsigned i = 0; i + 1 < f.channels_count; i += 2) {
             const float unit = std::max(f.channels[i].scale, f.channels[i + 1].scale);
             if (c.one_in(2)) continue;
             f.channels[i + 1].has_applied = f.channels[i].has_applied;  // as the loader asks
             builder.pair(i, i + 1, unit + static_cast<float>(c.log_between(1, 200)));
         }
+    }
+
+    // Another file for the same machine: other models, limits, rates and pairs, for the same
+    // signals and registers.
+    void redraw(chance &c) {
+        cb_config &f = config();
+        f.terms_count = f.outputs_count = f.pairs_count = 0;
+        f.pool_count = 0;
+        curves.clear();
+        add_terms(c);
+        f.lead_us = c.one_in(2) ? c.below(200000) : 0;
+        f.hold_us = c.one_in(5) ? 0 : c.below(1000000);
+        f.ramp_um_per_s = static_cast<float>(c.log_between(1, 1000));
+        for (unsigned i = 0; i < f.channels_count; ++i) {
+            cb_channel_config &ch = f.channels[i];
+            f.ramp_um_per_s =
+                std::max(f.ramp_um_per_s, ch.scale * 1.2e6f / static_cast<float>(f.period_us));
+            ch.limit_um = static_cast<float>(c.log_between(5, 500));
+            if (!is_wide(ch.type)) ch.limit_um = std::min(ch.limit_um, ch.scale * 30000);
+            ch.error_um = ch.limit_um * static_cast<float>(c.one_in(2) ? 1 : c.between(1, 20));
+            ch.deadband_um = c.one_in(3) ? ch.limit_um * 0.02f : 0;
+            ch.sum_count = 0;
+            do ch.sum[ch.sum_count++] = static_cast<uint8_t>(c.below(f.outputs_count));
+            while (c.one_in(2) && ch.sum_count < 8);
+        }
+        for (unsigned i = 0; i < f.channels_count; ++i)
+            f.channels[i].slew_um_per_s =
+                f.ramp_um_per_s * static_cast<float>(c.log_between(1, 100));
+        add_pairs(c);
     }
 };
 
@@ -221,6 +255,7 @@ struct random_file {
 struct held_value {
     double um = 0, time_s = 0;
     bool checked = false;  // false: nothing is promised of the step from here
+    double slew = 0;       // um/s: the largest of the files that ran since then
 };
 
 struct world {
@@ -368,6 +403,40 @@ struct world {
         restarted = true;
     }
 
+    double unit_of(const cb_pair_config &pair) const {
+        return static_cast<double>(config().channels[pair.a].scale) +
+               static_cast<double>(config().channels[pair.b].scale);
+    }
+
+    // How large this was where the outputs went on from in this step: the one before or, when the
+    // PLC was heard again, what it has or what was sent to it last.
+    template <typename function>
+    double was(function size) const {
+        if (rig.box->counters.resyncs == resyncs) return size(before_um);
+        double has_um[16];
+        for (unsigned i = 0; i < 16; ++i) has_um[i] = plc[i].um;
+        return std::max<double>(size(has_um), size(last_sent_um));
+    }
+    float last_sent_um[16] = {};
+    uint32_t resyncs = 0;
+
+    // Between two steps, whatever the machine is at.
+    unsigned reloads = 0;
+    float before_um[16] = {};  // outputs of the step before
+    void reload() {
+        for (unsigned i = 0; i < config().channels_count; ++i) {
+            plc[i].slew = std::max<double>(plc[i].slew, config().channels[i].slew_um_per_s);
+        }
+        file.redraw(c);
+        auto fresh = std::make_unique<cb_box>();
+        std::memset(fresh.get(), 0, sizeof *fresh);
+        fresh->config = file.config();
+        cb_box_start(fresh.get());
+        ASSERT_TRUE(cb_box_adopt(fresh.get(), rig.box.get()));
+        rig.box = std::move(fresh);
+        ++reloads;
+    }
+
     void step() {
         if (c.one_in(60)) trouble = c.below(5);
         wander();
@@ -403,7 +472,8 @@ struct world {
                               static_cast<double>(ch.scale);
             const double period_s = config().period_us * 1e-6;
             const double elapsed_s = std::min(true_s - plc[i].time_s, 2 * period_s);
-            double most = ch.slew_um_per_s * elapsed_s + (coarse[i] ? ch.scale : 0);
+            const double slew = std::max<double>(ch.slew_um_per_s, plc[i].slew);
+            double most = slew * elapsed_s + (coarse[i] ? ch.scale : 0);
             most = most * (1 + 1e-5) + 2e-6 * ch.limit_um;
             if (plc[i].checked) {
                 ASSERT_LE(std::fabs(um - plc[i].um), most) << "channel " << i << " slew";
@@ -424,15 +494,26 @@ struct world {
             const double um = ch.sign * get_number(ch.type, rig.out.registers + ch.reg) *
                               static_cast<double>(ch.scale);
             ASSERT_TRUE(std::isfinite(um));
-            ASSERT_LE(std::fabs(um), ch.limit_um * (1 + 2e-7)) << "channel " << i;
-            ASSERT_NEAR(um, rig.out.channel_um[i], 1e-6 * ch.limit_um);
+            // what was beyond a new file's limit only comes nearer to it
+            const double limit = std::max<double>(
+                ch.limit_um, was([i](const auto *at) { return std::fabs(at[i]); }));
+            const double unit =
+                reloads > 0 ? std::min<double>(ch.scale, 5e-4) : 0;  // of another grid
+            ASSERT_LE(std::fabs(um), limit * (1 + 2e-7) + unit) << "channel " << i;
+            ASSERT_NEAR(um, rig.out.channel_um[i], 1e-6 * limit + unit);
         }
         for (unsigned p = 0; p < config().pairs_count; ++p) {
             const cb_pair_config &pair = config().pairs[p];
             const float *um = rig.out.channel_um;
             const double rounding = 1e-6 * (std::fabs(um[pair.a]) + std::fabs(um[pair.b]));
-            ASSERT_LE(std::fabs(um[pair.a] - um[pair.b]), pair.max_difference_um + rounding);
+            const double before =
+                was([&pair](const auto *at) { return std::fabs(at[pair.a] - at[pair.b]); });
+            ASSERT_LE(std::fabs(um[pair.a] - um[pair.b]),
+                      std::max<double>(pair.max_difference_um, before + unit_of(pair)) + rounding);
         }
+        std::copy_n(rig.out.channel_um, config().channels_count, before_um);
+        if (rig.out.write) std::copy_n(rig.out.channel_um, config().channels_count, last_sent_um);
+        resyncs = rig.box->counters.resyncs;
         ASSERT_EQ(rig.out.registers[1], rig.box->mode.mode | rig.box->mode.reason << 8);
         if (config().plc.write.counters) {
             ASSERT_EQ(rig.out.registers[0], rig.out.registers[79]);
@@ -525,6 +606,30 @@ TEST(box_property, all_promises_hold_whatever_happens) {
     EXPECT_GT(written, steps / 3);
     EXPECT_GT(resyncs, 300u);
     EXPECT_GT(faded, 300u);
+}
+
+// A new file between any two steps: nothing steps, and all promises hold again as soon as the
+// outputs have come back inside the new limits, from where they were, at the slew rate.
+TEST(box_property, all_promises_hold_over_reloads) {
+    chance c(20260202);
+    unsigned reloads = 0, active = 0, beyond = 0, steps = 0;
+    for (unsigned round = 0; round < 150; ++round) {
+        SCOPED_TRACE(testing::Message() << "round " << round);
+        random_file file(c);
+        world w(c, file);
+        for (unsigned n = 0; n < 600; ++n, ++steps) {
+            if (c.one_in(40)) w.reload();
+            w.step();
+            if (testing::Test::HasFatalFailure()) FAIL() << "step " << n;
+            active += w.rig.mode() == CB_MODE_ACTIVE;
+            for (unsigned i = 0; i < w.config().channels_count; ++i)
+                beyond += std::fabs(w.rig.out.channel_um[i]) > w.config().channels[i].limit_um;
+        }
+        reloads += w.reloads;
+    }
+    EXPECT_GT(reloads, 2000u);
+    EXPECT_GT(active, steps / 10);
+    EXPECT_GT(beyond, 500u);
 }
 
 TEST(box_property, stop_takes_no_longer_than_limit_over_ramp_and_a_second) {

@@ -118,6 +118,7 @@ bool cb_loop_answered(const struct cb_loop *loop, bool *taken) {
 static void take_offer(struct cb_loop *loop) {
     if (!__atomic_load_n(&loop->offered, __ATOMIC_ACQUIRE)) return;
     struct cb_box *spare = cb_loop_spare(loop);
+    loop->obstacle = cb_box_obstacle(&spare->config, loop->box);
     loop->taken = cb_box_adopt(spare, loop->box);
     if (loop->taken) {
         loop->box = spare;

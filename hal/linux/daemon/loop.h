@@ -25,7 +25,8 @@ struct cb_loop {
     struct cb_box *box;     /* the one that runs; its config loaded before the start */
     uint32_t generation;    /* of the coefficient file; counts up when another is taken over */
     bool offered;           /* from the normal thread: the spare box is ready … */
-    bool taken;             /* … and the loop's answer to the last offer: it runs now */
+    bool taken;             /* … and the loop's answer to the last offer: it runs now … */
+    unsigned obstacle;      /* … or this channel of the running one would step */
     struct cb_linux target; /* its wires started before the start */
     clockid_t clock;        /* of the ticks */
     uint64_t cycles;        /* then stop by itself; 0: never */

@@ -96,9 +96,11 @@ enum cb_reload_answer cb_reload_answer(struct cb_reload *reload, struct cb_loop 
         return CB_RELOAD_TAKEN;
     }
     reload->refused++;
+    const struct cb_channel_config *channel = &loop->box->config.channels[loop->obstacle];
     say(reload,
-        "%s: a channel is gone, or has another register, type, scale or sign, while its output is "
-        "not zero; let the outputs go to zero first",
-        reload->path);
+        "%s: %s %s is gone, or has another register, type, scale or sign, while its output is not "
+        "zero; let the outputs go to zero, then reload again; revision %u goes on",
+        reload->path, channel->is_slope ? "the slope of channel" : "channel", channel->name,
+        (unsigned)loop->box->config.revision);
     return CB_RELOAD_REFUSED;
 }
