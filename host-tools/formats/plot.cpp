@@ -66,6 +66,15 @@ std::string terminal_of(const std::string &path, int width, int height) {
     throw input_error(path, 0, 0, "a figure is written as .svg, .png or .pdf; give it such a name");
 }
 
+// gnuplot says nothing of a full disk, so the figure itself is looked at: what each kind ends with.
+bool is_whole(const std::string &picture, const std::string &suffix) {
+    const std::string end = suffix == ".svg" ? "</svg>" : suffix == ".png" ? "IEND" : "%%EOF";
+    constexpr std::size_t behind = 16;  // a line's end, a check sum
+    const std::string bytes = read_file(picture);
+    const std::size_t found = bytes.rfind(end);
+    return found != std::string::npos && bytes.size() - found - end.size() <= behind;
+}
+
 std::string first_line(const std::string &text) {
     std::size_t start = text.find_first_not_of(" \t\r\n");
     if (start == std::string::npos) return "no reason given";
@@ -131,6 +140,9 @@ void run_gnuplot(const std::string &path, const std::string &script, int width, 
         throw input_error(
             path, 0, 0,
             "gnuplot could not draw the figure (" + first_line(read_file(messages.name())) + ")");
+    }
+    if (!is_whole(picture.name(), suffix_of(path))) {
+        throw input_error(path, 0, 0, "the figure could not be written whole (is the disk full?)");
     }
     ::chmod(picture.name().c_str(), 0644);
     if (::rename(picture.name().c_str(), path.c_str()) != 0) {

@@ -171,6 +171,16 @@ def test_a_file_that_may_not_grow(files, bytes_most):
     assert files.files() == before
 
 
+@pytest.mark.skipif(shutil.which("gnuplot") is None, reason="no gnuplot here")
+def test_a_figure_that_is_not_whole_is_none(files):
+    """gnuplot itself ends well however little of its figure could be written."""
+    before = files.files()
+    done = limited(files.folder, 8192, "report", GANTRY / "measurements/EZX.csv", "--plot", "f.svg")
+    assert (done.returncode, done.stderr) == (
+        1, "compbox: f.svg: the figure could not be written whole (is the disk full?)\n")
+    assert files.files() == before
+
+
 def test_what_was_read_is_not_written_over(files):
     """A measurement is the one thing that no computer brings back."""
     files.write("d.csv", "position_mm,error_um\n0,0\n1,1\n2,0\n3,1\n4,0\n5,2\n6,1\n")
