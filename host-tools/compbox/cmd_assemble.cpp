@@ -22,7 +22,7 @@ struct assemble_arguments {
     bool as_json = false;
 };
 
-constexpr const char *example =
+constexpr const char *assemble_example =
     "Example:\n"
     "  compbox assemble P1x.rtl P1y.rtl P1z.rtl P2x.rtl P2y.rtl P2z.rtl P3x.rtl P3y.rtl P3z.rtl "
     "-o X.csv\n"
@@ -98,7 +98,7 @@ void run_assemble(const assemble_arguments &arguments) {
 void add_assemble(CLI::App &app) {
     auto arguments = std::make_shared<assemble_arguments>();
     CLI::App *assemble = app.add_subcommand("assemble", "Nine instrument files to one table");
-    assemble->footer(example);
+    assemble->footer(assemble_example);
     assemble->add_option("files", arguments->files, "P1x P1y P1z P2x … P3z")
         ->required()
         ->expected(9);

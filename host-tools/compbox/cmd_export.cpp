@@ -50,7 +50,7 @@ struct export_arguments {
     bool as_json = false;
 };
 
-constexpr const char *example =
+constexpr const char *export_example =
     "Example:\n"
     "  compbox export coefficients.json --format sinumerik-cec --step-mm 50 -o cec\n"
     "  compbox export coefficients.json --format twincat-cam --master X --path \"Y=0.5*X+10\" -o "
@@ -286,7 +286,7 @@ void add_export(CLI::App &app) {
     auto arguments = std::make_shared<export_arguments>();
     CLI::App *command =
         app.add_subcommand("export", "Tables for controls that compensate themselves");
-    command->footer(example);
+    command->footer(export_example);
     command->add_option("coefficients", arguments->input, "Coefficient file")->required();
     command
         ->add_option("--format", arguments->format,

@@ -23,7 +23,7 @@ struct fit_arguments {
     bool as_json = false;
 };
 
-constexpr const char *example =
+constexpr const char *fit_example =
     "Example:\n"
     "  compbox fit EZX.csv --name EZX --signal X --plot EZX.svg -o EZX.term.json\n"
     "reads position_mm,error_um (or error_urad) with optional columns run, direction and sigma,\n"
@@ -102,7 +102,7 @@ void add_fit(CLI::App &app) {
     auto arguments = std::make_shared<fit_arguments>();
     fit_options &options = arguments->options;
     CLI::App *fit = app.add_subcommand("fit", "Fit a curve to a measured error of one axis");
-    fit->footer(example);
+    fit->footer(fit_example);
     fit->add_option("data", arguments->data, "Measurement, DATA.csv")->required();
     fit->add_option("--name", options.name, "Name of the term, e.g. EZX")->required();
     fit->add_option("--signal", options.signal, "Signal the curve depends on, e.g. X")->required();

@@ -34,7 +34,7 @@ struct identify_arguments {
     bool as_json = false;
 };
 
-constexpr const char *example =
+constexpr const char *identify_example =
     "Example:\n"
     "  compbox identify X.csv --axis X --points plan.json -o identified\n"
     "reads position_mm,dx1_um,dy1_um,dz1_um,dx2_um,…,dz3_um and writes EXX.csv, EYX.csv, EZX.csv,\n"
@@ -206,7 +206,7 @@ void run_identify(identify_arguments &arguments) {
 void add_identify(CLI::App &app) {
     auto arguments = std::make_shared<identify_arguments>();
     CLI::App *identify = app.add_subcommand("identify", "Six errors of an axis from nine lines");
-    identify->footer(example);
+    identify->footer(identify_example);
     identify->add_option("data", arguments->data, "Table, MEASURED.csv")->required();
     identify->add_option("--axis", arguments->axis, "Axis that moved: X, Y or Z")
         ->required()

@@ -20,7 +20,7 @@ struct join_arguments {
     bool as_json = false;
 };
 
-constexpr const char *example =
+constexpr const char *join_example =
     "Example:\n"
     "  compbox join record.csv probe.csv -o data.csv\n"
     "record.csv is what compboxd --record wrote; probe.csv has time_s or positions (X,Y,Z), and\n"
@@ -60,7 +60,7 @@ void add_join(CLI::App &app) {
     join_options &options = arguments->options;
     CLI::App *join =
         app.add_subcommand("join", "The box's recording and probed errors to one table");
-    join->footer(example);
+    join->footer(join_example);
     join->add_option("record", arguments->record, "Recording of compboxd, RECORD.csv")->required();
     join->add_option("probe", arguments->probe, "Probed errors, PROBE.csv")->required();
     join->add_option("--time-offset-s", options.time_offset_s,

@@ -30,7 +30,7 @@ struct plan_arguments {
     bool as_json = false;
 };
 
-constexpr const char *example =
+constexpr const char *plan_example =
     "Example:\n"
     "  compbox plan --box=-300:300:10,-200:200:10,-100:150:10 -o plan.json\n"
     "looks at every triple of the 1000 nodes where a reflector can be mounted, in the axis' own "
@@ -192,7 +192,7 @@ void run_plan(plan_arguments &arguments) {
 void add_plan(CLI::App &app) {
     auto arguments = std::make_shared<plan_arguments>();
     CLI::App *plan = app.add_subcommand("plan", "Choose the points of a nine-line measurement");
-    plan->footer(example);
+    plan->footer(plan_example);
     plan->add_option("--box", arguments->box, "Grid of nodes, x0:x1:nx,y0:y1:ny,z0:z1:nz in mm")
         ->required();
     plan->add_option("--sigma-um", arguments->sigma_um, "Standard deviation of one reading")

@@ -25,7 +25,7 @@ struct report_arguments {
     bool as_json = false;
 };
 
-constexpr const char *example =
+constexpr const char *report_example =
     "Example:\n"
     "  compbox report before.rtl --after after.rtl --plot report.svg\n"
     "Positioning by ISO 230-2 and straightness by ISO 230-1 of the same readings: take the one "
@@ -35,7 +35,7 @@ json number(const std::optional<double> &value) {
     return value ? json(*value) : json(nullptr);
 }
 
-json direction_json(const direction_figures &figures) {
+json direction_json(const approach_figures &figures) {
     json one;
     one["E"] = figures.E;
     one["A"] = number(figures.A);
@@ -218,7 +218,7 @@ void add_report(CLI::App &app) {
     auto arguments = std::make_shared<report_arguments>();
     CLI::App *report =
         app.add_subcommand("report", "ISO 230-1 and 230-2 figures, before and after");
-    report->footer(example);
+    report->footer(report_example);
     report->add_option("data", arguments->before, "Measurement, DATA.csv or DATA.rtl")->required();
     report->add_option("--after", arguments->after, "The same after compensation");
     report->add_option("--plot", arguments->plot, "Figure, F.svg, F.png or F.pdf");

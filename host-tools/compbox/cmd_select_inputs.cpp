@@ -21,7 +21,7 @@ struct select_arguments {
     bool as_json = false;
 };
 
-constexpr const char *example =
+constexpr const char *select_inputs_example =
     "Example:\n"
     "  compbox select-inputs warmup.csv --outputs ez_um --candidates 't*_degC' --count 4\n"
     "groups sensors that tell the same story (fuzzy clustering of their correlations), grades each "
@@ -82,7 +82,7 @@ void add_select_inputs(CLI::App &app) {
     auto arguments = std::make_shared<select_arguments>();
     select_options &options = arguments->options;
     CLI::App *select = app.add_subcommand("select-inputs", "Choose the inputs of a model");
-    select->footer(example);
+    select->footer(select_inputs_example);
     select->add_option("data", arguments->data, "Rows, DATA.csv")->required();
     select->add_option("--outputs", arguments->columns.outputs, "Columns with errors")
         ->required()

@@ -26,7 +26,7 @@ struct squareness_arguments {
     bool as_json = false;
 };
 
-constexpr const char *example =
+constexpr const char *squareness_example =
     "Example:\n"
     "  compbox squareness --name C0Y --optical EYX.rtl EXY.rtl --square-error-urad 1.5 -o "
     "C0Y.json\n"
@@ -118,7 +118,7 @@ void add_squareness(CLI::App &app) {
     const auto arguments = std::make_shared<squareness_arguments>();
     CLI::App *command =
         app.add_subcommand("squareness", "Squareness from set-ups with one reference");
-    command->footer(example);
+    command->footer(squareness_example);
     command->add_option("--name", arguments->name, "C0Y (Y to X), B0Z (Z to X) or A0Z (Z to Y)")
         ->required()
         ->check(CLI::IsMember({"C0Y", "B0Z", "A0Z"}).description(""))

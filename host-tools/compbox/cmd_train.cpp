@@ -26,7 +26,7 @@ struct train_arguments {
     bool as_json = false, no_linear_path = false;
 };
 
-constexpr const char *example =
+constexpr const char *train_example =
     "Example:\n"
     "  compbox train warmup.csv --outputs ez_um --inputs 't*_degC,rpm' --lags 600,1800 "
     "--run-column run --name net -o net.json\n"
@@ -37,7 +37,7 @@ constexpr const char *example =
     "as a term for `compbox build`. * in a name stands for anything.";
 
 // "X:T1,T2" taken apart; "" along where there is no colon.
-slope_option slope_of(const std::string &text) {
+slope_option parse_slope(const std::string &text) {
     slope_option slope;
     const std::size_t colon = text.find(':');
     if (colon == std::string::npos) return slope;
@@ -62,7 +62,7 @@ std::optional<margin_option> margin_of(const std::string &text) {
 void run_train(train_arguments &arguments) {
     train_options &options = arguments.options;
     for (const auto &text : arguments.margins) options.margins.push_back(*margin_of(text));
-    for (const auto &text : arguments.slopes) options.slopes.push_back(slope_of(text));
+    for (const auto &text : arguments.slopes) options.slopes.push_back(parse_slope(text));
     if (!arguments.columns.record.empty() && options.starts_of_lags == lag_starts::each_run) {
         options.starts_of_lags = lag_starts::once;
     }
@@ -100,7 +100,7 @@ void check_usage(const train_arguments &arguments) {
         throw CLI::ValidationError("--record", "needs --lags: it is there for them");
     }
     for (const auto &text : arguments.slopes) {
-        const slope_option slope = slope_of(text);
+        const slope_option slope = parse_slope(text);
         if (!slope.along.empty() && !slope.of.empty()) continue;
         throw CLI::ValidationError("--slope", "'" + text + "' is not POSITION:INPUT,INPUT");
     }
@@ -249,7 +249,7 @@ void add_network(CLI::App &train, train_arguments &arguments) {
 void add_train(CLI::App &app) {
     auto arguments = std::make_shared<train_arguments>();
     CLI::App *train = app.add_subcommand("train", "Train a network on rows of inputs and errors");
-    train->footer(example);
+    train->footer(train_example);
     add_columns(*train, *arguments);
     add_lags(*train, *arguments);
     add_network(*train, *arguments);

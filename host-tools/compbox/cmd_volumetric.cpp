@@ -31,7 +31,7 @@ struct volumetric_arguments {
     bool as_json = false;
 };
 
-constexpr const char *example =
+constexpr const char *volumetric_example =
     "Example:\n"
     "  compbox volumetric X Y Z --chain fXYZ --squareness C0Y=12.5,B0Z=-4 --tool-length-mm 150 "
     "--name vol -o vol.json\n"
@@ -236,7 +236,7 @@ void add_fit_options(CLI::App &command, fit_options &fit) {
 void add_volumetric(CLI::App &app) {
     auto arguments = std::make_shared<volumetric_arguments>();
     CLI::App *command = app.add_subcommand("volumetric", "Identified curves to a volumetric term");
-    command->footer(example);
+    command->footer(volumetric_example);
     command->add_option("folders", arguments->folders, "Folders of identify, DIR…")->required();
     command
         ->add_option("--chain", arguments->options.chain, "Kinematic chain, such as fXYZ or YfXZ")

@@ -14,7 +14,7 @@ namespace {
 
 // Mean and mean -+ 2 s of one direction as a data block.
 std::string band_block(const std::string &name, const axis_readings &axis,
-                       const direction_figures &figures) {
+                       const approach_figures &figures) {
     std::vector<double> mean, low, high;
     for (const auto &target : figures.targets) {
         mean.push_back(target.mean);
@@ -35,7 +35,7 @@ panel panel_of(const measurement &data, std::size_t number) {
     const auto figures = evaluate_positioning(axis);
     panel result;
     std::string bands, lines, runs;
-    const std::pair<const char *, const std::optional<direction_figures> *> directions[] = {
+    const std::pair<const char *, const std::optional<approach_figures> *> directions[] = {
         {"forward", &figures.forward}, {"backward", &figures.backward}};
     for (const auto &[name, one] : directions) {
         if (!*one) continue;

@@ -30,9 +30,9 @@ struct span {
     double width() const { return high - low; }
 };
 
-direction_figures evaluate_direction(const std::vector<std::vector<double>> &readings,
+approach_figures evaluate_direction(const std::vector<std::vector<double>> &readings,
                                      bool spread) {
-    direction_figures figures;
+    approach_figures figures;
     span means, limits;
     double worst_s = 0.0;
     for (const auto &values : readings) {

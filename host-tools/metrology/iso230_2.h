@@ -24,8 +24,8 @@ struct target_statistics {
     std::optional<double> s;
 };
 
-// The figures of one direction.
-struct direction_figures {
+// The figures of one direction of approach.
+struct approach_figures {
     std::vector<target_statistics> targets;
     double E = 0.0;           // systematic error: range of the means
     std::optional<double> A;  // accuracy: max(mean + 2s) - min(mean - 2s)
@@ -33,7 +33,7 @@ struct direction_figures {
 };
 
 struct iso230_2_figures {
-    std::optional<direction_figures> forward, backward;
+    std::optional<approach_figures> forward, backward;
 
     // Both directions together; only where both were measured.
     std::vector<double> reversal;       // B_i = mean forward - mean backward
