@@ -30,8 +30,7 @@ struct span {
     double width() const { return high - low; }
 };
 
-approach_figures evaluate_direction(const std::vector<std::vector<double>> &readings,
-                                     bool spread) {
+approach_figures evaluate_direction(const std::vector<std::vector<double>> &readings, bool spread) {
     approach_figures figures;
     span means, limits;
     double worst_s = 0.0;
