@@ -21,6 +21,24 @@ struct pack_arguments {
     bool as_json = false;
 };
 
+// What hal/stm32f405/app/load.c says of its target. A file for compboxd is packed all the same, for
+// other microcontrollers and because its slot is sound; but whoever flashes it should not learn it
+// at the machine.
+constexpr cb_target stm32f405 = {"the STM32F405", 1u << CB_SOURCE_PLC | 1u << CB_SOURCE_BUS,
+                                 1u << CB_TRANSPORT_RTU};
+
+std::vector<std::string> remarks_on(const std::string &path, const std::string &text) {
+    const auto config = std::make_unique<cb_config>();
+    const auto scratch = std::make_unique<cb_load_scratch>();
+    cb_message message = {};
+    if (cb_config_load(config.get(), text.data(), text.size(), &stm32f405, scratch.get(),
+                       &message) == CB_OK) {
+        return {};
+    }
+    return {path + ": the STM32F405 will not run this file: " + message.text + ", line " +
+            std::to_string(message.line) + ", column " + std::to_string(message.column)};
+}
+
 // Where a box that cannot run the text says so.
 void add_report(const cb_plc_config &plc, std::uint8_t *header) {
     if (plc.transport != CB_TRANSPORT_RTU) return;
@@ -40,12 +58,15 @@ void run_pack(const pack_arguments &arguments) {
     add_report(config->plc, reinterpret_cast<std::uint8_t *>(slot.data()));
     slot += text;
     write_file(arguments.output, slot);
+    const auto remarks = remarks_on(arguments.input, text);
     if (arguments.as_json) {
         return print_summary({arguments.output},
                              {{"revision", config->revision},
                               {"bytes", slot.size()},
-                              {"most_bytes", CB_SLOT_HEADER_BYTES + CB_MAX_TEXT_BYTES}});
+                              {"most_bytes", CB_SLOT_HEADER_BYTES + CB_MAX_TEXT_BYTES}},
+                             remarks);
     }
+    for (const auto &remark : remarks) std::cerr << "compbox: " << remark << "\n";
     if (arguments.output == "-") return;
     std::cout << "revision " << config->revision << ", " << slot.size() << " of "
               << CB_SLOT_HEADER_BYTES + CB_MAX_TEXT_BYTES << " bytes: " << arguments.output << "\n";

@@ -16,10 +16,23 @@ static bool printed() {
     return std::cout.flush().good() || !open;
 }
 
+// A first word that is no command; CLI11 would only say that one is missing.
+static bool is_unknown(const CLI::App &app, const std::string &word) {
+    const auto is_it = [&word](const CLI::App *one) { return one->get_name() == word; };
+    const auto commands = app.get_subcommands(is_it);
+    return !word.empty() && word[0] != '-' && commands.empty();
+}
+
 int main(int argc, char **argv) {
     std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is told like a full disk
     CLI::App app{"compbox: from measurements of a machine tool to the coefficients of its box"};
+    app.set_version_flag("--version", "compbox " CB_VERSION);
     compbox::add_commands(app);
+    if (argc > 1 && is_unknown(app, argv[1])) {
+        std::cerr << "compbox: there is no command '" << argv[1]
+                  << "'; compbox --help lists them\n";
+        return 2;
+    }
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError &error) {

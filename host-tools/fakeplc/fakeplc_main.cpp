@@ -197,6 +197,7 @@ void add_options(CLI::App &app, options &chosen) {
 
 int main(int argc, char **argv) {
     CLI::App app{"fakeplc: a machine-tool control with its PLC and a simulated machine"};
+    app.set_version_flag("--version", "fakeplc " CB_VERSION);
     compbox::options chosen;
     compbox::add_options(app, chosen);
     try {

@@ -78,6 +78,7 @@ void run(const std::string &listen, const std::vector<std::string> &texts,
 
 int main(int argc, char **argv) {
     CLI::App app{"fakept100: Pt100 modules on a serial line"};
+    app.set_version_flag("--version", "fakept100 " CB_VERSION);
     std::string listen;
     std::vector<std::string> modules;
     compbox::serial_options options;

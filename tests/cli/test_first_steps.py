@@ -92,3 +92,13 @@ def test_against_the_usual_registers(compbox):
     deepest = min(float(row[at["commanded_Z_um"]]) for row in there)
     assert deepest == pytest.approx(-40 * math.sin(400 / 250), abs=1.0)
     assert {float(row[at["commanded_X_um"]]) for row in rows} == {0.0}
+
+
+def test_a_command_that_is_none_and_the_version():
+    def said(*arguments):
+        done = subprocess.run(list(map(str, arguments)), capture_output=True, text=True)
+        return done.returncode, done.stdout, done.stderr
+    assert said(BIN / "compbox", "biuld", "x.json") == (
+        2, "", "compbox: there is no command 'biuld'; compbox --help lists them\n")
+    versions = [said(BIN / name, "--version") for name in ("compbox", "compboxd", "fakeplc", "fakept100")]
+    assert {(code, out.split()[1], err) for code, out, err in versions} == {(0, versions[0][1].split()[1], "")}

@@ -51,3 +51,22 @@ def test_what_the_box_would_refuse_is_not_packed(compbox, machine):
 
 def test_help(compbox):
     assert "compbox pack " in compbox.good("pack", "--help").split("Example:")[1]
+
+
+def test_what_the_microcontroller_will_not_run_is_said(compbox, machine):
+    """A file for compboxd is a sound slot, but nobody should learn at the machine that it is not run."""
+    built(compbox, machine)
+    done = compbox("pack", "c.json", "-o", "slot.bin")
+    assert done.returncode == 0 and done.stderr.count("\n") == 1
+    sentence = "c.json: the STM32F405 will not run this file: plc.transport.tcp: the STM32F405 has no network, line "
+    assert done.stderr.startswith("compbox: " + sentence)
+    remarks = json.loads(compbox.good("pack", "c.json", "-o", "slot.bin", "--json"))["remarks"]
+    assert len(remarks) == 1 and remarks[0].startswith(sentence)
+    data = compbox.read("c.json")
+    data["plc"]["transport"] = {"rtu": {"device": "/dev/ttyS1", "baud": 115200}}
+    compbox.write("c.json", data)
+    done = compbox("pack", "c.json", "-o", "slot.bin")
+    assert (done.returncode, done.stderr) == (0, "")
+    data["signals"].append({"name": "T1", "unit": "degC", "can": "0x181", "min": 0, "max": 90})
+    compbox.write("c.json", data)
+    assert "signals[3].can: " in compbox("pack", "c.json", "-o", "slot.bin").stderr
