@@ -1,5 +1,5 @@
-# Debian packages by CPack: compboxd (daemon) for every Linux, compbox (host tools) where they are built.
-# scripts/packages makes and tests them; docs/packages.md.
+# Debian packages by CPack: compboxd (daemon) and compbox (host tools), for amd64 by the preset host, for arm64
+# by arm64-tools. scripts/packages makes and tests them; docs/packages.md.
 include(GNUInstallDirs)
 set(packaging ${CMAKE_SOURCE_DIR}/packaging)
 
@@ -23,14 +23,11 @@ install(FILES ${packaging}/compboxd.service DESTINATION /lib/systemd/system COMP
 install(FILES ${packaging}/compboxd.default DESTINATION /etc/default RENAME compboxd COMPONENT compboxd)
 install(DIRECTORY DESTINATION /etc/compbox COMPONENT compboxd)
 cb_documents(compboxd docs/compboxd.md docs/coefficient-file.md docs/faults.md)
-set(CPACK_COMPONENTS_ALL compboxd)
+set(CPACK_COMPONENTS_ALL compboxd compbox)
 
-if(TARGET compbox)
-    install(TARGETS compbox fakeplc RUNTIME DESTINATION bin COMPONENT compbox)
-    install(FILES docs/coefficients.schema.json DESTINATION share/compbox COMPONENT compbox)
-    cb_documents(compbox README.md docs/coefficient-file.md docs/coefficients.schema.json docs/fakeplc.md)
-    list(APPEND CPACK_COMPONENTS_ALL compbox)
-endif()
+install(TARGETS compbox fakeplc RUNTIME DESTINATION bin COMPONENT compbox)
+install(FILES docs/coefficients.schema.json DESTINATION share/compbox COMPONENT compbox)
+cb_documents(compbox README.md docs/coefficient-file.md docs/coefficients.schema.json docs/fakeplc.md)
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_VENDOR "compbox")
@@ -61,10 +58,12 @@ set(CPACK_DEBIAN_COMPBOXD_PACKAGE_CONTROL_EXTRA ${packaging}/debian/conffiles
     ${packaging}/debian/postinst ${packaging}/debian/prerm ${packaging}/debian/postrm)
 set(CPACK_DEBIAN_COMPBOXD_PACKAGE_RECOMMENDS "iproute2")
 set(CPACK_DEBIAN_COMPBOX_PACKAGE_RECOMMENDS "gnuplot-nox | gnuplot")
-if(CMAKE_CROSSCOMPILING)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+if(CMAKE_SYSROOT) # whose libraries are in packages that the host's dpkg does not know
     set(CPACK_DEBIAN_PACKAGE_ARCHITECTURE arm64)
-    set(CPACK_DEBIAN_COMPBOXD_PACKAGE_DEPENDS "libc6 (>= 2.34)")
-else()
-    set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+    set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${CMAKE_SYSROOT}/lib/aarch64-linux-gnu)
+    file(WRITE ${CMAKE_BINARY_DIR}/packaging/database.cmake
+        "set(ENV{DPKG_ADMINDIR} ${CMAKE_SYSROOT}/var/lib/dpkg)\nset(ENV{DEB_HOST_ARCH} arm64)\n")
+    set(CPACK_PROJECT_CONFIG_FILE ${CMAKE_BINARY_DIR}/packaging/database.cmake)
 endif()
 include(CPack)

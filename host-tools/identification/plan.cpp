@@ -99,23 +99,24 @@ __attribute__((always_inline)) inline void rate(const pair_sums &pair, const dou
     }
 }
 
-__attribute__((target_clones("avx2", "default"))) void rate_mean_cv(
-    const pair_sums &pair, const double *x, const double *y, const double *z, std::size_t n,
-    const double (&weight)[6], double *merit) {
+// An amd64 processor may have AVX2 or not; every arm64 has NEON.
+#ifdef __x86_64__
+#define CB_CLONES __attribute__((target_clones("avx2", "default")))
+#else
+#define CB_CLONES
+#endif
+
+CB_CLONES void rate_mean_cv(const pair_sums &pair, const double *x, const double *y,
+                            const double *z, std::size_t n, const double (&weight)[6],
+                            double *merit) {
     rate<criterion::mean_cv>(pair, x, y, z, n, weight, merit);
 }
-__attribute__((target_clones("avx2", "default"))) void rate_a(const pair_sums &pair,
-                                                              const double *x, const double *y,
-                                                              const double *z, std::size_t n,
-                                                              const double (&weight)[6],
-                                                              double *merit) {
+CB_CLONES void rate_a(const pair_sums &pair, const double *x, const double *y, const double *z,
+                      std::size_t n, const double (&weight)[6], double *merit) {
     rate<criterion::a>(pair, x, y, z, n, weight, merit);
 }
-__attribute__((target_clones("avx2", "default"))) void rate_d(const pair_sums &pair,
-                                                              const double *x, const double *y,
-                                                              const double *z, std::size_t n,
-                                                              const double (&weight)[6],
-                                                              double *merit) {
+CB_CLONES void rate_d(const pair_sums &pair, const double *x, const double *y, const double *z,
+                      std::size_t n, const double (&weight)[6], double *merit) {
     rate<criterion::d>(pair, x, y, z, n, weight, merit);
 }
 

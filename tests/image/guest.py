@@ -79,6 +79,7 @@ def make_disk(disk, port):
 class Guest:
     """The guest's time counts instructions, 4 ns each, unless real_time: so a busy host makes it slow, not
     late, and what is tested is the image and not the load of the test machine."""
+    prompt = r"BusyBox v(?:.|\n)*\x1b\[6n"
 
     def __init__(self, disk, folder, efi=None, real_time=False):
         self.disk, self.folder, self.efi, self.real_time = disk, pathlib.Path(folder), efi, real_time
@@ -168,8 +169,7 @@ class Guest:
     def run(self, command, timeout_s=20):
         """A command in the guest's shell; out: its output. Fails when it does."""
         self.serial += 1
-        # before its first prompt it reads nothing
-        self.wait(r"BusyBox v(?:.|\n)*\x1b\[6n", 60)
+        self.wait(self.prompt, 60)  # before the first one it reads nothing
         since = self.now()
         # The echo of the command holds "$?" and a quote, so only the answer has these marks.
         self.qemu.stdin.write(f'echo @"{self.serial}>"; {command}; echo @{self.serial}:$?@\n'.encode())

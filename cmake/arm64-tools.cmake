@@ -1,0 +1,11 @@
+# arm64 Linux with the libraries of the host tools, which scripts/arm64-sysroot fetches.
+include(${CMAKE_CURRENT_LIST_DIR}/arm64.cmake)
+get_filename_component(CMAKE_SYSROOT ${CMAKE_CURRENT_LIST_DIR}/../build/debian/sysroot ABSOLUTE)
+if(NOT EXISTS ${CMAKE_SYSROOT}/complete)
+    message(FATAL_ERROR "${CMAKE_SYSROOT} is not there: scripts/arm64-sysroot makes it")
+endif()
+set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
+set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
+set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64 -L ${CMAKE_SYSROOT})
