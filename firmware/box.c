@@ -12,10 +12,11 @@ _Static_assert(CHECK_WORDS * 4 == sizeof(struct cb_config), "checked as whole wo
 
 /* What one step hands from stage to stage. */
 struct step {
-    uint32_t elapsed_us; /* since the step before; 0 when time went backward */
-    bool jumped;         /* time went backward or too far */
-    bool read;           /* this cycle's reading is good */
-    bool essentials_ok;  /* every essential signal is fresh */
+    uint32_t elapsed_us;   /* since the step before; 0 when time went backward */
+    bool jumped;           /* time went backward or too far */
+    bool read;             /* this cycle's reading is good … */
+    struct cb_apart apart; /* … and so far from the one before; elapsed_us 0: there was none */
+    bool essentials_ok;    /* every essential signal is fresh */
     struct cb_terms_verdict terms;
     bool placed; /* the outputs were put where the PLC is: no movement in this step */
     struct cb_demand demand;
@@ -109,6 +110,13 @@ static float seconds(const struct cb_box *box, const struct step *step) {
     return (float)(step->elapsed_us < most_us ? step->elapsed_us : most_us) * 1e-6f;
 }
 
+static struct cb_apart apart_of(const struct cb_box *box, uint16_t beats, int64_t elapsed_us) {
+    if (elapsed_us <= 0 || elapsed_us > CB_LEAD_PERIODS * (int64_t)box->config.period_us)
+        return (struct cb_apart){0, 0.0f};
+    const float apart_us = cb_lead_apart_us(&box->lead, beats, (uint32_t)elapsed_us);
+    return (struct cb_apart){elapsed_us, apart_us > 0.0f ? 1e6f / apart_us : 0.0f};
+}
+
 /* Reads the PLC, and learns from it what the lead is made of. */
 static void read_plc(struct cb_box *box, const struct cb_inputs *in, struct step *step) {
     const int64_t was_us = box->plc.read_us;
@@ -117,8 +125,10 @@ static void read_plc(struct cb_box *box, const struct cb_inputs *in, struct step
     step->read = cb_plc_read(&box->config, &box->plc, &box->counters, in, box->now_us);
     if (in->last_write == CB_WRITE_OK) cb_lead_take_exchange(&box->lead, in->exchange_us);
     if (!step->read || !was_readable) return;
-    cb_lead_take_heartbeat(&box->lead, (uint16_t)(box->plc.plc_heartbeat - was_beat),
-                           box->plc.read_us - was_us);
+    const uint16_t beats = (uint16_t)(box->plc.plc_heartbeat - was_beat);
+    const int64_t elapsed_us = box->plc.read_us - was_us;
+    cb_lead_take_heartbeat(&box->lead, beats, elapsed_us);
+    step->apart = apart_of(box, beats, elapsed_us);
 }
 
 static void acquire(struct cb_box *box, const struct cb_inputs *in, uint32_t lead_us,
@@ -131,8 +141,8 @@ static void acquire(struct cb_box *box, const struct cb_inputs *in, uint32_t lea
             cb_applied_take(&box->config, box->channels, in->registers, step->elapsed_us, judged);
         find_plc(box, in, step);
     }
-    const struct cb_reading reading =
-        cb_signals_accept(&box->config, box->signals, &box->counters, in, step->read, box->now_us);
+    const struct cb_reading reading = cb_signals_accept(&box->config, box->signals, &box->counters,
+                                                        in, step->read, step->apart, box->now_us);
     step->essentials_ok =
         cb_signals_age(&box->config, box->signals, &box->counters, &reading, lead_us, box->now_us);
 }

@@ -237,6 +237,8 @@ struct cb_plc_config {
     bool axes_at_once;        /* with a handshake: one takes all channels */
     uint32_t scan_us;         /* the PLC's scan; 0 where the profile has no handshake */
     float deadband_um;        /* the PLC hands smaller changes than this to the NC only later */
+    uint32_t interpolate_us;  /* the PLC goes to each new value in a straight line over this time;
+                                 0: at once; <= a period */
 };
 
 /* A CANopen device that is minded: started, and its heartbeat watched. */

@@ -35,6 +35,7 @@ enum {
     AXES_AT_ONCE,
     MAX_STEP,
     PLC_DEADBAND,
+    INTERPOLATE,
     PLC_KEYS
 };
 
@@ -62,6 +63,8 @@ static const struct cb_field PLC_FIELDS[PLC_KEYS] = {
                   .most = "9998"},
     [PLC_DEADBAND] = {"deadband_um", CB_FIELD_FLOAT, false, AT(deadband_um), .least = "0",
                       .most = "1000"},
+    [INTERPOLATE] = {"interpolate_ms", CB_FIELD_MS, false, AT(interpolate_us), .least = "0",
+                     .most = "1000"},
 };
 const struct cb_object cb_plc_object = {PLC_FIELDS, PLC_KEYS};
 
@@ -120,6 +123,23 @@ static bool check_timeout(struct cb_loader *loader, uint32_t at) {
     return cb_fail(loader, CB_ERROR_RANGE, at, "%v is shorter than one period", at);
 }
 
+/* A line that is longer than a period never arrives; an NC that takes one axis after the other has
+ * no points between two values. */
+static bool check_interpolation(struct cb_loader *loader, uint32_t at) {
+    const struct cb_config *config = loader->config;
+    const struct cb_profile_facts *facts = cb_profile_of(config->plc.profile);
+    if (config->plc.interpolate_us == 0) return true;
+    if (facts->handshake_scans > 0)
+        return cb_fail(loader, CB_ERROR_PROFILE, at,
+                       "profile %s hands values to its NC by handshake, too seldom for points "
+                       "between two of them; leave it out",
+                       facts->name);
+    if (config->plc.interpolate_us <= config->period_us) return true;
+    return cb_fail(loader, CB_ERROR_RANGE, at,
+                   "%v is longer than one period: the next value comes before this one is reached",
+                   at);
+}
+
 /* Takes the four registers that are there in every file. */
 static bool take_fixed(struct cb_loader *loader, const uint32_t *slots) {
     struct cb_plc_config *plc = &loader->config->plc;
@@ -170,5 +190,6 @@ bool cb_load_plc(struct cb_loader *loader, uint32_t at) {
         return false;
     return read_control(loader, slots) && cb_check_exchange(loader, at) &&
            check_timeout(loader, slots[HEARTBEAT_TIMEOUT]) &&
+           check_interpolation(loader, slots[INTERPOLATE]) &&
            cb_check_line(loader, slots[TRANSPORT]) && take_fixed(loader, slots);
 }

@@ -2,6 +2,7 @@
 #include "firmware/lead.h"
 
 #include "firmware/profile.h"
+#include "models/num.h"
 
 enum {
     WINDOW_US = 1000000, /* beats are counted for so long: 8 ms are then known to 1 % */
@@ -32,9 +33,19 @@ void cb_lead_take_heartbeat(struct cb_lead_state *state, uint16_t beats, int64_t
     state->beats = state->window_us = 0;
 }
 
+float cb_lead_apart_us(const struct cb_lead_state *state, uint16_t beats, uint32_t elapsed_us) {
+    const float update_us = (float)state->update_us, read_us = (float)elapsed_us;
+    const float apart_us = (float)beats * update_us;
+    const bool counts = state->update_us > 0 && update_us <= 3.0f * read_us &&
+                        cb_abs(apart_us - read_us) <= update_us;
+    return counts ? apart_us : read_us;
+}
+
 uint32_t cb_lead_us(const struct cb_config *config, const struct cb_lead_state *state) {
     if (!config->lead_measured) return config->lead_us;
-    const uint32_t lead_us =
-        state->exchange_us + state->update_us + config->period_us / 2 + cb_profile_lead_us(config);
+    const uint32_t line_us = config->plc.interpolate_us;
+    const uint32_t waits_us = line_us > 0 ? state->update_us / 2 : state->update_us;
+    const uint32_t lead_us = state->exchange_us + waits_us + (config->period_us + line_us) / 2 +
+                             cb_profile_lead_us(config);
     return lead_us < CB_MAX_LEAD_US ? lead_us : CB_MAX_LEAD_US;
 }

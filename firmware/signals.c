@@ -5,9 +5,6 @@
 #include "firmware/registers.h"
 #include "models/num.h"
 
-/* A velocity from readings further apart than this many periods means nothing. */
-enum { LEAD_PERIODS = 3 };
-
 /* Times beyond half an hour count as that; a 64-bit conversion would need a library. */
 static float seconds(int64_t us) {
     return (float)(int32_t)(us < INT32_MAX ? us : INT32_MAX) * 1e-6f;
@@ -48,19 +45,31 @@ CB_INLINE bool rate_plausible(const struct cb_signal_config *signal, float chang
     return cb_abs(change) <= signal->max_rate_per_s * seconds(elapsed_us) + unit;
 }
 
-/* One-pole filter over about three readings; 0 after a gap. */
-static float filtered_velocity(float velocity, float change, int64_t elapsed_us, uint32_t period) {
-    if (elapsed_us > (int64_t)LEAD_PERIODS * period) return 0.0f;
-    if (elapsed_us <= 0) return velocity;
-    const float filtered = velocity + (change / seconds(elapsed_us) - velocity) * (1.0f / 3.0f);
-    return cb_is_finite(filtered) ? filtered : 0.0f;
+/* in : per_s: one over the time between the two positions; 0: it is the same one
+ * out: a change of more than a quarter of the velocity is believed at once, because an axis starts
+ *      and stops within a few readings; the rest is noise of the times, filtered over about three
+ *      readings */
+static float next_velocity(float velocity, float change, float per_s) {
+    if (!(per_s > 0.0f)) return velocity;
+    const float measured = change * per_s, jump = measured - velocity;
+    const bool believed = cb_abs(jump) > 0.25f * cb_abs(measured);
+    const float next = believed ? measured : velocity + jump * (1.0f / 3.0f);
+    return cb_is_finite(next) ? next : 0.0f;
 }
 
 /* Where the number of a signal goes, and what counts those that go nowhere. */
 struct acceptance {
     const struct cb_config *config;
     struct cb_counters *counters;
+    struct cb_apart apart;
 };
+
+/* Of values that do not come from two readings in a row; 0 after a gap. */
+CB_OUTLINE float velocity_over(const struct cb_config *config, float velocity, float change,
+                               int64_t elapsed_us) {
+    if (elapsed_us > (int64_t)CB_LEAD_PERIODS * config->period_us) return 0.0f;
+    return next_velocity(velocity, change, elapsed_us > 0 ? 1.0f / seconds(elapsed_us) : 0.0f);
+}
 
 /* in : value valid at time_us; inside: the same within min … max
  * Takes it, or counts it as implausible for its rate. out: whether it is taken */
@@ -73,9 +82,10 @@ CB_INLINE bool take(const struct acceptance *to, const struct cb_signal_config *
             ++to->counters->samples_implausible;
             return false;
         }
-        if (signal->leads)
-            state->velocity =
-                filtered_velocity(state->velocity, change, elapsed_us, to->config->period_us);
+        if (signal->leads && elapsed_us == to->apart.elapsed_us)
+            state->velocity = next_velocity(state->velocity, change, to->apart.per_s);
+        else if (signal->leads)
+            state->velocity = velocity_over(to->config, state->velocity, change, elapsed_us);
     }
     state->value = inside;
     state->time_us = time_us;
@@ -164,8 +174,8 @@ static bool is_sampled(const struct cb_signal_config *signal) {
 
 struct cb_reading cb_signals_accept(const struct cb_config *config, struct cb_signal_state *states,
                                     struct cb_counters *counters, const struct cb_inputs *in,
-                                    bool read, int64_t now_us) {
-    const struct acceptance to = {config, counters};
+                                    bool read, struct cb_apart apart, int64_t now_us) {
+    const struct acceptance to = {config, counters, apart};
     const struct cb_reading reading =
         read ? accept_plc(&to, states, in, now_us) : (struct cb_reading){0, false};
     for (unsigned k = 0; k < in->sample_count && k < CB_MAX_SAMPLES; ++k) {
@@ -207,7 +217,7 @@ static inline float velocity(const struct ageing *ageing, const struct cb_signal
 static float ahead(const struct ageing *ageing, const struct cb_signal_config *signal,
                    const struct cb_signal_state *state) {
     const int64_t age_us = ageing->now_us - state->time_us;
-    if (age_us > (int64_t)LEAD_PERIODS * ageing->config->period_us) return state->value;
+    if (age_us > (int64_t)CB_LEAD_PERIODS * ageing->config->period_us) return state->value;
     const float value = state->value + velocity(ageing, signal, state) * ageing->lead_s;
     return cb_clamp(value, signal->min, signal->max);
 }

@@ -29,6 +29,9 @@ enum {
                             reading, and is inside min … max */
 };
 
+/* A velocity from readings further apart than this many periods means nothing. */
+enum { CB_LEAD_PERIODS = 3 };
+
 /* What the PLC signals of one step have in common. */
 struct cb_reading {
     int64_t since_us; /* > 0: from the good reading before to this one; else 0, or no such pair */
@@ -40,14 +43,22 @@ struct cb_reading {
 void cb_signals_forget(const struct cb_config *config, struct cb_signal_state *states,
                        struct cb_counters *counters);
 
+/* Of two good readings in a row, at most three periods apart. */
+struct cb_apart {
+    int64_t elapsed_us; /* between them; 0: there are no such two */
+    float per_s;        /* one over the time between the positions that they show (lead.h); 0: they
+                           show the same */
+};
+
 /* Takes what *in brings: the samples, and the PLC signals where `read` says that the reading is
  * good. A value that is not finite, outside min … max by more than rounding explains, or too far
  * from the last accepted one for max_rate and the time between (one raw unit is allowed for
- * quantisation) is counted and not accepted: the last one serves on.
+ * quantisation) is counted and not accepted: the last one serves on. apart: of this reading and the
+ * one before, for velocities.
  * out: values within min … max */
 struct cb_reading cb_signals_accept(const struct cb_config *config, struct cb_signal_state *states,
                                     struct cb_counters *counters, const struct cb_inputs *in,
-                                    bool read, int64_t now_us);
+                                    bool read, struct cb_apart apart, int64_t now_us);
 
 /* in : *reading as cb_signals_accept() has said in this step; lead_us: how far ahead positions are
  * to be evaluated Sets fresh and used of every signal for now_us, after its lags have followed

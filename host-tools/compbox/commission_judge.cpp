@@ -69,8 +69,9 @@ json json_of(const spread &times) {
 
 double lead_of(const loop_times &times) {
     const double to_write_ms = std::max(0.0, times.exchange.p50_ms - times.write.p50_ms);
+    const double line_ms = times.line_ms > 0.0 ? times.line_ms - times.update_ms : 0.0;
     return times.update_ms / 2.0 + to_write_ms + times.taken_over.p50_ms + times.round_ms / 2.0 +
-           times.period_ms / 2.0;
+           (times.period_ms + line_ms) / 2.0;
 }
 
 double shortest_period_ms(const loop_times &times) {

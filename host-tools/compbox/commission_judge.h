@@ -33,7 +33,8 @@ struct loop_times {
     double update_ms = 0.0;  // the PLC's own, by its heartbeat
     double period_ms = 0.0;
     double round_ms =
-        0.0;  // of the handshakes of all axes, one step alone does not see it; 0: none
+        0.0;               // of the handshakes of all axes, one step alone does not see it; 0: none
+    double line_ms = 0.0;  // in which the PLC goes to each value; what is seen is its first step
 };
 // A position waits half of an update in the PLC; a value is on the average half a period old before
 // the next one comes, and where axes take turns it waits half a round (firmware/lead.h).

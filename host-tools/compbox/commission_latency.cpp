@@ -118,7 +118,8 @@ loop_times measure_times(commission_live &live, std::size_t channel, int steps, 
             spread_of(taken_us),
             update_ms,
             live.config().period_us / 1000.0,
-            cb_profile_update_us(&live.config()) / 1000.0};
+            cb_profile_update_us(&live.config()) / 1000.0,
+            live.config().plc.interpolate_us / 1000.0};
 }
 
 }  // namespace compbox

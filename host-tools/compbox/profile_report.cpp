@@ -59,7 +59,8 @@ json channel_figures(const cb_config &config, const cb_channel_config &channel) 
 
 // What the lead is at least, before any exchange is counted.
 double least_lead_ms(const cb_config &config) {
-    return (config.period_us / 2 + cb_profile_lead_us(&config)) / 1000.0;
+    const uint32_t held_us = (config.period_us + config.plc.interpolate_us) / 2;
+    return (held_us + cb_profile_lead_us(&config)) / 1000.0;
 }
 
 std::string joined(const json &numbers) {
@@ -109,6 +110,8 @@ json profile_figures(const cb_config &config) {
         {"deadband_um", tidy(config.plc.deadband_um)},
         {"least_lead_ms", least_lead_ms(config)},
         {"lead_ms", config.lead_measured ? json("measured") : json(config.lead_us / 1000.0)}};
+    if (config.plc.interpolate_us > 0)
+        figures["interpolate_ms"] = config.plc.interpolate_us / 1000.0;
     if (cb_profile_handshake_us(&config) > 0) {
         figures["handshake_ms"] = cb_profile_handshake_us(&config) / 1000.0;
         figures["axes_at_once"] = config.plc.axes_at_once;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/fakeplc/duties.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -59,6 +60,7 @@ void plc_duties::watch_box(const std::vector<std::uint16_t> &registers, std::int
     if (heartbeat != box_heartbeat_) {
         box_heartbeat_ = heartbeat;
         box_moved_us_ = now_us;
+        line_left_s_ = map_.interpolate_s;
         if (!box_alive_)
             events_.push_back(box_seen_ ? "box heartbeat is back" : "box heartbeat seen");
         box_seen_ = box_alive_ = true;
@@ -82,11 +84,19 @@ bool plc_duties::block_is_whole(const std::vector<std::uint16_t> &registers, std
     return whole;
 }
 
+// [line] Every block begins a straight line that ends at its values. All channels go the same share
+// of their ways, so two motors never stand further apart than in one block or the other.
+double plc_duties::share_of_line(double dt_s) {
+    const double share = dt_s < line_left_s_ ? dt_s / line_left_s_ : 1.0;
+    line_left_s_ = std::max(line_left_s_ - dt_s, 0.0);
+    return share;
+}
+
 // [slope] [ramp] The value moves towards the commanded one with a limited slope, at the new
 // reference position: there the old value with its slope is the same correction. Without permission
 // it goes to zero from what is applied where the axis stands, and the slope with it.
 void plc_duties::take_channel(std::size_t c, bool apply, const std::optional<double> &position_mm,
-                              double dt_s) {
+                              double dt_s, double share) {
     const double speed = apply ? limits_.slope_um_per_s : limits_.ramp_um_per_s;
     correction &held = wanted_[c];
     double reference_mm = commanded_[c].reference_mm;
@@ -94,7 +104,9 @@ void plc_duties::take_channel(std::size_t c, bool apply, const std::optional<dou
     held.um = held.at_um(reference_mm);
     held.reference_mm = reference_mm;
     held.slope = apply ? commanded_[c].slope : 0.0;
-    held.um = toward(held.um, apply ? commanded_[c].um : 0.0, speed * dt_s);
+    double target_um = apply ? commanded_[c].um : 0.0;
+    if (apply && share < 1.0) target_um = held.um + share * (target_um - held.um);
+    held.um = toward(held.um, target_um, speed * dt_s);
 }
 
 // [permission] Takes over only while the control permits it, and the box is there and says that it
@@ -106,10 +118,11 @@ void plc_duties::scan(const std::vector<std::uint16_t> &registers, bool permitte
     const bool whole = block_is_whole(registers, now_us);
     const bool apply =
         permitted && box_alive_ && mode() >= box_mode::active && mode() <= box_mode::fault;
+    const double share = share_of_line(dt_s);
     for (std::size_t c = 0; c < map_.channels.size(); ++c) {
         const correction value = written(map_.channels[c], registers);
         if (whole && finite(value)) commanded_[c] = value;
-        take_channel(c, apply, position_mm[c], dt_s);
+        take_channel(c, apply, position_mm[c], dt_s, share);
     }
 }
 

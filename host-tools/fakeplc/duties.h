@@ -59,11 +59,13 @@ class plc_duties {
     void watch_box(const std::vector<std::uint16_t> &registers, std::int64_t now_us);
     bool block_is_whole(const std::vector<std::uint16_t> &registers, std::int64_t now_us);
     void take_channel(std::size_t c, bool apply, const std::optional<double> &position_mm,
-                      double dt_s);
+                      double dt_s, double share);
+    double share_of_line(double dt_s);
 
     register_map map_;
     twin_plc limits_;
     std::vector<correction> commanded_, wanted_;
+    double line_left_s_ = 0.0;  // of the way to the newest block
     std::int64_t box_moved_us_ = 0, whole_us_ = 0;
     bool scanned_ = false, box_seen_ = false, box_alive_ = false, box_lost_ = false,
          torn_for_long_ = false;

@@ -101,6 +101,8 @@ void read_plc(const section &plc, register_map &map) {
     map.axes_at_once = plc.truth_or("axes_at_once", false);
     if (plc.has("deadband_um")) map.deadband_um = plc.number("deadband_um");
     if (map.deadband_um && *map.deadband_um < 0.0) plc.fail("deadband_um", "must not be below 0");
+    map.interpolate_s = 1e-3 * plc.number_or("interpolate_ms", 0.0);
+    if (map.interpolate_s < 0.0) plc.fail("interpolate_ms", "must not be below 0");
     if (!plc.has("referenced_bits")) return;
     if (!plc.at("referenced_bits").is_array()) plc.fail("referenced_bits", "must be a list");
     map.referenced_mask = 0;

@@ -55,6 +55,7 @@ struct register_map {
     std::optional<int> handshake;  // of the profile fanuc: where the state of EA/ED/ESTB/EREND is
     bool axes_at_once = false;     // … and whether one handshake takes all axes
     std::optional<double> deadband_um;  // with which the PLC program writes the NC
+    double interpolate_s = 0.0;  // in which the PLC program goes to each new value; 0: at once
     std::vector<shown_signal> signals;
     std::vector<taken_channel> channels;
 

@@ -25,14 +25,15 @@ const std::string folder = CB_SOURCE_DIR "/docs/plc/";
 // silent, writes half a block, or the operator presses something.
 class restless {
   public:
-    explicit restless(const std::string &map)
-        : setup_(prepared(map)),
+    explicit restless(const std::string &map, double interpolate_s = 0.0)
+        : setup_(prepared(map, interpolate_s)),
           plc_(setup_.twin, setup_.map, setup_.profile, 0),
           random_(5, map) {}
 
     // The ladder counts scans, so here each is as long as the other.
-    static plc_setup prepared(const std::string &map) {
+    static plc_setup prepared(const std::string &map, double interpolate_s) {
         plc_setup setup = prepare({"", "", folder + map, {}});
+        setup.map.interpolate_s = interpolate_s;
         if (setup.profile.nc.way == nc_way::handshake) setup.profile.scan_jitter_s = 0.0;
         return setup;
     }
@@ -165,11 +166,12 @@ double number_at(restless &of, int address) {
 }
 
 // Runs the interpreter on the trace; its words, and "" when it found a difference is a failure.
-void replay(const char *interpreter, const char *program, const trace &rows) {
-    const std::string path = testing::TempDir() + interpreter + ".trace.csv";
+void replay(const char *interpreter, const std::string &program, const trace &rows) {
+    const std::string test = testing::UnitTest::GetInstance()->current_test_info()->name();
+    const std::string path = testing::TempDir() + test + ".trace.csv";
     write_file(path, rows.text());
     const std::string command = std::string("/usr/bin/python3 " CB_SOURCE_DIR "/tests/unit/") +
-                                interpreter + " " + folder + program + " " + path + " 2>&1";
+                                interpreter + " " + program + " " + path + " 2>&1";
     std::string said;
     char block[512];
     FILE *pipe = ::popen(command.c_str(), "r");
@@ -180,8 +182,8 @@ void replay(const char *interpreter, const char *program, const trace &rows) {
     std::printf("%s", said.c_str());
 }
 
-TEST(PlcProgram, OfThe840DIsWhatFakeplcDoes) {
-    restless box("sinumerik-840d.json");
+trace trace_of_840d(double interpolate_s) {
+    restless box("sinumerik-840d.json", interpolate_s);
     trace rows;
     double before_s = -0.008;
     std::uint16_t heartbeat = 0;
@@ -210,7 +212,23 @@ TEST(PlcProgram, OfThe840DIsWhatFakeplcDoes) {
         rows.end_row();
         box.restarted = false;
     });
-    replay("scl_replay.py", "sinumerik-840d.scl", rows);
+    return rows;
+}
+
+TEST(PlcProgram, OfThe840DIsWhatFakeplcDoes) {
+    replay("scl_replay.py", folder + "sinumerik-840d.scl", trace_of_840d(0.0));
+}
+
+TEST(PlcProgram, OfThe840DGoesInLinesAsFakeplcDoes) {
+    std::string program = read_file(folder + "sinumerik-840d.scl");
+    const std::string constant = "INTERPOLATE_S := 0.0;";
+    const auto at = program.find(constant);
+    ASSERT_NE(at, std::string::npos);
+    program.replace(at, constant.size(), "INTERPOLATE_S := 0.03;");
+    const std::string path = testing::TempDir() + "lines.scl";
+    write_file(path, program);
+    replay("scl_replay.py", path, trace_of_840d(0.03));
+    std::remove(path.c_str());
 }
 
 TEST(PlcProgram, OfTheFanucIsWhatFakeplcDoes) {
@@ -233,7 +251,7 @@ TEST(PlcProgram, OfTheFanucIsWhatFakeplcDoes) {
         rows.end_row();
         box.restarted = false;
     });
-    replay("ladder_replay.py", "fanuc.txt", rows);
+    replay("ladder_replay.py", folder + "fanuc.txt", rows);
 }
 
 }  // namespace

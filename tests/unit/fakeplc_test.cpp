@@ -550,5 +550,74 @@ TEST(Setup, AMachineMadeFromTheMapServesEveryChannel) {
     EXPECT_THROW(fake_plc(strict.twin, strict.map, strict.profile, 0), input_error);
 }
 
+// The way of X1 and X2, two motors of one stage, after each scan.
+struct two_motors : rig {
+    std::vector<std::vector<double>> ways;
+    static register_map two(double interpolate_s) {
+        register_map map = small_map();
+        map.interpolate_s = interpolate_s;
+        map.channels.push_back({"X2", 14, {}, map.channels[0].format, 0.01});
+        map.channels[0].name = "X1";
+        return map;
+    }
+    static twin_config stage() {
+        twin_config config = small_machine();
+        config.channels = {{"X1", 'X'}, {"X2", 'X'}};
+        return config;
+    }
+    explicit two_motors(double interpolate_s) : rig(stage(), two(interpolate_s)) {}
+    void go(double x1_um, double x2_um, int duration_ms = 30) {
+        const auto raw = static_cast<std::uint32_t>(std::lround(x2_um * 100.0));
+        set_reg(14, raw >> 16);
+        set_reg(15, raw & 0xFFFF);
+        write(active, x1_um);
+        now_us += duration_ms * ms;
+        plc.run_to(now_us, [this](const plc_state &state) { ways.push_back(state.applied_um); });
+    }
+};
+
+TEST(Plc, GoesToEachValueInAStraightLineWhereTheFileSaysSo) {
+    two_motors r(0.03);
+    while (r.now_us < 1200 * ms) r.go(0, 0);  // a multiple of the scan and of the box's period
+    r.ways.clear();
+    r.go(3, -6);
+    ASSERT_EQ(r.ways.size(), 3U);
+    for (std::size_t i = 0; i < 3; ++i) {
+        const double share = 8.0 * static_cast<double>(i + 1) / 30.0;
+        EXPECT_NEAR(r.ways[i][0], 3 * share, 1e-9) << i;
+        EXPECT_NEAR(r.ways[i][1], -6 * share, 1e-9) << i;
+    }
+    r.run_ms(8);
+    EXPECT_EQ(r.applied(), 3.0) << "reached, and it stays";
+    r.box_runs_ms(90, hold, 3);
+    EXPECT_EQ(r.applied(), 3.0);
+    two_motors at_once(0);
+    while (at_once.now_us < 1200 * ms) at_once.go(0, 0);
+    at_once.go(3, -6);
+    EXPECT_EQ(at_once.applied(), 3.0);
+}
+
+TEST(Plc, OnALineTwoMotorsAreNeverFurtherApartThanInTheBlocks) {
+    two_motors r(0.03);
+    while (r.now_us < 1200 * ms) r.go(0, 0);
+    for (int i = 0; i < 2000; ++i) {
+        const double x1 = 20 * std::sin(1.7 * i), apart = 2 * std::cos(0.9 * i);
+        r.go(x1, x1 + apart, 17 + i % 29);
+    }
+    double most = 0;
+    for (const auto &way : r.ways) most = std::max(most, std::fabs(way[1] - way[0]));
+    EXPECT_LE(most, 2.0 + 0.011) << "and one unit of the register";
+    EXPECT_GT(most, 1.0);
+}
+
+TEST(Plc, WithoutTheBoxALineEndsInTheRamp) {
+    two_motors r(0.03);
+    while (r.now_us < 1200 * ms) r.go(0, 0);
+    r.go(20, 20);
+    r.run_ms(1500);
+    EXPECT_TRUE(r.had("watchdog"));
+    EXPECT_EQ(r.applied(), 0.0);
+}
+
 }  // namespace
 }  // namespace compbox

@@ -45,6 +45,33 @@ TEST(lead, has_the_handshakes_of_a_fanuc_control_in_it) {
     EXPECT_EQ(cb_lead_us(&config, &state), 15000u + (32000u + 96000u) / 2);
 }
 
+TEST(lead, of_a_plc_that_goes_to_each_value_in_a_line) {
+    cb_config config = measured();
+    config.plc.interpolate_us = 30000;
+    const cb_lead_state state = {9000, 8000, 0, 0};
+    EXPECT_EQ(cb_lead_us(&config, &state), 9000u + 4000u + 30000u);
+    config.plc.interpolate_us = 10000;
+    EXPECT_EQ(cb_lead_us(&config, &state), 9000u + 4000u + 20000u);
+    config.plc.interpolate_us = 0;
+    EXPECT_EQ(cb_lead_us(&config, &state), 9000u + 8000u + 15000u);
+}
+
+TEST(lead, positions_are_as_far_apart_as_the_heartbeat_counted) {
+    cb_lead_state state = {};
+    EXPECT_EQ(cb_lead_apart_us(&state, 4, 30000), 30000) << "nothing is known yet";
+    state.update_us = 8000;
+    EXPECT_EQ(cb_lead_apart_us(&state, 3, 30000), 24000);
+    EXPECT_EQ(cb_lead_apart_us(&state, 4, 30000), 32000);
+    EXPECT_EQ(cb_lead_apart_us(&state, 5, 30000), 30000) << "more than one update off";
+    EXPECT_EQ(cb_lead_apart_us(&state, 1, 30000), 30000);
+    EXPECT_EQ(cb_lead_apart_us(&state, 65535, 30000), 30000) << "a PLC that restarted";
+    state.update_us = 40000;
+    EXPECT_EQ(cb_lead_apart_us(&state, 0, 30000), 0) << "the same position again";
+    EXPECT_EQ(cb_lead_apart_us(&state, 1, 30000), 40000);
+    state.update_us = 1000000;
+    EXPECT_EQ(cb_lead_apart_us(&state, 0, 30000), 30000) << "a clock of the PLC's, no count";
+}
+
 TEST(lead, filters_exchanges_and_never_exceeds_its_maximum) {
     const cb_config config = measured(1000000);
     cb_lead_state state = {};
@@ -110,6 +137,35 @@ TEST(lead, takes_the_velocity_of_the_plc_at_once) {
     EXPECT_NEAR(without.ahead(), 4, 1e-3);
     rig.told = -3000;
     EXPECT_NEAR(rig.ahead(), -2, 1e-3);
+}
+
+// Readings every 30 ms of a PLC that scans every 8 ms: what it shows is 24 or 32 ms further.
+struct scanned_axis : moving_axis {
+    double t_ms = 0, shown_ms = 0, stops_ms = 1e9;
+    scanned_axis() : moving_axis(false) {}
+    // One step; out: by how much the box is wrong about where the axis will be in 40 ms, if it goes
+    // on as it does.
+    double wrong_by() {
+        t_ms += 30;
+        const double scan_ms = std::floor(t_ms / 8) * 8;
+        heartbeat = static_cast<uint16_t>(heartbeat + (scan_ms - shown_ms) / 8 - 1);  // step(): + 1
+        shown_ms = scan_ms;
+        const auto at = [&](double ms) { return 0.1 * std::min(ms, stops_ms); };
+        position(8, at(scan_ms));
+        put_int32(in.registers + 10, 0);
+        step();
+        const double mm_per_ms = scan_ms < stops_ms ? 0.1 : 0;
+        return box->outputs[0] - (at(scan_ms) + mm_per_ms * 40);
+    }
+};
+
+TEST(lead, the_scan_of_the_plc_does_not_shake_the_velocity) {
+    scanned_axis rig;
+    for (int i = 0; i < 100; ++i) rig.wrong_by();
+    for (int i = 0; i < 100; ++i) EXPECT_NEAR(rig.wrong_by(), 0, 0.05) << i;
+    rig.stops_ms = rig.shown_ms + 0.5;
+    rig.wrong_by();
+    for (int i = 0; i < 100; ++i) EXPECT_NEAR(rig.wrong_by(), 0, 1e-3) << "at rest at once " << i;
 }
 
 TEST(lead, falls_back_to_differences_while_the_velocity_is_missing) {

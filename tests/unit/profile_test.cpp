@@ -151,6 +151,27 @@ TEST(profile, keys_of_a_handshake_belong_to_a_control_that_has_one) {
               "signals[0].plc: register 8 already belongs to handshake");
 }
 
+TEST(profile, a_line_between_values_is_for_an_nc_that_takes_points_of_it) {
+    for (const std::string &text : {generic, sinumerik}) {
+        const auto got = load(plc_key(text, "\"interpolate_ms\": 30"));
+        EXPECT_EQ(got.error, CB_OK) << got.text;
+        EXPECT_EQ(got.config->plc.interpolate_us, 30000u);
+        EXPECT_EQ(load(text).config->plc.interpolate_us, 0u);
+    }
+    accepted(plc_key(fanuc, "\"interpolate_ms\": 0"));
+    refused(plc_key(fanuc, "\"interpolate_ms\": 30"),
+            "plc.interpolate_ms: profile fanuc hands values to its NC by handshake, too seldom for "
+            "points between two of them; leave it out");
+    const auto message = [](const char *key) { return load(plc_key(generic, key)).text; };
+    EXPECT_EQ(message("\"interpolate_ms\": 31"),
+              "plc.interpolate_ms: 31 is longer than one period: the next value comes before this "
+              "one is reached");
+    EXPECT_EQ(message("\"interpolate_ms\": -1"),
+              "plc.interpolate_ms: -1 is outside the range of 0 to 1000");
+    EXPECT_EQ(message("\"interpolate_ms\": true"),
+              "plc.interpolate_ms: must be a number, not true");
+}
+
 TEST(profile, fills_in_what_the_file_leaves_open) {
     const auto plc_of = [](const std::string &text) { return load(text).config->plc; };
     EXPECT_EQ(plc_of(fanuc).scan_us, 8000u);

@@ -36,7 +36,7 @@ struct signal_under_test {
         in->registers[1] = static_cast<uint16_t>(bits & 0xFFFF);
         in->read_us += 30000;
         cb_config_derive(config.get());
-        cb_signals_accept(config.get(), &state, &counters, in.get(), true, in->read_us);
+        cb_signals_accept(config.get(), &state, &counters, in.get(), true, {}, in->read_us);
     }
     bool accepts(int32_t raw) {
         state = {};
