@@ -47,14 +47,18 @@ struct site {
     int64_t period_us;
     int64_t now_us = 0, tick_us = 0;
     bool stop = false;
-    long long scans = 0, keep_every = 0;  // 0: no states are kept
+    long long cycles = 0, keep_every = 0;  // of the NC; 0: no states are kept
     std::vector<twin_state> states = {};
 
     void run_to(int64_t until_us) {
         now_us = until_us;
-        plc.run_to(now_us, [this](const plc_state &) {
-            if (keep_every > 0 && scans++ % keep_every == 0) states.push_back(plc.nc().state());
-        });
+        while (keep_every > 0 && plc.next_due_us() <= until_us) {
+            const double before_s = plc.nc().time_s();
+            plc.run_to(plc.next_due_us());
+            if (plc.nc().time_s() == before_s) continue;  // a scan alone
+            if (cycles++ % keep_every == 0) states.push_back(plc.nc().state());
+        }
+        plc.run_to(until_us);
     }
     // A request with its reply.
     byte_string exchange(const byte_string &request, int64_t takes_us) {
@@ -173,8 +177,9 @@ class bench {
         const xyz from_mm = plc().nc().position_mm();
         double squares = 0.0;
         for (std::size_t a = 0; a < 3; ++a) squares += std::pow(position_mm[a] - from_mm[a], 2.0);
-        const double scans = std::sqrt(squares) / feed_mm_per_s / plc().twin().config().plc.scan_s;
-        site_.keep_every = 1 + static_cast<long long>(scans / most);
+        const double cycle_s = plc().twin().config().nc.interpolation_s;
+        const double cycles = std::sqrt(squares) / feed_mm_per_s / cycle_s;
+        site_.keep_every = 1 + static_cast<long long>(cycles / most);
         // Not in step with the box: each phase of its period shall be seen.
         while (std::gcd(site_.keep_every, 15) != 1) ++site_.keep_every;
         travel_to(position_mm, feed_mm_per_s);

@@ -69,7 +69,7 @@ def test_dual_drive(compbox):
     assert feeds == [1000, 10000]
     slow, fast = (one["reduction_percent"]["X"] for one in report["moving"])
     assert slow > fast > 70
-    assert report["moving"][0]["lead_ms"] == pytest.approx(32, abs=3)
+    assert report["moving"][0]["lead_ms"] == pytest.approx(43, abs=3)  # in lines of 30 ms
     assert report["baselines"].keys() == {"published-forms", "polyline"}
 
 
