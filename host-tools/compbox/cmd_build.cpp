@@ -8,6 +8,7 @@
 
 #include "host-tools/compbox/build.h"
 #include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/option_checks.h"
 #include "host-tools/compbox/summary.h"
 
 namespace compbox {
@@ -38,8 +39,10 @@ void add_build(CLI::App &app) {
     const auto options = std::make_shared<build_options>();
     command->add_option("MACHINE", options->machine, "Machine file, see init")->required();
     command->add_option("TERM", options->terms, "Term files, see fit");
-    command->add_option("--revision", options->revision,
-                        "Revision of the new file (else the machine file's)");
+    command
+        ->add_option("--revision", options->revision,
+                     "Revision of the new file (else the machine file's)")
+        ->check(whole_between(0, 4294967295));
     command->add_option("-o,--output", options->output, "Coefficient file to write")->required();
     add_json(*command, options->as_json);
     command->footer(

@@ -11,6 +11,10 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 
+extern "C" {
+#include "firmware/config_host.h"
+}
+
 namespace compbox {
 
 namespace {
@@ -71,7 +75,15 @@ void add_init(CLI::App &app) {
         ->check(CLI::IsMember({"generic", "sinumerik-840d", "fanuc"}));
     command->add_option("--name", machine.name, "Name of the machine")->capture_default_str();
     command->add_option("--travel", options->travel, "Travels in mm: X=14300,Y=-1500:1500");
-    command->add_option("--host", machine.host, "PLC's IP address")->capture_default_str();
+    command->add_option("--host", machine.host, "PLC's IP address")
+        ->capture_default_str()
+        ->check(CLI::Validator(
+            [](const std::string &text) {
+                return cb_is_numeric_address(text.c_str())
+                           ? std::string()
+                           : "'" + text + "' is no IP address in numbers, as 192.168.0.10";
+            },
+            ""));
     command->add_option("--port", machine.port, "PLC's TCP port")
         ->capture_default_str()
         ->check(whole_between(1, 65535).description("in [1 - 65535]"));

@@ -9,6 +9,7 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/formats/text.h"
 
 namespace compbox {
 
@@ -33,6 +34,15 @@ bool is_flat(const json &value) {
                         [](const json &v) { return v.is_structured(); });
 }
 
+// A text in quotes. The name of a file or of a machine may come in another code page than UTF-8.
+std::string quoted(const std::string &text) {
+    try {
+        return json(text).dump();
+    } catch (const json::type_error &) {
+        return json(to_utf8(text)).dump();
+    }
+}
+
 void append(std::string &out, const json &value, int depth);
 
 void append_items(std::string &out, const json &value, int depth, char open, char close) {
@@ -44,7 +54,7 @@ void append_items(std::string &out, const json &value, int depth, char open, cha
         if (!first) out += one_line ? ", " : ",";
         first = false;
         if (!one_line) out += "\n" + pad;
-        if (value.is_object()) out += json(key).dump() + ": ";
+        if (value.is_object()) out += quoted(key) + ": ";
         append(out, item, depth + 1);
     }
     if (!one_line && !value.empty()) out += "\n" + pad.substr(2);
@@ -60,6 +70,8 @@ void append(std::string &out, const json &value, int depth) {
         const double number = value.get<double>();
         if (!std::isfinite(number)) throw std::logic_error("a number to be written is not finite");
         out += shortest(number);
+    } else if (value.is_string()) {
+        out += quoted(value.get<std::string>());
     } else {
         out += value.dump();
     }

@@ -243,7 +243,8 @@ def test_check_names_line_and_column(compbox, machine):
 
 @pytest.mark.parametrize("arguments", [[], ["nonsense"], ["build"], ["build", "m"], ["check"],
                                        ["eval"], ["simulate"], ["check", "a", "b"],
-                                       ["build", "m", "t", "--revision", "-1", "-o", "c"]])
+                                       ["build", "m", "t", "--revision", "-1", "-o", "c"],
+                                       ["build", "m", "t", "--revision", "0x10", "-o", "c"]])
 def test_wrong_usage(compbox, arguments):
     assert compbox(*arguments).returncode == 2
 

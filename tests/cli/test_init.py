@@ -3,10 +3,12 @@
 
 import itertools
 import json
+import os
+import subprocess
 
 import pytest
 
-from conftest import term
+from conftest import BIN, term
 
 USAGE = [
     (["--axes", "XQ"], "--axes: 'Q' is not an axis (use letters of XYZUVWABC)"),
@@ -108,3 +110,22 @@ def test_options_reach_the_file(compbox):
 def test_it_says_what_is_still_to_be_set(compbox):
     out = compbox.good("init", "--axes", "XYZ", "--profile", "generic", "--travel", "Y=5", "-o", "m")
     assert out.splitlines()[0].startswith("To set: min and max of X, Z ")
+
+
+def test_a_host_in_letters_is_refused(compbox):
+    """The loader would refuse it, and that late: when everything is measured."""
+    init = ("init", "--axes", "X", "--profile", "generic", "-o", "m.json", "--host")
+    done = compbox(*init, "plc.example")
+    assert done.returncode == 2
+    assert "--host: 'plc.example' is no IP address in numbers, as 192.168.0.10" in done.stderr
+    compbox.good(*init, "fe80::1")
+
+
+def test_names_in_another_code_page(compbox):
+    """A terminal or a folder in Latin-1: JSON is UTF-8 all the same."""
+    name = os.fsdecode("Fräse".encode("latin-1"))
+    compbox.good("init", "--axes", "X", "--profile", "generic", "--name", name, "-o", "m.json")
+    assert compbox.read("m.json")["machine"]["name"] == "Fräse"
+    done = subprocess.run([BIN / "compbox", "init", "--axes", "X", "--profile", "generic", "--json",
+                           "-o", name + ".json"], cwd=compbox.folder, capture_output=True)
+    assert done.returncode == 0 and json.loads(done.stdout)["files"] == ["Fräse.json"]
