@@ -27,8 +27,8 @@ enum cb_can_taken cb_can_take(const struct cb_can_map *map, const struct cb_can_
     enum cb_can_taken taken = CB_CAN_FOREIGN;
     for (unsigned i = 0; i < map->count; ++i) {
         const struct cb_can_field *field = &map->fields[i];
-        if (field->id != frame->id) continue;
-        if (field->offset + 2 * cb_number_registers(field->type) > length) {
+        if (!cb_can_is(field->id, frame->id)) continue;
+        if (field->offset + cb_number_bytes(field->type) > length) {
             taken = CB_CAN_SHORT;
             continue;
         }

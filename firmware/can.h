@@ -5,6 +5,7 @@
 #ifndef COMPBOX_FIRMWARE_CAN_H
 #define COMPBOX_FIRMWARE_CAN_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "firmware/config.h"
@@ -20,7 +21,7 @@ struct cb_can_frame {
 
 /* Where one signal lies. */
 struct cb_can_field {
-    uint32_t id;
+    uint32_t id;    /* flags as in config.h */
     uint8_t signal; /* index in config.signals */
     uint8_t type;   /* enum cb_number_type */
     uint8_t offset; /* of its first byte */
@@ -36,6 +37,16 @@ struct cb_can_batch {
     uint8_t count;
     struct cb_sample samples[CB_MAX_SIGNALS];
 };
+
+/* The bits of a frame's identifier that have to be those of this one. Remote frames, whose flag the
+ * kernel has where CB_CAN_ANY_SOURCE is, are never meant. */
+static inline uint32_t cb_can_mask(uint32_t id) {
+    return id & CB_CAN_ANY_SOURCE ? 0xFFFFFF00u : 0xFFFFFFFFu;
+}
+
+static inline bool cb_can_is(uint32_t wanted, uint32_t id) {
+    return (id & cb_can_mask(wanted)) == (wanted & ~CB_CAN_ANY_SOURCE);
+}
 
 /* The signals of the coefficient file that come over CAN. */
 void cb_can_map_of(struct cb_can_map *map, const struct cb_config *config);

@@ -29,6 +29,8 @@ enum cb_number_type {
     CB_NUMBER_UINT32_LE,
     CB_NUMBER_INT32_LE,
     CB_NUMBER_FLOAT32_LE,
+    CB_NUMBER_UINT8, /* one byte of a bus frame: in no register */
+    CB_NUMBER_INT8,
 };
 
 enum cb_signal_source {
@@ -38,7 +40,8 @@ enum cb_signal_source {
     CB_SOURCE_LAG, /* first-order lag of another signal: computed, on every target */
 };
 
-#define CB_CAN_EXTENDED 0x80000000u /* set in a CAN identifier of 29 bits */
+#define CB_CAN_EXTENDED 0x80000000u   /* set in a CAN identifier of 29 bits */
+#define CB_CAN_ANY_SOURCE 0x40000000u /* … of which the last eight may be any (J1939) */
 
 /* value = raw * scale + zero, in the signal's unit (mm, degC, 1/min …). */
 struct cb_signal_config {
@@ -55,7 +58,7 @@ struct cb_signal_config {
     uint8_t power;    /* lag: 1 follows that signal, 2 its square */
     uint8_t velocity; /* of one that leads: index of its velocity, where velocity_scale > 0 */
     float tau_s;      /* lag: time constant, > 0 */
-    uint32_t can_id;  /* CAN: identifier; CB_CAN_EXTENDED set: of 29 bits */
+    uint32_t can_id;  /* CAN: identifier, with the flags above */
     float velocity_scale; /* unit/s of this signal per unit of its velocity; 0: from differences */
     float scale, zero;    /* finite; scale != 0 */
     float min, max;       /* plausible range of the value; min < max */

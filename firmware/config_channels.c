@@ -35,7 +35,7 @@ static const struct cb_field CHANNEL_FIELDS[CHANNEL_KEYS] = {
                   .most = "1000000", .otherwise = "0"},
     [SIGN] = {"sign", CB_FIELD_SIGN, false, AT(sign), .least = "-1", .most = "1", .otherwise = "1"},
     [PLC] = {"plc", CB_FIELD_UINT16, true, AT(reg), .least = "0", .most = "65535"},
-    [TYPE] = {"type", CB_FIELD_WORD, true, AT(type), .words = cb_number_words},
+    [TYPE] = {"type", CB_FIELD_WORD, true, AT(type), .words = CB_REGISTER_WORDS},
     [SCALE] = {"scale", CB_FIELD_FLOAT, true, AT(scale), .least = "0.000001", .most = "1000000"},
     [APPLIED] = {"applied", CB_FIELD_UINT16, false, AT(applied_reg), .least = "0", .most = "65535"},
     [TANGENT] = {"tangent", CB_FIELD_OBJECT, false, CB_NOT_STORED},

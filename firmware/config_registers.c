@@ -4,6 +4,7 @@
 #include "firmware/registers.h"
 
 const struct cb_word cb_number_words[] = {
+    {"uint8", CB_NUMBER_UINT8},          {"int8", CB_NUMBER_INT8},
     {"uint16", CB_NUMBER_UINT16},        {"int16", CB_NUMBER_INT16},
     {"uint32", CB_NUMBER_UINT32},        {"int32", CB_NUMBER_INT32},
     {"float32", CB_NUMBER_FLOAT32},      {"uint32cdab", CB_NUMBER_UINT32_CDAB},

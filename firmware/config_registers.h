@@ -19,8 +19,9 @@ enum {
 };
 _Static_assert(CB_USER_CHANNEL + CB_MAX_CHANNELS <= 255, "codes are uint8_t");
 
-/* Every spelling of a number type. */
+/* Every spelling of a number type; behind the first two, of those that lie in registers. */
 extern const struct cb_word cb_number_words[];
+#define CB_REGISTER_WORDS (&cb_number_words[2])
 
 /* Takes the registers of one number of a block.
  * in : at: the key with the address, for messages; *reg: absolute address; type; user

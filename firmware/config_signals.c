@@ -152,16 +152,20 @@ static bool check_source_keys(struct cb_loader *loader, uint32_t at, const uint3
 /* ---- sources ---- */
 
 /* "0x181" -> 0x181. An identifier above 0x7ff is a 29-bit one, and so is one written with eight
- * digits ("0x00000181"). out: false for anything else or beyond 29 bits. */
+ * digits ("0x00000181"). With xx for the last two of eight ("0x18feeexx") those may be any.
+ * out: false for anything else or beyond 29 bits. */
 static bool can_id_of(const char *text, uint32_t *id) {
-    uint32_t value = 0, digits = 0;
+    uint32_t value = 0, digits = 0, flags = 0;
     if (text[0] != '0' || text[1] != 'x' || text[2] == '\0') return false;
     for (const char *c = text + 2; *c; ++c, ++digits) {
-        if (cb_hex_digit(*c) > 15 || digits == 8) return false;
-        value = value << 4 | cb_hex_digit(*c);
+        const bool any = digits >= 6 && *c == 'x';
+        if (any != (flags != 0) && digits != 6) return false;
+        if (any) flags = CB_CAN_ANY_SOURCE;
+        if ((!any && cb_hex_digit(*c) > 15) || digits == 8) return false;
+        value = value << 4 | (any ? 0 : cb_hex_digit(*c));
     }
-    if (value > 0x1FFFFFFFu) return false;
-    *id = value > 0x7FF || digits == 8 ? value | CB_CAN_EXTENDED : value;
+    if (value > 0x1FFFFFFFu || (flags != 0 && digits != 8)) return false;
+    *id = flags | (value > 0x7FF || digits == 8 ? value | CB_CAN_EXTENDED : value);
     return true;
 }
 
@@ -171,18 +175,28 @@ static bool load_can(struct cb_loader *loader, const uint32_t *slots,
     if (!cb_read_text(loader, slots[CAN], text, sizeof text)) return false;
     if (!can_id_of(text, &signal->can_id))
         return cb_fail(loader, CB_ERROR_RANGE, slots[CAN],
-                       "%v is no CAN identifier; write \"0x181\", up to \"0x1fffffff\"",
+                       "%v is no CAN identifier; write \"0x181\", up to \"0x1fffffff\", or "
+                       "\"0x18feeexx\" for any source address",
                        slots[CAN]);
-    if (signal->reg + 2 * cb_number_registers(signal->type) <= 8) return true;
+    if (signal->reg + cb_number_bytes(signal->type) <= 8) return true;
     return cb_fail(loader, CB_ERROR_RANGE, slots[OFFSET],
                    "from byte %v on, its type reaches beyond the 8 bytes of a frame",
                    slots[OFFSET]);
+}
+
+/* A single byte is what frames have. */
+static bool check_register_type(struct cb_loader *loader, const uint32_t *slots, uint8_t type) {
+    if (cb_number_bytes(type) > 1) return true;
+    return cb_fail(loader, CB_ERROR_PROFILE, slots[TYPE],
+                   "%v is for can signals only, a register has 16 bits; use uint16 or int16",
+                   slots[TYPE]);
 }
 
 static bool load_bus(struct cb_loader *loader, const uint32_t *slots,
                      struct cb_signal_config *signal) {
     const struct cb_config *config = loader->config;
     char name[CB_NAME_SIZE];
+    if (!check_register_type(loader, slots, signal->type)) return false;
     if (!cb_read_name(loader, slots[BUS], name)) return false;
     signal->bus = cb_find_name(config->buses, sizeof config->buses[0], config->buses_count, name);
     if (signal->bus == CB_NONE)
@@ -196,7 +210,8 @@ static bool load_source(struct cb_loader *loader, const uint32_t *slots,
                         struct cb_signal_config *signal, uint8_t index) {
     switch ((enum cb_signal_source)signal->source) {
         case CB_SOURCE_PLC:
-            return cb_check_signal_type(loader, slots[TYPE], signal->type) &&
+            return check_register_type(loader, slots, signal->type) &&
+                   cb_check_signal_type(loader, slots[TYPE], signal->type) &&
                    cb_take_read(loader, slots[PLC], signal->type, (uint8_t)(CB_USER_SIGNAL + index),
                                 &signal->reg);
         case CB_SOURCE_CAN:

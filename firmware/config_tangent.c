@@ -34,7 +34,7 @@ static const struct cb_field TANGENT_FIELDS[TANGENT_KEYS] = {
     [SIGNAL] = {"signal", CB_FIELD_STRING, true, CB_NOT_STORED},
     [SLOPE_PLC] = {"slope_plc", CB_FIELD_UINT16, true, AT(slope_reg), .least = "0",
                    .most = "65535"},
-    [SLOPE_TYPE] = {"slope_type", CB_FIELD_WORD, true, AT(slope_type), .words = cb_number_words},
+    [SLOPE_TYPE] = {"slope_type", CB_FIELD_WORD, true, AT(slope_type), .words = CB_REGISTER_WORDS},
     [SLOPE_SCALE] = {"slope_scale", CB_FIELD_FLOAT, true, AT(slope_scale), .least = "1e-9",
                      .most = "1"},
     [SLOPE_LIMIT] = {"slope_limit", CB_FIELD_FLOAT, true, AT(slope_limit), .least = "1e-6",
@@ -44,7 +44,7 @@ static const struct cb_field TANGENT_FIELDS[TANGENT_KEYS] = {
     [REFERENCE_PLC] = {"reference_plc", CB_FIELD_UINT16, true, AT(reference_reg), .least = "0",
                        .most = "65535"},
     [REFERENCE_TYPE] = {"reference_type", CB_FIELD_WORD, true, AT(reference_type),
-                        .words = cb_number_words},
+                        .words = CB_REGISTER_WORDS},
     [REFERENCE_SCALE] = {"reference_scale", CB_FIELD_FLOAT, true, AT(reference_scale),
                          .least = "0.000001", .most = "1000"},
 };

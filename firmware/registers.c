@@ -6,7 +6,7 @@
 #include "models/num.h"
 
 /* The value's kind, whatever its order in the registers. */
-enum kind { KIND_UINT16, KIND_INT16, KIND_UINT32, KIND_INT32, KIND_FLOAT32 };
+enum kind { KIND_UINT8, KIND_INT8, KIND_UINT16, KIND_INT16, KIND_UINT32, KIND_INT32, KIND_FLOAT32 };
 
 /* How the two registers of a 32-bit value, and the two bytes of each, follow one another. */
 enum order { ORDER_ABCD, ORDER_CDAB, ORDER_DCBA };
@@ -31,6 +31,8 @@ static struct layout layout_of(enum cb_number_type type) {
         [CB_NUMBER_UINT32_LE] = {KIND_UINT32, ORDER_DCBA},
         [CB_NUMBER_INT32_LE] = {KIND_INT32, ORDER_DCBA},
         [CB_NUMBER_FLOAT32_LE] = {KIND_FLOAT32, ORDER_DCBA},
+        [CB_NUMBER_UINT8] = {KIND_UINT8, ORDER_ABCD},
+        [CB_NUMBER_INT8] = {KIND_INT8, ORDER_ABCD},
     };
     const unsigned known = sizeof layouts / sizeof layouts[0];
     return layouts[(unsigned)type < known ? (unsigned)type : CB_NUMBER_UINT16];
@@ -44,8 +46,18 @@ unsigned cb_number_registers(enum cb_number_type type) {
     return is_wide(layout_of(type).kind) ? 2 : 1;
 }
 
+unsigned cb_number_bytes(enum cb_number_type type) {
+    const enum kind kind = layout_of(type).kind;
+    if (kind == KIND_UINT8 || kind == KIND_INT8) return 1;
+    return is_wide(kind) ? 4 : 2;
+}
+
 struct cb_range cb_number_range(enum cb_number_type type) {
     switch (layout_of(type).kind) {
+        case KIND_UINT8:
+            return (struct cb_range){0.0f, 255.0f};
+        case KIND_INT8:
+            return (struct cb_range){-128.0f, 127.0f};
         case KIND_UINT16:
             return (struct cb_range){0.0f, 65535.0f};
         case KIND_INT16:
@@ -122,6 +134,10 @@ float cb_number_decode(enum cb_number_type type, const uint16_t *r) {
             return signed_32(wide(swap_bytes(r[1]), swap_bytes(r[0])));
         case CB_NUMBER_FLOAT32_LE:
             return cb_float_of(wide(swap_bytes(r[1]), swap_bytes(r[0])));
+        case CB_NUMBER_UINT8:
+            return (float)(r[0] & 0xFF);
+        case CB_NUMBER_INT8:
+            return (float)(((r[0] & 0xFF) ^ 0x80) - 0x80);
     }
     return 0.0f;
 }
@@ -139,6 +155,10 @@ bool cb_number_encode(enum cb_number_type type, float number, uint16_t *register
             /* from 2^24 a float is whole, and (float)whole + 0.5 below */
             bits = number >= 16777216.0f ? (uint32_t)number : (uint32_t)cb_round(number);
             break;
+        case KIND_UINT8:
+        case KIND_INT8:
+            bits = (uint32_t)cb_round(number) & 0xFFu;
+            break;
         case KIND_UINT16:
         case KIND_INT16:
         case KIND_INT32:
@@ -150,7 +170,8 @@ bool cb_number_encode(enum cb_number_type type, float number, uint16_t *register
 }
 
 float cb_number_decode_bytes(enum cb_number_type type, const uint8_t *bytes) {
-    uint16_t registers[2] = {0, 0};
+    uint16_t registers[2] = {bytes[0], 0};
+    if (cb_number_bytes(type) == 1) return cb_number_decode(type, registers);
     for (unsigned i = 0; i < cb_number_registers(type); ++i)
         registers[i] = (uint16_t)((bytes[2 * i] << 8) | bytes[2 * i + 1]);
     return cb_number_decode(type, registers);

@@ -11,6 +11,9 @@
 /* Registers that a number of this type takes: 1 or 2. */
 unsigned cb_number_registers(enum cb_number_type type);
 
+/* Bytes that it takes in a bus frame: 1, 2 or 4. */
+unsigned cb_number_bytes(enum cb_number_type type);
+
 /* Largest and smallest value that the type can carry and that is a float32 (a uint32 ends at
  * 4 294 967 040, the float below 2^32). */
 struct cb_range {
@@ -34,8 +37,8 @@ float cb_number_decode(enum cb_number_type type, const uint16_t *r);
  *      it is NaN or does not fit, with the registers unchanged */
 bool cb_number_encode(enum cb_number_type type, float number, uint16_t *registers);
 
-/* The same number in bytes of a bus frame, in the order of the type: cb_number_registers() * 2
- * bytes. A register is sent high byte first. */
+/* The same number in bytes of a bus frame, in the order of the type: cb_number_bytes() of them. A
+ * register is sent high byte first. */
 float cb_number_decode_bytes(enum cb_number_type type, const uint8_t *bytes);
 
 /* Nearest whole number, halves away from zero. |x| < 2^31. */

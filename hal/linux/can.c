@@ -33,7 +33,8 @@ static int set_filters(int fd, const uint32_t *ids, unsigned count) {
     if (count > MAX_IDS) return EINVAL;
     for (unsigned i = 0; i < count; i++) {
         const uint32_t bits = ids[i] & CAN_EFF_FLAG ? CAN_EFF_MASK : CAN_SFF_MASK;
-        filters[i] = (struct can_filter){ids[i], bits | CAN_EFF_FLAG | CAN_RTR_FLAG};
+        const uint32_t mask = (bits & cb_can_mask(ids[i])) | CAN_EFF_FLAG | CAN_RTR_FLAG;
+        filters[i] = (struct can_filter){ids[i] & ~CB_CAN_ANY_SOURCE, mask};
     }
     const socklen_t size = (socklen_t)(count * sizeof filters[0]);
     return setsockopt(fd, SOL_CAN_RAW, CAN_RAW_FILTER, filters, size) == 0 ? 0 : errno;
@@ -285,7 +286,6 @@ bool cb_can_send(struct cb_can *can, const struct cb_can_frame *frame) {
     memcpy(raw.data, frame->data, sizeof raw.data);
     if (can->fd >= 0 && send(can->fd, &raw, sizeof raw, MSG_DONTWAIT) == (ssize_t)sizeof raw) {
         can->counters.sent++;
-        if (can->state == CB_CAN_DOWN) come_up(can);
         return true;
     }
     can->counters.not_sent++;

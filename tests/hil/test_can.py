@@ -105,6 +105,18 @@ def test_a_node_that_lost_its_power_with_the_interface_is_started_when_that_is_u
     assert box.stats["can"]["went_down"] == 1
 
 
+def test_an_interface_that_is_down_at_the_start_is_waited_for(plc, can_box, tmp_path):
+    with Interface(tmp_path) as can:
+        can.go(up=False)
+        with can_box(with_can({"nodes": [{"node": 5, "start": True}]})) as box:
+            wait(lambda: "can0: CAN bus is down" in said(box))
+            plc.wait(at_um(WITHOUT_UM), 10)
+            can.go(up=True)
+            wait(lambda: can.starts(5) == 1)
+            ends_well(box)
+    assert "not_sent" not in said(box) and box.stats["can"]["not_sent"] == 0
+
+
 def test_a_bus_without_nodes_is_up_when_its_interface_is(plc, can_box, tmp_path):
     with Interface(tmp_path) as can, can_box(with_can()) as box:
         can.every[0x181] = [0, 0, 0x5F, 0x01]
@@ -139,6 +151,17 @@ def test_a_new_file_has_its_own_filters(plc, port, can_box, tmp_path):
         reload(box, port, with_can(identifier="0x18FEEE21"))
         plc.wait(at_um(WHOLE_UM), 10)
         assert can.binds[-1] == {(0x18FEEE21 | EXTENDED, 0x1FFFFFFF | EXTENDED | REMOTE)}
+        ends_well(box)
+
+
+def test_a_byte_of_a_j1939_message_from_any_source(plc, can_box, tmp_path):
+    def edit(data):
+        with_can(identifier="0x18feeexx")(data)
+        data["signals"][-1].update(offset=0, type="uint8", scale=0.5, zero=-40)
+    with Interface(tmp_path) as can, can_box(edit) as box:
+        can.every[0x18FEEE21 | EXTENDED] = [150]          # 35 °C
+        plc.wait(at_um(WITHOUT_UM - term_value(GROW, 35)), 10)
+        assert can.binds == [{(0x18FEEE00 | EXTENDED, 0x1FFFFF00 | EXTENDED | REMOTE)}]
         ends_well(box)
 
 

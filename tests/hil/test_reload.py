@@ -172,6 +172,13 @@ def test_other_columns_begin_another_record(plc, port, running):
     assert 0 < gap_s < 4 * PERIOD_S, "no cycle is missing in between"
 
 
+def resources(pid):
+    """What a program that loses some of it at each reload would have more of."""
+    status = dict(line.split(":", 1) for line in open(f"/proc/{pid}/status", encoding="utf-8"))
+    return (len(os.listdir(f"/proc/{pid}/fd")), len(os.listdir(f"/proc/{pid}/task")),
+            status["VmData"].strip(), status["VmStk"].strip())
+
+
 def test_fifty_reloads_in_a_row(plc, port, running):
     """Up and down; what is written stays within the slew rate and comes to the last file's value."""
     box, path = running
@@ -181,6 +188,9 @@ def test_fifty_reloads_in_a_row(plc, port, running):
         replace(path, port, grown(60 if k % 2 else 0))
         box.process.send_signal(signal.SIGHUP)
         time.sleep(0.1)
+        if k == 5:
+            held = resources(box.process.pid)
+    assert resources(box.process.pid) == held
     plc.wait(lambda w: abs(w.um["Z"] - z + 60) < 0.1)
     box.stop()
     assert box.stats["reloads"]["taken"] + box.stats["reloads"]["refused"] >= 40

@@ -100,6 +100,27 @@ TEST_F(can, identifiers_of_11_and_29_bits_are_different_ones) {
     EXPECT_EQ(take(frame(0x18FEEE01 | CB_CAN_EXTENDED, {1, 0})), CB_CAN_FOREIGN);
 }
 
+// Electronic engine temperature 1 (PGN 65262): coolant in byte 1, 1 °C per bit from -40; oil in
+// bytes 3 and 4, 1/32 °C per bit from -273.
+TEST_F(can, single_bytes_of_a_j1939_message_from_any_source) {
+    use(signal("T1", R"("can": "0x18feeexx", "type": "uint8", "zero": -40)") + "," +
+        signal("A", R"("can": "0x18feeexx", "offset": 2, "type": "uint16le")") + "," +
+        signal("D", R"("can": "0x18feee21", "offset": 7, "type": "int8")"));
+    for (const uint32_t source : {0x00u, 0x21u, 0xFEu}) {
+        batch.count = 0;
+        const uint32_t id = 0x18FEEE00u | CB_CAN_EXTENDED | source;
+        EXPECT_EQ(take(frame(id, {0x4B, 0xFF, 0x20, 0x27, 0, 0, 0, 0x80})), CB_CAN_TAKEN);
+        EXPECT_EQ(number("T1"), 75);
+        EXPECT_EQ(number("A"), 0x2720);
+        EXPECT_EQ(batch.count, source == 0x21 ? 3 : 2);
+    }
+    EXPECT_EQ(number("T1"), 75);
+    const uint32_t bit_30 = 0x40000000u;
+    EXPECT_EQ(take(frame(0x18FEEE00u | CB_CAN_EXTENDED | bit_30, {1})), CB_CAN_FOREIGN);
+    EXPECT_EQ(take(frame(0x18FEEF00u | CB_CAN_EXTENDED, {1})), CB_CAN_FOREIGN);
+    EXPECT_EQ(take(frame(0x0CFEEE00u | CB_CAN_EXTENDED, {1})), CB_CAN_FOREIGN) << "priority 3";
+}
+
 TEST_F(can, the_newest_number_of_a_signal_stays) {
     use(signal("T1", R"("can": "0x181", "type": "int16le")"));
     take(frame(0x181, {1, 0}, 10));

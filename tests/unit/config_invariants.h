@@ -127,7 +127,7 @@ class invariants {
     }
 
     void signal(const cb_signal_config &s) {
-        must(s.source <= CB_SOURCE_LAG && s.type <= CB_NUMBER_FLOAT32_LE, "source, type");
+        must(s.source <= CB_SOURCE_LAG && s.type <= CB_NUMBER_INT8, "source, type");
         must(ends(s.unit), "unit");
         must(std::fabs(s.scale) >= 1e-12f && std::fabs(s.scale) <= 1e6f, "scale");
         must(within(s.zero, -1e9, 1e9), "zero");

@@ -61,6 +61,10 @@ TEST(registers, bytes_of_a_frame_are_registers_high_byte_first) {
     EXPECT_EQ(cb_number_decode_bytes(CB_NUMBER_INT16, pt100_le), 0x2C01);
     const uint8_t float_le[4] = {0x00, 0x40, 0xED, 0xC2};
     EXPECT_EQ(cb_number_decode_bytes(CB_NUMBER_FLOAT32_LE, float_le), -118.625f);
+    const uint8_t bytes[2] = {0xFE, 0x11};
+    EXPECT_EQ(cb_number_decode_bytes(CB_NUMBER_UINT8, bytes), 254);
+    EXPECT_EQ(cb_number_decode_bytes(CB_NUMBER_INT8, bytes), -2);
+    EXPECT_EQ(cb_number_decode_bytes(CB_NUMBER_INT8, bytes + 1), 17);
     const uint8_t int32_be[4] = {0xFF, 0xFF, 0xFF, 0x38};
     EXPECT_EQ(cb_number_decode_bytes(CB_NUMBER_INT32, int32_be), -200);
 }
@@ -105,7 +109,7 @@ TEST(registers, a_one_register_number_leaves_its_neighbour) {
 }
 
 TEST(registers, the_range_is_what_encodes) {
-    for (int t = CB_NUMBER_UINT16; t <= CB_NUMBER_FLOAT32_LE; ++t) {
+    for (int t = CB_NUMBER_UINT16; t <= CB_NUMBER_INT8; ++t) {
         const auto type = static_cast<cb_number_type>(t);
         const cb_range range = cb_number_range(type);
         uint16_t r[2];
