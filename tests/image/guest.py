@@ -82,6 +82,7 @@ class Guest:
     prompt = r"BusyBox v(?:.|\n)*\x1b\[6n"
 
     def __init__(self, disk, folder, efi=None, real_time=False):
+        """in: disk, a file or a Drive, whose power is the user's business"""
         self.disk, self.folder, self.efi, self.real_time = disk, pathlib.Path(folder), efi, real_time
         self.text, self.lock, self.serial = "", threading.Condition(), 0
 
@@ -102,7 +103,8 @@ class Guest:
         return [str(word) for word in (
             "qemu-system-aarch64", "-M", "virt", "-cpu", "cortex-a53", "-smp", "2",
             "-m", "512" if self.efi else "256", *boot, "-no-reboot",
-            "-drive", f"file={self.disk},format=raw,if=none,id=disk", "-device", "virtio-blk-pci,drive=disk",
+            "-drive", f"file={getattr(self.disk, 'address', self.disk)},format=raw,if=none,id=disk,cache=writeback",
+            "-device", "virtio-blk-pci,drive=disk",
             "-netdev", "user,id=net", "-device", "virtio-net-pci,netdev=net,romfile=",
             "-object", "can-bus,id=bus", "-device", "kvaser_pci,canbus=bus", "-device", "kvaser_pci,canbus=bus",
             "-device", "i6300esb", "-display", "none", "-serial", "stdio",
@@ -166,14 +168,17 @@ class Guest:
         self.power_on()
         self.wait(r"revision \d+, 2 terms", 60)
 
+    def type(self, line):
+        self.qemu.stdin.write(line.encode() + b"\n")
+        self.qemu.stdin.flush()
+
     def run(self, command, timeout_s=20):
         """A command in the guest's shell; out: its output. Fails when it does."""
         self.serial += 1
         self.wait(self.prompt, 60)  # before the first one it reads nothing
         since = self.now()
         # The echo of the command holds "$?" and a quote, so only the answer has these marks.
-        self.qemu.stdin.write(f'echo @"{self.serial}>"; {command}; echo @{self.serial}:$?@\n'.encode())
-        self.qemu.stdin.flush()
+        self.type(f'echo @"{self.serial}>"; {command}; echo @{self.serial}:$?@')
         done = self.wait(rf"@{self.serial}>\n((?:.|\n)*)@{self.serial}:(\d+)@", timeout_s, since)
         output = done[1]
         output = re.sub(r"^compboxd: +[0-9.]+ s: .*\n", "", output, flags=re.M)  # the log goes to the same line
