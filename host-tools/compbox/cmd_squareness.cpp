@@ -66,6 +66,10 @@ squareness squareness_of(const squareness_arguments &arguments, std::string &sou
         source = "optical square, " + arguments.optical[0] + " and " + arguments.optical[1];
         const squareness first = slope_of(arguments.optical[0]);
         const squareness second = slope_of(arguments.optical[1]);
+        if (arguments.optical[0] == arguments.optical[1]) {
+            throw input_error(arguments.optical[0], 0, 0,
+                              "is given for both axes; each of the two has a file of its own");
+        }
         return from_optical_square(arguments.name, first, second, arguments.square_error_urad);
     }
     if (!d.empty()) {

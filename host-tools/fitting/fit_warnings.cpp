@@ -13,13 +13,28 @@ namespace compbox {
 
 namespace {
 
-// ISO 230-1: the third letter is the axis that the error belongs to.
+// An error of an axis as ISO 230-1 names it: E, the direction, the axis.
+bool is_iso_error(const std::string &name) {
+    return name.size() == 3 && name[0] == 'E' &&
+           std::string("XYZABC").find(name[1]) != std::string::npos &&
+           std::string("XYZABCUVW").find(name[2]) != std::string::npos;
+}
+
+// A rotation in um, or a translation in urad: everything that uses it would be wrong by its lever.
+void warn_of_other_unit(fit_result &result) {
+    const std::string &name = result.options.name, &unit = result.data.unit;
+    if (!is_iso_error(name)) return;
+    const bool angle = name[1] < 'D';  // A, B, C
+    if (angle == (unit == "urad")) return;
+    result.warnings.push_back(name + " is by its name " + (angle ? "an angle" : "no angle") +
+                              ", but the readings are in " + unit);
+}
+
+// The third letter is the axis that the error belongs to.
 void warn_of_other_axis(fit_result &result) {
     const std::string &name = result.options.name, &signal = result.options.signal;
-    const bool iso = name.size() == 3 && name[0] == 'E' &&
-                     std::string("XYZABC").find(name[1]) != std::string::npos &&
-                     std::string("XYZABCUVW").find(name[2]) != std::string::npos;
-    if (!iso || signal.empty() || std::toupper(static_cast<unsigned char>(signal[0])) == name[2]) {
+    if (!is_iso_error(name) || signal.empty() ||
+        std::toupper(static_cast<unsigned char>(signal[0])) == name[2]) {
         return;
     }
     result.warnings.push_back(name + " is by its name an error of axis " + name[2] +
@@ -145,6 +160,7 @@ void warn_of_constant(fit_result &result) {
 }
 
 void add_warnings(fit_result &result) {
+    warn_of_other_unit(result);
     warn_of_other_axis(result);
     warn_of_unknown_noise(result);
     warn_of_lost_motion(result);

@@ -145,6 +145,17 @@ def test_a_signal_of_another_axis_is_noticed(compbox):
     assert not warned("bow", "Y") and not warned("EQX", "Y")
 
 
+def test_a_unit_that_does_not_go_with_the_name_is_noticed(compbox):
+    def warning(name, unit):
+        compbox.write("d.csv", readings(runs=3).replace("error_um", f"error_{unit}"))
+        done = compbox("fit", "d.csv", "--name", name, "--signal", "X", "-o", "t.json")
+        assert done.returncode == 0
+        return done.stderr.partition("d.csv: ")[2].strip()
+    assert warning("EAX", "um") == "EAX is by its name an angle, but the readings are in um"
+    assert warning("EXX", "urad") == "EXX is by its name no angle, but the readings are in urad"
+    assert warning("ECX", "urad") == "" == warning("EZX", "um") == warning("pitch", "um")
+
+
 def test_one_run_says_that_the_noise_is_unknown(compbox):
     compbox.write("d.csv", readings(runs=1))
     assert "the noise could not be measured" in compbox(*FIT).stderr

@@ -122,6 +122,9 @@ def test_refused(compbox):
     call = ("squareness", "--name", "C0Y", "-o", "q.json", "--optical")
     assert compbox.refused(*call, "a.csv", "b.csv") == "a.csv: holds angles; a straightness is in um"
     assert compbox.refused(*call, "b.csv", "b.csv") == "b.csv: needs at least three positions"
+    compbox.write("c.csv", "position_mm,error_um\n0,0\n1,1\n2,0\n")
+    assert compbox.refused(*call, "c.csv", "c.csv") == (
+        "c.csv: is given for both axes; each of the two has a file of its own")
     assert "cannot be" in compbox.refused("squareness", "--name", "C0Y", "-o", "q.json",
                                           "--diagonals=1,1,0,100000")
 
