@@ -151,6 +151,10 @@ static uint32_t fast_enough(const struct cb_plc_config *plc, uint32_t budget_us)
 bool cb_check_line(struct cb_loader *loader, uint32_t transport) {
     const struct cb_plc_config *plc = &loader->config->plc;
     if (plc->transport != CB_TRANSPORT_RTU) return true;
+    if (cb_rtu_second_probe(plc) == 0)
+        return cb_fail(loader, CB_ERROR_RANGE, transport,
+                       "on a serial line plc.read or plc.write has to have 4 registers at least: "
+                       "shorter readings show that no late reply is to come");
     const uint32_t budget_us = cb_exchange_budget_us(loader->config->period_us);
     const uint32_t needed_us = cb_rtu_longest_us(plc, &plc->serial.line);
     const uint32_t needed = tenths(needed_us), given = budget_us / 100;

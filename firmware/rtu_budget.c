@@ -40,3 +40,21 @@ uint32_t cb_rtu_longest_us(const struct cb_plc_config *plc, const struct cb_rtu_
     const uint32_t cycle_us = cb_rtu_cycle_us(plc, line), resync_us = cb_rtu_resync_us(plc, line);
     return cycle_us > resync_us ? cycle_us : resync_us;
 }
+
+uint16_t cb_rtu_second_probe(const struct cb_plc_config *plc) {
+    const uint16_t read = plc->read.count, write = plc->write.count;
+    const uint16_t longer = read > write ? read : write, shorter = read > write ? write : read;
+    const uint16_t registers = shorter == 2 ? 3 : 2;
+    return registers < longer ? registers : 0;
+}
+
+struct cb_rtu_manners cb_rtu_manners_of(const struct cb_plc_config *plc) {
+    const bool reads_more = plc->read.count > plc->write.count;
+    const uint16_t start = reads_more ? plc->read.start : plc->write.start;
+    const bool writes_behind = plc->exchange == CB_EXCHANGE_FC3_FC16;
+    return (struct cb_rtu_manners){
+        .line = plc->serial.line,
+        .probes = {cb_modbus_read(start, 1), cb_modbus_read(start, cb_rtu_second_probe(plc))},
+        .slave_delay_us = plc->serial.slave_delay_us,
+        .reserve_us = writes_behind ? cb_rtu_write_us(plc, &plc->serial.line) : 0};
+}

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Whether a serial line can carry the exchange with the PLC in every period. */
+ * Whether a serial line can carry the exchange with the PLC in every period, and how it is asked.
+ */
 #ifndef COMPBOX_FIRMWARE_RTU_BUDGET_H
 #define COMPBOX_FIRMWARE_RTU_BUDGET_H
 
@@ -7,6 +8,7 @@
 #include <stdint.h>
 
 #include "firmware/config.h"
+#include "firmware/rtu_dialog.h"
 
 /* The usual baud rates, ascending, ended by 0. Those that Linux knows by name. */
 extern const uint32_t cb_usual_bauds[];
@@ -31,5 +33,12 @@ uint32_t cb_rtu_resync_us(const struct cb_plc_config *plc, const struct cb_rtu_l
 
 /* The longer of the two. */
 uint32_t cb_rtu_longest_us(const struct cb_plc_config *plc, const struct cb_rtu_line *line);
+
+/* Registers of the second probe, beside that of 1: 2 or 3, which no block has.
+ * out: 0: the longer block is so short that there is no such number */
+uint16_t cb_rtu_second_probe(const struct cb_plc_config *plc);
+
+/* in : blocks for which there is a second probe */
+struct cb_rtu_manners cb_rtu_manners_of(const struct cb_plc_config *plc);
 
 #endif

@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/rtu_receiver.h"
 
-#include <stdbool.h>
-
 enum { EXCEPTION_BIT = 0x80 };
 
 void cb_rtu_receiver_start(struct cb_rtu_receiver *receiver, struct cb_rtu_silence silence) {
@@ -141,6 +139,13 @@ enum cb_rtu_reception cb_rtu_receiver_look(struct cb_rtu_receiver *receiver, int
         }
     }
     return (enum cb_rtu_reception)receiver->state;
+}
+
+bool cb_rtu_receiver_damaged(const struct cb_rtu_receiver *receiver) {
+    return receiver->state != CB_RTU_REPLY &&
+           receiver->have == cb_rtu_reply_bytes(&receiver->request) &&
+           begins(receiver, receiver->frame, receiver->have) &&
+           !crc_fits(receiver->frame, receiver->have);
 }
 
 enum cb_rtu_answer cb_rtu_receiver_take(const struct cb_rtu_receiver *receiver, uint16_t *registers,

@@ -10,6 +10,7 @@
 #ifndef COMPBOX_FIRMWARE_RTU_RECEIVER_H
 #define COMPBOX_FIRMWARE_RTU_RECEIVER_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "firmware/modbus_rtu.h"
@@ -53,6 +54,10 @@ enum cb_rtu_reception cb_rtu_receiver_byte(struct cb_rtu_receiver *receiver, uin
 
 /* out: the state at now_us, when no byte came until then */
 enum cb_rtu_reception cb_rtu_receiver_look(struct cb_rtu_receiver *receiver, int64_t now_us);
+
+/* out: whether what came has the length and the beginning of the reply, and a wrong check sum:
+ * nothing more will come of it */
+bool cb_rtu_receiver_damaged(const struct cb_rtu_receiver *receiver);
 
 /* in : any state
  * out: what came, as cb_rtu_decode says of REPLY (CB_RTU_OK or CB_RTU_EXCEPTION), or of the bytes

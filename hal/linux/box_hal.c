@@ -14,46 +14,32 @@ static uint32_t wait_tick(void *context) {
     return cb_tick_wait(&target->tick);
 }
 
-static enum cb_transfer tcp_read(void *context, uint16_t start, uint16_t count, uint16_t *registers,
-                                 int64_t deadline_us) {
-    struct cb_linux *target = context;
-    return cb_tcp_read(&target->tcp, start, count, registers, deadline_us);
+static enum cb_transfer exchange(struct cb_linux *target, const struct cb_modbus_request *request,
+                                 uint16_t *registers, int64_t deadline_us) {
+    if (target->transport == CB_TRANSPORT_RTU)
+        return cb_rtu_exchange(&target->rtu, request, registers, deadline_us);
+    return cb_tcp_exchange(&target->tcp, request, registers, deadline_us);
 }
 
-static enum cb_transfer tcp_write(void *context, uint16_t start, uint16_t count,
-                                  const uint16_t *registers, int64_t deadline_us) {
-    struct cb_linux *target = context;
-    return cb_tcp_write(&target->tcp, start, count, registers, deadline_us);
+static enum cb_transfer read(void *context, uint16_t start, uint16_t count, uint16_t *registers,
+                             int64_t deadline_us) {
+    const struct cb_modbus_request request = cb_modbus_read(start, count);
+    return exchange(context, &request, registers, deadline_us);
 }
 
-static enum cb_transfer tcp_write_read(void *context, uint16_t write_start, uint16_t write_count,
-                                       const uint16_t *write_registers, uint16_t read_start,
-                                       uint16_t read_count, uint16_t *read_registers,
-                                       int64_t deadline_us) {
-    struct cb_linux *target = context;
-    return cb_tcp_write_read(&target->tcp, write_start, write_count, write_registers, read_start,
-                             read_count, read_registers, deadline_us);
+static enum cb_transfer write(void *context, uint16_t start, uint16_t count,
+                              const uint16_t *registers, int64_t deadline_us) {
+    const struct cb_modbus_request request = cb_modbus_write(start, count, registers);
+    return exchange(context, &request, NULL, deadline_us);
 }
 
-static enum cb_transfer rtu_read(void *context, uint16_t start, uint16_t count, uint16_t *registers,
-                                 int64_t deadline_us) {
-    struct cb_linux *target = context;
-    return cb_rtu_read(&target->rtu, start, count, registers, deadline_us);
-}
-
-static enum cb_transfer rtu_write(void *context, uint16_t start, uint16_t count,
-                                  const uint16_t *registers, int64_t deadline_us) {
-    struct cb_linux *target = context;
-    return cb_rtu_write(&target->rtu, start, count, registers, deadline_us);
-}
-
-static enum cb_transfer rtu_write_read(void *context, uint16_t write_start, uint16_t write_count,
-                                       const uint16_t *write_registers, uint16_t read_start,
-                                       uint16_t read_count, uint16_t *read_registers,
-                                       int64_t deadline_us) {
-    struct cb_linux *target = context;
-    return cb_rtu_write_read(&target->rtu, write_start, write_count, write_registers, read_start,
-                             read_count, read_registers, deadline_us);
+static enum cb_transfer write_read(void *context, uint16_t write_start, uint16_t write_count,
+                                   const uint16_t *write_registers, uint16_t read_start,
+                                   uint16_t read_count, uint16_t *read_registers,
+                                   int64_t deadline_us) {
+    const struct cb_modbus_request request =
+        cb_modbus_write_read(write_start, write_count, write_registers, read_start, read_count);
+    return exchange(context, &request, read_registers, deadline_us);
 }
 
 static size_t samples(void *context, struct cb_hal_sample *list, size_t max) {
@@ -73,13 +59,12 @@ static bool stop_requested(void *context) {
 }
 
 struct cb_hal cb_linux_hal(struct cb_linux *target) {
-    const bool serial = target->transport == CB_TRANSPORT_RTU;
     return (struct cb_hal){.context = target,
                            .now_us = now_us,
                            .wait_tick = wait_tick,
-                           .read = serial ? rtu_read : tcp_read,
-                           .write = serial ? rtu_write : tcp_write,
-                           .write_read = serial ? rtu_write_read : tcp_write_read,
+                           .read = read,
+                           .write = write,
+                           .write_read = write_read,
                            .samples = samples,
                            .feed_watchdog = feed_watchdog,
                            .stop_requested = stop_requested};

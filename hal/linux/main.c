@@ -8,6 +8,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "firmware/rtu_budget.h"
 #include "hal/linux/clock.h"
 #include "hal/linux/daemon/bus.h"
 #include "hal/linux/daemon/bus_words.h"
@@ -98,23 +99,18 @@ static bool open_outputs(struct daemon *daemon) {
     return error == 0 && inputs_error == 0;
 }
 
-/* How long an unanswered request on a serial line stays out after its deadline: to the deadline of
- * the next cycle (docs/rtu.md). */
-static uint32_t serial_hold_us(const struct cb_config *config) {
-    return config->period_us + config->period_us / 10;
-}
-
 /* The device is opened by a thread of its own, for the loop never waits for a driver. */
 static bool start_serial_plc(struct daemon *daemon) {
     const struct cb_config *config = config_now(daemon);
     struct cb_linux *target = &daemon->loop.target;
+    const struct cb_rtu_manners manners = cb_rtu_manners_of(&config->plc);
     snprintf(daemon->plc, sizeof daemon->plc, "%s", config->plc.serial.device);
     const int error = cb_serial_opener_start(&target->opener, &config->plc.serial);
     if (error != 0)
         fprintf(stderr, "compboxd: cannot start the thread that opens %s: %s\n", daemon->plc,
                 strerror(error));
     else
-        cb_rtu_start(&target->rtu, &config->plc.serial, &target->opener, serial_hold_us(config));
+        cb_rtu_start(&target->rtu, &config->plc.serial, &manners, &target->opener);
     return error == 0;
 }
 

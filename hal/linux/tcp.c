@@ -5,7 +5,6 @@
 #include <poll.h>
 #include <string.h>
 
-#include "firmware/modbus.h"
 #include "hal/linux/clock.h"
 
 enum {
@@ -242,7 +241,7 @@ static enum cb_transfer take_reply(struct cb_tcp *tcp, const struct cb_modbus_re
     return CB_TRANSFER_REFUSED;
 }
 
-static enum cb_transfer exchange(struct cb_tcp *tcp, const struct cb_modbus_request *request,
+enum cb_transfer cb_tcp_exchange(struct cb_tcp *tcp, const struct cb_modbus_request *request,
                                  uint16_t *registers, int64_t deadline_us) {
     if (!ready_to_send(tcp, deadline_us) || !send_request(tcp, request)) return CB_TRANSFER_FAILED;
     switch (next_reply(tcp, deadline_us)) {
@@ -260,25 +259,4 @@ static enum cb_transfer exchange(struct cb_tcp *tcp, const struct cb_modbus_requ
             return CB_TRANSFER_UNKNOWN;
     }
     return CB_TRANSFER_UNKNOWN;
-}
-
-enum cb_transfer cb_tcp_read(struct cb_tcp *tcp, uint16_t start, uint16_t count,
-                             uint16_t *registers, int64_t deadline_us) {
-    struct cb_modbus_request request = cb_modbus_read(start, count);
-    return exchange(tcp, &request, registers, deadline_us);
-}
-
-enum cb_transfer cb_tcp_write(struct cb_tcp *tcp, uint16_t start, uint16_t count,
-                              const uint16_t *registers, int64_t deadline_us) {
-    struct cb_modbus_request request = cb_modbus_write(start, count, registers);
-    return exchange(tcp, &request, NULL, deadline_us);
-}
-
-enum cb_transfer cb_tcp_write_read(struct cb_tcp *tcp, uint16_t write_start, uint16_t write_count,
-                                   const uint16_t *write_registers, uint16_t read_start,
-                                   uint16_t read_count, uint16_t *read_registers,
-                                   int64_t deadline_us) {
-    struct cb_modbus_request request =
-        cb_modbus_write_read(write_start, write_count, write_registers, read_start, read_count);
-    return exchange(tcp, &request, read_registers, deadline_us);
 }

@@ -12,6 +12,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "firmware/modbus.h"
 #include "hal/hal.h"
 #include "hal/linux/link.h"
 
@@ -66,14 +67,8 @@ struct cb_tcp {
 /* in : host, numeric address; false when it is not one. The connection comes up by itself. */
 bool cb_tcp_start(struct cb_tcp *tcp, const char *host, uint16_t port, uint8_t unit);
 
-/* The three operations of hal.h with their rules; deadline in CLOCK_BOOTTIME. */
-enum cb_transfer cb_tcp_read(struct cb_tcp *tcp, uint16_t start, uint16_t count,
-                             uint16_t *registers, int64_t deadline_us);
-enum cb_transfer cb_tcp_write(struct cb_tcp *tcp, uint16_t start, uint16_t count,
-                              const uint16_t *registers, int64_t deadline_us);
-enum cb_transfer cb_tcp_write_read(struct cb_tcp *tcp, uint16_t write_start, uint16_t write_count,
-                                   const uint16_t *write_registers, uint16_t read_start,
-                                   uint16_t read_count, uint16_t *read_registers,
-                                   int64_t deadline_us);
+/* One request, as the operations of hal.h; deadline in CLOCK_BOOTTIME. */
+enum cb_transfer cb_tcp_exchange(struct cb_tcp *tcp, const struct cb_modbus_request *request,
+                                 uint16_t *registers, int64_t deadline_us);
 
 #endif

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "hal/stm32f405/box_hal.h"
 
+#include "hal/rtu_exchange.h"
 #include "hal/stm32f405/guard.h"
 #include "hal/stm32f405/retained.h"
 #include "hal/stm32f405/time.h"
@@ -47,78 +48,49 @@ static uint32_t wait_tick(void *context) {
     return cb_board_wait_tick(context);
 }
 
-/* How long to wait for a reply: as long as there is time for one repetition after it, when there is
- * time for one at all. */
-static int64_t patience_us(int64_t now_us, int64_t deadline_us, uint32_t needed_us) {
-    const bool twice = deadline_us - now_us >= 2 * (int64_t)needed_us;
-    return twice ? deadline_us - (int64_t)needed_us : deadline_us;
+void cb_board_start_plc(struct cb_board *board, uint8_t unit, const struct cb_rtu_manners *manners,
+                        uint32_t lumps_us) {
+    cb_wire_start(&board->plc, CB_USART_PLC, &manners->line, lumps_us);
+    cb_rtu_dialog_start(&board->dialog, manners, lumps_us);
+    board->plc.wary = true;
+    board->plc_unit = unit;
 }
 
-/* One request and its reply, or the end of its time. */
-static enum cb_wire_end ask(struct cb_board *board, const struct cb_modbus_request *request,
-                            uint16_t *registers, int64_t until_us) {
+/* One frame and what comes of it, or the end of its time. */
+static enum cb_rtu_end ask(void *context, enum cb_rtu_ask what,
+                           const struct cb_modbus_request *request, uint16_t *registers,
+                           int64_t until_us) {
+    struct cb_board *board = context;
     struct cb_wire *wire = &board->plc;
-    cb_wire_ask(wire, board->plc_unit, request, registers, until_us);
+    const uint32_t sent = wire->counters.requests;
+    cb_wire_ask(wire, what, board->plc_unit, request, registers, until_us);
     while (!cb_wire_poll(wire, cb_time_us())) {
         board->meanwhile();
-        if (wire->state != CB_WIRE_QUIET)
-            cb_time_sleep(); /* the silence ends between two interrupts */
+        /* the silence, and the time, end between two interrupts */
+        if (wire->state != CB_WIRE_QUIET && until_us - cb_time_us() > SLEEP_US) cb_time_sleep();
     }
+    if (wire->counters.requests == sent) return wire->end;
+    wire->counters.probes += what == CB_RTU_ASK_PROBE;
+    wire->counters.retries += what == CB_RTU_ASK_REQUEST && board->dialog.requests > 0;
     return wire->end;
 }
 
-/* A request that got no answer stays out until the deadline of the next cycle: a reply that comes
- * by then is thrown away and not taken for that of another request, which RTU could not tell from
- * it. In its own cycle it may be repeated: both replies are of the same question. in : deadline_us
- * of the cycle out: whether this cycle has to be silent */
-static bool must_be_silent(const struct cb_board *board, int64_t deadline_us) {
-    return board->unanswered_deadline_us != 0 && deadline_us > board->unanswered_deadline_us &&
-           cb_time_us() < board->unanswered_deadline_us + (int64_t)board->period_us;
-}
-
-/* A request is repeated as often as its time allows: reading twice and writing the same absolute
- * values twice harm nobody.
- * in : deadline_us of the cycle; what is left of it behind until_us is for another request */
 static enum cb_transfer exchange(struct cb_board *board, const struct cb_modbus_request *request,
-                                 uint16_t *registers, int64_t deadline_us, int64_t until_us) {
-    const uint32_t needed_us = cb_rtu_exchange_us(&board->plc.line, request, board->slave_delay_us);
-    bool sent = false;
-    if (must_be_silent(board, deadline_us)) return CB_TRANSFER_FAILED;
-    for (unsigned tries = 0; tries < CB_BOARD_TRIES; ++tries) {
-        const int64_t now_us = cb_time_us();
-        if (until_us - now_us < (int64_t)needed_us) break;
-        board->plc.counters.retries += tries > 0;
-        switch (ask(board, request, registers, patience_us(now_us, until_us, needed_us))) {
-            case CB_WIRE_OK:
-                return CB_TRANSFER_OK;
-            case CB_WIRE_REFUSED:
-                return CB_TRANSFER_REFUSED;
-            case CB_WIRE_SILENT:
-                board->unanswered_deadline_us = deadline_us;
-                sent = true;
-                break;
-            case CB_WIRE_SPOILT: /* the slave has had its say */
-                sent = true;
-                break;
-            case CB_WIRE_NOT_SENT:
-                break;
-        }
-    }
-    return sent ? CB_TRANSFER_UNKNOWN : CB_TRANSFER_FAILED;
+                                 uint16_t *registers, int64_t deadline_us) {
+    const struct cb_rtu_wire wire = {.context = board, .now_us = now_us, .ask = ask};
+    return cb_rtu_exchange_on(&wire, &board->dialog, request, registers, deadline_us);
 }
 
 static enum cb_transfer read(void *context, uint16_t start, uint16_t count, uint16_t *registers,
                              int64_t deadline_us) {
-    struct cb_board *board = context;
     const struct cb_modbus_request request = cb_modbus_read(start, count);
-    return exchange(board, &request, registers, deadline_us,
-                    deadline_us - (int64_t)board->reserve_us);
+    return exchange(context, &request, registers, deadline_us);
 }
 
 static enum cb_transfer write(void *context, uint16_t start, uint16_t count,
                               const uint16_t *registers, int64_t deadline_us) {
     const struct cb_modbus_request request = cb_modbus_write(start, count, registers);
-    return exchange(context, &request, 0, deadline_us, deadline_us);
+    return exchange(context, &request, 0, deadline_us);
 }
 
 static enum cb_transfer write_read(void *context, uint16_t write_start, uint16_t write_count,
@@ -127,7 +99,7 @@ static enum cb_transfer write_read(void *context, uint16_t write_start, uint16_t
                                    int64_t deadline_us) {
     const struct cb_modbus_request request =
         cb_modbus_write_read(write_start, write_count, write_registers, read_start, read_count);
-    return exchange(context, &request, read_registers, deadline_us, deadline_us);
+    return exchange(context, &request, read_registers, deadline_us);
 }
 
 static size_t samples(void *context, struct cb_hal_sample *list, size_t max) {

@@ -9,26 +9,24 @@
 #include "hal/hal.h"
 #include "hal/stm32f405/wire.h"
 
-enum {
-    CB_BOARD_TRIES = 8,    /* of one request in one cycle */
-    CB_BOARD_SAMPLES = 64, /* what one cycle can take */
-};
+enum { CB_BOARD_SAMPLES = 64 /* what one cycle can take */ };
 
 struct cb_board {
     uint32_t period_us;
     struct cb_wire plc;
+    struct cb_rtu_dialog dialog; /* with the PLC */
     uint8_t plc_unit;
-    uint32_t slave_delay_us; /* of the PLC */
-    uint32_t reserve_us;     /* what a reading leaves of the cycle's time, for the write */
-    int64_t next_tick_us;    /* 0: none yet */
-    size_t waiting;          /* samples for the next cycle */
+    int64_t next_tick_us; /* 0: none yet */
+    size_t waiting;       /* samples for the next cycle */
     struct cb_hal_sample samples[CB_BOARD_SAMPLES];
-    bool stop; /* the console asked for it */
-    int64_t
-        unanswered_deadline_us; /* of the last cycle with a request that got no answer; 0: none */
-    void (*idle)(void);         /* called again and again while there is time, each time short */
-    void (*meanwhile)(void);    /* called while the PLC is waited for, each time very short */
+    bool stop;               /* the console asked for it */
+    void (*idle)(void);      /* called again and again while there is time, each time short */
+    void (*meanwhile)(void); /* called while the PLC is waited for, each time very short */
 };
+
+/* The line to the PLC. in: manners as in cb_rtu_dialog_start, lumps_us as in cb_wire_start */
+void cb_board_start_plc(struct cb_board *board, uint8_t unit, const struct cb_rtu_manners *manners,
+                        uint32_t lumps_us);
 
 /* Sleeps for the rest of the period, with idle() in between, and returns how many ticks were
  * missed. */

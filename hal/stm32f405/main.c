@@ -69,22 +69,8 @@ static void note_cycle(void) {
     }
 }
 
-/* What a reading has to leave of the time of a cycle: the write. */
-static uint32_t reserve_us(const struct cb_plc_config *plc) {
-    if (plc->exchange == CB_EXCHANGE_FC23) return 0;
-    return cb_rtu_write_us(plc, &plc->serial.line);
-}
-
 uint32_t cb_app_lumps_us(const struct cb_app *of) {
     return of->clock.source == CB_CLOCK_EMULATED ? EMULATED_LUMPS_US : 0;
-}
-
-static void start_plc(void) {
-    const struct cb_plc_config *plc = &app.box.config.plc;
-    cb_wire_start(&app.board.plc, CB_USART_PLC, &plc->serial.line, cb_app_lumps_us(&app));
-    app.board.plc_unit = plc->unit;
-    app.board.slave_delay_us = plc->serial.slave_delay_us;
-    app.board.reserve_us = reserve_us(plc);
 }
 
 /* After a fault of its own the box waits for permit resume or a new enable edge, as after any loss
@@ -92,7 +78,8 @@ static void start_plc(void) {
 static _Noreturn void run_box(void) {
     const struct cb_hal hal = cb_board_hal(&app.board);
     app.board.period_us = app.box.config.period_us;
-    start_plc();
+    const struct cb_rtu_manners manners = cb_rtu_manners_of(&app.box.config.plc);
+    cb_board_start_plc(&app.board, app.box.config.plc.unit, &manners, cb_app_lumps_us(&app));
     cb_bus_start(&app);
     cb_recorder_start(&app.recorder, app.loading.records, CB_APP_RECORDS);
     cb_box_start(&app.box);

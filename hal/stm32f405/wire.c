@@ -13,7 +13,7 @@ void cb_wire_start(struct cb_wire *wire, enum cb_usart port, const struct cb_rtu
     cb_usart_open(port, line->baud, with[line->parity], line->stop_bits);
 }
 
-static bool finish(struct cb_wire *wire, enum cb_wire_end end) {
+static bool finish(struct cb_wire *wire, enum cb_rtu_end end) {
     wire->counters.noise_bytes += wire->receiver.noise;
     wire->receiver.noise = 0;
     wire->end = end;
@@ -21,8 +21,10 @@ static bool finish(struct cb_wire *wire, enum cb_wire_end end) {
     return true;
 }
 
-void cb_wire_ask(struct cb_wire *wire, uint8_t unit, const struct cb_modbus_request *request,
-                 uint16_t *registers, int64_t until_us) {
+void cb_wire_ask(struct cb_wire *wire, enum cb_rtu_ask what, uint8_t unit,
+                 const struct cb_modbus_request *request, uint16_t *registers, int64_t until_us) {
+    wire->what = what;
+    wire->dropped = 0;
     wire->unit = unit;
     wire->request = *request;
     wire->registers = registers;
@@ -30,7 +32,7 @@ void cb_wire_ask(struct cb_wire *wire, uint8_t unit, const struct cb_modbus_requ
     wire->state = CB_WIRE_QUIET;
     wire->frame_bytes = (uint16_t)cb_rtu_encode(unit, request, wire->frame);
     wire->request.write_registers = 0;
-    if (wire->frame_bytes == 0) (void)finish(wire, CB_WIRE_NOT_SENT);
+    if (wire->frame_bytes == 0) (void)finish(wire, CB_RTU_END_NOT_SENT);
 }
 
 /* A time of the port's bytes, as a time of the clock: it lies less than half an hour back. */
@@ -44,16 +46,29 @@ static void drain(struct cb_wire *wire, int64_t now_us) {
     while (cb_usart_take(wire->port, &byte)) {
         wire->quiet_us = whole_time(now_us, byte.time_us);
         ++wire->counters.noise_bytes;
+        ++wire->dropped;
     }
 }
 
-static void send_when_quiet(struct cb_wire *wire, int64_t now_us) {
+/* A frame's worth of bytes may have been a reply, and there may be more of them. */
+static bool is_stray(const struct cb_wire *wire) {
+    return wire->wary && wire->what == CB_RTU_ASK_REQUEST && wire->dropped >= CB_RTU_MIN_FRAME;
+}
+
+/* out: whether it is DONE */
+static bool send_when_quiet(struct cb_wire *wire, int64_t now_us) {
     drain(wire, now_us);
     if (cb_usart_busy(wire->port)) wire->quiet_us = now_us; /* with a request that was given up */
-    if (now_us - wire->quiet_us < (int64_t)wire->silence.between_us) return;
-    if (!cb_usart_send(wire->port, wire->frame, wire->frame_bytes)) return;
+    if (now_us - wire->quiet_us < (int64_t)wire->silence.between_us) return false;
+    if (is_stray(wire)) return finish(wire, CB_RTU_END_STRAY);
+    if (!cb_usart_send(wire->port, wire->frame, wire->frame_bytes)) return false;
     ++wire->counters.requests;
     wire->state = CB_WIRE_SENDING;
+    return false;
+}
+
+static void expect(struct cb_wire *wire, int64_t now_us) {
+    cb_rtu_receiver_expect(&wire->receiver, wire->unit, &wire->request, now_us);
 }
 
 /* Bytes that come while we send are not an answer. */
@@ -63,7 +78,7 @@ static void mind_sending(struct cb_wire *wire, int64_t now_us) {
         return;
     }
     wire->quiet_us = now_us;
-    cb_rtu_receiver_expect(&wire->receiver, wire->unit, &wire->request, now_us);
+    expect(wire, now_us);
     wire->state = CB_WIRE_LISTENING;
 }
 
@@ -71,13 +86,13 @@ static bool take_reply(struct cb_wire *wire) {
     const enum cb_rtu_answer answer =
         cb_rtu_receiver_take(&wire->receiver, wire->registers, &wire->exception);
     ++wire->counters.replies;
-    if (answer == CB_RTU_OK) return finish(wire, CB_WIRE_OK);
+    if (answer == CB_RTU_OK) return finish(wire, CB_RTU_END_REPLY);
     ++wire->counters.exceptions;
-    return finish(wire, CB_WIRE_REFUSED);
+    return finish(wire, CB_RTU_END_REFUSED);
 }
 
-/* What came was no reply: says why. */
-static bool take_rubbish(struct cb_wire *wire) {
+/* What came was no reply: says why. A probe goes on listening. out: whether it is DONE */
+static bool take_rubbish(struct cb_wire *wire, int64_t now_us) {
     switch (cb_rtu_receiver_take(&wire->receiver, wire->registers, &wire->exception)) {
         case CB_RTU_CRC:
             ++wire->counters.crc_errors;
@@ -92,31 +107,41 @@ static bool take_rubbish(struct cb_wire *wire) {
             ++wire->counters.invalid_replies;
             break;
     }
-    return finish(wire, CB_WIRE_SPOILT);
+    if (cb_rtu_receiver_damaged(&wire->receiver)) return finish(wire, CB_RTU_END_DAMAGED);
+    if (wire->what != CB_RTU_ASK_PROBE) return finish(wire, CB_RTU_END_RUBBISH);
+    expect(wire, now_us);
+    return false;
+}
+
+/* Silence says that what came is over; after a damaged reply a short one does. */
+static bool is_spoilt(struct cb_wire *wire, int64_t now_us) {
+    const enum cb_rtu_reception state = cb_rtu_receiver_look(&wire->receiver, now_us);
+    return state == CB_RTU_SPOILT ||
+           (state == CB_RTU_INSIDE && cb_rtu_receiver_damaged(&wire->receiver) &&
+            now_us - wire->receiver.last_us >= (int64_t)wire->silence.between_us);
 }
 
 /* A byte with a wrong parity or frame goes in upside down: the check sum refuses what it is part
  * of. */
 static bool listen(struct cb_wire *wire, int64_t now_us) {
-    enum cb_rtu_reception reception = CB_RTU_WAITING;
     struct cb_usart_byte byte;
     while (cb_usart_take(wire->port, &byte)) {
         const uint8_t byte_or_not = byte.bad ? (uint8_t)~byte.byte : byte.byte;
-        wire->quiet_us = whole_time(now_us, byte.time_us);
-        reception = cb_rtu_receiver_byte(&wire->receiver, byte_or_not, wire->quiet_us);
-        if (reception == CB_RTU_REPLY) return take_reply(wire);
+        const int64_t came_us = whole_time(now_us, byte.time_us);
+        wire->quiet_us = came_us;
+        if (cb_rtu_receiver_look(&wire->receiver, came_us) == CB_RTU_SPOILT &&
+            take_rubbish(wire, came_us))
+            return true;
+        if (cb_rtu_receiver_byte(&wire->receiver, byte_or_not, came_us) == CB_RTU_REPLY)
+            return take_reply(wire);
     }
-    if (cb_rtu_receiver_look(&wire->receiver, now_us) == CB_RTU_SPOILT) return take_rubbish(wire);
-    return false;
+    return is_spoilt(wire, now_us) && take_rubbish(wire, now_us);
 }
 
 static bool give_up(struct cb_wire *wire) {
-    if (wire->state == CB_WIRE_QUIET) return finish(wire, CB_WIRE_NOT_SENT);
-    if (wire->state == CB_WIRE_LISTENING &&
-        cb_rtu_receiver_look(&wire->receiver, wire->until_us) == CB_RTU_INSIDE)
-        return take_rubbish(wire);
+    if (wire->state == CB_WIRE_QUIET) return finish(wire, CB_RTU_END_NOT_SENT);
     ++wire->counters.timeouts;
-    return finish(wire, CB_WIRE_SILENT);
+    return finish(wire, CB_RTU_END_SILENT);
 }
 
 bool cb_wire_poll(struct cb_wire *wire, int64_t now_us) {
@@ -126,7 +151,7 @@ bool cb_wire_poll(struct cb_wire *wire, int64_t now_us) {
         case CB_WIRE_DONE:
             return true;
         case CB_WIRE_QUIET:
-            send_when_quiet(wire, now_us);
+            if (send_when_quiet(wire, now_us)) return true;
             break;
         case CB_WIRE_SENDING:
             mind_sending(wire, now_us);

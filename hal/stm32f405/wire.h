@@ -10,6 +10,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/rtu_dialog.h"
 #include "firmware/rtu_receiver.h"
 #include "hal/stm32f405/usart.h"
 
@@ -23,7 +24,8 @@
     X(wrong_units)     /* a frame of another unit */                                  \
     X(invalid_replies) /* a frame with another function, length or echo than asked */ \
     X(noise_bytes)     /* bytes that belonged to no reply */                          \
-    X(retries)
+    X(retries)         /* requests sent again in the same period */                   \
+    X(probes)          /* readings of one register, to see that nothing is out any more */
 
 struct cb_wire_counters {
 #define CB_X(name) uint32_t name;
@@ -44,24 +46,18 @@ enum cb_wire_state {
     CB_WIRE_DONE,
 };
 
-/* How a request ended. */
-enum cb_wire_end {
-    CB_WIRE_OK,
-    CB_WIRE_REFUSED,  /* by an exception */
-    CB_WIRE_NOT_SENT, /* the line was never quiet, or the request is none */
-    CB_WIRE_SILENT,   /* sent, nothing came */
-    CB_WIRE_SPOILT,   /* sent, what came is no reply to it */
-};
-
 struct cb_wire {
     struct cb_rtu_line line;
     struct cb_rtu_silence silence;
     struct cb_wire_counters counters;
     enum cb_usart port;
     enum cb_wire_state state;
-    enum cb_wire_end end; /* in DONE */
+    enum cb_rtu_end end;  /* in DONE */
+    enum cb_rtu_ask what; /* REQUEST, or PROBE: then what is not its reply is skipped */
+    bool wary;            /* a REQUEST is not sent where bytes came that nobody asked for: STRAY */
     uint8_t unit, exception;
     uint16_t frame_bytes;
+    uint16_t dropped;    /* bytes that came before the request went out */
     int64_t until_us;    /* then it is over */
     int64_t quiet_us;    /* since when nothing was on the line, as far as is known */
     uint16_t *registers; /* memory of who asked, until DONE */
@@ -75,11 +71,11 @@ struct cb_wire {
 void cb_wire_start(struct cb_wire *wire, enum cb_usart port, const struct cb_rtu_line *line,
                    uint32_t lumps_us);
 
-/* in : state IDLE or DONE; what the request points at is only read now; registers of the reply,
- *      unchanged unless CB_WIRE_OK, NULL where it has none
- * out: QUIET, or DONE with NOT_SENT for a request that cannot be encoded */
-void cb_wire_ask(struct cb_wire *wire, uint8_t unit, const struct cb_modbus_request *request,
-                 uint16_t *registers, int64_t until_us);
+/* in : state IDLE or DONE; what: not NOTHING; what the request points at is only read now;
+ * registers of the reply, unchanged unless CB_RTU_END_REPLY, NULL where it has none out: QUIET, or
+ * DONE with NOT_SENT for a request that cannot be encoded */
+void cb_wire_ask(struct cb_wire *wire, enum cb_rtu_ask what, uint8_t unit,
+                 const struct cb_modbus_request *request, uint16_t *registers, int64_t until_us);
 
 /* Does what can be done now. out: whether it is DONE */
 bool cb_wire_poll(struct cb_wire *wire, int64_t now_us);

@@ -27,15 +27,17 @@ RULES = [
     # The cycle is the one piece of hal/ that knows the box; a target's program joins the two.
     ("hal/cycle.[ch]", CORE + ["hal/hal.h", "hal/cycle.h"] + FREESTANDING),
     ("hal/hal.h", FREESTANDING),
+    ("hal/rtu_exchange.[ch]", ["hal/hal.h", "hal/rtu_exchange.h", "firmware/rtu_dialog.h"] + FREESTANDING),
     ("hal/linux/main.c", CORE + ["hal/hal.h", "hal/cycle.h", "hal/linux/*", "<*>"]),
     ("hal/linux/daemon/*", CORE + ["hal/hal.h", "hal/cycle.h", "hal/linux/*", "<*>"]),
     # firmware/modbus.h and the like turn bytes into numbers and know nothing of the box.
-    ("hal/linux/*", ["hal/hal.h", "hal/linux/*", "firmware/modbus.h", "firmware/rtu_*.h",
+    ("hal/linux/*", ["hal/hal.h", "hal/rtu_exchange.h", "hal/linux/*", "firmware/modbus.h", "firmware/rtu_*.h",
                      "firmware/can.h", "firmware/canopen.h", "<*>"]),
     ("hal/stm32f405/main.c", CORE + ["hal/hal.h", "hal/cycle.h", "hal/stm32f405/*"] + FREESTANDING),
     # What the console says and what the flash holds is about the box.
     ("hal/stm32f405/app/*", CORE + ["hal/hal.h", "hal/cycle.h", "hal/stm32f405/*"] + FREESTANDING),
-    ("hal/stm32f405/*", ["hal/hal.h", "hal/stm32f405/*", "firmware/modbus.h", "firmware/rtu_*.h"] + FREESTANDING),
+    ("hal/stm32f405/*", ["hal/hal.h", "hal/rtu_exchange.h", "hal/stm32f405/*", "firmware/modbus.h",
+                         "firmware/rtu_*.h"] + FREESTANDING),
     ("hal/sim/main.c", CORE + ["hal/hal.h", "hal/cycle.h", "hal/sim/*"] + FREESTANDING),
     ("hal/sim/*", ["hal/hal.h", "hal/sim/*"] + FREESTANDING),
     # The truth about the simulated machine lives in twin/; it shares nothing with the box, and

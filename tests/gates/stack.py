@@ -57,7 +57,8 @@ IMAGE_INDIRECT = {
     "standby.c:cb_standby_run": HAL,
     "commands.c:cb_commands_serve": COMMANDS,
     "box_hal.c:cb_board_wait_tick": ["main.c:idle"],
-    "box_hal.c:exchange": ["main.c:meanwhile"],
+    "box_hal.c:ask": ["main.c:meanwhile"],
+    "rtu_exchange.c:cb_rtu_exchange_on": ["box_hal.c:now_us", "box_hal.c:ask"],
 }
 
 

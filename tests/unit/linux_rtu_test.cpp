@@ -16,6 +16,7 @@
 #include <vector>
 
 extern "C" {
+#include "firmware/rtu_budget.h"
 #include "hal/linux/clock.h"
 #include "hal/linux/rtu.h"
 }
@@ -43,7 +44,14 @@ bytes two_written() {
     return with_crc({17, 16, 0, 100, 0, 2});
 }
 
-// The far end of a serial line. The handler gets each request, with its number from 1.
+// Readings of 1 or 3 registers: the blocks have 2 and 4.
+bool is_probe(const bytes &request) {
+    return request[1] == 3 && request[5] % 2 == 1;
+}
+
+// The far end of a serial line. The handler gets each request, with its number from 1. Probes are
+// answered by themselves, behind what the handler of the one before had to say, or given to
+// `probed`.
 class slave {
   public:
     using handler = std::function<void(slave &, const bytes &request, int number)>;
@@ -74,7 +82,15 @@ class slave {
     void send(const bytes &some) {
         EXPECT_EQ(write(master_, some.data(), some.size()), static_cast<ssize_t>(some.size()));
     }
+    void answer_probe() {
+        if (probed_ == 1)
+            send(with_crc({17, 3, 2, 0, 0}));
+        else
+            send(with_crc({17, 3, 6, 0, 0, 0, 0, 0, 0}));
+    }
     int requests() const { return requests_; }
+    int probes() const { return probes_; }
+    std::function<void(slave &, int number)> probed = [](slave &s, int) { s.answer_probe(); };
     bytes last() {
         const std::lock_guard<std::mutex> guard(mutex_);
         return last_;
@@ -100,8 +116,14 @@ class slave {
                 if (n <= 0) sleep_ms(1);
                 continue;
             }
-            last_ = bytes(got.begin(), got.begin() + static_cast<long>(length));
+            const bytes request(got.begin(), got.begin() + static_cast<long>(length));
             got.clear();
+            if (is_probe(request)) {
+                probed_ = request[5];
+                probed(*this, ++probes_);
+                continue;
+            }
+            last_ = request;
             handle_(*this, last_, ++requests_);
         }
     }
@@ -109,13 +131,14 @@ class slave {
     std::string link_;
     std::mutex mutex_;
     int master_ = -1;
-    std::atomic<int> requests_{0};
+    std::atomic<int> requests_{0}, probes_{0};
+    int probed_ = 0;  // registers of the last probe
     std::atomic<bool> over_{false};
     bytes last_;
     std::thread thread_;
 };
 
-constexpr int DEADLINE_MS = 150, HOLD_MS = 200;
+constexpr int DEADLINE_MS = 300;
 
 cb_serial_config config_of(const slave &at) {
     cb_serial_config config{};
@@ -130,20 +153,37 @@ struct client {
     cb_rtu rtu;
     uint16_t registers[125] = {0xEEEE, 0xEEEE, 0xEEEE};
 
-    explicit client(const slave &at, uint32_t hold_us = HOLD_MS * 1000,
-                    cb_serial_opener *opener = nullptr) {
-        const cb_serial_config config = config_of(at);
-        cb_rtu_start(&rtu, &config, opener, hold_us);
+    explicit client(const slave &at, cb_serial_opener *opener = nullptr) {
+        cb_plc_config plc{};
+        plc.serial = config_of(at);
+        plc.read = {8, 2, false};
+        plc.write = {100, 4, false};
+        plc.exchange = CB_EXCHANGE_FC23;  // no time is kept for a write
+        const cb_rtu_manners manners = cb_rtu_manners_of(&plc);
+        cb_rtu_start(&rtu, &plc.serial, &manners, opener);
     }
     ~client() { cb_serial_close(&rtu.serial); }
     cb_transfer read(int ms = DEADLINE_MS) {
-        return cb_rtu_read(&rtu, 8, 2, registers, cb_boottime_us() + ms * 1000);
+        const cb_modbus_request request = cb_modbus_read(8, 2);
+        return cb_rtu_exchange(&rtu, &request, registers, cb_boottime_us() + ms * 1000);
     }
     cb_transfer write(int ms = DEADLINE_MS) {
         const uint16_t values[2] = {1, 2};
-        return cb_rtu_write(&rtu, 100, 2, values, cb_boottime_us() + ms * 1000);
+        const cb_modbus_request request = cb_modbus_write(100, 2, values);
+        return cb_rtu_exchange(&rtu, &request, nullptr, cb_boottime_us() + ms * 1000);
     }
 };
+
+cb_transfer read_until_good(client &c) {
+    cb_transfer got = CB_TRANSFER_FAILED;
+    for (int i = 0; i < 500 && got != CB_TRANSFER_OK; ++i, sleep_ms(5)) got = c.read();
+    return got;
+}
+
+// A whole frame that was not the reply: by itself, or in one piece with the reply behind it.
+bool was_dropped(const client &c) {
+    return c.rtu.counters.late_replies + c.rtu.counters.noise_bytes > 0;
+}
 
 void behave(slave &s, const bytes &request, int number) {
     s.send(request[1] == 3 ? two_registers(number) : two_written());
@@ -159,7 +199,8 @@ TEST(rtu, what_is_on_the_wire_is_what_the_specification_says) {
     EXPECT_EQ(c.registers[2], 0xEEEE);
     EXPECT_EQ(c.write(), CB_TRANSFER_OK);
     EXPECT_EQ(plc.last(), with_crc({17, 16, 0, 100, 0, 2, 4, 0, 1, 0, 2}));
-    EXPECT_EQ(c.rtu.counters.replies, 2u);
+    EXPECT_EQ(c.rtu.counters.replies, 3u);  // and the probe's, the first of all
+    EXPECT_EQ(plc.probes(), 1);
 }
 
 TEST(rtu, a_refusal_is_told_apart) {
@@ -170,13 +211,14 @@ TEST(rtu, a_refusal_is_told_apart) {
     EXPECT_EQ(c.registers[0], 0xEEEE);
 }
 
-// Each kind of wrong reply costs its exchange, well before the deadline, and nothing else.
-TEST(rtu, wrong_replies_cost_their_exchange) {
+// Each kind of wrong reply is asked for again at once, where there is time; what is not the damaged
+// reply itself only when a probe has shown that nothing else is to come.
+TEST(rtu, wrong_replies_are_asked_for_again) {
     slave plc([](slave &s, const bytes &request, int number) {
         bytes reply = two_registers(number);
         if (number == 1) reply[4] ^= 0x10;
         if (number == 2) reply = two_registers(number, 18);
-        if (number == 3) reply = with_crc({17, 3, 2, 0, 1});
+        if (number == 3) reply = with_crc({17, 3, 8, 0, 1, 0, 2, 0, 3, 0, 4});
         if (number == 4) reply.resize(6);
         if (number > 4)
             behave(s, request, number);
@@ -184,14 +226,34 @@ TEST(rtu, wrong_replies_cost_their_exchange) {
             s.send(reply);
     });
     client c(plc);
-    for (int i = 0; i < 4; ++i) EXPECT_EQ(c.read(5000), CB_TRANSFER_UNKNOWN) << i;
-    EXPECT_EQ(c.registers[0], 0xEEEE);
+    c.rtu.dialog.doubtful = false;
+    EXPECT_EQ(c.read(5000), CB_TRANSFER_OK);
+    EXPECT_EQ(c.registers[0], 5);
     EXPECT_EQ(c.rtu.counters.timeouts, 0u);
     EXPECT_EQ(c.rtu.counters.crc_errors, 2u);
     EXPECT_EQ(c.rtu.counters.wrong_units, 1u);
     EXPECT_EQ(c.rtu.counters.invalid_replies, 1u);
+    EXPECT_EQ(c.rtu.counters.retries, 4u);
+    EXPECT_EQ(c.rtu.counters.probes, 3u);
+    EXPECT_EQ(c.rtu.counters.requests, 8u);
+}
+
+// 21 characters and silences take 5.1 ms, and the slave and the driver may take 8 ms more.
+TEST(rtu, without_time_for_another_try_a_wrong_reply_costs_its_exchange) {
+    slave plc([](slave &s, const bytes &request, int number) {
+        bytes reply = two_registers(number);
+        reply[4] ^= static_cast<uint8_t>(number == 1);
+        if (number > 1) behave(s, request, number);
+        if (number == 1) s.send(reply);
+    });
+    client c(plc);
+    c.rtu.dialog.doubtful = false;
+    c.rtu.dialog.manners.reserve_us = 10000000;
+    EXPECT_EQ(c.read(), CB_TRANSFER_UNKNOWN);
+    EXPECT_EQ(c.registers[0], 0xEEEE);
+    EXPECT_EQ(plc.requests(), 1);
     EXPECT_EQ(c.read(), CB_TRANSFER_OK);
-    EXPECT_EQ(c.registers[0], 5);
+    EXPECT_EQ(c.rtu.counters.probes, 0u);  // that reply was its own, damaged: nothing is to come
 }
 
 TEST(rtu, noise_before_a_reply_costs_nothing) {
@@ -215,65 +277,110 @@ TEST(rtu, stale_bytes_are_thrown_away_before_a_request) {
     EXPECT_EQ(c.rtu.counters.stray_replies, 1u);
 }
 
-TEST(rtu, without_a_reply_the_next_request_waits_for_it) {
+TEST(rtu, without_a_reply_a_probe_goes_first) {
+    slave plc([](slave &s, const bytes &request, int number) {
+        if (number > 1) behave(s, request, number);
+    });
+    plc.probed = [](slave &s, int number) {
+        if (number != 2) s.answer_probe();
+    };
+    client c(plc);
+    c.rtu.dialog.manners.reserve_us = 10000000;  // one try a cycle
+    EXPECT_EQ(c.read(), CB_TRANSFER_UNKNOWN);    // nothing until its deadline
+    EXPECT_EQ(c.read(50), CB_TRANSFER_FAILED);   // nor to the probe
+    EXPECT_EQ(plc.requests(), 1);
+    EXPECT_EQ(read_until_good(c), CB_TRANSFER_OK);
+    EXPECT_EQ(c.registers[0], 2);
+    EXPECT_GE(plc.probes(), 2);
+}
+
+TEST(rtu, a_lost_reply_is_asked_for_again_in_its_period_where_there_is_time) {
     slave plc([](slave &s, const bytes &request, int number) {
         if (number > 1) behave(s, request, number);
     });
     client c(plc);
-    EXPECT_EQ(c.read(), CB_TRANSFER_UNKNOWN);  // nothing until its deadline, then HOLD_MS more
-    EXPECT_EQ(c.read(20), CB_TRANSFER_FAILED);
-    EXPECT_EQ(c.rtu.counters.blocked, 1u);
-    EXPECT_EQ(plc.requests(), 1);
-    EXPECT_EQ(c.read(HOLD_MS + DEADLINE_MS), CB_TRANSFER_OK);
+    EXPECT_EQ(c.read(), CB_TRANSFER_OK);
     EXPECT_EQ(c.registers[0], 2);
-    EXPECT_FALSE(c.rtu.doubtful);
+    EXPECT_EQ(c.rtu.counters.retries, 1u);
+    EXPECT_EQ(c.rtu.counters.timeouts, 1u);
 }
 
+// However late: it comes before the reply to the probe, and is dropped.
 TEST(rtu, a_late_reply_is_dropped_and_the_next_request_goes_out) {
     slave plc([](slave &s, const bytes &request, int number) {
-        if (number == 1) sleep_ms(DEADLINE_MS + 50);
-        behave(s, request, number);
+        if (number > 1) behave(s, request, number);
     });
+    plc.probed = [](slave &s, int number) {
+        if (number == 2) s.send(two_registers(1));  // of the request that was given up
+        if (number == 2) sleep_ms(20);
+        s.answer_probe();
+    };
     client c(plc);
+    c.rtu.dialog.manners.reserve_us = 10000000;
     EXPECT_EQ(c.read(), CB_TRANSFER_UNKNOWN);
-    EXPECT_EQ(c.read(HOLD_MS + DEADLINE_MS), CB_TRANSFER_OK);
+    EXPECT_EQ(c.registers[0], 0xEEEE);
+    EXPECT_EQ(read_until_good(c), CB_TRANSFER_OK);
     EXPECT_EQ(c.registers[0], 2);
-    EXPECT_EQ(c.rtu.counters.late_replies, 1u);
+    EXPECT_TRUE(was_dropped(c));
 }
 
-// Later than even that: it comes when its successor is out. The successor's own reply behind it
-// gives it away, and neither is believed.
-TEST(rtu, a_very_late_reply_is_not_taken_for_the_next_one) {
-    slave plc([](slave &s, const bytes &, int number) {
-        if (number == 1) return;
-        if (number == 2) s.send(two_registers(1));
-        s.send(two_registers(number));
+// The case that time alone cannot tell: the slave answers more than two periods late, and has lost
+// what it was asked since. Its reply has all that the next request's would have.
+TEST(rtu, a_very_late_reply_is_not_taken_though_the_next_request_is_lost) {
+    slave plc([](slave &s, const bytes &request, int number) {
+        if (number > 1) behave(s, request, number);
     });
+    plc.probed = [](slave &s, int number) {
+        if (number == 1 || number > 3) s.answer_probe();
+        if (number == 3) s.send(two_registers(1));
+    };
     client c(plc);
-    EXPECT_EQ(c.read(), CB_TRANSFER_UNKNOWN);
-    EXPECT_EQ(c.read(HOLD_MS + DEADLINE_MS), CB_TRANSFER_UNKNOWN);
+    c.rtu.dialog.manners.reserve_us = 10000000;
+    for (int cycle = 0; cycle < 3; ++cycle) EXPECT_NE(c.read(60), CB_TRANSFER_OK) << cycle;
     EXPECT_EQ(c.registers[0], 0xEEEE);
-    EXPECT_GE(c.rtu.counters.stray_replies, 1u);
+    EXPECT_EQ(read_until_good(c), CB_TRANSFER_OK);
+    EXPECT_EQ(c.registers[0], 2);
+    EXPECT_TRUE(was_dropped(c));
+}
+
+TEST(rtu, a_probe_that_is_refused_leaves_the_doubt) {
+    slave plc(behave);
+    plc.probed = [](slave &s, int number) {
+        if (number == 1)
+            s.send(with_crc({17, 0x83, 6}));
+        else
+            s.answer_probe();
+    };
+    client c(plc);
+    EXPECT_EQ(c.read(), CB_TRANSFER_REFUSED);
+    EXPECT_EQ(plc.requests(), 0);
     EXPECT_EQ(c.read(), CB_TRANSFER_OK);
-    EXPECT_EQ(c.registers[0], 3);
 }
 
 TEST(rtu, modules_of_a_bus_do_not_wait_for_each_other) {
     slave modules([](slave &s, const bytes &request, int number) {
         if (request[0] == 18) s.send(two_registers(number, 18));
     });
-    client c(modules, 0);
-    const cb_modbus_request request{CB_MODBUS_READ, 8, 2, 0, 0, nullptr};
-    EXPECT_EQ(c.read(30), CB_TRANSFER_UNKNOWN);
-    EXPECT_EQ(cb_rtu_exchange(&c.rtu, 18, &request, c.registers, cb_boottime_us() + 150000),
-              CB_TRANSFER_OK);
-    EXPECT_EQ(c.registers[0], 2);
+    cb_rtu bus;
+    const cb_serial_config config = config_of(modules);
+    cb_rtu_start_bus(&bus, &config);
+    uint16_t registers[2];
+    const cb_modbus_request request = cb_modbus_read(8, 2);
+    const auto ask = [&](uint8_t unit, int ms) {
+        return cb_rtu_ask_module(&bus, unit, &request, registers, cb_boottime_us() + ms * 1000);
+    };
+    EXPECT_EQ(ask(17, 30), CB_TRANSFER_UNKNOWN);
+    EXPECT_EQ(ask(18, 150), CB_TRANSFER_OK);
+    EXPECT_EQ(registers[0], 2);
+    EXPECT_EQ(modules.probes(), 0);
+    cb_serial_close(&bus.serial);
 }
 
 TEST(rtu, what_could_not_be_answered_in_time_is_not_sent) {
     slave plc(behave);
     client c(plc);
     sleep_ms(20);
+    c.rtu.dialog.doubtful = false;
     EXPECT_EQ(c.read(4), CB_TRANSFER_FAILED);  // 21 characters and silences take 5.1 ms
     EXPECT_EQ(c.write(0), CB_TRANSFER_FAILED);
     EXPECT_EQ(c.rtu.counters.out_of_time, 2u);
@@ -313,7 +420,7 @@ TEST(rtu, something_else_than_a_serial_device_is_refused) {
     std::string("/dev/null").copy(config.device, sizeof config.device - 1);
     config.line = {115200, CB_PARITY_EVEN, 1};
     cb_rtu rtu;
-    cb_rtu_start(&rtu, &config, nullptr, 0);
+    cb_rtu_start_bus(&rtu, &config);
     EXPECT_LT(rtu.serial.fd, 0);
     EXPECT_EQ(rtu.serial.error_number, ENOTTY);
 }
@@ -341,18 +448,12 @@ struct opener {
     }
 };
 
-cb_transfer read_until_good(client &c) {
-    cb_transfer got = CB_TRANSFER_FAILED;
-    for (int i = 0; i < 500 && got != CB_TRANSFER_OK; ++i, sleep_ms(5)) got = c.read();
-    return got;
-}
-
 TEST(rtu_opener, a_driver_that_hangs_keeps_nobody_waiting) {
     slave plc(behave);
     driver_hangs = true;
     opened = 0;
     opener helper(plc);
-    client c(plc, HOLD_MS * 1000, &helper.thread);
+    client c(plc, &helper.thread);
     for (int i = 0; i < 20; ++i)
         EXPECT_EQ(c.read(5000), CB_TRANSFER_FAILED);  // would wait for ever
     EXPECT_EQ(opened, 0);
@@ -366,7 +467,7 @@ TEST(rtu_opener, a_driver_that_hangs_keeps_nobody_waiting) {
 TEST(rtu_opener, a_device_that_is_unplugged_again_and_again_is_opened_by_the_thread) {
     slave plc(behave);
     opener helper(plc);
-    client c(plc, HOLD_MS * 1000, &helper.thread);
+    client c(plc, &helper.thread);
     for (uint32_t times = 1; times <= 4; ++times) {
         EXPECT_EQ(read_until_good(c), CB_TRANSFER_OK);
         EXPECT_EQ(c.rtu.serial.connects, times);
@@ -390,7 +491,7 @@ TEST(rtu_opener, no_descriptor_is_left_over) {
     const auto before = descriptors();
     for (int times = 0; times < 3; ++times) {
         opener helper(plc);
-        client c(plc, HOLD_MS * 1000, &helper.thread);
+        client c(plc, &helper.thread);
         if (times == 0) continue;
         EXPECT_EQ(read_until_good(c), CB_TRANSFER_OK);
         if (times == 1) continue;

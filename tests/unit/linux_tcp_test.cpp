@@ -141,13 +141,15 @@ struct client {
     ~client() { cb_link_close(&tcp.link); }
     cb_transfer read(int ms = 20) {
         const int64_t deadline = cb_boottime_us() + ms * 1000;
-        const cb_transfer result = cb_tcp_read(&tcp, 8, 2, registers, deadline);
+        const cb_modbus_request request = cb_modbus_read(8, 2);
+        const cb_transfer result = cb_tcp_exchange(&tcp, &request, registers, deadline);
         overdue_us = std::max(overdue_us, cb_boottime_us() - deadline);
         return result;
     }
     cb_transfer write(int ms = 20) {
         const uint16_t values[2] = {1, 2};
-        return cb_tcp_write(&tcp, 100, 2, values, cb_boottime_us() + ms * 1000);
+        const cb_modbus_request request = cb_modbus_write(100, 2, values);
+        return cb_tcp_exchange(&tcp, &request, nullptr, cb_boottime_us() + ms * 1000);
     }
 };
 
@@ -212,7 +214,9 @@ TEST(tcp, a_write_on_the_wire_is_what_the_specification_says) {
     });
     client c(plc.port());
     const uint16_t values[3] = {0x0102, 0xFFFE, 0x8000};
-    EXPECT_EQ(cb_tcp_write(&c.tcp, 100, 3, values, cb_boottime_us() + 1000000), CB_TRANSFER_OK);
+    const cb_modbus_request request = cb_modbus_write(100, 3, values);
+    EXPECT_EQ(cb_tcp_exchange(&c.tcp, &request, nullptr, cb_boottime_us() + 1000000),
+              CB_TRANSFER_OK);
     EXPECT_EQ(seen, (bytes{0x00, 0x01, 0x00, 0x00, 0x00, 0x0D, 0x01, 0x10, 0x00, 0x64, 0x00, 0x03,
                            0x06, 0x01, 0x02, 0xFF, 0xFE, 0x80, 0x00}));
 }
@@ -226,9 +230,9 @@ TEST(tcp, a_write_and_read_on_the_wire_is_what_the_specification_says) {
     });
     client c(plc.port());
     const uint16_t values[2] = {0x0102, 0xFFFE};
-    EXPECT_EQ(
-        cb_tcp_write_read(&c.tcp, 100, 2, values, 7, 1, c.registers, cb_boottime_us() + 1000000),
-        CB_TRANSFER_OK);
+    const cb_modbus_request request = cb_modbus_write_read(100, 2, values, 7, 1);
+    EXPECT_EQ(cb_tcp_exchange(&c.tcp, &request, c.registers, cb_boottime_us() + 1000000),
+              CB_TRANSFER_OK);
     EXPECT_EQ(seen, (bytes{0x00, 0x01, 0x00, 0x00, 0x00, 0x0F, 0x01, 0x17, 0x00, 0x07, 0x00,
                            0x01, 0x00, 0x64, 0x00, 0x02, 0x04, 0x01, 0x02, 0xFF, 0xFE}));
     EXPECT_EQ(c.registers[0], 0x55AA);

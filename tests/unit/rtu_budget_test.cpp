@@ -46,6 +46,30 @@ TEST(rtu_budget, what_the_file_leaves_out_is_8E1_unit_1_and_2_ms) {
     EXPECT_EQ(plc.unit, 1);
 }
 
+// Nothing shorter than the blocks could be read to see that no late reply is to come.
+TEST(rtu_budget, blocks_of_two_and_three_registers_are_too_short_for_a_line) {
+    const auto small = [](int read) {
+        return R"({"format": "compbox/1", "revision": 1, "machine": {"name": "m", "axes": ["X"]},
+  "cycle": {"period_ms": 30}, "plc": {"profile": "generic", "exchange": "fc3+fc16",
+   "transport": {"rtu": {"device": "/dev/ttyS0", "baud": 115200}},
+   "read": {"start": 0, "count": )" +
+               std::to_string(read) + R"(}, "write": {"start": 100, "count": 3},
+   "control": 0, "plc_heartbeat": 1, "status": 100, "box_heartbeat": 101, "heartbeat_timeout_ms": 200},
+  "signals": [{"name": "T", "unit": "degC", "bus": "b", "unit_id": 1, "register": 0, "type": "int16", "min": 0, "max": 50}],
+  "buses": [{"name": "b", "rtu": {"device": "/dev/ttyS1", "baud": 9600}}],
+  "terms": [{"name": "EXX", "type": "polyline", "signal": "T", "positions": [0, 50], "values": [0, 1]}],
+  "channels": [{"name": "X", "sum": ["EXX"], "limit_um": 10, "error_um": 20, "slew_um_per_s": 5, "plc": 102,
+   "type": "int16", "scale": 0.1}], "safety": {"hold_ms": 500, "ramp_um_per_s": 50}})";
+    };
+    const auto got = load(small(2));
+    EXPECT_EQ(got.error, CB_ERROR_RANGE);
+    EXPECT_NE(got.text.find("plc.transport: on a serial line plc.read or plc.write has to have 4 "
+                            "registers at least"),
+              std::string::npos)
+        << got.text;
+    EXPECT_EQ(load(small(4)).error, CB_OK) << load(small(4)).text;
+}
+
 TEST(rtu_budget, a_bus_and_its_modules) {
     const auto got = load(full_example);
     ASSERT_EQ(got.error, CB_OK) << got.text;

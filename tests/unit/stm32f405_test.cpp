@@ -12,6 +12,7 @@
 #include <vector>
 
 extern "C" {
+#include "firmware/rtu_budget.h"
 #include "hal/stm32f405/box_hal.h"
 #include "hal/stm32f405/guard.h"
 #include "hal/stm32f405/text.h"
@@ -118,7 +119,8 @@ struct rig {
     }
 
     void ask(std::int64_t patience_us) {
-        cb_wire_ask(&wire, 5, &request, registers, the_port.now_us + patience_us);
+        cb_wire_ask(&wire, CB_RTU_ASK_REQUEST, 5, &request, registers,
+                    the_port.now_us + patience_us);
     }
 
     // Bytes on the line from `at_us` on, one after the other.
@@ -159,7 +161,7 @@ TEST(wire, a_reply_is_taken_when_its_last_byte_is_there) {
     r.receive(reply, the_port.now_us + 3000);
     const auto took_us = r.run();
     EXPECT_EQ(the_port.sent, framed({5, 3, 0, 0x10, 0, 2}));
-    EXPECT_EQ(r.wire.end, CB_WIRE_OK);
+    EXPECT_EQ(r.wire.end, CB_RTU_END_REPLY);
     EXPECT_EQ(r.registers[0], 0x1234);
     EXPECT_EQ(r.registers[1], 0xABCD);
     EXPECT_EQ(r.registers[2], 7);
@@ -173,7 +175,7 @@ TEST(wire, a_reply_over_the_wrap_of_the_bytes_clock) {
     r.ask(20000);
     r.receive(reply, the_port.now_us + 3000);
     r.run();
-    EXPECT_EQ(r.wire.end, CB_WIRE_OK);
+    EXPECT_EQ(r.wire.end, CB_RTU_END_REPLY);
 }
 
 TEST(wire, nothing_is_sent_before_the_line_was_silent) {
@@ -194,7 +196,7 @@ TEST(wire, a_line_that_is_never_silent_ends_with_the_time) {
     for (int i = 0; i < 30; ++i) r.receive({0x55}, the_port.now_us + 1000 * i);
     r.ask(20000);
     EXPECT_LE(r.run(), 20010);
-    EXPECT_EQ(r.wire.end, CB_WIRE_NOT_SENT);
+    EXPECT_EQ(r.wire.end, CB_RTU_END_NOT_SENT);
     EXPECT_TRUE(the_port.sent.empty());
 }
 
@@ -202,7 +204,7 @@ TEST(wire, no_answer_ends_with_the_time) {
     rig r;
     r.ask(20000);
     EXPECT_LE(r.run(), 20010);
-    EXPECT_EQ(r.wire.end, CB_WIRE_SILENT);
+    EXPECT_EQ(r.wire.end, CB_RTU_END_SILENT);
     EXPECT_EQ(r.wire.counters.timeouts, 1u);
     EXPECT_EQ(r.registers[0], 7);
 }
@@ -212,7 +214,7 @@ TEST(wire, what_comes_while_sending_is_no_answer) {
     r.ask(20000);
     r.receive(reply, the_port.now_us + 20 - byte_us);  // before the request is out
     r.run();
-    EXPECT_EQ(r.wire.end, CB_WIRE_SILENT);
+    EXPECT_EQ(r.wire.end, CB_RTU_END_SILENT);
     EXPECT_EQ(r.registers[0], 7);
 }
 
@@ -223,7 +225,7 @@ TEST(wire, a_wrong_byte_spoils_the_reply_at_once_when_it_ends) {
     r.ask(20000);
     r.receive(wrong, the_port.now_us + 3000);
     EXPECT_LE(r.run(), 3000 + static_cast<std::int64_t>(reply.size()) * byte_us + silence_us);
-    EXPECT_EQ(r.wire.end, CB_WIRE_SPOILT);
+    EXPECT_EQ(r.wire.end, CB_RTU_END_DAMAGED);
     EXPECT_EQ(r.wire.counters.crc_errors, 1u);
     EXPECT_EQ(r.registers[0], 7);
 }
@@ -234,7 +236,7 @@ TEST(wire, a_byte_that_the_hardware_calls_bad_is_not_believed) {
     r.ask(20000);
     r.receive(reply, the_port.now_us + 3000, true);
     r.run();
-    EXPECT_EQ(r.wire.end, CB_WIRE_SPOILT);
+    EXPECT_EQ(r.wire.end, CB_RTU_END_RUBBISH);
     EXPECT_EQ(r.registers[0], 7);
 }
 
@@ -243,12 +245,12 @@ TEST(wire, another_units_reply_and_a_refusal_are_told_apart) {
     r.ask(20000);
     r.receive(framed({6, 3, 4, 0x12, 0x34, 0xAB, 0xCD}), the_port.now_us + 3000);
     r.run();
-    EXPECT_EQ(r.wire.end, CB_WIRE_SPOILT);
+    EXPECT_EQ(r.wire.end, CB_RTU_END_RUBBISH);
     EXPECT_EQ(r.wire.counters.wrong_units, 1u);
     r.ask(20000);
     r.receive(framed({5, 0x83, 2}), the_port.now_us + 5000);
     r.run();
-    EXPECT_EQ(r.wire.end, CB_WIRE_REFUSED);
+    EXPECT_EQ(r.wire.end, CB_RTU_END_REFUSED);
     EXPECT_EQ(r.wire.exception, 2);
     EXPECT_EQ(r.wire.counters.exceptions, 1u);
 }
@@ -258,11 +260,11 @@ TEST(wire, a_late_reply_before_the_next_request_is_not_taken) {
     rig r;
     r.ask(5000);
     r.run();
-    EXPECT_EQ(r.wire.end, CB_WIRE_SILENT);
+    EXPECT_EQ(r.wire.end, CB_RTU_END_SILENT);
     r.receive(reply, the_port.now_us + 100);
     r.ask(20000);
     r.run();
-    EXPECT_EQ(r.wire.end, CB_WIRE_SILENT);
+    EXPECT_EQ(r.wire.end, CB_RTU_END_SILENT);
     EXPECT_EQ(r.wire.counters.noise_bytes, reply.size());
 }
 
@@ -271,7 +273,7 @@ TEST(wire, a_request_that_cannot_be_is_not_sent) {
     r.request.read_count = 126;
     r.ask(20000);
     EXPECT_EQ(r.run(), 0);
-    EXPECT_EQ(r.wire.end, CB_WIRE_NOT_SENT);
+    EXPECT_EQ(r.wire.end, CB_RTU_END_NOT_SENT);
     EXPECT_TRUE(the_port.sent.empty());
 }
 
@@ -289,19 +291,27 @@ struct board_rig {
         the_port.now_us = 1000000;
         the_port.byte_us = byte_us;
         the_port.on_send = [this] { answer(); };
-        const cb_rtu_line line = {115200, CB_PARITY_EVEN, 1};
-        cb_wire_start(&board.plc, CB_USART_PLC, &line, 0);
-        board.plc_unit = 5;
+        cb_plc_config plc{};
+        plc.serial.line = {115200, CB_PARITY_EVEN, 1};
+        plc.serial.slave_delay_us = 2000;
+        plc.exchange = CB_EXCHANGE_FC23;
+        plc.read = {0, 2, false};
+        plc.write = {50, 4, false};
+        const cb_rtu_manners manners = cb_rtu_manners_of(&plc);
+        cb_board_start_plc(&board, 5, &manners, 0);
+        board.dialog.doubtful = false;
         board.period_us = 30000;
-        board.slave_delay_us = 2000;
         board.idle = board.meanwhile = [] { the_port.now_us += 5; };
     }
 
     void answer() {
-        ++value;
         const auto &sent = the_port.sent;
+        const bool probe = sent[1] == CB_MODBUS_READ && sent[5] % 2 == 1;
+        if (!probe) ++value;
         const auto low = static_cast<std::uint8_t>(value);
         std::vector<std::uint8_t> bytes = {5, 3, 4, 0, low, 0, low};
+        if (probe) bytes = {5, 3, 2, 0, 0};
+        if (probe && sent[5] == 3) bytes = {5, 3, 6, 0, 0, 0, 0, 0, 0};
         if (sent[1] == CB_MODBUS_WRITE) bytes = {5, 16, sent[2], sent[3], sent[4], sent[5]};
         bytes = framed(bytes);
         change(bytes);
@@ -345,9 +355,10 @@ TEST(board, reads_and_writes) {
     EXPECT_EQ(the_port.feeds, 1u);
 }
 
-// A reply that comes in a later cycle is never taken for that cycle's, whenever it comes.
+// A reply that comes in a later cycle is never taken for that cycle's, whenever it comes. The slave
+// answers one after the other.
 TEST(board, a_late_reply_is_not_taken_for_another) {
-    for (std::int64_t late_us = 22000; late_us < 45000; late_us += 500) {
+    for (std::int64_t late_us = 22000; late_us < 120000; late_us += 500) {
         board_rig r;
         r.tick();
         ASSERT_EQ(r.read(), CB_TRANSFER_OK);
@@ -356,14 +367,23 @@ TEST(board, a_late_reply_is_not_taken_for_another) {
         EXPECT_EQ(r.read(), CB_TRANSFER_UNKNOWN);
         r.delay_us = 1000;
         const auto asked = r.value;
-        for (int cycle = 0; cycle < 3; ++cycle) {
+        for (int cycle = 0; cycle < 6; ++cycle) {
             r.tick();
             const bool good = r.read() == CB_TRANSFER_OK;
             EXPECT_TRUE(!good || r.registers[0] == r.value) << late_us;
         }
-        EXPECT_GE(r.value, asked + 2) << "the second cycle after it asks again";
+        EXPECT_GE(r.value, asked + 2) << "when it has come it is asked again";
         EXPECT_EQ(r.registers[0], r.value);
     }
+}
+
+TEST(board, the_first_frame_of_all_is_a_probe) {
+    board_rig r;
+    r.board.dialog.doubtful = true;
+    r.tick();
+    EXPECT_EQ(r.read(), CB_TRANSFER_OK);
+    EXPECT_EQ(r.board.plc.counters.probes, 1u);
+    EXPECT_EQ(r.board.plc.counters.requests, 2u);
 }
 
 TEST(board, a_spoilt_reply_is_asked_for_again_at_once) {
@@ -380,15 +400,27 @@ TEST(board, a_spoilt_reply_is_asked_for_again_at_once) {
     EXPECT_EQ(r.read(), CB_TRANSFER_OK);
 }
 
-TEST(board, a_reading_leaves_the_time_of_the_write) {
+TEST(board, repeating_a_reading_leaves_the_time_of_the_write) {
     board_rig r;
-    r.board.reserve_us = 9000;
+    r.board.dialog.manners.reserve_us = 9000;
     r.tick();
-    r.change = [](std::vector<std::uint8_t> &bytes) { bytes.clear(); };
+    r.change = [](std::vector<std::uint8_t> &bytes) { bytes[3] ^= 1; };
     EXPECT_EQ(r.read(), CB_TRANSFER_UNKNOWN);
+    EXPECT_GE(r.board.plc.counters.retries, 1u);
     EXPECT_LE(the_port.now_us, r.deadline_us - 9000 + 200);
     r.change = [](std::vector<std::uint8_t> &) {};
     EXPECT_EQ(r.write(), CB_TRANSFER_OK);
+}
+
+TEST(board, bytes_that_nobody_asked_for_are_followed_by_a_probe) {
+    board_rig r;
+    r.tick();
+    EXPECT_EQ(r.read(), CB_TRANSFER_OK);
+    for (const std::uint8_t byte : framed({5, 3, 4, 9, 9, 9, 9}))
+        the_port.received.push_back({static_cast<std::uint32_t>(the_port.now_us), byte, false});
+    EXPECT_EQ(r.read(), CB_TRANSFER_OK);
+    EXPECT_EQ(r.registers[0], r.value);
+    EXPECT_EQ(r.board.plc.counters.probes, 1u);
 }
 
 TEST(board, what_is_refused_and_what_has_no_time_is_told_apart) {

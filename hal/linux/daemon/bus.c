@@ -56,7 +56,7 @@ static bool take_turn(struct cb_bus *bus) {
     if (!cb_bus_turns_next(&bus->turns, now_us, &unit, &request)) return false;
     const int64_t deadline_us =
         now_us + cb_rtu_exchange_us(&line->line, &request, line->slave_delay_us) + MARGIN_US;
-    switch (cb_rtu_exchange(&bus->rtu, unit, &request, registers, deadline_us)) {
+    switch (cb_rtu_ask_module(&bus->rtu, unit, &request, registers, deadline_us)) {
         case CB_TRANSFER_OK:
             hand_over(bus, registers);
             break;
@@ -93,7 +93,7 @@ int cb_bus_start(struct cb_bus *bus, const struct cb_config *config, uint32_t ge
     bus->generation = generation;
     bus->to = to;
     cb_ring_start(&bus->ring, CB_BUS_REPORTS);
-    cb_rtu_start(&bus->rtu, &config->buses[0].serial, NULL, 0);
+    cb_rtu_start_bus(&bus->rtu, &config->buses[0].serial);
     cb_bus_turns_start(&bus->turns, config, 0, cb_boottime_us());
     const int error = cb_start_thread(&bus->thread, &normal, run, bus);
     bus->runs = error == 0;

@@ -29,15 +29,17 @@ static void hand_over(struct cb_app *app) {
 
 static void end_turn(struct cb_app *app) {
     switch (app->bus.wire.end) {
-        case CB_WIRE_OK:
+        case CB_RTU_END_REPLY:
             hand_over(app);
             break;
-        case CB_WIRE_REFUSED:
+        case CB_RTU_END_REFUSED:
             cb_bus_turns_refused(&app->bus.turns);
             break;
-        case CB_WIRE_NOT_SENT:
-        case CB_WIRE_SILENT:
-        case CB_WIRE_SPOILT:
+        case CB_RTU_END_DAMAGED:
+        case CB_RTU_END_RUBBISH:
+        case CB_RTU_END_SILENT:
+        case CB_RTU_END_STRAY:
+        case CB_RTU_END_NOT_SENT:
             break; /* the turn counts as silent */
     }
 }
@@ -49,7 +51,8 @@ static void ask_next(struct cb_app *app, int64_t now_us) {
     if (!cb_bus_turns_next(&app->bus.turns, now_us, &unit, &request)) return;
     const uint32_t patience_us =
         cb_rtu_exchange_us(&serial->line, &request, serial->slave_delay_us) + cb_app_lumps_us(app);
-    cb_wire_ask(&app->bus.wire, unit, &request, app->bus.registers, now_us + patience_us);
+    cb_wire_ask(&app->bus.wire, CB_RTU_ASK_REQUEST, unit, &request, app->bus.registers,
+                now_us + patience_us);
 }
 
 void cb_bus_poll(struct cb_app *app) {

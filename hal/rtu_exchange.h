@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: MIT
+ * One exchange with the PLC on a serial line, on any hardware: what firmware/rtu_dialog.h says is
+ * asked, until it is over. */
+#ifndef COMPBOX_HAL_RTU_EXCHANGE_H
+#define COMPBOX_HAL_RTU_EXCHANGE_H
+
+#include <stdint.h>
+
+#include "firmware/rtu_dialog.h"
+#include "hal/hal.h"
+
+/* The wire of a target. */
+struct cb_rtu_wire {
+    void *context;
+    int64_t (*now_us)(void *context);
+
+    /* Sends one request when the line is silent and waits for its reply, at most until until_us.
+     * in : what: CB_RTU_ASK_REQUEST, or _PROBE: then what is not its reply is skipped
+     * out: registers unchanged unless CB_RTU_END_REPLY */
+    enum cb_rtu_end (*ask)(void *context, enum cb_rtu_ask what,
+                           const struct cb_modbus_request *request, uint16_t *registers,
+                           int64_t until_us);
+};
+
+/* Returns by deadline_us. out: as the operations of hal.h */
+enum cb_transfer cb_rtu_exchange_on(const struct cb_rtu_wire *wire, struct cb_rtu_dialog *dialog,
+                                    const struct cb_modbus_request *request, uint16_t *registers,
+                                    int64_t deadline_us);
+
+#endif
