@@ -3,6 +3,7 @@
 
 #include "host-tools/compbox/load.h"
 #include "host-tools/compbox/merge.h"
+#include "host-tools/compbox/pair_remarks.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 
@@ -68,6 +69,7 @@ std::vector<std::string> build_file(const std::string &machine,
         update_file(output, text);
     else
         write_file(output, text);
+    for (const auto &remark : pair_remarks(*config)) merged.notes.push_back(remark);
     merged.notes.push_back("revision " + std::to_string(config->revision) + ": " +
                            summary(*config));
     return merged.notes;

@@ -28,6 +28,8 @@ constexpr struct {
     {&cb_counters::models_extrapolated, "a network beyond the range it was trained on: ", true},
     {&cb_counters::models_weakened, "… so far beyond it that its outputs fade: ", true},
     {&cb_counters::outputs_limited, "a channel held at its limit_um: ", false},
+    {&cb_counters::pairs_limited,
+     "the motors of a pair held within their max_difference_um: ", false},
 };
 
 // As the box sees it, in float32 and with room for its rounding.

@@ -54,7 +54,7 @@ class row_watcher {
     std::vector<row_count> held_, missing_;  // implausible rows after a value, and before any
     row_count not_active_;
     cb_counters before_ = {};
-    row_count counted_[4];  // in the order of watched_counters
+    row_count counted_[5];  // in the order of watched_counters
 };
 
 }  // namespace compbox

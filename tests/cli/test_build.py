@@ -97,6 +97,22 @@ def test_no_channel_has_a_term(compbox, machine):
         "ISO 230-1 does (EZX: towards Z, by X)")
 
 
+def test_a_pair_whose_curves_ask_for_more_than_it_allows(compbox, machine):
+    machine["channels"] = machine["channels"][:2]
+    for channel, own in zip(machine["channels"], ("own_x", "own_y")):
+        channel["sum"] = [own, "common"]
+    machine["pairs"] = [{"channels": ["X", "Y"], "max_difference_um": 40}]
+    compbox.write("machine.json", machine)
+    for name, values in (("own_x", (0, 50, 0)), ("own_y", (0, -4, 0))):
+        compbox.write(name, term(name, "X", values))
+    compbox.write("common", term("common", "Z", (0, 900)))
+    said = "pairs[0]: the curves of X and Y differ by 54.0 µm at X = 500, and max_difference_um is 40: "
+    assert said in compbox.good(*build(compbox, "own_x", "own_y", "common"))
+    machine["pairs"][0]["max_difference_um"] = 55
+    compbox.write("machine.json", machine)
+    assert "pairs[0]" not in compbox.good(*build(compbox, "own_x", "own_y", "common"))
+
+
 def test_provenance_and_revision_are_kept(compbox, machine):
     machine["provenance"] = {"ordered by": "plant 2"}
     machine["revision"] = 41

@@ -104,6 +104,20 @@ def test_a_first_row_is_steady_state(compbox, machine):
     assert compbox.table("out.csv") == {"time_s": [-3.5], "EZX": [100], "comp_Z_um": [-100]}
 
 
+def test_motors_that_are_held_together(compbox, machine):
+    machine["channels"] = machine["channels"][:2]
+    machine["channels"][0]["sum"], machine["channels"][1]["sum"] = ["EXX"], ["EYX"]
+    machine["pairs"] = [{"channels": ["X", "Y"], "max_difference_um": 40}]
+    compbox.write("machine.json", machine)
+    for name, values in (("EXX", (0, 100)), ("EYX", (0, 0))):
+        compbox.write(name, term(name, "X", values))
+    compbox.good("build", "machine.json", "EXX", "EYX", "-o", "c.json")
+    samples(compbox, [[i, 300.0 + 200 * i, 0, 0] for i in range(3)])
+    done = compbox("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
+    assert done.stderr == ("s.csv: the motors of a pair held within their max_difference_um: "
+                           "2 rows, first line 3\n")
+
+
 def test_limit_and_raw(compbox, machine):
     machine["channels"][2]["limit_um"] = 50
     build(compbox, machine, term(values=[0, 200]))
