@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host-tools/compbox/tool_steps.h"
+#include "host-tools/compbox/step_words.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/rtl.h"
