@@ -142,10 +142,14 @@ void check_ranges(train_result &result) {
     for (std::size_t i = 0; i < result.inputs.size(); ++i) {
         const auto at = static_cast<Eigen::Index>(i);
         const double range = result.range.high[at] - result.range.low[at];
-        if (range > 4e-6) continue;
-        throw input_error(result.data.file, 0, 0,
-                          "the input '" + result.inputs[i].name +
-                              "' does not change in the runs trained on: leave it out");
+        constexpr double smallest = 4e-6;  // the box takes no input_scale below 1e-6
+        if (range > smallest) continue;
+        throw input_error(
+            result.data.file, 0, 0,
+            "the input '" + result.inputs[i].name + "' " +
+                (range > 0.0 ? "changes by less than 4e-6 in the runs trained on: give it "
+                               "in a smaller unit, or leave it out"
+                             : "does not change in the runs trained on: leave it out"));
     }
 }
 

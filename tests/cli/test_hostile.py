@@ -91,6 +91,16 @@ def test_fakeplc_with_a_spoiled_file(files, name, option):
         check("fakeplc", done, "bad.json", "machine.json")
 
 
+def test_fakeplc_empties_no_file_that_it_reads(files):
+    before = files.files()
+    for option, name in (("--map", "good.json"), ("--machine", "machine_twin.json")):
+        done = subprocess.run([BIN / "fakeplc", "--listen", "127.0.0.1:0", "--log", name, option, "./" + name],
+                              cwd=files.folder, input="quit\n", capture_output=True, text=True, timeout=60)
+        assert (done.returncode, done.stderr) == (
+            1, f"fakeplc: {name}: was read by this very command: give the log another name\n")
+    assert files.files() == before
+
+
 @pytest.mark.parametrize("spoil, message", [
     (lambda s: s["paths"][0]["to_mm"].update(X=1e30),
      "the path diagonal goes to X = 1e+30 mm, where the machine has 0 to 14300"),

@@ -431,3 +431,12 @@ def test_a_wrong_choice_lists_the_choices(compbox, words):
 
 def test_help_has_an_example(compbox):
     assert "Example:\n  compbox train " in compbox.good("train", "--help")
+
+
+def test_an_input_in_a_unit_too_large_says_so(compbox):
+    """A strain in m/m: it changes, but by less than what a scale in the coefficient file can say."""
+    table = rows_of_a_machine()
+    write_rows(compbox, [[*row[:3], row[3] * 1e-9, *row[4:]] for row in table])
+    assert compbox.refused(*TRAIN) == (
+        "rows.csv: the input 't2_degC' changes by less than 4e-6 in the runs trained on: "
+        "give it in a smaller unit, or leave it out")

@@ -129,3 +129,22 @@ def test_a_record_that_may_not_grow_ends_no_compensation(start_box):
     assert box.code == 1 and "before the PLC was ever heard" in box.log  # not by a signal
     assert box.record_file.stat().st_size <= 2000
     assert f"{box.record_file}" in box.log and "File too large" in box.log, box.log
+
+
+@pytest.mark.parametrize("option", ["--stats", "--record", "--record-inputs", "--state"])
+def test_nothing_is_written_over_the_coefficient_file(config, option):
+    text, link = config.read_text(), config.parent / "link"
+    link.symlink_to(config)
+    for path in (config, link):
+        code, out, err = run("--config", str(config), option, str(path))
+        assert (code, out) == (2, "")
+        assert err == f"compboxd: --config and {option} name the same file, {path}; give each its own\n"
+    assert config.read_text() == text
+
+
+def test_two_outputs_are_two_files(config, tmp_path):
+    path = tmp_path / "new"
+    code, _, err = run("--config", str(config), "--record", str(path), "--state", str(path))
+    assert code == 2 and "--record and --state name the same file" in err and not path.exists()
+    assert run("--config", str(config), "--record", "/dev/null", "--record-inputs", "/dev/null",
+               "--check")[0] == 0

@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #ifndef CB_VERSION
@@ -176,6 +177,35 @@ static void refuse(int letter, const char *word) {
                 word);
 }
 
+/* Whether two paths are one file, by name or because one is a link to the other. A device may be
+ * named twice: /dev/null loses nothing. */
+static bool is_one_file(const char *a, const char *b) {
+    struct stat one, other;
+    if (stat(a, &one) != 0 || stat(b, &other) != 0) return strcmp(a, b) == 0;
+    return S_ISREG(one.st_mode) && one.st_dev == other.st_dev && one.st_ino == other.st_ino;
+}
+
+/* Each file has its own place: a record written over the coefficient file would leave the machine
+ * uncompensated from the next start on. */
+static bool files_differ(const struct cb_options *options) {
+    const struct {
+        const char *name, *path;
+    } files[] = {{"--config", options->config},
+                 {"--stats", options->stats},
+                 {"--record", options->record},
+                 {"--record-inputs", options->inputs},
+                 {"--state", options->state}};
+    const size_t count = sizeof files / sizeof files[0];
+    for (size_t i = 1; i < count; i++)
+        for (size_t k = 0; k < i && files[i].path != NULL; k++) {
+            if (files[k].path == NULL || !is_one_file(files[i].path, files[k].path)) continue;
+            fprintf(stderr, "compboxd: %s and %s name the same file, %s; give each its own\n",
+                    files[k].name, files[i].name, files[i].path);
+            return false;
+        }
+    return true;
+}
+
 enum cb_options_result cb_options_parse(struct cb_options *options, int argc, char **argv) {
     *options = (struct cb_options){.cpu_latency = true,
                                    .state_every_s = 10,
@@ -205,5 +235,6 @@ enum cb_options_result cb_options_parse(struct cb_options *options, int argc, ch
         fputs("compboxd: --config FILE is missing; see compboxd --help\n", stderr);
         return CB_OPTIONS_WRONG;
     }
+    if (!files_differ(options)) return CB_OPTIONS_WRONG;
     return CB_OPTIONS_RUN;
 }
