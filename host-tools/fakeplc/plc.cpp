@@ -210,7 +210,7 @@ void fake_plc::restart() {
     power_on_us_ = since_start_us_;
     reset_until_us_ = -1;
     enable_ = referenced_ = enable_by_hand_ = reference_by_hand_ = false;
-    plc_heartbeat_ = 0;
+    plc_heartbeat_ = read_count_ = 0;
     event("PLC restarted");
 }
 

@@ -72,6 +72,7 @@ void fake_plc::show() {
     put(map_.control, control_word());
     put(map_.plc_heartbeat, plc_heartbeat_);
     if (map_.handshake) put(*map_.handshake, side_->handshake());
+    // [count]
     if (!map_.read.counters) return;
     ++read_count_;
     put(map_.read.start, read_count_);

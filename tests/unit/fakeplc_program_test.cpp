@@ -155,6 +155,8 @@ void add_common(trace &to, restless &of, const plc_state &state, double dt_s, bo
     to.add("out_box_alive", state.box_alive ? 1 : 0);
     to.add("out_control", state.control);
     to.add("out_plc_heartbeat", state.plc_heartbeat);
+    to.add("out_read_count_first", of.reg(of.map().read.start));
+    to.add("out_read_count_last", of.reg(of.map().read.end() - 1));
     for (std::size_t c = 0; c < 3; ++c) {
         to.add(std::string("out_wanted_") + axis_letters[c], of.plc().duties().wanted()[c].um);
     }

@@ -107,9 +107,11 @@ def main():
         pmc.poke("D202", 2, int(row["reg_box_heartbeat"]))
         pmc.scan()
         scans += 1
-        ours = {"box_alive": pmc.bit("R100.1"), "control": pmc.peek("D0", 1),
+        ours = {"box_alive": pmc.bit("R100.1"), "control": pmc.peek("D6", 1),
                 "plc_heartbeat": pmc.peek("D2", 2, signed=False),
-                "handshake": pmc.peek("D4", 2, signed=False)}
+                "handshake": pmc.peek("D4", 2, signed=False),
+                "read_count_first": pmc.peek("D0", 2, signed=False),
+                "read_count_last": pmc.peek("D62", 2, signed=False)}
         for i, axis in enumerate("XYZ"):
             ours[f"wanted_{axis}"] = 0.1 * pmc.peek(f"R{130 + 2 * i}", 2)
             ours[f"applied_{axis}"] = 0.1 * pmc.peek(f"D{48 + 4 * i}", 2)

@@ -118,7 +118,8 @@ def main():
         sets += v["put_axis"] > 0 and axis_before == 0
         scans += 1
         ours = {"box_alive": v["box_alive"], "torn": v["torn_for_long"], "put_axis": v["put_axis"],
-                "plc_heartbeat": reg.get("plc_heartbeat", 0)}
+                "plc_heartbeat": reg.get("plc_heartbeat", 0),
+                "read_count_first": reg["read_count_first"], "read_count_last": reg["read_count_last"]}
         if v["put_axis"]:
             ours |= {"set_um": v["set_um"], "set_slope": v["set_slope"] * 1e6,
                      "set_reference": v["set_reference"] * 1e-4}
