@@ -149,6 +149,7 @@ def test_each_fault_is_counted_under_its_name(plc, port, start_box):
     for _, name in names:
         assert link[name] == 1, f"{name}: {link}"
     assert link["exceptions_by_code"] == {"6": 1}
+    assert "; exception 6 (server device busy)\n" in box.log
     assert link["timeouts"] == 2         # the late one and the one that stopped short
 
 

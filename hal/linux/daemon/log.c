@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "firmware/mode.h"
+#include "hal/linux/daemon/exception_words.h"
 
 enum {
     BURST_LINES = 20,
@@ -151,7 +152,8 @@ static void log_link(struct cb_log *log, const struct cb_row *row) {
     log->link = *now;
 }
 
-/* Errors on the wire since they were last written about: "3 timeouts, 1 wrong_ids", or "". */
+/* Errors on the wire since they were last written about: "3 timeouts, 2 exceptions; exception 2
+ * (illegal data address)", or "". */
 #define CB_X(name)                                                                           \
     if (used < size && now->name != told->name)                                              \
         used += (size_t)snprintf(text + used, size - used, "%s%u %s", used == 0 ? "" : ", ", \
@@ -161,19 +163,23 @@ static void describe_tcp(const struct cb_tcp_counters *told, const struct cb_tcp
                          char *text, size_t size) {
     size_t used = 0;
     CB_TCP_ERRORS(CB_X)
+    cb_add_exceptions(told->exceptions_by_code, now->exceptions_by_code, CB_TCP_EXCEPTIONS, text,
+                      size);
 }
 
 static void describe_rtu(const struct cb_rtu_counters *told, const struct cb_rtu_counters *now,
                          char *text, size_t size) {
     size_t used = 0;
     CB_RTU_ERRORS(CB_X)
+    cb_add_exceptions(told->exceptions_by_code, now->exceptions_by_code, CB_RTU_EXCEPTIONS, text,
+                      size);
 }
 #undef CB_X
 
 /* At most once a second, so that a row of errors is one line. */
 static void log_errors(struct cb_log *log, const struct cb_row *row) {
     if (row->time_us - log->errors_us < ERRORS_EVERY_US) return;
-    char text[200] = "";
+    char text[400] = "";
     if (row->transport == CB_TRANSPORT_RTU)
         describe_rtu(&log->rtu_errors, &row->rtu, text, sizeof text);
     else
