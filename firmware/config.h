@@ -40,7 +40,8 @@ enum cb_signal_source {
     CB_SOURCE_LAG, /* first-order lag of another signal: computed, on every target */
 };
 
-#define CB_CAN_EXTENDED 0x80000000u   /* set in a CAN identifier of 29 bits */
+#define CB_CAN_EXTENDED 0x80000000u /* set in a CAN identifier of 29 bits */
+#define CB_CAN_ID_BITS 0x1FFFFFFFu
 #define CB_CAN_ANY_SOURCE 0x40000000u /* … of which the last eight may be any (J1939) */
 
 /* value = raw * scale + zero, in the signal's unit (mm, degC, 1/min …). */

@@ -47,8 +47,9 @@ static void receive(struct cb_can_source *source, int64_t now_us) {
     for (int i = 0; i < CB_CAN_FRAMES_PER_CYCLE; i++) {
         if (!cb_can_receive(&source->can, &frame, now_us)) return;
         source->can.counters.heartbeats += cb_canopen_take(&source->config, source->nodes, &frame);
-        if (cb_can_take(&source->map, &frame, &source->batch) == CB_CAN_SHORT)
-            source->can.counters.short_frames++;
+        if (cb_can_take(&source->map, &frame, &source->batch) != CB_CAN_SHORT) continue;
+        source->can.counters.short_frames++;
+        source->short_id = frame.id;
     }
 }
 

@@ -17,6 +17,7 @@ struct cb_can_source {
     struct cb_can_config config;
     struct cb_can_map map;
     struct cb_can_batch batch;
+    uint32_t short_id; /* of the last frame that was too short */
     struct cb_canopen_node nodes[CB_MAX_CAN_NODES];
 };
 

@@ -12,6 +12,7 @@
 #include "hal/linux/clock.h"
 #include "hal/linux/daemon/bus.h"
 #include "hal/linux/daemon/bus_words.h"
+#include "hal/linux/daemon/can_sockets.h"
 #include "hal/linux/daemon/input_record.h"
 #include "hal/linux/daemon/load.h"
 #include "hal/linux/daemon/log.h"
@@ -29,7 +30,6 @@ enum {
     EXIT_BAD = 1,
     EXIT_USAGE = 2,
     LOOK_EVERY_MS = 50,       /* how long rows wait in the ring */
-    CAN_EVERY_US = 1000000,   /* how often a CAN interface that is not there is looked for */
     STATS_EVERY_US = 5000000, /* how old the statistics file may be */
     STOP_MARGIN_US = 1000000, /* beyond the time that the ramp to zero takes */
 };
@@ -52,10 +52,9 @@ struct daemon {
     int64_t state_us;          /* when it was last written */
     int state_error;           /* errno of that … */
     int stats_error;           /* … and of the statistics */
-    int64_t can_again_us;      /* when a missing CAN interface is next looked for */
-    int can_error;             /* what opening it last gave */
-    bool reload_asked;         /* by SIGHUP */
-    uint32_t status;           /* mode, reason and generation that systemd was told last */
+    struct cb_can_sockets can;
+    bool reload_asked; /* by SIGHUP */
+    uint32_t status;   /* mode, reason and generation that systemd was told last */
     bool status_told;
     pthread_t thread;
     struct cb_bus bus;
@@ -125,41 +124,6 @@ static bool start_plc(struct daemon *daemon) {
     fprintf(stderr, "compboxd: %s: plc.transport.tcp.host: \"%s\" is not a numeric address\n",
             daemon->options.config, plc->host);
     return false;
-}
-
-/* out: a socket for the frames of the file that runs now is on its way to the loop; else why not is
- * said, once. */
-static bool offer_can(struct daemon *daemon, int64_t now_us) {
-    const struct cb_config *config = config_now(daemon);
-    const int got = cb_can_source_open(config);
-    if (got >= 0)
-        cb_can_offer(&daemon->loop.target.can.can, got);
-    else if (got != daemon->can_error)
-        cb_log_limited(&daemon->log, CB_LOG_CAN, now_us,
-                       "%s: no CAN bus: %s; trying again every second", config->can.interface,
-                       got == -EAFNOSUPPORT ? "this kernel has none" : strerror(-got));
-    daemon->can_error = got;
-    return got >= 0;
-}
-
-/* Sockets for the loop, as it asks for them: the interface may come later, or go and come again. */
-static void serve_can(struct daemon *daemon, int64_t now_us) {
-    struct cb_can *can = &daemon->loop.target.can.can;
-    cb_can_tidy(can);
-    if (now_us < daemon->can_again_us) return;
-    daemon->can_again_us = now_us + CAN_EVERY_US;
-    cb_can_look(can, config_now(daemon)->can.interface);
-    if (cb_can_wanted(can)) offer_can(daemon, now_us);
-}
-
-/* After a reload: a socket with the filters of the file that runs now. Where there is none the loop
- * gives its own back, and serve_can() goes on looking. */
-static void renew_can(struct daemon *daemon, int64_t now_us) {
-    struct cb_can_source *source = &daemon->loop.target.can;
-    daemon->stats.run.can_used = cb_can_source_used(source);
-    if (!daemon->stats.run.can_used) return;
-    daemon->can_error = 0;
-    if (!offer_can(daemon, now_us)) cb_can_revoke(&source->can);
 }
 
 /* Reads the thermometers of the file that runs now; the machine runs without them where that fails.
@@ -325,7 +289,8 @@ static bool start(struct daemon *daemon) {
                plural(config->channels_count), daemon->plc, (double)config->period_us * 1e-3);
     cb_can_source_start(&daemon->loop.target.can, config);
     run->can_used = cb_can_source_used(&daemon->loop.target.can);
-    serve_can(daemon, cb_boottime_us());
+    daemon->can = (struct cb_can_sockets){.source = &daemon->loop.target.can, .log = &daemon->log};
+    cb_can_sockets_serve(&daemon->can, config, cb_boottime_us());
     cb_sample_ring_start(&daemon->loop.target.bus);
     if (!resume_lags(daemon) || !start_feeding(daemon) || !start_loop(daemon)) return false;
     start_bus(daemon);
@@ -412,7 +377,9 @@ static void mind_the_file(struct daemon *daemon, int64_t now_us) {
     if (answer == CB_RELOAD_TAKEN) {
         take_rows(daemon); /* the rest of the generation before, whose box is spare now */
         follow_reload(daemon, daemon->loop.generation);
-        renew_can(daemon, now_us);
+        daemon->stats.run.can_used = cb_can_source_used(&daemon->loop.target.can);
+        if (daemon->stats.run.can_used)
+            cb_can_sockets_renew(&daemon->can, config_now(daemon), now_us);
         start_bus(daemon);
     }
     if (answer != CB_RELOAD_NONE) {
@@ -450,7 +417,7 @@ static void serve(struct daemon *daemon) {
         take_rows(daemon);
         mind_the_file(daemon, cb_boottime_us());
         tell_status(daemon);
-        serve_can(daemon, cb_boottime_us());
+        cb_can_sockets_serve(&daemon->can, config_now(daemon), cb_boottime_us());
         cb_log_bus(&daemon->log, &daemon->bus, cb_boottime_us());
         write_stats_now_and_then(daemon, cb_boottime_us());
         keep_state(daemon, cb_boottime_us());

@@ -165,6 +165,15 @@ def test_a_byte_of_a_j1939_message_from_any_source(plc, can_box, tmp_path):
         ends_well(box)
 
 
+def test_a_frame_that_is_too_short_is_named(plc, can_box, tmp_path):
+    with Interface(tmp_path) as can, can_box(with_can()) as box:
+        can.every[0x181] = [0, 0, 0x5F]
+        wait(lambda: "short_frames (the last of 0x181)" in said(box))
+        plc.wait(at_um(WITHOUT_UM), 10)
+        ends_well(box)
+    assert box.stats["can"]["short_frames"] > 3
+
+
 def test_the_log_says_of_nodes_what_is_so(plc, port, can_box, tmp_path):
     """Node 5 is never there, node 6 was there and goes; then the file names others."""
     watched = lambda *nodes: with_can({"nodes": [{"node": n, "heartbeat_timeout_ms": 300}  # noqa: E731

@@ -38,6 +38,9 @@ static void log_errors(struct cb_log *log, const char *interface, const struct c
                              (unsigned)(now->name - told->name), #name);
     CB_CAN_ERRORS(CB_X)
 #undef CB_X
+    if (used > 0 && used < sizeof text && now->short_frames != told->short_frames)
+        snprintf(text + used, sizeof text - used, " (the last of 0x%x)",
+                 (unsigned)(row->can.short_id & CB_CAN_ID_BITS));
     if (used == 0) return;
     cb_log_limited(log, CB_LOG_CAN, row->time_us, "%s: %s", interface, text);
     log->can_errors_us = row->time_us;

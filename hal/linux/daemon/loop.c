@@ -16,6 +16,7 @@ static struct cb_row_link link_of(const struct cb_link *link) {
 
 static void copy_can(struct cb_row_can *row, const struct cb_can_source *source) {
     row->state = source->can.state;
+    row->short_id = source->short_id;
     row->counters = source->can.counters;
     memcpy(row->nodes, source->nodes, source->config.nodes_count * sizeof row->nodes[0]);
 }

@@ -18,7 +18,8 @@ struct cb_row_link {
 };
 
 struct cb_row_can {
-    uint8_t state; /* enum cb_can_state */
+    uint8_t state;     /* enum cb_can_state */
+    uint32_t short_id; /* of the last frame that was too short */
     struct cb_can_counters counters;
     struct cb_canopen_node nodes[CB_MAX_CAN_NODES]; /* in the order of the coefficient file */
 };
