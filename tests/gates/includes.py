@@ -18,7 +18,7 @@ FORMATS = [TOOLS + "formats/*"]
 # From measurement files to a coefficient file: no way to the twin's truth, not even by a detour.
 FILES_ONLY = [TOOLS + "compbox/" + name for name in (
     "fit_files.*", "build.*", "merge.*", "term_names.*", "load.*", "machine_file.*",
-    "curve_range.*")]
+    "curve_range.*", "pair_remarks.*", "evaluate.*", "evaluate_remarks.*")]
 
 # The first pattern that fits a file gives all that it may include. "<*>": any system header.
 RULES = [
