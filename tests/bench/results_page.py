@@ -93,7 +93,7 @@ def figure(report, path):
 
 
 def paragraph(text):
-    return textwrap.fill(text, 110) + "\n\n"
+    return textwrap.fill(text, 110, break_on_hyphens=False) + "\n\n"
 
 
 def plain(source, target):
