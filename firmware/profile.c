@@ -87,10 +87,14 @@ uint32_t cb_profile_lead_us(const struct cb_config *config) {
     return (cb_profile_handshake_us(config) + cb_profile_update_us(config)) / 2;
 }
 
+uint32_t cb_profile_step_window_us(const struct cb_config *config) {
+    const uint32_t updates_us = CB_STEP_WINDOW_UPDATES * cb_profile_update_us(config);
+    return updates_us > CB_STEP_WINDOW_US ? updates_us : CB_STEP_WINDOW_US;
+}
+
 float cb_profile_slew_most(const struct cb_config *config,
                            const struct cb_channel_config *channel) {
-    const uint32_t updates_us = CB_STEP_WINDOW_UPDATES * cb_profile_update_us(config);
-    const uint32_t window_us = updates_us > CB_STEP_WINDOW_US ? updates_us : CB_STEP_WINDOW_US;
+    const uint32_t window_us = cb_profile_step_window_us(config);
     if (config->plc.step_units == 0) return 0.0f;
     /* one unit less: the grid may add one to what the rate alone allows (limiter.c) */
     const float step_um = (float)(config->plc.step_units - 1u) * channel->scale;

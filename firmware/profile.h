@@ -61,6 +61,9 @@ uint32_t cb_profile_update_us(const struct cb_config *config);
  * handshake until the NC has it and half of an update that it then stands for. */
 uint32_t cb_profile_lead_us(const struct cb_config *config);
 
+/* The time in which no channel moves further than the largest step. */
+uint32_t cb_profile_step_window_us(const struct cb_config *config);
+
 /* The rate at which a channel may move so that no window holds more than the largest step; 0:
  * any. */
 float cb_profile_slew_most(const struct cb_config *config, const struct cb_channel_config *channel);

@@ -41,11 +41,12 @@ void check(const check_options &options) {
                         {"signals", config->signals_count},   {"terms", config->terms_count},
                         {"channels", config->channels_count}, {"plc", profile_figures(*config)}};
         if (config->plc.transport == CB_TRANSPORT_RTU) figures["serial"] = serial_figures(*config);
-        return print_summary({}, figures);
+        return print_summary({}, figures, profile_remarks(*config));
     }
     std::cout << config->machine << ", revision " << config->revision << ": " << summary(*config)
               << "\n"
               << profile_text(*config) << baud_table_text(*config);
+    for (const auto &remark : profile_remarks(*config)) std::cout << "Remark: " << remark << "\n";
 }
 
 }  // namespace

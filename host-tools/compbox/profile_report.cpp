@@ -143,4 +143,21 @@ std::string profile_text(const cb_config &config) {
            "\n";
 }
 
+std::vector<std::string> profile_remarks(const cb_config &config) {
+    std::vector<std::string> remarks;
+    for (unsigned i = 0; i < config.channels_count; ++i) {
+        const cb_channel_config &channel = config.channels[i];
+        const double step_um = tidy(config.plc.step_units * channel.scale);
+        if (step_um == 0.0 || channel.has_applied || 2.0 * tidy(channel.limit_um) <= step_um)
+            continue;
+        remarks.push_back("channel " + std::string(channel.name) +
+                          ": that the NC never sees a change above " + text_of(step_um) +
+                          " µm at once holds only while it takes a value every " +
+                          text_of(cb_profile_step_window_us(&config) * 1e-6) +
+                          " s; give the channel an applied register, or a limit_um of " +
+                          text_of(step_um / 2) + " at most");
+    }
+    return remarks;
+}
+
 }  // namespace compbox

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "host-tools/formats/json.h"
 
@@ -17,5 +18,10 @@ json profile_figures(const cb_config &config);
 
 // The same in lines for a person.
 std::string profile_text(const cb_config &config);
+
+// One sentence for each channel whose control alarms at too large a step, and where that an output
+// is never so far from what the NC has hangs on the NC taking values often enough: it has no
+// `applied`, and a limit_um that lets two of its values be further apart.
+std::vector<std::string> profile_remarks(const cb_config &config);
 
 }  // namespace compbox

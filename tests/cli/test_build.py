@@ -302,6 +302,21 @@ def test_check_says_how_often_a_fanuc_control_is_updated(compbox):
     assert "the NC takes all values in one handshake, about 32 ms each: " in text
 
 
+@pytest.mark.parametrize("applied, limit_um, remark", [(True, 999, False), (False, 499.9, False), (False, 500, True)])
+def test_check_says_where_a_fanuc_control_has_to_take_values_in_time(compbox, applied, limit_um, remark):
+    checked(compbox, "fanuc")
+    file = compbox.read("c.json")
+    file["channels"][1].update(limit_um=limit_um, error_um=1000)
+    if not applied:
+        del file["channels"][1]["applied"]
+    compbox.write("c.json", file)
+    said = ("channel Y: that the NC never sees a change above 999.8 µm at once holds only while it takes a value "
+            "every 1 s; give the channel an applied register, or a limit_um of 499.9 at most")
+    told = json.loads(compbox.good("check", "c.json", "--json"))
+    assert told.get("remarks", []) == ([said] if remark else [])
+    assert ("Remark: " + said in compbox.good("check", "c.json").splitlines()) == remark
+
+
 def test_check_says_what_an_840d_allows(compbox):
     figures, text = checked(compbox, "sinumerik-840d")
     assert figures["functions"] == [1, 2, 3, 4, 5, 6, 15, 16] and figures["clients"] == 1

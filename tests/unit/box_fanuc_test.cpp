@@ -115,6 +115,25 @@ TEST(box_fanuc, waits_for_an_nc_that_takes_nothing) {
     EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
 }
 
+// Without applied the box cannot know: then it is the limit that holds, where no two values are
+// further apart than the largest step. How long the NC takes nothing does not matter.
+TEST(box_fanuc, no_two_values_of_half_the_step_are_too_far_apart) {
+    for (const bool small : {true, false}) {
+        std::string text = file_of(false, false, 1, 8);
+        if (small) text = compbox_test::with("\"limit_um\": 9999", "\"limit_um\": 4999", text);
+        fanuc_rig rig(text);
+        for (int swing = 0; swing < 6; ++swing) {
+            rig.position(8, swing % 2 ? 1 : -1);
+            for (int i = 0; i < 200 + 37 * swing; ++i) rig.cycle();
+            rig.take_over();
+        }
+        if (small)
+            EXPECT_EQ(rig.largest, 9998);
+        else
+            EXPECT_GT(rig.largest, 9998) << "what compbox check has a remark for";
+    }
+}
+
 TEST(box_fanuc, counts_handshakes_and_leaves_with_the_alarm) {
     fanuc_rig rig(file_of(true, true, 1, 8));
     rig.position(8, 0.001);
