@@ -42,11 +42,13 @@ json named_array(const json &holder, const std::string &key, const std::string &
 class collection {
   public:
     void add(const json &from, const std::string &file) {
-        const std::size_t first_signal = signals_.size(), first_term = terms_.size();
-        for (const auto &signal : named_array(from, "signals", file)) {
-            claim(signal_names_, signal["name"], "signal", file);
-            signal_homes_.push_back({file, signals_.size() - first_signal});
-            signals_.push_back(signal);
+        const std::size_t first_term = terms_.size();
+        const json signals = named_array(from, "signals", file);
+        for (std::size_t i = 0; i < signals.size(); ++i) {
+            if (is_shared_lag(signals[i], file)) continue;
+            claim(signal_names_, signals[i]["name"], "signal", file);
+            signal_homes_.push_back({file, i});
+            signals_.push_back(signals[i]);
         }
         for (const auto &term : named_array(from, "terms", file)) {
             std::set<std::string> names{term["name"].get<std::string>()};
@@ -66,6 +68,13 @@ class collection {
 
   private:
     using files_by_name = std::map<std::string, std::string>;
+
+    // Two networks may follow the same lags: written alike in two files, they are one signal.
+    bool is_shared_lag(const json &signal, const std::string &file) const {
+        const auto taken = signal_names_.find(signal["name"].get<std::string>());
+        return signal.contains("lag_of") && taken != signal_names_.end() && taken->second != file &&
+               std::find(signals_.begin(), signals_.end(), signal) != signals_.end();
+    }
 
     static void claim(files_by_name &taken, const std::string &name, const char *kind,
                       const std::string &file) {

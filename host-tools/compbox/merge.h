@@ -23,8 +23,8 @@ struct merged_file {
 };
 
 // Joins the files. Throws input_error for what is not a machine file or fragment, for a name in two
-// files (it names both), and for a signal that a term needs and no file has; what only the box's
-// loader can judge is left to it.
+// files (it names both; a lag written alike in both is one signal), and for a signal that a term
+// needs and no file has; what only the box's loader can judge is left to it.
 merged_file merge_files(const std::string &machine_path, const std::vector<std::string> &fragments,
                         std::optional<unsigned> revision);
 

@@ -195,6 +195,28 @@ def test_a_name_in_two_files_names_both(compbox, machine):
     assert compbox.refused(*build(compbox, "a", "a")) == "a: is given more than once"
 
 
+def test_two_fragments_share_a_lag_that_is_the_same(compbox, machine):
+    """Two networks trained with the same --lags."""
+    machine["signals"].append({"name": "T", "unit": "degC", "plc": 20, "min": 0, "max": 90})
+    compbox.write("machine.json", machine)
+    lag = {"name": "T_lag60", "unit": "degC", "lag_of": "T", "tau_s": 60}
+    other = {"name": "T_lag9", "unit": "degC", "lag_of": "T", "tau_s": 9}
+
+    def fragment(name, *signals):
+        compbox.write(name, {"signals": list(signals), "terms": [
+            {"name": name, "type": "linear", "inputs": [one["name"] for one in signals],
+             "weights": [1] * len(signals)}]})
+    fragment("EXX", lag, other)
+    fragment("EYY", dict(lag, tau_s=60.0))
+    compbox.good(*build(compbox, "EXX", "EYY"))
+    assert [one["name"] for one in compbox.read("c.json")["signals"]][3:] == ["T", "T_lag60", "T_lag9"]
+    fragment("EYY", other, dict(lag, tau_s=61))
+    assert compbox.refused(*build(compbox, "EXX", "EYY")) == (
+        "EYY: the signal T_lag60 is already in EXX; give one of them another name or leave one out")
+    fragment("EYY", lag, lag)
+    assert "is already in this file" in compbox.refused(*build(compbox, "EYY"))
+
+
 def test_outputs_are_names_too(compbox, machine):
     compbox.write("a", term("vol_x"))
     compbox.write("b", {"terms": [{"name": "vol", "type": "bpnet", "outputs": ["vol_x"]}]})
