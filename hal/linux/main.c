@@ -52,6 +52,7 @@ struct daemon {
     int64_t state_us;          /* when it was last written */
     int state_error;           /* errno of that … */
     int stats_error;           /* … and of the statistics */
+    bool record_told;          /* that rows are lost from the record */
     struct cb_can_sockets can;
     bool reload_asked; /* by SIGHUP */
     uint32_t status;   /* mode, reason and generation that systemd was told last */
@@ -175,6 +176,7 @@ static void block_signals(struct daemon *daemon) {
     sigaddset(&daemon->signals, SIGHUP);
     pthread_sigmask(SIG_BLOCK, &daemon->signals, NULL);
     signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN); /* a file that must not grow is told like a full disk */
     signal(SIGXFSZ, SIG_IGN); /* a record that may not grow is told; it ends no compensation */
 }
 
@@ -309,6 +311,14 @@ static void follow_reload(struct daemon *daemon, uint32_t generation) {
                        daemon->options.record, strerror(error));
 }
 
+/* That rows are lost from the record is said when it begins; how many, at the end. */
+static void tell_record(struct daemon *daemon) {
+    if (daemon->record.error == 0 || daemon->record_told) return;
+    daemon->record_told = true;
+    cb_log_limited(&daemon->log, CB_LOG_FILES, cb_boottime_us(), "%s: rows are lost: %s",
+                   daemon->options.record, strerror(daemon->record.error));
+}
+
 static void take_rows(struct daemon *daemon) {
     struct cb_loop *loop = &daemon->loop;
     for (int32_t slot; (slot = cb_ring_slot_to_read(&loop->ring)) >= 0;) {
@@ -323,6 +333,7 @@ static void take_rows(struct daemon *daemon) {
         cb_ring_release(&loop->ring);
     }
     cb_record_flush(&daemon->record);
+    tell_record(daemon);
 }
 
 /* out: 0, or errno of a statistics file that could not be written. */

@@ -2,6 +2,7 @@
 """A new coefficient file while the box runs: taken over without a step, or refused with a sentence."""
 import json
 import os
+import resource
 import shutil
 import signal
 import subprocess
@@ -216,6 +217,21 @@ def test_a_flood_of_requests_fills_no_log_and_delays_no_stop(plc, running):
     assert box.stats["reloads"]["taken"] > said
     assert 20 <= said <= 21 + 2 * whole_s, box.log
     assert "lines about files left out)" in box.log
+
+
+def test_a_record_that_cannot_grow_is_told_and_stops_nothing(plc, port, start_box):
+    plc.values = dict(AT_REST)
+    with PymodbusPlc(plc, port), start_box() as box:
+        plc.wait_mode(ACTIVE)
+        resource.prlimit(box.process.pid, resource.RLIMIT_FSIZE, (4096, 4096))
+        time.sleep(3)
+        assert plc.last().mode == ACTIVE
+        box.stop()
+    assert box.code == 1, "not all that was asked for was written"
+    assert plc.last().mode == STOPPED
+    assert box.log.count("record.csv: rows are lost: File too large") == 1, box.log
+    text = box.record_file.read_text()
+    assert text.endswith("\n") and 2000 < len(text) <= 4096, "whole lines only"
 
 
 def test_a_disk_that_is_full_is_told_once_and_when_it_is_not(plc, port, start_box, tmp_path):
