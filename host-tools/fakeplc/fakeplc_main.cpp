@@ -2,8 +2,6 @@
 // fakeplc: a control, its PLC and the machine behind them, in real time behind Modbus/TCP.
 #include <fcntl.h>
 #include <poll.h>
-#include <signal.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -17,6 +15,7 @@
 #include <system_error>
 
 #include "host-tools/fakeplc/console.h"
+#include "host-tools/fakeplc/live.h"
 #include "host-tools/fakeplc/log.h"
 #include "host-tools/fakeplc/serial_server.h"
 #include "host-tools/fakeplc/server.h"
@@ -25,38 +24,6 @@
 
 namespace compbox {
 namespace {
-
-volatile sig_atomic_t stop_requested = 0;
-
-void request_stop(int) {
-    stop_requested = 1;
-}
-
-std::int64_t now_us() {
-    timespec now;
-    ::clock_gettime(CLOCK_MONOTONIC, &now);
-    return std::int64_t{now.tv_sec} * 1000000 + now.tv_nsec / 1000;
-}
-
-// SIGTERM and SIGINT arrive only inside ppoll. A background process that reads the terminal gets
-// an error instead of being stopped.
-sigset_t set_up_signals() {
-    struct sigaction action = {};
-    action.sa_handler = request_stop;
-    ::sigaction(SIGTERM, &action, nullptr);
-    ::sigaction(SIGINT, &action, nullptr);
-    ::signal(SIGPIPE, SIG_IGN);
-    ::signal(SIGXFSZ, SIG_IGN);
-    ::signal(SIGTTIN, SIG_IGN);
-    sigset_t blocked, before;
-    ::sigemptyset(&blocked);
-    ::sigaddset(&blocked, SIGTERM);
-    ::sigaddset(&blocked, SIGINT);
-    ::sigprocmask(SIG_BLOCK, &blocked, &before);
-    ::sigdelset(&before, SIGTERM);
-    ::sigdelset(&before, SIGINT);
-    return before;
-}
 
 // Lines from stdin as they come. Its end closes the command line, not the program.
 class command_line {
@@ -85,11 +52,6 @@ class command_line {
     bool open_ = true;
 };
 
-timespec until(std::int64_t due_us) {
-    const std::int64_t left_us = std::clamp<std::int64_t>(due_us - now_us(), 0, 1000000);
-    return {static_cast<time_t>(left_us / 1000000), static_cast<long>(left_us % 1000000) * 1000};
-}
-
 // One log row for each scan, flushed once a second so that others can follow it.
 class scan_log {
   public:
@@ -117,11 +79,11 @@ void serve(fake_plc &plc, wire_server &server, scan_log &log, const sigset_t &in
         return plc.answer(request, torn);
     };
     std::vector<pollfd> set;
-    while (!stop_requested && !commands.quit) {
+    while (!stop_requested() && !commands.quit) {
         set.clear();
         server.append_poll_set(set);
         if (input.open()) set.push_back({STDIN_FILENO, POLLIN, 0});
-        const timespec wait = until(std::min(plc.next_due_us(), server.next_due_us()));
+        const timespec wait = time_until(std::min(plc.next_due_us(), server.next_due_us()));
         if (::ppoll(set.data(), set.size(), &wait, &in_poll) < 0) {
             for (auto &entry : set) entry.revents = 0;
         }
@@ -163,7 +125,7 @@ void keep_inputs(const options &chosen) {
 void run(const options &chosen) {
     const plc_setup setup = prepare(chosen.plc);
     keep_inputs(chosen);
-    const sigset_t in_poll = set_up_signals();
+    const sigset_t in_poll = mind_signals();
     // The log after the port: a second fakeplc must not empty the log of the first.
     const auto server = open_wire(chosen, setup);
     scan_log log(chosen.log, setup.map);

@@ -1,34 +1,20 @@
 // SPDX-License-Identifier: MIT
 // fakept100: Pt100 modules on a serial line, as a box reads them from its own bus.
 #include <poll.h>
-#include <signal.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <iostream>
 
+#include "host-tools/fakeplc/live.h"
 #include "host-tools/fakeplc/pt100.h"
 #include "host-tools/formats/error.h"
 
 namespace compbox {
 namespace {
 
-volatile sig_atomic_t stop_requested = 0;
-
-void request_stop(int) {
-    stop_requested = 1;
-}
-
-std::int64_t now_us() {
-    timespec now;
-    ::clock_gettime(CLOCK_MONOTONIC, &now);
-    return std::int64_t{now.tv_sec} * 1000000 + now.tv_nsec / 1000;
-}
-
 // Runs the commands that a read of stdin brings. false: its end.
-bool read_commands(pt100_modules &modules, std::string &text) {
+bool read_commands(pt100_modules &modules, std::string &text, bool &quit) {
     char block[1024];
     const ssize_t n = ::read(STDIN_FILENO, block, sizeof block);
     if (n <= 0) return n < 0 && errno == EINTR;
@@ -36,28 +22,26 @@ bool read_commands(pt100_modules &modules, std::string &text) {
     for (auto end = text.find('\n'); end != std::string::npos; end = text.find('\n')) {
         const std::string line = text.substr(0, end);
         text.erase(0, end + 1);
-        if (line == "quit") stop_requested = 1;
+        quit = quit || line == "quit";
         std::cout << (line == "quit" ? "ok" : modules.run(line)) << std::endl;
     }
     return true;
 }
 
-void serve(serial_server &line, pt100_modules &modules) {
+void serve(serial_server &line, pt100_modules &modules, const sigset_t &in_poll) {
     std::string text;
-    bool open = true;
+    bool open = true, quit = false;
     std::vector<pollfd> set;
-    while (!stop_requested) {
+    while (!quit && !stop_requested()) {
         set.clear();
         line.append_poll_set(set);
         if (open) set.push_back({STDIN_FILENO, POLLIN, 0});
-        const std::int64_t left_us =
-            std::clamp<std::int64_t>(line.next_due_us() - now_us(), 0, 200000);
-        const timespec wait{0, static_cast<long>(left_us * 1000)};
-        if (::ppoll(set.data(), set.size(), &wait, nullptr) < 0) continue;
+        const timespec wait = time_until(line.next_due_us());
+        if (::ppoll(set.data(), set.size(), &wait, &in_poll) < 0) continue;
         line.process_units(set, now_us(), [&](int unit, const byte_string &request, bool) {
             return modules.answer(unit, request);
         });
-        if (open && set.back().revents != 0) open = read_commands(modules, text);
+        if (open && set.back().revents != 0) open = read_commands(modules, text, quit);
     }
 }
 
@@ -65,12 +49,10 @@ void run(const std::string &listen, const std::vector<std::string> &texts,
          const serial_options &options) {
     pt100_modules modules;
     for (const auto &text : texts) modules.add(text);
-    ::signal(SIGTERM, request_stop);
-    ::signal(SIGINT, request_stop);
-    ::signal(SIGPIPE, SIG_IGN);
+    const sigset_t in_poll = mind_signals();
     serial_server line(listen, options);
     std::cout << "fakept100: listening on " << line.address() << std::endl;
-    serve(line, modules);
+    serve(line, modules, in_poll);
 }
 
 }  // namespace
