@@ -148,12 +148,14 @@ static void take_offer(struct cb_can *can, int64_t now_us) {
     if (can->fd >= 0 && __atomic_load_n(&can->returned, __ATOMIC_ACQUIRE) >= 0) return;
     const int fd = __atomic_exchange_n(&can->offered, -1, __ATOMIC_ACQ_REL);
     if (fd < 0) return;
-    if (can->fd >= 0) __atomic_store_n(&can->returned, can->fd, __ATOMIC_RELEASE);
+    const bool replaces = can->fd >= 0; /* other filters: what the bus is doing stays as it is */
+    if (replaces) __atomic_store_n(&can->returned, can->fd, __ATOMIC_RELEASE);
     __atomic_store_n(&can->wanted, false, __ATOMIC_RELEASE);
     can->fd = fd;
-    can->state = CB_CAN_CLOSED;
     can->lost_in_queue = 0;
     can->emptied_us = now_us;
+    if (replaces) return;
+    can->state = CB_CAN_CLOSED;
     come_up(can);
 }
 

@@ -211,6 +211,26 @@ TEST_F(linux_can, a_socket_that_fails_is_given_back_and_another_asked_for) {
     EXPECT_EQ(can.state, CB_CAN_UP);
 }
 
+// Other filters after a reload do not bring a controller back to the bus.
+TEST_F(linux_can, a_new_socket_of_a_bus_that_is_off_does_not_say_that_it_is_up) {
+    cb_can_offer(&can, box);
+    controller_says(CAN_ERR_BUSOFF);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    cb_can_came_back(&can);
+    int pair[2];
+    ASSERT_EQ(socketpair(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK, 0, pair), 0);
+    cb_can_offer(&can, pair[1]);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.fd, pair[1]);
+    EXPECT_EQ(can.state, CB_CAN_BUS_OFF);
+    EXPECT_FALSE(cb_can_came_back(&can));
+    can_frame raw = {};
+    ASSERT_EQ(write(pair[0], &raw, sizeof raw), static_cast<ssize_t>(sizeof raw));
+    EXPECT_TRUE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.state, CB_CAN_UP);
+    close(pair[0]);
+}
+
 TEST_F(linux_can, a_new_socket_replaces_the_old_one_which_is_closed) {
     cb_can_offer(&can, box);
     cb_can_receive(&can, &frame, 0);
