@@ -5,8 +5,10 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string_view>
 
+#include "host-tools/formats/csv_cells.h"
 #include "host-tools/formats/csv_reading.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
@@ -14,41 +16,10 @@
 
 namespace compbox {
 
+using csv_cells::has_decimal_commas, csv_cells::is_in_thousands, csv_cells::split,
+    csv_cells::to_number, csv_cells::trim, csv_cells::without_empty_end;
+
 namespace {
-
-std::string_view trim(std::string_view text) {
-    const auto blank = [](char c) { return c == ' ' || c == '\r' || c == '\t'; };
-    while (!text.empty() && blank(text.front())) text.remove_prefix(1);
-    while (!text.empty() && blank(text.back())) text.remove_suffix(1);
-    if (text.size() >= 2 && text.front() == '"' && text.back() == '"') {
-        text = text.substr(1, text.size() - 2);
-    }
-    return text;
-}
-
-// Cells of a line. A blank as separator counts once, however many there are. Within quotes no
-// separator separates.
-std::vector<std::string_view> split(std::string_view text, char separator) {
-    if (separator == ' ') text = trim(text);
-    std::vector<std::string_view> parts;
-    std::size_t start = 0;
-    bool quoted = false;
-    for (std::size_t i = 0; i <= text.size(); ++i) {
-        if (i < text.size() && text[i] == '"') quoted = !quoted;
-        if (i < text.size() && (quoted || text[i] != separator)) continue;
-        if (separator != ' ' || i > start) parts.push_back(text.substr(start, i - start));
-        start = i + 1;
-    }
-    if (quoted) parts = {text};  // a quote that never ends: the number of columns will be wrong
-    return parts;
-}
-
-// The same without what spreadsheets put behind the last column: separators with nothing between.
-std::vector<std::string_view> without_empty_end(std::vector<std::string_view> cells,
-                                                std::size_t columns) {
-    while (cells.size() > columns && trim(cells.back()).empty()) cells.pop_back();
-    return cells;
-}
 
 std::vector<std::string_view> lines_of(std::string_view text) {
     std::vector<std::string_view> lines;
@@ -89,21 +60,6 @@ std::string shown(std::string_view cell) {
     return "'" + text + (cell.size() > length ? "…'" : "'");
 }
 
-// A cell as a finite number; a decimal comma is read where the comma does not separate columns.
-bool to_number(std::string_view cell, char separator, double &value, bool &beyond) {
-    std::string text(trim(cell));
-    if (separator != ',' || cell.find('"') != std::string_view::npos) {
-        std::replace(text.begin(), text.end(), ',', '.');
-    }
-    const std::string minus = "\u2212";  // as typesetting programs write it
-    if (text.compare(0, minus.size(), minus) == 0) text.replace(0, minus.size(), "-");
-    const char *begin = text.data() + (!text.empty() && text[0] == '+' ? 1 : 0);
-    const char *end = text.data() + text.size();
-    const auto result = std::from_chars(begin, end, value);
-    beyond = result.ec == std::errc::result_out_of_range;
-    return result.ec == std::errc() && result.ptr == end && std::isfinite(value);
-}
-
 double number(std::string_view cell, char separator, bool gaps, const place &at) {
     double value = 0.0;
     bool beyond = false;
@@ -116,12 +72,32 @@ double number(std::string_view cell, char separator, bool gaps, const place &at)
         shown(text) + (beyond ? " is beyond what a number can hold" : " is not a finite number"));
 }
 
+// What the comma of a quoted number is among columns that commas separate: a decimal mark, unless
+// every such number in the file could also be in thousands; then nobody knows.
+class comma_in_quotes {
+  public:
+    comma_in_quotes(const std::vector<std::string_view> &lines, char separator)
+        : doubtful_(separator == ',' && !has_decimal_commas(lines)) {}
+
+    void check(std::string_view cell, const place &at) const {
+        if (!doubtful_ || !is_in_thousands(cell)) return;
+        throw input_error(
+            at.file, at.line, at.column,
+            shown(trim(cell)) +
+                " may have a decimal comma or be in thousands: write it without a comma");
+    }
+
+  private:
+    bool doubtful_;
+};
+
 // The same; where it is none, NaN and, if it is the first in its column, the mistake.
-double number_or_mistake(std::string_view cell, char separator, bool gaps, const place &at,
-                         std::string &mistake) {
+double number_or_mistake(std::string_view cell, char separator, bool gaps,
+                         const comma_in_quotes &comma, const place &at, std::string &mistake) {
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
     if (!mistake.empty()) return none;
     try {
+        comma.check(cell, at);
         return number(cell, separator, gaps, at);
     } catch (const input_error &error) {
         mistake = error.what();
@@ -197,8 +173,11 @@ void rename(csv_table &table, const csv_reading &how) {
     }
 }
 
+// An empty line, a comment, or the line "sep=;" that spreadsheets write for one another.
 bool is_passed_over(std::string_view line) {
-    return trim(line).empty() || trim(line).front() == '#';
+    const std::string_view text = trim(line);
+    return text.empty() || text.front() == '#' ||
+           (text.size() <= 5 && text.compare(0, 4, "sep=") == 0);
 }
 
 // Index of the line that is the header; 0 where no line is.
@@ -257,12 +236,14 @@ csv_table read_csv(const std::string &path, const csv_reading &how,
     std::vector<bool> is_word;
     char separator = ',';
     const auto lines = lines_of(content);
+    std::optional<comma_in_quotes> comma;
     for (std::size_t i = header_of(lines, how); i < lines.size(); ++i) {
         const std::string_view raw = lines[i];
         const long line_number = static_cast<long>(i) + 1;
         if (is_passed_over(raw)) continue;
         if (table.names.empty()) {
             separator = separator_of(raw);
+            comma.emplace(lines, separator);
             const bool header =
                 !all_numbers(without_empty_end(split(raw, separator), 1), separator);
             name_columns(table, raw, separator, how.columns, header, line_number);
@@ -287,7 +268,7 @@ csv_table read_csv(const std::string &path, const csv_reading &how,
             const long column = static_cast<long>(cells[c].data() - raw.data()) + 1;
             row.push_back(is_word[c]
                               ? word(cells[c], lists[c])
-                              : number_or_mistake(cells[c], separator, how.gaps,
+                              : number_or_mistake(cells[c], separator, how.gaps, *comma,
                                                   {path, line_number, column}, table.mistakes[c]));
         }
         table.rows.push_back(std::move(row));

@@ -386,6 +386,23 @@ def test_bad_samples(compbox, machine, case):
     assert compbox.refused("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv") == message
 
 
+@pytest.mark.parametrize("rows, x", [
+    ('"1,000","500"', None), ('"-12,345",500', None), ('"1,000,000",500', None),
+    ('"1,000","0,5"', 1), ('"1,0",500', 1), ('"0,500","1,000"', 0.5), ('"1,0000",1', 1)])
+def test_a_quoted_comma_that_may_be_of_thousands_is_no_guess(compbox, machine, rows, x):
+    """A spreadsheet in English writes 1000 so: a thousandth of it would be taken without a word."""
+    build(compbox, machine, term(values=[0, 1000]))
+    compbox.write("s.csv", f"sep=,\ntime_s,X,Y,Z\n0,{rows},0\n")
+    call = ("eval", "c.json", "--inputs", "s.csv", "--raw", "-o", "out.csv")
+    if x is None:
+        number = rows.split('"')[1]
+        assert compbox.refused(*call) == (
+            f"s.csv:3:3: '{number}' may have a decimal comma or be in thousands: write it without a comma")
+    else:
+        compbox.good(*call)
+        assert compbox.table("out.csv")["EZX"] == pytest.approx([x])
+
+
 def test_columns_that_are_not_asked_for_may_hold_anything(compbox, machine):
     build(compbox, machine, term(values=[0, 200]))
     compbox.write("s.csv", 'time_s,note,X,Y,Z,serial\n0,"by hand, hot",500,0,0,1e999\n1,,600,0,0,nan\n')
