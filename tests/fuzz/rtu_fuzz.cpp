@@ -63,6 +63,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     }
     cb_rtu_receiver_look(&receiver, now_us + 10000);
     demand(receiver.state != CB_RTU_INSIDE, "silence ends everything");
+    demand(!cb_rtu_receiver_damaged(&receiver) || receiver.state == CB_RTU_SPOILT,
+           "damaged is spoilt");
     check_taken(receiver, request);
     return 0;
 }

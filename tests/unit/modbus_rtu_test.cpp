@@ -285,6 +285,31 @@ TEST(rtu_receiver, a_cut_reply_is_spoilt_once_it_is_silent) {
     EXPECT_EQ(wire.feed(reply_to(17, read_request(5, 2))), CB_RTU_SPOILT);  // too late for this one
 }
 
+// Then the slave has had its say. Anything else may be followed by more.
+TEST(rtu_receiver, a_damaged_reply_is_told_from_other_rubbish) {
+    const auto request = read_request(5, 2);
+    const bytes reply = reply_to(17, request);
+    const auto damaged = [&](const bytes &came) {
+        line wire(request);
+        wire.feed(came);
+        return cb_rtu_receiver_damaged(&wire.receiver);
+    };
+    EXPECT_FALSE(damaged(reply));
+    EXPECT_FALSE(damaged({}));
+    for (size_t at = 0; at < reply.size(); ++at) {
+        bytes wrong = reply;
+        wrong[at] ^= 1;
+        EXPECT_EQ(damaged(wrong), at >= 3) << at;  // unit, function, count
+        wrong.pop_back();
+        EXPECT_FALSE(damaged(wrong)) << at;
+    }
+    bytes longer = reply;
+    longer[4] ^= 1;
+    longer.push_back(0);
+    EXPECT_FALSE(damaged(longer));
+    EXPECT_FALSE(damaged(reply_to(17, read_request(5, 3))));
+}
+
 TEST(rtu_receiver, a_reply_with_a_hole_is_none) {
     line wire(read_request(5, 2));
     const bytes reply = reply_to(17, read_request(5, 2));
