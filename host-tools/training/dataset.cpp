@@ -16,26 +16,34 @@ namespace {
 constexpr std::size_t least_rows = 10;
 constexpr std::size_t longest_name = 23;  // CB_NAME_SIZE less its end
 
-// The columns that one entry of a list stands for: itself, or all that fit a pattern with *.
-std::vector<std::string> matching(const csv_table &table, const std::string &entry) {
+bool has(const std::vector<std::string> &names, const std::string &name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+// The columns that one entry of a list stands for: itself, or all that fit a pattern with * and are
+// not among `others`, which are something else: t* is no time_s.
+std::vector<std::string> matching(const csv_table &table, const std::string &entry,
+                                  const std::vector<std::string> &others) {
     if (entry.find('*') == std::string::npos) {
         table.column(entry);
         return {entry};
     }
     std::vector<std::string> found;
     for (const auto &name : table.names) {
-        if (::fnmatch(entry.c_str(), name.c_str(), 0) == 0) found.push_back(name);
+        const bool fits = ::fnmatch(entry.c_str(), name.c_str(), 0) == 0;
+        if (fits && !has(others, name)) found.push_back(name);
     }
     if (found.empty()) throw input_error(table.file, 0, 0, "no column is called like " + entry);
     return found;
 }
 
 // All columns of a list, in its order. Throws where one is there twice or the box refuses its name.
-std::vector<std::string> chosen(const csv_table &table, const std::vector<std::string> &entries) {
+std::vector<std::string> chosen(const csv_table &table, const std::vector<std::string> &entries,
+                                const std::vector<std::string> &others) {
     std::vector<std::string> names;
     for (const auto &entry : entries) {
-        for (const auto &name : matching(table, entry)) {
-            if (std::find(names.begin(), names.end(), name) != names.end()) {
+        for (const auto &name : matching(table, entry, others)) {
+            if (has(names, name)) {
                 throw input_error(table.file, 0, 0, "the column '" + name + "' is asked for twice");
             }
             if (!is_name_of_the_box(name)) {
@@ -160,8 +168,10 @@ training_data read_training_data(const std::string &path, const data_options &op
     const csv_table table = read_csv(path, word_columns, &words);
     training_data data;
     data.file = path;
-    data.inputs = chosen(table, options.inputs);
-    data.outputs = chosen(table, options.outputs);
+    std::vector<std::string> others{options.time_column, options.run_column};
+    data.outputs = chosen(table, options.outputs, others);
+    others.insert(others.end(), data.outputs.begin(), data.outputs.end());
+    data.inputs = chosen(table, options.inputs, others);
     for (const auto &name : data.outputs) {
         if (std::find(data.inputs.begin(), data.inputs.end(), name) == data.inputs.end()) continue;
         throw input_error(path, 0, 0, "the column '" + name + "' is both input and output");

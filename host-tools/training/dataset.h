@@ -9,7 +9,9 @@
 namespace compbox {
 
 struct data_options {
-    std::vector<std::string> inputs, outputs;  // names of columns; * stands for anything
+    // Names of columns. * stands for anything, but neither for the time or the run nor, in inputs,
+    // for an output.
+    std::vector<std::string> inputs, outputs;
     std::string time_column = "time_s";
     std::string run_column;  // empty: one run
     bool needs_time = false;

@@ -25,7 +25,7 @@ SELECT = ("select-inputs", "rows.csv", "--outputs", "ez_um", "--candidates", "t*
 
 
 def candidates(*names):
-    """SELECT with these candidates: t* would take the time too."""
+    """SELECT with these candidates."""
     return SELECT[:-1] + (",".join(names),)
 
 
@@ -38,6 +38,14 @@ def test_chooses_one_of_each_cluster(compbox, rows):
     assert choice["chosen"] == best and choice["clusters"] == 2
     assert report.splitlines()[-1] == "--inputs " + ",".join(best)
     assert report.count("<- chosen") == 2
+
+
+def test_a_pattern_is_neither_time_nor_run_nor_output(compbox, rows):
+    for pattern, names in (("t*", ["t1", "t2", "t3", "t4"]), ("*", ["t1", "t2", "t3", "t4", "rpm"])):
+        compbox.good(*candidates(pattern), "--run-column", "run", "--count", 2, "-o", "c.json")
+        assert [c["name"] for c in compbox.read("c.json")["candidates"]] == names
+    compbox.good(*candidates("time_s", "t*"), "--count", 2, "-o", "c.json")  # named, it is one
+    assert compbox.read("c.json")["candidates"][0]["name"] == "time_s"
 
 
 def test_what_it_prints_trains(compbox, rows):
