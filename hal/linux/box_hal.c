@@ -78,5 +78,5 @@ void cb_linux_close(struct cb_linux *target) {
 }
 
 void cb_linux_stop(struct cb_linux *target) {
-    if (target->transport == CB_TRANSPORT_RTU) cb_serial_opener_stop(&target->opener);
+    if (target->transport == CB_TRANSPORT_RTU) (void)cb_serial_opener_stop(&target->opener);
 }

@@ -28,8 +28,9 @@ void cb_rtu_start(struct cb_rtu *rtu, const struct cb_serial_config *config,
     cb_rtu_dialog_start(&rtu->dialog, manners, LUMP_US);
 }
 
-void cb_rtu_start_bus(struct cb_rtu *rtu, const struct cb_serial_config *config) {
-    start(rtu, config, NULL);
+void cb_rtu_start_bus(struct cb_rtu *rtu, const struct cb_serial_config *config,
+                      struct cb_serial_opener *opener) {
+    start(rtu, config, opener);
 }
 
 /* What is waiting, without waiting for it. The line is free 3.5 characters after it. */

@@ -66,8 +66,9 @@ void cb_rtu_start(struct cb_rtu *rtu, const struct cb_serial_config *config,
 enum cb_transfer cb_rtu_exchange(struct cb_rtu *rtu, const struct cb_modbus_request *request,
                                  uint16_t *registers, int64_t deadline_us);
 
-/* A line of modules, for a thread that may wait for their device. */
-void cb_rtu_start_bus(struct cb_rtu *rtu, const struct cb_serial_config *config);
+/* A line of modules; opener as in cb_serial_start. */
+void cb_rtu_start_bus(struct cb_rtu *rtu, const struct cb_serial_config *config,
+                      struct cb_serial_opener *opener);
 
 /* One request to one of them, sent once. */
 enum cb_transfer cb_rtu_ask_module(struct cb_rtu *rtu, uint8_t unit,

@@ -16,18 +16,18 @@ static void longer_backoff(struct cb_serial *serial) {
     serial->backoff_us = doubled > MAX_BACKOFF_US ? MAX_BACKOFF_US : doubled;
 }
 
-void cb_serial_close(struct cb_serial *serial) {
-    if (serial->fd >= 0) cb_serial_shut(serial->fd);
-    serial->fd = -1;
-}
-
 /* A descriptor that is kept open would give the adapter another name when it comes back. */
-static void lost(struct cb_serial *serial, int error_number, int64_t now_us) {
+void cb_serial_close(struct cb_serial *serial) {
+    if (serial->fd < 0) return;
     if (serial->opener)
         cb_serial_opener_give_back(serial->opener, serial->fd);
     else
         cb_serial_shut(serial->fd);
     serial->fd = -1;
+}
+
+static void lost(struct cb_serial *serial, int error_number, int64_t now_us) {
+    cb_serial_close(serial);
     serial->disconnects++;
     serial->error_number = error_number;
     serial->since_us = now_us;

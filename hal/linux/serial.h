@@ -43,7 +43,7 @@ bool cb_serial_send(struct cb_serial *serial, const uint8_t *bytes, size_t count
 /* A slave answers on it: the next loss is followed by an attempt without a pause. */
 void cb_serial_proven(struct cb_serial *serial);
 
-/* Closes it in the calling thread; for the end of the program. */
+/* Closes it, or has it closed. */
 void cb_serial_close(struct cb_serial *serial);
 
 #endif

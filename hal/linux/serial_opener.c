@@ -33,8 +33,11 @@ static void *run(void *argument) {
     for (;;) {
         while (sem_wait(&opener->wake) != 0) continue; /* EINTR */
         if (state_of(opener) == CB_OPENER_ASKED) serve(opener);
-        if (cb_flag_is_raised(&opener->quit)) return NULL;
+        if (cb_flag_is_raised(&opener->quit)) break;
     }
+    if (state_of(opener) == CB_OPENER_DONE && opener->opened.fd >= 0)
+        cb_serial_shut(opener->opened.fd);
+    return NULL;
 }
 
 int cb_serial_opener_start(struct cb_serial_opener *opener, const struct cb_serial_config *config) {
@@ -45,18 +48,17 @@ int cb_serial_opener_start(struct cb_serial_opener *opener, const struct cb_seri
     return cb_start_thread(&opener->thread, &normal, run, opener);
 }
 
-void cb_serial_opener_stop(struct cb_serial_opener *opener) {
+bool cb_serial_opener_stop(struct cb_serial_opener *opener) {
     struct timespec until = cb_timespec(cb_clock_ns(CLOCK_REALTIME));
     until.tv_sec += PATIENCE_S;
     cb_flag_raise(&opener->quit);
     sem_post(&opener->wake);
     if (pthread_timedjoin_np(opener->thread, NULL, &until) != 0) {
         pthread_detach(opener->thread);
-        return;
+        return false;
     }
-    struct cb_serial_opened left;
-    if (cb_serial_opener_take(opener, &left) && left.fd >= 0) cb_serial_shut(left.fd);
     sem_destroy(&opener->wake);
+    return true;
 }
 
 static void ask(struct cb_serial_opener *opener, int shut, bool wanted) {

@@ -45,9 +45,10 @@ struct cb_serial_opener {
 /* out: 0 or errno. The caller keeps *opener until cb_serial_opener_stop. */
 int cb_serial_opener_start(struct cb_serial_opener *opener, const struct cb_serial_config *config);
 
-/* Ends the thread. One that the driver holds for more than a second is left to the end of the
- * program: then *opener has to stay where it is. */
-void cb_serial_opener_stop(struct cb_serial_opener *opener);
+/* Ends the thread, when what it is at is done, and closes what nobody took.
+ * out: false: the driver has held it for a second; it ends by itself some time, and until then
+ * *opener has to stay where it is */
+bool cb_serial_opener_stop(struct cb_serial_opener *opener);
 
 /* ---- the loop: none of these waits ---- */
 

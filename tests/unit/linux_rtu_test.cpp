@@ -368,7 +368,7 @@ TEST(rtu, modules_of_a_bus_do_not_wait_for_each_other) {
     });
     cb_rtu bus;
     const cb_serial_config config = config_of(modules);
-    cb_rtu_start_bus(&bus, &config);
+    cb_rtu_start_bus(&bus, &config, nullptr);
     uint16_t registers[2];
     const cb_modbus_request request = cb_modbus_read(8, 2);
     const auto ask = [&](uint8_t unit, int ms) {
@@ -425,16 +425,17 @@ TEST(rtu, something_else_than_a_serial_device_is_refused) {
     std::string("/dev/null").copy(config.device, sizeof config.device - 1);
     config.line = {115200, CB_PARITY_EVEN, 1};
     cb_rtu rtu;
-    cb_rtu_start_bus(&rtu, &config);
+    cb_rtu_start_bus(&rtu, &config, nullptr);
     EXPECT_LT(rtu.serial.fd, 0);
     EXPECT_EQ(rtu.serial.error_number, ENOTTY);
 }
 
 // A thread that opens the device, and a driver that takes until the test lets it.
 std::atomic<bool> driver_hangs{false};
-std::atomic<int> opened{0};
+std::atomic<int> opening{0}, opened{0};
 
 cb_serial_opened open_slowly(const cb_serial_config *config) {
+    ++opening;
     while (driver_hangs) sleep_ms(1);
     ++opened;
     return cb_serial_open(config);
@@ -485,6 +486,25 @@ TEST(rtu_opener, a_device_that_is_unplugged_again_and_again_is_opened_by_the_thr
         plc.plug_in();
     }
     EXPECT_EQ(read_until_good(c), CB_TRANSFER_OK);
+}
+
+// The end does not wait for it, and what it opens in the end is closed again.
+TEST(rtu_opener, a_driver_that_hangs_is_left_behind) {
+    static cb_serial_opener left;
+    slave plc(behave);
+    const cb_serial_config config = config_of(plc);
+    driver_hangs = true;
+    opening = opened = 0;
+    ASSERT_EQ(cb_serial_opener_start(&left, &config), 0);
+    left.open = open_slowly;
+    ASSERT_TRUE(cb_serial_opener_ask(&left));
+    for (int i = 0; i < 2000 && opening == 0; ++i) sleep_ms(1);
+    EXPECT_FALSE(cb_serial_opener_stop(&left));
+    EXPECT_EQ(opened, 0);
+    driver_hangs = false;
+    for (int i = 0; i < 2000 && opened == 0; ++i) sleep_ms(1);
+    EXPECT_EQ(opened, 1);
+    sleep_ms(50);  // until the thread has closed it: what the next test counts
 }
 
 // The descriptor that nobody took is closed, and so is the one that was lost.

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "hal/linux/daemon/bus.h"
 
+#include <errno.h>
+#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
@@ -84,6 +86,23 @@ static void *run(void *argument) {
     return NULL;
 }
 
+/* out: 0 or errno */
+static int start_opener(struct cb_bus *bus) {
+    bus->opener = calloc(1, sizeof *bus->opener);
+    if (bus->opener == NULL) return ENOMEM;
+    const int error = cb_serial_opener_start(bus->opener, &bus->config->buses[0].serial);
+    if (error == 0) return 0;
+    free(bus->opener);
+    bus->opener = NULL;
+    return error;
+}
+
+/* One whose driver hangs keeps its memory. */
+static void stop_opener(struct cb_bus *bus) {
+    if (cb_serial_opener_stop(bus->opener)) free(bus->opener);
+    bus->opener = NULL;
+}
+
 int cb_bus_start(struct cb_bus *bus, const struct cb_config *config, uint32_t generation,
                  struct cb_sample_ring *to) {
     static const struct cb_schedule normal = {.priority = 0, .cpu = -1};
@@ -92,11 +111,14 @@ int cb_bus_start(struct cb_bus *bus, const struct cb_config *config, uint32_t ge
     bus->config = config;
     bus->generation = generation;
     bus->to = to;
+    const int opener_error = start_opener(bus);
+    if (opener_error != 0) return opener_error;
     cb_ring_start(&bus->ring, CB_BUS_REPORTS);
-    cb_rtu_start_bus(&bus->rtu, &config->buses[0].serial);
+    cb_rtu_start_bus(&bus->rtu, &config->buses[0].serial, bus->opener);
     cb_bus_turns_start(&bus->turns, config, 0, cb_boottime_us());
     const int error = cb_start_thread(&bus->thread, &normal, run, bus);
     bus->runs = error == 0;
+    if (error != 0) stop_opener(bus);
     return error;
 }
 
@@ -104,6 +126,7 @@ void cb_bus_stop(struct cb_bus *bus) {
     if (!bus->runs) return;
     cb_flag_raise(&bus->quit);
     pthread_join(bus->thread, NULL);
+    stop_opener(bus);
     bus->runs = false;
     cb_bus_look(bus);
 }

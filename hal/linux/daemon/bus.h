@@ -30,6 +30,7 @@ struct cb_bus {
     uint32_t generation;
     struct cb_sample_ring *to;
     struct cb_rtu rtu;
+    struct cb_serial_opener *opener; /* of its own memory: it may outlive a stop */
     struct cb_bus_turns turns;
     bool runs;
     bool quit; /* a cb_flag */
@@ -44,7 +45,8 @@ struct cb_bus {
 int cb_bus_start(struct cb_bus *bus, const struct cb_config *config, uint32_t generation,
                  struct cb_sample_ring *to);
 
-/* Ends the thread, after the request that is out: at most its slave delay and some milliseconds. */
+/* Ends the thread, after the request that is out: at most its slave delay and some milliseconds,
+ * and a second where the device's driver hangs. */
 void cb_bus_stop(struct cb_bus *bus);
 
 /* Brings bus->last up to date; out: whether there was anything new. For the normal thread. */
