@@ -99,7 +99,7 @@ class Guest:
         if not self.real_time:
             boot += ["-icount", "shift=2"]
         if self.efi:
-            boot = ["-bios", self.efi]
+            boot = ["-bios", self.efi, "-boot", "menu=on,splash-time=0"]  # its menu waits for nobody
         return [str(word) for word in (
             "qemu-system-aarch64", "-M", "virt", "-cpu", "cortex-a53", "-smp", "2",
             "-m", "512" if self.efi else "256", *boot, "-no-reboot",

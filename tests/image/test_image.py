@@ -215,6 +215,15 @@ def test_a_box_without_a_file_waits_for_its_first(machine, port):
     plc.wait_um(PATH_UM)
 
 
+def test_settings_from_another_system_and_bad_ones(machine):
+    _, guest = machine
+    assert guest.run("printf 'A=1\\r\\nB=\"2 3\"\\r\\n' >/tmp/s; compbox-settings /tmp/s") == 'A=1\nB="2 3"\n'
+    since = guest.now()
+    assert "A=1" not in guest.run("printf 'A=1\\nB=(2\\n' >/tmp/s; compbox-settings /tmp/s")
+    guest.wait(r"/tmp/s is not used, correct it with vi and reboot: syntax error", 10, since)
+    assert "CAN_BITRATE=250000" in guest.run("cat /run/settings")
+
+
 def test_the_log_is_served_to_the_pc(machine):
     _, guest = machine
     out = guest.run("httpd -p 8000 -h /data/log; wget -q -O - http://127.0.0.1:8000/box.log | tail -n 3; killall httpd")
