@@ -110,11 +110,15 @@ static float seconds(const struct cb_box *box, const struct step *step) {
     return (float)(step->elapsed_us < most_us ? step->elapsed_us : most_us) * 1e-6f;
 }
 
+/* Only a PLC program that goes in lines is known to take positions with each beat; elsewhere the
+ * heartbeat may count something else, and the clock is the better guess. */
 static struct cb_apart apart_of(const struct cb_box *box, uint16_t beats, int64_t elapsed_us) {
     if (elapsed_us <= 0 || elapsed_us > CB_LEAD_PERIODS * (int64_t)box->config.period_us)
-        return (struct cb_apart){0, 0.0f};
-    const float apart_us = cb_lead_apart_us(&box->lead, beats, (uint32_t)elapsed_us);
-    return (struct cb_apart){elapsed_us, apart_us > 0.0f ? 1e6f / apart_us : 0.0f};
+        return (struct cb_apart){0, 0.0f, false};
+    const bool counted = box->config.plc.interpolate_us > 0;
+    const float apart_us = counted ? cb_lead_apart_us(&box->lead, beats, (uint32_t)elapsed_us)
+                                   : (float)(uint32_t)elapsed_us;
+    return (struct cb_apart){elapsed_us, apart_us > 0.0f ? 1e6f / apart_us : 0.0f, counted};
 }
 
 /* Reads the PLC, and learns from it what the lead is made of. */

@@ -23,7 +23,7 @@
  * and the write's answer, eight characters each. It is not taken off, because nothing measures
  * where in an exchange the PLC looks, and because the way behind the PLC's register, which an NC
  * without a handshake does not tell either, is as long and missing (docs/results/lead.md: the best
- * lead there is 0 to 4 ms more than the measured one). Who knows both sets lead_ms by hand.
+ * lead there is 2 ms more than the measured one). Who knows both sets lead_ms by hand.
  */
 #ifndef COMPBOX_FIRMWARE_LEAD_H
 #define COMPBOX_FIRMWARE_LEAD_H

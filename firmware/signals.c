@@ -45,14 +45,13 @@ CB_INLINE bool rate_plausible(const struct cb_signal_config *signal, float chang
     return cb_abs(change) <= signal->max_rate_per_s * seconds(elapsed_us) + unit;
 }
 
-/* in : per_s: one over the time between the two positions; 0: it is the same one
- * out: a change of more than a quarter of the velocity is believed at once, because an axis starts
- *      and stops within a few readings; the rest is noise of the times, filtered over about three
- *      readings */
-static float next_velocity(float velocity, float change, float per_s) {
+/* out: filtered over about three readings, because times shake it; where they are known by the
+ *      PLC's count, a change of more than a quarter of the velocity is believed at once: an axis
+ *      starts and stops within a few readings */
+static float next_velocity(float velocity, float change, float per_s, bool counted) {
     if (!(per_s > 0.0f)) return velocity;
     const float measured = change * per_s, jump = measured - velocity;
-    const bool believed = cb_abs(jump) > 0.25f * cb_abs(measured);
+    const bool believed = counted && cb_abs(jump) > 0.25f * cb_abs(measured);
     const float next = believed ? measured : velocity + jump * (1.0f / 3.0f);
     return cb_is_finite(next) ? next : 0.0f;
 }
@@ -68,7 +67,8 @@ struct acceptance {
 CB_OUTLINE float velocity_over(const struct cb_config *config, float velocity, float change,
                                int64_t elapsed_us) {
     if (elapsed_us > (int64_t)CB_LEAD_PERIODS * config->period_us) return 0.0f;
-    return next_velocity(velocity, change, elapsed_us > 0 ? 1.0f / seconds(elapsed_us) : 0.0f);
+    const float per_s = elapsed_us > 0 ? 1.0f / seconds(elapsed_us) : 0.0f;
+    return next_velocity(velocity, change, per_s, false);
 }
 
 /* in : value valid at time_us; inside: the same within min … max
@@ -83,7 +83,8 @@ CB_INLINE bool take(const struct acceptance *to, const struct cb_signal_config *
             return false;
         }
         if (signal->leads && elapsed_us == to->apart.elapsed_us)
-            state->velocity = next_velocity(state->velocity, change, to->apart.per_s);
+            state->velocity =
+                next_velocity(state->velocity, change, to->apart.per_s, to->apart.counted);
         else if (signal->leads)
             state->velocity = velocity_over(to->config, state->velocity, change, elapsed_us);
     }

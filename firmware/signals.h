@@ -46,8 +46,9 @@ void cb_signals_forget(const struct cb_config *config, struct cb_signal_state *s
 /* Of two good readings in a row, at most three periods apart. */
 struct cb_apart {
     int64_t elapsed_us; /* between them; 0: there are no such two */
-    float per_s;        /* one over the time between the positions that they show (lead.h); 0: they
-                           show the same */
+    float per_s;        /* one over the time between the positions that they show; 0: they show the
+                           same */
+    bool counted;       /* by the PLC's heartbeat (lead.h), else by the clock */
 };
 
 /* Takes what *in brings: the samples, and the PLC signals where `read` says that the reading is

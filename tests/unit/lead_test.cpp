@@ -142,7 +142,8 @@ TEST(lead, takes_the_velocity_of_the_plc_at_once) {
 // Readings every 30 ms of a PLC that scans every 8 ms: what it shows is 24 or 32 ms further.
 struct scanned_axis : moving_axis {
     double t_ms = 0, shown_ms = 0, stops_ms = 1e9;
-    scanned_axis() : moving_axis(false) {}
+    // The PLC goes in lines: what it shows goes with its heartbeat.
+    scanned_axis() : moving_axis(false) { box->config.plc.interpolate_us = 30000; }
     // One step; out: by how much the box is wrong about where the axis will be in 40 ms, if it goes
     // on as it does.
     double wrong_by() {
@@ -166,6 +167,24 @@ TEST(lead, the_scan_of_the_plc_does_not_shake_the_velocity) {
     rig.stops_ms = rig.shown_ms + 0.5;
     rig.wrong_by();
     for (int i = 0; i < 100; ++i) EXPECT_NEAR(rig.wrong_by(), 0, 1e-3) << "at rest at once " << i;
+}
+
+// A PLC that shows where the axis is at each reading, and counts its heartbeat at its own pace: the
+// count says nothing of positions.
+TEST(lead, nor_does_a_heartbeat_that_counts_something_else) {
+    for (const int beat_ms : {7, 11, 13, 20, 50, 80}) {
+        moving_axis rig(false);
+        int t_ms = 0;
+        for (int i = 0; i < 200; ++i) {
+            const int before = t_ms / beat_ms;
+            t_ms += 30;
+            rig.heartbeat = static_cast<uint16_t>(rig.heartbeat + t_ms / beat_ms - before - 1);
+            const double ahead = rig.ahead();
+            if (i > 30) {
+                EXPECT_NEAR(ahead, 4, 0.05) << beat_ms << " ms, reading " << i;
+            }
+        }
+    }
 }
 
 TEST(lead, falls_back_to_differences_while_the_velocity_is_missing) {
