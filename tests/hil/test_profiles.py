@@ -26,4 +26,5 @@ def test_a_fault_that_goes_unnoticed_is_a_complaint():
     assert times["zero_s"] is None
     found = {"profile": "fanuc", "cyclictest": {"late": 0}, "steady": {"overruns": 3, "stalls": 3}, "code": 0,
              "faults": {"fault drop": times}}
-    assert len(profiles.complaints(found)) == 3
+    assert len(profiles.complaints(found)) == 2
+    assert len(profiles.stood(found)) == 1
