@@ -49,6 +49,8 @@ static int set_attributes(pthread_attr_t *attributes, const struct cb_schedule *
     return error;
 }
 
+const struct cb_schedule cb_no_hurry = {.priority = 0, .cpu = -1};
+
 int cb_start_thread(pthread_t *thread, const struct cb_schedule *schedule, void *(*run)(void *),
                     void *argument) {
     pthread_attr_t attributes;

@@ -19,6 +19,7 @@ struct cb_schedule {
     int priority; /* 1 … 99: SCHED_FIFO, 0: as the caller */
     int cpu;      /* on this processor only; -1: any */
 };
+extern const struct cb_schedule cb_no_hurry; /* as the caller, anywhere */
 
 /* Starts a thread with its own small stack. All signals are blocked in it.
  * out: 0, or errno (EPERM: the priority is not permitted; EINVAL: the processor is not) */

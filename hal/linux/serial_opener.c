@@ -41,11 +41,10 @@ static void *run(void *argument) {
 }
 
 int cb_serial_opener_start(struct cb_serial_opener *opener, const struct cb_serial_config *config) {
-    static const struct cb_schedule normal = {.priority = 0, .cpu = -1};
     *opener = (struct cb_serial_opener){
         .config = *config, .open = cb_serial_open, .opened.fd = -1, .shut = -1};
     if (sem_init(&opener->wake, 0, 0) != 0) return errno;
-    return cb_start_thread(&opener->thread, &normal, run, opener);
+    return cb_start_thread(&opener->thread, &cb_no_hurry, run, opener);
 }
 
 bool cb_serial_opener_stop(struct cb_serial_opener *opener) {

@@ -201,6 +201,57 @@ void run_identify(identify_arguments &arguments) {
     }
 }
 
+// Where the readings belong: the axis' frame, and the temperature of its scale.
+void add_frame(CLI::App &identify, identify_arguments &arguments) {
+    identify
+        .add_option("--frame-offset-mm", arguments.frame_offset_mm,
+                    "Origin of the axis' frame in the points' coordinates, x,y,z")
+        ->expected(3)
+        ->delimiter(',')
+        ->check(any_number())
+        ->option_text("X,Y,Z");
+    const std::map<std::string, bool> sides = {{"tool", false}, {"workpiece", true}};
+    identify
+        .add_option("--side", arguments.table_readings,
+                    "tool (default): readings are of the tool relative to the workpiece; "
+                    "workpiece: of a table that moved, so their signs are turned round")
+        ->transform(one_of(sides))
+        ->option_text("SIDE");
+    identify
+        .add_option("--reference-point", arguments.reference_point_mm,
+                    "The same origin in machine coordinates with all axes at 0, noted in "
+                    "report.json for `volumetric`")
+        ->expected(3)
+        ->delimiter(',')
+        ->check(any_number())
+        ->option_text("X,Y,Z");
+    identify
+        .add_option("--scale-ppm-per-degC", arguments.scale_ppm_per_degC,
+                    "Expansion of the axis' scale, corrected to 20 degC")
+        ->check(any_number())
+        ->option_text("A");
+    identify.add_option("--temperature-degC", arguments.temperature_degC, "Its temperature (20)")
+        ->check(any_number())
+        ->option_text("T");
+}
+
+// Monte Carlo: what is known of the errors and of the noise.
+void add_trials(CLI::App &identify, identify_arguments &arguments) {
+    add_monte_carlo(identify, arguments.monte_carlo);
+    identify
+        .add_option("--preset", arguments.preset,
+                    "Monte Carlo: the true errors, um and urad (else the ranges found)")
+        ->expected(6)
+        ->delimiter(',')
+        ->check(any_number())
+        ->option_text("DX,DY,DZ,EX,EY,EZ");
+    identify
+        .add_option("--sigma-um", arguments.sigma_um,
+                    "Monte Carlo: standard deviation of a reading (else the noise found)")
+        ->check(above_zero())
+        ->option_text("S");
+}
+
 }  // namespace
 
 void add_identify(CLI::App &app) {
@@ -226,49 +277,8 @@ void add_identify(CLI::App &app) {
                      "lines share one frame")
         ->transform(one_of(kinds))
         ->option_text("KIND");
-    identify
-        ->add_option("--frame-offset-mm", arguments->frame_offset_mm,
-                     "Origin of the axis' frame in the points' coordinates, x,y,z")
-        ->expected(3)
-        ->delimiter(',')
-        ->check(any_number())
-        ->option_text("X,Y,Z");
-    const std::map<std::string, bool> sides = {{"tool", false}, {"workpiece", true}};
-    identify
-        ->add_option("--side", arguments->table_readings,
-                     "tool (default): readings are of the tool relative to the workpiece; "
-                     "workpiece: of a table that moved, so their signs are turned round")
-        ->transform(one_of(sides))
-        ->option_text("SIDE");
-    identify
-        ->add_option("--reference-point", arguments->reference_point_mm,
-                     "The same origin in machine coordinates with all axes at 0, noted in "
-                     "report.json for `volumetric`")
-        ->expected(3)
-        ->delimiter(',')
-        ->check(any_number())
-        ->option_text("X,Y,Z");
-    identify
-        ->add_option("--scale-ppm-per-degC", arguments->scale_ppm_per_degC,
-                     "Expansion of the axis' scale, corrected to 20 degC")
-        ->check(any_number())
-        ->option_text("A");
-    identify->add_option("--temperature-degC", arguments->temperature_degC, "Its temperature (20)")
-        ->check(any_number())
-        ->option_text("T");
-    add_monte_carlo(*identify, arguments->monte_carlo);
-    identify
-        ->add_option("--preset", arguments->preset,
-                     "Monte Carlo: the true errors, um and urad (else the ranges found)")
-        ->expected(6)
-        ->delimiter(',')
-        ->check(any_number())
-        ->option_text("DX,DY,DZ,EX,EY,EZ");
-    identify
-        ->add_option("--sigma-um", arguments->sigma_um,
-                     "Monte Carlo: standard deviation of a reading (else the noise found)")
-        ->check(above_zero())
-        ->option_text("S");
+    add_frame(*identify, *arguments);
+    add_trials(*identify, *arguments);
     identify->add_option("--plot", arguments->plot,
                          "Six curves with their 2 sigma bands, F.svg, F.png or F.pdf");
     identify->add_flag("--json", arguments->as_json, "Print the report as JSON");

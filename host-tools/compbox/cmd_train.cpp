@@ -205,6 +205,11 @@ void add_network(CLI::App &train, train_arguments &arguments) {
                     "are three")
         ->transform(one_of(ways))
         ->option_text("WAY");
+}
+
+// How its weights are sought.
+void add_search(CLI::App &train, train_arguments &arguments) {
+    train_options &options = arguments.options;
     const std::map<std::string, optimiser> optimisers = {
         {"l-bfgs", optimiser::lbfgs}, {"levenberg-marquardt", optimiser::levenberg_marquardt}};
     train
@@ -232,8 +237,12 @@ void add_network(CLI::App &train, train_arguments &arguments) {
                     "The network is trained on at most so many rows, spread over all (2000)")
         ->check(whole_between(10, 1000000))
         ->option_text("N");
+}
+
+// How far it is believed beyond what was trained.
+void add_margins(CLI::App &train, train_arguments &arguments) {
     train
-        .add_option("--margin", options.margin,
+        .add_option("--margin", arguments.options.margin,
                     "Extrapolate an input no further than this part of its trained range (0.1)")
         ->check(between(0, 10))
         ->option_text("PART");
@@ -253,6 +262,8 @@ void add_train(CLI::App &app) {
     add_columns(*train, *arguments);
     add_lags(*train, *arguments);
     add_network(*train, *arguments);
+    add_search(*train, *arguments);
+    add_margins(*train, *arguments);
     train->add_option("--name", arguments->options.name, "Name of the term")
         ->required()
         ->option_text("NAME");

@@ -8,11 +8,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <exception>
-#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <optional>
-#include <system_error>
 
 #include "host-tools/fakeplc/console.h"
 #include "host-tools/fakeplc/live.h"
@@ -21,6 +19,7 @@
 #include "host-tools/fakeplc/server.h"
 #include "host-tools/fakeplc/setup.h"
 #include "host-tools/formats/error.h"
+#include "host-tools/formats/file.h"
 
 namespace compbox {
 namespace {
@@ -111,20 +110,9 @@ std::unique_ptr<wire_server> open_wire(const options &chosen, const plc_setup &s
     return std::make_unique<modbus_server>(chosen.listen, setup.profile.max_clients);
 }
 
-// The log empties the file that it is given.
-void keep_inputs(const options &chosen) {
-    for (const std::string &path : {chosen.plc.machine, chosen.plc.map}) {
-        std::error_code error;
-        if (!path.empty() && std::filesystem::equivalent(path, chosen.log, error)) {
-            throw input_error(chosen.log, 0, 0,
-                              "was read by this very command: give the log another name");
-        }
-    }
-}
-
 void run(const options &chosen) {
     const plc_setup setup = prepare(chosen.plc);
-    keep_inputs(chosen);
+    refuse_given(chosen.log, "the log");
     const sigset_t in_poll = mind_signals();
     // The log after the port: a second fakeplc must not empty the log of the first.
     const auto server = open_wire(chosen, setup);

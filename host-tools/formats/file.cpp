@@ -104,12 +104,16 @@ std::string read_file(const std::string &path, std::size_t max_bytes) {
     return content;
 }
 
-void write_file(const std::string &path, const std::string &content) {
+void refuse_given(const std::string &path, const std::string &what) {
     std::error_code error;
     if (std::filesystem::is_regular_file(path, error) && given().hold(path)) {
         throw input_error(path, 0, 0,
-                          "was read by this very command: give what it writes another name");
+                          "was read by this very command: give " + what + " another name");
     }
+}
+
+void write_file(const std::string &path, const std::string &content) {
+    refuse_given(path, "what it writes");
     update_file(path, content);
 }
 

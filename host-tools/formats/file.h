@@ -15,7 +15,11 @@ std::string read_file(const std::string &path, std::size_t max_bytes = 256u << 2
 // so is a file that this program has read: what was made of a measurement is not written over it.
 void write_file(const std::string &path, const std::string &content);
 
-// The same for a file that is brought up to date: it may have been read.
+// The last of these checks alone, for what is written row by row: throws input_error that asks for
+// another name for `what`.
+void refuse_given(const std::string &path, const std::string &what);
+
+// As write_file for a file that is brought up to date: it may have been read.
 void update_file(const std::string &path, const std::string &content);
 
 // Creates the folder and its parents where missing. Throws input_error.

@@ -105,7 +105,6 @@ static void stop_opener(struct cb_bus *bus) {
 
 int cb_bus_start(struct cb_bus *bus, const struct cb_config *config, uint32_t generation,
                  struct cb_sample_ring *to) {
-    static const struct cb_schedule normal = {.priority = 0, .cpu = -1};
     memset(bus, 0, sizeof *bus);
     if (config->buses_count == 0) return 0;
     bus->config = config;
@@ -116,7 +115,7 @@ int cb_bus_start(struct cb_bus *bus, const struct cb_config *config, uint32_t ge
     cb_ring_start(&bus->ring, CB_BUS_REPORTS);
     cb_rtu_start_bus(&bus->rtu, &config->buses[0].serial, bus->opener);
     cb_bus_turns_start(&bus->turns, config, 0, cb_boottime_us());
-    const int error = cb_start_thread(&bus->thread, &normal, run, bus);
+    const int error = cb_start_thread(&bus->thread, &cb_no_hurry, run, bus);
     bus->runs = error == 0;
     if (error != 0) stop_opener(bus);
     return error;

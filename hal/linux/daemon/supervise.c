@@ -100,9 +100,8 @@ static void *run(void *argument) {
 }
 
 int cb_supervise_run(struct cb_supervise *supervise, const uint32_t *steps) {
-    static const struct cb_schedule normal = {.priority = 0, .cpu = -1};
     supervise->steps = steps;
-    const int error = cb_start_thread(&supervise->thread, &normal, run, supervise);
+    const int error = cb_start_thread(&supervise->thread, &cb_no_hurry, run, supervise);
     supervise->runs = error == 0;
     return error;
 }
