@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // compbox commission: register map, signs and times, against a live PLC.
 #include <cmath>
-#include <cstdio>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -16,6 +15,7 @@
 #include "host-tools/compbox/summary.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/formats/numbers.h"
 
 namespace compbox {
 
@@ -66,11 +66,7 @@ class commissioning {
         if (!options_.as_json) std::cout << line << std::endl;
     }
 
-    static std::string text(double value) {
-        char digits[32];
-        std::snprintf(digits, sizeof digits, "%.4g", value);
-        return digits;
-    }
+    static std::string text(double value) { return formatted("%.4g", value); }
 
     bool is_chosen(const test_axis &axis) const {
         return options_.axes.empty() ||

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "host-tools/formats/error.h"
+#include "host-tools/formats/numbers.h"
 
 extern "C" {
 #include "firmware/box.h"
@@ -23,9 +24,7 @@ constexpr double applying_s = 5.0;
 constexpr double returning_s = 3.0;  // to ACTIVE, after a loss
 
 std::string number(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.7g", value);
-    return text;
+    return formatted("%.7g", value);
 }
 
 std::string hex(unsigned word) {

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "host-tools/formats/error.h"
+#include "host-tools/formats/numbers.h"
 
 namespace compbox {
 
@@ -15,9 +15,7 @@ constexpr double still = 0.04;  // of the offset: less is no movement, but noise
 constexpr double off = 0.3;     // an indicator, backlash and drift may be off by so much
 
 std::string in_um(double um) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.4g µm", um);
-    return text;
+    return formatted("%.4g µm", um);
 }
 
 [[noreturn]] void refuse(const std::string &axis, double offset_um, double measured_um,
@@ -43,10 +41,9 @@ bool is_reversed(const std::string &axis, double offset_um, double measured_um) 
                "the channel and at what the PLC program multiplies by");
     }
     if (power != 0.0) {
-        char factor[32];
-        std::snprintf(factor, sizeof factor, "%g", std::pow(10.0, std::abs(power)));
         refuse(axis, offset_um, measured_um,
-               std::string("wrong by a factor of ") + factor + "; the scale of the channel is " +
+               "wrong by a factor of " + formatted("%g", std::pow(10.0, std::abs(power))) +
+                   "; the scale of the channel is " +
                    (power > 0 ? "too small for" : "too large for") + " what the control takes");
     }
     return ratio < 0.0;

@@ -15,7 +15,6 @@ namespace {
 
 constexpr int looks_per_step = 16;
 
-using values = channel_model::values;
 using function = std::function<double(double)>;
 
 // Positions of all signals along the path, as functions of the master's.
@@ -63,10 +62,10 @@ struct cam_shop {
     const cam_options &options;
     std::map<unsigned, function> path;
     std::vector<unsigned> own_axis;
-    values standing;
+    channel_model::values standing;
 
-    values place(double master) const {
-        values at = standing;
+    channel_model::values place(double master) const {
+        channel_model::values at = standing;
         for (const auto &[signal, along] : path) {
             const auto &range = model.config().signals[signal];
             const double value = along(master);
@@ -83,7 +82,7 @@ struct cam_shop {
     }
 
     double slave(unsigned channel, double master) const {
-        const values at = place(master);
+        const channel_model::values at = place(master);
         return at[own_axis[channel]] + model.wanted_um(channel, at) * 1e-3;
     }
 };

@@ -16,13 +16,11 @@ namespace {
 constexpr int looks_per_step = 16;  // places between two points at which table and curve meet
 constexpr unsigned places_in_space = 4000;
 
-using values = channel_model::values;
-
 // Everything that the making of tables needs to know.
 struct workshop {
     const channel_model &model;
     const table_options &options;
-    values at;  // what stands still
+    channel_model::values at;  // what stands still
     std::vector<unsigned> own_axis;
 
     const cb_channel_config &channel(unsigned c) const { return model.config().channels[c]; }
@@ -38,7 +36,7 @@ struct workshop {
     std::function<double(double)> function(unsigned c, unsigned axis, int direction = 0) const {
         const auto rest = model.outputs(at);
         return [this, c, axis, direction, rest](double position) {
-            values moved = at;
+            channel_model::values moved = at;
             model.set(moved, axis, position);
             const auto here = model.outputs(moved, direction);
             double sum = 0.0;
@@ -64,8 +62,9 @@ struct workshop {
 };
 
 // Signals that stand still: from `at`, positions else in the middle of their range.
-values standing(const channel_model &model, const table_options &options, export_tables &result) {
-    values at = model.middle();
+channel_model::values standing(const channel_model &model, const table_options &options,
+                               export_tables &result) {
+    channel_model::values at = model.middle();
     std::vector<bool> used(model.config().signals_count), several(used);
     for (unsigned c = 0; c < model.config().channels_count; ++c) {
         const auto &channel = model.config().channels[c];
@@ -240,7 +239,7 @@ std::vector<channel_loss> measure_losses(const workshop &shop,
         if (!lag && shop.model.is_position(s)) axes.push_back({s, range_of(shop, s)});
     }
     for (unsigned k = 1; k <= places_in_space; ++k) {
-        values place = shop.at;
+        channel_model::values place = shop.at;
         for (std::size_t a = 0; a < axes.size(); ++a) {
             const auto &[s, range] = axes[a];
             shop.model.set(place, s,

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "host-tools/formats/error.h"
+#include "host-tools/formats/numbers.h"
 
 namespace compbox {
 
@@ -127,9 +128,7 @@ struct moment {
 };
 
 std::string seconds(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3f", value);
-    return text;
+    return formatted("%.3f", value);
 }
 
 moment at_time(const csv_table &record, std::size_t time, double wanted, const csv_table &probe,

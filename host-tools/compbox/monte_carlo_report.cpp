@@ -2,9 +2,9 @@
 #include "host-tools/compbox/monte_carlo_report.h"
 
 #include <cmath>
-#include <cstdio>
 
 #include "host-tools/compbox/option_checks.h"
+#include "host-tools/formats/numbers.h"
 #include "host-tools/identification/identify.h"
 
 namespace compbox {
@@ -25,10 +25,7 @@ json less_percent(double now, double before) {
 }
 
 std::string cell(const json &value, const char *format) {
-    char text[32];
-    if (value.is_null()) return std::string(9, ' ') + "-";
-    std::snprintf(text, sizeof text, format, value.get<double>());
-    return text;
+    return value.is_null() ? std::string(9, ' ') + "-" : formatted(format, value.get<double>());
 }
 
 }  // namespace

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "host-tools/compbox/load.h"
+#include "host-tools/formats/numbers.h"
 
 extern "C" {
 #include "firmware/profile.h"
@@ -17,15 +17,11 @@ namespace {
 
 // Seven digits of a float, without those that only its binary form has.
 double tidy(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.6g", value);
-    return std::stod(text);
+    return std::stod(formatted("%.6g", value));
 }
 
 std::string text_of(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.6g", value);
-    return text;
+    return formatted("%.6g", value);
 }
 
 json functions_of(const cb_profile_facts &facts) {

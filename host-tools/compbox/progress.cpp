@@ -4,9 +4,10 @@
 #include <unistd.h>
 
 #include <cmath>
-#include <cstdio>
 #include <iostream>
 #include <memory>
+
+#include "host-tools/formats/numbers.h"
 
 namespace compbox {
 
@@ -28,12 +29,10 @@ std::function<void(double, double)> progress_bar_of(const std::string &what,
     return [what, figure](double part, double value) {
         constexpr int width = 30;
         const int full = static_cast<int>(std::lround(width * part));
-        char text[64];
-        std::snprintf(text, sizeof text, " %3.0f %%  ", 100.0 * part);
         std::cerr << "\r" << what << " [" << std::string(static_cast<std::size_t>(full), '#')
-                  << std::string(static_cast<std::size_t>(width - full), '.') << "]" << text;
-        std::snprintf(text, sizeof text, "%.4g", value);
-        std::cerr << figure << " " << text << "\033[K" << std::flush;
+                  << std::string(static_cast<std::size_t>(width - full), '.') << "]"
+                  << formatted(" %3.0f %%  ", 100.0 * part) << figure << " "
+                  << formatted("%.4g", value) << "\033[K" << std::flush;
         if (part >= 1.0) std::cerr << "\r\033[K" << std::flush;
     };
 }

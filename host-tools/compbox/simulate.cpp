@@ -45,8 +45,8 @@ void check_travel(const scenario &plan, const twin_config &config) {
     }
 }
 
-std::map<std::string, std::string> names(const scenario &plan, const std::string &once,
-                                         const std::string &seed, const std::string &out) {
+std::map<std::string, std::string> names_of(const scenario &plan, const std::string &once,
+                                            const std::string &seed, const std::string &out) {
     const std::string here = std::filesystem::path(plan.file).parent_path().string();
     return {{"once", once},
             {"seed", seed},
@@ -111,7 +111,7 @@ class seed_run {
 
     step_world world(const std::string &out) const {
         make_folder(out);
-        return {twin_, plan_.file, names(plan_, once_, folder_, out)};
+        return {twin_, plan_.file, names_of(plan_, once_, folder_, out)};
     }
 
     fitted_files coefficients_of(const scenario_method &method, simulation &result) {
@@ -176,7 +176,7 @@ simulation simulate(const scenario &plan, const std::string &folder,
     if (!plan.once.empty()) {
         make_folder(folder);
         const twin_machine twin(config);
-        run_steps(plan.once, {twin, plan.file, names(plan, folder, folder, folder)}, result);
+        run_steps(plan.once, {twin, plan.file, names_of(plan, folder, folder, folder)}, result);
     }
     for (const std::uint64_t seed : seeds) {
         const std::string name = "seed " + std::to_string(seed);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/compbox/table.h"
 
+#include "host-tools/formats/numbers.h"
 #include "host-tools/twin/twin_file.h"
 
 namespace compbox::table {
@@ -28,9 +29,7 @@ std::string percent_row(const std::string &name, const std::string &letters, con
 }
 
 double rounded(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.4f", value);
-    return std::stod(text);
+    return std::stod(formatted("%.4f", value));
 }
 
 json by_axis(const std::string &letters, const number &value) {

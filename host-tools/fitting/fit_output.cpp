@@ -2,10 +2,10 @@
 // What a fit says: the fragment for `build`, and the report for a person.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "host-tools/fitting/fit.h"
 #include "host-tools/formats/csv.h"
+#include "host-tools/formats/numbers.h"
 
 namespace compbox {
 
@@ -20,13 +20,6 @@ json numbers(const std::vector<double> &values) {
     json list = json::array();
     for (const double value : values) list.push_back(number(value));
     return list;
-}
-
-// Findings are for reading: five digits are more than any of them carries.
-json rounded(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.5g", value);
-    return json(std::stod(text));
 }
 
 // The curve's own keys.
@@ -74,10 +67,11 @@ std::string file_name(const std::string &path) {
 }
 
 json residuals_of(const residual_summary &sum) {
-    return json{{"range", rounded(sum.range)},       {"lowest", rounded(sum.lowest)},
-                {"highest", rounded(sum.highest)},   {"mean", rounded(sum.mean)},
-                {"variance", rounded(sum.variance)}, {"rms", rounded(sum.rms)},
-                {"worst", rounded(sum.worst)},       {"worst_at_mm", rounded(sum.worst_at_mm)}};
+    return json{
+        {"range", five_digits(sum.range)},       {"lowest", five_digits(sum.lowest)},
+        {"highest", five_digits(sum.highest)},   {"mean", five_digits(sum.mean)},
+        {"variance", five_digits(sum.variance)}, {"rms", five_digits(sum.rms)},
+        {"worst", five_digits(sum.worst)},       {"worst_at_mm", five_digits(sum.worst_at_mm)}};
 }
 
 std::size_t largest_run_count(const measurement &data) {
@@ -102,12 +96,12 @@ json findings_of(const fit_result &result) {
     found["unit"] = data.unit;
     found["line"] = name_of(result.options.line);
     if (result.options.line != reference_line::keep) {
-        found["line_offset"] = rounded(result.line_offset);
-        found["line_slope_per_mm"] = rounded(result.line_slope);
+        found["line_offset"] = five_digits(result.line_offset);
+        found["line_slope_per_mm"] = five_digits(result.line_slope);
     }
     if (result.options.zero_at_mm) {
-        found["zero_at_mm"] = rounded(*result.options.zero_at_mm);
-        found["zero_offset"] = rounded(result.zero_offset);
+        found["zero_at_mm"] = five_digits(*result.options.zero_at_mm);
+        found["zero_offset"] = five_digits(result.zero_offset);
     }
     found["positions"] = data.position.size();
     found["runs"] = data.runs.size();
@@ -115,18 +109,18 @@ json findings_of(const fit_result &result) {
     if (data.runs_aligned) found["run_offsets_and_slopes_evened_out"] = true;
     if (data.bidirectional) {
         found["branches"] = result.backward.empty() ? "averaged" : "forward and backward";
-        found["mean_lost_motion"] = rounded(data.mean_lost_motion);
+        found["mean_lost_motion"] = five_digits(data.mean_lost_motion);
     }
     if (result.options.tolerance_um > 0.0) {
-        found["tolerance"] = rounded(result.options.tolerance_um);
+        found["tolerance"] = five_digits(result.options.tolerance_um);
         found["converged"] = result.converged;
     }
     if (result.key_points > 0) found["key_points"] = result.key_points;
     found["coefficients"] = result.curve.coefficient_count();
-    found[data.sigma_given ? "noise_per_sigma" : "noise"] = rounded(result.noise);
+    found[data.sigma_given ? "noise_per_sigma" : "noise"] = five_digits(result.noise);
     found["noise_from"] = noise_source(data);
     found["noise_degrees_of_freedom_of_repeats"] = data.repeat_freedom;
-    found["left_out_rms"] = rounded(result.best.left_out_rms);
+    found["left_out_rms"] = five_digits(result.best.left_out_rms);
     found["residuals"] = residuals_of(result.summary);
     for (const auto &backward : result.backward) {
         json branch;
@@ -146,9 +140,7 @@ std::string line(std::string label, const std::string &value) {
 }
 
 std::string digits(double value, const std::string &unit) {
-    char text[64];
-    std::snprintf(text, sizeof text, "%.3f %s", value, unit.c_str());
-    return text;
+    return formatted("%.3f ", value) + unit;
 }
 
 // The inner knots, eight on a line.
@@ -157,10 +149,8 @@ std::string list_of_knots(const fitted_curve &curve) {
     const auto inner = inner_knots(curve.bspline);
     std::string text;
     for (std::size_t i = 0; i < inner.size(); ++i) {
-        char knot[32];
-        std::snprintf(knot, sizeof knot, "%.6g", inner[i]);
         if (i > 0) text += i % 8 ? ", " : ",\n" + std::string(27, ' ');
-        text += knot;
+        text += formatted("%.6g", inner[i]);
     }
     return inner.empty() ? "none" : text + " mm";
 }

@@ -2,10 +2,10 @@
 // The figure of a fit: readings of each run, mean and curve above, residuals below.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "host-tools/fitting/fit.h"
 #include "host-tools/formats/csv.h"
+#include "host-tools/formats/numbers.h"
 #include "host-tools/formats/plot.h"
 
 namespace compbox {
@@ -13,12 +13,6 @@ namespace compbox {
 namespace {
 
 constexpr int curve_points = 800;
-
-std::string text_of(double value, const char *format) {
-    char text[64];
-    std::snprintf(text, sizeof text, format, value);
-    return text;
-}
 
 std::string curve_block(const fit_result &result, const std::string &branch) {
     std::vector<double> x, y;
@@ -117,7 +111,7 @@ std::string title_of(const fit_result &result, const std::string &unit) {
            std::to_string(result.curve.coefficient_count()) +
            (result.curve.coefficient_count() == 1 ? " coefficient; " : " coefficients; ") +
            std::to_string(runs) + (runs == 1 ? " run" : " runs") + ", noise " +
-           text_of(result.noise, "%.2f ") + (result.data.sigma_given ? "of its sigma" : unit) +
+           formatted("%.2f ", result.noise) + (result.data.sigma_given ? "of its sigma" : unit) +
            " a reading";
 }
 

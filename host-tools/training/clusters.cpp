@@ -10,7 +10,7 @@ namespace compbox {
 
 namespace {
 
-constexpr int most_rounds = 500;
+constexpr int most_passes = 500;
 constexpr double settled = 1e-9;
 
 // Points whose scalar products are the similarity: a sensor in each row.
@@ -57,7 +57,7 @@ clustering numbered(const std::vector<std::size_t> &raw) {
 
 clustering c_means(const Eigen::MatrixXd &points, std::size_t count) {
     Eigen::MatrixXd centres = far_centres(points, count), membership;
-    for (int round = 0; round < most_rounds; ++round) {
+    for (int round = 0; round < most_passes; ++round) {
         // m = 2: memberships go as 1 / distance^2
         const Eigen::ArrayXXd near = 1.0 / square_distances(points, centres).array().max(1e-12);
         membership = (near.colwise() / near.rowwise().sum()).matrix();

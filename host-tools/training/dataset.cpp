@@ -14,7 +14,6 @@ namespace compbox {
 namespace {
 
 constexpr std::size_t least_rows = 10;
-constexpr std::size_t longest_name = 23;  // CB_NAME_SIZE less its end
 
 bool has(const std::vector<std::string> &names, const std::string &name) {
     return std::find(names.begin(), names.end(), name) != names.end();

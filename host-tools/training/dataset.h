@@ -8,6 +8,8 @@
 
 namespace compbox {
 
+constexpr std::size_t longest_name = 23;  // bytes: CB_NAME_SIZE of the box less its end
+
 struct data_options {
     // Names of columns. * stands for anything, but neither for the time or the run nor, in inputs,
     // for an output.

@@ -11,8 +11,6 @@ namespace compbox {
 
 namespace {
 
-constexpr std::size_t longest_name = 23;
-
 bool is_in(const std::vector<std::string> &names, const std::string &name) {
     return std::find(names.begin(), names.end(), name) != names.end();
 }

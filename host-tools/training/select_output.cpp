@@ -1,23 +1,13 @@
 // SPDX-License-Identifier: MIT
 // What the choice of inputs says.
 #include <algorithm>
-#include <cstdio>
 
+#include "host-tools/formats/numbers.h"
 #include "host-tools/training/select_inputs.h"
 
 namespace compbox {
 
 namespace {
-
-std::string formatted(const char *format, double value) {
-    char text[64];
-    std::snprintf(text, sizeof text, format, value);
-    return text;
-}
-
-json rounded(double value) {
-    return json(std::stod(formatted("%.5g", value)));
-}
 
 bool is_chosen(const selection &result, std::size_t candidate) {
     return std::find(result.chosen.begin(), result.chosen.end(), candidate) != result.chosen.end();
@@ -31,11 +21,12 @@ const char *index_name(const selection &result) {
 json check_json(const selection &result, const checked_choice &checked) {
     json one;
     one["inputs"] = checked.inputs;
-    one["mean_rms_percent_of_largest"] = rounded(100.0 * checked.merit);
+    one["mean_rms_percent_of_largest"] = five_digits(100.0 * checked.merit);
     for (std::size_t k = 0; k < result.data.outputs.size(); ++k) {
         const auto at = static_cast<Eigen::Index>(k);
-        one["left_out"][result.data.outputs[k]] = {{"rms", rounded(checked.left_out.rms[at])},
-                                                   {"worst", rounded(checked.left_out.worst[at])}};
+        one["left_out"][result.data.outputs[k]] = {
+            {"rms", five_digits(checked.left_out.rms[at])},
+            {"worst", five_digits(checked.left_out.worst[at])}};
     }
     return one;
 }
@@ -57,15 +48,15 @@ json selection_json(const selection &result) {
     for (std::size_t c : result.chosen) all["chosen"].push_back(result.data.inputs[c]);
     all["clusters"] = result.clusters.count;
     all["validity_index"] = index_name(result);
-    all["validity"] = rounded(result.clusters.validity);
+    all["validity"] = five_digits(result.clusters.validity);
     for (std::size_t c = 0; c < result.candidates; ++c) {
         json one{{"name", result.data.inputs[c]},
                  {"cluster", result.clusters.cluster[c] + 1},
-                 {"grade", rounded(result.grade[c])},
+                 {"grade", five_digits(result.grade[c])},
                  {"chosen", is_chosen(result, c)}};
         for (std::size_t k = 0; k < result.data.outputs.size(); ++k) {
-            one["grades"][result.data.outputs[k]] =
-                rounded(result.grades(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(k)));
+            one["grades"][result.data.outputs[k]] = five_digits(
+                result.grades(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(k)));
         }
         all["candidates"].push_back(one);
     }

@@ -2,9 +2,9 @@
 // What training says: the fragment for `build`, tables for a person, predictions row by row.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "host-tools/formats/csv.h"
+#include "host-tools/formats/numbers.h"
 #include "host-tools/training/slopes.h"
 #include "host-tools/training/train.h"
 
@@ -29,13 +29,6 @@ json rows(const matrix &values) {
     json list = json::array();
     for (Eigen::Index r = 0; r < values.rows(); ++r) list.push_back(numbers(values.row(r)));
     return list;
-}
-
-// Findings are for reading: five digits are more than any of them carries.
-json rounded(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.5g", value);
-    return json(std::stod(text));
 }
 
 // The unit that a column's name ends with (t1_degC), else 1; at most 7 bytes, as the box has it.
@@ -162,9 +155,9 @@ json residuals_json(const residuals &left, const train_result &result) {
     for (std::size_t k = 0; k < result.data.outputs.size(); ++k) {
         const auto at = static_cast<Eigen::Index>(k);
         all[result.data.outputs[k]] = {
-            {"rms", rounded(left.rms[at])},
-            {"worst", rounded(left.worst[at])},
-            {"worst_percent_of_largest", rounded(100.0 * left.worst[at] / result.largest[at])}};
+            {"rms", five_digits(left.rms[at])},
+            {"worst", five_digits(left.worst[at])},
+            {"worst_percent_of_largest", five_digits(100.0 * left.worst[at] / result.largest[at])}};
     }
     return all;
 }
@@ -174,7 +167,7 @@ json figures_of(const judged_model &judged, const train_result &result) {
     if (judged.left_out.rows > 0) all["left_out"] = residuals_json(judged.left_out, result);
     if (judged.held_out.rows > 0) all["held_out"] = residuals_json(judged.held_out, result);
     all["trained"] = residuals_json(judged.trained, result);
-    if (!result.by_folds) all["log_evidence"] = rounded(judged.log_evidence);
+    if (!result.by_folds) all["log_evidence"] = five_digits(judged.log_evidence);
     return all;
 }
 
@@ -187,8 +180,8 @@ json findings_of(const train_result &result) {
     found["decay_by"] = result.by_folds ? "leaving out runs" : "evidence";
     for (std::size_t k = 0; k < result.data.outputs.size(); ++k) {
         const auto at = static_cast<Eigen::Index>(k);
-        found["largest_error"][result.data.outputs[k]] = rounded(result.largest[at]);
-        found["linear_decay"][result.data.outputs[k]] = rounded(result.linear_decay[at]);
+        found["largest_error"][result.data.outputs[k]] = five_digits(result.largest[at]);
+        found["linear_decay"][result.data.outputs[k]] = five_digits(result.linear_decay[at]);
     }
     found["linear"] = figures_of(result.linear, result);
     if (result.options.hidden > 0) {
@@ -197,9 +190,9 @@ json findings_of(const train_result &result) {
         network["rows"] = result.network_rows.size();
         network["optimiser"] =
             result.options.way == optimiser::lbfgs ? "l-bfgs" : "levenberg-marquardt";
-        network["decay"] = rounded(result.network_decay);
+        network["decay"] = five_digits(result.network_decay);
         network["iterations"] = result.network_iterations;
-        network["loss"] = rounded(result.network_loss);
+        network["loss"] = five_digits(result.network_loss);
         network["start"] = result.best_start + 1;
         network["seed"] = result.options.seed;
         found["network"] = network;
@@ -212,12 +205,6 @@ json findings_of(const train_result &result) {
 }
 
 // ---- for a person ----
-
-std::string formatted(const char *format, double value) {
-    char text[64];
-    std::snprintf(text, sizeof text, format, value);
-    return text;
-}
 
 std::string padded(std::string text, std::size_t width) {
     text.resize(std::max(text.size(), width), ' ');

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "host-tools/formats/csv.h"
+#include "host-tools/formats/numbers.h"
 #include "host-tools/training/gain.h"
 
 namespace compbox {
@@ -132,10 +132,8 @@ std::string verdict_of(const train_result &result) {
            "; it is not for " + listed(names, better, false) + ", where the linear map is written";
 }
 
-std::string number(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.6g", value);
-    return text;
+std::string six_digits(double value) {
+    return formatted("%.6g", value);
 }
 
 // The input that leaves the range of the other runs furthest, in parts of that range.
@@ -155,8 +153,8 @@ std::string beyond_others(const train_result &result, std::size_t run) {
         if (!(beyond > furthest)) continue;
         furthest = beyond;
         text = "run " + result.data.run_names[run] + ": " + result.data.inputs[c] + " reaches " +
-               number(high[1] - high[0] > low[0] - low[1] ? high[1] : low[1]) +
-               ", the other runs " + number(low[0]) + " to " + number(high[0]) +
+               six_digits(high[1] - high[0] > low[0] - low[1] ? high[1] : low[1]) +
+               ", the other runs " + six_digits(low[0]) + " to " + six_digits(high[0]) +
                ": what is left there is an extrapolation";
     }
     return text;
@@ -177,9 +175,10 @@ void warn_of_fading(train_result &result) {
         std::to_string(rows) + " of " + std::to_string(weight.size()) +
         " rows of the runs held out lie beyond the margin of an input, where the box holds the "
         "input and fades the term, at worst to " +
-        number(100.0 * least) + " % (" + result.inputs[static_cast<std::size_t>(input)].name +
-        " at " + number(x[input]) + ", trained " + number(result.range.low[input]) + " to " +
-        number(result.range.high[input]) + "): train on such runs too, or widen --margin");
+        six_digits(100.0 * least) + " % (" + result.inputs[static_cast<std::size_t>(input)].name +
+        " at " + six_digits(x[input]) + ", trained " + six_digits(result.range.low[input]) +
+        " to " + six_digits(result.range.high[input]) +
+        "): train on such runs too, or widen --margin");
 }
 
 }  // namespace

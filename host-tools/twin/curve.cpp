@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host-tools/twin/units.h"
+
 namespace compbox {
 
 namespace {
 
-constexpr double two_pi = 6.28318530717958647692;
 constexpr double fundamental_in_travels = 4.0;
 constexpr double shortest_in_cutoffs = 0.25;
 

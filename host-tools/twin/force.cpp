@@ -4,13 +4,13 @@
 #include <cmath>
 
 #include "host-tools/twin/random.h"
+#include "host-tools/twin/units.h"
 
 namespace compbox {
 
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-constexpr double s_per_min = 60.0;
 constexpr double m_per_mm = 1e-3;
 
 // Where a position lies between two ends: 0 … 1 inside.

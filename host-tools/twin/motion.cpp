@@ -6,6 +6,7 @@
 
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
+#include "host-tools/twin/units.h"
 
 namespace compbox {
 
@@ -149,7 +150,7 @@ twin_state nc_motion::state() const {
     state.time_s = time_s();
     state.position_mm = position_mm_;
     state.spindle_rpm = spindle_rpm_;
-    state.feed_mm_per_min = 60.0 * feed_mm_per_s_;
+    state.feed_mm_per_min = s_per_min * feed_mm_per_s_;
     state.depth_of_cut_mm = depth_mm_;
     for (std::size_t a = 0; a < 3; ++a) {
         for (std::size_t side = 0; side < 2; ++side) {

@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host-tools/twin/units.h"
+
 namespace compbox {
 
 namespace {
 
-constexpr double s_per_min = 60.0;
 constexpr double load_every_s = 0.1;  // of the display
 
 }  // namespace

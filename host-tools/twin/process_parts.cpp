@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/twin/process_parts.h"
 
+#include "host-tools/twin/units.h"
+
 namespace compbox {
 
 namespace {
 
-constexpr double s_per_min = 60.0;
 constexpr int moments_of_a_day = 100;
 constexpr int moment_s = 300;  // apart, so that the day has 8 h
 constexpr double usual_rpm = 6000.0, usual_travel_mm_per_s = 50.0;

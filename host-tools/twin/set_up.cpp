@@ -3,12 +3,14 @@
 
 #include <cmath>
 
+#include "host-tools/twin/units.h"
+
 namespace compbox {
 
 namespace {
 
 constexpr double um_per_mm_per_urad = 1e-3;
-constexpr double day_s = 86400.0, days = 30.0, reading_s = 10.0;
+constexpr double days = 30.0, reading_s = 10.0;
 
 }  // namespace
 
@@ -21,7 +23,8 @@ double as_shown(double error_um, const twin_config &config) {
 laser_set_up::laser_set_up(const twin_machine &twin, const std::string &name, bool straight)
     : twin_(twin),
       noise_(twin.config().seed, "laser noise " + name),
-      time_s_(-day_s * (1.0 + days * random_stream(twin.config().seed, "when " + name).uniform())) {
+      time_s_(-s_per_day *
+              (1.0 + days * random_stream(twin.config().seed, "when " + name).uniform())) {
     random_stream beam(twin.config().seed, "laser set-up " + name);
     const twin_laser &laser = twin.config().laser;
     const double slope_urad = beam.symmetric(laser.slope_urad);

@@ -4,14 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host-tools/twin/units.h"
+
 namespace compbox {
 
 namespace {
 
-constexpr double two_pi = 6.28318530717958647692;
 constexpr double J_per_kJ = 1000.0;
-constexpr double s_per_h = 3600.0;
-constexpr double s_per_min = 60.0;
 constexpr double m_per_mm = 1e-3;
 constexpr double rounding_s = 1e-9;
 constexpr double fastest_part = 0.2;  // of the shortest time constant: longest part of a step

@@ -10,6 +10,7 @@
 #include "host-tools/twin/geometry_file.h"
 #include "host-tools/twin/process_file.h"
 #include "host-tools/twin/reading.h"
+#include "host-tools/twin/units.h"
 
 namespace compbox {
 
@@ -17,7 +18,6 @@ using namespace reading;
 
 namespace {
 
-constexpr double seconds_per_minute = 60.0;
 constexpr double seconds_per_ms = 1e-3;
 
 int axis_of_key(const std::string &key, const twin_config &config, const place &at) {
@@ -55,7 +55,7 @@ twin_axis read_axis(const json &value, const place &at) {
     read_travel(value.at("travel_mm"), axis, at.in("travel_mm"));
     const double length_mm = axis.max_mm - axis.min_mm;
     axis.max_velocity_mm_per_s =
-        required(value, "max_velocity_mm_per_min", 1.0, 1e6, at) / seconds_per_minute;
+        required(value, "max_velocity_mm_per_min", 1.0, 1e6, at) / s_per_min;
     axis.acceleration_mm_per_s2 = required(value, "acceleration_mm_per_s2", 1.0, 1e6, at);
     axis.measure_every_mm =
         optional(value, "measure_every_mm", length_mm / 20.0, length_mm / 10000.0, length_mm, at);
@@ -164,7 +164,7 @@ twin_step read_step(const json &value, const twin_config &config, const place &a
         step.target_mm[axis] = within_travel(as_number(position, -1e6, 1e6, target.in(key)),
                                              config.axes[axis], target.in(key));
     }
-    step.feed_mm_per_s = required(value, "feed_mm_per_min", 1e-3, 1e6, at) / seconds_per_minute;
+    step.feed_mm_per_s = required(value, "feed_mm_per_min", 1e-3, 1e6, at) / s_per_min;
     step.depth_of_cut_mm = optional(value, "depth_of_cut_mm", 0.0, 0.0, 1e3, at);
     return step;
 }

@@ -4,15 +4,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host-tools/twin/units.h"
+
 namespace compbox {
 
 namespace {
 
-constexpr double two_pi = 6.28318530717958647692;
 constexpr int waves_per_direction = 24;
 constexpr double most_waves_in_travel = 12.0;  // rough: down to a twelfth of the travel
 constexpr double shortest_s = 600.0, longest_s = 7200.0;
-constexpr double day_s = 86400.0;
 constexpr int samples = 2001;
 
 struct range {
@@ -53,7 +53,7 @@ void unexplained::scale(const twin_config &config, const std::vector<part_pointe
     std::array<range, 3> known, own;
     for (int i = 0; i < samples; ++i) {
         twin_state state;
-        state.time_s = stream.symmetric(day_s);
+        state.time_s = stream.symmetric(s_per_day);
         for (std::size_t a = 0; a < 3; ++a) {
             const twin_axis &axis = config.axes[a];
             state.position_mm[a] = axis.min_mm + stream.uniform() * (axis.max_mm - axis.min_mm);

@@ -357,7 +357,8 @@ TEST(box, numbers_on_the_wire_are_those_written_by_hand) {
     EXPECT_EQ(rig.out.registers[2], 30);
     EXPECT_EQ(rig.out.registers[0], 30);
     EXPECT_EQ(rig.out.registers[15], 30);
-    for (unsigned i : {1, 8, 9, 10, 11, 12, 13}) EXPECT_EQ(rig.out.registers[i], 0) << i;
+    for (const unsigned i : {1u, 8u, 9u, 10u, 11u, 12u, 13u})
+        EXPECT_EQ(rig.out.registers[i], 0) << i;
 }
 
 TEST(box, zero_is_written_as_zero_bits) {

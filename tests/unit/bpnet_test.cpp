@@ -54,12 +54,12 @@ network random_network(std::mt19937 &random, std::uint8_t inputs, std::uint8_t h
     n.w2 = fill(outputs * hidden, 1);
     n.b2 = fill(outputs, 1);
     n.linear = fill(outputs * inputs, 1);
-    for (int j = 0; j < inputs; ++j) {
+    for (unsigned j = 0; j < inputs; ++j) {
         const float centre[] = {7150, 1500, 24, 40, 12000}, half[] = {7150, 1500, 9, 22, 12000};
         n.in_offset.push_back(centre[j % 5]);
         n.in_scale.push_back(1 / half[j % 5]);
     }
-    for (int k = 0; k < outputs; ++k) {
+    for (unsigned k = 0; k < outputs; ++k) {
         n.out_offset.push_back(20 * unit(random));
         n.out_scale.push_back(80 + 40 * unit(random));
     }
@@ -71,14 +71,14 @@ struct exact_result {
 };
 
 // The formula of bpnet.h in double, the error bound of bpnet.c, and the derivative by `input`.
-exact_result exact(const network &n, const vec &x, int input) {
+exact_result exact(const network &n, const vec &x, unsigned input) {
     constexpr double u = 0x1p-24;
     std::vector<double> normal(n.inputs), h(n.hidden), h_error(n.hidden), h_slope(n.hidden);
-    for (int j = 0; j < n.inputs; ++j)
+    for (unsigned j = 0; j < n.inputs; ++j)
         normal[j] = (double(x[j]) - n.in_offset[j]) * double(n.in_scale[j]);
-    for (int i = 0; i < n.hidden; ++i) {
+    for (unsigned i = 0; i < n.hidden; ++i) {
         double s = n.b1[i], size = std::fabs(n.b1[i]);
-        for (int j = 0; j < n.inputs; ++j) {
+        for (unsigned j = 0; j < n.inputs; ++j) {
             const double w = n.w1[i * n.inputs + j];
             s += w * normal[j];
             size += std::fabs(w * n.in_scale[j]) * (std::fabs(x[j]) + std::fabs(n.in_offset[j]));
@@ -90,16 +90,16 @@ exact_result exact(const network &n, const vec &x, int input) {
         h_error[i] = (n.inputs + 3) * u * size + 2.3 * u;
     }
     exact_result result;
-    for (int k = 0; k < n.outputs; ++k) {
+    for (unsigned k = 0; k < n.outputs; ++k) {
         double m = n.b2[k], size = std::fabs(m), carried = 0, slope = 0;
-        for (int i = 0; i < n.hidden; ++i) {
+        for (unsigned i = 0; i < n.hidden; ++i) {
             const double w = n.w2[k * n.hidden + i];
             m += w * h[i];
             size += std::fabs(w);
             carried += std::fabs(w) * h_error[i];
             slope += w * h_slope[i];
         }
-        for (int j = 0; n.has_linear && j < n.inputs; ++j) {
+        for (unsigned j = 0; n.has_linear && j < n.inputs; ++j) {
             const double a = n.linear[k * n.inputs + j];
             m += a * normal[j];
             size += std::fabs(a * n.in_scale[j]) * (std::fabs(x[j]) + std::fabs(n.in_offset[j]));
@@ -118,7 +118,8 @@ exact_result exact(const network &n, const vec &x, int input) {
 vec random_input(std::mt19937 &random, const network &n) {
     std::uniform_real_distribution<float> unit(-1.2f, 1.2f);
     vec x;
-    for (int j = 0; j < n.inputs; ++j) x.push_back(n.in_offset[j] + unit(random) / n.in_scale[j]);
+    for (unsigned j = 0; j < n.inputs; ++j)
+        x.push_back(n.in_offset[j] + unit(random) / n.in_scale[j]);
     return x;
 }
 
@@ -142,12 +143,12 @@ TEST(bpnet, equals_its_definition_for_every_shape) {
             ASSERT_TRUE(cb_bpnet_fold(&source, weights.data(), &net));
             for (int trial = 0; trial < 50; ++trial) {
                 const vec x = random_input(random, n);
-                const int input = int(random() % s.inputs);
+                const unsigned input = unsigned(random() % s.inputs);
                 const exact_result want = exact(n, x, input);
                 float y[CB_BPNET_MAX_OUTPUTS], slope[CB_BPNET_MAX_OUTPUTS];
                 cb_bpnet_evaluate(&net, x.data(), y);
                 cb_bpnet_slope(&net, x.data(), std::uint8_t(input), slope);
-                for (int k = 0; k < s.outputs; ++k) {
+                for (unsigned k = 0; k < s.outputs; ++k) {
                     ASSERT_NEAR(y[k], want.y[k], want.bound[k])
                         << int(s.inputs) << " kind " << kind;
                     const double slope_bound = 8 * want.bound[k] * n.in_scale[input];
@@ -174,7 +175,7 @@ TEST(bpnet, slope_by_differences) {
         cb_bpnet_evaluate(&net, up.data(), high);
         cb_bpnet_evaluate(&net, down.data(), low);
         cb_bpnet_slope(&net, x.data(), input, slope);
-        for (int k = 0; k < 3; ++k)
+        for (unsigned k = 0; k < 3; ++k)
             EXPECT_NEAR((high[k] - low[k]) / (up[input] - down[input]), slope[k],
                         0.02 * n.in_scale[input] * n.out_scale[k]);
     }
@@ -184,7 +185,7 @@ TEST(bpnet, slope_by_differences) {
 TEST(bpnet, folding_far_from_zero) {
     std::mt19937 random(9);
     network n = random_network(random, 6, 8, 2, CB_BPNET_LOGSIG, true);
-    for (int j = 0; j < 6; ++j) n.in_offset[j] = 295.15f, n.in_scale[j] = 1 / 3.0f;
+    for (unsigned j = 0; j < 6; ++j) n.in_offset[j] = 295.15f, n.in_scale[j] = 1 / 3.0f;
     vec weights(cb_bpnet_floats(6, 8, 2, true));
     const cb_bpnet_source source = n.source();
     cb_bpnet net;
@@ -194,7 +195,7 @@ TEST(bpnet, folding_far_from_zero) {
         const exact_result want = exact(n, x, 0);
         float y[8];
         cb_bpnet_evaluate(&net, x.data(), y);
-        for (int k = 0; k < 2; ++k) {
+        for (unsigned k = 0; k < 2; ++k) {
             EXPECT_NEAR(y[k], want.y[k], want.bound[k]);
             EXPECT_NEAR(y[k], want.y[k], 0.02);  // µm, of 300: what such units cost at most
         }
@@ -215,17 +216,17 @@ TEST(bpnet, folded_biases_are_rounded_once) {
         const auto expect_rounded = [](float got, long double exact) {
             EXPECT_NEAR(got, (double)exact, 0.501 * std::ldexp(1.0, std::ilogb(got) - 23));
         };
-        for (int i = 0; i < 8; ++i) {
+        for (unsigned i = 0; i < 8; ++i) {
             long double bias = n.b1[i] * (logsig ? 0.5L : 1.0L);
-            for (int j = 0; j < 64; ++j)
+            for (unsigned j = 0; j < 64; ++j)
                 bias -= (long double)weights[(j + 1) * 8 + i] * n.in_offset[j];
             expect_rounded(weights[i], bias);
         }
-        for (int k = 0; k < 2; ++k) {
+        for (unsigned k = 0; k < 2; ++k) {
             const float *const row = weights.data() + 65 * 8 + k * (1 + 8 + 64);
             long double bias = n.out_offset[k] + (long double)n.out_scale[k] * n.b2[k];
-            for (int i = 0; logsig && i < 8; ++i) bias += row[1 + i];
-            for (int j = 0; j < 64; ++j) bias -= (long double)row[9 + j] * n.in_offset[j];
+            for (unsigned i = 0; logsig && i < 8; ++i) bias += row[1 + i];
+            for (unsigned j = 0; j < 64; ++j) bias -= (long double)row[9 + j] * n.in_offset[j];
             expect_rounded(row[0], bias);
         }
     }

@@ -16,7 +16,8 @@ constexpr cb_target every_target = {"testbox",
                                     1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN | 1u << CB_SOURCE_BUS,
                                     1u << CB_TRANSPORT_TCP | 1u << CB_TRANSPORT_RTU};
 
-inline const std::string full_example = R"({
+// Of each test by itself, so that other constants can be made of it.
+const std::string full_example = R"({
   "format": "compbox/1",
   "revision": 7,
   "machine": {"name": "gantry 14 m", "axes": ["X", "Y", "Z"]},

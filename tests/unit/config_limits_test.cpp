@@ -129,7 +129,7 @@ TEST(config_limits, pairs) {
     json file = example();
     file["plc"]["write"]["count"] = CB_MAX_WRITE_REGISTERS;
     for (json &channel : file["channels"]) channel.erase("applied");
-    file["channels"] = {file["channels"][1]};
+    file["channels"] = json::array({file["channels"][1]});
     for (int i = 1; i < CB_MAX_CHANNELS; ++i) {
         json channel = file["channels"][0];
         channel["name"] = numbered("c", static_cast<size_t>(i));
@@ -137,7 +137,7 @@ TEST(config_limits, pairs) {
         file["channels"].push_back(channel);
     }
     file["pairs"] = json::array();
-    for (int i = 0; i < CB_MAX_CHANNELS; i += 2)
+    for (size_t i = 0; i < CB_MAX_CHANNELS; i += 2)
         file["pairs"].push_back(
             {{"channels", {file["channels"][i]["name"], file["channels"][i + 1]["name"]}},
              {"max_difference_um", 2}});

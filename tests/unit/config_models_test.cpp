@@ -135,7 +135,7 @@ TEST(config_models, the_largest_network_fits_and_one_more_input_does_not) {
         term["linear_weights"] = json(outputs, json(inputs, 0.1));
         term["input_min"] = json(inputs, 0);
         term["input_max"] = json(inputs, 1);
-        file["terms"] = {term};
+        file["terms"] = json::array({term});
         file["channels"][0]["sum"] = {"o0"};
         file["channels"].erase(2);
         file["channels"].erase(1);

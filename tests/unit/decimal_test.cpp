@@ -177,7 +177,7 @@ TEST(decimal, zeros_in_front_and_behind_do_not_matter) {
 
 // Where the number of kept digits ends, a later digit still decides a tie.
 TEST(decimal, the_last_of_many_digits_decides) {
-    for (const size_t length : {90, 110, 118, 119, 120, 121, 122, 500, 130000}) {
+    for (const size_t length : {90u, 110u, 118u, 119u, 120u, 121u, 122u, 500u, 130000u}) {
         const std::string tie = "16777217";  // half-way between 2^24 and 2^24 + 2
         EXPECT_TRUE(same_as_strtof(tie + "." + std::string(length, '0') + "1"));
         EXPECT_TRUE(same_as_strtof("16777216." + std::string(length, '9')));

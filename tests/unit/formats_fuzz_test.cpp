@@ -18,6 +18,7 @@
 namespace {
 
 using namespace compbox;
+using namespace std::string_literals;
 
 const char *const rtl_text =
     "HEADER::\r\nFile Type: Linear\r\nTARGET DATA::\r\nFiletype : ISO\r\nTarget-count: 6\r\n"
@@ -25,14 +26,14 @@ const char *const rtl_text =
     "Machine:\xc1\xfa\xc3\xc5\r\nDate:2026-01-02\r\nAxis:X\r\nRUNS::\r\nRun-count: 2\r\n"
     "DEVIATIONS::\r\nRun Target Data:\r\n1 1 0.1\r\n1 2 -1.5\r\n1 3 2.25\r\n1 4 2,25\r\n"
     "1 5 2.5\r\n1 6 3\r\n2 6 3.5\r\n2 5 2.5\r\n2 4 2.5\r\n2 3 2.5\r\n2 2 -1\r\n2 1 0\r\nEOF::\r\n";
-const char *const csv_texts[] = {
-    "position_mm,error_um,run,direction,sigma\n0,1,a,+1,0.5\n10,2,a,+1,0.5\n20,1e1,a,+1,0.5\n"
-    "20,3,b,-1,0.5\n10,2,b,-1,0.5\n0,-1,b,-1,0.5\n",
+const std::string csv_texts[] = {
+    ("position_mm,error_um,run,direction,sigma\n0,1,a,+1,0.5\n10,2,a,+1,0.5\n20,1e1,a,+1,0.5\n"
+     "20,3,b,-1,0.5\n10,2,b,-1,0.5\n0,-1,b,-1,0.5\n"),
     "Position [mm];Abweichung (\xb5m);Lauf\r\n0;1,25;1\r\n50,5;-2,5;1\r\n100;3,0;1\r\n;;\r\n",
     "\xce\xbb\xd6\xc3(mm)\t\xce\xf3\xb2\xee(um)\n0\t1\n1\t2\n2\t3\n",
     "\"Target (mm)\",\"Run 1 forward (um)\",\"Run 1 backward (um)\"\n0,1,2\n10,\"3,5\",4\n20,5,6\n",
     "# a comment\nposition_mm  error_urad\n 0   1\n 10  2\n 20  3\n",
-    "\xff\xfep\0o\0s\0_\0m\0m\0,\0e\0r\0r\0_\0u\0m\0\n\0",
+    "\xff\xfep\0o\0s\0_\0m\0m\0,\0e\0r\0r\0_\0u\0m\0\n\0"s,
 };
 
 std::string path_of(const std::string &ending) {
@@ -66,7 +67,7 @@ std::string mutated(std::string text, std::mt19937 &dice) {
     static const std::string pieces[] = {"nan",      "inf", "1e999", "-",
                                          ",",        ";",   "\t",    "\n",
                                          "\r",       "\"",  "::",    "99999999999999999999",
-                                         "\xff\xfe", "\0",  "0x1p3", "é"};
+                                         "\xff\xfe", "\0"s, "0x1p3", "é"};
     const int changes = 1 + static_cast<int>(dice() % 4);
     for (int k = 0; k < changes && !text.empty(); ++k) {
         const std::size_t at = dice() % text.size();
@@ -103,7 +104,7 @@ TEST(formats_fuzz, cut_anywhere) {
     for (std::size_t length = 0; length < std::string(rtl_text).size(); ++length) {
         reads(std::string(rtl_text).substr(0, length), ".rtl");
     }
-    for (const std::string text : csv_texts) {
+    for (const std::string &text : csv_texts) {
         for (std::size_t length = 0; length < text.size(); ++length) {
             reads(text.substr(0, length), ".csv");
         }

@@ -87,7 +87,7 @@ TEST(rtl, round_trip) {
         const auto back = parse(laser_text(file), angular ? ".rta" : ".rtl");
         EXPECT_EQ(back.title, file.title);
         EXPECT_EQ(laser_text(back), laser_text(file));
-        for (int run = 0; run < 6; ++run) {
+        for (std::size_t run = 0; run < 6; ++run) {
             EXPECT_EQ(back.runs[run].target, file.runs[run].target);
             EXPECT_EQ(back.runs[run].direction, run % 2 ? -1 : 1);
             for (std::size_t i = 0; i < file.targets_mm.size(); ++i) {

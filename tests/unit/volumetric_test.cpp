@@ -16,9 +16,9 @@ extern "C" {
 
 namespace {
 
-constexpr int EXX = 0, EYX = 1, EZX = 2, EAX = 3, EBX = 4, ECX = 5;
-constexpr int EXY = 6, EYY = 7, EZY = 8, EAY = 9, EBY = 10, ECY = 11;
-constexpr int EXZ = 12, EYZ = 13, EZZ = 14, EAZ = 15, EBZ = 16, ECZ = 17;
+[[maybe_unused]] constexpr int EXX = 0, EYX = 1, EZX = 2, EAX = 3, EBX = 4, ECX = 5;
+[[maybe_unused]] constexpr int EXY = 6, EYY = 7, EZY = 8, EAY = 9, EBY = 10, ECY = 11;
+[[maybe_unused]] constexpr int EXZ = 12, EYZ = 13, EZZ = 14, EAZ = 15, EBZ = 16, ECZ = 17;
 
 cb_volumetric chain(const char *text) {
     cb_volumetric model{};

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/formats/numbers.h"
+
+#include <cstdio>
+
+namespace compbox {
+
+std::string formatted(const char *pattern, double value) {
+    char text[64];
+    std::snprintf(text, sizeof text, pattern, value);
+    return text;
+}
+
+double five_digits(double value) {
+    return std::stod(formatted("%.5g", value));
+}
+
+}  // namespace compbox

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: MIT
+// Factors between units that several parts of the machine need.
+#pragma once
+
+namespace compbox {
+
+constexpr double s_per_min = 60.0;
+constexpr double s_per_h = 3600.0;
+constexpr double s_per_day = 86400.0;
+constexpr double two_pi = 6.28318530717958647692;  // rad in a turn
+
+}  // namespace compbox
