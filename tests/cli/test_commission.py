@@ -147,7 +147,7 @@ def test_a_machine_as_it_should_be(compbox, plc):
     times = kept["times"]
     assert times["write_to_applied_ms"]["count"] >= 5
     assert 0 < times["write_to_applied_ms"]["p50"] <= times["write_to_applied_ms"]["p99"]
-    assert machine["cycle"]["lead_ms"] == round(times["lead_ms"])
+    assert abs(machine["cycle"]["lead_ms"] - times["lead_ms"]) <= 0.5
     assert times["lead_ms"] > 15 + times["write_to_applied_ms"]["p50"]
     assert set(figures["registers"]["signals"]) == set("XYZ")
     is_at_rest(fake)
@@ -163,7 +163,7 @@ def test_a_machine_of_which_one_axis_moves_the_other_way(compbox, plc):
     kept = machine["provenance"]["commissioning"]
     assert kept["signs"]["X"]["measured_um"] == pytest.approx(-20, abs=1)
     assert kept["signs"]["Y"]["measured_um"] == pytest.approx(20, abs=1)
-    assert machine["cycle"]["lead_ms"] == round(kept["times"]["lead_ms"])
+    assert abs(machine["cycle"]["lead_ms"] - kept["times"]["lead_ms"]) <= 0.5  # to whole ms
     is_at_rest(fake)
 
 
