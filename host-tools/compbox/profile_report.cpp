@@ -15,13 +15,13 @@ namespace compbox {
 
 namespace {
 
-// Seven digits of a float, without those that only its binary form has.
-double tidy(double value) {
-    return std::stod(formatted("%.6g", value));
-}
-
 std::string text_of(double value) {
     return formatted("%.6g", value);
+}
+
+// Six digits of a float, without those that only its binary form has.
+double tidy(double value) {
+    return std::stod(text_of(value));
 }
 
 json functions_of(const cb_profile_facts &facts) {
