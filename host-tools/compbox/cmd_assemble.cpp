@@ -95,17 +95,15 @@ void run_assemble(const assemble_arguments &arguments) {
 
 }  // namespace
 
-void add_assemble(CLI::App &app) {
+void add_assemble(cli::command &app) {
     auto arguments = std::make_shared<assemble_arguments>();
-    CLI::App *assemble = app.add_subcommand("assemble", "Nine instrument files to one table");
-    assemble->footer(assemble_example);
-    assemble->add_option("files", arguments->files, "P1x P1y P1z P2x … P3z")
-        ->required()
-        ->expected(9);
-    assemble->add_option("-o,--output", arguments->output, "Table to write, MEASURED.csv")
-        ->required();
-    add_json(*assemble, arguments->as_json);
-    assemble->callback([arguments] { run_assemble(*arguments); });
+    cli::command assemble = app.add_subcommand("assemble", "Nine instrument files to one table");
+    assemble.footer(assemble_example);
+    assemble.add_option("files", arguments->files, "P1x P1y P1z P2x … P3z").required().expected(9);
+    assemble.add_option("-o,--output", arguments->output, "Table to write, MEASURED.csv")
+        .required();
+    add_json(assemble, arguments->as_json);
+    assemble.callback([arguments] { run_assemble(*arguments); });
 }
 
 }  // namespace compbox

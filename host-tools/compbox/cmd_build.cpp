@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "host-tools/command_line/option_checks.h"
 #include "host-tools/compbox/build.h"
 #include "host-tools/compbox/commands.h"
-#include "host-tools/compbox/option_checks.h"
 #include "host-tools/compbox/summary.h"
 
 namespace compbox {
@@ -34,23 +34,23 @@ void run_build(const build_options &options) {
 
 }  // namespace
 
-void add_build(CLI::App &app) {
-    auto *command = app.add_subcommand("build", "Join a machine file and terms for the box");
+void add_build(cli::command &app) {
+    auto command = app.add_subcommand("build", "Join a machine file and terms for the box");
     const auto options = std::make_shared<build_options>();
-    command->add_option("MACHINE", options->machine, "Machine file, see init")->required();
-    command->add_option("TERM", options->terms, "Term files, see fit");
+    command.add_option("MACHINE", options->machine, "Machine file, see init").required();
+    command.add_option("TERM", options->terms, "Term files, see fit");
     command
-        ->add_option("--revision", options->revision,
-                     "Revision of the new file (else the machine file's)")
-        ->check(whole_between(0, 4294967295));
-    command->add_option("-o,--output", options->output, "Coefficient file to write")->required();
-    add_json(*command, options->as_json);
-    command->footer(
+        .add_option("--revision", options->revision,
+                    "Revision of the new file (else the machine file's)")
+        .check(whole_between(0, 4294967295));
+    command.add_option("-o,--output", options->output, "Coefficient file to write").required();
+    add_json(command, options->as_json);
+    command.footer(
         "Where the machine file has null, build fills in: a channel's sum (terms with ISO 230-1\n"
         "names: EZX and EZY go to channel Z) and a signal's min and max (the range of its\n"
         "curves and a tenth of it, at least 10 mm, beyond). It prints what it filled in.\n\n"
         "Example:\n  compbox build machine.json EZX.json EZY.json -o coefficients.json");
-    command->callback([options] { run_build(*options); });
+    command.callback([options] { run_build(*options); });
 }
 
 }  // namespace compbox

@@ -51,13 +51,13 @@ void check(const check_options &options) {
 
 }  // namespace
 
-void add_check(CLI::App &app) {
-    auto *command = app.add_subcommand("check", "Ask the box's own loader about a file");
+void add_check(cli::command &app) {
+    auto command = app.add_subcommand("check", "Ask the box's own loader about a file");
     const auto options = std::make_shared<check_options>();
-    command->add_option("FILE", options->path, "Coefficient file")->required();
-    add_json(*command, options->as_json);
-    command->footer("Example:\n  compbox check coefficients.json");
-    command->callback([options] { check(*options); });
+    command.add_option("FILE", options->path, "Coefficient file").required();
+    add_json(command, options->as_json);
+    command.footer("Example:\n  compbox check coefficients.json");
+    command.callback([options] { check(*options); });
 }
 
 }  // namespace compbox

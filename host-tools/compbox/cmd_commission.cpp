@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: MIT
 // compbox commission: register map, signs and times, against a live PLC.
+#include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <map>
 #include <memory>
 #include <string>
 
+#include "host-tools/command_line/option_checks.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/commission_checks.h"
 #include "host-tools/compbox/commission_prompt.h"
 #include "host-tools/compbox/commission_write.h"
 #include "host-tools/compbox/key_values.h"
-#include "host-tools/compbox/option_checks.h"
 #include "host-tools/compbox/summary.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
@@ -80,7 +81,7 @@ class commissioning {
             for (const auto &axis : setup_.axes) {
                 if (axis.name == name && is_chosen(axis)) return;
             }
-            throw CLI::ValidationError(option, "no axis " + name + " to test; there is " + known);
+            throw cli::usage_error(option, "no axis " + name + " to test; there is " + known);
         };
         for (const auto &name : options_.axes) must_be_known("--axis", name);
         for (const auto &[name, um] : options_.measured_um) must_be_known("--measured", name);
@@ -192,7 +193,7 @@ std::map<std::string, double> measured_of(const std::vector<std::string> &texts)
         if (plus != std::string::npos) text.erase(plus + 1, 1);
         const key_values pair = parse_key_values("--measured", text);
         if (pair.values.size() != 1 || !measured.insert({pair.key, pair.values[0]}).second) {
-            throw CLI::ValidationError("--measured", "one number for each axis, please: " + text);
+            throw cli::usage_error("--measured", "one number for each axis, please: " + text);
         }
     }
     return measured;
@@ -200,30 +201,30 @@ std::map<std::string, double> measured_of(const std::vector<std::string> &texts)
 
 }  // namespace
 
-void add_commission(CLI::App &app) {
-    auto *command = app.add_subcommand(
+void add_commission(cli::command &app) {
+    auto command = app.add_subcommand(
         "commission", "Check registers, find signs and times on the machine, with its PLC");
     const auto options = std::make_shared<commission_options>();
-    command->add_option("FILE", options->path, "Machine or coefficient file")->required();
-    command->add_option("--axis", options->axes,
-                        "Only this channel (X) or pair (X1+X2); repeatable");
-    command->add_option("--measured", options->measured_text,
-                        "What the instrument shows at the offset, in µm: X=+19.8; asks otherwise");
-    command->add_option("--offset-um", options->offset_um, "Offset of the sign test")
-        ->capture_default_str()
-        ->check(between(1, 200).description("in [1 - 200]"));
-    command->add_option("--rate-um-per-s", options->rate_um_per_s, "No offset moves faster")
-        ->capture_default_str()
-        ->check(between(1, 1000).description("in [1 - 1000]"));
-    command->add_option("--steps", options->steps, "Small steps for the times")
-        ->capture_default_str()
-        ->check(whole_between(5, 1000).description("in [5 - 1000]"));
-    command->add_option("-o,--output", options->output, "File to write (default: FILE itself)");
-    add_json(*command, options->as_json);
-    command->footer(
+    command.add_option("FILE", options->path, "Machine or coefficient file").required();
+    command.add_option("--axis", options->axes,
+                       "Only this channel (X) or pair (X1+X2); repeatable");
+    command.add_option("--measured", options->measured_text,
+                       "What the instrument shows at the offset, in µm: X=+19.8; asks otherwise");
+    command.add_option("--offset-um", options->offset_um, "Offset of the sign test")
+        .capture_default_str()
+        .check(between(1, 200), "in [1 - 200]");
+    command.add_option("--rate-um-per-s", options->rate_um_per_s, "No offset moves faster")
+        .capture_default_str()
+        .check(between(1, 1000), "in [1 - 1000]");
+    command.add_option("--steps", options->steps, "Small steps for the times")
+        .capture_default_str()
+        .check(whole_between(5, 1000), "in [5 - 1000]");
+    command.add_option("-o,--output", options->output, "File to write (default: FILE itself)");
+    add_json(command, options->as_json);
+    command.footer(
         "Example:\n  compbox commission machine.json --axis X --measured X=+19.8\n"
         "Ctrl-C brings the offset back to zero and writes nothing.");
-    command->callback([options] {
+    command.callback([options] {
         options->measured_um = measured_of(options->measured_text);
         commissioning(*options).run();
     });

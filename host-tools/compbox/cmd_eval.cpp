@@ -36,25 +36,25 @@ void run_eval(const eval_options &options) {
 
 }  // namespace
 
-void add_eval(CLI::App &app) {
-    auto *command = app.add_subcommand("eval", "Run the box on a table of inputs");
+void add_eval(cli::command &app) {
+    auto command = app.add_subcommand("eval", "Run the box on a table of inputs");
     const auto options = std::make_shared<eval_options>();
-    command->add_option("COEFFICIENTS", options->coefficients, "Coefficient file")->required();
-    command->add_option("--inputs", options->samples, "CSV: time_s and a column for each signal")
-        ->required();
-    command->add_flag(
+    command.add_option("COEFFICIENTS", options->coefficients, "Coefficient file").required();
+    command.add_option("--inputs", options->samples, "CSV: time_s and a column for each signal")
+        .required();
+    command.add_flag(
         "--raw", options->raw,
         "Channels as plain negative sums: no limits, slew, deadband, lead or plausibility");
-    command->add_option("-o,--output", options->output, "CSV to write")->required();
-    add_json(*command, options->as_json);
-    command->footer(
+    command.add_option("-o,--output", options->output, "CSV to write").required();
+    add_json(command, options->as_json);
+    command.footer(
         "Inputs are physical values (mm, degC), taken after the registers' decoding; ranges, "
         "rates\n"
         "and ages apply as on the box. The first row is a steady state. Between two rows the box\n"
         "runs at its period with the first one's inputs; lags alone follow the straight line from\n"
         "row to row, as compbox train has it (docs/eval.md).\n\n"
         "Example:\n  compbox eval coefficients.json --inputs samples.csv -o out.csv");
-    command->callback([options] { run_eval(*options); });
+    command.callback([options] { run_eval(*options); });
 }
 
 }  // namespace compbox

@@ -3,6 +3,7 @@
 #include <iostream>
 #include <memory>
 
+#include "host-tools/command_line/option_checks.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/export_cam.h"
 #include "host-tools/compbox/export_plc.h"
@@ -10,7 +11,6 @@
 #include "host-tools/compbox/export_text.h"
 #include "host-tools/compbox/key_values.h"
 #include "host-tools/compbox/load.h"
-#include "host-tools/compbox/option_checks.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
@@ -62,7 +62,7 @@ constexpr const char *export_example =
 std::pair<std::string, std::string> pair_of(const std::string &option, const std::string &text) {
     const auto equals = text.find('=');
     if (equals == 0 || equals == std::string::npos || equals + 1 == text.size()) {
-        throw CLI::ValidationError(option, "'" + text + "' must read NAME=…");
+        throw cli::usage_error(option, "'" + text + "' must read NAME=…");
     }
     return {text.substr(0, equals), text.substr(equals + 1)};
 }
@@ -74,7 +74,7 @@ std::map<std::string, double> numbers_of(const std::string &option,
         for (const auto &piece : split_at_keys(text)) {
             const key_values one = parse_key_values(option, piece);
             if (one.values.size() != 1) {
-                throw CLI::ValidationError(option, "'" + piece + "' must read NAME=number");
+                throw cli::usage_error(option, "'" + piece + "' must read NAME=number");
             }
             all[one.key] = one.values[0];
         }
@@ -97,13 +97,13 @@ std::map<std::string, travel_range> ranges_of(const std::vector<std::string> &te
             const auto [name, range] = pair_of("--range", piece);
             const auto colon = range.find(':');
             if (colon == std::string::npos) {
-                throw CLI::ValidationError("--range", "'" + piece + "' must read NAME=from:to");
+                throw cli::usage_error("--range", "'" + piece + "' must read NAME=from:to");
             }
             const auto from = parse_key_values("--range", name + "=" + range.substr(0, colon));
             const auto to = parse_key_values("--range", name + "=" + range.substr(colon + 1));
             if (from.values.size() != 1 || to.values.size() != 1 ||
                 !(from.values[0] < to.values[0])) {
-                throw CLI::ValidationError("--range", "'" + piece + "' must read NAME=from:to");
+                throw cli::usage_error("--range", "'" + piece + "' must read NAME=from:to");
             }
             all[name] = {from.values[0], to.values[0]};
         }
@@ -170,8 +170,7 @@ void deliver(const export_arguments &arguments, const std::vector<export_file> &
 
 void export_cams(const channel_model &model, const export_arguments &arguments) {
     if (!arguments.text.lost_motion_um.empty()) {
-        throw CLI::ValidationError("--lost-motion-um",
-                                   "a cam has one direction and cannot hold it");
+        throw cli::usage_error("--lost-motion-um", "a cam has one direction and cannot hold it");
     }
     cam_options how;
     how.master = arguments.master;
@@ -223,9 +222,9 @@ void export_table(const channel_model &model, export_arguments &arguments,
     arguments.table.most_points =
         arguments.most_points ? arguments.most_points : format.most_points;
     if (!format.lost_motion && !arguments.text.lost_motion_um.empty()) {
-        throw CLI::ValidationError("--lost-motion-um",
-                                   "this table has one direction; set the control's backlash "
-                                   "machine data instead (SINUMERIK: MD32450)");
+        throw cli::usage_error("--lost-motion-um",
+                               "this table has one direction; set the control's backlash "
+                               "machine data instead (SINUMERIK: MD32450)");
     }
     const export_tables tables = make_tables(model, arguments.table);
     check_lost_motion(model, arguments, tables);
@@ -252,88 +251,86 @@ void run_export(export_arguments &arguments) {
     export_cams(model, arguments);
 }
 
-void add_table_options(CLI::App &command, export_arguments &arguments) {
+void add_table_options(cli::command &command, export_arguments &arguments) {
     command
         .add_option("--step-mm", arguments.step_mm,
                     "Distance of the points (else the widest round one within the tolerance)")
-        ->check(above_zero())
-        ->option_text("S");
+        .check(above_zero())
+        .option_text("S");
     command
         .add_option("--tolerance-um", arguments.table.tolerance_um,
                     "Largest table step error wanted (0.1)")
-        ->check(above_zero())
-        ->option_text("E");
+        .check(above_zero())
+        .option_text("E");
     command
         .add_option("--most-points", arguments.most_points,
                     "Points that the control's table holds (linuxcnc-comp and heidenhain-com 256, "
                     "sinumerik-lec 5000, sinumerik-cec 2000, twincat-cam 10000)")
-        ->check(whole_between(2, 100000))
-        ->option_text("N");
+        .check(whole_between(2, 100000))
+        .option_text("N");
     command
         .add_option("--range", arguments.ranges, "Positions from where to where (else the curves')")
-        ->option_text("X=0:1000 …");
+        .option_text("X=0:1000 …");
     command.add_option("--at", arguments.at, "Values of signals that the table cannot follow")
-        ->option_text("T1=20 …");
+        .option_text("T1=20 …");
     command
         .add_option("--axis", arguments.axes,
                     "Position signal of a channel, where its name does not say")
-        ->option_text("CHANNEL=SIGNAL …");
+        .option_text("CHANNEL=SIGNAL …");
 }
 
 }  // namespace
 
-void add_export(CLI::App &app) {
+void add_export(cli::command &app) {
     auto arguments = std::make_shared<export_arguments>();
-    CLI::App *command =
+    cli::command command =
         app.add_subcommand("export", "Tables for controls that compensate themselves");
-    command->footer(export_example);
-    command->add_option("coefficients", arguments->input, "Coefficient file")->required();
+    command.footer(export_example);
+    command.add_option("coefficients", arguments->input, "Coefficient file").required();
     command
-        ->add_option("--format", arguments->format,
-                     "linuxcnc-comp, sinumerik-lec, sinumerik-cec, heidenhain-com, twincat-cam; "
-                     "plc-db: the registers for the PLC program")
-        ->required()
-        ->check(CLI::IsMember({"linuxcnc-comp", "sinumerik-lec", "sinumerik-cec", "heidenhain-com",
-                               "twincat-cam", "plc-db"})
-                    .description(""))
-        ->option_text("FORMAT");
-    add_table_options(*command, *arguments);
+        .add_option("--format", arguments->format,
+                    "linuxcnc-comp, sinumerik-lec, sinumerik-cec, heidenhain-com, twincat-cam; "
+                    "plc-db: the registers for the PLC program")
+        .required()
+        .check(one_of({"linuxcnc-comp", "sinumerik-lec", "sinumerik-cec", "heidenhain-com",
+                       "twincat-cam", "plc-db"}))
+        .option_text("FORMAT");
+    add_table_options(command, *arguments);
     command
-        ->add_option("--name", arguments->names,
-                     "The control's name of an axis (SINUMERIK else X1, Y1 …)")
-        ->option_text("X=AX1 …");
+        .add_option("--name", arguments->names,
+                    "The control's name of an axis (SINUMERIK else X1, Y1 …)")
+        .option_text("X=AX1 …");
     command
-        ->add_option("--lost-motion-um", arguments->lost_motion,
-                     "Mean of forward - backward error of a channel's own axis, as report prints "
-                     "it (B mean)")
-        ->option_text("X=3 …");
+        .add_option("--lost-motion-um", arguments->lost_motion,
+                    "Mean of forward - backward error of a channel's own axis, as report prints "
+                    "it (B mean)")
+        .option_text("X=3 …");
     command
-        ->add_option("--sign", arguments->text.sign,
-                     "-1 turns every value round, where the sign test says so")
-        ->check(CLI::IsMember({1, -1}).description(""))
-        ->option_text("1|-1");
+        .add_option("--sign", arguments->text.sign,
+                    "-1 turns every value round, where the sign test says so")
+        .check(cli::one_of_numbers({1, -1}))
+        .option_text("1|-1");
     command
-        ->add_option("--first-table", arguments->text.first_table,
-                     "sinumerik-cec: index of the first table (0)")
-        ->check(whole_between(0, 1000))
-        ->option_text("T");
-    command->add_flag("--trims", arguments->text.trims,
-                      "linuxcnc-comp: COMP_FILE_TYPE 1, trims instead of positions");
-    command->add_option("--master", arguments->master, "twincat-cam: signal of the master axis (X)")
-        ->option_text("SIGNAL");
+        .add_option("--first-table", arguments->text.first_table,
+                    "sinumerik-cec: index of the first table (0)")
+        .check(whole_between(0, 1000))
+        .option_text("T");
+    command.add_flag("--trims", arguments->text.trims,
+                     "linuxcnc-comp: COMP_FILE_TYPE 1, trims instead of positions");
+    command.add_option("--master", arguments->master, "twincat-cam: signal of the master axis (X)")
+        .option_text("SIGNAL");
     command
-        ->add_option("--path", arguments->path,
-                     "twincat-cam: another axis along the path, Y=formula of the master, or a CSV "
-                     "file with a column for each axis")
-        ->option_text("Y=0.5*X | FILE.csv");
+        .add_option("--path", arguments->path,
+                    "twincat-cam: another axis along the path, Y=formula of the master, or a CSV "
+                    "file with a column for each axis")
+        .option_text("Y=0.5*X | FILE.csv");
     command
-        ->add_option("--pmc-base", arguments->pmc_base,
-                     "plc-db, fanuc: D address of register 0 (0)")
-        ->check(whole_between(0, 100000))
-        ->option_text("D");
-    command->add_flag("--json", arguments->as_json, "Print files and losses as JSON");
-    command->add_option("-o,--output", arguments->folder, "Folder for the tables, DIR")->required();
-    command->callback([arguments] { run_export(*arguments); });
+        .add_option("--pmc-base", arguments->pmc_base, "plc-db, fanuc: D address of register 0 (0)")
+        .check(whole_between(0, 100000))
+        .option_text("D");
+    command.add_flag("--json", arguments->as_json, "Print files and losses as JSON");
+    command.add_option("-o,--output", arguments->folder, "Folder for the tables, DIR").required();
+    command.callback([arguments] { run_export(*arguments); });
 }
 
 }  // namespace compbox

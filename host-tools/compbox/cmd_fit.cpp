@@ -7,8 +7,8 @@
 #include <memory>
 
 #include "firmware/limits.h"
+#include "host-tools/command_line/option_checks.h"
 #include "host-tools/compbox/commands.h"
-#include "host-tools/compbox/option_checks.h"
 #include "host-tools/fitting/fit.h"
 #include "host-tools/formats/file.h"
 
@@ -60,7 +60,7 @@ std::function<void(const std::string &)> choice(kind &into, const std::string &o
             }
             names += std::string(names.empty() ? "" : ", ") + name_of(one);
         }
-        throw CLI::ValidationError(option, "'" + text + "' is none of " + names);
+        throw cli::usage_error(option, "'" + text + "' is none of " + names);
     };
 }
 
@@ -69,28 +69,28 @@ void check_name(const std::string &option, const std::string &name) {
     const auto fits = [](char c) {
         return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-' || c == '.';
     };
-    if (name.empty()) throw CLI::ValidationError(option, "a name may not be empty");
+    if (name.empty()) throw cli::usage_error(option, "a name may not be empty");
     if (name.size() >= CB_NAME_SIZE) {
-        throw CLI::ValidationError(option, "'" + name + "' is too long: a name has at most " +
-                                               std::to_string(CB_NAME_SIZE - 1) + " characters");
+        throw cli::usage_error(option, "'" + name + "' is too long: a name has at most " +
+                                           std::to_string(CB_NAME_SIZE - 1) + " characters");
     }
     if (!std::all_of(name.begin(), name.end(), fits)) {
-        throw CLI::ValidationError(option, "'" + name +
-                                               "' is no name: use letters A to Z, digits and "
-                                               "_ - . only");
+        throw cli::usage_error(option, "'" + name +
+                                           "' is no name: use letters A to Z, digits and "
+                                           "_ - . only");
     }
 }
 
-// What CLI11 cannot say by itself.
+// What options by themselves cannot say.
 void check_usage(const fit_arguments &arguments) {
     const fit_options &options = arguments.options;
     check_name("--name", options.name);
     check_name("--signal", options.signal);
     if (options.method == fit_method::polyline && options.degree > 0) {
-        throw CLI::ValidationError("--degree", "a polyline has none");
+        throw cli::usage_error("--degree", "a polyline has none");
     }
     if (options.method != fit_method::polynomial && options.degree > max_spline_degree) {
-        throw CLI::ValidationError("--degree", "a B-spline has degree 1 to 5");
+        throw cli::usage_error("--degree", "a B-spline has degree 1 to 5");
     }
     different_files(
         {{"-o", arguments.output}, {"--band", arguments.band}, {"--plot", arguments.plot}});
@@ -98,60 +98,59 @@ void check_usage(const fit_arguments &arguments) {
 
 }  // namespace
 
-void add_fit(CLI::App &app) {
+void add_fit(cli::command &app) {
     auto arguments = std::make_shared<fit_arguments>();
     fit_options &options = arguments->options;
-    CLI::App *fit = app.add_subcommand("fit", "Fit a curve to a measured error of one axis");
-    fit->footer(fit_example);
-    fit->add_option("data", arguments->data, "Measurement, DATA.csv")->required();
-    fit->add_option("--name", options.name, "Name of the term, e.g. EZX")->required();
-    fit->add_option("--signal", options.signal, "Signal the curve depends on, e.g. X")->required();
-    fit->add_option_function<std::string>(
+    cli::command fit = app.add_subcommand("fit", "Fit a curve to a measured error of one axis");
+    fit.footer(fit_example);
+    fit.add_option("data", arguments->data, "Measurement, DATA.csv").required();
+    fit.add_option("--name", options.name, "Name of the term, e.g. EZX").required();
+    fit.add_option("--signal", options.signal, "Signal the curve depends on, e.g. X").required();
+    fit.add_option_function(
            "--method",
            choice(options.method, "--method",
                   {fit_method::bspline, fit_method::bspline_lmc, fit_method::polynomial,
                    fit_method::polyline}),
            "bspline (default): fewest knots that lose nothing; bspline-lmc: key points "
            "by curvature; polynomial; polyline")
-        ->option_text("METHOD");
-    fit->add_option("--degree", options.degree, "Degree (B-spline 3, polynomial 7)")
-        ->check(whole_between(1, 15))
-        ->option_text("N");
-    fit->add_option(
-           "--tolerance-um", options.tolerance_um,
-           "Largest residual allowed at a measured position, um (urad for angles); without "
-           "it the noise decides")
-        ->check(above_zero())
-        ->option_text("E");
-    fit->add_option_function<std::string>(
+        .option_text("METHOD");
+    fit.add_option("--degree", options.degree, "Degree (B-spline 3, polynomial 7)")
+        .check(whole_between(1, 15))
+        .option_text("N");
+    fit.add_option("--tolerance-um", options.tolerance_um,
+                   "Largest residual allowed at a measured position, um (urad for angles); without "
+                   "it the noise decides")
+        .check(above_zero())
+        .option_text("E");
+    fit.add_option_function(
            "--line",
            choice(options.line, "--line",
                   {reference_line::keep, reference_line::end_point, reference_line::least_squares}),
            "Straight line taken off first: keep (none, default), end-point, least-squares")
-        ->option_text("LINE");
-    fit->add_option("--zero-at", options.zero_at_mm,
-                    "Position, mm, where the curve is to be zero (its forward branch)")
-        ->check(any_number())
-        ->option_text("POSITION");
-    CLI::Option *branches = fit->add_flag("--branches", options.branches,
-                                          "Forward and backward readings to a branch each");
-    fit->add_option("--reversal-mm", options.reversal_mm,
-                    "With --branches: way after a reversal until the other branch counts alone, mm "
-                    "(0.1)")
-        ->needs(branches)
-        ->check(between(0.001, 1000))
-        ->option_text("R");
-    fit->add_option("--band", arguments->band,
-                    "Curve and its standard deviation as a table, F.csv: "
-                    "position_mm,curve_um,sigma_um");
-    fit->add_option("--columns", arguments->columns,
-                    "Names of the columns of a file without a header")
-        ->delimiter(',')
-        ->option_text("position_mm,error_um,run,…");
-    fit->add_option("--plot", arguments->plot, "Figure, F.svg, F.png or F.pdf");
-    fit->add_flag("--json", arguments->as_json, "Report as JSON (the fragment with its findings)");
-    fit->add_option("-o,--output", arguments->output, "Term to write, TERM.json")->required();
-    fit->callback([arguments] {
+        .option_text("LINE");
+    fit.add_option("--zero-at", options.zero_at_mm,
+                   "Position, mm, where the curve is to be zero (its forward branch)")
+        .check(any_number())
+        .option_text("POSITION");
+    const cli::option branches = fit.add_flag("--branches", options.branches,
+                                              "Forward and backward readings to a branch each");
+    fit.add_option("--reversal-mm", options.reversal_mm,
+                   "With --branches: way after a reversal until the other branch counts alone, mm "
+                   "(0.1)")
+        .needs(branches)
+        .check(between(0.001, 1000))
+        .option_text("R");
+    fit.add_option("--band", arguments->band,
+                   "Curve and its standard deviation as a table, F.csv: "
+                   "position_mm,curve_um,sigma_um");
+    fit.add_option("--columns", arguments->columns,
+                   "Names of the columns of a file without a header")
+        .delimiter(',')
+        .option_text("position_mm,error_um,run,…");
+    fit.add_option("--plot", arguments->plot, "Figure, F.svg, F.png or F.pdf");
+    fit.add_flag("--json", arguments->as_json, "Report as JSON (the fragment with its findings)");
+    fit.add_option("-o,--output", arguments->output, "Term to write, TERM.json").required();
+    fit.callback([arguments] {
         check_usage(*arguments);
         run_fit(*arguments);
     });

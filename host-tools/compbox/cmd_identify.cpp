@@ -7,10 +7,10 @@
 #include <memory>
 #include <sstream>
 
+#include "host-tools/command_line/option_checks.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/identify_plot.h"
 #include "host-tools/compbox/monte_carlo_report.h"
-#include "host-tools/compbox/option_checks.h"
 #include "host-tools/compbox/plan_file.h"
 #include "host-tools/compbox/progress.h"
 #include "host-tools/formats/csv.h"
@@ -202,89 +202,87 @@ void run_identify(identify_arguments &arguments) {
 }
 
 // Where the readings belong: the axis' frame, and the temperature of its scale.
-void add_frame(CLI::App &identify, identify_arguments &arguments) {
+void add_frame(cli::command &identify, identify_arguments &arguments) {
     identify
         .add_option("--frame-offset-mm", arguments.frame_offset_mm,
                     "Origin of the axis' frame in the points' coordinates, x,y,z")
-        ->expected(3)
-        ->delimiter(',')
-        ->check(any_number())
-        ->option_text("X,Y,Z");
+        .expected(3)
+        .delimiter(',')
+        .check(any_number())
+        .option_text("X,Y,Z");
     const std::map<std::string, bool> sides = {{"tool", false}, {"workpiece", true}};
     identify
-        .add_option("--side", arguments.table_readings,
+        .add_choice("--side", arguments.table_readings, sides,
                     "tool (default): readings are of the tool relative to the workpiece; "
                     "workpiece: of a table that moved, so their signs are turned round")
-        ->transform(one_of(sides))
-        ->option_text("SIDE");
+        .option_text("SIDE");
     identify
         .add_option("--reference-point", arguments.reference_point_mm,
                     "The same origin in machine coordinates with all axes at 0, noted in "
                     "report.json for `volumetric`")
-        ->expected(3)
-        ->delimiter(',')
-        ->check(any_number())
-        ->option_text("X,Y,Z");
+        .expected(3)
+        .delimiter(',')
+        .check(any_number())
+        .option_text("X,Y,Z");
     identify
         .add_option("--scale-ppm-per-degC", arguments.scale_ppm_per_degC,
                     "Expansion of the axis' scale, corrected to 20 degC")
-        ->check(any_number())
-        ->option_text("A");
+        .check(any_number())
+        .option_text("A");
     identify.add_option("--temperature-degC", arguments.temperature_degC, "Its temperature (20)")
-        ->check(any_number())
-        ->option_text("T");
+        .check(any_number())
+        .option_text("T");
 }
 
 // Monte Carlo: what is known of the errors and of the noise.
-void add_trials(CLI::App &identify, identify_arguments &arguments) {
+void add_trials(cli::command &identify, identify_arguments &arguments) {
     add_monte_carlo(identify, arguments.monte_carlo);
     identify
         .add_option("--preset", arguments.preset,
                     "Monte Carlo: the true errors, um and urad (else the ranges found)")
-        ->expected(6)
-        ->delimiter(',')
-        ->check(any_number())
-        ->option_text("DX,DY,DZ,EX,EY,EZ");
+        .expected(6)
+        .delimiter(',')
+        .check(any_number())
+        .option_text("DX,DY,DZ,EX,EY,EZ");
     identify
         .add_option("--sigma-um", arguments.sigma_um,
                     "Monte Carlo: standard deviation of a reading (else the noise found)")
-        ->check(above_zero())
-        ->option_text("S");
+        .check(above_zero())
+        .option_text("S");
 }
 
 }  // namespace
 
-void add_identify(CLI::App &app) {
+void add_identify(cli::command &app) {
     auto arguments = std::make_shared<identify_arguments>();
-    CLI::App *identify = app.add_subcommand("identify", "Six errors of an axis from nine lines");
-    identify->footer(identify_example);
-    identify->add_option("data", arguments->data, "Table, MEASURED.csv")->required();
-    identify->add_option("--axis", arguments->axis, "Axis that moved: X, Y or Z")
-        ->required()
-        ->check(CLI::IsMember({"X", "Y", "Z"}).description(""))
-        ->option_text("AXIS");
-    identify->add_option("--points", arguments->points, "Measuring points, plan.json")->required();
+    cli::command identify = app.add_subcommand("identify", "Six errors of an axis from nine lines");
+    identify.footer(identify_example);
+    identify.add_option("data", arguments->data, "Table, MEASURED.csv").required();
+    identify.add_option("--axis", arguments->axis, "Axis that moved: X, Y or Z")
+        .required()
+        .check(one_of({"X", "Y", "Z"}))
+        .option_text("AXIS");
+    identify.add_option("--points", arguments->points, "Measuring points, plan.json").required();
     const std::map<std::string, nine_line_method> methods = {
         {"improved", nine_line_method::improved}, {"traditional", nine_line_method::traditional}};
-    identify->add_option("--method", arguments->options.how, "improved (default) or traditional")
-        ->transform(one_of(methods))
-        ->option_text("METHOD");
+    identify
+        .add_choice("--method", arguments->options.how, methods,
+                    "improved (default) or traditional")
+        .option_text("METHOD");
     const std::map<std::string, setups> kinds = {{"separate", setups::separate},
                                                  {"common", setups::common}};
     identify
-        ->add_option("--setups", arguments->options.lines,
-                     "separate (default): each line has its own offset and slope; common: all "
-                     "lines share one frame")
-        ->transform(one_of(kinds))
-        ->option_text("KIND");
-    add_frame(*identify, *arguments);
-    add_trials(*identify, *arguments);
-    identify->add_option("--plot", arguments->plot,
-                         "Six curves with their 2 sigma bands, F.svg, F.png or F.pdf");
-    identify->add_flag("--json", arguments->as_json, "Print the report as JSON");
-    identify->add_option("-o,--output", arguments->folder, "Folder for the curves, DIR")
-        ->required();
-    identify->callback([arguments] { run_identify(*arguments); });
+        .add_choice("--setups", arguments->options.lines, kinds,
+                    "separate (default): each line has its own offset and slope; common: all "
+                    "lines share one frame")
+        .option_text("KIND");
+    add_frame(identify, *arguments);
+    add_trials(identify, *arguments);
+    identify.add_option("--plot", arguments->plot,
+                        "Six curves with their 2 sigma bands, F.svg, F.png or F.pdf");
+    identify.add_flag("--json", arguments->as_json, "Print the report as JSON");
+    identify.add_option("-o,--output", arguments->folder, "Folder for the curves, DIR").required();
+    identify.callback([arguments] { run_identify(*arguments); });
 }
 
 }  // namespace compbox

@@ -4,9 +4,9 @@
 #include <memory>
 #include <string>
 
+#include "host-tools/command_line/option_checks.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/machine_file.h"
-#include "host-tools/compbox/option_checks.h"
 #include "host-tools/compbox/summary.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
@@ -43,13 +43,13 @@ std::vector<std::string> hints(const machine_options &options) {
     return all;
 }
 
-// Throws CLI::ValidationError (wrong usage) for axes and travels that make no sense.
+// Throws cli::usage_error for axes and travels that make no sense.
 json machine_of(init_options &options) {
     try {
         if (!options.travel.empty()) options.machine.travel = parse_travel(options.travel);
         return new_machine(options.machine);
     } catch (const input_error &error) {
-        throw CLI::ValidationError(error.what());
+        throw cli::usage_error(error.what());
     }
 }
 
@@ -65,40 +65,39 @@ void init(init_options &options) {
 
 }  // namespace
 
-void add_init(CLI::App &app) {
-    auto *command = app.add_subcommand("init", "Write a machine file with sane defaults");
+void add_init(cli::command &app) {
+    auto command = app.add_subcommand("init", "Write a machine file with sane defaults");
     const auto options = std::make_shared<init_options>();
     auto &machine = options->machine;
-    command->add_option("--axes", machine.axes, "Axis letters, as in XYZ")->required();
-    command->add_option("--profile", machine.profile, "Kind of control")
-        ->required()
-        ->check(CLI::IsMember({"generic", "sinumerik-840d", "fanuc"}));
-    command->add_option("--name", machine.name, "Name of the machine")->capture_default_str();
-    command->add_option("--travel", options->travel, "Travels in mm: X=14300,Y=-1500:1500");
-    command->add_option("--host", machine.host, "PLC's IP address")
-        ->capture_default_str()
-        ->check(CLI::Validator(
-            [](const std::string &text) {
-                return cb_is_numeric_address(text.c_str())
-                           ? std::string()
-                           : "'" + text + "' is no IP address in numbers, as 192.168.0.10";
-            },
-            ""));
-    command->add_option("--port", machine.port, "PLC's TCP port")
-        ->capture_default_str()
-        ->check(whole_between(1, 65535).description("in [1 - 65535]"));
-    command->add_option("--unit", machine.unit, "Modbus unit id")
-        ->capture_default_str()
-        ->check(whole_between(0, 255).description("in [0 - 255]"));
-    command->add_option("--period-ms", machine.period_ms, "Period of the box")
-        ->capture_default_str()
-        ->check(between(1, 1000).description("in [1 - 1000]"));
-    command->add_option("-o,--output", options->output, "Machine file to write")->required();
-    add_json(*command, options->as_json);
-    command->footer(
+    const std::vector<std::string> profiles = {"generic", "sinumerik-840d", "fanuc"};
+    command.add_option("--axes", machine.axes, "Axis letters, as in XYZ").required();
+    command.add_option("--profile", machine.profile, "Kind of control")
+        .required()
+        .check(one_of(profiles), listed(profiles));
+    command.add_option("--name", machine.name, "Name of the machine").capture_default_str();
+    command.add_option("--travel", options->travel, "Travels in mm: X=14300,Y=-1500:1500");
+    command.add_option("--host", machine.host, "PLC's IP address")
+        .capture_default_str()
+        .check([](const std::string &text) {
+            return cb_is_numeric_address(text.c_str())
+                       ? std::string()
+                       : "'" + text + "' is no IP address in numbers, as 192.168.0.10";
+        });
+    command.add_option("--port", machine.port, "PLC's TCP port")
+        .capture_default_str()
+        .check(whole_between(1, 65535), "in [1 - 65535]");
+    command.add_option("--unit", machine.unit, "Modbus unit id")
+        .capture_default_str()
+        .check(whole_between(0, 255), "in [0 - 255]");
+    command.add_option("--period-ms", machine.period_ms, "Period of the box")
+        .capture_default_str()
+        .check(between(1, 1000), "in [1 - 1000]");
+    command.add_option("-o,--output", options->output, "Machine file to write").required();
+    add_json(command, options->as_json);
+    command.footer(
         "Example:\n  compbox init --axes XYZ --profile sinumerik-840d "
         "--travel X=14300,Y=3000,Z=2500 -o machine.json");
-    command->callback([options] { init(*options); });
+    command.callback([options] { init(*options); });
 }
 
 }  // namespace compbox

@@ -3,9 +3,9 @@
 #include <iostream>
 #include <memory>
 
+#include "host-tools/command_line/option_checks.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/join.h"
-#include "host-tools/compbox/option_checks.h"
 #include "host-tools/formats/csv_reading.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
@@ -55,34 +55,34 @@ void run_join(const join_arguments &arguments) {
 
 }  // namespace
 
-void add_join(CLI::App &app) {
+void add_join(cli::command &app) {
     const auto arguments = std::make_shared<join_arguments>();
     join_options &options = arguments->options;
-    CLI::App *join =
+    cli::command join =
         app.add_subcommand("join", "The box's recording and probed errors to one table");
-    join->footer(join_example);
-    join->add_option("record", arguments->record, "Recording of compboxd, RECORD.csv")->required();
-    join->add_option("probe", arguments->probe, "Probed errors, PROBE.csv")->required();
-    join->add_option("--time-offset-s", options.time_offset_s,
-                     "What to add to the probe's time to get the record's (0)")
-        ->check(any_number())
-        ->option_text("S");
-    join->add_option("--longest-gap-s", options.longest_gap_s,
-                     "Refuse a probed time in a longer gap of the recording (1)")
-        ->check(above_zero())
-        ->option_text("S");
-    join->add_option("--tolerance-mm", options.tolerance_mm, "By position: as near as this (0.05)")
-        ->check(above_zero())
-        ->option_text("T");
-    join->add_option("--signals", options.signals,
-                     "Columns of the record to take (else all but outputs: comp_…, EXX … ECZ)")
-        ->delimiter(',')
-        ->option_text("X,T1,…");
-    join->add_flag("!--keep-compensated", options.add_back,
-                   "Leave the errors as probed: the compensation was not applied");
-    join->add_flag("--json", arguments->as_json, "Print what was done as JSON");
-    join->add_option("-o,--output", arguments->output, "Table to write, DATA.csv")->required();
-    join->callback([arguments] { run_join(*arguments); });
+    join.footer(join_example);
+    join.add_option("record", arguments->record, "Recording of compboxd, RECORD.csv").required();
+    join.add_option("probe", arguments->probe, "Probed errors, PROBE.csv").required();
+    join.add_option("--time-offset-s", options.time_offset_s,
+                    "What to add to the probe's time to get the record's (0)")
+        .check(any_number())
+        .option_text("S");
+    join.add_option("--longest-gap-s", options.longest_gap_s,
+                    "Refuse a probed time in a longer gap of the recording (1)")
+        .check(above_zero())
+        .option_text("S");
+    join.add_option("--tolerance-mm", options.tolerance_mm, "By position: as near as this (0.05)")
+        .check(above_zero())
+        .option_text("T");
+    join.add_option("--signals", options.signals,
+                    "Columns of the record to take (else all but outputs: comp_…, EXX … ECZ)")
+        .delimiter(',')
+        .option_text("X,T1,…");
+    join.add_flag("!--keep-compensated", options.add_back,
+                  "Leave the errors as probed: the compensation was not applied");
+    join.add_flag("--json", arguments->as_json, "Print what was done as JSON");
+    join.add_option("-o,--output", arguments->output, "Table to write, DATA.csv").required();
+    join.callback([arguments] { run_join(*arguments); });
 }
 
 }  // namespace compbox

@@ -74,18 +74,18 @@ void run_pack(const pack_arguments &arguments) {
 
 }  // namespace
 
-void add_pack(CLI::App &app) {
+void add_pack(cli::command &app) {
     const auto arguments = std::make_shared<pack_arguments>();
-    CLI::App *pack = app.add_subcommand("pack", "A coefficient file for the MCU's flash");
-    pack->footer(
+    cli::command pack = app.add_subcommand("pack", "A coefficient file for the MCU's flash");
+    pack.footer(
         "Example:\n  compbox pack coefficients.json -o slot.bin\n"
         "checks the file as the box would and puts a header with revision, length and CRC-32 "
         "before "
         "it;\nof its two slots the box loads the newest revision that is whole.");
-    pack->add_option("coefficients", arguments->input, "Coefficient file")->required();
-    pack->add_option("-o,--output", arguments->output, "Image of one slot, slot.bin")->required();
-    add_json(*pack, arguments->as_json);
-    pack->callback([arguments] { run_pack(*arguments); });
+    pack.add_option("coefficients", arguments->input, "Coefficient file").required();
+    pack.add_option("-o,--output", arguments->output, "Image of one slot, slot.bin").required();
+    add_json(pack, arguments->as_json);
+    pack.callback([arguments] { run_pack(*arguments); });
 }
 
 }  // namespace compbox

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // compbox plan: the three measuring points of a nine-line measurement.
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <iomanip>
@@ -8,9 +9,9 @@
 #include <memory>
 #include <sstream>
 
+#include "host-tools/command_line/option_checks.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/monte_carlo_report.h"
-#include "host-tools/compbox/option_checks.h"
 #include "host-tools/compbox/plan_file.h"
 #include "host-tools/compbox/progress.h"
 #include "host-tools/formats/csv.h"
@@ -48,13 +49,13 @@ grid parse_box(const std::string &text) {
             const bool last = k == 2 && value == &count;
             if (result.ec != std::errc() || !std::isfinite(*value) ||
                 (last ? result.ptr != end : result.ptr == end || *result.ptr != *separator)) {
-                throw CLI::ValidationError("--box", "must read x0:x1:nx,y0:y1:ny,z0:z1:nz");
+                throw cli::usage_error("--box", "must read x0:x1:nx,y0:y1:ny,z0:z1:nz");
             }
             at = result.ptr + (last ? 0 : 1);
         }
         if (!(count >= 1 && count <= 1000) || count != std::floor(count) ||
             (count > 1 && !(box.low_mm[k] < box.high_mm[k]))) {
-            throw CLI::ValidationError("--box", "needs low < high and 1 to 1000 nodes a side");
+            throw cli::usage_error("--box", "needs low < high and 1 to 1000 nodes a side");
         }
         box.counts[k] = static_cast<int>(count);
     }
@@ -165,7 +166,7 @@ void run_plan(plan_arguments &arguments) {
     }
     for (std::size_t k = 0; k < arguments.preset.size(); ++k) {
         if (arguments.preset[k] == 0.0) {
-            throw CLI::ValidationError("--preset", "a preset error must not be zero");
+            throw cli::usage_error("--preset", "a preset error must not be zero");
         }
         arguments.options.preset[k] = std::fabs(arguments.preset[k]);
     }
@@ -189,39 +190,38 @@ void run_plan(plan_arguments &arguments) {
 
 }  // namespace
 
-void add_plan(CLI::App &app) {
+void add_plan(cli::command &app) {
     auto arguments = std::make_shared<plan_arguments>();
-    CLI::App *plan = app.add_subcommand("plan", "Choose the points of a nine-line measurement");
-    plan->footer(plan_example);
-    plan->add_option("--box", arguments->box, "Grid of nodes, x0:x1:nx,y0:y1:ny,z0:z1:nz in mm")
-        ->required();
-    plan->add_option("--sigma-um", arguments->sigma_um, "Standard deviation of one reading")
-        ->check(above_zero())
-        ->option_text("S");
-    plan->add_option("--axis", arguments->axis, "Axis that will move (order of the points), X")
-        ->check(CLI::IsMember({"X", "Y", "Z"}).description(""))
-        ->option_text("AXIS");
+    cli::command plan = app.add_subcommand("plan", "Choose the points of a nine-line measurement");
+    plan.footer(plan_example);
+    plan.add_option("--box", arguments->box, "Grid of nodes, x0:x1:nx,y0:y1:ny,z0:z1:nz in mm")
+        .required();
+    plan.add_option("--sigma-um", arguments->sigma_um, "Standard deviation of one reading")
+        .check(above_zero())
+        .option_text("S");
+    plan.add_option("--axis", arguments->axis, "Axis that will move (order of the points), X")
+        .check(one_of({"X", "Y", "Z"}))
+        .option_text("AXIS");
     const std::map<std::string, criterion> criteria = {
         {"mean-cv", criterion::mean_cv}, {"a", criterion::a}, {"d", criterion::d}};
-    plan->add_option("--criterion", arguments->options.rank_by,
-                     "mean-cv (default): mean of sigma over preset error; a: its mean square; "
-                     "d: volume of the confidence ellipsoid")
-        ->transform(one_of(criteria))
-        ->option_text("C");
-    plan->add_option("--preset", arguments->preset,
-                     "Size of the six errors looked for, um and urad (1 each)")
-        ->expected(6)
-        ->delimiter(',')
-        ->check(any_number())
-        ->option_text("DX,DY,DZ,EX,EY,EZ");
-    plan->add_option("--forbid", arguments->forbidden, "Nodes to leave out, CSV x_mm,y_mm,z_mm");
-    plan->add_option("--best", arguments->options.best, "How many triples to list (10)")
-        ->check(whole_between(1, 1000))
-        ->option_text("N");
-    add_monte_carlo(*plan, arguments->monte_carlo);
-    plan->add_flag("--json", arguments->as_json, "Print the plan as JSON");
-    plan->add_option("-o,--output", arguments->output, "Plan to write, plan.json")->required();
-    plan->callback([arguments] { run_plan(*arguments); });
+    plan.add_choice("--criterion", arguments->options.rank_by, criteria,
+                    "mean-cv (default): mean of sigma over preset error; a: its mean square; "
+                    "d: volume of the confidence ellipsoid")
+        .option_text("C");
+    plan.add_option("--preset", arguments->preset,
+                    "Size of the six errors looked for, um and urad (1 each)")
+        .expected(6)
+        .delimiter(',')
+        .check(any_number())
+        .option_text("DX,DY,DZ,EX,EY,EZ");
+    plan.add_option("--forbid", arguments->forbidden, "Nodes to leave out, CSV x_mm,y_mm,z_mm");
+    plan.add_option("--best", arguments->options.best, "How many triples to list (10)")
+        .check(whole_between(1, 1000))
+        .option_text("N");
+    add_monte_carlo(plan, arguments->monte_carlo);
+    plan.add_flag("--json", arguments->as_json, "Print the plan as JSON");
+    plan.add_option("-o,--output", arguments->output, "Plan to write, plan.json").required();
+    plan.callback([arguments] { run_plan(*arguments); });
 }
 
 }  // namespace compbox

@@ -214,22 +214,22 @@ void run_report(const report_arguments &arguments) {
 
 }  // namespace
 
-void add_report(CLI::App &app) {
+void add_report(cli::command &app) {
     auto arguments = std::make_shared<report_arguments>();
-    CLI::App *report =
+    cli::command report =
         app.add_subcommand("report", "ISO 230-1 and 230-2 figures, before and after");
-    report->footer(report_example);
-    report->add_option("data", arguments->before, "Measurement, DATA.csv or DATA.rtl")->required();
-    report->add_option("--after", arguments->after, "The same after compensation");
-    report->add_option("--plot", arguments->plot, "Figure, F.svg, F.png or F.pdf");
+    report.footer(report_example);
+    report.add_option("data", arguments->before, "Measurement, DATA.csv or DATA.rtl").required();
+    report.add_option("--after", arguments->after, "The same after compensation");
+    report.add_option("--plot", arguments->plot, "Figure, F.svg, F.png or F.pdf");
     report
-        ->add_option("--columns", arguments->columns,
-                     "Names of the columns of a file without a header")
-        ->delimiter(',')
-        ->option_text("position_mm,error_um,run,…");
-    report->add_flag("--json", arguments->as_json, "Print the figures as JSON");
-    report->add_option("-o,--output", arguments->output, "Write the figures as JSON, F.json");
-    report->callback([arguments] { run_report(*arguments); });
+        .add_option("--columns", arguments->columns,
+                    "Names of the columns of a file without a header")
+        .delimiter(',')
+        .option_text("position_mm,error_um,run,…");
+    report.add_flag("--json", arguments->as_json, "Print the figures as JSON");
+    report.add_option("-o,--output", arguments->output, "Write the figures as JSON, F.json");
+    report.callback([arguments] { run_report(*arguments); });
 }
 
 }  // namespace compbox

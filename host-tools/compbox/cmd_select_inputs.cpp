@@ -4,8 +4,8 @@
 #include <map>
 #include <memory>
 
+#include "host-tools/command_line/option_checks.h"
 #include "host-tools/compbox/commands.h"
-#include "host-tools/compbox/option_checks.h"
 #include "host-tools/compbox/progress.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/training/select_inputs.h"
@@ -45,81 +45,79 @@ void run_select(select_arguments &arguments) {
     std::cout << (arguments.as_json ? json_text(report) : report_of(result));
 }
 
-// What CLI11 cannot say by itself.
+// What options by themselves cannot say.
 void check_usage(const select_arguments &arguments) {
     const select_options &options = arguments.options;
     if ((options.check || options.by_runs) && arguments.columns.run_column.empty()) {
-        throw CLI::ValidationError(options.by_runs ? "--by-runs" : "--check",
-                                   "needs --run-column: runs are left out, never rows");
+        throw cli::usage_error(options.by_runs ? "--by-runs" : "--check",
+                               "needs --run-column: runs are left out, never rows");
     }
 }
 
-void add_model(CLI::App &select, select_arguments &arguments) {
+void add_model(cli::command &select, select_arguments &arguments) {
     train_options &model = arguments.options.model;
     select
         .add_option("--run-column", arguments.columns.run_column,
                     "A new run begins where this column changes")
-        ->option_text("NAME");
+        .option_text("NAME");
     select.add_option("--time-column", arguments.columns.time_column, "Seconds (time_s)")
-        ->option_text("NAME");
+        .option_text("NAME");
     select.add_option("--lags", model.lags.lags_s, "Time constants, s, that the model will have")
-        ->delimiter(',')
-        ->check(between(0.001, 86400))
-        ->option_text("TAU,TAU");
+        .delimiter(',')
+        .check(between(0.001, 86400))
+        .option_text("TAU,TAU");
     select.add_option("--squares", model.lags.squares, "Inputs whose square it will have")
-        ->delimiter(',')
-        ->option_text("C,D");
+        .delimiter(',')
+        .option_text("C,D");
     const std::map<std::string, lag_starts> starts = {
         {"run", lag_starts::each_run}, {"once", lag_starts::once}, {"both", lag_starts::both}};
-    select.add_option("--lags-start", model.starts_of_lags, "As for compbox train")
-        ->transform(one_of(starts))
-        ->option_text("HOW");
+    select.add_choice("--lags-start", model.starts_of_lags, starts, "As for compbox train")
+        .option_text("HOW");
 }
 
 }  // namespace
 
-void add_select_inputs(CLI::App &app) {
+void add_select_inputs(cli::command &app) {
     auto arguments = std::make_shared<select_arguments>();
     select_options &options = arguments->options;
-    CLI::App *select = app.add_subcommand("select-inputs", "Choose the inputs of a model");
-    select->footer(select_inputs_example);
-    select->add_option("data", arguments->data, "Rows, DATA.csv")->required();
-    select->add_option("--outputs", arguments->columns.outputs, "Columns with errors")
-        ->required()
-        ->delimiter(',')
-        ->option_text("A,B");
-    select->add_option("--candidates", arguments->columns.inputs, "Columns to choose from")
-        ->required()
-        ->delimiter(',')
-        ->option_text("C,D");
+    cli::command select = app.add_subcommand("select-inputs", "Choose the inputs of a model");
+    select.footer(select_inputs_example);
+    select.add_option("data", arguments->data, "Rows, DATA.csv").required();
+    select.add_option("--outputs", arguments->columns.outputs, "Columns with errors")
+        .required()
+        .delimiter(',')
+        .option_text("A,B");
+    select.add_option("--candidates", arguments->columns.inputs, "Columns to choose from")
+        .required()
+        .delimiter(',')
+        .option_text("C,D");
     select
-        ->add_option("--count", options.count,
-                     "How many to choose; without it the validity index decides")
-        ->check(whole_between(1, 64))
-        ->option_text("K");
+        .add_option("--count", options.count,
+                    "How many to choose; without it the validity index decides")
+        .check(whole_between(1, 64))
+        .option_text("K");
     const std::map<std::string, cluster_method> methods = {{"c-means", cluster_method::c_means},
                                                            {"closure", cluster_method::closure}};
     select
-        ->add_option("--method", options.method,
-                     "c-means (default): fuzzy c-means, Xie-Beni index; closure: transitive "
-                     "closure, F statistic")
-        ->transform(one_of(methods))
-        ->option_text("M");
-    select->add_option("--keep", options.keep, "Inputs that the model has in any case")
-        ->delimiter(',')
-        ->option_text("C,D");
-    select->add_flag("--check", options.check,
-                     "Compare the choice with all candidates on runs left out");
-    select->add_flag(
+        .add_choice("--method", options.method, methods,
+                    "c-means (default): fuzzy c-means, Xie-Beni index; closure: transitive "
+                    "closure, F statistic")
+        .option_text("M");
+    select.add_option("--keep", options.keep, "Inputs that the model has in any case")
+        .delimiter(',')
+        .option_text("C,D");
+    select.add_flag("--check", options.check,
+                    "Compare the choice with all candidates on runs left out");
+    select.add_flag(
         "--by-runs", options.by_runs,
         "Choose by leaving candidates away one after the other, judged on runs left out");
-    add_model(*select, *arguments);
-    select->add_option("--plot", arguments->plot, "Figure, F.svg, F.png or F.pdf")
-        ->option_text("F.svg");
-    select->add_flag("--json", arguments->as_json, "Report as JSON");
-    select->add_option("-o,--output", arguments->output, "Report to write, CHOICE.json")
-        ->option_text("F.json");
-    select->callback([arguments] {
+    add_model(select, *arguments);
+    select.add_option("--plot", arguments->plot, "Figure, F.svg, F.png or F.pdf")
+        .option_text("F.svg");
+    select.add_flag("--json", arguments->as_json, "Report as JSON");
+    select.add_option("-o,--output", arguments->output, "Report to write, CHOICE.json")
+        .option_text("F.json");
+    select.callback([arguments] {
         check_usage(*arguments);
         run_select(*arguments);
     });

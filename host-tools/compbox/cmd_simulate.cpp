@@ -38,7 +38,7 @@ std::vector<std::uint64_t> parse_seeds(const std::string &text) {
     }
     if (result.ec != std::errc() || result.ptr != end || last < first ||
         last - first >= most_seeds) {
-        throw CLI::ValidationError("--seeds", "give one number or a range, as in 7 or 1-20");
+        throw cli::usage_error("--seeds", "give one number or a range, as in 7 or 1-20");
     }
     std::vector<std::uint64_t> seeds;
     for (std::uint64_t seed = first; seed <= last; ++seed) seeds.push_back(seed);
@@ -107,7 +107,7 @@ simulate_request request_of(const simulate_options &options, const std::string &
 void run_replay(const simulate_options &options) {
     if (!options.seeds.empty() || !options.statistics.empty() || !options.log.empty() ||
         options.plots || !options.folder.empty()) {
-        throw CLI::ValidationError("--replay", "goes with the coefficient file alone");
+        throw cli::usage_error("--replay", "goes with the coefficient file alone");
     }
     const replay_result result = replay(options.scenario, options.recording);
     if (!result.difference.empty()) {
@@ -127,7 +127,7 @@ void run_replay(const simulate_options &options) {
 void run_simulate(const simulate_options &options) {
     if (!options.recording.empty()) return run_replay(options);
     if (options.plots && options.folder.empty()) {
-        throw CLI::ValidationError("--plots", "needs a folder (-o)");
+        throw cli::usage_error("--plots", "needs a folder (-o)");
     }
     std::unique_ptr<temporary_folder> temporary;
     if (options.folder.empty()) temporary = std::make_unique<temporary_folder>();
@@ -143,29 +143,28 @@ void run_simulate(const simulate_options &options) {
 
 }  // namespace
 
-void add_simulate(CLI::App &app) {
-    auto *command =
+void add_simulate(cli::command &app) {
+    auto command =
         app.add_subcommand("simulate", "Measure, fit, compensate, remeasure in virtual time");
     const auto options = std::make_shared<simulate_options>();
     command
-        ->add_option("SCENARIO", options->scenario,
-                     "Scenario file, see docs/report.md; with --replay the coefficient file")
-        ->required();
-    command->add_option("--seeds", options->seeds, "Machines to try: 7 or 1-20");
-    command->add_option("--stats", options->statistics,
-                        "Statistics of a compboxd run, to go into the report");
-    command->add_option("--log", options->log, "fakeplc's log of that run, likewise");
-    command->add_flag("--plots", options->plots, "Figures too (FOLDER/plots/*.svg)");
-    command->add_option("-o,--output", options->folder,
-                        "Folder for the report, measurements and coefficient files");
-    command->add_option(
-        "--replay", options->recording,
-        "Step through what compboxd --record-inputs wrote; outputs must be the same "
-        "to the bit");
-    add_json(*command, options->as_json);
-    command->footer(
+        .add_option("SCENARIO", options->scenario,
+                    "Scenario file, see docs/report.md; with --replay the coefficient file")
+        .required();
+    command.add_option("--seeds", options->seeds, "Machines to try: 7 or 1-20");
+    command.add_option("--stats", options->statistics,
+                       "Statistics of a compboxd run, to go into the report");
+    command.add_option("--log", options->log, "fakeplc's log of that run, likewise");
+    command.add_flag("--plots", options->plots, "Figures too (FOLDER/plots/*.svg)");
+    command.add_option("-o,--output", options->folder,
+                       "Folder for the report, measurements and coefficient files");
+    command.add_option("--replay", options->recording,
+                       "Step through what compboxd --record-inputs wrote; outputs must be the same "
+                       "to the bit");
+    add_json(command, options->as_json);
+    command.footer(
         "Example:\n  compbox simulate examples/gantry-straightness/scenario.json -o out/gantry");
-    command->callback([options] { run_simulate(*options); });
+    command.callback([options] { run_simulate(*options); });
 }
 
 }  // namespace compbox

@@ -5,8 +5,8 @@
 #include <iostream>
 #include <memory>
 
+#include "host-tools/command_line/option_checks.h"
 #include "host-tools/compbox/commands.h"
-#include "host-tools/compbox/option_checks.h"
 #include "host-tools/fitting/measurement.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
@@ -84,12 +84,11 @@ void check_usage(const squareness_arguments &arguments) {
     const int ways =
         !arguments.optical.empty() + !arguments.diagonals.empty() + !arguments.ball_bar.empty();
     if (ways != 1) {
-        throw CLI::ValidationError("squareness",
-                                   "takes one of --optical, --diagonals and --ball-bar");
+        throw cli::usage_error("squareness", "takes one of --optical, --diagonals and --ball-bar");
     }
     const auto &d = arguments.diagonals, &b = arguments.ball_bar;
     if ((!d.empty() && !(d[0] > 0 && d[1] > 0)) || (!b.empty() && !(b[0] > 0))) {
-        throw CLI::ValidationError("squareness", "sides and diameters must be above zero");
+        throw cli::usage_error("squareness", "sides and diameters must be above zero");
     }
 }
 
@@ -118,48 +117,48 @@ void run_squareness(const squareness_arguments &arguments) {
 
 }  // namespace
 
-void add_squareness(CLI::App &app) {
+void add_squareness(cli::command &app) {
     const auto arguments = std::make_shared<squareness_arguments>();
-    CLI::App *command =
+    cli::command command =
         app.add_subcommand("squareness", "Squareness from set-ups with one reference");
-    command->footer(squareness_example);
-    command->add_option("--name", arguments->name, "C0Y (Y to X), B0Z (Z to X) or A0Z (Z to Y)")
-        ->required()
-        ->check(CLI::IsMember({"C0Y", "B0Z", "A0Z"}).description(""))
-        ->option_text("NAME");
+    command.footer(squareness_example);
+    command.add_option("--name", arguments->name, "C0Y (Y to X), B0Z (Z to X) or A0Z (Z to Y)")
+        .required()
+        .check(one_of({"C0Y", "B0Z", "A0Z"}))
+        .option_text("NAME");
     command
-        ->add_option("--optical", arguments->optical,
-                     "Straightness of the first axis towards the second, and of the second towards "
-                     "the first behind the optical square; first and second are X Y, X Z or Y Z")
-        ->expected(2)
-        ->option_text("FIRST SECOND");
+        .add_option("--optical", arguments->optical,
+                    "Straightness of the first axis towards the second, and of the second towards "
+                    "the first behind the optical square; first and second are X Y, X Z or Y Z")
+        .expected(2)
+        .option_text("FIRST SECOND");
     command
-        ->add_option("--square-error-urad", arguments->square_error_urad,
-                     "The square's angle less 90 degrees (0)")
-        ->check(any_number())
-        ->option_text("Q");
+        .add_option("--square-error-urad", arguments->square_error_urad,
+                    "The square's angle less 90 degrees (0)")
+        .check(any_number())
+        .option_text("Q");
     command
-        ->add_option("--diagonals", arguments->diagonals,
-                     "Sides of a rectangle in mm along the first and the second axis; measured "
-                     "less nominal length in um of the diagonal on which both rise, and of the "
-                     "other")
-        ->expected(4)
-        ->delimiter(',')
-        ->check(any_number())
-        ->option_text("A,B,R,F");
+        .add_option("--diagonals", arguments->diagonals,
+                    "Sides of a rectangle in mm along the first and the second axis; measured "
+                    "less nominal length in um of the diagonal on which both rise, and of the "
+                    "other")
+        .expected(4)
+        .delimiter(',')
+        .check(any_number())
+        .option_text("A,B,R,F");
     command
-        ->add_option("--ball-bar", arguments->ball_bar,
-                     "Diameter in mm; deviations in um of the diameters at 45 and 135 degrees")
-        ->expected(3)
-        ->delimiter(',')
-        ->check(any_number())
-        ->option_text("D,R,F");
-    command->add_option("--sigma-um", arguments->sigma_um, "Standard deviation of one length (0)")
-        ->check(zero_or_more())
-        ->option_text("S");
-    command->add_flag("--json", arguments->as_json, "Print the result as JSON");
-    command->add_option("-o,--output", arguments->output, "File to write")->required();
-    command->callback([arguments] { run_squareness(*arguments); });
+        .add_option("--ball-bar", arguments->ball_bar,
+                    "Diameter in mm; deviations in um of the diameters at 45 and 135 degrees")
+        .expected(3)
+        .delimiter(',')
+        .check(any_number())
+        .option_text("D,R,F");
+    command.add_option("--sigma-um", arguments->sigma_um, "Standard deviation of one length (0)")
+        .check(zero_or_more())
+        .option_text("S");
+    command.add_flag("--json", arguments->as_json, "Print the result as JSON");
+    command.add_option("-o,--output", arguments->output, "File to write").required();
+    command.callback([arguments] { run_squareness(*arguments); });
 }
 
 }  // namespace compbox

@@ -7,8 +7,8 @@
 #include <optional>
 #include <sstream>
 
+#include "host-tools/command_line/option_checks.h"
 #include "host-tools/compbox/commands.h"
-#include "host-tools/compbox/option_checks.h"
 #include "host-tools/compbox/progress.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/training/train.h"
@@ -78,120 +78,118 @@ void run_train(train_arguments &arguments) {
     std::cout << (arguments.as_json ? json_text(fragment) : report_of(result));
 }
 
-// What CLI11 cannot say by itself.
+// What options by themselves cannot say.
 void check_usage(const train_arguments &arguments) {
     const lag_options &lags = arguments.options.lags;
     different_files({{"-o", arguments.output},
                      {"--predictions", arguments.predictions},
                      {"--plot", arguments.plot}});
     if (!lags.only.empty() && lags.lags_s.empty()) {
-        throw CLI::ValidationError("--lag-only", "needs --lags");
+        throw cli::usage_error("--lag-only", "needs --lags");
     }
     if (arguments.options.hidden == 0 && arguments.no_linear_path) {
-        throw CLI::ValidationError("--no-linear-path", "leaves nothing beside --hidden 0");
+        throw cli::usage_error("--no-linear-path", "leaves nothing beside --hidden 0");
     }
     if (arguments.options.way == optimiser::levenberg_marquardt &&
         arguments.options.regularise != regularisation::evidence) {
-        throw CLI::ValidationError("--optimiser",
-                                   "levenberg-marquardt needs --regularise evidence: leaving out "
-                                   "runs counts the steps of L-BFGS");
+        throw cli::usage_error("--optimiser",
+                               "levenberg-marquardt needs --regularise evidence: leaving out "
+                               "runs counts the steps of L-BFGS");
     }
     if (!arguments.columns.record.empty() && lags.lags_s.empty() && lags.squares.empty()) {
-        throw CLI::ValidationError("--record", "needs --lags: it is there for them");
+        throw cli::usage_error("--record", "needs --lags: it is there for them");
     }
     for (const auto &text : arguments.slopes) {
         const slope_option slope = parse_slope(text);
         if (!slope.along.empty() && !slope.of.empty()) continue;
-        throw CLI::ValidationError("--slope", "'" + text + "' is not POSITION:INPUT,INPUT");
+        throw cli::usage_error("--slope", "'" + text + "' is not POSITION:INPUT,INPUT");
     }
     for (const auto &text : arguments.margins) {
         if (margin_of(text)) continue;
-        throw CLI::ValidationError(
-            "--margin-of", "'" + text + "' is not INPUT,INPUT:PART with a part from 0 to 10");
+        throw cli::usage_error("--margin-of",
+                               "'" + text + "' is not INPUT,INPUT:PART with a part from 0 to 10");
     }
     if (!arguments.slopes.empty() && arguments.no_linear_path) {
-        throw CLI::ValidationError("--slope", "is part of the linear path");
+        throw cli::usage_error("--slope", "is part of the linear path");
     }
     if (arguments.options.starts_of_lags != lag_starts::each_run &&
         arguments.columns.run_column.empty()) {
-        throw CLI::ValidationError("--lags-start", "needs --run-column");
+        throw cli::usage_error("--lags-start", "needs --run-column");
     }
 }
 
-void add_columns(CLI::App &train, train_arguments &arguments) {
+void add_columns(cli::command &train, train_arguments &arguments) {
     data_options &columns = arguments.columns;
-    train.add_option("data", arguments.data, "Rows to train on, DATA.csv")->required();
+    train.add_option("data", arguments.data, "Rows to train on, DATA.csv").required();
     train.add_option("--outputs", columns.outputs, "Columns with errors, um: the term's outputs")
-        ->required()
-        ->delimiter(',')
-        ->option_text("A,B");
+        .required()
+        .delimiter(',')
+        .option_text("A,B");
     train.add_option("--inputs", columns.inputs, "Columns that the box will have as signals")
-        ->required()
-        ->delimiter(',')
-        ->option_text("C,D");
+        .required()
+        .delimiter(',')
+        .option_text("C,D");
     train
         .add_option(
             "--run-column", columns.run_column,
             "A new run begins where this column changes: lags start anew (--lags-start), and "
             "decay is chosen by leaving out whole runs")
-        ->option_text("NAME");
+        .option_text("NAME");
     train.add_option("--time-column", columns.time_column, "Seconds (time_s); lags need it")
-        ->option_text("NAME");
+        .option_text("NAME");
     train
         .add_option("--hold-out", arguments.options.hold_out,
                     "Runs that are never trained on, only judged by: values of the run column "
                     "(#2: where it comes back)")
-        ->delimiter(',')
-        ->option_text("RUN,RUN");
+        .delimiter(',')
+        .option_text("RUN,RUN");
 }
 
-void add_lags(CLI::App &train, train_arguments &arguments) {
+void add_lags(cli::command &train, train_arguments &arguments) {
     lag_options &lags = arguments.options.lags;
     train.add_option("--lags", lags.lags_s, "Time constants, s: inputs are taken lagged as well")
-        ->delimiter(',')
-        ->check(between(0.001, 86400))
-        ->option_text("TAU,TAU");
+        .delimiter(',')
+        .check(between(0.001, 86400))
+        .option_text("TAU,TAU");
     train.add_option("--lag-only", lags.only, "Inputs that lag (all)")
-        ->delimiter(',')
-        ->option_text("C,D");
+        .delimiter(',')
+        .option_text("C,D");
     train.add_option("--squares", lags.squares, "Inputs whose square is taken too, and lagged")
-        ->delimiter(',')
-        ->option_text("C,D");
+        .delimiter(',')
+        .option_text("C,D");
     train
         .add_option("--record", arguments.columns.record,
                     "What the box recorded around the rows: lags follow it from its beginning")
-        ->option_text("RECORD.csv");
+        .option_text("RECORD.csv");
     train
         .add_option(
             "--slope", arguments.slopes,
             "The error's slope along a position is linear in these inputs, as the control's "
             "tan beta is in temperature; may be given several times")
-        ->option_text("X:T1,T2");
+        .option_text("X:T1,T2");
     const std::map<std::string, lag_starts> starts = {
         {"run", lag_starts::each_run}, {"once", lag_starts::once}, {"both", lag_starts::both}};
     train
-        .add_option("--lags-start", arguments.options.starts_of_lags,
+        .add_choice("--lags-start", arguments.options.starts_of_lags, starts,
                     "run (default): lags start anew with each run; once: the runs are one record; "
                     "both: each row counts both ways")
-        ->transform(one_of(starts))
-        ->option_text("HOW");
+        .option_text("HOW");
 }
 
-void add_network(CLI::App &train, train_arguments &arguments) {
+void add_network(cli::command &train, train_arguments &arguments) {
     train_options &options = arguments.options;
     train.add_option("--hidden", options.hidden, "Hidden units (10); 0: the linear map alone")
-        ->check(whole_between(0, 64))
-        ->option_text("N");
+        .check(whole_between(0, 64))
+        .option_text("N");
     train
         .add_option("--hidden-inputs", options.hidden_inputs,
                     "What the hidden layer sees (all); the others go to the linear path alone")
-        ->delimiter(',')
-        ->option_text("C,D");
+        .delimiter(',')
+        .option_text("C,D");
     const std::map<std::string, activation> kinds = {{"tansig", activation::tansig},
                                                      {"logsig", activation::logsig}};
-    train.add_option("--activation", options.kind, "tansig (default) or logsig")
-        ->transform(one_of(kinds))
-        ->option_text("F");
+    train.add_choice("--activation", options.kind, kinds, "tansig (default) or logsig")
+        .option_text("F");
     train.add_flag("--no-linear-path", arguments.no_linear_path,
                    "Network without the linear path beside its hidden layer");
     train.add_flag("--keep-network", options.keep_network,
@@ -200,85 +198,83 @@ void add_network(CLI::App &train, train_arguments &arguments) {
                                                         {"runs", regularisation::folds},
                                                         {"evidence", regularisation::evidence}};
     train
-        .add_option("--regularise", options.regularise,
+        .add_choice("--regularise", options.regularise, ways,
                     "Weight decay by runs (leaving them out), evidence, or auto: runs where there "
                     "are three")
-        ->transform(one_of(ways))
-        ->option_text("WAY");
+        .option_text("WAY");
 }
 
 // How its weights are sought.
-void add_search(CLI::App &train, train_arguments &arguments) {
+void add_search(cli::command &train, train_arguments &arguments) {
     train_options &options = arguments.options;
     const std::map<std::string, optimiser> optimisers = {
         {"l-bfgs", optimiser::lbfgs}, {"levenberg-marquardt", optimiser::levenberg_marquardt}};
     train
-        .add_option("--optimiser", options.way,
+        .add_choice("--optimiser", options.way, optimisers,
                     "l-bfgs (default), or levenberg-marquardt for a small network on data almost "
                     "without noise, with --regularise evidence")
-        ->transform(one_of(optimisers))
-        ->option_text("WAY");
+        .option_text("WAY");
     train.add_option("--starts", options.starts, "Random starts (5)")
-        ->check(whole_between(1, 1000))
-        ->option_text("N");
+        .check(whole_between(1, 1000))
+        .option_text("N");
     train.add_option("--seed", options.seed, "Of the starts (1): the same seed, the same term")
-        ->check(whole_between(0, std::numeric_limits<long>::max()))
-        ->option_text("N");
+        .check(whole_between(0, std::numeric_limits<long>::max()))
+        .option_text("N");
     train
         .add_option("--threads", options.threads,
                     "Threads (as many as there are processors); the result does not depend on it")
-        ->check(whole_between(0, 256))
-        ->option_text("N");
+        .check(whole_between(0, 256))
+        .option_text("N");
     train.add_option("--iterations", options.max_iterations, "At most so many (300)")
-        ->check(whole_between(1, 100000))
-        ->option_text("N");
+        .check(whole_between(1, 100000))
+        .option_text("N");
     train
         .add_option("--rows", options.max_rows,
                     "The network is trained on at most so many rows, spread over all (2000)")
-        ->check(whole_between(10, 1000000))
-        ->option_text("N");
+        .check(whole_between(10, 1000000))
+        .option_text("N");
 }
 
 // How far it is believed beyond what was trained.
-void add_margins(CLI::App &train, train_arguments &arguments) {
+void add_margins(cli::command &train, train_arguments &arguments) {
     train
         .add_option("--margin", arguments.options.margin,
                     "Extrapolate an input no further than this part of its trained range (0.1)")
-        ->check(between(0, 10))
-        ->option_text("PART");
+        .check(between(0, 10))
+        .option_text("PART");
     train
         .add_option("--margin-of", arguments.margins,
                     "Another margin for some inputs (* stands for anything); may be given several "
                     "times, the last that fits counts")
-        ->option_text("C,D:PART");
+        .option_text("C,D:PART");
 }
 
 }  // namespace
 
-void add_train(CLI::App &app) {
+void add_train(cli::command &app) {
     auto arguments = std::make_shared<train_arguments>();
-    CLI::App *train = app.add_subcommand("train", "Train a network on rows of inputs and errors");
-    train->footer(train_example);
-    add_columns(*train, *arguments);
-    add_lags(*train, *arguments);
-    add_network(*train, *arguments);
-    add_search(*train, *arguments);
-    add_margins(*train, *arguments);
-    train->add_option("--name", arguments->options.name, "Name of the term")
-        ->required()
-        ->option_text("NAME");
+    cli::command train =
+        app.add_subcommand("train", "Train a network on rows of inputs and errors");
+    train.footer(train_example);
+    add_columns(train, *arguments);
+    add_lags(train, *arguments);
+    add_network(train, *arguments);
+    add_search(train, *arguments);
+    add_margins(train, *arguments);
+    train.add_option("--name", arguments->options.name, "Name of the term")
+        .required()
+        .option_text("NAME");
     train
-        ->add_option("--predictions", arguments->predictions,
-                     "CSV with the prediction for every row")
-        ->option_text("F.csv");
-    train->add_option("--plot", arguments->plot, "Figure, F.svg, F.png or F.pdf")
-        ->option_text("F.svg");
-    train->add_flag("--json", arguments->as_json,
-                    "Report as JSON (the fragment with its findings)");
-    train->add_option("-o,--output", arguments->output, "Term to write, TERM.json")
-        ->required()
-        ->option_text("TERM.json");
-    train->callback([arguments] {
+        .add_option("--predictions", arguments->predictions,
+                    "CSV with the prediction for every row")
+        .option_text("F.csv");
+    train.add_option("--plot", arguments->plot, "Figure, F.svg, F.png or F.pdf")
+        .option_text("F.svg");
+    train.add_flag("--json", arguments->as_json, "Report as JSON (the fragment with its findings)");
+    train.add_option("-o,--output", arguments->output, "Term to write, TERM.json")
+        .required()
+        .option_text("TERM.json");
+    train.callback([arguments] {
         check_usage(*arguments);
         run_train(*arguments);
     });

@@ -6,9 +6,9 @@
 #include <map>
 #include <memory>
 
+#include "host-tools/command_line/option_checks.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/key_values.h"
-#include "host-tools/compbox/option_checks.h"
 #include "host-tools/compbox/volumetric.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
@@ -41,7 +41,7 @@ constexpr const char *volumetric_example =
 
 void put_squareness(volumetric_arguments &arguments, const std::string &name, double urad) {
     if (arguments.options.squareness_urad.insert({name, urad}).second) return;
-    throw CLI::ValidationError("--squareness", name + " is given twice");
+    throw cli::usage_error("--squareness", name + " is given twice");
 }
 
 // What `compbox squareness` wrote.
@@ -69,9 +69,9 @@ void take_squareness(volumetric_arguments &arguments) {
             const key_values one = parse_key_values("--squareness", piece);
             const bool known = one.key == "C0Y" || one.key == "B0Z" || one.key == "A0Z";
             if (!known || one.values.size() != 1 || std::fabs(one.values[0]) > 1e5) {
-                throw CLI::ValidationError("--squareness", "'" + piece +
-                                                               "' must be C0Y, B0Z or A0Z = a "
-                                                               "number of urad up to 100000");
+                throw cli::usage_error("--squareness", "'" + piece +
+                                                           "' must be C0Y, B0Z or A0Z = a "
+                                                           "number of urad up to 100000");
             }
             put_squareness(arguments, one.key, one.values[0]);
         }
@@ -83,11 +83,11 @@ void take_reference_points(volumetric_arguments &arguments) {
         const key_values one = parse_key_values("--reference-point", text);
         const bool axis = one.key == "X" || one.key == "Y" || one.key == "Z";
         if (!axis || one.values.size() != 3) {
-            throw CLI::ValidationError("--reference-point", "'" + text + "' must read X=x,y,z");
+            throw cli::usage_error("--reference-point", "'" + text + "' must read X=x,y,z");
         }
         const vector_mm point{one.values[0], one.values[1], one.values[2]};
         if (!arguments.options.reference_points_mm.insert({one.key, point}).second) {
-            throw CLI::ValidationError("--reference-point", one.key + " is given twice");
+            throw cli::usage_error("--reference-point", one.key + " is given twice");
         }
     }
 }
@@ -100,13 +100,13 @@ void check_usage(volumetric_arguments &arguments) {
     volumetric_options &options = arguments.options;
     std::uint8_t moves[CB_AXES];
     if (!cb_volumetric_chain(options.chain.c_str(), moves)) {
-        throw CLI::ValidationError(
+        throw cli::usage_error(
             "--chain",
             "must hold f, X, Y and Z once each, such as fXYZ: left of f what carries "
             "the workpiece, right of it the tool");
     }
     if (options.name.empty() || options.name.size() + 2 >= CB_NAME_SIZE) {
-        throw CLI::ValidationError("--name", "must have 1 to 21 characters");
+        throw cli::usage_error("--name", "must have 1 to 21 characters");
     }
     take_squareness(arguments);
     take_reference_points(arguments);
@@ -117,7 +117,7 @@ void check_usage(volumetric_arguments &arguments) {
     }
     const vector_mm &d = options.tool_direction;
     if (std::fabs(std::hypot(d[0], d[1], d[2]) - 1.0) > 4e-4) {
-        throw CLI::ValidationError("--tool-direction", "must have the length 1, such as 0,0,-1");
+        throw cli::usage_error("--tool-direction", "must have the length 1, such as 0,0,-1");
     }
 }
 
@@ -177,77 +177,75 @@ void run_volumetric(volumetric_arguments &arguments) {
     }
 }
 
-void add_geometry(CLI::App &command, volumetric_arguments &arguments) {
+void add_geometry(cli::command &command, volumetric_arguments &arguments) {
     volumetric_options &options = arguments.options;
     command
         .add_option("--squareness", arguments.squareness,
                     "C0Y, B0Z, A0Z in urad, or files of `compbox squareness`; else zero")
-        ->option_text("C0Y=U,… | FILE.json");
+        .option_text("C0Y=U,… | FILE.json");
     command
         .add_option("--reference-point", arguments.reference_points,
                     "Origin of the frame in which an axis' errors were identified, in machine "
                     "coordinates with all axes at 0 (else its report.json's, else 0,0,0)")
-        ->option_text("X=x,y,z …");
+        .option_text("X=x,y,z …");
     command
         .add_option("--tool-offset-mm", arguments.tool_offset_mm,
                     "Spindle's gauge point, all axes at 0")
-        ->expected(3)
-        ->delimiter(',')
-        ->check(any_number())
-        ->option_text("x,y,z");
+        .expected(3)
+        .delimiter(',')
+        .check(any_number())
+        .option_text("x,y,z");
     command.add_option("--tool-direction", arguments.tool_direction, "From it to the tip (0,0,-1)")
-        ->expected(3)
-        ->delimiter(',')
-        ->check(any_number())
-        ->option_text("x,y,z");
-    auto *length =
-        command.add_option("--tool-length-mm", options.tool_length_mm, "Tool length (0)")
-            ->check(between(-10000, 10000))
-            ->option_text("L");
+        .expected(3)
+        .delimiter(',')
+        .check(any_number())
+        .option_text("x,y,z");
+    auto length = command.add_option("--tool-length-mm", options.tool_length_mm, "Tool length (0)")
+                      .check(between(-10000, 10000))
+                      .option_text("L");
     command
         .add_option("--tool-length", options.tool_length_signal, "Signal with the tool length, mm")
-        ->excludes(length)
-        ->option_text("SIGNAL");
+        .excludes(length)
+        .option_text("SIGNAL");
     command.add_option("--positions", arguments.positions, "Signals of the axes (X,Y,Z)")
-        ->expected(3)
-        ->delimiter(',')
-        ->option_text("X,Y,Z");
+        .expected(3)
+        .delimiter(',')
+        .option_text("X,Y,Z");
 }
 
-void add_fit_options(CLI::App &command, fit_options &fit) {
+void add_fit_options(cli::command &command, fit_options &fit) {
     const std::map<std::string, fit_method> methods = {{"bspline", fit_method::bspline},
                                                        {"bspline-lmc", fit_method::bspline_lmc},
                                                        {"polynomial", fit_method::polynomial},
                                                        {"polyline", fit_method::polyline}};
     command
-        .add_option("--method", fit.method,
+        .add_choice("--method", fit.method, methods,
                     "As in fit: bspline (default), bspline-lmc, polynomial, polyline")
-        ->transform(one_of(methods))
-        ->option_text("METHOD");
+        .option_text("METHOD");
     command
         .add_option("--tolerance-um", fit.tolerance_um,
                     "As in fit, for all curves (urad for angles)")
-        ->check(above_zero())
-        ->option_text("E");
+        .check(above_zero())
+        .option_text("E");
 }
 
 }  // namespace
 
-void add_volumetric(CLI::App &app) {
+void add_volumetric(cli::command &app) {
     auto arguments = std::make_shared<volumetric_arguments>();
-    CLI::App *command = app.add_subcommand("volumetric", "Identified curves to a volumetric term");
-    command->footer(volumetric_example);
-    command->add_option("folders", arguments->folders, "Folders of identify, DIR…")->required();
-    command
-        ->add_option("--chain", arguments->options.chain, "Kinematic chain, such as fXYZ or YfXZ")
-        ->required()
-        ->option_text("CHAIN");
-    add_geometry(*command, *arguments);
-    add_fit_options(*command, arguments->options.fit);
-    command->add_option("--name", arguments->options.name, "Name of the term")->required();
-    command->add_flag("--json", arguments->as_json, "Print the findings as JSON");
-    command->add_option("-o,--output", arguments->output, "Term to write, TERM.json")->required();
-    command->callback([arguments] { run_volumetric(*arguments); });
+    cli::command command =
+        app.add_subcommand("volumetric", "Identified curves to a volumetric term");
+    command.footer(volumetric_example);
+    command.add_option("folders", arguments->folders, "Folders of identify, DIR…").required();
+    command.add_option("--chain", arguments->options.chain, "Kinematic chain, such as fXYZ or YfXZ")
+        .required()
+        .option_text("CHAIN");
+    add_geometry(command, *arguments);
+    add_fit_options(command, arguments->options.fit);
+    command.add_option("--name", arguments->options.name, "Name of the term").required();
+    command.add_flag("--json", arguments->as_json, "Print the findings as JSON");
+    command.add_option("-o,--output", arguments->output, "Term to write, TERM.json").required();
+    command.callback([arguments] { run_volumetric(*arguments); });
 }
 
 }  // namespace compbox

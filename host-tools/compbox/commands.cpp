@@ -3,8 +3,8 @@
 
 namespace compbox {
 
-void add_commands(CLI::App &app) {
-    app.require_subcommand(1);
+void add_commands(cli::command &app) {
+    app.require_subcommand();
     app.set_help_all_flag("--help-all", "Help of every command");
     add_init(app);
     add_fit(app);

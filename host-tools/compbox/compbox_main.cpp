@@ -16,16 +16,15 @@ static bool printed() {
     return std::cout.flush().good() || !open;
 }
 
-// A first word that is no command; CLI11 would only say that one is missing.
-static bool is_unknown(const CLI::App &app, const std::string &word) {
-    const auto is_it = [&word](const CLI::App *one) { return one->get_name() == word; };
-    const auto commands = app.get_subcommands(is_it);
-    return !word.empty() && word[0] != '-' && commands.empty();
+// A first word that is no command; parsing would only say that one is missing.
+static bool is_unknown(const compbox::cli::command &app, const std::string &word) {
+    return !word.empty() && word[0] != '-' && !app.has_subcommand(word);
 }
 
 int main(int argc, char **argv) {
     std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is told like a full disk
-    CLI::App app{"compbox: from measurements of a machine tool to the coefficients of its box"};
+    compbox::cli::program app{
+        "compbox: from measurements of a machine tool to the coefficients of its box"};
     app.set_version_flag("--version", "compbox " CB_VERSION);
     compbox::add_commands(app);
     if (argc > 1 && is_unknown(app, argv[1])) {
@@ -34,9 +33,7 @@ int main(int argc, char **argv) {
         return 2;
     }
     try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError &error) {
-        return app.exit(error) == 0 ? 0 : 2;
+        if (const auto end = app.parse(argc, argv)) return *end;
     } catch (const compbox::input_error &error) {
         std::cerr << "compbox: " << error.what() << "\n";
         return 1;

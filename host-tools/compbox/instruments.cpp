@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/compbox/instruments.h"
 
+#include <algorithm>
 #include <memory>
 
+#include "host-tools/command_line/option_checks.h"
 #include "host-tools/compbox/at_rest.h"
 #include "host-tools/compbox/load.h"
 #include "host-tools/compbox/plan_file.h"
@@ -16,26 +18,26 @@ namespace compbox {
 
 namespace {
 
-void add_laser(CLI::App &app, const twin_machine &twin) {
-    CLI::App *command = app.add_subcommand("laser", "NAME.csv of every error of the twin");
+void add_laser(cli::command &app, const twin_machine &twin) {
+    cli::command command = app.add_subcommand("laser", "NAME.csv of every error of the twin");
     const auto output = std::make_shared<std::string>();
-    command->add_option("-o", *output)->required();
-    command->callback([output, &twin] { measure_all(twin, *output); });
+    command.add_option("-o", *output).required();
+    command.callback([output, &twin] { measure_all(twin, *output); });
 }
 
-void add_nine_line(CLI::App &app, const twin_machine &twin) {
+void add_nine_line(cli::command &app, const twin_machine &twin) {
     struct arguments {
         std::string axis, points, output;
         nine_line_options options;
     };
-    CLI::App *command = app.add_subcommand("nine-line", "P1x.rtl … P3z.rtl of one axis");
+    cli::command command = app.add_subcommand("nine-line", "P1x.rtl … P3z.rtl of one axis");
     const auto given = std::make_shared<arguments>();
-    command->add_option("--axis", given->axis)->required()->check(CLI::IsMember({"X", "Y", "Z"}));
-    command->add_option("--points", given->points)->required();
-    command->add_option("--scale-ppm-per-degC", given->options.scale_ppm_per_degC);
-    command->add_option("--temperature-degC", given->options.temperature_degC);
-    command->add_option("-o", given->output)->required();
-    command->callback([given, &twin] {
+    command.add_option("--axis", given->axis).required().check(one_of({"X", "Y", "Z"}), "{X,Y,Z}");
+    command.add_option("--points", given->points).required();
+    command.add_option("--scale-ppm-per-degC", given->options.scale_ppm_per_degC);
+    command.add_option("--temperature-degC", given->options.temperature_degC);
+    command.add_option("-o", given->output).required();
+    command.callback([given, &twin] {
         const triple_mm points = read_plan(given->points);
         for (std::size_t p = 0; p < 3; ++p) {
             for (std::size_t a = 0; a < 3; ++a) given->options.points_mm[p][a] = points[p][a];
@@ -45,22 +47,23 @@ void add_nine_line(CLI::App &app, const twin_machine &twin) {
     });
 }
 
-void add_diagonals(CLI::App &app, const twin_machine &twin) {
+void add_diagonals(cli::command &app, const twin_machine &twin) {
     struct arguments {
         std::vector<double> corner, sides;
         std::string compensated, output;
         face rectangle;
     };
-    CLI::App *command = app.add_subcommand("diagonals", "A,B,R,F as compbox squareness takes it");
+    cli::command command =
+        app.add_subcommand("diagonals", "A,B,R,F as compbox squareness takes it");
     const auto given = std::make_shared<arguments>();
-    command->add_option("--name", given->rectangle.name)
-        ->required()
-        ->check(CLI::IsMember({"C0Y", "B0Z", "A0Z"}));
-    command->add_option("--corner-mm", given->corner)->required()->expected(3)->delimiter(',');
-    command->add_option("--sides-mm", given->sides)->required()->expected(2)->delimiter(',');
-    command->add_option("--compensated", given->compensated);
-    command->add_option("-o", given->output)->required();
-    command->callback([given, &twin] {
+    command.add_option("--name", given->rectangle.name)
+        .required()
+        .check(one_of({"C0Y", "B0Z", "A0Z"}), "{C0Y,B0Z,A0Z}");
+    command.add_option("--corner-mm", given->corner).required().expected(3).delimiter(',');
+    command.add_option("--sides-mm", given->sides).required().expected(2).delimiter(',');
+    command.add_option("--compensated", given->compensated);
+    command.add_option("-o", given->output).required();
+    command.callback([given, &twin] {
         face rectangle = given->rectangle;
         std::copy(given->corner.begin(), given->corner.end(), rectangle.corner_mm.begin());
         rectangle.first_mm = given->sides[0];
@@ -79,8 +82,8 @@ void add_diagonals(CLI::App &app, const twin_machine &twin) {
 
 }  // namespace
 
-void add_instruments(CLI::App &app, const twin_machine &twin) {
-    app.require_subcommand(1);
+void add_instruments(cli::command &app, const twin_machine &twin) {
+    app.require_subcommand();
     add_laser(app, twin);
     add_nine_line(app, twin);
     add_diagonals(app, twin);

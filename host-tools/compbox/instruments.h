@@ -3,13 +3,12 @@
 // on the machine, written to files (docs/report.md, "Steps").
 #pragma once
 
-#include <CLI/CLI.hpp>
-
+#include "host-tools/command_line/command_line.h"
 #include "host-tools/twin/machine.h"
 
 namespace compbox {
 
 // laser, nine-line, diagonals. The twin must outlive the app.
-void add_instruments(CLI::App &app, const twin_machine &twin);
+void add_instruments(cli::command &app, const twin_machine &twin);
 
 }  // namespace compbox

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/compbox/key_values.h"
 
-#include <CLI/CLI.hpp>
 #include <charconv>
 #include <cmath>
+
+#include "host-tools/command_line/command_line.h"
 
 namespace compbox {
 
 namespace {
 
-[[noreturn]] void refuse(const std::string &option, const std::string &text) {
-    throw CLI::ValidationError(option, "'" + text + "' must read NAME=number or NAME=x,y,z");
+[[noreturn]] void refuse_pair(const std::string &option, const std::string &text) {
+    throw cli::usage_error(option, "'" + text + "' must read NAME=number or NAME=x,y,z");
 }
 
 // The number at `at`, which moves behind it and behind a comma that is not the last character.
@@ -27,13 +28,13 @@ bool take_number(const char *&at, const char *end, double &value) {
 key_values parse_key_values(const std::string &option, const std::string &text) {
     const auto equals = text.find('=');
     if (equals == 0 || equals == std::string::npos || equals + 1 == text.size()) {
-        refuse(option, text);
+        refuse_pair(option, text);
     }
     key_values result{text.substr(0, equals), {}};
     const char *at = text.data() + equals + 1, *end = text.data() + text.size();
     while (at != end) {
         double value = 0.0;
-        if (!take_number(at, end, value)) refuse(option, text);
+        if (!take_number(at, end, value)) refuse_pair(option, text);
         result.values.push_back(value);
     }
     return result;

@@ -13,7 +13,7 @@ struct key_values {
 };
 
 // in : "KEY=number" or "KEY=number,number,…"
-// Throws CLI::ValidationError, naming `option`, for anything else.
+// Throws cli::usage_error, naming `option`, for anything else.
 key_values parse_key_values(const std::string &option, const std::string &text);
 
 // "C0Y=12.5,B0Z=3" as single pieces: splits at the commas before a new KEY=.

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "host-tools/compbox/option_checks.h"
+#include "host-tools/command_line/option_checks.h"
 #include "host-tools/formats/numbers.h"
 #include "host-tools/identification/identify.h"
 
@@ -30,13 +30,13 @@ std::string cell(const json &value, const char *format) {
 
 }  // namespace
 
-void add_monte_carlo(CLI::App &command, monte_carlo_arguments &arguments) {
+void add_monte_carlo(cli::command &command, monte_carlo_arguments &arguments) {
     command
         .add_option("--monte-carlo", arguments.runs,
                     "Compare both methods over N runs with noise, as a check of the closed form")
-        ->check(whole_between(2, 100000000))
-        ->option_text("N");
-    command.add_option("--seed", arguments.seed, "Of the noise (1)")->option_text("K");
+        .check(whole_between(2, 100000000))
+        .option_text("N");
+    command.add_option("--seed", arguments.seed, "Of the noise (1)").option_text("K");
 }
 
 json monte_carlo_json(const monte_carlo_result &result, const monte_carlo_options &options) {

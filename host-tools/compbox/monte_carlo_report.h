@@ -2,8 +2,7 @@
 // The Monte Carlo comparison as options, JSON and a table, for `plan` and `identify`.
 #pragma once
 
-#include <CLI/CLI.hpp>
-
+#include "host-tools/command_line/command_line.h"
 #include "host-tools/formats/json.h"
 #include "host-tools/identification/monte_carlo.h"
 
@@ -15,7 +14,7 @@ struct monte_carlo_arguments {
 };
 
 // --monte-carlo N, --seed K
-void add_monte_carlo(CLI::App &command, monte_carlo_arguments &arguments);
+void add_monte_carlo(cli::command &command, monte_carlo_arguments &arguments);
 
 json monte_carlo_json(const monte_carlo_result &result, const monte_carlo_options &options);
 

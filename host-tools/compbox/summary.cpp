@@ -6,7 +6,7 @@
 
 namespace compbox {
 
-void add_json(CLI::App &command, bool &as_json) {
+void add_json(cli::command &command, bool &as_json) {
     command.add_flag("--json", as_json, "Print what was done as JSON");
 }
 

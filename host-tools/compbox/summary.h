@@ -2,15 +2,15 @@
 // What a command did, as one JSON object on stdout: for commands whose result is a file.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
+#include "host-tools/command_line/command_line.h"
 #include "host-tools/formats/json.h"
 
 namespace compbox {
 
-void add_json(CLI::App &command, bool &as_json);
+void add_json(cli::command &command, bool &as_json);
 
 // Prints {"files": …, the keys of `figures`, "remarks": …}. Nothing where a file went to stdout
 // itself ("-").

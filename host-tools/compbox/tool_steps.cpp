@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/compbox/tool_steps.h"
 
-#include <algorithm>
 #include <iostream>
 #include <sstream>
+#include <utility>
 
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/instruments.h"
@@ -36,15 +36,14 @@ class redirected {
 };
 
 void run_words(std::vector<std::string> words, const step_world &world) {
-    CLI::App app{"a step"};
+    cli::program app{"a step"};
     if (words.front() == "measure") {
         add_instruments(app, world.twin);
         words.erase(words.begin());
     } else {
         add_commands(app);
     }
-    std::reverse(words.begin(), words.end());  // as CLI11 wants them
-    app.parse(words);
+    app.parse(std::move(words));
 }
 
 }  // namespace
@@ -59,7 +58,7 @@ std::vector<std::string> run_step(const std::string &step, const step_world &wor
     const redirected out(std::cout), said(std::cerr);
     try {
         run_words(words, world);
-    } catch (const CLI::ParseError &error) {
+    } catch (const cli::usage_error &error) {
         fail(error.what());
     } catch (const input_error &error) {
         fail(error.what());

@@ -4,7 +4,6 @@
 #include <poll.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
 #include <exception>
@@ -12,6 +11,7 @@
 #include <memory>
 #include <optional>
 
+#include "host-tools/command_line/option_checks.h"
 #include "host-tools/fakeplc/console.h"
 #include "host-tools/fakeplc/live.h"
 #include "host-tools/fakeplc/log.h"
@@ -123,25 +123,25 @@ void run(const options &chosen) {
     if (!log.finish()) throw input_error(chosen.log, 0, 0, "the log could not be written whole");
 }
 
-void add_options(CLI::App &app, options &chosen) {
+void add_options(cli::command &app, options &chosen) {
     app.add_option("--profile", chosen.plc.profile,
                    "Kind of control: generic, sinumerik-840d or fanuc (default: the map's)")
-        ->check(CLI::IsMember(plc_profile::names()));
+        .check(one_of(plc_profile::names()), listed(plc_profile::names()));
     app.add_option("--listen", chosen.listen,
                    "HOST:PORT (port 0 takes a free one); rtu:/LINK: Modbus RTU on a new "
                    "pseudo-terminal with a "
                    "link there; unix:/PATH: RTU at a socket")
-        ->capture_default_str()
-        ->check([](const std::string &address) {
+        .capture_default_str()
+        .check([](const std::string &address) {
             return serial_server::takes(address) ? "" : modbus_server::fault_in(address);
         });
     app.add_option("--unit", chosen.serial.unit, "RTU: unit id that is answered")
-        ->capture_default_str()
-        ->check(CLI::Range(1, 247));
+        .capture_default_str()
+        .check(cli::in_range(1, 247), "INT in [1 - 247]");
     app.add_option("--baud", chosen.serial.baud,
                    "RTU: bytes take the time of this rate, 11 bits a character; 0: none")
-        ->capture_default_str()
-        ->check(CLI::Range(0, 921600));
+        .capture_default_str()
+        .check(cli::in_range(0, 921600), "INT in [0 - 921600]");
     app.add_option("--machine", chosen.plc.machine,
                    "Twin file (default: X, Y, Z without errors, with the ranges of the map's "
                    "signals or 0 to 1000 mm)");
@@ -160,15 +160,14 @@ void add_options(CLI::App &app, options &chosen) {
 }  // namespace compbox
 
 int main(int argc, char **argv) {
-    CLI::App app{"fakeplc: a machine-tool control with its PLC and a simulated machine"};
+    compbox::cli::program app{
+        "fakeplc: a machine-tool control with its PLC and a simulated machine"};
     app.set_version_flag("--version", "fakeplc " CB_VERSION);
     compbox::options chosen;
     compbox::add_options(app, chosen);
     try {
-        app.parse(argc, argv);
+        if (const auto end = app.parse(argc, argv)) return *end;
         compbox::run(chosen);
-    } catch (const CLI::ParseError &error) {
-        return app.exit(error) == 0 ? 0 : 2;
     } catch (const compbox::input_error &error) {
         std::cerr << "fakeplc: " << error.what() << "\n";
         return 1;

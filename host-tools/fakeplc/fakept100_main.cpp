@@ -3,9 +3,10 @@
 #include <poll.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
+#include <cerrno>
 #include <iostream>
 
+#include "host-tools/command_line/command_line.h"
 #include "host-tools/fakeplc/live.h"
 #include "host-tools/fakeplc/pt100.h"
 #include "host-tools/formats/error.h"
@@ -59,7 +60,7 @@ void run(const std::string &listen, const std::vector<std::string> &texts,
 }  // namespace compbox
 
 int main(int argc, char **argv) {
-    CLI::App app{"fakept100: Pt100 modules on a serial line"};
+    compbox::cli::program app{"fakept100: Pt100 modules on a serial line"};
     app.set_version_flag("--version", "fakept100 " CB_VERSION);
     std::string listen;
     std::vector<std::string> modules;
@@ -67,26 +68,24 @@ int main(int argc, char **argv) {
     options.delay_us = 2000;
     app.add_option("--listen", listen,
                    "rtu:/LINK: a new pseudo-terminal with a link there; unix:/PATH: a socket")
-        ->required()
-        ->check([](const std::string &address) {
+        .required()
+        .check([](const std::string &address) {
             return compbox::serial_server::takes(address)
                        ? ""
                        : "'" + address + "' is neither rtu:/LINK nor unix:/PATH";
         });
     app.add_option("--module", modules, "UNIT=DEGC[,DEGC…]: register 0 first, 0.1 °C each")
-        ->required();
+        .required();
     app.add_option("--baud", options.baud, "Bytes take the time of this rate; 0: none")
-        ->capture_default_str()
-        ->check(CLI::Range(0, 921600));
+        .capture_default_str()
+        .check(compbox::cli::in_range(0, 921600), "INT in [0 - 921600]");
     app.footer(
         "Commands on stdin, each answered by one line:\n"
         "  set UNIT REGISTER DEGC, silent UNIT 0|1, late UNIT MS, quit\n"
         "Example: fakept100 --listen rtu:/tmp/bus --module 5=20.1,21.5 --module 6=19.8");
     try {
-        app.parse(argc, argv);
+        if (const auto end = app.parse(argc, argv)) return *end;
         compbox::run(listen, modules, options);
-    } catch (const CLI::ParseError &error) {
-        return app.exit(error) == 0 ? 0 : 2;
     } catch (const compbox::input_error &error) {
         std::cerr << "fakept100: " << error.what() << "\n";
         return 1;

@@ -1,32 +1,30 @@
 // SPDX-License-Identifier: MIT
 // virtual-laser: measures the twin as a laser interferometer would, and writes only that.
-#include <CLI/CLI.hpp>
 #include <exception>
 #include <iostream>
 #include <optional>
 
+#include "host-tools/command_line/command_line.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/twin/laser.h"
 
 int main(int argc, char **argv) {
-    CLI::App app{"virtual-laser: measures the axes of a simulated machine"};
+    compbox::cli::program app{"virtual-laser: measures the axes of a simulated machine"};
     app.footer(
         "Writes DIR/EZX.csv … (position_mm,error_um,run), one file for each error of the twin.\n"
         "Example: virtual-laser --machine machine_twin.json --seed 7 -o measurements");
     std::string machine, folder;
     std::optional<std::uint64_t> seed;
-    app.add_option("--machine", machine, "The twin file")->required();
+    app.add_option("--machine", machine, "The twin file").required();
     app.add_option("--seed", seed, "Another machine of the same kind (instead of the file's seed)");
-    app.add_option("-o", folder, "Folder for the measurements, made where missing")->required();
+    app.add_option("-o", folder, "Folder for the measurements, made where missing").required();
     try {
-        app.parse(argc, argv);
+        if (const auto end = app.parse(argc, argv)) return *end;
         compbox::twin_config config = compbox::load_twin(machine);
         if (seed) config.seed = *seed;
         for (const auto &path : compbox::measure_all(compbox::twin_machine(config), folder)) {
             std::cout << path << "\n";
         }
-    } catch (const CLI::ParseError &error) {
-        return app.exit(error) == 0 ? 0 : 2;
     } catch (const compbox::input_error &error) {
         std::cerr << "virtual-laser: " << error.what() << "\n";
         return 1;

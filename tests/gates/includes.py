@@ -40,10 +40,18 @@ RULES = [
                          "firmware/rtu_*.h"] + FREESTANDING),
     ("hal/sim/main.c", CORE + ["hal/hal.h", "hal/cycle.h", "hal/sim/*"] + FREESTANDING),
     ("hal/sim/*", ["hal/hal.h", "hal/sim/*"] + FREESTANDING),
+    # What every command includes stays light for the compiler.
+    (TOOLS + "command_line/*.h", [TOOLS + "command_line/*"] + ["<%s>" % name for name in (
+        "functional", "initializer_list", "map", "memory", "optional", "stdexcept", "string", "type_traits",
+        "utility", "vector")]),
+    (TOOLS + "command_line/*", FORMATS + [TOOLS + "command_line/*", "<*>"]),
     # The truth about the simulated machine lives in twin/; it shares nothing with the box, and
     # neither the PLC nor what fits and trains may reach into the other side.
     (TOOLS + "formats/*", FORMATS + ["<*>"]),
+    (TOOLS + "twin/*_main.cpp", FORMATS + [TOOLS + "twin/*", TOOLS + "command_line/*", "<*>"]),
     (TOOLS + "twin/*", FORMATS + [TOOLS + "twin/*", "<*>"]),
+    (TOOLS + "fakeplc/*_main.cpp", FORMATS + [TOOLS + folder + "/*" for folder in (
+        "twin", "fakeplc", "command_line")] + ["<*>"]),
     (TOOLS + "fakeplc/*", FORMATS + [TOOLS + "twin/*", TOOLS + "fakeplc/*", "<*>"]),
     *[(one, CORE + FORMATS + FILES_ONLY + [TOOLS + "fitting/*", "<*>"]) for one in FILES_ONLY],
     # Commissioning is the box itself before a live PLC: the Linux target's wire, and no twin.
@@ -54,6 +62,8 @@ RULES = [
     (TOOLS + "*", CORE + FORMATS + [TOOLS + folder + "/*" for folder in (
         "metrology", "fitting", "identification", "training")] + ["<*>"]),
 ]
+# Libraries that one folder alone sees, behind a narrow header of its own.
+ALONE = {"<CLI/*": TOOLS + "command_line/*", "<ceres/*": TOOLS + "training/ceres/*"}
 FOLDERS = ["models", "firmware", "hal", "host-tools"]
 SUFFIXES = {".c", ".h", ".cpp", ".hpp", ".inl", ".inc", ".S"}
 INCLUDE = re.compile(r'^\s*#\s*(?:include|import)\s*(<[^>]*>|"[^"]*"|\S+)')
@@ -66,6 +76,9 @@ def fits(name, pattern):
 def problem(file, included):
     """in : path of a source, what stands after #include. out: why that is wrong, or None."""
     name = included if included.startswith("<") else included.strip('"')
+    for library, only in ALONE.items():
+        if fits(name, library) and not fits(file, only):
+            return f"includes {included}, but only {only} may"
     for pattern, allowed in RULES:
         if fits(file, pattern):
             if ".." not in name and any(fits(name, a) for a in allowed):
@@ -100,6 +113,8 @@ RIGHT = [
     ("hal/cycle.c", '#include "firmware/box.h"'), ("hal/linux/main.c", '#include "firmware/box.h"'),
     ("hal/linux/tcp.c", "#include <modbus.h>"), ("host-tools/fitting/a.cpp", "#include <vector>"),
     ("host-tools/compbox/a.cpp", '#include "host-tools/twin/machine.h"'),
+    ("host-tools/command_line/a.cpp", "#include <CLI/CLI.hpp>"),
+    ("host-tools/twin/a_main.cpp", '#include "host-tools/command_line/command_line.h"'),
     ("host-tools/compbox/commission_live.cpp", '#include "hal/linux/box_hal.h"'),
 ]
 FAULTS = [
@@ -123,6 +138,13 @@ FAULTS = [
     ("host-tools/compbox/commission_live.cpp", '#include "host-tools/twin/machine.h"'),
     ("host-tools/compbox/cmd_eval.cpp", '#include "hal/linux/tcp.h"'),
     ("host-tools/compbox/build.h", '#include "host-tools/compbox/scenario.h"'),
+    ("host-tools/compbox/cmd_eval.cpp", "#include <CLI/CLI.hpp>"),
+    ("host-tools/twin/a_main.cpp", "#include <CLI/App.hpp>"),
+    ("host-tools/command_line/command_line.h", "#include <CLI/CLI.hpp>"),
+    ("host-tools/command_line/command_line.h", "#include <iostream>"),
+    ("host-tools/command_line/a.cpp", '#include "host-tools/compbox/load.h"'),
+    ("host-tools/twin/heat.cpp", '#include "host-tools/command_line/command_line.h"'),
+    ("host-tools/training/train.cpp", "#include <ceres/ceres.h>"),
 ]
 
 

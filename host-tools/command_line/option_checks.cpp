@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "host-tools/compbox/option_checks.h"
+#include "host-tools/command_line/option_checks.h"
 
 #include <algorithm>
 #include <charconv>
@@ -24,15 +24,14 @@ bool read_number(const std::string &text, Number &value) {
 }
 
 // in : `must`, what a number for which `fits` is false must be: "must be above 0"
-CLI::Validator check(const std::string &must, const std::function<bool(double)> &fits) {
-    const auto sentence = [must, fits](const std::string &text) {
+cli::value_check check(const std::string &must, const std::function<bool(double)> &fits) {
+    return [must, fits](const std::string &text) {
         double value = 0.0;
         if (!read_number(text, value) || !std::isfinite(value)) {
             return "'" + text + "' is not a finite number";
         }
         return fits(value) ? std::string() : must + ", not " + text;
     };
-    return CLI::Validator(sentence, "");
 }
 
 }  // namespace
@@ -41,38 +40,49 @@ void different_files(const std::vector<std::pair<std::string, std::string>> &out
     for (std::size_t i = 0; i < outputs.size(); ++i) {
         for (std::size_t k = 0; k < i; ++k) {
             if (outputs[i].second.empty() || outputs[i].second != outputs[k].second) continue;
-            throw CLI::ValidationError(outputs[i].first,
-                                       "names the same file as " + outputs[k].first);
+            throw cli::usage_error(outputs[i].first, "names the same file as " + outputs[k].first);
         }
     }
 }
 
-CLI::Validator any_number() {
+std::string listed(const std::vector<std::string> &words) {
+    std::string all;
+    for (const auto &word : words) all += (all.empty() ? "{" : ",") + word;
+    return all + "}";
+}
+
+cli::value_check one_of(const std::vector<std::string> &words) {
+    return [words](const std::string &text) {
+        const bool there = std::count(words.begin(), words.end(), text) > 0;
+        return there ? std::string() : text + " not in " + listed(words);
+    };
+}
+
+cli::value_check any_number() {
     return check("", [](double) { return true; });
 }
 
-CLI::Validator above_zero() {
+cli::value_check above_zero() {
     return check("must be above 0", [](double value) { return value > 0.0; });
 }
 
-CLI::Validator zero_or_more() {
+cli::value_check zero_or_more() {
     return check("must be 0 or more", [](double value) { return value >= 0.0; });
 }
 
-CLI::Validator between(double least, double most) {
+cli::value_check between(double least, double most) {
     return check("must be from " + shortest(least) + " to " + shortest(most),
                  [=](double value) { return value >= least && value <= most; });
 }
 
-CLI::Validator whole_between(long least, long most) {
+cli::value_check whole_between(long least, long most) {
     const std::string must = "must be a whole number from " + std::to_string(least) + " to " +
                              std::to_string(most) + ", not ";
-    const auto sentence = [=](const std::string &text) {
+    return [=](const std::string &text) {
         long value = 0;
         const bool fits = read_number(text, value) && value >= least && value <= most;
         return fits ? std::string() : must + text;
     };
-    return CLI::Validator(sentence, "");
 }
 
 }  // namespace compbox

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: MIT
+"""Wrong usage and help of every command: one sentence, exit 2, never a fault in the program itself."""
+
+import re
+import subprocess
+
+import pytest
+
+from conftest import BIN
+
+MORE = "\nRun with --help or --help-all for more information.\n"
+PROGRAMS = ["fakeplc", "fakept100", "virtual-laser"]
+FIT = ("fit", "d.csv", "--name", "EZX", "--signal", "X", "-o", "t")
+
+
+def commands():
+    text = subprocess.run([BIN / "compbox", "--help"], capture_output=True, text=True).stdout
+    return re.findall(r"^  ([\w-]+) ", text.split("Subcommands:\n")[1], re.MULTILINE)
+
+
+@pytest.fixture(params=commands())
+def command(request):
+    return request.param
+
+
+def says(compbox, *arguments):
+    """Wrong usage: its sentence."""
+    done = compbox(*arguments)
+    assert (done.returncode, done.stdout) == (2, ""), (arguments, done.stdout, done.stderr)
+    assert done.stderr.endswith(MORE), done.stderr
+    return done.stderr[:-len(MORE)]
+
+
+def test_help_has_options_and_an_example(compbox, command):
+    text = compbox.good(command, "--help")
+    assert "\n  -h,--help " in text and "Example:\n  compbox " + command + " " in text
+    description = text.splitlines()[0]
+    assert f"\n{command}\n  {description}\n" in compbox.good("--help-all")
+    assert compbox.good(command, "--bogus", "--help") == text
+
+
+def test_every_option_without_its_value(compbox, command):
+    # A flag has two blanks behind it, or nothing.
+    options = re.findall(r"^  (?:-\w,)?(--[\w-]+) \S", compbox.good(command, "--help"), re.MULTILINE)
+    assert options or command == "check"
+    for option in options:
+        said = says(compbox, command, option)
+        assert re.fullmatch("(-o,)?" + option + ": [1-9] required .* missing", said), said
+
+
+@pytest.mark.parametrize("arguments, sentence", [
+    ((*FIT, "--bogus"), "The following argument was not expected: --bogus"),
+    ((*FIT, "--reversal-mm", "1"), "--reversal-mm requires --branches"),
+    ((*FIT, "--degree", "1", "--degree", "2"), "--degree: At Most 1 required but received 2"),
+    ((*FIT, "--method", "no"), "--method: 'no' is none of bspline, bspline-lmc, polynomial, polyline"),
+    ((*FIT, "--band", "t"), "--band: names the same file as -o"),
+    (FIT[:-2], "--output is required"),
+    (("volumetric", "d", "--chain", "fXYZ", "--name", "v", "-o", "t", "--tool-length", "L", "--tool-length-mm", "4"),
+     "--tool-length-mm excludes --tool-length"),
+    (("plan", "--criterion", "e"), "--criterion: must be one of a, d, mean-cv, not e"),
+    (("identify", "--side", "left"), "--side: must be one of tool, workpiece, not left"),
+    (("init", "--profile", "s7"), "--profile: s7 not in {generic,sinumerik-840d,fanuc}"),
+    (("export", "c.json", "--sign", "2"), "--sign: 2 not in {1,-1}"),
+])
+def test_sentences(compbox, arguments, sentence):
+    assert says(compbox, *arguments) == sentence
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_other_programs(program):
+    def call(*arguments):
+        done = subprocess.run([BIN / program, *arguments], capture_output=True, text=True, timeout=10)
+        return done.returncode, done.stdout, done.stderr
+    assert call("--help")[0] == 0 and "Example: " + program in call("--help")[1]
+    code, out, said = call("--bogus", "1")
+    assert (code, out) == (2, "") and said.endswith("\nRun with --help for more information.\n")
