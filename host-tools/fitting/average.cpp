@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Runs to one mean curve. Repeats at one position differ by noise alone once each run's own
 // offset and slope are evened out, so they measure the noise without any model of the curve.
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "host-tools/algebra/solvers.h"
 #include "host-tools/fitting/measurement.h"
 
 namespace compbox {
@@ -103,17 +103,15 @@ alignment align(const std::vector<reading> &all, std::size_t groups, int filled,
         });
     }
     const Eigen::VectorXd y = within_groups(all, groups, [](const reading &one) { return one.y; });
-    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
-    solver.setThreshold(1e-9);
-    solver.compute(design);
-    const Eigen::VectorXd parts = solver.solve(y);
+    const least_squares solved = solve_least_squares(design, y, 1e-9);
+    const Eigen::VectorXd parts = solved.x;
     alignment result;
     result.offset = parts.head(m);
     result.slope = parts.tail(m);
     result.before = y.squaredNorm();
     result.left = (y - design * parts).squaredNorm();
     result.freedom_before = static_cast<int>(all.size()) - filled;
-    result.freedom = result.freedom_before - static_cast<int>(solver.rank());
+    result.freedom = result.freedom_before - static_cast<int>(solved.rank);
     return result;
 }
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The baselines: one polynomial, and the table of support points that every control has.
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "host-tools/algebra/solvers.h"
 #include "host-tools/fitting/methods.h"
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
@@ -41,7 +41,7 @@ Eigen::VectorXd solve_powers(const measurement &data, const power_polynomial &fr
         design.row(i) *= weight;
         right[i] = weight * data.mean[at];
     }
-    return chebyshev_powers(degree) * design.colPivHouseholderQr().solve(right);
+    return chebyshev_powers(degree) * solve_least_squares(design, right).x;
 }
 
 // What rounding the coefficients to float32 and evaluating in float32 can cost, at most: each

@@ -4,10 +4,11 @@
 // transition is exp(A tau) = exp(-tau) sum_k (N tau)^k / k!.
 #include "host-tools/fitting/matern.h"
 
-#include <Eigen/Dense>
 #include <array>
 #include <cmath>
 #include <unordered_map>
+
+#include "host-tools/fitting/small_matrix.h"
 
 namespace compbox {
 
@@ -31,10 +32,10 @@ double binomial(int n, int k) {
 template <int D>
 class filter {
   public:
-    using square = Eigen::Matrix<double, D, D>;
-    using column = Eigen::Matrix<double, D, 1>;
-    using three = Eigen::Matrix<double, D, 3>;
-    using row3 = Eigen::Matrix<double, 1, 3>;
+    using square = small_matrix<D, D>;
+    using column = small_matrix<D, 1>;
+    using three = small_matrix<D, 3>;
+    using row3 = small_matrix<1, 3>;
 
     filter(const process_points &points, const matern &model)
         : points_(points), model_(model), lambda_(std::sqrt(2.0 * D - 1.0) / model.length) {
@@ -63,7 +64,9 @@ class filter {
     square noise_of(double tau, const square &transition) const;
     const system &system_of(double length);
     void correct(std::size_t i, three &state, square &covariance, step &kept);
+    void solve_line();
     matern_likelihood sum_up() const;
+    double place_of(std::size_t i) const { return (points_.x[i] - centre_) / half_range_; }
 
     const process_points &points_;
     matern model_;
@@ -72,38 +75,37 @@ class filter {
     column drive_;  // white noise enters the highest derivative; scaled to unit variance of f
     std::unordered_map<double, system> systems_;
     std::vector<step> steps_;
-    Eigen::Matrix3d products_ = Eigen::Matrix3d::Zero();  // of whitened innovations, col by col
+    small_matrix<3, 3> products_;  // of whitened innovations, col by col
     double log_determinant_ = 0.0;
-    Eigen::Matrix2d line_covariance_ = Eigen::Matrix2d::Zero();
-    Eigen::Vector2d line_ = Eigen::Vector2d::Zero();
+    double line_determinant_ = 1.0;  // of line_covariance_
+    small_matrix<2, 2> line_covariance_;
+    small_matrix<2, 1> line_;
 };
 
 // The system matrix is a shift with the binomials of (d + 1)^D in its last row; the stationary
 // covariance follows from the drive by an integral over all time, done in pieces.
 template <int D>
 void filter<D>::make_system() {
-    square a = square::Zero();
+    square a;
     for (int i = 0; i + 1 < D; ++i) a(i, i + 1) = 1.0;
     for (int k = 0; k < D; ++k) a(D - 1, k) = -binomial(D, k);
-    nilpotent_ = a + square::Identity();
-    drive_ = column::Zero();
-    drive_[D - 1] = 1.0;
-    stationary_ = square::Zero();
+    nilpotent_ = a + square::identity();
+    drive_(D - 1, 0) = 1.0;
     const square transition = transition_of(1.0);
     const square piece = noise_of(1.0, transition);
-    square carried = square::Identity();
+    square carried = square::identity();
     for (int i = 0; i < 60; ++i) {
-        stationary_ += carried * piece * carried.transpose();
+        stationary_ += carried * piece * transposed(carried);
         carried = transition * carried;
     }
     const double scale = 1.0 / stationary_(0, 0);
-    stationary_ *= scale;
-    drive_ *= std::sqrt(scale);
+    stationary_ = stationary_ * scale;
+    drive_ = drive_ * std::sqrt(scale);
 }
 
 template <int D>
 typename filter<D>::square filter<D>::transition_of(double tau) const {
-    square sum = square::Identity(), power = square::Identity();
+    square sum = square::identity(), power = sum;
     for (int k = 1; k < D; ++k) {
         power = power * nilpotent_ * (tau / k);
         sum += power;
@@ -115,12 +117,12 @@ typename filter<D>::square filter<D>::transition_of(double tau) const {
 // relatively exact however short the step; a long step has forgotten nearly everything.
 template <int D>
 typename filter<D>::square filter<D>::noise_of(double tau, const square &transition) const {
-    if (tau > 2.0) return stationary_ - transition * stationary_ * transition.transpose();
-    square sum = square::Zero();
+    if (tau > 2.0) return stationary_ - transition * stationary_ * transposed(transition);
+    square sum;
     for (std::size_t g = 0; g < gauss_node.size(); ++g) {
         for (const double sign : {-1.0, 1.0}) {
             const column v = transition_of(0.5 * tau * (1.0 + sign * gauss_node[g])) * drive_;
-            sum += 0.5 * tau * gauss_weight[g] * v * v.transpose();
+            sum += v * transposed(v) * (0.5 * tau * gauss_weight[g]);
         }
     }
     return sum;
@@ -147,57 +149,64 @@ void filter<D>::correct(std::size_t i, three &state, square &covariance, step &k
     const double reading_variance = points_.variance[i];
     kept.inverse_spread = 0.0;
     if (reading_variance > 0.0) {
-        const double u = (points_.x[i] - centre_) / half_range_;
         const double spread = covariance(0, 0) + reading_variance;
-        const column first = covariance.col(0);
-        kept.gain = first / spread;
+        const column first = column_of(covariance, 0);
+        kept.gain = first * (1.0 / spread);
         kept.inverse_spread = 1.0 / spread;
-        kept.innovation = row3(points_.y[i], 1.0, u) - state.row(0);
+        kept.innovation = row3{{{points_.y[i], 1.0, place_of(i)}}} - row_of(state, 0);
         state += kept.gain * kept.innovation;
-        covariance -= kept.gain * first.transpose();
-        covariance.col(0) = first * (reading_variance / spread);
-        covariance.row(0) = covariance.col(0).transpose();
-        products_ += kept.innovation.transpose() * kept.innovation / spread;
+        covariance += kept.gain * transposed(first) * -1.0;
+        for (int k = 0; k < D; ++k) {
+            covariance(0, k) = covariance(k, 0) = first(k, 0) * (reading_variance / spread);
+        }
+        products_ += transposed(kept.innovation) * kept.innovation * kept.inverse_spread;
         log_determinant_ += std::log(spread);
     }
-    kept.state = state.row(0);
-    kept.covariance = covariance.col(0);
+    kept.state = row_of(state, 0);
+    kept.covariance = column_of(covariance, 0);
 }
 
 template <int D>
 matern_likelihood filter<D>::forward(bool keep) {
-    three state = three::Zero();
-    square covariance = model_.ratio * stationary_;
+    three state;
+    square covariance = stationary_ * model_.ratio;
     if (keep) steps_.resize(points_.x.size());
     step scratch;
     for (std::size_t i = 0; i < points_.x.size(); ++i) {
         step &kept = keep ? steps_[i] : scratch;
         if (i > 0) {
             const system &s = system_of(points_.x[i] - points_.x[i - 1]);
-            state = (s.transition * state).eval();
-            covariance = (s.transition * covariance * s.transition.transpose()).eval();
-            covariance += model_.ratio * s.noise;
+            state = s.transition * state;
+            covariance = s.transition * covariance * transposed(s.transition);
+            covariance += s.noise * model_.ratio;
             kept.transition = &s.transition;
         }
         correct(i, state, covariance, kept);
     }
-    const Eigen::Matrix2d line_information = products_.bottomRightCorner<2, 2>();
-    line_covariance_ = line_information.inverse();
-    line_ = line_covariance_ * products_.block<2, 1>(1, 0);
+    solve_line();
     return sum_up();
+}
+
+// The straight line's two coefficients and their covariance / noise^2, from `products_`.
+template <int D>
+void filter<D>::solve_line() {
+    const double a = products_(1, 1), b = products_(1, 2), c = products_(2, 2);
+    line_determinant_ = 1.0 / (a * c - b * b);
+    line_covariance_ = small_matrix<2, 2>{{{{c, -b}, {-b, a}}}} * line_determinant_;
+    line_ = line_covariance_ * small_matrix<2, 1>{{{{products_(1, 0)}, {products_(2, 0)}}}};
 }
 
 template <int D>
 matern_likelihood filter<D>::sum_up() const {
-    const double squares =
-        std::max(products_(0, 0) - line_.dot(products_.template block<2, 1>(1, 0)), 0.0);
+    const double by_line = line_(0, 0) * products_(1, 0) + line_(1, 0) * products_(2, 0);
+    const double squares = std::max(products_(0, 0) - by_line, 0.0);
     const double freedom = static_cast<double>(points_.measured) - 2.0 + points_.prior_freedom;
     matern_likelihood found;
     const double floor = 1e-300;
     found.noise_variance =
         std::max((squares + points_.prior_freedom * points_.prior_variance) / freedom, floor);
     found.log_likelihood = -0.5 * (freedom * std::log(found.noise_variance) + log_determinant_ -
-                                   std::log(line_covariance_.determinant()));
+                                   std::log(line_determinant_));
     return found;
 }
 
@@ -210,28 +219,27 @@ matern_curve filter<D>::back(const matern_likelihood &found) {
     const std::size_t n = points_.x.size();
     curve.mean.resize(n);
     curve.variance.resize(n);
-    three later = three::Zero();
-    square weight = square::Zero();
+    three later;
+    square weight;
     for (std::size_t i = n; i-- > 0;) {
         const step &s = steps_[i];
-        const row3 smoothed = s.state - s.covariance.transpose() * later;
-        const double u = (points_.x[i] - centre_) / half_range_;
-        const Eigen::Vector2d line = Eigen::Vector2d(1.0 - smoothed[1], u - smoothed[2]);
-        curve.mean[i] = smoothed[0] + line.dot(line_);
-        const double spread = s.covariance[0] - s.covariance.dot(weight * s.covariance) +
-                              line.dot(line_covariance_ * line);
+        const row3 smoothed = s.state - transposed(s.covariance) * later;
+        const small_matrix<2, 1> line{{{{1.0 - smoothed(0, 1)}, {place_of(i) - smoothed(0, 2)}}}};
+        curve.mean[i] = smoothed(0, 0) + dot(line, line_);
+        const double spread = s.covariance(0, 0) - dot(s.covariance, weight * s.covariance) +
+                              dot(line, line_covariance_ * line);
         curve.variance[i] = std::max(spread, 0.0) * found.noise_variance;
         if (s.inverse_spread > 0.0) {
-            square keep = square::Identity();
-            keep.col(0) -= s.gain;
-            later = (keep.transpose() * later).eval();
-            later.row(0) -= s.innovation * s.inverse_spread;
-            weight = (keep.transpose() * weight * keep).eval();
+            square keep = square::identity();
+            for (int k = 0; k < D; ++k) keep(k, 0) -= s.gain(k, 0);
+            later = transposed(keep) * later;
+            for (int k = 0; k < 3; ++k) later(0, k) -= s.innovation(0, k) * s.inverse_spread;
+            weight = transposed(keep) * weight * keep;
             weight(0, 0) += s.inverse_spread;
         }
         if (i > 0) {
-            later = (s.transition->transpose() * later).eval();
-            weight = (s.transition->transpose() * weight * *s.transition).eval();
+            later = transposed(*s.transition) * later;
+            weight = transposed(*s.transition) * weight * *s.transition;
         }
     }
     return curve;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host-tools/algebra/solvers.h"
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/identification/outliers.h"
@@ -48,7 +49,7 @@ solver solver_of(const triple_mm &points, const std::vector<int> &rows) {
     const Eigen::MatrixXd scaled = used * scale.asDiagonal();
     const Eigen::MatrixXd pseudo =
         scale.asDiagonal() *
-        scaled.colPivHouseholderQr().solve(Eigen::MatrixXd::Identity(scaled.rows(), scaled.rows()));
+        solve_least_squares(scaled, Eigen::MatrixXd::Identity(scaled.rows(), scaled.rows())).x;
     solver S = solver::Zero();
     for (std::size_t i = 0; i < rows.size(); ++i) {
         S.col(rows[i]) = pseudo.col(static_cast<Eigen::Index>(i));
@@ -83,9 +84,9 @@ linear_parts identify_slopes(const detrended &lines, const triple_mm &points, in
     linear_parts result;
     Eigen::Vector3d scale;
     for (int k = 0; k < 3; ++k) scale(k) = 1.0 / std::max(B.col(k).norm(), 1e-12);
-    Eigen::ColPivHouseholderQR<Eigen::Matrix3d> qr(B * scale.asDiagonal());
-    qr.setThreshold(1e-6);
-    if (qr.rank() < 3) {
+    const least_squares solution =
+        solve_least_squares(B * scale.asDiagonal(), Eigen::MatrixXd::Identity(3, 3), 1e-6);
+    if (solution.rank < 3) {
         remarks.push_back(
             "seen along the axis the three points lie on one line: the linear parts "
             "of pitch and yaw cannot be identified and are zero");
@@ -93,7 +94,7 @@ linear_parts identify_slopes(const detrended &lines, const triple_mm &points, in
         result.sigma(axis) = 1.0 / std::sqrt(3.0);
         return result;
     }
-    const Eigen::Matrix3d inverse = scale.asDiagonal() * qr.inverse();
+    const Eigen::Matrix3d inverse = scale.asDiagonal() * solution.x;
     const Eigen::Vector3d solved = inverse * slope;
     for (int k = 0; k < 3; ++k) {
         result.slope(known[k]) = solved(k);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <random>
 
+#include "host-tools/algebra/solvers.h"
+
 namespace compbox {
 
 namespace {
@@ -70,8 +72,10 @@ monte_carlo_result monte_carlo(const triple_mm &points, const monte_carlo_option
     for (int i = 0; i < 6; ++i) sequence.row(i) = A.row(rows[static_cast<std::size_t>(i)]);
     six traditional_closed{};
     const bool solvable = traditional_sigma(points, options.axis, traditional_closed);
-    const Eigen::ColPivHouseholderQR<Eigen::Matrix<double, 9, 6>> improved(A);
-    const Eigen::FullPivLU<Eigen::Matrix<double, 6, 6>> traditional(sequence);
+    const Eigen::Matrix<double, 6, 9> improved =
+        solve_least_squares(A, Eigen::MatrixXd::Identity(9, 9)).x;
+    const Eigen::Matrix<double, 6, 6> traditional =
+        solve_least_squares(sequence, Eigen::MatrixXd::Identity(6, 6)).x;
     const vector6 preset = Eigen::Map<const vector6>(options.preset.data());
     const vector9 ideal = A * preset;
 
@@ -80,12 +84,12 @@ monte_carlo_result monte_carlo(const triple_mm &points, const monte_carlo_option
     for (unsigned run = 0; run < options.runs; ++run) {
         vector9 readings = ideal;
         for (int line = 0; line < 9; ++line) readings(line) += options.sigma_um * noise.next();
-        improved_tally.add(improved.solve(readings));
+        improved_tally.add(improved * readings);
         if (solvable) {
             vector6 six_readings;
             for (int i = 0; i < 6; ++i)
                 six_readings(i) = readings(rows[static_cast<std::size_t>(i)]);
-            traditional_tally.add(traditional.solve(six_readings));
+            traditional_tally.add(traditional * six_readings);
         }
         if (options.progress && run % 1024 == 0) options.progress(run / (1.0 * options.runs));
     }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host-tools/algebra/solvers.h"
+
 namespace compbox {
 
 namespace {
@@ -44,7 +46,7 @@ class left_out_residuals {
             r(i) = residual_(at(i).row, at(i).line);
             for (Eigen::Index k = 0; k < m; ++k) R(i, k) = element(at(i), at(k));
         }
-        inverse_ = R.inverse();
+        inverse_ = solve_least_squares(R, Eigen::MatrixXd::Identity(m, m)).x;
         error_ = inverse_ * r;
     }
 

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/identification/points.h"
 
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+
+#include "host-tools/algebra/solvers.h"
 
 namespace compbox {
 
@@ -82,10 +86,10 @@ bool traditional_sigma(const triple_mm &points, int axis, six &sigma) {
     // Columns to one scale, so that the rank test does not depend on µrad against µm.
     Eigen::Matrix<double, 6, 1> scale;
     for (int k = 0; k < 6; ++k) scale(k) = std::max(B.col(k).norm(), 1e-12);
-    Eigen::FullPivLU<Eigen::Matrix<double, 6, 6>> lu(B * scale.cwiseInverse().asDiagonal());
-    lu.setThreshold(1e-9);
-    if (!lu.isInvertible()) return false;
-    const Eigen::Matrix<double, 6, 6> inverse = scale.cwiseInverse().asDiagonal() * lu.inverse();
+    const least_squares solution = solve_least_squares(B * scale.cwiseInverse().asDiagonal(),
+                                                       Eigen::MatrixXd::Identity(6, 6), 1e-9);
+    if (solution.rank < 6) return false;
+    const Eigen::Matrix<double, 6, 6> inverse = scale.cwiseInverse().asDiagonal() * solution.x;
     for (int k = 0; k < 6; ++k) sigma[static_cast<std::size_t>(k)] = inverse.row(k).norm();
     return true;
 }

@@ -9,7 +9,7 @@
 // and cov(delta) = sigma^2 (I/3 + [c]x J^-1 [c]x^T).
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <array>
 
 namespace compbox {

@@ -6,6 +6,8 @@
 #include <limits>
 #include <map>
 
+#include "host-tools/algebra/solvers.h"
+
 namespace compbox {
 
 namespace {
@@ -15,9 +17,8 @@ constexpr double settled = 1e-9;
 
 // Points whose scalar products are the similarity: a sensor in each row.
 Eigen::MatrixXd points_of(const Eigen::MatrixXd &similarity) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(similarity);
-    const Eigen::VectorXd root = eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-    return eigen.eigenvectors() * root.asDiagonal();
+    const symmetric_eigen eigen = eigen_of_symmetric(similarity);
+    return eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
 // The most central sensor, then each time the one furthest from all centres so far.

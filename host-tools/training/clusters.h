@@ -2,7 +2,7 @@
 // Sensors that tell the same story: fuzzy clustering of columns by their correlation.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <vector>
 
 namespace compbox {

@@ -2,7 +2,7 @@
 // Rows to train on: a table of inputs and measured errors, run by run.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <string>
 #include <vector>
 

@@ -2,7 +2,7 @@
 // Whether what a network saves on runs left out is more than the luck of these runs.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 namespace compbox {
 

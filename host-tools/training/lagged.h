@@ -2,7 +2,7 @@
 // Inputs of a model that are computed from columns: first-order lags, as the box computes them.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <string>
 #include <vector>
 

@@ -3,7 +3,7 @@
 // the derivatives that training needs. In scaled inputs and outputs, double precision.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cstdint>
 #include <type_traits>
 

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <vector>
 
+#include "host-tools/algebra/solvers.h"
 #include "host-tools/training/network_training.h"
 #include "host-tools/training/optimise.h"
 #include "host-tools/training/parallel.h"
@@ -140,12 +141,11 @@ class evidence_training {
             weights += alpha * p.segment(groups_[g].from, groups_[g].count).squaredNorm();
         }
         hessian.diagonal().array() += 1.0;  // biases: a prior of unit spread
-        const Eigen::LLT<Eigen::MatrixXd> factor(hessian);
-        const Eigen::MatrixXd inverse = factor.solve(Eigen::MatrixXd::Identity(p.size(), p.size()));
+        const positive_definite factor = factor_positive_definite(hessian);
         gamma = static_cast<double>(task_.shape.hidden + task_.shape.outputs);
         for (std::size_t g = 0; g < groups_.size(); ++g) {
             weight_group &group = groups_[g];
-            const double trace = inverse.diagonal().segment(group.from, group.count).sum();
+            const double trace = factor.inverse.diagonal().segment(group.from, group.count).sum();
             const double determined =
                 std::clamp(static_cast<double>(group.count) - alpha_of(g) * trace, 1e-3,
                            static_cast<double>(group.count));
@@ -154,9 +154,7 @@ class evidence_training {
                                      1e3 * beta * samples_);
             gamma += determined;
         }
-        const double log_determinant =
-            2.0 * factor.matrixL().toDenseMatrix().diagonal().array().log().sum();
-        return 0.5 * (alphas - log_determinant + values_ * std::log(beta / two_pi) -
+        return 0.5 * (alphas - factor.log_determinant + values_ * std::log(beta / two_pi) -
                       beta * squares - weights);
     }
 

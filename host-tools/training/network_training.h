@@ -3,7 +3,7 @@
 // weight decay by evidence; several starts.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cstdint>
 #include <functional>
 #include <string>

@@ -2,7 +2,7 @@
 // L-BFGS and Levenberg-Marquardt by Ceres, with analytic derivatives.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <functional>
 
 namespace compbox {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <map>
 
+#include "host-tools/algebra/solvers.h"
+
 namespace compbox {
 
 namespace {
@@ -64,10 +66,9 @@ ridge_solver::ridge_solver(const Eigen::MatrixXd &x, const Eigen::MatrixXd &t)
     const double share = 1.0 / static_cast<double>(samples_);
     const Eigen::MatrixXd centred = x.rowwise() - x_mean_.transpose();
     const Eigen::MatrixXd wanted = t.rowwise() - t_mean_.transpose();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(centred.transpose() * centred *
-                                                               share);
-    eigenvalues_ = eigen.eigenvalues().cwiseMax(0.0);
-    eigenvectors_ = eigen.eigenvectors();
+    const symmetric_eigen eigen = eigen_of_symmetric(centred.transpose() * centred * share);
+    eigenvalues_ = eigen.values.cwiseMax(0.0);
+    eigenvectors_ = eigen.vectors;
     projected_ = eigenvectors_.transpose() * (centred.transpose() * wanted) * share;
     t_power_ = wanted.colwise().squaredNorm() * share;
 }

@@ -3,7 +3,7 @@
 // whole runs or by evidence.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <vector>
 
 namespace compbox {

@@ -2,7 +2,7 @@
 // compbox train: a network, or the linear map that beats it, from rows of inputs and errors.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cstdint>
 #include <functional>
 #include <string>

@@ -60,7 +60,7 @@ RULES = [
     (TOOLS + "compbox/commission_*", CORE + FORMATS + [TOOLS + "compbox/commission_*", "<*>"]),
     (TOOLS + "compbox/*", CORE + ["hal/hal.h", "hal/cycle.h", "hal/sim/*", TOOLS + "*", "<*>"]),
     (TOOLS + "*", CORE + FORMATS + [TOOLS + folder + "/*" for folder in (
-        "metrology", "fitting", "identification", "training")] + ["<*>"]),
+        "algebra", "metrology", "fitting", "identification", "training")] + ["<*>"]),
 ]
 # Libraries that one folder alone sees, behind a narrow header of its own.
 ALONE = {"<CLI/*": TOOLS + "command_line/*", "<ceres/*": TOOLS + "training/ceres/*"}

@@ -2,6 +2,7 @@
 // Points, plan and nine-line identification against the 9 x 6 system itself, brute force and noise.
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 #include <random>
 #include <set>

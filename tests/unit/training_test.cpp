@@ -2,6 +2,7 @@
 // compbox train: derivatives, lags, the linear baseline, and what is chosen when.
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/algebra/solvers.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+
+namespace compbox {
+
+least_squares solve_least_squares(const Eigen::MatrixXd &a, const Eigen::MatrixXd &b,
+                                  double threshold) {
+    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
+    if (threshold > 0.0) solver.setThreshold(threshold);
+    solver.compute(a);
+    return {solver.solve(b), solver.rank()};
+}
+
+symmetric_eigen eigen_of_symmetric(const Eigen::MatrixXd &a) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(a);
+    return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+positive_definite factor_positive_definite(const Eigen::MatrixXd &a) {
+    const Eigen::LLT<Eigen::MatrixXd> factor(a);
+    const Eigen::MatrixXd lower = factor.matrixL();
+    return {factor.solve(Eigen::MatrixXd::Identity(a.rows(), a.cols())),
+            2.0 * lower.diagonal().array().log().sum()};
+}
+
+}  // namespace compbox

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+// Eigen's decompositions of matrices of any size, each compiled once: they take a compiler longer
+// than the files that need them.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace compbox {
+
+struct least_squares {
+    Eigen::MatrixXd x;  // columns of a by columns of b
+    Eigen::Index rank;  // of a
+};
+
+// in : threshold: a pivot less than this part of the largest counts as zero; 0: by rounding
+// out: for each column of b the x of least |a x - b|; where a has not full rank, the least such x.
+//      With the identity as b: the inverse of a, or its pseudo-inverse.
+least_squares solve_least_squares(const Eigen::MatrixXd &a, const Eigen::MatrixXd &b,
+                                  double threshold = 0.0);
+
+struct symmetric_eigen {
+    Eigen::VectorXd values;   // ascending
+    Eigen::MatrixXd vectors;  // columns, of length 1
+};
+
+// in : a symmetric; its lower half is read
+symmetric_eigen eigen_of_symmetric(const Eigen::MatrixXd &a);
+
+struct positive_definite {
+    Eigen::MatrixXd inverse;
+    double log_determinant;
+};
+
+// in : a positive definite; its lower half is read
+positive_definite factor_positive_definite(const Eigen::MatrixXd &a);
+
+}  // namespace compbox
