@@ -192,8 +192,8 @@ template <int D>
 void filter<D>::solve_line() {
     const double a = products_(1, 1), b = products_(1, 2), c = products_(2, 2);
     line_determinant_ = 1.0 / (a * c - b * b);
-    line_covariance_ = small_matrix<2, 2>{{{{c, -b}, {-b, a}}}} * line_determinant_;
-    line_ = line_covariance_ * small_matrix<2, 1>{{{{products_(1, 0)}, {products_(2, 0)}}}};
+    line_covariance_ = small_matrix<2, 2>{{{c, -b}, {-b, a}}} * line_determinant_;
+    line_ = line_covariance_ * small_matrix<2, 1>{{{products_(1, 0)}, {products_(2, 0)}}};
 }
 
 template <int D>
@@ -224,7 +224,7 @@ matern_curve filter<D>::back(const matern_likelihood &found) {
     for (std::size_t i = n; i-- > 0;) {
         const step &s = steps_[i];
         const row3 smoothed = s.state - transposed(s.covariance) * later;
-        const small_matrix<2, 1> line{{{{1.0 - smoothed(0, 1)}, {place_of(i) - smoothed(0, 2)}}}};
+        const small_matrix<2, 1> line{{{1.0 - smoothed(0, 1)}, {place_of(i) - smoothed(0, 2)}}};
         curve.mean[i] = smoothed(0, 0) + dot(line, line_);
         const double spread = s.covariance(0, 0) - dot(s.covariance, weight * s.covariance) +
                               dot(line, line_covariance_ * line);

@@ -3,13 +3,11 @@
 // loops that it unrolls. Fixed-size expressions of Eigen run as fast but take it ten times as long.
 #pragma once
 
-#include <array>
-
 namespace compbox {
 
 template <int Rows, int Columns>
 struct small_matrix {
-    std::array<std::array<double, Columns>, Rows> row{};  // zero unless told
+    double row[Rows][Columns] = {};  // zero unless told
 
     double &operator()(int i, int k) { return row[i][k]; }
     double operator()(int i, int k) const { return row[i][k]; }
@@ -74,7 +72,9 @@ small_matrix<Columns, Rows> transposed(const small_matrix<Rows, Columns> &a) {
 
 template <int Rows, int Columns>
 small_matrix<1, Columns> row_of(const small_matrix<Rows, Columns> &a, int i) {
-    return {{a.row[i]}};
+    small_matrix<1, Columns> row;
+    for (int k = 0; k < Columns; ++k) row(0, k) = a(i, k);
+    return row;
 }
 
 template <int Rows, int Columns>
