@@ -11,6 +11,7 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/formats/json.h"
 
 namespace compbox {
 

@@ -10,6 +10,7 @@
 #include "host-tools/compbox/build.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/summary.h"
+#include "host-tools/formats/json.h"
 
 namespace compbox {
 

@@ -9,6 +9,7 @@
 #include "host-tools/compbox/load.h"
 #include "host-tools/compbox/profile_report.h"
 #include "host-tools/compbox/summary.h"
+#include "host-tools/formats/json.h"
 
 namespace compbox {
 

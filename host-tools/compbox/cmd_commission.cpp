@@ -16,6 +16,7 @@
 #include "host-tools/compbox/summary.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/formats/json.h"
 #include "host-tools/formats/numbers.h"
 
 namespace compbox {

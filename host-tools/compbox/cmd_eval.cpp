@@ -9,6 +9,7 @@
 #include "host-tools/compbox/load.h"
 #include "host-tools/compbox/summary.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/formats/json.h"
 
 namespace compbox {
 

@@ -11,6 +11,7 @@
 #include "host-tools/compbox/commands.h"
 #include "host-tools/fitting/fit.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/formats/json.h"
 
 namespace compbox {
 

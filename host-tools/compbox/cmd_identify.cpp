@@ -15,6 +15,7 @@
 #include "host-tools/compbox/progress.h"
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/formats/json.h"
 #include "host-tools/identification/identify.h"
 
 namespace compbox {

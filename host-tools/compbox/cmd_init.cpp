@@ -10,6 +10,7 @@
 #include "host-tools/compbox/summary.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/formats/json.h"
 
 extern "C" {
 #include "firmware/config_host.h"

@@ -7,6 +7,7 @@
 #include "host-tools/compbox/load.h"
 #include "host-tools/compbox/summary.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/formats/json.h"
 
 extern "C" {
 #include "firmware/slot.h"

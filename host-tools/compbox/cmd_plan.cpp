@@ -16,6 +16,7 @@
 #include "host-tools/compbox/progress.h"
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/formats/json.h"
 #include "host-tools/identification/plan.h"
 
 namespace compbox {

@@ -8,6 +8,7 @@
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/progress.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/formats/json.h"
 #include "host-tools/training/select_inputs.h"
 
 namespace compbox {

@@ -11,6 +11,7 @@
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/progress.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/formats/json.h"
 #include "host-tools/training/train.h"
 
 namespace compbox {

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "host-tools/formats/error.h"
+#include "host-tools/formats/json.h"
 #include "host-tools/formats/numbers.h"
 
 extern "C" {

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "host-tools/formats/error.h"
+#include "host-tools/formats/json.h"
 
 extern "C" {
 #include "firmware/config_load.h"

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "host-tools/formats/error.h"
+#include "host-tools/formats/json.h"
 #include "host-tools/formats/numbers.h"
 
 namespace compbox {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "host-tools/compbox/commission_judge.h"
+#include "host-tools/formats/json.h"
 
 namespace compbox {
 

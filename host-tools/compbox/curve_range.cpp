@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "host-tools/formats/json.h"
+
 namespace compbox {
 
 travel_range range_of_curve(const json &term) {

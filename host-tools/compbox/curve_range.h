@@ -6,7 +6,7 @@
 #include <string>
 
 #include "host-tools/compbox/machine_file.h"
-#include "host-tools/formats/json.h"
+#include "host-tools/formats/json_type.h"
 
 namespace compbox {
 

@@ -5,6 +5,7 @@
 #include "host-tools/fitting/fit.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/formats/json.h"
 
 namespace compbox {
 

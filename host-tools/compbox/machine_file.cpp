@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host-tools/formats/error.h"
+#include "host-tools/formats/json.h"
 
 namespace compbox {
 

@@ -10,7 +10,7 @@
 #include <map>
 #include <string>
 
-#include "host-tools/formats/json.h"
+#include "host-tools/formats/json_type.h"
 
 namespace compbox {
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "host-tools/command_line/option_checks.h"
+#include "host-tools/formats/json.h"
 #include "host-tools/formats/numbers.h"
 #include "host-tools/identification/identify.h"
 

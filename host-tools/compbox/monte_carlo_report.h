@@ -3,7 +3,7 @@
 #pragma once
 
 #include "host-tools/command_line/command_line.h"
-#include "host-tools/formats/json.h"
+#include "host-tools/formats/json_type.h"
 #include "host-tools/identification/monte_carlo.h"
 
 namespace compbox {

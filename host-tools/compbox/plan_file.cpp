@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "host-tools/formats/json.h"
+
 namespace compbox {
 
 triple_mm read_plan(const std::string &path) {

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "host-tools/formats/json.h"
+#include "host-tools/formats/json_type.h"
 #include "host-tools/identification/points.h"
 
 namespace compbox {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "host-tools/compbox/load.h"
+#include "host-tools/formats/json.h"
 #include "host-tools/formats/numbers.h"
 
 extern "C" {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <iostream>
 
+#include "host-tools/formats/json.h"
+
 namespace compbox {
 
 void add_json(cli::command &command, bool &as_json) {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "host-tools/command_line/command_line.h"
-#include "host-tools/formats/json.h"
+#include "host-tools/formats/json_type.h"
 
 namespace compbox {
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/compbox/table.h"
 
+#include "host-tools/formats/json.h"
 #include "host-tools/formats/numbers.h"
 #include "host-tools/twin/twin_file.h"
 

@@ -6,7 +6,7 @@
 #include <functional>
 #include <string>
 
-#include "host-tools/formats/json.h"
+#include "host-tools/formats/json_type.h"
 
 namespace compbox::table {
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/compbox/term_names.h"
 
+#include "host-tools/formats/json.h"
+
 namespace compbox {
 
 namespace {

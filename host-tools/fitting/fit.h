@@ -9,7 +9,7 @@
 #include "host-tools/fitting/measurement.h"
 #include "host-tools/fitting/smooth.h"
 #include "host-tools/fitting/spline.h"
-#include "host-tools/formats/json.h"
+#include "host-tools/formats/json_type.h"
 
 namespace compbox {
 

@@ -5,6 +5,7 @@
 
 #include "host-tools/fitting/fit.h"
 #include "host-tools/formats/csv.h"
+#include "host-tools/formats/json.h"
 #include "host-tools/formats/numbers.h"
 
 namespace compbox {

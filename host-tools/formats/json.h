@@ -6,10 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-namespace compbox {
+#include "host-tools/formats/json_type.h"
 
-// Keeps the order of keys, so that files stay as people wrote them.
-using json = nlohmann::ordered_json;
+namespace compbox {
 
 // Parses a file; duplicate keys are mistakes. Throws input_error with file, line and column.
 json read_json(const std::string &path);

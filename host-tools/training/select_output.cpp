@@ -2,6 +2,7 @@
 // What the choice of inputs says.
 #include <algorithm>
 
+#include "host-tools/formats/json.h"
 #include "host-tools/formats/numbers.h"
 #include "host-tools/training/select_inputs.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "host-tools/formats/json.h"
+#include "host-tools/formats/json_type.h"
 #include "host-tools/training/dataset.h"
 #include "host-tools/training/lagged.h"
 #include "host-tools/training/network.h"

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "host-tools/formats/csv.h"
+#include "host-tools/formats/json.h"
 #include "host-tools/formats/numbers.h"
 #include "host-tools/training/slopes.h"
 #include "host-tools/training/train.h"

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "host-tools/formats/json.h"
+
 namespace compbox {
 
 using namespace reading;

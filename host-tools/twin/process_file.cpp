@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <set>
 
+#include "host-tools/formats/json.h"
+
 namespace compbox {
 
 namespace {

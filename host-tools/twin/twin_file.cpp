@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "host-tools/formats/csv.h"
+#include "host-tools/formats/json.h"
 #include "host-tools/twin/geometry_file.h"
 #include "host-tools/twin/process_file.h"
 #include "host-tools/twin/reading.h"

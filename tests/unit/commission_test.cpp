@@ -7,6 +7,7 @@
 #include "host-tools/compbox/commission_write.h"
 #include "host-tools/compbox/machine_file.h"
 #include "host-tools/formats/error.h"
+#include "host-tools/formats/json.h"
 
 namespace compbox {
 namespace {

@@ -10,6 +10,7 @@
 #include "host-tools/fakeplc/usual_map.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/formats/json.h"
 #include "tests/unit/fakeplc_rig.h"
 
 namespace compbox {

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "host-tools/fitting/fit.h"
+#include "host-tools/formats/json.h"
 
 namespace compbox {
 namespace {

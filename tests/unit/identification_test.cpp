@@ -2,11 +2,11 @@
 // Points, plan and nine-line identification against the 9 x 6 system itself, brute force and noise.
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
 #include <cmath>
 #include <random>
 #include <set>
 
+#include "host-tools/algebra/solvers.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/identification/identify.h"
 #include "host-tools/identification/plan.h"
@@ -30,7 +30,7 @@ triple_mm random_triple() {
 }
 
 six sigma_of_matrix(const Eigen::MatrixXd &A) {
-    const Eigen::MatrixXd covariance = (A.transpose() * A).inverse();
+    const Eigen::MatrixXd covariance = factor_positive_definite(A.transpose() * A).inverse;
     six sigma;
     for (int k = 0; k < 6; ++k) sigma[static_cast<std::size_t>(k)] = std::sqrt(covariance(k, k));
     return sigma;
@@ -69,7 +69,7 @@ double merit_by_hand(const triple_mm &points, const plan_options &options) {
     const six sigma = closed_form_sigma(points);
     if (options.rank_by == criterion::d) {
         const auto A = observation_matrix(points);
-        return -(A.transpose() * A).determinant();
+        return -std::exp(factor_positive_definite(A.transpose() * A).log_determinant);
     }
     double sum = 0;
     for (std::size_t k = 0; k < 6; ++k) {

@@ -2,12 +2,13 @@
 // compbox train: derivatives, lags, the linear baseline, and what is chosen when.
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <random>
 
+#include "host-tools/algebra/solvers.h"
+#include "host-tools/formats/json.h"
 #include "host-tools/training/network_training.h"
 #include "host-tools/training/optimise.h"
 #include "host-tools/training/train.h"
@@ -202,7 +203,8 @@ TEST(Ridge, solves_the_normal_equations) {
     for (Eigen::Index k = 0; k < 2; ++k) {
         const Eigen::MatrixXd normal =
             xc.transpose() * xc / 50.0 + decay[k] * Eigen::MatrixXd::Identity(3, 3);
-        const Eigen::VectorXd want = normal.ldlt().solve(xc.transpose() * tc.col(k) / 50.0);
+        const Eigen::VectorXd want =
+            factor_positive_definite(normal).inverse * (xc.transpose() * tc.col(k)) / 50.0;
         EXPECT_LT((map.weights.col(k) - want).cwiseAbs().maxCoeff(), 1e-12);
     }
     EXPECT_LT((map.predict(x) - t).colwise().mean().cwiseAbs().maxCoeff(), 1e-12);
