@@ -126,8 +126,8 @@ def test_simulate_with_a_spoiled_scenario(files, spoil, message):
 def test_simulate_with_somebody_elses_statistics(files, statistics):
     scenario = files.read("scenario.json")
     path = {**scenario["paths"][0], "every_mm": 7000}
-    files.write("bad.json", {**scenario, "machine": "gantry.json", "measurements": "",
-                             "paths": [path], "methods": [{"name": "polyline"}]})
+    files.write("bad.json", {**scenario, "machine": "gantry.json", "measurements": "", "seeds": [1],
+                             "paths": [path], "methods": [{"name": "polyline"}], "moving_mm_per_min": [10000]})
     files.write("stats.json", statistics)
     check("compbox", files("simulate", "bad.json", "--stats", "stats.json", "-o", "out"), "stats.json")
 
