@@ -7,14 +7,6 @@
 namespace compbox {
 namespace {
 
-config_builder simple() {
-    config_builder b;
-    const unsigned x = b.position("X", 8);
-    const unsigned ezx = b.polyline("EZX", x, {0, 1000}, {0, 100});
-    b.channel("Z", {ezx}, 4);
-    return b;
-}
-
 // Running at X = 400 mm, output -40 µm.
 struct running_rig : box_rig {
     explicit running_rig(const config_builder &b = simple()) : box_rig(b) {

@@ -141,6 +141,15 @@ struct config_builder {
     }
 };
 
+// X in register 8, error 0 … 100 µm over 0 … 1000 mm, one channel in register 104.
+inline config_builder simple() {
+    config_builder b;
+    const unsigned x = b.position("X", 8);
+    const unsigned ezx = b.polyline("EZX", x, {0, 1000}, {0, 100});
+    b.channel("Z", {ezx}, 4);
+    return b;
+}
+
 // Registers as a PLC programmer would read and write them, big-endian.
 inline void put_int32(uint16_t *registers, double number) {
     const int64_t n = std::llround(number);

@@ -10,15 +10,6 @@
 namespace compbox {
 namespace {
 
-// X in register 8, error 0 … 100 µm over 0 … 1000 mm, one channel in register 104.
-config_builder simple() {
-    config_builder b;
-    const unsigned x = b.position("X", 8);
-    const unsigned ezx = b.polyline("EZX", x, {0, 1000}, {0, 100});
-    b.channel("Z", {ezx}, 4);
-    return b;
-}
-
 // ---- start
 
 TEST(box, starts_and_goes_to_the_wanted_value_at_the_slew_rate) {

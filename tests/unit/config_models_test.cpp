@@ -28,12 +28,12 @@ const std::string models = R"({"name": "vol", "type": "volumetric", "chain": "XY
 const std::string last_term =
     R"({"name": "KB", "type": "polynomial", "signal": "B", "coefficients": [0.5]})";
 
-std::string example() {
+std::string every_model() {
     return with(last_term, models);
 }
 
 TEST(config_models, arrive_in_the_order_in_which_they_need_each_other) {
-    const auto got = load(example());
+    const auto got = load(every_model());
     ASSERT_EQ(got.error, CB_OK) << got.text;
     const cb_config &c = *got.config;
     EXPECT_EQ(invariants(c).broken, "");
@@ -76,7 +76,7 @@ TEST(config_models, arrive_in_the_order_in_which_they_need_each_other) {
 }
 
 TEST(config_models, defaults) {
-    std::string text = with(R"(, "margin": [2, 0], "fade": [5, 100])", "", example());
+    std::string text = with(R"(, "margin": [2, 0], "fade": [5, 100])", "", every_model());
     text = with(R"("positions": ["X", "B", "X"],)", "", text);
     text = with(R"("name": "T2")", R"("name": "Y")", text);
     text = with(R"("name": "B", "unit")", R"("name": "Z", "unit")", text);
@@ -107,7 +107,7 @@ TEST(config_models, every_mistake_has_its_sentence) {
 #include "tests/unit/config_models_refused.inc"
     };
     for (const auto &[piece, other, message] : mistakes) {
-        const auto got = load(with(piece, other, example()));
+        const auto got = load(with(piece, other, every_model()));
         EXPECT_EQ(std::string(cb_error_name(got.error)) + " " + got.text, message)
             << piece << " -> " << other;
     }

@@ -17,7 +17,7 @@ extern "C" {
 }
 #pragma GCC diagnostic pop
 
-using nlohmann::json;
+using json = nlohmann::ordered_json;
 
 namespace {
 

@@ -9,43 +9,40 @@
 #include "host-tools/fakeplc/modbus.h"
 #include "host-tools/fakeplc/number.h"
 #include "host-tools/twin/random.h"
+#include "tests/unit/fakeplc_rig.h"
 
 namespace compbox {
 namespace {
 
-using words = std::vector<std::uint16_t>;
+using word_list = std::vector<std::uint16_t>;
 
 // ---- numbers
 
-number_format format(const char *name) {
-    return number_format::parse(name).value();
-}
-
 TEST(Number, LiesInRegistersAsItsTypeSays) {
-    EXPECT_EQ(format("int16").encode(-2.0), (words{0xFFFE}));
-    EXPECT_EQ(format("uint16").encode(0x1234), (words{0x1234}));
-    EXPECT_EQ(format("int16le").encode(0x1234), (words{0x3412}));
-    EXPECT_EQ(format("uint32").encode(0x12345678), (words{0x1234, 0x5678}));
-    EXPECT_EQ(format("uint32cdab").encode(0x12345678), (words{0x5678, 0x1234}));
-    EXPECT_EQ(format("uint32le").encode(0x12345678), (words{0x7856, 0x3412}));
-    EXPECT_EQ(format("int32").encode(-1000.0), (words{0xFFFF, 0xFC18}));
-    EXPECT_EQ(format("int32le").encode(-1000.0), (words{0x18FC, 0xFFFF}));
-    EXPECT_EQ(format("float32").encode(-1.5), (words{0xBFC0, 0x0000}));
-    EXPECT_EQ(format("float32cdab").encode(-1.5), (words{0x0000, 0xBFC0}));
-    EXPECT_EQ(format("float32le").encode(-1.5), (words{0x0000, 0xC0BF}));
+    EXPECT_EQ(format("int16").encode(-2.0), (word_list{0xFFFE}));
+    EXPECT_EQ(format("uint16").encode(0x1234), (word_list{0x1234}));
+    EXPECT_EQ(format("int16le").encode(0x1234), (word_list{0x3412}));
+    EXPECT_EQ(format("uint32").encode(0x12345678), (word_list{0x1234, 0x5678}));
+    EXPECT_EQ(format("uint32cdab").encode(0x12345678), (word_list{0x5678, 0x1234}));
+    EXPECT_EQ(format("uint32le").encode(0x12345678), (word_list{0x7856, 0x3412}));
+    EXPECT_EQ(format("int32").encode(-1000.0), (word_list{0xFFFF, 0xFC18}));
+    EXPECT_EQ(format("int32le").encode(-1000.0), (word_list{0x18FC, 0xFFFF}));
+    EXPECT_EQ(format("float32").encode(-1.5), (word_list{0xBFC0, 0x0000}));
+    EXPECT_EQ(format("float32cdab").encode(-1.5), (word_list{0x0000, 0xBFC0}));
+    EXPECT_EQ(format("float32le").encode(-1.5), (word_list{0x0000, 0xC0BF}));
 }
 
 TEST(Number, IsRoundedAndHeldInsideItsRange) {
-    EXPECT_EQ(format("int16").encode(1.5), (words{2}));
-    EXPECT_EQ(format("int16").encode(-1.5), (words{0xFFFE}));
-    EXPECT_EQ(format("int16").encode(1e9), (words{0x7FFF}));
-    EXPECT_EQ(format("int16").encode(-1e9), (words{0x8000}));
-    EXPECT_EQ(format("uint16").encode(-1.0), (words{0}));
-    EXPECT_EQ(format("int32").encode(-1e300), (words{0x8000, 0x0000}));
-    EXPECT_EQ(format("uint32").encode(1e300), (words{0xFFFF, 0xFFFF}));
-    EXPECT_EQ(format("int32").encode(std::nan("")), (words{0, 0}));
+    EXPECT_EQ(format("int16").encode(1.5), (word_list{2}));
+    EXPECT_EQ(format("int16").encode(-1.5), (word_list{0xFFFE}));
+    EXPECT_EQ(format("int16").encode(1e9), (word_list{0x7FFF}));
+    EXPECT_EQ(format("int16").encode(-1e9), (word_list{0x8000}));
+    EXPECT_EQ(format("uint16").encode(-1.0), (word_list{0}));
+    EXPECT_EQ(format("int32").encode(-1e300), (word_list{0x8000, 0x0000}));
+    EXPECT_EQ(format("uint32").encode(1e300), (word_list{0xFFFF, 0xFFFF}));
+    EXPECT_EQ(format("int32").encode(std::nan("")), (word_list{0, 0}));
     const double infinity = std::numeric_limits<double>::infinity();
-    EXPECT_EQ(format("float32").encode(infinity), (words{0x7F7F, 0xFFFF}));
+    EXPECT_EQ(format("float32").encode(infinity), (word_list{0x7F7F, 0xFFFF}));
 }
 
 TEST(Number, ComesBackFromEveryType) {
@@ -80,7 +77,7 @@ const plc_profile generic = plc_profile::find("generic").value();
 const plc_profile sinumerik = plc_profile::find("sinumerik-840d").value();
 const plc_profile fanuc = plc_profile::find("fanuc").value();
 
-modbus::bank bank_of(words registers) {
+modbus::bank bank_of(word_list registers) {
     return {registers, registers};
 }
 
@@ -90,7 +87,7 @@ byte_string ask(const byte_string &request, modbus::bank &bank,
 }
 
 TEST(Modbus, ExamplesOfTheSpecification) {
-    modbus::bank bank = bank_of(words(200, 0));
+    modbus::bank bank = bank_of(word_list(200, 0));
     bank.now[107] = 0x022B, bank.now[108] = 0x0000, bank.now[109] = 0x0064;
     EXPECT_EQ(ask({0x03, 0x00, 0x6B, 0x00, 0x03}, bank),
               (byte_string{0x03, 0x06, 0x02, 0x2B, 0x00, 0x00, 0x00, 0x64}));
@@ -109,11 +106,11 @@ TEST(Modbus, WriteAndReadInOneRequestWritesFirst) {
         ask({0x17, 0x00, 0x02, 0x00, 0x03, 0x00, 0x03, 0x00, 0x02, 0x04, 0xAA, 0xBB, 0xCC, 0xDD},
             bank),
         (byte_string{0x17, 0x06, 0x00, 0x03, 0xAA, 0xBB, 0xCC, 0xDD}));
-    EXPECT_EQ(bank.now, (words{1, 2, 3, 0xAABB, 0xCCDD, 6, 7, 8}));
+    EXPECT_EQ(bank.now, (word_list{1, 2, 3, 0xAABB, 0xCCDD, 6, 7, 8}));
 }
 
 TEST(Modbus, RefusesWithTheRightCodeAndChangesNothing) {
-    const words before = {1, 2, 3, 4, 5, 6, 7, 8};
+    const word_list before = {1, 2, 3, 4, 5, 6, 7, 8};
     const std::pair<byte_string, byte_string> cases[] = {
         {{0x03, 0, 0, 0, 0}, {0x83, 3}},          // nothing asked
         {{0x03, 0, 0, 0, 126}, {0x83, 3}},        // too many
@@ -166,7 +163,7 @@ TEST(Modbus, EachProfileServesItsFunctionCodesOnly) {
 }
 
 TEST(Modbus, LongestReadingFillsAWholePdu) {
-    modbus::bank bank = bank_of(words(200, 0xABCD));
+    modbus::bank bank = bank_of(word_list(200, 0xABCD));
     EXPECT_EQ(ask({3, 0, 0, 0, 125}, bank).size(), 252u);
 }
 

@@ -13,12 +13,6 @@
 namespace compbox {
 namespace {
 
-constexpr unsigned active = 1;
-
-number_format format(const char *name) {
-    return number_format::parse(name).value();
-}
-
 // ---- the PLC's scan
 
 std::vector<double> scan_lengths_ms(const char *profile, std::uint64_t seed) {

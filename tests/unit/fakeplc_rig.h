@@ -11,6 +11,13 @@
 
 namespace compbox {
 
+// Modes as the box writes them.
+constexpr unsigned standby = 0, active = 1, hold = 2, ramp = 3, faulty = 4, stopped = 5;
+
+inline number_format format(const char *name) {
+    return number_format::parse(name).value();
+}
+
 constexpr std::int64_t ms = 1000;  // in us
 
 // Registers: control 0, heartbeat 1, X 2 (int32, 0.1 µm), T 4 (int16), applied 6; status 10, box

@@ -16,8 +16,6 @@
 namespace compbox {
 namespace {
 
-constexpr unsigned standby = 0, active = 1, hold = 2, ramp = 3, fault = 4, stopped = 5;
-
 TEST(Plc, StartsWithZerosThenReferencesThenEnables) {
     rig r;
     for (int address = 0; address < 16; ++address) EXPECT_EQ(r.reg(address), 0);
@@ -110,11 +108,11 @@ TEST(Plc, HeartbeatCountsScansWithFreshPositionsOnly) {
 }
 
 TEST(Plc, AppliesOnlyWhileEnabledReferencedAndTheBoxSaysSo) {
-    for (const unsigned mode : {standby, active, hold, ramp, fault, stopped, 77u}) {
+    for (const unsigned mode : {standby, active, hold, ramp, faulty, stopped, 77u}) {
         rig r;
         r.run_ms(1100);
         r.box_runs_ms(300, mode, 20.0);
-        const bool applies = mode >= active && mode <= fault;
+        const bool applies = mode >= active && mode <= faulty;
         EXPECT_EQ(r.applied(), applies ? 20.0 : 0.0) << mode;
         EXPECT_EQ(r.int32_at(6), applies ? 2000.0 : 0.0) << mode;
         EXPECT_EQ(r.plc.state().displacement_um[0], applies ? 20.0 : 0.0) << mode;

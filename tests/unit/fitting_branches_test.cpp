@@ -6,16 +6,13 @@
 #include <random>
 #include <sstream>
 
-#include "host-tools/fitting/fit.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/json.h"
+#include "tests/unit/fitting_fixture.h"
 
 namespace compbox {
 namespace {
 
-double wave(double x) {
-    return 40.0 * std::sin(x / 500.0) + 8.0 * std::cos(x / 170.0);
-}
 double lost(double x) {
     return 3.0 + 0.0005 * x;
 }

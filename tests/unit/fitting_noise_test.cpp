@@ -9,7 +9,7 @@
 #include <functional>
 #include <random>
 
-#include "host-tools/fitting/fit.h"
+#include "tests/unit/fitting_fixture.h"
 
 namespace compbox {
 namespace {
@@ -130,12 +130,6 @@ std::vector<double> against_interpolation(double exponent, double waves, double 
     }
     std::sort(ratio.begin(), ratio.end());
     return ratio;
-}
-
-bool warns(const fit_result &fit, const std::string &word) {
-    return std::any_of(fit.warnings.begin(), fit.warnings.end(), [&](const std::string &warning) {
-        return warning.find(word) != std::string::npos;
-    });
 }
 
 TEST(FitNoise, OneRunOfRoughCurvesIsNotSmoothedAway) {

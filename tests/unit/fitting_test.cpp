@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "host-tools/fitting/fit.h"
+#include "tests/unit/fitting_fixture.h"
 
 namespace compbox {
 namespace {
@@ -30,10 +30,6 @@ measurement measure(const Function &truth, int n, double length, double noise, i
     }
     average_runs(data);
     return data;
-}
-
-double wave(double x) {
-    return 40.0 * std::sin(x / 500.0) + 8.0 * std::cos(x / 170.0);
 }
 
 TEST(Fit, StaysNearTheTruthBetweenThePoints) {

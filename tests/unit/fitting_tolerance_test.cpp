@@ -6,17 +6,12 @@
 #include <cmath>
 #include <random>
 
-#include "host-tools/fitting/fit.h"
 #include "host-tools/formats/json.h"
+#include "tests/unit/fitting_fixture.h"
 
 namespace compbox {
 namespace {
 
-using shape = double (*)(double);
-
-double wave(double x) {
-    return 40.0 * std::sin(x / 500.0) + 8.0 * std::cos(x / 170.0);
-}
 double step(double x) {
     return x > 2013.0 ? 50.0 : 0.0;
 }
@@ -27,7 +22,7 @@ double spike(double x) {
     return 30.0 * std::exp(-std::pow((x - 1500.0) / 40.0, 2));
 }
 
-measurement readings_of(shape truth, int n, double noise) {
+measurement readings_of(double (*truth)(double), int n, double noise) {
     std::mt19937 engine(3);
     std::normal_distribution<double> normal(0.0, 1.0);
     measurement data;
@@ -65,14 +60,8 @@ double overshoot(const fit_result &fit) {
     return most;
 }
 
-bool warns(const fit_result &fit, const std::string &word) {
-    return std::any_of(fit.warnings.begin(), fit.warnings.end(), [&](const std::string &warning) {
-        return warning.find(word) != std::string::npos;
-    });
-}
-
 TEST(FitTolerance, IsKeptWhateverTheNoise) {
-    for (const shape truth : {wave, step, kink, spike}) {
+    for (const auto truth : {wave, step, kink, spike}) {
         for (const double noise : {0.0, 0.4}) {
             for (const int n : {9, 21, 61}) {
                 for (const double tolerance : {0.0005, 0.05, 0.3, 1.0, 5.0, 30.0}) {
