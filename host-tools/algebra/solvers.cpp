@@ -4,11 +4,13 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
+#include <cmath>
 
 namespace compbox {
 
 least_squares solve_least_squares(const Eigen::MatrixXd &a, const Eigen::MatrixXd &b,
                                   double threshold) {
+    if (a.hasNaN()) return {Eigen::MatrixXd::Constant(a.cols(), b.cols(), NAN), 0};
     Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
     if (threshold > 0.0) solver.setThreshold(threshold);
     solver.compute(a);

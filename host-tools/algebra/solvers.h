@@ -14,7 +14,7 @@ struct least_squares {
 
 // in : threshold: a pivot less than this part of the largest counts as zero; 0: by rounding
 // out: for each column of b the x of least |a x - b|; where a has not full rank, the least such x.
-//      With the identity as b: the inverse of a, or its pseudo-inverse.
+//      With the identity as b: the inverse of a, or its pseudo-inverse. NaN where a holds one.
 least_squares solve_least_squares(const Eigen::MatrixXd &a, const Eigen::MatrixXd &b,
                                   double threshold = 0.0);
 

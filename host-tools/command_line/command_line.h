@@ -58,8 +58,8 @@ class option {
 class command {
   public:
     // in : names "-o,--output", or "file" for a value by its place. Kinds of variables:
-    // std::string, int, unsigned, std::size_t, double, std::optional of a number, std::vector of
-    // texts or numbers.
+    // std::string, int, unsigned, std::size_t, double; std::optional of the last three;
+    // std::vector of std::string or double.
     template <typename Value>
     option add_option(const std::string &names, Value &variable,
                       const std::string &description = "");

@@ -4,8 +4,10 @@
 // transition is exp(A tau) = exp(-tau) sum_k (N tau)^k / k!.
 #include "host-tools/fitting/matern.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <unordered_map>
 
 #include "host-tools/fitting/small_matrix.h"
@@ -205,8 +207,11 @@ matern_likelihood filter<D>::sum_up() const {
     const double floor = 1e-300;
     found.noise_variance =
         std::max((squares + points_.prior_freedom * points_.prior_variance) / freedom, floor);
-    found.log_likelihood = -0.5 * (freedom * std::log(found.noise_variance) + log_determinant_ -
-                                   std::log(line_determinant_));
+    // Positions that do not tell the line: no model wins by them.
+    const bool told = line_determinant_ > 0.0 && std::isfinite(line_determinant_);
+    found.log_likelihood = told ? -0.5 * (freedom * std::log(found.noise_variance) +
+                                          log_determinant_ - std::log(line_determinant_))
+                                : -std::numeric_limits<double>::infinity();
     return found;
 }
 
