@@ -50,7 +50,8 @@ TEST(NineLine, AWarmScaleShowsAlongTheAxisOnly) {
     const twin_machine twin(noiseless());
     nine_line_options options;
     options.points_mm = {xyz{-100, 200, 300}, xyz{50, -250, 80}, xyz{320, 10, -40}};
-    const std::string cold = testing::TempDir() + "cold", warm = testing::TempDir() + "warm";
+    const std::string cold = testing::TempDir() + "nine-cold",
+                      warm = testing::TempDir() + "nine-warm";
     measure_nine_lines(twin, options, cold);
     options.scale_ppm_per_degC = 11.0;
     options.temperature_degC = 22.0;

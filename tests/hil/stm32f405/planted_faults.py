@@ -35,7 +35,7 @@ FAULTS = [
      ["test_boot.py::test_a_stack_at_its_end_is_seen_in_the_next_cycle"]),
     ("image: a restart forgets the loss", "hal/stm32f405/main.c", "= cb_start_was_fault(app.cause)", "= false",
      ["test_faults.py::test_a_processor_fault_while_active_ends_in_standby_until_permitted"]),
-    ("image: no request is repeated", "hal/stm32f405/box_hal.h", "CB_BOARD_TRIES = 8,", "CB_BOARD_TRIES = 1,",
+    ("image: no request is repeated", "firmware/rtu_dialog.h", "CB_RTU_TRIES = 8,", "CB_RTU_TRIES = 1,",
      ["test_faults.py::test_where_there_is_time_a_request_is_repeated_in_its_period"]),
     ("image: another clock in the trace", "hal/stm32f405/app/dump.c", "put_time(line, app->box.now_us);",
      "put_time(line, app->cycle.tick_us);", BITS),
