@@ -75,7 +75,8 @@ option command::add_option_function(const std::string &names,
 }
 
 option command::add_flag(const std::string &names, bool &variable, const std::string &description) {
-    return option(is_->add_flag(names, variable, description));
+    // else --flag=text is read as a number, and a long one ends in an exception of no kind of usage
+    return option(is_->add_flag(names, variable, description)->disable_flag_override());
 }
 
 command command::add_subcommand(const std::string &name, const std::string &description) {

@@ -74,7 +74,7 @@ class command {
     option add_choice(const std::string &names, Choice &variable,
                       const std::map<std::string, Choice> &choices, const std::string &description);
 
-    // in : names "--json"; "!--apart" makes the variable false
+    // in : names "--json"; "!--apart" makes the variable false; it takes no value
     option add_flag(const std::string &names, bool &variable, const std::string &description);
 
     command add_subcommand(const std::string &name, const std::string &description);

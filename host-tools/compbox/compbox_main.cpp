@@ -33,7 +33,7 @@ int main(int argc, char **argv) {
         return 2;
     }
     try {
-        if (const auto end = app.parse(argc, argv)) return *end;
+        if (const int refused = app.parse(argc, argv).value_or(0)) return refused;
     } catch (const compbox::input_error &error) {
         std::cerr << "compbox: " << error.what() << "\n";
         return 1;

@@ -61,9 +61,17 @@ def test_every_option_without_its_value(compbox, command):
     (("identify", "--side", "left"), "--side: must be one of tool, workpiece, not left"),
     (("init", "--profile", "s7"), "--profile: s7 not in {generic,sinumerik-840d,fanuc}"),
     (("export", "c.json", "--sign", "2"), "--sign: 2 not in {1,-1}"),
+    (("join", "a", "--keep-compensated=" + 20 * "9"), "keep-compensated was given a disallowed flag override"),
 ])
 def test_sentences(compbox, arguments, sentence):
     assert says(compbox, *arguments) == sentence
+
+
+@pytest.mark.parametrize("arguments", [("--help",), ("--version",), ("fit", "--help")])
+def test_help_that_does_not_arrive(arguments):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run([BIN / "compbox", *arguments], stdout=full, stderr=subprocess.PIPE, text=True)
+    assert (done.returncode, done.stderr) == (1, "compbox: standard output could not be written whole\n")
 
 
 @pytest.mark.parametrize("program", PROGRAMS)
