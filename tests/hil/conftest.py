@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 import os
 import sys
+import tempfile
 
 import pytest
 
@@ -15,6 +16,13 @@ import plc as plc_module  # noqa: E402
 def unhurried():
     """The test itself holds Python's lock, for which the PLC's thread waits."""
     box_module.run_before_others()
+
+
+@pytest.fixture(scope="session")
+def lines():
+    """Where serial lines appear: tmp_path would be too long for a device, of at most 63 characters."""
+    with tempfile.TemporaryDirectory(prefix="compbox-", dir="/tmp") as folder:
+        yield folder
 
 
 @pytest.fixture

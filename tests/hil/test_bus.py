@@ -67,9 +67,9 @@ def test_an_adapter_that_is_not_there_costs_nothing(plc, port, start_box):
     assert box.stats["bus"]["connects"] == 0
 
 
-def test_one_slow_module_delays_neither_the_plc_nor_the_others(plc, port, start_box):
+def test_one_slow_module_delays_neither_the_plc_nor_the_others(plc, port, start_box, lines):
     """fakept100's modules, one of which answers later than its slave delay again and again."""
-    device = f"/tmp/compbox-{os.getpid()}-bus"
+    device = lines + "/bus"
     modules = subprocess.Popen([FAKEPT100, "--listen", "rtu:" + device, "--module", "5=35.1,22.2",
                                 "--module", "6=20.3"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                text=True)

@@ -75,14 +75,10 @@ def reaches(plc, um, timeout_s=12):
 
 
 @pytest.fixture(scope="module")
-def rig(tmp_path_factory):
+def rig(tmp_path_factory, lines):
     """A box that compensates over a pseudo-terminal."""
-    folder = tmp_path_factory.mktemp("serial")
-    link = folder / "line"
-    map_file = folder / "coefficients.json"
-    device = str(link)
-    if len(device) > 63:                     # a name that fits into the file
-        device = f"/tmp/compbox-{os.getpid()}-line"
+    map_file = tmp_path_factory.mktemp("serial") / "coefficients.json"
+    device = lines + "/line"
     map_file.write_text(json.dumps(coefficients(device)))
     with FakePlc("rtu:" + device, "--map", str(map_file)) as plc:
         assert plc.said == "fakeplc: listening on rtu:" + device
@@ -91,7 +87,6 @@ def rig(tmp_path_factory):
             yield plc, box
             box.stop()
             assert box.code == 0, box.log
-    assert not os.path.lexists(device) or os.unlink(device) is None
 
 
 @pytest.mark.parametrize("fault, counter", [
@@ -121,10 +116,10 @@ def test_the_statistics_name_what_happened(rig):
 
 @pytest.mark.parametrize("fault, counter", [("crc 1 read", "crc_errors"), ("crc 1 write", "crc_errors"),
                                             ("drop 1 read", "timeouts")])
-def test_where_there_is_time_a_request_is_repeated_in_its_period(tmp_path, fault, counter):
+def test_where_there_is_time_a_request_is_repeated_in_its_period(tmp_path, lines, fault, counter):
     """In 60 ms at 460 800 baud there is: what is spoilt or lost now and then costs no cycle. Without
     repetition each fault would cost one at least."""
-    device = f"/tmp/compbox-{os.getpid()}-again"
+    device = lines + "/again"
     data = coefficients(device)
     data["cycle"]["period_ms"] = 60
     data["plc"]["transport"]["rtu"]["baud"] = 460800
@@ -148,10 +143,10 @@ def test_where_there_is_time_a_request_is_repeated_in_its_period(tmp_path, fault
 
 
 @pytest.mark.skipif(len(box_module.PROGRAM) > 1, reason="the spy is not of the emulated machine")
-def test_a_device_that_is_unplugged_is_not_opened_by_the_loop(tmp_path):
+def test_a_device_that_is_unplugged_is_not_opened_by_the_loop(tmp_path, lines):
     """Unplugged and plugged in again, twice: survived, counted, and no call of opening or closing it
     is the loop's (counted by a library in between)."""
-    device = f"/tmp/compbox-{os.getpid()}-spied"
+    device = lines + "/spied"
     map_file = tmp_path / "coefficients.json"
     map_file.write_text(json.dumps(coefficients(device)))
     told = tmp_path / "spy.txt"
@@ -169,7 +164,6 @@ def test_a_device_that_is_unplugged_is_not_opened_by_the_loop(tmp_path):
     assert counts["cycles"] > 50 and counts["writes"] > 50, counts
     for name in ("files", "terminals", "locks", "allocations", "frees"):
         assert counts[name] == 0, counts
-    os.unlink(device)
 
 
 def test_a_socket_serves_the_same_frames(tmp_path):
@@ -206,9 +200,9 @@ def test_a_socket_serves_the_same_frames(tmp_path):
 
 
 @pytest.mark.skipif(shutil.which("mbpoll") is None, reason="mbpoll is not installed")
-def test_libmodbus_as_client_reads_fakeplc():
+def test_libmodbus_as_client_reads_fakeplc(lines):
     """The other direction: libmodbus' own RTU client (mbpoll) takes fakeplc's replies."""
-    device = f"/tmp/compbox-{os.getpid()}-mbpoll"
+    device = lines + "/mbpoll"
     with FakePlc("rtu:" + device) as plc:
         assert plc.ask("status").startswith("ok")
         done = subprocess.run(["mbpoll", "-m", "rtu", "-a", "1", "-b", "115200", "-P", "none", "-t", "4",
@@ -216,5 +210,3 @@ def test_libmodbus_as_client_reads_fakeplc():
                               timeout=20)
         assert done.returncode == 0, done.stdout + done.stderr
         assert "[0]:" in done.stdout and "[3]:" in done.stdout
-    if os.path.lexists(device):
-        os.unlink(device)

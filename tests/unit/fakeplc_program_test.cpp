@@ -15,6 +15,7 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/twin/random.h"
+#include "tests/unit/temporary.h"
 
 namespace compbox {
 namespace {
@@ -169,8 +170,7 @@ double number_at(restless &of, int address) {
 
 // Runs the interpreter on the trace; its words, and "" when it found a difference is a failure.
 void replay(const char *interpreter, const std::string &program, const trace &rows) {
-    const std::string test = testing::UnitTest::GetInstance()->current_test_info()->name();
-    const std::string path = testing::TempDir() + test + ".trace.csv";
+    const std::string path = compbox_test::temporary("trace.csv");
     write_file(path, rows.text());
     const std::string command = std::string("/usr/bin/python3 " CB_SOURCE_DIR "/tests/unit/") +
                                 interpreter + " " + program + " " + path + " 2>&1";
@@ -180,7 +180,6 @@ void replay(const char *interpreter, const std::string &program, const trace &ro
     while (const std::size_t n = std::fread(block, 1, sizeof block, pipe)) said.append(block, n);
     const int code = WEXITSTATUS(::pclose(pipe));
     EXPECT_EQ(code, 0) << said;
-    if (code == 0) std::remove(path.c_str());
     std::printf("%s", said.c_str());
 }
 
@@ -227,10 +226,9 @@ TEST(PlcProgram, OfThe840DGoesInLinesAsFakeplcDoes) {
     const auto at = program.find(constant);
     ASSERT_NE(at, std::string::npos);
     program.replace(at, constant.size(), "INTERPOLATE_S := 0.03;");
-    const std::string path = testing::TempDir() + "lines.scl";
+    const std::string path = compbox_test::temporary("lines.scl");
     write_file(path, program);
     replay("scl_replay.py", path, trace_of_840d(0.03));
-    std::remove(path.c_str());
 }
 
 TEST(PlcProgram, OfTheFanucIsWhatFakeplcDoes) {

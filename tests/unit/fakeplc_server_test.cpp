@@ -11,7 +11,6 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 
 #include "host-tools/fakeplc/console.h"
@@ -21,6 +20,7 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
+#include "tests/unit/temporary.h"
 
 namespace compbox {
 namespace {
@@ -361,7 +361,7 @@ TEST(Console, ListsTheAlarmsThatStand) {
 
 TEST(Log, HasARowForEachScanAndReadsBack) {
     desk d;
-    const std::string path = testing::TempDir() + "fakeplc_log.csv";
+    const std::string path = compbox_test::temporary("log.csv");
     {
         plc_log log(path, d.setup.map);
         d.commands.run("move X=4300, feed=1000");
@@ -381,7 +381,6 @@ TEST(Log, HasARowForEachScanAndReadsBack) {
         EXPECT_GE(table.find(name), 0) << name;
     }
     EXPECT_NE(read_file(path).find("signal X forced | command signal X 5"), std::string::npos);
-    std::filesystem::remove(path);
     EXPECT_THROW(plc_log("/nonexistent/log.csv", d.setup.map), input_error);
 }
 
@@ -435,7 +434,7 @@ std::string output_of(const std::string &command, int *code) {
 }
 
 TEST(Program, ServesPymodbusAndEndsCleanlyOnSigterm) {
-    const std::string log = testing::TempDir() + "fakeplc_program.csv";
+    const std::string log = compbox_test::temporary("program.csv");
     program plc({"--profile", "generic", "--listen", "127.0.0.1:0", "--machine",
                  example + "machine_twin.json", "--log", log});
     int code = -1;
@@ -446,7 +445,6 @@ TEST(Program, ServesPymodbusAndEndsCleanlyOnSigterm) {
     const csv_table table = read_csv(log, {"event"});
     EXPECT_GT(table.rows.size(), 10u);
     EXPECT_GT(table.values("commanded_X_um").back(), 12.33);
-    std::filesystem::remove(log);
 }
 
 TEST(Program, RefusesWithOneSentenceAndTheRightCode) {

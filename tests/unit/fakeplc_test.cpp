@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdio>
 
 #include "host-tools/compbox/machine_file.h"
 #include "host-tools/fakeplc/setup.h"
@@ -12,6 +11,7 @@
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
 #include "tests/unit/fakeplc_rig.h"
+#include "tests/unit/temporary.h"
 
 namespace compbox {
 namespace {
@@ -377,7 +377,7 @@ TEST(Plc, AfterALongStandstillItGoesOnInsteadOfCatchingUp) {
 // ---- files
 
 std::string complaint(const std::string &text) {
-    const std::string path = testing::TempDir() + "complaint_map.json";
+    const std::string path = compbox_test::temporary("map.json");
     write_file(path, text);
     std::string sentence = "none";
     try {
@@ -385,7 +385,6 @@ std::string complaint(const std::string &text) {
     } catch (const input_error &error) {
         sentence = error.what();
     }
-    std::remove(path.c_str());
     return sentence;
 }
 
@@ -467,10 +466,9 @@ register_map map_of_init(const std::string &axes, const std::string &profile) {
     machine_options options;
     options.axes = axes;
     options.profile = profile;
-    const std::string path = testing::TempDir() + "init_machine.json";
+    const std::string path = compbox_test::temporary("init.json");
     write_file(path, json_text(new_machine(options)));
     const register_map map = load_register_map(path);
-    std::remove(path.c_str());
     return map;
 }
 
@@ -515,13 +513,12 @@ TEST(Setup, NeedsNoOption) {
 }
 
 plc_setup prepared_with_map(const std::string &text, const std::string &machine = "") {
-    const std::string path = testing::TempDir() + "loose_map.json";
+    const std::string path = compbox_test::temporary("map.json");
     write_file(path, text);
     plc_options options;
     options.map = path;
     options.machine = machine;
     const plc_setup setup = prepare(options);
-    std::remove(path.c_str());
     return setup;
 }
 

@@ -2,7 +2,6 @@
 // Files that were cut, mutated or mixed: the answer is finite figures or one sentence, never a
 // crash.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstring>
@@ -14,6 +13,7 @@
 #include "host-tools/formats/csv_reading.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/text.h"
+#include "tests/unit/temporary.h"
 
 namespace {
 
@@ -37,7 +37,7 @@ const std::string csv_texts[] = {
 };
 
 std::string path_of(const std::string &ending) {
-    return testing::TempDir() + "compbox_fuzz_" + std::to_string(::getpid()) + ending;
+    return compbox_test::temporary("figures" + ending);
 }
 
 // true for figures, false for a sentence; everything else fails the test.

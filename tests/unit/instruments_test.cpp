@@ -11,6 +11,7 @@
 #include "host-tools/formats/rtl.h"
 #include "host-tools/twin/diagonals.h"
 #include "host-tools/twin/nine_line.h"
+#include "tests/unit/temporary.h"
 
 namespace compbox {
 namespace {
@@ -30,7 +31,7 @@ TEST(NineLine, FilesHoldWhatTheCarriageDoesAtThePoints) {
     nine_line_options options;
     options.axis = 'Y';
     options.points_mm = {xyz{-100, 200, 300}, xyz{50, -250, 80}, xyz{320, 10, -40}};
-    const std::string folder = testing::TempDir() + "nine";
+    const std::string folder = compbox_test::temporary("nine");
     const auto paths = measure_nine_lines(twin, options, folder);
     ASSERT_EQ(paths.size(), 9u);
     EXPECT_EQ(paths[5], folder + "/P2z.rtl");
@@ -50,8 +51,8 @@ TEST(NineLine, AWarmScaleShowsAlongTheAxisOnly) {
     const twin_machine twin(noiseless());
     nine_line_options options;
     options.points_mm = {xyz{-100, 200, 300}, xyz{50, -250, 80}, xyz{320, 10, -40}};
-    const std::string cold = testing::TempDir() + "nine-cold",
-                      warm = testing::TempDir() + "nine-warm";
+    const std::string cold = compbox_test::temporary("cold"),
+                      warm = compbox_test::temporary("warm");
     measure_nine_lines(twin, options, cold);
     options.scale_ppm_per_degC = 11.0;
     options.temperature_degC = 22.0;
@@ -72,7 +73,7 @@ TEST(NineLine, EachLineIsASetUpOfItsOwn) {
     const twin_machine twin(config);
     nine_line_options options;
     options.points_mm = {xyz{-100, 200, 300}, xyz{50, -250, 80}, xyz{320, 10, -40}};
-    const auto paths = measure_nine_lines(twin, options, testing::TempDir() + "set-ups");
+    const auto paths = measure_nine_lines(twin, options, compbox_test::temporary("set-ups"));
     std::vector<double> starts;
     for (std::size_t line = 0; line < 9; ++line) {
         const laser_file file = read_laser(paths[line]);
@@ -120,7 +121,7 @@ TEST(Diagonals, AreMeasuredWithTheCompensationAtWork) {
 
 TEST(Steps, WordsAreAsAShellMakesThem) {
     const twin_machine twin(noiseless());
-    const std::string note = testing::TempDir() + "note.txt";
+    const std::string note = compbox_test::temporary("note.txt");
     write_file(note, "1,2,-3\n");
     const step_world world{twin, "s.json", {{"out", "a b"}, {"note", note}}};
     using words = std::vector<std::string>;

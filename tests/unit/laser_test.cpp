@@ -10,6 +10,7 @@
 
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/file.h"
+#include "tests/unit/temporary.h"
 
 namespace compbox {
 namespace {
@@ -145,29 +146,27 @@ TEST(Laser, RemeasurementReadsTheCompensatedToolWithFreshNoise) {
 
 TEST(Laser, ACsvReadsBackAsItWasMeasured) {
     const laser_series series{"EZX", {{0.0, -1.25, 1}, {240.0, 0.07, 1}, {0.0, -0.0, 2}}};
-    const std::string path = testing::TempDir() + "laser_test.csv";
+    const std::string path = compbox_test::temporary("laser.csv");
     write_file(path, laser_csv(series));
     EXPECT_EQ(read_file(path), "position_mm,error_um,run\n0,-1.25,1\n240,0.07,1\n0,-0,2\n");
     const csv_table table = read_csv(path);
     EXPECT_EQ(table.values("error_um"), (std::vector<double>{-1.25, 0.07, 0.0}));
-    std::filesystem::remove(path);
 }
 
 // The files of the example are what virtual-laser makes of its twin, to the byte.
 TEST(Laser, ExampleMeasurementsAreReproducible) {
-    const std::string made = testing::TempDir() + "measurements_again";
+    const std::string made = compbox_test::temporary("measurements");
     const auto paths = measure_all(twin_machine(load_twin(example)), made);
     ASSERT_EQ(paths.size(), 6u);
     for (const auto &path : paths) {
         const std::string name = std::filesystem::path(path).filename();
         EXPECT_EQ(read_file(path), read_file(folder + "/measurements/" + name)) << name;
     }
-    std::filesystem::remove_all(made);
 }
 
 TEST(Laser, ProgramSaysWhatIsWrongAndASeedIsAnotherMachine) {
     const std::string program = CB_BINARY_DIR "/bin/virtual-laser ";
-    const std::string to = testing::TempDir() + "virtual_laser_program";
+    const std::string to = compbox_test::temporary("program");
     const auto code = [](const std::string &command) {
         return WEXITSTATUS(std::system((command + " >/dev/null 2>&1").c_str()));
     };
@@ -182,7 +181,6 @@ TEST(Laser, ProgramSaysWhatIsWrongAndASeedIsAnotherMachine) {
     const twin_machine twin(config);
     EXPECT_EQ(read_file(to + "/EZX.csv"), laser_csv(virtual_laser(twin).measure("EZX")));
     EXPECT_NE(read_file(to + "/EZX.csv"), read_file(folder + "/measurements/EZX.csv"));
-    std::filesystem::remove_all(to);
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 // The record holds whole lines only, also when the disk is full, and counts what it loses.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <csignal>
 #include <cstdio>
@@ -13,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/unit/temporary.h"
+
 extern "C" {
 #include "hal/linux/daemon/record.h"
 }
@@ -20,7 +21,7 @@ extern "C" {
 namespace {
 
 struct files {
-    std::string path = testing::TempDir() + "record-" + std::to_string(getpid()) + ".csv";
+    std::string path = compbox_test::temporary("record.csv");
     std::unique_ptr<cb_config> config = std::make_unique<cb_config>();
     std::unique_ptr<cb_record> record = std::make_unique<cb_record>();
     std::unique_ptr<cb_row> row = std::make_unique<cb_row>();
@@ -34,7 +35,6 @@ struct files {
         config->channels_count = 1;
         std::strcpy(config->channels[0].name, "Z");
     }
-    ~files() { std::remove(path.c_str()); }
     std::vector<std::string> lines() const {
         std::vector<std::string> result;
         std::ifstream in(path);

@@ -12,6 +12,8 @@
 #include <fstream>
 #include <string>
 
+#include "tests/unit/temporary.h"
+
 extern "C" {
 #include "hal/linux/daemon/reload.h"
 #include "hal/linux/realtime.h"
@@ -23,7 +25,7 @@ namespace fs = std::filesystem;
 
 struct reload_file : ::testing::Test {
     reload_file() {
-        folder = fs::path(testing::TempDir()) / ("reload-" + std::to_string(getpid()));
+        folder = compbox_test::temporary("reload");
         fs::remove_all(folder);
         fs::create_directories(folder);
         path = (folder / "c.json").string();

@@ -15,6 +15,8 @@
 #include <thread>
 #include <vector>
 
+#include "tests/unit/temporary.h"
+
 extern "C" {
 #include "firmware/rtu_budget.h"
 #include "hal/linux/clock.h"
@@ -57,8 +59,7 @@ class slave {
     using handler = std::function<void(slave &, const bytes &request, int number)>;
 
     explicit slave(handler handle) : handle_(std::move(handle)) {
-        link_ = testing::TempDir() + "rtu-" + std::to_string(getpid()) + "-" +
-                std::to_string(reinterpret_cast<uintptr_t>(this));
+        link_ = compbox_test::temporary("rtu-" + std::to_string(reinterpret_cast<uintptr_t>(this)));
         plug_in();
         thread_ = std::thread([this] { serve(); });
     }

@@ -2,13 +2,13 @@
 // The memory of the lags in a file: comes back as it was, by wall-clock time; what is not used.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <fstream>
 #include <iterator>
 
 #include "tests/unit/box_fixture.h"
+#include "tests/unit/temporary.h"
 
 extern "C" {
 #include "hal/linux/daemon/state.h"
@@ -42,7 +42,7 @@ config_builder lags() {
 }
 
 struct state_file : testing::Test {
-    std::string path = testing::TempDir() + "lags-" + std::to_string(getpid()) + ".state";
+    std::string path = compbox_test::temporary("lags.state");
     cb_state state{};
     char said[512] = "";
 

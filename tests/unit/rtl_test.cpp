@@ -3,12 +3,12 @@
 #include "host-tools/formats/rtl.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <fstream>
 #include <random>
 
 #include "host-tools/formats/error.h"
+#include "tests/unit/temporary.h"
 
 namespace {
 
@@ -23,7 +23,7 @@ const char *const by_hand =
     "ENVIRONMENT::\r\nanything: 20\r\nEOF::\r\n";
 
 std::string path_of(const std::string &ending = ".rtl") {
-    return testing::TempDir() + "compbox_" + std::to_string(::getpid()) + ending;
+    return compbox_test::temporary("figures" + ending);
 }
 
 // Without write_file, which syncs: thousands of broken files need not survive a power cut.

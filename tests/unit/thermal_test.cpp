@@ -3,13 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdio>
 
 #include "host-tools/fakeplc/plc.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/twin/machine.h"
 #include "host-tools/twin/process.h"
+#include "tests/unit/temporary.h"
 
 namespace compbox {
 namespace {
@@ -271,7 +271,7 @@ TEST(Process, ThePlcShowsItBySignalName) {
 
 std::string complaint(const std::string &thermal,
                       const std::string &cutting = "{\"N_per_mm\": 1}") {
-    const std::string path = testing::TempDir() + "complaint_thermal.json";
+    const std::string path = compbox_test::temporary("thermal.json");
     write_file(path, R"({"format": "compbox-twin/1", "axes": {"X": {"travel_mm": [0, 10],
         "max_velocity_mm_per_min": 1, "acceleration_mm_per_s2": 1}}, "thermal": )" +
                          thermal + ", \"cutting\": " + cutting + "}");
@@ -281,7 +281,6 @@ std::string complaint(const std::string &thermal,
     } catch (const input_error &error) {
         sentence = std::string(error.what()).substr(path.size() + 2);
     }
-    std::remove(path.c_str());
     return sentence;
 }
 

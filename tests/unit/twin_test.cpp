@@ -4,13 +4,13 @@
 
 #include <cmath>
 #include <complex>
-#include <cstdio>
 #include <set>
 
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/twin/machine.h"
 #include "host-tools/twin/motion.h"
+#include "tests/unit/temporary.h"
 
 namespace compbox {
 namespace {
@@ -217,7 +217,7 @@ TEST(TwinFile, ExampleReadsAsWritten) {
 
 // The sentence that load_twin gives for a text, without the file's name.
 std::string complaint(const std::string &text) {
-    const std::string path = testing::TempDir() + "complaint_twin.json";
+    const std::string path = compbox_test::temporary("twin.json");
     write_file(path, text);
     std::string sentence = "none";
     try {
@@ -225,7 +225,6 @@ std::string complaint(const std::string &text) {
     } catch (const input_error &error) {
         sentence = error.what();
     }
-    std::remove(path.c_str());
     const auto start = sentence.find(path);
     return start == 0 ? sentence.substr(path.size() + 2) : sentence;
 }
