@@ -135,11 +135,11 @@ def test_where_there_is_time_a_request_is_repeated_in_its_period(tmp_path, lines
         box.stop()
     assert box.code == 0, box.log
     counted = box.stats["plc"]
-    assert counted[counter] >= faults and counted["retries"] >= faults // 2, counted
+    # A busy machine hands bytes over late: a spoilt reply may be a time-out then, and more may be lost.
+    noticed = sum(counted[name] for name in ("timeouts", "crc_errors", "out_of_time", "not_connected"))
+    assert noticed >= faults and min(counted[counter], counted["retries"]) >= faults // 2, counted
     lost = sum(box.stats["box"][name] for name in ("reads_failed", "writes_failed", "writes_unknown"))
-    # what a busy machine adds by handing bytes over late
-    others = sum(counted[name] for name in ("timeouts", "crc_errors", "out_of_time", "not_connected")) - faults
-    assert lost <= faults // 2 + 3 * others, (lost, counted)
+    assert lost <= faults // 2 + 3 * (noticed - faults), (lost, counted)
 
 
 @pytest.mark.skipif(len(box_module.PROGRAM) > 1, reason="the spy is not of the emulated machine")
