@@ -379,13 +379,12 @@ TEST(Plc, AfterALongStandstillItGoesOnInsteadOfCatchingUp) {
 std::string complaint(const std::string &text) {
     const std::string path = compbox_test::temporary("map.json");
     write_file(path, text);
-    std::string sentence = "none";
     try {
         load_register_map(path);
     } catch (const input_error &error) {
-        sentence = error.what();
+        return error.what();
     }
-    return sentence;
+    return "none";
 }
 
 std::string map_with(const std::string &plc, const std::string &rest = "") {
@@ -468,8 +467,7 @@ register_map map_of_init(const std::string &axes, const std::string &profile) {
     options.profile = profile;
     const std::string path = compbox_test::temporary("init.json");
     write_file(path, json_text(new_machine(options)));
-    const register_map map = load_register_map(path);
-    return map;
+    return load_register_map(path);
 }
 
 TEST(UsualRegisterMap, IsTheOneOfInit) {
@@ -518,8 +516,7 @@ plc_setup prepared_with_map(const std::string &text, const std::string &machine 
     plc_options options;
     options.map = path;
     options.machine = machine;
-    const plc_setup setup = prepare(options);
-    return setup;
+    return prepare(options);
 }
 
 // Channels without a position beside them (build leaves unused signals out) and without an axis.

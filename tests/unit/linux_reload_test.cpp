@@ -31,7 +31,6 @@ struct reload_file : ::testing::Test {
         path = (folder / "c.json").string();
         write(path, "first");
     }
-    ~reload_file() override { fs::remove_all(folder); }
     static void write(const fs::path &to, const std::string &text) { std::ofstream(to) << text; }
     // As cb_reload_offer() does before it reads.
     void start() { cb_reload_start(&reload, path.c_str()); }

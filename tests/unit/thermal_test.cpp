@@ -275,13 +275,12 @@ std::string complaint(const std::string &thermal,
     write_file(path, R"({"format": "compbox-twin/1", "axes": {"X": {"travel_mm": [0, 10],
         "max_velocity_mm_per_min": 1, "acceleration_mm_per_s2": 1}}, "thermal": )" +
                          thermal + ", \"cutting\": " + cutting + "}");
-    std::string sentence = "none";
     try {
         load_twin(path);
     } catch (const input_error &error) {
-        sentence = std::string(error.what()).substr(path.size() + 2);
+        return std::string(error.what()).substr(path.size() + 2);
     }
-    return sentence;
+    return "none";
 }
 
 std::string with_node(const std::string &rest) {
