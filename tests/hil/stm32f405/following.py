@@ -14,11 +14,22 @@ def active(plc):
     return [w for w in plc.writes if w.mode == ACTIVE]
 
 
-def wait_for(condition, timeout_s=60):
+def wait_for(condition, timeout_s=60, or_say=lambda: "it never came to it"):
     until = time.monotonic() + timeout_s
     while not condition():
-        assert time.monotonic() < until, "it never came to it"
+        assert time.monotonic() < until, or_say()
         time.sleep(0.02)
+
+
+def best_of_five(measure, enough):
+    """The least of up to five measurements, one that is enough ends them: where a busy machine lets the
+    emulator stand still, that makes one worse, and what the box does wrong makes all of them so."""
+    least = measure()
+    for _ in range(4):
+        if least <= enough:
+            break
+        least = min(least, measure())
+    return least
 
 
 def counters_of(box, command="counters"):
