@@ -5,6 +5,7 @@
 
 #include "firmware/config_derive.h"
 #include "firmware/memory_check.h"
+#include "firmware/registers.h"
 #include "models/num.h"
 
 enum { CHECK_WORDS = sizeof(struct cb_config) / 4, SLICE_WORDS = 16 };
@@ -18,6 +19,7 @@ struct step {
     struct cb_apart apart; /* … and so far from the one before; elapsed_us 0: there was none */
     bool essentials_ok;    /* every essential signal is fresh */
     struct cb_terms_verdict terms;
+    bool loss;   /* another box's life ended here, or nobody knows what the PLC holds */
     bool placed; /* the outputs were put where the PLC is: no movement in this step */
     struct cb_demand demand;
 };
@@ -27,6 +29,7 @@ static void clear(struct cb_box *box) {
     memset((char *)box + sizeof box->config, 0, sizeof *box - sizeof box->config);
     cb_mode_start(&box->mode);
     box->zero_written = true;
+    box->foreign.channel = box->applied_verdict.channel = CB_NONE;
 }
 
 void cb_box_start(struct cb_box *box) {
@@ -66,43 +69,93 @@ static void take_write(struct cb_box *box, uint8_t last_write, const struct step
     enum cb_write_result result =
         last_write > CB_WRITE_UNKNOWN ? CB_WRITE_UNKNOWN : (enum cb_write_result)last_write;
     if (!box->writing) result = CB_WRITE_NONE;
-    cb_limiter_written(&box->config, box->channels, result);
+    cb_limiter_written(&box->config, box->channels, result, box->plc.alive ? step->elapsed_us : 0);
+    cb_applied_sent(&box->config, &box->applied, box->channels, step->elapsed_us);
     cb_plc_written(&box->config, &box->plc, &box->counters, result, step->elapsed_us, box->now_us);
     if (result != CB_WRITE_OK) return;
     box->zero_written = cb_channels_all_zero(&box->config, box->channels);
     box->stop_confirmed = box->sent_mode == CB_MODE_STOPPED;
 }
 
-bool cb_box_wants_held(const struct cb_box *box) {
-    return box->plc.contact == CB_CONTACT_LOST;
+enum cb_want cb_box_wants_held(const struct cb_box *box) {
+    const struct cb_plc_state *plc = &box->plc;
+    if (plc->contact != CB_CONTACT_KNOWN) return CB_WANT_NOW;
+    if (plc->silent || plc->asked_us < CB_ASK_US) return CB_WANT_NOTHING;
+    return CB_WANT_IF_ROOM;
 }
 
-/* Where one output has to go on from, now that the PLC is heard (again): from what it applies, else
- * from what its register holds, or, when that was not asked or the PLC will not say, from the last
- * output that was handed to a write: zero at the first contact. */
+/* Where one output has to go on from, now that the PLC is heard (again): from what it applies; else
+ * from what its register holds, unless the PLC has restarted since; else from zero. Where the PLC
+ * will not say, what it may hold besides stays as it was. */
 static struct cb_start start_of(const struct cb_box *box, unsigned index,
                                 const struct cb_inputs *in) {
     const struct cb_channel_config *channel = &box->config.channels[index];
-    const uint16_t *applied = in->registers + channel->applied_reg;
-    const uint16_t *held = in->held_registers + channel->reg;
-    if (channel->has_applied) return (struct cb_start){cb_channel_decode(channel, applied), true};
-    if (in->held == CB_HELD_OK) return (struct cb_start){cb_channel_decode(channel, held), true};
-    return (struct cb_start){box->channels[index].sent_um, false};
+    const float applied_um = cb_channel_decode(channel, in->registers + channel->applied_reg);
+    const float held_um = cb_channel_decode(channel, in->held_registers + channel->reg);
+    if (channel->has_applied && cb_is_finite(applied_um))
+        return (struct cb_start){applied_um, true};
+    if (in->held == CB_HELD_OK && !box->plc.went_back && cb_is_finite(held_um))
+        return (struct cb_start){held_um, true};
+    return (struct cb_start){0.0f, in->held == CB_HELD_OK};
+}
+
+/* The status that is in the PLC is that of a box at work, or none that a box writes. */
+static bool was_at_work(const struct cb_box *box, const struct cb_inputs *in) {
+    const unsigned mode = in->held_registers[box->config.plc.status] & 0xFFu;
+    return mode != CB_MODE_STANDBY && mode != CB_MODE_STOPPED;
+}
+
+/* Whether what is found at a contact is a loss, after which permission is needed: a box was at work
+ * here until it ended, or the PLC does not say what it holds. */
+static bool is_loss(const struct cb_box *box, const struct cb_inputs *in) {
+    const bool first = box->plc.contact == CB_CONTACT_NONE;
+    if (in->held == CB_HELD_OK) return first && was_at_work(box, in);
+    return !(first && box->stopped_before);
 }
 
 /* in : a good reading
  * out: the outputs are where the PLC is, and may be written again */
 static void find_plc(struct cb_box *box, const struct cb_inputs *in, struct step *step) {
     struct cb_start start[CB_MAX_CHANNELS];
-    const bool lost = box->plc.contact == CB_CONTACT_LOST;
-    if (box->plc.contact == CB_CONTACT_KNOWN || (lost && in->held == CB_HELD_NONE)) return;
+    struct cb_plc_state *plc = &box->plc;
+    if (plc->contact == CB_CONTACT_KNOWN) return;
+    if (in->held != CB_HELD_OK && in->held != CB_HELD_REFUSED) return;
     for (unsigned i = 0; i < cb_all_channels(&box->config); ++i) start[i] = start_of(box, i, in);
     cb_limiter_place(&box->config, box->channels, start);
-    box->counters.resyncs += lost;
-    box->plc.contact = CB_CONTACT_KNOWN;
-    box->plc.unconfirmed_us = 0;
-    box->plc.confirmed = false;
+    step->loss = is_loss(box, in);
+    box->counters.resyncs += plc->contact == CB_CONTACT_LOST;
+    plc->contact = CB_CONTACT_KNOWN;
+    plc->silent = in->held == CB_HELD_REFUSED;
+    plc->unconfirmed_us = plc->asked_us = 0;
+    plc->confirmed = plc->went_back = false;
     step->placed = true;
+}
+
+/* What one register of a channel stands for, when that is not what was written: then another client
+ * writes there. */
+static bool is_foreign(const struct cb_channel_config *channel,
+                       const struct cb_channel_state *state, float held_um) {
+    const float unit_um = cb_number_is_integer(channel->type) ? channel->scale : 0.0f;
+    return !(cb_abs(held_um - state->sent_um) <= unit_um + cb_abs(state->sent_um) * 1e-6f);
+}
+
+/* Looks through a write block that was read back while the box knows what it wrote. */
+static void look_back(struct cb_box *box, const struct cb_inputs *in, const struct step *step) {
+    struct cb_plc_state *plc = &box->plc;
+    const uint32_t left_us = UINT32_MAX - plc->asked_us;
+    plc->asked_us += step->elapsed_us < left_us ? step->elapsed_us : left_us;
+    if (plc->contact != CB_CONTACT_KNOWN || in->held == CB_HELD_NONE) return;
+    plc->asked_us = 0;
+    plc->silent = in->held != CB_HELD_OK;
+    box->foreign.channel = CB_NONE;
+    if (plc->silent || in->last_write != CB_WRITE_OK) return;
+    for (unsigned i = 0; i < cb_all_channels(&box->config); ++i) {
+        const struct cb_channel_config *channel = &box->config.channels[i];
+        const float held_um = cb_channel_decode(channel, in->held_registers + channel->reg);
+        if (!is_foreign(channel, &box->channels[i], held_um)) continue;
+        ++box->counters.registers_foreign;
+        box->foreign = (struct cb_foreign_register){(uint8_t)i, held_um};
+    }
 }
 
 static float seconds(const struct cb_box *box, const struct step *step) {
@@ -141,8 +194,10 @@ static void acquire(struct cb_box *box, const struct cb_inputs *in, uint32_t lea
     cb_plc_age(&box->config, &box->plc, &box->counters, box->now_us);
     if (step->read) {
         const bool judged = box->mode.mode == CB_MODE_ACTIVE;
-        box->unapplied =
-            cb_applied_take(&box->config, box->channels, in->registers, step->elapsed_us, judged);
+        box->applied_verdict =
+            cb_applied_take(&box->config, &box->applied, box->channels, &box->counters,
+                            in->registers, step->elapsed_us, judged);
+        look_back(box, in, step);
         find_plc(box, in, step);
     }
     const struct cb_reading reading = cb_signals_accept(&box->config, box->signals, &box->counters,
@@ -174,9 +229,11 @@ static struct cb_mode_events see(const struct cb_box *box, const struct cb_input
     const uint16_t control = box->plc.control;
     const struct cb_mode_events events = {
         .plc_ok = cb_plc_readable(config, &box->plc, box->now_us),
-        .writes_ok = !box->plc.mute,
+        .writes_ok = !box->plc.mute && !(box->plc.readable && box->plc.contact == CB_CONTACT_NONE),
         .nc_alarm = box->plc.nc_alarm,
-        .unapplied = box->unapplied,
+        .loss = step->loss,
+        .unapplied = box->applied_verdict.unapplied,
+        .foreign = box->applied_verdict.foreign,
         .heartbeat_ok = box->plc.alive,
         .essentials_ok = step->essentials_ok,
         .clock_ok = !step->jumped,

@@ -35,6 +35,12 @@ enum {
     CB_OVERRUN_FORGIVES = 32 /* ticks, -1 for so many cycles in time */
 };
 
+/* A register of the write block that holds something else than was written. */
+struct cb_foreign_register {
+    uint8_t channel; /* its index; CB_NONE: there is none */
+    float value_um;  /* what the register stands for */
+};
+
 /* The configuration must not be written to while the box runs: a sum over its memory, padding
  * included, is checked 64 bytes a step. A copy of a box is started anew. */
 struct cb_box {
@@ -48,6 +54,7 @@ struct cb_box {
     float outputs[CB_MAX_OUTPUTS]; /* term outputs of the last step, µm or µrad */
     struct cb_channel_state channels[CB_MAX_CHANNELS];
     struct cb_tangent_state tangent;
+    struct cb_applied_state applied;
     int64_t now_us;         /* of the last step */
     uint32_t config_sum;    /* cb_memory_check() of config, at start */
     uint32_t sum_so_far;    /* running check, a slice each step … */
@@ -63,8 +70,10 @@ struct cb_box {
     bool zero_written;      /* the PLC confirmed outputs that are all zero, no others
                                were handed to a write since; or none ever were */
     bool stop_confirmed;    /* the PLC confirmed status STOPPED */
-    bool unapplied;         /* the PLC applies something else than was written */
-    bool config_corrupt;    /* the last whole check of the sum failed */
+    bool stopped_before;    /* the run before ended STOPPED, as the target knows from its memory */
+    struct cb_applied_verdict applied_verdict; /* of the last good reading */
+    struct cb_foreign_register foreign;        /* found by the last read-back */
+    bool config_corrupt;                       /* the last whole check of the sum failed */
 };
 _Static_assert(offsetof(struct cb_box, config) == 0, "cb_box_start() clears all behind config");
 _Static_assert(sizeof(struct cb_box) < 64 * 1024, "the box with its configuration");
@@ -81,9 +90,14 @@ void cb_box_start(struct cb_box *box);
 void cb_box_step(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,
                  struct cb_outputs *out);
 
-/* Before a step: true when the box does not know what the PLC holds. The cycle then reads the
- * write block back (FC3) and hands it over in in->held_registers. */
-bool cb_box_wants_held(const struct cb_box *box);
+/* Whether the cycle before a step reads the write block back (FC3), after a reading that succeeded,
+ * and hands it over in in->held_registers. */
+enum cb_want {
+    CB_WANT_NOTHING,
+    CB_WANT_IF_ROOM, /* to see whether another client writes there: where the exchange has time */
+    CB_WANT_NOW,     /* the box does not know what the PLC holds, and writes nothing before */
+};
+enum cb_want cb_box_wants_held(const struct cb_box *box);
 
 /* Like a step of a box that has been ACTIVE on these inputs for ever: outputs are at the wanted
  * values within their limits. For evaluation on the host; never on a machine. Steps may follow it,

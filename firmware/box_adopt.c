@@ -134,7 +134,9 @@ static void adopt_channels(struct cb_box *fresh, const struct cb_box *old) {
         if (k == CB_NONE) continue;
         fresh->channels[i] = old->channels[k];
         fresh->tangent.reference[i] = old->tangent.reference[k];
+        fresh->applied.channels[i] = old->applied.channels[k];
     }
+    fresh->applied.slot_us = old->applied.slot_us;
 }
 
 bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old) {
@@ -157,6 +159,6 @@ bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old) {
     fresh->wrote = old->wrote;
     fresh->zero_written = old->zero_written;
     fresh->stop_confirmed = old->stop_confirmed;
-    fresh->unapplied = old->unapplied;
+    fresh->stopped_before = old->stopped_before;
     return true;
 }

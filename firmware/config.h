@@ -269,7 +269,8 @@ struct cb_config {
     struct cb_can_config can;
     uint32_t hold_us;    /* HOLD lasts no longer */
     float ramp_um_per_s; /* > 0 */
-    float ceiling_um; /* > 0: the site's: no output is beyond it, whatever the file states; 0: none */
+    float
+        ceiling_um; /* > 0: the site's: no output is beyond it, whatever the file states; 0: none */
     uint8_t signals_count, terms_count, outputs_count, channels_count, pairs_count;
     uint8_t lags_count, branches_count, buses_count;
     uint8_t slopes_count; /* channels behind the channels_count of the file: slopes */

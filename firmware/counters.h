@@ -30,6 +30,8 @@
     X(outputs_slewed)      \
     X(pairs_limited)       \
     X(slopes_limited)      \
+    X(applied_foreign)     \
+    X(registers_foreign)   \
     X(handshakes)          \
     X(nc_alarms)           \
     X(resyncs)             \

@@ -19,9 +19,10 @@ enum cb_write_result {
 
 /* Whether the PLC's write block was read back, as cb_box_wants_held() asks for. */
 enum cb_held_result {
-    CB_HELD_NONE,    /* it was not, or no answer came */
-    CB_HELD_OK,      /* held_registers[] are what the PLC holds */
+    CB_HELD_NONE,    /* it was not asked for */
+    CB_HELD_OK,      /* held_registers[] are what the PLC holds, after the write of last_write */
     CB_HELD_REFUSED, /* the PLC answered with an exception: it never will */
+    CB_HELD_SILENT,  /* asked for, but no answer came */
 };
 
 /* A number from a sensor of the box itself (CAN, bus), before scale and zero. */

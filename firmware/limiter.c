@@ -42,6 +42,16 @@
  * All sums are float32: "allowed" is meant to SLACK of the numbers involved, so that 15.00 + 15.00
  * is 30.00 and not one unit less. (1) is exact: targets are chosen inside, and none is passed.
  *
+ * Late writes. A write without an answer may take effect after a later one was confirmed: its bytes
+ * wait in the PLC behind a new connection. It may do so for cb_limiter_late_us(), so its value
+ * leaves [m, M] only with a confirmed write that was sent after that. Every such value was once an
+ * output, so (2) follows for it as for the others; and a confirmation that leaves it in [m, M] only
+ * keeps what was there, so "stay" holds.
+ *
+ * Last word. bounded() is the last operation on every output: a value that is not finite becomes
+ * the last one that was sent, and no output is beyond max(L, |last one sent|) nor beyond the
+ * ceiling. In a sound box it changes nothing; it holds whatever the stages before it do.
+ *
  * After a reload (box_adopt.c) q may lie outside new limits. The output then moves towards them at
  * the slew rate, and the clamps below let q be.
  */
@@ -56,6 +66,9 @@ static const float FINEST_GRID = 1048576.0f; /* 2^20 */
 /* Rounding of a few float32 operations, relative. */
 static const float SLACK = 2.0f * FLT_EPSILON; /* 2^-22 */
 
+/* From here on a float32 has no room for single units of an int32. */
+static const float LARGEST_GRID = 2147483648.0f; /* 2^31 */
+
 /* One unit of the channel's register in µm; 0 where it is as fine as float32. */
 static float unit_um_of(const struct cb_channel_config *channel) {
     const bool counted =
@@ -65,7 +78,7 @@ static float unit_um_of(const struct cb_channel_config *channel) {
 
 /* out: the last grid value on the way from `from_um` (on the grid) to um */
 static float grid_before(float unit_um, float um, float from_um) {
-    if (!(unit_um > 0.0f)) return um;
+    if (!(unit_um > 0.0f) || !(cb_abs(um) < LARGEST_GRID * unit_um)) return um;
     const float slack_um = (cb_abs(um) + cb_abs(from_um)) * SLACK;
     int32_t units = cb_round(um / unit_um);
     const float beyond_um = (float)units * unit_um - um;
@@ -98,17 +111,45 @@ void cb_limiter_derive(struct cb_channel_config *channel) {
     channel->top_um = cb_limiter_nearest(channel, FLT_MAX);
 }
 
+uint32_t cb_limiter_late_us(const struct cb_config *config) {
+    const uint64_t us =
+        (uint64_t)config->plc.heartbeat_timeout_ms * 1000u + 2u * (uint64_t)config->period_us;
+    return us < UINT32_MAX ? (uint32_t)us : UINT32_MAX;
+}
+
+/* The PLC holds a value in the interval low … high; late: or that of a late write. */
+static void holds(struct cb_channel_state *state, float low_um, float high_um, bool late) {
+    state->possible_min_um = late ? cb_min(low_um, state->late_min_um) : low_um;
+    state->possible_max_um = late ? cb_max(high_um, state->late_max_um) : high_um;
+}
+
+/* late_us counts down to 0: then no late write is left. */
+static void age_late(struct cb_channel_state *state, uint32_t lived_us) {
+    state->late_us = lived_us < state->late_us ? state->late_us - lived_us : 0;
+}
+
+static void unanswered(struct cb_channel_state *state, uint32_t late_us) {
+    const float sent_um = state->sent_um;
+    const bool late = state->late_us > 0;
+    state->late_min_um = late ? cb_min(state->late_min_um, sent_um) : sent_um;
+    state->late_max_um = late ? cb_max(state->late_max_um, sent_um) : sent_um;
+    state->late_us = late_us;
+    holds(state, state->possible_min_um, state->possible_max_um, true);
+}
+
 void cb_limiter_written(const struct cb_config *config, struct cb_channel_state *channels,
-                        enum cb_write_result result) {
+                        enum cb_write_result result, uint32_t lived_us) {
+    const uint32_t late_us = cb_limiter_late_us(config);
     for (unsigned i = 0; i < cb_all_channels(config); ++i) {
         struct cb_channel_state *state = &channels[i];
+        const bool late = state->late_us > 0; /* when the write was sent */
+        age_late(state, lived_us);
         switch (result) {
             case CB_WRITE_OK:
-                state->possible_min_um = state->possible_max_um = state->sent_um;
+                holds(state, state->sent_um, state->sent_um, late);
                 break;
             case CB_WRITE_UNKNOWN:
-                state->possible_min_um = cb_min(state->possible_min_um, state->sent_um);
-                state->possible_max_um = cb_max(state->possible_max_um, state->sent_um);
+                unanswered(state, late_us);
                 break;
             case CB_WRITE_NONE:
             case CB_WRITE_FAILED:
@@ -262,6 +303,19 @@ static void join_outputs(const struct cb_config *config, const struct cb_channel
     }
 }
 
+/* The last word on an output, whatever the stages before it made of it.
+ * in : um: any float; state: the last output that was sent is finite
+ * out: finite; |result| <= max(limit, |last output sent|) and <= the site's ceiling */
+static float bounded(const struct cb_config *config, const struct cb_channel_config *channel,
+                     const struct cb_channel_state *state, float um) {
+    const float finite_um = cb_is_finite(um) ? um : state->sent_um;
+    const float own_um = cb_max(channel->limit_um, cb_abs(state->sent_um));
+    const float ceiling_um = config->ceiling_um;
+    const float most_um = ceiling_um > 0.0f ? cb_min(own_um, ceiling_um) : own_um;
+    if (cb_abs(finite_um) <= most_um) return finite_um;
+    return grid_before(channel->unit_um, cb_clamp(finite_um, -most_um, most_um), 0.0f);
+}
+
 void cb_limiter_step(const struct cb_config *config, struct cb_channel_state *channels,
                      struct cb_counters *counters, const float *target_um,
                      const struct cb_motion *motion) {
@@ -275,6 +329,7 @@ void cb_limiter_step(const struct cb_config *config, struct cb_channel_state *ch
     }
     join_outputs(config, channels, output);
     for (unsigned i = 0; i < cb_all_channels(config); ++i) {
+        output[i] = bounded(config, &config->channels[i], &channels[i], output[i]);
         channels[i].output_um = output[i];
         channels[i].carry_um = carry_um(config->channels[i].unit_um, goal[i], output[i]);
         if (motion->writing) channels[i].sent_um = output[i];
@@ -290,12 +345,15 @@ static bool is_own(const struct cb_config *config, const struct cb_channel_state
     const struct cb_channel_state *state = &channels[index];
     const float um = start[index].um;
     const float unit_um = cb_number_is_integer(channel->type) ? channel->scale : 0.0f;
-    const float slack_um = unit_um + cb_abs(um) / FINEST_GRID;
+    const float low_um = state->possible_min_um, high_um = state->possible_max_um;
+    /* of the values that were sent, never of what was read: an infinite reading widens nothing */
+    const float slack_um = unit_um + cb_max(cb_abs(low_um), cb_abs(high_um)) / FINEST_GRID;
     if (!start[index].certain) return um == state->sent_um;
-    return um >= state->possible_min_um - slack_um && um <= state->possible_max_um + slack_um;
+    return um >= low_um - slack_um && um <= high_um + slack_um;
 }
 
-/* One of a pair is the box's own value only where the other one is. */
+/* One of a pair is the box's own value only where the other one is. By (B) both are then within 2Ps
+ * of the last output that was sent, so they are no further apart than those and the two ways. */
 static bool pair_is_own(const struct cb_config *config, const struct cb_channel_state *channels,
                         const struct cb_start *start, unsigned index) {
     if (!is_own(config, channels, start, index)) return false;
@@ -325,11 +383,10 @@ void cb_limiter_place(const struct cb_config *config, struct cb_channel_state *c
     place(config, channels, start, place_um);
     for (unsigned i = 0; i < cb_all_channels(config); ++i) {
         struct cb_channel_state *state = &channels[i];
-        state->output_um = state->sent_um = place_um[i];
         const float low_um = start[i].certain ? place_um[i] : state->possible_min_um;
         const float high_um = start[i].certain ? place_um[i] : state->possible_max_um;
-        state->possible_min_um = cb_min(low_um, place_um[i]);
-        state->possible_max_um = cb_max(high_um, place_um[i]);
+        state->output_um = state->sent_um = place_um[i];
+        holds(state, cb_min(low_um, place_um[i]), cb_max(high_um, place_um[i]), state->late_us > 0);
         state->carry_um = 0.0f;
     }
 }

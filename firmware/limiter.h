@@ -20,9 +20,10 @@ struct cb_channel_state {
     float output_um; /* what the registers say */
     float carry_um;  /* progress towards the next grid value: |carry| < one unit */
     float possible_min_um, possible_max_um; /* the PLC holds a value in this interval */
-    float sent_um;                          /* last output that was handed to a write */
-    float applied_um; /* of a channel with applied: what the PLC last said that it applies … */
-    uint32_t standing_us; /* … and for how long that stood away from what was written */
+    float late_min_um, late_max_um; /* writes without an answer: each may still take effect … */
+    uint32_t late_us; /* … for so long that the PLC lives, from the newest of them; 0: none */
+    float sent_um;    /* last output that was handed to a write; finite */
+    float applied_um; /* of a channel with applied: the newest finite value that the PLC reported */
 };
 
 /* How far outputs may move in one step. */
@@ -34,9 +35,16 @@ struct cb_motion {
     bool writing; /* the output will be written; false: the PLC is out of reach, no interval */
 };
 
-/* Takes note of how the write of all outputs of the step before ended. */
+/* How long a write without an answer may still take effect after a later one was confirmed: its
+ * bytes may wait in the PLC behind a new connection. A PLC that lives serves what waits in one turn
+ * of its program, which heartbeat_timeout_ms bounds; two periods pass until both ends know of it.
+ */
+uint32_t cb_limiter_late_us(const struct cb_config *config);
+
+/* Takes note of how the write of all outputs of the step before ended.
+ * in : lived_us: time since the step before in which the PLC's heartbeat was alive */
 void cb_limiter_written(const struct cb_config *config, struct cb_channel_state *channels,
-                        enum cb_write_result result);
+                        enum cb_write_result result, uint32_t lived_us);
 
 /* in : target_um[channels]: any floats; NaN counts as 0
  * out: every output moved towards its target: |output| <= limit, pairs within their difference,
@@ -49,7 +57,7 @@ void cb_limiter_step(const struct cb_config *config, struct cb_channel_state *ch
 
 /* Where an output goes on from. */
 struct cb_start {
-    float um;     /* any float */
+    float um;     /* finite */
     bool certain; /* the PLC holds or applies it; false: what it may hold stays as it was */
 };
 

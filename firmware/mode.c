@@ -4,7 +4,8 @@
 
 /* The PLC can be read and written, it lives, and every position is there. */
 static bool healthy(const struct cb_mode_events *e) {
-    return e->clock_ok && e->plc_ok && e->writes_ok && e->heartbeat_ok && e->essentials_ok;
+    return !e->loss && e->clock_ok && e->plc_ok && e->writes_ok && e->heartbeat_ok &&
+           e->essentials_ok;
 }
 
 /* The PLC wants compensation. Means something only while plc_ok. */
@@ -56,6 +57,7 @@ static enum cb_mode fault(struct cb_mode_state *state, uint8_t reason) {
 }
 
 static enum cb_mode active(struct cb_mode_state *state, const struct cb_mode_events *e) {
+    if (e->foreign) return fault(state, CB_REASON_FOREIGN);
     if (e->excessive) return fault(state, CB_REASON_DEMAND);
     state->reason = (uint8_t)remark(e);
     state->lost = false;
@@ -106,6 +108,7 @@ static enum cb_mode step_ramp(struct cb_mode_state *state, const struct cb_mode_
 static enum cb_mode step_fault(struct cb_mode_state *state, const struct cb_mode_events *e) {
     const bool gone = e->fault == CB_REASON_NONE &&
                       !(state->reason == CB_REASON_DEMAND && e->excessive) &&
+                      !(state->reason == CB_REASON_FOREIGN && e->foreign) &&
                       !(state->reason == CB_REASON_NC_ALARM && e->nc_alarm);
     state->lost = true;
     if (may_end(e)) return wait_in(CB_MODE_STOPPED, state, e);
@@ -142,6 +145,7 @@ void cb_mode_start(struct cb_mode_state *state) {
 
 void cb_mode_step(struct cb_mode_state *state, const struct cb_mode_events *events,
                   uint32_t elapsed_us, uint32_t max_hold_us) {
+    state->lost = state->lost || events->loss;
     /* enable going on is the permission after a loss, once the loss is over */
     if (healthy(events) && events->enable && !state->enable_was) state->lost = false;
     state->mode = (uint8_t)next_mode(state, events, elapsed_us, max_hold_us);

@@ -37,7 +37,8 @@
     X(CB_REASON_CONFIG_CORRUPT, 17, "the configuration in memory has changed")                  \
     X(CB_REASON_WRITE_REFUSED, 18, "the PLC refuses the writes")                                \
     X(CB_REASON_OVERRUN, 19, "the box misses its period again and again")                       \
-    X(CB_REASON_NC_ALARM, 20, "the NC went into alarm while it was compensated")
+    X(CB_REASON_NC_ALARM, 20, "the NC went into alarm while it was compensated")                \
+    X(CB_REASON_FOREIGN, 21, "the PLC applies a value that is not the box's, beyond error_um")
 
 enum cb_mode {
 #define CB_X(name, value, text) name = value,
@@ -54,9 +55,11 @@ enum cb_reason {
 /* What one step saw, as far as the mode depends on it. */
 struct cb_mode_events {
     bool plc_ok;        /* a reading younger than its maximum age is there */
-    bool writes_ok;     /* … and it confirms writes, as far as any were made */
+    bool writes_ok;     /* … it returned or refused what it holds, and confirms writes, if any */
     bool heartbeat_ok;  /* the PLC's heartbeat moved within its timeout */
     bool essentials_ok; /* every essential signal is valid and young enough */
+    bool loss;          /* a box was at work here before, or the PLC does not return what it holds:
+                           a loss, found in this step */
     bool clock_ok;      /* time went forward by no more than five periods */
     bool enable;        /* control bit 0 */
     bool referenced;    /* control bit 1, or all configured bits */
@@ -66,6 +69,7 @@ struct cb_mode_events {
     bool all_zero;      /* every output is zero */
     bool zero_written;  /* … and the PLC has confirmed it, or nothing was ever written */
     bool excessive;     /* a channel's demand is beyond its error limit: a fault when ACTIVE */
+    bool foreign;       /* the PLC applies far more than the box sent: a fault when ACTIVE */
     bool nc_alarm;      /* the NC is in alarm: a fault when ACTIVE */
     bool unapplied;     /* the PLC applies something else than was written */
     bool degraded;      /* a term is not live, or weakened outside its training range */

@@ -52,9 +52,13 @@ static bool is_torn(const struct cb_block_config *block, const uint16_t *registe
     return block->counters && registers[0] != registers[block->count - 1];
 }
 
-/* The PLC's heartbeat has to be seen moving; that it has some value says nothing. */
+/* The PLC's heartbeat has to be seen moving; that it has some value says nothing. One that is
+ * behind the last one, by the shorter way round, is that of a PLC that has restarted. */
 static void take_heartbeat(struct cb_plc_state *state, uint16_t heartbeat, bool first,
                            int64_t read_us) {
+    const bool behind = (uint16_t)(state->plc_heartbeat - heartbeat - 1) < 0x7FFF;
+    if (state->contact != CB_CONTACT_KNOWN && state->beat && behind) state->went_back = true;
+    state->beat = true;
     if (!first && heartbeat != state->plc_heartbeat) {
         state->beating = true;
         state->heartbeat_us = read_us;

@@ -30,8 +30,8 @@ enum {
 /* A box that does not know what the PLC holds asks before it writes
  * (docs/decisions/0005-ask-before-writing.md). */
 enum cb_contact {
-    CB_CONTACT_NONE,  /* not heard since start: nothing is written; the first reading says where
-                         the outputs start */
+    CB_CONTACT_NONE,  /* not heard since start: nothing is written until the PLC returned what its
+                         write block holds, or refused to */
     CB_CONTACT_KNOWN, /* the last writes were confirmed, or only a few were not */
     CB_CONTACT_LOST,  /* no write was confirmed for CB_LOST_HALF_PERIODS half periods, the PLC may
                          have restarted: nothing is written until it said what it holds */
@@ -41,6 +41,7 @@ enum {
     CB_LOST_HALF_PERIODS = 9, /* four writes in a row; a PLC does not restart in that time */
     CB_READ_PERIODS = 3,      /* a reading older than this is none */
     CB_REFUSED_US = 3000000,  /* refusing every write for this long is a fault */
+    CB_ASK_US = 1000000,      /* the write block is read back this often, where there is room */
 };
 
 struct cb_plc_state {
@@ -51,7 +52,12 @@ struct cb_plc_state {
     uint16_t control;        /* control word of the last good reading */
     uint16_t plc_heartbeat;  /* … and its heartbeat */
     uint16_t handshake;      /* … and its handshake with the NC */
+    uint32_t asked_us;       /* time since the write block was last read back */
     uint8_t contact;         /* enum cb_contact */
+    bool beat;               /* plc_heartbeat is one that was read */
+    bool went_back;          /* the heartbeat is behind the last one before contact was lost: the
+                                PLC has restarted, and its offset begins at zero */
+    bool silent;             /* it does not return its write block: asked for no more */
     bool readable;           /* a good reading is there, since start or clock jump */
     bool beating;            /* the heartbeat moved, since start or clock jump */
     bool alive;              /* … and within its timeout, in this step */

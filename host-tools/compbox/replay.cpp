@@ -127,7 +127,7 @@ cb_inputs inputs_of(const recorded_line &line, const cb_config &config) {
     in.exchange_us = line.whole<std::uint32_t>(exchange_us, UINT32_MAX);
     in.read_ok = line.whole<int>(read_ok, 1) == 1;
     in.last_write = line.whole<std::uint8_t>(last_write, CB_WRITE_UNKNOWN);
-    in.held = line.whole<std::uint8_t>(held, CB_HELD_REFUSED);
+    in.held = line.whole<std::uint8_t>(held, CB_HELD_SILENT);
     in.stop = line.whole<int>(stop, 1) == 1;
     in.missed_ticks = line.whole<std::uint32_t>(missed_ticks, UINT32_MAX);
     const auto list = line.sensor_samples(config.signals_count);

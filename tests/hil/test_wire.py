@@ -5,7 +5,8 @@ Read block: 6 registers from 0; write block: 6 from 100. X = 123.4567 mm = 12345
 (0x0012D687). The term is the line 10 µm + 0.001 µm/mm * X over the whole travel, so Z wants
 -10.1235 µm; with sign -1 and 0.01 µm a unit that is +1012 units = 0x000003F4. The PLC applies that
 value already, so that the box goes on from it without a ramp. The PLC's heartbeat counts on from 1
-in the readings; the first one cannot show that it lives, so the first write says RAMP, HEARTBEAT."""
+in the readings; the first one cannot show that it lives, so the first write says RAMP, HEARTBEAT. Before
+it the box reads the write block back: all zeros, as of a PLC that has just started."""
 import json
 import socket
 import threading
@@ -78,6 +79,7 @@ def read_reply(beat):
 
 
 READ = "00 00 00 06 11 03 00 00 00 06"
+READ_BACK, NOTHING_YET = "00 00 00 06 11 03 00 64 00 06", "00 00 00 0F 11 03 0C" + " 00" * 12
 WRITE = "00 00 00 13 11 10 00 64 00 06 0C {} 00 0{} 00 00 00 00 00 00 03 F4"
 WRITE_REPLY = "00 00 00 06 11 10 00 64 00 06"
 BOTH = "00 00 00 17 11 17 00 00 00 06 00 64 00 06 0C {} 00 0{} 00 00 00 00 00 00 03 F4"
@@ -93,6 +95,7 @@ RAMP_HEARTBEAT, ACTIVE = "04 03", "00 01"     # reason, mode
 def test_fc3_and_fc16_on_the_wire(tmp_path):
     seen, expected = talk(tmp_path, "fc3+fc16", [
         (READ, read_reply(1)),
+        (READ_BACK, NOTHING_YET),
         (WRITE.format(RAMP_HEARTBEAT, 1), WRITE_REPLY),
         (READ, read_reply(2)),
         (WRITE.format(ACTIVE, 2), WRITE_REPLY),
@@ -106,6 +109,7 @@ def test_fc23_on_the_wire(tmp_path):
     """The first reading is by fc3: before it there is nothing to write."""
     seen, expected = talk(tmp_path, "fc23", [
         (READ, read_reply(1)),
+        (READ_BACK, NOTHING_YET),
         (BOTH.format(RAMP_HEARTBEAT, 1), both_reply(2)),
         (BOTH.format(ACTIVE, 2), both_reply(3)),
         (BOTH.format(ACTIVE, 3), both_reply(4)),

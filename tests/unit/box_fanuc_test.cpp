@@ -207,11 +207,133 @@ TEST(box_applied, is_told_after_a_second_and_only_while_active) {
     rig.control(1 | 2);
     rig.steps(30);
     EXPECT_EQ(rig.reason(), CB_REASON_NONE) << "0.9 s";
-    rig.steps(10);
-    EXPECT_EQ(rig.reason(), CB_REASON_UNAPPLIED);
+    rig.steps(35);
+    EXPECT_EQ(rig.reason(), CB_REASON_UNAPPLIED) << "1.25 s and a quarter of the time";
+    EXPECT_EQ(rig.box->applied_verdict.channel, 0);
+    EXPECT_GT(rig.box->counters.applied_foreign, 0u);
     rig.in.registers[24] = static_cast<uint16_t>(-200);
-    rig.step();
+    rig.steps(35);
     EXPECT_EQ(rig.reason(), CB_REASON_NONE) << "it follows now";
+}
+
+// ---- a second writer
+
+// What a foreign client writes is applied: it moves all the time, half of the time, or stands.
+TEST(box_applied, a_foreign_value_inside_error_um_is_counted_and_named_however_it_moves) {
+    for (int way = 0; way < 4; ++way) {
+        box_rig rig(from_text(sinumerik(0.5)));
+        rig.position(8, 0.01);
+        rig.in.registers[24] = static_cast<uint16_t>(-200);
+        rig.steps(80);
+        ASSERT_EQ(rig.reason(), CB_REASON_NONE);
+        for (int n = 0; n < 100; ++n) {
+            const double foreign_um[] = {150, 150.0 + n % 7, n % 2 ? 150.0 : -100.0,
+                                         n % 2 ? 150.0 : 180.0};
+            rig.in.registers[24] = static_cast<uint16_t>(std::lround(foreign_um[way] / 0.5));
+            rig.step();
+        }
+        EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
+        EXPECT_EQ(rig.reason(), CB_REASON_UNAPPLIED) << "way " << way;
+        EXPECT_GE(rig.box->counters.applied_foreign, 49u);
+        EXPECT_EQ(rig.box->applied_verdict.channel, 0);
+    }
+}
+
+// A box on a channel with `applied` as float32, 300 µm, error_um 400.
+box_rig float_applied_rig() {
+    config_builder b = simple();
+    b.config->channels[0].type = CB_NUMBER_FLOAT32;
+    b.config->channels[0].has_applied = true;
+    b.config->channels[0].applied_reg = 24;
+    b.config->channels[0].scale = 1;
+    box_rig rig(b);
+    rig.position(8, 400);
+    return rig;
+}
+void put_float(uint16_t *registers, float value) {
+    uint32_t bits;
+    std::memcpy(&bits, &value, sizeof bits);
+    registers[0] = static_cast<uint16_t>(bits >> 16);
+    registers[1] = static_cast<uint16_t>(bits);
+}
+
+TEST(box_applied, a_value_far_beyond_error_um_in_two_readings_is_a_fault) {
+    for (float foreign_um : {3000.0f, -401.0f, std::numeric_limits<float>::infinity(),
+                             std::numeric_limits<float>::quiet_NaN()}) {
+        box_rig rig = float_applied_rig();
+        rig.steps(10);
+        put_float(rig.in.registers + 24, -40);
+        rig.steps(10);
+        put_float(rig.in.registers + 24, foreign_um);
+        rig.step();
+        EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE) << "one reading is none";
+        put_float(rig.in.registers + 24, -40);
+        rig.step();
+        put_float(rig.in.registers + 24, foreign_um);
+        rig.steps(2);
+        EXPECT_EQ(rig.mode(), CB_MODE_FAULT);
+        EXPECT_EQ(rig.reason(), CB_REASON_FOREIGN);
+        rig.control(1 | 2 | 4);
+        rig.step();
+        EXPECT_EQ(rig.mode(), CB_MODE_FAULT) << "the cause is there";
+        put_float(rig.in.registers + 24, -40);
+        rig.control(1 | 2);
+        rig.step();
+        rig.control(1 | 2 | 4);
+        rig.step();
+        EXPECT_NE(rig.mode(), CB_MODE_FAULT);
+    }
+}
+
+// Item 0 of the bounds: a reading that is not finite never becomes an output.
+TEST(box_applied, an_infinite_first_value_is_never_written) {
+    for (float first :
+         {std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(),
+          std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::max()}) {
+        box_rig rig = float_applied_rig();
+        put_float(rig.in.registers + 24, first);
+        for (int n = 0; n < 50; ++n) {
+            rig.step();
+            ASSERT_LE(std::fabs(rig.output()), 300);
+            if (n == 2) put_float(rig.in.registers + 24, 0);
+        }
+        rig.write = CB_WRITE_UNKNOWN;  // lost, and the read-back is infinite
+        rig.steps(6);
+        rig.write = CB_WRITE_OK;
+        put_float(rig.in.registers + 24, first);
+        put_float(rig.in.held_registers + 4, first);
+        rig.in.held = CB_HELD_OK;
+        for (int n = 0; n < 50; ++n) {
+            rig.step();
+            ASSERT_LE(std::fabs(rig.output()), 300);
+        }
+    }
+}
+
+TEST(box_applied, what_another_client_left_in_a_register_is_counted_and_named) {
+    box_rig rig(simple());
+    rig.position(8, 400);
+    rig.steps(40);
+    ASSERT_EQ(cb_box_wants_held(rig.box.get()), CB_WANT_IF_ROOM);
+    rig.in.held = CB_HELD_OK;
+    put_int32(rig.in.held_registers + 4, -4000);
+    rig.step();
+    EXPECT_EQ(rig.box->counters.registers_foreign, 0u);
+    EXPECT_EQ(cb_box_wants_held(rig.box.get()), CB_WANT_NOTHING);
+    rig.steps(40);
+    rig.in.held = CB_HELD_OK;
+    put_int32(rig.in.held_registers + 4, 1000000);
+    rig.step();
+    EXPECT_EQ(rig.box->counters.registers_foreign, 1u);
+    EXPECT_EQ(rig.box->foreign.channel, 0);
+    EXPECT_EQ(rig.box->foreign.value_um, 10000.0f);
+    EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
+    EXPECT_DOUBLE_EQ(rig.written(4), -40);
+    rig.steps(40);
+    rig.in.held = CB_HELD_SILENT;  // it costs the write of a cycle: asked once
+    rig.step();
+    rig.steps(200);
+    EXPECT_EQ(cb_box_wants_held(rig.box.get()), CB_WANT_NOTHING);
 }
 
 }  // namespace

@@ -234,7 +234,9 @@ TEST(box_fault, a_restarted_plc_is_met_at_zero) {
     EXPECT_DOUBLE_EQ(rig.written(4), -15);
 }
 
-TEST(box_fault, a_plc_that_will_not_say_gets_the_last_output_again) {
+// Whether it restarted or lived on nobody knows: its own duty has taken the offset to zero
+// meanwhile.
+TEST(box_fault, a_plc_that_will_not_say_is_met_at_zero_and_that_is_a_loss) {
     running_rig rig;
     rig.reading = false;
     rig.write = CB_WRITE_FAILED;
@@ -247,9 +249,105 @@ TEST(box_fault, a_plc_that_will_not_say_gets_the_last_output_again) {
     rig.in.held = CB_HELD_REFUSED;
     rig.step();
     EXPECT_TRUE(rig.out.write);
-    EXPECT_DOUBLE_EQ(rig.written(4), -40);
+    EXPECT_DOUBLE_EQ(rig.written(4), 0);
+    rig.steps(20);
+    EXPECT_EQ(rig.mode(), CB_MODE_STANDBY);
+    EXPECT_EQ(rig.reason(), CB_REASON_WAIT_ENABLE);
+    rig.control(1 | 2 | 8);
     rig.step();
-    EXPECT_NEAR(rig.written(4), -38.5, 1e-9);
+    EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
+    EXPECT_DOUBLE_EQ(rig.written(4), -15);
+}
+
+// The refusal alone is a loss: here the writes were refused, readings went on, the mode was ACTIVE.
+TEST(box_fault, a_refused_read_back_ends_active) {
+    running_rig rig;
+    rig.write = CB_WRITE_REFUSED;
+    rig.steps(6);
+    ASSERT_EQ(rig.mode(), CB_MODE_ACTIVE);
+    rig.in.held = CB_HELD_REFUSED;
+    rig.write = CB_WRITE_OK;
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_HOLD);
+    rig.steps(40);
+    EXPECT_EQ(rig.reason(), CB_REASON_WAIT_ENABLE);
+}
+
+// ---- what the run before left in the PLC
+
+TEST(box_fault, a_status_of_a_box_at_work_is_a_loss_at_the_first_contact) {
+    for (unsigned status : {0x0001u, 0x0702u, 0x0703u, 0x1004u, 0x004Du}) {
+        box_rig rig(simple());
+        rig.position(8, 400);
+        rig.in.held_registers[0] = static_cast<uint16_t>(status);
+        rig.steps(100);
+        EXPECT_EQ(rig.mode(), CB_MODE_STANDBY) << status;
+        EXPECT_EQ(rig.reason(), CB_REASON_WAIT_ENABLE);
+        rig.control(2);
+        rig.step();
+        rig.control(1 | 2);
+        rig.step();
+        EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE) << "a new edge of enable";
+    }
+    for (unsigned status : {0x0000u, 0x0005u, 0x0A05u}) {
+        box_rig rig(simple());
+        rig.in.held_registers[0] = static_cast<uint16_t>(status);
+        rig.steps(3);
+        EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE) << status;
+    }
+}
+
+// After a crash at 101 µm: the register goes on from there, and down at the ramp rate.
+TEST(box_fault, outputs_start_from_the_register_at_the_first_contact) {
+    box_rig rig(simple());
+    rig.in.held_registers[0] = CB_MODE_RAMP;
+    put_int32(rig.in.held_registers + 4, 10100);
+    rig.step();
+    EXPECT_TRUE(rig.out.write);
+    EXPECT_DOUBLE_EQ(rig.written(4), 101);
+    rig.step();
+    EXPECT_DOUBLE_EQ(rig.written(4), 99.5);
+    EXPECT_EQ(rig.mode(), CB_MODE_RAMP);
+}
+
+TEST(box_fault, a_first_contact_that_is_not_answered_writes_nothing_and_is_named) {
+    box_rig rig(simple());
+    for (int n = 0; n < 20; ++n) {
+        rig.in.held = CB_HELD_SILENT;
+        rig.step();
+        ASSERT_FALSE(rig.out.write);
+    }
+    EXPECT_EQ(rig.reason(), CB_REASON_UNCONFIRMED);
+    rig.steps(3);
+    EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
+}
+
+TEST(box_fault, a_first_contact_that_is_refused_is_a_loss_unless_the_run_before_stopped) {
+    for (bool stopped : {false, true}) {
+        box_rig rig(simple());
+        rig.box->stopped_before = stopped;
+        rig.in.held = CB_HELD_REFUSED;
+        rig.steps(5);
+        EXPECT_EQ(rig.mode(), stopped ? CB_MODE_ACTIVE : CB_MODE_STANDBY);
+    }
+}
+
+// Its registers survived, its offset begins at zero: so do the outputs.
+TEST(box_fault, a_plc_whose_heartbeat_went_back_is_met_at_zero) {
+    for (bool back : {false, true}) {
+        running_rig rig;
+        rig.steps(100);
+        rig.reading = false;
+        rig.write = CB_WRITE_FAILED;
+        rig.steps(10);
+        rig.reading = true;
+        rig.write = CB_WRITE_OK;
+        if (back) rig.heartbeat = 3;
+        rig.in.held = CB_HELD_OK;
+        put_int32(rig.in.held_registers + 4, -4000);
+        rig.step();
+        EXPECT_DOUBLE_EQ(rig.written(4), back ? 0 : -40);
+    }
 }
 
 TEST(box_fault, applied_values_are_believed_before_registers) {

@@ -161,7 +161,8 @@ inline double get_int32(const uint16_t *registers) {
 }
 
 // A box, its inputs and a clock, one step at a time. Each step is a good one unless the test says
-// otherwise before it: the reading is good, the heartbeat moves, the last write was confirmed.
+// otherwise before it: the reading is good, the heartbeat moves, the last write was confirmed, the
+// write block is returned at the first contact (zeros, unless the test puts something there).
 struct box_rig {
     std::unique_ptr<cb_box> box = std::make_unique<cb_box>();
     cb_inputs in{};
@@ -197,6 +198,8 @@ struct box_rig {
         if (beating) ++heartbeat;
         in.registers[box->config.plc.plc_heartbeat] = heartbeat;
         in.read_ok = reading;
+        if (reading && box->plc.contact == CB_CONTACT_NONE && in.held == CB_HELD_NONE)
+            in.held = CB_HELD_OK;
         in.read_us = now_us;
         in.last_write = static_cast<uint8_t>(out.write ? write : CB_WRITE_NONE);
         cb_box_step(box.get(), &in, now_us, &out);

@@ -42,7 +42,7 @@ TEST(box, writes_nothing_before_it_has_heard_the_plc) {
         ASSERT_EQ(rig.mode(), CB_MODE_STANDBY);
         ASSERT_EQ(rig.reason(), CB_REASON_NO_PLC);
     }
-    EXPECT_FALSE(cb_box_wants_held(rig.box.get()));
+    EXPECT_EQ(cb_box_wants_held(rig.box.get()), CB_WANT_NOW);
     rig.reading = true;
     rig.step();
     EXPECT_TRUE(rig.out.write);

@@ -100,9 +100,9 @@ struct plant {
 TEST(cycle, reads_steps_and_writes_in_one_period) {
     plant p;
     p.run(1);
-    EXPECT_EQ(p.order, "uuuw");  // tick, reading, request of the write, write
+    EXPECT_EQ(p.order, "uuuuw");  // tick, reading, read-back, request of the write, write
     EXPECT_EQ(p.cycle.tick_us, 5000000 + period_us);
-    EXPECT_EQ(p.cycle.exchange_us, 4000);
+    EXPECT_EQ(p.cycle.exchange_us, 6000);
     EXPECT_EQ(p.cycle.in.read_us, p.cycle.tick_us);
     EXPECT_EQ(p.cycle.read, CB_TRANSFER_OK);
     EXPECT_EQ(p.cycle.write, CB_TRANSFER_OK);
@@ -112,15 +112,25 @@ TEST(cycle, reads_steps_and_writes_in_one_period) {
     EXPECT_EQ(p.cycle.tick_us, 5000000 + 100 * period_us);  // no drift
     EXPECT_EQ(p.mode(), CB_MODE_ACTIVE);
     EXPECT_DOUBLE_EQ(p.held(), -40);
-    EXPECT_EQ(p.sim->reads, 100u);
+    EXPECT_EQ(p.sim->reads, 100u + 3u);  // read back at the first contact, and once a second
     EXPECT_EQ(p.sim->writes, 100u);
+}
+
+// Where two requests take more than half of the time a third one would cost the write.
+TEST(cycle, is_not_read_back_where_the_exchange_leaves_no_room) {
+    plant p;
+    p.sim->exchange_us = 7000;  // 14 of 24 ms
+    p.run(200);
+    EXPECT_EQ(p.mode(), CB_MODE_ACTIVE);
+    EXPECT_EQ(p.sim->reads, 200u + 1u);
+    EXPECT_EQ(p.box->counters.writes_failed, 0u);
 }
 
 TEST(cycle, fc23_writes_the_outputs_of_the_cycle_before) {
     plant p(simple(CB_EXCHANGE_FC23));
     p.run(1);
     EXPECT_EQ(p.sim->writes, 0u);  // it has to hear the PLC before it writes
-    EXPECT_EQ(p.sim->reads, 1u);
+    EXPECT_EQ(p.sim->reads, 2u);   // of both blocks
     EXPECT_TRUE(p.cycle.out.write);
     p.run(1);
     EXPECT_EQ(p.sim->writes, 1u);
@@ -130,7 +140,7 @@ TEST(cycle, fc23_writes_the_outputs_of_the_cycle_before) {
     p.run(20);
     EXPECT_DOUBLE_EQ(p.held(), -40);
     EXPECT_EQ(p.box->counters.writes_failed, 0u);
-    EXPECT_EQ(p.sim->reads, 22u);
+    EXPECT_EQ(p.sim->reads, 23u);
 }
 
 TEST(cycle, without_a_plc_nothing_is_written_and_the_watchdog_is_fed) {

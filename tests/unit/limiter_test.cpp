@@ -22,13 +22,21 @@ struct held_value {
     double time_s = 0;  // of the step that made it
 };
 
+// A write without an answer, which may still take effect while the PLC lives for so long.
+struct late_write {
+    std::vector<held_value> values;
+    int64_t left_us;
+};
+
 struct limiter_rig {
     config_builder builder;
     std::vector<cb_channel_state> states;
     cb_counters counters{};
     std::vector<held_value> plc;
     std::vector<bool> coarse;  // a step allowed less than one unit of the register
+    std::vector<late_write> late;
     double now_s = 0;
+    uint32_t elapsed_us = 0;  // of the last step
 
     explicit limiter_rig(const config_builder &b) : states(16), plc(16), coarse(16) {
         *builder.config = *b.config;
@@ -41,6 +49,7 @@ struct limiter_rig {
     void step(const std::vector<float> &target, double elapsed_s, float ramp = 0,
               bool writing = true) {
         now_s += elapsed_s;
+        elapsed_us = static_cast<uint32_t>(std::llround(elapsed_s * 1e6));
         for (unsigned i = 0; i < channels(); ++i) {
             const cb_channel_config &c = config().channels[i];
             if (c.slew_um_per_s * elapsed_s < unit(c)) coarse[i] = true;
@@ -49,7 +58,16 @@ struct limiter_rig {
                                   static_cast<float>(2 * period_s), ramp, writing};
         cb_limiter_step(&config(), states.data(), &counters, target.data(), &motion);
     }
-    void result(cb_write_result result) { cb_limiter_written(&config(), states.data(), result); }
+    void result(cb_write_result result) {
+        cb_limiter_written(&config(), states.data(), result, elapsed_us);
+        for (late_write &write : late) write.left_us -= elapsed_us;
+        late.erase(std::remove_if(late.begin(), late.end(),
+                                  [](const late_write &write) { return write.left_us <= 0; }),
+                   late.end());
+        if (result != CB_WRITE_UNKNOWN) return;
+        late.push_back({{}, int64_t{cb_limiter_late_us(&config())}});
+        for (unsigned i = 0; i < channels(); ++i) late.back().values.push_back({output(i), now_s});
+    }
     static double unit(const cb_channel_config &c) {
         return cb_number_is_integer(static_cast<cb_number_type>(c.type)) ? c.scale : 0;
     }
@@ -72,6 +90,20 @@ struct limiter_rig {
             ASSERT_LE(std::fabs(plc[pair.a].um - plc[pair.b].um),
                       pair.max_difference_um * (1 + 1e-6) + 1e-6 * std::fabs(plc[pair.a].um));
         }
+    }
+    // A write that nobody waits for any more takes effect after all, behind a later one.
+    void take_late(const late_write &write) {
+        for (unsigned i = 0; i < channels(); ++i) {
+            const cb_channel_config &c = config().channels[i];
+            const double between_s = std::fabs(plc[i].time_s - write.values[i].time_s);
+            const double most =
+                c.slew_um_per_s * std::min(between_s, 2 * period_s) + (coarse[i] ? unit(c) : 0);
+            ASSERT_LE(std::fabs(write.values[i].um - plc[i].um),
+                      most * (1 + 1e-5) + 1e-6 * c.limit_um)
+                << "channel " << i << " late at " << now_s;
+        }
+        plc = write.values;
+        plc.resize(16);
     }
     // What must hold of every output, taken or not.
     void check_values() const {
@@ -146,10 +178,56 @@ TEST(limiter, unanswered_writes_stop_two_periods_from_all_that_the_plc_may_hold)
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output()), 0);
     rig.result(CB_WRITE_UNKNOWN);
     rig.step({-300}, period_s);
-    EXPECT_FLOAT_EQ(static_cast<float>(rig.output()), 0);  // 30 is still possible
+    EXPECT_FLOAT_EQ(static_cast<float>(rig.output()), 0);  // 30 is still possible …
+    // … and, confirmed writes or not, for as long as one of the others may still take effect.
+    const double late_s = cb_limiter_late_us(&rig.config()) * 1e-6;
+    for (int n = 0; n <= static_cast<int>(late_s / period_s); ++n) {
+        rig.result(CB_WRITE_OK);
+        rig.step({-300}, period_s);
+        EXPECT_FLOAT_EQ(static_cast<float>(rig.output()), 0) << n;
+    }
     rig.result(CB_WRITE_OK);
     rig.step({-300}, period_s);
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output()), -15);
+}
+
+TEST(limiter, a_late_write_stays_possible_while_the_plc_does_not_live) {
+    limiter_rig rig(one_channel());
+    rig.step({300}, period_s);
+    rig.result(CB_WRITE_UNKNOWN);
+    rig.elapsed_us = 0;
+    for (int n = 0; n < 1000; ++n) rig.result(CB_WRITE_OK);
+    EXPECT_EQ(rig.states[0].late_max_um, 15);
+    EXPECT_GT(rig.states[0].late_us, 0u);
+}
+
+// Whatever a stage before it makes of an output, by a mistake or a flipped bit.
+TEST(limiter, the_last_word_bounds_an_output_that_is_not_a_number_or_far_too_large) {
+    const float wrong[] = {std::numeric_limits<float>::infinity(),
+                           std::numeric_limits<float>::quiet_NaN(),
+                           std::numeric_limits<float>::max()};
+    for (float value : wrong) {
+        for (float sign : {1.0f, -1.0f}) {
+            limiter_rig rig(one_channel());
+            rig.states[0].output_um = sign * value;
+            rig.states[0].sent_um = 12;
+            rig.step({0}, 0);
+            EXPECT_TRUE(std::isfinite(rig.output()));
+            EXPECT_LE(std::fabs(rig.output()), 300);
+        }
+    }
+}
+
+TEST(limiter, the_sites_ceiling_wins_over_all) {
+    config_builder b = one_channel();
+    b.config->ceiling_um = 50.005f;
+    limiter_rig rig(b);
+    for (int n = 0; n < 20; ++n) {
+        rig.step({300}, period_s);
+        rig.result(CB_WRITE_OK);
+        EXPECT_LE(rig.output(), 50.005);
+    }
+    EXPECT_FLOAT_EQ(static_cast<float>(rig.output()), 50);
 }
 
 TEST(limiter, refused_and_failed_writes_change_nothing_of_what_the_plc_holds) {
@@ -291,6 +369,23 @@ TEST(limiter, a_pair_beyond_a_new_difference_closes_without_widening) {
     EXPECT_EQ(rig.output(1), 300);
 }
 
+// The slack of "the box's own value" must not grow with the reading.
+TEST(limiter, an_infinite_or_huge_reading_is_never_taken_for_the_boxs_own) {
+    const float readings[] = {std::numeric_limits<float>::infinity(),
+                              std::numeric_limits<float>::max(), 1e30f, 1e9f};
+    for (float reading : readings) {
+        for (float sign : {1.0f, -1.0f}) {
+            config_builder b = one_channel();
+            b.config->channels[0].type = CB_NUMBER_FLOAT32;
+            limiter_rig rig(b);
+            const cb_start start[1] = {{sign * reading, true}};
+            cb_limiter_place(&rig.config(), rig.states.data(), start);
+            rig.check_values();
+            EXPECT_LE(std::fabs(rig.states[0].sent_um), 300);
+        }
+    }
+}
+
 TEST(limiter, place_forces_anything_into_the_limits) {
     limiter_rig rig(pair_of(500, 500));
     rig.states[0].carry_um = 0.009f;
@@ -363,6 +458,8 @@ void random_outcome(random_source &r, limiter_rig &rig, unsigned mood) {
     const bool trouble = pick(r, 4) < mood;
     if (!trouble) {
         rig.take();
+        if (!rig.late.empty() && pick(r, 3) == 0)
+            rig.take_late(rig.late[pick(r, static_cast<unsigned>(rig.late.size()))]);
         rig.result(CB_WRITE_OK);
         return;
     }
@@ -377,6 +474,7 @@ void random_outcome(random_source &r, limiter_rig &rig, unsigned mood) {
 void random_outage(random_source &r, limiter_rig &rig, const std::vector<float> &target) {
     for (unsigned n = pick(r, 30); n > 0; --n) {
         rig.step(target, period_s, 50, false);
+        rig.result(CB_WRITE_NONE);
         rig.check_values();
     }
     cb_start held[CB_MAX_CHANNELS];
