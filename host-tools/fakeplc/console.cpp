@@ -151,7 +151,8 @@ std::string status_line(const fake_plc &plc, const wire_server &server) {
         " alive=" + (state.box_alive ? "1" : "0") + " moving=" + (plc.moving() ? "1" : "0") +
         " clients=" + std::to_string(server.clients()) +
         " alarms=" + std::to_string(plc.alarms().standing().size()) +
-        " handshake=" + std::to_string(state.handshake);
+        " handshake=" + std::to_string(state.handshake) +
+        " limited=" + std::to_string(plc.duties().times_limited());
     for (std::size_t c = 0; c < plc.map().channels.size(); ++c) {
         const std::string &name = plc.map().channels[c].name;
         text += " commanded_" + name + "=" + shortest(state.commanded_um[c]);

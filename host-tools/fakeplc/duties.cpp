@@ -28,9 +28,10 @@ correction written(const taken_channel &channel, const std::vector<std::uint16_t
     return value;
 }
 
+// out: value, slope and reference are numbers, and so is what they make of any position in reach.
 bool finite(const correction &value) {
     return std::isfinite(value.um) && std::isfinite(value.slope) &&
-           std::isfinite(value.reference_mm);
+           std::isfinite(value.reference_mm) && std::isfinite(value.at_um(0.0));
 }
 
 }  // namespace
@@ -39,13 +40,17 @@ double toward(double held, double want, double step) {
     return std::fabs(want - held) <= step ? want : held + (want > held ? step : -step);
 }
 
-plc_duties::plc_duties(const register_map &map, const twin_plc &limits, std::int64_t now_us)
+plc_duties::plc_duties(const register_map &map, const twin_plc &limits,
+                       std::vector<double> sizes_um, std::int64_t now_us)
     : map_(map),
       limits_(limits),
+      sizes_um_(std::move(sizes_um)),
       commanded_(map.channels.size()),
       wanted_(map.channels.size()),
+      limited_(map.channels.size(), false),
       box_moved_us_(now_us),
-      whole_us_(now_us) {}
+      whole_us_(now_us),
+      numbers_us_(now_us) {}
 
 std::vector<std::string> plc_duties::take_events() {
     return std::exchange(events_, {});
@@ -84,6 +89,17 @@ bool plc_duties::block_is_whole(const std::vector<std::uint16_t> &registers, std
     return whole;
 }
 
+// A block with a value that is not a number is not taken over, no part of it: of two motors on a
+// stage one would go on without the other.
+void plc_duties::take_over(const std::vector<std::uint16_t> &registers, std::int64_t now_us) {
+    std::vector<correction> values;
+    for (const auto &channel : map_.channels) values.push_back(written(channel, registers));
+    numbers_ = std::all_of(values.begin(), values.end(), finite);
+    if (!numbers_) return;
+    commanded_ = values;
+    numbers_us_ = now_us;
+}
+
 // [line] Every block begins a straight line that ends at its values. All channels go the same share
 // of their ways, so two motors never stand further apart than in one block or the other.
 double plc_duties::share_of_line(double dt_s) {
@@ -92,36 +108,56 @@ double plc_duties::share_of_line(double dt_s) {
     return share;
 }
 
-// [slope] [ramp] The value moves towards the commanded one with a limited slope, at the new
-// reference position: there the old value with its slope is the same correction. Without permission
-// it goes to zero from what is applied where the axis stands, and the slope with it.
+// [slope] [ramp] The correction where the axis stands moves towards the commanded one, along the
+// commanded slope, by a limited step. Without permission it goes to zero, and the slope is gone at
+// once. An axis that the NC does not know is taken to be at the reference.
 void plc_duties::take_channel(std::size_t c, bool apply, const std::optional<double> &position_mm,
                               double dt_s, double share) {
+    correction target = commanded_[c];
+    const double at_mm = position_mm.value_or(target.reference_mm);
+    if (!apply) target = {0.0, 0.0, at_mm};
     const double speed = apply ? limits_.slope_um_per_s : limits_.ramp_um_per_s;
-    correction &held = wanted_[c];
-    double reference_mm = commanded_[c].reference_mm;
-    if (!apply && position_mm) reference_mm = *position_mm;
-    held.um = held.at_um(reference_mm);
-    held.reference_mm = reference_mm;
-    held.slope = apply ? commanded_[c].slope : 0.0;
-    double target_um = apply ? commanded_[c].um : 0.0;
-    if (apply && share < 1.0) target_um = held.um + share * (target_um - held.um);
-    held.um = toward(held.um, target_um, speed * dt_s);
+    const double before_um = wanted_[c].at_um(at_mm);
+    double asked_um = target.at_um(at_mm);
+    if (apply && share < 1.0) asked_um = before_um + share * (asked_um - before_um);
+    const double here_um = toward(before_um, asked_um, speed * dt_s);
+    wanted_[c] = held_to_size(target, here_um, at_mm, sizes_um_[c]);
+    note_limited(c, apply && beyond(target, at_mm, sizes_um_[c]));
 }
 
-// [permission] Takes over only while the control permits it, and the box is there and says that it
-// compensates or is on its way to zero.
+// The NC follows a slope by itself until its next set, ahead_mm at most: that counts as well.
+bool plc_duties::beyond(const correction &line, double position_mm, double size_um) const {
+    const double ahead_um = std::fabs(1e3 * line.slope) * limits_.ahead_mm;
+    return std::fabs(line.um) > size_um || std::fabs(line.at_um(position_mm)) + ahead_um > size_um;
+}
+
+// [size] in : target, whose slope and reference are wanted; here_um, wanted at position_mm.
+// out: the line through here_um, held to the size; without a slope where that leads beyond.
+correction plc_duties::held_to_size(const correction &target, double here_um, double position_mm,
+                                    double size_um) const {
+    const double held_um = std::clamp(here_um, -size_um, size_um);
+    correction line = target;
+    line.um = held_um - 1e3 * target.slope * (position_mm - target.reference_mm);
+    return beyond(line, position_mm, size_um) ? correction{held_um, 0.0, position_mm} : line;
+}
+
+void plc_duties::note_limited(std::size_t c, bool limited) {
+    if (limited && !limited_[c]) ++times_limited_;
+    limited_[c] = limited;
+}
+
+// [permission] Takes over only while the control permits it, and the box is there, writes numbers,
+// and says that it compensates or is on its way to zero.
 void plc_duties::scan(const std::vector<std::uint16_t> &registers, bool permitted,
                       const std::vector<std::optional<double>> &position_mm, std::int64_t now_us,
                       double dt_s) {
     watch_box(registers, now_us);
-    const bool whole = block_is_whole(registers, now_us);
-    const bool apply =
-        permitted && box_alive_ && mode() >= box_mode::active && mode() <= box_mode::fault;
+    if (block_is_whole(registers, now_us)) take_over(registers, now_us);
+    const bool numbers = numbers_ || now_us - numbers_us_ < to_us(limits_.watchdog_s);
+    const bool apply = permitted && box_alive_ && numbers && mode() >= box_mode::active &&
+                       mode() <= box_mode::fault;
     const double share = share_of_line(dt_s);
     for (std::size_t c = 0; c < map_.channels.size(); ++c) {
-        const correction value = written(map_.channels[c], registers);
-        if (whole && finite(value)) commanded_[c] = value;
         take_channel(c, apply, position_mm[c], dt_s, share);
     }
 }

@@ -149,6 +149,10 @@ void add_options(cli::command &app, options &chosen) {
                    "Coefficient or machine file with the registers (default: the one the twin "
                    "file names, or the map that compbox init lays out)");
     app.add_option("--seed", chosen.plc.seed, "Instead of the twin file's seed");
+    app.add_option("--size-um", chosen.plc.size_um,
+                   "Largest offset of an axis that the PLC program takes over, whatever the box "
+                   "writes; of every axis (default: plc.size_um of the twin file, or 500)")
+        .check(between(0.0, 1e6), "NUMBER in [0 - 1e6]");
     app.add_option("--log", chosen.log, "CSV file with one row for each PLC scan");
     app.footer(std::string(console_help()) +
                "Example: fakeplc --profile generic --listen 127.0.0.1:1502\n"

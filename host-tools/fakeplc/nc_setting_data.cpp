@@ -32,7 +32,8 @@ nc_setting_data::nc_setting_data(const nc_interface &nc, const std::vector<taken
 
 // [steps] Written first, the reference changes the correction at the position by (old slope) x (its
 // step). Then the value brings it to within (step of the slope) x (way from the new reference) of
-// the end.
+// the end. The set is exact where the axis stands, not at the reference: from a reference far away
+// a slope that is not yet the wanted one would lead anywhere.
 correction nc_setting_data::planned(const correction &held, const correction &wanted,
                                     double position_mm, double way_mm, double tear_um) {
     correction set = held;
@@ -46,7 +47,7 @@ correction nc_setting_data::planned(const correction &held, const correction &wa
     const double turn_um = um_per_mm * std::fabs(turn * (position_mm - set.reference_mm));
     const double part = affordable(turn_um, half_um);
     set.slope = part < 1.0 ? held.slope + part * turn : wanted.slope;
-    set.um = wanted.um + um_per_mm * set.slope * (set.reference_mm - wanted.reference_mm);
+    set.um = wanted.at_um(position_mm) - um_per_mm * set.slope * (position_mm - set.reference_mm);
     return set;
 }
 

@@ -27,7 +27,7 @@ class nc_setting_data : public nc_side {
     // way_mm since its last set. Written in the order reference, value, slope, the correction at
     // position_mm is always within half of tear_um of what it was or what it will be; of a moving
     // axis within slope x way_mm, which is what a value without slope lags behind. Once it is whole
-    // it is exact at wanted.reference_mm.
+    // it is exact at position_mm.
     static correction planned(const correction &held, const correction &wanted, double position_mm,
                               double way_mm, double tear_um);
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
 
 namespace compbox {
@@ -42,6 +43,23 @@ std::optional<std::size_t> axis_of(const taken_channel &channel, const twin_conf
     return static_cast<std::size_t>(axis);
 }
 
+std::vector<std::optional<std::size_t>> axes_of(const register_map &map,
+                                                const twin_config &config) {
+    std::vector<std::optional<std::size_t>> axes;
+    for (const auto &channel : map.channels) axes.push_back(axis_of(channel, config, map.file));
+    return axes;
+}
+
+// The largest offset of each channel: that of its axis.
+std::vector<double> sizes_of(const std::vector<std::optional<std::size_t>> &axes,
+                             const twin_plc &plc) {
+    std::vector<double> sizes_um;
+    for (const auto &axis : axes) {
+        sizes_um.push_back(axis ? plc.axis_size_um[*axis].value_or(plc.size_um) : plc.size_um);
+    }
+    return sizes_um;
+}
+
 }  // namespace
 
 fake_plc::fake_plc(const twin_config &config, const register_map &map, const plc_profile &profile,
@@ -52,7 +70,8 @@ fake_plc::fake_plc(const twin_config &config, const register_map &map, const plc
       twin_(config),
       nc_(config_),
       process_(config_),
-      duties_(map, config.plc, 0),
+      axis_of_channel_(axes_of(map, config)),
+      duties_(map, config.plc, sizes_of(axis_of_channel_, config.plc), 0),
       side_(make_nc_side(profile.nc, map, config.seed)),
       jitter_(config.seed, "PLC scan"),
       start_us_(now_us),
@@ -64,9 +83,6 @@ fake_plc::fake_plc(const twin_config &config, const register_map &map, const plc
       clock_us_(now_us) {
     registers_.now.assign(static_cast<std::size_t>(map.size()), 0);
     registers_.before = registers_.now;
-    for (const auto &channel : map.channels) {
-        axis_of_channel_.push_back(axis_of(channel, config, map.file));
-    }
     event("PLC started");
 }
 
@@ -169,8 +185,20 @@ void fake_plc::watch_alarms() {
     alarms_.set("box-fault", "the box is in FAULT, reason " + reason,
                 duties_.box_alive() && duties_.mode() == box_mode::fault, now_s);
     alarms_.set("box-torn", "the box's blocks are torn", duties_.torn_for_long(), now_s);
+    alarms_.set("box-number", "a value of the box is not a number", duties_.not_a_number(), now_s);
+    watch_sizes();
     alarms_.set("nc-coupling", "no positions come from the NC", frozen_, now_s);
     alarms_.set("nc-shift", side_->alarm(), !side_->alarm().empty(), now_s, true);
+}
+
+void fake_plc::watch_sizes() {
+    for (std::size_t c = 0; c < map_.channels.size(); ++c) {
+        const std::string &name = map_.channels[c].name;
+        alarms_.set("size-" + name,
+                    "the box asks for more of " + name + " than the PLC's own size of " +
+                        shortest(duties_.sizes_um()[c]) + " um",
+                    duties_.limited()[c], seconds_since_start(), true);
+    }
 }
 
 void fake_plc::start_program_once_active() {
@@ -205,7 +233,8 @@ void fake_plc::press_reset() {
 void fake_plc::restart() {
     registers_.now.assign(registers_.now.size(), 0);
     registers_.before = registers_.now;
-    duties_ = plc_duties(map_, config_.plc, since_start_us_);
+    duties_ = plc_duties(map_, config_.plc, duties_.sizes_um(), since_start_us_);
+    alarms_.reset();  // the NC's own comes again
     side_->restart_plc();
     power_on_us_ = since_start_us_;
     reset_until_us_ = -1;

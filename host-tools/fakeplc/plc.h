@@ -102,6 +102,7 @@ class fake_plc {
     void scan();
     void start_up();
     void watch_alarms();
+    void watch_sizes();
     void show();
     void show_signals();
     void note_changes();
@@ -124,11 +125,11 @@ class fake_plc {
     nc_motion nc_;
     machine_process process_;
     modbus::bank registers_;
+    std::vector<std::optional<std::size_t>> axis_of_channel_;
     plc_duties duties_;
     std::unique_ptr<nc_side> side_;
     alarm_list alarms_;
     random_stream jitter_;
-    std::vector<std::optional<std::size_t>> axis_of_channel_;
     std::map<std::string, double> forced_;
     plc_state state_;
     std::vector<std::string> events_;

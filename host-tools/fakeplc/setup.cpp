@@ -72,6 +72,10 @@ plc_setup prepare(const plc_options &options) {
     setup.map = registers_for(options, setup.twin);
     if (options.machine.empty()) setup.twin = plain_machine(setup.map);
     if (options.seed) setup.twin.seed = *options.seed;
+    if (options.size_um) {
+        setup.twin.plc.size_um = *options.size_um;
+        setup.twin.plc.axis_size_um = {};
+    }
     const std::string name = options.profile.empty() ? setup.map.profile : options.profile;
     const auto profile = plc_profile::find(name);
     if (!profile) throw input_error(setup.map.file, 0, 0, "plc.profile: '" + name + "' is unknown");

@@ -17,6 +17,7 @@ struct plc_options {
     std::string machine;  // "": a machine without errors, made from the map
     std::string map;      // "": the one that the twin file names, or the usual one
     std::optional<std::uint64_t> seed;
+    std::optional<double> size_um = std::nullopt;  // of every axis, instead of the twin file's
 };
 
 struct plc_setup {

@@ -116,18 +116,35 @@ void read_nc(const json &root, twin_config &config, const place &top) {
     }
 }
 
+// One number for every axis, or an object with a number for each axis that has its own.
+void read_size(const json &value, twin_config &config, const place &at) {
+    if (!value.contains("size_um")) return;
+    const place here = at.in("size_um");
+    const json &size = value.at("size_um");
+    if (!size.is_object()) {
+        config.plc.size_um = as_number(size, 0.0, 1e6, here);
+        return;
+    }
+    for (const auto &[key, um] : size.items()) {
+        const auto axis = static_cast<std::size_t>(axis_of_key(key, config, here));
+        config.plc.axis_size_um[axis] = as_number(um, 0.0, 1e6, here.in(key));
+    }
+}
+
 void read_plc(const json &root, twin_config &config, const place &top) {
     const json &value = optional_object(root, "plc", top);
     const place at = top.in("plc");
-    check_keys(
-        value,
-        {"scan_ms", "watchdog_ms", "ramp_um_per_s", "slope_um_per_s", "reference_s", "enable_s"},
-        at);
+    check_keys(value,
+               {"scan_ms", "watchdog_ms", "ramp_um_per_s", "slope_um_per_s", "size_um", "ahead_mm",
+                "reference_s", "enable_s"},
+               at);
     twin_plc &plc = config.plc;
     plc.scan_s = seconds_per_ms * optional(value, "scan_ms", 8.0, 0.5, 1000.0, at);
     plc.watchdog_s = seconds_per_ms * optional(value, "watchdog_ms", 200.0, 1.0, 1e6, at);
     plc.ramp_um_per_s = optional(value, "ramp_um_per_s", plc.ramp_um_per_s, 1e-3, 1e6, at);
     plc.slope_um_per_s = optional(value, "slope_um_per_s", plc.slope_um_per_s, 1e-3, 1e6, at);
+    read_size(value, config, at);
+    plc.ahead_mm = optional(value, "ahead_mm", plc.ahead_mm, 0.0, 1e6, at);
     plc.reference_s = optional(value, "reference_s", plc.reference_s, 0.0, 3600.0, at);
     plc.enable_s = optional(value, "enable_s", plc.enable_s, 0.0, 3600.0, at);
 }

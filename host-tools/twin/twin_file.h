@@ -81,8 +81,12 @@ struct twin_plc {
     double watchdog_s = 0.2;         // box heartbeat unchanged for so long: ramp to zero
     double ramp_um_per_s = 50.0;     // of that ramp
     double slope_um_per_s = 1000.0;  // of what is taken over from the box
-    double reference_s = 0.5;        // from power-on until the axes are referenced …
-    double enable_s = 0.5;           // … and from there until enable
+    // Largest offset of an axis that is taken over, of one axis by itself where stated; a slope
+    // counts by what it makes of ahead_mm.
+    double size_um = 500.0, ahead_mm = 40.0;
+    std::array<std::optional<double>, 3> axis_size_um;
+    double reference_s = 0.5;  // from power-on until the axes are referenced …
+    double enable_s = 0.5;     // … and from there until enable
 };
 
 struct twin_config {

@@ -148,7 +148,7 @@ TEST(SettingData, APlannedSetIsExactAndNeverTearsByMoreThanStated) {
         const correction set = nc_setting_data::planned(held, wanted, position_mm, way_mm, 0.5);
         const double most = std::max(0.25, 1e3 * std::fabs(held.slope) * way_mm);
         ASSERT_LE(worst_tear_um(held, set, position_mm), most * (1 + 1e-9) + 1e-9);
-        ASSERT_NEAR(set.at_um(wanted.reference_mm), wanted.um, 1e-6);
+        ASSERT_NEAR(set.at_um(position_mm), wanted.at_um(position_mm), 1e-6);
         naive = std::max(naive, worst_tear_um(held, wanted, position_mm));
     }
     EXPECT_GT(naive, 1000.0) << "without the steps it does tear";
@@ -356,7 +356,8 @@ TEST(Fanuc, TheAxisMovesAtOnce) {
 
 TEST(Fanuc, AChangeOf9999UnitsIsAnAlarmThatStopsUntilReset) {
     twin_config config = three_axes();
-    config.plc.slope_um_per_s = 1e6;  // a ladder that does not divide large steps
+    config.plc.slope_um_per_s = 1e6;  // a ladder that does not divide large steps …
+    config.plc.size_um = 2000.0;      // … nor bounds the value
     fanuc_rig r(false, config);
     r.live_ms(1500);
     EXPECT_EQ(r.reg(0) & 1, 1);
@@ -384,7 +385,9 @@ TEST(Fanuc, AChangeOf9999UnitsIsAnAlarmThatStopsUntilReset) {
 }
 
 TEST(Fanuc, AValueBeyond9999IsAnAlarm) {
-    fanuc_rig r;
+    twin_config config = three_axes();
+    config.plc.size_um = 2000.0;
+    fanuc_rig r(false, config);
     r.live_ms(1500);
     r.write_units(0, 10000, 0);
     r.live_ms(2000);

@@ -22,8 +22,13 @@ namespace {
 
 const std::string folder = CB_SOURCE_DIR "/docs/plc/";
 
+// The sizes of the replays, one for each axis; a program with other numbers is one with constants
+// replaced (with_sizes).
+constexpr std::array<double, 3> sizes_um = {150.0, 90.0, 200.0};
+
 // A box that writes whatever comes to its mind, over a machine that moves; now and then it is
-// silent, writes half a block, or the operator presses something.
+// silent, writes half a block, another client writes numbers of any size, or the operator presses
+// something.
 class restless {
   public:
     explicit restless(const std::string &map, double interpolate_s = 0.0)
@@ -35,6 +40,7 @@ class restless {
     static plc_setup prepared(const std::string &map, double interpolate_s) {
         plc_setup setup = prepare({"", "", folder + map, {}});
         setup.map.interpolate_s = interpolate_s;
+        for (std::size_t a = 0; a < 3; ++a) setup.twin.plc.axis_size_um[a] = sizes_um[a];
         if (setup.profile.nc.way == nc_way::handshake) setup.profile.scan_jitter_s = 0.0;
         return setup;
     }
@@ -64,6 +70,7 @@ class restless {
     void change_mind() {
         mode_ = chance() < 0.8 ? 1u : static_cast<unsigned>(random_.next() % 6);
         torn_ = setup_.map.write.counters && chance() < 0.1;
+        foreign_ = chance() < 0.2;
         if (chance() < 0.15) silent_ = 12;
         plc_.set_enable(chance() < 0.85);
         plc_.set_permit(chance() < 0.5);
@@ -83,6 +90,12 @@ class restless {
         const auto words = format.encode(raw);
         for (std::size_t i = 0; i < words.size(); ++i) set(address + static_cast<int>(i), words[i]);
     }
+    // The box's number, or while a foreign client writes now and then any other, up to what the
+    // register holds.
+    double any_or(double number) {
+        if (!foreign_ || chance() < 0.5) return number;
+        return number * (chance() < 0.5 ? 10.0 * chance() : random_.symmetric(1e8));
+    }
     void set(int address, unsigned word) {
         plc_.answer({16, 0, static_cast<std::uint8_t>(address), 0, 1, 2,
                      static_cast<std::uint8_t>(word >> 8), static_cast<std::uint8_t>(word)});
@@ -94,14 +107,16 @@ class restless {
         for (std::size_t c = 0; c < map.channels.size(); ++c) {
             const auto &channel = map.channels[c];
             const double x = plc_.nc().position_mm()[c];
-            put(channel.address, channel.format,
-                60.0 * std::sin(turn * x + static_cast<double>(c)) / channel.scale_um);
+            const double um = 60.0 * std::sin(turn * x + static_cast<double>(c));
+            put(channel.address, channel.format, any_or(um) / channel.scale_um);
             if (!channel.tangent) continue;
             const auto &tangent = *channel.tangent;
-            const double slope = 0.06 * turn * std::cos(turn * x + static_cast<double>(c));
-            put(tangent.slope_address, tangent.slope_format, slope / tangent.slope_scale);
+            const double slope = 0.03 * turn * std::cos(turn * x + static_cast<double>(c));
+            // Steeper ones show that the program's positions are whole 0.0001 mm.
+            put(tangent.slope_address, tangent.slope_format,
+                std::clamp(any_or(slope), -0.01, 0.01) / tangent.slope_scale);
             put(tangent.reference_address, tangent.reference_format,
-                x / tangent.reference_scale_mm);
+                any_or(x) / tangent.reference_scale_mm);
         }
         set(map.status, mode_);
         set(map.box_heartbeat, count_);
@@ -116,7 +131,7 @@ class restless {
     std::int64_t now_us_ = 0;
     unsigned mode_ = 1, count_ = 0;
     int silent_ = 0;
-    bool torn_ = false;
+    bool torn_ = false, foreign_ = false;
 };
 
 // A CSV in the making: names once, values row by row.
@@ -159,8 +174,13 @@ void add_common(trace &to, restless &of, const plc_state &state, double dt_s, bo
     to.add("out_read_count_first", of.reg(of.map().read.start));
     to.add("out_read_count_last", of.reg(of.map().read.end() - 1));
     for (std::size_t c = 0; c < 3; ++c) {
-        to.add(std::string("out_wanted_") + axis_letters[c], of.plc().duties().wanted()[c].um);
+        const std::string axis(1, axis_letters[c]);
+        const plc_duties &duties = of.plc().duties();
+        to.add("out_wanted_" + axis, duties.wanted()[c].um);
+        to.add("out_size_acts_" + axis, duties.limited()[c] ? 1 : 0);
+        to.add("out_size_alarm_" + axis, of.plc().alarms().stands("size-" + axis) ? 1 : 0);
     }
+    to.add("out_size_count", of.plc().duties().times_limited());
 }
 
 double number_at(restless &of, int address) {
@@ -216,19 +236,57 @@ trace trace_of_840d(double interpolate_s) {
     return rows;
 }
 
+// The program with other constants: each text has to be there exactly once.
+std::string with_constants(const std::string &name,
+                           const std::vector<std::array<std::string, 2>> &constants) {
+    std::string program = read_file(folder + name);
+    for (const auto &[from, to] : constants) {
+        const auto at = program.find(from);
+        EXPECT_TRUE(at != std::string::npos && program.find(from, at + 1) == std::string::npos)
+            << from;
+        if (at != std::string::npos) program.replace(at, from.size(), to);
+    }
+    const std::string path = compbox_test::temporary(name);
+    write_file(path, program);
+    return path;
+}
+
+std::string scl_of(const char *interpolate_s) {
+    return with_constants(
+        "sinumerik-840d.scl",
+        {{"SIZE_X_UM := 500.0;", "SIZE_X_UM := 150.0;"},
+         {"SIZE_Y_UM := 500.0;", "SIZE_Y_UM := 90.0;"},
+         {"SIZE_Z_UM := 500.0;", "SIZE_Z_UM := 200.0;"},
+         {"INTERPOLATE_S := 0.0;", std::string("INTERPOLATE_S := ") + interpolate_s + ";"}});
+}
+
 TEST(PlcProgram, OfThe840DIsWhatFakeplcDoes) {
-    replay("scl_replay.py", folder + "sinumerik-840d.scl", trace_of_840d(0.0));
+    replay("scl_replay.py", scl_of("0.0"), trace_of_840d(0.0));
 }
 
 TEST(PlcProgram, OfThe840DGoesInLinesAsFakeplcDoes) {
-    std::string program = read_file(folder + "sinumerik-840d.scl");
-    const std::string constant = "INTERPOLATE_S := 0.0;";
-    const auto at = program.find(constant);
-    ASSERT_NE(at, std::string::npos);
-    program.replace(at, constant.size(), "INTERPOLATE_S := 0.03;");
-    const std::string path = compbox_test::temporary("lines.scl");
+    replay("scl_replay.py", scl_of("0.03"), trace_of_840d(0.03));
+}
+
+// The ladder has the sizes in the lines behind [take-over] of each axis, four times each.
+std::string ladder() {
+    std::string program = read_file(folder + "fanuc.txt");
+    const auto begin = [&](char axis) {
+        return program.find(std::string("// [take-over] ") + axis);
+    };
+    for (std::size_t a = 0; a < 3; ++a) {
+        const std::string size = std::to_string(std::lround(10.0 * sizes_um[a]));
+        int found = 0;
+        for (auto at = program.find("5000", begin(axis_letters[a]));
+             at < (a < 2 ? begin(axis_letters[a + 1]) : program.size());
+             at = program.find("5000", at + size.size()), ++found) {
+            program.replace(at, 4, size);
+        }
+        EXPECT_GE(found, 4);
+    }
+    const std::string path = compbox_test::temporary("fanuc.txt");
     write_file(path, program);
-    replay("scl_replay.py", path, trace_of_840d(0.03));
+    return path;
 }
 
 TEST(PlcProgram, OfTheFanucIsWhatFakeplcDoes) {
@@ -251,7 +309,7 @@ TEST(PlcProgram, OfTheFanucIsWhatFakeplcDoes) {
         rows.end_row();
         box.restarted = false;
     });
-    replay("ladder_replay.py", folder + "fanuc.txt", rows);
+    replay("ladder_replay.py", ladder(), rows);
 }
 
 }  // namespace

@@ -296,6 +296,7 @@ TEST(Plc, ATangentIsFollowedBetweenTwoWrites) {
 TEST(Plc, TheControlClampsASlopeWithoutAnAlarm) {
     twin_config config = small_machine();
     config.nc.comp_add_velo_factor = 0.0001;
+    config.plc.size_um = 2000.0;
     rig r(config, tangent_map());
     r.run_ms(1100);
     r.set_reg(14, 30000);

@@ -92,7 +92,7 @@ class Pmc:
 
 def main():
     program, trace = sys.argv[1:]
-    pmc, scans, handed, steps = Pmc(open(program).read()), 0, 0, set()
+    pmc, scans, handed, acting, steps = Pmc(open(program).read()), 0, 0, 0, set()
     for row in csv.DictReader(open(trace)):
         row = {key: float(value) for key, value in row.items()}
         flag = lambda name: bool(row["in_" + name])
@@ -107,7 +107,7 @@ def main():
         pmc.poke("D202", 2, int(row["reg_box_heartbeat"]))
         pmc.scan()
         scans += 1
-        ours = {"box_alive": pmc.bit("R100.1"), "control": pmc.peek("D6", 1),
+        ours = {"box_alive": pmc.bit("R100.1"), "size_count": pmc.peek("R174", 2), "control": pmc.peek("D6", 1),
                 "plc_heartbeat": pmc.peek("D2", 2, signed=False),
                 "handshake": pmc.peek("D4", 2, signed=False),
                 "read_count_first": pmc.peek("D0", 2, signed=False),
@@ -116,18 +116,22 @@ def main():
             ours[f"wanted_{axis}"] = 0.1 * pmc.peek(f"R{130 + 2 * i}", 2)
             ours[f"applied_{axis}"] = 0.1 * pmc.peek(f"D{48 + 4 * i}", 2)
             ours[f"position_{axis}"] = pmc.peek(f"D{16 + 4 * i}", 4)
+            ours[f"size_acts_{axis}"] = pmc.bit(f"R103.{i}")
+            ours[f"size_alarm_{axis}"] = pmc.bit(f"R111.{i}")
         if ours["handshake"] >> 8 & 1:
             handed += 1
             axis = "XYZ"[int(ours["handshake"] & 0xFF) - 1]
             ours["data"] = pmc.peek("G0", 2)
             row["out_data"] = row[f"out_data_{axis}"]
             assert pmc.peek("G2", 1) & 0x7F == 0x31 + "XYZ".index(axis)
+        acting += any(pmc.bit(f"R103.{i}") for i in range(3))
         steps.add(int(ours["handshake"]) >> 8 & 3)
         for key, value in ours.items():
             off = abs(float(value) - row.get("out_" + key, row.get("in_" + key)))
             assert off <= 1e-3, f"scan {scans}: {key} is {value}, fakeplc has {row.get('out_' + key)}"
-    assert scans > 1000 and handed > 500 and steps == {0, 1, 2}, (scans, handed, steps)
-    print(f"{scans} scans, ESTB in {handed} of them: the same")
+    assert scans > 1000 and handed > 500 and acting > 100 and steps == {0, 1, 2}, (
+        scans, handed, acting, steps)
+    print(f"{scans} scans, ESTB in {handed} of them, a size acts in {acting}: the same")
 
 
 if __name__ == "__main__":

@@ -14,13 +14,18 @@ import re
 import sys
 
 FUNCTIONS = {
-    "ABS": "abs", "MAX": "max", "LIMIT": "limit", "DINT_TO_REAL": "float", "WORD_TO_INT": "int",
+    "ABS": "abs", "MAX": "max", "LIMIT": "limit", "DINT_TO_REAL": "real", "WORD_TO_INT": "int",
     "INT_TO_WORD": "word", "REAL_TO_DINT": "nearest",
 }
 
 
+def real(x):
+    assert -(1 << 31) <= x < 1 << 31, f"{x} is more than a DINT holds"
+    return float(x)
+
+
 def nearest(x):
-    return int(round(x))
+    return int(real(round(x)))
 
 
 def word(x):
@@ -45,7 +50,7 @@ def expression(text):
     for word_, python in (("AND", "and"), ("OR", "or"), ("NOT", "not"), ("MOD", "%"),
                           ("TRUE", "True"), ("FALSE", "False")):
         text = re.sub(rf"\b{word_}\b", python, text)
-    return re.sub(r"\b(?!reg\b|float\b|int\b|and\b|or\b|not\b|True\b|False\b|abs\b|max\b|limit\b|word\b|"
+    return re.sub(r"\b(?!reg\b|real\b|int\b|and\b|or\b|not\b|True\b|False\b|abs\b|max\b|limit\b|word\b|"
                   r"nearest\b)(?<!')([A-Za-z_]\w*)(?!')\b(?!\()", r"v['\1']", text)
 
 
@@ -100,7 +105,7 @@ def main():
     text = open(program).read()
     code = compile(translate(text[text.index("\nBEGIN\n") + 7:text.index("END_FUNCTION_BLOCK")]),
                    program, "exec")
-    v, reg, worst, scans, sets = variables(text), {}, {}, 0, 0
+    v, reg, worst, scans, sets, acting = variables(text), {}, {}, 0, 0, 0
     for row in csv.DictReader(open(trace)):
         row = {key: float(value) for key, value in row.items()}
         for key, value in row.items():
@@ -114,25 +119,27 @@ def main():
         for a in "XYZ":
             reg.setdefault(f"applied_{a}", 0), reg.setdefault(f"signal_{a}", 0)
         axis_before = v["put_axis"]
-        exec(code, {"v": v, "reg": reg, "nearest": nearest, "word": word, "limit": limit})
+        exec(code, {"v": v, "reg": reg, "real": real, "nearest": nearest, "word": word, "limit": limit})
         sets += v["put_axis"] > 0 and axis_before == 0
         scans += 1
-        ours = {"box_alive": v["box_alive"], "torn": v["torn_for_long"], "put_axis": v["put_axis"],
+        ours = {"size_count": v["size_count"], "box_alive": v["box_alive"], "torn": v["torn_for_long"], "put_axis": v["put_axis"],
                 "plc_heartbeat": reg.get("plc_heartbeat", 0),
                 "read_count_first": reg["read_count_first"], "read_count_last": reg["read_count_last"]}
         if v["put_axis"]:
             ours |= {"set_um": v["set_um"], "set_slope": v["set_slope"] * 1e6,
                      "set_reference": v["set_reference"] * 1e-4}
         for i, a in enumerate("XYZ", 1):
-            ours |= {f"wanted_{a}": v["wanted_um"][i], f"control": reg["control"]}
+            ours |= {f"wanted_{a}": v["wanted_um"][i], f"control": reg["control"],
+                     f"size_acts_{a}": v["size_acts"][i], f"size_alarm_{a}": v["size_alarm"][i]}
         for key, value in ours.items():
             off = abs(float(value) - row["out_" + key])
             worst[key] = max(worst.get(key, 0), off)
             assert off <= (0.05 + 1e-3 * abs(value) if key == "set_slope" else
                            5e-3 if key == "set_um" else 2e-3), (
                     f"scan {scans}: {key} is {value}, fakeplc has {row['out_' + key]}")
-    assert scans > 1000 and sets > 300, (scans, sets)
-    print(f"{scans} scans, {sets} sets; largest differences: " +
+        acting += any(v["size_acts"][1:])
+    assert scans > 1000 and sets > 300 and acting > 100, (scans, sets, acting)
+    print(f"{scans} scans, {sets} sets, a size acts in {acting}; largest differences: " +
           ", ".join(f"{key} {value:.1e}" for key, value in worst.items()))
 
 
