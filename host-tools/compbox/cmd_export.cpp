@@ -237,7 +237,7 @@ void export_registers(const export_arguments &arguments) {
     const bool has_terms = file.contains("terms") && file["terms"] != json::array();
     if (has_terms) load_coefficients(arguments.input);
     const register_map map = load_register_map(arguments.input);
-    deliver(arguments, {plc_registers(map, arguments.text.source, arguments.pmc_base)}, {});
+    deliver(arguments, {plc_registers(map, file, arguments.text.source, arguments.pmc_base)}, {});
 }
 
 void run_export(export_arguments &arguments) {

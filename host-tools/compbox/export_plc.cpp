@@ -47,11 +47,15 @@ std::string spare(int from, int to) {
 }
 
 // Register n is byte 2 n of the block, so it begins with register 0, whatever the file uses first.
-std::string s7_block(const register_map &map, const std::string &source) {
+std::string s7_block(const register_map &map, const std::vector<laid_register> &laid,
+                     const std::string &source) {
     std::string text =
         "// Registers of the box in " + source +
         ", by compbox export --format plc-db. Do not edit: the\n"
         "// addresses are the file's. Holding register n is byte 2 n; not optimized, big-endian.\n"
+        "// Every Modbus client can write this block: keep the largest offsets out of it, as "
+        "constants\n"
+        "// of the PLC program.\n"
         "DATA_BLOCK \"CompBoxRegisters\"\n"
         "{ S7_Optimized_Access := 'FALSE' }\n"
         "  STRUCT\n";
@@ -62,7 +66,7 @@ std::string s7_block(const register_map &map, const std::string &source) {
                               std::to_string(most_s7_registers - 1) + ")");
     }
     int next = 0;
-    for (const auto &one : lay_out(map)) {
+    for (const auto &one : laid) {
         if (one.address < next) {
             throw input_error(map.file, 0, 0,
                               "'" + one.name + "' overlaps the number before it at register " +
@@ -83,9 +87,9 @@ std::string quoted(const std::string &text) {
     return text.find(',') == std::string::npos ? text : "\"" + text + "\"";
 }
 
-std::string pmc_table(const register_map &map, int base) {
+std::string pmc_table(const std::vector<laid_register> &laid, int base) {
     std::string text = "register,pmc_address,bytes,type,written_by,name,meaning\n";
-    for (const auto &one : lay_out(map)) {
+    for (const auto &one : laid) {
         text += std::to_string(one.address) + ",D" + std::to_string(base + 2 * one.address) + "," +
                 std::to_string(2 * one.format.registers) + "," + number_type(one.format) + "," +
                 (one.written_by_box ? "box" : "PLC") + "," + one.name + "," + quoted(one.meaning) +
@@ -96,9 +100,11 @@ std::string pmc_table(const register_map &map, int base) {
 
 }  // namespace
 
-export_file plc_registers(const register_map &map, const std::string &source, int pmc_base) {
-    if (map.profile == "fanuc") return {"pmc_addresses.csv", pmc_table(map, pmc_base)};
-    return {"compbox_registers.scl", s7_block(map, source)};
+export_file plc_registers(const register_map &map, const json &file, const std::string &source,
+                          int pmc_base) {
+    const auto laid = lay_out(map, least_sizes_um(file));
+    if (map.profile == "fanuc") return {"pmc_addresses.csv", pmc_table(laid, pmc_base)};
+    return {"compbox_registers.scl", s7_block(map, laid, source)};
 }
 
 }  // namespace compbox

@@ -8,8 +8,10 @@
 
 namespace compbox {
 
-// compbox_registers.scl, or for the profile fanuc pmc_addresses.csv with register 0 at D pmc_base.
-// Throws input_error where the control has no such number.
-export_file plc_registers(const register_map &map, const std::string &source, int pmc_base);
+// file: the one that the map is of. compbox_registers.scl, or for the profile fanuc
+// pmc_addresses.csv with register 0 at D pmc_base. Throws input_error where the control has no such
+// number.
+export_file plc_registers(const register_map &map, const json &file, const std::string &source,
+                          int pmc_base);
 
 }  // namespace compbox

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <optional>
 
 #include "host-tools/formats/csv.h"
 
@@ -79,10 +80,20 @@ void add_signal(layout &to, const shown_signal &signal) {
     to.add(signal.address, signal.format, "signal_" + signal.name, meaning);
 }
 
-void add_channel(layout &to, const taken_channel &channel) {
+std::string size_of(const taken_channel &channel, const std::map<std::string, double> &least_um) {
+    const auto found = least_um.find(channel.name);
+    if (found == least_um.end()) return "";
+    const std::string ahead =
+        channel.tangent ? " with AHEAD_MM " + shortest(usual_ahead_mm) : std::string();
+    return "; largest offset in the PLC program: at least " + shortest(found->second) + " um" +
+           ahead;
+}
+
+void add_channel(layout &to, const taken_channel &channel,
+                 const std::map<std::string, double> &least_um) {
     const std::string scale = scaled(channel.scale_um, "um");
     to.add(channel.address, channel.format, "value_" + channel.name,
-           "compensation of " + channel.name + " " + scale);
+           "compensation of " + channel.name + " " + scale + size_of(channel, least_um));
     if (channel.applied_address) {
         to.add(*channel.applied_address, channel.format, "applied_" + channel.name,
                "what the PLC applies of " + channel.name + " " + scale);
@@ -97,7 +108,25 @@ void add_channel(layout &to, const taken_channel &channel) {
 
 }  // namespace
 
-std::vector<laid_register> lay_out(const register_map &map) {
+std::map<std::string, double> least_sizes_um(const json &file) {
+    const auto number = [](const json &of, const char *key) {
+        return of.is_object() && of.contains(key) && of.at(key).is_number()
+                   ? std::optional(of.at(key).get<double>())
+                   : std::nullopt;
+    };
+    std::map<std::string, double> least_um;
+    for (const auto &channel : file.value("channels", json::array())) {
+        const auto limit_um = number(channel, "limit_um");
+        if (!limit_um || !channel.contains("name") || !channel.at("name").is_string()) continue;
+        const json tangent = channel.value("tangent", json::object());
+        const double ahead_um = 1e3 * number(tangent, "slope_limit").value_or(0.0) * usual_ahead_mm;
+        least_um[channel.at("name").get<std::string>()] = *limit_um + ahead_um;
+    }
+    return least_um;
+}
+
+std::vector<laid_register> lay_out(const register_map &map,
+                                   const std::map<std::string, double> &least_sizes_um) {
     layout all(map);
     all.add_word(map.control, "control",
                  "bits 0 enable, 2 reset, 3 permit resume; referenced: mask " +
@@ -109,7 +138,7 @@ std::vector<laid_register> lay_out(const register_map &map) {
     add_counters(all, map.read, "read", "PLC");
     add_counters(all, map.write, "write", "box");
     for (const auto &signal : map.signals) add_signal(all, signal);
-    for (const auto &channel : map.channels) add_channel(all, channel);
+    for (const auto &channel : map.channels) add_channel(all, channel, least_sizes_um);
     return all.by_address();
 }
 

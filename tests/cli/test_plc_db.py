@@ -133,6 +133,33 @@ def test_the_ladder_uses_only_addresses_of_the_table(compbox):
     assert all(bytes_[a]["written_by"] == "PLC" for a in written)
 
 
+# The meaning of a value register states the smallest size, limit + slope limit over AHEAD_MM of the program.
+@pytest.mark.parametrize("file, least_um", [("sinumerik-840d.json", "140 um with AHEAD_MM 40"), ("fanuc.json", "100 um")])
+def test_the_smallest_size_is_stated_and_the_programs_is_not_below(compbox, file, least_um):
+    text = exported(compbox, DOCS / file)
+    for axis in "XYZ":
+        assert re.search(rf"compensation of {axis} in \S+ um; largest offset in the PLC program: at least "
+                         rf"{least_um}(,|\"|$)", text, re.M), text
+    program = (DOCS / file.replace("json", "scl")) if "840d" in file else DOCS / "fanuc.txt"
+    program = program.read_text()
+    if "840d" in file:
+        assert re.search(r"\bAHEAD_MM := 40.0;", program)
+        sizes = [float(re.search(rf"\bSIZE_{axis}_UM := ([^;]+);", program)[1]) for axis in "XYZ"]
+    else:
+        sizes = [0.1 * int(k) for k in re.findall(r"SUB 202 GTB 2 R120 K(\d+)", program)]
+    assert len(sizes) == 3 and all(size >= float(least_um.split()[0]) for size in sizes)
+    names = dict(read_block(text)[0].values()) if "840d" in file else text
+    assert not re.search("size", str(names), re.I), "what a client can write is no place for it"
+
+
+def test_a_machine_file_without_limits_has_no_sizes(compbox):
+    def change(data):
+        for channel in data["channels"]:
+            channel.pop("limit_um", None)
+    path = changed(compbox, change)
+    assert "largest offset in the PLC program" not in exported(compbox, path)
+
+
 def test_json_names_the_file(compbox):
     told = json.loads(compbox.good("export", DOCS / "fanuc.json", "--format", "plc-db", "--json",
                                    "-o", "plc"))

@@ -283,12 +283,35 @@ TEST(TwinFile, SaysWhatIsWrongAndWhere) {
          "program[0]: the key 'feed_mm_per_min' is missing"},
         {with_axis_x(R"(, "start_mm": {"Y": 0})"), "start_mm: the machine has no axis Y"},
         {with_axis_x(R"(, "channels": {"X1": "Q"})"), "channels.X1: 'Q' is not an axis"},
+        {with_axis_x(R"(, "plc": {"size_um": "200"})"), "plc.size_um: must be a number"},
+        {with_axis_x(R"(, "plc": {"size_um": -1})"), "plc.size_um"},
+        {with_axis_x(R"(, "plc": {"size_um": {"Y": 5}})"),
+         "plc.size_um: the machine has no axis Y"},
+        {with_axis_x(R"(, "plc": {"ahead_mm": -1})"), "plc.ahead_mm"},
         {R"({"format": "compbox-twin/1",)", "is not valid JSON here"},
     };
     for (const auto &[text, expected] : cases) {
         EXPECT_NE(complaint(text).find(expected), std::string::npos)
             << text << "\n  gives: " << complaint(text);
     }
+}
+
+twin_plc plc_of(const std::string &keys) {
+    const std::string path = compbox_test::temporary("sizes.json");
+    write_file(path, with_axis_x(R"(, "plc": {)" + keys + "}"));
+    return load_twin(path).plc;
+}
+
+TEST(TwinFile, TheLargestOffsetIsOneNumberOrThatOfEachAxis) {
+    EXPECT_EQ(plc_of("").size_um, 500.0);
+    EXPECT_EQ(plc_of("").ahead_mm, 40.0);
+    const twin_plc same = plc_of(R"("size_um": 120, "ahead_mm": 60)");
+    EXPECT_EQ(same.size_um, 120.0);
+    EXPECT_EQ(same.ahead_mm, 60.0);
+    EXPECT_FALSE(same.axis_size_um[0]);
+    const twin_plc own = plc_of(R"("size_um": {"X": 80})");
+    EXPECT_EQ(own.axis_size_um[0], 80.0);
+    EXPECT_FALSE(own.axis_size_um[1]);
 }
 
 // ---- the axes
