@@ -18,7 +18,7 @@ enum cb_usart { CB_USART_PLC, CB_USART_BUS, CB_USART_CONSOLE, CB_USARTS };
 enum cb_usart_parity { CB_USART_NONE, CB_USART_EVEN, CB_USART_ODD };
 
 struct cb_usart_byte {
-    uint32_t time_us; /* when it was received; low part of cb_time_us() */
+    uint32_t time_us; /* when it was received; low part of cb_time_us(): compare it signed */
     uint8_t byte;
     bool bad; /* parity, framing or noise, or bytes before it were lost */
 };

@@ -178,6 +178,51 @@ TEST(wire, a_reply_over_the_wrap_of_the_bytes_clock) {
     EXPECT_EQ(r.wire.end, CB_RTU_END_REPLY);
 }
 
+// The clock is read, then a byte comes, then the ring is emptied: the byte is newer than the
+// reading.
+TEST(wire, a_byte_after_the_look_at_the_clock_is_not_dated_71_minutes_back) {
+    for (std::int64_t behind_us = 0; behind_us < byte_us; ++behind_us) {
+        rig r;
+        r.ask(20000);
+        r.receive(reply, the_port.now_us + 3000);
+        bool done = false;
+        while (!done) {
+            const std::int64_t looked_us = the_port.now_us;
+            the_port.now_us += behind_us;
+            done = cb_wire_poll(&r.wire, looked_us);
+            the_port.now_us = looked_us + byte_us;
+        }
+        EXPECT_EQ(r.wire.end, CB_RTU_END_REPLY) << behind_us;
+        EXPECT_EQ(r.wire.counters.crc_errors, 0u) << behind_us;
+    }
+}
+
+// The same while the line is awaited to be silent: its silence begins with that byte.
+TEST(wire, silence_is_counted_from_a_byte_after_the_look_at_the_clock) {
+    rig r;
+    r.ask(20000);
+    const std::int64_t looked_us = the_port.now_us;
+    r.receive({0x55}, looked_us + 3);
+    the_port.now_us += 3;
+    EXPECT_FALSE(cb_wire_poll(&r.wire, looked_us));
+    EXPECT_TRUE(the_port.sent.empty());
+    r.run();
+    ASSERT_EQ(the_port.sent_us.size(), 1u);
+    EXPECT_GE(the_port.sent_us[0], looked_us + 3 + silence_us);
+}
+
+// A ring that nobody emptied for as long as a silent module of the bus is left alone.
+TEST(wire, a_byte_of_half_an_hour_ago_is_old) {
+    rig r;
+    r.receive({0x55}, the_port.now_us);
+    the_port.now_us += std::int64_t{32} * 60 * 1000000;
+    const std::int64_t asked_us = the_port.now_us;
+    r.ask(20000);
+    r.run();
+    ASSERT_EQ(the_port.sent_us.size(), 1u);
+    EXPECT_EQ(the_port.sent_us[0], asked_us);
+}
+
 TEST(wire, nothing_is_sent_before_the_line_was_silent) {
     rig r;
     const std::int64_t from_us = the_port.now_us;
