@@ -16,30 +16,30 @@ enum {
 };
 
 /* out: whether the bits appeared before the tries were used up */
-static bool wait_for(const cb_register *at, uint32_t mask, uint32_t bits) {
+static bool wait_for(const cb_cell *at, uint32_t mask, uint32_t bits) {
     for (uint32_t i = 0; i < TRIES; ++i)
-        if ((*at & mask) == bits) return true;
+        if ((cb_read(at) & mask) == bits) return true;
     return false;
 }
 
 static bool start_crystal(void) {
-    CB_RCC->cr |= CB_RCC_CR_HSEON;
+    cb_set_bits(&CB_RCC->cr, CB_RCC_CR_HSEON);
     if (wait_for(&CB_RCC->cr, CB_RCC_CR_HSERDY, CB_RCC_CR_HSERDY)) return true;
-    CB_RCC->cr &= ~(uint32_t)CB_RCC_CR_HSEON;
+    cb_clear_bits(&CB_RCC->cr, CB_RCC_CR_HSEON);
     return false;
 }
 
 /* in : the PLL's input, in MHz, and its source bit
  * out: whether the processor runs from the PLL; if not it runs on as it did */
 static bool switch_to_pll(uint32_t input_mhz, uint32_t source) {
-    CB_RCC->cr &= ~(uint32_t)CB_RCC_CR_PLLON;
-    CB_RCC->pllcfgr = input_mhz | PLL_TIMES << 6 | PLL_BY_7 | source;
-    CB_RCC->cr |= CB_RCC_CR_PLLON;
+    cb_clear_bits(&CB_RCC->cr, CB_RCC_CR_PLLON);
+    cb_write(&CB_RCC->pllcfgr, input_mhz | PLL_TIMES << 6 | PLL_BY_7 | source);
+    cb_set_bits(&CB_RCC->cr, CB_RCC_CR_PLLON);
     if (!wait_for(&CB_RCC->cr, CB_RCC_CR_PLLRDY, CB_RCC_CR_PLLRDY)) return false;
-    CB_FLASH_ACR = FLASH_5_WAIT_STATES_PREFETCH_CACHES;
-    if (!wait_for(&CB_FLASH_ACR, 7, 5)) return false;
-    CB_RCC->cfgr = CB_RCC_CFGR_APB1_BY_4 | CB_RCC_CFGR_APB2_BY_2;
-    CB_RCC->cfgr |= CB_RCC_CFGR_SW_PLL;
+    cb_write(&CB_FLASH->acr, FLASH_5_WAIT_STATES_PREFETCH_CACHES);
+    if (!wait_for(&CB_FLASH->acr, 7, 5)) return false;
+    cb_write(&CB_RCC->cfgr, CB_RCC_CFGR_APB1_BY_4 | CB_RCC_CFGR_APB2_BY_2);
+    cb_set_bits(&CB_RCC->cfgr, CB_RCC_CFGR_SW_PLL);
     return wait_for(&CB_RCC->cfgr, CB_RCC_CFGR_SWS, CB_RCC_CFGR_SWS_PLL);
 }
 
@@ -49,9 +49,9 @@ static struct cb_clock fast(enum cb_clock_source source) {
 
 /* Back to the internal oscillator, from which every start begins. */
 static void leave_pll(void) {
-    CB_RCC->cfgr = 0;
+    cb_write(&CB_RCC->cfgr, 0);
     (void)wait_for(&CB_RCC->cfgr, CB_RCC_CFGR_SWS, 0);
-    CB_RCC->cr &= ~(uint32_t)CB_RCC_CR_PLLON;
+    cb_clear_bits(&CB_RCC->cr, CB_RCC_CR_PLLON);
 }
 
 static struct cb_clock slow(void) {
@@ -62,9 +62,9 @@ static struct cb_clock slow(void) {
 struct cb_clock cb_clock_start(bool crystal) {
     /* On silicon the internal oscillator runs after every reset; all bits 0 is the emulator, whose
      * processor runs at 168 MHz and whose registers take nothing. */
-    if (CB_RCC->cr == 0) return fast(CB_CLOCK_EMULATED);
+    if (cb_read(&CB_RCC->cr) == 0) return fast(CB_CLOCK_EMULATED);
     if (crystal && start_crystal() && switch_to_pll(CRYSTAL_MHZ, CB_RCC_PLL_HSE)) {
-        CB_RCC->cr |= CB_RCC_CR_CSSON;
+        cb_set_bits(&CB_RCC->cr, CB_RCC_CR_CSSON);
         return fast(CB_CLOCK_CRYSTAL);
     }
     leave_pll();

@@ -38,10 +38,10 @@ __attribute__((used)) void cb_fault_record(const uint32_t *frame, uint32_t exc_r
     fault->sp = (uint32_t)at;
     fault->exc_return = exc_return;
     fault->exception = exception_number();
-    fault->cfsr = CB_SCB->cfsr;
-    fault->hfsr = CB_SCB->hfsr;
-    fault->mmfar = CB_SCB->mmfar;
-    fault->bfar = CB_SCB->bfar;
+    fault->cfsr = cb_read(&CB_SCB->cfsr);
+    fault->hfsr = cb_read(&CB_SCB->hfsr);
+    fault->mmfar = cb_read(&CB_SCB->mmfar);
+    fault->bfar = cb_read(&CB_SCB->bfar);
     if (at % 4 == 0 && at >= (uintptr_t)stack_start && at + 32 <= (uintptr_t)stack_top) {
         memcpy(fault->r, frame, sizeof fault->r);
         fault->r12 = frame[4];
@@ -56,8 +56,8 @@ __attribute__((used)) void cb_fault_record(const uint32_t *frame, uint32_t exc_r
 /* The processor runs from the internal oscillator now, at another speed than the ports are set to:
  * it starts anew and leaves the crystal alone. */
 void cb_nmi_handler(void) {
-    if (!(CB_RCC->cir & CB_RCC_CIR_CSSF)) return;
-    CB_RCC->cir |= CB_RCC_CIR_CSSC;
+    if (!(cb_read(&CB_RCC->cir) & CB_RCC_CIR_CSSF)) return;
+    cb_set_bits(&CB_RCC->cir, CB_RCC_CIR_CSSC);
     cb_retained.crystal_failed = 1;
     cb_restart(CB_START_CLOCK);
 }

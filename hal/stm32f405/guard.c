@@ -25,12 +25,12 @@ __attribute__((noinline)) void cb_guard_paint(void) {
 }
 
 void cb_guard_start(void) {
-    CB_MPU->rnr = 0;
-    CB_MPU->rbar = (uint32_t)(uintptr_t)guard_start;
-    CB_MPU->rasr = NO_EXECUTE | GUARD_256_BYTES | REGION_ENABLE;
-    CB_MPU->ctrl = MPU_ENABLE_WITH_DEFAULT_MAP;
-    CB_SCB->shcsr |= CB_SCB_SHCSR_FAULTS;
-    CB_SCB->ccr |= CB_SCB_CCR_DIV_0;
+    cb_write(&CB_MPU->rnr, 0);
+    cb_write(&CB_MPU->rbar, (uint32_t)(uintptr_t)guard_start);
+    cb_write(&CB_MPU->rasr, NO_EXECUTE | GUARD_256_BYTES | REGION_ENABLE);
+    cb_write(&CB_MPU->ctrl, MPU_ENABLE_WITH_DEFAULT_MAP);
+    cb_set_bits(&CB_SCB->shcsr, CB_SCB_SHCSR_FAULTS);
+    cb_set_bits(&CB_SCB->ccr, CB_SCB_CCR_DIV_0);
     cb_barrier();
 }
 

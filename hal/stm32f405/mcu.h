@@ -1,63 +1,59 @@
 /* SPDX-License-Identifier: MIT
  * Registers of the STM32F405 that the box uses, from the reference manual RM0090 and the Cortex-M4
- * programming manual PM0214. Nothing else of this folder knows an address. */
+ * programming manual PM0214. Where they lie and how they are reached: mcu_target.h, or in the
+ * host's tests mcu_model.h. */
 #ifndef COMPBOX_HAL_STM32F405_MCU_H
 #define COMPBOX_HAL_STM32F405_MCU_H
 
 #include <stdint.h>
 
-typedef volatile uint32_t cb_register;
+/* A word that changes beside the program: a register, or a variable that an interrupt writes. A
+ * struct, so that nothing reaches it but cb_read, cb_write and what is made of them. */
+typedef struct {
+    volatile uint32_t word;
+} cb_cell;
 
 struct cb_rcc {
-    cb_register cr, pllcfgr, cfgr, cir, ahb1rstr, ahb2rstr, ahb3rstr, reserved0, apb1rstr, apb2rstr,
+    cb_cell cr, pllcfgr, cfgr, cir, ahb1rstr, ahb2rstr, ahb3rstr, reserved0, apb1rstr, apb2rstr,
         reserved1[2], ahb1enr, ahb2enr, ahb3enr, reserved2, apb1enr, apb2enr, reserved3[2],
         ahb1lpenr, ahb2lpenr, ahb3lpenr, reserved4, apb1lpenr, apb2lpenr, reserved5[2], bdcr, csr;
 };
 
 struct cb_gpio {
-    cb_register moder, otyper, ospeedr, pupdr, idr, odr, bsrr, lckr, afrl, afrh;
+    cb_cell moder, otyper, ospeedr, pupdr, idr, odr, bsrr, lckr, afrl, afrh;
 };
 
 struct cb_usart_registers {
-    cb_register sr, dr, brr, cr1, cr2, cr3, gtpr;
+    cb_cell sr, dr, brr, cr1, cr2, cr3, gtpr;
 };
 
 struct cb_iwdg {
-    cb_register kr, pr, rlr, sr;
+    cb_cell kr, pr, rlr, sr;
 };
 
 struct cb_systick {
-    cb_register csr, rvr, cvr, calib;
+    cb_cell csr, rvr, cvr, calib;
 };
 
 struct cb_scb {
-    cb_register cpuid, icsr, vtor, aircr, scr, ccr, shpr[3], shcsr, cfsr, hfsr, dfsr, mmfar, bfar,
-        afsr;
+    cb_cell cpuid, icsr, vtor, aircr, scr, ccr, shpr[3], shcsr, cfsr, hfsr, dfsr, mmfar, bfar, afsr;
 };
 
 struct cb_mpu {
-    cb_register type, ctrl, rnr, rbar, rasr;
+    cb_cell type, ctrl, rnr, rbar, rasr;
 };
 
-#define CB_RCC ((struct cb_rcc *)0x40023800u)
-#define CB_GPIOA ((struct cb_gpio *)0x40020000u)
-#define CB_GPIOB ((struct cb_gpio *)0x40020400u)
-#define CB_USART1 ((struct cb_usart_registers *)0x40011000u)
-#define CB_USART2 ((struct cb_usart_registers *)0x40004400u)
-#define CB_USART3 ((struct cb_usart_registers *)0x40004800u)
-#define CB_IWDG ((struct cb_iwdg *)0x40003000u)
-#define CB_FLASH_ACR (*(cb_register *)0x40023C00u)
-#define CB_SYSTICK ((struct cb_systick *)0xE000E010u)
-#define CB_NVIC_ISER ((cb_register *)0xE000E100u)
-#define CB_NVIC_ISPR ((cb_register *)0xE000E200u)
-#define CB_SCB ((struct cb_scb *)0xE000ED00u)
-#define CB_MPU ((struct cb_mpu *)0xE000ED90u)
-#define CB_CPACR (*(cb_register *)0xE000ED88u)
+struct cb_flash {
+    cb_cell acr, keyr, optkeyr, sr, cr, optcr;
+};
 
-/* Sectors 5 and 6, 128 KiB each: one coefficient file in each (firmware/slot.h). */
-#define CB_FLASH_SLOT_A ((const void *)0x08020000u)
-#define CB_FLASH_SLOT_B ((const void *)0x08040000u)
-enum { CB_FLASH_SLOT_BYTES = 128 * 1024 };
+enum { CB_FLASH_SLOT_BYTES = 128 * 1024 }; /* sectors 5 and 6: one coefficient file in each */
+
+#ifdef CB_MCU_MODEL
+#include "hal/stm32f405/mcu_model.h"
+#else
+#include "hal/stm32f405/mcu_target.h"
+#endif
 
 /* Positions in the vector table behind the 16 of the core. */
 enum { CB_IRQ_USART1 = 37, CB_IRQ_USART2 = 38, CB_IRQ_USART3 = 39, CB_IRQ_COUNT = 82 };
@@ -110,14 +106,22 @@ enum {
                 */
 #define CB_SCB_CCR_DIV_0 (1u << 4)
 
-static inline void cb_barrier(void) {
-    __asm__ volatile("dsb\n\tisb" ::: "memory");
+static inline void cb_replace_bits(cb_cell *at, uint32_t mask, uint32_t bits) {
+    cb_write(at, (cb_read(at) & ~mask) | bits);
+}
+
+static inline void cb_set_bits(cb_cell *at, uint32_t bits) {
+    cb_write(at, cb_read(at) | bits);
+}
+
+static inline void cb_clear_bits(cb_cell *at, uint32_t bits) {
+    cb_write(at, cb_read(at) & ~bits);
 }
 
 /* Starts the processor anew; does not return. */
 static inline _Noreturn void cb_reset(void) {
     cb_barrier();
-    CB_SCB->aircr = CB_SCB_AIRCR_RESET;
+    cb_write(&CB_SCB->aircr, CB_SCB_AIRCR_RESET);
     cb_barrier();
     for (;;) {
     }

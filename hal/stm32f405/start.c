@@ -21,7 +21,7 @@ enum { FPSCR_DEFAULT_NAN = 1 << 25, FPSCR_FLUSH_TO_ZERO = 1 << 24 };
 /* Subnormals are numbers and a NaN keeps its bits, as on every other target: both modes off. */
 static void enable_fpu(void) {
     uint32_t fpscr;
-    CB_CPACR |= FPU_FULL_ACCESS;
+    cb_set_bits(CB_CPACR, FPU_FULL_ACCESS);
     cb_barrier();
     __asm__ volatile("vmrs %0, fpscr" : "=r"(fpscr));
     fpscr &= ~(uint32_t)(FPSCR_DEFAULT_NAN | FPSCR_FLUSH_TO_ZERO);
@@ -30,7 +30,8 @@ static void enable_fpu(void) {
 
 void cb_start_c(void) {
     cb_guard_paint();
-    CB_SCB->vtor = (uint32_t)(uintptr_t)flash_start; /* whoever started us may have set another */
+    /* whoever started us may have set another */
+    cb_write(&CB_SCB->vtor, (uint32_t)(uintptr_t)flash_start);
     memcpy(data_start, data_load, (size_t)(data_end - data_start));
     memset(bss_start, 0, (size_t)(bss_end - bss_start));
     enable_fpu();

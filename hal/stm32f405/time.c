@@ -15,18 +15,18 @@ void cb_time_start(uint32_t core_hz) {
     per_us = core_hz / 1000000;
     reload = per_us * US_PER_TICK - 1;
     ticks_us = 0;
-    CB_SYSTICK->rvr = reload;
-    CB_SYSTICK->cvr = 0;
-    CB_SYSTICK->csr = ENABLE_INTERRUPT_CORE;
+    cb_write(&CB_SYSTICK->rvr, reload);
+    cb_write(&CB_SYSTICK->cvr, 0);
+    cb_write(&CB_SYSTICK->csr, ENABLE_INTERRUPT_CORE);
 }
 
 /* One look: whole milliseconds, and what the counter has run since. The counter may have begun anew
  * while its interrupt still waits. */
 static int64_t look(void) {
     const int64_t whole_us = ticks_us;
-    const uint32_t first = CB_SYSTICK->cvr;
-    const bool pending = (CB_SCB->icsr & CB_SCB_ICSR_PENDSTSET) != 0;
-    const uint32_t value = pending ? CB_SYSTICK->cvr : first;
+    const uint32_t first = cb_read(&CB_SYSTICK->cvr);
+    const bool pending = (cb_read(&CB_SCB->icsr) & CB_SCB_ICSR_PENDSTSET) != 0;
+    const uint32_t value = pending ? cb_read(&CB_SYSTICK->cvr) : first;
     return whole_us + (pending ? US_PER_TICK : 0) + (int64_t)((reload - value) / per_us);
 }
 
@@ -41,7 +41,7 @@ int64_t cb_time_us(void) {
 }
 
 void cb_time_sleep(void) {
-    __asm__ volatile("wfi" ::: "memory");
+    cb_wait_for_interrupt();
 }
 
 void cb_systick_handler(void) {

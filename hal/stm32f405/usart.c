@@ -27,7 +27,7 @@ struct port {
     struct cb_usart_byte *rx;
     uint8_t *tx;
     uint32_t tx_size;
-    volatile uint32_t rx_written, rx_taken, tx_written, tx_taken;
+    cb_cell rx_written, rx_taken, tx_written, tx_taken;
     volatile bool sending; /* from the first byte to the last stop bit */
     bool gap;              /* bytes were lost before the next one */
     struct cb_usart_counters counters;
@@ -68,26 +68,26 @@ static uint32_t rx_size(const struct port *port) {
 enum { MODE_OUTPUT = 1, MODE_ALTERNATE = 2, PULL_UP = 1 };
 
 static void set_mode(struct cb_gpio *gpio, uint32_t pin, uint32_t mode) {
-    gpio->moder = (gpio->moder & ~(3u << 2 * pin)) | mode << 2 * pin;
+    cb_replace_bits(&gpio->moder, 3u << 2 * pin, mode << 2 * pin);
 }
 
 static void make_serial(struct cb_gpio *gpio, uint32_t pin) {
-    cb_register *const function = pin < 8 ? &gpio->afrl : &gpio->afrh;
+    cb_cell *const function = pin < 8 ? &gpio->afrl : &gpio->afrh;
     const uint32_t at = 4 * (pin % 8);
-    *function = (*function & ~(15u << at)) | (uint32_t)ALTERNATE_USART << at;
-    gpio->pupdr = (gpio->pupdr & ~(3u << 2 * pin)) | (uint32_t)PULL_UP << 2 * pin;
+    cb_replace_bits(function, 15u << at, (uint32_t)ALTERNATE_USART << at);
+    cb_replace_bits(&gpio->pupdr, 3u << 2 * pin, (uint32_t)PULL_UP << 2 * pin);
     set_mode(gpio, pin, MODE_ALTERNATE);
 }
 
 static void drive_line(const struct port *port, bool on) {
     if (port->enable_pin == NO_PIN) return;
-    port->enable_gpio->bsrr = 1u << (port->enable_pin + (on ? 0 : 16));
+    cb_write(&port->enable_gpio->bsrr, 1u << (port->enable_pin + (on ? 0 : 16)));
 }
 
 void cb_usart_prepare(const struct cb_clock *clock) {
-    CB_RCC->ahb1enr |= GPIO_A_AND_B_ENABLE;
-    CB_RCC->apb2enr |= USART_1_ENABLE;
-    CB_RCC->apb1enr |= USART_2_ENABLE | USART_3_ENABLE;
+    cb_set_bits(&CB_RCC->ahb1enr, GPIO_A_AND_B_ENABLE);
+    cb_set_bits(&CB_RCC->apb2enr, USART_1_ENABLE);
+    cb_set_bits(&CB_RCC->apb1enr, USART_2_ENABLE | USART_3_ENABLE);
     cb_barrier();
     make_serial(CB_GPIOA, 9); /* USART1: TX, RX */
     make_serial(CB_GPIOA, 10);
@@ -100,7 +100,7 @@ void cb_usart_prepare(const struct cb_clock *clock) {
         port->clock_hz = port->registers == CB_USART1 ? clock->apb2_hz : clock->apb1_hz;
         drive_line(port, false);
         if (port->enable_pin != NO_PIN) set_mode(port->enable_gpio, port->enable_pin, MODE_OUTPUT);
-        CB_NVIC_ISER[port->interrupt / 32] = 1u << port->interrupt % 32;
+        cb_write(&CB_NVIC_ISER[port->interrupt / 32], 1u << port->interrupt % 32);
     }
 }
 
@@ -121,54 +121,57 @@ static uint32_t frame_bits(enum cb_usart_parity parity) {
 void cb_usart_open(enum cb_usart which, uint32_t baud, enum cb_usart_parity parity,
                    unsigned stop_bits) {
     struct port *port = &ports[which];
-    port->registers->cr1 = 0; /* its interrupt is silent from here */
+    cb_write(&port->registers->cr1, 0); /* its interrupt is silent from here */
     cb_barrier();
-    port->rx_written = port->rx_taken = port->tx_written = port->tx_taken = 0;
+    cb_write(&port->tx_taken, 0);
+    cb_write(&port->tx_written, 0);
+    cb_write(&port->rx_taken, 0);
+    cb_write(&port->rx_written, 0);
     port->sending = port->gap = false;
     drive_line(port, false);
-    port->registers->brr = (port->clock_hz + baud / 2) / baud;
-    port->registers->cr2 = stop_bits == 2 ? CB_USART_CR2_STOP_2 : 0;
-    port->registers->cr3 = 0;
-    port->registers->cr1 = frame_bits(parity) | CB_USART_CR1_UE | CB_USART_CR1_TE |
-                           CB_USART_CR1_RE | CB_USART_CR1_RXNEIE;
+    cb_write(&port->registers->brr, (port->clock_hz + baud / 2) / baud);
+    cb_write(&port->registers->cr2, stop_bits == 2 ? CB_USART_CR2_STOP_2 : 0);
+    cb_write(&port->registers->cr3, 0);
+    cb_write(&port->registers->cr1, frame_bits(parity) | CB_USART_CR1_UE | CB_USART_CR1_TE |
+                                        CB_USART_CR1_RE | CB_USART_CR1_RXNEIE);
 }
 
 bool cb_usart_take(enum cb_usart which, struct cb_usart_byte *byte) {
     struct port *port = &ports[which];
-    const uint32_t taken = port->rx_taken;
-    if (taken == port->rx_written) return false;
+    const uint32_t taken = cb_read(&port->rx_taken);
+    if (taken == cb_read(&port->rx_written)) return false;
     cb_barrier(); /* the byte is read after the count that says it is there */
     *byte = port->rx[taken % rx_size(port)];
     cb_barrier();
-    port->rx_taken = taken + 1;
+    cb_write(&port->rx_taken, taken + 1);
     return true;
 }
 
 size_t cb_usart_room(enum cb_usart which) {
     const struct port *port = &ports[which];
-    return port->tx_size - (port->tx_written - port->tx_taken);
+    return port->tx_size - (cb_read(&port->tx_written) - cb_read(&port->tx_taken));
 }
 
 /* The interrupt of this port, called by the program. */
 static void call_interrupt(const struct port *port) {
-    CB_NVIC_ISPR[port->interrupt / 32] = 1u << port->interrupt % 32;
+    cb_write(&CB_NVIC_ISPR[port->interrupt / 32], 1u << port->interrupt % 32);
 }
 
 bool cb_usart_send(enum cb_usart which, const void *bytes, size_t size) {
     struct port *port = &ports[which];
     const uint8_t *const from = bytes;
     if (size > cb_usart_room(which)) return false;
-    const uint32_t written = port->tx_written;
+    const uint32_t written = cb_read(&port->tx_written);
     for (size_t i = 0; i < size; ++i) port->tx[(written + i) % port->tx_size] = from[i];
     cb_barrier();
-    port->tx_written = written + (uint32_t)size;
+    cb_write(&port->tx_written, written + (uint32_t)size);
     call_interrupt(port);
     return true;
 }
 
 bool cb_usart_busy(enum cb_usart which) {
     const struct port *port = &ports[which];
-    return port->sending || port->tx_written != port->tx_taken;
+    return port->sending || cb_read(&port->tx_written) != cb_read(&port->tx_taken);
 }
 
 struct cb_usart_counters cb_usart_counted(enum cb_usart which) {
@@ -186,9 +189,9 @@ void cb_usart_kick(void) {
 static void keep_byte(struct port *port, uint32_t status, uint32_t data) {
     const uint32_t errors = CB_USART_SR_PE | CB_USART_SR_FE | CB_USART_SR_NE | CB_USART_SR_ORE;
     const bool bad = (status & errors) != 0;
-    const uint32_t written = port->rx_written;
+    const uint32_t written = cb_read(&port->rx_written);
     port->counters.errors += bad;
-    if (written - port->rx_taken >= rx_size(port)) {
+    if (written - cb_read(&port->rx_taken) >= rx_size(port)) {
         ++port->counters.lost;
         port->gap = true;
         return;
@@ -198,40 +201,46 @@ static void keep_byte(struct port *port, uint32_t status, uint32_t data) {
     port->gap = false;
     ++port->counters.received;
     cb_barrier();
-    port->rx_written = written + 1;
+    cb_write(&port->rx_written, written + 1);
 }
 
 static void receive(struct port *port) {
     for (unsigned i = 0; i < RX_AT_ONCE; ++i) {
-        const uint32_t status = port->registers->sr;
+        const uint32_t status = cb_read(&port->registers->sr);
         if (!(status & (CB_USART_SR_RXNE | CB_USART_SR_ORE))) return;
-        keep_byte(port, status, port->registers->dr);
+        keep_byte(port, status, cb_read(&port->registers->dr));
     }
+}
+
+/* out: whether bytes wait for the hardware */
+static bool has_bytes(const struct port *port) {
+    return cb_read(&port->tx_taken) != cb_read(&port->tx_written);
 }
 
 /* Hands bytes to the hardware as long as it takes them: on silicon two, in the emulator all. */
 static void transmit(struct port *port) {
-    for (uint32_t i = 0; i < port->tx_size && port->tx_taken != port->tx_written; ++i) {
-        if (!(port->registers->sr & CB_USART_SR_TXE)) return;
+    for (uint32_t i = 0; i < port->tx_size && has_bytes(port); ++i) {
+        if (!(cb_read(&port->registers->sr) & CB_USART_SR_TXE)) return;
         if (!port->sending) drive_line(port, true);
         port->sending = true;
-        port->registers->dr = port->tx[port->tx_taken % port->tx_size];
-        port->tx_taken = port->tx_taken + 1;
+        const uint32_t taken = cb_read(&port->tx_taken);
+        cb_write(&port->registers->dr, port->tx[taken % port->tx_size]);
+        cb_write(&port->tx_taken, taken + 1);
         ++port->counters.sent;
     }
 }
 
 /* Frees the line behind the last stop bit; asks for the interrupts that are still needed. */
 static void finish(struct port *port) {
-    const bool waiting = port->tx_taken != port->tx_written;
-    if (port->sending && !waiting && (port->registers->sr & CB_USART_SR_TC)) {
+    const bool waiting = has_bytes(port);
+    if (port->sending && !waiting && (cb_read(&port->registers->sr) & CB_USART_SR_TC)) {
         drive_line(port, false);
         port->sending = false;
     }
-    const uint32_t off = port->registers->cr1 & ~(uint32_t)(CB_USART_CR1_TXEIE | CB_USART_CR1_TCIE);
-    port->registers->cr1 = off | (waiting         ? (uint32_t)CB_USART_CR1_TXEIE
-                                  : port->sending ? (uint32_t)CB_USART_CR1_TCIE
-                                                  : 0);
+    cb_replace_bits(&port->registers->cr1, CB_USART_CR1_TXEIE | CB_USART_CR1_TCIE,
+                    waiting         ? (uint32_t)CB_USART_CR1_TXEIE
+                    : port->sending ? (uint32_t)CB_USART_CR1_TCIE
+                                    : 0);
 }
 
 static void serve(struct port *port) {

@@ -10,21 +10,21 @@ enum { TRIES = 100000 };
 
 void cb_watchdog_start(uint32_t timeout_ms) {
     const uint32_t counts = (timeout_ms + MS_PER_COUNT - 1) / MS_PER_COUNT;
-    CB_IWDG->kr = START;
-    CB_IWDG->kr = UNLOCK;
-    CB_IWDG->pr = BY_256;
-    CB_IWDG->rlr = counts < TOP ? counts : TOP;
-    for (uint32_t i = 0; i < TRIES && CB_IWDG->sr != 0; ++i) {
+    cb_write(&CB_IWDG->kr, START);
+    cb_write(&CB_IWDG->kr, UNLOCK);
+    cb_write(&CB_IWDG->pr, BY_256);
+    cb_write(&CB_IWDG->rlr, counts < TOP ? counts : TOP);
+    for (uint32_t i = 0; i < TRIES && cb_read(&CB_IWDG->sr) != 0; ++i) {
     }
-    CB_IWDG->kr = FEED;
+    cb_write(&CB_IWDG->kr, FEED);
 }
 
 void cb_watchdog_feed(void) {
-    CB_IWDG->kr = FEED;
+    cb_write(&CB_IWDG->kr, FEED);
 }
 
 bool cb_watchdog_bit(void) {
-    const bool bit = (CB_RCC->csr & CB_RCC_CSR_IWDGRSTF) != 0;
-    CB_RCC->csr |= CB_RCC_CSR_RMVF;
+    const bool bit = (cb_read(&CB_RCC->csr) & CB_RCC_CSR_IWDGRSTF) != 0;
+    cb_set_bits(&CB_RCC->csr, CB_RCC_CSR_RMVF);
     return bit;
 }
