@@ -19,10 +19,11 @@ static int64_t now_us(void *context) {
 static void wait_until(struct cb_board *board, int64_t until_us) {
     const bool whole = until_us % SLEEP_US == 0;
     for (;;) {
+        const uint32_t seen = cb_time_interrupts();
         board->idle();
         const int64_t left_us = until_us - cb_time_us();
         if (left_us <= 0) return;
-        if (whole || left_us > SLEEP_US) cb_time_sleep();
+        if (whole || left_us > SLEEP_US) cb_time_sleep(seen);
     }
 }
 
@@ -64,10 +65,12 @@ static enum cb_rtu_end ask(void *context, enum cb_rtu_ask what,
     struct cb_wire *wire = &board->plc;
     const uint32_t sent = wire->counters.requests;
     cb_wire_ask(wire, what, board->plc_unit, request, registers, until_us);
-    while (!cb_wire_poll(wire, cb_time_us())) {
+    for (;;) {
+        const uint32_t seen = cb_time_interrupts();
+        if (cb_wire_poll(wire, cb_time_us())) break;
         board->meanwhile();
         /* the silence, and the time, end between two interrupts */
-        if (wire->state != CB_WIRE_QUIET && until_us - cb_time_us() > SLEEP_US) cb_time_sleep();
+        if (wire->state != CB_WIRE_QUIET && until_us - cb_time_us() > SLEEP_US) cb_time_sleep(seen);
     }
     if (wire->counters.requests == sent) return wire->end;
     wire->counters.probes += what == CB_RTU_ASK_PROBE;
@@ -110,11 +113,13 @@ static size_t samples(void *context, struct cb_hal_sample *list, size_t max) {
     return count;
 }
 
-/* A cycle is complete: the only place that feeds the watchdog. A stack that has run over must not
- * go on. */
+/* A cycle is complete: the only place that feeds the watchdog, and the first one shortens its time.
+ * A stack that has run over must not go on. */
 static void feed_watchdog(void *context) {
-    (void)context;
+    struct cb_board *board = context;
     if (!cb_guard_intact()) cb_restart(CB_START_STACK);
+    if (board->watchdog_ms > 0) cb_watchdog_start(board->watchdog_ms);
+    board->watchdog_ms = 0;
     cb_watchdog_feed();
 }
 

@@ -20,6 +20,7 @@ struct cb_board {
     size_t waiting;       /* samples for the next cycle */
     struct cb_hal_sample samples[CB_BOARD_SAMPLES];
     bool stop;               /* the console asked for it */
+    uint32_t watchdog_ms;    /* the watchdog's time from the first cycle on; 0: set already */
     void (*idle)(void);      /* called again and again while there is time, each time short */
     void (*meanwhile)(void); /* called while the PLC is waited for, each time very short */
 };

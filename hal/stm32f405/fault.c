@@ -82,6 +82,6 @@ void cb_provoke(enum cb_provoke what) {
             *(volatile uint32_t *)(void *)stack_start = 0;
             break;
         case CB_PROVOKE_HANG: /* the watchdog's turn */
-            for (;;) cb_time_sleep();
+            for (;;) cb_time_sleep(cb_time_interrupts());
     }
 }

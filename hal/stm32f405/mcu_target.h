@@ -18,6 +18,7 @@
 #define CB_SCB ((struct cb_scb *)0xE000ED00u)
 #define CB_MPU ((struct cb_mpu *)0xE000ED90u)
 #define CB_CPACR ((cb_cell *)0xE000ED88u)
+#define CB_UNIQUE_ID ((const cb_cell *)0x1FFF7A10u) /* three words */
 
 /* Sectors 5 and 6. */
 #define CB_FLASH_SLOT_A ((const void *)0x08020000u)
@@ -35,7 +36,17 @@ static inline void cb_barrier(void) {
     __asm__ volatile("dsb\n\tisb" ::: "memory");
 }
 
-/* Returns when an interrupt is pending, masked or not. */
+/* Interrupts wait from here … but for faults and the clock's failure. */
+static inline void cb_interrupts_off(void) {
+    __asm__ volatile("cpsid i" ::: "memory");
+}
+
+/* … until here: those that wait come at once. */
+static inline void cb_interrupts_on(void) {
+    __asm__ volatile("cpsie i\n\tisb" ::: "memory");
+}
+
+/* Returns when an interrupt is pending, with interrupts off too. */
 static inline void cb_wait_for_interrupt(void) {
     __asm__ volatile("wfi" ::: "memory");
 }

@@ -10,6 +10,7 @@ enum { US_PER_TICK = 1000, ENABLE_INTERRUPT_CORE = 7 };
 
 static volatile int64_t ticks_us; /* written by the interrupt alone */
 static uint32_t per_us, reload;
+static cb_cell interrupts; /* all have one priority: none comes inside another */
 
 void cb_time_start(uint32_t core_hz) {
     per_us = core_hz / 1000000;
@@ -40,11 +41,24 @@ int64_t cb_time_us(void) {
     return now_us;
 }
 
-void cb_time_sleep(void) {
-    cb_wait_for_interrupt();
+uint32_t cb_time_interrupts(void) {
+    return cb_read(&interrupts);
+}
+
+void cb_time_note_interrupt(void) {
+    cb_write(&interrupts, cb_read(&interrupts) + 1);
+}
+
+/* No interrupt can come between the comparison and the sleep; one that is pending ends the sleep.
+ */
+void cb_time_sleep(uint32_t seen) {
+    cb_interrupts_off();
+    if (cb_read(&interrupts) == seen) cb_wait_for_interrupt();
+    cb_interrupts_on();
 }
 
 void cb_systick_handler(void) {
+    cb_time_note_interrupt();
     ticks_us = ticks_us + US_PER_TICK;
     cb_usart_kick();
 }

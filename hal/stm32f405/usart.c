@@ -28,8 +28,8 @@ struct port {
     uint8_t *tx;
     uint32_t tx_size;
     cb_cell rx_written, rx_taken, tx_written, tx_taken;
-    volatile bool sending; /* from the first byte to the last stop bit */
-    bool gap;              /* bytes were lost before the next one */
+    cb_cell sending; /* 1 from the first byte to the last stop bit, else 0 */
+    bool gap;        /* bytes were lost before the next one */
     struct cb_usart_counters counters;
 };
 
@@ -104,6 +104,11 @@ void cb_usart_prepare(const struct cb_clock *clock) {
     }
 }
 
+/* out: whether bytes wait for the hardware */
+static bool has_bytes(const struct port *port) {
+    return cb_read(&port->tx_taken) != cb_read(&port->tx_written);
+}
+
 /* ---- the program's side ---- */
 
 static uint32_t frame_bits(enum cb_usart_parity parity) {
@@ -121,19 +126,21 @@ static uint32_t frame_bits(enum cb_usart_parity parity) {
 void cb_usart_open(enum cb_usart which, uint32_t baud, enum cb_usart_parity parity,
                    unsigned stop_bits) {
     struct port *port = &ports[which];
-    cb_write(&port->registers->cr1, 0); /* its interrupt is silent from here */
-    cb_barrier();
+    cb_interrupts_off(); /* SysTick may have called for this port's */
+    cb_write(&port->registers->cr1, 0);
     cb_write(&port->tx_taken, 0);
     cb_write(&port->tx_written, 0);
     cb_write(&port->rx_taken, 0);
     cb_write(&port->rx_written, 0);
-    port->sending = port->gap = false;
+    cb_write(&port->sending, 0);
+    port->gap = false;
     drive_line(port, false);
     cb_write(&port->registers->brr, (port->clock_hz + baud / 2) / baud);
     cb_write(&port->registers->cr2, stop_bits == 2 ? CB_USART_CR2_STOP_2 : 0);
     cb_write(&port->registers->cr3, 0);
     cb_write(&port->registers->cr1, frame_bits(parity) | CB_USART_CR1_UE | CB_USART_CR1_TE |
                                         CB_USART_CR1_RE | CB_USART_CR1_RXNEIE);
+    cb_interrupts_on();
 }
 
 bool cb_usart_take(enum cb_usart which, struct cb_usart_byte *byte) {
@@ -171,7 +178,8 @@ bool cb_usart_send(enum cb_usart which, const void *bytes, size_t size) {
 
 bool cb_usart_busy(enum cb_usart which) {
     const struct port *port = &ports[which];
-    return port->sending || cb_read(&port->tx_written) != cb_read(&port->tx_taken);
+    /* in this order: the interrupt sets `sending` before it takes the last byte */
+    return has_bytes(port) || cb_read(&port->sending) != 0;
 }
 
 struct cb_usart_counters cb_usart_counted(enum cb_usart which) {
@@ -212,17 +220,12 @@ static void receive(struct port *port) {
     }
 }
 
-/* out: whether bytes wait for the hardware */
-static bool has_bytes(const struct port *port) {
-    return cb_read(&port->tx_taken) != cb_read(&port->tx_written);
-}
-
 /* Hands bytes to the hardware as long as it takes them: on silicon two, in the emulator all. */
 static void transmit(struct port *port) {
     for (uint32_t i = 0; i < port->tx_size && has_bytes(port); ++i) {
         if (!(cb_read(&port->registers->sr) & CB_USART_SR_TXE)) return;
-        if (!port->sending) drive_line(port, true);
-        port->sending = true;
+        if (!cb_read(&port->sending)) drive_line(port, true);
+        cb_write(&port->sending, 1);
         const uint32_t taken = cb_read(&port->tx_taken);
         cb_write(&port->registers->dr, port->tx[taken % port->tx_size]);
         cb_write(&port->tx_taken, taken + 1);
@@ -233,17 +236,18 @@ static void transmit(struct port *port) {
 /* Frees the line behind the last stop bit; asks for the interrupts that are still needed. */
 static void finish(struct port *port) {
     const bool waiting = has_bytes(port);
-    if (port->sending && !waiting && (cb_read(&port->registers->sr) & CB_USART_SR_TC)) {
+    if (cb_read(&port->sending) && !waiting && (cb_read(&port->registers->sr) & CB_USART_SR_TC)) {
         drive_line(port, false);
-        port->sending = false;
+        cb_write(&port->sending, 0);
     }
     cb_replace_bits(&port->registers->cr1, CB_USART_CR1_TXEIE | CB_USART_CR1_TCIE,
-                    waiting         ? (uint32_t)CB_USART_CR1_TXEIE
-                    : port->sending ? (uint32_t)CB_USART_CR1_TCIE
-                                    : 0);
+                    waiting                   ? (uint32_t)CB_USART_CR1_TXEIE
+                    : cb_read(&port->sending) ? (uint32_t)CB_USART_CR1_TCIE
+                                              : 0);
 }
 
 static void serve(struct port *port) {
+    cb_time_note_interrupt();
     receive(port);
     transmit(port);
     finish(port);

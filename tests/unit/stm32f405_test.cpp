@@ -36,6 +36,7 @@ struct port {
     unsigned stop_bits = 0;
     std::function<void()> on_send = [] {};
     unsigned feeds = 0;
+    std::vector<std::uint32_t> watchdog_ms;
 };
 port the_port;
 
@@ -71,8 +72,11 @@ bool cb_usart_send(enum cb_usart, const void *bytes, size_t size) {
 int64_t cb_time_us(void) {
     return the_port.now_us;
 }
+uint32_t cb_time_interrupts(void) {
+    return 0;
+}
 // Until the next interrupt: SysTick, a byte, the end of sending.
-void cb_time_sleep(void) {
+void cb_time_sleep(uint32_t) {
     std::int64_t next_us = (the_port.now_us / 1000 + 1) * 1000;
     const auto at_most = [&](std::int64_t us) {
         if (us > the_port.now_us && us < next_us) next_us = us;
@@ -83,6 +87,9 @@ void cb_time_sleep(void) {
 }
 bool cb_guard_intact(void) {
     return true;
+}
+void cb_watchdog_start(uint32_t timeout_ms) {
+    the_port.watchdog_ms.push_back(timeout_ms);
 }
 void cb_watchdog_feed(void) {
     ++the_port.feeds;
@@ -398,6 +405,16 @@ TEST(board, reads_and_writes) {
     EXPECT_EQ(r.board.plc.counters.requests, 10u);
     r.hal.feed_watchdog(&r.board);
     EXPECT_EQ(the_port.feeds, 1u);
+}
+
+// Until then it has the time of the start, in which the file is loaded.
+TEST(board, the_first_cycle_shortens_the_watchdogs_time) {
+    board_rig r;
+    r.board.watchdog_ms = 300;
+    EXPECT_TRUE(the_port.watchdog_ms.empty());
+    for (int cycle = 0; cycle < 3; ++cycle) r.hal.feed_watchdog(&r.board);
+    EXPECT_EQ(the_port.watchdog_ms, std::vector<std::uint32_t>{300});
+    EXPECT_EQ(the_port.feeds, 3u);
 }
 
 // A reply that comes in a later cycle is never taken for that cycle's, whenever it comes. The slave
