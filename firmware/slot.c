@@ -51,6 +51,7 @@ enum cb_slot_state cb_slot_read(const void *bytes, size_t size, struct cb_slot *
     if (get_word(header + TEXT_CRC) != cb_crc32(0, text, length)) return CB_SLOT_BROKEN;
     slot->revision = get_word(header + REVISION);
     slot->length = length;
+    slot->crc = get_word(header + TEXT_CRC);
     slot->text = (const char *)text;
     return CB_SLOT_WHOLE;
 }

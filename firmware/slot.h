@@ -32,6 +32,7 @@ enum cb_slot_state {
 struct cb_slot {
     uint32_t revision;
     uint32_t length;  /* 1 … CB_MAX_TEXT_BYTES */
+    uint32_t crc;     /* of the text */
     const char *text; /* in the caller's bytes; no end mark behind it */
 };
 

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * compbox-stm32f405: the box on a bare STM32F405. Starts the hardware, loads the coefficient file
  * from flash, and runs cycle after cycle; the console has what is left of each period. */
+#include "hal/stm32f405/app/main.h"
+
 #include "firmware/rtu_budget.h"
 #include "hal/stm32f405/app/app.h"
 #include "hal/stm32f405/app/load.h"
@@ -9,6 +11,8 @@
 #include "hal/stm32f405/watchdog.h"
 
 enum {
+    WATCHDOG_START_MS =
+        8000, /* until the first cycle: at least 5.4 s, loading takes 3 s at 16 MHz */
     WATCHDOG_PERIODS = 10,
     WATCHDOG_LEAST_MS = 300,
     GOOD_RUN_CYCLES = 20000,  /* ten minutes at 30 ms: faults before it are history */
@@ -29,17 +33,23 @@ static void meanwhile(void) {
     cb_bus_poll(&app);
 }
 
+/* The watchdog first: nothing behind it can hang for good, the clock's start and the loader
+ * included. */
 static void start_hardware(void) {
-    app.cause = cb_retained_open(cb_watchdog_bit());
+    cb_watchdog_start(WATCHDOG_START_MS);
+    app.cause = cb_retained_open(cb_chip_reset_cause());
     app.clock = cb_clock_start(cb_retained.crystal_failed == 0);
+    app.chip = cb_chip_read(app.clock.source == CB_CLOCK_EMULATED);
     cb_time_start(app.clock.core_hz);
     cb_usart_prepare(&app.clock);
     cb_console_start(&app.console);
 }
 
-static void start_watchdog(uint32_t period_us) {
+/* in : period_us of the cycle; 0: of STANDBY without a file
+ * out: the watchdog's time from the first cycle on */
+static uint32_t watchdog_ms(uint32_t period_us) {
     const uint32_t timeout_ms = period_us / 1000 * WATCHDOG_PERIODS;
-    cb_watchdog_start(timeout_ms > WATCHDOG_LEAST_MS ? timeout_ms : WATCHDOG_LEAST_MS);
+    return timeout_ms > WATCHDOG_LEAST_MS ? timeout_ms : WATCHDOG_LEAST_MS;
 }
 
 /* Restarted by itself again and again: the file may be the cause, so it is left alone. */
@@ -56,7 +66,8 @@ static void load(void) {
         cb_retained_seal();
         return;
     }
-    app.slot = cb_load_slots(&app.box.config, &app.loading.scratch, &app.console);
+    app.slot = cb_load_slots(&app.box.config, &app.loading.scratch, &app.console, &app.file_crc);
+    cb_status_file(&app);
 }
 
 static void note_cycle(void) {
@@ -94,13 +105,13 @@ static _Noreturn void run_box(void) {
     }
 }
 
-int main(void) {
+_Noreturn void cb_main(void) {
     start_hardware();
     load();
     app.board.idle = idle;
     app.board.meanwhile = meanwhile;
     app.status_us = -1000000; /* the first one at once */
-    start_watchdog(app.slot ? app.box.config.period_us : 0);
+    app.board.watchdog_ms = watchdog_ms(app.slot ? app.box.config.period_us : 0);
     if (app.slot == 0) cb_standby_run(&app);
     run_box();
 }

@@ -76,8 +76,15 @@ enum {
     CB_RCC_CIR_CSSF = 1 << 7,
     CB_RCC_CIR_CSSC = 1 << 23,
     CB_RCC_CSR_RMVF = 1 << 24,
+    CB_RCC_CSR_BORRSTF = 1 << 25,
+    CB_RCC_CSR_PINRSTF = 1 << 26,
+    CB_RCC_CSR_PORRSTF = 1 << 27,
+    CB_RCC_CSR_SFTRSTF = 1 << 28,
     CB_RCC_CSR_IWDGRSTF = 1 << 29,
+    CB_RCC_CSR_WWDGRSTF = 1 << 30,
+    CB_FLASH_OPTCR_BOR_LEV = 2, /* where its two bits begin */
 };
+#define CB_RCC_CSR_LPWRRSTF (1u << 31)
 
 enum {
     CB_USART_SR_PE = 1 << 0,

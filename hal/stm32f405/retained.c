@@ -24,15 +24,16 @@ void cb_retained_seal(void) {
 }
 
 bool cb_start_was_fault(enum cb_start_cause cause) {
-    return cause == CB_START_FAULT || cause == CB_START_STACK || cause == CB_START_WATCHDOG;
+    return cause == CB_START_FAULT || cause == CB_START_STACK || cause == CB_START_WATCHDOG ||
+           cause == CB_START_WINDOW || cause == CB_START_LOW_POWER;
 }
 
-enum cb_start_cause cb_retained_open(bool by_watchdog) {
+enum cb_start_cause cb_retained_open(enum cb_start_cause by_flags) {
     if (cb_retained.magic != MAGIC || cb_retained.sum != sum_of(&cb_retained))
         memset(&cb_retained, 0, sizeof cb_retained);
-    if (by_watchdog && cb_retained.cause == CB_START_POWER) cb_retained.cause = CB_START_WATCHDOG;
-    const enum cb_start_cause cause = (enum cb_start_cause)cb_retained.cause;
-    cb_retained.cause = CB_START_POWER;
+    const enum cb_start_cause noted = (enum cb_start_cause)cb_retained.cause;
+    const enum cb_start_cause cause = noted != CB_START_UNKNOWN ? noted : by_flags;
+    cb_retained.cause = CB_START_UNKNOWN;
     if (cb_start_was_fault(cause)) ++cb_retained.fault_starts;
     cb_retained_seal();
     return cause;

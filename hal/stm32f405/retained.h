@@ -8,13 +8,20 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* X(name, text): why the box started. */
-#define CB_STARTS(X)                                            \
-    X(CB_START_POWER, "power-on or reset pin")                  \
-    X(CB_START_FAULT, "processor fault")                        \
-    X(CB_START_STACK, "stack overflow, seen by the canary")     \
-    X(CB_START_WATCHDOG, "watchdog: no cycle was completed")    \
-    X(CB_START_CLOCK, "the crystal failed, internal clock now") \
+/* X(name, text): why the box started: by the chip's reset flags up to WATCHDOG, by the box's own
+ * note from FAULT on. */
+#define CB_STARTS(X)                                                       \
+    X(CB_START_UNKNOWN, "no reset flag is set")                            \
+    X(CB_START_POWER, "power-on")                                          \
+    X(CB_START_BROWN_OUT, "brown-out: the supply was too low")             \
+    X(CB_START_PIN, "reset pin")                                           \
+    X(CB_START_SOFTWARE, "software reset, as by a debugger")               \
+    X(CB_START_LOW_POWER, "low-power reset, which the box never asks for") \
+    X(CB_START_WINDOW, "window watchdog, which the box never starts")      \
+    X(CB_START_WATCHDOG, "watchdog: no cycle was completed")               \
+    X(CB_START_FAULT, "processor fault")                                   \
+    X(CB_START_STACK, "stack overflow, seen by the canary")                \
+    X(CB_START_CLOCK, "the crystal failed, internal clock now")            \
     X(CB_START_ASKED, "restart asked for on the console")
 
 enum cb_start_cause {
@@ -32,7 +39,7 @@ struct cb_fault_registers {
 
 struct cb_retained {
     uint32_t magic;
-    uint32_t cause;        /* enum cb_start_cause of the restart under way */
+    uint32_t cause;        /* enum cb_start_cause of the restart under way; 0: none */
     uint32_t fault_starts; /* restarts by fault, stack or watchdog since the last long good run */
     uint32_t faults;       /* all processor faults since power-on */
     uint32_t crystal_failed;
@@ -44,9 +51,9 @@ struct cb_retained {
 extern struct cb_retained cb_retained;
 
 /* At start, once: clears the block when it is not ours.
- * in : whether the watchdog caused this start (the reset register says so)
- * out: why the box started */
-enum cb_start_cause cb_retained_open(bool by_watchdog);
+ * in : what the chip's reset flags say
+ * out: why the box started: what it noted itself before the reset, else what the flags say */
+enum cb_start_cause cb_retained_open(enum cb_start_cause by_flags);
 
 /* After each change. */
 void cb_retained_seal(void);
@@ -57,7 +64,7 @@ _Noreturn void cb_restart(enum cb_start_cause cause);
 /* Restarts of the box by itself, one after the other, before it stays in STANDBY with no file. */
 enum { CB_FAULT_STARTS_MAX = 5 };
 
-/* A restart that the box did not want: processor, stack or watchdog. */
+/* A restart that the box did not want: processor, stack, watchdogs, low power. */
 bool cb_start_was_fault(enum cb_start_cause cause);
 
 const char *cb_start_text(enum cb_start_cause cause);

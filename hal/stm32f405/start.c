@@ -3,6 +3,7 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "hal/stm32f405/app/main.h"
 #include "hal/stm32f405/fault.h"
 #include "hal/stm32f405/guard.h"
 #include "hal/stm32f405/mcu.h"
@@ -11,7 +12,6 @@
 
 extern char flash_start[], data_start[], data_end[], data_load[], bss_start[], bss_end[],
     stack_top[];
-extern int main(void);
 void cb_start(void);
 void cb_start_c(void);
 
@@ -36,7 +36,7 @@ void cb_start_c(void) {
     memset(bss_start, 0, (size_t)(bss_end - bss_start));
     enable_fpu();
     cb_guard_start();
-    (void)main();
+    cb_main();
 }
 
 struct vectors {
@@ -58,5 +58,4 @@ __attribute__((section(".vectors"), used)) static const struct vectors vectors =
 /* The processor starts here, its stack set from the table. */
 void cb_start(void) {
     cb_start_c();
-    cb_reset(); /* main does not return */
 }

@@ -3,8 +3,7 @@
 
 #include "hal/stm32f405/mcu.h"
 
-/* Its oscillator has 32 kHz nominally, 17 to 47 kHz for certain: by 256, 8 ms a count, at worst
- * 5.4 ms. */
+/* The oscillator's 32 kHz by 256: 8 ms a count. */
 enum { UNLOCK = 0x5555, FEED = 0xAAAA, START = 0xCCCC, BY_256 = 6, MS_PER_COUNT = 8, TOP = 4095 };
 enum { TRIES = 100000 };
 
@@ -21,10 +20,4 @@ void cb_watchdog_start(uint32_t timeout_ms) {
 
 void cb_watchdog_feed(void) {
     cb_write(&CB_IWDG->kr, FEED);
-}
-
-bool cb_watchdog_bit(void) {
-    const bool bit = (cb_read(&CB_RCC->csr) & CB_RCC_CSR_IWDGRSTF) != 0;
-    cb_set_bits(&CB_RCC->csr, CB_RCC_CSR_RMVF);
-    return bit;
 }

@@ -53,7 +53,7 @@ COMMANDS = ["cb_dump_ask", "cb_status_counters", "cb_status_fault", "cb_status_s
 IMAGE_INDIRECT = {
     "config_curves.c:load_term": INDIRECT["config_curves.c:load_backward"],  # inlined with -Os
     "cycle.c:cb_cycle_run": HAL,
-    "main.c:main": HAL,
+    "main.c:cb_main": HAL,
     "standby.c:cb_standby_run": HAL,
     "commands.c:cb_commands_serve": COMMANDS,
     "box_hal.c:cb_board_wait_tick": ["main.c:idle"],

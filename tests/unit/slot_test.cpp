@@ -7,6 +7,7 @@
 #include <vector>
 
 extern "C" {
+#include "firmware/crc32.h"
 #include "firmware/slot.h"
 }
 
@@ -43,6 +44,7 @@ TEST(slot, what_was_packed_is_read_back) {
     ASSERT_EQ(cb_slot_read(bytes.data(), bytes.size(), &slot), CB_SLOT_WHOLE);
     EXPECT_EQ(slot.revision, 4000000000u);
     EXPECT_EQ(std::string(slot.text, slot.length), "text of a coefficient file");
+    EXPECT_EQ(slot.crc, cb_crc32(0, slot.text, slot.length));
 }
 
 TEST(slot, erased_memory_is_empty) {
@@ -94,7 +96,7 @@ TEST(slot, a_wrong_bit_is_found) {
     for (std::size_t bit = 0; bit < 8 * (CB_SLOT_HEADER_BYTES + text.size()); ++bit) {
         auto bytes = slot_of(3, text);
         bytes[bit / 8] ^= static_cast<uint8_t>(1u << bit % 8);
-        cb_slot slot{99, 99, nullptr};
+        cb_slot slot{99, 99, 99, nullptr};
         EXPECT_EQ(cb_slot_read(bytes.data(), bytes.size(), &slot), CB_SLOT_BROKEN) << bit;
         EXPECT_EQ(slot.revision, 99u);
         EXPECT_EQ(slot.text, nullptr);

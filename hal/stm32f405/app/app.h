@@ -13,6 +13,7 @@
 #include "hal/cycle.h"
 #include "hal/stm32f405/app/console.h"
 #include "hal/stm32f405/box_hal.h"
+#include "hal/stm32f405/chip.h"
 #include "hal/stm32f405/clock.h"
 #include "hal/stm32f405/retained.h"
 
@@ -31,7 +32,9 @@ struct cb_app {
     struct cb_console console;
     struct cb_clock clock;
     enum cb_start_cause cause;
-    char slot; /* 'A', 'B'; 0: there is no file and no box */
+    struct cb_chip chip;
+    uint32_t file_crc; /* of the text that runs, as `compbox pack` put it before it */
+    char slot;         /* 'A', 'B'; 0: there is no file and no box */
     struct cb_board board;
     struct cb_app_bus bus;
     struct cb_cycle cycle;
@@ -56,6 +59,9 @@ struct cb_text *cb_status_begin(struct cb_app *app);
 
 /* What the box started with, and why. */
 void cb_status_start(struct cb_app *app);
+
+/* Which file runs, where one does. */
+void cb_status_file(struct cb_app *app);
 void cb_status_counters(struct cb_app *app);
 void cb_status_fault(struct cb_app *app);
 void cb_status_wires(struct cb_app *app);

@@ -30,7 +30,8 @@ static void report(struct cb_console *console, int index, enum cb_slot_state sta
             cb_text_put_unsigned(line, slot->revision);
             cb_text_put(line, ", ");
             cb_text_put_unsigned(line, slot->length);
-            cb_text_put(line, " bytes");
+            cb_text_put(line, " bytes, CRC-32 ");
+            cb_text_put_hex(line, slot->crc, 8);
             break;
     }
     cb_console_end(console);
@@ -48,20 +49,16 @@ static void report_refused(struct cb_console *console, int index,
     cb_console_end(console);
 }
 
-/* out: whether the loader took the text of this slot */
+/* out: whether the loader took the text of this slot; then *crc is the text's */
 static bool try_slot(struct cb_config *config, struct cb_load_scratch *scratch,
-                     struct cb_console *console, int index, const struct cb_slot *slot) {
+                     struct cb_console *console, int index, const struct cb_slot *slot,
+                     uint32_t *crc) {
     struct cb_message message = {.line = 0};
     if (cb_config_load(config, slot->text, slot->length, &target, scratch, &message) != CB_OK) {
         report_refused(console, index, &message);
         return false;
     }
-    struct cb_text *line = cb_console_line(console);
-    cb_text_put(line, "runs revision ");
-    cb_text_put_unsigned(line, config->revision);
-    cb_text_put(line, index == 0 ? " of slot A: " : " of slot B: ");
-    cb_text_put(line, config->machine);
-    cb_console_end(console);
+    *crc = slot->crc;
     return true;
 }
 
@@ -73,7 +70,7 @@ void cb_load_report(struct cb_console *console) {
 }
 
 char cb_load_slots(struct cb_config *config, struct cb_load_scratch *scratch,
-                   struct cb_console *console) {
+                   struct cb_console *console, uint32_t *crc) {
     static const char names[CB_SLOTS] = {'A', 'B'};
     struct cb_slot slot[CB_SLOTS], newest;
     bool whole[CB_SLOTS];
@@ -83,8 +80,8 @@ char cb_load_slots(struct cb_config *config, struct cb_load_scratch *scratch,
     const int first = cb_slot_newest(slots, CB_FLASH_SLOT_BYTES, &newest);
     if (first < 0) return 0;
     const int other = 1 - first;
-    if (try_slot(config, scratch, console, first, &newest)) return names[first];
-    if (whole[other] && try_slot(config, scratch, console, other, &slot[other]))
+    if (try_slot(config, scratch, console, first, &newest, crc)) return names[first];
+    if (whole[other] && try_slot(config, scratch, console, other, &slot[other], crc))
         return names[other];
     return 0;
 }

@@ -8,10 +8,10 @@
 #include "firmware/slot.h"
 #include "hal/stm32f405/app/console.h"
 
-/* out: 'A' or 'B' and *config complete; 0 when neither slot has a file that this box can run. What
- * is wrong with a slot is said on the console. */
+/* out: 'A' or 'B', *config complete and *crc that of the text; 0 when neither slot has a file that
+ * this box can run. The console prints what is wrong with a slot. */
 char cb_load_slots(struct cb_config *config, struct cb_load_scratch *scratch,
-                   struct cb_console *console);
+                   struct cb_console *console, uint32_t *crc);
 
 /* Where the PLC's status register is, from the header of the first slot that says so, whatever its
  * text. out: false: neither does */

@@ -79,15 +79,42 @@ void cb_status_note(struct cb_app *app) {
     say_status(app);
 }
 
+static void say_chip(struct cb_app *app) {
+    const struct cb_chip *chip = &app->chip;
+    struct cb_text *line = cb_status_begin(app);
+    cb_text_put(line, "chip ");
+    for (unsigned i = 0; i < 3; ++i) cb_text_put_hex(line, chip->unique_id[i], 8);
+    cb_text_put(line, "; brown-out reset ");
+    cb_text_put(line, cb_brown_out_text(chip->brown_out));
+    if (!cb_chip_is_guarded(chip))
+        cb_text_put(line, ": set the option bytes to level 3 (docs/stm32f405.md)");
+    cb_console_end(&app->console);
+}
+
+void cb_status_file(struct cb_app *app) {
+    if (app->slot == 0) return;
+    struct cb_text *line = cb_status_begin(app);
+    put_number(line, "runs revision ", app->box.config.revision);
+    cb_text_put(line, " of slot ");
+    cb_text_put_bytes(line, &app->slot, 1);
+    cb_text_put(line, ": ");
+    cb_text_put(line, app->box.config.machine);
+    cb_text_put(line, ", CRC-32 ");
+    cb_text_put_hex(line, app->file_crc, 8);
+    cb_console_end(&app->console);
+}
+
 void cb_status_start(struct cb_app *app) {
     struct cb_text *line = cb_status_begin(app);
-    cb_text_put(line, "compbox-stm32f405 started: ");
+    cb_text_put(line, "compbox-stm32f405 " CB_VERSION " started: ");
     cb_text_put(line, cb_start_text(app->cause));
     cb_text_put(line, "; ");
     cb_text_put(line, cb_clock_text(app->clock.source));
     if (cb_retained.crystal_failed) cb_text_put(line, "; the crystal has FAILED");
     put_number(line, "; restarts by faults ", cb_retained.fault_starts);
     cb_console_end(&app->console);
+    say_chip(app);
+    cb_status_file(app);
     if (app->cause == CB_START_FAULT) cb_status_fault(app);
 }
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Start, console, slots and restarts, without a PLC."""
 import re
+import zlib
 
 import pytest
 
@@ -16,7 +17,8 @@ def fault_lines(box, since):
 
 def test_no_file_is_standby_with_the_reason(tmp_path):
     with Box(tmp_path) as box:
-        box.console.wait("started: power-on")
+        box.console.wait(r"compbox-stm32f405 \d+\.\d+\.\d+ started: no reset flag is set")
+        box.console.wait("chip 0{24}; brown-out reset unknown, emulated$")
         box.console.wait("slot A: empty")
         box.console.wait("slot B: empty")
         box.console.wait("STANDBY: there is no coefficient file")
@@ -51,7 +53,9 @@ def test_the_newest_good_slot_runs(tmp_path, text_of, a, b, loaded, said):
              for name, (revision, change, text_sum) in {"A": a, "B": b}.items()}
     with Box(tmp_path, slots) as box:
         box.console.wait(said)
-        box.console.wait(f"runs revision {loaded} of slot")
+        name = "A" if loaded == a[0] else "B"
+        text = text_of(loaded, None)
+        box.console.wait(f"runs revision {loaded} of slot {name}: .*, CRC-32 {zlib.crc32(text.encode()):08x}$")
         box.console.wait("STANDBY: no answer from the PLC")
 
 
