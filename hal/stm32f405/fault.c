@@ -6,7 +6,6 @@
 
 #include "hal/stm32f405/mcu.h"
 #include "hal/stm32f405/retained.h"
-#include "hal/stm32f405/time.h"
 
 extern char stack_start[], stack_top[];
 void cb_fault_record(const uint32_t *frame, uint32_t exc_return);
@@ -60,28 +59,4 @@ void cb_nmi_handler(void) {
     cb_set_bits(&CB_RCC->cir, CB_RCC_CIR_CSSC);
     cb_retained.crystal_failed = 1;
     cb_restart(CB_START_CLOCK);
-}
-
-/* Writes downward from the stack pointer until the guard is met. */
-static void overflow(void) {
-    __asm__ volatile("1: push {r0-r7}\n\tb 1b");
-}
-
-void cb_provoke(enum cb_provoke what) {
-    switch (what) {
-        case CB_PROVOKE_UNDEFINED:
-            __asm__ volatile("udf #0");
-            break;
-        case CB_PROVOKE_ADDRESS:
-            *(volatile uint32_t *)0x70000000u = 1;
-            break;
-        case CB_PROVOKE_STACK:
-            overflow();
-            break;
-        case CB_PROVOKE_CANARY:
-            *(volatile uint32_t *)(void *)stack_start = 0;
-            break;
-        case CB_PROVOKE_HANG: /* the watchdog's turn */
-            for (;;) cb_time_sleep(cb_time_interrupts());
-    }
 }

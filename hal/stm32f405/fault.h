@@ -10,14 +10,4 @@ void cb_fault_handler(void);
 /* The clock security system: the crystal stopped. */
 void cb_nmi_handler(void);
 
-/* For tests of the handler: provokes one. */
-enum cb_provoke {
-    CB_PROVOKE_UNDEFINED,
-    CB_PROVOKE_ADDRESS,
-    CB_PROVOKE_STACK,
-    CB_PROVOKE_CANARY,
-    CB_PROVOKE_HANG,
-};
-void cb_provoke(enum cb_provoke what);
-
 #endif

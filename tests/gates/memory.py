@@ -1,11 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: MIT
 """Gate: flash and RAM of compbox-stm32f405, from the symbols of its linker script, and what must not be
-in it: a heap, stdio. (Double precision is kept out by -Wdouble-promotion; libgcc itself uses it between
+in it: a heap, stdio, commands of the test image. (Double precision is kept out by -Wdouble-promotion; libgcc itself uses it between
 64-bit integers and float32.)
-  memory.py NM IMAGE     prints used / limit; exit 1 beyond one or with a forbidden symbol
+  memory.py NM IMAGE     prints used / limit; exit 1 beyond one or with a forbidden symbol or command
   memory.py --self-test  judges planted symbol tables; each fault must be caught"""
 
+import pathlib
 import re
 import subprocess
 import sys
@@ -13,7 +14,8 @@ import sys
 KIB = 1024
 CODE_LIMIT = 96 * KIB   # code and constants, start values of data included
 RAM_LIMIT = 112 * KIB   # data, stack and guard; of 128 KiB
-FORBIDDEN = re.compile(r"_?(malloc|free|calloc|realloc|sbrk)(_r)?|.*printf.*|_?exit|__libc_init_array")
+FORBIDDEN = re.compile(r"_?(malloc|free|calloc|realloc|sbrk)(_r)?|.*printf.*|_?exit|__libc_init_array|crash_.*")
+TEST_COMMANDS = b"crash "  # as they are typed: of the test image alone
 
 
 def symbols(text):
@@ -22,8 +24,8 @@ def symbols(text):
             if len(fields) == 3}
 
 
-def judge(table):
-    """Prints used / limit; true when all is well."""
+def judge(table, content=b""):
+    """Prints used / limit; true when all is well. content: all bytes of the image"""
     try:
         code = table["data_load"] - table["flash_start"] + table["data_end"] - table["data_start"]
         ram = table["retained_end"] - table["guard_start"]
@@ -34,6 +36,7 @@ def judge(table):
     print(f"static RAM         {ram:6} / {RAM_LIMIT} bytes, stack and guard of "
           f"{table['stack_top'] - table['guard_start']} bytes included")
     wrong = [name for name in table if FORBIDDEN.fullmatch(name)]
+    wrong += ["the command `crash`"] * (TEST_COMMANDS in content)
     for name in wrong:
         print(f"{name} must not be in the image")
     return code <= CODE_LIMIT and ram <= RAM_LIMIT and not wrong
@@ -43,7 +46,7 @@ RIGHT = {"flash_start": 0x8000000, "data_load": 0x8000000 + 95 * KIB, "data_star
          "data_end": 0x20001400, "guard_start": 0x20000000, "stack_top": 0x20001100,
          "retained_end": 0x20000000 + 112 * KIB, "main": 0x8000100}
 FAULTS = [{"data_load": 0x8000000 + 96 * KIB}, {"retained_end": 0x20000001 + 112 * KIB}, {"malloc": 1},
-          {"_sbrk": 1}, {"vsnprintf": 1}, {"_exit": 1}]
+          {"_sbrk": 1}, {"vsnprintf": 1}, {"_exit": 1}, {"crash_hang": 1}]
 
 
 def self_test():
@@ -52,7 +55,9 @@ def self_test():
     for fault in FAULTS:
         if judge({**RIGHT, **fault}):
             sys.exit(f"self-test: not caught: {fault}")
-    print(f"self-test: {len(FAULTS)} planted faults, all caught")
+    if judge(RIGHT, b"\0crash hang\0"):
+        sys.exit("self-test: not caught: a command of the test image")
+    print(f"self-test: {len(FAULTS) + 1} planted faults, all caught")
 
 
 if __name__ == "__main__":
@@ -60,5 +65,5 @@ if __name__ == "__main__":
         self_test()
     else:
         listed = subprocess.run([sys.argv[1], sys.argv[2]], check=True, capture_output=True, text=True)
-        if not judge(symbols(listed.stdout)):
+        if not judge(symbols(listed.stdout), pathlib.Path(sys.argv[2]).read_bytes()):
             sys.exit(1)

@@ -48,8 +48,8 @@ HAL = ["box_hal.c:" + name for name in ("now_us", "wait_tick", "read", "write", 
                                         "feed_watchdog", "stop_requested")]
 COMMANDS = ["cb_dump_ask", "cb_status_counters", "cb_status_fault", "cb_status_start", "cb_status_wires"] + [
     "commands.c:" + name for name in (
-        "crash_address", "crash_canary", "crash_hang", "crash_stack", "crash_undefined", "end_trace", "help", "restart",
-        "restart_with_trace", "say_trace", "show_slots", "stop")]
+        "end_trace", "help", "restart", "restart_with_trace", "say_trace", "show_slots", "stop")] + [
+    "test.c:crash_" + name for name in ("address", "canary", "hang", "stack", "undefined")]  # of the test image
 IMAGE_INDIRECT = {
     "config_curves.c:load_term": INDIRECT["config_curves.c:load_backward"],  # inlined with -Os
     "cycle.c:cb_cycle_run": HAL,

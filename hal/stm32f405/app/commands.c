@@ -1,12 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-#include "hal/stm32f405/app/app.h"
-#include "hal/stm32f405/app/load.h"
-#include "hal/stm32f405/fault.h"
+#include "hal/stm32f405/app/commands.h"
 
-struct command {
-    const char *words, *help;
-    void (*run)(struct cb_app *app);
-};
+#include "hal/stm32f405/app/load.h"
 
 static void help(struct cb_app *app);
 
@@ -36,32 +31,7 @@ static void show_slots(struct cb_app *app) {
     cb_load_report(&app->console);
 }
 
-static void crash_undefined(struct cb_app *app) {
-    (void)app;
-    cb_provoke(CB_PROVOKE_UNDEFINED);
-}
-
-static void crash_address(struct cb_app *app) {
-    (void)app;
-    cb_provoke(CB_PROVOKE_ADDRESS);
-}
-
-static void crash_stack(struct cb_app *app) {
-    (void)app;
-    cb_provoke(CB_PROVOKE_STACK);
-}
-
-static void crash_canary(struct cb_app *app) {
-    (void)app;
-    cb_provoke(CB_PROVOKE_CANARY);
-}
-
-static void crash_hang(struct cb_app *app) {
-    (void)app;
-    cb_provoke(CB_PROVOKE_HANG);
-}
-
-static const struct command commands[] = {
+static const struct cb_command commands[] = {
     {"help", "this list", help},
     {"start", "why and with what the box started", cb_status_start},
     {"slots", "the coefficient files in flash", show_slots},
@@ -74,24 +44,24 @@ static const struct command commands[] = {
     {"trace start", "restart, with a trace from the first cycle on", restart_with_trace},
     {"stop", "ramp to zero, then STOPPED until the next start", stop},
     {"restart", "start anew", restart},
-    {"crash undefined", "test: an undefined instruction", crash_undefined},
-    {"crash address", "test: a write where no memory is", crash_address},
-    {"crash stack", "test: a stack overflow", crash_stack},
-    {"crash canary", "test: a stack that has run to its last word", crash_canary},
-    {"crash hang", "test: an endless loop, for the watchdog", crash_hang},
 };
 
-enum { COMMANDS = sizeof commands / sizeof commands[0] };
+static const struct cb_command_list all = {commands, sizeof commands / sizeof commands[0]};
 
-static void help(struct cb_app *app) {
-    for (unsigned i = 0; i < COMMANDS; ++i) {
+static void list_help(struct cb_app *app, const struct cb_command_list *list) {
+    for (unsigned i = 0; i < list->count; ++i) {
         struct cb_text *line = cb_console_line(&app->console);
         cb_text_put(line, "  ");
-        cb_text_put(line, commands[i].words);
+        cb_text_put(line, list->commands[i].words);
         while (line->length < 20) cb_text_put(line, " ");
-        cb_text_put(line, commands[i].help);
+        cb_text_put(line, list->commands[i].help);
         cb_console_end(&app->console);
     }
+}
+
+static void help(struct cb_app *app) {
+    list_help(app, &all);
+    list_help(app, &cb_test_commands);
 }
 
 static bool same(const char *a, const char *b) {
@@ -99,13 +69,20 @@ static bool same(const char *a, const char *b) {
     return *a == *b;
 }
 
+/* out: the command that was typed, or NULL */
+static const struct cb_command *find(const struct cb_command_list *list, const char *typed) {
+    for (unsigned i = 0; i < list->count; ++i)
+        if (same(typed, list->commands[i].words)) return &list->commands[i];
+    return 0;
+}
+
 void cb_commands_serve(struct cb_app *app) {
     const char *typed = cb_console_take(&app->console);
     if (typed == 0) return;
-    for (unsigned i = 0; i < COMMANDS; ++i) {
-        if (!same(typed, commands[i].words)) continue;
-        commands[i].run(app);
-        return;
-    }
-    cb_console_say(&app->console, "no such command; `help` lists them");
+    const struct cb_command *command = find(&all, typed);
+    if (command == 0) command = find(&cb_test_commands, typed);
+    if (command)
+        command->run(app);
+    else
+        cb_console_say(&app->console, "no such command; `help` lists them");
 }

@@ -12,6 +12,7 @@ import zlib
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 IMAGE = os.environ.get("IMAGE", str(ROOT / "build/stm32f405/bin/compbox-stm32f405.elf"))
+TEST_IMAGE = os.environ.get("TEST_IMAGE", IMAGE.replace(".elf", "-test.elf"))  # with the commands `crash`
 SLOTS = {"A": 0x08020000, "B": 0x08040000}
 ERASED = b"\xff" * (128 * 1024)
 
@@ -81,16 +82,16 @@ def connected(path, timeout_s=15):
 
 class Box:
     """Runs the image with these slots ({"A": bytes}); the emulator waits for the console. plc and
-    bus: sockets of servers, or None for an unplugged cable."""
+    bus: sockets of servers, or None for an unplugged cable. image: IMAGE or TEST_IMAGE."""
 
-    def __init__(self, folder, slots=None, plc=None, bus=None):
+    def __init__(self, folder, slots=None, plc=None, bus=None, image=IMAGE):
         self.folder = pathlib.Path(folder)
         self.console_path = self.folder / "console.sock"
         self.arguments = ["qemu-system-arm", "-M", "netduinoplus2", "-nographic", "-monitor", "none"]
         for name, path in (("plc", plc), ("bus", bus)):
             self.arguments += ["-chardev", f"socket,id={name},path={path},reconnect=1" if path
                                else f"null,id={name}", "-serial", f"chardev:{name}"]
-        self.arguments += ["-serial", f"unix:{self.console_path},server=on,wait=on", "-kernel", IMAGE]
+        self.arguments += ["-serial", f"unix:{self.console_path},server=on,wait=on", "-kernel", image]
         for name, content in {**{"A": ERASED, "B": ERASED}, **(slots or {})}.items():
             file = self.folder / f"slot{name}.bin"
             file.write_bytes(content)

@@ -48,13 +48,14 @@ def build(source, log):
     """Builds the image of a copy of the sources."""
     if not (source / "build/stm32f405").exists():
         subprocess.run(["cmake", "--preset", "stm32f405"], cwd=source, check=True, stdout=log, stderr=log)
-    subprocess.run(["cmake", "--build", "build/stm32f405", "--target", "compbox-stm32f405"], cwd=source, check=True,
-                   stdout=log, stderr=log)
+    subprocess.run(["cmake", "--build", "build/stm32f405", "--target", "compbox-stm32f405", "compbox-stm32f405-test"],
+                   cwd=source, check=True, stdout=log, stderr=log)
 
 
 def run(source, tests, log):
     """out: pytest's exit code: 0 passed, 1 a test failed."""
     env = dict(os.environ, IMAGE=str(source / "build/stm32f405/bin/compbox-stm32f405.elf"),
+               TEST_IMAGE=str(source / "build/stm32f405/bin/compbox-stm32f405-test.elf"),
                HOST_BIN=str(ROOT / "build/host/bin"), PYTHONDONTWRITEBYTECODE="1")
     return subprocess.run([sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *tests],
                           cwd=source / "tests/hil/stm32f405", env=env, stdout=log, stderr=log).returncode

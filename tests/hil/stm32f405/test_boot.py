@@ -6,7 +6,7 @@ import zlib
 import pytest
 
 import machine
-from emulator import Box, packed
+from emulator import TEST_IMAGE, Box, packed
 from following import wait_for
 
 
@@ -71,7 +71,7 @@ def test_without_a_file_the_plc_is_told_in_its_status_register(tmp_path, plc, rt
 @pytest.mark.parametrize("how, exception, status", [
     ("undefined", 6, 0x00010000), ("address", 5, 0x00008200), ("stack", 4, 0x00000092)])
 def test_a_fault_is_recorded_and_the_box_restarts_into_standby(tmp_path, how, exception, status):
-    with Box(tmp_path) as box:
+    with Box(tmp_path, image=TEST_IMAGE) as box:
         box.console.wait("STANDBY")
         since = box.console.mark()
         box.console.say(f"crash {how}")
@@ -89,7 +89,7 @@ def test_a_fault_is_recorded_and_the_box_restarts_into_standby(tmp_path, how, ex
 
 
 def test_a_stack_at_its_end_is_seen_in_the_next_cycle(tmp_path):
-    with Box(tmp_path) as box:
+    with Box(tmp_path, image=TEST_IMAGE) as box:
         box.console.wait("STANDBY")
         since = box.console.mark()
         box.console.say("crash canary")
@@ -97,7 +97,7 @@ def test_a_stack_at_its_end_is_seen_in_the_next_cycle(tmp_path):
 
 
 def test_again_and_again_ends_in_standby_without_the_file(tmp_path):
-    with Box(tmp_path) as box:
+    with Box(tmp_path, image=TEST_IMAGE) as box:
         since = 0
         for _ in range(6):
             box.console.wait("STANDBY", since)
@@ -105,3 +105,14 @@ def test_again_and_again_ends_in_standby_without_the_file(tmp_path):
             box.console.say("crash address")
             box.console.wait("started: processor fault", since)
         box.console.wait("too many restarts by faults", since)
+
+
+def test_the_product_has_no_command_that_makes_it_fail(tmp_path):
+    with Box(tmp_path) as box:
+        box.console.wait("STANDBY")
+        since = box.console.mark()
+        for how in ("undefined", "address", "stack", "canary", "hang"):
+            box.console.say(f"crash {how}")
+        box.console.say("start")
+        box.console.wait("started: no reset flag is set", since)
+        assert sum("no such command" in line for line in box.console.lines[since:]) == 5

@@ -2,7 +2,7 @@
 """The console: what the manual says of it, and the stop."""
 import re
 
-from emulator import ROOT, Box
+from emulator import ROOT, TEST_IMAGE, Box
 from following import active, wait_for
 from machine import ACTIVE, STOPPED
 
@@ -14,7 +14,7 @@ def test_help_and_manual_list_the_same_commands(tmp_path):
     table = manual.partition("| command | |")[2].partition("\n\n")[0]
     rows = [row.split("|")[1] for row in table.splitlines() if row.startswith("| `")]
     documented = {name for row in rows for name in re.findall(r"`([^`]+)`", row)}
-    with Box(tmp_path) as box:
+    with Box(tmp_path, image=TEST_IMAGE) as box:
         box.console.wait("STANDBY")
         since = box.console.mark()
         box.console.say("help")

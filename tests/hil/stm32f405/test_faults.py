@@ -6,6 +6,7 @@ import pytest
 
 import laws
 import machine
+from emulator import TEST_IMAGE
 from following import active, best_of_five, counters_of, wait_for
 from machine import ACTIVE, PERIOD_S
 from rtu_plc import framed
@@ -193,7 +194,7 @@ def test_a_plc_that_restarts(plc, rtu, start_box):
 
 def test_a_processor_fault_while_active_ends_in_standby_until_permitted(plc, rtu, start_box):
     plc.values = AT_REST
-    with rtu(), start_box(quick) as box:
+    with rtu(), start_box(quick, image=TEST_IMAGE) as box:
         wait_for(lambda: len(active(plc)) > 30)
         plc.control &= ~machine.PERMIT_RESUME
         since = box.console.mark()
