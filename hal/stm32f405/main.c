@@ -11,8 +11,7 @@
 #include "hal/stm32f405/watchdog.h"
 
 enum {
-    WATCHDOG_START_MS =
-        8000, /* until the first cycle: at least 5.4 s, loading takes 3 s at 16 MHz */
+    WATCHDOG_START_MS = 8000, /* 5.4 s at least; loading takes 3 s at 16 MHz */
     WATCHDOG_PERIODS = 10,
     WATCHDOG_LEAST_MS = 300,
     GOOD_RUN_CYCLES = 20000,  /* ten minutes at 30 ms: faults before it are history */
