@@ -120,7 +120,12 @@ void cb_box_evaluate(struct cb_box *box, const struct cb_inputs *in);
  *      registers, or have another type, scale or sign, or are gone. Ramp to zero first. */
 bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old);
 
-/* Why it would be false: index in old's channels of the first one that would step; CB_NONE: none.
+/* true: a configuration with other limits or registers may come: STANDBY because the PLC, which
+ * answers and lives, has not set enable, and every output is zero in all that the PLC may hold. */
+bool cb_box_at_rest(const struct cb_box *box);
+
+/* Why cb_box_adopt() would be false: index in old's channels of the first one that would step;
+ * CB_NONE: none.
  */
 unsigned cb_box_obstacle(const struct cb_config *fresh, const struct cb_box *old);
 

@@ -67,6 +67,14 @@ static bool is_at_rest(const struct cb_channel_state *state) {
            state->possible_max_um == 0.0f;
 }
 
+bool cb_box_at_rest(const struct cb_box *box) {
+    if (box->mode.mode != CB_MODE_STANDBY || box->mode.reason != CB_REASON_NOT_ENABLED)
+        return false;
+    for (unsigned i = 0; i < cb_all_channels(&box->config); ++i)
+        if (!is_at_rest(&box->channels[i])) return false;
+    return true;
+}
+
 unsigned cb_box_obstacle(const struct cb_config *fresh, const struct cb_box *old) {
     for (unsigned i = 0; i < cb_all_channels(&old->config); ++i) {
         if (is_at_rest(&old->channels[i])) continue;

@@ -254,5 +254,33 @@ TEST(box_adopt, a_moved_block_with_its_registers_at_the_same_addresses_is_fine) 
     EXPECT_DOUBLE_EQ(rig.written(6), -60);
 }
 
+// Another limit or register may come only when the PLC, which answers, has not set enable and holds
+// zero for certain.
+TEST(box_at_rest, is_standby_by_the_plcs_wish_with_all_at_zero) {
+    reload_rig rig;
+    EXPECT_FALSE(cb_box_at_rest(rig.box.get())) << "ACTIVE";
+    rig.control(2);
+    rig.step();
+    EXPECT_FALSE(cb_box_at_rest(rig.box.get())) << "RAMP";
+    for (int i = 0; i < 400 && rig.mode() != CB_MODE_STANDBY; ++i) rig.step();
+    ASSERT_EQ(rig.mode(), CB_MODE_STANDBY);
+    rig.steps(2);
+    EXPECT_TRUE(cb_box_at_rest(rig.box.get()));
+    rig.box->channels[0].possible_max_um = 1;
+    EXPECT_FALSE(cb_box_at_rest(rig.box.get())) << "the PLC may hold something else";
+}
+
+TEST(box_at_rest, is_not_standby_for_want_of_a_plc) {
+    reload_rig rig;
+    rig.go_away();
+    ASSERT_EQ(rig.mode(), CB_MODE_STANDBY);
+    EXPECT_FALSE(cb_box_at_rest(rig.box.get()));
+    const auto fresh = std::make_unique<cb_box>();
+    std::memset(fresh.get(), 0, sizeof *fresh);
+    fresh->config = rig.box->config;
+    cb_box_start(fresh.get());
+    EXPECT_FALSE(cb_box_at_rest(fresh.get())) << "it has not heard the PLC yet";
+}
+
 }  // namespace
 }  // namespace compbox
