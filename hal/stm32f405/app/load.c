@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "hal/stm32f405/app/load.h"
 
+#include "firmware/ceiling.h"
 #include "hal/stm32f405/mcu.h"
 
 static const struct cb_target target = {.name = "compbox-stm32f405",
@@ -8,6 +9,9 @@ static const struct cb_target target = {.name = "compbox-stm32f405",
                                         .transports = 1u << CB_TRANSPORT_RTU};
 
 static const void *const slots[CB_SLOTS] = {CB_FLASH_SLOT_A, CB_FLASH_SLOT_B};
+
+/* Fixed when the image was built: CMakeLists.txt. */
+static const struct cb_ceiling ceiling = {.um = CB_MOST_UM, .um_per_s = CB_MOST_UM_PER_S};
 
 static struct cb_text *begin(struct cb_console *console, int index) {
     struct cb_text *line = cb_console_line(console);
@@ -49,6 +53,20 @@ static void report_refused(struct cb_console *console, int index,
     cb_console_end(console);
 }
 
+/* Names the channels whose limits the ceiling lowers: bit i of `lowered` is channel i. */
+static void report_lowered(struct cb_console *console, const struct cb_config *config,
+                           uint32_t lowered) {
+    if (lowered == 0) return;
+    struct cb_text *line = cb_console_line(console);
+    cb_text_put(line, "the site's ceiling lowers the limits of");
+    for (unsigned i = 0; i < cb_all_channels(config); ++i) {
+        if (!(lowered & 1u << i)) continue;
+        cb_text_put(line, config->channels[i].is_slope ? " the slope of " : " ");
+        cb_text_put(line, config->channels[i].name);
+    }
+    cb_console_end(console);
+}
+
 /* out: whether the loader took the text of this slot; then *crc is the text's */
 static bool try_slot(struct cb_config *config, struct cb_load_scratch *scratch,
                      struct cb_console *console, int index, const struct cb_slot *slot,
@@ -59,6 +77,7 @@ static bool try_slot(struct cb_config *config, struct cb_load_scratch *scratch,
         return false;
     }
     *crc = slot->crc;
+    report_lowered(console, config, cb_ceiling_apply(config, &ceiling));
     return true;
 }
 
@@ -67,6 +86,8 @@ void cb_load_report(struct cb_console *console) {
         struct cb_slot slot = {0};
         report(console, i, cb_slot_read(slots[i], CB_FLASH_SLOT_BYTES, &slot), &slot);
     }
+    cb_console_say(console,
+                   "site's ceiling: size " CB_MOST_UM_WORDS ", rate " CB_MOST_UM_PER_S_WORDS);
 }
 
 char cb_load_slots(struct cb_config *config, struct cb_load_scratch *scratch,

@@ -23,6 +23,15 @@ def test_help_and_manual_list_the_same_commands(tmp_path):
     assert listed == documented
 
 
+def test_the_sites_ceiling_is_shown_at_the_start_and_by_slots(tmp_path):
+    with Box(tmp_path) as box:
+        box.console.wait("site's ceiling: size none, rate none")
+        box.console.wait("STANDBY")
+        since = box.console.mark()
+        box.console.say("slots")
+        box.console.wait("site's ceiling: size none, rate none", since)
+
+
 def test_a_command_too_long_and_strange_bytes_are_harmless(tmp_path):
     with Box(tmp_path) as box:
         box.console.wait("STANDBY")
