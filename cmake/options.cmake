@@ -9,3 +9,14 @@ target_include_directories(cb_flags INTERFACE ${CMAKE_SOURCE_DIR})
 add_library(cb_core_flags INTERFACE)
 target_link_libraries(cb_core_flags INTERFACE cb_flags)
 target_compile_options(cb_core_flags INTERFACE -Wdouble-promotion $<$<C_COMPILER_ID:GNU>:-Wunsuffixed-float-constants> -fno-builtin-malloc)
+
+# Linux programs read what a hostile network or file holds. A write beyond a local array or a known object
+# ends the program, its tables are read-only once it is loaded, and its place in memory is random
+# (tests/gates/hardening.py). _FORTIFY_SOURCE needs optimisation, and the sanitizers look closer than it does.
+if(CMAKE_SYSTEM_NAME STREQUAL "Linux")
+    target_compile_options(cb_flags INTERFACE -fstack-protector-strong -fPIE)
+    target_link_options(cb_flags INTERFACE -pie -Wl,-z,relro,-z,now,-z,noexecstack)
+    if(NOT CMAKE_BUILD_TYPE STREQUAL "Debug")
+        target_compile_options(cb_flags INTERFACE -U_FORTIFY_SOURCE -D_FORTIFY_SOURCE=2)
+    endif()
+endif()

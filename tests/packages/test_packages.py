@@ -51,6 +51,16 @@ def test_lintian_finds_no_error(package):
     assert "E: " not in done.stdout
 
 
+@pytest.mark.parametrize("package", ALL)
+def test_programs_are_hardened(package, tmp_path):
+    subprocess.run(["dpkg-deb", "-x", PACKAGES / package, tmp_path], check=True)
+    programs = [*tmp_path.glob("usr/bin/*"), *tmp_path.glob("usr/sbin/*")]
+    assert programs
+    done = subprocess.run([sys.executable, ROOT / "tests/gates/hardening.py", *programs],
+                          capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
+
+
 class Target:
     """A folder that dpkg takes for the root of a machine."""
 
