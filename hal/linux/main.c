@@ -22,6 +22,7 @@
 #include "hal/linux/daemon/reload.h"
 #include "hal/linux/daemon/state.h"
 #include "hal/linux/daemon/stats.h"
+#include "hal/linux/daemon/stop.h"
 #include "hal/linux/daemon/supervise.h"
 #include "hal/linux/realtime.h"
 
@@ -43,9 +44,9 @@ struct daemon {
     struct cb_stats stats;
     struct cb_reload reload;
     struct cb_supervise supervise;
+    struct cb_stop stop;
     uint32_t generation; /* of the coefficient file that the rows taken last are of */
     char plc[64];
-    int64_t stop_by_us;        /* 0: no stop was asked for yet */
     int64_t stats_us;          /* when statistics were last written */
     struct cb_state state;     /* newest that the loop handed over */
     uint32_t state_generation; /* … of the lags of this coefficient file */
@@ -59,7 +60,6 @@ struct daemon {
     bool status_told;
     pthread_t thread;
     struct cb_bus bus;
-    sigset_t signals;
 };
 
 /* The coefficient file that rows of this generation were made with. Only of the newest two. */
@@ -169,15 +169,24 @@ static void start_supervision(struct daemon *daemon) {
                    options->watchdog, strerror(error));
 }
 
-static void block_signals(struct daemon *daemon) {
-    sigemptyset(&daemon->signals);
-    sigaddset(&daemon->signals, SIGTERM);
-    sigaddset(&daemon->signals, SIGINT);
-    sigaddset(&daemon->signals, SIGHUP);
-    pthread_sigmask(SIG_BLOCK, &daemon->signals, NULL);
+/* SIGHUP is left to mind_signals(), those that ask for a stop to the thread of daemon/stop.h. */
+static bool start_signals(struct daemon *daemon) {
+    sigset_t signals;
+    sigemptyset(&signals);
+    sigaddset(&signals, SIGTERM);
+    sigaddset(&signals, SIGINT);
+    sigaddset(&signals, SIGHUP);
+    pthread_sigmask(SIG_BLOCK, &signals, NULL);
     signal(SIGPIPE, SIG_IGN);
-    signal(SIGXFSZ, SIG_IGN); /* a file that must not grow is told like a full disk */
-    signal(SIGXFSZ, SIG_IGN); /* a record that may not grow is told; it ends no compensation */
+    signal(SIGXFSZ, SIG_IGN); /* a file that must not grow is reported like a full disk */
+    daemon->stop.loop = &daemon->loop;
+    daemon->stop.supervise = &daemon->supervise;
+    daemon->stop.longest_us = stop_time_us;
+    const int error = cb_stop_start(&daemon->stop);
+    if (error != 0)
+        fprintf(stderr, "compboxd: cannot start the thread that waits for signals: %s\n",
+                strerror(error));
+    return error == 0;
 }
 
 static bool start_feeding(struct daemon *daemon) {
@@ -194,6 +203,7 @@ static bool start_loop(struct daemon *daemon) {
     cb_ring_start(&daemon->loop.state_ring, CB_LOOP_STATES);
     const struct cb_schedule schedule = {daemon->options.priority, daemon->options.cpu};
     daemon->loop.clock = daemon->options.clock;
+    cb_flag_raise(&daemon->stop.loop_runs);
     int error = cb_start_thread(&daemon->thread, &schedule, cb_loop_run, &daemon->loop);
     if (error == EINVAL && schedule.cpu >= 0)
         fprintf(stderr, "compboxd: --cpu %d: this processor is not for this program\n",
@@ -281,9 +291,9 @@ static bool start(struct daemon *daemon) {
     run->priority = daemon->options.priority;
     if (!start_plc(daemon) || !open_outputs(daemon)) return false;
     cb_log_start(&daemon->log, daemon->plc, cb_boottime_us());
+    if (!start_signals(daemon)) return false;
     prepare_machine(daemon);
     start_supervision(daemon);
-    block_signals(daemon);
     cb_log_say(&daemon->log, cb_boottime_us(),
                "%s, revision %u, %u term%s, %u channel%s, PLC %s, every %.6g ms", config->machine,
                (unsigned)config->revision, (unsigned)config->terms_count,
@@ -355,30 +365,13 @@ static void write_stats_now_and_then(struct daemon *daemon, int64_t now_us) {
     tell_file(daemon, daemon->options.stats, write_stats(daemon), &daemon->stats_error, now_us);
 }
 
-/* Waits a little. SIGHUP asks for the coefficient file to be read anew, other signals for a stop.
- */
+/* Waits a little. SIGHUP asks for the coefficient file to be read anew. */
 static void mind_signals(struct daemon *daemon) {
-    struct timespec wait = cb_timespec(LOOK_EVERY_MS * 1000000LL);
-    sigset_t waiting;
-    const int got = sigtimedwait(&daemon->signals, NULL, &wait);
-    if (got == SIGHUP) daemon->reload_asked = true;
-    /* SIGHUP is taken first, however often it comes; a stop need not wait for it */
-    const bool pending = sigpending(&waiting) == 0 && (sigismember(&waiting, SIGTERM) == 1 ||
-                                                       sigismember(&waiting, SIGINT) == 1);
-    if (pending || (got > 0 && got != SIGHUP)) cb_flag_raise(&daemon->loop.target.stop);
-}
-
-/* Once a stop has been asked for, by whomever, the time runs after which this thread gives up. */
-static void mind_the_stop(struct daemon *daemon) {
-    struct cb_loop *loop = &daemon->loop;
-    if (!cb_flag_is_raised(&loop->target.stop)) return;
-    int64_t now_us = cb_boottime_us();
-    if (daemon->stop_by_us == 0) {
-        const int64_t stop_us = stop_time_us(config_now(daemon));
-        daemon->stop_by_us = now_us + stop_us;
-        cb_supervise_stopping(&daemon->supervise, stop_us + STOP_MARGIN_US);
-    } else if (now_us >= daemon->stop_by_us)
-        cb_flag_raise(&loop->quit);
+    const struct timespec wait = cb_timespec(LOOK_EVERY_MS * 1000000LL);
+    sigset_t signals;
+    sigemptyset(&signals);
+    sigaddset(&signals, SIGHUP);
+    if (sigtimedwait(&signals, NULL, &wait) == SIGHUP) daemon->reload_asked = true;
 }
 
 /* A coefficient file that changed, or was asked to be read anew, takes over or is refused. */
@@ -424,7 +417,6 @@ static void serve(struct daemon *daemon) {
     daemon->stats_us = daemon->state_us = cb_boottime_us();
     while (!cb_flag_is_raised(&daemon->loop.finished)) {
         mind_signals(daemon);
-        mind_the_stop(daemon);
         take_rows(daemon);
         mind_the_file(daemon, cb_boottime_us());
         tell_status(daemon);
@@ -489,6 +481,15 @@ static int check(const char *path) {
     return EXIT_BAD;
 }
 
+static int run(struct daemon *daemon) {
+    if (start(daemon)) {
+        serve(daemon);
+        return finish(daemon);
+    }
+    cb_supervise_finish(&daemon->supervise); /* a wrong word resets no machine */
+    return EXIT_BAD;
+}
+
 int main(int argc, char **argv) {
     static struct daemon daemon; /* a few megabytes, in memory from the start */
     switch (cb_options_parse(&daemon.options, argc, argv)) {
@@ -500,10 +501,7 @@ int main(int argc, char **argv) {
             break;
     }
     if (daemon.options.check) return check(daemon.options.config);
-    if (!start(&daemon)) {
-        cb_supervise_finish(&daemon.supervise); /* a wrong word resets no machine */
-        return EXIT_BAD;
-    }
-    serve(&daemon);
-    return finish(&daemon);
+    const int code = run(&daemon);
+    cb_stop_finish(&daemon.stop);
+    return code;
 }

@@ -7,11 +7,15 @@
  * sends} in place of a frame. Time stamps, queue and non-blocking calls are the real kernel's, of a
  * local socket.
  *
+ * A file system that hangs: once the file HANG_FILE is there, the call that it names (open, stat,
+ * fsync) never returns in the thread that calls it; HANG_FILE.hangs then says that it was called.
+ *
  * A hardware watchdog: any file that stands for one takes timeouts up to WATCHDOG_MOST_S, and has
  * that one where it was asked for more. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <linux/can.h>
 #include <linux/can/raw.h>
 #include <linux/watchdog.h>
@@ -123,6 +127,41 @@ static int flags_of(struct ifreq *asked) {
     path_of(name, &at);
     asked->ifr_flags = access(at.sun_path, F_OK) == 0 ? 0 : IFF_UP | IFF_RUNNING;
     return 0;
+}
+
+/* Does not return where HANG_FILE names this call. By system calls that are not wrapped here. */
+static void hang_in(const char *call) {
+    const char *path = getenv("HANG_FILE");
+    char named[16] = "", mark[4096];
+    const int fd = path == NULL ? -1 : openat(AT_FDCWD, path, O_RDONLY | O_CLOEXEC);
+    if (fd < 0) return;
+    if (read(fd, named, sizeof named - 1) < 0) named[0] = '\0';
+    close(fd);
+    if (strcmp(named, call) != 0) return;
+    snprintf(mark, sizeof mark, "%s.hangs", path);
+    close(openat(AT_FDCWD, mark, O_WRONLY | O_CREAT | O_CLOEXEC, 0644));
+    for (;;) pause();
+}
+
+int open(const char *path, int flags, ...) {
+    va_list arguments;
+    va_start(arguments, flags);
+    const mode_t mode = flags & O_CREAT ? va_arg(arguments, mode_t) : 0;
+    va_end(arguments);
+    hang_in("open");
+    return openat(AT_FDCWD, path, flags, mode);
+}
+
+int stat(const char *path, struct stat *there) {
+    hang_in("stat");
+    return fstatat(AT_FDCWD, path, there, 0);
+}
+
+int fsync(int fd) {
+    static int (*next_fsync)(int);
+    NEXT(fsync);
+    hang_in("fsync");
+    return next_fsync(fd);
 }
 
 static int watchdog_timeout(unsigned long request, int *seconds) {

@@ -7,6 +7,8 @@ import time
 import pytest
 
 import laws
+from box import run
+from can_bus import SHIM
 from machine import ACTIVE, PERIOD_S, RAMP, STOPPED
 from pymodbus_plc import PymodbusPlc
 from raw_plc import RawPlc
@@ -125,3 +127,75 @@ def test_files_are_whole_at_any_moment(plc, port, start_box):
         box.process.wait()
         text = box.record_file.read_text()
         assert text.endswith("\n") and text.count("\n") > 10
+
+
+def test_a_configuration_path_that_is_no_file_is_refused_at_once(tmp_path):
+    fifo, folder = tmp_path / "fifo", tmp_path / "folder"
+    os.mkfifo(fifo)
+    folder.mkdir()
+    for path, why in ((fifo, "it is not a regular file; put the coefficient file itself there"),
+                      ("/dev/zero", "it is not a regular file; put the coefficient file itself there"),
+                      (folder, "Is a directory")):
+        for more in ([], ["--check"]):
+            assert run("--config", str(path), *more) == \
+                (1, "", f"compboxd: {path}: cannot be read: {why}\n")
+
+
+def test_a_pipe_in_the_files_place_is_refused_and_a_stop_ramps_to_zero(plc, port, start_box,
+                                                                      tmp_path):
+    plc.values = dict(AT_REST)
+    path = tmp_path / "coefficients.json"
+    with PymodbusPlc(plc, port), start_box() as box:
+        plc.wait(lambda w: w.mode == ACTIVE and w.um["Z"] < -124)
+        path.unlink()
+        os.mkfifo(path)
+        box.process.send_signal(signal.SIGHUP)
+        until = time.monotonic() + 8
+        while box.stats["reloads"]["refused"] == 0 and time.monotonic() < until:
+            time.sleep(0.05)
+        box.stop()
+    assert box.code == 0, box.log
+    assert "it is not a regular file" in box.log and "revision 7 goes on" in box.log
+    assert plc.writes[-1].mode == STOPPED and plc.writes[-1].um == {"X": 0, "Y": 0, "Z": 0}
+
+
+@pytest.mark.parametrize("call", ["open", "stat", "fsync"])
+def test_a_file_that_hangs_keeps_no_stop_from_the_ramp(plc, port, start_box, tmp_path, call):
+    """A mount that is stuck, by a library in between: the call of the normal thread never returns. The
+    loop ramps to zero and ends in good order, then the program ends without its files."""
+    plc.values = dict(AT_REST)
+    hang = tmp_path / "hang"
+    env = {"LD_PRELOAD": SHIM, "HANG_FILE": str(hang)}
+    with PymodbusPlc(plc, port), start_box(env=env) as box:
+        plc.wait(lambda w: w.mode == ACTIVE and w.um["Z"] < -124)
+        hang.write_text(call)
+        box.process.send_signal(signal.SIGHUP)
+        until = time.monotonic() + 20
+        while not (tmp_path / "hang.hangs").exists() and time.monotonic() < until:
+            time.sleep(0.02)
+        assert (tmp_path / "hang.hangs").exists(), "the library did not see the call"
+        seen = len(plc.writes)
+        plc.wait(lambda w: len(plc.writes) > seen + 5)
+        assert plc.last().mode == ACTIVE
+        box.process.send_signal(signal.SIGTERM)
+        plc.wait_mode(STOPPED, 10)
+        box.wait(30)
+    assert plc.writes[-1].mode == STOPPED and plc.writes[-1].um == {"X": 0, "Y": 0, "Z": 0}
+    assert box.code == 1
+    assert "a file keeps the program from its end" in box.log
+
+
+def test_a_flood_of_hangups_keeps_no_stop_from_the_ramp(plc, port, start_box, tmp_path):
+    """The normal thread is kept by a file, and cannot even take the signals that come."""
+    plc.values = dict(AT_REST)
+    hang = tmp_path / "hang"
+    env = {"LD_PRELOAD": SHIM, "HANG_FILE": str(hang)}
+    with PymodbusPlc(plc, port), start_box(env=env) as box:
+        plc.wait(lambda w: w.mode == ACTIVE and w.um["Z"] < -124)
+        hang.write_text("open")
+        for _ in range(200):
+            box.process.send_signal(signal.SIGHUP)
+        box.process.send_signal(signal.SIGINT)
+        plc.wait_mode(STOPPED, 10)
+        box.wait(30)
+    assert plc.writes[-1].um == {"X": 0, "Y": 0, "Z": 0}

@@ -115,6 +115,10 @@ bool cb_loop_answered(const struct cb_loop *loop, bool *taken) {
     return true;
 }
 
+const struct cb_config *cb_loop_config(const struct cb_loop *loop) {
+    return &loop->boxes[__atomic_load_n(&loop->generation, __ATOMIC_ACQUIRE) % 2].config;
+}
+
 /* Between two cycles: the box that is offered goes on where the running one is. */
 static void take_offer(struct cb_loop *loop) {
     if (!__atomic_load_n(&loop->offered, __ATOMIC_ACQUIRE)) return;
@@ -123,7 +127,8 @@ static void take_offer(struct cb_loop *loop) {
     loop->taken = cb_box_adopt(spare, loop->box);
     if (loop->taken) {
         loop->box = spare;
-        loop->target.generation = ++loop->generation;
+        loop->target.generation = loop->generation + 1;
+        __atomic_store_n(&loop->generation, loop->target.generation, __ATOMIC_RELEASE);
         cb_can_source_replan(&loop->target.can, &spare->config);
     }
     __atomic_store_n(&loop->offered, false, __ATOMIC_RELEASE);

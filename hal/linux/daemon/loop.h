@@ -23,7 +23,8 @@ enum { CB_LOOP_ROWS = 2048, CB_LOOP_STATES = 2, CB_LOOP_STATE_US = 1000000 };
 struct cb_loop {
     struct cb_box boxes[2];
     struct cb_box *box;     /* the one that runs; its config loaded before the start */
-    uint32_t generation;    /* of the coefficient file; counts up when another is taken over */
+    uint32_t generation;    /* of the coefficient file; counts up when another is taken over; atomic
+                             */
     bool offered;           /* from the normal thread: the spare box is ready … */
     bool taken;             /* … and the loop's answer to the last offer: it runs now … */
     unsigned obstacle;      /* … or this channel of the running one would step */
@@ -56,6 +57,9 @@ void cb_loop_offer(struct cb_loop *loop);
 /* out: true: the loop has answered; *taken: the spare box runs now, the one before is spare. Rows
  *      that it published before are of the generation before. */
 bool cb_loop_answered(const struct cb_loop *loop, bool *taken);
+
+/* The coefficient file that runs; from any thread. Valid until the next offer is taken. */
+const struct cb_config *cb_loop_config(const struct cb_loop *loop);
 
 /* Thread function; argument: struct cb_loop *. Ends after a clean stop or on quit. */
 void *cb_loop_run(void *argument);

@@ -120,6 +120,7 @@ void cb_supervise_status(struct cb_supervise *supervise, const char *text) {
 }
 
 void cb_supervise_finish(struct cb_supervise *supervise) {
+    if (__atomic_exchange_n(&supervise->finished, true, __ATOMIC_ACQ_REL)) return;
     cb_flag_raise(&supervise->quit);
     if (supervise->runs) pthread_join(supervise->thread, NULL);
     supervise->runs = false;

@@ -26,7 +26,8 @@ struct cb_supervise {
     const uint32_t *steps;                  /* the loop's count of completed cycles */
     pthread_t thread;
     bool runs;
-    bool quit; /* a cb_flag */
+    bool quit;     /* a cb_flag */
+    bool finished; /* atomic: a thread has begun to finish */
 };
 
 /* Looks at NOTIFY_SOCKET and WATCHDOG_USEC, as systemd sets them, and removes both. */
@@ -46,7 +47,8 @@ void cb_supervise_stopping(struct cb_supervise *supervise, int64_t stop_us);
 /* One line for `systemctl status`; nothing before READY was said. */
 void cb_supervise_status(struct cb_supervise *supervise, const char *text);
 
-/* The end in good order, or before anything began: the hardware watchdog is disarmed. */
+/* The end in good order, or before anything began: the hardware watchdog is disarmed. From any
+ * thread; the second call does nothing. */
 void cb_supervise_finish(struct cb_supervise *supervise);
 
 #endif

@@ -1,0 +1,79 @@
+/* SPDX-License-Identifier: MIT */
+#include "hal/linux/daemon/stop.h"
+
+#include <poll.h>
+#include <signal.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "hal/linux/clock.h"
+#include "hal/linux/mailbox.h"
+#include "hal/linux/realtime.h"
+
+enum { LOOK_EVERY_MS = 20, MARGIN_US = 1000000 };
+
+/* Waits for a signal, but no longer than until the next look. */
+static void mind_signals(struct cb_stop *stop) {
+    const struct timespec wait = cb_timespec(LOOK_EVERY_MS * 1000000LL);
+    sigset_t signals;
+    sigemptyset(&signals);
+    sigaddset(&signals, SIGTERM);
+    sigaddset(&signals, SIGINT);
+    if (sigtimedwait(&signals, NULL, &wait) > 0) cb_flag_raise(&stop->loop->target.stop);
+}
+
+/* The normal thread is kept by a file: this one ends the program. The normal thread may hold the
+ * lock of stderr, hence write(); a reader that stopped reading is not waited for. */
+static void abandon_files(struct cb_stop *stop) {
+    static const char said[] =
+        "compboxd: a file keeps the program from its end: statistics, record and state are not "
+        "complete; check the disks and mounts of their paths\n";
+    struct pollfd reader = {.fd = STDERR_FILENO, .events = POLLOUT};
+    cb_supervise_finish(stop->supervise);
+    if (poll(&reader, 1, 0) == 1 && write(STDERR_FILENO, said, strlen(said)) < 0) _exit(1);
+    _exit(1);
+}
+
+static bool loop_is_busy(const struct cb_stop *stop) {
+    return cb_flag_is_raised(&stop->loop_runs) && !cb_flag_is_raised(&stop->loop->finished);
+}
+
+/* The stop was asked for. in: times of CLOCK_BOOTTIME; idle_us: until when the loop was busy */
+static void mind_times(struct cb_stop *stop, int64_t give_up_us, int64_t now_us, int64_t *idle_us) {
+    if (loop_is_busy(stop)) {
+        *idle_us = now_us;
+        if (now_us >= give_up_us) cb_flag_raise(&stop->loop->quit);
+    } else if (now_us - *idle_us >= CB_STOP_FILES_US)
+        abandon_files(stop);
+}
+
+static void *run(void *argument) {
+    struct cb_stop *stop = argument;
+    int64_t give_up_us = 0, idle_us = 0;
+    cb_settle_thread("compboxd-stop");
+    while (!cb_flag_is_raised(&stop->ended)) {
+        mind_signals(stop);
+        if (!cb_flag_is_raised(&stop->loop->target.stop)) continue;
+        const int64_t now_us = cb_boottime_us();
+        if (give_up_us == 0) {
+            const int64_t longest_us = stop->longest_us(cb_loop_config(stop->loop));
+            cb_supervise_stopping(stop->supervise, longest_us + CB_STOP_FILES_US + MARGIN_US);
+            give_up_us = now_us + longest_us;
+            idle_us = now_us;
+        }
+        mind_times(stop, give_up_us, now_us, &idle_us);
+    }
+    return NULL;
+}
+
+int cb_stop_start(struct cb_stop *stop) {
+    const int error = cb_start_thread(&stop->thread, &cb_no_hurry, run, stop);
+    stop->runs = error == 0;
+    return error;
+}
+
+void cb_stop_finish(struct cb_stop *stop) {
+    cb_flag_raise(&stop->ended);
+    if (stop->runs) pthread_join(stop->thread, NULL);
+    stop->runs = false;
+}
