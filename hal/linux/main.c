@@ -274,18 +274,45 @@ static const char *plural(uint64_t count) {
     return count == 1 ? "" : "s";
 }
 
+/* The first file, under the site's ceiling. */
+static bool load(struct daemon *daemon) {
+    struct cb_reload *reload = &daemon->reload;
+    cb_reload_start(reload, daemon->options.config);
+    reload->ceiling = daemon->options.ceiling;
+    reload->allow_older = daemon->options.allow_older;
+    const bool good = cb_load_file(&daemon->loop.box->config, daemon->options.config,
+                                   &reload->ceiling, &reload->loaded);
+    reload->lowered = reload->loaded.lowered;
+    if (!good) fprintf(stderr, "compboxd: %s\n", reload->loaded.said);
+    return good;
+}
+
+/* What the site limits beside the file, or that it does not. */
+static void log_ceiling(struct daemon *daemon) {
+    const bool sizes = daemon->options.ceiling.um > 0.0f;
+    const bool rates = daemon->options.ceiling.um_per_s > 0.0f;
+    const char *both = sizes || rates ? "" : " and ";
+    const int64_t now_us = cb_boottime_us();
+    char names[400];
+    if (!sizes || !rates)
+        cb_log_say(&daemon->log, now_us,
+                   "no site ceiling for %s%s%s: the coefficient file alone limits them; set %s%s%s",
+                   sizes ? "" : "sizes", both, rates ? "" : "rates", sizes ? "" : "--most-um", both,
+                   rates ? "" : "--most-um-per-s");
+    cb_lowered_names(config_now(daemon), daemon->reload.lowered, names, sizeof names);
+    if (daemon->reload.lowered != 0)
+        cb_log_say(&daemon->log, now_us, "the site's ceiling lowers the limits of %s", names);
+}
+
 static bool start(struct daemon *daemon) {
     const struct cb_config *config = config_now(daemon);
     struct cb_stats_run *run = &daemon->stats.run;
-    char why[CB_RELOAD_SAID];
     cb_loop_init(&daemon->loop);
     cb_supervise_start(&daemon->supervise);
-    cb_reload_start(&daemon->reload, daemon->options.config);
-    if (!cb_load_file(&daemon->loop.box->config, daemon->options.config, why, sizeof why)) {
-        fprintf(stderr, "compboxd: %s\n", why);
-        return false;
-    }
+    if (!load(daemon)) return false;
     run->config_file = daemon->options.config;
+    run->ceiling = daemon->options.ceiling;
+    run->lowered = daemon->reload.lowered;
     run->plc = daemon->plc;
     run->started_unix_s = (int64_t)time(NULL);
     run->priority = daemon->options.priority;
@@ -299,6 +326,7 @@ static bool start(struct daemon *daemon) {
                (unsigned)config->revision, (unsigned)config->terms_count,
                plural(config->terms_count), (unsigned)config->channels_count,
                plural(config->channels_count), daemon->plc, (double)config->period_us * 1e-3);
+    log_ceiling(daemon);
     cb_can_source_start(&daemon->loop.target.can, config);
     run->can_used = cb_can_source_used(&daemon->loop.target.can);
     daemon->can = (struct cb_can_sockets){.source = &daemon->loop.target.can, .log = &daemon->log};
@@ -351,6 +379,8 @@ static int write_stats(struct daemon *daemon) {
     struct cb_stats_run *run = &daemon->stats.run;
     run->rows_lost = cb_ring_lost(&daemon->loop.ring);
     run->bus = &daemon->bus;
+    run->lowered = daemon->reload.lowered;
+    run->reload_pending = daemon->reload.pending;
     run->reloads_taken = daemon->reload.taken;
     run->reloads_refused = daemon->reload.refused;
     run->reload_said = daemon->reload.last;
@@ -374,29 +404,44 @@ static void mind_signals(struct daemon *daemon) {
     if (sigtimedwait(&signals, NULL, &wait) == SIGHUP) daemon->reload_asked = true;
 }
 
-/* A coefficient file that changed, or was asked to be read anew, takes over or is refused. */
+/* in : reload->last, a sentence */
+static void log_reload(struct daemon *daemon, int64_t now_us, const char *rest) {
+    cb_log_limited(&daemon->log, CB_LOG_FILES, now_us, "%s%s", daemon->reload.last, rest);
+    daemon->stats_us = 0; /* statistics have it at once */
+}
+
+/* The loop runs another coefficient file. */
+static void follow_taken(struct daemon *daemon, int64_t now_us) {
+    take_rows(daemon); /* the rest of the generation before, whose box is spare now */
+    follow_reload(daemon, daemon->loop.generation);
+    daemon->stats.run.can_used = cb_can_source_used(&daemon->loop.target.can);
+    if (daemon->stats.run.can_used) cb_can_sockets_renew(&daemon->can, config_now(daemon), now_us);
+    start_bus(daemon);
+    log_reload(daemon, now_us, "");
+}
+
+/* A coefficient file that changed, or was asked to be read anew, takes over, is pending or is
+ * refused. */
 static void mind_the_file(struct daemon *daemon, int64_t now_us) {
     struct cb_reload *reload = &daemon->reload;
-    const enum cb_reload_answer answer = cb_reload_answer(reload, &daemon->loop);
-    if (answer == CB_RELOAD_TAKEN) {
-        take_rows(daemon); /* the rest of the generation before, whose box is spare now */
-        follow_reload(daemon, daemon->loop.generation);
-        daemon->stats.run.can_used = cb_can_source_used(&daemon->loop.target.can);
-        if (daemon->stats.run.can_used)
-            cb_can_sockets_renew(&daemon->can, config_now(daemon), now_us);
-        start_bus(daemon);
-    }
-    if (answer != CB_RELOAD_NONE) {
-        cb_log_limited(&daemon->log, CB_LOG_FILES, now_us, "%s", reload->last);
-        daemon->stats_us = 0; /* statistics say it at once */
-    }
-    if (reload->offered || cb_flag_is_raised(&daemon->loop.target.stop)) return;
-    if (!cb_reload_file_changed(reload, now_us) && !daemon->reload_asked) return;
+    char rest[60];
+    if (cb_reload_taken(reload, &daemon->loop)) follow_taken(daemon, now_us);
+    if (cb_flag_is_raised(&daemon->loop.target.stop)) return;
+    if (cb_reload_file_changed(reload, now_us)) daemon->reload_asked = true;
+    if (!daemon->reload_asked || !cb_reload_ready(reload, &daemon->loop)) return;
     daemon->reload_asked = false;
-    if (cb_reload_offer(reload, &daemon->loop)) return;
-    cb_log_limited(&daemon->log, CB_LOG_FILES, now_us, "%s; revision %u goes on", reload->last,
-                   (unsigned)config_now(daemon)->revision);
-    daemon->stats_us = 0;
+    snprintf(rest, sizeof rest, "; revision %u goes on", (unsigned)config_now(daemon)->revision);
+    switch (cb_reload_offer(reload, &daemon->loop)) {
+        case CB_RELOAD_OFFERED:
+        case CB_RELOAD_SAME:
+            break;
+        case CB_RELOAD_PENDING:
+            log_reload(daemon, now_us, "");
+            break;
+        case CB_RELOAD_REFUSED:
+            log_reload(daemon, now_us, rest);
+            break;
+    }
 }
 
 /* The mode for `systemctl status`, when it changed. */
@@ -473,11 +518,11 @@ static int finish(struct daemon *daemon) {
 }
 
 /* Says whether this program would run the file. */
-static int check(const char *path) {
+static int check(const struct cb_options *options) {
     static struct cb_config config;
-    char why[CB_RELOAD_SAID];
-    if (cb_load_file(&config, path, why, sizeof why)) return EXIT_OK;
-    fprintf(stderr, "compboxd: %s\n", why);
+    static struct cb_loaded loaded;
+    if (cb_load_file(&config, options->config, &options->ceiling, &loaded)) return EXIT_OK;
+    fprintf(stderr, "compboxd: %s\n", loaded.said);
     return EXIT_BAD;
 }
 
@@ -500,7 +545,7 @@ int main(int argc, char **argv) {
         case CB_OPTIONS_RUN:
             break;
     }
-    if (daemon.options.check) return check(daemon.options.config);
+    if (daemon.options.check) return check(&daemon.options);
     const int code = run(&daemon);
     cb_stop_finish(&daemon.stop);
     return code;

@@ -89,10 +89,8 @@ def test_a_bad_file_is_refused_and_the_old_one_goes_on(plc, port, running):
         data["terms"][2]["positions"] = [-1500, 300, -200, 1500]
     def other_port(data):
         data["plc"]["transport"]["tcp"]["port"] += 1
-    def other_register(data):
-        next(c for c in data["channels"] if c["name"] == "Y")["plc"] = 112
     sentences = []
-    for change in (falling, other_port, other_register):
+    for change in (falling, other_port):
         refused = len(sentences) + 1
         hup(box, path, port, change)
         until = time.monotonic() + 8
@@ -102,14 +100,11 @@ def test_a_bad_file_is_refused_and_the_old_one_goes_on(plc, port, running):
     assert plc.last().mode == ACTIVE
     assert abs(plc.last().um["Z"] - machine.wanted_um(AT_REST)["Z"]) < 0.1
     box.stop()
-    assert box.stats["reloads"]["taken"] == 0 and box.stats["reloads"]["refused"] == 3
+    assert box.stats["reloads"]["taken"] == 0 and box.stats["reloads"]["refused"] == 2
     assert "terms[2].positions[2]: -200 is" in sentences[0] and "line" in sentences[0]
     assert "plc.transport differs from the running file's, which takes a restart" in sentences[1]
-    assert "channel Y is gone, or has another register" in sentences[2]
-    assert sentences[2].endswith("then reload again; revision 7 goes on")
-    for sentence in sentences[:2]:
+    for sentence in sentences:
         assert f"{sentence}; revision 7 goes on" in box.log
-    assert sentences[2] in box.log
 
 
 def test_half_a_file_is_refused_and_the_whole_one_then_taken(plc, port, running):

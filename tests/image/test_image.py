@@ -200,9 +200,11 @@ def test_a_new_file_takes_over_and_a_bad_one_does_not(machine, port):
     assert "limit_um: -1 is outside the range" in said
     assert guest.wait_stats(lambda s: s["reloads"]["taken"] == 1)["revision"] == 2
     assert '"revision": 2' in guest.run("cat /data/coefficients.json")
-    guest.run("compbox-put - </data/coefficients.json.old")
+    guest.run("compbox-put - </data/coefficients.json.old")  # revision 1: a running box takes no older one
+    assert guest.wait_stats(lambda s: s["reloads"]["refused"] >= 1)["revision"] == 2
+    guest.run("killall -TERM compboxd")
     plc.wait_um(PATH_UM)
-    assert guest.wait_stats(lambda s: s["reloads"]["taken"] == 2)["revision"] == 1
+    assert guest.wait_stats(lambda s: s["mode"] == "ACTIVE")["revision"] == 1
 
 
 def test_a_box_without_a_file_waits_for_its_first(machine, port):

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "firmware/config_load.h"
+#include "firmware/crc32.h"
 
 /* in : fd of a regular file
  * out: bytes read, at most `size`; -1 with errno */
@@ -52,7 +53,8 @@ static void say(const char *path, const struct cb_message *message, char *said, 
         snprintf(said, size, "%s: %s", path, message->text);
 }
 
-bool cb_load_file(struct cb_config *config, const char *path, char *said, size_t size) {
+bool cb_load_file(struct cb_config *config, const char *path, const struct cb_ceiling *ceiling,
+                  struct cb_loaded *loaded) {
     static char text[CB_MAX_TEXT_BYTES + 1];
     static struct cb_load_scratch scratch;
     static const struct cb_target target = {
@@ -60,14 +62,30 @@ bool cb_load_file(struct cb_config *config, const char *path, char *said, size_t
         .sources = 1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN | 1u << CB_SOURCE_BUS,
         .transports = 1u << CB_TRANSPORT_TCP | 1u << CB_TRANSPORT_RTU};
     const char *why = "";
+    struct cb_message message = {.line = 0};
+    *loaded = (struct cb_loaded){.crc32 = 0};
     const long length = read_bytes(path, text, sizeof text, &why);
     if (length < 0) {
-        snprintf(said, size, "%s: cannot be read: %s", path, why);
+        snprintf(loaded->said, sizeof loaded->said, "%s: cannot be read: %s", path, why);
         return false;
     }
-    struct cb_message message = {.line = 0};
-    if (cb_config_load(config, text, (size_t)length, &target, &scratch, &message) == CB_OK)
-        return true;
-    say(path, &message, said, size);
-    return false;
+    loaded->crc32 = cb_crc32(0, text, (uint32_t)length);
+    if (cb_config_load(config, text, (size_t)length, &target, &scratch, &message) != CB_OK) {
+        say(path, &message, loaded->said, sizeof loaded->said);
+        return false;
+    }
+    loaded->lowered = cb_ceiling_apply(config, ceiling);
+    return true;
+}
+
+void cb_lowered_names(const struct cb_config *config, uint32_t lowered, char *text, size_t size) {
+    size_t length = 0;
+    text[0] = '\0';
+    for (unsigned i = 0; i < cb_all_channels(config) && length < size; i++) {
+        if (!(lowered & 1u << i)) continue;
+        const int more =
+            snprintf(text + length, size - length, "%s%s%s", length > 0 ? ", " : "",
+                     config->channels[i].is_slope ? "the slope of " : "", config->channels[i].name);
+        length += more > 0 ? (size_t)more : 0;
+    }
 }

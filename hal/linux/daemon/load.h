@@ -1,15 +1,33 @@
 /* SPDX-License-Identifier: MIT
- * The coefficient file from the disk into the box. */
+ * The coefficient file from the disk into the box, under the site's ceiling. */
 #ifndef COMPBOX_HAL_LINUX_DAEMON_LOAD_H
 #define COMPBOX_HAL_LINUX_DAEMON_LOAD_H
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
+#include "firmware/ceiling.h"
 #include "firmware/config.h"
 
-/* out: true and *config complete; or false, *config undefined, and a sentence with file, place and
- *      remedy in said[size]. Uses static memory: for one thread. */
-bool cb_load_file(struct cb_config *config, const char *path, char *said, size_t size);
+enum { CB_LOAD_SAID = 512 };
+
+/* About a coefficient file that was read. */
+struct cb_loaded {
+    uint32_t crc32;          /* of its text */
+    uint32_t lowered;        /* bit i: the ceiling lowers the limits of channel i */
+    char said[CB_LOAD_SAID]; /* where it is refused: a sentence with file, place and remedy */
+};
+
+/* Reads a regular file only, and opens it without waiting: a pipe or a device in its place is
+ * refused.
+ * out: true and *config complete, its limits at most the ceiling; or false, *config undefined, and
+ *      the sentence in loaded->said. Uses static memory: for one thread. */
+bool cb_load_file(struct cb_config *config, const char *path, const struct cb_ceiling *ceiling,
+                  struct cb_loaded *loaded);
+
+/* in : lowered: bits as in struct cb_loaded
+ * out: text[size]: the names of these channels, "X, Z, the slope of Z"; cut off where it is full */
+void cb_lowered_names(const struct cb_config *config, uint32_t lowered, char *text, size_t size);
 
 #endif

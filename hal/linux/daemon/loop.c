@@ -105,33 +105,47 @@ struct cb_box *cb_loop_spare(struct cb_loop *loop) {
     return &loop->boxes[loop->box == loop->boxes];
 }
 
-void cb_loop_offer(struct cb_loop *loop) {
-    __atomic_store_n(&loop->offered, true, __ATOMIC_RELEASE);
+void cb_loop_offer(struct cb_loop *loop, bool at_rest_only) {
+    loop->at_rest_only = at_rest_only;
+    __atomic_store_n(&loop->offer, CB_LOOP_OFFER_MADE, __ATOMIC_RELEASE);
 }
 
-bool cb_loop_answered(const struct cb_loop *loop, bool *taken) {
-    if (__atomic_load_n(&loop->offered, __ATOMIC_ACQUIRE)) return false;
-    *taken = loop->taken;
-    return true;
+/* out: whether the offer was made, and now is as `to` says */
+static bool grab_offer(struct cb_loop *loop, uint32_t to) {
+    uint32_t made = CB_LOOP_OFFER_MADE;
+    return __atomic_compare_exchange_n(&loop->offer, &made, to, false, __ATOMIC_ACQ_REL,
+                                       __ATOMIC_RELAXED);
+}
+
+bool cb_loop_withdraw(struct cb_loop *loop) {
+    return grab_offer(loop, CB_LOOP_OFFER_NONE);
+}
+
+bool cb_loop_answered(const struct cb_loop *loop) {
+    return __atomic_load_n(&loop->offer, __ATOMIC_ACQUIRE) == CB_LOOP_OFFER_NONE;
 }
 
 const struct cb_config *cb_loop_config(const struct cb_loop *loop) {
     return &loop->boxes[__atomic_load_n(&loop->generation, __ATOMIC_ACQUIRE) % 2].config;
 }
 
-/* Between two cycles: the box that is offered goes on where the running one is. */
+static void take_over(struct cb_loop *loop, struct cb_box *spare) {
+    loop->box = spare;
+    loop->target.generation = loop->generation + 1;
+    __atomic_store_n(&loop->generation, loop->target.generation, __ATOMIC_RELEASE);
+    cb_can_source_replan(&loop->target.can, &spare->config);
+}
+
+/* Between two cycles: the box that is offered goes on where the running one is, or stays offered.
+ */
 static void take_offer(struct cb_loop *loop) {
-    if (!__atomic_load_n(&loop->offered, __ATOMIC_ACQUIRE)) return;
+    if (!grab_offer(loop, CB_LOOP_OFFER_IN_HAND)) return;
     struct cb_box *spare = cb_loop_spare(loop);
-    loop->obstacle = cb_box_obstacle(&spare->config, loop->box);
-    loop->taken = cb_box_adopt(spare, loop->box);
-    if (loop->taken) {
-        loop->box = spare;
-        loop->target.generation = loop->generation + 1;
-        __atomic_store_n(&loop->generation, loop->target.generation, __ATOMIC_RELEASE);
-        cb_can_source_replan(&loop->target.can, &spare->config);
-    }
-    __atomic_store_n(&loop->offered, false, __ATOMIC_RELEASE);
+    const bool may = !loop->at_rest_only || cb_box_at_rest(loop->box);
+    const bool taken = may && cb_box_adopt(spare, loop->box);
+    if (taken) take_over(loop, spare);
+    __atomic_store_n(&loop->offer, taken ? CB_LOOP_OFFER_NONE : CB_LOOP_OFFER_MADE,
+                     __ATOMIC_RELEASE);
 }
 
 void *cb_loop_run(void *argument) {

@@ -18,16 +18,17 @@
 /* A minute of rows at 30 ms: how long the other thread may be kept from running or writing. */
 enum { CB_LOOP_ROWS = 2048, CB_LOOP_STATES = 2, CB_LOOP_STATE_US = 1000000 };
 
+/* The normal thread makes an offer and may withdraw it; the loop takes it: then there is none. */
+enum cb_loop_offer { CB_LOOP_OFFER_NONE, CB_LOOP_OFFER_MADE, CB_LOOP_OFFER_IN_HAND };
+
 /* Generation n of the coefficient file lives in boxes[n % 2]: the other one is spare, for the next.
- * The normal thread fills it and offers it; the loop answers. */
+ * The normal thread fills it and offers it; the loop takes it. */
 struct cb_loop {
     struct cb_box boxes[2];
-    struct cb_box *box;     /* the one that runs; its config loaded before the start */
-    uint32_t generation;    /* of the coefficient file; counts up when another is taken over; atomic
-                             */
-    bool offered;           /* from the normal thread: the spare box is ready … */
-    bool taken;             /* … and the loop's answer to the last offer: it runs now … */
-    unsigned obstacle;      /* … or this channel of the running one would step */
+    struct cb_box *box;  /* the one that runs; its config loaded before the start */
+    uint32_t generation; /* of the coefficient file; counts up when another is taken over; atomic */
+    uint32_t offer;      /* enum cb_loop_offer, atomic: whether the spare box is to take over … */
+    bool at_rest_only;   /* … written before it: … only while the running one is at rest */
     struct cb_linux target; /* its wires started before the start */
     clockid_t clock;        /* of the ticks */
     uint64_t cycles;        /* then stop by itself; 0: never */
@@ -51,12 +52,17 @@ void cb_loop_init(struct cb_loop *loop);
 /* For the normal thread, while no offer is out: the box whose configuration may be filled. */
 struct cb_box *cb_loop_spare(struct cb_loop *loop);
 
-/* The spare box, started, shall take over between two cycles. */
-void cb_loop_offer(struct cb_loop *loop);
+/* The spare box, started, shall take over between two cycles; at_rest_only: as soon as the running
+ * one is at rest (cb_box_at_rest()). It waits too where it would step (cb_box_adopt()). */
+void cb_loop_offer(struct cb_loop *loop, bool at_rest_only);
 
-/* out: true: the loop has answered; *taken: the spare box runs now, the one before is spare. Rows
- *      that it published before are of the generation before. */
-bool cb_loop_answered(const struct cb_loop *loop, bool *taken);
+/* out: true: the offer is withdrawn, the spare box may be filled; false: too late */
+bool cb_loop_withdraw(struct cb_loop *loop);
+
+/* in : an offer was made and not withdrawn
+ * out: true: the spare box runs now, the one before is spare. Rows that it published before are of
+ *      the generation before. */
+bool cb_loop_answered(const struct cb_loop *loop);
 
 /* The coefficient file that runs; from any thread. Valid until the next offer is taken. */
 const struct cb_config *cb_loop_config(const struct cb_loop *loop);

@@ -20,6 +20,11 @@ static const char help[] =
     "\n"
     "  --config FILE         coefficient file (compbox build makes it, compbox check checks it)\n"
     "  --check               only say whether the file is good: exit 0, or a sentence and exit 1\n"
+    "  --most-um U           the site's ceiling: no output is larger than U µm (a slope: µm/m), "
+    "whatever\n"
+    "                        the file states, 0.001 to 1000000\n"
+    "  --most-um-per-s V     … and none moves faster than V µm/s, 0.001 to 1000000\n"
+    "  --allow-older         a reload may take a file of a lower revision than the running one\n"
     "  --cycles N            stop by itself after N cycles, as on SIGTERM: outputs go to zero "
     "first\n"
     "  --stats FILE          write statistics as JSON, every 5 s and at the end\n"
@@ -46,11 +51,19 @@ static const char help[] =
     "\n"
     "example: compboxd --config coefficients.json --stats stats.json --priority 80\n";
 
-enum { CHECK = 256 }; /* no letter: what is no option must not look like one */
+enum {
+    CHECK = 256,
+    MOST_UM,
+    MOST_UM_PER_S,
+    ALLOW_OLDER
+}; /* no letter: what is no option must not look like one */
 
 static const struct option known[] = {
     {"config", required_argument, NULL, 'c'},
     {"check", no_argument, NULL, CHECK},
+    {"most-um", required_argument, NULL, MOST_UM},
+    {"most-um-per-s", required_argument, NULL, MOST_UM_PER_S},
+    {"allow-older", no_argument, NULL, ALLOW_OLDER},
     {"cycles", required_argument, NULL, 'n'},
     {"stats", required_argument, NULL, 's'},
     {"record", required_argument, NULL, 'r'},
@@ -81,6 +94,21 @@ static bool parse_number(const char *option, const char *text, uint64_t min, uin
     }
     fprintf(stderr, "compboxd: --%s must be a whole number from %llu to %llu, not \"%s\"\n", option,
             (unsigned long long)min, (unsigned long long)max, text);
+    return false;
+}
+
+/* A decimal number of the ceiling, as 300, 0.5 or 1e3; nothing before or behind it. */
+static bool parse_ceiling(const char *option, const char *text, float *number) {
+    const bool plain = text[0] >= '0' && text[0] <= '9' && strlen(text) < 64 &&
+                       strspn(text, "0123456789.eE+-") == strlen(text);
+    char *end = NULL;
+    const float value = plain ? strtof(text, &end) : 0.0f;
+    if (plain && *end == '\0' && value >= 0.001f && value <= 1e6f) {
+        *number = value;
+        return true;
+    }
+    fprintf(stderr, "compboxd: --%s must be a number from 0.001 to 1000000, not \"%s\"\n", option,
+            text);
     return false;
 }
 
@@ -138,6 +166,13 @@ static bool take(struct cb_options *options, int letter, const char *argument) {
             return true;
         case CHECK:
             options->check = true;
+            return true;
+        case MOST_UM:
+            return parse_ceiling("most-um", argument, &options->ceiling.um);
+        case MOST_UM_PER_S:
+            return parse_ceiling("most-um-per-s", argument, &options->ceiling.um_per_s);
+        case ALLOW_OLDER:
+            options->allow_older = true;
             return true;
         case 'u':
             return parse_cpu(argument, &options->cpu);

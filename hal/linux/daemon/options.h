@@ -7,21 +7,25 @@
 #include <stdint.h>
 #include <time.h>
 
+#include "firmware/ceiling.h"
+
 struct cb_options {
-    const char *config;     /* coefficient file */
-    bool check;             /* load it and end */
-    const char *stats;      /* statistics as JSON; NULL: none */
-    const char *record;     /* one CSV row for each cycle; NULL: none */
-    const char *inputs;     /* what each step was given, to the bit; NULL: none */
-    const char *state;      /* memory of the lags across restarts; NULL: none */
-    int state_every_s;      /* how often it is written */
-    uint64_t cycles;        /* then the box stops by itself; 0: never */
-    int priority;           /* SCHED_FIFO 1 … 99; 0: normal scheduling */
-    int cpu;                /* the loop runs on this processor only; -1: any */
-    clockid_t clock;        /* of the ticks */
-    const char *watchdog;   /* device of the hardware watchdog; NULL: none */
-    int watchdog_timeout_s; /* after which it resets the machine */
-    bool cpu_latency;       /* keep the processor in its lightest sleep */
+    const char *config;        /* coefficient file */
+    bool check;                /* load it and end */
+    struct cb_ceiling ceiling; /* of the site */
+    bool allow_older;          /* a reload may go back to a lower revision */
+    const char *stats;         /* statistics as JSON; NULL: none */
+    const char *record;        /* one CSV row for each cycle; NULL: none */
+    const char *inputs;        /* what each step was given, to the bit; NULL: none */
+    const char *state;         /* memory of the lags across restarts; NULL: none */
+    int state_every_s;         /* how often it is written */
+    uint64_t cycles;           /* then the box stops by itself; 0: never */
+    int priority;              /* SCHED_FIFO 1 … 99; 0: normal scheduling */
+    int cpu;                   /* the loop runs on this processor only; -1: any */
+    clockid_t clock;           /* of the ticks */
+    const char *watchdog;      /* device of the hardware watchdog; NULL: none */
+    int watchdog_timeout_s;    /* after which it resets the machine */
+    bool cpu_latency;          /* keep the processor in its lightest sleep */
 };
 
 enum cb_options_result { CB_OPTIONS_RUN, CB_OPTIONS_DONE, CB_OPTIONS_WRONG };

@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "hal/linux/daemon/load.h"
+#include "hal/linux/daemon/widening.h"
 
 static __attribute__((format(printf, 2, 3))) void say(struct cb_reload *reload, const char *format,
                                                       ...) {
@@ -69,44 +69,79 @@ static const char *needs_restart(const struct cb_config *now, const struct cb_co
 static bool check(struct cb_reload *reload, const struct cb_config *now,
                   const struct cb_config *fresh) {
     const char *key = needs_restart(now, fresh);
-    if (key == NULL) return true;
-    say(reload, "%s: %s differs from the running file's, which takes a restart", reload->path, key);
+    if (key != NULL) {
+        say(reload, "%s: %s differs from the running file's, which takes a restart", reload->path,
+            key);
+        return false;
+    }
+    if (fresh->revision >= now->revision || reload->allow_older) return true;
+    say(reload,
+        "%s: revision %u is older than the running one, %u; raise it, or start compboxd with "
+        "--allow-older",
+        reload->path, (unsigned)fresh->revision, (unsigned)now->revision);
     return false;
 }
 
-bool cb_reload_offer(struct cb_reload *reload, struct cb_loop *loop) {
+bool cb_reload_ready(struct cb_reload *reload, struct cb_loop *loop) {
+    if (!reload->offered) return true;
+    if (!reload->pending || !cb_loop_withdraw(loop)) return false;
+    reload->offered = reload->pending = false;
+    return true;
+}
+
+/* in : why: what the file widens
+ * out: PENDING, or SAME where the last line was about this very file */
+static enum cb_reload_outcome keep_pending(struct cb_reload *reload, const struct cb_config *now,
+                                           const struct cb_config *fresh, const char *why) {
+    const bool same = reload->pending_said && reload->pending_crc32 == reload->loaded.crc32;
+    reload->pending = reload->pending_said = true;
+    reload->pending_crc32 = reload->loaded.crc32;
+    say(reload,
+        "%s: revision %u is pending: %s; it is taken in STANDBY with enable off and all outputs at "
+        "zero; revision %u goes on",
+        reload->path, (unsigned)fresh->revision, why, (unsigned)now->revision);
+    return same ? CB_RELOAD_SAME : CB_RELOAD_PENDING;
+}
+
+enum cb_reload_outcome cb_reload_offer(struct cb_reload *reload, struct cb_loop *loop) {
     struct cb_box *spare = cb_loop_spare(loop);
-    char why[CB_RELOAD_SAID];
+    const struct cb_config *now = &loop->box->config;
+    char why[200];
     look(reload, &reload->known);
     reload->seen = reload->known;
-    if (!cb_load_file(&spare->config, reload->path, why, sizeof why))
-        say(reload, "%s", why);
-    else if (check(reload, &loop->box->config, &spare->config)) {
+    if (!cb_load_file(&spare->config, reload->path, &reload->ceiling, &reload->loaded))
+        say(reload, "%s", reload->loaded.said);
+    else if (check(reload, now, &spare->config)) {
+        const bool widens = cb_widening_find(now, &spare->config, why, sizeof why);
         cb_box_start(spare);
-        cb_loop_offer(loop);
         reload->offered = true;
-        return true;
+        const enum cb_reload_outcome offer =
+            widens ? keep_pending(reload, now, &spare->config, why) : CB_RELOAD_OFFERED;
+        cb_loop_offer(loop, widens);
+        return offer;
     }
     reload->refused++;
-    return false;
+    reload->pending_said = false;
+    return CB_RELOAD_REFUSED;
 }
 
-enum cb_reload_answer cb_reload_answer(struct cb_reload *reload, struct cb_loop *loop) {
-    bool taken = false;
-    if (!reload->offered || !cb_loop_answered(loop, &taken)) return CB_RELOAD_NONE;
-    reload->offered = false;
-    if (taken) {
-        reload->taken++;
-        say(reload, "%s: revision %u is running now", reload->path,
-            (unsigned)loop->box->config.revision);
-        return CB_RELOAD_TAKEN;
-    }
-    reload->refused++;
-    const struct cb_channel_config *channel = &loop->box->config.channels[loop->obstacle];
-    say(reload,
-        "%s: %s %s is gone, or has another register, type, scale or sign, while its output is not "
-        "zero; let the outputs go to zero, then reload again; revision %u goes on",
-        reload->path, channel->is_slope ? "the slope of channel" : "channel", channel->name,
+/* The channels whose limits the site's ceiling lowers, behind the sentence about the file. */
+static void say_lowered(struct cb_reload *reload, const struct cb_config *config) {
+    char names[200];
+    const size_t length = strlen(reload->last);
+    if (reload->lowered == 0) return;
+    cb_lowered_names(config, reload->lowered, names, sizeof names);
+    snprintf(reload->last + length, sizeof reload->last - length,
+             "; the site's ceiling lowers the limits of %s", names);
+}
+
+bool cb_reload_taken(struct cb_reload *reload, struct cb_loop *loop) {
+    if (!reload->offered || !cb_loop_answered(loop)) return false;
+    reload->offered = reload->pending = reload->pending_said = false;
+    reload->taken++;
+    reload->lowered = reload->loaded.lowered;
+    say(reload, "%s: revision %u is running now", reload->path,
         (unsigned)loop->box->config.revision);
-    return CB_RELOAD_REFUSED;
+    say_lowered(reload, &loop->box->config);
+    return true;
 }

@@ -8,6 +8,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "firmware/ceiling.h"
 #include "firmware/config.h"
 #include "hal/linux/daemon/bus.h"
 #include "hal/linux/daemon/histogram.h"
@@ -25,14 +26,17 @@ struct cb_stats_run {
     const char *config_file;
     const char *plc; /* address and port */
     int64_t started_unix_s;
-    int priority;             /* 0: normal scheduling */
-    bool memory_locked;       /* mlockall succeeded */
-    bool cpu_latency_held;    /* /dev/cpu_dma_latency is held at 0 */
-    bool can_used;            /* the coefficient file needs the CAN bus */
-    const struct cb_bus *bus; /* the slow bus; NULL until it is started */
-    bool finished;            /* the loop has ended */
-    bool stopped;             /* … after STOPPED was confirmed */
+    int priority;              /* 0: normal scheduling */
+    bool memory_locked;        /* mlockall succeeded */
+    bool cpu_latency_held;     /* /dev/cpu_dma_latency is held at 0 */
+    bool can_used;             /* the coefficient file needs the CAN bus */
+    const struct cb_bus *bus;  /* the slow bus; NULL until it is started */
+    bool finished;             /* the loop has ended */
+    bool stopped;              /* … after STOPPED was confirmed */
+    struct cb_ceiling ceiling; /* of the site */
+    uint32_t lowered;          /* bit i: it lowers the limits of channel i */
     uint32_t reloads_taken, reloads_refused;
+    bool reload_pending;     /* a file waits for the box to be at rest; reload_said is about it */
     const char *reload_said; /* about the last one; NULL or "": there was none */
     uint64_t rows_lost;      /* rows that found the ring full */
     uint64_t records_lost;   /* rows that are not in the record */

@@ -7,6 +7,7 @@
 
 #include "firmware/mode.h"
 #include "hal/linux/daemon/bus_words.h"
+#include "hal/linux/daemon/load.h"
 #include "hal/linux/daemon/stats.h"
 
 #ifndef CB_VERSION
@@ -75,9 +76,21 @@ static void put_run(FILE *file, const struct cb_stats *stats, const struct cb_co
         run->priority, truth(run->memory_locked), truth(run->cpu_latency_held));
 }
 
+/* The site's ceiling, 0 where there is none, and whose limits it lowers. */
+static void put_ceiling(FILE *file, const struct cb_stats_run *run,
+                        const struct cb_config *config) {
+    char names[1024];
+    cb_lowered_names(config, run->lowered, names, sizeof names);
+    fprintf(file, "  \"ceiling\": {\"um\": %.9g, \"um_per_s\": %.9g, \"lowers\": ",
+            (double)run->ceiling.um, (double)run->ceiling.um_per_s);
+    cb_stats_put_string(file, names);
+    fputs("},\n", file);
+}
+
 static void put_reloads(FILE *file, const struct cb_stats_run *run) {
-    fprintf(file, "  \"reloads\": {\"taken\": %u, \"refused\": %u, \"last\": ",
-            (unsigned)run->reloads_taken, (unsigned)run->reloads_refused);
+    fprintf(file, "  \"reloads\": {\"taken\": %u, \"refused\": %u, \"pending\": %s, \"last\": ",
+            (unsigned)run->reloads_taken, (unsigned)run->reloads_refused,
+            truth(run->reload_pending));
     cb_stats_put_string(file, run->reload_said == NULL ? "" : run->reload_said);
     fputs("},\n", file);
 }
@@ -164,6 +177,7 @@ static void put_history(FILE *file, const struct cb_stats *stats) {
 static void put_all(FILE *file, const struct cb_stats *stats, const struct cb_config *config) {
     fputs("{\n", file);
     put_run(file, stats, config);
+    put_ceiling(file, &stats->run, config);
     put_reloads(file, &stats->run);
     put_cycles(file, stats, config);
     put_box(file, &stats->last.box);
