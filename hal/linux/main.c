@@ -223,13 +223,13 @@ static bool start_loop(struct daemon *daemon) {
 static bool resume_lags(struct daemon *daemon) {
     const char *path = daemon->options.state;
     char said[512];
+    struct cb_state_clock now;
     if (path == NULL) return true;
-    cb_state_read(&daemon->loop.resumed, config_now(daemon), daemon->options.state,
-                  cb_boottime_us(), cb_unix_us(), said, sizeof said);
+    cb_state_clock_read(&now);
+    cb_state_read(&daemon->loop.resumed, config_now(daemon), path, &now, said, sizeof said);
     cb_log_say(&daemon->log, cb_boottime_us(), "%s", said);
     daemon->state = daemon->loop.resumed; /* a start that ends at once loses nothing */
-    const int error =
-        cb_state_write(&daemon->state, config_now(daemon), path, cb_boottime_us(), cb_unix_us());
+    const int error = cb_state_write(&daemon->state, config_now(daemon), path, &now);
     if (error != 0)
         fprintf(stderr, "compboxd: %s: cannot be written: %s\n", path,
                 error == ENOTSUP ? "it is not a regular file" : strerror(error));
@@ -252,8 +252,10 @@ static void tell_file(struct daemon *daemon, const char *path, int error, int *t
 static void write_state(struct daemon *daemon, int64_t now_us) {
     /* right after a reload the newest lags are still those of the file before */
     if (daemon->options.state == NULL || daemon->state_generation != daemon->generation) return;
-    const int error = cb_state_write(&daemon->state, config_now(daemon), daemon->options.state,
-                                     now_us, cb_unix_us());
+    struct cb_state_clock now;
+    cb_state_clock_read(&now);
+    const int error =
+        cb_state_write(&daemon->state, config_now(daemon), daemon->options.state, &now);
     tell_file(daemon, daemon->options.state, error, &daemon->state_error, now_us);
 }
 

@@ -9,6 +9,7 @@
  *
  * A file system that hangs: once the file HANG_FILE is there, the call that it names (open, stat,
  * fsync) never returns in the thread that calls it; HANG_FILE.hangs then says that it was called.
+ * A wall clock: synchronised where CLOCK_SYNCHRONISED is 1, not where it is 0.
  *
  * A hardware watchdog: any file that stands for one takes timeouts up to WATCHDOG_MOST_S, and has
  * that one where it was asked for more. */
@@ -27,6 +28,7 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/timex.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -162,6 +164,12 @@ int fsync(int fd) {
     NEXT(fsync);
     hang_in("fsync");
     return next_fsync(fd);
+}
+
+int adjtimex(struct timex *asked) {
+    const int synchronised = atoi(getenv("CLOCK_SYNCHRONISED"));
+    asked->status = synchronised ? STA_PLL : STA_PLL | STA_UNSYNC;
+    return synchronised ? TIME_OK : TIME_ERROR;
 }
 
 static int watchdog_timeout(unsigned long request, int *seconds) {

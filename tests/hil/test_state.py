@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: MIT
 """The memory of the lags across a restart: killed without warning, started again."""
 import os
+import struct
 import time
+import zlib
 
+from can_bus import SHIM
 from machine import ACTIVE
 from pymodbus_plc import PymodbusPlc
 
@@ -15,10 +18,25 @@ def with_lag(tau_s=TAU_S):
     return change
 
 
-def run_for(seconds, start_box, state, change, plc, value):
+def booted_meanwhile(state, pause_s):
+    """The file as another boot would find it; the wall clock says that pause_s passed."""
+    body = bytearray(state.read_bytes()[:-4])
+    at = body.index(open("/proc/sys/kernel/random/boot_id", "rb").read(36))
+    body[at:at + 36] = b"0" * 36
+    # one record: header of 104 bytes, two names of 24
+    unix_us = 104 + (len(body) - 104) - struct.calcsize("qqffffII")
+    struct.pack_into("q", body, unix_us, int((time.time() - pause_s) * 1e6))
+    state.write_bytes(body + struct.pack("I", zlib.crc32(body)))
+
+
+def clock(synchronised):
+    return {"LD_PRELOAD": SHIM, "CLOCK_SYNCHRONISED": str(int(synchronised))}
+
+
+def run_for(seconds, start_box, state, change, plc, value, env=None):
     """A box that is killed after some time; out: its T1_slow, row by row, and its log."""
     plc.values = {"X": 6500, "Y": 200, "Z": 1500, "T1": value}
-    with start_box("--state", str(state), "--state-every", "1", change=change) as box:
+    with start_box("--state", str(state), "--state-every", "1", change=change, env=env) as box:
         time.sleep(seconds)
         box.process.kill()
         box.wait(5)
@@ -36,6 +54,22 @@ def test_a_lag_goes_on_after_a_kill(plc, port, start_box, tmp_path):
         assert 20 <= warm[0] < 22 and 20.5 < warm[-1] < 25
         again, log = run_for(1.5, start_box, state, with_lag(), plc, 40)
         assert warm[-1] - 1 < again[0] < warm[-1] + 2, "neither 20 nor 40"
+
+
+def test_across_a_boot_only_a_synchronised_clock_knows_the_pause(plc, port, start_box, tmp_path):
+    """A board without a clock restores its wall clock from a file: a stop of 60 h looks like 12 s."""
+    state = tmp_path / "lags.state"
+    with PymodbusPlc(plc, port):
+        for then, now, words in (
+                (False, True, "is unknown, because the wall clock was not synchronised"),
+                (True, False, "is unknown, because the wall clock is not synchronised"),
+                (True, True, "1 of 1 lags go on")):
+            state.unlink(missing_ok=True)
+            run_for(2.5, start_box, state, with_lag(), plc, 20, clock(then))
+            booted_meanwhile(state, 1)
+            again, log = run_for(1.5, start_box, state, with_lag(), plc, 40, clock(now))
+            assert words in log
+            assert again[0] < 22 if then and now else again[0] == 40
 
 
 def test_a_long_pause_starts_steady(plc, port, start_box, tmp_path):

@@ -214,7 +214,8 @@ def test_the_unit_is_one_and_is_hardened(tmp_path):
     security = subprocess.run(["systemd-analyze", "security", "--offline=yes", str(unit)],
                               capture_output=True, text=True)
     exposure = float(re.search(r"exposure level for \S+: ([\d.]+)", security.stdout)[1])
-    assert exposure < 2.5, security.stdout  # "OK" begins at 5, 0 is fully closed
+    # "OK" begins at 5, 0 is fully closed; asking whether the clock is synchronised counts for 0.3
+    assert exposure <= 2.5, security.stdout
 
 
 def filtered(unit):

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The memory of the lags in a file: comes back as it was, by wall-clock time; what is not used.
+// The memory of the lags in a file: comes back as it was, by a clock that is known to be right;
+// what is not used.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -58,14 +59,34 @@ struct state_file : testing::Test {
         }
         return rig;
     }
-    void save(const box_rig &rig, int64_t unix_us) {
+    static cb_state_clock clock(int64_t boottime_us, int64_t unix_us, const char *boot,
+                                bool synchronised = true) {
+        cb_state_clock clock{boottime_us, unix_us, synchronised, ""};
+        std::strcpy(clock.boot_id, boot);
+        return clock;
+    }
+    int write(const box_rig &rig, const cb_state_clock &now, const char *to) {
         cb_state taken;
         cb_state_take(&taken, rig.box.get());
-        ASSERT_EQ(cb_state_write(&taken, &rig.box->config, path.c_str(), rig.now_us, unix_us), 0);
+        return cb_state_write(&taken, &rig.box->config, to, &now);
     }
+    void save(const box_rig &rig, int64_t unix_us, bool synchronised = true) {
+        ASSERT_EQ(write(rig, clock(rig.now_us, unix_us, "boot", synchronised), path.c_str()), 0);
+    }
+    bool read_at(const cb_config &config, const cb_state_clock &now) {
+        return cb_state_read(&state, &config, path.c_str(), &now, said, sizeof said);
+    }
+    // After another boot, whose wall clock is right.
     bool read(const cb_config &config, int64_t boottime_us, int64_t unix_us) {
-        return cb_state_read(&state, &config, path.c_str(), boottime_us, unix_us, said,
-                             sizeof said);
+        return read_at(config, clock(boottime_us, unix_us, "another boot"));
+    }
+    unsigned settled() const {
+        unsigned count = 0;
+        for (const cb_lag_state &lag : state.lags) count += lag.settled;
+        return count;
+    }
+    bool told(const std::string &words) const {
+        return std::string(said).find(words) != std::string::npos;
     }
     std::string bytes() {
         std::ifstream file(path, std::ios::binary);
@@ -103,6 +124,67 @@ TEST_F(state_file, a_short_pause_is_bridged_as_if_the_box_had_run) {
             << i;
         EXPECT_LE(again.box->signals[i].value, i == 4 ? 1225 : 35.0f);
     }
+}
+
+// A board without a clock restores its wall clock from a file: a stop of 60 h looks like 12 s.
+TEST_F(state_file, a_pause_by_a_wall_clock_that_is_not_synchronised_is_unknown) {
+    const box_rig rig = warm();
+    for (const bool then : {false, true}) {
+        save(rig, 1000 * second, then);
+        ASSERT_TRUE(
+            read_at(rig.box->config, clock(3 * second, 1012 * second, "another boot", !then)));
+        EXPECT_EQ(settled(), 0u);
+        EXPECT_TRUE(told(then ? "is not synchronised" : "was not synchronised")) << said;
+        EXPECT_TRUE(told("lags start steady")) << said;
+    }
+    save(rig, 1000 * second, false);
+    ASSERT_TRUE(read_at(rig.box->config, clock(3 * second, 1012 * second, "another boot", false)));
+    EXPECT_EQ(settled(), 0u);
+}
+
+TEST_F(state_file, within_one_boot_the_wall_clock_does_not_count) {
+    const box_rig rig = warm();
+    for (const int64_t unix_us : {int64_t{0}, 1000 * second, 400000 * second}) {
+        save(rig, 1000 * second, false);
+        ASSERT_TRUE(
+            read_at(rig.box->config, clock(rig.now_us + 9 * second, unix_us, "boot", false)));
+        EXPECT_EQ(settled(), 3u) << said;
+        EXPECT_TRUE(told("after a pause of 10.0 s")) << said;
+        EXPECT_EQ(state.lags[3].time_us, rig.box->signals[3].time_us);
+        ASSERT_TRUE(
+            read_at(rig.box->config, clock(rig.now_us + 9000 * second, unix_us, "boot", true)));
+        EXPECT_EQ(settled(), 0u) << "a long stop that the wall clock does not show";
+    }
+}
+
+TEST_F(state_file, a_boot_without_an_id_is_another_one) {
+    const box_rig rig = warm();
+    ASSERT_EQ(write(rig, clock(rig.now_us, 1000 * second, "", false), path.c_str()), 0);
+    ASSERT_TRUE(read_at(rig.box->config, clock(rig.now_us + second, 1001 * second, "", true)));
+    EXPECT_EQ(settled(), 0u);
+    EXPECT_TRUE(told("unknown")) << said;
+}
+
+TEST_F(state_file, the_kernels_clocks_are_read) {
+    cb_state_clock now, later;
+    cb_state_clock_read(&now);
+    cb_state_clock_read(&later);
+    EXPECT_EQ(std::string(now.boot_id).size(), 36u);
+    EXPECT_STREQ(now.boot_id, later.boot_id);
+    EXPECT_LE(now.boottime_us, later.boottime_us);
+    EXPECT_GT(now.unix_us, 0);
+}
+
+// Format 1 had the wall clock alone and did not say how good it was.
+TEST_F(state_file, a_file_of_the_version_before_is_refused) {
+    const box_rig rig = warm();
+    save(rig, 1000 * second);
+    std::string old = bytes();
+    old[8] = 1;
+    put(old);
+    EXPECT_FALSE(read(rig.box->config, rig.now_us, 1001 * second));
+    EXPECT_TRUE(told("is of another version and is not used; lags start steady")) << said;
+    EXPECT_EQ(settled(), 0u);
 }
 
 TEST_F(state_file, each_lag_is_judged_by_its_own_time_constant) {
@@ -165,13 +247,12 @@ TEST_F(state_file, what_is_no_good_is_told_and_not_used) {
 
 TEST_F(state_file, a_file_that_cannot_be_written_leaves_the_old_one) {
     const box_rig rig = warm();
-    cb_state taken;
-    cb_state_take(&taken, rig.box.get());
-    EXPECT_NE(cb_state_write(&taken, &rig.box->config, "/nowhere/x", rig.now_us, 0), 0);
+    const cb_state_clock now = clock(rig.now_us, 0, "boot");
+    EXPECT_NE(write(rig, now, "/nowhere/x"), 0);
     save(rig, 1000 * second);
     const std::string good = bytes();
     ASSERT_EQ(mkdir((path + ".new").c_str(), 0700), 0);
-    EXPECT_NE(cb_state_write(&taken, &rig.box->config, path.c_str(), rig.now_us, 0), 0);
+    EXPECT_NE(write(rig, now, path.c_str()), 0);
     rmdir((path + ".new").c_str());
     EXPECT_EQ(bytes(), good);
 }

@@ -8,22 +8,28 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <sys/timex.h>
 #include <unistd.h>
 
 #include "firmware/crc32.h"
+#include "hal/linux/clock.h"
 
 /* The file: a header, `count` records, CRC-32 of all that. In the byte order of the machine, which
  * the format's number tells. */
 struct header {
     char magic[8];
-    uint32_t format; /* 1 */
+    uint32_t format; /* 2; 1 had the wall clock alone, without saying how good it was */
     uint32_t count;
     char machine[40];
+    char boot_id[CB_BOOT_ID_SIZE];
+    uint32_t synchronised; /* 1: unix_us was, when this was written */
+    uint32_t unused;
 };
 
 struct record {
     char name[CB_NAME_SIZE], lag_of[CB_NAME_SIZE];
-    int64_t unix_us; /* of its last value */
+    int64_t unix_us;     /* of its last value … */
+    int64_t boottime_us; /* … and by the clock of this boot */
     float hi, lo, input, tau_s;
     uint32_t power;
     uint32_t unused;
@@ -36,7 +42,25 @@ struct file {
 };
 
 static const char MAGIC[8] = "CBSTATE";
-enum { FORMAT = 1 };
+enum { FORMAT = 2 };
+
+static void read_boot_id(char *boot_id) {
+    const int fd = open("/proc/sys/kernel/random/boot_id", O_RDONLY | O_CLOEXEC);
+    const ssize_t size = fd < 0 ? 0 : read(fd, boot_id, CB_BOOT_ID_SIZE - 1);
+    if (fd >= 0) close(fd);
+    boot_id[size < 0 ? 0 : size] = '\0';
+    boot_id[strcspn(boot_id, "\n")] = '\0';
+}
+
+void cb_state_clock_read(struct cb_state_clock *clock) {
+    struct timex asked = {.modes = 0};
+    memset(clock, 0, sizeof *clock);
+    const int state = adjtimex(&asked);
+    clock->synchronised = state >= 0 && state != TIME_ERROR && (asked.status & STA_UNSYNC) == 0;
+    read_boot_id(clock->boot_id);
+    clock->boottime_us = cb_boottime_us();
+    clock->unix_us = cb_unix_us();
+}
 
 void cb_state_take(struct cb_state *state, const struct cb_box *box) {
     for (unsigned i = 0; i < box->config.signals_count; i++) {
@@ -58,11 +82,13 @@ void cb_state_give(const struct cb_state *state, struct cb_box *box) {
 /* ---- writing ---- */
 
 static size_t fill(struct file *file, const struct cb_state *state, const struct cb_config *config,
-                   int64_t to_unix_us) {
+                   const struct cb_state_clock *now) {
     memset(file, 0, sizeof *file);
     memcpy(file->header.magic, MAGIC, sizeof MAGIC);
     file->header.format = FORMAT;
     memcpy(file->header.machine, config->machine, sizeof config->machine);
+    memcpy(file->header.boot_id, now->boot_id, sizeof now->boot_id);
+    file->header.synchronised = now->synchronised;
     for (unsigned i = 0; i < config->signals_count; i++) {
         const struct cb_signal_config *signal = &config->signals[i];
         const struct cb_lag_state *lag = &state->lags[i];
@@ -70,7 +96,8 @@ static size_t fill(struct file *file, const struct cb_state *state, const struct
         struct record *record = &file->records[file->header.count++];
         memcpy(record->name, signal->name, sizeof record->name);
         memcpy(record->lag_of, config->signals[signal->lag_of].name, sizeof record->lag_of);
-        record->unix_us = lag->time_us + to_unix_us;
+        record->boottime_us = lag->time_us;
+        record->unix_us = lag->time_us + (now->unix_us - now->boottime_us);
         record->hi = lag->lag.hi;
         record->lo = lag->lag.lo;
         record->input = lag->lag.input;
@@ -108,13 +135,13 @@ static bool is_special(const char *path) {
 }
 
 int cb_state_write(const struct cb_state *state, const struct cb_config *config, const char *path,
-                   int64_t boottime_us, int64_t unix_us) {
+                   const struct cb_state_clock *now) {
     struct file file;
     char temporary[4096];
     int length = snprintf(temporary, sizeof temporary, "%s.new", path);
     if (length < 0 || (size_t)length >= sizeof temporary) return ENAMETOOLONG;
     if (is_special(path)) return ENOTSUP;
-    const size_t size = fill(&file, state, config, unix_us - boottime_us);
+    const size_t size = fill(&file, state, config, now);
     int error = write_and_sync(temporary, &file, size);
     if (error == 0 && rename(temporary, path) != 0) error = errno;
     if (error != 0) unlink(temporary);
@@ -158,6 +185,22 @@ static const struct record *record_of(const struct file *file, const struct cb_c
     return NULL;
 }
 
+/* By which clock the pause is measured. */
+enum pause {
+    PAUSE_BOOTTIME,    /* same boot */
+    PAUSE_WALL_CLOCK,  /* another boot, and the wall clock was synchronised at both ends */
+    PAUSE_UNSYNC_THEN, /* unknown: it was not when the file was written … */
+    PAUSE_UNSYNC_NOW,  /* … or is not now */
+};
+
+static enum pause pause_of(const struct header *header, const struct cb_state_clock *now) {
+    const bool known = now->boot_id[0] != '\0';
+    if (known && strncmp(header->boot_id, now->boot_id, sizeof now->boot_id) == 0)
+        return PAUSE_BOOTTIME;
+    if (header->synchronised != 1) return PAUSE_UNSYNC_THEN;
+    return now->synchronised ? PAUSE_WALL_CLOCK : PAUSE_UNSYNC_NOW;
+}
+
 /* How the lags fared, for the sentence. */
 struct tally {
     unsigned lags, resumed, future;
@@ -165,24 +208,31 @@ struct tally {
 };
 
 static void resume(struct cb_lag_state *lag, const struct record *record, float tau_s,
-                   int64_t boottime_us, int64_t unix_us, struct tally *tally) {
-    const int64_t pause_us = unix_us - record->unix_us;
+                   enum pause pause, const struct cb_state_clock *now, struct tally *tally) {
+    const int64_t pause_us = pause == PAUSE_BOOTTIME ? now->boottime_us - record->boottime_us
+                                                     : now->unix_us - record->unix_us;
     if (pause_us > tally->pause_us) tally->pause_us = pause_us;
     tally->future += pause_us < 0;
     if (pause_us < 0 || (double)pause_us * 1e-6 * CB_STATE_PAUSES > (double)tau_s) return;
     *lag = (struct cb_lag_state){
-        {record->hi, record->lo, record->input}, boottime_us - pause_us, true};
+        {record->hi, record->lo, record->input}, now->boottime_us - pause_us, true};
     tally->resumed++;
 }
 
-static void tell(const struct tally *tally, const char *path, char *said, size_t size) {
+static void report(const struct tally *tally, const char *path, char *said, size_t size) {
     if (tally->future > 0)
-        snprintf(said, size, "%s: is from the future by the wall clock, so its lags start steady",
-                 path);
+        snprintf(said, size, "%s: is from the future by the clock, so its lags start steady", path);
     else
         snprintf(said, size,
                  "%s: %u of %u lags go on after a pause of %.1f s; the others start steady", path,
                  tally->resumed, tally->lags, (double)tally->pause_us * 1e-6);
+}
+
+static void report_unknown(enum pause pause, const char *path, char *said, size_t size) {
+    snprintf(said, size,
+             "%s: the pause since the last boot is unknown, because the wall clock %s "
+             "synchronised; lags start steady",
+             path, pause == PAUSE_UNSYNC_THEN ? "was not" : "is not");
 }
 
 /* out: bytes read, at most one more than a whole file; -1 with errno */
@@ -198,7 +248,7 @@ static ssize_t read_bytes(const char *path, struct file *file) {
 }
 
 bool cb_state_read(struct cb_state *state, const struct cb_config *config, const char *path,
-                   int64_t boottime_us, int64_t unix_us, char *said, size_t size) {
+                   const struct cb_state_clock *now, char *said, size_t size) {
     struct file file;
     struct tally tally = {0, 0, 0, 0};
     memset(state, 0, sizeof *state);
@@ -213,13 +263,18 @@ bool cb_state_read(struct cb_state *state, const struct cb_config *config, const
         snprintf(said, size, "%s: %s and is not used; lags start steady", path, fault);
         return false;
     }
+    const enum pause pause = pause_of(&file.header, now);
+    if (pause == PAUSE_UNSYNC_THEN || pause == PAUSE_UNSYNC_NOW) {
+        report_unknown(pause, path, said, size);
+        return true;
+    }
     for (unsigned i = 0; i < config->signals_count; i++) {
         const struct cb_signal_config *signal = &config->signals[i];
         if (signal->source != CB_SOURCE_LAG) continue;
         const struct record *record = record_of(&file, config, signal);
         tally.lags++;
-        if (record) resume(&state->lags[i], record, signal->tau_s, boottime_us, unix_us, &tally);
+        if (record) resume(&state->lags[i], record, signal->tau_s, pause, now, &tally);
     }
-    tell(&tally, path, said, size);
+    report(&tally, path, said, size);
     return true;
 }
