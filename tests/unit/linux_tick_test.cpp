@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <thread>
@@ -7,6 +9,18 @@
 extern "C" {
 #include "hal/linux/clock.h"
 #include "hal/linux/tick.h"
+}
+
+namespace {
+int64_t oversleep_ns = 0;  // by which the next sleep is too long
+}
+
+// In place of the C library's: a machine that stands still while the loop sleeps.
+extern "C" int clock_nanosleep(clockid_t clock, int flags, const timespec *until, timespec *rest) {
+    const int64_t until_ns = int64_t{until->tv_sec} * 1000000000 + until->tv_nsec + oversleep_ns;
+    oversleep_ns = 0;
+    const timespec later = cb_timespec(until_ns);
+    return syscall(SYS_clock_nanosleep, clock, flags, &later, rest) == 0 ? 0 : errno;
 }
 
 namespace {
@@ -26,6 +40,7 @@ TEST(tick, stays_on_the_grid_while_the_body_works) {
         ASSERT_GE(tick.late_ns, 0);
         ASSERT_LT(tick.late_ns, tick.period_ns);
         ASSERT_EQ(tick.woke_ns - tick.late_ns, tick.start_ns + tick.index * tick.period_ns);
+        ASSERT_GE(tick.worst_ns, tick.late_ns);
         work_for_us(700);
     }
     EXPECT_EQ(tick.index, 200 + skipped);
@@ -42,11 +57,27 @@ TEST(tick, skips_and_counts_what_the_body_slept_through) {
     const uint32_t skipped = cb_tick_wait(&tick);
     EXPECT_GE(skipped, 3u);  // more only when the machine itself overslept
     EXPECT_EQ(tick.index, index + 1 + skipped);
+    EXPECT_GE(tick.worst_ns, 24000000) << "34 ms after a tick, its next one is 24 ms ago";
     EXPECT_LT(before, 1000u);
     // … and the next one comes at its own time, not at once to make up for the lost.
     const int64_t woke = tick.woke_ns - tick.late_ns;
     const uint32_t more = cb_tick_wait(&tick);
     EXPECT_EQ(tick.woke_ns - tick.late_ns, woke + (1 + more) * tick.period_ns);
+}
+
+// A cycle starts no later than a period after its tick; that the wake-up was later is not hidden.
+TEST(tick, keeps_a_wake_up_that_is_periods_late) {
+    cb_tick tick;
+    cb_tick_start(&tick, CLOCK_MONOTONIC, 10000);
+    cb_tick_wait(&tick);
+    oversleep_ns = 35000000;
+    const uint32_t skipped = cb_tick_wait(&tick);
+    EXPECT_GE(skipped, 4u);
+    EXPECT_GE(tick.worst_ns, 35000000);
+    EXPECT_LT(tick.late_ns, tick.period_ns);
+    const int64_t late_ns = tick.worst_ns;
+    cb_tick_wait(&tick);
+    EXPECT_NE(tick.worst_ns, late_ns) << "of each wait by itself";
 }
 
 TEST(tick, a_body_that_ends_just_behind_the_tick_waits_for_the_next_one) {

@@ -67,7 +67,7 @@ static void publish(struct cb_loop *loop, int64_t woke_before_ns) {
     struct cb_row *row = &loop->rows[slot];
     row->time_us = loop->cycle.tick_us;
     row->tick = tick->index;
-    row->late_ns = tick->late_ns;
+    row->late_ns = tick->worst_ns;
     row->interval_ns = woke_before_ns == 0 ? 0 : tick->woke_ns - woke_before_ns;
     row->exchange_us = loop->cycle.exchange_us;
     row->step_us = loop->cycle.step_us;

@@ -27,7 +27,7 @@ struct cb_row_can {
 struct cb_row {
     int64_t time_us;     /* wake-up, CLOCK_BOOTTIME */
     int64_t tick;        /* index of the tick, skipped ones counted */
-    int64_t late_ns;     /* wake-up after the tick */
+    int64_t late_ns;     /* wake-up after the first tick due, a skipped one too: worst_ns */
     int64_t interval_ns; /* since the wake-up before; 0 in the first row */
     int64_t exchange_us, step_us;
     uint32_t generation; /* of the coefficient file: whose signals, terms and channels these are */
