@@ -79,7 +79,7 @@ static void take_write(struct cb_box *box, uint8_t last_write, const struct step
 
 enum cb_want cb_box_wants_held(const struct cb_box *box) {
     const struct cb_plc_state *plc = &box->plc;
-    if (plc->contact != CB_CONTACT_KNOWN) return CB_WANT_NOW;
+    if (plc->contact != CB_CONTACT_KNOWN) return plc->parting ? CB_WANT_NOTHING : CB_WANT_NOW;
     if (plc->silent || plc->asked_us < CB_ASK_US) return CB_WANT_NOTHING;
     return CB_WANT_IF_ROOM;
 }
@@ -200,6 +200,7 @@ static void acquire(struct cb_box *box, const struct cb_inputs *in, uint32_t lea
         look_back(box, in, step);
         find_plc(box, in, step);
     }
+    step->placed = step->placed || cb_plc_parts(&box->plc); /* stays: always allowed (limiter.c) */
     const struct cb_reading reading = cb_signals_accept(&box->config, box->signals, &box->counters,
                                                         in, step->read, step->apart, box->now_us);
     step->essentials_ok =
@@ -227,9 +228,12 @@ static struct cb_mode_events see(const struct cb_box *box, const struct cb_input
                                  const struct step *step) {
     const struct cb_config *config = &box->config;
     const uint16_t control = box->plc.control;
+    const bool plc_ok = cb_plc_readable(config, &box->plc, box->now_us);
+    /* it was asked what it holds, and is read, but does not say */
+    const bool silent = plc_ok && box->plc.contact != CB_CONTACT_KNOWN && !box->writing;
     const struct cb_mode_events events = {
-        .plc_ok = cb_plc_readable(config, &box->plc, box->now_us),
-        .writes_ok = !box->plc.mute && !(box->plc.readable && box->plc.contact == CB_CONTACT_NONE),
+        .plc_ok = plc_ok,
+        .writes_ok = !box->plc.mute && !silent,
         .nc_alarm = box->plc.nc_alarm,
         .loss = step->loss,
         .unapplied = box->applied_verdict.unapplied,
@@ -287,7 +291,7 @@ static void move(struct cb_box *box, const struct step *step) {
         .elapsed_s = step->placed ? 0.0f : seconds(box, step),
         .max_s = (float)(CB_STEP_PERIODS * box->config.period_us) * 1e-6f,
         .ramp_um_per_s = aim == CB_AIM_ZERO ? box->config.ramp_um_per_s : 0.0f,
-        .writing = box->plc.contact == CB_CONTACT_KNOWN};
+        .writing = box->plc.contact == CB_CONTACT_KNOWN || cb_plc_parts(&box->plc)};
     cb_channels_target(&box->config, box->channels, aim, target_um);
     cb_limiter_step(&box->config, box->channels, &box->counters, target_um, &motion);
 }
@@ -311,7 +315,8 @@ static void emit(struct cb_box *box, struct cb_outputs *out) {
         out->registers[0] = out->registers[plc->write.count - 1] = ++box->block_counter;
     for (unsigned i = 0; i < cb_all_channels(&box->config); ++i)
         out->channel_um[i] = box->channels[i].output_um;
-    out->write = box->plc.contact == CB_CONTACT_KNOWN;
+    out->last = cb_plc_parts(&box->plc);
+    out->write = box->plc.contact == CB_CONTACT_KNOWN || out->last;
     out->stopped = box->mode.mode == CB_MODE_STOPPED && (box->stop_confirmed || !box->wrote);
     box->writing = out->write;
     if (!out->write) return;

@@ -50,7 +50,8 @@ struct cb_inputs {
 struct cb_outputs {
     uint16_t registers[CB_MAX_WRITE_REGISTERS]; /* the whole write block, always valid */
     float channel_um[CB_MAX_CHANNELS];          /* what the registers say, after all limits */
-    bool write;   /* false: nothing may be written now (see enum cb_contact in box.h) */
+    bool write;   /* false: nothing may be written now (see enum cb_contact in plc.h) */
+    bool last;    /* … and when it is written, nothing may follow it on the same connection */
     bool stopped; /* STOPPED was written and confirmed: the target may end */
 };
 

@@ -32,7 +32,12 @@ void cb_plc_written(const struct cb_config *config, struct cb_plc_state *state,
                     int64_t now_us) {
     count_write(counters, result);
     if (state->refusing) state->refused_us = add_saturating(state->refused_us, elapsed_us);
-    if (result == CB_WRITE_REFUSED) state->refusing = true;
+    if (result == CB_WRITE_REFUSED) {
+        state->refusing = true;
+        /* nothing was ever confirmed: the PLC is not busy, it does not take such writes */
+        state->mute = state->mute || !state->confirmed;
+    }
+    if (result != CB_WRITE_NONE && result != CB_WRITE_FAILED) state->parting = false;
     if (result == CB_WRITE_OK) {
         state->refusing = state->mute = false;
         state->confirmed = true;
@@ -41,11 +46,14 @@ void cb_plc_written(const struct cb_config *config, struct cb_plc_state *state,
     }
     state->unconfirmed_us = add_saturating(state->unconfirmed_us, elapsed_us);
     const uint64_t lost_us = (uint64_t)CB_LOST_HALF_PERIODS * config->period_us / 2;
+    const uint64_t part_by_us = lost_us + (uint64_t)CB_READ_PERIODS * config->period_us;
+    if (state->unconfirmed_us > part_by_us) state->parting = false;
     if (state->contact != CB_CONTACT_KNOWN || state->unconfirmed_us <= lost_us) return;
     state->contact = CB_CONTACT_LOST;
-    /* a PLC that is gone altogether is seen by its readings, one that refuses by its exceptions */
-    if (state->refusing) return;
-    if (!state->confirmed || cb_plc_readable(config, state, now_us)) state->mute = true;
+    /* a PLC that is gone altogether answers neither readings nor writes */
+    const bool heard = state->refusing || cb_plc_readable(config, state, now_us);
+    state->parting = heard && !state->mute;
+    if (heard || !state->confirmed) state->mute = true;
 }
 
 static bool is_torn(const struct cb_block_config *block, const uint16_t *registers) {
@@ -107,6 +115,11 @@ void cb_plc_age(const struct cb_config *config, struct cb_plc_state *state,
     const bool alive = state->beating && now_us - state->heartbeat_us <= timeout_us;
     counters->heartbeats_lost += state->alive && !alive;
     state->alive = alive;
+    state->parting = state->parting && cb_plc_readable(config, state, now_us);
+}
+
+bool cb_plc_parts(const struct cb_plc_state *state) {
+    return state->contact == CB_CONTACT_LOST && state->parting;
 }
 
 bool cb_plc_readable(const struct cb_config *config, const struct cb_plc_state *state,

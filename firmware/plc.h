@@ -63,8 +63,11 @@ struct cb_plc_state {
     bool alive;              /* … and within its timeout, in this step */
     bool refusing;           /* a write was refused, and none was confirmed since */
     bool confirmed;          /* a write was confirmed since the contact became KNOWN */
-    bool mute;               /* contact was lost though the PLC answers readings, or again without a
-                                write confirmed in between; and no write was confirmed since */
+    bool mute;               /* contact was lost though the PLC answers, or again without a write
+                                confirmed in between, or the first write was refused; and no write
+                                was confirmed since */
+    bool parting;            /* mute since the contact was lost, and the PLC was not informed yet:
+                                one last write may do it (cb_plc_parts) */
     bool nc_alarm;           /* the handshake register says so */
     bool reset_edge;         /* the reset bit went on with this step's reading */
 };
@@ -86,6 +89,11 @@ bool cb_plc_read(const struct cb_config *config, struct cb_plc_state *state,
 /* Sets alive for now_us; counts a heartbeat that is lost. */
 void cb_plc_age(const struct cb_config *config, struct cb_plc_state *state,
                 struct cb_counters *counters, int64_t now_us);
+
+/* Contact was lost just now though the PLC answers readings: the status in its registers may still
+ * be ACTIVE. One last write of the last outputs, whose status names what the box does instead, may
+ * be handed out, until it is sent, the readings stop, or CB_READ_PERIODS are over. */
+bool cb_plc_parts(const struct cb_plc_state *state);
 
 /* The last reading is young enough to act on. */
 bool cb_plc_readable(const struct cb_config *config, const struct cb_plc_state *state,

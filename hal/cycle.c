@@ -77,6 +77,12 @@ static void note_exchange(struct cb_cycle *cycle, int64_t read_us, int64_t confi
     cycle->in.exchange_us = (uint32_t)(took_us < UINT32_MAX ? took_us : UINT32_MAX);
 }
 
+/* Nothing follows a last write that may still take effect. */
+static void leave_behind_last(const struct cb_cycle *cycle, const struct cb_hal *hal) {
+    if (cycle->out.last && cycle->write == CB_TRANSFER_UNKNOWN && hal->leave)
+        hal->leave(hal->context);
+}
+
 /* FC23: the outputs of the step before, then the inputs of this one. */
 static void write_then_read(struct cb_cycle *cycle, const struct exchange *exchange) {
     const struct cb_hal *hal = exchange->hal;
@@ -88,6 +94,7 @@ static void write_then_read(struct cb_cycle *cycle, const struct exchange *excha
                         read->count, cycle->in.registers, exchange->deadline_us);
     cycle->in.read_ok = cycle->read == CB_TRANSFER_OK;
     cycle->in.last_write = (uint8_t)result_of(cycle->write);
+    leave_behind_last(cycle, hal);
     note_exchange(cycle, made_from_us, now(hal));
 }
 
@@ -99,6 +106,7 @@ static void write_outputs(struct cb_cycle *cycle, const struct exchange *exchang
         cycle->write = hal->write(hal->context, write->start, write->count, cycle->out.registers,
                                   exchange->deadline_us);
     cycle->in.last_write = (uint8_t)result_of(cycle->write);
+    leave_behind_last(cycle, hal);
     note_exchange(cycle, cycle->in.read_ok ? cycle->in.read_us : 0, now(hal));
 }
 

@@ -48,6 +48,10 @@ struct cb_hal {
                                    uint16_t read_count, uint16_t *read_registers,
                                    int64_t deadline_us);
 
+    /* Closes the connection in order behind a last write that was sent and has no answer: what was
+     * sent arrives, nothing follows it; then connects anew. NULL: the wire has no connection. */
+    void (*leave)(void *context);
+
     /* Moves up to max waiting samples into samples[], returns how many. Never blocks. */
     size_t (*samples)(void *context, struct cb_hal_sample *samples, size_t max);
 

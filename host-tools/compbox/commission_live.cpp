@@ -103,7 +103,7 @@ struct commission_live::inside {
                               " is no address");
         }
         linux_hal = cb_linux_hal(&target);
-        hal = {this, now, wait_tick, read, write, write_read, samples, feed, is_stopping};
+        hal = {this, now, wait_tick, read, write, write_read, nullptr, samples, feed, is_stopping};
         cb_box_start(&box);
         cb_cycle_start(&cycle);
         cb_tick_start(&target.tick, CLOCK_MONOTONIC, box.config.period_us);

@@ -200,6 +200,8 @@ TEST(box_fault, a_box_that_lost_track_asks_before_it_writes) {
     EXPECT_TRUE(rig.out.write);
     EXPECT_FALSE(cb_box_wants_held(rig.box.get()));
     rig.step();  // 150 ms since the last confirmed write
+    EXPECT_TRUE(rig.out.last);
+    rig.step();
     EXPECT_FALSE(rig.out.write);
     EXPECT_TRUE(cb_box_wants_held(rig.box.get()));
     rig.steps(50);  // no answer to the question: silent
@@ -214,6 +216,96 @@ TEST(box_fault, a_box_that_lost_track_asks_before_it_writes) {
     rig.step();
     EXPECT_DOUBLE_EQ(rig.written(4), -40);
     EXPECT_EQ(rig.box->counters.resyncs, 1u);
+}
+
+unsigned status_of(const box_rig &rig) {
+    return rig.out.registers[rig.box->config.plc.status];
+}
+
+// What the PLC's status says last is not ACTIVE, and its outputs do not move for it.
+TEST(box_fault, contact_lost_while_the_plc_is_read_ends_with_one_last_write) {
+    for (const uint32_t hold_us : {0u, 500000u}) {
+        config_builder b = simple();
+        b.config->hold_us = hold_us;
+        running_rig rig(b);
+        rig.position(8, 900);  // the outputs are on their way to -90
+        rig.step();
+        const double sent_um = rig.output() - 3 * 15;
+        rig.write = CB_WRITE_UNKNOWN;
+        for (int i = 0; i < 3; ++i) {
+            rig.step();
+            ASSERT_FALSE(rig.out.last) << i;
+            ASSERT_EQ(status_of(rig), CB_MODE_ACTIVE);
+        }
+        const double before_um = rig.written(4);
+        EXPECT_GE(before_um, sent_um);
+        rig.write = CB_WRITE_FAILED;
+        rig.step();
+        EXPECT_TRUE(rig.out.write && rig.out.last);
+        rig.step();  // it was not sent: once more
+        EXPECT_TRUE(rig.out.write && rig.out.last);
+        EXPECT_EQ(status_of(rig) & 0xFF, hold_us > 0 ? CB_MODE_HOLD : CB_MODE_RAMP);
+        EXPECT_EQ(status_of(rig) >> 8, CB_REASON_UNCONFIRMED);
+        EXPECT_EQ(rig.written(4), before_um);
+        EXPECT_FALSE(cb_box_wants_held(rig.box.get())) << "it is asked after the last write";
+        rig.write = CB_WRITE_UNKNOWN;
+        for (int i = 0; i < 50; ++i) {
+            rig.step();
+            ASSERT_FALSE(rig.out.write || rig.out.last) << i;
+            ASSERT_TRUE(cb_box_wants_held(rig.box.get()));
+        }
+    }
+}
+
+TEST(box_fault, a_last_write_that_cannot_be_sent_is_given_up) {
+    running_rig rig;
+    rig.write = CB_WRITE_FAILED;
+    rig.steps(4);
+    EXPECT_TRUE(rig.out.last);
+    rig.steps(3);  // CB_READ_PERIODS
+    EXPECT_FALSE(rig.out.write || rig.out.last);
+    EXPECT_TRUE(cb_box_wants_held(rig.box.get()));
+}
+
+// After an outage: readings come, what the PLC holds does not, so nothing is written.
+TEST(box_fault, a_box_that_may_not_write_is_not_active) {
+    running_rig rig;
+    rig.reading = false;
+    rig.write = CB_WRITE_FAILED;
+    rig.steps(10);
+    EXPECT_EQ(rig.reason(), CB_REASON_NO_PLC);
+    rig.control(1 | 2 | 8);
+    for (int i = 0; i < 40; ++i) {
+        rig.reading = i % 2 == 0;
+        rig.step();
+        ASSERT_FALSE(rig.out.write);
+        ASSERT_NE(rig.mode(), CB_MODE_ACTIVE) << i;
+        ASSERT_EQ(rig.reason(), CB_REASON_UNCONFIRMED) << i;
+    }
+    rig.reading = true;
+    rig.write = CB_WRITE_OK;
+    rig.in.held = CB_HELD_OK;
+    rig.step();
+    EXPECT_TRUE(rig.out.write);
+    EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
+}
+
+// Nobody knows which PLC would get it.
+TEST(box_fault, a_plc_that_cannot_be_read_gets_no_last_write) {
+    running_rig rig;
+    rig.write = CB_WRITE_UNKNOWN;
+    rig.reading = false;
+    for (int i = 0; i < 50; ++i) {
+        rig.step();
+        ASSERT_FALSE(rig.out.last) << i;
+    }
+    running_rig late;
+    late.write = CB_WRITE_FAILED;
+    late.steps(4);
+    EXPECT_TRUE(late.out.last);
+    late.reading = false;
+    late.step(4 * 30000);
+    EXPECT_FALSE(late.out.last);
 }
 
 TEST(box_fault, a_restarted_plc_is_met_at_zero) {
@@ -577,7 +669,14 @@ TEST(box_fault, writes_refused_for_three_seconds) {
             put_int32(rig.in.held_registers + 4, -4000);
         }
         rig.step();
-        ASSERT_EQ(rig.mode(), CB_MODE_ACTIVE) << i;
+        if (i < 3) {
+            ASSERT_EQ(rig.mode(), CB_MODE_ACTIVE) << i;
+        } else {  // 4.5 periods without a write that was taken
+            ASSERT_TRUE(rig.mode() == CB_MODE_HOLD || rig.mode() == CB_MODE_RAMP ||
+                        rig.mode() == CB_MODE_STANDBY)
+                << i;
+            ASSERT_EQ(rig.reason(), CB_REASON_UNCONFIRMED) << i;
+        }
     }
     rig.step();
     EXPECT_EQ(rig.mode(), CB_MODE_FAULT);
@@ -592,6 +691,30 @@ TEST(box_fault, writes_refused_for_three_seconds) {
     rig.control(1 | 2 | 4);
     rig.step();
     EXPECT_NE(rig.mode(), CB_MODE_FAULT);
+}
+
+// fc23 at a server without that function: FC3 answers when the box asks what it holds, and every
+// FC23 is refused, so that there is no reading either.
+TEST(box_fault, a_plc_that_never_took_a_write_is_not_compensated) {
+    for (const bool reads_too : {false, true}) {
+        box_rig rig(simple());
+        rig.control(1 | 2 | 8);
+        rig.position(8, 400);
+        rig.sample(1, 0);
+        rig.write = CB_WRITE_REFUSED;
+        unsigned changes = 0, before = 0;
+        for (int i = 0; i < 200; ++i) {
+            rig.reading = reads_too || !rig.out.write;
+            if (cb_box_wants_held(rig.box.get())) rig.in.held = CB_HELD_OK;
+            rig.step();
+            ASSERT_NE(rig.mode(), CB_MODE_ACTIVE) << i;
+            changes += status_of(rig) != before;
+            before = status_of(rig);
+        }
+        EXPECT_EQ(rig.mode(), CB_MODE_FAULT);
+        EXPECT_EQ(rig.reason(), CB_REASON_WRITE_REFUSED);
+        EXPECT_LE(changes, 4u) << "calm";
+    }
 }
 
 TEST(box_fault, one_accepted_write_ends_a_row_of_refusals) {
