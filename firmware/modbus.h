@@ -10,9 +10,10 @@
 
 enum {
     CB_MODBUS_MAX_PDU = 253,
-    CB_MODBUS_READ = 3,        /* read holding registers */
-    CB_MODBUS_WRITE = 16,      /* write multiple registers */
-    CB_MODBUS_WRITE_READ = 23, /* write, then read, in one request */
+    CB_MODBUS_READ = 3,             /* read holding registers */
+    CB_MODBUS_WRITE = 16,           /* write multiple registers */
+    CB_MODBUS_WRITE_READ = 23,      /* write, then read, in one request */
+    CB_MODBUS_ILLEGAL_FUNCTION = 1, /* exception: the server does not have the function */
 };
 
 /* What is asked for. Fields that the function does not use are ignored. */

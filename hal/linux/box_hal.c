@@ -42,6 +42,11 @@ static enum cb_transfer write_read(void *context, uint16_t write_start, uint16_t
     return exchange(context, &request, read_registers, deadline_us);
 }
 
+static void leave(void *context) {
+    struct cb_linux *target = context;
+    if (target->transport == CB_TRANSPORT_TCP) cb_tcp_leave(&target->tcp);
+}
+
 static size_t samples(void *context, struct cb_hal_sample *list, size_t max) {
     struct cb_linux *target = context;
     const size_t count = cb_can_source_samples(&target->can, list, max, cb_boottime_us());
@@ -65,6 +70,7 @@ struct cb_hal cb_linux_hal(struct cb_linux *target) {
                            .read = read,
                            .write = write,
                            .write_read = write_read,
+                           .leave = leave,
                            .samples = samples,
                            .feed_watchdog = feed_watchdog,
                            .stop_requested = stop_requested};

@@ -14,6 +14,8 @@ enum {
     FIRST_BACKOFF_US = 50000,
     MAX_BACKOFF_US = 1000000,
     CONNECT_TIMEOUT_US = 1000000,
+    LEAVE_TIMEOUT_US = 1000000,
+    MAX_LEFT_OVERS = 16, /* receive calls in one look at a connection that is being left */
 };
 
 bool cb_link_start(struct cb_link *link, const char *host, uint16_t port) {
@@ -31,17 +33,20 @@ bool cb_link_start(struct cb_link *link, const char *host, uint16_t port) {
     return true;
 }
 
+static void set_linger(int fd, bool discard) {
+    const struct linger linger = {.l_onoff = discard, .l_linger = 0};
+    setsockopt(fd, SOL_SOCKET, SO_LINGER, &linger, sizeof linger);
+}
+
 /* Requests go out at once, and closing throws away what is still queued. */
 static void set_options(int fd) {
     int on = 1;
     setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-    struct linger discard = {.l_onoff = 1, .l_linger = 0};
-    setsockopt(fd, SOL_SOCKET, SO_LINGER, &discard, sizeof discard);
+    set_linger(fd, true);
 }
 
 static void come_up(struct cb_link *link) {
     link->state = CB_LINK_UP;
-    link->cause = CB_LINK_CAUSE_NONE;
     link->connects++;
 }
 
@@ -98,7 +103,32 @@ static void poll_attempt(struct cb_link *link, int64_t now_us) {
         attempt_failed(link, error_number, now_us);
 }
 
+/* Throws away what was received: close() with unread bytes would reset the connection, and a PLC
+ * may then drop what it has not read yet. out: whether the PLC closed its side too */
+static bool read_off(int fd) {
+    char left_over[512];
+    for (int i = 0; i < MAX_LEFT_OVERS; i++) {
+        const ssize_t got = recv(fd, left_over, sizeof left_over, MSG_DONTWAIT);
+        if (got < 0 && errno == EINTR) continue;
+        if (got <= 0) return got == 0 || errno != EAGAIN;
+    }
+    return false;
+}
+
+void cb_link_leave(struct cb_link *link, int64_t now_us) {
+    set_linger(link->fd, false);
+    shutdown(link->fd, SHUT_WR);
+    link->state = CB_LINK_LEAVING;
+    link->since_us = now_us;
+}
+
+static void poll_leaving(struct cb_link *link, int64_t now_us) {
+    if (!read_off(link->fd) && now_us - link->since_us <= LEAVE_TIMEOUT_US) return;
+    cb_link_drop(link, CB_LINK_CAUSE_LEFT, 0, now_us);
+}
+
 bool cb_link_ready(struct cb_link *link, int64_t now_us) {
+    if (link->state == CB_LINK_LEAVING) poll_leaving(link, now_us);
     if (link->state == CB_LINK_DOWN && now_us - link->since_us >= link->backoff_us)
         begin_attempt(link, now_us);
     if (link->state == CB_LINK_CONNECTING) poll_attempt(link, now_us);
@@ -120,8 +150,9 @@ void cb_link_drop(struct cb_link *link, enum cb_link_cause cause, int error_numb
 
 void cb_link_close(struct cb_link *link) {
     if (link->fd < 0) return;
-    struct linger orderly = {.l_onoff = 0, .l_linger = 0};
-    setsockopt(link->fd, SOL_SOCKET, SO_LINGER, &orderly, sizeof orderly);
+    set_linger(link->fd, false);
+    shutdown(link->fd, SHUT_WR);
+    (void)read_off(link->fd);
     close(link->fd);
     link->fd = -1;
     link->state = CB_LINK_DOWN;

@@ -8,7 +8,12 @@
 #include <stdint.h>
 #include <sys/socket.h>
 
-enum cb_link_state { CB_LINK_DOWN, CB_LINK_CONNECTING, CB_LINK_UP };
+enum cb_link_state {
+    CB_LINK_DOWN,
+    CB_LINK_CONNECTING,
+    CB_LINK_UP,
+    CB_LINK_LEAVING, /* closed in order by us; waits for the PLC to close it too */
+};
 
 /* Why the connection is, or was last, not there. For the log. */
 enum cb_link_cause {
@@ -17,6 +22,7 @@ enum cb_link_cause {
     CB_LINK_CAUSE_PEER,    /* the PLC closed it */
     CB_LINK_CAUSE_SILENT,  /* closed by us after too many exchanges without a valid reply */
     CB_LINK_CAUSE_FRAMING, /* closed by us: what came cannot be cut into replies any more */
+    CB_LINK_CAUSE_LEFT,    /* closed by us in order, behind a last write */
 };
 
 struct cb_link {
@@ -27,7 +33,7 @@ struct cb_link {
     uint8_t cause;        /* enum cb_link_cause */
     int error_number;     /* of CB_LINK_CAUSE_ERRNO */
     uint32_t backoff_us;  /* pause before the next attempt; 0: none, the last connection worked */
-    int64_t since_us;     /* start of the attempt that is under way, or of the pause */
+    int64_t since_us;     /* start of the attempt that is under way, of the pause, or of leaving */
     uint32_t connects;    /* connections made */
     uint32_t failures;    /* attempts that failed */
     uint32_t disconnects; /* connections lost or given up */
@@ -48,6 +54,11 @@ void cb_link_proven(struct cb_link *link);
  * after its time. Starts the next attempt at once when the connection had proven itself, else
  * after a pause that doubles from 50 ms to 1 s. */
 void cb_link_drop(struct cb_link *link, enum cb_link_cause cause, int error_number, int64_t now_us);
+
+/* Closes in order: all that was sent arrives, then the end of the stream. What the PLC still sends
+ * is thrown away until it closes too, for at most a second; then as cb_link_drop.
+ * in : a connection that is up; afterwards it is not, until cb_link_ready says so again */
+void cb_link_leave(struct cb_link *link, int64_t now_us);
 
 /* Closes in good order; for the end of the program. */
 void cb_link_close(struct cb_link *link);

@@ -55,8 +55,9 @@ struct daemon {
     int stats_error;           /* … and of the statistics */
     bool record_told;          /* that rows are lost from the record */
     struct cb_can_sockets can;
-    bool reload_asked; /* by SIGHUP */
-    uint32_t status;   /* mode, reason and generation that systemd was told last */
+    bool reload_asked;       /* by SIGHUP */
+    uint32_t status;         /* mode, reason and generation that systemd was told last … */
+    uint32_t status_refused; /* … and the functions that the PLC does not have */
     bool status_told;
     pthread_t thread;
     struct cb_bus bus;
@@ -368,7 +369,7 @@ static void take_rows(struct daemon *daemon) {
         cb_stats_add(&daemon->stats, row);
         cb_record_add(&daemon->record, config, row);
         cb_input_record_add(&daemon->inputs, config, row);
-        cb_log_row(&daemon->log, row);
+        cb_log_row(&daemon->log, config, row);
         cb_log_can(&daemon->log, &config->can, row);
         cb_ring_release(&loop->ring);
     }
@@ -450,13 +451,20 @@ static void mind_the_file(struct daemon *daemon, int64_t now_us) {
 static void tell_status(struct daemon *daemon) {
     const struct cb_row *row = &daemon->stats.last;
     const uint32_t status = row->generation << 16 | (uint32_t)row->reason << 8 | row->mode;
-    char text[200];
-    if (daemon->stats.rows == 0 || (daemon->status_told && status == daemon->status)) return;
+    const uint32_t refused = row->peer.refused_functions;
+    const bool same = status == daemon->status && refused == daemon->status_refused;
+    char text[300];
+    if (daemon->stats.rows == 0 || (daemon->status_told && same)) return;
     if (!cb_flag_is_raised(&daemon->supervise.ready)) return;
-    snprintf(text, sizeof text, "%s: %s; revision %u", cb_mode_name(row->mode),
-             cb_reason_text(row->reason), (unsigned)config_now(daemon)->revision);
+    const unsigned function = refused == 0 ? 0 : 31u - (unsigned)__builtin_clz(refused);
+    int used = snprintf(text, sizeof text, "%s: %s; revision %u", cb_mode_name(row->mode),
+                        cb_reason_text(row->reason), (unsigned)config_now(daemon)->revision);
+    if (refused != 0)
+        snprintf(text + used, sizeof text - (size_t)used, "; the PLC does not have function %u: %s",
+                 function, cb_peer_remedy((uint8_t)function));
     cb_supervise_status(&daemon->supervise, text);
     daemon->status = status;
+    daemon->status_refused = refused;
     daemon->status_told = true;
 }
 

@@ -105,10 +105,18 @@ static enum cb_rtu_end take_reply(struct cb_rtu *rtu, uint16_t *registers) {
     const enum cb_rtu_answer answer = cb_rtu_receiver_take(&rtu->receiver, registers, &code);
     rtu->counters.replies++;
     cb_serial_proven(&rtu->serial);
+    cb_peer_note_answer(&rtu->peer, rtu->receiver.request.function, code);
     if (answer == CB_RTU_OK) return CB_RTU_END_REPLY;
     rtu->counters.exceptions++;
     rtu->counters.exceptions_by_code[code < CB_RTU_EXCEPTIONS ? code : 0]++;
     return CB_RTU_END_REFUSED;
+}
+
+/* in : what came is whole and sound, and not the reply */
+static void note_odd(struct cb_rtu *rtu) {
+    const struct cb_rtu_receiver *receiver = &rtu->receiver;
+    cb_peer_note_odd(&rtu->peer, receiver->head[0], &receiver->request, receiver->frame,
+                     (size_t)receiver->have - 2);
 }
 
 /* Something came that is not the reply, and ended. */
@@ -117,10 +125,12 @@ static enum cb_rtu_end note_spoilt(struct cb_rtu *rtu, enum cb_rtu_ask what) {
     switch (cb_rtu_receiver_take(&rtu->receiver, NULL, &exception)) {
         case CB_RTU_UNIT:
             rtu->counters.wrong_units++;
+            note_odd(rtu);
             break;
         case CB_RTU_INVALID: /* a whole frame of the slave, but of what was asked before */
             rtu->counters.late_replies += what == CB_RTU_ASK_PROBE;
             rtu->counters.invalid_replies += what != CB_RTU_ASK_PROBE;
+            if (what != CB_RTU_ASK_PROBE) note_odd(rtu);
             break;
         case CB_RTU_OK:
         case CB_RTU_EXCEPTION:

@@ -13,6 +13,7 @@
 #include "firmware/rtu_dialog.h"
 #include "firmware/rtu_receiver.h"
 #include "hal/hal.h"
+#include "hal/linux/peer.h"
 #include "hal/linux/serial.h"
 
 /* Counters for everything that happens on the wire; they wrap. Names are stable. */
@@ -49,6 +50,7 @@ struct cb_rtu_counters {
 struct cb_rtu {
     struct cb_serial serial;
     struct cb_rtu_counters counters;
+    struct cb_peer peer; /* its times are not measured: a late reply is of no known request */
     struct cb_rtu_receiver receiver;
     struct cb_rtu_dialog dialog; /* with the PLC */
     bool has_dialog;             /* false: a bus whose modules are told apart by their unit ids */

@@ -38,11 +38,16 @@ static uint16_t get_u16(const uint8_t *at) {
     return (uint16_t)(at[0] << 8 | at[1]);
 }
 
-/* Gives the connection up, and with it the request that was out and the bytes received. */
-static void drop(struct cb_tcp *tcp, enum cb_link_cause cause, int error_number) {
+/* The request that was out and the bytes received are of a connection that is over. */
+static void forget(struct cb_tcp *tcp) {
     tcp->awaiting = tcp->read_answered = tcp->write_answered = false;
     tcp->failures_in_row = 0;
     tcp->have = 0;
+}
+
+/* Gives the connection up, and with it the request that was out. */
+static void drop(struct cb_tcp *tcp, enum cb_link_cause cause, int error_number) {
+    forget(tcp);
     cb_link_drop(&tcp->link, cause, error_number, cb_boottime_us());
 }
 
@@ -162,6 +167,7 @@ static bool await_late_reply(struct cb_tcp *tcp, int64_t deadline_us) {
     }
     if (waited == WAIT_FRAME) {
         tcp->counters.late_replies++;
+        cb_peer_note_time(&tcp->peer, cb_boottime_us() - tcp->sent_us);
         tcp->failures_in_row = 0;
         use_up(tcp);
     }
@@ -200,6 +206,7 @@ static bool send_request(struct cb_tcp *tcp, const struct cb_modbus_request *req
         return false;
     }
     tcp->counters.requests++;
+    tcp->sent_us = cb_boottime_us();
     tcp->awaiting = true;
     return true;
 }
@@ -226,6 +233,8 @@ static enum cb_transfer take_reply(struct cb_tcp *tcp, const struct cb_modbus_re
     if (tcp->received[UNIT_OFFSET] == tcp->unit)
         answer =
             cb_modbus_decode(request, tcp->received + HEADER_BYTES, bytes, registers, &exception);
+    if (answer == CB_MODBUS_INVALID)
+        cb_peer_note_odd(&tcp->peer, tcp->unit, request, tcp->received + UNIT_OFFSET, 1 + bytes);
     use_up(tcp);
     tcp->awaiting = false;
     if (answer == CB_MODBUS_INVALID) {
@@ -236,6 +245,8 @@ static enum cb_transfer take_reply(struct cb_tcp *tcp, const struct cb_modbus_re
     tcp->counters.replies++;
     tcp->failures_in_row = 0;
     note_answered(tcp, request->function);
+    cb_peer_note_time(&tcp->peer, cb_boottime_us() - tcp->sent_us);
+    cb_peer_note_answer(&tcp->peer, request->function, exception);
     if (answer == CB_MODBUS_OK) return CB_TRANSFER_OK;
     count_exception(tcp, exception);
     return CB_TRANSFER_REFUSED;
@@ -259,4 +270,10 @@ enum cb_transfer cb_tcp_exchange(struct cb_tcp *tcp, const struct cb_modbus_requ
             return CB_TRANSFER_UNKNOWN;
     }
     return CB_TRANSFER_UNKNOWN;
+}
+
+void cb_tcp_leave(struct cb_tcp *tcp) {
+    if (tcp->link.state != CB_LINK_UP) return;
+    forget(tcp);
+    cb_link_leave(&tcp->link, cb_boottime_us());
 }

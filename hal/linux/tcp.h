@@ -15,6 +15,7 @@
 #include "firmware/modbus.h"
 #include "hal/hal.h"
 #include "hal/linux/link.h"
+#include "hal/linux/peer.h"
 
 /* Counters for everything that happens on the wire; they wrap. Names are stable. */
 #define CB_TCP_TRAFFIC(X)                                         \
@@ -53,6 +54,8 @@ enum { CB_TCP_MAX_FRAME = 260 }; /* header of 7 bytes and 253 bytes of function 
 struct cb_tcp {
     struct cb_link link;
     struct cb_tcp_counters counters;
+    struct cb_peer peer;
+    int64_t sent_us;         /* when the request that is out was sent */
     uint8_t unit;            /* Modbus unit id, in requests and in replies */
     bool awaiting;           /* a request is out and has not been answered */
     bool read_answered;      /* a request that reads was, on this connection */
@@ -70,5 +73,9 @@ bool cb_tcp_start(struct cb_tcp *tcp, const char *host, uint16_t port, uint8_t u
 /* One request, as the operations of hal.h; deadline in CLOCK_BOOTTIME. */
 enum cb_transfer cb_tcp_exchange(struct cb_tcp *tcp, const struct cb_modbus_request *request,
                                  uint16_t *registers, int64_t deadline_us);
+
+/* Closes the connection in order behind the request that was sent last and has no reply yet
+ * (cb_link_leave); the next exchange connects anew. Nothing happens where it is not up. */
+void cb_tcp_leave(struct cb_tcp *tcp);
 
 #endif

@@ -92,6 +92,7 @@ static bool take_reply(struct cb_wire *wire) {
     ++wire->counters.replies;
     if (answer == CB_RTU_OK) return finish(wire, CB_RTU_END_REPLY);
     ++wire->counters.exceptions;
+    wire->counters.illegal_functions += wire->exception == CB_MODBUS_ILLEGAL_FUNCTION;
     return finish(wire, CB_RTU_END_REFUSED);
 }
 

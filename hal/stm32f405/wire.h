@@ -15,17 +15,18 @@
 #include "hal/stm32f405/usart.h"
 
 /* Everything that happens on a wire; they wrap. */
-#define CB_WIRE_COUNTERS(X)                                                           \
-    X(requests)                                                                       \
-    X(replies)         /* valid, exceptions included */                               \
-    X(exceptions)      /* replies that refuse */                                      \
-    X(timeouts)        /* nothing came */                                             \
-    X(crc_errors)      /* something came, its check sum was wrong */                  \
-    X(wrong_units)     /* a frame of another unit */                                  \
-    X(invalid_replies) /* a frame with another function, length or echo than asked */ \
-    X(noise_bytes)     /* bytes that belonged to no reply */                          \
-    X(retries)         /* requests sent again in the same period */                   \
-    X(probes)          /* readings of one register, to see that nothing is out any more */
+#define CB_WIRE_COUNTERS(X)                                                             \
+    X(requests)                                                                         \
+    X(replies)           /* valid, exceptions included */                               \
+    X(exceptions)        /* replies that refuse … */                                  \
+    X(illegal_functions) /* … by exception 1: the PLC does not have the function */   \
+    X(timeouts)          /* nothing came */                                             \
+    X(crc_errors)        /* something came, its check sum was wrong */                  \
+    X(wrong_units)       /* a frame of another unit */                                  \
+    X(invalid_replies)   /* a frame with another function, length or echo than asked */ \
+    X(noise_bytes)       /* bytes that belonged to no reply */                          \
+    X(retries)           /* requests sent again in the same period */                   \
+    X(probes)            /* readings of one register, to see that nothing is out any more */
 
 struct cb_wire_counters {
 #define CB_X(name) uint32_t name;

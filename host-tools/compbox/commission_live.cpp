@@ -288,6 +288,7 @@ std::string commission_live::connection() const {
             return "the PLC does not reply";
         case CB_LINK_CAUSE_FRAMING:
             return "what replies is no Modbus/TCP server";
+        case CB_LINK_CAUSE_LEFT: /* commissioning does not leave */
         case CB_LINK_CAUSE_NONE:
             break;
     }

@@ -37,7 +37,7 @@ struct log_lines : ::testing::Test {
     void start() { cb_log_start(log.get(), "192.0.2.7:502", 0); }
     void step(int64_t time_us) {
         row->time_us = time_us;
-        cb_log_row(log.get(), row.get());
+        cb_log_row(log.get(), box_config.get(), row.get());
         cb_log_can(log.get(), config.get(), row.get());
         cb_log_catch_up(log.get(), time_us, false);
     }
@@ -58,6 +58,7 @@ struct log_lines : ::testing::Test {
     int ends[2], kept;
     std::unique_ptr<cb_log> log = std::make_unique<cb_log>();
     std::unique_ptr<cb_row> row = std::make_unique<cb_row>();
+    std::unique_ptr<cb_config> box_config = std::make_unique<cb_config>();
     std::unique_ptr<cb_can_config> config = std::make_unique<cb_can_config>();
 };
 
@@ -113,6 +114,78 @@ TEST_F(log_lines, a_reader_that_does_not_read_keeps_nobody_and_is_told_later) {
     EXPECT_EQ(text,
               "compboxd:     1.000 s: (1 line about start and end left out)\n"
               "compboxd:     1.000 s: but this\n");
+}
+
+TEST_F(log_lines, a_function_that_the_plc_does_not_have_is_one_sentence) {
+    start();
+    for (int i = 0; i < 300; ++i) {
+        row->tcp.exceptions = row->tcp.exceptions_by_code[1] = static_cast<uint32_t>(i);
+        row->peer.refused_functions = 1u << 23;
+        step(i * 30000);
+    }
+    const std::string text = said();
+    EXPECT_EQ(count(text,
+                    "function 23 (exception 1, illegal function): set plc.exchange to "
+                    "\"fc3+fc16\""),
+              1u)
+        << text;
+    EXPECT_EQ(count(text, "exceptions"), 0u) << text;
+    row->tcp.exceptions++;
+    row->tcp.exceptions_by_code[2]++;
+    step(20 * s);
+    EXPECT_NE(said().find("1 exceptions; exception 2 (illegal data address)"), std::string::npos);
+}
+
+TEST_F(log_lines, an_odd_reply_is_named_once_for_each_kind_and_connection) {
+    start();
+    row->link.connects = 1;
+    const auto odd = [&](cb_odd kind, uint16_t got, uint16_t asked, int64_t time_us) {
+        row->peer.odd[kind] = {row->peer.odd[kind].count + 1, got, asked};
+        step(time_us);
+        return said();
+    };
+    EXPECT_NE(odd(CB_ODD_UNIT, 1, 255, 0).find("a reply from unit 1, asked was unit 255"),
+              std::string::npos);
+    EXPECT_EQ(odd(CB_ODD_UNIT, 1, 255, s), "");
+    EXPECT_EQ(odd(CB_ODD_UNIT, 2, 255, 2 * s), "") << "the kind is known";
+    EXPECT_NE(odd(CB_ODD_FUNCTION, 4, 3, 3 * s).find("function 4, asked was function 3"),
+              std::string::npos);
+    EXPECT_NE(odd(CB_ODD_LENGTH, 10, 26, 4 * s).find("10 bytes"), std::string::npos);
+    row->link.connects = 2;
+    step(5 * s);
+    said();
+    EXPECT_EQ(odd(CB_ODD_UNIT, 1, 255, 6 * s), "") << "the same, a few seconds later";
+    EXPECT_NE(odd(CB_ODD_UNIT, 7, 255, 7 * s).find("from unit 7"), std::string::npos);
+    row->link.connects = 3;
+    step(200 * s);
+    said();
+    EXPECT_NE(odd(CB_ODD_UNIT, 7, 255, 201 * s).find("from unit 7"), std::string::npos);
+}
+
+TEST_F(log_lines, slow_replies_are_told_with_the_period_that_fits) {
+    start();
+    box_config->period_us = 30000;
+    box_config->plc.exchange = CB_EXCHANGE_FC3_FC16;
+    box_config->plc.profile = CB_PROFILE_GENERIC;
+    row->mode = CB_MODE_ACTIVE;
+    row->peer.reply_us[3] = 20100;
+    step(0);
+    EXPECT_EQ(count(said(), "replies take"), 0u) << "contact is not lost";
+    row->mode = CB_MODE_HOLD;
+    row->reason = CB_REASON_UNCONFIRMED;
+    for (int i = 1; i < 100; ++i) step(i * 30000);
+    const std::string text = said();
+    EXPECT_EQ(count(text,
+                    "replies take up to 20.1 ms: plc.exchange \"fc3+fc16\" needs "
+                    "cycle.period_ms of 51 at least, or \"fc23\" and 26"),
+              1u)
+        << text;
+    row->reason = 0;
+    step(4 * s);
+    row->peer.reply_us[3] = 4000;
+    row->reason = CB_REASON_UNCONFIRMED;
+    step(5 * s);
+    EXPECT_EQ(count(said(), "replies take"), 0u) << "they are fast enough";
 }
 
 TEST_F(log_lines, a_long_sentence_comes_whole) {

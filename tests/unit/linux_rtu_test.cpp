@@ -205,11 +205,16 @@ TEST(rtu, what_is_on_the_wire_is_what_the_specification_says) {
 }
 
 TEST(rtu, a_refusal_is_told_apart) {
-    slave plc([](slave &s, const bytes &, int) { s.send(with_crc({17, 0x83, 2})); });
+    uint8_t code = 2;
+    slave plc([&](slave &s, const bytes &, int) { s.send(with_crc({17, 0x83, code})); });
     client c(plc);
     EXPECT_EQ(c.read(), CB_TRANSFER_REFUSED);
     EXPECT_EQ(c.rtu.counters.exceptions_by_code[2], 1u);
     EXPECT_EQ(c.registers[0], 0xEEEE);
+    EXPECT_EQ(c.rtu.peer.refused_functions, 0u);
+    code = 1;
+    EXPECT_EQ(c.read(), CB_TRANSFER_REFUSED);
+    EXPECT_EQ(c.rtu.peer.refused_functions, 1u << 3);
 }
 
 // Each kind of wrong reply is asked for again at once, where there is time; what is not the damaged
@@ -234,6 +239,10 @@ TEST(rtu, wrong_replies_are_asked_for_again) {
     EXPECT_EQ(c.rtu.counters.crc_errors, 2u);
     EXPECT_EQ(c.rtu.counters.wrong_units, 1u);
     EXPECT_EQ(c.rtu.counters.invalid_replies, 1u);
+    EXPECT_EQ(c.rtu.peer.odd[CB_ODD_UNIT].got, 18);
+    EXPECT_EQ(c.rtu.peer.odd[CB_ODD_UNIT].asked, 17);
+    EXPECT_EQ(c.rtu.peer.odd[CB_ODD_LENGTH].got, 10);
+    EXPECT_EQ(c.rtu.peer.odd[CB_ODD_LENGTH].asked, 6);
     EXPECT_EQ(c.rtu.counters.retries, 4u);
     EXPECT_EQ(c.rtu.counters.probes, 3u);
     EXPECT_EQ(c.rtu.counters.requests, 8u);

@@ -416,6 +416,132 @@ TEST(tcp, exceptions_are_told_and_counted_by_code) {
     EXPECT_EQ(c.tcp.link.connects, 1u);
 }
 
+TEST(tcp, what_answers_something_else_is_named) {
+    int number = 0;
+    server plc([&](peer &p) {
+        for (bytes r = p.request(); !r.empty(); r = p.request()) {
+            bytes reply = two_registers(r, 1);
+            number++;
+            if (number == 1) reply[6] = 255;
+            if (number == 2) reply[7] = 4;
+            if (number == 3) reply = {r[0], r[1], 0, 0, 0, 5, r[6], 3, 2, 0, 1};
+            if (number == 5) reply = {r[0], r[1], 0, 0, 0, 6, r[6], 16, 0, 101, 0, 2};
+            if (number == 6) reply = {r[0], r[1], 0, 0, 0, 6, r[6], 16, 0, 100, 0, 1};
+            p.reply(reply);
+        }
+    });
+    client c(plc.port());
+    const auto odd = [&](cb_odd kind, uint32_t count, unsigned got, unsigned asked) {
+        const cb_odd_reply &reply = c.tcp.peer.odd[kind];
+        return reply.count == count && reply.got == got && reply.asked == asked;
+    };
+    c.read(1000);
+    EXPECT_TRUE(odd(CB_ODD_UNIT, 1, 255, 1));
+    c.read(1000);
+    EXPECT_TRUE(odd(CB_ODD_FUNCTION, 1, 4, 3));
+    c.tcp.failures_in_row = 0;
+    c.read(1000);
+    EXPECT_TRUE(odd(CB_ODD_LENGTH, 1, 4, 6));
+    EXPECT_TRUE(odd(CB_ODD_UNIT, 1, 255, 1)) << "each is of one kind";
+    c.tcp.failures_in_row = 0;
+    EXPECT_EQ(c.write(1000), CB_TRANSFER_UNKNOWN);  // number 4: a reading
+    EXPECT_TRUE(odd(CB_ODD_FUNCTION, 2, 3, 16));
+    EXPECT_EQ(c.write(1000), CB_TRANSFER_UNKNOWN);
+    EXPECT_TRUE(odd(CB_ODD_ECHO, 1, 101, 100));
+    c.tcp.failures_in_row = 0;
+    EXPECT_EQ(c.write(1000), CB_TRANSFER_UNKNOWN);
+    EXPECT_TRUE(odd(CB_ODD_LENGTH, 2, 2, 4));
+}
+
+TEST(tcp, a_function_that_is_refused_as_illegal_is_remembered_until_it_is_answered) {
+    int number = 0;
+    server plc([&](peer &p) {
+        for (bytes r = p.request(); !r.empty(); r = p.request()) {
+            const uint8_t codes[] = {1, 6};
+            if (number < 2) p.reply({r[0], r[1], 0, 0, 0, 3, r[6], 0x83, codes[number]});
+            if (number >= 2) p.reply(two_registers(r, 1));
+            number++;
+        }
+    });
+    client c(plc.port());
+    for (const uint32_t refused : {1u << 3, 1u << 3, 0u}) {
+        c.read(1000);
+        EXPECT_EQ(c.tcp.peer.refused_functions, refused);
+    }
+}
+
+TEST(tcp, a_late_reply_is_timed) {
+    server plc([](peer &p) {
+        bytes r = p.request();
+        sleep_ms(60);
+        p.reply(two_registers(r, 1));
+        behave(p);
+    });
+    client c(plc.port());
+    EXPECT_EQ(c.read(5), CB_TRANSFER_UNKNOWN);
+    EXPECT_EQ(cb_peer_slowest_us(&c.tcp.peer), 0u);
+    EXPECT_EQ(c.read(5000), CB_TRANSFER_OK);
+    EXPECT_GE(cb_peer_slowest_us(&c.tcp.peer), 60000u);
+}
+
+// Left behind a write, the connection carries all that was sent and its end; the replies that come
+// meanwhile do not reset it, which could throw away what the PLC has not read.
+TEST(tcp, a_connection_that_is_left_is_closed_in_order) {
+    std::atomic<int> requests{0}, reset{0}, ended{0};
+    server plc([&](peer &p) {
+        if (p.number > 0) return behave(p);
+        const bytes read = p.request();
+        sleep_ms(100);  // the client left meanwhile
+        p.reply(two_registers(read, 1));
+        sleep_ms(20);  // time for what would answer an unwanted reply
+        const bytes write = p.request();
+        requests = static_cast<int>(!write.empty() && write[7] == 16) + 1;
+        p.reply(two_written(write));
+        sleep_ms(20);
+        char byte;
+        const ssize_t got = recv(p.fd, &byte, 1, 0);
+        reset = got < 0;
+        ended = got == 0;
+    });
+    client c(plc.port());
+    EXPECT_EQ(c.read(5), CB_TRANSFER_UNKNOWN);
+    c.tcp.awaiting = false;  // the write goes out behind the reading
+    EXPECT_EQ(c.write(5), CB_TRANSFER_UNKNOWN);
+    cb_tcp_leave(&c.tcp);
+    EXPECT_EQ(c.read(5), CB_TRANSFER_FAILED) << "nothing follows";
+    for (int i = 0; i < 500 && !ended && !reset; i++) {
+        EXPECT_NE(c.tcp.link.state, CB_LINK_UP);
+        cb_link_ready(&c.tcp.link, cb_boottime_us());
+        sleep_ms(2);
+    }
+    EXPECT_EQ(requests, 2);
+    EXPECT_EQ(reset, 0);
+    EXPECT_EQ(ended, 1);
+    cb_transfer result = CB_TRANSFER_FAILED;
+    for (int i = 0; i < 500 && result != CB_TRANSFER_OK; i++, sleep_ms(2)) result = c.read(500);
+    EXPECT_EQ(result, CB_TRANSFER_OK) << "another connection";
+    EXPECT_EQ(plc.connections(), 2);
+}
+
+TEST(tcp, a_plc_that_does_not_close_a_connection_that_was_left_is_waited_for_no_longer) {
+    server plc([](peer &p) {
+        if (p.number > 0) return behave(p);
+        p.request();
+        sleep_ms(1500);
+    });
+    client c(plc.port());
+    EXPECT_EQ(c.read(5), CB_TRANSFER_UNKNOWN);
+    const int64_t left_us = cb_boottime_us();
+    cb_tcp_leave(&c.tcp);
+    while (c.tcp.link.state == CB_LINK_LEAVING) {
+        cb_link_ready(&c.tcp.link, cb_boottime_us());
+        sleep_ms(2);
+    }
+    EXPECT_GE(cb_boottime_us() - left_us, 1000000);
+    EXPECT_EQ(c.tcp.link.cause, CB_LINK_CAUSE_LEFT);
+    EXPECT_EQ(c.tcp.link.disconnects, 1u);
+}
+
 TEST(tcp, a_reply_of_the_wrong_length_costs_one_exchange) {
     server plc([](peer &p) {
         bytes r = p.request();

@@ -127,6 +127,8 @@ static const char *cause_text(const struct cb_row_link *link) {
             return "no valid reply for several cycles";
         case CB_LINK_CAUSE_FRAMING:
             return "what came is not a whole Modbus/TCP frame";
+        case CB_LINK_CAUSE_LEFT:
+            return "closed by the box behind its last write, as no write was confirmed";
     }
     return "not tried yet";
 }
@@ -176,10 +178,20 @@ static void describe_rtu(const struct cb_rtu_counters *told, const struct cb_rtu
 }
 #undef CB_X
 
+/* Exceptions 1 come with every cycle and have a line of their own (log_peer.c). */
+static void pass_over_refused(uint32_t *exceptions, uint32_t *by_code, const uint32_t *now) {
+    *exceptions += now[1] - by_code[1];
+    by_code[1] = now[1];
+}
+
 /* At most once a second, so that a row of errors is one line. */
 static void log_errors(struct cb_log *log, const struct cb_row *row) {
     if (row->time_us - log->errors_us < ERRORS_EVERY_US) return;
     char text[400] = "";
+    pass_over_refused(&log->tcp_errors.exceptions, log->tcp_errors.exceptions_by_code,
+                      row->tcp.exceptions_by_code);
+    pass_over_refused(&log->rtu_errors.exceptions, log->rtu_errors.exceptions_by_code,
+                      row->rtu.exceptions_by_code);
     if (row->transport == CB_TRANSPORT_RTU)
         describe_rtu(&log->rtu_errors, &row->rtu, text, sizeof text);
     else
@@ -191,7 +203,8 @@ static void log_errors(struct cb_log *log, const struct cb_row *row) {
     log->rtu_errors = row->rtu;
 }
 
-void cb_log_row(struct cb_log *log, const struct cb_row *row) {
+void cb_log_row(struct cb_log *log, const struct cb_config *config, const struct cb_row *row) {
+    cb_log_peer(log, config, row);
     log_link(log, row);
     log_mode(log, row);
     log_errors(log, row);

@@ -33,6 +33,13 @@ struct cb_log_limit {
     uint32_t left_out; /* lines suppressed since that was last said */
 };
 
+/* What was last seen and written about one kind of odd reply. */
+struct cb_log_odd {
+    struct cb_odd_reply seen, told;
+    uint32_t connects; /* on which connection it was written */
+    int64_t told_us;
+};
+
 struct cb_log {
     const char *plc;  /* its address, for the lines */
     bool journal;     /* stderr is systemd's journal */
@@ -41,7 +48,10 @@ struct cb_log {
     bool begun; /* a row was seen: the fields below are valid */
     uint8_t mode, reason;
     struct cb_row_link link;
-    int64_t errors_us;                 /* when errors on the wire were last written about … */
+    struct cb_log_odd odd[CB_ODD_COUNT];
+    uint32_t refused_functions; /* that lines were written about */
+    bool slow;                  /* a line was written about slow replies, since contact is lost */
+    int64_t errors_us;          /* when errors on the wire were last written about … */
     struct cb_tcp_counters tcp_errors; /* … and up to what counts */
     struct cb_rtu_counters rtu_errors;
     struct cb_can_config can_config; /* whose nodes these are */
@@ -64,8 +74,12 @@ void cb_log_limited(struct cb_log *log, enum cb_log_kind kind, int64_t now_us, c
  * of all. */
 void cb_log_catch_up(struct cb_log *log, int64_t now_us, bool at_end);
 
-/* Lines about what changed since the row before. */
-void cb_log_row(struct cb_log *log, const struct cb_row *row);
+/* Lines about what changed since the row before.
+ * in : config: of the row's generation */
+void cb_log_row(struct cb_log *log, const struct cb_config *config, const struct cb_row *row);
+
+/* Likewise about what its replies show of the PLC (log_peer.c); part of cb_log_row. */
+void cb_log_peer(struct cb_log *log, const struct cb_config *config, const struct cb_row *row);
 
 /* Likewise about the CAN bus (log_can.c). */
 void cb_log_can(struct cb_log *log, const struct cb_can_config *can, const struct cb_row *row);

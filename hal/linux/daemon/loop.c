@@ -34,6 +34,7 @@ static void copy_wire(struct cb_row *row, const struct cb_linux *target) {
     row->transport = target->transport;
     row->tcp = target->tcp.counters;
     row->rtu = target->rtu.counters;
+    row->peer = target->transport == CB_TRANSPORT_RTU ? target->rtu.peer : target->tcp.peer;
     row->link = target->transport == CB_TRANSPORT_RTU ? device_of(&target->rtu.serial)
                                                       : link_of(&target->tcp.link);
 }

@@ -38,6 +38,7 @@ struct cb_row {
     uint8_t transport;          /* enum cb_transport */
     struct cb_tcp_counters tcp; /* of the transport in use; the other's are 0 */
     struct cb_rtu_counters rtu;
+    struct cb_peer peer;
     struct cb_row_link link;
     struct cb_row_can can;
     uint64_t number;     /* of the cycle, from 0 */

@@ -144,6 +144,26 @@ static void put_rtu(FILE *file, const struct cb_rtu_counters *counters) {
 }
 #undef CB_X
 
+static void put_peer(FILE *file, const struct cb_peer *peer) {
+    static const char *const words[] = {
+#define CB_X(name, word, sentence) [name] = word,
+        CB_ODD_REPLIES(CB_X)
+#undef CB_X
+    };
+    const char *comma = "";
+    fputs(", \"odd_replies\": {", file);
+    for (unsigned kind = 0; kind < CB_ODD_COUNT; kind++)
+        fprintf(file, "%s\"%s\": %u", kind == 0 ? "" : ", ", words[kind],
+                (unsigned)peer->odd[kind].count);
+    fputs("}, \"refused_functions\": [", file);
+    for (unsigned function = 0; function < 32; function++) {
+        if (!(peer->refused_functions & 1u << function)) continue;
+        fprintf(file, "%s%u", comma, function);
+        comma = ", ";
+    }
+    fprintf(file, "], \"slowest_reply_us\": %u", (unsigned)cb_peer_slowest_us(peer));
+}
+
 static void put_plc(FILE *file, const struct cb_stats *stats) {
     const struct cb_row_link *link = &stats->last.link;
     fputs("  \"plc\": {\"address\": ", file);
@@ -154,6 +174,7 @@ static void put_plc(FILE *file, const struct cb_stats *stats) {
         put_rtu(file, &stats->last.rtu);
     else
         put_tcp(file, &stats->last.tcp);
+    put_peer(file, &stats->last.peer);
     fputs("},\n", file);
 }
 

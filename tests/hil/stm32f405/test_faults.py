@@ -62,6 +62,10 @@ def exception(frame, _):
     return [framed(1, bytes([frame[1] | 0x80, 6]))]
 
 
+def illegal_function(frame, _):
+    return [framed(1, bytes([frame[1] | 0x80, 1]))]
+
+
 def twice(_, reply):
     return [reply + reply]
 
@@ -70,7 +74,7 @@ def twice(_, reply):
 SHOWN = {silent: "timeouts", late: "timeouts", crc_error: "crc_errors", flipped_bit: "crc_errors",
          noise_before: "noise_bytes", noise_only: "crc_errors", wrong_unit: "wrong_units",
          other_function: "invalid_replies", other_length: "invalid_replies", stops_short: "crc_errors",
-         exception: "exceptions", twice: "noise_bytes"}
+         exception: "exceptions", illegal_function: "illegal_functions", twice: "noise_bytes"}
 SHORT = [late, crc_error, noise_before, wrong_unit, stops_short, exception]
 AT_REST = {"X": 4000, "Y": 200, "Z": 1500, "T1": 35}
 

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: MIT
+"""PLCs that the box cannot work with: without a function, too slow, or that answer something else.
+The box is calm, its status is true, and one line of the log says what to change."""
+import time
+
+import machine
+from conftest import fc23
+from machine import ACTIVE
+from raw_plc import RawPlc, frame_of
+
+AT_REST = {"X": 4000, "Y": 200, "Z": 1500, "T1": 35}
+
+
+def run_against(plc, port, start_box, fault, seconds, change=lambda data: None):
+    plc.values = dict(AT_REST)
+    with RawPlc(plc, port, fault) as server, start_box(change=change) as box:
+        time.sleep(seconds)
+        box.process.kill()
+        box.wait(5)
+    return box, server
+
+
+def without(function):
+    def fault(request, _):
+        if request.function == function:
+            return [frame_of(request, bytes([function | 0x80, 1]))]
+        return None
+    return fault
+
+
+def lines(box, words):
+    return [line for line in box.log.splitlines() if words in line]
+
+
+def check_refused(box, function, remedy):
+    assert len(lines(box, f"the PLC does not have function {function} (exception 1, illegal function): "
+                          f"{remedy}")) == 1, box.log
+    assert not lines(box, "ACTIVE"), box.log
+    assert len(lines(box, ": exception")) == 0 and len(box.log.splitlines()) <= 9, box.log
+
+
+def test_a_plc_without_fc23_is_one_sentence_and_never_active(plc, port, start_box):
+    box, _ = run_against(plc, port, start_box, without(23), 4.5, fc23)
+    check_refused(box, 23, 'set plc.exchange to "fc3+fc16"')
+    assert len(lines(box, "FAULT: the PLC refuses the writes")) == 1, box.log
+
+
+def test_a_plc_without_fc16_is_one_sentence_and_never_active(plc, port, start_box):
+    box, _ = run_against(plc, port, start_box, without(16), 4.5)
+    check_refused(box, 16, "permit writing in its Modbus server, or set plc.exchange")
+    assert len(lines(box, "FAULT: the PLC refuses the writes")) == 1, box.log
+
+
+def test_a_plc_without_fc3_is_one_sentence(plc, port, start_box, exchange):
+    box, _ = run_against(plc, port, start_box, without(3), 2, exchange)
+    check_refused(box, 3, "let its Modbus server answer holding registers")
+
+
+def test_a_plc_too_slow_for_two_requests_hears_of_it_in_a_last_write(plc, port, start_box):
+    """20 ms for each request: writes take effect and are confirmed too late."""
+    received = []
+
+    def slow(request, reply):
+        received.append(request)
+        return [0.020, reply]
+
+    box, server = run_against(plc, port, start_box, slow, 2.5)
+    last, before = plc.writes[-1], plc.writes[-2]
+    assert any(w.mode == ACTIVE for w in plc.writes), "else there is nothing to take back"
+    assert last.mode != ACTIVE and last.reason == 12
+    assert last.um == before.um
+    said = next(r for r in reversed(received) if r.is_write)
+    assert [r for r in received if r.connection == said.connection][-1] is said, "nothing follows it"
+    assert server.connections > said.connection, "it is asked again"
+    assert lines(box, "closed by the box behind its last write"), box.log
+    slow_lines = lines(box, 'plc.exchange "fc3+fc16" needs cycle.period_ms of ')
+    assert len(slow_lines) == 1, box.log
+    assert 'replies take up to 2' in slow_lines[0] and 'or "fc23" and ' in slow_lines[0]
+
+
+def test_replies_to_something_else_are_named_once(plc, port, start_box):
+    def odd(request, reply):
+        if not request.is_cyclic_read or request.number < 20:
+            return None
+        kind = request.number // 20 % 4
+        if kind == 1:
+            return [reply[:6] + bytes([7]) + reply[7:]]
+        if kind == 2:
+            return [reply[:7] + bytes([4]) + reply[8:]]
+        return [frame_of(request, reply[7:-2])] if kind == 3 else None
+
+    box, server = run_against(plc, port, start_box, odd, 4)
+    unit = server.requests[0].unit
+    assert len(lines(box, f"a reply from unit 7, asked was unit {unit}; it is not used")) == 1, box.log
+    assert len(lines(box, "a reply of function 4, asked was function 3")) == 1, box.log
+    asked = 2 + 2 * machine.READ[1]
+    assert len(lines(box, f"a reply of {asked - 2} bytes of function and data, asked were {asked}")) == 1, box.log
