@@ -1,15 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/lags.h"
 
+#include "firmware/duration.h"
 #include "models/num.h"
-
-/* out: seconds, to float32; times beyond 25 days count as that. Above half an hour in units of
- *      1024 µs, because a 64-bit conversion would need a library. */
-static float seconds(int64_t us) {
-    if (us <= INT32_MAX) return (float)(int32_t)us * 1e-6f;
-    const int64_t slow = us >> 10;
-    return (float)(int32_t)(slow < INT32_MAX ? slow : INT32_MAX) * 1.024e-3f;
-}
 
 /* The gains of the lag before: lags of one time constant stand together (config_lags.c) and mostly
  * follow signals that were read at one time. */
@@ -21,7 +14,7 @@ struct pace {
 
 /* in : elapsed_us != 0. A clock that went backward moves nothing. */
 CB_OUTLINE struct cb_lag_gains gains_over(int64_t elapsed_us, float tau_s) {
-    return cb_lag_gains_for(elapsed_us > 0 ? seconds(elapsed_us) : 0.0f, tau_s);
+    return cb_lag_gains_for(elapsed_us > 0 ? cb_seconds(elapsed_us) : 0.0f, tau_s);
 }
 
 /* The first value that a lag meets is its steady state. */

@@ -1,14 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/signals.h"
 
+#include "firmware/duration.h"
 #include "firmware/lags.h"
 #include "firmware/registers.h"
 #include "models/num.h"
-
-/* Times beyond half an hour count as that; a 64-bit conversion would need a library. */
-static float seconds(int64_t us) {
-    return (float)(int32_t)(us < INT32_MAX ? us : INT32_MAX) * 1e-6f;
-}
 
 /* How many signals are not lags: behind the last of them nobody needs to look. */
 static inline unsigned measured(const struct cb_config *config) {
@@ -42,7 +38,7 @@ CB_INLINE bool rate_plausible(const struct cb_signal_config *signal, float chang
                               int64_t elapsed_us) {
     if (change == 0.0f || !(signal->max_rate_per_s > 0.0f)) return true;
     const float unit = cb_number_is_integer(signal->type) ? cb_abs(signal->scale) : 0.0f;
-    return cb_abs(change) <= signal->max_rate_per_s * seconds(elapsed_us) + unit;
+    return cb_abs(change) <= signal->max_rate_per_s * cb_seconds(elapsed_us) + unit;
 }
 
 /* out: filtered over about three readings, because times shake it; where they are known by the
@@ -67,7 +63,7 @@ struct acceptance {
 CB_OUTLINE float velocity_over(const struct cb_config *config, float velocity, float change,
                                int64_t elapsed_us) {
     if (elapsed_us > (int64_t)CB_LEAD_PERIODS * config->period_us) return 0.0f;
-    const float per_s = elapsed_us > 0 ? 1.0f / seconds(elapsed_us) : 0.0f;
+    const float per_s = elapsed_us > 0 ? 1.0f / cb_seconds(elapsed_us) : 0.0f;
     return next_velocity(velocity, change, per_s, false);
 }
 
@@ -152,7 +148,7 @@ static struct cb_reading accept_plc(const struct acceptance *to, struct cb_signa
                                                                  signal + config->signals_count;
     const int64_t since_us = since_reading(config, states, in->read_us);
     const bool smooth = since_us > 0 && now_us - in->read_us <= (int64_t)config->plain_age_us;
-    const float elapsed_s = seconds(since_us);
+    const float elapsed_s = cb_seconds(since_us);
     unsigned left = measured(config), plain = 0;
     for (struct cb_signal_state *state = states; left > 0 && signal != end; ++signal, ++state) {
         if (signal->source == CB_SOURCE_LAG) continue;
@@ -235,7 +231,7 @@ CB_INLINE bool age(const struct ageing *ageing, const struct cb_signal_config *s
 bool cb_signals_age(const struct cb_config *config, struct cb_signal_state *states,
                     struct cb_counters *counters, const struct cb_reading *reading,
                     uint32_t lead_us, int64_t now_us) {
-    const struct ageing ageing = {config, states, now_us, seconds(lead_us)};
+    const struct ageing ageing = {config, states, now_us, cb_seconds(lead_us)};
     const unsigned done = reading->plain ? config->plain_count : 0;
     const uint8_t *const end = config->measured + measured(config) - done;
     bool essentials_fresh = true;

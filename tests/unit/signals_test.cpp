@@ -92,4 +92,24 @@ TEST(signals, what_is_no_number_is_never_plausible) {
     EXPECT_EQ(s.counters.samples_implausible, 5u);
 }
 
+// A thermometer with a slow max_rate_per_s that was silent for long: what it may have changed by
+// grows with the silence, without end.
+TEST(signals, a_rate_limited_signal_is_heard_again_after_any_silence) {
+    for (int64_t silent_s : {60, 2147, 2148, 7200, 90 * 86400, 3 * 365 * 86400}) {
+        for (double part : {0.98, 1.02}) {
+            signal_under_test t(CB_NUMBER_FLOAT32, 1, -1e9f, 1e9f);
+            t.config->signals[0].max_rate_per_s = 0.01f;
+            t.give(0);
+            ASSERT_TRUE(t.state.known);
+            const float value = static_cast<float>(part * 0.01 * static_cast<double>(silent_s));
+            uint32_t bits;
+            std::memcpy(&bits, &value, sizeof bits);
+            t.in->read_us += silent_s * 1000000 - 30000;
+            t.give(bits);
+            EXPECT_EQ(t.counters.samples_implausible, part < 1 ? 0u : 1u) << silent_s;
+            EXPECT_EQ(t.state.value == value, part < 1) << silent_s;
+        }
+    }
+}
+
 }  // namespace
