@@ -28,12 +28,16 @@ struct cb_message {
 struct cb_load_scratch {
     float knots[CB_MAX_CURVE_POINTS + 8]; /* knots or positions of the curve being read */
     float values[CB_MAX_CURVE_POINTS];    /* its control points, values or coefficients */
-    struct {                              /* the network being read; sizes as in models/bpnet.h */
-        float hidden_weights[64 * 64], hidden_bias[64];
-        float output_weights[8 * 64], output_bias[8];
-        float linear_weights[8 * 64];
-        float input_center[64], input_scale[64], output_center[8], output_scale[8];
-        float min[64], max[64], margin[64], fade[64];
+    struct {                              /* the network being read; maxima of limits.h */
+        float hidden_weights[CB_MAX_NET_HIDDEN * CB_MAX_NET_INPUTS];
+        float hidden_bias[CB_MAX_NET_HIDDEN];
+        float output_weights[CB_MAX_TERM_OUTPUTS * CB_MAX_NET_HIDDEN];
+        float output_bias[CB_MAX_TERM_OUTPUTS];
+        float linear_weights[CB_MAX_TERM_OUTPUTS * CB_MAX_NET_INPUTS];
+        float input_center[CB_MAX_NET_INPUTS], input_scale[CB_MAX_NET_INPUTS];
+        float output_center[CB_MAX_TERM_OUTPUTS], output_scale[CB_MAX_TERM_OUTPUTS];
+        float min[CB_MAX_NET_INPUTS], max[CB_MAX_NET_INPUTS];
+        float margin[CB_MAX_NET_INPUTS], fade[CB_MAX_NET_INPUTS];
     } net;
     uint8_t read_user[CB_MAX_READ_REGISTERS]; /* what each register is used for */
     uint8_t write_user[CB_MAX_WRITE_REGISTERS];

@@ -15,6 +15,8 @@ enum {
     CB_MAX_TERMS = 64,       /* 21 error curves, a volumetric term, a network, drive cams */
     CB_MAX_OUTPUTS = 128,    /* term outputs: a network has up to 8, the volumetric term 3 */
     CB_MAX_TERM_OUTPUTS = 8, /* of one term: a network's */
+    CB_MAX_NET_INPUTS = 64,  /* of one network: every signal; S3 uses 19 */
+    CB_MAX_NET_HIDDEN = 64,  /* of one network: S3 uses 20; 64 x 64 weights fill half of the pool */
     CB_MAX_CHANNELS = 16,    /* dual-drive tables need 4, a five-axis gantry with twin drives 7 */
     CB_MAX_SUM = 32,         /* term outputs summed by one channel */
     CB_MAX_PAIRS = 8,        /* two motors of one stage; half of the channels */
@@ -32,6 +34,12 @@ enum {
 };
 
 _Static_assert(CB_MAX_OUTPUTS >= CB_MAX_TERMS, "each term has at least one output");
+_Static_assert(CB_MAX_NET_INPUTS <= CB_MAX_SIGNALS, "the inputs of a network are signals");
+_Static_assert((CB_MAX_NET_INPUTS + 1) * CB_MAX_NET_HIDDEN +
+                       CB_MAX_TERM_OUTPUTS * (1 + CB_MAX_NET_HIDDEN + CB_MAX_NET_INPUTS) +
+                       4 * CB_MAX_NET_INPUTS <=
+                   CB_POOL_FLOATS,
+               "the largest network, its linear path and its training range fit into the pool");
 _Static_assert(CB_MAX_PAIRS * 2 <= CB_MAX_CHANNELS, "a channel belongs to one pair at most");
 _Static_assert(CB_MAX_OUTPUTS <= 255 && CB_MAX_SIGNALS <= 255, "indices are uint8_t, 255 is none");
 
