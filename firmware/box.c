@@ -4,12 +4,8 @@
 #include <string.h>
 
 #include "firmware/config_derive.h"
-#include "firmware/memory_check.h"
 #include "firmware/registers.h"
 #include "models/num.h"
-
-enum { CHECK_WORDS = sizeof(struct cb_config) / 4, SLICE_WORDS = 16 };
-_Static_assert(CHECK_WORDS * 4 == sizeof(struct cb_config), "checked as whole words");
 
 /* What one step hands from stage to stage. */
 struct step {
@@ -35,7 +31,7 @@ static void clear(struct cb_box *box) {
 void cb_box_start(struct cb_box *box) {
     clear(box);
     cb_config_derive(&box->config);
-    box->config_sum = cb_memory_check(0, &box->config, CHECK_WORDS);
+    cb_box_take_sums(box);
 }
 
 /* Time since the last step; what it means when the clock cannot be trusted. */
@@ -218,7 +214,6 @@ static void compute(struct cb_box *box, struct step *step) {
 }
 
 static enum cb_reason find_fault(const struct cb_box *box) {
-    if (box->config_corrupt) return CB_REASON_CONFIG_CORRUPT;
     if (box->plc.refusing && box->plc.refused_us > CB_REFUSED_US) return CB_REASON_WRITE_REFUSED;
     if (box->overrun_score >= CB_OVERRUN_FAULT) return CB_REASON_OVERRUN;
     return CB_REASON_NONE;
@@ -325,23 +320,25 @@ static void emit(struct cb_box *box, struct cb_outputs *out) {
     box->zero_written = box->zero_written && cb_channels_all_zero(&box->config, box->channels);
 }
 
-/* One slice of the sum over the configuration; judged at its end. */
-static void check_config(struct cb_box *box) {
-    const uint32_t rest = CHECK_WORDS - box->words_checked;
-    const uint32_t words = rest < SLICE_WORDS ? rest : SLICE_WORDS;
-    const char *from = (const char *)&box->config + 4 * box->words_checked;
-    box->sum_so_far = cb_memory_check(box->sum_so_far, from, words);
-    box->words_checked += words;
-    if (box->words_checked < CHECK_WORDS) return;
-    box->config_corrupt = box->sum_so_far != box->config_sum;
-    box->sum_so_far = box->words_checked = 0;
+/* Nothing of the configuration can be trusted, so none of it is used: the heartbeat stops with the
+ * writes, and the PLC takes the offset back. */
+static void give_up(struct cb_box *box, int64_t now_us, struct cb_outputs *out) {
+    const struct cb_mode_events events = {.fault = CB_REASON_CONFIG_CORRUPT};
+    const uint8_t before = box->mode.mode;
+    cb_mode_step(&box->mode, &events, 0, 0);
+    box->counters.faults += box->mode.mode != before;
+    box->now_us = now_us;
+    box->writing = out->write = out->stopped = false;
 }
 
 void cb_box_step(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,
                  struct cb_outputs *out) {
     struct step step = {0};
     ++box->counters.cycles;
-    check_config(box);
+    if (!cb_box_check(box)) {
+        give_up(box, now_us, out);
+        return;
+    }
     keep_time(box, now_us, &step);
     keep_score(box, in->missed_ticks);
     take_write(box, in->last_write, &step);

@@ -29,10 +29,11 @@
 #include "firmware/terms.h"
 
 enum {
-    CB_CLOCK_PERIODS = 5,    /* a longer gap between steps makes every input stale */
-    CB_STEP_PERIODS = 2,     /* no step moves further than in this time */
-    CB_OVERRUN_FAULT = 16,   /* score at which overruns are a fault: +1 for a cycle with missed */
-    CB_OVERRUN_FORGIVES = 32 /* ticks, -1 for so many cycles in time */
+    CB_CLOCK_PERIODS = 5,      /* a longer gap between steps makes every input stale */
+    CB_STEP_PERIODS = 2,       /* no step moves further than in this time */
+    CB_OVERRUN_FAULT = 16,     /* score at which overruns are a fault: +1 for a cycle with missed */
+    CB_OVERRUN_FORGIVES = 32,  /* ticks, -1 for so many cycles in time */
+    CB_CONFIG_PASS_STEPS = 800 /* at most: for one sum over the whole configuration, in slices */
 };
 
 /* A register of the write block that holds something else than was written. */
@@ -41,8 +42,9 @@ struct cb_foreign_register {
     float value_um;  /* what the register stands for */
 };
 
-/* The configuration must not be written to while the box runs: a sum over its memory, padding
- * included, is checked 64 bytes a step. A copy of a box is started anew. */
+/* The configuration must not be written to while the box runs: each step checks what it uses of it,
+ * and 64 bytes of a sum over all of its memory, padding included. After copying a box, call
+ * cb_box_start() on the copy. */
 struct cb_box {
     struct cb_config config;
     struct cb_mode_state mode;
@@ -57,6 +59,8 @@ struct cb_box {
     struct cb_applied_state applied;
     int64_t now_us;         /* of the last step */
     uint32_t config_sum;    /* cb_memory_check() of config, at start */
+    uint32_t head_sum;      /* what each step checks of it, at start: the front … */
+    uint32_t used_sum;      /* … and the entries in use behind it */
     uint32_t sum_so_far;    /* running check, a slice each step … */
     uint32_t words_checked; /* … and how far it is */
     uint16_t box_heartbeat; /* of the last step */
@@ -73,7 +77,7 @@ struct cb_box {
     bool stopped_before;    /* the run before ended STOPPED, as the target knows from its memory */
     struct cb_applied_verdict applied_verdict; /* of the last good reading */
     struct cb_foreign_register foreign;        /* found by the last read-back */
-    bool config_corrupt;                       /* the last whole check of the sum failed */
+    bool config_corrupt; /* the configuration has changed: nothing is written any more */
 };
 _Static_assert(offsetof(struct cb_box, config) == 0, "cb_box_start() clears all behind config");
 _Static_assert(sizeof(struct cb_box) < 64 * 1024, "the box with its configuration");
@@ -83,10 +87,16 @@ _Static_assert(sizeof(struct cb_box) < 64 * 1024, "the box with its configuratio
  *      configuration. */
 void cb_box_start(struct cb_box *box);
 
+/* true: what a step or an exchange with the PLC uses of the configuration is as at the start.
+ * Before a target takes an address or a length from box->config it asks this. */
+bool cb_box_is_sound(const struct cb_box *box);
+
 /* One cycle. now_us: any monotonic clock that counts suspend, the same for all times in *in.
  * Reads and writes only its arguments; bounded time. Of *out all is set but what lies behind the
  * write block and the channels of the configuration.
- * Nothing may be written to the PLC where out->write is false. */
+ * Nothing may be written to the PLC where out->write is false.
+ * A configuration that has changed in memory is used no more, from this step on and until
+ * cb_box_start(): FAULT, out->write and out->stopped false, and nothing else of *out is set. */
 void cb_box_step(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,
                  struct cb_outputs *out);
 
@@ -117,7 +127,8 @@ void cb_box_evaluate(struct cb_box *box, const struct cb_inputs *in);
  * out: true: fresh goes on where old is: mode, PLC, counters, signals and outputs by their names.
  *      Nothing steps; outputs beyond a new limit go there at the slew rate.
  *      false, fresh untouched: outputs that are not zero would step, because they lie in other
- *      registers, or have another type, scale or sign, or are gone. Ramp to zero first. */
+ *      registers, or have another type, scale or sign, or are gone. Ramp to zero first. Or old's
+ *      configuration has changed in memory. */
 bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old);
 
 /* true: a configuration with other limits or registers may come: STANDBY because the PLC, which
@@ -125,8 +136,12 @@ bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old);
 bool cb_box_at_rest(const struct cb_box *box);
 
 /* Why cb_box_adopt() would be false: index in old's channels of the first one that would step;
- * CB_NONE: none.
- */
+ * CB_NONE: none would, or old is not sound. */
 unsigned cb_box_obstacle(const struct cb_config *fresh, const struct cb_box *old);
+
+/* Parts of a step and of a start (box_check.c). out: false, latched: the configuration has changed
+ */
+bool cb_box_check(struct cb_box *box);
+void cb_box_take_sums(struct cb_box *box);
 
 #endif

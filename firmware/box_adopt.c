@@ -76,6 +76,7 @@ bool cb_box_at_rest(const struct cb_box *box) {
 }
 
 unsigned cb_box_obstacle(const struct cb_config *fresh, const struct cb_box *old) {
+    if (!cb_box_is_sound(old)) return CB_NONE;
     for (unsigned i = 0; i < cb_all_channels(&old->config); ++i) {
         if (is_at_rest(&old->channels[i])) continue;
         const struct cb_channel_config *channel = &old->config.channels[i];
@@ -148,7 +149,7 @@ static void adopt_channels(struct cb_box *fresh, const struct cb_box *old) {
 }
 
 bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old) {
-    if (cb_box_obstacle(&fresh->config, old) != CB_NONE) return false;
+    if (!cb_box_is_sound(old) || cb_box_obstacle(&fresh->config, old) != CB_NONE) return false;
     fresh->mode = old->mode;
     fresh->counters = old->counters;
     fresh->plc = old->plc;

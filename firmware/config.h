@@ -44,32 +44,34 @@ enum cb_signal_source {
 #define CB_CAN_ID_BITS 0x1FFFFFFFu
 #define CB_CAN_ANY_SOURCE 0x40000000u /* … of which the last eight may be any (J1939) */
 
-/* value = raw * scale + zero, in the signal's unit (mm, degC, 1/min …). */
+/* value = raw * scale + zero, in the signal's unit (mm, degC, 1/min …). Of a signal that is no lag
+ * each step checks what comes from source on (box_check.c). */
 struct cb_signal_config {
     char name[CB_NAME_SIZE];
     char unit[8];
+    uint32_t can_id;      /* CAN: identifier, with the flags above */
+    float max_rate_per_s; /* plausible rate of change, unit/s; 0 = unlimited */
+    float tau_s;          /* lag: time constant, > 0 */
+    uint8_t lag_of;       /* lag: index of the signal that it follows */
+    uint8_t power;        /* lag: 1 follows that signal, 2 its square */
+    uint8_t bus;          /* bus: index of it */
+    uint8_t bus_unit;     /* bus: Modbus unit id of the module */
+
     uint8_t source;   /* enum cb_signal_source */
     uint8_t type;     /* enum cb_number_type */
     bool essential;   /* its loss stops compensation (HOLD); default: unit is mm or deg */
     bool leads;       /* evaluated lead_ms ahead: a PLC position (unit mm or deg) */
     uint16_t reg;     /* PLC: index in the read block; bus: register address; CAN: byte offset */
-    uint8_t bus;      /* bus: index of it */
-    uint8_t bus_unit; /* bus: Modbus unit id of the module */
-    uint8_t lag_of;   /* lag: index of the signal that it follows */
-    uint8_t power;    /* lag: 1 follows that signal, 2 its square */
     uint8_t velocity; /* of one that leads: index of its velocity, where velocity_scale > 0 */
-    float tau_s;      /* lag: time constant, > 0 */
-    uint32_t can_id;  /* CAN: identifier, with the flags above */
+    bool plain;       /* derived: a PLC signal that does not lead: it follows from its reading */
     float velocity_scale; /* unit/s of this signal per unit of its velocity; 0: from differences */
     float scale, zero;    /* finite; scale != 0 */
     float min, max;       /* plausible range of the value; min < max */
-    float max_rate_per_s; /* plausible rate of change, unit/s; 0 = unlimited */
     uint32_t max_age_ms;  /* default: three periods for PLC signals, 2000 ms for sensors; of a lag
                              that of its signal, as are min and max (squared for power 2) */
     /* derived (config_derive.h) */
     float rate_per_s;  /* max_rate_per_s, infinite where that is 0 */
     float change_unit; /* one raw unit of an integer, which every change may have beside its rate */
-    bool plain;        /* a PLC signal that does not lead: what it is follows from its reading */
 };
 
 /* A lag and what it follows; derived, in the order of config->lags. */
@@ -77,6 +79,7 @@ struct cb_lag_link {
     uint8_t lag, of; /* indices of signals */
     bool squares;    /* it follows the square */
     uint8_t more;    /* so many lags after this one share its time constant */
+    float tau_s;
 };
 
 enum cb_term_type {
@@ -227,9 +230,6 @@ struct cb_plc_config {
     uint8_t exchange;  /* enum cb_exchange */
     uint8_t transport; /* enum cb_transport */
     uint8_t unit;      /* Modbus unit id */
-    char host[40];     /* TCP: numeric IPv4 or IPv6 address, no resolver in the loop */
-    uint16_t port;
-    struct cb_serial_config serial; /* RTU */
     struct cb_block_config read, write;
     uint16_t control, plc_heartbeat; /* indices in the read block */
     uint16_t status, box_heartbeat;  /* indices in the write block */
@@ -243,6 +243,10 @@ struct cb_plc_config {
     float deadband_um;        /* the PLC hands smaller changes than this to the NC only later */
     uint32_t interpolate_us;  /* the PLC goes to each new value in a straight line over this time;
                                  0: at once; <= a period */
+    /* where the PLC is: what a target needs when it starts, and no step */
+    char host[40]; /* TCP: numeric IPv4 or IPv6 address, no resolver in the loop */
+    uint16_t port;
+    struct cb_serial_config serial; /* RTU */
 };
 
 /* A CANopen device that is minded: started, and its heartbeat watched. */
@@ -258,39 +262,45 @@ struct cb_can_config {
     struct cb_can_node_config nodes[CB_MAX_CAN_NODES];
 };
 
+/* From the front to plc.host lies what every step checks as a whole and before all else: numbers,
+ * counts and lists of indices. Then come the arrays, of which it checks the entries in use. */
 struct cb_config {
-    uint32_t revision;
-    char machine[40];
-    uint32_t period_us; /* 1 000 … 1 000 000 */
-    uint32_t lead_us;   /* 0 … 500 000 */
-    bool lead_measured; /* the box measures it (lead.h); lead_us is 0 */
-    struct cb_plc_config plc;
-    struct cb_bus_config buses[CB_MAX_BUSES];
-    struct cb_can_config can;
+    uint32_t period_us;  /* 1 000 … 1 000 000 */
+    uint32_t lead_us;    /* 0 … 500 000 */
     uint32_t hold_us;    /* HOLD lasts no longer */
     float ramp_um_per_s; /* > 0 */
-    float
-        ceiling_um; /* > 0: the site's: no output is beyond it, whatever the file states; 0: none */
+    float ceiling_um;   /* > 0: the site's: no output is beyond it, whatever the file is; 0: none */
+    bool lead_measured; /* the box measures it (lead.h); lead_us is 0 */
     uint8_t signals_count, terms_count, outputs_count, channels_count, pairs_count;
     uint8_t lags_count, branches_count, buses_count;
     uint8_t slopes_count; /* channels behind the channels_count of the file: slopes */
     uint16_t pool_count, links_count;
-    uint8_t lags[CB_MAX_SIGNALS]; /* the signals that are lags, each after the one it follows, those
-                                     of one time constant side by side where that allows it */
-    uint8_t grids_count, other_terms_count; /* derived, as all that follow up to signals */
+    /* derived (config_derive.h) */
+    uint8_t grids_count, other_terms_count, plain_count;
+    uint32_t plain_age_us;             /* the least of the maximum ages of plain signals */
+    uint8_t other_terms[CB_MAX_TERMS]; /* all that are not plain curves, in their order */
+    uint8_t
+        measured[CB_MAX_SIGNALS]; /* signals that are no lags, the plain_count plain ones last */
+    struct cb_plc_config plc;
+
+    /* derived */
+    uint8_t output_terms[CB_MAX_OUTPUTS]; /* outputs[].term, close together */
     struct cb_grid grids[CB_MAX_TERMS];
     struct cb_plain_curve plain_curves[CB_MAX_TERMS];
-    uint8_t other_terms[CB_MAX_TERMS]; /* all that are not plain curves, in their order */
     struct cb_lag_link lag_links[CB_MAX_SIGNALS];
-    uint8_t measured[CB_MAX_SIGNALS]; /* signals that are no lags, plain ones last */
-    uint8_t plain_count;              /* how many of them are plain … */
-    uint32_t plain_age_us;            /* … and the least of their maximum ages */
+
     struct cb_signal_config signals[CB_MAX_SIGNALS];
     struct cb_term_config terms[CB_MAX_TERMS];
     struct cb_curve_config branches[CB_MAX_BRANCHES]; /* backward; as curves of terms */
-    struct cb_output_config outputs[CB_MAX_OUTPUTS];
     struct cb_channel_config channels[CB_MAX_CHANNELS];
     struct cb_pair_config pairs[CB_MAX_PAIRS];
+    uint32_t revision; /* … and no step needs what comes from here to outputs */
+    char machine[40];
+    struct cb_bus_config buses[CB_MAX_BUSES];
+    struct cb_can_config can;
+    uint8_t lags[CB_MAX_SIGNALS]; /* the signals that are lags, each after the one it follows, those
+                                     of one time constant side by side where that allows it */
+    struct cb_output_config outputs[CB_MAX_OUTPUTS];
     uint8_t links[CB_MAX_LINKS];
     float pool[CB_POOL_FLOATS];
 };

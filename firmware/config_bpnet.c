@@ -54,7 +54,8 @@ const struct cb_object cb_bpnet_object = {BPNET_FIELDS, BPNET_KEYS};
 static const struct cb_word ACTIVATION_WORDS[] = {
     {"tansig", CB_BPNET_TANSIG}, {"logsig", CB_BPNET_LOGSIG}, {0, 0}};
 
-/* Each maximum by itself: 128 x 32 weights are as many as 64 x 64, and overrun what is per input. */
+/* Each maximum by itself: 128 x 32 weights are as many as 64 x 64, and overrun what is per input.
+ */
 _Static_assert((int)CB_BPNET_MAX_INPUTS == (int)CB_MAX_NET_INPUTS, "inputs of one network");
 _Static_assert((int)CB_BPNET_MAX_HIDDEN == (int)CB_MAX_NET_HIDDEN, "hidden units of one network");
 _Static_assert((int)CB_BPNET_MAX_OUTPUTS == (int)CB_MAX_TERM_OUTPUTS, "outputs of one term");

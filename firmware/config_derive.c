@@ -36,8 +36,11 @@ static void derive_lags(struct cb_config *config) {
     for (unsigned i = config->lags_count; i-- > 0;) {
         const struct cb_signal_config *lag = &config->signals[config->lags[i]];
         more = (uint8_t)(lag->tau_s == tau_s ? more + 1u : 0u);
-        config->lag_links[i] = (struct cb_lag_link){
-            .lag = config->lags[i], .of = lag->lag_of, .squares = lag->power == 2, .more = more};
+        config->lag_links[i] = (struct cb_lag_link){.lag = config->lags[i],
+                                                    .of = lag->lag_of,
+                                                    .squares = lag->power == 2,
+                                                    .more = more,
+                                                    .tau_s = lag->tau_s};
         tau_s = lag->tau_s;
     }
 }
@@ -93,6 +96,11 @@ static void derive_terms(struct cb_config *config) {
     }
 }
 
+static void derive_outputs(struct cb_config *config) {
+    for (unsigned i = 0; i < config->outputs_count; ++i)
+        config->output_terms[i] = config->outputs[i].term;
+}
+
 static void derive_volumetric(struct cb_volumetric_config *volumetric) {
     volumetric->complete = true;
     for (unsigned k = 0; k < sizeof volumetric->error; ++k)
@@ -104,6 +112,7 @@ void cb_config_derive(struct cb_config *config) {
     derive_measured(config);
     derive_lags(config);
     derive_terms(config);
+    derive_outputs(config);
     for (unsigned i = 0; i < cb_all_channels(config); ++i) cb_limiter_derive(&config->channels[i]);
     for (unsigned i = 0; i < config->terms_count; ++i) {
         if (config->terms[i].type == CB_TERM_VOLUMETRIC)

@@ -24,10 +24,11 @@ CB_OUTLINE void start(struct cb_signal_state *state, float u) {
 }
 
 /* Moves one lag to its signal's newest value, which is plausible and so finite. */
-CB_INLINE void follow(const struct cb_signal_config *lag, const struct cb_signal_state *signal,
-                      struct cb_signal_state *state, struct pace *pace) {
-    const float tau_s = lag->tau_s, min = lag->min, max = lag->max;
-    const float u = lag->power == 2 ? signal->value * signal->value : signal->value;
+CB_INLINE void follow(const struct cb_lag_link *link, const struct cb_signal_config *lag,
+                      const struct cb_signal_state *signal, struct cb_signal_state *state,
+                      struct pace *pace) {
+    const float tau_s = link->tau_s, min = lag->min, max = lag->max;
+    const float u = link->squares ? signal->value * signal->value : signal->value;
     const int64_t elapsed_us = signal->time_us - state->time_us;
     state->time_us = signal->time_us;
     state->known = true;
@@ -42,11 +43,11 @@ CB_INLINE void follow(const struct cb_signal_config *lag, const struct cb_signal
 }
 
 /* The same for a signal whose newest value, if it ever had one, is too old. */
-CB_OUTLINE void follow_stale(const struct cb_signal_config *lag,
+CB_OUTLINE void follow_stale(const struct cb_lag_link *link, const struct cb_signal_config *lag,
                              const struct cb_signal_state *signal, struct cb_signal_state *state,
                              struct cb_counters *counters) {
     struct pace own = {0};
-    if (signal->known) follow(lag, signal, state, &own);
+    if (signal->known) follow(link, lag, signal, state, &own);
     state->used = state->value;
     counters->signals_stale += state->fresh;
     state->fresh = false;
@@ -66,15 +67,15 @@ CB_INLINE void follow_steady(const struct cb_lag_link *link, const struct cb_sig
 }
 
 /* Any lag in any step. out: whether it is fresh */
-CB_OUTLINE bool follow_any(const struct cb_signal_config *lag, const struct cb_signal_state *signal,
-                           struct cb_signal_state *state, struct pace *pace,
-                           struct cb_counters *counters) {
+CB_OUTLINE bool follow_any(const struct cb_lag_link *link, const struct cb_signal_config *lag,
+                           const struct cb_signal_state *signal, struct cb_signal_state *state,
+                           struct pace *pace, struct cb_counters *counters) {
     state->streak = 0;
     if (!signal->fresh) { /* it is as old as what it follows */
-        follow_stale(lag, signal, state, counters);
+        follow_stale(link, lag, signal, state, counters);
         return false;
     }
-    follow(lag, signal, state, pace);
+    follow(link, lag, signal, state, pace);
     state->used = state->value;
     if (signal->streak != 0 && state->value == state->lag.hi) state->streak = CB_STREAK_GOES;
     return state->fresh = true;
@@ -88,7 +89,7 @@ bool cb_lags_follow(const struct cb_config *config, struct cb_signal_state *stat
     while (link < end) {
         const struct cb_lag_link *const end_of_run = link + link->more + 1;
         struct cb_lag_gains gains = {0.0f, 0.0f};
-        if (since_us > 0) gains = gains_over(since_us, config->signals[link->lag].tau_s);
+        if (since_us > 0) gains = gains_over(since_us, link->tau_s);
         const unsigned steady = since_us > 0 && gains.gain <= 0.015625f ? CB_STREAK_GOES : 0;
         do {
             const struct cb_signal_state *signal = &states[link->of];
@@ -97,7 +98,7 @@ bool cb_lags_follow(const struct cb_config *config, struct cb_signal_state *stat
                 follow_steady(link, signal, state, gains);
             } else {
                 const struct cb_signal_config *lag = &config->signals[link->lag];
-                if (!follow_any(lag, signal, state, &pace, counters))
+                if (!follow_any(link, lag, signal, state, &pace, counters))
                     essentials_fresh = essentials_fresh && !lag->essential;
             }
         } while (++link != end_of_run);

@@ -120,6 +120,8 @@ static enum cb_mode step_fault(struct cb_mode_state *state, const struct cb_mode
 static enum cb_mode next_mode(struct cb_mode_state *state, const struct cb_mode_events *e,
                               uint32_t elapsed_us, uint32_t max_hold_us) {
     const enum cb_mode mode = (enum cb_mode)state->mode;
+    if (e->fault == CB_REASON_CONFIG_CORRUPT && mode != CB_MODE_STOPPED)
+        return fault(state, e->fault); /* whatever was before: nothing is written any more */
     if (e->fault != CB_REASON_NONE && mode != CB_MODE_FAULT && mode != CB_MODE_STOPPED)
         return fault(state, e->fault);
     switch (mode) {

@@ -34,7 +34,8 @@
     X(CB_REASON_NC, 14, "the NC is in alarm")                                                   \
     X(CB_REASON_NO_FILE, 15, "there is no coefficient file that the box can run")               \
     X(CB_REASON_DEMAND, 16, "a channel's demand is beyond its error limit")                     \
-    X(CB_REASON_CONFIG_CORRUPT, 17, "the configuration in memory has changed")                  \
+    X(CB_REASON_CONFIG_CORRUPT, 17,                                                             \
+      "the configuration in memory has changed: nothing is written until a restart")            \
     X(CB_REASON_WRITE_REFUSED, 18, "the PLC refuses the writes")                                \
     X(CB_REASON_OVERRUN, 19, "the box misses its period again and again")                       \
     X(CB_REASON_NC_ALARM, 20, "the NC went into alarm while it was compensated")                \

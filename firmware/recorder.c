@@ -25,7 +25,7 @@ void cb_recorder_note(struct cb_recorder *recorder, const struct cb_box *box) {
                                  .control = box->plc.control,
                                  .mode = box->mode.mode,
                                  .reason = box->mode.reason};
-    for (unsigned i = 0; i < box->config.channels_count; ++i)
+    for (unsigned i = 0; i < CB_MAX_CHANNELS; ++i)
         record->channel_um[i] = box->channels[i].output_um;
     recorder->before = box->counters;
     recorder->next = (recorder->next + 1) % recorder->capacity;

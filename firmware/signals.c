@@ -36,9 +36,8 @@ static inline bool within_rounding(const struct cb_signal_config *signal, float 
  * out: false when the value moved faster than anything of its kind can */
 CB_INLINE bool rate_plausible(const struct cb_signal_config *signal, float change,
                               int64_t elapsed_us) {
-    if (change == 0.0f || !(signal->max_rate_per_s > 0.0f)) return true;
-    const float unit = cb_number_is_integer(signal->type) ? cb_abs(signal->scale) : 0.0f;
-    return cb_abs(change) <= signal->max_rate_per_s * cb_seconds(elapsed_us) + unit;
+    if (change == 0.0f || !(signal->rate_per_s <= FLT_MAX)) return true;
+    return cb_abs(change) <= signal->rate_per_s * cb_seconds(elapsed_us) + signal->change_unit;
 }
 
 /* out: filtered over about three readings, because times shake it; where they are known by the
@@ -133,9 +132,9 @@ CB_INLINE bool goes_on(const struct cb_signal_config *signal, struct cb_signal_s
 /* out: from the good reading before to that of read_us; 0: nothing is left of that one */
 static int64_t since_reading(const struct cb_config *config, const struct cb_signal_state *states,
                              int64_t read_us) {
-    for (unsigned i = 0; i < config->signals_count; ++i) {
-        if (states[i].streak != 0 && config->signals[i].source == CB_SOURCE_PLC)
-            return read_us - states[i].time_us;
+    const uint8_t *const end = config->measured + measured(config);
+    for (const uint8_t *index = config->measured; index < end; ++index) {
+        if (states[*index].streak != 0) return read_us - states[*index].time_us;
     }
     return 0;
 }
@@ -144,15 +143,14 @@ static int64_t since_reading(const struct cb_config *config, const struct cb_sig
 static struct cb_reading accept_plc(const struct acceptance *to, struct cb_signal_state *states,
                                     const struct cb_inputs *in, int64_t now_us) {
     const struct cb_config *const config = to->config;
-    const struct cb_signal_config *signal = config->signals, *const end =
-                                                                 signal + config->signals_count;
     const int64_t since_us = since_reading(config, states, in->read_us);
     const bool smooth = since_us > 0 && now_us - in->read_us <= (int64_t)config->plain_age_us;
     const float elapsed_s = cb_seconds(since_us);
-    unsigned left = measured(config), plain = 0;
-    for (struct cb_signal_state *state = states; left > 0 && signal != end; ++signal, ++state) {
-        if (signal->source == CB_SOURCE_LAG) continue;
-        --left;
+    const uint8_t *const end = config->measured + measured(config);
+    unsigned plain = 0;
+    for (const uint8_t *index = config->measured; index < end; ++index) {
+        const struct cb_signal_config *signal = &config->signals[*index];
+        struct cb_signal_state *state = &states[*index];
         if (signal->source != CB_SOURCE_PLC) continue;
         const float raw = cb_number_decode(signal->type, in->registers + signal->reg);
         if (smooth && signal->plain && state->streak != 0 &&

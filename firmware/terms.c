@@ -50,8 +50,7 @@ static void fade(float *output, unsigned count, float fade_um) {
 }
 
 /* Its outputs of this step: computed, or on their way from the last ones to zero. */
-CB_OUTLINE void evaluate(struct step *step, unsigned index) {
-    const struct cb_term_config *term = &step->e.config->terms[index];
+CB_OUTLINE void evaluate(struct step *step, const struct cb_term_config *term, unsigned index) {
     struct cb_term_state *state = &step->states[index];
     float value[CB_MAX_TERM_OUTPUTS], *const output = step->outputs + term->first_output;
     if (compute(step, term, state, value)) {
@@ -92,10 +91,21 @@ CB_INLINE bool follow(const struct cb_config *config, const struct cb_grid *grid
     return search(config, grid, x, span);
 }
 
-/* Curves that have to be looked at one by one. */
-CB_COLD CB_OUTLINE void evaluate_each(struct step *step, const struct cb_plain_curve *curve,
+/* Curves that have to be looked at one by one. What they are is made of the grid, which every step
+ * checks (box_check.c); their terms' configuration is for slopes. */
+CB_COLD CB_OUTLINE void evaluate_each(struct step *step, const struct cb_grid *grid,
+                                      const struct cb_plain_curve *curve,
                                       const struct cb_plain_curve *end) {
-    for (; curve != end; ++curve) evaluate(step, curve->term);
+    struct cb_term_config term = {.type = CB_TERM_BSPLINE, .outputs = 1};
+    term.as.curve = (struct cb_curve_config){.signal = grid->signal,
+                                             .degree = grid->degree,
+                                             .spans = grid->spans,
+                                             .spans_per_unit = grid->spans_per_unit};
+    for (; curve != end; ++curve) {
+        term.first_output = curve->output;
+        term.as.curve.pool = (uint16_t)(curve->coefficients - grid->spans - 1u);
+        evaluate(step, &term, curve->term);
+    }
 }
 
 /* The curves of one grid: mostly the signal is in the span in which it was.
@@ -111,7 +121,7 @@ CB_INLINE void evaluate_grid(struct step *step, const struct step *same, const s
     uint32_t span = states[grid->term].span; /* 0, or where follow() found it */
     const bool holds = x >= breaks[span] && x < breaks[span + 1];
     if (!signal->fresh || (!holds && !follow(config, grid, x, &states[grid->term].span))) {
-        evaluate_each(step, curve, end);
+        evaluate_each(step, grid, curve, end);
         return;
     }
     span = states[grid->term].span;
@@ -120,7 +130,7 @@ CB_INLINE void evaluate_grid(struct step *step, const struct step *same, const s
     do {
         const float value = cb_ppoly_horner(row + curve->coefficients, (uint8_t)degree, u);
         if (!cb_is_finite(value)) {
-            evaluate_each(step, curve, curve + 1);
+            evaluate_each(step, grid, curve, curve + 1);
             continue;
         }
         same->outputs[curve->output] = value;
@@ -150,6 +160,6 @@ struct cb_terms_verdict cb_terms_evaluate(const struct cb_config *config,
         curve = next;
     }
     for (unsigned i = 0; i < config->other_terms_count; ++i)
-        evaluate(&step, config->other_terms[i]);
+        evaluate(&step, &config->terms[config->other_terms[i]], config->other_terms[i]);
     return step.verdict;
 }

@@ -95,7 +95,7 @@ static uint8_t curve(const struct cb_evaluation *e, const struct cb_term_config 
 
 /* true: the output is that of this step */
 static bool is_live(const struct cb_evaluation *e, uint8_t output) {
-    return e->states[e->config->outputs[output].term].live;
+    return e->states[e->config->output_terms[output]].live;
 }
 
 /* Rounding: (inputs + 1) 2^-24 of the sum of the sizes of what is added. */

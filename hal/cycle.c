@@ -127,6 +127,7 @@ void cb_cycle_start(struct cb_cycle *cycle) {
 void cb_cycle_run(struct cb_cycle *cycle, struct cb_box *box, const struct cb_hal *hal) {
     cycle->in.missed_ticks = hal->wait_tick(hal->context);
     cycle->tick_us = now(hal);
+    const bool sound = cb_box_is_sound(box); /* else its addresses and period mean nothing */
     const struct exchange exchange = {
         .hal = hal,
         .plc = &box->config.plc,
@@ -136,7 +137,9 @@ void cb_cycle_run(struct cb_cycle *cycle, struct cb_box *box, const struct cb_ha
 
     cycle->read = cycle->write = CB_TRANSFER_FAILED;
     cycle->in.held = CB_HELD_NONE;
-    if (combined) {
+    if (!sound) {
+        cycle->in.read_ok = false;
+    } else if (combined) {
         write_then_read(cycle, &exchange);
     } else {
         read_inputs(cycle, &exchange);

@@ -45,7 +45,8 @@ struct daemon {
     struct cb_reload reload;
     struct cb_supervise supervise;
     struct cb_stop stop;
-    uint32_t generation; /* of the coefficient file that the rows taken last are of */
+    uint32_t generation;         /* of the coefficient file that the rows taken last are of … */
+    struct cb_config configs[2]; /* … and the newest two: the box's own may change in memory */
     char plc[64];
     int64_t stats_us;          /* when statistics were last written */
     struct cb_state state;     /* newest that the loop handed over */
@@ -65,7 +66,12 @@ struct daemon {
 
 /* The coefficient file that rows of this generation were made with. Only of the newest two. */
 static const struct cb_config *config_of(const struct daemon *daemon, uint32_t generation) {
-    return &daemon->loop.boxes[generation % 2].config;
+    return &daemon->configs[generation % 2];
+}
+
+/* Before the box of this generation runs, or right after it was taken over. */
+static void keep_config(struct daemon *daemon, uint32_t generation) {
+    daemon->configs[generation % 2] = daemon->loop.boxes[generation % 2].config;
 }
 
 static const struct cb_config *config_now(const struct daemon *daemon) {
@@ -313,6 +319,7 @@ static bool start(struct daemon *daemon) {
     cb_loop_init(&daemon->loop);
     cb_supervise_start(&daemon->supervise);
     if (!load(daemon)) return false;
+    keep_config(daemon, 0);
     run->config_file = daemon->options.config;
     run->ceiling = daemon->options.ceiling;
     run->lowered = daemon->reload.lowered;
@@ -345,6 +352,7 @@ static void follow_reload(struct daemon *daemon, uint32_t generation) {
     if (generation == daemon->generation) return;
     const struct cb_config *before = config_now(daemon);
     daemon->generation = generation;
+    keep_config(daemon, generation);
     const int error =
         cb_record_follow(&daemon->record, daemon->options.record, before, config_now(daemon));
     if (error != 0)

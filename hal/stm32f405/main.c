@@ -71,7 +71,7 @@ static void load(void) {
 
 static void note_cycle(void) {
     if (app.dump_left == 0) cb_recorder_note(&app.recorder, &app.box);
-    if (app.trace) cb_trace_note(&app);
+    if (app.trace && !app.box.config_corrupt) cb_trace_note(&app);
     cb_status_note(&app);
     if (app.box.counters.cycles == GOOD_RUN_CYCLES && cb_retained.fault_starts > 0) {
         cb_retained.fault_starts = 0;

@@ -95,6 +95,30 @@ struct plant {
     int64_t after(int64_t us) const { return sim->now_us + us; }
 };
 
+// ---- a configuration that has changed in memory
+
+// Its addresses, lengths and times are not used for another exchange, with either request.
+TEST(cycle, a_corrupt_configuration_ends_the_exchange) {
+    for (cb_exchange exchange : {CB_EXCHANGE_FC3_FC16, CB_EXCHANGE_FC23}) {
+        for (int what = 0; what < 4; ++what) {
+            plant p(simple(exchange));
+            p.run(20);
+            ASSERT_EQ(p.mode(), CB_MODE_ACTIVE);
+            const uint32_t reads = p.sim->reads, writes = p.sim->writes;
+            cb_config &c = p.box->config;
+            if (what == 0) c.plc.write.start ^= 0x8000;
+            if (what == 1) c.plc.read.count ^= 0x4000;
+            if (what == 2) c.period_us ^= 0x80000000u;
+            if (what == 3) c.plc.exchange ^= 1;
+            p.run(20);
+            EXPECT_EQ(p.sim->reads, reads);
+            EXPECT_EQ(p.sim->writes, writes);
+            EXPECT_EQ(p.box->mode.reason, CB_REASON_CONFIG_CORRUPT);
+            EXPECT_EQ(p.sim->watchdog_fed, 40u);
+        }
+    }
+}
+
 // ---- the exchange
 
 TEST(cycle, reads_steps_and_writes_in_one_period) {

@@ -32,6 +32,10 @@ struct rules {
     bool permitted() const { return !s.lost || e.permit_resume || new_edge(); }
     bool plc_says_no() const { return e.plc_ok && (!e.enable || !e.referenced); }
     bool alarmed() const { return e.nc_alarm && s.mode == CB_MODE_ACTIVE; }
+    // The configuration in memory has changed: for good, whatever was before.
+    bool corrupt() const {
+        return e.fault == CB_REASON_CONFIG_CORRUPT && s.mode != CB_MODE_STOPPED;
+    }
     bool new_fault() const { return (e.fault != 0 || alarmed()) && s.mode != CB_MODE_FAULT; }
     bool conditions() const {
         return healthy() && e.enable && e.referenced && !e.nc_alarm && !e.stop;
@@ -45,7 +49,7 @@ struct rules {
     bool ends() const {
         const bool resting =
             s.mode == CB_MODE_STANDBY || s.mode == CB_MODE_RAMP || s.mode == CB_MODE_FAULT;
-        return resting && !new_fault() && e.stop && e.all_zero && e.zero_written;
+        return resting && !corrupt() && !new_fault() && e.stop && e.all_zero && e.zero_written;
     }
     bool holds() const {
         if (e.fault || e.stop || plc_says_no() || runs()) return false;
@@ -89,6 +93,7 @@ constexpr unsigned all_events = 1u << 16;
 // The reason that belongs to the mode, as far as the rules fix it; -1: not fixed.
 int expected_reason(const rules &before, uint8_t mode_after) {
     const cb_mode_events &e = before.e;
+    if (before.corrupt()) return CB_REASON_CONFIG_CORRUPT;
     if (mode_after == CB_MODE_ACTIVE && e.degraded) return CB_REASON_DEGRADED;
     if (mode_after == CB_MODE_ACTIVE) return e.limited ? CB_REASON_LIMITED : CB_REASON_NONE;
     if (before.s.mode == CB_MODE_FAULT && mode_after == CB_MODE_FAULT) return before.s.reason;
@@ -148,7 +153,8 @@ void explore(transitions &seen) {
     for (uint8_t mode = CB_MODE_STANDBY; mode <= CB_MODE_STOPPED; ++mode) {
         for (unsigned flags = 0; flags < 4; ++flags) {
             for (const auto &hold : holds) {
-                for (uint8_t fault : {CB_REASON_NONE, CB_REASON_OVERRUN}) {
+                for (uint8_t fault :
+                     {CB_REASON_NONE, CB_REASON_OVERRUN, CB_REASON_CONFIG_CORRUPT}) {
                     for (unsigned bits = 0; bits < all_events; ++bits) {
                         cb_mode_state state;
                         std::memset(&state, 0, sizeof state);
@@ -190,6 +196,10 @@ TEST(mode, the_picture_is_that_of_the_machine) {
     for (std::sregex_iterator i(dot.begin(), dot.end(), arrow), end; i != end; ++i)
         drawn.insert({(*i)[1], (*i)[2]});
     EXPECT_EQ(drawn, seen);
+    // That nothing is written after reason 17 is no transition: the node of FAULT says it.
+    const std::string node = dot.substr(dot.find("FAULT [label="));
+    EXPECT_NE(node.substr(0, node.find(']')).find("reason 17: no write until a restart"),
+              std::string::npos);
 }
 
 TEST(mode, the_page_on_faults_names_everything) {

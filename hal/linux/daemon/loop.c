@@ -51,7 +51,8 @@ static void copy_step(struct cb_row *row, const struct cb_cycle *cycle) {
 static void copy_values(struct cb_row *row, const struct cb_box *box,
                         const struct cb_outputs *out) {
     row->known = 0;
-    for (uint8_t i = 0; i < box->config.signals_count; i++) {
+    for (unsigned i = 0; i < CB_MAX_SIGNALS;
+         i++) { /* not a count that may have changed in memory */
         row->signals[i] = box->signals[i].value;
         if (box->signals[i].known) row->known |= 1ull << i;
     }

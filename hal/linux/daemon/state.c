@@ -63,7 +63,7 @@ void cb_state_clock_read(struct cb_state_clock *clock) {
 }
 
 void cb_state_take(struct cb_state *state, const struct cb_box *box) {
-    for (unsigned i = 0; i < box->config.signals_count; i++) {
+    for (unsigned i = 0; i < CB_MAX_SIGNALS; i++) {
         const struct cb_signal_state *signal = &box->signals[i];
         state->lags[i] = (struct cb_lag_state){signal->lag, signal->time_us, signal->settled};
     }

@@ -56,6 +56,7 @@ static void ask_next(struct cb_app *app, int64_t now_us) {
 }
 
 void cb_bus_poll(struct cb_app *app) {
+    if (app->box.config_corrupt) return; /* whose signals these are cannot be said any more */
     struct cb_wire *wire = &app->bus.wire;
     if (!app->bus.present) return;
     const int64_t now_us = cb_time_us();

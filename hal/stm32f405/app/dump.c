@@ -42,7 +42,8 @@ static void say_record(struct cb_app *app, const struct cb_record *record) {
     put_hex(line, record->reason, 2);
     put_hex(line, record->control, 4);
     put_hex(line, record->counters, 8);
-    put_floats(line, record->channel_um, app->box.config.channels_count);
+    const unsigned channels = app->box.config.channels_count; /* may have changed in memory */
+    put_floats(line, record->channel_um, channels < CB_MAX_CHANNELS ? channels : CB_MAX_CHANNELS);
     cb_console_end(&app->console);
 }
 

@@ -47,7 +47,7 @@ static void say_status(struct cb_app *app) {
         cb_text_put(line, cb_reason_text(CB_REASON_NO_FILE));
     } else {
         put_mode(line, &app->box);
-        put_channels(line, &app->box);
+        if (!app->box.config_corrupt) put_channels(line, &app->box);
         put_number(line, "; cycles ", app->box.counters.cycles);
         put_number(line, " missed ", app->box.counters.missed_ticks);
     }
