@@ -257,6 +257,8 @@ static void change_mode(struct cb_box *box, const struct cb_inputs *in, const st
     const uint8_t before = box->mode.mode;
     cb_mode_step(&box->mode, &events, step->elapsed_us, box->config.hold_us);
     const uint8_t mode = box->mode.mode;
+    const bool was_fault = mode == CB_MODE_FAULT && before == CB_MODE_FAULT;
+    if (!was_fault) box->cause = cb_box_find_cause(box);
     if (mode == before) return;
     box->counters.holds += mode == CB_MODE_HOLD;
     box->counters.ramps += mode == CB_MODE_RAMP;
@@ -306,6 +308,7 @@ static void emit(struct cb_box *box, struct cb_outputs *out) {
         cb_tangent_encode(&box->config, &box->tangent, out->registers);
     out->registers[plc->status] = (uint16_t)(box->mode.mode | box->mode.reason << 8);
     out->registers[plc->box_heartbeat] = ++box->box_heartbeat;
+    if (plc->has_detail) out->registers[plc->detail] = cb_cause_detail(&box->cause);
     if (plc->write.counters)
         out->registers[0] = out->registers[plc->write.count - 1] = ++box->block_counter;
     for (unsigned i = 0; i < cb_all_channels(&box->config); ++i)
@@ -327,6 +330,7 @@ static void give_up(struct cb_box *box, int64_t now_us, struct cb_outputs *out) 
     const uint8_t before = box->mode.mode;
     cb_mode_step(&box->mode, &events, 0, 0);
     box->counters.faults += box->mode.mode != before;
+    box->cause = (struct cb_cause){CB_CAUSE_NONE, 0, 0.0f, 0.0f};
     box->now_us = now_us;
     box->writing = out->write = out->stopped = false;
 }

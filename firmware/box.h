@@ -16,6 +16,7 @@
 #include <stdint.h>
 
 #include "firmware/applied.h"
+#include "firmware/cause.h"
 #include "firmware/channels.h"
 #include "firmware/config.h"
 #include "firmware/counters.h"
@@ -57,6 +58,7 @@ struct cb_box {
     struct cb_channel_state channels[CB_MAX_CHANNELS];
     struct cb_tangent_state tangent;
     struct cb_applied_state applied;
+    struct cb_cause cause;  /* behind mode.reason; of a fault that of its first step */
     int64_t now_us;         /* of the last step */
     uint32_t config_sum;    /* cb_memory_check() of config, at start */
     uint32_t head_sum;      /* what each step checks of it, at start: the front … */
@@ -138,6 +140,9 @@ bool cb_box_at_rest(const struct cb_box *box);
 /* Why cb_box_adopt() would be false: index in old's channels of the first one that would step;
  * CB_NONE: none would, or old is not sound. */
 unsigned cb_box_obstacle(const struct cb_config *fresh, const struct cb_box *old);
+
+/* in : a step whose mode and reason are made. out: the cause of that reason (box_cause.c) */
+struct cb_cause cb_box_find_cause(const struct cb_box *box);
 
 /* Parts of a step and of a start (box_check.c). out: false, latched: the configuration has changed
  */

@@ -13,9 +13,13 @@ struct cb_demand cb_channels_want(const struct cb_config *config, const float *o
         for (unsigned k = 0; k < channel->sum_count; ++k) sum_um += outputs[channel->sum[k]];
         const bool limited = !(cb_abs(sum_um) <= channel->limit_um);
         channels[i].wanted_um = 0.0f - sum_um;
-        counters->outputs_limited += limited;
-        demand.limited = demand.limited || limited;
-        demand.excessive = demand.excessive || !(cb_abs(sum_um) <= channel->error_um);
+        if (!limited) continue;
+        const bool excessive = !(cb_abs(sum_um) <= channel->error_um);
+        ++counters->outputs_limited;
+        ++channels[i].limited;
+        channels[i].excessive += excessive;
+        demand.limited = true;
+        demand.excessive = demand.excessive || excessive;
     }
     return demand;
 }

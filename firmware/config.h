@@ -233,10 +233,12 @@ struct cb_plc_config {
     struct cb_block_config read, write;
     uint16_t control, plc_heartbeat; /* indices in the read block */
     uint16_t status, box_heartbeat;  /* indices in the write block */
+    uint16_t detail;                 /* likewise, where has_detail */
     uint32_t heartbeat_timeout_ms;
     uint16_t referenced_mask; /* all of these control bits must be set; default bit 1 */
     uint16_t handshake;       /* index in the read block, where has_handshake */
     uint16_t step_units;      /* largest change from one update of the NC to the next; 0: any */
+    bool has_detail;          /* the box shows which signal or channel is behind its reason */
     bool has_handshake;       /* the PLC shows its handshake with the NC */
     bool axes_at_once;        /* with a handshake: one takes all channels */
     uint32_t scan_us;         /* the PLC's scan; 0 where the profile has no handshake */

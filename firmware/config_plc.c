@@ -28,6 +28,7 @@ enum {
     PLC_HEARTBEAT,
     STATUS,
     BOX_HEARTBEAT,
+    DETAIL,
     HEARTBEAT_TIMEOUT,
     REFERENCED_BITS,
     HANDSHAKE,
@@ -52,6 +53,7 @@ static const struct cb_field PLC_FIELDS[PLC_KEYS] = {
     [STATUS] = {"status", CB_FIELD_UINT16, true, AT(status), .least = "0", .most = "65535"},
     [BOX_HEARTBEAT] = {"box_heartbeat", CB_FIELD_UINT16, true, AT(box_heartbeat), .least = "0",
                        .most = "65535"},
+    [DETAIL] = {"detail", CB_FIELD_UINT16, false, AT(detail), .least = "0", .most = "65535"},
     [HEARTBEAT_TIMEOUT] = {"heartbeat_timeout_ms", CB_FIELD_UINT32, true, AT(heartbeat_timeout_ms),
                            .least = "1", .most = "60000"},
     [REFERENCED_BITS] = {"referenced_bits", CB_FIELD_ARRAY, false, CB_NOT_STORED},
@@ -140,7 +142,8 @@ static bool check_interpolation(struct cb_loader *loader, uint32_t at) {
                    at);
 }
 
-/* Takes the four registers that are there in every file. */
+/* Takes the four registers that are there in every file, and detail and handshake where they are.
+ */
 static bool take_fixed(struct cb_loader *loader, const uint32_t *slots) {
     struct cb_plc_config *plc = &loader->config->plc;
     const uint8_t type = CB_NUMBER_UINT16;
@@ -151,6 +154,8 @@ static bool take_fixed(struct cb_loader *loader, const uint32_t *slots) {
            cb_take_write(loader, slots[STATUS], type, CB_USER_STATUS, &plc->status) &&
            cb_take_write(loader, slots[BOX_HEARTBEAT], type, CB_USER_BOX_HEARTBEAT,
                          &plc->box_heartbeat) &&
+           (slots[DETAIL] == CB_ABSENT ||
+            cb_take_write(loader, slots[DETAIL], type, CB_USER_DETAIL, &plc->detail)) &&
            (slots[HANDSHAKE] == CB_ABSENT ||
             cb_take_read(loader, slots[HANDSHAKE], type, CB_USER_HANDSHAKE, &plc->handshake));
 }
@@ -170,6 +175,7 @@ static bool read_control(struct cb_loader *loader, const uint32_t *slots) {
     if (slots[MAX_STEP] != CB_ABSENT && facts->step_most == 0)
         return cb_fail(loader, CB_ERROR_PROFILE, slots[MAX_STEP],
                        "profile %s has no largest step; leave it out", facts->name);
+    plc->has_detail = slots[DETAIL] != CB_ABSENT;
     plc->has_handshake = slots[HANDSHAKE] != CB_ABSENT;
     if (slots[MAX_STEP] == CB_ABSENT) plc->step_units = facts->step_most;
     if (slots[PLC_DEADBAND] == CB_ABSENT) plc->deadband_um = facts->deadband_um;

@@ -23,6 +23,7 @@ static const char *fixed_user(uint8_t user) {
         [CB_USER_STATUS] = "the status word (status)",
         [CB_USER_BOX_HEARTBEAT] = "box_heartbeat",
         [CB_USER_HANDSHAKE] = "handshake",
+        [CB_USER_DETAIL] = "detail",
     };
     return names[user];
 }

@@ -14,6 +14,7 @@ enum {
     CB_USER_STATUS,
     CB_USER_BOX_HEARTBEAT,
     CB_USER_HANDSHAKE,
+    CB_USER_DETAIL,
     CB_USER_SIGNAL,                                    /* + index of the signal */
     CB_USER_CHANNEL = CB_USER_SIGNAL + CB_MAX_SIGNALS, /* + index of the channel */
 };

@@ -49,8 +49,7 @@ CB_OUTLINE void follow_stale(const struct cb_lag_link *link, const struct cb_sig
     struct pace own = {0};
     if (signal->known) follow(link, lag, signal, state, &own);
     state->used = state->value;
-    counters->signals_stale += state->fresh;
-    state->fresh = false;
+    cb_signal_goes_stale(state, counters);
 }
 
 /* A lag whose signal was read in this reading and the one before, and which went along with it:

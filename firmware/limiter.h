@@ -24,6 +24,7 @@ struct cb_channel_state {
     uint32_t late_us; /* … for so long that the PLC lives, from the newest of them; 0: none */
     float sent_um;    /* last output that was handed to a write; finite */
     float applied_um; /* of a channel with applied: the newest finite value that the PLC reported */
+    uint32_t limited, excessive; /* steps with a demand beyond limit_um; … beyond error_um */
 };
 
 /* How far outputs may move in one step. */

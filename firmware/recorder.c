@@ -24,7 +24,8 @@ void cb_recorder_note(struct cb_recorder *recorder, const struct cb_box *box) {
                                  .counters = changed(&recorder->before, &box->counters),
                                  .control = box->plc.control,
                                  .mode = box->mode.mode,
-                                 .reason = box->mode.reason};
+                                 .reason = box->mode.reason,
+                                 .detail = cb_cause_detail(&box->cause)};
     for (unsigned i = 0; i < CB_MAX_CHANNELS; ++i)
         record->channel_um[i] = box->channels[i].output_um;
     recorder->before = box->counters;

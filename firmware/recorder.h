@@ -16,6 +16,7 @@ struct cb_record {
     uint32_t counters;                 /* bit i: counter i moved (cb_counter_name(i)), not cycles */
     uint16_t control;                  /* the PLC's control word, as last read */
     uint8_t mode, reason;              /* enum cb_mode, enum cb_reason */
+    uint16_t detail;                   /* the cause of the reason, as cb_cause_detail() */
     float channel_um[CB_MAX_CHANNELS]; /* outputs */
 };
 

@@ -13,14 +13,12 @@ static inline unsigned measured(const struct cb_config *config) {
 
 void cb_signals_forget(const struct cb_config *config, struct cb_signal_state *states,
                        struct cb_counters *counters) {
-    for (unsigned i = 0; i < config->signals_count; ++i) {
-        const struct cb_signal_state was = states[i];
-        counters->signals_stale += was.fresh;
-        states[i] = (struct cb_signal_state){0};
-        if (config->signals[i].source != CB_SOURCE_LAG) continue;
-        states[i].lag = was.lag;
-        states[i].settled = was.settled;
-        states[i].time_us = was.time_us;
+    for (struct cb_signal_state *state = states; state != states + config->signals_count; ++state) {
+        cb_signal_goes_stale(state, counters);
+        state->value = state->velocity = state->used = 0.0f;
+        state->known = false;
+        state->streak = 0;
+        state->refusal = CB_CAUSE_NONE;
     }
 }
 
@@ -66,6 +64,16 @@ CB_OUTLINE float velocity_over(const struct cb_config *config, float velocity, f
     return next_velocity(velocity, change, per_s, false);
 }
 
+/* Counts a number that is not taken. out: false */
+CB_COLD CB_OUTLINE bool refuse(const struct acceptance *to, struct cb_signal_state *state,
+                               float value, enum cb_cause_kind why) {
+    ++to->counters->samples_implausible;
+    ++state->implausible;
+    state->refusal = (uint8_t)why;
+    state->refused = value;
+    return false;
+}
+
 /* in : value valid at time_us; inside: the same within min … max
  * Takes it, or counts it as implausible for its rate. out: whether it is taken */
 CB_INLINE bool take(const struct acceptance *to, const struct cb_signal_config *signal,
@@ -73,10 +81,8 @@ CB_INLINE bool take(const struct acceptance *to, const struct cb_signal_config *
     const int64_t elapsed_us = time_us - state->time_us;
     const float change = value - state->value;
     if (state->known) {
-        if (elapsed_us < 0 || !rate_plausible(signal, change, elapsed_us)) {
-            ++to->counters->samples_implausible;
-            return false;
-        }
+        if (elapsed_us < 0 || !rate_plausible(signal, change, elapsed_us))
+            return refuse(to, state, value, CB_CAUSE_FAST);
         if (signal->leads && elapsed_us == to->apart.elapsed_us)
             state->velocity =
                 next_velocity(state->velocity, change, to->apart.per_s, to->apart.counted);
@@ -85,6 +91,7 @@ CB_INLINE bool take(const struct acceptance *to, const struct cb_signal_config *
     }
     state->value = inside;
     state->time_us = time_us;
+    state->refusal = CB_CAUSE_NONE;
     return state->known = true;
 }
 
@@ -93,8 +100,8 @@ CB_OUTLINE bool take_at_end(const struct acceptance *to, const struct cb_signal_
                             struct cb_signal_state *state, float value, int64_t time_us) {
     if (within_rounding(signal, value))
         return take(to, signal, state, value, cb_clamp(value, signal->min, signal->max), time_us);
-    ++to->counters->samples_implausible;
-    return false;
+    if (!(value == value)) return refuse(to, state, value, CB_CAUSE_NO_NUMBER);
+    return refuse(to, state, value, value < signal->min ? CB_CAUSE_BELOW : CB_CAUSE_ABOVE);
 }
 
 /* Takes one raw number that was valid at time_us, or counts it as implausible. */
@@ -237,8 +244,7 @@ bool cb_signals_age(const struct cb_config *config, struct cb_signal_state *stat
         const struct cb_signal_config *signal = &config->signals[*index];
         struct cb_signal_state *state = &states[*index];
         if (age(&ageing, signal, state)) continue;
-        counters->signals_stale += state->fresh;
-        state->fresh = false;
+        cb_signal_goes_stale(state, counters);
         essentials_fresh = essentials_fresh && !signal->essential;
     }
     return cb_lags_follow(config, states, counters, reading->since_us) && essentials_fresh;

@@ -6,6 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/cause.h"
 #include "firmware/config.h"
 #include "firmware/counters.h"
 #include "firmware/io.h"
@@ -21,7 +22,18 @@ struct cb_signal_state {
     bool fresh;        /* known and not older than its maximum age, in this step */
     bool settled;      /* of lags: it has begun, in the steady state of its first value */
     uint8_t streak;    /* bits below; none: the last good reading brought nothing for it */
+    uint8_t refusal;   /* enum cb_cause_kind: why the last number was refused; NONE: it was not */
+    float refused;     /* … and that number, unit of the signal */
+    uint32_t implausible, stale; /* its share of samples_implausible and signals_stale */
 };
+
+/* It is not fresh in this step. Counted when it was in the one before. */
+static inline void cb_signal_goes_stale(struct cb_signal_state *state,
+                                        struct cb_counters *counters) {
+    counters->signals_stale += state->fresh;
+    state->stale += state->fresh;
+    state->fresh = false;
+}
 
 enum {
     CB_STREAK_BEGUN = 1, /* of PLC signals: accepted in the last good reading … */

@@ -97,6 +97,7 @@ void read_plc(const section &plc, register_map &map) {
     map.plc_heartbeat = address_in(plc, "plc_heartbeat", map.read, 1);
     map.status = address_in(plc, "status", map.write, 1);
     map.box_heartbeat = address_in(plc, "box_heartbeat", map.write, 1);
+    if (plc.has("detail")) map.detail = address_in(plc, "detail", map.write, 1);
     if (plc.has("handshake")) map.handshake = address_in(plc, "handshake", map.read, 1);
     map.axes_at_once = plc.truth_or("axes_at_once", false);
     if (plc.has("deadband_um")) map.deadband_um = plc.number("deadband_um");

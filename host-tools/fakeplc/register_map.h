@@ -52,6 +52,7 @@ struct register_map {
     register_block read, write;  // as the box sees it: the PLC shows `read` and obeys `write`
     int control = 0, plc_heartbeat = 0, status = 0, box_heartbeat = 0;
     std::uint16_t referenced_mask = 1u << 1;
+    std::optional<int> detail;     // in the write block: the cause of the box's reason
     std::optional<int> handshake;  // of the profile fanuc: where the state of EA/ED/ESTB/EREND is
     bool axes_at_once = false;     // … and whether one handshake takes all axes
     std::optional<double> deadband_um;  // with which the PLC program writes the NC

@@ -171,6 +171,10 @@ def test_an_implausible_position_holds(plc, running):
     plc.values = dict(AT_REST)
     plc.wait_mode(ACTIVE)
     assert running.process.poll() is None
+    running.stop()
+    held = [h["cause"] for h in running.stats["history"] if h["mode"] == "HOLD"]
+    assert held == ["signal X reads 15000 mm and its max is 14300"]
+    assert set(running.stats["signals"]) == {"X"}
 
 
 def test_a_demand_beyond_the_error_limit_is_a_latched_fault(plc, port, start_box):
@@ -193,6 +197,10 @@ def test_a_demand_beyond_the_error_limit_is_a_latched_fault(plc, port, start_box
         box.stop()
     assert box.code == 0, box.log
     assert box.stats["box"]["faults"] == 1
+    assert set(box.stats["channels"]) == {"Z"} and box.stats["channels"]["Z"]["excessive"] >= 1
+    causes = [h["cause"] for h in box.stats["history"] if h["mode"] == "FAULT"]
+    assert len(causes) == 1 and causes[0].startswith("channel Z wants -17")
+    assert causes[0].endswith(" um and its error_um is 160") and causes[0] in box.log
     laws.check_writes(plc.writes, limit_um=150.001)
 
 

@@ -80,6 +80,31 @@ TEST_F(log_lines, a_bus_that_flickers_hides_no_change_of_mode) {
     EXPECT_EQ(text.find("about the mode"), std::string::npos);
 }
 
+// The line names the signal, its value and its bound; another signal that is missing is another
+// line.
+TEST_F(log_lines, a_change_of_mode_names_its_cause) {
+    start();
+    row->mode = CB_MODE_HOLD;
+    row->reason = CB_REASON_SIGNAL;
+    row->cause = {{CB_CAUSE_ABOVE, 1, 1000.5f, 1000}, "Y", "mm"};
+    step(0);
+    row->cause.cause.value = 1001;
+    step(30000);
+    EXPECT_EQ(
+        said(),
+        "compboxd:     0.000 s: HOLD: an essential signal is missing or implausible: signal Y "
+        "reads 1000.5 mm and its max is 1000\n");
+    row->cause = {{CB_CAUSE_NEVER, 0, 0, 90}, "X", ""};
+    step(60000);
+    EXPECT_EQ(count(said(), "signal X has had no plausible value yet\n"), 1u);
+    row->mode = CB_MODE_FAULT;
+    row->reason = CB_REASON_DEMAND;
+    row->cause = {{CB_CAUSE_DEMAND, 2, -412.25f, 400}, "Z", ""};
+    step(90000);
+    EXPECT_EQ(count(said(), "error limit: channel Z wants -412.25 um and its error_um is 400\n"),
+              1u);
+}
+
 TEST_F(log_lines, what_was_left_out_is_said_by_itself_and_once) {
     start();
     for (int i = 0; i < 100; ++i) cb_log_limited(log.get(), CB_LOG_FILES, 0, "line %d", i);

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "firmware/mode.h"
+#include "hal/linux/daemon/cause_words.h"
 #include "hal/linux/daemon/exception_words.h"
 
 enum {
@@ -133,12 +134,23 @@ static const char *cause_text(const struct cb_row_link *link) {
     return "not tried yet";
 }
 
+/* Another signal that is missing is news; another channel at its limit is not. */
+static bool other_signal(const struct cb_cause *a, const struct cb_cause *b) {
+    return a->kind != b->kind || a->index != b->index;
+}
+
 static void log_mode(struct cb_log *log, const struct cb_row *row) {
-    if (log->begun && row->mode == log->mode && row->reason == log->reason) return;
-    cb_log_limited(log, CB_LOG_MODE, row->time_us, "%s: %s", cb_mode_name(row->mode),
-                   cb_reason_text(row->reason));
+    const struct cb_cause *cause = &row->cause.cause;
+    const bool same = row->mode == log->mode && row->reason == log->reason;
+    const bool moved = row->reason == CB_REASON_SIGNAL && other_signal(cause, &log->cause);
+    char text[CB_CAUSE_TEXT];
+    if (log->begun && same && !moved) return;
+    cb_cause_text(&row->cause, text);
+    cb_log_limited(log, CB_LOG_MODE, row->time_us, "%s: %s%s%s", cb_mode_name(row->mode),
+                   cb_reason_text(row->reason), text[0] == '\0' ? "" : ": ", text);
     log->mode = row->mode;
     log->reason = row->reason;
+    log->cause = *cause;
 }
 
 static void log_link(struct cb_log *log, const struct cb_row *row) {

@@ -47,6 +47,7 @@ struct cb_log {
     struct cb_log_limit limits[CB_LOG_KINDS_COUNT];
     bool begun; /* a row was seen: the fields below are valid */
     uint8_t mode, reason;
+    struct cb_cause cause;
     struct cb_row_link link;
     struct cb_log_odd odd[CB_ODD_COUNT];
     uint32_t refused_functions; /* that lines were written about */

@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "hal/linux/daemon/cause_words.h"
 #include "hal/linux/realtime.h"
 
 static struct cb_row_link link_of(const struct cb_link *link) {
@@ -60,6 +61,16 @@ static void copy_values(struct cb_row *row, const struct cb_box *box,
     memcpy(row->channels, out->channel_um, sizeof row->channels);
 }
 
+static void copy_cause(struct cb_row *row, const struct cb_box *box) {
+    row->cause = cb_name_cause(box);
+    for (unsigned i = 0; i < CB_MAX_SIGNALS; i++)
+        row->signal_counts[i] =
+            (struct cb_row_signal){box->signals[i].implausible, box->signals[i].stale};
+    for (unsigned i = 0; i < CB_MAX_CHANNELS; i++)
+        row->channel_counts[i] =
+            (struct cb_row_channel){box->channels[i].limited, box->channels[i].excessive};
+}
+
 /* Tells the other thread about the cycle just run; a full ring counts the row as lost. */
 static void publish(struct cb_loop *loop, int64_t woke_before_ns) {
     const uint64_t number = loop->made++;
@@ -79,6 +90,7 @@ static void publish(struct cb_loop *loop, int64_t woke_before_ns) {
     row->write = (uint8_t)loop->cycle.write;
     row->mode = loop->box->mode.mode;
     row->reason = loop->box->mode.reason;
+    copy_cause(row, loop->box);
     row->box = loop->box->counters;
     copy_wire(row, &loop->target);
     copy_can(&row->can, &loop->target.can);

@@ -24,6 +24,21 @@ struct cb_row_can {
     struct cb_canopen_node nodes[CB_MAX_CAN_NODES]; /* in the order of the coefficient file */
 };
 
+/* Which signal, term or channel is behind the reason, with its name and unit. */
+struct cb_row_cause {
+    struct cb_cause cause;
+    char name[CB_NAME_SIZE];
+    char unit[8]; /* of a signal's value; "" of anything else */
+};
+
+/* Its share of the box's counters. */
+struct cb_row_signal {
+    uint32_t implausible, stale;
+};
+struct cb_row_channel {
+    uint32_t limited, excessive;
+};
+
 struct cb_row {
     int64_t time_us;     /* wake-up, CLOCK_BOOTTIME */
     int64_t tick;        /* index of the tick, skipped ones counted */
@@ -34,6 +49,9 @@ struct cb_row {
     uint32_t lead_us;    /* how far ahead positions were evaluated */
     uint8_t read, write; /* enum cb_transfer */
     uint8_t mode, reason;
+    struct cb_row_cause cause;
+    struct cb_row_signal signal_counts[CB_MAX_SIGNALS];
+    struct cb_row_channel channel_counts[CB_MAX_CHANNELS];
     struct cb_counters box;
     uint8_t transport;          /* enum cb_transport */
     struct cb_tcp_counters tcp; /* of the transport in use; the other's are 0 */

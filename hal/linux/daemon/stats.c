@@ -5,7 +5,7 @@ static void add_change(struct cb_stats *stats, const struct cb_row *row) {
     if (stats->rows > 0 && row->mode == stats->last.mode && row->reason == stats->last.reason)
         return;
     stats->history[stats->changes % CB_STATS_HISTORY] =
-        (struct cb_stats_change){row->time_us, row->mode, row->reason};
+        (struct cb_stats_change){row->time_us, row->mode, row->reason, row->cause};
     stats->changes++;
 }
 

@@ -19,6 +19,7 @@ enum { CB_STATS_HISTORY = 256 }; /* changes of mode or reason kept; the oldest m
 struct cb_stats_change {
     int64_t time_us;
     uint8_t mode, reason;
+    struct cb_row_cause cause; /* when it changed */
 };
 
 /* Facts about the run that do not come from rows; filled in by the caller. */

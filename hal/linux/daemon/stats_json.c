@@ -7,6 +7,7 @@
 
 #include "firmware/mode.h"
 #include "hal/linux/daemon/bus_words.h"
+#include "hal/linux/daemon/cause_words.h"
 #include "hal/linux/daemon/load.h"
 #include "hal/linux/daemon/stats.h"
 
@@ -120,6 +121,40 @@ static void put_box(FILE *file, const struct cb_counters *box) {
     fputs("},\n", file);
 }
 
+/* By name; those of which nothing was counted are left out. */
+static void put_signals(FILE *file, const struct cb_config *config, const struct cb_row *row) {
+    const char *comma = "";
+    fputs("  \"signals\": {", file);
+    for (unsigned i = 0; i < config->signals_count; i++) {
+        const struct cb_row_signal *counts = &row->signal_counts[i];
+        if (counts->implausible == 0 && counts->stale == 0) continue;
+        fprintf(file, "%s\"%s\": {\"implausible\": %u, \"stale\": %u}", comma,
+                config->signals[i].name, (unsigned)counts->implausible, (unsigned)counts->stale);
+        comma = ", ";
+    }
+    fputs("},\n", file);
+}
+
+static void put_channels(FILE *file, const struct cb_config *config, const struct cb_row *row) {
+    const char *comma = "";
+    fputs("  \"channels\": {", file);
+    for (unsigned i = 0; i < config->channels_count; i++) {
+        const struct cb_row_channel *counts = &row->channel_counts[i];
+        if (counts->limited == 0 && counts->excessive == 0) continue;
+        fprintf(file, "%s\"%s\": {\"limited\": %u, \"excessive\": %u}", comma,
+                config->channels[i].name, (unsigned)counts->limited, (unsigned)counts->excessive);
+        comma = ", ";
+    }
+    fputs("},\n", file);
+}
+
+static void put_cause(FILE *file, const struct cb_row_cause *cause) {
+    char text[CB_CAUSE_TEXT];
+    cb_cause_text(cause, text);
+    fputs("\"cause\": ", file);
+    cb_stats_put_string(file, text);
+}
+
 static void put_exceptions(FILE *file, const uint32_t *by_code, unsigned codes) {
     const char *comma = "";
     fputs(", \"exceptions_by_code\": {", file);
@@ -180,9 +215,11 @@ static void put_plc(FILE *file, const struct cb_stats *stats) {
 
 static void put_change(FILE *file, const struct cb_stats *stats,
                        const struct cb_stats_change *change) {
-    fprintf(file, "{\"time_s\": %.3f, \"mode\": \"%s\", \"reason\": \"%s\"}",
+    fprintf(file, "{\"time_s\": %.3f, \"mode\": \"%s\", \"reason\": \"%s\", ",
             (double)(change->time_us - stats->first_us) * 1e-6, cb_mode_name(change->mode),
             cb_reason_text(change->reason));
+    put_cause(file, &change->cause);
+    fputs("}", file);
 }
 
 static void put_history(FILE *file, const struct cb_stats *stats) {
@@ -202,12 +239,16 @@ static void put_all(FILE *file, const struct cb_stats *stats, const struct cb_co
     put_reloads(file, &stats->run);
     put_cycles(file, stats, config);
     put_box(file, &stats->last.box);
+    put_signals(file, config, &stats->last);
+    put_channels(file, config, &stats->last);
     put_plc(file, stats);
     if (stats->run.can_used) cb_stats_put_can(file, &config->can, &stats->last);
     if (stats->run.bus != NULL) cb_stats_put_bus(file, stats->run.bus);
     put_history(file, stats);
-    fprintf(file, "  \"mode\": \"%s\",\n  \"reason\": \"%s\"\n}\n", cb_mode_name(stats->last.mode),
+    fprintf(file, "  \"mode\": \"%s\",\n  \"reason\": \"%s\",\n  ", cb_mode_name(stats->last.mode),
             cb_reason_text(stats->last.reason));
+    put_cause(file, &stats->last.cause);
+    fputs("\n}\n", file);
 }
 
 /* Closes the file; out: 0 when everything is on the disk, else errno. */

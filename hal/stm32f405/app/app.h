@@ -42,8 +42,9 @@ struct cb_app {
     bool trace;         /* a line about each cycle */
     uint32_t dump_left; /* records of a dump that are still to be sent */
     uint8_t said_mode, said_reason;
-    bool said;         /* the mode was said at all */
-    int64_t status_us; /* of the last status line */
+    uint16_t said_detail; /* cause of that */
+    bool said;            /* the mode was said at all */
+    int64_t status_us;    /* of the last status line */
     struct cb_box box;
     union {
         struct cb_load_scratch scratch;

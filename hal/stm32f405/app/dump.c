@@ -30,7 +30,8 @@ static void put_registers(struct cb_text *line, const char *name, const uint16_t
 
 void cb_dump_ask(struct cb_app *app) {
     app->dump_left = app->recorder.count;
-    cb_console_say(&app->console, "dump: cycle time_us mode reason control counters channels");
+    cb_console_say(&app->console,
+                   "dump: cycle time_us mode reason control counters detail channels");
 }
 
 static void say_record(struct cb_app *app, const struct cb_record *record) {
@@ -42,6 +43,7 @@ static void say_record(struct cb_app *app, const struct cb_record *record) {
     put_hex(line, record->reason, 2);
     put_hex(line, record->control, 4);
     put_hex(line, record->counters, 8);
+    put_hex(line, record->detail, 4);
     const unsigned channels = app->box.config.channels_count; /* may have changed in memory */
     put_floats(line, record->channel_um, channels < CB_MAX_CHANNELS ? channels : CB_MAX_CHANNELS);
     cb_console_end(&app->console);

@@ -19,10 +19,35 @@ static void put_number(struct cb_text *line, const char *name, uint32_t number) 
     cb_text_put_unsigned(line, number);
 }
 
+static const char *name_of(const struct cb_box *box, char what) {
+    const struct cb_config *config = &box->config;
+    const uint8_t index = box->cause.index;
+    if (what == 's') return config->signals[index].name;
+    if (what == 'c') return config->channels[index].name;
+    return config->outputs[config->terms[index].first_output].name;
+}
+
+/* Which signal, term or channel it is, its value and its bound. */
+static void put_cause(struct cb_text *line, const struct cb_box *box) {
+    const struct cb_cause_words words = cb_cause_words_of(box->cause.kind);
+    if (box->cause.kind == CB_CAUSE_NONE) return;
+    const char *const parts[] = {": ", words.what,  " ", name_of(box, words.what[0]),
+                                 " ",  words.before};
+    for (unsigned i = 0; i < sizeof parts / sizeof parts[0]; ++i) cb_text_put(line, parts[i]);
+    if (words.between[0] == 0) return;
+    cb_text_put(line, " ");
+    cb_text_put_tenths(line, box->cause.value);
+    cb_text_put(line, " ");
+    cb_text_put(line, words.between);
+    cb_text_put(line, " ");
+    cb_text_put_tenths(line, box->cause.bound);
+}
+
 static void put_mode(struct cb_text *line, const struct cb_box *box) {
     cb_text_put(line, cb_mode_name(box->mode.mode));
     cb_text_put(line, ": ");
     cb_text_put(line, cb_reason_text(box->mode.reason));
+    put_cause(line, box);
 }
 
 static void put_channels(struct cb_text *line, const struct cb_box *box) {
@@ -63,12 +88,16 @@ static void say_mode(struct cb_app *app) {
     cb_console_end(&app->console);
     app->said_mode = app->box.mode.mode;
     app->said_reason = app->box.mode.reason;
+    app->said_detail = cb_cause_detail(&app->box.cause);
     app->said = true;
 }
 
 static bool mode_changed(const struct cb_app *app) {
-    return !app->said || app->said_mode != app->box.mode.mode ||
-           app->said_reason != app->box.mode.reason;
+    const uint8_t reason = app->box.mode.reason;
+    const bool moved =
+        reason == CB_REASON_SIGNAL && app->said_detail != cb_cause_detail(&app->box.cause);
+    return !app->said || app->said_mode != app->box.mode.mode || app->said_reason != reason ||
+           moved;
 }
 
 void cb_status_note(struct cb_app *app) {

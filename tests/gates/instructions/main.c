@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
- * Gate: instructions on a Cortex-M4F, the most that any of 64 inputs takes, against their limits.
- * The last rows are planted faults, which have to be over theirs. Exit 1 otherwise. */
+ * Gate: instructions on a Cortex-M4F, the largest count seen over 64 inputs, against their limits.
+ * It is no bound for all inputs, and instructions are not cycles (docs/results/speed.md). The last
+ * rows are planted faults, which have to be over theirs. Exit 1 otherwise. */
 #include <stdio.h>
 
 #include "tests/gates/instructions/counter.h"
@@ -61,7 +62,7 @@ int main(void) {
     good &=
         row("cb_box_step, reference load, travelling", step_most(STEP_TRAVEL, 500), 11500, false);
     good &=
-        row("cb_box_step, reference load, in trouble", step_most(STEP_TROUBLE, 3000), 17500, false);
+        row("cb_box_step, reference load, in trouble", step_most(STEP_TROUBLE, 3000), 16000, false);
     good &= row("cb_box_step, the first after a start", step_first(), 13300, false);
     if (!step_met_everything()) {
         puts("the steps in trouble met too little of it");

@@ -148,18 +148,19 @@ static int replay(const struct line *line) {
 
 static int compare_record(char *text) {
     struct cb_record read = {0};
-    unsigned cycle, mode, reason, control, counters;
+    unsigned cycle, mode, reason, control, counters, detail;
     long long time_us;
     int used = 0;
-    if (sscanf(text, "D %u %lld %x %x %x %x%n", &cycle, &time_us, &mode, &reason, &control,
-               &counters, &used) != 6)
+    if (sscanf(text, "D %u %lld %x %x %x %x %x%n", &cycle, &time_us, &mode, &reason, &control,
+               &counters, &detail, &used) != 7)
         return fail("a recorder's line is damaged", read.cycle);
     const struct cb_record *own =
         cycle > box.counters.cycles ? NULL : cb_recorder_at(&recorder, box.counters.cycles - cycle);
     if (!own) return fail("was recorded, but not traced", cycle);
     char *rest = text + used;
     if (own->cycle != cycle || own->time_us != time_us || own->mode != mode ||
-        own->reason != reason || own->control != control || own->counters != counters)
+        own->reason != reason || own->control != control || own->counters != counters ||
+        own->detail != detail)
         return fail("the recorder says something else", cycle);
     for (unsigned i = 0; i < box.config.channels_count; ++i) {
         const char *word = next_word(&rest);
