@@ -103,9 +103,11 @@ void __wrap_cb_box_step(struct cb_box *box, const struct cb_inputs *in, int64_t 
 
 int exchange_report(const char *inputs, uint32_t limit) {
     const struct exchange_most *most = &exchange_most;
-    printf("whole cycle, %s: %6u / %6u instructions (reply %u, step %u, request %u), worst of %u\n",
-           inputs, (unsigned)most->all, (unsigned)limit, (unsigned)most->receive,
-           (unsigned)most->step, (unsigned)most->encode, (unsigned)most->cycles);
+    printf(
+        "whole cycle, %s: %6u / %6u instructions (reply %u, step %u, request %u), largest seen of "
+        "%u\n",
+        inputs, (unsigned)most->all, (unsigned)limit, (unsigned)most->receive, (unsigned)most->step,
+        (unsigned)most->encode, (unsigned)most->cycles);
     if (most->wrong) puts("a reply was not decoded to what it was made of");
     return most->cycles > 0 && !most->wrong && most->all <= limit ? 0 : 1;
 }
