@@ -353,6 +353,18 @@ void cb_box_step(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,
     emit(box, out);
 }
 
+int64_t cb_box_stop_us(const struct cb_box *box) {
+    float longest_s = 0.0f;
+    for (unsigned i = 0; i < CB_MAX_CHANNELS && i < cb_all_channels(&box->config); ++i) {
+        const struct cb_channel_config *channel = &box->config.channels[i];
+        const float slew = channel->slew_um_per_s, ramp = box->config.ramp_um_per_s;
+        const float rate_um_per_s = channel->is_slope ? slew : cb_min(slew, ramp);
+        const float way_um = cb_max(channel->limit_um, cb_abs(box->channels[i].output_um));
+        longest_s = cb_max(longest_s, way_um / rate_um_per_s);
+    }
+    return (int64_t)(cb_min(longest_s, 1e9f) * 1e6f);
+}
+
 void cb_box_settle(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,
                    struct cb_outputs *out) {
     struct step step = {0};

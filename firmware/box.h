@@ -133,6 +133,10 @@ void cb_box_evaluate(struct cb_box *box, const struct cb_inputs *in);
  *      configuration has changed in memory. */
 bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old);
 
+/* How long the way of all outputs to zero takes: for the slowest channel max(limit, |output|) by
+ * the lower one of slew and ramp. Add the time of a few exchanges for the confirmation. */
+int64_t cb_box_stop_us(const struct cb_box *box);
+
 /* true: a configuration with other limits or registers may come: STANDBY because the PLC, which
  * answers and lives, has not set enable, and every output is zero in all that the PLC may hold. */
 bool cb_box_at_rest(const struct cb_box *box);

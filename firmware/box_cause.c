@@ -54,19 +54,14 @@ static struct cb_cause of_demand(const struct cb_box *box, uint8_t kind) {
     return NO_CAUSE;
 }
 
-/* The channel that is furthest from what was sent. */
+/* The channel whose applied value is not the box's: what the PLC reported, and what was sent last;
+ * far beyond it, the bound of the fault. */
 static struct cb_cause of_applied(const struct cb_box *box) {
-    struct cb_cause cause = NO_CAUSE;
-    float most_um = -1.0f;
-    for (unsigned i = 0; i < box->config.channels_count; ++i) {
-        const struct cb_channel_state *state = &box->channels[i];
-        const float apart_um = cb_abs(state->applied_um - state->sent_um);
-        if (!box->config.channels[i].has_applied || apart_um <= most_um) continue;
-        most_um = apart_um;
-        cause =
-            (struct cb_cause){CB_CAUSE_UNAPPLIED, (uint8_t)i, state->applied_um, state->sent_um};
-    }
-    return cause;
+    const struct cb_applied_verdict *found = &box->applied_verdict;
+    if (found->channel >= CB_MAX_CHANNELS) return NO_CAUSE;
+    const float bound_um = found->foreign ? box->config.channels[found->channel].error_um
+                                          : box->channels[found->channel].sent_um;
+    return (struct cb_cause){CB_CAUSE_UNAPPLIED, found->channel, found->value_um, bound_um};
 }
 
 struct cb_cause cb_box_find_cause(const struct cb_box *box) {
@@ -78,6 +73,7 @@ struct cb_cause cb_box_find_cause(const struct cb_box *box) {
         case CB_REASON_LIMITED:
             return of_demand(box, CB_CAUSE_LIMITED);
         case CB_REASON_UNAPPLIED:
+        case CB_REASON_FOREIGN:
             return of_applied(box);
         case CB_REASON_DEMAND:
             return of_demand(box, CB_CAUSE_DEMAND);

@@ -32,7 +32,6 @@ enum {
     EXIT_USAGE = 2,
     LOOK_EVERY_MS = 50,       /* how long rows wait in the ring */
     STATS_EVERY_US = 5000000, /* how old the statistics file may be */
-    STOP_MARGIN_US = 1000000, /* beyond the time that the ramp to zero takes */
 };
 
 struct daemon {
@@ -76,14 +75,6 @@ static void keep_config(struct daemon *daemon, uint32_t generation) {
 
 static const struct cb_config *config_now(const struct daemon *daemon) {
     return config_of(daemon, daemon->generation);
-}
-
-/* How long a ramp from the largest output to zero takes, with a margin for the confirmation. */
-static int64_t stop_time_us(const struct cb_config *config) {
-    float largest_um = 0;
-    for (unsigned i = 0; i < config->channels_count; i++)
-        if (config->channels[i].limit_um > largest_um) largest_um = config->channels[i].limit_um;
-    return (int64_t)((double)largest_um / (double)config->ramp_um_per_s * 1e6) + STOP_MARGIN_US;
 }
 
 /* Opens the files that shall be written, so that a wrong path is told before the machine moves. */
@@ -188,7 +179,6 @@ static bool start_signals(struct daemon *daemon) {
     signal(SIGXFSZ, SIG_IGN); /* a file that must not grow is reported like a full disk */
     daemon->stop.loop = &daemon->loop;
     daemon->stop.supervise = &daemon->supervise;
-    daemon->stop.longest_us = stop_time_us;
     const int error = cb_stop_start(&daemon->stop);
     if (error != 0)
         fprintf(stderr, "compboxd: cannot start the thread that waits for signals: %s\n",

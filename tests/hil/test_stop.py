@@ -37,6 +37,19 @@ def test_a_signal_ramps_to_zero_and_says_stopped(plc, port, start_box, exchange,
     assert box.stats["mode"] == "STOPPED"
 
 
+def test_a_slew_below_the_ramp_rate_is_waited_for(plc, port, start_box):
+    """At 30 µm/s the way from -90 µm takes longer than limit / ramp and a second."""
+    def slow(config):
+        for channel in config["channels"]:
+            channel["slew_um_per_s"] = 30
+    plc.values = dict(AT_REST)
+    with PymodbusPlc(plc, port), start_box(change=slow) as box:
+        plc.wait(lambda w: w.mode == ACTIVE and w.um["Z"] < -90)
+        box.stop()
+    assert box.code == 0, box.log
+    assert plc.writes[-1].mode == STOPPED and plc.writes[-1].um["Z"] == 0
+
+
 def test_cycles_end_by_the_same_clean_stop(plc, port, start_box):
     plc.values = dict(AT_REST)
     with PymodbusPlc(plc, port), start_box("--cycles", "40") as box:

@@ -351,20 +351,6 @@ TEST(box_fault, a_plc_that_will_not_say_is_met_at_zero_and_that_is_a_loss) {
     EXPECT_DOUBLE_EQ(rig.written(4), -15);
 }
 
-// The refusal alone is a loss: here the writes were refused, readings went on, the mode was ACTIVE.
-TEST(box_fault, a_refused_read_back_ends_active) {
-    running_rig rig;
-    rig.write = CB_WRITE_REFUSED;
-    rig.steps(6);
-    ASSERT_EQ(rig.mode(), CB_MODE_ACTIVE);
-    rig.in.held = CB_HELD_REFUSED;
-    rig.write = CB_WRITE_OK;
-    rig.step();
-    EXPECT_EQ(rig.mode(), CB_MODE_HOLD);
-    rig.steps(40);
-    EXPECT_EQ(rig.reason(), CB_REASON_WAIT_ENABLE);
-}
-
 // ---- what the run before left in the PLC
 
 TEST(box_fault, a_status_of_a_box_at_work_is_a_loss_at_the_first_contact) {

@@ -153,6 +153,22 @@ static void log_mode(struct cb_log *log, const struct cb_row *row) {
     log->cause = *cause;
 }
 
+/* Another client writes to the PLC: what it left in the register of a channel. */
+static void log_foreign(struct cb_log *log, const struct cb_config *config,
+                        const struct cb_row *row) {
+    const uint8_t channel = row->foreign.channel;
+    if (row->box.registers_foreign == log->registers_foreign) return;
+    log->registers_foreign = row->box.registers_foreign;
+    if (channel >= cb_all_channels(config)) return;
+    cb_log_limited(
+        log, CB_LOG_WIRE, row->time_us,
+        "another client writes to %s: the register of %s%s holds %.6g, not the %.6g µm%s "
+        "that the box wrote; give it another block or end it",
+        log->plc, config->channels[channel].is_slope ? "the slope of channel " : "channel ",
+        config->channels[channel].name, (double)row->foreign.value_um, (double)row->foreign_sent_um,
+        config->channels[channel].is_slope ? "/m" : "");
+}
+
 static void log_link(struct cb_log *log, const struct cb_row *row) {
     const struct cb_row_link *now = &row->link, *before = &log->link;
     if (now->disconnects != before->disconnects)
@@ -219,6 +235,7 @@ void cb_log_row(struct cb_log *log, const struct cb_config *config, const struct
     cb_log_peer(log, config, row);
     log_link(log, row);
     log_mode(log, row);
+    log_foreign(log, config, row);
     log_errors(log, row);
     log->begun = true;
 }

@@ -48,6 +48,7 @@ struct cb_log {
     bool begun; /* a row was seen: the fields below are valid */
     uint8_t mode, reason;
     struct cb_cause cause;
+    uint32_t registers_foreign; /* that a line was written about */
     struct cb_row_link link;
     struct cb_log_odd odd[CB_ODD_COUNT];
     uint32_t refused_functions; /* that lines were written about */

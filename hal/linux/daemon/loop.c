@@ -63,6 +63,9 @@ static void copy_values(struct cb_row *row, const struct cb_box *box,
 
 static void copy_cause(struct cb_row *row, const struct cb_box *box) {
     row->cause = cb_name_cause(box);
+    row->foreign = box->foreign;
+    if (box->foreign.channel < CB_MAX_CHANNELS)
+        row->foreign_sent_um = box->channels[box->foreign.channel].sent_um;
     for (unsigned i = 0; i < CB_MAX_SIGNALS; i++)
         row->signal_counts[i] =
             (struct cb_row_signal){box->signals[i].implausible, box->signals[i].stale};
@@ -139,8 +142,8 @@ bool cb_loop_answered(const struct cb_loop *loop) {
     return __atomic_load_n(&loop->offer, __ATOMIC_ACQUIRE) == CB_LOOP_OFFER_NONE;
 }
 
-const struct cb_config *cb_loop_config(const struct cb_loop *loop) {
-    return &loop->boxes[__atomic_load_n(&loop->generation, __ATOMIC_ACQUIRE) % 2].config;
+const struct cb_box *cb_loop_box(const struct cb_loop *loop) {
+    return &loop->boxes[__atomic_load_n(&loop->generation, __ATOMIC_ACQUIRE) % 2];
 }
 
 static void take_over(struct cb_loop *loop, struct cb_box *spare) {

@@ -64,8 +64,8 @@ bool cb_loop_withdraw(struct cb_loop *loop);
  *      the generation before. */
 bool cb_loop_answered(const struct cb_loop *loop);
 
-/* The coefficient file that runs; from any thread. Valid until the next offer is taken. */
-const struct cb_config *cb_loop_config(const struct cb_loop *loop);
+/* The box that runs; from any thread. Valid until the next offer is taken. */
+const struct cb_box *cb_loop_box(const struct cb_loop *loop);
 
 /* Thread function; argument: struct cb_loop *. Ends after a clean stop or on quit. */
 void *cb_loop_run(void *argument);

@@ -10,7 +10,10 @@
 #include "hal/linux/mailbox.h"
 #include "hal/linux/realtime.h"
 
-enum { LOOK_EVERY_MS = 20, MARGIN_US = 1000000 };
+enum {
+    LOOK_EVERY_MS = 20,
+    MARGIN_US = 1000000, /* for the confirmation of zero, and for the watchdog beyond all that */
+};
 
 /* Waits for a signal, but no longer than until the next look. */
 static void mind_signals(struct cb_stop *stop) {
@@ -56,7 +59,7 @@ static void *run(void *argument) {
         if (!cb_flag_is_raised(&stop->loop->target.stop)) continue;
         const int64_t now_us = cb_boottime_us();
         if (give_up_us == 0) {
-            const int64_t longest_us = stop->longest_us(cb_loop_config(stop->loop));
+            const int64_t longest_us = cb_box_stop_us(cb_loop_box(stop->loop)) + MARGIN_US;
             cb_supervise_stopping(stop->supervise, longest_us + CB_STOP_FILES_US + MARGIN_US);
             give_up_us = now_us + longest_us;
             idle_us = now_us;

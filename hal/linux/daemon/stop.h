@@ -17,19 +17,18 @@ enum { CB_STOP_FILES_US = 5000000 };
 struct cb_stop {
     struct cb_loop *loop;
     struct cb_supervise *supervise;
-    int64_t (*longest_us)(const struct cb_config *config); /* how long a stop may take */
     bool loop_runs; /* a cb_flag: the loop's thread was started */
     bool ended;     /* a cb_flag: the normal thread has done all its work */
     bool runs;
     pthread_t thread;
 };
 
-/* in : loop, supervise and longest_us set, all else 0; SIGTERM and SIGINT blocked in the calling
+/* in : loop and supervise set, all else 0; SIGTERM and SIGINT blocked in the calling
  *      thread, and so in all that it starts
  * From now on either signal raises loop->target.stop. However that flag was raised, loop->quit
- * follows after longest_us; and where the normal thread does not come to cb_stop_finish() within
- * CB_STOP_FILES_US of the loop's end, the program ends with exit code 1 and a sentence.
- * out: 0, or errno */
+ * follows after cb_box_stop_us() and a second for the confirmation; and where the normal thread
+ * does not come to cb_stop_finish() within CB_STOP_FILES_US of the loop's end, the program ends
+ * with exit code 1 and a sentence. out: 0, or errno */
 int cb_stop_start(struct cb_stop *stop);
 
 /* The normal thread's work is done: ends the thread. */
