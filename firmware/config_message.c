@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "firmware/config_reader.h"
+#include "firmware/json_text.h"
 
 enum {
     QUOTE_BYTES = 48, /* of a value, as the user wrote it */
@@ -56,13 +57,26 @@ static void put_whole(struct writer *writer, uint32_t number) {
     put(writer, digits + first, (uint32_t)sizeof digits - first);
 }
 
+/* Text of the file; a control character, which could forge a line of the log, as '?'. */
+static void put_shown(struct writer *writer, const char *text, uint32_t length) {
+    uint32_t first = 0;
+    for (uint32_t at = 0; at < length; ++at) {
+        const uint32_t control = cb_control_length(text, length, at);
+        if (control == 0) continue;
+        put(writer, text + first, at - first);
+        put_text(writer, "?");
+        first = at + control;
+    }
+    put(writer, text + first, length - first);
+}
+
 /* A piece of the file, shortened to about `most` bytes. */
 static void put_piece(struct writer *writer, const char *text, uint32_t length, uint32_t most) {
     if (length <= most) {
-        put(writer, text, length);
+        put_shown(writer, text, length);
         return;
     }
-    put(writer, text, whole_characters(text, most));
+    put_shown(writer, text, whole_characters(text, most));
     put_text(writer, "…");
 }
 

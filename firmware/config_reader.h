@@ -37,8 +37,9 @@ struct cb_loader {
 };
 
 /* Writes the message: path of the value at `at`, the sentence, line and column. In the sentence,
- * %v takes the offset (uint32_t) of a value and quotes it as the user wrote it, %s a text,
- * %u a uint32_t. at = CB_ABSENT: the file as a whole, no place. Always false. */
+ * %v takes the offset (uint32_t) of a value and quotes it as the user wrote it (a control
+ * character as '?'), %s a text, %u a uint32_t. at = CB_ABSENT: the file as a whole, no place.
+ * Always false. */
 bool cb_fail(struct cb_loader *loader, enum cb_error error, uint32_t at, const char *sentence, ...);
 
 /* ---- tables of keys ---- */
@@ -53,7 +54,7 @@ enum cb_field_kind {
     CB_FIELD_BOOL,
     CB_FIELD_WORD,   /* one of `words` -> uint8_t */
     CB_FIELD_NAME,   /* letters, digits, _ - . -> char[CB_NAME_SIZE] */
-    CB_FIELD_TEXT,   /* any text without control characters -> char[size] */
+    CB_FIELD_TEXT,   /* any text without control characters (json_text.h) -> char[size] */
     CB_FIELD_STRING, /* a text that the caller reads */
     CB_FIELD_OBJECT, /* the caller reads it */
     CB_FIELD_ARRAY,  /* the caller reads it */
@@ -105,7 +106,8 @@ bool cb_read_float(struct cb_loader *loader, uint32_t at, const char *least, con
 bool cb_read_whole(struct cb_loader *loader, uint32_t at, const char *least, const char *most,
                    uint32_t *value);
 
-/* A text into buffer[size], ended by 0; at most size - 1 bytes, no control characters. */
+/* A text into buffer[size], ended by 0; at most size - 1 bytes, no control characters
+ * (json_text.h). */
 bool cb_read_text(struct cb_loader *loader, uint32_t at, char *buffer, uint32_t size);
 
 /* A name: as a text, of letters, digits and _ - . only, not empty. */

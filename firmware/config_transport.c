@@ -80,14 +80,27 @@ const struct cb_object cb_bus_object = {BUS_FIELDS, BUS_KEYS};
 
 enum { DEFAULT_PLC_DELAY_US = 2000, DEFAULT_MODULE_DELAY_US = 50000 };
 
+static bool is_below_dev(const char *path) {
+    static const char dev[] = "/dev/";
+    const char *c = path;
+    for (unsigned i = 0; dev[i]; ++i, ++c)
+        if (*c != dev[i]) return false;
+    if (*c == '\0') return false;
+    for (--c; *c; ++c)
+        if (c[0] == '/' && c[1] == '.' && c[2] == '.' && (c[3] == '/' || c[3] == '\0'))
+            return false;
+    return true;
+}
+
 /* in : table: cb_rtu_object or cb_bus_line_object; delay_us: where the file does not say */
 static bool read_serial(struct cb_loader *loader, uint32_t at, const struct cb_object *table,
                         struct cb_serial_config *serial, uint32_t delay_us) {
     uint32_t slots[RTU_KEYS];
     if (!cb_read_object(loader, at, table, serial, slots)) return false;
-    if (serial->device[0] == '\0')
+    if (!is_below_dev(serial->device))
         return cb_fail(loader, CB_ERROR_RANGE, slots[DEVICE],
-                       "an empty text is no device; write \"/dev/ttyS0\" or the like");
+                       "%v is no device below /dev; write \"/dev/ttyS0\" or the like",
+                       slots[DEVICE]);
     if (!cb_is_usual_baud(serial->line.baud))
         return cb_fail(loader, CB_ERROR_RANGE, slots[BAUD],
                        "%v is no usual baud rate: use one of 1200, 2400, 4800, 9600, 19200, 38400, "

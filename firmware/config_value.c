@@ -4,6 +4,7 @@
 
 #include "firmware/config_reader.h"
 #include "firmware/decimal.h"
+#include "firmware/json_text.h"
 #include "models/num.h"
 
 struct cb_json_token cb_token_at(const struct cb_loader *loader, uint32_t at) {
@@ -161,7 +162,7 @@ bool cb_read_text(struct cb_loader *loader, uint32_t at, char *buffer, uint32_t 
     if (length >= size)
         return cb_fail(loader, CB_ERROR_NAME, at, "%v is longer than %u bytes", at, size - 1);
     for (uint32_t i = 0; i < length; ++i) {
-        if ((uint8_t)buffer[i] < 0x20)
+        if (cb_control_length(buffer, length, i) > 0)
             return cb_fail(loader, CB_ERROR_NAME, at, "%v contains a control character", at);
     }
     memset(buffer + length, 0, size - length);

@@ -38,6 +38,28 @@ uint32_t cb_utf8_length(const char *text, uint32_t length, uint32_t at) {
     return form->length;
 }
 
+/* in : `length` bytes of one valid character. out: its code point */
+static uint32_t code_point(const char *text, uint32_t length) {
+    uint32_t code = byte_at(text, 0);
+    if (length > 1) code &= 0x7Fu >> length;
+    for (uint32_t i = 1; i < length; ++i) code = code << 6 | (byte_at(text, i) & 0x3Fu);
+    return code;
+}
+
+uint32_t cb_control_length(const char *text, uint32_t length, uint32_t at) {
+    static const struct {
+        uint16_t first, last;
+    } controls[] = {{0x0000, 0x001F}, {0x007F, 0x009F}, {0x061C, 0x061C},
+                    {0x200E, 0x200F}, {0x2028, 0x202E}, {0x2066, 0x2069}};
+    const uint32_t bytes = cb_utf8_length(text, length, at);
+    if (bytes == 0) return 0;
+    const uint32_t code = code_point(text + at, bytes);
+    for (unsigned i = 0; i < sizeof controls / sizeof controls[0]; ++i) {
+        if (code >= controls[i].first && code <= controls[i].last) return bytes;
+    }
+    return 0;
+}
+
 uint32_t cb_hex_digit(char c) {
     if (c >= '0' && c <= '9') return (uint32_t)(c - '0');
     if (c >= 'a' && c <= 'f') return (uint32_t)(c - 'a') + 10;

@@ -20,8 +20,8 @@ def unhurried():
 
 @pytest.fixture(scope="session")
 def lines():
-    """Where serial lines appear: tmp_path would be too long for a device, of at most 63 characters."""
-    with tempfile.TemporaryDirectory(prefix="compbox-", dir="/tmp") as folder:
+    """Where serial lines appear: a device is below /dev and has at most 63 characters."""
+    with tempfile.TemporaryDirectory(prefix="compbox-", dir="/dev/shm") as folder:
         yield folder
 
 

@@ -52,7 +52,7 @@ class invariants {
     }
 
     void serial(const cb_serial_config &s) {
-        must(ends(s.device) && s.device[0] != 0, "device");
+        must(ends(s.device) && std::strncmp(s.device, "/dev/", 5) == 0, "device");
         must(cb_is_usual_baud(s.line.baud), "baud");
         must(s.line.parity <= CB_PARITY_ODD && within(s.line.stop_bits, 1, 2), "parity, stop bits");
         must(s.slave_delay_us <= 1000000, "slave delay");

@@ -75,6 +75,23 @@ TEST(config_refuse, the_place_counts_lines_of_any_kind) {
     EXPECT_EQ(load(one_line).column, text.find("true,\n") + 1);
 }
 
+// DEL, C1, separators of lines and marks of direction: what a terminal obeys instead of showing it.
+TEST(config_refuse, no_text_has_a_control_character_and_no_message_repeats_one) {
+    for (const std::string one :
+         {"\x7f", "\u0080", "\u0085", "\u009b", "\u009f", "\u061c", "\u200e", "\u200f", "\u2028",
+          "\u2029", "\u202a", "\u202e", "\u2066", "\u2069"}) {
+        EXPECT_EQ(said(load(with("gantry 14 m", "a" + one + "b"))),
+                  "4:23 CB_ERROR_NAME machine.name: \"a?b\" contains a control character");
+        EXPECT_EQ(
+            said(load(with("\"name\": \"gantry", "\"a" + one + "b\": 1, \"name\": \"gantry"))),
+            "4:15 CB_ERROR_KEY machine.a?b: unknown key");
+    }
+    for (const std::string one : {" ", "~", "\u00a0", "\u00b0", "\u0444", "\u061b", "\u200d",
+                                  "\u2010", "\u202f", "\u2065", "\u206a", "\U0001f600"}) {
+        EXPECT_EQ(load(with("gantry 14 m", "a" + one + "b")).error, CB_OK) << one;
+    }
+}
+
 // A message is always whole UTF-8 and ends, however long what it quotes.
 TEST(config_refuse, long_messages_are_cut_between_characters) {
     std::string smileys;
