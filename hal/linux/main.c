@@ -18,6 +18,7 @@
 #include "hal/linux/daemon/log.h"
 #include "hal/linux/daemon/loop.h"
 #include "hal/linux/daemon/options.h"
+#include "hal/linux/daemon/output_file.h"
 #include "hal/linux/daemon/record.h"
 #include "hal/linux/daemon/reload.h"
 #include "hal/linux/daemon/state.h"
@@ -84,16 +85,17 @@ static bool open_outputs(struct daemon *daemon) {
     int error = options->stats ? cb_stats_write(&daemon->stats, config, options->stats) : 0;
     if (error != 0) {
         fprintf(stderr, "compboxd: %s: cannot be written: %s\n", options->stats,
-                error == ENOTSUP ? "it is not a regular file" : strerror(error));
+                cb_output_error(error));
         return false;
     }
     error = cb_record_start(&daemon->record, options->record, config);
     if (error != 0)
-        fprintf(stderr, "compboxd: %s: cannot be written: %s\n", options->record, strerror(error));
+        fprintf(stderr, "compboxd: %s: cannot be written: %s\n", options->record,
+                cb_output_error(error));
     const int inputs_error = cb_input_record_start(&daemon->inputs, options->inputs);
     if (inputs_error != 0)
         fprintf(stderr, "compboxd: %s: cannot be written: %s\n", options->inputs,
-                strerror(inputs_error));
+                cb_output_error(inputs_error));
     return error == 0 && inputs_error == 0;
 }
 
@@ -228,8 +230,7 @@ static bool resume_lags(struct daemon *daemon) {
     daemon->state = daemon->loop.resumed; /* a start that ends at once loses nothing */
     const int error = cb_state_write(&daemon->state, config_now(daemon), path, &now);
     if (error != 0)
-        fprintf(stderr, "compboxd: %s: cannot be written: %s\n", path,
-                error == ENOTSUP ? "it is not a regular file" : strerror(error));
+        fprintf(stderr, "compboxd: %s: cannot be written: %s\n", path, cb_output_error(error));
     return error == 0;
 }
 
@@ -243,7 +244,7 @@ static void tell_file(struct daemon *daemon, const char *path, int error, int *t
         cb_log_limited(&daemon->log, CB_LOG_FILES, now_us, "%s: is written again", path);
     else
         cb_log_limited(&daemon->log, CB_LOG_FILES, now_us, "%s: cannot be written: %s", path,
-                       strerror(error));
+                       cb_output_error(error));
 }
 
 static void write_state(struct daemon *daemon, int64_t now_us) {
@@ -347,7 +348,7 @@ static void follow_reload(struct daemon *daemon, uint32_t generation) {
         cb_record_follow(&daemon->record, daemon->options.record, before, config_now(daemon));
     if (error != 0)
         cb_log_limited(&daemon->log, CB_LOG_FILES, cb_boottime_us(), "%s: cannot be written: %s",
-                       daemon->options.record, strerror(error));
+                       daemon->options.record, cb_output_error(error));
 }
 
 /* That rows are lost from the record is said when it begins; how many, at the end. */

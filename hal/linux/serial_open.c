@@ -3,6 +3,8 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <linux/serial.h>
+#include <string.h>
+#include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
@@ -66,20 +68,42 @@ static int switch_driver_by_rts(int fd) {
     return ioctl(fd, TIOCSRS485, &rs485) == 0 ? 0 : errno;
 }
 
+/* One master on a line: two would take each other's replies for their own. The lock keeps out other
+ * programs that ask for it, another compboxd first; TIOCEXCL every later open() but root's, until
+ * the last close. A pseudo-terminal would stay closed to all as long as its other end is open.
+ * out: 0 or errno, EBUSY where another program has the line */
+static int take_line(int fd) {
+    if (flock(fd, LOCK_EX | LOCK_NB) != 0) return errno == EWOULDBLOCK ? EBUSY : errno;
+    if (is_pseudo_terminal(fd)) return 0;
+    return ioctl(fd, TIOCEXCL) == 0 ? 0 : errno;
+}
+
 static struct cb_serial_opened failed(int fd, int error) {
     if (fd >= 0) cb_serial_shut(fd);
+    return (struct cb_serial_opened){.fd = -1, .error = error};
+}
+
+/* What waits in the line's buffers belongs to the program that has it. */
+static struct cb_serial_opened not_taken(int fd, int error) {
+    close(fd);
     return (struct cb_serial_opened){.fd = -1, .error = error};
 }
 
 struct cb_serial_opened cb_serial_open(const struct cb_serial_config *config) {
     const int fd = open(config->device, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (fd < 0) return failed(fd, errno);
+    const int taken = take_line(fd);
+    if (taken != 0) return not_taken(fd, taken);
     const int error = set_line(fd, &config->line);
     if (error != 0) return failed(fd, error);
     ask_for_low_latency(fd);
     const int rs485_error = config->rs485 ? switch_driver_by_rts(fd) : 0;
     tcflush(fd, TCIOFLUSH);
     return (struct cb_serial_opened){.fd = fd, .rs485_error = rs485_error};
+}
+
+const char *cb_serial_error(int error_number) {
+    return error_number == EBUSY ? "another program has it open" : strerror(error_number);
 }
 
 void cb_serial_shut(int fd) {

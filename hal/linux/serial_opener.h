@@ -22,8 +22,12 @@ struct cb_serial_opened {
     int rs485_error; /* errno where the driver refuses to switch an RS-485 driver; else 0 */
 };
 
-/* Opens the device raw and without waiting for bytes. Takes as long as it takes. */
+/* Opens the device raw and without waiting for bytes, for this program alone: EBUSY where another
+ * one has it. Takes as long as it takes. */
 struct cb_serial_opened cb_serial_open(const struct cb_serial_config *config);
+
+/* Why it is not open, for people. in: errno */
+const char *cb_serial_error(int error_number);
 
 /* Closes it and throws away what nobody will take. Takes as long as it takes. */
 void cb_serial_shut(int fd);

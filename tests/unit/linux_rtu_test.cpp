@@ -430,6 +430,22 @@ TEST(rtu, a_device_that_is_not_there_is_no_reason_to_wait) {
     EXPECT_EQ(c.rtu.serial.error_number, ENOENT);
 }
 
+// Two masters on one line would each take the other's replies for their own.
+TEST(rtu, a_line_has_one_master) {
+    slave plc(behave);
+    const cb_serial_config config = config_of(plc);
+    const cb_serial_opened first = cb_serial_open(&config);
+    ASSERT_GE(first.fd, 0) << strerror(first.error);
+    const cb_serial_opened second = cb_serial_open(&config);
+    EXPECT_LT(second.fd, 0);
+    EXPECT_EQ(second.error, EBUSY);
+    EXPECT_STREQ(cb_serial_error(second.error), "another program has it open");
+    cb_serial_shut(first.fd);
+    const cb_serial_opened third = cb_serial_open(&config);
+    ASSERT_GE(third.fd, 0) << strerror(third.error);
+    cb_serial_shut(third.fd);
+}
+
 TEST(rtu, something_else_than_a_serial_device_is_refused) {
     cb_serial_config config{};
     std::string("/dev/null").copy(config.device, sizeof config.device - 1);

@@ -12,6 +12,7 @@
 #include "tests/unit/temporary.h"
 
 extern "C" {
+#include "firmware/crc32.h"
 #include "hal/linux/daemon/state.h"
 }
 
@@ -243,6 +244,24 @@ TEST_F(state_file, what_is_no_good_is_told_and_not_used) {
     EXPECT_TRUE(read(config, rig.now_us, 900 * second));
     EXPECT_NE(std::string(said).find("from the future"), std::string::npos) << said;
     EXPECT_FALSE(state.lags[3].settled);
+}
+
+// A file with a good CRC and a time that no clock shows: differences of times would overflow.
+TEST_F(state_file, a_time_that_no_clock_shows_is_not_used) {
+    const box_rig rig = warm();
+    save(rig, 1000 * second);
+    const std::string good = bytes();
+    constexpr size_t header = 56, record = 80, time_at = 48;
+    for (const int64_t unix_us : {INT64_MIN, int64_t{-1}, INT64_MAX}) {
+        std::string bad = good;
+        for (size_t at = header + time_at; at + 8 < bad.size(); at += record)
+            std::memcpy(&bad[at], &unix_us, sizeof unix_us);
+        const uint32_t crc = cb_crc32(0, bad.data(), static_cast<uint32_t>(bad.size() - 4));
+        std::memcpy(&bad[bad.size() - 4], &crc, sizeof crc);
+        put(bad);
+        ASSERT_TRUE(read(rig.box->config, rig.now_us, 1001 * second)) << said;
+        EXPECT_NE(std::string(said).find("0 of 3"), std::string::npos) << unix_us << ": " << said;
+    }
 }
 
 TEST_F(state_file, a_file_that_cannot_be_written_leaves_the_old_one) {

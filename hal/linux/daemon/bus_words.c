@@ -2,7 +2,7 @@
  * The bus in the log and in the statistics. */
 #include "hal/linux/daemon/bus_words.h"
 
-#include <string.h>
+#include "hal/linux/serial_opener.h"
 
 /* A module that stops answering, or answers again. */
 static void log_modules(struct cb_log *log, const char *name, const struct cb_bus_report *before,
@@ -23,7 +23,7 @@ void cb_log_bus(struct cb_log *log, struct cb_bus *bus, int64_t now_us) {
         cb_log_limited(log, CB_LOG_BUS, now_us, "bus %s: %s is open", name, device);
     if (now->disconnects != before.disconnects || (now->failures > 0 && before.failures == 0))
         cb_log_limited(log, CB_LOG_BUS, now_us, "bus %s: %s: %s; trying again", name, device,
-                       strerror(now->error_number));
+                       cb_serial_error(now->error_number));
     log_modules(log, name, &before, now, now_us);
 }
 

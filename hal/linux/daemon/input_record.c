@@ -4,6 +4,9 @@
 #include <errno.h>
 #include <inttypes.h>
 #include <string.h>
+#include <unistd.h>
+
+#include "hal/linux/daemon/output_file.h"
 
 static const char header[] =
     "number,generation,now_us,read_us,exchange_us,read_ok,last_write,held,stop,missed_ticks,"
@@ -34,8 +37,14 @@ static void put_samples(FILE *file, const struct cb_inputs *in) {
 int cb_input_record_start(struct cb_input_record *record, const char *path) {
     *record = (struct cb_input_record){0};
     if (path == NULL) return 0;
-    record->file = fopen(path, "we");
-    if (record->file == NULL) return errno;
+    const int fd = cb_output_open(path);
+    if (fd < 0) return errno;
+    record->file = fdopen(fd, "w");
+    if (record->file == NULL) {
+        record->error = errno;
+        close(fd);
+        return record->error;
+    }
     if (fputs(header, record->file) < 0) record->error = errno;
     return record->error;
 }

@@ -12,6 +12,7 @@
 #include "firmware/mode.h"
 #include "hal/linux/daemon/cause_words.h"
 #include "hal/linux/daemon/exception_words.h"
+#include "hal/linux/serial_opener.h"
 
 enum {
     BURST_LINES = 20,
@@ -121,7 +122,7 @@ static const char *cause_text(const struct cb_row_link *link) {
         case CB_LINK_CAUSE_NONE:
             break;
         case CB_LINK_CAUSE_ERRNO:
-            return strerror(link->error_number);
+            return cb_serial_error(link->error_number);
         case CB_LINK_CAUSE_PEER:
             return "the PLC closed it";
         case CB_LINK_CAUSE_SILENT:

@@ -10,6 +10,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "hal/linux/daemon/output_file.h"
+
 /* Appends to the buffer. A line has at most 64 + 128 + 16 values of 16 characters, so
  * CB_RECORD_LINE holds it, and the callers keep that much free. */
 static __attribute__((format(printf, 2, 3))) void put(struct cb_record *record, const char *format,
@@ -87,7 +89,7 @@ void cb_record_flush(struct cb_record *record) {
 int cb_record_start(struct cb_record *record, const char *path, const struct cb_config *config) {
     *record = (struct cb_record){.fd = -1};
     if (path == NULL) return 0;
-    record->fd = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+    record->fd = cb_output_open(path);
     if (record->fd < 0) return errno;
     put_header(record, config);
     cb_record_flush(record);
@@ -124,7 +126,7 @@ int cb_record_follow(struct cb_record *record, const char *path, const struct cb
     cb_record_flush(record);
     int error = move_away(path);
     close(record->fd);
-    record->fd = error == 0 ? open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644) : -1;
+    record->fd = error == 0 ? cb_output_open(path) : -1;
     if (record->fd < 0 && error == 0) error = errno;
     if (error != 0) return record->error = error;
     record->whole_size = 0;

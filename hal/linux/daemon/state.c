@@ -13,6 +13,7 @@
 
 #include "firmware/crc32.h"
 #include "hal/linux/clock.h"
+#include "hal/linux/daemon/output_file.h"
 
 /* The file: a header, `count` records, CRC-32 of all that. In the byte order of the machine, which
  * the format's number tells. */
@@ -110,9 +111,8 @@ static size_t fill(struct file *file, const struct cb_state *state, const struct
     return size + sizeof crc;
 }
 
-static int write_and_sync(const char *path, const void *bytes, size_t size) {
-    int fd = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-    if (fd < 0) return errno;
+/* Closes fd. out: 0 when everything is on the disk, else errno. */
+static int write_and_sync(int fd, const void *bytes, size_t size) {
     ssize_t written = write(fd, bytes, size);
     int error = written == (ssize_t)size ? 0 : written < 0 ? errno : ENOSPC;
     if (error == 0 && fsync(fd) != 0) error = errno;
@@ -128,23 +128,14 @@ static void sync_folder(char *path) {
     close(fd);
 }
 
-/* true: a device, a folder or a pipe stands there, which a rename would replace. */
-static bool is_special(const char *path) {
-    struct stat there;
-    return stat(path, &there) == 0 && !S_ISREG(there.st_mode);
-}
-
 int cb_state_write(const struct cb_state *state, const struct cb_config *config, const char *path,
                    const struct cb_state_clock *now) {
     struct file file;
     char temporary[4096];
-    int length = snprintf(temporary, sizeof temporary, "%s.new", path);
-    if (length < 0 || (size_t)length >= sizeof temporary) return ENAMETOOLONG;
-    if (is_special(path)) return ENOTSUP;
+    const int fd = cb_output_begin(path, temporary, sizeof temporary);
+    if (fd < 0) return errno;
     const size_t size = fill(&file, state, config, now);
-    int error = write_and_sync(temporary, &file, size);
-    if (error == 0 && rename(temporary, path) != 0) error = errno;
-    if (error != 0) unlink(temporary);
+    const int error = cb_output_replace(path, temporary, write_and_sync(fd, &file, size));
     if (error == 0) sync_folder(temporary);
     return error;
 }
@@ -167,8 +158,10 @@ static const char *fault_of(const struct file *file, size_t size, const struct c
     return NULL;
 }
 
+/* Its time is one that a wall clock shows: differences of times fit. */
 static bool is_sound(const struct record *record) {
-    return isfinite(record->hi) && isfinite(record->lo) && isfinite(record->input);
+    return record->unix_us >= 0 && record->unix_us <= INT64_MAX / 4 && isfinite(record->hi) &&
+           isfinite(record->lo) && isfinite(record->input);
 }
 
 /* out: the record of this lag; NULL: there is none, or it followed something else */
@@ -238,7 +231,8 @@ static void report_unknown(enum pause pause, const char *path, char *said, size_
 /* out: bytes read, at most one more than a whole file; -1 with errno */
 static ssize_t read_bytes(const char *path, struct file *file) {
     char more;
-    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK); /* a pipe would wait for its writer */
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW |
+                            O_NONBLOCK); /* a pipe would wait for its writer */
     if (fd < 0) return -1;
     memset(file, 0, sizeof *file);
     ssize_t size = read(fd, file, sizeof *file);
@@ -255,7 +249,7 @@ bool cb_state_read(struct cb_state *state, const struct cb_config *config, const
     const ssize_t length = read_bytes(path, &file);
     if (length < 0) {
         snprintf(said, size, "%s: %s, so lags start steady", path,
-                 errno == ENOENT ? "is not there yet" : strerror(errno));
+                 errno == ENOENT ? "is not there yet" : cb_output_error(errno));
         return false;
     }
     const char *fault = fault_of(&file, (size_t)length, config);

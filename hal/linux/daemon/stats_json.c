@@ -9,6 +9,7 @@
 #include "hal/linux/daemon/bus_words.h"
 #include "hal/linux/daemon/cause_words.h"
 #include "hal/linux/daemon/load.h"
+#include "hal/linux/daemon/output_file.h"
 #include "hal/linux/daemon/stats.h"
 
 #ifndef CB_VERSION
@@ -258,22 +259,16 @@ static int finish(FILE *file) {
     return error;
 }
 
-/* true: a device, a folder or a pipe stands there, which a rename would replace. */
-static bool is_special(const char *path) {
-    struct stat there;
-    return stat(path, &there) == 0 && !S_ISREG(there.st_mode);
-}
-
 int cb_stats_write(const struct cb_stats *stats, const struct cb_config *config, const char *path) {
     char temporary[4096];
-    int length = snprintf(temporary, sizeof temporary, "%s.new", path);
-    if (length < 0 || (size_t)length >= sizeof temporary) return ENAMETOOLONG;
-    if (is_special(path)) return ENOTSUP;
-    FILE *file = fopen(temporary, "we");
-    if (file == NULL) return errno;
+    const int fd = cb_output_begin(path, temporary, sizeof temporary);
+    if (fd < 0) return errno;
+    FILE *file = fdopen(fd, "w");
+    if (file == NULL) {
+        const int error = errno;
+        close(fd);
+        return cb_output_replace(path, temporary, error);
+    }
     put_all(file, stats, config);
-    int error = finish(file);
-    if (error == 0 && rename(temporary, path) != 0) error = errno;
-    if (error != 0) unlink(temporary);
-    return error;
+    return cb_output_replace(path, temporary, finish(file));
 }
