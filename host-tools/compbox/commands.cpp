@@ -3,9 +3,8 @@
 
 namespace compbox {
 
-void add_commands(cli::command &app) {
+void add_computing_commands(cli::command &app) {
     app.require_subcommand();
-    app.set_help_all_flag("--help-all", "Help of every command");
     add_init(app);
     add_fit(app);
     add_report(app);
@@ -22,6 +21,11 @@ void add_commands(cli::command &app) {
     add_eval(app);
     add_export(app);
     add_join(app);
+}
+
+void add_commands(cli::command &app) {
+    add_computing_commands(app);
+    app.set_help_all_flag("--help-all", "Help of every command");
     add_simulate(app);
     add_commission(app);
 }

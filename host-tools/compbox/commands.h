@@ -7,6 +7,10 @@
 
 namespace compbox {
 
+// Commands that read files, compute and write files, of which one is required. A scenario may run
+// them (tool_steps.h): no command that opens a network connection or a device belongs here.
+void add_computing_commands(cli::command &app);
+
 // All of them, of which one is required.
 void add_commands(cli::command &app);
 

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/compbox/scenario_kind.h"
 
+#include <filesystem>
+
 #include "host-tools/formats/error.h"
+#include "host-tools/formats/file.h"
 
 namespace compbox {
 
@@ -21,6 +24,9 @@ simulate_outcome run_scenario(const simulate_request &request) {
         throw input_error(request.scenario, 0, 0,
                           "is not a scenario (format is not compbox-scenario/1)");
     }
+    // A scenario may come from a stranger: the outputs that it names are written here or refused.
+    const writes_below guard(
+        {request.folder, std::filesystem::absolute(request.scenario).parent_path().string()});
     const auto name = get_or(value, "kind", std::string(kinds[0].name), request.scenario);
     std::string there;
     for (const auto &one : kinds) {

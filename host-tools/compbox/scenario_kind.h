@@ -34,7 +34,8 @@ struct simulate_outcome {
     std::vector<std::string> warnings;
 };
 
-// Runs the scenario by its "kind" ("paths" where it has none). Throws input_error.
+// Runs the scenario by its "kind" ("paths" where it has none). Writes below request.folder and the
+// scenario's own folder only. Throws input_error.
 simulate_outcome run_scenario(const simulate_request &request);
 
 // The kinds, one file each.

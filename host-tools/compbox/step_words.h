@@ -16,8 +16,12 @@ struct step_world {
     std::map<std::string, std::string> names;  // $NAME in a step
 };
 
+constexpr std::size_t most_words = 1000;     // of a step, choices counted
+constexpr std::size_t longest_step = 65536;  // characters
+
 // The words of a step, as a shell would make them: split at spaces; a{b,c}d to abd acd; $NAME
-// replaced; $(FILE) replaced by the file's text without the line end. Throws input_error.
+// replaced; $(FILE) replaced by the file's text without the line end. Throws input_error, also for
+// more than most_words (counted before they are made), a longer step, and braces within braces.
 std::vector<std::string> words_of(const std::string &step, const step_world &world);
 
 }  // namespace compbox

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Steps of a scenario as data: lines as a person would type them, commands of compbox and
-// measurements by virtual instruments ("measure …", instruments.h). The tools are given paths of
-// files, by their command line, and nothing else.
+// Steps of a scenario as data: lines as a person would type them, commands of compbox that compute
+// (commands.h) and measurements by virtual instruments ("measure …", instruments.h). The tools are
+// given paths of files, by their command line, and nothing else. Where they may write:
+// run_scenario.
 #pragma once
 
 #include <string>

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -54,6 +55,25 @@ class given_files {
 given_files &given() {
     static given_files files;
     return files;
+}
+
+// Of writes_below; empty: everywhere.
+std::vector<std::filesystem::path> &allowed_folders() {
+    static std::vector<std::filesystem::path> folders;
+    return folders;
+}
+
+// Absolute, without links and dots as far as it exists.
+std::filesystem::path real_path(const std::string &path) {
+    std::error_code error;
+    const auto real = std::filesystem::weakly_canonical(std::filesystem::absolute(path), error);
+    if (error) throw input_error(path, 0, 0, "cannot be resolved (" + error.message() + ")");
+    return real.has_filename() ? real : real.parent_path();
+}
+
+bool is_in_or_below(const std::filesystem::path &path, const std::filesystem::path &folder) {
+    const auto parts = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
+    return parts.first == folder.end();
 }
 
 [[noreturn]] void fail(const std::string &path, const std::string &doing) {
@@ -117,12 +137,33 @@ void write_file(const std::string &path, const std::string &content) {
     update_file(path, content);
 }
 
+writes_below::writes_below(const std::vector<std::string> &folders) {
+    for (const auto &folder : folders) allowed_folders().push_back(real_path(folder));
+}
+
+writes_below::~writes_below() {
+    allowed_folders().clear();
+}
+
+void refuse_outside(const std::string &path) {
+    const auto &folders = allowed_folders();
+    if (folders.empty()) return;
+    const auto real = real_path(path);
+    for (const auto &folder : folders) {
+        if (is_in_or_below(real, folder)) return;
+    }
+    throw input_error(path, 0, 0,
+                      "is outside the scenario's folder and the folder of the run (-o), and is not "
+                      "written");
+}
+
 void update_file(const std::string &path, const std::string &content) {
     if (path == "-" || path == "/dev/stdout") {
         if (!(std::cout << content << std::flush)) fail(path, "write");
         return;
     }
     if (path.empty()) throw input_error("the name of the file to write is empty");
+    refuse_outside(path);
     std::error_code error;
     if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error)) {
         throw input_error(path, 0, 0, "is not a regular file, so it is not written over");
@@ -146,6 +187,7 @@ void update_file(const std::string &path, const std::string &content) {
 }
 
 void make_folder(const std::string &path) {
+    refuse_outside(path);
     std::error_code error;
     std::filesystem::create_directories(path, error);
     if (error) throw input_error(path, 0, 0, "cannot create the folder (" + error.message() + ")");

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace compbox {
 
@@ -24,5 +25,19 @@ void update_file(const std::string &path, const std::string &content);
 
 // Creates the folder and its parents where missing. Throws input_error.
 void make_folder(const std::string &path);
+
+// While one lives, write_file, update_file, make_folder and run_gnuplot throw input_error for a
+// path that is not in or below one of its folders after symbolic links are followed. At most one
+// lives at a time; it applies to all threads.
+class writes_below {
+  public:
+    explicit writes_below(const std::vector<std::string> &folders);
+    ~writes_below();
+    writes_below(const writes_below &) = delete;
+    writes_below &operator=(const writes_below &) = delete;
+};
+
+// Throws input_error where writes_below forbids the path.
+void refuse_outside(const std::string &path);
 
 }  // namespace compbox

@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
@@ -122,13 +123,15 @@ std::string plot_text(const std::string &text) {
 }
 
 void run_gnuplot(const std::string &path, const std::string &script, int width, int height) {
+    refuse_outside(path);
     const std::string terminal = terminal_of(path, width, height);
     const std::string folder = std::filesystem::temp_directory_path().string();
     const temporary_file program(folder + "/compbox-plot", ".gp");
     const temporary_file messages(folder + "/compbox-plot", ".log");
     const temporary_file picture(path + ".tmp", suffix_of(path));
-    write_file(program.name(), "set encoding utf8\n" + terminal + "set output " +
-                                   plot_text(picture.name()) + "\n" + script + "\nunset output\n");
+    std::ofstream(program.name()) << "set encoding utf8\n"
+                                  << terminal << "set output " << plot_text(picture.name()) << "\n"
+                                  << script << "\nunset output\n";
     const int code = spawn_gnuplot(program.name(), messages.name());
     if (code == -ENOENT || code == 127) {
         throw input_error(
