@@ -18,7 +18,7 @@ travel_range range_of_curve(const json &term) {
     const json points = term.value(spline ? "knots" : "positions", json::array());
     const json degree = term.value("degree", json(0));
     const std::size_t end = spline && degree.is_number_unsigned() ? degree.get<std::size_t>() : 0;
-    if (!points.is_array() || points.size() < 2 * (end + 1)) return {0.0, 0.0};
+    if (!points.is_array() || points.empty() || end > (points.size() - 1) / 2) return {0.0, 0.0};
     return {number(points[end]), number(points[points.size() - 1 - end])};
 }
 

@@ -163,8 +163,9 @@ std::vector<int64_t> row_times(const csv_table &samples, const std::vector<doubl
             throw input_error(samples.file, samples.lines[r], 0,
                               "time_s is more than a day after the row before");
         }
-        times.push_back(static_cast<int64_t>(std::llround(since_first_s * 1e6)));
-        if (r > 0 && times[r] <= times[r - 1]) {
+        const bool falls = gap_s < 0.0;  // by how much is not known: no integer may hold it
+        times.push_back(falls ? 0 : static_cast<int64_t>(std::llround(since_first_s * 1e6)));
+        if (r > 0 && (falls || times[r] <= times[r - 1])) {
             throw input_error(samples.file, samples.lines[r], 0,
                               "time_s must rise by at least a microsecond from row to row");
         }

@@ -101,8 +101,10 @@ travel_range range_of(const workshop &shop, unsigned axis) {
     return {signal.min, signal.max};
 }
 
+// At most a billion: no control holds as many.
 std::size_t points_for(const travel_range &range, double step) {
-    return static_cast<std::size_t>(std::ceil((range.to_mm - range.from_mm) / step - 1e-9)) + 1;
+    const double steps = std::ceil((range.to_mm - range.from_mm) / step - 1e-9);
+    return static_cast<std::size_t>(std::clamp(steps, 0.0, 1e9)) + 1;
 }
 
 // The values as they are written. A last point beyond the end of the travel lies on the straight

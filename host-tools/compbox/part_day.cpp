@@ -24,6 +24,7 @@ constexpr double clearance_mm = 20.0;  // from the wall, when moving to the next
 constexpr double rapid_mm_per_min = 5000.0;
 constexpr double inside = 0.2;  // part of a travel that stays free when axes run idle
 constexpr double s_per_min = 60.0;
+constexpr double most_moves = 1e6;   // of the axes when they run idle
 constexpr double after_cut_s = 5.0;  // so long the record stays dense
 
 // ---- the program
@@ -98,8 +99,14 @@ class programmer {
             low[a] = axis.min_mm + free_mm, high[a] = axis.max_mm - free_mm;
             length_mm = std::hypot(length_mm, high[a] - low[a]);
         }
-        const double once_min = length_mm / work.travel_mm_per_min;
-        const int times = std::max(1, static_cast<int>(std::lround(work.minutes / once_min)));
+        const double wanted = work.minutes * work.travel_mm_per_min / length_mm;
+        if (!(wanted < most_moves)) {
+            throw input_error(machine_.file, 0, 0,
+                              "the axes would move to and fro more than a million times in " +
+                                  shortest(work.minutes) + " minutes at travel_mm_per_min " +
+                                  shortest(work.travel_mm_per_min) + ": their travel is too short");
+        }
+        const int times = std::max(1, static_cast<int>(std::lround(wanted)));
         for (int i = 0; i < times; ++i) move_to(i % 2 ? low : high, work.travel_mm_per_min, 0.0);
     }
 

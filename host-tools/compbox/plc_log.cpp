@@ -5,6 +5,7 @@
 
 #include "host-tools/compbox/figures.h"
 #include "host-tools/formats/csv.h"
+#include "host-tools/formats/error.h"
 
 namespace compbox {
 
@@ -36,8 +37,12 @@ plc_log read_plc_log(const std::string &path) {
     table.column("event");
     plc_log log;
     log.time_s = table.values("time_s");
-    for (const double status : table.values("status")) {
-        log.active.push_back(static_cast<int>(status) % 256 == status_active);
+    const std::vector<double> status = table.values("status");
+    for (std::size_t r = 0; r < status.size(); ++r) {
+        if (!(status[r] >= 0.0 && status[r] <= 65535.0)) {
+            throw input_error(path, table.lines[r], 0, "status must be from 0 to 65535");
+        }
+        log.active.push_back(static_cast<int>(status[r]) % 256 == status_active);
     }
     log.position_mm = axes_of(table, "", "_mm");
     log.displacement_um = axes_of(table, "displacement_", "_um");

@@ -24,6 +24,7 @@ constexpr const char *header =
     "samples,"
     "registers,held_registers,mode,channels,written";
 constexpr std::size_t largest_file = std::size_t{1} << 30;
+constexpr std::int64_t latest_us = INT64_MAX / 4;  // differences and sums of times then fit
 
 enum column {
     number,
@@ -64,6 +65,7 @@ class recorded_line {
                           why + "; it is not what compboxd --record-inputs writes");
     }
 
+    // out: from 0 to most
     template <typename kind>
     kind whole(column which, kind most) const {
         return parsed<kind>(fields_[which], 10, most);
@@ -96,7 +98,7 @@ class recorded_line {
             const auto bits =
                 parsed<std::uint32_t>(one.substr(first + 1, second - first - 1), 16, 0xFFFFFFFFu);
             std::memcpy(&sample.raw, &bits, sizeof bits);
-            sample.time_us = parsed<std::int64_t>(one.substr(second + 1), 10, INT64_MAX);
+            sample.time_us = parsed<std::int64_t>(one.substr(second + 1), 10, latest_us);
             if (sample.signal >= signals || list.size() == CB_MAX_SAMPLES)
                 fail("a sample is broken");
             list.push_back(sample);
@@ -110,7 +112,7 @@ class recorded_line {
         kind value = 0;
         const char *end = text.data() + text.size();
         const auto result = std::from_chars(text.data(), end, value, base);
-        if (result.ec != std::errc() || result.ptr != end || value > most) {
+        if (result.ec != std::errc() || result.ptr != end || value < 0 || value > most) {
             fail("'" + text + "' is not a number that can stand here");
         }
         return value;
@@ -123,7 +125,7 @@ class recorded_line {
 
 cb_inputs inputs_of(const recorded_line &line, const cb_config &config) {
     cb_inputs in = {};
-    in.read_us = line.whole<std::int64_t>(read_us, INT64_MAX);
+    in.read_us = line.whole<std::int64_t>(read_us, latest_us);
     in.exchange_us = line.whole<std::uint32_t>(exchange_us, UINT32_MAX);
     in.read_ok = line.whole<int>(read_ok, 1) == 1;
     in.last_write = line.whole<std::uint8_t>(last_write, CB_WRITE_UNKNOWN);
@@ -188,7 +190,7 @@ replay_result replay(const std::string &coefficients, const std::string &recordi
                                      " is not in the recording; what follows is left out");
             break;
         }
-        const auto when_us = line.whole<std::int64_t>(now_us, INT64_MAX);
+        const auto when_us = line.whole<std::int64_t>(now_us, latest_us);
         const cb_inputs in = inputs_of(line, box->config);
         cb_box_step(box.get(), &in, when_us, &out);
         if (result.cycles == 0) first_us = when_us;

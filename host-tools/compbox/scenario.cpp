@@ -14,6 +14,8 @@ namespace compbox {
 namespace {
 
 constexpr double mm_per_min = 1.0 / 60.0;
+constexpr double most_stops = 1e5;                                     // of a path
+constexpr double slowest_mm_per_min = 1e-3, fastest_mm_per_min = 1e7;  // feeds
 
 // A path in the scenario file is relative to that file.
 std::string beside(const std::string &file, const std::string &path) {
@@ -88,6 +90,11 @@ scenario_path path_of(const json &value, const std::string &file) {
             file, 0, 0,
             "the path " + path.name + " needs every_mm > 0 and a travel along " + along);
     }
+    if (!(std::abs(path.to_mm[axis] - path.from_mm[axis]) / path.every_mm < most_stops)) {
+        throw input_error(
+            file, 0, 0,
+            "the path " + path.name + " has more than 100000 stops: make every_mm larger");
+    }
     return path;
 }
 
@@ -114,7 +121,8 @@ void read_run(const json &value, const std::string &path, scenario &result) {
                            result.read_ms < 1e3 && result.write_ms < 1e3;
     if (!wire_fits) throw input_error(path, 0, 0, "exchange_ms: must be 0 to 1000");
     for (const double feed : result.moving_mm_per_min) {
-        if (!(feed > 0.0)) throw input_error(path, 0, 0, "moving_mm_per_min must be above 0");
+        if (feed >= slowest_mm_per_min && feed <= fastest_mm_per_min) continue;
+        throw input_error(path, 0, 0, "moving_mm_per_min must be from 0.001 to 10000000");
     }
     for (const char letter : result.directions) {
         if (axis_index(letter) < 0) throw input_error(path, 0, 0, "directions: letters of XYZ");

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/fakeplc/nc_handshake.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
 namespace compbox {
 
 namespace {
+
+// Far beyond every NC's alarm, and differences fit.
+constexpr double most_units = 1e9;
 
 enum handshake_bit : unsigned { bit_estb = 1u << 8, bit_erend = 1u << 9, bit_alarm = 1u << 15 };
 
@@ -31,7 +35,10 @@ nc_handshake::nc_handshake(const nc_interface &nc, const std::vector<taken_chann
 // is another one, or all of them together.
 void nc_handshake::choose(const std::vector<correction> &wanted) {
     const std::size_t count = held_.size();
-    for (std::size_t c = 0; c < count; ++c) data_[c] = std::lround(wanted[c].um / increment_um_[c]);
+    for (std::size_t c = 0; c < count; ++c) {
+        const double units = wanted[c].um / increment_um_[c];
+        data_[c] = std::lround(std::clamp(units, -most_units, most_units));
+    }
     for (std::size_t i = 0; i < count; ++i) {
         const std::size_t c = (next_ + i) % count;
         if (written_[c] && data_[c] == units_[c]) continue;

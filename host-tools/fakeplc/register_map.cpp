@@ -108,7 +108,7 @@ void read_plc(const section &plc, register_map &map) {
     if (!plc.at("referenced_bits").is_array()) plc.fail("referenced_bits", "must be a list");
     map.referenced_mask = 0;
     for (const auto &bit : plc.at("referenced_bits")) {
-        if (!bit.is_number_unsigned() || bit.get<unsigned>() > 15) {
+        if (!bit.is_number_unsigned() || bit.get<std::uint64_t>() > 15) {
             plc.fail("referenced_bits", "must be a list of bit numbers from 0 to 15");
         }
         map.referenced_mask =

@@ -7,6 +7,7 @@
 
 #include "host-tools/algebra/solvers.h"
 #include "host-tools/fitting/measurement.h"
+#include "host-tools/formats/error.h"
 
 namespace compbox {
 
@@ -86,6 +87,18 @@ struct alignment {
     double before = 0.0;            // and before it
     int freedom_before = 0, freedom = 0;
 };
+
+// The matrix of align() has two numbers per reading and run, and the solver copies it.
+void refuse_many_runs(const measurement &data, std::size_t readings) {
+    constexpr std::size_t most = 5000000;
+    const std::size_t runs = data.runs.size();
+    if (readings <= most / runs) return;
+    throw input_error(data.file, 0, 0,
+                      "has " + std::to_string(readings) + " readings in " + std::to_string(runs) +
+                          " runs, too many to be evened out: all readings of one traverse carry "
+                          "the same name in the column 'run' (readings times runs: at most " +
+                          std::to_string(most) + ")");
+}
 
 // Least squares of each run's own offset and slope against its fellows at the same positions.
 alignment align(const std::vector<reading> &all, std::size_t groups, int filled, std::size_t runs,
@@ -192,6 +205,7 @@ void average_runs(measurement &data) {
     auto all = collect(data);
     group_sums sums(groups);
     for (const auto &one : all) sums.add(one, one.y);
+    refuse_many_runs(data, all.size());
     const double half_range = std::max(0.5 * (data.to() - data.from()), 1e-9);
     alignment found =
         align(all, groups, sums.filled(), data.runs.size(), data.centre(), half_range);

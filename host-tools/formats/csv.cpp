@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 #include <string_view>
+#include <unordered_map>
 
 #include "host-tools/formats/csv_cells.h"
 #include "host-tools/formats/csv_reading.h"
@@ -120,13 +121,12 @@ bool all_empty(const std::vector<std::string_view> &cells) {
            });
 }
 
-// The number of a word in its list, added where it is new.
-double word(std::string_view cell, std::vector<std::string> &list) {
-    const std::string text(trim(cell));
-    const auto index =
-        static_cast<std::size_t>(std::find(list.begin(), list.end(), text) - list.begin());
-    if (index == list.size()) list.push_back(text);
-    return static_cast<double>(index);
+// The number of a word in its list, added where it is new; `known` has the numbers of the list.
+using word_numbers = std::unordered_map<std::string, std::size_t>;
+double word(std::string_view cell, std::vector<std::string> &list, word_numbers &known) {
+    const auto [place, is_new] = known.try_emplace(std::string(trim(cell)), list.size());
+    if (is_new) list.push_back(place->first);
+    return static_cast<double>(place->second);
 }
 
 void read_header(csv_table &table, std::string_view line, char separator, long line_number) {
@@ -233,6 +233,7 @@ csv_table read_csv(const std::string &path, const csv_reading &how,
     csv_table table;
     table.file = path;
     std::vector<std::vector<std::string>> lists;
+    std::vector<word_numbers> known;
     std::vector<bool> is_word;
     char separator = ',';
     const auto lines = lines_of(content);
@@ -249,6 +250,7 @@ csv_table read_csv(const std::string &path, const csv_reading &how,
             name_columns(table, raw, separator, how.columns, header, line_number);
             rename(table, how);
             lists.resize(table.names.size());
+            known.resize(table.names.size());
             table.mistakes.resize(table.names.size());
             table.header_line = line_number;
             for (const auto &name : table.names) {
@@ -267,7 +269,7 @@ csv_table read_csv(const std::string &path, const csv_reading &how,
         for (std::size_t c = 0; c < cells.size(); ++c) {
             const long column = static_cast<long>(cells[c].data() - raw.data()) + 1;
             row.push_back(is_word[c]
-                              ? word(cells[c], lists[c])
+                              ? word(cells[c], lists[c], known[c])
                               : number_or_mistake(cells[c], separator, how.gaps, *comma,
                                                   {path, line_number, column}, table.mistakes[c]));
         }

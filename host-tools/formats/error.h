@@ -5,15 +5,18 @@
 #include <stdexcept>
 #include <string>
 
+#include "host-tools/formats/text.h"
+
 namespace compbox {
 
-// What is wrong, where, and what to do. `what()` is the whole sentence, without a full stop.
+// What is wrong, where, and what to do. `what()` is the whole sentence, without a full stop, and
+// printable (text.h), whatever it quotes.
 class input_error : public std::runtime_error {
   public:
-    using std::runtime_error::runtime_error;
+    explicit input_error(const std::string &sentence) : std::runtime_error(printable(sentence)) {}
     // "FILE:LINE:COLUMN: sentence"; a line or column of 0 is left out.
     input_error(const std::string &file, long line, long column, const std::string &sentence)
-        : std::runtime_error(place(file, line, column) + sentence) {}
+        : input_error(place(file, line, column) + sentence) {}
 
   private:
     static std::string place(const std::string &file, long line, long column) {

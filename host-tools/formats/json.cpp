@@ -29,6 +29,32 @@ line_column place_of(const std::string &text, std::size_t byte) {
     return {line, static_cast<long>(std::max<std::size_t>(column, 1))};
 }
 
+// in : text as read, possibly no JSON at all
+// out: the byte of the first bracket beyond json_max_depth; npos where there is none. Brackets
+//      within texts do not count.
+std::size_t too_deep_at(const std::string &text) {
+    int depth = 0;
+    bool quoted = false;
+    for (std::size_t at = 0; at < text.size(); ++at) {
+        const char c = text[at];
+        if (quoted && c == '\\') ++at;
+        if (c == '"') quoted = !quoted;
+        if (quoted) continue;
+        if ((c == '[' || c == '{') && ++depth > json_max_depth) return at;
+        if (c == ']' || c == '}') --depth;
+    }
+    return std::string::npos;
+}
+
+// Copying and writing a value recurses, so its depth is limited before it is parsed.
+void refuse_deep(const std::string &path, const std::string &text) {
+    const std::size_t at = too_deep_at(text);
+    if (at == std::string::npos) return;
+    const auto place = place_of(text, at + 1);
+    throw input_error(path, place.line, place.column,
+                      "brackets are nested deeper than " + std::to_string(json_max_depth));
+}
+
 bool is_flat(const json &value) {
     return std::none_of(value.begin(), value.end(),
                         [](const json &v) { return v.is_structured(); });
@@ -81,6 +107,7 @@ void append(std::string &out, const json &value, int depth) {
 
 json read_json(const std::string &path) {
     const std::string text = read_file(path);
+    refuse_deep(path, text);
     std::vector<std::set<std::string>> keys;
     std::string duplicate;
     const auto callback = [&](int, json::parse_event_t event, json &parsed) {

@@ -10,7 +10,11 @@
 
 namespace compbox {
 
-// Parses a file; duplicate keys are mistakes. Throws input_error with file, line and column.
+// Nesting that every reader of the host accepts, the box's own included (CB_JSON_MAX_DEPTH).
+constexpr int json_max_depth = 32;
+
+// Parses a file; duplicate keys and deeper nesting are mistakes. Throws input_error with file, line
+// and column.
 json read_json(const std::string &path);
 
 // Pretty text, two spaces, arrays of numbers on one line; ends with a line end. Finite numbers
@@ -18,6 +22,8 @@ json read_json(const std::string &path);
 std::string json_text(const json &value);
 
 // value[key] as T, with one sentence naming file and path where it is missing or of another type.
+// Whole numbers, also in a list, must be whole and in the range of T: 1e300 is refused, 3.0 is 3.
+// Texts have no control characters (text.h).
 template <typename T>
 T get(const json &value, const std::string &key, const std::string &file);
 template <typename T>

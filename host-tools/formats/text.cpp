@@ -96,6 +96,36 @@ std::string decoded(const std::string &bytes) {
 
 }  // namespace
 
+namespace {
+
+// in : `length` bytes of one valid character at `at`
+bool is_control(const std::string &text, std::size_t at, std::size_t length) {
+    std::uint32_t code = static_cast<std::uint8_t>(text[at]);
+    if (length > 1) code &= 0x7Fu >> length;
+    for (std::size_t i = 1; i < length; ++i) {
+        code = code << 6 | (static_cast<std::uint8_t>(text[at + i]) & 0x3Fu);
+    }
+    return code < 0x20 || (code >= 0x7F && code <= 0x9F) || code == 0x061C || code == 0x200E ||
+           code == 0x200F || (code >= 0x2028 && code <= 0x202E) ||
+           (code >= 0x2066 && code <= 0x2069);
+}
+
+}  // namespace
+
+std::string printable(const std::string &text) {
+    std::string shown;
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t length = std::max<std::size_t>(utf8_length(text, at), 1);
+        if (is_control(text, at, length)) {
+            shown += '?';
+        } else {
+            shown.append(text, at, length);
+        }
+        at += length;
+    }
+    return shown;
+}
+
 std::string to_utf8(const std::string &bytes) {
     std::string text = decoded(bytes);
     std::replace(text.begin(), text.end(), '\0', '?');  // it would cut messages short

@@ -41,7 +41,7 @@ double optional(const json &value, const char *key, double otherwise, double low
 std::string optional_text(const json &value, const char *key, const place &at) {
     if (!value.contains(key)) return "";
     if (!value.at(key).is_string()) at.in(key).fail("must be a text");
-    return value.at(key).get<std::string>();
+    return get<std::string>(value, key, at.file);
 }
 
 const json &optional_object(const json &value, const char *key, const place &at) {

@@ -3,6 +3,7 @@
 Whatever it is, one sentence and exit 1, nothing half-written, never a fault in the program itself."""
 
 import copy
+import json
 import os
 import random
 import resource
@@ -259,3 +260,231 @@ def test_a_port_in_use(files):
     finally:
         first.terminate()
         assert first.wait(10) == 0
+
+
+# ---- what a program would do with all of its memory, or all of its stack
+
+LIMIT = 2 << 30  # bytes of address space
+
+
+def bounded(program, folder, *arguments, **how):
+    """The program with LIMIT bytes of memory, a small stack and 60 s."""
+    def limit():
+        resource.setrlimit(resource.RLIMIT_AS, (LIMIT, LIMIT))
+        resource.setrlimit(resource.RLIMIT_STACK, (1 << 20, 1 << 20))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    return subprocess.run([BIN / program, *map(str, arguments)], cwd=folder, preexec_fn=limit, text=True,
+                          capture_output=True, timeout=60, **how)
+
+
+def deep(levels, open_="[", close="]", inner=""):
+    return open_ * levels + inner + close * levels
+
+
+@pytest.mark.parametrize("text", [
+    '{"format": "compbox-machine/1", "provenance": ' + deep(200000) + "}",
+    '{"format": "compbox-machine/1", "provenance": ' + deep(200000, '{"a": ', "}", "1") + "}",
+    "[" * 200000,
+    "\n\n" + deep(33),
+], ids=["lists", "objects", "open", "one too many"])
+def test_nested_json_is_refused_by_every_reader(files, text):
+    files.write("deep.json", text)
+    line = text.count("\n") + 1
+    for program, *arguments in (("compbox", "build", "deep.json", "term.json", "-o", "c.json"),
+                                ("compbox", "build", "machine.json", "deep.json", "-o", "c.json"),
+                                ("compbox", "simulate", "deep.json", "-o", "out"),
+                                ("fakeplc", "--listen", "127.0.0.1:0", "--map", "deep.json"),
+                                ("fakeplc", "--listen", "127.0.0.1:0", "--machine", "deep.json")):
+        done = bounded(program, files.folder, *arguments, stdin=subprocess.DEVNULL)
+        assert done.returncode == 1, (program, arguments, done)
+        start = f"{program}: deep.json:{line}:"
+        assert done.stderr.startswith(start), done.stderr
+        assert done.stderr.endswith(": brackets are nested deeper than 32\n"), done.stderr
+    small = files.write("small.json", deep(40))  # fits into the box
+    for program, *arguments in (("compbox", "check", small), ("compboxd", "--config", small)):
+        done = bounded(program, files.folder, *arguments)
+        assert done.returncode == 1 and "brackets are nested deeper than 32" in done.stderr, done
+
+
+def test_nesting_that_the_box_reads_is_read(files):
+    files.write("t.json", deep(32))
+    assert files.refused("build", "t.json", "term.json", "-o", "c.json") == "t.json: must be a JSON object"
+    value = files.read("term.json")
+    value["provenance"] = {"by": json.loads(deep(20)), "brackets": "[" * 1000 + '\\"' + "[" * 1000}
+    files.write("t.json", value)
+    files.good("build", "machine.json", "t.json", "-o", "c.json")
+
+
+def test_a_counter_in_the_run_column(files):
+    rows = "".join(f"{i % 100},{i * 7 % 13},r{i}\n" for i in range(20000))
+    files.write("runs.csv", "position_mm,error_um,run\n" + rows)
+    for command in (("fit", "runs.csv", "--name", "EZX", "--signal", "X", "-o", "t.json"), ("report", "runs.csv")):
+        done = bounded("compbox", files.folder, *command)
+        assert (done.returncode, done.stderr) == (
+            1, "compbox: runs.csv: has 20000 readings in 20000 runs, too many to be evened out: all readings of "
+               "one traverse carry the same name in the column 'run' (readings times runs: at most 5000000)\n")
+
+
+# ---- numbers that no integer holds
+
+@pytest.mark.parametrize("spoil, message", [
+    (lambda s: s["methods"][0].update(method="polynomial", degree=1e300),
+     "the key 'degree' must be a whole number from -2147483648 to 2147483647"),
+    (lambda s: s["methods"][0].update(method="polynomial", degree=2.5),
+     "the key 'degree' must be a whole number from -2147483648 to 2147483647"),
+    (lambda s: s.update(seeds=[1, 1e300]), "the key 'seeds' must be a whole number from 0 to 18446744073709551615"),
+    (lambda s: s.update(seeds=[-1]), "the key 'seeds' must be a whole number from 0 to 18446744073709551615"),
+    (lambda s: s["paths"][0].update(every_mm=1e-300),
+     "the path diagonal has more than 100000 stops: make every_mm larger"),
+    (lambda s: s.update(moving_mm_per_min=[1e-300]), "moving_mm_per_min must be from 0.001 to 10000000"),
+    (lambda s: s.update(name="a\u202eb"), "the key 'name': 'a?b' contains a control character"),
+])
+def test_simulate_with_numbers_and_texts_of_no_use(files, spoil, message):
+    scenario = files.read("scenario.json")
+    scenario["paths"][0]["name"] = "diagonal"
+    scenario["machine"] = "gantry.json"
+    spoil(scenario)
+    files.write("bad.json", scenario)
+    assert files.refused("simulate", "bad.json", "-o", "out") == f"bad.json: {message}"
+
+
+def test_a_whole_number_may_have_a_decimal_point(files):
+    scenario = files.read("scenario.json")
+    path = {**scenario["paths"][0], "every_mm": 7000}
+    files.write("s.json", {**scenario, "machine": "gantry.json", "measurements": "", "seeds": [1.0], "paths": [path],
+                           "methods": [{"name": "p", "method": "polynomial", "degree": 3.0}], "moving_mm_per_min": []})
+    files.good("simulate", "s.json", "-o", "out")
+
+
+@pytest.mark.parametrize("status", ["1e300", "-1", "65536", "-1e300"])
+def test_a_log_with_a_status_that_no_register_holds(files, status):
+    files.write("log.csv", f"time_s,event,status\n0,,1\n1,,{status}\n")
+    said = files.refused("simulate", "scenario.json", "--log", "log.csv", "-o", "out")
+    assert said == "log.csv:3: status must be from 0 to 65535"
+
+
+@pytest.mark.parametrize("column", [2, 3])
+@pytest.mark.parametrize("time", ["-9223372036854775808", "9223372036854775807", "-1"])
+def test_a_recording_with_a_time_that_no_clock_shows(files, column, time):
+    plc = files.read("good.json")["plc"]
+    header = ("number,generation,now_us,read_us,exchange_us,read_ok,last_write,held,stop,missed_ticks,samples,"
+              "registers,held_registers,mode,channels,written")
+    row = ["0", "0", "1000", "1000", "0", "0", "0", "0", "0", "0", "", "0000" * plc["read"]["count"], "", "0",
+           "00000000" * len(files.read("good.json")["channels"]), "0000" * plc["write"]["count"]]
+    row[column] = time
+    files.write("r.csv", header + "\n" + ",".join(row) + "\n")
+    assert files.refused("simulate", "good.json", "--replay", "r.csv") == (
+        f"r.csv:2: '{time}' is not a number that can stand here; it is not what compboxd --record-inputs writes")
+
+
+@pytest.mark.parametrize("time", ["-1e300", "-1.7e308", "-1"])
+def test_a_table_whose_time_falls(files, time):
+    files.write("s.csv", f"time_s,X,Y,Z\n0,1,2,3\n{time},1,2,3\n")
+    assert files.refused("eval", "good.json", "--inputs", "s.csv", "-o", "o.csv") == (
+        "s.csv:3: time_s must rise by at least a microsecond from row to row")
+
+
+@pytest.mark.parametrize("formula", ["-" * 120000 + "X", "+" * 120000 + "X", "X" + "+X" * 60000, "X" + "^X" * 60000,
+                                     "(" * 60000 + "X"])
+def test_a_formula_without_end(files, formula):
+    done = bounded("compbox", files.folder, "export", "good.json", "--format", "twincat-cam", "--master", "X",
+                   "--path", "Y=" + formula, "-o", "cams")
+    assert done.returncode == 1 and done.stderr.count("\n") == 1, (done.returncode, done.stderr[:200])
+    assert f"has {len(formula)} characters; write it with at most 1000" in done.stderr, done.stderr[:200]
+
+
+def test_messages_repeat_no_control_character(files):
+    for hidden in "\x7f\u009b\u202e\u2028\u2066":
+        files.write("d.csv", f"position_mm,error_um,a{hidden}b,a{hidden}b\n0,1,2,3\n")
+        said = files.refused("fit", "d.csv", "--name", "EZX", "--signal", "X", "-o", "t.json")
+        assert "'a?b'" in said and hidden not in said, ascii(said)
+
+
+# ---- a scenario from a stranger
+
+@pytest.fixture
+def scenario(files):
+    """.run(**changes): compbox simulate of a small scenario in its own folder, for output into out/."""
+    folder = files.folder / "stranger"
+    folder.mkdir()
+    for name in ("machine_twin.json", "gantry.json"):
+        shutil.copy(files.folder / name, folder / name)
+    base = files.read("scenario.json")
+    small = {**base, "machine": "gantry.json", "measurements": "", "seeds": [1], "moving_mm_per_min": [],
+             "paths": [{**base["paths"][0], "every_mm": 7000}], "methods": [{"name": "polyline"}]}
+
+    class Runner:
+        pass
+    runner = Runner()
+    runner.folder = folder
+    runner.outside = files.folder / "outside"
+
+    def run(*options, **changes):
+        (folder / "s.json").write_text(json.dumps({**small, **changes}))
+        return bounded("compbox", files.folder, "simulate", "stranger/s.json", *options, "-o", "out")
+    runner.run = run
+    return runner
+
+
+@pytest.mark.parametrize("word", ["commission", "simulate", "compboxd", "fakeplc", "--help", "/bin/sh"])
+def test_a_step_computes_and_does_nothing_else(scenario, word):
+    done = scenario.run(once=[f"{word} coefficients.json --listen 127.0.0.1:1"])
+    assert done.returncode == 1
+    assert done.stderr == (
+        f"compbox: stranger/s.json: step '{word} coefficients.json --listen 127.0.0.1:1': '{word}' is not a step: "
+        "a step is measure or a command that computes, such as fit or build\n")
+
+
+INIT = "init --axes XYZ --profile generic --travel X=1,Y=1,Z=1 -o "
+
+
+@pytest.mark.parametrize("target", ["{outside}/f.json", "$out/../../outside/f.json", "../outside/f.json",
+                                    "outside/f.json", "$out/link/f.json", "$out/file-link", "$here/link/f.json"])
+@pytest.mark.parametrize("where", ["once", "steps"])
+def test_a_step_writes_nowhere_else(files, scenario, target, where):
+    scenario.outside.mkdir()
+    (scenario.outside / "victim").write_text("precious")
+    for place in (files.folder / "out", files.folder / "out/seed-1", scenario.folder):
+        place.mkdir(exist_ok=True)
+        (place / "link").symlink_to(scenario.outside)
+        (place / "file-link").symlink_to(scenario.outside / "victim")
+    if where == "steps":
+        target = target.replace("$out/../..", "$out/../../..")
+    done = scenario.run(**{where: [INIT + target.replace("{outside}", str(scenario.outside))]})
+    assert done.returncode == 1, done
+    assert done.stderr.endswith(": is outside the scenario's folder and the folder of the run (-o), and is not "
+                                "written\n"), done.stderr
+    assert [path.name for path in scenario.outside.iterdir()] == ["victim"]
+    assert (scenario.outside / "victim").read_text() == "precious"
+
+
+@pytest.mark.parametrize("step", ["measure laser -o {outside}", "fit $out/EZX.csv --name EZX --signal X -o $out/t.json "
+                                  "--plot {outside}/f.svg", "fit $out/EZX.csv --name EZX --signal X -o $out/t.json "
+                                  "--band {outside}/f.csv"])
+def test_neither_do_folders_bands_and_figures(scenario, step):
+    step = step.replace("{outside}", str(scenario.outside))
+    done = scenario.run(once=["measure laser -o $out", step])
+    assert done.returncode == 1 and "is outside the scenario's folder" in done.stderr, done
+    assert not scenario.outside.exists()
+
+
+def test_a_step_writes_into_the_run_and_beside_the_scenario(scenario):
+    done = scenario.run(once=[INIT + "$out/a.json", INIT + "$here/b.json", INIT + "stranger/c.json"])
+    assert done.returncode == 0, done.stderr
+    assert (scenario.folder / "b.json").exists() and (scenario.folder / "c.json").exists()
+
+
+@pytest.mark.parametrize("step", ["fit " + "{a,b}" * 40, "fit " + "x{a,b,c,d,e,f,g,h,i,j}" * 200,
+                                  "fit " + " ".join(["{a,b,c,d}{a,b,c,d}{a,b,c,d}{a,b,c,d}"] * 4),
+                                  "fit {" + "a," * 1001 + "b}"])
+def test_choices_are_counted_before_they_are_made(scenario, step):
+    done = scenario.run(once=[step])
+    assert done.returncode == 1, done
+    assert done.stderr.endswith("': its braces make more than 1000 words: write fewer choices\n"), done.stderr
+
+
+@pytest.mark.parametrize("step, message", [("fit {a,{b,c}}", "braces within braces"),
+                                           ("fit " + "a" * 70000, "is longer than 65536 characters")])
+def test_steps_that_are_none(scenario, step, message):
+    done = scenario.run(once=[step])
+    assert done.returncode == 1 and done.stderr.endswith(f": {message}\n"), done.stderr[:300]
