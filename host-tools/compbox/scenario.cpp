@@ -14,7 +14,6 @@ namespace compbox {
 namespace {
 
 constexpr double mm_per_min = 1.0 / 60.0;
-constexpr double most_stops = 1e5;                                     // of a path
 constexpr double slowest_mm_per_min = 1e-3, fastest_mm_per_min = 1e7;  // feeds
 
 // A path in the scenario file is relative to that file.
@@ -89,11 +88,6 @@ scenario_path path_of(const json &value, const std::string &file) {
         throw input_error(
             file, 0, 0,
             "the path " + path.name + " needs every_mm > 0 and a travel along " + along);
-    }
-    if (!(std::abs(path.to_mm[axis] - path.from_mm[axis]) / path.every_mm < most_stops)) {
-        throw input_error(
-            file, 0, 0,
-            "the path " + path.name + " has more than 100000 stops: make every_mm larger");
     }
     return path;
 }
@@ -172,6 +166,17 @@ scenario load_scenario(const std::string &path) {
     read_run(value, path, result);
     check(result);
     return result;
+}
+
+void check_stops(const scenario &plan) {
+    constexpr double most = 1e5;
+    for (const auto &path : plan.paths) {
+        const auto axis = static_cast<std::size_t>(path.along);
+        if (std::abs(path.to_mm[axis] - path.from_mm[axis]) / path.every_mm < most) continue;
+        throw input_error(
+            plan.file, 0, 0,
+            "the path " + path.name + " has more than 100000 stops: make every_mm larger");
+    }
 }
 
 std::vector<xyz> stops_of(const scenario_path &path) {

@@ -53,7 +53,10 @@ struct scenario {
 // Throws input_error with file and key.
 scenario load_scenario(const std::string &path);
 
-// The stops of a path, from its beginning to its end.
+// Throws input_error where a path has 100 000 stops or more.
+void check_stops(const scenario &plan);
+
+// The stops of a path that check_stops let pass, from its beginning to its end.
 std::vector<xyz> stops_of(const scenario_path &path);
 
 }  // namespace compbox

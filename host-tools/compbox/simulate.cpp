@@ -169,6 +169,7 @@ simulation simulate(const scenario &plan, const std::string &folder,
                     const std::function<void(const std::string &)> &progress) {
     twin_config config = load_twin(plan.twin);
     check_travel(plan, config);
+    check_stops(plan);
     const std::uint64_t own_seed = config.seed;
     std::vector<std::uint64_t> seeds = plan.seeds;
     if (seeds.empty()) seeds.push_back(own_seed);
