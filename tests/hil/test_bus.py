@@ -59,7 +59,7 @@ def test_modules_lost_and_back(plc, port, start_box):
 
 def test_an_adapter_that_is_not_there_costs_nothing(plc, port, start_box):
     plc.values = {"X": 6500, "Y": 200, "Z": 1500, "T1": 35.1}
-    with PymodbusPlc(plc, port), start_box(change=with_bus("/nowhere/ttyUSB9")) as box:
+    with PymodbusPlc(plc, port), start_box(change=with_bus("/dev/nowhere/ttyUSB9")) as box:
         plc.wait_mode(machine.ACTIVE)
         box.stop()
     assert box.code == 0, box.log
