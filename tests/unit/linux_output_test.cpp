@@ -50,7 +50,8 @@ struct output : testing::Test {
     }
     int write_state() const {
         cb_state state{};
-        return cb_state_write(&state, config(), path.c_str(), 0, 0);
+        const cb_state_clock now{};
+        return cb_state_write(&state, config(), path.c_str(), &now);
     }
     int start_record() const {
         const auto record = std::make_unique<cb_record>();
@@ -101,7 +102,8 @@ TEST_F(output, state_is_not_read_through_a_link) {
     fs::create_symlink("real", path);
     cb_state state;
     char said[512];
-    EXPECT_FALSE(cb_state_read(&state, config(), path.c_str(), 0, 0, said, sizeof said));
+    const cb_state_clock now{};
+    EXPECT_FALSE(cb_state_read(&state, config(), path.c_str(), &now, said, sizeof said));
     EXPECT_NE(std::string(said).find("is a symbolic link"), std::string::npos) << said;
 }
 
