@@ -2,21 +2,11 @@
 #include "firmware/applied.h"
 
 #include "firmware/channels.h"
-#include "firmware/profile.h"
 #include "firmware/registers.h"
 #include "models/num.h"
 
-static uint32_t patience_us(const struct cb_config *config) {
-    const uint32_t updates_us = CB_STEP_WINDOW_UPDATES * cb_profile_update_us(config);
-    return updates_us > CB_UNAPPLIED_US ? updates_us : CB_UNAPPLIED_US;
-}
-
 static uint32_t add_saturating(uint32_t a, uint32_t b) {
     return b > UINT32_MAX - a ? UINT32_MAX : a + b;
-}
-
-static uint32_t quarter_us(const struct cb_config *config) {
-    return patience_us(config) / (CB_SENT_SLOTS - 1);
 }
 
 /* A new quarter begins with the value that was sent last. */
@@ -31,7 +21,7 @@ static void begin_quarter(struct cb_applied_channel *state, float sent_um) {
 void cb_applied_sent(const struct cb_config *config, struct cb_applied_state *state,
                      const struct cb_channel_state *channels, uint32_t elapsed_us) {
     state->slot_us = add_saturating(state->slot_us, elapsed_us);
-    const bool over = state->slot_us >= quarter_us(config);
+    const bool over = state->slot_us >= config->applied_quarter_us;
     if (over) state->slot_us = 0;
     for (unsigned i = 0; i < config->channels_count; ++i) {
         struct cb_applied_channel *channel = &state->channels[i];
@@ -80,7 +70,7 @@ static void judge(const struct cb_config *config, unsigned index, struct cb_appl
     const bool inside = is_within(um, sent, config->plc.deadband_um + unit_um + largest_um * 1e-6f);
     const bool bounded = cb_abs(um) <= cb_max(channel->error_um, largest_um) + unit_um;
     counters->applied_foreign += judged && !inside;
-    const uint32_t most_us = 2 * quarter_us(config);
+    const uint32_t most_us = 2 * config->applied_quarter_us;
     state->outside_us = judged ? outside_us(state->outside_us, inside, elapsed_us, most_us) : 0;
     if (bounded || inside)
         state->beyond = 0;
@@ -102,7 +92,7 @@ struct cb_applied_verdict cb_applied_take(const struct cb_config *config,
         judge(config, i, of, counters, um, elapsed_us, judged);
         if (cb_is_finite(um)) channels[i].applied_um = um;
         const bool foreign = of->beyond >= CB_BEYOND_READINGS;
-        const bool unapplied = of->outside_us > quarter_us(config);
+        const bool unapplied = of->outside_us > config->applied_quarter_us;
         if ((foreign && !verdict.foreign) || (unapplied && verdict.channel == CB_NONE)) {
             verdict.channel = (uint8_t)i;
             verdict.value_um = um;

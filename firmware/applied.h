@@ -10,11 +10,10 @@
 #include "firmware/counters.h"
 #include "firmware/limiter.h"
 
-/* The PLC has this time to follow, and in any case ten updates of the NC (cb_profile_update_us):
- * the values that were sent in it are all its own to apply. */
+/* The PLC has four quarters of time to follow (config->applied_quarter_us): the values that were
+ * sent in it are all its own to apply. */
 enum {
-    CB_UNAPPLIED_US = 1000000,
-    CB_SENT_SLOTS = 5,      /* four quarters of that time, and the one that has just begun */
+    CB_SENT_SLOTS = 5,      /* those quarters, and the one that has just begun */
     CB_BEYOND_READINGS = 2, /* in a row, before a value far beyond what was sent is a fault */
 };
 

@@ -267,10 +267,11 @@ struct cb_can_config {
 /* From the front to plc.host lies what every step checks as a whole and before all else: numbers,
  * counts and lists of indices. Then come the arrays, of which it checks the entries in use. */
 struct cb_config {
-    uint32_t period_us;  /* 1 000 … 1 000 000 */
-    uint32_t lead_us;    /* 0 … 500 000 */
-    uint32_t hold_us;    /* HOLD lasts no longer */
-    float ramp_um_per_s; /* > 0 */
+    uint32_t period_us;          /* 1 000 … 1 000 000 */
+    uint32_t lead_us;            /* 0 … 500 000 */
+    uint32_t hold_us;            /* HOLD lasts no longer */
+    uint32_t applied_quarter_us; /* derived: cb_profile_quarter_us() */
+    float ramp_um_per_s;         /* > 0 */
     float ceiling_um;   /* > 0: the site's: no output is beyond it, whatever the file is; 0: none */
     bool lead_measured; /* the box measures it (lead.h); lead_us is 0 */
     uint8_t signals_count, terms_count, outputs_count, channels_count, pairs_count;

@@ -139,17 +139,17 @@ static void unanswered(struct cb_channel_state *state, uint32_t late_us) {
 
 void cb_limiter_written(const struct cb_config *config, struct cb_channel_state *channels,
                         enum cb_write_result result, uint32_t lived_us) {
-    const uint32_t late_us = cb_limiter_late_us(config);
     for (unsigned i = 0; i < cb_all_channels(config); ++i) {
         struct cb_channel_state *state = &channels[i];
         const bool late = state->late_us > 0; /* when the write was sent */
-        age_late(state, lived_us);
+        if (late) age_late(state, lived_us);
         switch (result) {
             case CB_WRITE_OK:
-                holds(state, state->sent_um, state->sent_um, late);
+                state->possible_min_um = state->possible_max_um = state->sent_um;
+                if (late) holds(state, state->sent_um, state->sent_um, true);
                 break;
             case CB_WRITE_UNKNOWN:
-                unanswered(state, late_us);
+                unanswered(state, cb_limiter_late_us(config));
                 break;
             case CB_WRITE_NONE:
             case CB_WRITE_FAILED:
@@ -303,17 +303,25 @@ static void join_outputs(const struct cb_config *config, const struct cb_channel
     }
 }
 
-/* The last word on an output, whatever the stages before it made of it.
- * in : um: any float; state: the last output that was sent is finite
- * out: finite; |result| <= max(limit, |last output sent|) and <= the site's ceiling */
-static float bounded(const struct cb_config *config, const struct cb_channel_config *channel,
-                     const struct cb_channel_state *state, float um) {
+/* An output that is not within the limit: one that comes inside after a reload, or a wrong one. */
+CB_OUTLINE float force_inside(const struct cb_config *config,
+                              const struct cb_channel_config *channel,
+                              const struct cb_channel_state *state, float um) {
     const float finite_um = cb_is_finite(um) ? um : state->sent_um;
     const float own_um = cb_max(channel->limit_um, cb_abs(state->sent_um));
     const float ceiling_um = config->ceiling_um;
     const float most_um = ceiling_um > 0.0f ? cb_min(own_um, ceiling_um) : own_um;
     if (cb_abs(finite_um) <= most_um) return finite_um;
     return grid_before(channel->unit_um, cb_clamp(finite_um, -most_um, most_um), 0.0f);
+}
+
+/* The last word on an output, whatever the stages before it made of it.
+ * in : um: any float; state: the last output that was sent is finite
+ * out: finite; |result| <= max(limit, |last output sent|) and <= the site's ceiling. top_um is
+ * within both: cb_ceiling_apply() has lowered it */
+static float bounded(const struct cb_config *config, const struct cb_channel_config *channel,
+                     const struct cb_channel_state *state, float um) {
+    return cb_abs(um) <= channel->top_um ? um : force_inside(config, channel, state, um);
 }
 
 void cb_limiter_step(const struct cb_config *config, struct cb_channel_state *channels,

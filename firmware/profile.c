@@ -87,6 +87,10 @@ uint32_t cb_profile_lead_us(const struct cb_config *config) {
     return (cb_profile_handshake_us(config) + cb_profile_update_us(config)) / 2;
 }
 
+uint32_t cb_profile_quarter_us(const struct cb_config *config) {
+    return cb_profile_step_window_us(config) / 4;
+}
+
 uint32_t cb_profile_step_window_us(const struct cb_config *config) {
     const uint32_t updates_us = CB_STEP_WINDOW_UPDATES * cb_profile_update_us(config);
     return updates_us > CB_STEP_WINDOW_US ? updates_us : CB_STEP_WINDOW_US;

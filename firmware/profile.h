@@ -61,6 +61,10 @@ uint32_t cb_profile_update_us(const struct cb_config *config);
  * handshake until the NC has it and half of an update that it then stands for. */
 uint32_t cb_profile_lead_us(const struct cb_config *config);
 
+/* A quarter of the time that a PLC has to apply what it was sent: 1 s, and in any case ten updates
+ * of the NC. */
+uint32_t cb_profile_quarter_us(const struct cb_config *config);
+
 /* The time in which no channel moves further than the largest step. */
 uint32_t cb_profile_step_window_us(const struct cb_config *config);
 

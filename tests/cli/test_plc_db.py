@@ -134,7 +134,8 @@ def test_the_ladder_uses_only_addresses_of_the_table(compbox):
 
 
 # The meaning of a value register states the smallest size, limit + slope limit over AHEAD_MM of the program.
-@pytest.mark.parametrize("file, least_um", [("sinumerik-840d.json", "140 um with AHEAD_MM 40"), ("fanuc.json", "100 um")])
+@pytest.mark.parametrize("file, least_um", [("sinumerik-840d.json", "140 um with AHEAD_MM 40"),
+                                            ("fanuc.json", "100 um")])
 def test_the_smallest_size_is_stated_and_the_programs_is_not_below(compbox, file, least_um):
     text = exported(compbox, DOCS / file)
     for axis in "XYZ":

@@ -57,12 +57,12 @@ def test_a_plc_without_fc3_is_one_sentence(plc, port, start_box, exchange):
 
 
 def test_a_plc_too_slow_for_two_requests_hears_of_it_in_a_last_write(plc, port, start_box):
-    """20 ms for each request: writes take effect and are confirmed too late."""
+    """20 ms for each request, after a quick start: writes take effect and are confirmed too late."""
     received = []
 
     def slow(request, reply):
         received.append(request)
-        return [0.020, reply]
+        return [0.020, reply] if request.number > 20 else [reply]
 
     box, server = run_against(plc, port, start_box, slow, 2.5)
     last, before = plc.writes[-1], plc.writes[-2]
@@ -76,6 +76,13 @@ def test_a_plc_too_slow_for_two_requests_hears_of_it_in_a_last_write(plc, port, 
     slow_lines = lines(box, 'plc.exchange "fc3+fc16" needs cycle.period_ms of ')
     assert len(slow_lines) == 1, box.log
     assert 'replies take up to 2' in slow_lines[0] and 'or "fc23" and ' in slow_lines[0]
+
+
+def test_a_plc_too_slow_from_the_start_is_never_compensated(plc, port, start_box):
+    """The write block is not returned in time, so nothing is written."""
+    box, _ = run_against(plc, port, start_box, lambda request, reply: [0.020, reply], 2.5)
+    assert not [w for w in plc.writes if w.mode == ACTIVE]
+    assert len(lines(box, 'plc.exchange "fc3+fc16" needs cycle.period_ms of ')) == 1, box.log
 
 
 def test_replies_to_something_else_are_named_once(plc, port, start_box):

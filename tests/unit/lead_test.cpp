@@ -143,7 +143,10 @@ TEST(lead, takes_the_velocity_of_the_plc_at_once) {
 struct scanned_axis : moving_axis {
     double t_ms = 0, shown_ms = 0, stops_ms = 1e9;
     // The PLC goes in lines: what it shows goes with its heartbeat.
-    scanned_axis() : moving_axis(false) { box->config.plc.interpolate_us = 30000; }
+    scanned_axis() : moving_axis(false) {
+        box->config.plc.interpolate_us = 30000;
+        cb_box_start(box.get());
+    }
     // One step; out: by how much the box is wrong about where the axis will be in 40 ms, if it goes
     // on as it does.
     double wrong_by() {

@@ -222,6 +222,7 @@ TEST(limiter, the_sites_ceiling_wins_over_all) {
     config_builder b = one_channel();
     b.config->ceiling_um = 50.005f;
     limiter_rig rig(b);
+    rig.builder.config->channels[0].top_um = 50.005f;  // as cb_ceiling_apply() leaves it
     for (int n = 0; n < 20; ++n) {
         rig.step({300}, period_s);
         rig.result(CB_WRITE_OK);

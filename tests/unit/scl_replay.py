@@ -122,7 +122,8 @@ def main():
         exec(code, {"v": v, "reg": reg, "real": real, "nearest": nearest, "word": word, "limit": limit})
         sets += v["put_axis"] > 0 and axis_before == 0
         scans += 1
-        ours = {"size_count": v["size_count"], "box_alive": v["box_alive"], "torn": v["torn_for_long"], "put_axis": v["put_axis"],
+        ours = {"size_count": v["size_count"], "box_alive": v["box_alive"], "torn": v["torn_for_long"],
+                "put_axis": v["put_axis"],
                 "plc_heartbeat": reg.get("plc_heartbeat", 0),
                 "read_count_first": reg["read_count_first"], "read_count_last": reg["read_count_last"]}
         if v["put_axis"]:
