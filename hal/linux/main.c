@@ -217,9 +217,9 @@ static bool start_loop(struct daemon *daemon) {
     return error == 0;
 }
 
-/* Lags go on where the file says and their pause was short. A wrong path is told before the machine
- * moves. */
-static bool resume_lags(struct daemon *daemon) {
+/* What the run before left goes on. The file is written again before the machine moves: from here
+ * on this run has not ended STOPPED, and a wrong path is reported. */
+static bool resume_state(struct daemon *daemon) {
     const char *path = daemon->options.state;
     char said[512];
     struct cb_state_clock now;
@@ -227,7 +227,8 @@ static bool resume_lags(struct daemon *daemon) {
     cb_state_clock_read(&now);
     cb_state_read(&daemon->loop.resumed, config_now(daemon), path, &now, said, sizeof said);
     cb_log_say(&daemon->log, cb_boottime_us(), "%s", said);
-    daemon->state = daemon->loop.resumed; /* a start that ends at once loses nothing */
+    daemon->state = daemon->loop.resumed; /* a start that ends at once loses no lag */
+    daemon->state.stopped = false;
     const int error = cb_state_write(&daemon->state, config_now(daemon), path, &now);
     if (error != 0)
         fprintf(stderr, "compboxd: %s: cannot be written: %s\n", path, cb_output_error(error));
@@ -333,7 +334,7 @@ static bool start(struct daemon *daemon) {
     daemon->can = (struct cb_can_sockets){.source = &daemon->loop.target.can, .log = &daemon->log};
     cb_can_sockets_serve(&daemon->can, config, cb_boottime_us());
     cb_sample_ring_start(&daemon->loop.target.bus);
-    if (!resume_lags(daemon) || !start_feeding(daemon) || !start_loop(daemon)) return false;
+    if (!resume_state(daemon) || !start_feeding(daemon) || !start_loop(daemon)) return false;
     start_bus(daemon);
     return true;
 }
@@ -487,6 +488,7 @@ static void serve(struct daemon *daemon) {
     take_rows(daemon);
     follow_reload(daemon, daemon->loop.generation);
     cb_state_take(&daemon->state, daemon->loop.box);
+    daemon->state.stopped = cb_state_ended_stopped(daemon->loop.box);
     daemon->state_generation = daemon->generation;
     write_state(daemon, cb_boottime_us());
 }
