@@ -433,6 +433,7 @@ static void mind_the_file(struct daemon *daemon, int64_t now_us) {
     if (cb_reload_file_changed(reload, now_us)) daemon->reload_asked = true;
     if (!daemon->reload_asked || !cb_reload_ready(reload, &daemon->loop)) return;
     daemon->reload_asked = false;
+    const bool goes_on = !cb_loop_is_corrupt(&daemon->loop);
     snprintf(rest, sizeof rest, "; revision %u goes on", (unsigned)config_now(daemon)->revision);
     switch (cb_reload_offer(reload, &daemon->loop)) {
         case CB_RELOAD_OFFERED:
@@ -442,7 +443,7 @@ static void mind_the_file(struct daemon *daemon, int64_t now_us) {
             log_reload(daemon, now_us, "");
             break;
         case CB_RELOAD_REFUSED:
-            log_reload(daemon, now_us, rest);
+            log_reload(daemon, now_us, goes_on ? rest : "");
             break;
     }
 }

@@ -5,6 +5,7 @@ import itertools
 import math
 import signal
 import threading
+import time
 from dataclasses import dataclass, field
 
 import pytest
@@ -310,3 +311,54 @@ def test_an_infinite_value_in_the_read_back_after_a_loss(plc, port, start_box):
     assert box.code == 0, box.log
     assert all(math.isfinite(um) for w in plc.writes for um in w.um.values())
     assert largest(plc.writes) <= LIMIT_UM
+
+
+# ---- a configuration that changed in memory
+
+
+def writable(pid):
+    """(first address, bytes) of the memory that the process may write, but its stack and heap."""
+    with open(f"/proc/{pid}/maps") as maps, open(f"/proc/{pid}/mem", "rb") as memory:
+        for line in maps:
+            span, access = line.split()[:2]
+            begin, end = (int(text, 16) for text in span.split("-"))
+            if access.startswith("rw") and not line.rstrip().endswith(("[stack]", "[heap]")):
+                memory.seek(begin)
+                yield begin, memory.read(end - begin)
+
+
+def flip_a_bit(pid):
+    """In the plc part of the configuration: the last byte before its host, in the first copy, which
+    is that of the running box."""
+    host = b"127.0.0.1".ljust(16, b"\0")
+    address = min(begin + data.index(host) for begin, data in writable(pid) if host in data) - 1
+    with open(f"/proc/{pid}/mem", "r+b", buffering=0) as memory:
+        memory.seek(address)
+        was = memory.read(1)[0]
+        memory.seek(address)
+        memory.write(bytes([was ^ 0x10]))
+
+
+def wait_for_stats(box, condition):
+    until = time.monotonic() + 15
+    while time.monotonic() < until:
+        if box.stats_file.exists() and condition(box.stats):
+            return
+        time.sleep(0.05)
+    raise AssertionError(f"never came: {box.stats}")
+
+
+def test_a_corrupt_configuration_writes_no_more_and_takes_no_file(plc, port, start_box, tmp_path):
+    with RawPlc(plc, port) as server, start_box() as box:
+        plc.wait_mode(ACTIVE)
+        flip_a_bit(box.process.pid)
+        wait_for_stats(box, lambda stats: stats["mode"] == "FAULT")
+        written, requests = len(plc.writes), len(server.requests)
+        box.process.send_signal(signal.SIGHUP)
+        wait_for_stats(box, lambda stats: "restart compboxd" in str(stats["reloads"]))
+        assert (len(plc.writes), len(server.requests)) == (written, requests)
+        box.stop()
+    assert box.code == 1
+    assert len(lines(box, "FAULT: the configuration in memory has changed")) == 1, box.log
+    refused, = lines(box, "is not taken, because the running configuration has changed in memory")
+    assert refused.endswith("; restart compboxd"), "no revision goes on"
