@@ -69,11 +69,12 @@ class commission_live {
     std::uint32_t writes_refused() const;
     std::uint32_t reads_torn() const;
     std::uint32_t handshakes() const;
-    // The lowest exception code that the PLC answered with, other than to the read-back; 0: none yet.
+    // The lowest exception code that the PLC answered with, other than to the read-back; 0: none
+    // yet.
     int last_exception() const;
     read_back found_read_back() const;  // the last one that was answered or refused
     int read_back_exception() const;    // its code; 0: it was not refused
-    std::string connection() const;  // why there is none, in words
+    std::string connection() const;     // why there is none, in words
 
   private:
     struct inside;

@@ -211,8 +211,8 @@ TEST_F(state_file, a_run_that_the_plc_confirmed_stopped_is_known_to_the_next) {
     const cb_state_clock then = clock(rig.now_us, 1000 * second, "boot", false);
     ASSERT_EQ(cb_state_write(&taken, &rig.box->config, path.c_str(), &then), 0);
     for (const bool synchronised : {false, true}) {  // however long ago that was
-        ASSERT_TRUE(read_at(rig.box->config,
-                            clock(second, 400000 * second, "another boot", synchronised)));
+        ASSERT_TRUE(
+            read_at(rig.box->config, clock(second, 400000 * second, "another boot", synchronised)));
         EXPECT_TRUE(state.stopped);
         EXPECT_TRUE(told("; the run before ended STOPPED")) << said;
     }
