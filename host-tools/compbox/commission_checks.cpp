@@ -13,7 +13,6 @@ extern "C" {
 #include "firmware/box.h"
 #include "firmware/profile.h"
 #include "firmware/registers.h"
-#include "hal/linux/peer.h"
 }
 
 namespace compbox {
@@ -123,13 +122,6 @@ double count_heartbeat(commission_live &live) {
     return static_cast<double>(last_us - first_us) / 1000.0 / static_cast<double>(beats);
 }
 
-// What to set, by the exception that the PLC answered writes with.
-std::string write_remedy(const cb_plc_config &plc, int code) {
-    const bool combined = plc.exchange == CB_EXCHANGE_FC23;
-    if (code == 1) return cb_peer_remedy(combined ? CB_MODBUS_WRITE_READ : CB_MODBUS_WRITE);
-    return "look at address, count and access rights of its server";
-}
-
 void must_accept_writes(commission_live &live) {
     const cb_plc_config &plc = live.config().plc;
     const bool refused = live.writes_refused() > 0;
@@ -144,7 +136,8 @@ void must_accept_writes(commission_live &live) {
     throw input_error("plc.write: the PLC " +
                       std::string(refused ? "refuses" : "does not confirm") + " writes to " +
                       registers_of(plc.write) + exception_words(code) + "; " +
-                      write_remedy(plc, code));
+                      (code == 1 ? live.write_remedy()
+                                 : "look at address, count and access rights of its server"));
 }
 
 // Why permission is needed at the start of a commissioning.

@@ -13,9 +13,11 @@
 
 extern "C" {
 #include "firmware/box.h"
+#include "firmware/modbus.h"
 #include "hal/cycle.h"
 #include "hal/linux/box_hal.h"
 #include "hal/linux/clock.h"
+#include "hal/linux/peer.h"
 }
 
 namespace compbox {
@@ -300,6 +302,11 @@ int commission_live::read_back_exception() const {
     const auto &counts = inside_->read_back_exceptions;
     const auto first = std::find_if(counts.begin(), counts.end(), [](auto n) { return n > 0; });
     return first == counts.end() ? 0 : static_cast<int>(first - counts.begin());
+}
+
+std::string commission_live::write_remedy() const {
+    const bool combined = config().plc.exchange == CB_EXCHANGE_FC23;
+    return cb_peer_remedy(combined ? CB_MODBUS_WRITE_READ : CB_MODBUS_WRITE);
 }
 
 std::string commission_live::connection() const {

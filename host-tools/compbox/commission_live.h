@@ -74,7 +74,8 @@ class commission_live {
     int last_exception() const;
     read_back found_read_back() const;  // the last one that was answered or refused
     int read_back_exception() const;    // its code; 0: it was not refused
-    std::string connection() const;     // why there is none, in words
+    std::string write_remedy() const;  // what to set where the PLC does not have the write function
+    std::string connection() const;    // why there is none, in words
 
   private:
     struct inside;
