@@ -9,10 +9,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#ifndef CB_VERSION
-#define CB_VERSION "unknown"
-#endif
-
 static const char help[] =
     "compboxd: reads machine signals from a PLC, computes the compensation, writes it back.\n"
     "\n"
