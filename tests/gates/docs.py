@@ -14,7 +14,7 @@ import tempfile
 
 SKIPPED = {"build", "out", ".git", ".cache", ".venv", "__pycache__"}
 LINK = re.compile(r"\[[^\]]*\]\(([^()\s]+(?:\([^()]*\))?)\)")
-SCRIPT = re.compile(r"(?<![\w./-])scripts/([a-z0-9][a-z0-9-]*)(?![\w*-])(?!\.\w)")
+SCRIPT = re.compile(r"(?<![\w./-])scripts/([a-z0-9][a-z0-9-]*)(?![\w*/-])(?!\.\w)")
 REPORT = re.compile(r"(?<![\w./-])scripts/report ([a-z0-9][a-z0-9-]*)")
 QUOTED = re.compile(r"`((?![^`]*NAME)(?:docs|models|firmware|hal|host-tools|tests|examples|cmake)/[\w./-]*\.\w+)`")
 FENCE = re.compile(r"^ {0,3}(```|~~~).*?^ {0,3}\1", re.M | re.S)
