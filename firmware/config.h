@@ -11,27 +11,8 @@
 #include <stdint.h>
 
 #include "firmware/limits.h"
+#include "firmware/registers.h"
 #include "firmware/rtu_line.h"
-
-/* How a number lies in registers or in a bus frame. Multi-register values are big-endian (ABCD)
- * unless the type says otherwise; "le" is little-endian (DCBA), "cdab" has the words swapped. */
-enum cb_number_type {
-    CB_NUMBER_UINT16,
-    CB_NUMBER_INT16,
-    CB_NUMBER_UINT32,
-    CB_NUMBER_INT32,
-    CB_NUMBER_FLOAT32,
-    CB_NUMBER_UINT32_CDAB,
-    CB_NUMBER_INT32_CDAB,
-    CB_NUMBER_FLOAT32_CDAB,
-    CB_NUMBER_UINT16_LE,
-    CB_NUMBER_INT16_LE,
-    CB_NUMBER_UINT32_LE,
-    CB_NUMBER_INT32_LE,
-    CB_NUMBER_FLOAT32_LE,
-    CB_NUMBER_UINT8, /* one byte of a bus frame: in no register */
-    CB_NUMBER_INT8,
-};
 
 enum cb_signal_source {
     CB_SOURCE_PLC, /* registers of the PLC's read block */

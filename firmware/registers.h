@@ -6,7 +6,25 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "firmware/config.h"
+/* How a number lies in registers or in a bus frame. Multi-register values are big-endian (ABCD)
+ * unless the type says otherwise; "le" is little-endian (DCBA), "cdab" has the words swapped. */
+enum cb_number_type {
+    CB_NUMBER_UINT16,
+    CB_NUMBER_INT16,
+    CB_NUMBER_UINT32,
+    CB_NUMBER_INT32,
+    CB_NUMBER_FLOAT32,
+    CB_NUMBER_UINT32_CDAB,
+    CB_NUMBER_INT32_CDAB,
+    CB_NUMBER_FLOAT32_CDAB,
+    CB_NUMBER_UINT16_LE,
+    CB_NUMBER_INT16_LE,
+    CB_NUMBER_UINT32_LE,
+    CB_NUMBER_INT32_LE,
+    CB_NUMBER_FLOAT32_LE,
+    CB_NUMBER_UINT8, /* one byte of a bus frame: in no register */
+    CB_NUMBER_INT8,
+};
 
 /* Registers that a number of this type takes: 1 or 2. */
 unsigned cb_number_registers(enum cb_number_type type);
