@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/ceiling.h"
 
-#include "firmware/limiter.h"
+#include "firmware/config_grid.h"
 
 _Static_assert(CB_MAX_CHANNELS <= 32, "one bit for each channel");
 
@@ -19,7 +19,7 @@ static bool lower_channel(struct cb_channel_config *channel, const struct cb_cei
     /* config_tangent.c permits no slope that takes longer than a second to zero */
     if (channel->is_slope && lower(&channel->limit_um, channel->slew_um_per_s)) lowered = true;
     if (channel->deadband_um > channel->limit_um) channel->deadband_um = channel->limit_um;
-    cb_limiter_derive(channel);
+    cb_channel_derive(channel);
     return lowered;
 }
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/channels.h"
 
+#include "firmware/config_grid.h"
 #include "firmware/registers.h"
 #include "models/num.h"
 
@@ -31,7 +32,7 @@ static float wanted_target_um(const struct cb_channel_config *channel,
     const float wanted_um = state->wanted_um;
     const bool near = cb_abs(wanted_um - state->output_um) <= channel->deadband_um;
     if (!near || cb_abs(wanted_um) >= channel->limit_um) return wanted_um;
-    return cb_limiter_nearest(channel, wanted_um) == 0.0f ? wanted_um : state->output_um;
+    return cb_channel_nearest(channel, wanted_um) == 0.0f ? wanted_um : state->output_um;
 }
 
 void cb_channels_target(const struct cb_config *config, const struct cb_channel_state *channels,

@@ -174,7 +174,7 @@ struct cb_channel_config {
     float deadband_um;       /* >= 0: smaller changes are not written */
     float step_um;           /* > 0: never further than this from what the PLC applies */
     float scale;             /* µm per unit of the register; > 0 */
-    /* derived (limiter.h) */
+    /* derived (config_grid.h) */
     float unit_um; /* one unit of the register; 0 where it is as fine as float32 */
     float most_um; /* the limit, or just inside it */
     float top_um;  /* the largest value within the limit that the register can say */

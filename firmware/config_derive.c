@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/config_derive.h"
 
-#include "firmware/limiter.h"
+#include "firmware/config_grid.h"
 #include "firmware/profile.h"
 #include "firmware/registers.h"
 #include "models/num.h"
@@ -115,7 +115,7 @@ void cb_config_derive(struct cb_config *config) {
     derive_terms(config);
     derive_outputs(config);
     config->applied_quarter_us = cb_profile_quarter_us(config);
-    for (unsigned i = 0; i < cb_all_channels(config); ++i) cb_limiter_derive(&config->channels[i]);
+    for (unsigned i = 0; i < cb_all_channels(config); ++i) cb_channel_derive(&config->channels[i]);
     for (unsigned i = 0; i < config->terms_count; ++i) {
         if (config->terms[i].type == CB_TERM_VOLUMETRIC)
             derive_volumetric(&config->terms[i].as.volumetric);

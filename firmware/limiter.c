@@ -57,24 +57,15 @@
  */
 #include "firmware/limiter.h"
 
+#include "firmware/config_grid.h"
 #include "firmware/registers.h"
 #include "models/num.h"
-
-/* More units than this are not counted: float32 is then about as coarse as the register. */
-static const float FINEST_GRID = 1048576.0f; /* 2^20 */
 
 /* Rounding of a few float32 operations, relative. */
 static const float SLACK = 2.0f * FLT_EPSILON; /* 2^-22 */
 
 /* From here on a float32 has no room for single units of an int32. */
 static const float LARGEST_GRID = 2147483648.0f; /* 2^31 */
-
-/* One unit of the channel's register in µm; 0 where it is as fine as float32. */
-static float unit_um_of(const struct cb_channel_config *channel) {
-    const bool counted =
-        cb_number_is_integer(channel->type) && channel->limit_um < FINEST_GRID * channel->scale;
-    return counted ? channel->scale : 0.0f;
-}
 
 /* out: the last grid value on the way from `from_um` (on the grid) to um */
 static float grid_before(float unit_um, float um, float from_um) {
@@ -85,30 +76,6 @@ static float grid_before(float unit_um, float um, float from_um) {
     if (um >= from_um && beyond_um > slack_um) --units;
     if (um < from_um && -beyond_um > slack_um) ++units;
     return (float)units * unit_um;
-}
-
-/* The limit, or just inside it where the output is not counted in units: division by the scale,
- * rounding and the PLC's multiplication could together end just outside. */
-static float reachable_limit_um(const struct cb_channel_config *channel) {
-    const bool as_is = channel->scale == 1.0f && !cb_number_is_integer(channel->type);
-    const bool exact = channel->unit_um > 0.0f || as_is;
-    return exact ? channel->limit_um : channel->limit_um * (1.0f - 1.0f / FINEST_GRID);
-}
-
-float cb_limiter_nearest(const struct cb_channel_config *channel, float um) {
-    const float unit_um = channel->unit_um;
-    const float inside_um = um == um ? cb_clamp(um, -channel->most_um, channel->most_um) : 0.0f;
-    if (!(unit_um > 0.0f)) return inside_um;
-    const int32_t units = cb_round(inside_um / unit_um);
-    const float value_um = (float)units * unit_um;
-    if (cb_abs(value_um) <= channel->limit_um) return value_um;
-    return (float)(units > 0 ? units - 1 : units + 1) * unit_um;
-}
-
-void cb_limiter_derive(struct cb_channel_config *channel) {
-    channel->unit_um = unit_um_of(channel);
-    channel->most_um = reachable_limit_um(channel);
-    channel->top_um = cb_limiter_nearest(channel, FLT_MAX);
 }
 
 uint32_t cb_limiter_late_us(const struct cb_config *config) {
@@ -207,8 +174,8 @@ static void join_targets(const struct cb_config *config, struct cb_counters *cou
         if (!apart(*a_um, *b_um, most)) continue;
         ++counters->pairs_limited;
         give_way(config, pair, a_um, b_um);
-        *a_um = cb_limiter_nearest(a, *a_um);
-        *b_um = cb_limiter_nearest(b, *b_um);
+        *a_um = cb_channel_nearest(a, *a_um);
+        *b_um = cb_channel_nearest(b, *b_um);
         if (apart(*a_um, *b_um, most)) take_back(a->unit_um, b->unit_um, most, a_um, b_um);
     }
 }
@@ -329,7 +296,7 @@ void cb_limiter_step(const struct cb_config *config, struct cb_channel_state *ch
                      const struct cb_motion *motion) {
     float target[CB_MAX_CHANNELS], goal[CB_MAX_CHANNELS], output[CB_MAX_CHANNELS];
     for (unsigned i = 0; i < cb_all_channels(config); ++i)
-        target[i] = cb_limiter_nearest(&config->channels[i], target_um[i]);
+        target[i] = cb_channel_nearest(&config->channels[i], target_um[i]);
     join_targets(config, counters, target);
     for (unsigned i = 0; i < cb_all_channels(config); ++i) {
         goal[i] = goal_um(&config->channels[i], &channels[i], target[i], motion);
@@ -355,7 +322,7 @@ static bool is_own(const struct cb_config *config, const struct cb_channel_state
     const float unit_um = cb_number_is_integer(channel->type) ? channel->scale : 0.0f;
     const float low_um = state->possible_min_um, high_um = state->possible_max_um;
     /* of the values that were sent, never of what was read: an infinite reading widens nothing */
-    const float slack_um = unit_um + cb_max(cb_abs(low_um), cb_abs(high_um)) / FINEST_GRID;
+    const float slack_um = unit_um + cb_max(cb_abs(low_um), cb_abs(high_um)) / CB_FINEST_GRID;
     if (!start[index].certain) return um == state->sent_um;
     return um >= low_um - slack_um && um <= high_um + slack_um;
 }
@@ -379,7 +346,7 @@ static void place(const struct cb_config *config, const struct cb_channel_state 
                   const struct cb_start *start, float *place_um) {
     struct cb_counters ignored = {0};
     for (unsigned i = 0; i < cb_all_channels(config); ++i)
-        place_um[i] = cb_limiter_nearest(&config->channels[i], start[i].um);
+        place_um[i] = cb_channel_nearest(&config->channels[i], start[i].um);
     join_targets(config, &ignored, place_um);
     for (unsigned i = 0; i < cb_all_channels(config); ++i)
         if (pair_is_own(config, channels, start, i)) place_um[i] = start[i].um;

@@ -68,10 +68,4 @@ struct cb_start {
 void cb_limiter_place(const struct cb_config *config, struct cb_channel_state *channels,
                       const struct cb_start *start);
 
-/* The value nearest to um that the channel's register can say and whose size is <= limit. */
-float cb_limiter_nearest(const struct cb_channel_config *channel, float um);
-
-/* Sets what config.h calls derived of a channel: everything here needs it. */
-void cb_limiter_derive(struct cb_channel_config *channel);
-
 #endif

@@ -11,6 +11,10 @@
 
 #include "tests/unit/box_fixture.h"
 
+extern "C" {
+#include "firmware/config_grid.h"
+}
+
 namespace compbox {
 namespace {
 
@@ -277,13 +281,13 @@ TEST(limiter, nearest_rounds_half_away_but_never_beyond_the_limit) {
     cb_channel_config c = one_channel().config->channels[0];
     c.scale = 1;
     c.limit_um = 10.6f;
-    cb_limiter_derive(&c);
-    EXPECT_EQ(cb_limiter_nearest(&c, 2.5f), 3);
-    EXPECT_EQ(cb_limiter_nearest(&c, -2.5f), -3);
-    EXPECT_EQ(cb_limiter_nearest(&c, 10.55f), 10);
-    EXPECT_EQ(cb_limiter_nearest(&c, 1e30f), 10);
-    EXPECT_EQ(cb_limiter_nearest(&c, -std::numeric_limits<float>::infinity()), -10);
-    EXPECT_EQ(cb_limiter_nearest(&c, std::numeric_limits<float>::quiet_NaN()), 0);
+    cb_channel_derive(&c);
+    EXPECT_EQ(cb_channel_nearest(&c, 2.5f), 3);
+    EXPECT_EQ(cb_channel_nearest(&c, -2.5f), -3);
+    EXPECT_EQ(cb_channel_nearest(&c, 10.55f), 10);
+    EXPECT_EQ(cb_channel_nearest(&c, 1e30f), 10);
+    EXPECT_EQ(cb_channel_nearest(&c, -std::numeric_limits<float>::infinity()), -10);
+    EXPECT_EQ(cb_channel_nearest(&c, std::numeric_limits<float>::quiet_NaN()), 0);
 }
 
 // a leads (fast), b follows (slow), D = 50.
