@@ -159,7 +159,7 @@ struct cb_channel_config {
     int8_t sign;             /* +1 or -1: found by a sign test at commissioning */
     bool has_applied;        /* the PLC returns the value it applies, same type, scale and sign;
                                 of a pair's channels both or none */
-    bool is_slope;           /* no channel of the file, but the slope of one (tangent.h), µm/m */
+    bool is_slope;           /* no channel of the file, but the slope of one, µm/m */
     bool tangent;            /* it has slope and reference beside its value */
     uint8_t slope;           /* tangent: index of the channel that is its slope */
     uint8_t tangent_signal;  /* tangent: index of its axis' position */

@@ -2,7 +2,6 @@
  * Terms that are networks: read as they were trained, checked, and folded (models/bpnet.h). */
 #include <string.h>
 
-#include "firmware/config_objects.h"
 #include "firmware/config_terms.h"
 #include "models/bpnet.h"
 #include "models/training_range.h"

@@ -2,7 +2,7 @@
  * The section "can": the interface, and the CANopen nodes that are minded. */
 #include <string.h>
 
-#include "firmware/config_objects.h"
+#include "firmware/config_sections.h"
 
 enum { INTERFACE, NODES, CAN_KEYS };
 static const struct cb_field CAN_FIELDS[CAN_KEYS] = {

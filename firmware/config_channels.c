@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * The sections "channels" and "pairs". */
-#include "firmware/config_objects.h"
 #include "firmware/config_profile.h"
 #include "firmware/config_registers.h"
+#include "firmware/config_sections.h"
 #include "firmware/config_terms.h"
 #include "firmware/registers.h"
 

@@ -2,7 +2,6 @@
  * Terms that are curves of one signal, turned into the form in which they are evaluated. */
 #include "firmware/config_curves.h"
 
-#include "firmware/config_objects.h"
 #include "firmware/config_terms.h"
 #include "models/bspline.h"
 #include "models/num.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * Lags of the section "signals": what each follows, in which order, and what it takes from there.
  */
-#include "firmware/config_reader.h"
+#include "firmware/config_sections.h"
 #include "models/num.h"
 
 /* Offset of the name that the lag `index` follows. */

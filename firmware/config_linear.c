@@ -2,7 +2,6 @@
  * Terms that are sums and products: weighted signals, and the slope of one thing by another. */
 #include <string.h>
 
-#include "firmware/config_objects.h"
 #include "firmware/config_terms.h"
 #include "models/num.h"
 

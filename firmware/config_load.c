@@ -6,7 +6,8 @@
 #include <string.h>
 
 #include "firmware/config_derive.h"
-#include "firmware/config_objects.h"
+#include "firmware/config_sections.h"
+#include "firmware/config_terms.h"
 
 #define AT(member) .offset = offsetof(struct cb_config, member)
 

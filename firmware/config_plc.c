@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * The section "plc": the control, and where the fixed registers are. */
-#include "firmware/config_objects.h"
 #include "firmware/config_profile.h"
 #include "firmware/config_registers.h"
+#include "firmware/config_sections.h"
 #include "firmware/profile.h"
 
 #define AT(member) .offset = offsetof(struct cb_plc_config, member)

@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "firmware/config_curves.h"
-#include "firmware/config_objects.h"
 #include "firmware/config_terms.h"
 #include "models/num.h"
 #include "models/polynomial.h"

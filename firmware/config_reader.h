@@ -11,7 +11,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "firmware/config_load.h"
+#include "firmware/config_loading.h"
 #include "firmware/json.h"
 
 /* Numbers of the file stay within ±1e9: far beyond any machine in mm, µm, °C or 1/min, and far
@@ -151,21 +151,5 @@ uint8_t cb_find_name(const void *array, size_t stride, uint32_t count, const cha
 /* Fails where a list has more elements than the box has room for. */
 bool cb_list_has_room(struct cb_loader *loader, const struct cb_list *list, uint32_t max,
                       const char *what);
-
-/* ---- the parts of the file; each reads its value at `at` into loader->config ---- */
-
-bool cb_load_plc(struct cb_loader *loader, uint32_t at);       /* needs cycle */
-bool cb_load_transport(struct cb_loader *loader, uint32_t at); /* of plc */
-bool cb_check_line(struct cb_loader *loader,
-                   uint32_t transport);                  /* needs plc: rtu is fast enough */
-bool cb_load_can(struct cb_loader *loader, uint32_t at); /* at: may be CB_ABSENT */
-bool cb_load_buses(struct cb_loader *loader, uint32_t at);
-bool cb_load_signals(struct cb_loader *loader, uint32_t at);       /* needs plc, buses */
-bool cb_resolve_lags(struct cb_loader *loader, uint32_t at);       /* at: signals, all loaded */
-bool cb_resolve_velocities(struct cb_loader *loader, uint32_t at); /* likewise */
-bool cb_load_terms(struct cb_loader *loader, uint32_t at);         /* needs signals */
-bool cb_load_channels(struct cb_loader *loader, uint32_t at);      /* needs terms */
-bool cb_load_tangents(struct cb_loader *loader, uint32_t at);      /* at: channels, all loaded */
-bool cb_load_pairs(struct cb_loader *loader, uint32_t at);         /* needs channels */
 
 #endif

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT
- * Inside of the loader: the tables of keys of every object in the coefficient file. A test compares
- * them with docs/coefficients.schema.json. */
-#ifndef COMPBOX_FIRMWARE_CONFIG_OBJECTS_H
-#define COMPBOX_FIRMWARE_CONFIG_OBJECTS_H
+ * Inside of the loader: the sections of the coefficient file and the tables of keys of their
+ * objects; those of the kinds of terms are in config_terms.h. A test compares all tables with
+ * docs/coefficients.schema.json. */
+#ifndef COMPBOX_FIRMWARE_CONFIG_SECTIONS_H
+#define COMPBOX_FIRMWARE_CONFIG_SECTIONS_H
 
 #include "firmware/config_reader.h"
 
@@ -21,20 +22,23 @@ extern const struct cb_object cb_write_block_object;
 extern const struct cb_object cb_can_object; /* config_can.c */
 extern const struct cb_object cb_can_node_object;
 extern const struct cb_object cb_signal_object;  /* config_signals.c */
-extern const struct cb_object cb_bspline_object; /* config_curves.c */
-extern const struct cb_object cb_polyline_object;
-extern const struct cb_object cb_polynomial_object;
-extern const struct cb_object cb_bspline_backward_object;
-extern const struct cb_object cb_polyline_backward_object;
-extern const struct cb_object cb_polynomial_backward_object;
-extern const struct cb_object cb_linear_object; /* config_linear.c */
-extern const struct cb_object cb_product_object;
-extern const struct cb_object cb_bpnet_object;      /* config_bpnet.c */
-extern const struct cb_object cb_volumetric_object; /* config_volumetric.c */
-extern const struct cb_object cb_reference_points_object;
-extern const struct cb_object cb_squareness_object;
 extern const struct cb_object cb_channel_object; /* config_channels.c */
 extern const struct cb_object cb_tangent_object; /* config_tangent.c */
 extern const struct cb_object cb_pair_object;
+
+/* ---- the parts of the file; each reads its value at `at` into loader->config ---- */
+
+bool cb_load_plc(struct cb_loader *loader, uint32_t at);       /* needs cycle */
+bool cb_load_transport(struct cb_loader *loader, uint32_t at); /* of plc */
+bool cb_check_line(struct cb_loader *loader,
+                   uint32_t transport);                  /* needs plc: rtu is fast enough */
+bool cb_load_can(struct cb_loader *loader, uint32_t at); /* at: may be CB_ABSENT */
+bool cb_load_buses(struct cb_loader *loader, uint32_t at);
+bool cb_load_signals(struct cb_loader *loader, uint32_t at);       /* needs plc, buses */
+bool cb_resolve_lags(struct cb_loader *loader, uint32_t at);       /* at: signals, all loaded */
+bool cb_resolve_velocities(struct cb_loader *loader, uint32_t at); /* likewise */
+bool cb_load_channels(struct cb_loader *loader, uint32_t at);      /* needs terms */
+bool cb_load_tangents(struct cb_loader *loader, uint32_t at);      /* at: channels, all loaded */
+bool cb_load_pairs(struct cb_loader *loader, uint32_t at);         /* needs channels */
 
 #endif

@@ -2,9 +2,9 @@
  * The section "signals". */
 #include <string.h>
 
-#include "firmware/config_objects.h"
 #include "firmware/config_profile.h"
 #include "firmware/config_registers.h"
+#include "firmware/config_sections.h"
 #include "firmware/json_text.h"
 #include "firmware/registers.h"
 #include "models/num.h"

@@ -2,9 +2,9 @@
  * "tangent" of a channel: the slope and the reference position beside its value. */
 #include <string.h>
 
-#include "firmware/config_objects.h"
 #include "firmware/config_profile.h"
 #include "firmware/config_registers.h"
+#include "firmware/config_sections.h"
 #include "firmware/config_terms.h"
 #include "firmware/profile.h"
 #include "firmware/registers.h"

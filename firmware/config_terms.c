@@ -4,8 +4,6 @@
 
 #include <string.h>
 
-#include "firmware/config_objects.h"
-
 /* ---- what the kinds share ---- */
 
 bool cb_take_pool(struct cb_loader *loader, uint32_t at, uint32_t count, uint16_t *offset) {

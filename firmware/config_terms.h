@@ -21,6 +21,23 @@ cb_load_kind cb_load_volumetric;                                    /* config_vo
 typedef bool cb_link_kind(struct cb_loader *loader, uint32_t at, struct cb_term_config *term);
 cb_link_kind cb_link_product, cb_link_volumetric;
 
+/* The tables of their keys. */
+extern const struct cb_object cb_bspline_object; /* config_curves.c */
+extern const struct cb_object cb_polyline_object;
+extern const struct cb_object cb_polynomial_object;
+extern const struct cb_object cb_bspline_backward_object;
+extern const struct cb_object cb_polyline_backward_object;
+extern const struct cb_object cb_polynomial_backward_object;
+extern const struct cb_object cb_linear_object; /* config_linear.c */
+extern const struct cb_object cb_product_object;
+extern const struct cb_object cb_bpnet_object;      /* config_bpnet.c */
+extern const struct cb_object cb_volumetric_object; /* config_volumetric.c */
+extern const struct cb_object cb_reference_points_object;
+extern const struct cb_object cb_squareness_object;
+
+/* The section "terms"; at: its list. Needs signals. */
+bool cb_load_terms(struct cb_loader *loader, uint32_t at);
+
 /* Takes `count` floats of the pool. */
 bool cb_take_pool(struct cb_loader *loader, uint32_t at, uint32_t count, uint16_t *offset);
 

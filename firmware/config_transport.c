@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * The wires: plc.transport, and the section "buses". */
 #include "firmware/config_host.h"
-#include "firmware/config_objects.h"
+#include "firmware/config_sections.h"
 #include "firmware/rtu_budget.h"
 
 #define TCP_AT(member) .offset = offsetof(struct cb_plc_config, member)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * Velocities of the section "signals": which signal is the velocity of a position. */
-#include "firmware/config_reader.h"
+#include "firmware/config_sections.h"
 
 /* What a velocity's unit may be, and what makes it the position's unit per second. */
 static const struct {

@@ -2,7 +2,6 @@
  * The volumetric term: chain, levers, squareness, and which terms its errors are. */
 #include <string.h>
 
-#include "firmware/config_objects.h"
 #include "firmware/config_terms.h"
 #include "models/num.h"
 #include "models/volumetric.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * Every maximum of the box, with its reason. The whole box must stay under 64 KiB (box.h asserts
- * it) and the loader's scratch memory under 32 KiB (config_load.h), because the STM32F405 has
+ * it) and the loader's scratch memory under 32 KiB (config_loading.h), because the STM32F405 has
  * 128 KiB of main SRAM. */
 #ifndef COMPBOX_FIRMWARE_LIMITS_H
 #define COMPBOX_FIRMWARE_LIMITS_H

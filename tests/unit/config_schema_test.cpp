@@ -13,7 +13,8 @@
 #pragma GCC diagnostic ignored "-Wshadow" /* a function is called like the struct that it returns \
                                            */
 extern "C" {
-#include "firmware/config_objects.h"
+#include "firmware/config_sections.h"
+#include "firmware/config_terms.h"
 }
 #pragma GCC diagnostic pop
 
