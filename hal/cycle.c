@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "firmware/rtu_budget.h"
+#include "firmware/config/rtu_budget.h"
 
 /* One cycle's exchange, as far as it has come. */
 struct exchange {

@@ -6,7 +6,7 @@
 
 #include <stdint.h>
 
-#include "firmware/box.h"
+#include "firmware/box/box.h"
 #include "hal/hal.h"
 
 /* What one cycle took; for statistics and the flight recorder. */
@@ -30,8 +30,8 @@ void cb_cycle_start(struct cb_cycle *cycle);
  * fc3+fc16: read, step, write share one deadline, 4/5 of the period after the tick. When the read
  *   failed, the box's heartbeat and held outputs are written all the same while time is left.
  * fc23: the outputs of the cycle before are written and the inputs read in one request, then the
- *   step. While the box must not write (not heard yet, or lost: box.h) the inputs are read by FC3.
- * When the box has lost track of what the PLC holds, the write block is read back by FC3.
+ *   step. While the box must not write (not heard yet, or lost: box/box.h) the inputs are read by
+ * FC3. When the box has lost track of what the PLC holds, the write block is read back by FC3.
  * Returns when the cycle is complete, before the next tick. */
 void cb_cycle_run(struct cb_cycle *cycle, struct cb_box *box, const struct cb_hal *hal);
 

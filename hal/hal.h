@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * The hardware as a small struct of operations with a context. Each target fills one in; fault
- * injectors are decorators around any such struct (hal/sim/fault.h). */
+ * injectors are decorators around any such struct (tests/support/fault.h). */
 #ifndef COMPBOX_HAL_HAL_H
 #define COMPBOX_HAL_HAL_H
 

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT
- * One exchange with the PLC on a serial line, on any hardware: what firmware/rtu_dialog.h says is
- * asked, until it is over. */
+ * One exchange with the PLC on a serial line, on any hardware: what firmware/wire/rtu_dialog.h says
+ * is asked, until it is over. */
 #ifndef COMPBOX_HAL_RTU_EXCHANGE_H
 #define COMPBOX_HAL_RTU_EXCHANGE_H
 
 #include <stdint.h>
 
-#include "firmware/rtu_dialog.h"
+#include "firmware/wire/rtu_dialog.h"
 #include "hal/hal.h"
 
 /* The wire of a target. */

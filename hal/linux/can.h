@@ -12,7 +12,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "firmware/can.h"
+#include "firmware/signals/can.h"
 
 /* Counters; they wrap. Names are stable. */
 #define CB_CAN_TRAFFIC(X)                                              \
@@ -72,7 +72,7 @@ void cb_can_start(struct cb_can *can, bool wanted);
 
 /* ---- the normal thread ---- */
 
-/* in : ids of the frames to be let pass, flags as in firmware/config.h; count <= 128
+/* in : ids of the frames to be let pass, flags as in firmware/config/config.h; count <= 128
  * out: a socket, or -errno (-ENODEV: there is no such interface) */
 int cb_can_open(const char *interface, const uint32_t *ids, unsigned count);
 

@@ -7,8 +7,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "firmware/can.h"
-#include "firmware/canopen.h"
+#include "firmware/signals/can.h"
+#include "firmware/signals/canopen.h"
 #include "hal/hal.h"
 #include "hal/linux/can.h"
 

@@ -7,7 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "firmware/modbus.h"
+#include "firmware/wire/modbus.h"
 
 /* X(name, word, sentence with two numbers: of the reply, of the request) */
 #define CB_ODD_REPLIES(X)                                                                 \

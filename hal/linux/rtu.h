@@ -2,16 +2,17 @@
  * Modbus RTU client on a serial device for a loop that must not be late.
  *
  * One request is out at a time. Every call returns by its deadline, whatever the slave does. RTU
- * has no transaction id: what a late reply might be taken for is excluded by firmware/rtu_dialog.h,
- * which also says what is asked again in the same period (docs/rtu.md). */
+ * has no transaction id: what a late reply might be taken for is excluded by
+ * firmware/wire/rtu_dialog.h, which also says what is asked again in the same period (docs/rtu.md).
+ */
 #ifndef COMPBOX_HAL_LINUX_RTU_H
 #define COMPBOX_HAL_LINUX_RTU_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "firmware/rtu_dialog.h"
-#include "firmware/rtu_receiver.h"
+#include "firmware/wire/rtu_dialog.h"
+#include "firmware/wire/rtu_receiver.h"
 #include "hal/hal.h"
 #include "hal/linux/peer.h"
 #include "hal/linux/serial.h"

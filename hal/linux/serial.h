@@ -8,7 +8,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "firmware/rtu_line.h"
+#include "firmware/wire/rtu_line.h"
 #include "hal/linux/serial_opener.h"
 
 struct cb_serial {

@@ -13,7 +13,7 @@
 #include <semaphore.h>
 #include <stdbool.h>
 
-#include "firmware/rtu_line.h"
+#include "firmware/wire/rtu_line.h"
 
 /* What opening a device came to. */
 struct cb_serial_opened {

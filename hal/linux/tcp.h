@@ -12,7 +12,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "firmware/modbus.h"
+#include "firmware/wire/modbus.h"
 #include "hal/hal.h"
 #include "hal/linux/link.h"
 #include "hal/linux/peer.h"

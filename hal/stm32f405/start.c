@@ -3,9 +3,9 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "hal/stm32f405/app/main.h"
 #include "hal/stm32f405/fault.h"
 #include "hal/stm32f405/guard.h"
+#include "hal/stm32f405/main.h"
 #include "hal/stm32f405/mcu.h"
 #include "hal/stm32f405/time.h"
 #include "hal/stm32f405/usart.h"

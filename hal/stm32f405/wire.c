@@ -39,7 +39,7 @@ void cb_wire_ask(struct cb_wire *wire, enum cb_rtu_ask what, uint8_t unit,
  * out: the byte's time as a time of the clock. A byte may come between the reading and the look
  * into the ring and is then a few us newer than now_us, so the difference is signed: -35 to +35
  * minutes. No byte waits longer: a line is read every 32 minutes at the latest (every_ms 60 000,
- * back-off 32 of firmware/bus_turns.h). */
+ * back-off 32 of firmware/signals/bus_turns.h). */
 static int64_t whole_time(int64_t now_us, uint32_t low_us) {
     return now_us - (int32_t)((uint32_t)now_us - low_us);
 }

@@ -10,8 +10,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "firmware/rtu_dialog.h"
-#include "firmware/rtu_receiver.h"
+#include "firmware/wire/rtu_dialog.h"
+#include "firmware/wire/rtu_receiver.h"
 #include "hal/stm32f405/usart.h"
 
 /* Everything that happens on a wire; they wrap. */

@@ -7,7 +7,7 @@
 #include "host-tools/twin/state.h"
 
 extern "C" {
-#include "firmware/config.h"
+#include "firmware/config/config.h"
 }
 
 namespace compbox {

@@ -4,7 +4,7 @@
 #include <cstdio>
 
 extern "C" {
-#include "firmware/rtu_budget.h"
+#include "firmware/config/rtu_budget.h"
 }
 
 namespace compbox {

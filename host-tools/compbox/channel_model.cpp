@@ -7,7 +7,7 @@
 #include "host-tools/formats/error.h"
 
 extern "C" {
-#include "firmware/terms.h"
+#include "firmware/terms/terms.h"
 }
 
 namespace compbox {

@@ -12,7 +12,7 @@
 #include "host-tools/formats/json.h"
 
 extern "C" {
-#include "firmware/config.h"
+#include "firmware/config/config.h"
 }
 
 namespace compbox {

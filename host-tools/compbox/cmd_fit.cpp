@@ -6,7 +6,7 @@
 #include <iostream>
 #include <memory>
 
-#include "firmware/limits.h"
+#include "firmware/base/limits.h"
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/fitting/fit.h"

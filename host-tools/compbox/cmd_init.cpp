@@ -13,7 +13,7 @@
 #include "host-tools/formats/json.h"
 
 extern "C" {
-#include "firmware/config_host.h"
+#include "firmware/load/host.h"
 }
 
 namespace compbox {

@@ -10,7 +10,7 @@
 #include "host-tools/formats/json.h"
 
 extern "C" {
-#include "firmware/slot.h"
+#include "firmware/load/slot.h"
 }
 
 namespace compbox {

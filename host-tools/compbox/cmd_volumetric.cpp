@@ -14,7 +14,7 @@
 #include "host-tools/formats/file.h"
 
 extern "C" {
-#include "firmware/limits.h"
+#include "firmware/base/limits.h"
 #include "models/volumetric.h"
 }
 

@@ -10,9 +10,9 @@
 #include "host-tools/formats/numbers.h"
 
 extern "C" {
-#include "firmware/box.h"
-#include "firmware/profile.h"
-#include "firmware/registers.h"
+#include "firmware/box/box.h"
+#include "firmware/config/profile.h"
+#include "firmware/wire/number.h"
 }
 
 namespace compbox {

@@ -7,7 +7,7 @@
 #include "host-tools/formats/json.h"
 
 extern "C" {
-#include "firmware/config_load.h"
+#include "firmware/load/load.h"
 }
 
 namespace compbox {

@@ -10,7 +10,7 @@
 #include "host-tools/formats/json_type.h"
 
 extern "C" {
-#include "firmware/config.h"
+#include "firmware/config/config.h"
 }
 
 namespace compbox {

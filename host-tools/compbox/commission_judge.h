@@ -37,7 +37,7 @@ struct loop_times {
     double line_ms = 0.0;  // in which the PLC goes to each value; what is seen is its first step
 };
 // A position waits half of an update in the PLC; a value is on the average half a period old before
-// the next one comes, and where axes take turns it waits half a round (firmware/lead.h).
+// the next one comes, and where axes take turns it waits half a round (firmware/signals/lead.h).
 double lead_of(const loop_times &times);
 // The shortest whole ms of which four fifths hold 99 % of the exchanges.
 double shortest_period_ms(const loop_times &times);

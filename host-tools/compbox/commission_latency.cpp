@@ -8,7 +8,7 @@
 #include "host-tools/formats/error.h"
 
 extern "C" {
-#include "firmware/profile.h"
+#include "firmware/config/profile.h"
 }
 
 namespace compbox {

@@ -12,8 +12,8 @@
 #include "host-tools/formats/error.h"
 
 extern "C" {
-#include "firmware/box.h"
-#include "firmware/modbus.h"
+#include "firmware/box/box.h"
+#include "firmware/wire/modbus.h"
 #include "hal/cycle.h"
 #include "hal/linux/box_hal.h"
 #include "hal/linux/clock.h"

@@ -9,7 +9,7 @@
 #include "host-tools/formats/error.h"
 
 extern "C" {
-#include "firmware/registers.h"
+#include "firmware/wire/number.h"
 }
 
 namespace compbox {

@@ -8,7 +8,7 @@
 #include "host-tools/formats/csv.h"
 
 extern "C" {
-#include "firmware/box.h"
+#include "firmware/box/box.h"
 }
 
 namespace compbox {

@@ -6,7 +6,7 @@
 #include <string>
 
 extern "C" {
-#include "firmware/config_load.h"
+#include "firmware/load/load.h"
 }
 
 namespace compbox {

@@ -6,7 +6,7 @@
 #include <vector>
 
 extern "C" {
-#include "firmware/config.h"
+#include "firmware/config/config.h"
 }
 
 namespace compbox {

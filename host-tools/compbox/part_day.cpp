@@ -12,7 +12,7 @@
 #include "host-tools/formats/json.h"
 
 extern "C" {
-#include "firmware/box.h"
+#include "firmware/box/box.h"
 }
 
 namespace compbox {

@@ -10,7 +10,7 @@
 #include "host-tools/formats/csv.h"
 
 extern "C" {
-#include "firmware/config.h"
+#include "firmware/config/config.h"
 }
 
 namespace compbox {

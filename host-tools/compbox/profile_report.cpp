@@ -9,7 +9,7 @@
 #include "host-tools/formats/numbers.h"
 
 extern "C" {
-#include "firmware/profile.h"
+#include "firmware/config/profile.h"
 }
 
 namespace compbox {

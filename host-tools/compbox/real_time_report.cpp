@@ -5,7 +5,7 @@
 #include "host-tools/compbox/table.h"
 
 extern "C" {
-#include "firmware/mode.h"
+#include "firmware/box/mode.h"
 }
 
 namespace compbox {

@@ -11,7 +11,7 @@
 #include "host-tools/twin/laser.h"
 
 extern "C" {
-#include "firmware/config.h"
+#include "firmware/config/config.h"
 }
 
 namespace compbox {

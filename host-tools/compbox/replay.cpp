@@ -12,7 +12,7 @@
 #include "host-tools/formats/file.h"
 
 extern "C" {
-#include "firmware/box.h"
+#include "firmware/box/box.h"
 }
 
 namespace compbox {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "firmware/limits.h"
+#include "firmware/base/limits.h"
 #include "host-tools/fitting/methods.h"
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "firmware/limits.h"
+#include "firmware/base/limits.h"
 #include "host-tools/fitting/knots.h"
 #include "host-tools/fitting/methods.h"
 #include "host-tools/formats/csv.h"

@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "firmware/limits.h"
+#include "firmware/base/limits.h"
 #include "host-tools/fitting/least_squares.h"
 #include "host-tools/fitting/methods.h"
 

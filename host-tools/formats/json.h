@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // JSON on the host, with the place of every mistake. The box's own loader is
-// firmware/config_load.h.
+// firmware/load/load.h.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -15,7 +15,7 @@ std::string to_utf8(const std::string &bytes);
 
 // The text with '?' for each control character: C0, DEL, C1, line and paragraph separators, and
 // those that change the direction of text. A terminal or a log then shows all of it, on one line.
-// docs/coefficient-file.md lists them; the box's own loader refuses them (firmware/json_text.h).
+// docs/coefficient-file.md lists them; the box's own loader refuses them (firmware/json/text.h).
 std::string printable(const std::string &text);
 
 }  // namespace compbox

@@ -13,8 +13,8 @@
 #include <vector>
 
 extern "C" {
-#include "firmware/box.h"
-#include "firmware/config_load.h"
+#include "firmware/box/box.h"
+#include "firmware/load/load.h"
 }
 
 namespace {

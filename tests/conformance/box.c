@@ -2,12 +2,12 @@
  * The whole box: one coefficient file read from text, then thousands of cycles against a PLC and
  * sensors that misbehave at random (integers only, so that all targets see the same). No oracle:
  * what always holds is checked in every cycle, and every output bit goes into the hash. */
-#include "firmware/box.h"
+#include "firmware/box/box.h"
 
 #include <stdbool.h>
 #include <string.h>
 
-#include "firmware/config_load.h"
+#include "firmware/load/load.h"
 #include "models/num.h"
 #include "tests/conformance/check.h"
 

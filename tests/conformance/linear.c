@@ -4,8 +4,8 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "firmware/box.h"
-#include "firmware/config_derive.h"
+#include "firmware/box/box.h"
+#include "firmware/config/derive.h"
 #include "tests/conformance/check.h"
 
 struct linear_row {

@@ -5,9 +5,9 @@
 #include <cstdlib>
 #include <memory>
 
-#include "tests/unit/config_drive.h"
-#include "tests/unit/config_fixture.h"
-#include "tests/unit/config_invariants.h"
+#include "tests/support/config_drive.h"
+#include "tests/support/config_fixture.h"
+#include "tests/support/config_invariants.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 extern "C" {
-#include "firmware/rtu_receiver.h"
+#include "firmware/wire/rtu_receiver.h"
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);

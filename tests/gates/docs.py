@@ -93,7 +93,7 @@ def check(root):
 GOOD = """# A title, `quoted`
 
 [up](../README.md) [self](#a-title-quoted) [other](../README.md#two-words) [web](https://a.b/c)
-`scripts/good`, `scripts/good --long`, scripts/good-*, `firmware/box.c`, `scripts/report good`
+`scripts/good`, `scripts/good --long`, scripts/good-*, `firmware/box/box.c`, `scripts/report good`
 
 ```
 [no](link.md)
@@ -110,7 +110,7 @@ def self_test():
         for name, text in (("README.md", "# One\n\n## Two words\n"), ("docs/a.md", GOOD),
                            ("scripts/good", "#!/bin/sh\n"), ("scripts/plain", ""),
                            ("scripts/report", "#!/bin/sh\n"), ("scripts/reports/good", ""),
-                           ("firmware/box.c", ""), ("../elsewhere.md", "")):
+                           ("firmware/box/box.c", ""), ("../elsewhere.md", "")):
             (root / name).parent.mkdir(parents=True, exist_ok=True)
             (root / name).write_text(text)
         (root / "scripts/good").chmod(0o755)

@@ -27,19 +27,15 @@ RULES = [
     # The cycle is the one piece of hal/ that knows the box; a target's program joins the two.
     ("hal/cycle.[ch]", CORE + ["hal/hal.h", "hal/cycle.h"] + FREESTANDING),
     ("hal/hal.h", FREESTANDING),
-    ("hal/rtu_exchange.[ch]", ["hal/hal.h", "hal/rtu_exchange.h", "firmware/rtu_dialog.h"] + FREESTANDING),
-    ("hal/linux/main.c", CORE + ["hal/hal.h", "hal/cycle.h", "hal/linux/*", "<*>"]),
+    ("hal/rtu_exchange.[ch]", ["hal/hal.h", "hal/rtu_exchange.h", "firmware/wire/rtu_dialog.h"] + FREESTANDING),
     ("hal/linux/daemon/*", CORE + ["hal/hal.h", "hal/cycle.h", "hal/linux/*", "<*>"]),
-    # firmware/modbus.h and the like turn bytes into numbers and know nothing of the box.
-    ("hal/linux/*", ["hal/hal.h", "hal/rtu_exchange.h", "hal/linux/*", "firmware/modbus.h", "firmware/rtu_*.h",
-                     "firmware/can.h", "firmware/canopen.h", "<*>"]),
-    ("hal/stm32f405/main.c", CORE + ["hal/hal.h", "hal/cycle.h", "hal/stm32f405/*"] + FREESTANDING),
+    # firmware/wire/modbus.h and the like turn bytes into numbers and know nothing of the box.
+    ("hal/linux/*", ["hal/hal.h", "hal/rtu_exchange.h", "hal/linux/*", "firmware/wire/modbus.h", "firmware/wire/rtu_*.h",
+                     "firmware/signals/can.h", "firmware/signals/canopen.h", "<*>"]),
     # What the console says and what the flash holds is about the box.
     ("hal/stm32f405/app/*", CORE + ["hal/hal.h", "hal/cycle.h", "hal/stm32f405/*"] + FREESTANDING),
-    ("hal/stm32f405/*", ["hal/hal.h", "hal/rtu_exchange.h", "hal/stm32f405/*", "firmware/modbus.h",
-                         "firmware/rtu_*.h"] + FREESTANDING),
-    ("hal/sim/main.c", CORE + ["hal/hal.h", "hal/cycle.h", "hal/sim/*"] + FREESTANDING),
-    ("hal/sim/*", ["hal/hal.h", "hal/sim/*"] + FREESTANDING),
+    ("hal/stm32f405/*", ["hal/hal.h", "hal/rtu_exchange.h", "hal/stm32f405/*", "firmware/wire/modbus.h",
+                         "firmware/wire/rtu_*.h"] + FREESTANDING),
     # What every command includes stays light for the compiler.
     (TOOLS + "command_line/*.h", [TOOLS + "command_line/*"] + ["<%s>" % name for name in (
         "functional", "initializer_list", "map", "memory", "optional", "stdexcept", "string", "type_traits",
@@ -58,7 +54,7 @@ RULES = [
     (TOOLS + "compbox/commission_live.cpp", CORE + FORMATS + ["hal/hal.h", "hal/cycle.h",
         "hal/linux/*", TOOLS + "compbox/commission_*", "<*>"]),
     (TOOLS + "compbox/commission_*", CORE + FORMATS + [TOOLS + "compbox/commission_*", "<*>"]),
-    (TOOLS + "compbox/*", CORE + ["hal/hal.h", "hal/cycle.h", "hal/sim/*", TOOLS + "*", "<*>"]),
+    (TOOLS + "compbox/*", CORE + ["hal/hal.h", "hal/cycle.h", TOOLS + "*", "<*>"]),
     (TOOLS + "*", CORE + FORMATS + [TOOLS + folder + "/*" for folder in (
         "algebra", "metrology", "fitting", "identification", "training")] + ["<*>"]),
 ]
@@ -110,7 +106,7 @@ def check(root):
 
 RIGHT = [
     ("models/a.c", '#include "models/a.h"'), ("firmware/a.c", '#include "models/ppoly.h"'),
-    ("hal/cycle.c", '#include "firmware/box.h"'), ("hal/linux/main.c", '#include "firmware/box.h"'),
+    ("hal/cycle.c", '#include "firmware/box/box.h"'), ("hal/linux/daemon/main.c", '#include "firmware/box/box.h"'),
     ("hal/linux/tcp.c", "#include <modbus.h>"), ("host-tools/fitting/a.cpp", "#include <vector>"),
     ("host-tools/compbox/a.cpp", '#include "host-tools/twin/machine.h"'),
     ("host-tools/command_line/a.cpp", "#include <CLI/CLI.hpp>"),
@@ -118,19 +114,19 @@ RIGHT = [
     ("host-tools/compbox/commission_live.cpp", '#include "hal/linux/box_hal.h"'),
 ]
 FAULTS = [
-    ("models/a.c", '#include "firmware/limits.h"'), ("models/a.c", "#include <math.h>"),
+    ("models/a.c", '#include "firmware/base/limits.h"'), ("models/a.c", "#include <math.h>"),
     ("models/a.h", "#  include <stdio.h>"), ("models/deep/a.c", "#include <stdlib.h>"),
-    ("models/a.c", "#include HEADER"), ("models/a.c", '#include "models/../firmware/box.h"'),
+    ("models/a.c", "#include HEADER"), ("models/a.c", '#include "models/../firmware/box/box.h"'),
     ("firmware/a.c", '#include "hal/hal.h"'), ("firmware/a.c", "#include <time.h>"),
-    ("hal/hal.h", '#include "firmware/box.h"'), ("hal/linux/tcp.c", '#include "firmware/box.h"'),
-    ("hal/linux/tick.c", '#include "hal/cycle.h"'), ("hal/sim/plc.c", '#include "models/num.h"'),
-    ("hal/linux/main.c", '#include "hal/sim/plc.h"'),
+    ("hal/hal.h", '#include "firmware/box/box.h"'), ("hal/linux/tcp.c", '#include "firmware/box/box.h"'),
+    ("hal/linux/tick.c", '#include "hal/cycle.h"'), ("hal/linux/main.c", '#include "firmware/box/box.h"'),
+    ("hal/linux/daemon/main.c", '#include "tests/support/plc.h"'),
     ("hal/linux/daemon/load.c", '#include "host-tools/formats/json.h"'),
     ("hal/stm32f405/uart.c", "#include <stdio.h>"),
     ("hal/stm32f405/app/dump.c", "#include <stdio.h>"),
-    ("hal/stm32f405/usart.c", '#include "firmware/box.h"'), ("hal/other.c", "#include <stdint.h>"),
+    ("hal/stm32f405/usart.c", '#include "firmware/box/box.h"'), ("hal/other.c", "#include <stdint.h>"),
     ("host-tools/twin/a.cpp", '#include "models/bspline.h"'),
-    ("host-tools/fakeplc/a.cpp", '#include "firmware/registers.h"'),
+    ("host-tools/fakeplc/a.cpp", '#include "firmware/wire/number.h"'),
     ("host-tools/fitting/a.cpp", '#include "host-tools/twin/machine.h"'),
     ("host-tools/formats/a.h", '#include "host-tools/fitting/fit.h"'),
     ("host-tools/training/a.cpp", '#include "hal/hal.h"'),

@@ -40,8 +40,8 @@ def check(root):
     return count, wrong
 
 
-GOOD = ("slew", "firmware/box.c", "CB_BOX_MAX", "CB_BOX_LEAST", ["test_wire.py", "test_stop.py::test_one[of it]"])
-TEXTS = {"firmware/box.c": "enum { CB_BOX_MAX = 1 };\nint twice, twice;\n",
+GOOD = ("slew", "firmware/box/box.c", "CB_BOX_MAX", "CB_BOX_LEAST", ["test_wire.py", "test_stop.py::test_one[of it]"])
+TEXTS = {"firmware/box/box.c": "enum { CB_BOX_MAX = 1 };\nint twice, twice;\n",
          "tests/hil/test_wire.py": "def test_wire():\n", "tests/hil/test_stop.py": "def test_one(plc):\n"}
 MISTAKES = [(1, "firmware/bax.c"), (2, "CB_BOX_MIN"), (2, "twice"), (3, "CB_BOX_MAX"), (4, ["test_wires.py"]),
             (4, ["test_stop.py::test_two"]), (4, [])]

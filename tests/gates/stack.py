@@ -28,43 +28,43 @@ HELPERS = 64
 # must be exactly the functions whose addresses are taken anywhere.
 ADDRESS = {"R_ARM_ABS32", "R_ARM_THM_MOVW_ABS_NC"}
 INDIRECT = {
-    "config_terms.c:cb_load_terms": ["cb_load_bspline", "cb_load_polyline", "cb_load_polynomial",
+    "terms/kinds.c:cb_load_terms": ["cb_load_bspline", "cb_load_polyline", "cb_load_polynomial",
                                      "cb_load_linear", "cb_load_product", "cb_load_bpnet",
                                      "cb_load_volumetric", "cb_link_product",
                                      "cb_link_volumetric"],
-    "config_curves.c:cb_load_curve": ["config_curves.c:load_bspline",
-                                      "config_curves.c:load_polyline",
-                                      "config_polynomial.c:load_polynomial"],
-    "config_curves.c:load_backward": ["config_curves.c:load_bspline",
-                                      "config_curves.c:load_polyline",
-                                      "config_polynomial.c:load_polynomial"],
+    "terms/curves.c:cb_load_curve": ["terms/curves.c:load_bspline",
+                                      "terms/curves.c:load_polyline",
+                                      "terms/polynomial.c:load_polynomial"],
+    "terms/curves.c:load_backward": ["terms/curves.c:load_bspline",
+                                      "terms/curves.c:load_polyline",
+                                      "terms/polynomial.c:load_polynomial"],
 }
 
 # The image: the same, and these. An exception stacks 26 words and up to one to align.
 IMAGE_LIMIT = 4096
 EXCEPTION_FRAME = 26 * 4 + 4
 HANDLERS = ("cb_systick_handler", "cb_usart1_handler", "cb_usart2_handler", "cb_usart3_handler")
-HAL = ["box_hal.c:" + name for name in ("now_us", "wait_tick", "read", "write", "write_read", "samples",
+HAL = ["stm32f405/box_hal.c:" + name for name in ("now_us", "wait_tick", "read", "write", "write_read", "samples",
                                         "feed_watchdog", "stop_requested")]
 COMMANDS = ["cb_dump_ask", "cb_status_counters", "cb_status_fault", "cb_status_start", "cb_status_wires"] + [
-    "commands.c:" + name for name in (
+    "app/commands.c:" + name for name in (
         "end_trace", "help", "restart", "restart_with_trace", "say_trace", "show_slots", "stop")] + [
-    "test.c:crash_" + name for name in ("address", "canary", "hang", "stack", "undefined")]  # of the test image
+    "variant/test.c:crash_" + name for name in ("address", "canary", "hang", "stack", "undefined")]  # of the test image
 IMAGE_INDIRECT = {
-    "config_curves.c:load_term": INDIRECT["config_curves.c:load_backward"],  # inlined with -Os
-    "cycle.c:cb_cycle_run": HAL,
-    "main.c:cb_main": HAL,
-    "standby.c:cb_standby_run": HAL,
-    "commands.c:cb_commands_serve": COMMANDS,
-    "box_hal.c:cb_board_wait_tick": ["main.c:idle"],
-    "box_hal.c:ask": ["main.c:meanwhile"],
-    "rtu_exchange.c:cb_rtu_exchange_on": ["box_hal.c:now_us", "box_hal.c:ask"],
+    "terms/curves.c:load_term": INDIRECT["terms/curves.c:load_backward"],  # inlined with -Os
+    "hal/cycle.c:cb_cycle_run": HAL,
+    "app/main.c:cb_main": HAL,
+    "app/standby.c:cb_standby_run": HAL,
+    "app/commands.c:cb_commands_serve": COMMANDS,
+    "stm32f405/box_hal.c:cb_board_wait_tick": ["app/main.c:idle"],
+    "stm32f405/box_hal.c:ask": ["app/main.c:meanwhile"],
+    "hal/rtu_exchange.c:cb_rtu_exchange_on": ["stm32f405/box_hal.c:now_us", "stm32f405/box_hal.c:ask"],
 }
 
 
 def name_of(title):
-    """Titles of static functions carry the whole path."""
-    return title.rpartition("/")[2]
+    """Titles of static functions carry the whole path: its last folder and file tell them apart."""
+    return "/".join(title.split("/")[-2:])
 
 
 class Graph:

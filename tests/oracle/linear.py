@@ -4,7 +4,7 @@
   linear.py           writes tests/conformance/vectors/linear.inc
   linear.py --check   exits 1 if it is not what it would write
 
-y = constant + sum w x, z = y (x0 - origin); bounds as firmware/terms.c states them. Inputs lie at
+y = constant + sum w x, z = y (x0 - origin); bounds as firmware/terms/terms.c states them. Inputs lie at
 both ends of their signals' ranges, between, and at the origin, where the product vanishes."""
 
 import random

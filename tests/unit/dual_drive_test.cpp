@@ -6,8 +6,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "tests/unit/box_fixture.h"
-#include "tests/unit/config_fixture.h"
+#include "tests/support/box_fixture.h"
+#include "tests/support/config_fixture.h"
 
 namespace compbox {
 namespace {

@@ -9,7 +9,7 @@
 #include "host-tools/fakeplc/modbus.h"
 #include "host-tools/fakeplc/number.h"
 #include "host-tools/twin/random.h"
-#include "tests/unit/fakeplc_rig.h"
+#include "tests/support/fakeplc_rig.h"
 
 namespace compbox {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "host-tools/fakeplc/nc_handshake.h"
 #include "host-tools/fakeplc/nc_setting_data.h"
-#include "tests/unit/fakeplc_rig.h"
+#include "tests/support/fakeplc_rig.h"
 
 namespace compbox {
 namespace {

@@ -15,7 +15,7 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/twin/random.h"
-#include "tests/unit/temporary.h"
+#include "tests/support/temporary.h"
 
 namespace compbox {
 namespace {

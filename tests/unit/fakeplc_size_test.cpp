@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "host-tools/twin/random.h"
-#include "tests/unit/fakeplc_rig.h"
+#include "tests/support/fakeplc_rig.h"
 
 namespace compbox {
 namespace {

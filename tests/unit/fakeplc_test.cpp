@@ -10,8 +10,8 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
-#include "tests/unit/fakeplc_rig.h"
-#include "tests/unit/temporary.h"
+#include "tests/support/fakeplc_rig.h"
+#include "tests/support/temporary.h"
 
 namespace compbox {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/json.h"
-#include "tests/unit/fitting_fixture.h"
+#include "tests/support/fitting_fixture.h"
 
 namespace compbox {
 namespace {

@@ -9,7 +9,7 @@
 #include <functional>
 #include <random>
 
-#include "tests/unit/fitting_fixture.h"
+#include "tests/support/fitting_fixture.h"
 
 namespace compbox {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "tests/unit/fitting_fixture.h"
+#include "tests/support/fitting_fixture.h"
 
 namespace compbox {
 namespace {

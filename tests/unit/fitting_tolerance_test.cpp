@@ -7,7 +7,7 @@
 #include <random>
 
 #include "host-tools/formats/json.h"
-#include "tests/unit/fitting_fixture.h"
+#include "tests/support/fitting_fixture.h"
 
 namespace compbox {
 namespace {

@@ -13,7 +13,7 @@
 #include "host-tools/formats/csv_reading.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/text.h"
-#include "tests/unit/temporary.h"
+#include "tests/support/temporary.h"
 
 namespace {
 

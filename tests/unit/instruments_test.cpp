@@ -11,7 +11,7 @@
 #include "host-tools/formats/rtl.h"
 #include "host-tools/twin/diagonals.h"
 #include "host-tools/twin/nine_line.h"
-#include "tests/unit/temporary.h"
+#include "tests/support/temporary.h"
 
 namespace compbox {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/file.h"
-#include "tests/unit/temporary.h"
+#include "tests/support/temporary.h"
 
 namespace compbox {
 namespace {

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "host-tools/formats/error.h"
-#include "tests/unit/temporary.h"
+#include "tests/support/temporary.h"
 
 namespace {
 

@@ -9,7 +9,7 @@
 #include "host-tools/formats/file.h"
 #include "host-tools/twin/machine.h"
 #include "host-tools/twin/process.h"
-#include "tests/unit/temporary.h"
+#include "tests/support/temporary.h"
 
 namespace compbox {
 namespace {

@@ -12,7 +12,7 @@
 #include "host-tools/training/network_training.h"
 #include "host-tools/training/optimise.h"
 #include "host-tools/training/train.h"
-#include "tests/unit/training_fixture.h"
+#include "tests/support/training_fixture.h"
 
 extern "C" {
 #include "models/lag.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * The thread that reads the box's own slow bus (Pt100 modules): module after module, as
- * firmware/bus_turns.h says, into a ring of samples for the loop. Never in the loop's time. */
+ * firmware/signals/bus_turns.h says, into a ring of samples for the loop. Never in the loop's time.
+ */
 #ifndef COMPBOX_HAL_LINUX_DAEMON_BUS_H
 #define COMPBOX_HAL_LINUX_DAEMON_BUS_H
 
@@ -8,7 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "firmware/bus_turns.h"
+#include "firmware/signals/bus_turns.h"
 #include "hal/linux/rtu.h"
 #include "hal/linux/sample_ring.h"
 

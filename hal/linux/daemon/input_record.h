@@ -6,7 +6,7 @@
 
 #include <stdio.h>
 
-#include "firmware/config.h"
+#include "firmware/config/config.h"
 #include "hal/linux/daemon/row.h"
 
 struct cb_input_record {

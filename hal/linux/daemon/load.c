@@ -8,8 +8,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "firmware/config_load.h"
-#include "firmware/crc32.h"
+#include "firmware/base/crc32.h"
+#include "firmware/load/load.h"
 
 /* in : fd of a regular file
  * out: bytes read, at most `size`; -1 with errno */

@@ -7,8 +7,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "firmware/ceiling.h"
-#include "firmware/config.h"
+#include "firmware/box/ceiling.h"
+#include "firmware/config/config.h"
 
 enum { CB_LOAD_SAID = 512 };
 

@@ -9,7 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "firmware/mode.h"
+#include "firmware/box/mode.h"
 #include "hal/linux/daemon/cause_words.h"
 #include "hal/linux/daemon/exception_words.h"
 #include "hal/linux/serial_opener.h"

@@ -2,8 +2,8 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "firmware/mode.h"
-#include "firmware/profile.h"
+#include "firmware/box/mode.h"
+#include "firmware/config/profile.h"
 #include "hal/linux/daemon/log.h"
 
 enum { SAME_AGAIN_US = 60000000 /* the same odd reply on another connection */ };

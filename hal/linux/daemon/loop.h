@@ -8,7 +8,7 @@
 #include <stdint.h>
 #include <time.h>
 
-#include "firmware/box.h"
+#include "firmware/box/box.h"
 #include "hal/cycle.h"
 #include "hal/linux/box_hal.h"
 #include "hal/linux/daemon/row.h"

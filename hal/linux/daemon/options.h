@@ -7,7 +7,7 @@
 #include <stdint.h>
 #include <time.h>
 
-#include "firmware/ceiling.h"
+#include "firmware/box/ceiling.h"
 
 struct cb_options {
     const char *config;        /* coefficient file */

@@ -8,7 +8,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "firmware/config.h"
+#include "firmware/config/config.h"
 #include "hal/linux/daemon/row.h"
 
 enum { CB_RECORD_BUFFER = 65536, CB_RECORD_LINE = 8192 };

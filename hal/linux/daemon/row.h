@@ -5,7 +5,7 @@
 
 #include <stdint.h>
 
-#include "firmware/box.h"
+#include "firmware/box/box.h"
 #include "hal/linux/can_source.h"
 #include "hal/linux/rtu.h"
 #include "hal/linux/tcp.h"

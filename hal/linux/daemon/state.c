@@ -11,7 +11,7 @@
 #include <sys/timex.h>
 #include <unistd.h>
 
-#include "firmware/crc32.h"
+#include "firmware/base/crc32.h"
 #include "hal/linux/clock.h"
 #include "hal/linux/daemon/output_file.h"
 

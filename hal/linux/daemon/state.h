@@ -11,7 +11,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "firmware/box.h"
+#include "firmware/box/box.h"
 
 /* A pause longer than this part of tau is not resumed: what the input did meanwhile is unknown, and
  * the old state still counts for e^-1/4 = 78 %. */

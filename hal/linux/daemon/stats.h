@@ -8,8 +8,8 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "firmware/ceiling.h"
-#include "firmware/config.h"
+#include "firmware/box/ceiling.h"
+#include "firmware/config/config.h"
 #include "hal/linux/daemon/bus.h"
 #include "hal/linux/daemon/histogram.h"
 #include "hal/linux/daemon/row.h"

@@ -5,7 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "firmware/mode.h"
+#include "firmware/box/mode.h"
 #include "hal/linux/daemon/bus_words.h"
 #include "hal/linux/daemon/cause_words.h"
 #include "hal/linux/daemon/load.h"

@@ -6,10 +6,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "firmware/box.h"
-#include "firmware/bus_turns.h"
-#include "firmware/config_load.h"
-#include "firmware/recorder.h"
+#include "firmware/box/box.h"
+#include "firmware/box/recorder.h"
+#include "firmware/load/load.h"
+#include "firmware/signals/bus_turns.h"
 #include "hal/cycle.h"
 #include "hal/stm32f405/app/console.h"
 #include "hal/stm32f405/box_hal.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * The Pt100 modules on their own line: asked in turn (firmware/bus_turns.h), a little at each call.
- * The exchange with the PLC never waits for them. */
+ * The Pt100 modules on their own line: asked in turn (firmware/signals/bus_turns.h), a little at
+ * each call. The exchange with the PLC never waits for them. */
 #include "hal/stm32f405/app/app.h"
 #include "hal/stm32f405/time.h"
 

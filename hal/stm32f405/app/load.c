@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "hal/stm32f405/app/load.h"
 
-#include "firmware/ceiling.h"
+#include "firmware/box/ceiling.h"
 #include "hal/stm32f405/mcu.h"
 
 static const struct cb_target target = {.name = "compbox-stm32f405",

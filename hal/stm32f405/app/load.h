@@ -4,8 +4,8 @@
 #ifndef COMPBOX_HAL_STM32F405_LOAD_H
 #define COMPBOX_HAL_STM32F405_LOAD_H
 
-#include "firmware/config_load.h"
-#include "firmware/slot.h"
+#include "firmware/load/load.h"
+#include "firmware/load/slot.h"
 #include "hal/stm32f405/app/console.h"
 
 /* out: 'A' or 'B', *config complete, its limits at most the ceiling of this image's build, and *crc

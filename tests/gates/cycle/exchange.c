@@ -4,8 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/box.h"
-#include "firmware/rtu_receiver.h"
+#include "firmware/box/box.h"
+#include "firmware/wire/rtu_receiver.h"
 #include "tests/gates/instructions/counter.h"
 
 enum { UNIT = 1, BYTE_US = 96 };

@@ -3,8 +3,8 @@
 
 #include <string.h>
 
-#include "firmware/box.h"
-#include "firmware/config_load.h"
+#include "firmware/box/box.h"
+#include "firmware/load/load.h"
 #include "tests/gates/instructions/counter.h"
 
 static const char shared_breaks[] = {

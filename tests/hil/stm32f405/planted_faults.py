@@ -20,7 +20,8 @@ BITS = ["test_plc.py::test_compensation_arrives_while_the_axes_move"]
 
 # name, file, what stands there (once), what is planted, tests of which one must fail
 FAULTS = [
-    ("image: the older slot runs", "firmware/slot.c", "one.revision <= slot->revision", "one.revision > slot->revision",
+    ("image: the older slot runs", "firmware/load/slot.c", "one.revision <= slot->revision",
+     "one.revision > slot->revision",
      SLOTS),
     ("image: a refused file ends the search", "hal/stm32f405/app/load.c",
      "if (whole[other] && ", "if (!whole[other] && ",
@@ -33,9 +34,9 @@ FAULTS = [
     ("image: the canary is not looked at", "hal/stm32f405/box_hal.c", "if (!cb_guard_intact()) ",
      "if (!cb_guard_intact() && cb_guard_stack_used() == 0) ",
      ["test_boot.py::test_a_stack_at_its_end_is_seen_in_the_next_cycle"]),
-    ("image: a restart forgets the loss", "hal/stm32f405/main.c", "= cb_start_was_fault(app.cause)", "= false",
+    ("image: a restart forgets the loss", "hal/stm32f405/app/main.c", "= cb_start_was_fault(app.cause)", "= false",
      ["test_faults.py::test_a_processor_fault_while_active_ends_in_standby_until_permitted"]),
-    ("image: no request is repeated", "firmware/rtu_dialog.h", "CB_RTU_TRIES = 8,", "CB_RTU_TRIES = 1,",
+    ("image: no request is repeated", "firmware/wire/rtu_dialog.h", "CB_RTU_TRIES = 8,", "CB_RTU_TRIES = 1,",
      ["test_faults.py::test_where_there_is_time_a_request_is_repeated_in_its_period"]),
     ("image: another clock in the trace", "hal/stm32f405/app/dump.c", "put_time(line, app->box.now_us);",
      "put_time(line, app->cycle.tick_us);", BITS),

@@ -7,9 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "firmware/box.h"
-#include "firmware/config_load.h"
-#include "firmware/recorder.h"
+#include "firmware/box/box.h"
+#include "firmware/box/recorder.h"
+#include "firmware/load/load.h"
 #include "hal/hal.h"
 
 enum { LINE = 8192, RECORDS = 1 << 20 };

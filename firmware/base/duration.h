@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: MIT
+ * Durations as float32 seconds. */
+#ifndef COMPBOX_FIRMWARE_BASE_DURATION_H
+#define COMPBOX_FIRMWARE_BASE_DURATION_H
+
+#include <stdint.h>
+
+#include "models/num.h"
+
+/* in : us > INT32_MAX
+ * out: as cb_seconds() */
+CB_COLD float cb_long_seconds(int64_t us);
+
+/* in : us >= 0
+ * out: seconds, to 1e-6 of them; grows with us up to 71 years, and stays at that */
+CB_INLINE float cb_seconds(int64_t us) {
+    return us <= INT32_MAX ? (float)(int32_t)us * 1e-6f : cb_long_seconds(us);
+}
+
+#endif

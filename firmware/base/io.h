@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: MIT
+ * What one step of the box is given and what it gives back: plain data, no hardware. */
+#ifndef COMPBOX_FIRMWARE_BASE_IO_H
+#define COMPBOX_FIRMWARE_BASE_IO_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/base/limits.h"
+
+/* How the write of the cycle before ended. */
+enum cb_write_result {
+    CB_WRITE_NONE,    /* nothing was written */
+    CB_WRITE_OK,      /* the PLC confirmed it */
+    CB_WRITE_FAILED,  /* it certainly did not take effect */
+    CB_WRITE_REFUSED, /* the PLC answered with an exception: it did not take effect */
+    CB_WRITE_UNKNOWN, /* sent, no answer: it may or may not have taken effect */
+};
+
+/* Whether the PLC's write block was read back, as cb_box_wants_held() asks for. */
+enum cb_held_result {
+    CB_HELD_NONE,    /* it was not asked for */
+    CB_HELD_OK,      /* held_registers[] are what the PLC holds, after the write of last_write */
+    CB_HELD_REFUSED, /* the PLC answered with an exception: it never will */
+    CB_HELD_SILENT,  /* asked for, but no answer came */
+};
+
+/* A number from a sensor of the box itself (CAN, bus), before scale and zero. */
+struct cb_sample {
+    uint8_t signal; /* index in config.signals */
+    float raw;
+    int64_t time_us; /* when it was received, in the clock of now_us */
+};
+
+struct cb_inputs {
+    bool read_ok;          /* registers[] hold a fresh, whole reading of the PLC's read block */
+    uint8_t last_write;    /* enum cb_write_result, of the outputs of the step before */
+    uint8_t held;          /* enum cb_held_result; of this cycle, before this step */
+    bool stop;             /* asked to stop: ramp to zero, say STOPPED */
+    uint32_t missed_ticks; /* ticks skipped just before this one */
+    int64_t read_us;       /* when the reading was asked for; <= now_us */
+    uint32_t exchange_us;  /* from asking for a reading to the confirmation of the write made from
+                              it, of the newest such write; 0: none yet */
+    uint8_t sample_count;  /* <= CB_MAX_SAMPLES */
+    uint16_t registers[CB_MAX_READ_REGISTERS];
+    uint16_t held_registers[CB_MAX_WRITE_REGISTERS];
+    struct cb_sample samples[CB_MAX_SAMPLES]; /* in the order in which they came */
+};
+
+struct cb_outputs {
+    uint16_t registers[CB_MAX_WRITE_REGISTERS]; /* the whole write block, always valid */
+    float channel_um[CB_MAX_CHANNELS];          /* what the registers say, after all limits */
+    bool write;   /* false: nothing may be written now (see enum cb_contact in box/plc.h) */
+    bool last;    /* … and when it is written, nothing may follow it on the same connection */
+    bool stopped; /* STOPPED was written and confirmed: the target may end */
+};
+
+#endif

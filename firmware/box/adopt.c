@@ -1,0 +1,173 @@
+/* SPDX-License-Identifier: MIT
+ * Reload without a step: a freshly loaded box takes over from the running one. */
+#include <string.h>
+
+#include "firmware/box/box.h"
+
+/* Names are in arrays of CB_NAME_SIZE, ended by 0. */
+static bool same_name(const char *a, const char *b) {
+    for (unsigned i = 0; i < CB_NAME_SIZE; ++i) {
+        if (a[i] != b[i]) return false;
+        if (a[i] == 0) return true;
+    }
+    return true;
+}
+
+static unsigned find_signal(const struct cb_config *config, const char *name) {
+    for (unsigned i = 0; i < config->signals_count; ++i) {
+        if (same_name(config->signals[i].name, name)) return i;
+    }
+    return CB_NONE;
+}
+
+static unsigned find_output(const struct cb_config *config, const char *name) {
+    for (unsigned i = 0; i < config->outputs_count; ++i) {
+        if (same_name(config->outputs[i].name, name)) return i;
+    }
+    return CB_NONE;
+}
+
+/* A slope has the name of its channel. */
+static unsigned find_channel(const struct cb_config *config,
+                             const struct cb_channel_config *channel) {
+    for (unsigned i = 0; i < cb_all_channels(config); ++i) {
+        if (config->channels[i].is_slope == channel->is_slope &&
+            same_name(config->channels[i].name, channel->name))
+            return i;
+    }
+    return CB_NONE;
+}
+
+/* Of a tangent: P0 means the same position in the same register. */
+static bool same_reference(const struct cb_config *a, const struct cb_channel_config *in_a,
+                           const struct cb_config *b, const struct cb_channel_config *in_b) {
+    if (in_a->tangent != in_b->tangent) return false;
+    return !in_a->tangent ||
+           (a->plc.write.start + in_a->reference_reg == b->plc.write.start + in_b->reference_reg &&
+            in_a->reference_type == in_b->reference_type &&
+            in_a->reference_scale == in_b->reference_scale &&
+            same_name(a->signals[in_a->tangent_signal].name,
+                      b->signals[in_b->tangent_signal].name));
+}
+
+/* The same µm give the same bits in the same register of the same PLC. */
+static bool same_register(const struct cb_config *a, const struct cb_channel_config *in_a,
+                          const struct cb_config *b, const struct cb_channel_config *in_b) {
+    const bool same_plc = a->plc.unit == b->plc.unit && a->plc.port == b->plc.port &&
+                          a->plc.transport == b->plc.transport &&
+                          memcmp(a->plc.host, b->plc.host, sizeof a->plc.host) == 0;
+    return same_plc && a->plc.write.start + in_a->reg == b->plc.write.start + in_b->reg &&
+           in_a->type == in_b->type && in_a->sign == in_b->sign && in_a->scale == in_b->scale &&
+           same_reference(a, in_a, b, in_b);
+}
+
+/* A channel that the PLC certainly holds at zero may go anywhere, or away. */
+static bool is_at_rest(const struct cb_channel_state *state) {
+    return state->output_um == 0.0f && state->sent_um == 0.0f && state->possible_min_um == 0.0f &&
+           state->possible_max_um == 0.0f;
+}
+
+bool cb_box_at_rest(const struct cb_box *box) {
+    if (box->mode.mode != CB_MODE_STANDBY || box->mode.reason != CB_REASON_NOT_ENABLED)
+        return false;
+    for (unsigned i = 0; i < cb_all_channels(&box->config); ++i)
+        if (!is_at_rest(&box->channels[i])) return false;
+    return true;
+}
+
+unsigned cb_box_obstacle(const struct cb_config *fresh, const struct cb_box *old) {
+    if (!cb_box_is_sound(old)) return CB_NONE;
+    for (unsigned i = 0; i < cb_all_channels(&old->config); ++i) {
+        if (is_at_rest(&old->channels[i])) continue;
+        const struct cb_channel_config *channel = &old->config.channels[i];
+        const unsigned k = find_channel(fresh, channel);
+        if (k == CB_NONE || !same_register(fresh, &fresh->channels[k], &old->config, channel))
+            return i;
+    }
+    return CB_NONE;
+}
+
+/* Values are in the signal's unit, so they outlive a change of source, scale or range. The memory
+ * of a lag outlives a change of its time constant, but means nothing for another signal. */
+static bool same_kind(const struct cb_config *a, const struct cb_signal_config *in_a,
+                      const struct cb_config *b, const struct cb_signal_config *in_b) {
+    const bool lag = in_a->source == CB_SOURCE_LAG;
+    if (memcmp(in_a->unit, in_b->unit, sizeof in_a->unit) != 0) return false;
+    if (lag != (in_b->source == CB_SOURCE_LAG)) return false;
+    return !lag || (in_a->power == in_b->power &&
+                    same_name(a->signals[in_a->lag_of].name, b->signals[in_b->lag_of].name));
+}
+
+static void adopt_signals(struct cb_box *fresh, const struct cb_box *old) {
+    for (unsigned i = 0; i < fresh->config.signals_count; ++i) {
+        const struct cb_signal_config *signal = &fresh->config.signals[i];
+        const unsigned k = find_signal(&old->config, signal->name);
+        if (k == CB_NONE) continue;
+        if (!same_kind(&fresh->config, signal, &old->config, &old->config.signals[k])) continue;
+        fresh->signals[i] = old->signals[k];
+        fresh->signals[i].streak = 0; /* it may come from somewhere else now */
+    }
+}
+
+/* The direction of travel outlives a new curve, of the same position. */
+static void adopt_direction(struct cb_box *fresh, unsigned index, const struct cb_box *old,
+                            unsigned was) {
+    const struct cb_curve_config *a = &fresh->config.terms[index].as.curve;
+    const struct cb_curve_config *b = &old->config.terms[was].as.curve;
+    if (!old->terms[was].directed || !cb_term_has_branches(&fresh->config.terms[index])) return;
+    if (!same_name(fresh->config.signals[a->signal].name, old->config.signals[b->signal].name))
+        return;
+    fresh->terms[index].direction = old->terms[was].direction;
+    fresh->terms[index].directed = true;
+}
+
+/* Last outputs, so that a term that is fading goes on fading; a term that is live replaces them. */
+static void adopt_terms(struct cb_box *fresh, const struct cb_box *old) {
+    for (unsigned i = 0; i < fresh->config.terms_count; ++i) {
+        const struct cb_term_config *term = &fresh->config.terms[i];
+        for (unsigned j = 0; j < term->outputs; ++j) {
+            const unsigned index = term->first_output + j;
+            const unsigned k = find_output(&old->config, fresh->config.outputs[index].name);
+            if (k == CB_NONE) continue;
+            const unsigned was = old->config.outputs[k].term;
+            fresh->outputs[index] = old->outputs[k];
+            fresh->terms[i].live = old->terms[was].live;
+            adopt_direction(fresh, i, old, was);
+        }
+    }
+}
+
+static void adopt_channels(struct cb_box *fresh, const struct cb_box *old) {
+    for (unsigned i = 0; i < cb_all_channels(&fresh->config); ++i) {
+        const unsigned k = find_channel(&old->config, &fresh->config.channels[i]);
+        if (k == CB_NONE) continue;
+        fresh->channels[i] = old->channels[k];
+        fresh->tangent.reference[i] = old->tangent.reference[k];
+        fresh->applied.channels[i] = old->applied.channels[k];
+    }
+    fresh->applied.slot_us = old->applied.slot_us;
+}
+
+bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old) {
+    if (!cb_box_is_sound(old) || cb_box_obstacle(&fresh->config, old) != CB_NONE) return false;
+    fresh->mode = old->mode;
+    fresh->counters = old->counters;
+    fresh->plc = old->plc;
+    fresh->lead = old->lead;
+    adopt_signals(fresh, old);
+    adopt_terms(fresh, old);
+    adopt_channels(fresh, old);
+    fresh->now_us = old->now_us;
+    fresh->box_heartbeat = old->box_heartbeat;
+    fresh->block_counter = old->block_counter;
+    fresh->overrun_score = old->overrun_score;
+    fresh->good_cycles = old->good_cycles;
+    fresh->sent_mode = old->sent_mode;
+    fresh->started = old->started;
+    fresh->writing = old->writing;
+    fresh->wrote = old->wrote;
+    fresh->zero_written = old->zero_written;
+    fresh->stop_confirmed = old->stop_confirmed;
+    fresh->stopped_before = old->stopped_before;
+    return true;
+}

@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/box/applied.h"
+
+#include "firmware/box/channels.h"
+#include "firmware/wire/number.h"
+#include "models/num.h"
+
+static uint32_t add_saturating(uint32_t a, uint32_t b) {
+    return b > UINT32_MAX - a ? UINT32_MAX : a + b;
+}
+
+/* A new quarter begins with the value that was sent last. */
+static void begin_quarter(struct cb_applied_channel *state, float sent_um) {
+    for (unsigned k = CB_SENT_SLOTS - 1; k > 0; --k) {
+        state->sent_min_um[k] = state->sent_min_um[k - 1];
+        state->sent_max_um[k] = state->sent_max_um[k - 1];
+    }
+    state->sent_min_um[0] = state->sent_max_um[0] = sent_um;
+}
+
+void cb_applied_sent(const struct cb_config *config, struct cb_applied_state *state,
+                     const struct cb_channel_state *channels, uint32_t elapsed_us) {
+    state->slot_us = add_saturating(state->slot_us, elapsed_us);
+    const bool over = state->slot_us >= config->applied_quarter_us;
+    if (over) state->slot_us = 0;
+    for (unsigned i = 0; i < config->channels_count; ++i) {
+        struct cb_applied_channel *channel = &state->channels[i];
+        const float sent_um = channels[i].sent_um;
+        if (!config->channels[i].has_applied) continue;
+        if (over) begin_quarter(channel, sent_um);
+        channel->sent_min_um[0] = cb_min(channel->sent_min_um[0], sent_um);
+        channel->sent_max_um[0] = cb_max(channel->sent_max_um[0], sent_um);
+    }
+}
+
+/* The values that were sent of late, all slots together. */
+struct interval {
+    float low_um, high_um;
+};
+
+static struct interval sent_of_late(const struct cb_applied_channel *state) {
+    struct interval sent = {state->sent_min_um[0], state->sent_max_um[0]};
+    for (unsigned k = 1; k < CB_SENT_SLOTS; ++k) {
+        sent.low_um = cb_min(sent.low_um, state->sent_min_um[k]);
+        sent.high_um = cb_max(sent.high_um, state->sent_max_um[k]);
+    }
+    return sent;
+}
+
+/* in : um: any float; near_um: finite
+ * out: false for what is not a number, too */
+static bool is_within(float um, struct interval sent, float near_um) {
+    return um >= sent.low_um - near_um && um <= sent.high_um + near_um;
+}
+
+/* Time outside, less a quarter of the time inside; 0 … most_us. */
+static uint32_t outside_us(uint32_t before_us, bool inside, uint32_t elapsed_us, uint32_t most_us) {
+    const uint32_t inside_us = elapsed_us / 4, outside_us = add_saturating(before_us, elapsed_us);
+    if (inside) return inside_us < before_us ? before_us - inside_us : 0;
+    return outside_us < most_us ? outside_us : most_us;
+}
+
+/* Judges one channel by the value um that the PLC reports, any float. */
+static void judge(const struct cb_config *config, unsigned index, struct cb_applied_channel *state,
+                  struct cb_counters *counters, float um, uint32_t elapsed_us, bool judged) {
+    const struct cb_channel_config *channel = &config->channels[index];
+    const struct interval sent = sent_of_late(state);
+    const float largest_um = cb_max(cb_abs(sent.low_um), cb_abs(sent.high_um));
+    const float unit_um = cb_number_is_integer(channel->type) ? channel->scale : 0.0f;
+    const bool inside = is_within(um, sent, config->plc.deadband_um + unit_um + largest_um * 1e-6f);
+    const bool bounded = cb_abs(um) <= cb_max(channel->error_um, largest_um) + unit_um;
+    counters->applied_foreign += judged && !inside;
+    const uint32_t most_us = 2 * config->applied_quarter_us;
+    state->outside_us = judged ? outside_us(state->outside_us, inside, elapsed_us, most_us) : 0;
+    if (bounded || inside)
+        state->beyond = 0;
+    else if (state->beyond < CB_BEYOND_READINGS)
+        ++state->beyond;
+}
+
+struct cb_applied_verdict cb_applied_take(const struct cb_config *config,
+                                          struct cb_applied_state *state,
+                                          struct cb_channel_state *channels,
+                                          struct cb_counters *counters, const uint16_t *registers,
+                                          uint32_t elapsed_us, bool judged) {
+    struct cb_applied_verdict verdict = {.channel = CB_NONE};
+    for (unsigned i = 0; i < config->channels_count; ++i) {
+        const struct cb_channel_config *channel = &config->channels[i];
+        struct cb_applied_channel *of = &state->channels[i];
+        if (!channel->has_applied) continue;
+        const float um = cb_channel_decode(channel, registers + channel->applied_reg);
+        judge(config, i, of, counters, um, elapsed_us, judged);
+        if (cb_is_finite(um)) channels[i].applied_um = um;
+        const bool foreign = of->beyond >= CB_BEYOND_READINGS;
+        const bool unapplied = of->outside_us > config->applied_quarter_us;
+        if ((foreign && !verdict.foreign) || (unapplied && verdict.channel == CB_NONE)) {
+            verdict.channel = (uint8_t)i;
+            verdict.value_um = um;
+        }
+        verdict.foreign = verdict.foreign || foreign;
+        verdict.unapplied = verdict.unapplied || unapplied;
+    }
+    return verdict;
+}

@@ -1,0 +1,394 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/box/box.h"
+
+#include <string.h>
+
+#include "firmware/config/derive.h"
+#include "firmware/wire/number.h"
+#include "models/num.h"
+
+/* What one step hands from stage to stage. */
+struct step {
+    uint32_t elapsed_us;   /* since the step before; 0 when time went backward */
+    bool jumped;           /* time went backward or too far */
+    bool read;             /* this cycle's reading is good … */
+    struct cb_apart apart; /* … and so far from the one before; elapsed_us 0: there was none */
+    bool essentials_ok;    /* every essential signal is fresh */
+    struct cb_terms_verdict terms;
+    bool loss;   /* another box's life ended here, or nobody knows what the PLC holds */
+    bool placed; /* the outputs were put where the PLC is: no movement in this step */
+    struct cb_demand demand;
+};
+
+/* All but the configuration as after power-on. */
+static void clear(struct cb_box *box) {
+    memset((char *)box + sizeof box->config, 0, sizeof *box - sizeof box->config);
+    cb_mode_start(&box->mode);
+    box->zero_written = true;
+    box->foreign.channel = box->applied_verdict.channel = CB_NONE;
+}
+
+void cb_box_start(struct cb_box *box) {
+    clear(box);
+    cb_config_derive(&box->config);
+    cb_box_take_sums(box);
+}
+
+/* Time since the last step; what it means when the clock cannot be trusted. */
+static void keep_time(struct cb_box *box, int64_t now_us, struct step *step) {
+    const int64_t gap_us = box->started ? now_us - box->now_us : 0;
+    step->jumped = gap_us < 0 || gap_us > (int64_t)CB_CLOCK_PERIODS * box->config.period_us;
+    step->elapsed_us = gap_us < 0 ? 0 : gap_us > UINT32_MAX ? UINT32_MAX : (uint32_t)gap_us;
+    box->now_us = now_us;
+    box->started = true;
+    if (!step->jumped) return;
+    ++box->counters.clock_jumps;
+    cb_plc_forget(&box->plc);
+    cb_signals_forget(&box->config, box->signals, &box->counters);
+}
+
+/* Overruns now and then are a machine's life; again and again they are a fault. */
+static void keep_score(struct cb_box *box, uint32_t missed_ticks) {
+    box->counters.missed_ticks += missed_ticks;
+    if (missed_ticks > 0) {
+        box->good_cycles = 0;
+        if (box->overrun_score < UINT8_MAX) ++box->overrun_score;
+    } else if (++box->good_cycles >= CB_OVERRUN_FORGIVES) {
+        box->good_cycles = 0;
+        if (box->overrun_score > 0) --box->overrun_score;
+    }
+}
+
+/* How the outputs of the step before fared. A result for outputs that were not for writing, or one
+ * that this version does not know, is not believed. */
+static void take_write(struct cb_box *box, uint8_t last_write, const struct step *step) {
+    enum cb_write_result result =
+        last_write > CB_WRITE_UNKNOWN ? CB_WRITE_UNKNOWN : (enum cb_write_result)last_write;
+    if (!box->writing) result = CB_WRITE_NONE;
+    cb_limiter_written(&box->config, box->channels, result, box->plc.alive ? step->elapsed_us : 0);
+    cb_applied_sent(&box->config, &box->applied, box->channels, step->elapsed_us);
+    cb_plc_written(&box->config, &box->plc, &box->counters, result, step->elapsed_us, box->now_us);
+    if (result != CB_WRITE_OK) return;
+    box->zero_written = cb_channels_all_zero(&box->config, box->channels);
+    box->stop_confirmed = box->sent_mode == CB_MODE_STOPPED;
+}
+
+enum cb_want cb_box_wants_held(const struct cb_box *box) {
+    const struct cb_plc_state *plc = &box->plc;
+    if (plc->contact != CB_CONTACT_KNOWN) return plc->parting ? CB_WANT_NOTHING : CB_WANT_NOW;
+    if (plc->silent || plc->asked_us < CB_ASK_US) return CB_WANT_NOTHING;
+    return CB_WANT_IF_ROOM;
+}
+
+/* Where one output has to go on from, now that the PLC is heard (again): from what it applies; else
+ * from what its register holds, unless the PLC has restarted since; else from zero. Where the PLC
+ * will not say, what it may hold besides stays as it was. */
+static struct cb_start start_of(const struct cb_box *box, unsigned index,
+                                const struct cb_inputs *in) {
+    const struct cb_channel_config *channel = &box->config.channels[index];
+    const float applied_um = cb_channel_decode(channel, in->registers + channel->applied_reg);
+    const float held_um = cb_channel_decode(channel, in->held_registers + channel->reg);
+    if (channel->has_applied && cb_is_finite(applied_um))
+        return (struct cb_start){applied_um, true};
+    if (in->held == CB_HELD_OK && !box->plc.went_back && cb_is_finite(held_um))
+        return (struct cb_start){held_um, true};
+    return (struct cb_start){0.0f, in->held == CB_HELD_OK};
+}
+
+/* The status that is in the PLC is that of a box at work, or none that a box writes. */
+static bool was_at_work(const struct cb_box *box, const struct cb_inputs *in) {
+    const unsigned mode = in->held_registers[box->config.plc.status] & 0xFFu;
+    return mode != CB_MODE_STANDBY && mode != CB_MODE_STOPPED;
+}
+
+/* Whether what is found at a contact is a loss, after which permission is needed: a box was at work
+ * here until it ended, or the PLC does not say what it holds. */
+static bool is_loss(const struct cb_box *box, const struct cb_inputs *in) {
+    const bool first = box->plc.contact == CB_CONTACT_NONE;
+    if (in->held == CB_HELD_OK) return first && was_at_work(box, in);
+    return !(first && box->stopped_before);
+}
+
+/* in : a good reading
+ * out: the outputs are where the PLC is, and may be written again */
+static void find_plc(struct cb_box *box, const struct cb_inputs *in, struct step *step) {
+    struct cb_start start[CB_MAX_CHANNELS];
+    struct cb_plc_state *plc = &box->plc;
+    if (plc->contact == CB_CONTACT_KNOWN) return;
+    if (in->held != CB_HELD_OK && in->held != CB_HELD_REFUSED) return;
+    for (unsigned i = 0; i < cb_all_channels(&box->config); ++i) start[i] = start_of(box, i, in);
+    cb_limiter_place(&box->config, box->channels, start);
+    step->loss = is_loss(box, in);
+    box->counters.resyncs += plc->contact == CB_CONTACT_LOST;
+    plc->contact = CB_CONTACT_KNOWN;
+    plc->silent = in->held == CB_HELD_REFUSED;
+    plc->unconfirmed_us = plc->asked_us = 0;
+    plc->confirmed = plc->went_back = false;
+    step->placed = true;
+}
+
+/* What one register of a channel stands for, when that is not what was written: then another client
+ * writes there. */
+static bool is_foreign(const struct cb_channel_config *channel,
+                       const struct cb_channel_state *state, float held_um) {
+    const float unit_um = cb_number_is_integer(channel->type) ? channel->scale : 0.0f;
+    return !(cb_abs(held_um - state->sent_um) <= unit_um + cb_abs(state->sent_um) * 1e-6f);
+}
+
+/* Looks through a write block that was read back while the box knows what it wrote. */
+static void look_back(struct cb_box *box, const struct cb_inputs *in, const struct step *step) {
+    struct cb_plc_state *plc = &box->plc;
+    const uint32_t left_us = UINT32_MAX - plc->asked_us;
+    plc->asked_us += step->elapsed_us < left_us ? step->elapsed_us : left_us;
+    if (plc->contact != CB_CONTACT_KNOWN || in->held == CB_HELD_NONE) return;
+    plc->asked_us = 0;
+    plc->silent = in->held != CB_HELD_OK;
+    box->foreign.channel = CB_NONE;
+    if (plc->silent || in->last_write != CB_WRITE_OK) return;
+    for (unsigned i = 0; i < cb_all_channels(&box->config); ++i) {
+        const struct cb_channel_config *channel = &box->config.channels[i];
+        const float held_um = cb_channel_decode(channel, in->held_registers + channel->reg);
+        if (!is_foreign(channel, &box->channels[i], held_um)) continue;
+        ++box->counters.registers_foreign;
+        box->foreign = (struct cb_foreign_register){(uint8_t)i, held_um};
+    }
+}
+
+static float seconds(const struct cb_box *box, const struct step *step) {
+    const uint32_t most_us = CB_STEP_PERIODS * box->config.period_us;
+    return (float)(step->elapsed_us < most_us ? step->elapsed_us : most_us) * 1e-6f;
+}
+
+/* Only a PLC program that goes in lines is known to take positions with each beat; elsewhere the
+ * heartbeat may count something else, and the clock is the better guess. */
+static struct cb_apart apart_of(const struct cb_box *box, uint16_t beats, int64_t elapsed_us) {
+    if (elapsed_us <= 0 || elapsed_us > CB_LEAD_PERIODS * (int64_t)box->config.period_us)
+        return (struct cb_apart){0, 0.0f, false};
+    const bool counted = box->config.plc.interpolate_us > 0;
+    const float apart_us = counted ? cb_lead_apart_us(&box->lead, beats, (uint32_t)elapsed_us)
+                                   : (float)(uint32_t)elapsed_us;
+    return (struct cb_apart){elapsed_us, apart_us > 0.0f ? 1e6f / apart_us : 0.0f, counted};
+}
+
+/* Reads the PLC, and learns from it what the lead is made of. */
+static void read_plc(struct cb_box *box, const struct cb_inputs *in, struct step *step) {
+    const int64_t was_us = box->plc.read_us;
+    const uint16_t was_beat = box->plc.plc_heartbeat;
+    const bool was_readable = box->plc.readable;
+    step->read = cb_plc_read(&box->config, &box->plc, &box->counters, in, box->now_us);
+    if (in->last_write == CB_WRITE_OK) cb_lead_take_exchange(&box->lead, in->exchange_us);
+    if (!step->read || !was_readable) return;
+    const uint16_t beats = (uint16_t)(box->plc.plc_heartbeat - was_beat);
+    const int64_t elapsed_us = box->plc.read_us - was_us;
+    cb_lead_take_heartbeat(&box->lead, beats, elapsed_us);
+    step->apart = apart_of(box, beats, elapsed_us);
+}
+
+static void acquire(struct cb_box *box, const struct cb_inputs *in, uint32_t lead_us,
+                    struct step *step) {
+    read_plc(box, in, step);
+    cb_plc_age(&box->config, &box->plc, &box->counters, box->now_us);
+    if (step->read) {
+        const bool judged = box->mode.mode == CB_MODE_ACTIVE;
+        box->applied_verdict =
+            cb_applied_take(&box->config, &box->applied, box->channels, &box->counters,
+                            in->registers, step->elapsed_us, judged);
+        look_back(box, in, step);
+        find_plc(box, in, step);
+    }
+    step->placed = step->placed || cb_plc_parts(&box->plc); /* stays: always allowed (limiter.c) */
+    const struct cb_reading reading = cb_signals_accept(&box->config, box->signals, &box->counters,
+                                                        in, step->read, step->apart, box->now_us);
+    step->essentials_ok =
+        cb_signals_age(&box->config, box->signals, &box->counters, &reading, lead_us, box->now_us);
+}
+
+static void compute(struct cb_box *box, struct step *step) {
+    const float fade_um = box->config.ramp_um_per_s * seconds(box, step);
+    step->terms = cb_terms_evaluate(&box->config, box->signals, box->terms, &box->counters, fade_um,
+                                    box->outputs);
+    step->demand = cb_channels_want(&box->config, box->outputs, box->channels, &box->counters);
+    if (box->config.slopes_count > 0)
+        cb_tangent_want(&box->config, box->signals, box->terms, box->outputs, &box->tangent,
+                        box->channels, &box->counters);
+}
+
+static enum cb_reason find_fault(const struct cb_box *box) {
+    if (box->plc.refusing && box->plc.refused_us > CB_REFUSED_US) return CB_REASON_WRITE_REFUSED;
+    if (box->overrun_score >= CB_OVERRUN_FAULT) return CB_REASON_OVERRUN;
+    return CB_REASON_NONE;
+}
+
+static struct cb_mode_events see(const struct cb_box *box, const struct cb_inputs *in,
+                                 const struct step *step) {
+    const struct cb_config *config = &box->config;
+    const uint16_t control = box->plc.control;
+    const bool plc_ok = cb_plc_readable(config, &box->plc, box->now_us);
+    /* it was asked what it holds, and is read, but does not say */
+    const bool silent = plc_ok && box->plc.contact != CB_CONTACT_KNOWN && !box->writing;
+    const struct cb_mode_events events = {
+        .plc_ok = plc_ok,
+        .writes_ok = !box->plc.mute && !silent,
+        .nc_alarm = box->plc.nc_alarm,
+        .loss = step->loss,
+        .unapplied = box->applied_verdict.unapplied,
+        .foreign = box->applied_verdict.foreign,
+        .heartbeat_ok = box->plc.alive,
+        .essentials_ok = step->essentials_ok,
+        .clock_ok = !step->jumped,
+        .enable = (control & CB_CONTROL_ENABLE) != 0,
+        .referenced = (control & config->plc.referenced_mask) == config->plc.referenced_mask,
+        .reset_edge = box->plc.reset_edge,
+        .permit_resume = (control & CB_CONTROL_PERMIT_RESUME) != 0,
+        .stop = in->stop,
+        .all_zero = cb_channels_all_zero(config, box->channels),
+        .zero_written = box->zero_written,
+        .excessive = step->demand.excessive,
+        .degraded = step->terms.degraded,
+        .extrapolated = step->terms.extrapolated,
+        .limited = step->demand.limited,
+        .fault = (uint8_t)find_fault(box)};
+    return events;
+}
+
+/* Steps the mode and counts what was entered. */
+static void change_mode(struct cb_box *box, const struct cb_inputs *in, const struct step *step) {
+    const struct cb_mode_events events = see(box, in, step);
+    const uint8_t before = box->mode.mode;
+    cb_mode_step(&box->mode, &events, step->elapsed_us, box->config.hold_us);
+    const uint8_t mode = box->mode.mode;
+    const bool was_fault = mode == CB_MODE_FAULT && before == CB_MODE_FAULT;
+    if (!was_fault) box->cause = cb_box_find_cause(box);
+    if (mode == before) return;
+    box->counters.holds += mode == CB_MODE_HOLD;
+    box->counters.ramps += mode == CB_MODE_RAMP;
+    box->counters.faults += mode == CB_MODE_FAULT;
+    if (before == CB_MODE_FAULT) box->overrun_score = 0;
+}
+
+static enum cb_aim aim_of(enum cb_mode mode) {
+    switch (mode) {
+        case CB_MODE_ACTIVE:
+            return CB_AIM_WANTED;
+        case CB_MODE_HOLD:
+            return CB_AIM_STAY;
+        case CB_MODE_STANDBY:
+        case CB_MODE_RAMP:
+        case CB_MODE_FAULT:
+        case CB_MODE_STOPPED:
+            break;
+    }
+    return CB_AIM_ZERO;
+}
+
+static void move(struct cb_box *box, const struct step *step) {
+    float target_um[CB_MAX_CHANNELS];
+    const enum cb_aim aim = aim_of((enum cb_mode)box->mode.mode);
+    const struct cb_motion motion = {
+        .elapsed_s = step->placed ? 0.0f : seconds(box, step),
+        .max_s = (float)(CB_STEP_PERIODS * box->config.period_us) * 1e-6f,
+        .ramp_um_per_s = aim == CB_AIM_ZERO ? box->config.ramp_um_per_s : 0.0f,
+        .writing = box->plc.contact == CB_CONTACT_KNOWN || cb_plc_parts(&box->plc)};
+    cb_channels_target(&box->config, box->channels, aim, target_um);
+    cb_limiter_step(&box->config, box->channels, &box->counters, target_um, &motion);
+}
+
+/* Eight at a time: what the compiler makes of a loop or of memset() takes three times as long. */
+static void clear_registers(uint16_t *registers, unsigned count) {
+    for (; count >= 8; count -= 8, registers += 8) memset(registers, 0, 8 * sizeof *registers);
+    while (count > 0) registers[--count] = 0;
+}
+
+/* Fills the whole write block and *out from the state of the box. */
+static void emit(struct cb_box *box, struct cb_outputs *out) {
+    const struct cb_plc_config *plc = &box->config.plc;
+    clear_registers(out->registers, plc->write.count);
+    cb_channels_encode(&box->config, box->channels, out->registers);
+    if (box->config.slopes_count > 0)
+        cb_tangent_encode(&box->config, &box->tangent, out->registers);
+    out->registers[plc->status] = (uint16_t)(box->mode.mode | box->mode.reason << 8);
+    out->registers[plc->box_heartbeat] = ++box->box_heartbeat;
+    if (plc->has_detail) out->registers[plc->detail] = cb_cause_detail(&box->cause);
+    if (plc->write.counters)
+        out->registers[0] = out->registers[plc->write.count - 1] = ++box->block_counter;
+    for (unsigned i = 0; i < cb_all_channels(&box->config); ++i)
+        out->channel_um[i] = box->channels[i].output_um;
+    out->last = cb_plc_parts(&box->plc);
+    out->write = box->plc.contact == CB_CONTACT_KNOWN || out->last;
+    out->stopped = box->mode.mode == CB_MODE_STOPPED && (box->stop_confirmed || !box->wrote);
+    box->writing = out->write;
+    if (!out->write) return;
+    box->wrote = true;
+    box->sent_mode = box->mode.mode;
+    box->zero_written = box->zero_written && cb_channels_all_zero(&box->config, box->channels);
+}
+
+/* Nothing of the configuration can be trusted, so none of it is used: the heartbeat stops with the
+ * writes, and the PLC takes the offset back. */
+static void give_up(struct cb_box *box, int64_t now_us, struct cb_outputs *out) {
+    const struct cb_mode_events events = {.fault = CB_REASON_CONFIG_CORRUPT};
+    const uint8_t before = box->mode.mode;
+    cb_mode_step(&box->mode, &events, 0, 0);
+    box->counters.faults += box->mode.mode != before;
+    box->cause = (struct cb_cause){CB_CAUSE_NONE, 0, 0.0f, 0.0f};
+    box->now_us = now_us;
+    box->writing = out->write = out->stopped = false;
+}
+
+void cb_box_step(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,
+                 struct cb_outputs *out) {
+    struct step step = {0};
+    ++box->counters.cycles;
+    if (!cb_box_check(box)) {
+        give_up(box, now_us, out);
+        return;
+    }
+    keep_time(box, now_us, &step);
+    keep_score(box, in->missed_ticks);
+    take_write(box, in->last_write, &step);
+    acquire(box, in, cb_lead_us(&box->config, &box->lead), &step);
+    compute(box, &step);
+    change_mode(box, in, &step);
+    move(box, &step);
+    emit(box, out);
+}
+
+int64_t cb_box_stop_us(const struct cb_box *box) {
+    float longest_s = 0.0f;
+    for (unsigned i = 0; i < CB_MAX_CHANNELS && i < cb_all_channels(&box->config); ++i) {
+        const struct cb_channel_config *channel = &box->config.channels[i];
+        const float slew = channel->slew_um_per_s, ramp = box->config.ramp_um_per_s;
+        const float rate_um_per_s = channel->is_slope ? slew : cb_min(slew, ramp);
+        const float way_um = cb_max(channel->limit_um, cb_abs(box->channels[i].output_um));
+        longest_s = cb_max(longest_s, way_um / rate_um_per_s);
+    }
+    return (int64_t)(cb_min(longest_s, 1e9f) * 1e6f);
+}
+
+void cb_box_settle(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,
+                   struct cb_outputs *out) {
+    struct step step = {0};
+    float target_um[CB_MAX_CHANNELS];
+    struct cb_start start[CB_MAX_CHANNELS];
+    cb_box_start(box);
+    keep_time(box, now_us, &step);
+    acquire(box, in, cb_lead_us(&box->config, &box->lead), &step);
+    compute(box, &step);
+    cb_channels_target(&box->config, box->channels, CB_AIM_WANTED, target_um);
+    for (unsigned i = 0; i < cb_all_channels(&box->config); ++i)
+        start[i] = (struct cb_start){target_um[i], true};
+    cb_limiter_place(&box->config, box->channels, start);
+    box->plc.contact = CB_CONTACT_KNOWN;
+    box->plc.beating = box->plc.alive = true;
+    box->plc.heartbeat_us = now_us;
+    box->mode = (struct cb_mode_state){.mode = CB_MODE_ACTIVE, .enable_was = true};
+    emit(box, out);
+}
+
+void cb_box_evaluate(struct cb_box *box, const struct cb_inputs *in) {
+    struct step step = {0};
+    clear(box);
+    box->now_us = in->read_us;
+    acquire(box, in, 0, &step);
+    compute(box, &step);
+}

@@ -1,0 +1,83 @@
+/* SPDX-License-Identifier: MIT
+ * The cause behind a reason, where it is one signal, term or channel. */
+#include "firmware/base/duration.h"
+#include "firmware/box/box.h"
+#include "models/num.h"
+
+static const struct cb_cause NO_CAUSE = {CB_CAUSE_NONE, 0, 0.0f, 0.0f};
+
+/* in : a signal that is not fresh. A lag is as old as what it follows. */
+static struct cb_cause of_signal(const struct cb_box *box, uint8_t index) {
+    const struct cb_signal_config *signal = &box->config.signals[index];
+    const struct cb_signal_state *state = &box->signals[index];
+    const float bounds[] = {[CB_CAUSE_BELOW] = signal->min,
+                            [CB_CAUSE_ABOVE] = signal->max,
+                            [CB_CAUSE_FAST] = signal->rate_per_s,
+                            [CB_CAUSE_NO_NUMBER] = 0.0f};
+    if (state->refusal != CB_CAUSE_NONE)
+        return (struct cb_cause){state->refusal, index, state->refused, bounds[state->refusal]};
+    const float age_ms = cb_seconds(box->now_us - state->time_us) * 1000.0f;
+    const uint8_t kind = state->known ? CB_CAUSE_STALE : CB_CAUSE_NEVER;
+    return (struct cb_cause){kind, index, state->known ? age_ms : 0.0f, (float)signal->max_age_ms};
+}
+
+static struct cb_cause of_essentials(const struct cb_box *box) {
+    for (unsigned i = 0; i < box->config.signals_count; ++i) {
+        const struct cb_signal_config *signal = &box->config.signals[i];
+        if (!signal->essential || box->signals[i].fresh) continue;
+        uint8_t index = (uint8_t)i;
+        for (unsigned deep = 0; signal->source == CB_SOURCE_LAG && deep < CB_MAX_SIGNALS; ++deep) {
+            index = signal->lag_of;
+            signal = &box->config.signals[index % CB_MAX_SIGNALS];
+        }
+        return of_signal(box, index % CB_MAX_SIGNALS);
+    }
+    return NO_CAUSE;
+}
+
+static struct cb_cause of_terms(const struct cb_box *box) {
+    for (unsigned i = 0; i < box->config.terms_count; ++i) {
+        if (!box->terms[i].live) return (struct cb_cause){CB_CAUSE_FADED, (uint8_t)i, 0.0f, 0.0f};
+    }
+    return NO_CAUSE;
+}
+
+/* in : kind: demand or limited. The first channel that wants more than that bound. */
+static struct cb_cause of_demand(const struct cb_box *box, uint8_t kind) {
+    for (unsigned i = 0; i < box->config.channels_count; ++i) {
+        const struct cb_channel_config *channel = &box->config.channels[i];
+        const float bound = kind == CB_CAUSE_DEMAND ? channel->error_um : channel->limit_um;
+        const float wanted_um = box->channels[i].wanted_um;
+        if (!(cb_abs(wanted_um) <= bound))
+            return (struct cb_cause){kind, (uint8_t)i, wanted_um, bound};
+    }
+    return NO_CAUSE;
+}
+
+/* The channel whose applied value is not the box's: what the PLC reported, and what was sent last;
+ * far beyond it, the bound of the fault. */
+static struct cb_cause of_applied(const struct cb_box *box) {
+    const struct cb_applied_verdict *found = &box->applied_verdict;
+    if (found->channel >= CB_MAX_CHANNELS) return NO_CAUSE;
+    const float bound_um = found->foreign ? box->config.channels[found->channel].error_um
+                                          : box->channels[found->channel].sent_um;
+    return (struct cb_cause){CB_CAUSE_UNAPPLIED, found->channel, found->value_um, bound_um};
+}
+
+struct cb_cause cb_box_find_cause(const struct cb_box *box) {
+    switch (box->mode.reason) {
+        case CB_REASON_SIGNAL:
+            return of_essentials(box);
+        case CB_REASON_DEGRADED:
+            return of_terms(box);
+        case CB_REASON_LIMITED:
+            return of_demand(box, CB_CAUSE_LIMITED);
+        case CB_REASON_UNAPPLIED:
+        case CB_REASON_FOREIGN:
+            return of_applied(box);
+        case CB_REASON_DEMAND:
+            return of_demand(box, CB_CAUSE_DEMAND);
+        default: /* of other reasons it is no signal and no channel */
+            return NO_CAUSE;
+    }
+}

@@ -1,0 +1,177 @@
+/* SPDX-License-Identifier: MIT
+ * The picture of this file is docs/mode.dot. */
+#include "firmware/box/mode.h"
+
+/* The PLC can be read and written, it lives, and every position is there. */
+static bool healthy(const struct cb_mode_events *e) {
+    return !e->loss && e->clock_ok && e->plc_ok && e->writes_ok && e->heartbeat_ok &&
+           e->essentials_ok;
+}
+
+/* The PLC wants compensation. Means something only while plc_ok. */
+static bool wanted(const struct cb_mode_events *e) {
+    return e->enable && e->referenced;
+}
+
+/* The PLC, readable, has taken its wish back. */
+static bool withdrawn(const struct cb_mode_events *e) {
+    return e->plc_ok && !wanted(e);
+}
+
+/* Everything is there for ACTIVE, and after a loss also the permission. */
+static bool may_run(const struct cb_mode_state *state, const struct cb_mode_events *e) {
+    return healthy(e) && wanted(e) && !e->nc_alarm && !e->stop &&
+           (!state->lost || e->permit_resume);
+}
+
+static bool may_end(const struct cb_mode_events *e) {
+    return e->stop && e->all_zero && e->zero_written;
+}
+
+/* The first thing that keeps the box from being ACTIVE, in the order in which a person would look
+ * for it. */
+static enum cb_reason missing(const struct cb_mode_state *state, const struct cb_mode_events *e) {
+    if (e->stop) return CB_REASON_STOP;
+    if (!e->clock_ok) return CB_REASON_CLOCK;
+    if (!e->writes_ok) return CB_REASON_UNCONFIRMED;
+    if (!e->plc_ok) return CB_REASON_NO_PLC;
+    if (!e->heartbeat_ok) return CB_REASON_HEARTBEAT;
+    if (!e->enable) return CB_REASON_NOT_ENABLED;
+    if (!e->referenced) return CB_REASON_NOT_REFERENCED;
+    if (!e->essentials_ok) return CB_REASON_SIGNAL;
+    if (e->nc_alarm) return CB_REASON_NC;
+    return state->lost ? CB_REASON_WAIT_ENABLE : CB_REASON_NONE;
+}
+
+static enum cb_reason remark(const struct cb_mode_events *e) {
+    if (e->unapplied) return CB_REASON_UNAPPLIED;
+    if (e->degraded) return CB_REASON_DEGRADED;
+    if (e->limited) return CB_REASON_LIMITED;
+    return e->extrapolated ? CB_REASON_EXTRAPOLATED : CB_REASON_NONE;
+}
+
+static enum cb_mode fault(struct cb_mode_state *state, uint8_t reason) {
+    state->reason = reason;
+    state->lost = true;
+    return CB_MODE_FAULT;
+}
+
+static enum cb_mode active(struct cb_mode_state *state, const struct cb_mode_events *e) {
+    if (e->foreign) return fault(state, CB_REASON_FOREIGN);
+    if (e->excessive) return fault(state, CB_REASON_DEMAND);
+    state->reason = (uint8_t)remark(e);
+    state->lost = false;
+    return CB_MODE_ACTIVE;
+}
+
+/* Waiting in any other mode than ACTIVE: stays or goes there, and says what is missing. */
+static enum cb_mode wait_in(enum cb_mode mode, struct cb_mode_state *state,
+                            const struct cb_mode_events *e) {
+    state->reason = (uint8_t)missing(state, e);
+    return mode;
+}
+
+static enum cb_mode step_standby(struct cb_mode_state *state, const struct cb_mode_events *e) {
+    if (may_end(e)) return wait_in(CB_MODE_STOPPED, state, e);
+    if (may_run(state, e)) return active(state, e);
+    return wait_in(e->all_zero ? CB_MODE_STANDBY : CB_MODE_RAMP, state, e);
+}
+
+static enum cb_mode step_active(struct cb_mode_state *state, const struct cb_mode_events *e,
+                                uint32_t max_hold_us) {
+    /* an axis that is no longer referenced is a position lost; enable taken away is not */
+    state->lost = !healthy(e) || (e->enable && !e->referenced);
+    if (e->nc_alarm) return fault(state, CB_REASON_NC_ALARM);
+    if (e->stop || withdrawn(e)) return wait_in(CB_MODE_RAMP, state, e);
+    if (healthy(e)) return active(state, e);
+    state->hold_us = 0;
+    return wait_in(max_hold_us > 0 ? CB_MODE_HOLD : CB_MODE_RAMP, state, e);
+}
+
+static enum cb_mode step_hold(struct cb_mode_state *state, const struct cb_mode_events *e,
+                              uint32_t elapsed_us, uint32_t max_hold_us) {
+    state->hold_us =
+        elapsed_us > UINT32_MAX - state->hold_us ? UINT32_MAX : state->hold_us + elapsed_us;
+    if (may_run(state, e)) return active(state, e);
+    const bool leave = e->stop || withdrawn(e) || state->hold_us >= max_hold_us;
+    return wait_in(leave ? CB_MODE_RAMP : CB_MODE_HOLD, state, e);
+}
+
+static enum cb_mode step_ramp(struct cb_mode_state *state, const struct cb_mode_events *e) {
+    state->lost = state->lost || !healthy(e);
+    if (may_end(e)) return wait_in(CB_MODE_STOPPED, state, e);
+    if (may_run(state, e)) return active(state, e);
+    return wait_in(e->all_zero ? CB_MODE_STANDBY : CB_MODE_RAMP, state, e);
+}
+
+/* The reason is that of the fault until the PLC resets it. */
+static enum cb_mode step_fault(struct cb_mode_state *state, const struct cb_mode_events *e) {
+    const bool gone = e->fault == CB_REASON_NONE &&
+                      !(state->reason == CB_REASON_DEMAND && e->excessive) &&
+                      !(state->reason == CB_REASON_FOREIGN && e->foreign) &&
+                      !(state->reason == CB_REASON_NC_ALARM && e->nc_alarm);
+    state->lost = true;
+    if (may_end(e)) return wait_in(CB_MODE_STOPPED, state, e);
+    if (gone && e->plc_ok && e->reset_edge)
+        return wait_in(e->all_zero ? CB_MODE_STANDBY : CB_MODE_RAMP, state, e);
+    return CB_MODE_FAULT;
+}
+
+static enum cb_mode next_mode(struct cb_mode_state *state, const struct cb_mode_events *e,
+                              uint32_t elapsed_us, uint32_t max_hold_us) {
+    const enum cb_mode mode = (enum cb_mode)state->mode;
+    if (e->fault == CB_REASON_CONFIG_CORRUPT && mode != CB_MODE_STOPPED)
+        return fault(state, e->fault); /* whatever was before: nothing is written any more */
+    if (e->fault != CB_REASON_NONE && mode != CB_MODE_FAULT && mode != CB_MODE_STOPPED)
+        return fault(state, e->fault);
+    switch (mode) {
+        case CB_MODE_STANDBY:
+            return step_standby(state, e);
+        case CB_MODE_ACTIVE:
+            return step_active(state, e, max_hold_us);
+        case CB_MODE_HOLD:
+            return step_hold(state, e, elapsed_us, max_hold_us);
+        case CB_MODE_RAMP:
+            return step_ramp(state, e);
+        case CB_MODE_FAULT:
+            return step_fault(state, e);
+        case CB_MODE_STOPPED:
+            break;
+    }
+    return CB_MODE_STOPPED;
+}
+
+void cb_mode_start(struct cb_mode_state *state) {
+    *state = (struct cb_mode_state){.mode = CB_MODE_STANDBY, .reason = CB_REASON_NO_PLC};
+}
+
+void cb_mode_step(struct cb_mode_state *state, const struct cb_mode_events *events,
+                  uint32_t elapsed_us, uint32_t max_hold_us) {
+    state->lost = state->lost || events->loss;
+    /* enable going on is the permission after a loss, once the loss is over */
+    if (healthy(events) && events->enable && !state->enable_was) state->lost = false;
+    state->mode = (uint8_t)next_mode(state, events, elapsed_us, max_hold_us);
+    state->enable_was = events->enable;
+}
+
+const char *cb_mode_name(uint8_t mode) {
+    switch ((enum cb_mode)mode) {
+#define CB_X(name, value, text) \
+    case name:                  \
+        return text;
+        CB_MODES(CB_X)
+#undef CB_X
+    }
+    return "a mode this version does not know";
+}
+
+const char *cb_reason_text(uint8_t reason) {
+    switch ((enum cb_reason)reason) {
+#define CB_X(name, value, text) \
+    case name:                  \
+        return text;
+        CB_REASONS(CB_X)
+#undef CB_X
+    }
+    return "a reason this version does not know";
+}

@@ -1,0 +1,297 @@
+/* SPDX-License-Identifier: MIT
+ * The coefficient file as the box holds it: plain data in fixed memory, made by load/load.h,
+ * never changed afterwards (its check sum is verified while the box runs).
+ *
+ * References are indices, coefficients are offsets into one pool, so that the whole may be copied
+ * or placed anywhere. CB_NONE marks an absent index. */
+#ifndef COMPBOX_FIRMWARE_CONFIG_CONFIG_H
+#define COMPBOX_FIRMWARE_CONFIG_CONFIG_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/base/limits.h"
+#include "firmware/wire/number.h"
+#include "firmware/wire/rtu_line.h"
+
+enum cb_signal_source {
+    CB_SOURCE_PLC, /* registers of the PLC's read block */
+    CB_SOURCE_CAN, /* raw CAN frame, by identifier */
+    CB_SOURCE_BUS, /* register of a module on a slow bus of the box (Pt100) */
+    CB_SOURCE_LAG, /* first-order lag of another signal: computed, on every target */
+};
+
+#define CB_CAN_EXTENDED 0x80000000u /* set in a CAN identifier of 29 bits */
+#define CB_CAN_ID_BITS 0x1FFFFFFFu
+#define CB_CAN_ANY_SOURCE 0x40000000u /* … of which the last eight may be any (J1939) */
+
+/* value = raw * scale + zero, in the signal's unit (mm, degC, 1/min …). Of a signal that is no lag
+ * each step checks what comes from source on (box/check.c). */
+struct cb_signal_config {
+    char name[CB_NAME_SIZE];
+    char unit[8];
+    uint32_t can_id;      /* CAN: identifier, with the flags above */
+    float max_rate_per_s; /* plausible rate of change, unit/s; 0 = unlimited */
+    float tau_s;          /* lag: time constant, > 0 */
+    uint8_t lag_of;       /* lag: index of the signal that it follows */
+    uint8_t power;        /* lag: 1 follows that signal, 2 its square */
+    uint8_t bus;          /* bus: index of it */
+    uint8_t bus_unit;     /* bus: Modbus unit id of the module */
+
+    uint8_t source;   /* enum cb_signal_source */
+    uint8_t type;     /* enum cb_number_type */
+    bool essential;   /* its loss stops compensation (HOLD); default: unit is mm or deg */
+    bool leads;       /* evaluated lead_ms ahead: a PLC position (unit mm or deg) */
+    uint16_t reg;     /* PLC: index in the read block; bus: register address; CAN: byte offset */
+    uint8_t velocity; /* of one that leads: index of its velocity, where velocity_scale > 0 */
+    bool plain;       /* derived: a PLC signal that does not lead: it follows from its reading */
+    float velocity_scale; /* unit/s of this signal per unit of its velocity; 0: from differences */
+    float scale, zero;    /* finite; scale != 0 */
+    float min, max;       /* plausible range of the value; min < max */
+    uint32_t max_age_ms;  /* default: three periods for PLC signals, 2000 ms for sensors; of a lag
+                             that of its signal, as are min and max (squared for power 2) */
+    /* derived (derive.h) */
+    float rate_per_s;  /* max_rate_per_s, infinite where that is 0 */
+    float change_unit; /* one raw unit of an integer, which every change may have beside its rate */
+};
+
+/* A lag and what it follows; derived, in the order of config->lags. */
+struct cb_lag_link {
+    uint8_t lag, of; /* indices of signals */
+    bool squares;    /* it follows the square */
+    uint8_t more;    /* so many lags after this one share its time constant */
+    float tau_s;
+};
+
+enum cb_term_type {
+    CB_TERM_BSPLINE,    /* a cb_ppoly in the pool */
+    CB_TERM_POLYLINE,   /* a cb_ppoly in the pool */
+    CB_TERM_POLYNOMIAL, /* a cb_polynomial in the pool */
+    CB_TERM_LINEAR,     /* weighted sum of signals */
+    CB_TERM_PRODUCT,    /* another term's output times a signal less its origin */
+    CB_TERM_BPNET,      /* a cb_bpnet in the pool, behind its training range */
+    CB_TERM_VOLUMETRIC, /* the 21 errors, from the outputs of other terms */
+};
+
+/* A curve of one signal. Pool layout: B-spline and polyline: breaks[spans+1], coefficients
+ * [spans*(degree+1)]; polynomial: coefficients[degree+1]. With reversal_mm > 0 it is the branch for
+ * a position that counts up, and branches[backward] is that for one that counts down. */
+struct cb_curve_config {
+    uint8_t signal; /* index of its signal */
+    uint8_t degree;
+    uint16_t spans;                             /* polynomial: 1 */
+    uint16_t pool;                              /* offset of the first float */
+    uint8_t backward;                           /* index into branches, where reversal_mm > 0 */
+    float spans_per_unit;                       /* see cb_ppoly */
+    float center, inverse_half_range, from, to; /* polynomial only */
+    float reversal_mm; /* way after a reversal until the other branch counts; 0: no branches */
+};
+
+/* Pool: weights[inputs], constant. The inputs are signals, config->links[link + i]. */
+struct cb_linear_config {
+    uint8_t inputs;
+    uint16_t link, pool;
+};
+
+struct cb_product_config {
+    uint8_t output; /* index into outputs: the slope */
+    uint8_t signal;
+    float origin; /* unit of the signal */
+};
+
+/* Pool: cb_bpnet_floats() weights; a cb_training_range of each input. */
+struct cb_bpnet_config {
+    uint8_t inputs, hidden;
+    bool linear;
+    uint16_t link, weights, ranges;
+};
+
+/* Pool: a struct cb_volumetric; constant tool length. */
+struct cb_volumetric_config {
+    uint8_t position[3]; /* signals of X, Y, Z */
+    uint8_t tool_length; /* signal, or CB_NONE */
+    bool complete;       /* derived: no error is CB_NONE */
+    uint8_t error[18];   /* outputs of the errors in the order of cb_volumetric_state; or CB_NONE */
+    uint16_t pool;
+};
+
+/* Terms stand after those whose outputs they use, whatever their order in the file. */
+struct cb_term_config {
+    uint8_t type;         /* enum cb_term_type */
+    uint8_t first_output; /* index into outputs; the term's outputs are consecutive */
+    uint8_t outputs;      /* >= 1 */
+    union {
+        struct cb_curve_config curve;
+        struct cb_linear_config linear;
+        struct cb_product_config product;
+        struct cb_bpnet_config bpnet;
+        struct cb_volumetric_config volumetric;
+    } as;
+};
+
+/* Terms of type B-spline or polyline without branches, which most are, and where to look for their
+ * value. Derived: those of one signal, the same breaks and the same degree stand together, on one
+ * grid, so that the place of the signal among the breaks is found once for all of them. */
+struct cb_grid {
+    uint8_t signal, degree;
+    uint8_t curves;       /* so many of config->plain_curves, after those of the grid before */
+    uint8_t term;         /* its first: the breaks of that one are looked at */
+    float spans_per_unit; /* see cb_ppoly, as the next two */
+    uint16_t spans;
+    uint16_t breaks; /* offset in the pool */
+};
+struct cb_plain_curve {
+    uint16_t coefficients; /* offset in the pool */
+    uint8_t term, output;
+};
+
+struct cb_output_config {
+    char name[CB_NAME_SIZE]; /* a one-output term's own name, or a name from its "outputs" */
+    uint8_t term;
+};
+
+/* wanted_um = -sum of outputs; written = sign * wanted_um / scale, as `type`. */
+struct cb_channel_config {
+    char name[CB_NAME_SIZE];
+    uint8_t sum[CB_MAX_SUM]; /* indices of outputs */
+    uint8_t sum_count;       /* >= 1 */
+    uint8_t type;            /* enum cb_number_type */
+    int8_t sign;             /* +1 or -1: found by a sign test at commissioning */
+    bool has_applied;        /* the PLC returns the value it applies, same type, scale and sign;
+                                of a pair's channels both or none */
+    bool is_slope;           /* no channel of the file, but the slope of one, µm/m */
+    bool tangent;            /* it has slope and reference beside its value */
+    uint8_t slope;           /* tangent: index of the channel that is its slope */
+    uint8_t tangent_signal;  /* tangent: index of its axis' position */
+    uint8_t reference_type;  /* tangent: enum cb_number_type */
+    uint16_t reference_reg;  /* tangent: index in the write block */
+    float reference_scale;   /* tangent: mm per unit of that register; > 0 */
+    uint16_t reg;            /* index in the write block */
+    uint16_t applied_reg;    /* index in the read block */
+    float limit_um;          /* > 0: |output| never exceeds it */
+    float error_um;          /* >= limit: a demand beyond it is a FAULT */
+    float slew_um_per_s;     /* > 0: |change| <= slew * min(elapsed, 2 periods) */
+    float deadband_um;       /* >= 0: smaller changes are not written */
+    float step_um;           /* > 0: never further than this from what the PLC applies */
+    float scale;             /* µm per unit of the register; > 0 */
+    /* derived (grid.h) */
+    float unit_um; /* one unit of the register; 0 where it is as fine as float32 */
+    float most_um; /* the limit, or just inside it */
+    float top_um;  /* the largest value within the limit that the register can say */
+};
+
+/* Two motors of one stage: their outputs never differ by more than this. */
+struct cb_pair_config {
+    uint8_t a, b;            /* indices of channels, a != b */
+    float max_difference_um; /* > 0 */
+};
+
+enum cb_profile { CB_PROFILE_GENERIC, CB_PROFILE_SINUMERIK_840D, CB_PROFILE_FANUC };
+enum cb_exchange { CB_EXCHANGE_FC3_FC16, CB_EXCHANGE_FC23 };
+enum cb_transport { CB_TRANSPORT_TCP, CB_TRANSPORT_RTU };
+
+/* A block of holding registers, zero-based protocol address. With counters, its first and last
+ * register carry the same number, counted up with every update; a block where they differ is torn.
+ */
+struct cb_block_config {
+    uint16_t start;
+    uint16_t count;
+    bool counters;
+};
+
+/* A slow bus of the box itself, with modules in turn. */
+struct cb_bus_config {
+    char name[CB_NAME_SIZE];
+    struct cb_serial_config serial;
+    uint32_t every_us; /* each module is asked this often */
+};
+
+struct cb_plc_config {
+    uint8_t profile;   /* enum cb_profile */
+    uint8_t exchange;  /* enum cb_exchange */
+    uint8_t transport; /* enum cb_transport */
+    uint8_t unit;      /* Modbus unit id */
+    struct cb_block_config read, write;
+    uint16_t control, plc_heartbeat; /* indices in the read block */
+    uint16_t status, box_heartbeat;  /* indices in the write block */
+    uint16_t detail;                 /* likewise, where has_detail */
+    uint32_t heartbeat_timeout_ms;
+    uint16_t referenced_mask; /* all of these control bits must be set; default bit 1 */
+    uint16_t handshake;       /* index in the read block, where has_handshake */
+    uint16_t step_units;      /* largest change from one update of the NC to the next; 0: any */
+    bool has_detail;          /* the box shows which signal or channel is behind its reason */
+    bool has_handshake;       /* the PLC shows its handshake with the NC */
+    bool axes_at_once;        /* with a handshake: one takes all channels */
+    uint32_t scan_us;         /* the PLC's scan; 0 where the profile has no handshake */
+    float deadband_um;        /* the PLC hands smaller changes than this to the NC only later */
+    uint32_t interpolate_us;  /* the PLC goes to each new value in a straight line over this time;
+                                 0: at once; <= a period */
+    /* where the PLC is: what a target needs when it starts, and no step */
+    char host[40]; /* TCP: numeric IPv4 or IPv6 address, no resolver in the loop */
+    uint16_t port;
+    struct cb_serial_config serial; /* RTU */
+};
+
+/* A CANopen device that is minded: started, and its heartbeat watched. */
+struct cb_can_node_config {
+    uint8_t node;                  /* 1 … 127 */
+    bool start;                    /* it is told to become operational (NMT) */
+    uint32_t heartbeat_timeout_ms; /* no heartbeat for longer: lost; 0: not watched */
+};
+
+struct cb_can_config {
+    char interface[16]; /* name of the network interface */
+    uint8_t nodes_count;
+    struct cb_can_node_config nodes[CB_MAX_CAN_NODES];
+};
+
+/* From the front to plc.host lies what every step checks as a whole and before all else: numbers,
+ * counts and lists of indices. Then come the arrays, of which it checks the entries in use. */
+struct cb_config {
+    uint32_t period_us;          /* 1 000 … 1 000 000 */
+    uint32_t lead_us;            /* 0 … 500 000 */
+    uint32_t hold_us;            /* HOLD lasts no longer */
+    uint32_t applied_quarter_us; /* derived: cb_profile_quarter_us() */
+    float ramp_um_per_s;         /* > 0 */
+    float ceiling_um;   /* > 0: the site's: no output is beyond it, whatever the file is; 0: none */
+    bool lead_measured; /* the box measures it (lead.h); lead_us is 0 */
+    uint8_t signals_count, terms_count, outputs_count, channels_count, pairs_count;
+    uint8_t lags_count, branches_count, buses_count;
+    uint8_t slopes_count; /* channels behind the channels_count of the file: slopes */
+    uint16_t pool_count, links_count;
+    /* derived (derive.h) */
+    uint8_t grids_count, other_terms_count, plain_count;
+    uint32_t plain_age_us;             /* the least of the maximum ages of plain signals */
+    uint8_t other_terms[CB_MAX_TERMS]; /* all that are not plain curves, in their order */
+    uint8_t
+        measured[CB_MAX_SIGNALS]; /* signals that are no lags, the plain_count plain ones last */
+    struct cb_plc_config plc;
+
+    /* derived */
+    uint8_t output_terms[CB_MAX_OUTPUTS]; /* outputs[].term, close together */
+    struct cb_grid grids[CB_MAX_TERMS];
+    struct cb_plain_curve plain_curves[CB_MAX_TERMS];
+    struct cb_lag_link lag_links[CB_MAX_SIGNALS];
+
+    struct cb_signal_config signals[CB_MAX_SIGNALS];
+    struct cb_term_config terms[CB_MAX_TERMS];
+    struct cb_curve_config branches[CB_MAX_BRANCHES]; /* backward; as curves of terms */
+    struct cb_channel_config channels[CB_MAX_CHANNELS];
+    struct cb_pair_config pairs[CB_MAX_PAIRS];
+    uint32_t revision; /* … and no step needs what comes from here to outputs */
+    char machine[40];
+    struct cb_bus_config buses[CB_MAX_BUSES];
+    struct cb_can_config can;
+    uint8_t lags[CB_MAX_SIGNALS]; /* the signals that are lags, each after the one it follows, those
+                                     of one time constant side by side where that allows it */
+    struct cb_output_config outputs[CB_MAX_OUTPUTS];
+    uint8_t links[CB_MAX_LINKS];
+    float pool[CB_POOL_FLOATS];
+};
+
+/* Channels and slopes together: everything that passes the limiter. */
+static inline unsigned cb_all_channels(const struct cb_config *config) {
+    return (unsigned)config->channels_count + config->slopes_count;
+}
+
+#endif

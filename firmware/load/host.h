@@ -1,0 +1,11 @@
+/* SPDX-License-Identifier: MIT */
+#ifndef COMPBOX_FIRMWARE_LOAD_HOST_H
+#define COMPBOX_FIRMWARE_LOAD_HOST_H
+
+#include <stdbool.h>
+
+/* true: `text` is an IPv4 (127.0.0.1) or IPv6 (fe80::1, ::ffff:10.0.0.1) address in numbers, as
+ * inet_pton takes it: no name, no port, no zone, no leading zeros in IPv4. */
+bool cb_is_numeric_address(const char *text);
+
+#endif

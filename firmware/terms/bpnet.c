@@ -1,0 +1,227 @@
+/* SPDX-License-Identifier: MIT
+ * Terms that are networks: read as they were trained, checked, and folded (models/bpnet.h). */
+#include "models/bpnet.h"
+
+#include <string.h>
+
+#include "firmware/terms/kinds.h"
+#include "models/training_range.h"
+
+#define LEAST_SCALE "0.000001"
+
+enum {
+    OUTPUTS = CB_TERM_COMMON_KEYS,
+    INPUTS,
+    ACTIVATION,
+    HIDDEN_WEIGHTS,
+    HIDDEN_BIAS,
+    OUTPUT_WEIGHTS,
+    OUTPUT_BIAS,
+    LINEAR_WEIGHTS,
+    INPUT_CENTER,
+    INPUT_SCALE,
+    OUTPUT_CENTER,
+    OUTPUT_SCALE,
+    INPUT_MIN,
+    INPUT_MAX,
+    MARGIN,
+    FADE,
+    BPNET_KEYS
+};
+
+static const struct cb_field BPNET_FIELDS[BPNET_KEYS] = {
+    [CB_TERM_NAME] = {"name", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [CB_TERM_TYPE] = {"type", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [OUTPUTS] = {"outputs", CB_FIELD_ARRAY, true, CB_NOT_STORED},
+    [INPUTS] = {"inputs", CB_FIELD_ARRAY, true, CB_NOT_STORED},
+    [ACTIVATION] = {"activation", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [HIDDEN_WEIGHTS] = {"hidden_weights", CB_FIELD_ARRAY, true, CB_NOT_STORED},
+    [HIDDEN_BIAS] = {"hidden_bias", CB_FIELD_ARRAY, true, CB_NOT_STORED},
+    [OUTPUT_WEIGHTS] = {"output_weights", CB_FIELD_ARRAY, true, CB_NOT_STORED},
+    [OUTPUT_BIAS] = {"output_bias", CB_FIELD_ARRAY, true, CB_NOT_STORED},
+    [LINEAR_WEIGHTS] = {"linear_weights", CB_FIELD_ARRAY, false, CB_NOT_STORED},
+    [INPUT_CENTER] = {"input_center", CB_FIELD_ARRAY, false, CB_NOT_STORED},
+    [INPUT_SCALE] = {"input_scale", CB_FIELD_ARRAY, false, CB_NOT_STORED},
+    [OUTPUT_CENTER] = {"output_center", CB_FIELD_ARRAY, false, CB_NOT_STORED},
+    [OUTPUT_SCALE] = {"output_scale", CB_FIELD_ARRAY, false, CB_NOT_STORED},
+    [INPUT_MIN] = {"input_min", CB_FIELD_ARRAY, true, CB_NOT_STORED},
+    [INPUT_MAX] = {"input_max", CB_FIELD_ARRAY, true, CB_NOT_STORED},
+    [MARGIN] = {"margin", CB_FIELD_ARRAY, false, CB_NOT_STORED},
+    [FADE] = {"fade", CB_FIELD_ARRAY, false, CB_NOT_STORED},
+};
+const struct cb_object cb_bpnet_object = {BPNET_FIELDS, BPNET_KEYS};
+
+static const struct cb_word ACTIVATION_WORDS[] = {
+    {"tansig", CB_BPNET_TANSIG}, {"logsig", CB_BPNET_LOGSIG}, {0, 0}};
+
+/* Each maximum by itself: 128 x 32 weights are as many as 64 x 64, and overrun what is per input.
+ */
+_Static_assert((int)CB_BPNET_MAX_INPUTS == (int)CB_MAX_NET_INPUTS, "inputs of one network");
+_Static_assert((int)CB_BPNET_MAX_HIDDEN == (int)CB_MAX_NET_HIDDEN, "hidden units of one network");
+_Static_assert((int)CB_BPNET_MAX_OUTPUTS == (int)CB_MAX_TERM_OUTPUTS, "outputs of one term");
+
+/* A list of rows, each a list of `columns` numbers, row after row into numbers. */
+static bool read_rows(struct cb_loader *loader, uint32_t at, uint32_t rows, const char *of_rows,
+                      uint32_t columns, const char *of_columns, float *numbers) {
+    struct cb_list list = cb_list(loader, at);
+    uint32_t count = 0;
+    for (; cb_list_next(&list); ++count) {
+        if (count < rows && !cb_read_vector(loader, list.at, columns, of_columns, numbers))
+            return false;
+        numbers += count < rows ? columns : 0;
+    }
+    if (count == rows) return true;
+    return cb_fail(loader, CB_ERROR_RANGE, at, "%u rows for %u %s; each needs one", count, rows,
+                   of_rows);
+}
+
+/* As cb_read_vector; an absent list stands for `otherwise` everywhere. */
+static bool read_or(struct cb_loader *loader, uint32_t at, uint32_t count, const char *of,
+                    float otherwise, float *numbers) {
+    if (at != CB_ABSENT) return cb_read_vector(loader, at, count, of, numbers);
+    for (uint32_t i = 0; i < count; ++i) numbers[i] = otherwise;
+    return true;
+}
+
+/* Every number of the list at least as large as the text says. */
+static bool check_least(struct cb_loader *loader, uint32_t at, const char *least, uint32_t count,
+                        const float *numbers) {
+    for (uint32_t i = 0; at != CB_ABSENT && i < count; ++i) {
+        const uint32_t place = cb_list_at(loader, at, i);
+        if (!(numbers[i] >= cb_number_of(least)))
+            return cb_fail(loader, CB_ERROR_RANGE, place, "%v is below %s", place, least);
+    }
+    return true;
+}
+
+/* ---- layers ---- */
+
+static bool read_hidden(struct cb_loader *loader, const uint32_t *slots,
+                        struct cb_bpnet_source *source) {
+    struct cb_load_scratch *scratch = loader->scratch;
+    uint32_t hidden = 0;
+    if (!cb_read_numbers(loader, slots[HIDDEN_BIAS], scratch->net.hidden_bias, CB_BPNET_MAX_HIDDEN,
+                         &hidden))
+        return false;
+    if (hidden == 0)
+        return cb_fail(loader, CB_ERROR_RANGE, slots[HIDDEN_BIAS],
+                       "at least one hidden unit is needed");
+    source->hidden = (uint8_t)hidden;
+    return read_rows(loader, slots[HIDDEN_WEIGHTS], hidden, "hidden units", source->inputs,
+                     "inputs", scratch->net.hidden_weights);
+}
+
+static bool read_outputs(struct cb_loader *loader, const uint32_t *slots,
+                         struct cb_bpnet_source *source) {
+    struct cb_load_scratch *scratch = loader->scratch;
+    const uint32_t outputs = source->outputs;
+    if (!read_rows(loader, slots[OUTPUT_WEIGHTS], outputs, "outputs", source->hidden,
+                   "hidden units", scratch->net.output_weights))
+        return false;
+    if (!cb_read_vector(loader, slots[OUTPUT_BIAS], outputs, "outputs", scratch->net.output_bias))
+        return false;
+    if (slots[LINEAR_WEIGHTS] == CB_ABSENT) return true;
+    source->linear_weights = scratch->net.linear_weights;
+    return read_rows(loader, slots[LINEAR_WEIGHTS], outputs, "outputs", source->inputs, "inputs",
+                     scratch->net.linear_weights);
+}
+
+/* in the file: value = center + scale * number of the network, for inputs and outputs */
+static bool read_scaling(struct cb_loader *loader, const uint32_t *slots,
+                         const struct cb_bpnet_source *source) {
+    struct cb_load_scratch *scratch = loader->scratch;
+    const uint32_t inputs = source->inputs, outputs = source->outputs;
+    float *scale = scratch->net.input_scale;
+    if (!read_or(loader, slots[INPUT_CENTER], inputs, "inputs", 0.0f, scratch->net.input_center) ||
+        !read_or(loader, slots[INPUT_SCALE], inputs, "inputs", 1.0f, scale) ||
+        !read_or(loader, slots[OUTPUT_CENTER], outputs, "outputs", 0.0f,
+                 scratch->net.output_center) ||
+        !read_or(loader, slots[OUTPUT_SCALE], outputs, "outputs", 1.0f, scratch->net.output_scale))
+        return false;
+    if (!check_least(loader, slots[INPUT_SCALE], LEAST_SCALE, inputs, scale) ||
+        !check_least(loader, slots[OUTPUT_SCALE], LEAST_SCALE, outputs, scratch->net.output_scale))
+        return false;
+    for (uint32_t i = 0; i < inputs; ++i) scale[i] = 1.0f / scale[i];
+    return true;
+}
+
+static bool read_network(struct cb_loader *loader, const uint32_t *slots,
+                         struct cb_bpnet_source *source) {
+    struct cb_load_scratch *scratch = loader->scratch;
+    source->hidden_weights = scratch->net.hidden_weights;
+    source->hidden_bias = scratch->net.hidden_bias;
+    source->output_weights = scratch->net.output_weights;
+    source->output_bias = scratch->net.output_bias;
+    source->input_offset = scratch->net.input_center;
+    source->input_scale = scratch->net.input_scale;
+    source->output_offset = scratch->net.output_center;
+    source->output_scale = scratch->net.output_scale;
+    return cb_read_word(loader, slots[ACTIVATION], ACTIVATION_WORDS, &source->activation) &&
+           read_hidden(loader, slots, source) && read_outputs(loader, slots, source) &&
+           read_scaling(loader, slots, source);
+}
+
+/* ---- training range ---- */
+
+/* One input: where it was trained, how far it may go on, and how fast the term then fades. */
+static bool make_range(struct cb_loader *loader, const uint32_t *slots, uint32_t input,
+                       struct cb_training_range *range) {
+    const struct cb_load_scratch *scratch = loader->scratch;
+    const uint32_t max_at = cb_list_at(loader, slots[INPUT_MAX], input);
+    const float trained = scratch->net.max[input] - scratch->net.min[input];
+    if (!(trained >= 0.0f))
+        return cb_fail(loader, CB_ERROR_ORDER, max_at, "%v is below input_min (%v)", max_at,
+                       cb_list_at(loader, slots[INPUT_MIN], input));
+    const float fade = slots[FADE] != CB_ABSENT ? scratch->net.fade[input] : 0.5f * trained;
+    if (!(fade >= cb_number_of(LEAST_SCALE)))
+        return cb_fail(loader, CB_ERROR_RANGE, max_at,
+                       "%v is input_min too: this input was not varied; leave it out or state fade",
+                       max_at);
+    range->min = scratch->net.min[input];
+    range->max = scratch->net.max[input];
+    range->margin = slots[MARGIN] != CB_ABSENT ? scratch->net.margin[input] : 0.1f * trained;
+    range->inverse_fade = 1.0f / fade;
+    return true;
+}
+
+static bool read_ranges(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
+                        struct cb_bpnet_config *net) {
+    struct cb_load_scratch *scratch = loader->scratch;
+    const uint32_t inputs = net->inputs;
+    struct cb_training_range range;
+    const uint32_t floats = sizeof range / sizeof(float);
+    if (!cb_read_vector(loader, slots[INPUT_MIN], inputs, "inputs", scratch->net.min) ||
+        !cb_read_vector(loader, slots[INPUT_MAX], inputs, "inputs", scratch->net.max) ||
+        !read_or(loader, slots[MARGIN], inputs, "inputs", 0.0f, scratch->net.margin) ||
+        !read_or(loader, slots[FADE], inputs, "inputs", 0.0f, scratch->net.fade) ||
+        !check_least(loader, slots[MARGIN], "0", inputs, scratch->net.margin) ||
+        !check_least(loader, slots[FADE], LEAST_SCALE, inputs, scratch->net.fade) ||
+        !cb_take_pool(loader, at, inputs * floats, &net->ranges))
+        return false;
+    for (uint32_t i = 0; i < inputs; ++i) {
+        if (!make_range(loader, slots, i, &range)) return false;
+        memcpy(loader->config->pool + net->ranges + i * floats, &range, sizeof range);
+    }
+    return true;
+}
+
+bool cb_load_bpnet(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
+                   struct cb_term_config *term) {
+    struct cb_bpnet_config *config = &term->as.bpnet;
+    struct cb_bpnet_source source = {.outputs = term->outputs};
+    struct cb_bpnet net;
+    if (!cb_read_inputs(loader, slots[INPUTS], CB_BPNET_MAX_INPUTS, &config->link, &source.inputs))
+        return false;
+    if (!read_network(loader, slots, &source)) return false;
+    config->inputs = source.inputs;
+    config->hidden = source.hidden;
+    config->linear = source.linear_weights != 0;
+    const uint32_t floats =
+        cb_bpnet_floats(source.inputs, source.hidden, source.outputs, config->linear);
+    if (!cb_take_pool(loader, at, floats, &config->weights)) return false;
+    if (!cb_bpnet_fold(&source, loader->config->pool + config->weights, &net))
+        return cb_fail(loader, CB_ERROR_RANGE, at,
+                       "weights, centers and scales of this network are out of all proportion: a "
+                       "product overflows");
+    return read_ranges(loader, at, slots, config);
+}

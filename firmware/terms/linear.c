@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: MIT
+ * Terms that are sums and products: weighted signals, and the slope of one thing by another. */
+#include <string.h>
+
+#include "firmware/terms/kinds.h"
+#include "models/num.h"
+
+/* ---- linear ---- */
+
+enum { INPUTS = CB_TERM_COMMON_KEYS, WEIGHTS, CONSTANT, LINEAR_KEYS };
+static const struct cb_field LINEAR_FIELDS[LINEAR_KEYS] = {
+    [CB_TERM_NAME] = {"name", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [CB_TERM_TYPE] = {"type", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [INPUTS] = {"inputs", CB_FIELD_ARRAY, true, CB_NOT_STORED},
+    [WEIGHTS] = {"weights", CB_FIELD_ARRAY, true, CB_NOT_STORED},
+    [CONSTANT] = {"constant", CB_FIELD_ANY, false, CB_NOT_STORED},
+};
+const struct cb_object cb_linear_object = {LINEAR_FIELDS, LINEAR_KEYS};
+
+/* in : weights[inputs], constant
+ * out: the largest value that the sum can have within the ranges of its signals */
+static float largest_sum(const struct cb_config *config, const struct cb_linear_config *linear,
+                         const float *weights) {
+    float sum = cb_abs(weights[linear->inputs]);
+    for (uint32_t i = 0; i < linear->inputs; ++i) {
+        const struct cb_signal_config *signal = &config->signals[config->links[linear->link + i]];
+        sum += cb_abs(weights[i]) * cb_max(cb_abs(signal->min), cb_abs(signal->max));
+    }
+    return sum;
+}
+
+bool cb_load_linear(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
+                    struct cb_term_config *term) {
+    struct cb_linear_config *linear = &term->as.linear;
+    float *weights = loader->scratch->values;
+    if (!cb_read_inputs(loader, slots[INPUTS], CB_MAX_SIGNALS, &linear->link, &linear->inputs))
+        return false;
+    if (!cb_read_vector(loader, slots[WEIGHTS], linear->inputs, "inputs", weights)) return false;
+    weights[linear->inputs] = 0.0f;
+    if (slots[CONSTANT] != CB_ABSENT && !cb_read_float(loader, slots[CONSTANT], CB_LEAST_NUMBER,
+                                                       CB_MOST_NUMBER, &weights[linear->inputs]))
+        return false;
+    if (!(largest_sum(loader->config, linear, weights) <= cb_number_of(CB_MOST_NUMBER)))
+        return cb_fail(loader, CB_ERROR_RANGE, slots[WEIGHTS],
+                       "between min and max of its signals this sum exceeds 1e9 µm");
+    if (!cb_take_pool(loader, at, linear->inputs + 1u, &linear->pool)) return false;
+    memcpy(loader->config->pool + linear->pool, weights, (linear->inputs + 1u) * sizeof *weights);
+    return true;
+}
+
+/* ---- product ---- */
+
+enum { FACTOR = CB_TERM_COMMON_KEYS, SIGNAL, ORIGIN, PRODUCT_KEYS };
+static const struct cb_field PRODUCT_FIELDS[PRODUCT_KEYS] = {
+    [CB_TERM_NAME] = {"name", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [CB_TERM_TYPE] = {"type", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [FACTOR] = {"term", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [SIGNAL] = {"signal", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [ORIGIN] = {"origin", CB_FIELD_FLOAT, false,
+                .offset = offsetof(struct cb_product_config, origin), .least = CB_LEAST_NUMBER,
+                .most = CB_MOST_NUMBER, .otherwise = "0"},
+};
+const struct cb_object cb_product_object = {PRODUCT_FIELDS, PRODUCT_KEYS};
+
+bool cb_load_product(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
+                     struct cb_term_config *term) {
+    (void)at;
+    return cb_read_signal(loader, slots[SIGNAL], &term->as.product.signal);
+}
+
+bool cb_link_product(struct cb_loader *loader, uint32_t at, struct cb_term_config *term) {
+    return cb_read_output(loader, cb_find_key(loader, at, PRODUCT_FIELDS[FACTOR].key),
+                          &term->as.product.output);
+}

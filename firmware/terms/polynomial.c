@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: MIT
+ * Terms of type polynomial: a curve of one signal that stays as it is written. */
+#include "models/polynomial.h"
+
+#include <string.h>
+
+#include "firmware/terms/curves.h"
+#include "firmware/terms/kinds.h"
+#include "models/num.h"
+
+/* half_range is read into inverse_half_range and inverted afterwards. */
+enum { COEFFICIENTS = CB_CURVE_KEYS, CENTER, HALF_RANGE, FROM, TO, POLYNOMIAL_KEYS };
+static const struct cb_field POLYNOMIAL_FIELDS[POLYNOMIAL_KEYS] = {
+    [CB_CURVE_NAME] = {"name", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [CB_CURVE_TYPE] = {"type", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [CB_CURVE_SIGNAL] = {"signal", CB_FIELD_STRING, true, CB_NOT_STORED},
+    [CB_CURVE_BACKWARD] = {"backward", CB_FIELD_OBJECT, false, CB_NOT_STORED},
+    [CB_CURVE_REVERSAL] = CB_CURVE_REVERSAL_FIELD,
+    [COEFFICIENTS] = {"coefficients", CB_FIELD_ARRAY, true, CB_NOT_STORED},
+    [CENTER] = {"center", CB_FIELD_FLOAT, false, CB_CURVE_AT(center), .least = CB_LEAST_NUMBER,
+                .most = CB_MOST_NUMBER, .otherwise = "0"},
+    [HALF_RANGE] = {"half_range", CB_FIELD_FLOAT, false, CB_CURVE_AT(inverse_half_range),
+                    .least = "0.000001", .most = CB_MOST_NUMBER, .otherwise = "1"},
+    [FROM] = {"from", CB_FIELD_FLOAT, false, CB_CURVE_AT(from), .least = CB_LEAST_NUMBER,
+              .most = CB_MOST_NUMBER},
+    [TO] = {"to", CB_FIELD_FLOAT, false, CB_CURVE_AT(to), .least = CB_LEAST_NUMBER,
+            .most = CB_MOST_NUMBER},
+};
+const struct cb_object cb_polynomial_object = {POLYNOMIAL_FIELDS, POLYNOMIAL_KEYS};
+const struct cb_object cb_polynomial_backward_object = {POLYNOMIAL_FIELDS + CB_CURVE_KEYS,
+                                                        POLYNOMIAL_KEYS - CB_CURVE_KEYS};
+
+/* Sum of |a_k u^k| at the larger |u|: what no step of the evaluation exceeds. */
+static float largest_sum(const struct cb_polynomial *polynomial) {
+    const float below = cb_abs(polynomial->from - polynomial->center);
+    const float above = cb_abs(polynomial->to - polynomial->center);
+    const float u = cb_max(below, above) * polynomial->inverse_half_range;
+    float sum = 0.0f;
+    for (int k = polynomial->degree; k >= 0; --k)
+        sum = sum * u + cb_abs(polynomial->coefficients[k]);
+    return sum;
+}
+
+static bool check_polynomial(struct cb_loader *loader, const uint32_t *slots,
+                             const struct cb_curve_config *curve) {
+    const struct cb_polynomial polynomial = {loader->config->pool + curve->pool,
+                                             curve->center,
+                                             curve->inverse_half_range,
+                                             curve->from,
+                                             curve->to,
+                                             curve->degree};
+    if (cb_polynomial_is_finite(&polynomial) &&
+        largest_sum(&polynomial) <= cb_number_of(CB_MOST_NUMBER))
+        return true;
+    return cb_fail(loader, CB_ERROR_RANGE, slots[COEFFICIENTS],
+                   "between from and to its terms exceed 1e9 µm; are center and half_range those "
+                   "of the fit?");
+}
+
+/* Range of the polynomial: as given, else that of its signal. */
+static bool set_range(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
+                      struct cb_curve_config *curve) {
+    const struct cb_signal_config *signal = &loader->config->signals[curve->signal];
+    if (slots[FROM] == CB_ABSENT) curve->from = signal->min;
+    if (slots[TO] == CB_ABSENT) curve->to = signal->max;
+    if (curve->from < curve->to) return true;
+    return cb_fail(loader, CB_ERROR_ORDER, at,
+                   "from is not below to; absent ones are min and max of the signal %s",
+                   signal->name);
+}
+
+static bool load_polynomial(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
+                            struct cb_curve_config *curve) {
+    float *coefficients = loader->scratch->values;
+    uint32_t count = 0;
+    if (!cb_read_numbers(loader, slots[COEFFICIENTS], coefficients, CB_POLYNOMIAL_MAX_DEGREE + 1,
+                         &count))
+        return false;
+    if (count == 0)
+        return cb_fail(loader, CB_ERROR_RANGE, slots[COEFFICIENTS],
+                       "a polynomial has at least one coefficient");
+    if (!set_range(loader, at, slots, curve)) return false;
+    if (!cb_take_pool(loader, at, count, &curve->pool)) return false;
+    memcpy(loader->config->pool + curve->pool, coefficients, count * sizeof *coefficients);
+    curve->degree = (uint8_t)(count - 1);
+    curve->spans = 1;
+    curve->inverse_half_range = 1.0f / curve->inverse_half_range;
+    return check_polynomial(loader, slots, curve);
+}
+
+bool cb_load_polynomial(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
+                        struct cb_term_config *term) {
+    return cb_load_curve(loader, at, slots, &cb_polynomial_backward_object, load_polynomial,
+                         &term->as.curve);
+}

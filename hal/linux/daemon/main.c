@@ -1,0 +1,564 @@
+/* SPDX-License-Identifier: MIT
+ * compboxd: the box on Linux. This thread reads the coefficient file, starts the loop
+ * (daemon/loop.c), and then writes log, record and statistics from the rows that the loop hands
+ * over, until a signal or the loop itself ends it. */
+#include <errno.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <time.h>
+
+#include "firmware/config/rtu_budget.h"
+#include "hal/linux/clock.h"
+#include "hal/linux/daemon/bus.h"
+#include "hal/linux/daemon/bus_words.h"
+#include "hal/linux/daemon/can_sockets.h"
+#include "hal/linux/daemon/input_record.h"
+#include "hal/linux/daemon/load.h"
+#include "hal/linux/daemon/log.h"
+#include "hal/linux/daemon/loop.h"
+#include "hal/linux/daemon/options.h"
+#include "hal/linux/daemon/output_file.h"
+#include "hal/linux/daemon/record.h"
+#include "hal/linux/daemon/reload.h"
+#include "hal/linux/daemon/state.h"
+#include "hal/linux/daemon/stats.h"
+#include "hal/linux/daemon/stop.h"
+#include "hal/linux/daemon/supervise.h"
+#include "hal/linux/realtime.h"
+
+enum {
+    EXIT_OK = 0,
+    EXIT_BAD = 1,
+    EXIT_USAGE = 2,
+    LOOK_EVERY_MS = 50,       /* how long rows wait in the ring */
+    STATS_EVERY_US = 5000000, /* how old the statistics file may be */
+};
+
+struct daemon {
+    struct cb_options options;
+    struct cb_loop loop;
+    struct cb_log log;
+    struct cb_record record;
+    struct cb_input_record inputs;
+    struct cb_stats stats;
+    struct cb_reload reload;
+    struct cb_supervise supervise;
+    struct cb_stop stop;
+    uint32_t generation;         /* of the coefficient file that the rows taken last are of … */
+    struct cb_config configs[2]; /* … and the newest two: the box's own may change in memory */
+    char plc[64];
+    int64_t stats_us;          /* when statistics were last written */
+    struct cb_state state;     /* newest that the loop handed over */
+    uint32_t state_generation; /* … of the lags of this coefficient file */
+    int64_t state_us;          /* when it was last written */
+    int state_error;           /* errno of that … */
+    int stats_error;           /* … and of the statistics */
+    bool record_told;          /* that rows are lost from the record */
+    struct cb_can_sockets can;
+    bool reload_asked;       /* by SIGHUP */
+    uint32_t status;         /* mode, reason and generation that systemd was told last … */
+    uint32_t status_refused; /* … and the functions that the PLC does not have */
+    bool status_told;
+    pthread_t thread;
+    struct cb_bus bus;
+};
+
+/* The coefficient file that rows of this generation were made with. Only of the newest two. */
+static const struct cb_config *config_of(const struct daemon *daemon, uint32_t generation) {
+    return &daemon->configs[generation % 2];
+}
+
+/* Before the box of this generation runs, or right after it was taken over. */
+static void keep_config(struct daemon *daemon, uint32_t generation) {
+    daemon->configs[generation % 2] = daemon->loop.boxes[generation % 2].config;
+}
+
+static const struct cb_config *config_now(const struct daemon *daemon) {
+    return config_of(daemon, daemon->generation);
+}
+
+/* Opens the files that shall be written, so that a wrong path is told before the machine moves. */
+static bool open_outputs(struct daemon *daemon) {
+    const struct cb_options *options = &daemon->options;
+    const struct cb_config *config = config_now(daemon);
+    int error = options->stats ? cb_stats_write(&daemon->stats, config, options->stats) : 0;
+    if (error != 0) {
+        fprintf(stderr, "compboxd: %s: cannot be written: %s\n", options->stats,
+                cb_output_error(error));
+        return false;
+    }
+    error = cb_record_start(&daemon->record, options->record, config);
+    if (error != 0)
+        fprintf(stderr, "compboxd: %s: cannot be written: %s\n", options->record,
+                cb_output_error(error));
+    const int inputs_error = cb_input_record_start(&daemon->inputs, options->inputs);
+    if (inputs_error != 0)
+        fprintf(stderr, "compboxd: %s: cannot be written: %s\n", options->inputs,
+                cb_output_error(inputs_error));
+    return error == 0 && inputs_error == 0;
+}
+
+/* The device is opened by a thread of its own, for the loop never waits for a driver. */
+static bool start_serial_plc(struct daemon *daemon) {
+    const struct cb_config *config = config_now(daemon);
+    struct cb_linux *target = &daemon->loop.target;
+    const struct cb_rtu_manners manners = cb_rtu_manners_of(&config->plc);
+    snprintf(daemon->plc, sizeof daemon->plc, "%s", config->plc.serial.device);
+    const int error = cb_serial_opener_start(&target->opener, &config->plc.serial);
+    if (error != 0)
+        fprintf(stderr, "compboxd: cannot start the thread that opens %s: %s\n", daemon->plc,
+                strerror(error));
+    else
+        cb_rtu_start(&target->rtu, &config->plc.serial, &manners, &target->opener);
+    return error == 0;
+}
+
+static bool start_plc(struct daemon *daemon) {
+    const struct cb_plc_config *plc = &config_now(daemon)->plc;
+    daemon->loop.target.transport = plc->transport;
+    if (plc->transport == CB_TRANSPORT_RTU) return start_serial_plc(daemon);
+    bool v6 = strchr(plc->host, ':') != NULL;
+    snprintf(daemon->plc, sizeof daemon->plc, v6 ? "[%s]:%u" : "%s:%u", plc->host,
+             (unsigned)plc->port);
+    if (cb_tcp_start(&daemon->loop.target.tcp, plc->host, plc->port, plc->unit)) return true;
+    fprintf(stderr, "compboxd: %s: plc.transport.tcp.host: \"%s\" is not a numeric address\n",
+            daemon->options.config, plc->host);
+    return false;
+}
+
+/* Reads the thermometers of the file that runs now; the machine runs without them where that fails.
+ */
+static void start_bus(struct daemon *daemon) {
+    cb_bus_stop(&daemon->bus);
+    const int error = cb_bus_start(&daemon->bus, config_now(daemon), daemon->generation,
+                                   &daemon->loop.target.bus);
+    if (error != 0)
+        cb_log_limited(&daemon->log, CB_LOG_BUS, cb_boottime_us(), "no thread for the bus: %s",
+                       strerror(error));
+}
+
+/* What the machine does not permit is said, and the box runs without it. */
+static void prepare_machine(struct daemon *daemon) {
+    struct cb_stats_run *run = &daemon->stats.run;
+    int64_t now_us = cb_boottime_us();
+    int error = cb_lock_memory();
+    run->memory_locked = error == 0;
+    if (error != 0)
+        cb_log_say(&daemon->log, now_us, "memory may be paged, mlockall failed: %s",
+                   strerror(error));
+    if (!daemon->options.cpu_latency) return;
+    error = cb_hold_cpu_latency();
+    run->cpu_latency_held = error == 0;
+    if (error != 0)
+        cb_log_say(&daemon->log, now_us, "wake-ups may be slower, /dev/cpu_dma_latency: %s",
+                   strerror(error));
+}
+
+/* A watchdog that is asked for and not there is no reason to leave the machine uncompensated. */
+static void start_supervision(struct daemon *daemon) {
+    const struct cb_options *options = &daemon->options;
+    int timeout_s = options->watchdog_timeout_s;
+    if (options->watchdog == NULL) return;
+    const int error = cb_supervise_open_watchdog(&daemon->supervise, options->watchdog, &timeout_s);
+    if (error == 0 && timeout_s != options->watchdog_timeout_s)
+        cb_log_say(&daemon->log, cb_boottime_us(), "%s: resets the machine after %d s, not %d",
+                   options->watchdog, timeout_s, options->watchdog_timeout_s);
+    if (error != 0)
+        cb_log_say(&daemon->log, cb_boottime_us(), "%s: no hardware watchdog: %s",
+                   options->watchdog, strerror(error));
+}
+
+/* SIGHUP is left to mind_signals(), those that ask for a stop to the thread of daemon/stop.h. */
+static bool start_signals(struct daemon *daemon) {
+    sigset_t signals;
+    sigemptyset(&signals);
+    sigaddset(&signals, SIGTERM);
+    sigaddset(&signals, SIGINT);
+    sigaddset(&signals, SIGHUP);
+    pthread_sigmask(SIG_BLOCK, &signals, NULL);
+    signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN); /* a file that must not grow is reported like a full disk */
+    daemon->stop.loop = &daemon->loop;
+    daemon->stop.supervise = &daemon->supervise;
+    const int error = cb_stop_start(&daemon->stop);
+    if (error != 0)
+        fprintf(stderr, "compboxd: cannot start the thread that waits for signals: %s\n",
+                strerror(error));
+    return error == 0;
+}
+
+static bool start_feeding(struct daemon *daemon) {
+    const int error = cb_supervise_run(&daemon->supervise, &daemon->loop.target.steps);
+    if (error != 0)
+        fprintf(stderr, "compboxd: cannot start the thread that feeds the watchdogs: %s\n",
+                strerror(error));
+    return error == 0;
+}
+
+static bool start_loop(struct daemon *daemon) {
+    daemon->loop.cycles = daemon->options.cycles;
+    cb_ring_start(&daemon->loop.ring, CB_LOOP_ROWS);
+    cb_ring_start(&daemon->loop.state_ring, CB_LOOP_STATES);
+    const struct cb_schedule schedule = {daemon->options.priority, daemon->options.cpu};
+    daemon->loop.clock = daemon->options.clock;
+    cb_flag_raise(&daemon->stop.loop_runs);
+    int error = cb_start_thread(&daemon->thread, &schedule, cb_loop_run, &daemon->loop);
+    if (error == EINVAL && schedule.cpu >= 0)
+        fprintf(stderr, "compboxd: --cpu %d: this processor is not for this program\n",
+                schedule.cpu);
+    else if (error == EPERM)
+        fprintf(stderr,
+                "compboxd: --priority %d is not permitted: run as root, or give the program "
+                "CAP_SYS_NICE\n",
+                daemon->options.priority);
+    else if (error != 0)
+        fprintf(stderr, "compboxd: cannot start the loop: %s\n", strerror(error));
+    return error == 0;
+}
+
+/* What the run before left goes on. The file is written again before the machine moves: from here
+ * on this run has not ended STOPPED, and a wrong path is reported. */
+static bool resume_state(struct daemon *daemon) {
+    const char *path = daemon->options.state;
+    char said[512];
+    struct cb_state_clock now;
+    if (path == NULL) return true;
+    cb_state_clock_read(&now);
+    cb_state_read(&daemon->loop.resumed, config_now(daemon), path, &now, said, sizeof said);
+    cb_log_say(&daemon->log, cb_boottime_us(), "%s", said);
+    daemon->state = daemon->loop.resumed; /* a start that ends at once loses no lag */
+    daemon->state.stopped = false;
+    const int error = cb_state_write(&daemon->state, config_now(daemon), path, &now);
+    if (error != 0)
+        fprintf(stderr, "compboxd: %s: cannot be written: %s\n", path, cb_output_error(error));
+    return error == 0;
+}
+
+/* What becomes of a file that is written again and again is said when it changes.
+ * in : told: errno said last */
+static void tell_file(struct daemon *daemon, const char *path, int error, int *told,
+                      int64_t now_us) {
+    if (error == *told) return;
+    *told = error;
+    if (error == 0)
+        cb_log_limited(&daemon->log, CB_LOG_FILES, now_us, "%s: is written again", path);
+    else
+        cb_log_limited(&daemon->log, CB_LOG_FILES, now_us, "%s: cannot be written: %s", path,
+                       cb_output_error(error));
+}
+
+static void write_state(struct daemon *daemon, int64_t now_us) {
+    /* right after a reload the newest lags are still those of the file before */
+    if (daemon->options.state == NULL || daemon->state_generation != daemon->generation) return;
+    struct cb_state_clock now;
+    cb_state_clock_read(&now);
+    const int error =
+        cb_state_write(&daemon->state, config_now(daemon), daemon->options.state, &now);
+    tell_file(daemon, daemon->options.state, error, &daemon->state_error, now_us);
+}
+
+/* Takes what the loop handed over; writes it when it is time. */
+static void keep_state(struct daemon *daemon, int64_t now_us) {
+    struct cb_loop *loop = &daemon->loop;
+    for (int32_t slot; (slot = cb_ring_slot_to_read(&loop->state_ring)) >= 0;) {
+        daemon->state = loop->states[slot];
+        daemon->state_generation = loop->state_generations[slot];
+        cb_ring_release(&loop->state_ring);
+    }
+    if (now_us - daemon->state_us < daemon->options.state_every_s * 1000000LL) return;
+    daemon->state_us = now_us;
+    write_state(daemon, now_us);
+}
+
+static const char *plural(uint64_t count) {
+    return count == 1 ? "" : "s";
+}
+
+/* The first file, under the site's ceiling. */
+static bool load(struct daemon *daemon) {
+    struct cb_reload *reload = &daemon->reload;
+    cb_reload_start(reload, daemon->options.config);
+    reload->ceiling = daemon->options.ceiling;
+    reload->allow_older = daemon->options.allow_older;
+    const bool good = cb_load_file(&daemon->loop.box->config, daemon->options.config,
+                                   &reload->ceiling, &reload->loaded);
+    reload->lowered = reload->loaded.lowered;
+    if (!good) fprintf(stderr, "compboxd: %s\n", reload->loaded.said);
+    return good;
+}
+
+/* What the site limits beside the file, or that it does not. */
+static void log_ceiling(struct daemon *daemon) {
+    const bool sizes = daemon->options.ceiling.um > 0.0f;
+    const bool rates = daemon->options.ceiling.um_per_s > 0.0f;
+    const char *both = sizes || rates ? "" : " and ";
+    const int64_t now_us = cb_boottime_us();
+    char names[400];
+    if (!sizes || !rates)
+        cb_log_say(&daemon->log, now_us,
+                   "no site ceiling for %s%s%s: the coefficient file alone limits them; set %s%s%s",
+                   sizes ? "" : "sizes", both, rates ? "" : "rates", sizes ? "" : "--most-um", both,
+                   rates ? "" : "--most-um-per-s");
+    cb_lowered_names(config_now(daemon), daemon->reload.lowered, names, sizeof names);
+    if (daemon->reload.lowered != 0)
+        cb_log_say(&daemon->log, now_us, "the site's ceiling lowers the limits of %s", names);
+}
+
+static bool start(struct daemon *daemon) {
+    const struct cb_config *config = config_now(daemon);
+    struct cb_stats_run *run = &daemon->stats.run;
+    cb_loop_init(&daemon->loop);
+    cb_supervise_start(&daemon->supervise);
+    if (!load(daemon)) return false;
+    keep_config(daemon, 0);
+    run->config_file = daemon->options.config;
+    run->ceiling = daemon->options.ceiling;
+    run->lowered = daemon->reload.lowered;
+    run->plc = daemon->plc;
+    run->started_unix_s = (int64_t)time(NULL);
+    run->priority = daemon->options.priority;
+    if (!start_plc(daemon) || !open_outputs(daemon)) return false;
+    cb_log_start(&daemon->log, daemon->plc, cb_boottime_us());
+    if (!start_signals(daemon)) return false;
+    prepare_machine(daemon);
+    start_supervision(daemon);
+    cb_log_say(&daemon->log, cb_boottime_us(),
+               "%s, revision %u, %u term%s, %u channel%s, PLC %s, every %.6g ms", config->machine,
+               (unsigned)config->revision, (unsigned)config->terms_count,
+               plural(config->terms_count), (unsigned)config->channels_count,
+               plural(config->channels_count), daemon->plc, (double)config->period_us * 1e-3);
+    log_ceiling(daemon);
+    cb_can_source_start(&daemon->loop.target.can, config);
+    run->can_used = cb_can_source_used(&daemon->loop.target.can);
+    daemon->can = (struct cb_can_sockets){.source = &daemon->loop.target.can, .log = &daemon->log};
+    cb_can_sockets_serve(&daemon->can, config, cb_boottime_us());
+    cb_sample_ring_start(&daemon->loop.target.bus);
+    if (!resume_state(daemon) || !start_feeding(daemon) || !start_loop(daemon)) return false;
+    start_bus(daemon);
+    return true;
+}
+
+/* From the next row on another coefficient file counts. */
+static void follow_reload(struct daemon *daemon, uint32_t generation) {
+    if (generation == daemon->generation) return;
+    const struct cb_config *before = config_now(daemon);
+    daemon->generation = generation;
+    keep_config(daemon, generation);
+    const int error =
+        cb_record_follow(&daemon->record, daemon->options.record, before, config_now(daemon));
+    if (error != 0)
+        cb_log_limited(&daemon->log, CB_LOG_FILES, cb_boottime_us(), "%s: cannot be written: %s",
+                       daemon->options.record, cb_output_error(error));
+}
+
+/* That rows are lost from the record is said when it begins; how many, at the end. */
+static void tell_record(struct daemon *daemon) {
+    if (daemon->record.error == 0 || daemon->record_told) return;
+    daemon->record_told = true;
+    cb_log_limited(&daemon->log, CB_LOG_FILES, cb_boottime_us(), "%s: rows are lost: %s",
+                   daemon->options.record, strerror(daemon->record.error));
+}
+
+static void take_rows(struct daemon *daemon) {
+    struct cb_loop *loop = &daemon->loop;
+    for (int32_t slot; (slot = cb_ring_slot_to_read(&loop->ring)) >= 0;) {
+        const struct cb_row *row = &loop->rows[slot];
+        follow_reload(daemon, row->generation);
+        const struct cb_config *config = config_now(daemon);
+        cb_stats_add(&daemon->stats, row);
+        cb_record_add(&daemon->record, config, row);
+        cb_input_record_add(&daemon->inputs, config, row);
+        cb_log_row(&daemon->log, config, row);
+        cb_log_can(&daemon->log, &config->can, row);
+        cb_ring_release(&loop->ring);
+    }
+    cb_record_flush(&daemon->record);
+    tell_record(daemon);
+}
+
+/* out: 0, or errno of a statistics file that could not be written. */
+static int write_stats(struct daemon *daemon) {
+    struct cb_stats_run *run = &daemon->stats.run;
+    run->rows_lost = cb_ring_lost(&daemon->loop.ring);
+    run->bus = &daemon->bus;
+    run->lowered = daemon->reload.lowered;
+    run->reload_pending = daemon->reload.pending;
+    run->reloads_taken = daemon->reload.taken;
+    run->reloads_refused = daemon->reload.refused;
+    run->reload_said = daemon->reload.last;
+    run->records_lost = run->rows_lost + daemon->record.lost;
+    if (daemon->options.stats == NULL) return 0;
+    return cb_stats_write(&daemon->stats, config_now(daemon), daemon->options.stats);
+}
+
+static void write_stats_now_and_then(struct daemon *daemon, int64_t now_us) {
+    if (now_us - daemon->stats_us < STATS_EVERY_US) return;
+    daemon->stats_us = now_us;
+    tell_file(daemon, daemon->options.stats, write_stats(daemon), &daemon->stats_error, now_us);
+}
+
+/* Waits a little. SIGHUP asks for the coefficient file to be read anew. */
+static void mind_signals(struct daemon *daemon) {
+    const struct timespec wait = cb_timespec(LOOK_EVERY_MS * 1000000LL);
+    sigset_t signals;
+    sigemptyset(&signals);
+    sigaddset(&signals, SIGHUP);
+    if (sigtimedwait(&signals, NULL, &wait) == SIGHUP) daemon->reload_asked = true;
+}
+
+/* in : reload->last, a sentence */
+static void log_reload(struct daemon *daemon, int64_t now_us, const char *rest) {
+    cb_log_limited(&daemon->log, CB_LOG_FILES, now_us, "%s%s", daemon->reload.last, rest);
+    daemon->stats_us = 0; /* statistics have it at once */
+}
+
+/* The loop runs another coefficient file. */
+static void follow_taken(struct daemon *daemon, int64_t now_us) {
+    take_rows(daemon); /* the rest of the generation before, whose box is spare now */
+    follow_reload(daemon, daemon->loop.generation);
+    daemon->stats.run.can_used = cb_can_source_used(&daemon->loop.target.can);
+    if (daemon->stats.run.can_used) cb_can_sockets_renew(&daemon->can, config_now(daemon), now_us);
+    start_bus(daemon);
+    log_reload(daemon, now_us, "");
+}
+
+/* A coefficient file that changed, or was asked to be read anew, takes over, is pending or is
+ * refused. */
+static void mind_the_file(struct daemon *daemon, int64_t now_us) {
+    struct cb_reload *reload = &daemon->reload;
+    char rest[60];
+    if (cb_reload_taken(reload, &daemon->loop)) follow_taken(daemon, now_us);
+    if (cb_flag_is_raised(&daemon->loop.target.stop)) return;
+    if (cb_reload_file_changed(reload, now_us)) daemon->reload_asked = true;
+    if (!daemon->reload_asked || !cb_reload_ready(reload, &daemon->loop)) return;
+    daemon->reload_asked = false;
+    const bool goes_on = !cb_loop_is_corrupt(&daemon->loop);
+    snprintf(rest, sizeof rest, "; revision %u goes on", (unsigned)config_now(daemon)->revision);
+    switch (cb_reload_offer(reload, &daemon->loop)) {
+        case CB_RELOAD_OFFERED:
+        case CB_RELOAD_SAME:
+            break;
+        case CB_RELOAD_PENDING:
+            log_reload(daemon, now_us, "");
+            break;
+        case CB_RELOAD_REFUSED:
+            log_reload(daemon, now_us, goes_on ? rest : "");
+            break;
+    }
+}
+
+/* The mode for `systemctl status`, when it changed. */
+static void tell_status(struct daemon *daemon) {
+    const struct cb_row *row = &daemon->stats.last;
+    const uint32_t status = row->generation << 16 | (uint32_t)row->reason << 8 | row->mode;
+    const uint32_t refused = row->peer.refused_functions;
+    const bool same = status == daemon->status && refused == daemon->status_refused;
+    char text[300];
+    if (daemon->stats.rows == 0 || (daemon->status_told && same)) return;
+    if (!cb_flag_is_raised(&daemon->supervise.ready)) return;
+    const unsigned function = refused == 0 ? 0 : 31u - (unsigned)__builtin_clz(refused);
+    int used = snprintf(text, sizeof text, "%s: %s; revision %u", cb_mode_name(row->mode),
+                        cb_reason_text(row->reason), (unsigned)config_now(daemon)->revision);
+    if (refused != 0)
+        snprintf(text + used, sizeof text - (size_t)used, "; the PLC does not have function %u: %s",
+                 function, cb_peer_remedy((uint8_t)function));
+    cb_supervise_status(&daemon->supervise, text);
+    daemon->status = status;
+    daemon->status_refused = refused;
+    daemon->status_told = true;
+}
+
+static void serve(struct daemon *daemon) {
+    daemon->stats_us = daemon->state_us = cb_boottime_us();
+    while (!cb_flag_is_raised(&daemon->loop.finished)) {
+        mind_signals(daemon);
+        take_rows(daemon);
+        mind_the_file(daemon, cb_boottime_us());
+        tell_status(daemon);
+        cb_can_sockets_serve(&daemon->can, config_now(daemon), cb_boottime_us());
+        cb_log_bus(&daemon->log, &daemon->bus, cb_boottime_us());
+        write_stats_now_and_then(daemon, cb_boottime_us());
+        keep_state(daemon, cb_boottime_us());
+        cb_log_catch_up(&daemon->log, cb_boottime_us(), false);
+    }
+    pthread_join(daemon->thread, NULL);
+    cb_linux_stop(&daemon->loop.target);
+    cb_bus_stop(&daemon->bus);
+    cb_can_close(&daemon->loop.target.can.can);
+    take_rows(daemon);
+    follow_reload(daemon, daemon->loop.generation);
+    cb_state_take(&daemon->state, daemon->loop.box);
+    daemon->state.stopped = cb_state_ended_stopped(daemon->loop.box);
+    daemon->state_generation = daemon->generation;
+    write_state(daemon, cb_boottime_us());
+}
+
+/* The files' last state and the exit code. */
+static int finish(struct daemon *daemon) {
+    struct cb_stats_run *run = &daemon->stats.run;
+    int64_t now_us = cb_boottime_us();
+    run->finished = true;
+    run->stopped = daemon->loop.stopped;
+    int record_error = cb_record_finish(&daemon->record);
+    const int inputs_error = cb_input_record_finish(&daemon->inputs);
+    int stats_error = write_stats(daemon);
+    if (record_error != 0)
+        cb_log_say(&daemon->log, now_us, "%s: %llu row%s could not be written: %s",
+                   daemon->options.record, (unsigned long long)daemon->record.lost,
+                   plural(daemon->record.lost), strerror(record_error));
+    if (inputs_error != 0)
+        cb_log_say(&daemon->log, now_us, "%s: cannot be written: %s", daemon->options.inputs,
+                   strerror(inputs_error));
+    if (stats_error != 0)
+        cb_log_say(&daemon->log, now_us, "%s: cannot be written: %s", daemon->options.stats,
+                   strerror(stats_error));
+    bool confirmed = run->stopped && daemon->loop.box->wrote;
+    if (!daemon->loop.box->wrote)
+        cb_log_say(&daemon->log, now_us,
+                   "ended before the PLC was ever heard, nothing was written: check %s",
+                   daemon->plc);
+    else if (!confirmed)
+        cb_log_say(&daemon->log, now_us,
+                   "ended without the PLC's confirmation of zero: its own watchdog has to take "
+                   "the offset back; check %s",
+                   daemon->plc);
+    cb_log_catch_up(&daemon->log, now_us, true);
+    cb_supervise_finish(&daemon->supervise);
+    const bool written = record_error == 0 && inputs_error == 0 && stats_error == 0;
+    return confirmed && written ? EXIT_OK : EXIT_BAD;
+}
+
+/* Says whether this program would run the file. */
+static int check(const struct cb_options *options) {
+    static struct cb_config config;
+    static struct cb_loaded loaded;
+    if (cb_load_file(&config, options->config, &options->ceiling, &loaded)) return EXIT_OK;
+    fprintf(stderr, "compboxd: %s\n", loaded.said);
+    return EXIT_BAD;
+}
+
+static int run(struct daemon *daemon) {
+    if (start(daemon)) {
+        serve(daemon);
+        return finish(daemon);
+    }
+    cb_supervise_finish(&daemon->supervise); /* a wrong word resets no machine */
+    return EXIT_BAD;
+}
+
+int main(int argc, char **argv) {
+    static struct daemon daemon; /* a few megabytes, in memory from the start */
+    switch (cb_options_parse(&daemon.options, argc, argv)) {
+        case CB_OPTIONS_DONE:
+            return EXIT_OK;
+        case CB_OPTIONS_WRONG:
+            return EXIT_USAGE;
+        case CB_OPTIONS_RUN:
+            break;
+    }
+    if (daemon.options.check) return check(&daemon.options);
+    const int code = run(&daemon);
+    cb_stop_finish(&daemon.stop);
+    return code;
+}

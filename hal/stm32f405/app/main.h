@@ -1,8 +1,0 @@
-/* SPDX-License-Identifier: MIT
- * The program, which start.c begins with. */
-#ifndef COMPBOX_HAL_STM32F405_APP_MAIN_H
-#define COMPBOX_HAL_STM32F405_APP_MAIN_H
-
-_Noreturn void cb_main(void);
-
-#endif

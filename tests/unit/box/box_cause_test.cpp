@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: MIT
+// Which signal, term or channel is behind a reason: in the box, in the detail word, in words.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "tests/support/box_fixture.h"
+#include "tests/support/box_from_text.h"
+#include "tests/support/config_fixture.h"
+
+extern "C" {
+#include "hal/linux/daemon/cause_words.h"
+}
+
+namespace compbox {
+namespace {
+
+// Two axes, a thermometer, two channels; the detail word in register 15 of the write block.
+config_builder two_axes() {
+    config_builder b;
+    const unsigned x = b.position("X", 8), y = b.position("Y", 10);
+    const unsigned t = b.thermometer("T1", 200);
+    b.channel("CX", {b.polyline("EXX", x, {0, 1000}, {0, 100})}, 4);
+    b.channel("CY", {b.polyline("EYY", y, {0, 1000}, {0, 100}), b.polynomial("warm", t, {0, 1})},
+              6);
+    b.config->channels[1].limit_um = 80;
+    b.config->channels[1].error_um = 90;
+    b.config->plc.has_detail = true;
+    b.config->plc.detail = 15;
+    return b;
+}
+
+struct cause_rig : box_rig {
+    cause_rig() : box_rig(two_axes()) {
+        position(8, 400);
+        position(10, 400);
+        warm_steps(10);
+        EXPECT_EQ(mode(), CB_MODE_ACTIVE);
+        EXPECT_EQ(out.registers[15], 0);
+    }
+    void warm_steps(unsigned count) {
+        for (unsigned i = 0; i < count; ++i) {
+            sample(2, 100);
+            step();
+        }
+    }
+    std::string words() const {
+        char text[CB_CAUSE_TEXT];
+        const cb_row_cause cause = cb_name_cause(box.get());
+        cb_cause_text(&cause, text);
+        return text;
+    }
+    unsigned detail() const { return out.registers[15]; }
+};
+
+TEST(box_cause, an_essential_signal_that_is_implausible) {
+    cause_rig rig;
+    rig.position(10, 1000.5);
+    rig.warm_steps(5);
+    EXPECT_EQ(rig.reason(), CB_REASON_SIGNAL);
+    EXPECT_EQ(rig.words(), "signal Y reads 1000.5 mm and its max is 1000");
+    EXPECT_EQ(rig.detail(), CB_CAUSE_ABOVE * 256u + 2);
+    EXPECT_EQ(rig.box->signals[1].implausible, 5u);
+    EXPECT_EQ(rig.box->signals[1].stale, 1u);
+    EXPECT_EQ(rig.box->signals[0].implausible, 0u);
+    rig.position(8, -0.25);
+    rig.position(10, 400);
+    rig.warm_steps(5);
+    EXPECT_EQ(rig.words(), "signal X reads -0.25 mm and its min is 0");
+    rig.position(8, 400);
+    rig.control(1 | 2 | 8);
+    rig.warm_steps(1);
+    EXPECT_EQ(rig.words(), "");
+    EXPECT_EQ(rig.detail(), 0u);
+}
+
+TEST(box_cause, a_signal_that_changes_too_fast_or_was_never_there) {
+    config_builder b = two_axes();
+    b.config->signals[2].essential = true;
+    b.config->signals[2].max_rate_per_s = 0.5f;
+    box_rig rig(b);
+    rig.position(8, 400);
+    rig.position(10, 400);
+    rig.steps(5);
+    const auto words = [&rig] {
+        char text[CB_CAUSE_TEXT];
+        const cb_row_cause cause = cb_name_cause(rig.box.get());
+        cb_cause_text(&cause, text);
+        return std::string(text);
+    };
+    EXPECT_EQ(words(), "signal T1 has had no plausible value yet");
+    rig.sample(2, 200);
+    rig.steps(8);
+    EXPECT_EQ(words(), "signal T1 is 240 ms old and its max_age_ms is 200");
+    rig.sample(2, 600);
+    rig.step();
+    EXPECT_EQ(words(), "signal T1 reads 60 degC and changed faster than its max_rate_per_s, 0.5");
+    EXPECT_EQ(rig.out.registers[15], CB_CAUSE_FAST * 256 + 3);
+}
+
+// What clears up later does not change what the fault was about.
+TEST(box_cause, a_demand_names_its_channel_until_the_reset) {
+    cause_rig rig;
+    rig.position(10, 850);
+    rig.warm_steps(1);
+    EXPECT_EQ(rig.reason(), CB_REASON_DEMAND);
+    EXPECT_EQ(rig.words(), "channel CY wants -95 um and its error_um is 90");
+    EXPECT_EQ(rig.detail(), CB_CAUSE_DEMAND * 256u + 2);
+    EXPECT_EQ(rig.box->channels[1].excessive, 1u);
+    EXPECT_EQ(rig.box->channels[0].limited, 0u);
+    rig.position(10, 400);
+    rig.warm_steps(20);
+    EXPECT_EQ(rig.words(), "channel CY wants -95 um and its error_um is 90");
+    rig.control(1 | 2 | 4);
+    rig.warm_steps(1);
+    EXPECT_EQ(rig.words(), "");
+}
+
+TEST(box_cause, remarks_while_active) {
+    cause_rig rig;
+    rig.position(10, 750);
+    rig.warm_steps(1);
+    EXPECT_EQ(rig.reason(), CB_REASON_LIMITED);
+    EXPECT_EQ(rig.words(), "channel CY wants -85 um and its limit_um is 80");
+    EXPECT_EQ(rig.box->channels[1].limited, 1u);
+    EXPECT_EQ(rig.box->channels[1].excessive, 0u);
+    rig.position(10, 400);
+    rig.steps(10);  // no thermometer
+    EXPECT_EQ(rig.reason(), CB_REASON_DEGRADED);
+    EXPECT_EQ(rig.words(), "term warm is faded out");
+    EXPECT_EQ(rig.detail(), CB_CAUSE_FADED * 256u + 3);
+    EXPECT_EQ(rig.box->signals[2].stale, 1u);
+}
+
+TEST(box_cause, a_channel_that_the_plc_does_not_apply) {
+    config_builder b = simple();
+    b.config->channels[0].has_applied = true;
+    b.config->channels[0].applied_reg = 24;
+    box_rig rig(b);
+    rig.position(8, 400);
+    rig.steps(60);
+    ASSERT_EQ(rig.reason(), CB_REASON_UNAPPLIED);
+    EXPECT_EQ(rig.box->cause.kind, CB_CAUSE_UNAPPLIED);
+    EXPECT_EQ(rig.box->cause.index, 0);
+    EXPECT_EQ(rig.box->cause.value, 0.0f);
+    EXPECT_EQ(rig.box->cause.bound, rig.box->channels[0].sent_um);
+}
+
+// What the counters of signals and channels add up to is what the box counts.
+TEST(box_cause, shares_add_up_also_over_a_clock_jump) {
+    cause_rig rig;
+    for (int i = 0; i < 300; ++i) {
+        rig.position(8, i % 7 == 0 ? 2000 : 400);
+        rig.position(10, i % 40 < 20 ? 800 : 300);
+        if (i % 50 > 10) rig.sample(2, i % 11 == 0 ? 30000 : 100);
+        rig.step(i == 150 ? 10000000 : 30000);
+    }
+    uint32_t implausible = 0, stale = 0, limited = 0;
+    for (const cb_signal_state &s : rig.box->signals)
+        implausible += s.implausible, stale += s.stale;
+    for (const cb_channel_state &c : rig.box->channels) limited += c.limited;
+    EXPECT_EQ(implausible, rig.box->counters.samples_implausible);
+    EXPECT_EQ(stale, rig.box->counters.signals_stale);
+    EXPECT_EQ(limited, rig.box->counters.outputs_limited);
+    EXPECT_GT(implausible, 0u);
+    EXPECT_GT(stale, 0u);
+    EXPECT_GT(limited, 0u);
+}
+
+TEST(box_cause, the_page_on_faults_names_every_cause) {
+    std::ifstream in(CB_SOURCE_DIR "/docs/faults.md");
+    std::stringstream page;
+    page << in.rdbuf();
+#define CB_X(name, number, what, first, second)                                      \
+    EXPECT_TRUE(number == 0 ||                                                       \
+                page.str().find("| " #number " | " what " | ") != std::string::npos) \
+        << first;                                                                    \
+    EXPECT_STREQ(cb_cause_words_of(number).before, first);
+    CB_CAUSES(CB_X)
+#undef CB_X
+}
+
+// The key plc.detail: a register of the write block of its own.
+TEST(box_cause, the_detail_word_in_the_file) {
+    const auto with = [](const std::string &address) {
+        std::string text = compbox_test::full_example;
+        const std::string before = "\"box_heartbeat\": 102,";
+        text.replace(text.find(before), before.size(), before + " \"detail\": " + address + ",");
+        return compbox_test::load(text);
+    };
+    const auto good = with("114"), taken = with("101"), outside = with("99");
+    EXPECT_EQ(good.error, CB_OK) << good.text;
+    EXPECT_TRUE(good.config->plc.has_detail);
+    EXPECT_EQ(good.config->plc.detail, 14);
+    EXPECT_EQ(taken.text, "plc.detail: register 101 already belongs to the status word (status)");
+    EXPECT_EQ(outside.text, "plc.detail: register 99 is outside plc.write, 100 to 115");
+}
+
+}  // namespace
+}  // namespace compbox

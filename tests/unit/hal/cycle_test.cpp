@@ -1,0 +1,449 @@
+// SPDX-License-Identifier: MIT
+// The cycle over virtual hardware: order, deadlines, both exchanges, and every fault of fault.h.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "tests/support/box_fixture.h"
+
+extern "C" {
+#include "hal/cycle.h"
+#include "tests/support/fault.h"
+#include "tests/support/sim.h"
+}
+
+namespace compbox {
+namespace {
+
+constexpr int64_t period_us = 30000;
+constexpr int64_t forever = std::numeric_limits<int64_t>::max();
+
+config_builder simple(cb_exchange exchange = CB_EXCHANGE_FC3_FC16) {
+    config_builder b;
+    const unsigned x = b.position("X", 8);
+    const unsigned t = b.thermometer("T1");
+    b.channel("Z", {b.polyline("EZX", x, {0, 1000}, {0, 100}), b.polynomial("t", t, {0, 1})}, 4);
+    b.config->plc.exchange = exchange;
+    return b;
+}
+
+// A PLC program and a machine: heartbeat every 10 ms, X as told, and the slope of what arrives
+// in the channel's register is watched.
+struct plant {
+    std::unique_ptr<cb_sim> sim = std::make_unique<cb_sim>();
+    std::unique_ptr<cb_box> box = std::make_unique<cb_box>();
+    std::unique_ptr<cb_faults> faults = std::make_unique<cb_faults>();
+    std::vector<cb_fault_rule> rules;
+    cb_cycle cycle{};
+    cb_hal hal{};
+    double x_mm = 400;
+    uint16_t control = 1 | 2 | 8;
+    bool dead = false;  // the PLC's program stands still
+    std::string order;  // of what the PLC saw: u(pdate), w(ritten)
+    double held_um = 0, held_s = 0, steepest = 0;
+
+    explicit plant(const config_builder &b = simple()) {
+        std::memset(box.get(), 0, sizeof *box);
+        box->config = *b.config;
+        cb_box_start(box.get());
+        cb_cycle_start(&cycle);
+        const cb_sim_host host = {this, update, written};
+        cb_sim_start(sim.get(), &host, period_us, 5000000);
+        sim->exchange_us = 2000;
+        hal = cb_sim_hal(sim.get());
+    }
+    void inject(cb_fault_kind kind, int64_t from_us, int64_t until_us, int64_t number = 0,
+                uint32_t every = 1) {
+        rules.push_back({kind, from_us, until_us, every, number, 0});
+        std::memset(faults.get(), 0, sizeof *faults);
+        faults->inner = cb_sim_hal(sim.get());
+        faults->rules = rules.data();
+        faults->count = rules.size();
+        faults->pass = cb_sim_pass;
+        hal = cb_faults_hal(faults.get());
+    }
+
+    static void update(void *context, cb_sim *sim, int64_t now_us) {
+        plant &p = *static_cast<plant *>(context);
+        p.order += 'u';
+        sim->registers[0] = p.control;
+        if (!p.dead) sim->registers[1] = static_cast<uint16_t>(now_us / 10000);
+        put_int32(sim->registers + 8, p.x_mm / 0.0001);
+    }
+    static void written(void *context, cb_sim *sim, uint16_t start, uint16_t count,
+                        int64_t now_us) {
+        plant &p = *static_cast<plant *>(context);
+        p.order += 'w';
+        ASSERT_EQ(start, 100);
+        ASSERT_EQ(count, 16);
+        const double um = get_int32(sim->registers + 104) * 0.01,
+                     s = static_cast<double>(now_us) * 1e-6;
+        // From the one written before, at the time it was written; 2 ms of jitter in the exchange.
+        const double most = 500 * std::min(s - p.held_s + 0.002, 0.060);
+        p.steepest = std::max(p.steepest, std::fabs(um - p.held_um) / most);
+        p.held_um = um;
+        p.held_s = s;
+    }
+
+    void run(unsigned cycles) {
+        for (unsigned i = 0; i < cycles; ++i) cb_cycle_run(&cycle, box.get(), &hal);
+    }
+    cb_mode mode() const { return static_cast<cb_mode>(box->mode.mode); }
+    double held() const { return held_um; }
+    int64_t after(int64_t us) const { return sim->now_us + us; }
+};
+
+// ---- a configuration that has changed in memory
+
+// Its addresses, lengths and times are not used for another exchange, with either request.
+TEST(cycle, a_corrupt_configuration_ends_the_exchange) {
+    for (cb_exchange exchange : {CB_EXCHANGE_FC3_FC16, CB_EXCHANGE_FC23}) {
+        for (int what = 0; what < 4; ++what) {
+            plant p(simple(exchange));
+            p.run(20);
+            ASSERT_EQ(p.mode(), CB_MODE_ACTIVE);
+            const uint32_t reads = p.sim->reads, writes = p.sim->writes;
+            cb_config &c = p.box->config;
+            if (what == 0) c.plc.write.start ^= 0x8000;
+            if (what == 1) c.plc.read.count ^= 0x4000;
+            if (what == 2) c.period_us ^= 0x80000000u;
+            if (what == 3) c.plc.exchange ^= 1;
+            p.run(20);
+            EXPECT_EQ(p.sim->reads, reads);
+            EXPECT_EQ(p.sim->writes, writes);
+            EXPECT_EQ(p.box->mode.reason, CB_REASON_CONFIG_CORRUPT);
+            EXPECT_EQ(p.sim->watchdog_fed, 40u);
+        }
+    }
+}
+
+// ---- the exchange
+
+TEST(cycle, reads_steps_and_writes_in_one_period) {
+    plant p;
+    p.run(1);
+    EXPECT_EQ(p.order, "uuuuw");  // tick, reading, read-back, request of the write, write
+    EXPECT_EQ(p.cycle.tick_us, 5000000 + period_us);
+    EXPECT_EQ(p.cycle.exchange_us, 6000);
+    EXPECT_EQ(p.cycle.in.read_us, p.cycle.tick_us);
+    EXPECT_EQ(p.cycle.read, CB_TRANSFER_OK);
+    EXPECT_EQ(p.cycle.write, CB_TRANSFER_OK);
+    EXPECT_EQ(p.sim->watchdog_fed, 1u);
+    EXPECT_EQ(p.sim->registers[101], 1);
+    p.run(99);
+    EXPECT_EQ(p.cycle.tick_us, 5000000 + 100 * period_us);  // no drift
+    EXPECT_EQ(p.mode(), CB_MODE_ACTIVE);
+    EXPECT_DOUBLE_EQ(p.held(), -40);
+    EXPECT_EQ(p.sim->reads, 100u + 3u);  // read back at the first contact, and once a second
+    EXPECT_EQ(p.sim->writes, 100u);
+}
+
+// Where two requests take more than half of the time a third one would cost the write.
+TEST(cycle, is_not_read_back_where_the_exchange_leaves_no_room) {
+    plant p;
+    p.sim->exchange_us = 7000;  // 14 of 24 ms
+    p.run(200);
+    EXPECT_EQ(p.mode(), CB_MODE_ACTIVE);
+    EXPECT_EQ(p.sim->reads, 200u + 1u);
+    EXPECT_EQ(p.box->counters.writes_failed, 0u);
+}
+
+TEST(cycle, fc23_writes_the_outputs_of_the_cycle_before) {
+    plant p(simple(CB_EXCHANGE_FC23));
+    p.run(1);
+    EXPECT_EQ(p.sim->writes, 0u);  // it has to hear the PLC before it writes
+    EXPECT_EQ(p.sim->reads, 2u);   // of both blocks
+    EXPECT_TRUE(p.cycle.out.write);
+    p.run(1);
+    EXPECT_EQ(p.sim->writes, 1u);
+    EXPECT_EQ(p.sim->registers[101], 1);
+    EXPECT_EQ(p.cycle.out.registers[1], 2);
+    EXPECT_EQ(p.cycle.exchange_us, 2000);
+    p.run(20);
+    EXPECT_DOUBLE_EQ(p.held(), -40);
+    EXPECT_EQ(p.box->counters.writes_failed, 0u);
+    EXPECT_EQ(p.sim->reads, 23u);
+}
+
+TEST(cycle, without_a_plc_nothing_is_written_and_the_watchdog_is_fed) {
+    for (cb_exchange exchange : {CB_EXCHANGE_FC3_FC16, CB_EXCHANGE_FC23}) {
+        plant p(simple(exchange));
+        p.sim->absent = true;
+        p.run(50);
+        EXPECT_EQ(p.sim->watchdog_fed, 50u);
+        EXPECT_EQ(p.box->counters.reads_failed, 50u);
+        EXPECT_EQ(p.box->counters.writes_failed, 0u);
+        p.sim->absent = false;
+        p.run(10);
+        EXPECT_EQ(p.mode(), CB_MODE_ACTIVE);
+        EXPECT_DOUBLE_EQ(p.held(), -40);
+        EXPECT_LE(p.steepest, 1);
+    }
+}
+
+TEST(cycle, no_request_is_begun_that_cannot_end_in_time) {
+    plant p;
+    p.sim->exchange_us = 13000;  // two of them are more than 24 ms
+    p.run(10);
+    EXPECT_EQ(p.cycle.read, CB_TRANSFER_OK);
+    EXPECT_EQ(p.cycle.write, CB_TRANSFER_FAILED);
+    EXPECT_EQ(p.sim->writes, 0u);
+    EXPECT_LE(p.cycle.exchange_us, 24000);
+    EXPECT_EQ(p.box->counters.missed_ticks, 0u);
+}
+
+TEST(cycle, nothing_is_written_after_the_deadline) {
+    plant p;
+    p.run(20);
+    p.sim->exchange_us = 0;  // so that the hardware would let it through
+    p.inject(CB_FAULT_LATE, p.sim->now_us, forever);
+    const uint32_t before = p.sim->writes;
+    p.run(3);
+    EXPECT_EQ(p.sim->writes, before);
+    EXPECT_EQ(p.box->counters.writes_failed, 2u);  // and the third is not known yet
+}
+
+TEST(cycle, when_the_read_fails_the_held_output_is_written) {
+    plant p;
+    p.run(20);
+    p.inject(CB_FAULT_REFUSE_READ, p.sim->now_us, forever);
+    const uint32_t before = p.sim->writes;
+    p.run(10);
+    EXPECT_EQ(p.sim->writes, before + 10);
+    EXPECT_EQ(p.mode(), CB_MODE_HOLD);
+    EXPECT_EQ(p.sim->registers[100] & 0xFF, CB_MODE_HOLD);
+    EXPECT_DOUBLE_EQ(p.held(), -40);
+    p.run(60);
+    EXPECT_EQ(p.mode(), CB_MODE_STANDBY);
+    EXPECT_EQ(p.held(), 0);
+    EXPECT_EQ(p.sim->registers[101], 90);
+}
+
+TEST(cycle, missed_ticks_are_skipped_and_counted) {
+    plant p;
+    p.run(20);
+    cb_sim_pass(p.sim.get(), p.after(70000));  // the program was kept from running
+    p.run(1);
+    EXPECT_EQ(p.cycle.in.missed_ticks, 2u);
+    EXPECT_EQ((p.cycle.tick_us - 5000000) % period_us, 0);
+    p.run(1);
+    EXPECT_EQ(p.cycle.in.missed_ticks, 0u);
+    EXPECT_EQ(p.box->counters.missed_ticks, 2u);
+    EXPECT_EQ(p.mode(), CB_MODE_ACTIVE);
+}
+
+TEST(cycle, samples_reach_the_box) {
+    plant p;
+    p.run(20);
+    cb_sim_sample(p.sim.get(), 1, 50, p.sim->now_us);
+    p.run(5);
+    EXPECT_DOUBLE_EQ(p.held(), -45);
+    for (int i = 0; i < CB_SIM_SAMPLES + 10; ++i) cb_sim_sample(p.sim.get(), 1, 60, p.sim->now_us);
+    EXPECT_EQ(p.sim->sample_count, static_cast<std::size_t>(CB_SIM_SAMPLES));
+    p.run(1);
+    EXPECT_EQ(p.cycle.in.sample_count, CB_MAX_SAMPLES);
+    EXPECT_EQ(p.sim->sample_count, 0u);
+}
+
+TEST(cycle, a_stop_ends_with_zero_and_status_stopped_at_the_plc) {
+    for (cb_exchange exchange : {CB_EXCHANGE_FC3_FC16, CB_EXCHANGE_FC23}) {
+        plant p(simple(exchange));
+        p.run(20);
+        p.sim->stop = true;
+        int cycles = 0;
+        while (!p.cycle.out.stopped && cycles < 1000) {
+            p.run(1);
+            ++cycles;
+        }
+        EXPECT_LE(cycles * 0.030, 40.0 / 50 + 1);
+        EXPECT_EQ(p.held(), 0);
+        EXPECT_EQ(p.sim->registers[100], CB_REASON_STOP << 8 | CB_MODE_STOPPED);
+    }
+}
+
+// ---- losing and finding the PLC
+
+TEST(cycle, a_plc_that_restarts_is_met_where_it_is) {
+    for (cb_exchange exchange : {CB_EXCHANGE_FC3_FC16, CB_EXCHANGE_FC23}) {
+        plant p(simple(exchange));
+        p.run(20);
+        p.sim->absent = true;
+        p.run(8);
+        EXPECT_EQ(p.mode(), CB_MODE_HOLD);
+        put_int32(p.sim->registers + 104, 0);  // its setting data are zeroed at start
+        p.held_um = 0;
+        p.sim->absent = false;
+        p.run(20);
+        EXPECT_EQ(p.mode(), CB_MODE_ACTIVE);  // permit resume is on
+        EXPECT_DOUBLE_EQ(p.held(), -40);
+        EXPECT_LE(p.steepest, 1);
+        EXPECT_EQ(p.box->counters.resyncs, 1u);
+    }
+}
+
+TEST(cycle, after_an_outage_the_outputs_go_on_from_what_the_plc_holds) {
+    plant p;
+    p.run(20);
+    p.sim->absent = true;
+    p.run(200);
+    EXPECT_EQ(p.mode(), CB_MODE_STANDBY);  // the box has ramped down for itself …
+    EXPECT_EQ(p.cycle.out.channel_um[0], 0);
+    EXPECT_EQ(p.cycle.in.last_write, CB_WRITE_NONE);
+    p.control = 2;
+    p.sim->absent = false;
+    p.run(1);
+    EXPECT_DOUBLE_EQ(p.held(), -40);  // … but the PLC had not
+    EXPECT_EQ(p.mode(), CB_MODE_RAMP);
+    p.run(30);
+    EXPECT_EQ(p.held(), 0);
+    EXPECT_LE(p.steepest, 1);
+}
+
+// Behind a last write without an answer the connection is left; it is the only one of its kind.
+TEST(cycle, the_connection_is_left_behind_a_last_write) {
+    static unsigned left;
+    static uint32_t writes;
+    left = 0;
+    plant p;
+    p.run(20);
+    p.inject(CB_FAULT_WRITE_TOOK, p.sim->now_us, forever);
+    p.hal.leave = [](void *context) {
+        ++left;
+        writes = static_cast<cb_sim *>(static_cast<cb_faults *>(context)->inner.context)->writes;
+    };
+    for (int i = 0; i < 100 && left == 0; ++i) p.run(1);
+    EXPECT_EQ(left, 1u);
+    EXPECT_TRUE(p.cycle.out.last);
+    EXPECT_EQ(writes, p.sim->writes);
+    EXPECT_EQ(p.sim->registers[100], CB_MODE_HOLD | CB_REASON_UNCONFIRMED << 8);
+    EXPECT_DOUBLE_EQ(p.held(), -40);
+    p.run(1);
+    EXPECT_FALSE(p.cycle.out.last);
+    p.run(100);
+    EXPECT_EQ(left, 1u) << "the status that follows is true without it";
+    EXPECT_LE(p.steepest, 1);
+}
+
+// ---- faults
+
+// Cycles of the fault and after it, from a running box; what the box makes of it.
+struct fault_case {
+    cb_fault_kind kind;
+    int64_t number;
+    uint32_t every;
+    cb_mode mode_in_fault;  // after a second of it
+    bool counted;           // some counter of errors moved
+};
+
+const fault_case cases[] = {
+    {CB_FAULT_DROP, 0, 1, CB_MODE_RAMP, true},
+    {CB_FAULT_DROP, 0, 3, CB_MODE_ACTIVE, true},
+    {CB_FAULT_LATE, 0, 1, CB_MODE_RAMP, true},
+    {CB_FAULT_LATE, 0, 2, CB_MODE_ACTIVE, true},
+    {CB_FAULT_REFUSE_READ, 0, 1, CB_MODE_RAMP, true},
+    {CB_FAULT_REFUSE_WRITE, 0, 1, CB_MODE_RAMP, true},
+    {CB_FAULT_REFUSE_WRITE, 0, 2, CB_MODE_ACTIVE, true},
+    {CB_FAULT_WRITE_TOOK, 0, 1, CB_MODE_RAMP, true},
+    {CB_FAULT_WRITE_TOOK, 0, 2, CB_MODE_ACTIVE, true},
+    {CB_FAULT_WRITE_LOST, 0, 1, CB_MODE_RAMP, true},
+    {CB_FAULT_WRITE_LOST, 0, 2, CB_MODE_ACTIVE, true},
+    {CB_FAULT_FREEZE, 1, 1, CB_MODE_RAMP, true},
+    {CB_FAULT_MISS_TICKS, 1, 4, CB_MODE_ACTIVE, true},
+    {CB_FAULT_CLOCK, 40000, 1, CB_MODE_ACTIVE, false},
+    {CB_FAULT_CLOCK, -500, 1, CB_MODE_ACTIVE, false},
+    {CB_FAULT_CLOCK, 1000000, 1, CB_MODE_ACTIVE, true},
+    {CB_FAULT_CLOCK, -1000000, 1, CB_MODE_ACTIVE, true},
+};
+
+uint32_t errors(const cb_counters &c) {
+    return c.reads_failed + c.writes_failed + c.writes_refused + c.writes_unknown +
+           c.heartbeats_lost + c.clock_jumps + c.missed_ticks;
+}
+
+void survive(const fault_case &fault, cb_exchange exchange) {
+    SCOPED_TRACE(testing::Message() << "kind " << fault.kind << " number " << fault.number
+                                    << " every " << fault.every << " exchange " << exchange);
+    plant p(simple(exchange));
+    p.run(20);
+    ASSERT_EQ(p.mode(), CB_MODE_ACTIVE);
+    p.inject(fault.kind, p.sim->now_us, p.after(1200000), fault.number, fault.every);
+    for (int i = 0; i < 34; ++i) {
+        p.x_mm = 400 + 10 * (i % 7);
+        const int64_t before_us = p.sim->now_us;
+        p.run(1);
+        EXPECT_LE(p.sim->now_us - before_us, 5 * period_us);
+    }
+    EXPECT_EQ(p.mode(), fault.mode_in_fault) << cb_mode_name(p.box->mode.mode);
+    EXPECT_EQ(errors(p.box->counters) > 0, fault.counted);
+    EXPECT_GT(p.faults->injected + (fault.kind == CB_FAULT_CLOCK), 0u);
+    p.x_mm = 500;
+    p.run(60);
+    EXPECT_EQ(p.mode(), CB_MODE_ACTIVE);  // recovers by itself: permit resume is on
+    EXPECT_DOUBLE_EQ(p.held(), -50);
+    EXPECT_LE(p.steepest, 1.0);
+    EXPECT_EQ(p.box->counters.faults, 0u);
+}
+
+TEST(cycle, every_fault_is_survived_and_the_box_comes_back) {
+    for (const fault_case &fault : cases)
+        for (cb_exchange exchange : {CB_EXCHANGE_FC3_FC16, CB_EXCHANGE_FC23})
+            survive(fault, exchange);
+}
+
+TEST(cycle, torn_readings_are_seen_by_their_counters) {
+    config_builder b = simple();
+    b.config->plc.read.counters = true;
+    b.config->plc.control = 2;
+    b.config->plc.plc_heartbeat = 1;
+    plant p(b);
+    const cb_sim_host host = {&p,
+                              [](void *context, cb_sim *sim, int64_t now_us) {
+                                  plant &mine = *static_cast<plant *>(context);
+                                  plant::update(context, sim, now_us);
+                                  sim->registers[2] = mine.control;
+                                  sim->registers[0] = sim->registers[31] =
+                                      static_cast<uint16_t>(now_us / 1000);
+                              },
+                              plant::written};
+    p.sim->host = host;
+    p.run(20);
+    ASSERT_EQ(p.mode(), CB_MODE_ACTIVE);
+    p.inject(CB_FAULT_TORN, p.sim->now_us, p.after(300000), 0, 2);
+    p.run(30);
+    EXPECT_EQ(p.box->counters.reads_torn, 4u);  // the first of the window has no reading before it
+    EXPECT_EQ(p.mode(), CB_MODE_ACTIVE);
+}
+
+TEST(cycle, a_fault_outside_its_window_changes_nothing) {
+    plant with, without;
+    with.inject(CB_FAULT_DROP, 0, 100);
+    for (int i = 0; i < 100; ++i) {
+        with.x_mm = without.x_mm = 400 + i;
+        with.run(1);
+        without.run(1);
+        ASSERT_EQ(std::memcmp(with.cycle.out.registers, without.cycle.out.registers,
+                              sizeof with.cycle.out.registers),
+                  0);
+    }
+    EXPECT_EQ(with.faults->injected, 0u);
+}
+
+TEST(cycle, refused_writes_end_in_the_fault_and_reset_clears_it) {
+    plant p;
+    p.run(20);
+    p.inject(CB_FAULT_REFUSE_WRITE, p.sim->now_us, p.after(4000000));
+    p.run(130);
+    EXPECT_EQ(p.mode(), CB_MODE_FAULT);
+    EXPECT_EQ(p.box->mode.reason, CB_REASON_WRITE_REFUSED);
+    p.run(50);
+    EXPECT_EQ(p.mode(), CB_MODE_FAULT);
+    p.control |= 4;
+    p.run(20);
+    EXPECT_EQ(p.mode(), CB_MODE_ACTIVE);  // permit resume is on
+    EXPECT_LE(p.steepest, 1);
+}
+
+}  // namespace
+}  // namespace compbox

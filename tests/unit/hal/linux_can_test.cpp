@@ -1,0 +1,337 @@
+// SPDX-License-Identifier: MIT
+// The loop's side of SocketCAN, over a pair of local sockets: a machine that runs unit tests need
+// not have CAN. What only the kernel does (filters, bus-off, interface down, overflow) is tested
+// with real controllers by scripts/test --system.
+#include <gtest/gtest.h>
+#include <linux/can.h>
+#include <linux/can/error.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cstring>
+
+extern "C" {
+#include "hal/linux/can_source.h"
+#include "hal/linux/clock.h"
+}
+#include "tests/support/config_fixture.h"
+
+namespace {
+
+using compbox_test::full_example;
+using compbox_test::load;
+using compbox_test::with;
+
+struct linux_can : ::testing::Test {
+    linux_can() {
+        int pair[2];
+        EXPECT_EQ(socketpair(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK, 0, pair), 0);
+        bus = pair[0];
+        box = pair[1];
+        cb_can_start(&can, true);
+    }
+    ~linux_can() override {
+        cb_can_close(&can);
+        if (bus >= 0) close(bus);
+    }
+    void send(uint32_t id, std::initializer_list<int> bytes) {
+        can_frame raw = {};
+        raw.can_id = id;
+        raw.can_dlc = static_cast<uint8_t>(bytes.size());
+        size_t i = 0;
+        for (int byte : bytes) raw.data[i++] = static_cast<uint8_t>(byte);
+        ASSERT_EQ(write(bus, &raw, sizeof raw), static_cast<ssize_t>(sizeof raw));
+    }
+    void controller_says(uint32_t what, int detail = 0) {
+        send(CAN_ERR_FLAG | what, {0, detail, 0, 0, 0, 0, 0, 0});
+    }
+    cb_can can;
+    int bus, box;
+    cb_can_frame frame = {};
+};
+
+TEST_F(linux_can, asks_for_a_socket_and_takes_the_one_offered) {
+    EXPECT_TRUE(cb_can_wanted(&can));
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    cb_can_offer(&can, box);
+    EXPECT_FALSE(cb_can_wanted(&can)) << "one is on its way";
+    send(0x181, {1, 2, 3});
+    ASSERT_TRUE(cb_can_receive(&can, &frame, 5000));
+    EXPECT_FALSE(cb_can_wanted(&can));
+    EXPECT_EQ(frame.id, 0x181u);
+    EXPECT_EQ(frame.length, 3);
+    EXPECT_EQ(frame.data[2], 3);
+    EXPECT_EQ(frame.time_us, 5000);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 5000));
+    EXPECT_EQ(can.counters.frames, 1u);
+    EXPECT_EQ(can.state, CB_CAN_UP);
+    EXPECT_TRUE(cb_can_came_back(&can));
+    EXPECT_FALSE(cb_can_came_back(&can));
+}
+
+TEST_F(linux_can, counts_what_the_controller_says_and_goes_on) {
+    cb_can_offer(&can, box);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    cb_can_came_back(&can);
+    controller_says(CAN_ERR_CRTL, CAN_ERR_CRTL_RX_WARNING);
+    controller_says(CAN_ERR_CRTL, CAN_ERR_CRTL_TX_PASSIVE);
+    controller_says(CAN_ERR_CRTL, CAN_ERR_CRTL_RX_OVERFLOW);
+    controller_says(CAN_ERR_ACK);
+    controller_says(CAN_ERR_BUSOFF);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.counters.error_frames, 5u);
+    EXPECT_EQ(can.counters.warnings, 1u);
+    EXPECT_EQ(can.counters.passives, 1u);
+    EXPECT_EQ(can.counters.controller_overflows, 1u);
+    EXPECT_EQ(can.counters.bus_offs, 1u);
+    EXPECT_EQ(can.state, CB_CAN_BUS_OFF);
+    EXPECT_FALSE(cb_can_came_back(&can));
+    controller_says(CAN_ERR_RESTARTED);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.counters.restarts, 1u);
+    EXPECT_EQ(can.state, CB_CAN_UP);
+    EXPECT_TRUE(cb_can_came_back(&can));
+    EXPECT_EQ(can.counters.frames, 0u);
+}
+
+// Some controllers restart by themselves and never say "restarted".
+TEST_F(linux_can, a_controller_that_is_active_again_has_come_back) {
+    cb_can_offer(&can, box);
+    controller_says(CAN_ERR_BUSOFF);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    cb_can_came_back(&can);
+    controller_says(CAN_ERR_CRTL, CAN_ERR_CRTL_ACTIVE);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.state, CB_CAN_UP);
+    EXPECT_TRUE(cb_can_came_back(&can));
+    EXPECT_EQ(can.counters.restarts, 0u);
+}
+
+// The kernel's stamp, by the wall clock, becomes the age of a frame that waited.
+TEST_F(linux_can, a_frame_is_as_old_as_the_kernel_says) {
+    const int on = 1;
+    ASSERT_EQ(setsockopt(box, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on), 0);
+    cb_can_offer(&can, box);
+    const int64_t empty_us = cb_boottime_us();
+    EXPECT_FALSE(cb_can_receive(&can, &frame, empty_us));
+    usleep(20000);
+    const int64_t before_us = cb_boottime_us();
+    send(0x181, {1});
+    const int64_t after_us = cb_boottime_us();
+    usleep(50000);
+    ASSERT_TRUE(cb_can_receive(&can, &frame, cb_boottime_us()));
+    EXPECT_GE(frame.time_us, before_us - 5000);
+    EXPECT_LE(frame.time_us, after_us + 5000);
+    // As if the wall clock had been set: far forward, then back. now_us moves in its place.
+    send(0x181, {2});
+    const int64_t emptied_us = can.emptied_us;
+    ASSERT_TRUE(cb_can_receive(&can, &frame, emptied_us - 3600000000));
+    EXPECT_EQ(frame.time_us, emptied_us) << "not older than the empty queue";
+    usleep(1000);
+    send(0x181, {3});
+    can.emptied_us = 0;
+    ASSERT_TRUE(cb_can_receive(&can, &frame, 3600000000));
+    EXPECT_LE(frame.time_us, 3600000000) << "not younger than now";
+}
+
+TEST_F(linux_can, an_interface_that_is_up_again_is_noticed_without_a_frame) {
+    cb_can_offer(&can, box);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    cb_can_came_back(&can);
+    can.state = CB_CAN_DOWN;  // as a socket error has it, which a local socket never gives
+    can.downs = 1;
+    cb_can_look(&can, "no_such_can");
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.state, CB_CAN_DOWN);
+    cb_can_look(&can, "lo");
+    can.downs = 2;  // it went down once more since somebody looked
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.state, CB_CAN_DOWN);
+    cb_can_look(&can, "lo");
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.state, CB_CAN_UP);
+    EXPECT_TRUE(cb_can_came_back(&can));
+}
+
+TEST_F(linux_can, a_revoked_socket_is_given_back_and_another_asked_for) {
+    cb_can_offer(&can, box);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    can.returned = 1000;  // the other thread has not closed the one before yet
+    cb_can_revoke(&can);
+    send(0x181, {1});
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0)) << "of the wrong interface";
+    EXPECT_EQ(can.fd, box);
+    can.returned = -1;
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.returned, box);
+    EXPECT_EQ(can.fd, -1);
+    EXPECT_TRUE(cb_can_wanted(&can));
+}
+
+TEST_F(linux_can, a_flood_is_taken_in_portions) {
+    cb_can_offer(&can, box);
+    int sent = 0;
+    for (can_frame f = {}; write(bus, &f, sizeof f) > 0;) ++sent;
+    EXPECT_GT(sent, 0);
+    int taken = 0;
+    while (cb_can_receive(&can, &frame, 0)) ++taken;
+    EXPECT_EQ(taken, sent);
+}
+
+TEST_F(linux_can, sends_and_counts_what_cannot_be_sent) {
+    const cb_can_frame start = {0, 2, {1, 5}, 0};
+    EXPECT_FALSE(cb_can_send(&can, &start)) << "there is no socket yet";
+    cb_can_offer(&can, box);
+    cb_can_receive(&can, &frame, 0);
+    EXPECT_TRUE(cb_can_send(&can, &start));
+    can_frame heard = {};
+    ASSERT_EQ(read(bus, &heard, sizeof heard), static_cast<ssize_t>(sizeof heard));
+    EXPECT_EQ(heard.can_id, 0u);
+    EXPECT_EQ(heard.can_dlc, 2);
+    EXPECT_EQ(heard.data[1], 5);
+    while (cb_can_send(&can, &start)) continue;  // until the queue is full
+    EXPECT_EQ(can.counters.not_sent, 2u);
+}
+
+TEST_F(linux_can, a_socket_that_fails_is_given_back_and_another_asked_for) {
+    cb_can_offer(&can, box);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    // A connected local socket whose other end is gone answers a send with an error, then nothing
+    // more; an integer that is no socket answers everything with one.
+    const int kept = dup(can.fd);
+    close(can.fd);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.counters.socket_errors, 1u);
+    EXPECT_EQ(can.state, CB_CAN_CLOSED);
+    EXPECT_TRUE(cb_can_wanted(&can));
+    __atomic_store_n(&can.returned, -1, __ATOMIC_RELEASE);  // it is closed already
+    cb_can_offer(&can, kept);
+    send(0x181, {1});
+    EXPECT_TRUE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.state, CB_CAN_UP);
+}
+
+// Other filters after a reload do not bring a controller back to the bus.
+TEST_F(linux_can, a_new_socket_of_a_bus_that_is_off_does_not_say_that_it_is_up) {
+    cb_can_offer(&can, box);
+    controller_says(CAN_ERR_BUSOFF);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    cb_can_came_back(&can);
+    int pair[2];
+    ASSERT_EQ(socketpair(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK, 0, pair), 0);
+    cb_can_offer(&can, pair[1]);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.fd, pair[1]);
+    EXPECT_EQ(can.state, CB_CAN_BUS_OFF);
+    EXPECT_FALSE(cb_can_came_back(&can));
+    can_frame raw = {};
+    ASSERT_EQ(write(pair[0], &raw, sizeof raw), static_cast<ssize_t>(sizeof raw));
+    EXPECT_TRUE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.state, CB_CAN_UP);
+    close(pair[0]);
+}
+
+TEST_F(linux_can, a_new_socket_replaces_the_old_one_which_is_closed) {
+    cb_can_offer(&can, box);
+    cb_can_receive(&can, &frame, 0);
+    int pair[2];
+    ASSERT_EQ(socketpair(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK, 0, pair), 0);
+    cb_can_offer(&can, pair[1]);
+    cb_can_receive(&can, &frame, 0);
+    EXPECT_EQ(can.fd, pair[1]);
+    EXPECT_EQ(can.returned, box);
+    cb_can_tidy(&can);
+    EXPECT_EQ(can.returned, -1);
+    char byte = 0;
+    EXPECT_LT(write(bus, &byte, 1), 0) << "nobody is there any more";
+    close(pair[0]);
+}
+
+TEST(linux_can_open, tells_why_it_cannot) {
+    const uint32_t id = 0x181;
+    const int got = cb_can_open("no_such_can", &id, 1);
+    EXPECT_TRUE(got == -ENODEV || got == -EAFNOSUPPORT) << got;
+}
+
+// From frames on the bus to samples, and NMT on it.
+TEST_F(linux_can, the_source_decodes_and_starts_nodes) {
+    const auto loaded =
+        load(with(R"("safety":)",
+                  R"("can": {"nodes": [{"node": 5, "start": true, "heartbeat_timeout_ms": 1000}]},
+        "safety":)"));
+    ASSERT_EQ(loaded.error, CB_OK) << loaded.text;
+    cb_can_source source;
+    cb_can_source_start(&source, loaded.config.get());
+    ASSERT_TRUE(cb_can_source_used(&source));
+    cb_can_offer(&source.can, box);
+    cb_hal_sample samples[CB_MAX_SIGNALS];
+    send(0x705, {0});
+    send(0x181, {0, 0, 0xEB, 0x00});  // T1: offset 2, int16le: 235
+    send(0x181, {0});
+    ASSERT_EQ(cb_can_source_samples(&source, samples, CB_MAX_SIGNALS, 1000), 1u);
+    EXPECT_STREQ(loaded.config->signals[samples[0].signal].name, "T1");
+    EXPECT_EQ(samples[0].raw, 235);
+    EXPECT_EQ(samples[0].time_us, 1000);
+    EXPECT_EQ(source.can.counters.heartbeats, 1u);
+    EXPECT_EQ(source.can.counters.short_frames, 1u);
+    can_frame heard = {};
+    ASSERT_EQ(read(bus, &heard, sizeof heard), static_cast<ssize_t>(sizeof heard));
+    EXPECT_EQ(heard.can_id, 0u);
+    EXPECT_EQ(heard.data[0], 1);
+    EXPECT_EQ(heard.data[1], 5);
+    EXPECT_EQ(cb_can_source_samples(&source, samples, CB_MAX_SIGNALS, 2000), 0u);
+    cb_can_close(&source.can);
+}
+
+// Another file takes over: its signals count from the next frame on.
+TEST_F(linux_can, the_source_follows_a_new_file) {
+    const auto before = load(full_example);
+    cb_can_source source;
+    cb_can_source_start(&source, before.config.get());
+    cb_can_offer(&source.can, box);
+    cb_hal_sample samples[CB_MAX_SIGNALS];
+    EXPECT_EQ(cb_can_source_samples(&source, samples, CB_MAX_SIGNALS, 0), 0u);
+    const auto after = load(with("\"0x181\", \"offset\": 2", "\"0x182\", \"offset\": 0"));
+    cb_can_source_replan(&source, after.config.get());
+    send(0x181, {0, 0, 1, 0});
+    send(0x182, {2, 0});
+    ASSERT_EQ(cb_can_source_samples(&source, samples, CB_MAX_SIGNALS, 0), 1u);
+    EXPECT_EQ(samples[0].raw, 2);
+    auto none = std::make_unique<cb_config>();
+    cb_can_source_replan(&source, none.get());
+    EXPECT_EQ(cb_can_source_samples(&source, samples, CB_MAX_SIGNALS, 0), 0u);
+    EXPECT_EQ(source.can.returned, box) << "the bus is left";
+    EXPECT_FALSE(cb_can_wanted(&source.can));
+    cb_can_source_replan(&source, before.config.get());
+    EXPECT_TRUE(cb_can_wanted(&source.can));
+    cb_can_close(&source.can);
+}
+
+// What the old interface still says is none of the new file's business.
+TEST_F(linux_can, the_source_gives_back_the_socket_of_another_interface) {
+    const auto before = load(full_example);
+    const auto after = load(with(R"("safety":)", R"("can": {"interface": "can1"}, "safety":)"));
+    cb_can_source source;
+    cb_can_source_start(&source, before.config.get());
+    cb_can_offer(&source.can, box);
+    cb_hal_sample samples[CB_MAX_SIGNALS];
+    EXPECT_EQ(cb_can_source_samples(&source, samples, CB_MAX_SIGNALS, 0), 0u);
+    cb_can_source_replan(&source, after.config.get());
+    send(0x181, {0, 0, 1, 0});
+    EXPECT_EQ(cb_can_source_samples(&source, samples, CB_MAX_SIGNALS, 0), 0u);
+    EXPECT_EQ(source.can.returned, box);
+    EXPECT_TRUE(cb_can_wanted(&source.can));
+    cb_can_close(&source.can);
+}
+
+TEST(linux_can_source, asks_for_no_socket_where_the_file_has_no_can) {
+    cb_config config = {};
+    cb_can_source source;
+    cb_can_source_start(&source, &config);
+    cb_hal_sample samples[1];
+    EXPECT_FALSE(cb_can_source_used(&source));
+    EXPECT_FALSE(cb_can_wanted(&source.can));
+    EXPECT_EQ(cb_can_source_samples(&source, samples, 1, 0), 0u);
+}
+
+}  // namespace

@@ -1,0 +1,407 @@
+// SPDX-License-Identifier: MIT
+// What outlives a run in a file: lags, by a clock that is known to be right; how the run ended; the
+// PLC's heartbeat. What is not used.
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <cmath>
+#include <fstream>
+#include <iterator>
+
+#include "tests/support/box_fixture.h"
+#include "tests/support/temporary.h"
+
+extern "C" {
+#include "firmware/base/crc32.h"
+#include "hal/linux/daemon/state.h"
+}
+
+namespace compbox {
+namespace {
+
+constexpr int64_t second = 1000000;
+
+// Thermometer T with a fast and a slow lag, and a lag of the square of the slow one.
+config_builder lags() {
+    config_builder b;
+    std::strcpy(b.config->machine, "mill");
+    b.position("X", 8);
+    const unsigned t = b.thermometer("T");
+    const auto lag = [&](const char *name, unsigned of, float tau_s, uint8_t power) {
+        cb_signal_config &s = b.signal(name, "degC", CB_SOURCE_LAG, CB_NUMBER_INT16, 0);
+        s.lag_of = static_cast<uint8_t>(of);
+        s.tau_s = tau_s;
+        s.power = power;
+        s.min = -10;
+        s.max = 9000;
+        s.max_age_ms = 2000;
+        b.config->lags[b.config->lags_count++] = static_cast<uint8_t>(b.config->signals_count - 1);
+    };
+    lag("fast", t, 60, 1);
+    lag("slow", t, 7200, 1);
+    lag("square", t + 2, 7200, 2);
+    return b;
+}
+
+struct state_file : testing::Test {
+    std::string path = compbox_test::temporary("lags.state");
+    cb_state state{};
+    char said[512] = "";
+
+    ~state_file() override { std::remove(path.c_str()); }
+
+    // A box that ran through a warm-up of 20 minutes.
+    static box_rig warm() {
+        box_rig rig(lags());
+        for (int i = 0; i < 1200; ++i) {
+            rig.position(8, 100);
+            rig.sample(1, i < 10 ? 200.0f : 350.0f);
+            rig.step(second);
+        }
+        return rig;
+    }
+    static cb_state_clock clock(int64_t boottime_us, int64_t unix_us, const char *boot,
+                                bool synchronised = true) {
+        cb_state_clock clock{boottime_us, unix_us, synchronised, ""};
+        std::strcpy(clock.boot_id, boot);
+        return clock;
+    }
+    int write(const box_rig &rig, const cb_state_clock &now, const char *to) {
+        cb_state taken;
+        cb_state_take(&taken, rig.box.get());
+        return cb_state_write(&taken, &rig.box->config, to, &now);
+    }
+    void save(const box_rig &rig, int64_t unix_us, bool synchronised = true) {
+        ASSERT_EQ(write(rig, clock(rig.now_us, unix_us, "boot", synchronised), path.c_str()), 0);
+    }
+    bool read_at(const cb_config &config, const cb_state_clock &now) {
+        return cb_state_read(&state, &config, path.c_str(), &now, said, sizeof said);
+    }
+    // After another boot, whose wall clock is right.
+    bool read(const cb_config &config, int64_t boottime_us, int64_t unix_us) {
+        return read_at(config, clock(boottime_us, unix_us, "another boot"));
+    }
+    unsigned settled() const {
+        unsigned count = 0;
+        for (const cb_lag_state &lag : state.lags) count += lag.settled;
+        return count;
+    }
+    bool told(const std::string &words) const {
+        return std::string(said).find(words) != std::string::npos;
+    }
+    std::string bytes() {
+        std::ifstream file(path, std::ios::binary);
+        return {std::istreambuf_iterator<char>(file), {}};
+    }
+    void put(const std::string &text) { std::ofstream(path, std::ios::binary) << text; }
+};
+
+TEST_F(state_file, a_short_pause_is_bridged_as_if_the_box_had_run) {
+    box_rig rig = warm();
+    save(rig, 1000 * second);
+    box_rig again(lags());
+    again.now_us = 3 * second;  // the machine was booted meanwhile
+    ASSERT_TRUE(read(again.box->config, again.now_us, 1010 * second)) << said;
+    EXPECT_NE(std::string(said).find("3 of 3 lags go on after a pause of 11.0 s"),
+              std::string::npos)
+        << said;
+    cb_state_give(&state, again.box.get());
+    again.position(8, 100);
+    again.sample(1, 350);  // 10 s after the last value by the wall clock
+    again.box->now_us = 0;
+    again.now_us -= 30000;
+    again.in.samples[0].time_us = again.now_us + 30000;
+    again.step();
+    rig.position(8, 100);
+    rig.in.sample_count = 0;
+    rig.now_us += 10 * second - 30000;
+    rig.sample(1, 350);
+    rig.in.samples[0].time_us = rig.now_us + 30000;
+    rig.step();
+    for (unsigned i = 2; i < 5; ++i) {
+        EXPECT_TRUE(again.box->signals[i].fresh) << i;
+        EXPECT_NEAR(again.box->signals[i].value, rig.box->signals[i].value,
+                    2e-6 * std::fabs(rig.box->signals[i].value))
+            << i;
+        EXPECT_LE(again.box->signals[i].value, i == 4 ? 1225 : 35.0f);
+    }
+}
+
+// A board without a clock restores its wall clock from a file: a stop of 60 h looks like 12 s.
+TEST_F(state_file, a_pause_by_a_wall_clock_that_is_not_synchronised_is_unknown) {
+    const box_rig rig = warm();
+    for (const bool then : {false, true}) {
+        save(rig, 1000 * second, then);
+        ASSERT_TRUE(
+            read_at(rig.box->config, clock(3 * second, 1012 * second, "another boot", !then)));
+        EXPECT_EQ(settled(), 0u);
+        EXPECT_TRUE(told(then ? "is not synchronised" : "was not synchronised")) << said;
+        EXPECT_TRUE(told("lags start steady")) << said;
+    }
+    save(rig, 1000 * second, false);
+    ASSERT_TRUE(read_at(rig.box->config, clock(3 * second, 1012 * second, "another boot", false)));
+    EXPECT_EQ(settled(), 0u);
+}
+
+TEST_F(state_file, within_one_boot_the_wall_clock_does_not_count) {
+    const box_rig rig = warm();
+    for (const int64_t unix_us : {int64_t{0}, 1000 * second, 400000 * second}) {
+        save(rig, 1000 * second, false);
+        ASSERT_TRUE(
+            read_at(rig.box->config, clock(rig.now_us + 9 * second, unix_us, "boot", false)));
+        EXPECT_EQ(settled(), 3u) << said;
+        EXPECT_TRUE(told("after a pause of 10.0 s")) << said;
+        EXPECT_EQ(state.lags[3].time_us, rig.box->signals[3].time_us);
+        ASSERT_TRUE(
+            read_at(rig.box->config, clock(rig.now_us + 9000 * second, unix_us, "boot", true)));
+        EXPECT_EQ(settled(), 0u) << "a long stop that the wall clock does not show";
+    }
+}
+
+TEST_F(state_file, a_boot_without_an_id_is_another_one) {
+    const box_rig rig = warm();
+    ASSERT_EQ(write(rig, clock(rig.now_us, 1000 * second, "", false), path.c_str()), 0);
+    ASSERT_TRUE(read_at(rig.box->config, clock(rig.now_us + second, 1001 * second, "", true)));
+    EXPECT_EQ(settled(), 0u);
+    EXPECT_TRUE(told("unknown")) << said;
+}
+
+TEST_F(state_file, the_kernels_clocks_are_read) {
+    cb_state_clock now, later;
+    cb_state_clock_read(&now);
+    cb_state_clock_read(&later);
+    EXPECT_EQ(std::string(now.boot_id).size(), 36u);
+    EXPECT_STREQ(now.boot_id, later.boot_id);
+    EXPECT_LE(now.boottime_us, later.boottime_us);
+    EXPECT_GT(now.unix_us, 0);
+}
+
+// A box at a PLC, for some cycles.
+box_rig at_work() {
+    box_rig rig(lags());
+    for (int i = 0; i < 20; ++i) {
+        rig.position(8, 100);
+        rig.sample(1, 350);
+        rig.step();
+    }
+    return rig;
+}
+
+TEST_F(state_file, a_run_that_goes_on_has_not_ended_stopped) {
+    const box_rig rig = at_work();
+    ASSERT_TRUE(rig.box->wrote);
+    EXPECT_FALSE(cb_state_ended_stopped(rig.box.get()));
+    save(rig, 1000 * second);
+    ASSERT_TRUE(read(rig.box->config, rig.now_us, 1001 * second));
+    EXPECT_FALSE(state.stopped);
+    EXPECT_TRUE(told("; the run before did not end STOPPED")) << said;
+}
+
+TEST_F(state_file, a_run_that_the_plc_confirmed_stopped_is_known_to_the_next) {
+    box_rig rig = at_work();
+    rig.in.stop = true;
+    for (int i = 0; i < 2000 && !rig.out.stopped; ++i) {
+        EXPECT_FALSE(cb_state_ended_stopped(rig.box.get())) << i;
+        rig.step();
+    }
+    ASSERT_TRUE(rig.out.stopped);
+    cb_state taken;
+    cb_state_take(&taken, rig.box.get());
+    taken.stopped = cb_state_ended_stopped(rig.box.get());
+    const cb_state_clock then = clock(rig.now_us, 1000 * second, "boot", false);
+    ASSERT_EQ(cb_state_write(&taken, &rig.box->config, path.c_str(), &then), 0);
+    for (const bool synchronised : {false, true}) {  // however long ago that was
+        ASSERT_TRUE(
+            read_at(rig.box->config, clock(second, 400000 * second, "another boot", synchronised)));
+        EXPECT_TRUE(state.stopped);
+        EXPECT_TRUE(told("; the run before ended STOPPED")) << said;
+    }
+    box_rig again(lags());
+    cb_state_give(&state, again.box.get());
+    EXPECT_TRUE(again.box->stopped_before);
+    EXPECT_TRUE(cb_state_ended_stopped(again.box.get())) << "it wrote nothing: the PLC has STOPPED";
+}
+
+TEST_F(state_file, a_machine_without_lags_keeps_it_too) {
+    config_builder b;
+    std::strcpy(b.config->machine, "mill");
+    b.position("X", 8);
+    box_rig rig(b);
+    cb_state taken;
+    cb_state_take(&taken, rig.box.get());
+    taken.stopped = true;
+    const cb_state_clock now = clock(second, 1000 * second, "boot");
+    ASSERT_EQ(cb_state_write(&taken, &rig.box->config, path.c_str(), &now), 0);
+    ASSERT_TRUE(read_at(rig.box->config, now));
+    EXPECT_TRUE(state.stopped);
+    EXPECT_STREQ(said, (path + ": no lags; the run before ended STOPPED").c_str());
+}
+
+// A heartbeat that went back is that of a PLC that has restarted, while 16 bits can show it.
+TEST_F(state_file, the_plcs_heartbeat_outlives_a_short_pause_alone) {
+    const box_rig rig = at_work();
+    ASSERT_TRUE(rig.box->plc.beat);
+    save(rig, 1000 * second);
+    const int64_t read_us = rig.box->plc.read_us;
+    const auto given = [&](const cb_state_clock &now) {
+        EXPECT_TRUE(read_at(rig.box->config, now)) << said;
+        box_rig again(lags());
+        cb_state_give(&state, again.box.get());
+        EXPECT_EQ(again.box->plc.beat, state.beat);
+        if (!state.beat) return false;
+        EXPECT_EQ(again.box->plc.plc_heartbeat, rig.box->plc.plc_heartbeat);
+        EXPECT_FALSE(again.box->plc.readable);
+        return true;
+    };
+    EXPECT_TRUE(given(clock(read_us + CB_STATE_BEAT_US, 0, "boot", false)));
+    EXPECT_EQ(state.beat_us, read_us);
+    EXPECT_FALSE(given(clock(read_us + CB_STATE_BEAT_US + 1, 0, "boot", false)));
+    EXPECT_FALSE(given(clock(read_us - 1, 0, "boot", false))) << "from the future";
+    EXPECT_TRUE(given(clock(second, 1010 * second, "another boot", true)));
+    EXPECT_FALSE(given(clock(second, 1010 * second, "another boot", false))) << "pause unknown";
+    EXPECT_FALSE(given(clock(second, 1040 * second, "another boot", true)));
+}
+
+// One whose heartbeat went on has not.
+TEST_F(state_file, a_plc_that_restarted_during_the_pause_is_noticed) {
+    for (const bool restarted : {false, true}) {
+        box_rig before = at_work();
+        save(before, 1000 * second);
+        box_rig rig(lags());
+        rig.now_us = before.now_us + second;
+        ASSERT_TRUE(read_at(rig.box->config, clock(rig.now_us, 0, "boot", false))) << said;
+        cb_state_give(&state, rig.box.get());
+        rig.heartbeat =
+            static_cast<uint16_t>(before.box->plc.plc_heartbeat + (restarted ? -20 : 20));
+        rig.in.held = CB_HELD_SILENT;  // a contact would use it up
+        rig.step();
+        EXPECT_EQ(rig.box->plc.went_back, restarted);
+    }
+}
+
+// Format 2 ended after the lags: they go on, and nothing is known of how the run ended.
+TEST_F(state_file, a_file_of_the_version_before_counts_as_not_stopped) {
+    const box_rig rig = warm();
+    save(rig, 1000 * second);
+    std::string old = bytes();
+    old.resize(old.size() - 4 - 32);
+    old[8] = 2;
+    const uint32_t crc = cb_crc32(0, old.data(), static_cast<uint32_t>(old.size()));
+    old.append(reinterpret_cast<const char *>(&crc), sizeof crc);
+    put(old);
+    ASSERT_TRUE(read(rig.box->config, rig.now_us, 1001 * second)) << said;
+    EXPECT_EQ(settled(), 3u);
+    EXPECT_FALSE(state.stopped || state.beat);
+    EXPECT_TRUE(told("did not end STOPPED")) << said;
+}
+
+// Format 1 had the wall clock alone and did not say how good it was.
+TEST_F(state_file, a_file_of_the_first_version_is_refused) {
+    const box_rig rig = warm();
+    save(rig, 1000 * second);
+    std::string old = bytes();
+    old[8] = 1;
+    put(old);
+    EXPECT_FALSE(read(rig.box->config, rig.now_us, 1001 * second));
+    EXPECT_TRUE(told("is of another version and is not used; lags start steady")) << said;
+    EXPECT_EQ(settled(), 0u);
+}
+
+TEST_F(state_file, each_lag_is_judged_by_its_own_time_constant) {
+    const box_rig rig = warm();
+    save(rig, 1000 * second);
+    ASSERT_TRUE(read(rig.box->config, rig.now_us, 1016 * second));
+    EXPECT_FALSE(state.lags[2].settled) << "16 s are more than a quarter of 60 s";
+    EXPECT_TRUE(state.lags[3].settled);
+    EXPECT_NE(std::string(said).find("2 of 3"), std::string::npos) << said;
+    ASSERT_TRUE(read(rig.box->config, rig.now_us, 2801 * second));
+    EXPECT_FALSE(state.lags[3].settled);
+    EXPECT_NE(std::string(said).find("0 of 3"), std::string::npos) << said;
+}
+
+TEST_F(state_file, a_lag_that_is_another_one_now_starts_steady) {
+    const box_rig rig = warm();
+    save(rig, 1000 * second);
+    config_builder other = lags();
+    other.config->signals[2].tau_s = 61;
+    other.config->signals[4].power = 1;
+    std::strcpy(other.config->signals[3].name, "slower");
+    ASSERT_TRUE(read(*other.config, rig.now_us, 1001 * second));
+    for (unsigned i = 0; i < CB_MAX_SIGNALS; ++i) EXPECT_FALSE(state.lags[i].settled) << i;
+}
+
+TEST_F(state_file, what_is_no_good_is_told_and_not_used) {
+    const box_rig rig = warm();
+    const cb_config &config = rig.box->config;
+    const auto refused = [&](const std::string &why) {
+        EXPECT_FALSE(read(config, rig.now_us, 1001 * second));
+        EXPECT_NE(std::string(said).find(why), std::string::npos) << said;
+        for (const cb_lag_state &lag : state.lags) EXPECT_FALSE(lag.settled);
+    };
+    refused("is not there yet");
+    save(rig, 1000 * second);
+    const std::string good = bytes();
+    for (size_t length = 0; length < good.size(); ++length) {
+        put(good.substr(0, length));
+        refused("lags start steady");
+    }
+    for (size_t at = 0; at < good.size(); ++at) {
+        std::string bad = good;
+        bad[at] = static_cast<char>(bad[at] ^ 0x10);
+        put(bad);
+        refused("lags start steady");
+    }
+    put(good + "x");
+    refused("is cut off");
+    put(std::string(100000, 'x'));
+    refused("is no state file");
+    put(good);
+    config_builder other = lags();
+    std::strcpy(other.config->machine, "lathe");
+    EXPECT_FALSE(read(*other.config, rig.now_us, 1001 * second));
+    EXPECT_NE(std::string(said).find("is of another machine"), std::string::npos) << said;
+    EXPECT_TRUE(read(config, rig.now_us, 900 * second));
+    EXPECT_NE(std::string(said).find("from the future"), std::string::npos) << said;
+    EXPECT_FALSE(state.lags[3].settled);
+}
+
+// A file with a good CRC and a time that no clock shows: differences of times would overflow.
+TEST_F(state_file, a_time_that_no_clock_shows_is_not_used) {
+    const box_rig rig = warm();
+    save(rig, 1000 * second);
+    const std::string good = bytes();
+    constexpr size_t header = 104, record = 88, ending = header + 3 * record;
+    for (const int64_t time_us : {INT64_MIN, int64_t{-1}, INT64_MAX}) {
+        std::string bad = good;
+        const auto set = [&](size_t at) { std::memcpy(&bad[at], &time_us, sizeof time_us); };
+        for (const size_t clock_at : {0u, 8u}) {  // of the wall, of the boot
+            for (size_t i = 0; i < 3; ++i) set(header + i * record + 48 + clock_at);
+            set(ending + clock_at);
+            const uint32_t crc = cb_crc32(0, bad.data(), static_cast<uint32_t>(bad.size() - 4));
+            std::memcpy(&bad[bad.size() - 4], &crc, sizeof crc);
+            put(bad);
+            for (const char *boot : {"boot", "another boot"}) {
+                const cb_state_clock now = clock(rig.now_us, 1001 * second, boot);
+                ASSERT_TRUE(read_at(rig.box->config, now)) << said;
+                EXPECT_TRUE(told("0 of 3")) << time_us << ": " << said;
+                EXPECT_FALSE(state.beat);
+            }
+            bad = good;
+        }
+    }
+}
+
+TEST_F(state_file, a_file_that_cannot_be_written_leaves_the_old_one) {
+    const box_rig rig = warm();
+    const cb_state_clock now = clock(rig.now_us, 0, "boot");
+    EXPECT_NE(write(rig, now, "/nowhere/x"), 0);
+    save(rig, 1000 * second);
+    const std::string good = bytes();
+    ASSERT_EQ(mkdir((path + ".new").c_str(), 0700), 0);
+    EXPECT_NE(write(rig, now, path.c_str()), 0);
+    rmdir((path + ".new").c_str());
+    EXPECT_EQ(bytes(), good);
+}
+
+}  // namespace
+}  // namespace compbox

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+// Turns on the bus of Pt100 modules: what is asked of whom and when, and what becomes of the
+// answers.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <map>
+#include <memory>
+#include <vector>
+
+extern "C" {
+#include "firmware/signals/bus_turns.h"
+}
+
+namespace {
+
+constexpr std::int64_t ms = 1000;
+
+struct rig {
+    std::unique_ptr<cb_config> config = std::make_unique<cb_config>();
+    cb_bus_turns turns{};
+
+    explicit rig(std::uint32_t every_ms) {
+        config->buses_count = 1;
+        config->buses[0].every_us = every_ms * 1000;
+    }
+
+    void add(std::uint8_t unit, std::uint16_t reg, std::uint8_t type = CB_NUMBER_INT16,
+             std::uint8_t source = CB_SOURCE_BUS) {
+        cb_signal_config &signal = config->signals[config->signals_count++];
+        signal.source = source;
+        signal.bus_unit = unit;
+        signal.reg = reg;
+        signal.type = type;
+    }
+
+    void start() { cb_bus_turns_start(&turns, config.get(), 0, 0); }
+
+    // unit, start, count; all 0: nobody is due
+    std::vector<int> next(std::int64_t now_us) {
+        std::uint8_t unit = 0;
+        cb_modbus_request request{};
+        if (!cb_bus_turns_next(&turns, now_us, &unit, &request)) return {0, 0, 0};
+        EXPECT_EQ(request.function, CB_MODBUS_READ);
+        return {unit, request.read_start, request.read_count};
+    }
+
+    std::vector<cb_sample> take(const std::vector<std::uint16_t> &registers, std::size_t max = 64) {
+        std::vector<cb_sample> samples(max);
+        samples.resize(
+            cb_bus_turns_take(&turns, config.get(), registers.data(), samples.data(), max));
+        return samples;
+    }
+};
+
+TEST(bus_turns, registers_side_by_side_are_one_request_and_gaps_are_not_read) {
+    rig r(500);
+    r.add(2, 11);
+    r.add(1, 5, CB_NUMBER_FLOAT32);
+    r.add(2, 10);
+    r.add(2, 10);  // used twice
+    r.add(2, 13);  // 12 is nobody's
+    r.add(1, 7);
+    r.add(1, 8, CB_NUMBER_INT16, CB_SOURCE_PLC);  // not on the bus
+    r.start();
+    EXPECT_EQ(r.next(0), (std::vector<int>{1, 5, 3}));
+    EXPECT_EQ(r.next(0), (std::vector<int>{2, 10, 2}));
+    EXPECT_EQ(r.next(0), (std::vector<int>{2, 13, 1}));
+    EXPECT_EQ(r.next(0), (std::vector<int>{0, 0, 0}));
+}
+
+TEST(bus_turns, a_request_has_at_most_125_registers) {
+    rig r(500);
+    for (std::uint16_t i = 0; i < 64; ++i)
+        r.add(1, static_cast<std::uint16_t>(2 * i), CB_NUMBER_INT32);
+    r.start();
+    EXPECT_EQ(r.next(0), (std::vector<int>{1, 0, 124}));
+    EXPECT_EQ(r.next(0), (std::vector<int>{1, 124, 4}));
+}
+
+TEST(bus_turns, the_last_register_of_all_is_read) {
+    rig r(500);
+    r.add(1, 65535);
+    r.add(1, 65534);
+    r.start();
+    EXPECT_EQ(r.next(0), (std::vector<int>{1, 65534, 2}));
+}
+
+TEST(bus_turns, answers_become_samples_at_the_time_of_asking) {
+    rig r(500);
+    r.add(1, 4);
+    r.add(1, 2, CB_NUMBER_INT32);
+    r.start();
+    EXPECT_EQ(r.next(7 * ms), (std::vector<int>{1, 2, 3}));
+    const auto samples = r.take({0xFFFF, 0xFFFE, 215});
+    ASSERT_EQ(samples.size(), 2u);
+    EXPECT_EQ(samples[0].signal, 0);
+    EXPECT_EQ(samples[0].raw, 215.0f);
+    EXPECT_EQ(samples[1].signal, 1);
+    EXPECT_EQ(samples[1].raw, -2.0f);
+    for (const cb_sample &sample : samples) EXPECT_EQ(sample.time_us, 7 * ms);
+    EXPECT_EQ(r.take({0, 0, 0}, 1).size(), 1u);
+}
+
+TEST(bus_turns, modules_come_in_turn_each_in_its_time) {
+    rig r(300);
+    for (std::uint8_t unit = 1; unit <= 3; ++unit) r.add(unit, 0);
+    r.start();
+    std::vector<int> order;
+    for (std::int64_t now = 0; now < 900 * ms; now += 20 * ms) {
+        const auto one = r.next(now);
+        if (one[0] == 0) continue;
+        order.push_back(one[0]);
+        r.take({1});
+    }
+    EXPECT_EQ(order, (std::vector<int>{1, 2, 3, 1, 2, 3, 1, 2, 3}));
+}
+
+// Two hours with a module that is dead in the midst of them: the others keep their pace, it is
+// asked every 32 turns, and at once at the full pace when it is back.
+TEST(bus_turns, a_silent_module_costs_the_others_little) {
+    rig r(500);
+    for (std::uint8_t unit = 1; unit <= 3; ++unit) r.add(unit, 0);
+    r.start();
+    std::map<int, int> before, during, after;
+    for (std::int64_t now = 0; now < 7200000 * ms; now += 50 * ms) {
+        const auto one = r.next(now);
+        if (one[0] == 0) continue;
+        const bool dead = now >= 2400000 * ms && now < 4800000 * ms;
+        ++(now < 2400000 * ms ? before : dead ? during : after)[one[0]];
+        if (one[0] == 2 && dead) continue;
+        one[0] == 3 ? cb_bus_turns_refused(&r.turns) : (void)r.take({1});
+    }
+    for (int unit : {1, 3}) {
+        EXPECT_NEAR(before[unit], 4800, 2);
+        EXPECT_NEAR(during[unit], 4800, 2);
+        EXPECT_NEAR(after[unit], 4800, 2);
+    }
+    EXPECT_NEAR(before[2], 4800, 2);
+    EXPECT_NEAR(during[2], 4800 / 32, 10);
+    EXPECT_GE(after[2], 4800 - 33);
+}
+
+TEST(bus_turns, a_bus_without_signals_is_never_due) {
+    rig r(500);
+    r.start();
+    EXPECT_EQ(r.next(1000 * ms), (std::vector<int>{0, 0, 0}));
+}
+
+}  // namespace
