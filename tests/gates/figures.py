@@ -3,7 +3,7 @@
 """Gate: figures that several documents state are the same in each, and are those of the script that made
 them or of the gate that limits them.
   figures.py [ROOT]                         prints how many figures were compared, or every one that differs
-  figures.py ROOT --instructions COMMAND…   compares docs/results/speed.md with the output of the command
+  figures.py ROOT --instructions COMMAND…   compares counts of instructions with the output of a gate's PROGRAM.elf
   figures.py --self-test                    plants wrong figures; each must be found"""
 
 import pathlib
@@ -18,17 +18,23 @@ METHODS = {"**bspline** (ours)": ("**compbox, B-spline**", "bspline"),
            "bspline-lmc": ("B-spline as published", "bspline-lmc"),
            "polynomial": ("polynomial of 7th degree", "polynomial"),
            "polyline": ("straight lines between the points", "polyline")}
-# Row of docs/results/speed.md: row of the gate's output.
-INSTRUCTIONS = {"19-20-3 network": "19-20-3, network",
-                "spline of 20 control points, value": "spline, 20 control points, value",
-                "lag, one step": "lag, one step",
-                "volumetric term": "volumetric, 21 errors to the tip",
-                "reference load": "18 splines, volumetric, network, 24 lags",
-                "`cb_box_step` with that load, at rest": "cb_box_step, reference load, at rest",
-                "`cb_box_step` with that load, travelling": "cb_box_step, reference load, travelling",
-                "the same, every curve on breaks of its own": "cb_box_step, every curve on breaks of its own",
-                "`cb_box_step` with that load, the first after a start": "cb_box_step, the first after a start",
-                "`cb_box_step` with that load, in trouble": "cb_box_step, reference load, in trouble"}
+# Of each program of the gates: a page, and the rows of its table by the rows of the program's output.
+COUNTED = {
+    "instructions": ("docs/results/speed.md", {
+        "19-20-3 network": "19-20-3, network",
+        "spline of 20 control points, value": "spline, 20 control points, value",
+        "lag, one step": "lag, one step",
+        "volumetric term": "volumetric, 21 errors to the tip",
+        "reference load": "18 splines, volumetric, network, 24 lags",
+        "`cb_box_step` with that load, at rest": "cb_box_step, reference load, at rest",
+        "`cb_box_step` with that load, travelling": "cb_box_step, reference load, travelling",
+        "the same, every curve on breaks of its own": "cb_box_step, every curve on breaks of its own",
+        "`cb_box_step` with that load, the first after a start": "cb_box_step, the first after a start",
+        "`cb_box_step` with that load, in trouble": "cb_box_step, reference load, in trouble"}),
+    "cycle_conformance": ("docs/stm32f405.md", {"instructions of a cycle": "whole cycle, conformance inputs:"}),
+    "cycle_reference": ("docs/stm32f405.md", {
+        "… of the reference load, travelling": "whole cycle, reference load, travelling:",
+        "… of the reference load when": "whole cycle, reference load, in trouble:"})}
 
 
 def numbers(text):
@@ -66,13 +72,12 @@ def budgets(read):
         yield f"docs/stm32f405.md, {name}", numbers(row(page, name, 2)[1])[:1], [limit]
 
 
-def instructions(read, output, rows):
-    """out: the same of the counts in docs/results/speed.md."""
-    page = read("docs/results/speed.md")
+def counted(read, output, page, rows):
+    """out: the same of counts of instructions: in the page's table, and in a program's output."""
+    text = read(page)
     for stated, printed in rows.items():
         used = re.search(rf"^{re.escape(printed)} +(\d+) /", output, re.M)
-        made = [float(used[1])] if used else []
-        yield f"docs/results/speed.md, {stated}", numbers(row(page, stated, 1)[0])[:1], made
+        yield f"{page}, {stated}", numbers(row(text, stated, 1)[0])[:1], [float(used[1])] if used else []
 
 
 def judge(compared):
@@ -103,9 +108,9 @@ def self_test():
         if (read[name] == good) == bool(wrong()):
             sys.exit(f"figures.py: {after!r} in {name} gave {wrong()}")
         read[name] = good
-    table = {"docs/results/speed.md": "| lag, one step | 34 | 50 |\n"}
-    for output, count in (("lag, one step     34 /     50\n", 0), ("lag, one step     35 /     50\n", 1), ("", 1)):
-        found = len(judge(instructions(table.get, output, {"lag, one step": "lag, one step"}))[1])
+    table = {"a.md": "| lag, one step | 1 034 | 1 050 |\n"}
+    for output, count in (("lag   1034 / 1050\n", 0), ("lag   1035 / 1050\n", 1), ("", 1)):
+        found = len(judge(counted(table.get, output, "a.md", {"lag, one step": "lag"}))[1])
         if found != count:
             sys.exit(f"figures.py: {output!r} gave {found}")
     print(f"{len(planted) + 2} of {len(planted) + 2} planted figures found")
@@ -121,7 +126,8 @@ def main():
 
     if sys.argv[2:3] == ["--instructions"]:
         output = subprocess.run(sys.argv[3:], capture_output=True, text=True, check=False).stdout
-        count, wrong = judge(instructions(read, output, INSTRUCTIONS))
+        program = next(pathlib.Path(part).stem for part in sys.argv[3:] if part.endswith(".elf"))
+        count, wrong = judge(counted(read, output, *COUNTED[program]))
     else:
         count, wrong = judge([*gantry(read), *budgets(read)])
     print("\n".join(wrong + [f"figures: {count} compared, {len(wrong)} wrong / 0 allowed"]))

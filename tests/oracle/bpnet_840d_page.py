@@ -85,8 +85,8 @@ def page(report):
         never_worse = never_worse and worst(runs, "largest") >= 0.0
     lines += ["", "## The paper's protocol", "",
               "One part in a warm machine: its left surface trains a network 16-20-3 of static inputs (speed, "
-              "feed and depth did not change, so nothing can be learnt from them), its right surface validates; then the "
-              "next part, in the same state, with and without compensation.", "", HEAD]
+              "feed and depth did not change, so nothing can be learnt from them), its right surface validates; then "
+              "the next part, in the same state, with and without compensation.", "", HEAD]
     for name in ["static-network"]:
         lines.append(row("next part", runs_of(report, "paper", name, "next part")))
     for name in paper["also"]:
