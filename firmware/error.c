@@ -3,22 +3,11 @@
 
 const char *cb_error_name(enum cb_error error) {
     switch (error) {
-#define CB_X(name, value, sentence) \
-    case name:                      \
+#define CB_X(name, value) \
+    case name:            \
         return #name;
         CB_ERRORS(CB_X)
 #undef CB_X
     }
     return "CB_ERROR_UNKNOWN";
-}
-
-const char *cb_error_sentence(enum cb_error error) {
-    switch (error) {
-#define CB_X(name, value, sentence) \
-    case name:                      \
-        return sentence;
-        CB_ERRORS(CB_X)
-#undef CB_X
-    }
-    return "an error this version does not know";
 }

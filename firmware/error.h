@@ -1,33 +1,32 @@
 /* SPDX-License-Identifier: MIT
- * Errors of the whole C core: one list, from which the enum, the names and the sentences come. */
+ * Errors of the whole C core: one list, from which the enum and the names come. */
 #ifndef COMPBOX_FIRMWARE_ERROR_H
 #define COMPBOX_FIRMWARE_ERROR_H
 
-/* X(name, value, sentence). The loader's message says which key and which line; the sentence here
- * is the kind of mistake. Values are stable: logs and status registers show them. */
-#define CB_ERRORS(X)                                                                  \
-    X(CB_OK, 0, "no error")                                                           \
-    X(CB_ERROR_EMPTY, -1, "the coefficient file is empty or missing")                 \
-    X(CB_ERROR_TOO_LARGE, -2, "the coefficient file is larger than the box can hold") \
-    X(CB_ERROR_SYNTAX, -3, "the text is not valid JSON")                              \
-    X(CB_ERROR_KEY, -4, "a key is unknown, missing or given twice")                   \
-    X(CB_ERROR_TYPE, -5, "a value has the wrong type")                                \
-    X(CB_ERROR_RANGE, -6, "a number is outside its range")                            \
-    X(CB_ERROR_ORDER, -7, "numbers are not in the order they must have")              \
-    X(CB_ERROR_FULL, -8, "there is more of something than the box has room for")      \
-    X(CB_ERROR_NAME, -9, "a name is unknown, used twice or too long")                 \
-    X(CB_ERROR_OVERLAP, -10, "two values share a register")                           \
-    X(CB_ERROR_PROFILE, -11, "the control's profile or this target cannot do that")   \
-    X(CB_ERROR_FORMAT, -12, "the file's format version is not one this box reads")
+/* X(name, value): the kind of mistake; the loader's message says which key and which line. Values
+ * are stable: logs and status registers show them. */
+#define CB_ERRORS(X)                                                                     \
+    X(CB_OK, 0)               /* no error */                                             \
+    X(CB_ERROR_EMPTY, -1)     /* the coefficient file is empty or missing */             \
+    X(CB_ERROR_TOO_LARGE, -2) /* the coefficient file is larger than the box can hold */ \
+    X(CB_ERROR_SYNTAX, -3)    /* the text is not valid JSON */                           \
+    X(CB_ERROR_KEY, -4)       /* a key is unknown, missing or given twice */             \
+    X(CB_ERROR_TYPE, -5)      /* a value has the wrong type */                           \
+    X(CB_ERROR_RANGE, -6)     /* a number is outside its range */                        \
+    X(CB_ERROR_ORDER, -7)     /* numbers are not in the order they must have */          \
+    X(CB_ERROR_FULL, -8)      /* there is more of something than the box has room for */ \
+    X(CB_ERROR_NAME, -9)      /* a name is unknown, used twice or too long */            \
+    X(CB_ERROR_OVERLAP, -10)  /* two values share a register */                          \
+    X(CB_ERROR_PROFILE, -11)  /* the control's profile or this target cannot do that */  \
+    X(CB_ERROR_FORMAT, -12)   /* the file's format version is not one this box reads */
 
 enum cb_error {
-#define CB_X(name, value, sentence) name = value,
+#define CB_X(name, value) name = value,
     CB_ERRORS(CB_X)
 #undef CB_X
 };
 
-/* The enumerator's name and its sentence, for any value (unknown ones say so). Never NULL. */
+/* The enumerator's name, for any value (unknown ones say so). Never NULL. */
 const char *cb_error_name(enum cb_error error);
-const char *cb_error_sentence(enum cb_error error);
 
 #endif

@@ -9,6 +9,9 @@ python=/usr/bin/python3   # Debian's, whose python3-* packages scripts/setup ins
 say() { printf '\n== %s\n' "$*"; }
 die() { printf '%s: %s\n' "${0##*/}" "$*" >&2; exit 1; }
 
+# version: the project's, from CMakeLists.txt, which has it alone.
+version() { sed -n 's/^project(compbox VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt; }
+
 # sources PATTERN…: the project's files whose names fit one of the patterns, each ended by a NUL; with
 # git those that it knows or would add, without (a tarball) all but what is built.
 sources() {

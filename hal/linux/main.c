@@ -217,9 +217,9 @@ static bool start_loop(struct daemon *daemon) {
     return error == 0;
 }
 
-/* Lags go on where the file says and their pause was short. A wrong path is told before the machine
- * moves. */
-static bool resume_lags(struct daemon *daemon) {
+/* What the run before left goes on. The file is written again before the machine moves: from here
+ * on this run has not ended STOPPED, and a wrong path is reported. */
+static bool resume_state(struct daemon *daemon) {
     const char *path = daemon->options.state;
     char said[512];
     struct cb_state_clock now;
@@ -227,7 +227,8 @@ static bool resume_lags(struct daemon *daemon) {
     cb_state_clock_read(&now);
     cb_state_read(&daemon->loop.resumed, config_now(daemon), path, &now, said, sizeof said);
     cb_log_say(&daemon->log, cb_boottime_us(), "%s", said);
-    daemon->state = daemon->loop.resumed; /* a start that ends at once loses nothing */
+    daemon->state = daemon->loop.resumed; /* a start that ends at once loses no lag */
+    daemon->state.stopped = false;
     const int error = cb_state_write(&daemon->state, config_now(daemon), path, &now);
     if (error != 0)
         fprintf(stderr, "compboxd: %s: cannot be written: %s\n", path, cb_output_error(error));
@@ -333,7 +334,7 @@ static bool start(struct daemon *daemon) {
     daemon->can = (struct cb_can_sockets){.source = &daemon->loop.target.can, .log = &daemon->log};
     cb_can_sockets_serve(&daemon->can, config, cb_boottime_us());
     cb_sample_ring_start(&daemon->loop.target.bus);
-    if (!resume_lags(daemon) || !start_feeding(daemon) || !start_loop(daemon)) return false;
+    if (!resume_state(daemon) || !start_feeding(daemon) || !start_loop(daemon)) return false;
     start_bus(daemon);
     return true;
 }
@@ -432,6 +433,7 @@ static void mind_the_file(struct daemon *daemon, int64_t now_us) {
     if (cb_reload_file_changed(reload, now_us)) daemon->reload_asked = true;
     if (!daemon->reload_asked || !cb_reload_ready(reload, &daemon->loop)) return;
     daemon->reload_asked = false;
+    const bool goes_on = !cb_loop_is_corrupt(&daemon->loop);
     snprintf(rest, sizeof rest, "; revision %u goes on", (unsigned)config_now(daemon)->revision);
     switch (cb_reload_offer(reload, &daemon->loop)) {
         case CB_RELOAD_OFFERED:
@@ -441,7 +443,7 @@ static void mind_the_file(struct daemon *daemon, int64_t now_us) {
             log_reload(daemon, now_us, "");
             break;
         case CB_RELOAD_REFUSED:
-            log_reload(daemon, now_us, rest);
+            log_reload(daemon, now_us, goes_on ? rest : "");
             break;
     }
 }
@@ -487,6 +489,7 @@ static void serve(struct daemon *daemon) {
     take_rows(daemon);
     follow_reload(daemon, daemon->loop.generation);
     cb_state_take(&daemon->state, daemon->loop.box);
+    daemon->state.stopped = cb_state_ended_stopped(daemon->loop.box);
     daemon->state_generation = daemon->generation;
     write_state(daemon, cb_boottime_us());
 }

@@ -95,7 +95,10 @@ class commissioning {
             say("   " + name + " = " + text(value.get<double>()));
         }
         const double update_ms = result_.registers["update_ms"].get<double>();
-        say("   the heartbeat counts every " + text(update_ms) + " ms, writes are accepted");
+        const std::string refused = read_back_remark(live);
+        say("   the heartbeat counts every " + text(update_ms) + " ms, writes are accepted, " +
+            (refused.empty() ? "the write block is read back" : "its read-back is refused"));
+        if (!refused.empty()) setup_.remarks.push_back(refused);
         become_active(live);
         for (const auto &axis : setup_.axes) {
             if (is_chosen(axis)) test_sign(live, axis);

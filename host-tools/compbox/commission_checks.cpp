@@ -126,12 +126,26 @@ void must_accept_writes(commission_live &live) {
     const cb_plc_config &plc = live.config().plc;
     const bool refused = live.writes_refused() > 0;
     const bool mute = live.reason() == CB_REASON_UNCONFIRMED;
+    const int code = refused ? live.last_exception() : 0;
     if (!refused && !mute) return;
+    if (live.found_read_back() == read_back::unanswered) {
+        throw input_error("plc.write: the PLC does not answer when " + registers_of(plc.write) +
+                          " are read back (function 3), and the box writes nothing before; let its "
+                          "server answer readings of the write block");
+    }
     throw input_error("plc.write: the PLC " +
                       std::string(refused ? "refuses" : "does not confirm") + " writes to " +
-                      registers_of(plc.write) +
-                      exception_words(refused ? live.last_exception() : 0) +
-                      "; look at address, count and access rights of its server");
+                      registers_of(plc.write) + exception_words(code) + "; " +
+                      (code == 1 ? live.write_remedy()
+                                 : "look at address, count and access rights of its server"));
+}
+
+// Why permission is needed at the start of a commissioning.
+std::string pending_by_read_back(const commission_live &live) {
+    if (live.found_read_back() != read_back::refused) return "";
+    return "; the PLC refuses the read-back of " + registers_of(live.config().plc.write) +
+           exception_words(live.read_back_exception()) +
+           ", so each start counts as a loss: let its server answer readings of the write block";
 }
 
 // Why the box is not, or no longer, ACTIVE.
@@ -149,7 +163,7 @@ std::string why(const commission_live &live) {
         case CB_REASON_WAIT_ENABLE:
             return "plc.control: after a loss the box waits for permit resume (bit 3) or a new "
                    "edge of enable" +
-                   word + "set one";
+                   word + "set one" + pending_by_read_back(live);
         case CB_REASON_OVERRUN:
         case CB_REASON_CLOCK:
             return "this computer is too busy for the period of the file; end other programs, or "
@@ -213,7 +227,18 @@ json check_registers(commission_live &live, const commission_setup &setup) {
     }
     found["control"] = live.registers()[live.config().plc.control];
     found["update_ms"] = update_ms;
+    found["read_back"] = live.found_read_back() == read_back::refused ? "refused" : "answered";
     return found;
+}
+
+std::string read_back_remark(const commission_live &live) {
+    if (live.found_read_back() != read_back::refused) return "";
+    return "the PLC refuses the read-back of " + registers_of(live.config().plc.write) +
+           exception_words(live.read_back_exception()) +
+           "; at each start outputs begin at applied, or at zero for a channel without it, and the "
+           "box waits for permit resume or a new edge of enable, unless its state file (compboxd "
+           "--state) says STOPPED; let the PLC's server answer readings (function 3) of the write "
+           "block";
 }
 
 void must_be_active(const commission_live &live) {

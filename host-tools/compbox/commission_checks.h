@@ -9,8 +9,12 @@
 namespace compbox {
 
 // Reads the block for some seconds: it answers, is whole, the heartbeat counts, every signal is
-// plausible, writes are accepted. out: {"signals": {NAME: value}, "control": …, "update_ms": …}
+// plausible, writes are accepted; whether the write block can be read back.
+// out: {"signals": {NAME: value}, "control": …, "update_ms": …, "read_back": "answered", "refused"}
 json check_registers(commission_live &live, const commission_setup &setup);
+
+// What a PLC that refuses the read-back costs, and what to set in it. "": this one does not.
+std::string read_back_remark(const commission_live &live);
 
 // Waits until the box is ACTIVE on the PLC's enable and referenced bits.
 void become_active(commission_live &live);

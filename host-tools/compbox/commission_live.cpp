@@ -4,6 +4,7 @@
 #include <sched.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <csignal>
 #include <cstring>
@@ -12,9 +13,11 @@
 
 extern "C" {
 #include "firmware/box.h"
+#include "firmware/modbus.h"
 #include "hal/cycle.h"
 #include "hal/linux/box_hal.h"
 #include "hal/linux/clock.h"
+#include "hal/linux/peer.h"
 }
 
 namespace compbox {
@@ -47,6 +50,8 @@ struct commission_live::inside {
     std::vector<std::size_t> offset_signal;
     bool stopped = false, confirmed = false, moved = false;
     std::int64_t active_us = 0;
+    read_back found = read_back::unanswered;
+    std::array<std::uint32_t, CB_TCP_EXCEPTIONS> read_back_exceptions{};  // by their code
 
     static inside &of(void *context) { return *static_cast<inside *>(context); }
     std::int64_t now_us() const { return linux_hal.now_us(linux_hal.context); }
@@ -56,6 +61,15 @@ struct commission_live::inside {
         if (result != CB_TRANSFER_OK || !owner->on_reading) return;
         const std::uint16_t count = box.config.plc.read.count;
         owner->on_reading({asked_us, now_us(), {registers, registers + count}});
+    }
+
+    // How the read-back ended, its exceptions apart from those of the cycle.
+    void note_read_back(cb_transfer result, const std::uint32_t *before) {
+        const std::uint32_t *now = target.tcp.counters.exceptions_by_code;
+        for (std::size_t code = 0; code < read_back_exceptions.size(); ++code)
+            read_back_exceptions[code] += now[code] - before[code];
+        if (result == CB_TRANSFER_OK) found = read_back::answered;
+        if (result == CB_TRANSFER_REFUSED) found = read_back::refused;
     }
 
     // As many readings as fit before the next tick.
@@ -122,9 +136,12 @@ struct commission_live::inside {
                             std::uint16_t *registers, std::int64_t deadline_us) {
         inside &self = of(context);
         const std::int64_t asked_us = self.now_us();
+        const cb_tcp_counters before = self.target.tcp.counters;
         const cb_transfer result =
             self.linux_hal.read(self.linux_hal.context, start, count, registers, deadline_us);
-        if (start == self.box.config.plc.read.start) self.tell(result, asked_us, registers);
+        const bool cyclic = start == self.box.config.plc.read.start;
+        if (cyclic) self.tell(result, asked_us, registers);
+        if (!cyclic) self.note_read_back(result, before.exceptions_by_code);
         return result;
     }
     static cb_transfer write(void *context, std::uint16_t start, std::uint16_t count,
@@ -271,9 +288,25 @@ std::optional<double> commission_live::applied_um(std::size_t channel,
 int commission_live::last_exception() const {
     const cb_tcp_counters &counters = inside_->target.tcp.counters;
     for (int code = 1; code < CB_TCP_EXCEPTIONS; ++code) {
-        if (counters.exceptions_by_code[code] > 0) return code;
+        const auto at = static_cast<std::size_t>(code);
+        if (counters.exceptions_by_code[at] > inside_->read_back_exceptions[at]) return code;
     }
     return 0;
+}
+
+read_back commission_live::found_read_back() const {
+    return inside_->found;
+}
+
+int commission_live::read_back_exception() const {
+    const auto &counts = inside_->read_back_exceptions;
+    const auto first = std::find_if(counts.begin(), counts.end(), [](auto n) { return n > 0; });
+    return first == counts.end() ? 0 : static_cast<int>(first - counts.begin());
+}
+
+std::string commission_live::write_remedy() const {
+    const bool combined = config().plc.exchange == CB_EXCHANGE_FC23;
+    return cb_peer_remedy(combined ? CB_MODBUS_WRITE_READ : CB_MODBUS_WRITE);
 }
 
 std::string commission_live::connection() const {

@@ -20,6 +20,9 @@ struct plc_reading {
     std::vector<std::uint16_t> registers;
 };
 
+// What the PLC did when the box read the write block back.
+enum class read_back { unanswered, answered, refused };
+
 // One write of the box.
 struct box_write {
     std::int64_t sent_us = 0, done_us = 0;
@@ -66,9 +69,13 @@ class commission_live {
     std::uint32_t writes_refused() const;
     std::uint32_t reads_torn() const;
     std::uint32_t handshakes() const;
-    // What the PLC answered with last, an exception code; 0: none yet.
+    // The lowest exception code that the PLC answered with, other than to the read-back; 0: none
+    // yet.
     int last_exception() const;
-    std::string connection() const;  // why there is none, in words
+    read_back found_read_back() const;  // the last one that was answered or refused
+    int read_back_exception() const;    // its code; 0: it was not refused
+    std::string write_remedy() const;  // what to set where the PLC does not have the write function
+    std::string connection() const;    // why there is none, in words
 
   private:
     struct inside;

@@ -2,7 +2,7 @@
 // What the lead gains: a fast axis of the twin runs along its wavy straightness, the box
 // compensates what the virtual laser measured, and the true lateral error is taken in every cycle
 // of the NC while the axis moves at its feed. Prints the table of docs/results/lead.md.
-// scripts/lead runs it.
+// scripts/report lead runs it.
 #include <cmath>
 #include <cstdio>
 #include <memory>

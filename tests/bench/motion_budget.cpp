@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // What is left of the errors in motion, and by what: the machines of a scenario travel its paths
 // again, and one cause after the other is taken away, in the box, the PLC or the control, or by
-// arithmetic. Prints the table of docs/results/dual-drive-motion.md. scripts/motion-budget runs it.
+// arithmetic. Prints the table of docs/results/dual-drive-motion.md. scripts/report motion-budget
+// runs it.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -105,7 +105,7 @@ def page(scenario, report, paper, name):
     seeds = report["seeds"]
     text = f"# {report['scenario']}: results\n\n"
     text += paragraph(
-        f"Written by `scripts/results {name}`; the scenario is examples/{name}/scenario.json, the machines are "
+        f"Written by `scripts/report results {name}`; the scenario is examples/{name}/scenario.json, the machines are "
         f"{len(seeds)} twins (seeds {seeds[0]} to {seeds[-1]}) that differ in every curve. What each figure means: "
         "[report.md](../report.md). All against the twin's true error; medians over the machines, and the worst "
         "one. *Ceiling*: what a compensation of all that a model can explain would reach; *its ceiling*: what "

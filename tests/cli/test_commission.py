@@ -6,6 +6,7 @@ import json
 import os
 import re
 import signal
+import socket
 import subprocess
 import threading
 
@@ -85,6 +86,49 @@ def plc(compbox):
         one.end()
 
 
+class Refuser:
+    """Stands before fakeplc and answers requests for which exception(function, start) is not 0 by
+    that exception. As fakeplc it serves one client after the other."""
+
+    def __init__(self, fake, exception):
+        self.to, self.exception = fake.port, exception
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.port = self.listener.getsockname()[1]
+        threading.Thread(target=self.run, daemon=True).start()
+
+    def run(self):
+        while True:
+            client, _ = self.listener.accept()
+            with client, socket.create_connection(("127.0.0.1", self.to)) as server:
+                client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                server.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                try:
+                    while self.answer(client, server):
+                        pass
+                except OSError:
+                    pass
+
+    def answer(self, client, server):
+        request = client.recv(300)
+        if len(request) < 10:
+            return False
+        function, start = request[7], int.from_bytes(request[8:10], "big")
+        code = self.exception(function, start)
+        if code:
+            reply = request[:4] + bytes([0, 3, request[6], function | 0x80, code])
+        else:
+            server.sendall(request)
+            reply = server.recv(300)
+        client.sendall(reply)
+        return True
+
+
+def behind(compbox, refuser):
+    machine = compbox.read("machine.json")
+    machine["plc"]["transport"]["tcp"]["port"] = refuser.port
+    compbox.write("machine.json", machine)
+
+
 LONG = pytest.mark.skipif("COMPBOX_LONG_TESTS" not in os.environ, reason="scripts/test --long")
 
 
@@ -150,6 +194,7 @@ def test_a_machine_as_it_should_be(compbox, plc):
     assert abs(machine["cycle"]["lead_ms"] - times["lead_ms"]) <= 0.5
     assert times["lead_ms"] > 15 + times["write_to_applied_ms"]["p50"]
     assert set(figures["registers"]["signals"]) == set("XYZ")
+    assert figures["registers"]["read_back"] == "answered"
     is_at_rest(fake)
 
 
@@ -257,6 +302,48 @@ def test_a_plc_that_refuses_writes(compbox, plc):
     assert refusal(compbox, fake) == (
         "plc.write: the PLC refuses writes to registers 100 to 109 (exception 2: it has no such "
         "registers); look at address, count and access rights of its server")
+
+
+def refuse_read_back(function, start):
+    return 2 if function == 3 and start == 100 else 0
+
+
+REFUSED = ("the PLC refuses the read-back of registers 100 to 109 (exception 2: it has no such "
+           "registers)")
+
+
+def test_a_plc_that_refuses_the_read_back(compbox, plc):
+    fake = plc(TWIN)
+    behind(compbox, Refuser(fake, refuse_read_back))
+    code, out, said = commission(compbox, fake, "--axis", "X", "--json")
+    assert code == 0, said
+    result = json.loads(out)
+    assert result["registers"]["read_back"] == "refused"
+    remark, = [text for text in result["remarks"] if "read-back" in text]
+    assert remark.startswith(REFUSED + "; at each start outputs begin at applied, or at zero")
+    assert "waits for permit resume" in remark and "(function 3) of the write block" in remark
+    is_at_rest(fake)
+
+
+def test_a_refused_read_back_without_permission(compbox, plc):
+    fake = plc()
+    fake.say("permit 0")
+    while int(fake.status()["control"]) & 3 != 3:
+        pass    # an enable that goes on later is a permission
+    behind(compbox, Refuser(fake, refuse_read_back))
+    sentence = refusal(compbox, fake)
+    assert sentence.startswith("plc.control: after a loss the box waits for permit resume (bit 3)")
+    assert sentence.endswith(
+        f"; {REFUSED}, so each start counts as a loss: let its server answer readings of the write "
+        "block")
+
+
+def test_a_plc_without_fc23(compbox, plc):
+    fake = plc(change=lambda machine: machine["plc"].update(exchange="fc23"))
+    behind(compbox, Refuser(fake, lambda function, _: int(function == 23)))
+    assert refusal(compbox, fake) == (
+        "plc.write: the PLC refuses writes to registers 100 to 109 (exception 1: it does not know the "
+        'function code); set plc.exchange to "fc3+fc16"')
 
 
 @LONG

@@ -3,7 +3,9 @@
 running against fakeplc as two processes."""
 
 import math
+import pathlib
 import random
+import re
 import subprocess
 
 import pytest
@@ -100,5 +102,7 @@ def test_a_command_that_is_none_and_the_version():
         return done.returncode, done.stdout, done.stderr
     assert said(BIN / "compbox", "biuld", "x.json") == (
         2, "", "compbox: there is no command 'biuld'; compbox --help lists them\n")
-    versions = [said(BIN / name, "--version") for name in ("compbox", "compboxd", "fakeplc", "fakept100")]
-    assert {(code, out.split()[1], err) for code, out, err in versions} == {(0, versions[0][1].split()[1], "")}
+    project = (pathlib.Path(__file__).parents[2] / "CMakeLists.txt").read_text()
+    version = re.search(r"^project\(compbox VERSION ([\d.]+)", project, re.M)[1]
+    for name in ("compbox", "compboxd", "fakeplc", "fakept100"):
+        assert said(BIN / name, "--version") == (0, f"{name} {version}\n", "")

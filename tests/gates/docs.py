@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: MIT
 """Gate: what the documents point at is there. Every relative link of a Markdown file, with its anchor;
-every scripts/NAME that a document or script mentions, which must be executable too; every path of the
-sources in `code quotes` that ends like a file. Each table has a header.
+every scripts/NAME that a document or script mentions, which must be executable too, and every scripts/report NAME;
+every path of the sources in `code quotes` that ends like a file. Each table has a header.
   docs.py [ROOT]       prints how many links were looked at, or every one that leads nowhere
   docs.py --self-test  plants one broken link after the other; each must be caught"""
 
@@ -14,7 +14,8 @@ import tempfile
 
 SKIPPED = {"build", "out", ".git", ".cache", ".venv", "__pycache__"}
 LINK = re.compile(r"\[[^\]]*\]\(([^()\s]+(?:\([^()]*\))?)\)")
-SCRIPT = re.compile(r"(?<![\w./-])scripts/([a-z0-9][a-z0-9-]*)(?![\w*-])(?!\.\w)")
+SCRIPT = re.compile(r"(?<![\w./-])scripts/([a-z0-9][a-z0-9-]*)(?![\w*/-])(?!\.\w)")
+REPORT = re.compile(r"(?<![\w./-])scripts/report ([a-z0-9][a-z0-9-]*)")
 QUOTED = re.compile(r"`((?![^`]*NAME)(?:docs|models|firmware|hal|host-tools|tests|examples|cmake)/[\w./-]*\.\w+)`")
 FENCE = re.compile(r"^ {0,3}(```|~~~).*?^ {0,3}\1", re.M | re.S)
 
@@ -72,6 +73,9 @@ def look_at(root, path):
         yield number, "a table without a header: a blank line in its middle?"
     for match in SCRIPT.finditer(text):
         yield text[:match.start()].count("\n") + 1, script_wrong(root, match[1])
+    for match in REPORT.finditer(text):
+        there = (root / "scripts/reports" / match[1]).is_file()
+        yield text[:match.start()].count("\n") + 1, None if there else f"there is no report {match[1]}"
     for match in QUOTED.finditer(prose):
         wrong = None if (root / match[1]).exists() else f"{match[1]} is not there"
         yield prose[:match.start()].count("\n") + 1, wrong
@@ -82,7 +86,7 @@ def files(root):
         folders[:] = sorted(name for name in folders if name not in SKIPPED)
         for name in sorted(names):
             path = pathlib.Path(folder) / name
-            if path.suffix == ".md" or path.parent == root / "scripts" or path == root / ".ci/run":
+            if path.suffix == ".md" or path.parent in (root / "scripts", root / "scripts/reports") or path == root / ".ci/run":
                 yield path
 
 
@@ -100,14 +104,14 @@ def check(root):
 GOOD = """# A title, `quoted`
 
 [up](../README.md) [self](#a-title-quoted) [other](../README.md#two-words) [web](https://a.b/c)
-`scripts/good`, `scripts/good --long`, scripts/bench-*, `firmware/box.c`
+`scripts/good`, `scripts/good --long`, scripts/good-*, `firmware/box.c`, `scripts/report good`
 
 ```
 [no](link.md)
 ```
 """
 PLANTED = ["[gone](gone.md)", "[gone](../docs/gone/)", "[anchor](../README.md#three-words)",
-           "[anchor](#nothing)", "[out](../../elsewhere.md)", "`scripts/gone`", "run scripts/plain now",
+           "[anchor](#nothing)", "[out](../../elsewhere.md)", "`scripts/gone`", "run scripts/plain now", "`scripts/report gone`",
            "`firmware/gone.c`", "| a |\n|---|\n| b |\n\n| c |\n"]
 
 
@@ -116,12 +120,14 @@ def self_test():
         root = pathlib.Path(folder).resolve() / "project"
         for name, text in (("README.md", "# One\n\n## Two words\n"), ("docs/a.md", GOOD),
                            ("scripts/good", "#!/bin/sh\n"), ("scripts/plain", ""),
+                           ("scripts/report", "#!/bin/sh\n"), ("scripts/reports/good", ""),
                            ("firmware/box.c", ""), ("../elsewhere.md", "")):
             (root / name).parent.mkdir(parents=True, exist_ok=True)
             (root / name).write_text(text)
         (root / "scripts/good").chmod(0o755)
+        (root / "scripts/report").chmod(0o755)
         count, wrong = check(root)
-        if wrong or count != 7:
+        if wrong or count != 9:
             sys.exit(f"docs.py: {count} pointers, what is good is called wrong: {wrong}")
         for planted in PLANTED:
             (root / "docs/a.md").write_text(GOOD + planted + "\n")

@@ -38,6 +38,7 @@ class Plc:
     """Registers, a heartbeat that counts while it is alive, and axes that move."""
     control: int = machine.ENABLE | machine.REFERENCED | machine.PERMIT_RESUME
     heartbeat_alive: bool = True
+    beat_back: int = 0                       # counts since then are less by this
     refuse_reads: bool = False
     refuse_writes: bool = False
     motion: object = None                    # seconds -> {signal: value}
@@ -70,7 +71,7 @@ class Plc:
             self.registers[address] = word
         self.registers[machine.CONTROL] = self.control
         if self.heartbeat_alive:
-            self.registers[machine.PLC_HEARTBEAT] = int(now * 100) & 0xFFFF
+            self.registers[machine.PLC_HEARTBEAT] = (int(now * 100) - self.beat_back) & 0xFFFF
 
     def write(self, start, words):
         with self.lock:

@@ -5,7 +5,7 @@ fault do to the machine?
 
   profiles.py [--seconds S] [--write FILE.md]
 
-prints one table for each profile; --write puts them into a page. scripts/hil-profiles runs it."""
+prints one table for each profile; --write puts them into a page. scripts/report hil-profiles runs it."""
 import argparse
 import copy
 import csv
@@ -302,7 +302,7 @@ def page(results):
 
 def stood(found):
     """Where the loop missed periods that cyclictest beside it did not miss, in words. That hangs on what
-    else the machine does: a figure for a quiet one (scripts/hil-profiles), no test beside others."""
+    else the machine does: a figure for a quiet one (scripts/report hil-profiles), no test beside others."""
     steady, beside = found["steady"], found["cyclictest"]
     # They run on different processors: what the machine takes from one it need not take from the other.
     if not beside or steady["stalls"] <= beside["late"] + 1:

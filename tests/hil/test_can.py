@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The whole daemon with temperatures over CAN; the interface is a local socket (can_bus.py). Real
-controllers and the real kernel's filters and errors: scripts/test --image."""
+controllers and the real kernel's filters and errors: scripts/test --system."""
 import signal
 
 import machine

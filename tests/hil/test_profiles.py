@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Each profile for a few seconds, with the faults that differ most; scripts/hil-profiles has the rest."""
+"""Each profile for a few seconds, with the faults that differ most; scripts/report hil-profiles has the rest."""
 import pytest
 
 import profiles

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The loop's side of SocketCAN, over a pair of local sockets: a machine that runs unit tests need
 // not have CAN. What only the kernel does (filters, bus-off, interface down, overflow) is tested
-// with real controllers by scripts/test --image.
+// with real controllers by scripts/test --system.
 #include <gtest/gtest.h>
 #include <linux/can.h>
 #include <linux/can/error.h>

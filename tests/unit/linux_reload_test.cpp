@@ -225,6 +225,19 @@ TEST_F(reload_offer, of_an_older_revision_is_refused_unless_that_is_permitted) {
     EXPECT_EQ(offer(older), CB_RELOAD_OFFERED);
 }
 
+// It could be compared with nothing; a good file that the loop no longer takes is withdrawn.
+TEST_F(reload_offer, to_a_configuration_that_changed_in_memory_is_refused) {
+    EXPECT_EQ(offer({{"10.5", "11.5"}}), CB_RELOAD_OFFERED);
+    loop->box->config_corrupt = true;
+    EXPECT_TRUE(cb_reload_ready(&reload, loop.get()));
+    EXPECT_EQ(offer({{"10.5", "12.5"}}), CB_RELOAD_REFUSED);
+    EXPECT_EQ(last(), path +
+                          ": is not taken, because the running configuration has changed in "
+                          "memory; restart compboxd");
+    EXPECT_TRUE(cb_loop_answered(loop.get())) << "nothing is offered";
+    EXPECT_EQ(reload.refused, 1u);
+}
+
 TEST_F(reload_offer, of_the_same_revision_with_another_content_is_taken) {
     EXPECT_EQ(offer({{"10.5", "11.5"}}), CB_RELOAD_OFFERED);
 }

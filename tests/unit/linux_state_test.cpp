@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The memory of the lags in a file: comes back as it was, by a clock that is known to be right;
-// what is not used.
+// What outlives a run in a file: lags, by a clock that is known to be right; how the run ended; the
+// PLC's heartbeat. What is not used.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -176,8 +176,127 @@ TEST_F(state_file, the_kernels_clocks_are_read) {
     EXPECT_GT(now.unix_us, 0);
 }
 
+// A box at a PLC, for some cycles.
+box_rig at_work() {
+    box_rig rig(lags());
+    for (int i = 0; i < 20; ++i) {
+        rig.position(8, 100);
+        rig.sample(1, 350);
+        rig.step();
+    }
+    return rig;
+}
+
+TEST_F(state_file, a_run_that_goes_on_has_not_ended_stopped) {
+    const box_rig rig = at_work();
+    ASSERT_TRUE(rig.box->wrote);
+    EXPECT_FALSE(cb_state_ended_stopped(rig.box.get()));
+    save(rig, 1000 * second);
+    ASSERT_TRUE(read(rig.box->config, rig.now_us, 1001 * second));
+    EXPECT_FALSE(state.stopped);
+    EXPECT_TRUE(told("; the run before did not end STOPPED")) << said;
+}
+
+TEST_F(state_file, a_run_that_the_plc_confirmed_stopped_is_known_to_the_next) {
+    box_rig rig = at_work();
+    rig.in.stop = true;
+    for (int i = 0; i < 2000 && !rig.out.stopped; ++i) {
+        EXPECT_FALSE(cb_state_ended_stopped(rig.box.get())) << i;
+        rig.step();
+    }
+    ASSERT_TRUE(rig.out.stopped);
+    cb_state taken;
+    cb_state_take(&taken, rig.box.get());
+    taken.stopped = cb_state_ended_stopped(rig.box.get());
+    const cb_state_clock then = clock(rig.now_us, 1000 * second, "boot", false);
+    ASSERT_EQ(cb_state_write(&taken, &rig.box->config, path.c_str(), &then), 0);
+    for (const bool synchronised : {false, true}) {  // however long ago that was
+        ASSERT_TRUE(
+            read_at(rig.box->config, clock(second, 400000 * second, "another boot", synchronised)));
+        EXPECT_TRUE(state.stopped);
+        EXPECT_TRUE(told("; the run before ended STOPPED")) << said;
+    }
+    box_rig again(lags());
+    cb_state_give(&state, again.box.get());
+    EXPECT_TRUE(again.box->stopped_before);
+    EXPECT_TRUE(cb_state_ended_stopped(again.box.get())) << "it wrote nothing: the PLC has STOPPED";
+}
+
+TEST_F(state_file, a_machine_without_lags_keeps_it_too) {
+    config_builder b;
+    std::strcpy(b.config->machine, "mill");
+    b.position("X", 8);
+    box_rig rig(b);
+    cb_state taken;
+    cb_state_take(&taken, rig.box.get());
+    taken.stopped = true;
+    const cb_state_clock now = clock(second, 1000 * second, "boot");
+    ASSERT_EQ(cb_state_write(&taken, &rig.box->config, path.c_str(), &now), 0);
+    ASSERT_TRUE(read_at(rig.box->config, now));
+    EXPECT_TRUE(state.stopped);
+    EXPECT_STREQ(said, (path + ": no lags; the run before ended STOPPED").c_str());
+}
+
+// A heartbeat that went back is that of a PLC that has restarted, while 16 bits can show it.
+TEST_F(state_file, the_plcs_heartbeat_outlives_a_short_pause_alone) {
+    const box_rig rig = at_work();
+    ASSERT_TRUE(rig.box->plc.beat);
+    save(rig, 1000 * second);
+    const int64_t read_us = rig.box->plc.read_us;
+    const auto given = [&](const cb_state_clock &now) {
+        EXPECT_TRUE(read_at(rig.box->config, now)) << said;
+        box_rig again(lags());
+        cb_state_give(&state, again.box.get());
+        EXPECT_EQ(again.box->plc.beat, state.beat);
+        if (!state.beat) return false;
+        EXPECT_EQ(again.box->plc.plc_heartbeat, rig.box->plc.plc_heartbeat);
+        EXPECT_FALSE(again.box->plc.readable);
+        return true;
+    };
+    EXPECT_TRUE(given(clock(read_us + CB_STATE_BEAT_US, 0, "boot", false)));
+    EXPECT_EQ(state.beat_us, read_us);
+    EXPECT_FALSE(given(clock(read_us + CB_STATE_BEAT_US + 1, 0, "boot", false)));
+    EXPECT_FALSE(given(clock(read_us - 1, 0, "boot", false))) << "from the future";
+    EXPECT_TRUE(given(clock(second, 1010 * second, "another boot", true)));
+    EXPECT_FALSE(given(clock(second, 1010 * second, "another boot", false))) << "pause unknown";
+    EXPECT_FALSE(given(clock(second, 1040 * second, "another boot", true)));
+}
+
+// One whose heartbeat went on has not.
+TEST_F(state_file, a_plc_that_restarted_during_the_pause_is_noticed) {
+    for (const bool restarted : {false, true}) {
+        box_rig before = at_work();
+        save(before, 1000 * second);
+        box_rig rig(lags());
+        rig.now_us = before.now_us + second;
+        ASSERT_TRUE(read_at(rig.box->config, clock(rig.now_us, 0, "boot", false))) << said;
+        cb_state_give(&state, rig.box.get());
+        rig.heartbeat =
+            static_cast<uint16_t>(before.box->plc.plc_heartbeat + (restarted ? -20 : 20));
+        rig.in.held = CB_HELD_SILENT;  // a contact would use it up
+        rig.step();
+        EXPECT_EQ(rig.box->plc.went_back, restarted);
+    }
+}
+
+// Format 2 ended after the lags: they go on, and nothing is known of how the run ended.
+TEST_F(state_file, a_file_of_the_version_before_counts_as_not_stopped) {
+    const box_rig rig = warm();
+    save(rig, 1000 * second);
+    std::string old = bytes();
+    old.resize(old.size() - 4 - 32);
+    old[8] = 2;
+    const uint32_t crc = cb_crc32(0, old.data(), static_cast<uint32_t>(old.size()));
+    old.append(reinterpret_cast<const char *>(&crc), sizeof crc);
+    put(old);
+    ASSERT_TRUE(read(rig.box->config, rig.now_us, 1001 * second)) << said;
+    EXPECT_EQ(settled(), 3u);
+    EXPECT_FALSE(state.stopped || state.beat);
+    EXPECT_TRUE(told("did not end STOPPED")) << said;
+}
+
 // Format 1 had the wall clock alone and did not say how good it was.
-TEST_F(state_file, a_file_of_the_version_before_is_refused) {
+TEST_F(state_file, a_file_of_the_first_version_is_refused) {
     const box_rig rig = warm();
     save(rig, 1000 * second);
     std::string old = bytes();
@@ -251,16 +370,24 @@ TEST_F(state_file, a_time_that_no_clock_shows_is_not_used) {
     const box_rig rig = warm();
     save(rig, 1000 * second);
     const std::string good = bytes();
-    constexpr size_t header = 56, record = 80, time_at = 48;
-    for (const int64_t unix_us : {INT64_MIN, int64_t{-1}, INT64_MAX}) {
+    constexpr size_t header = 104, record = 88, ending = header + 3 * record;
+    for (const int64_t time_us : {INT64_MIN, int64_t{-1}, INT64_MAX}) {
         std::string bad = good;
-        for (size_t at = header + time_at; at + 8 < bad.size(); at += record)
-            std::memcpy(&bad[at], &unix_us, sizeof unix_us);
-        const uint32_t crc = cb_crc32(0, bad.data(), static_cast<uint32_t>(bad.size() - 4));
-        std::memcpy(&bad[bad.size() - 4], &crc, sizeof crc);
-        put(bad);
-        ASSERT_TRUE(read(rig.box->config, rig.now_us, 1001 * second)) << said;
-        EXPECT_NE(std::string(said).find("0 of 3"), std::string::npos) << unix_us << ": " << said;
+        const auto set = [&](size_t at) { std::memcpy(&bad[at], &time_us, sizeof time_us); };
+        for (const size_t clock_at : {0u, 8u}) {  // of the wall, of the boot
+            for (size_t i = 0; i < 3; ++i) set(header + i * record + 48 + clock_at);
+            set(ending + clock_at);
+            const uint32_t crc = cb_crc32(0, bad.data(), static_cast<uint32_t>(bad.size() - 4));
+            std::memcpy(&bad[bad.size() - 4], &crc, sizeof crc);
+            put(bad);
+            for (const char *boot : {"boot", "another boot"}) {
+                const cb_state_clock now = clock(rig.now_us, 1001 * second, boot);
+                ASSERT_TRUE(read_at(rig.box->config, now)) << said;
+                EXPECT_TRUE(told("0 of 3")) << time_us << ": " << said;
+                EXPECT_FALSE(state.beat);
+            }
+            bad = good;
+        }
     }
 }
 

@@ -146,6 +146,10 @@ const struct cb_box *cb_loop_box(const struct cb_loop *loop) {
     return &loop->boxes[__atomic_load_n(&loop->generation, __ATOMIC_ACQUIRE) % 2];
 }
 
+bool cb_loop_is_corrupt(const struct cb_loop *loop) {
+    return __atomic_load_n(&cb_loop_box(loop)->config_corrupt, __ATOMIC_RELAXED);
+}
+
 static void take_over(struct cb_loop *loop, struct cb_box *spare) {
     loop->box = spare;
     loop->target.generation = loop->generation + 1;

@@ -67,6 +67,10 @@ bool cb_loop_answered(const struct cb_loop *loop);
 /* The box that runs; from any thread. Valid until the next offer is taken. */
 const struct cb_box *cb_loop_box(const struct cb_loop *loop);
 
+/* From any thread: the box that runs has found that its configuration changed in memory, and takes
+ * no offer any more. */
+bool cb_loop_is_corrupt(const struct cb_loop *loop);
+
 /* Thread function; argument: struct cb_loop *. Ends after a clean stop or on quit. */
 void *cb_loop_run(void *argument);
 

@@ -9,10 +9,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#ifndef CB_VERSION
-#define CB_VERSION "unknown"
-#endif
-
 static const char help[] =
     "compboxd: reads machine signals from a PLC, computes the compensation, writes it back.\n"
     "\n"
@@ -31,7 +27,7 @@ static const char help[] =
     "  --record FILE         write one CSV row for each cycle: signals, terms, outputs, mode\n"
     "  --record-inputs FILE  write what each cycle was given, to the bit (compbox simulate "
     "--replay)\n"
-    "  --state FILE          keep the memory of the lags across restarts in this file\n"
+    "  --state FILE          keep lags and how the run ended across restarts in this file\n"
     "  --state-every S       write it every S seconds, 1 to 3600 (default: 10), and at the end\n"
     "  --priority P          run the loop under SCHED_FIFO with this priority, 1 to 99\n"
     "  --cpu-latency on|off  hold /dev/cpu_dma_latency at 0 (default: on, where permitted)\n"

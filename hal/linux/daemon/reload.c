@@ -84,7 +84,7 @@ static bool check(struct cb_reload *reload, const struct cb_config *now,
 
 bool cb_reload_ready(struct cb_reload *reload, struct cb_loop *loop) {
     if (!reload->offered) return true;
-    if (!reload->pending || !cb_loop_withdraw(loop)) return false;
+    if ((!reload->pending && !cb_loop_is_corrupt(loop)) || !cb_loop_withdraw(loop)) return false;
     reload->offered = reload->pending = false;
     return true;
 }
@@ -103,12 +103,24 @@ static enum cb_reload_outcome keep_pending(struct cb_reload *reload, const struc
     return same ? CB_RELOAD_SAME : CB_RELOAD_PENDING;
 }
 
+/* No file may follow one that has changed in memory: what it changes could not be compared. */
+static enum cb_reload_outcome refuse_corrupt(struct cb_reload *reload) {
+    say(reload,
+        "%s: is not taken, because the running configuration has changed in memory; restart "
+        "compboxd",
+        reload->path);
+    reload->refused++;
+    reload->pending_said = false;
+    return CB_RELOAD_REFUSED;
+}
+
 enum cb_reload_outcome cb_reload_offer(struct cb_reload *reload, struct cb_loop *loop) {
     struct cb_box *spare = cb_loop_spare(loop);
     const struct cb_config *now = &loop->box->config;
     char why[200];
     look(reload, &reload->known);
     reload->seen = reload->known;
+    if (cb_loop_is_corrupt(loop)) return refuse_corrupt(reload);
     if (!cb_load_file(&spare->config, reload->path, &reload->ceiling, &reload->loaded))
         say(reload, "%s", reload->loaded.said);
     else if (check(reload, now, &spare->config)) {

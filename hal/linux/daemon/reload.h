@@ -42,7 +42,8 @@ void cb_reload_start(struct cb_reload *reload, const char *path);
 /* true: the file changed and has stopped changing. Looks no more often than CB_RELOAD_LOOK_US. */
 bool cb_reload_file_changed(struct cb_reload *reload, int64_t now_us);
 
-/* true: a file may be offered; one that was pending is withdrawn. false: the loop is about to take
+/* true: a file may be offered; one that was pending, or offered to a box whose configuration has
+ * changed in memory, is withdrawn. false: the loop is about to take
  * the one before: ask again later. */
 bool cb_reload_ready(struct cb_reload *reload, struct cb_loop *loop);
 
@@ -53,7 +54,8 @@ enum cb_reload_outcome {
     CB_RELOAD_REFUSED, /* reload->last says why */
 };
 
-/* Reads the file and offers it to the loop. Only where cb_reload_ready(). */
+/* Reads the file and offers it to the loop. Only where cb_reload_ready(). Refused without a look at
+ * the file: the running configuration has changed in memory (cb_loop_is_corrupt()). */
 enum cb_reload_outcome cb_reload_offer(struct cb_reload *reload, struct cb_loop *loop);
 
 /* true: the loop has taken the offer; once. Rows of the next generation will come. */

@@ -15,11 +15,11 @@
 #include "hal/linux/clock.h"
 #include "hal/linux/daemon/output_file.h"
 
-/* The file: a header, `count` records, CRC-32 of all that. In the byte order of the machine, which
- * the format's number tells. */
+/* The file: a header, `count` records, how the run ended, CRC-32 of all that. In the byte order of
+ * the machine, which the format's number shows. */
 struct header {
     char magic[8];
-    uint32_t format; /* 2; 1 had the wall clock alone, without saying how good it was */
+    uint32_t format; /* 3; 2 ended after the records, 1 had the wall clock alone */
     uint32_t count;
     char machine[40];
     char boot_id[CB_BOOT_ID_SIZE];
@@ -36,14 +36,25 @@ struct record {
     uint32_t unused;
 };
 
+/* Behind the last record, from format 3 on. */
+struct ending {
+    int64_t unix_us;     /* of the PLC's heartbeat … */
+    int64_t boottime_us; /* … and by the clock of this boot */
+    uint32_t plc_heartbeat;
+    uint32_t beat;    /* 1: it was read */
+    uint32_t stopped; /* 1: the run ended STOPPED */
+    uint32_t unused;
+};
+
 struct file {
     struct header header;
     struct record records[CB_MAX_SIGNALS];
-    uint32_t crc; /* room for it behind the last record */
+    struct ending ending; /* room for it and the CRC: both follow the last record in use */
+    uint32_t crc;
 };
 
 static const char MAGIC[8] = "CBSTATE";
-enum { FORMAT = 2 };
+enum { FORMAT = 3, FORMAT_WITHOUT_ENDING = 2 };
 
 static void read_boot_id(char *boot_id) {
     const int fd = open("/proc/sys/kernel/random/boot_id", O_RDONLY | O_CLOEXEC);
@@ -68,6 +79,14 @@ void cb_state_take(struct cb_state *state, const struct cb_box *box) {
         const struct cb_signal_state *signal = &box->signals[i];
         state->lags[i] = (struct cb_lag_state){signal->lag, signal->time_us, signal->settled};
     }
+    state->beat_us = box->plc.read_us;
+    state->plc_heartbeat = box->plc.plc_heartbeat;
+    state->beat = box->plc.beat;
+    state->stopped = false;
+}
+
+bool cb_state_ended_stopped(const struct cb_box *box) {
+    return box->wrote ? box->stop_confirmed : box->stopped_before;
 }
 
 void cb_state_give(const struct cb_state *state, struct cb_box *box) {
@@ -78,9 +97,22 @@ void cb_state_give(const struct cb_state *state, struct cb_box *box) {
         box->signals[i].time_us = lag->time_us;
         box->signals[i].settled = true;
     }
+    box->stopped_before = state->stopped;
+    if (!state->beat) return;
+    box->plc.beat = true;
+    box->plc.plc_heartbeat = state->plc_heartbeat;
+    box->plc.read_us = state->beat_us;
 }
 
 /* ---- writing ---- */
+
+static struct ending ending_of(const struct cb_state *state, const struct cb_state_clock *now) {
+    return (struct ending){.unix_us = state->beat_us + (now->unix_us - now->boottime_us),
+                           .boottime_us = state->beat_us,
+                           .plc_heartbeat = state->plc_heartbeat,
+                           .beat = state->beat,
+                           .stopped = state->stopped};
+}
 
 static size_t fill(struct file *file, const struct cb_state *state, const struct cb_config *config,
                    const struct cb_state_clock *now) {
@@ -105,7 +137,10 @@ static size_t fill(struct file *file, const struct cb_state *state, const struct
         record->tau_s = signal->tau_s;
         record->power = signal->power;
     }
-    const size_t size = sizeof file->header + file->header.count * sizeof file->records[0];
+    size_t size = sizeof file->header + file->header.count * sizeof file->records[0];
+    const struct ending ending = ending_of(state, now);
+    memcpy((char *)file + size, &ending, sizeof ending);
+    size += sizeof ending;
     const uint32_t crc = cb_crc32(0, file, (uint32_t)size);
     memcpy((char *)file + size, &crc, sizeof crc);
     return size + sizeof crc;
@@ -142,13 +177,20 @@ int cb_state_write(const struct cb_state *state, const struct cb_config *config,
 
 /* ---- reading ---- */
 
+/* out: bytes of what the CRC is of */
+static size_t body_of(const struct header *header) {
+    const size_t records = sizeof *header + (size_t)header->count * sizeof(struct record);
+    return header->format == FORMAT_WITHOUT_ENDING ? records : records + sizeof(struct ending);
+}
+
 /* out: what is wrong with the file as a whole, or NULL */
 static const char *fault_of(const struct file *file, size_t size, const struct cb_config *config) {
     const struct header *header = &file->header;
     if (size < sizeof *header + sizeof file->crc || memcmp(header->magic, MAGIC, sizeof MAGIC) != 0)
         return "is no state file";
-    if (header->format != FORMAT) return "is of another version";
-    const size_t body = sizeof *header + (size_t)header->count * sizeof file->records[0];
+    if (header->format != FORMAT && header->format != FORMAT_WITHOUT_ENDING)
+        return "is of another version";
+    const size_t body = body_of(header);
     if (header->count > CB_MAX_SIGNALS || size != body + sizeof file->crc) return "is cut off";
     uint32_t crc;
     memcpy(&crc, (const char *)file + body, sizeof crc);
@@ -158,9 +200,13 @@ static const char *fault_of(const struct file *file, size_t size, const struct c
     return NULL;
 }
 
-/* Its time is one that a wall clock shows: differences of times fit. */
+/* A time that clocks show: differences of such times fit. */
+static bool is_time(int64_t time_us) {
+    return time_us >= 0 && time_us <= INT64_MAX / 4;
+}
+
 static bool is_sound(const struct record *record) {
-    return record->unix_us >= 0 && record->unix_us <= INT64_MAX / 4 && isfinite(record->hi) &&
+    return is_time(record->unix_us) && is_time(record->boottime_us) && isfinite(record->hi) &&
            isfinite(record->lo) && isfinite(record->input);
 }
 
@@ -213,7 +259,9 @@ static void resume(struct cb_lag_state *lag, const struct record *record, float 
 }
 
 static void report(const struct tally *tally, const char *path, char *said, size_t size) {
-    if (tally->future > 0)
+    if (tally->lags == 0)
+        snprintf(said, size, "%s: no lags", path);
+    else if (tally->future > 0)
         snprintf(said, size, "%s: is from the future by the clock, so its lags start steady", path);
     else
         snprintf(said, size,
@@ -228,6 +276,13 @@ static void report_unknown(enum pause pause, const char *path, char *said, size_
              path, pause == PAUSE_UNSYNC_THEN ? "was not" : "is not");
 }
 
+/* Behind the sentence about the lags. */
+static void report_ending(bool stopped, char *said, size_t size) {
+    const size_t length = strlen(said);
+    snprintf(said + length, size - length, "; the run before %s STOPPED",
+             stopped ? "ended" : "did not end");
+}
+
 /* out: bytes read, at most one more than a whole file; -1 with errno */
 static ssize_t read_bytes(const char *path, struct file *file) {
     char more;
@@ -239,6 +294,39 @@ static ssize_t read_bytes(const char *path, struct file *file) {
     if (size == (ssize_t)sizeof *file && read(fd, &more, 1) == 1) size = 0; /* too long: none */
     close(fd);
     return size;
+}
+
+/* in : pause: a known one */
+static void resume_lags(struct cb_state *state, const struct file *file,
+                        const struct cb_config *config, enum pause pause,
+                        const struct cb_state_clock *now, struct tally *tally) {
+    for (unsigned i = 0; i < config->signals_count; i++) {
+        const struct cb_signal_config *signal = &config->signals[i];
+        if (signal->source != CB_SOURCE_LAG) continue;
+        const struct record *record = record_of(file, config, signal);
+        tally->lags++;
+        if (record) resume(&state->lags[i], record, signal->tau_s, pause, now, tally);
+    }
+}
+
+/* in : pause: a known one; a file of the version before has an ending of zeros */
+static void resume_beat(struct cb_state *state, const struct ending *ending, enum pause pause,
+                        const struct cb_state_clock *now) {
+    const bool sound = is_time(ending->unix_us) && is_time(ending->boottime_us);
+    if (ending->beat != 1 || !sound) return;
+    const int64_t pause_us = pause == PAUSE_BOOTTIME ? now->boottime_us - ending->boottime_us
+                                                     : now->unix_us - ending->unix_us;
+    if (pause_us < 0 || pause_us > CB_STATE_BEAT_US) return;
+    state->beat = true;
+    state->plc_heartbeat = (uint16_t)ending->plc_heartbeat;
+    state->beat_us = now->boottime_us - pause_us;
+}
+
+static struct ending read_ending(const struct file *file) {
+    struct ending ending = {0};
+    if (file->header.format == FORMAT)
+        memcpy(&ending, (const char *)file + body_of(&file->header) - sizeof ending, sizeof ending);
+    return ending;
 }
 
 bool cb_state_read(struct cb_state *state, const struct cb_config *config, const char *path,
@@ -257,18 +345,16 @@ bool cb_state_read(struct cb_state *state, const struct cb_config *config, const
         snprintf(said, size, "%s: %s and is not used; lags start steady", path, fault);
         return false;
     }
+    const struct ending ending = read_ending(&file);
     const enum pause pause = pause_of(&file.header, now);
+    state->stopped = ending.stopped == 1;
     if (pause == PAUSE_UNSYNC_THEN || pause == PAUSE_UNSYNC_NOW) {
         report_unknown(pause, path, said, size);
-        return true;
+    } else {
+        resume_lags(state, &file, config, pause, now, &tally);
+        resume_beat(state, &ending, pause, now);
+        report(&tally, path, said, size);
     }
-    for (unsigned i = 0; i < config->signals_count; i++) {
-        const struct cb_signal_config *signal = &config->signals[i];
-        if (signal->source != CB_SOURCE_LAG) continue;
-        const struct record *record = record_of(&file, config, signal);
-        tally.lags++;
-        if (record) resume(&state->lags[i], record, signal->tau_s, pause, now, &tally);
-    }
-    report(&tally, path, said, size);
+    report_ending(state->stopped, said, size);
     return true;
 }

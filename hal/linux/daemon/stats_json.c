@@ -12,10 +12,6 @@
 #include "hal/linux/daemon/output_file.h"
 #include "hal/linux/daemon/stats.h"
 
-#ifndef CB_VERSION
-#define CB_VERSION "unknown"
-#endif
-
 void cb_stats_put_string(FILE *file, const char *text) {
     fputc('"', file);
     for (; *text != '\0'; text++) {
