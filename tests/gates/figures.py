@@ -11,7 +11,7 @@ import re
 import subprocess
 import sys
 
-RESULT = "docs/results/gantry-straightness.md"  # scripts/results --write gantry-straightness
+RESULT = "docs/results/gantry-straightness.md"  # scripts/report results --write gantry-straightness
 AXES = "XYZ"
 # Row of RESULT: row of the README, row of docs/fitting.md.
 METHODS = {"**bspline** (ours)": ("**compbox, B-spline**", "bspline"),
