@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Gate: what the documents point at is there. Every relative link of a Markdown file, with its anchor;
 every scripts/NAME that a document or script mentions, which must be executable too, and every scripts/report NAME;
-every path of the sources in `code quotes` that ends like a file.
+every path of the sources in `code quotes` that ends like a file. Each table has a header.
   docs.py [ROOT]       prints how many links were looked at, or every one that leads nowhere
   docs.py --self-test  plants one broken link after the other; each must be caught"""
 
@@ -53,6 +53,15 @@ def script_wrong(root, name):
     return None if os.access(script, os.X_OK) else f"scripts/{name} is not executable"
 
 
+def torn_tables(prose):
+    """out: line number of each table that has no header, as behind a blank line in its middle."""
+    lines = [""] + prose.split("\n") + [""]
+    for number in range(1, len(lines) - 1):
+        if lines[number].startswith("|") and not lines[number - 1].startswith("|"):
+            if not re.match(r"\|[ :|-]+\|$", lines[number + 1]):
+                yield number
+
+
 def look_at(root, path):
     """out: (line number, what it points at, what is wrong or None) of each pointer of a file."""
     text = path.read_text()
@@ -60,6 +69,8 @@ def look_at(root, path):
     prose = FENCE.sub(lambda block: "\n" * block[0].count("\n"), text) if markdown else ""
     for match in LINK.finditer(prose):
         yield prose[:match.start()].count("\n") + 1, link_wrong(root, path, match[1])
+    for number in torn_tables(prose):
+        yield number, "a table without a header: a blank line in its middle?"
     for match in SCRIPT.finditer(text):
         yield text[:match.start()].count("\n") + 1, script_wrong(root, match[1])
     for match in REPORT.finditer(text):
@@ -101,7 +112,7 @@ GOOD = """# A title, `quoted`
 """
 PLANTED = ["[gone](gone.md)", "[gone](../docs/gone/)", "[anchor](../README.md#three-words)",
            "[anchor](#nothing)", "[out](../../elsewhere.md)", "`scripts/gone`", "run scripts/plain now", "`scripts/report gone`",
-           "`firmware/gone.c`"]
+           "`firmware/gone.c`", "| a |\n|---|\n| b |\n\n| c |\n"]
 
 
 def self_test():

@@ -50,7 +50,7 @@ def page(report):
         f"Written by `scripts/report bpnet-840d --write`: {len(report['seeds'])} machines (seeds {report['seeds'][0]} to "
         f"{report['seeds'][-1]}) that had no say in the recipe; each is measured, trained and judged on its own. "
         "The example is [examples/bpnet-840d](../../examples/bpnet-840d/README.md); what is done, and at which pace, "
-        "stands in [report.md](../report.md).", "",
+        "is in [report.md](../report.md).", "",
         "Largest error over all points of the judged parts by the twin's truth, as a median over the machines; "
         "how much less of it is left with compensation, as a median and on the worst machine. In space: length "
         "of the error.", "",
@@ -85,8 +85,8 @@ def page(report):
         never_worse = never_worse and worst(runs, "largest") >= 0.0
     lines += ["", "## The paper's protocol", "",
               "One part in a warm machine: its left surface trains a network 16-20-3 of static inputs (speed, "
-              "feed and depth stood still and cannot be learnt from), its right surface validates; then the "
-              "next part, in the same state, with and without compensation.", "", HEAD]
+              "feed and depth did not change, so nothing can be learnt from them), its right surface validates; then "
+              "the next part, in the same state, with and without compensation.", "", HEAD]
     for name in ["static-network"]:
         lines.append(row("next part", runs_of(report, "paper", name, "next part")))
     for name in paper["also"]:
