@@ -193,7 +193,7 @@ FAULTS = [
     ("hal/hal.h", '#include "firmware/load/load.h"'), ("hal/linux/tcp.c", '#include "firmware/box/box.h"'),
     ("hal/linux/tick.c", '#include "hal/cycle.h"'),  # which leads to the box
     ("hal/stm32f405/time.c", '#include "hal/linux/can.h"'), ("hal/stm32f405/a.c", '#include "firmware/signals/can.h"'),
-    ("hal/linux/main.c", '#include "hal/linux/daemon/loop.h"'),
+    ("hal/linux/daemon/main.c", '#include "hal/linux/daemon/loop.h"'),
     ("hal/linux/daemon/load.c", '#include "host-tools/formats/json.h"'),
     ("hal/stm32f405/uart.c", "#include <stdio.h>"), ("hal/stm32f405/app/dump.c", "#include <stdio.h>"),
     ("hal/other/a.c", "#include <stdio.h>"),
