@@ -99,6 +99,7 @@ simulate_request request_of(const simulate_options &options, const std::string &
         request.plots = folder + "/plots";
         make_folder(request.plots);
     }
+    request.commands = add_computing_commands;
     request.progress = show_progress;
     return request;
 }

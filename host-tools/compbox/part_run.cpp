@@ -85,13 +85,14 @@ void write_constants(const std::string &path, const std::array<double, 3> &um) {
 class machine_protocols {
   public:
     machine_protocols(const part_scenario &plan, const twin_config &machine,
-                      const std::string &folder,
+                      const std::string &folder, step_commands commands,
                       const std::function<void(const std::string &)> &progress,
                       part_results &results)
         : plan_(plan),
           machine_(machine),
           twin_(machine),
           folder_(folder),
+          commands_(commands),
           progress_(progress),
           results_(results) {
         make_folder(folder);
@@ -143,7 +144,8 @@ class machine_protocols {
                                 {"machine", plan_.machine},
                                 {"record", here + "/record.csv"},
                                 {"probe", here + "/probe.csv"},
-                                {"here", beside.empty() ? "." : beside}}};
+                                {"here", beside.empty() ? "." : beside}},
+                               commands_};
         for (const auto &line : lines) {
             for (const auto &said : run_step(line, world)) {
                 results_.warnings.push_back(protocol.name + ": " + said);
@@ -195,6 +197,7 @@ class machine_protocols {
     twin_config machine_;
     twin_machine twin_;
     std::string folder_;
+    step_commands commands_;
     const std::function<void(const std::string &)> &progress_;
     part_results &results_;
     worked_day day_;  // the last one that was judged
@@ -204,10 +207,10 @@ class machine_protocols {
 }  // namespace
 
 void run_part_protocols(const part_scenario &plan, const twin_config &machine,
-                        const std::string &folder,
+                        const std::string &folder, step_commands commands,
                         const std::function<void(const std::string &)> &progress,
                         part_results &results) {
-    machine_protocols protocols(plan, machine, folder, progress, results);
+    machine_protocols protocols(plan, machine, folder, commands, progress, results);
     for (const auto &protocol : plan.protocols) protocols.run(protocol);
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host-tools/compbox/part_day.h"
+#include "host-tools/compbox/step_words.h"
 
 namespace compbox {
 
@@ -38,9 +39,10 @@ struct part_results {
     std::vector<std::string> warnings;
 };
 
-// Everything for one machine; the results are appended. What it makes goes to `folder`.
+// Everything for one machine, with these commands in its steps; the results are appended. What it
+// makes goes to `folder`.
 void run_part_protocols(const part_scenario &plan, const twin_config &machine,
-                        const std::string &folder,
+                        const std::string &folder, step_commands commands,
                         const std::function<void(const std::string &)> &progress,
                         part_results &results);
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host-tools/compbox/plc_log.h"
+#include "host-tools/compbox/step_words.h"
 #include "host-tools/formats/json.h"
 
 namespace compbox {
@@ -25,6 +26,7 @@ struct simulate_request {
     std::vector<std::uint64_t> seeds;  // empty: as the scenario says
     std::string plots;                 // folder for figures, there already; "": none
     real_time_run real;
+    step_commands commands = nullptr;  // of steps beside measure; not null
     std::function<void(const std::string &)> progress;
 };
 

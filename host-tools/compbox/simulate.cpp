@@ -66,9 +66,11 @@ void run_steps(const std::vector<std::string> &steps, const step_world &world, s
 class seed_run {
   public:
     // once: folder of what the steps before the first seed made.
-    seed_run(const scenario &plan, const twin_config &config, const std::string &once)
+    seed_run(const scenario &plan, const twin_config &config, const std::string &once,
+             step_commands commands)
         : plan_(plan),
           config_(config),
+          commands_(commands),
           once_(once),
           folder_(once + "/seed-" + std::to_string(config.seed)),
           twin_(config_) {
@@ -111,7 +113,7 @@ class seed_run {
 
     step_world world(const std::string &out) const {
         make_folder(out);
-        return {twin_, plan_.file, names_of(plan_, once_, folder_, out)};
+        return {twin_, plan_.file, names_of(plan_, once_, folder_, out), commands_};
     }
 
     fitted_files coefficients_of(const scenario_method &method, simulation &result) {
@@ -157,6 +159,7 @@ class seed_run {
 
     const scenario &plan_;
     twin_config config_;
+    step_commands commands_;
     std::string once_, folder_;
     twin_machine twin_;
     std::vector<remeasured_path> paths_;
@@ -165,7 +168,7 @@ class seed_run {
 
 }  // namespace
 
-simulation simulate(const scenario &plan, const std::string &folder,
+simulation simulate(const scenario &plan, const std::string &folder, step_commands commands,
                     const std::function<void(const std::string &)> &progress) {
     twin_config config = load_twin(plan.twin);
     check_travel(plan, config);
@@ -177,13 +180,14 @@ simulation simulate(const scenario &plan, const std::string &folder,
     if (!plan.once.empty()) {
         make_folder(folder);
         const twin_machine twin(config);
-        run_steps(plan.once, {twin, plan.file, names_of(plan, folder, folder, folder)}, result);
+        run_steps(plan.once, {twin, plan.file, names_of(plan, folder, folder, folder), commands},
+                  result);
     }
     for (const std::uint64_t seed : seeds) {
         const std::string name = "seed " + std::to_string(seed);
         progress(name + ": measure");
         config.seed = seed;
-        seed_run run(plan, config, folder);
+        seed_run run(plan, config, folder, commands);
         run.measure(own_seed, result);
         for (const auto &method : plan.methods) {
             progress(name + ": " + method.name);

@@ -11,6 +11,7 @@
 
 #include "host-tools/compbox/remeasure.h"
 #include "host-tools/compbox/scenario.h"
+#include "host-tools/compbox/step_words.h"
 
 namespace compbox {
 
@@ -38,9 +39,10 @@ struct simulation {
     std::vector<std::string> warnings;  // of the fits and steps
 };
 
-// Runs the scenario; what it makes goes to FOLDER/seed-N/. progress is told each step in words.
-// Truth is read from the twin after the fact, for these figures only.
-simulation simulate(const scenario &plan, const std::string &folder,
+// Runs the scenario with these commands in its steps; what it makes goes to FOLDER/seed-N/.
+// progress gets each step in words. Truth is read from the twin after the fact, for these figures
+// only.
+simulation simulate(const scenario &plan, const std::string &folder, step_commands commands,
                     const std::function<void(const std::string &)> &progress);
 
 }  // namespace compbox

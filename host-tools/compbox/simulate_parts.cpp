@@ -207,7 +207,7 @@ simulate_outcome run_parts(const simulate_request &request) {
     for (const std::uint64_t seed : seeds) {
         machine.seed = seed;
         run_part_protocols(plan, machine, request.folder + "/seed-" + std::to_string(seed),
-                           request.progress, results);
+                           request.commands, request.progress, results);
     }
     if (!request.plots.empty()) plot_parts(plan, results, request.plots);
     simulate_outcome outcome;

@@ -6,14 +6,20 @@
 #include <string>
 #include <vector>
 
+#include "host-tools/command_line/command_line.h"
 #include "host-tools/twin/machine.h"
 
 namespace compbox {
+
+// Adds the commands that a step may run. A scenario may come from a stranger: none of them opens a
+// network connection or a device.
+using step_commands = void (*)(cli::command &app);
 
 struct step_world {
     const twin_machine &twin;
     std::string file;                          // the scenario, for messages
     std::map<std::string, std::string> names;  // $NAME in a step
+    step_commands commands;                    // beside measure; not null where a step runs
 };
 
 constexpr std::size_t most_words = 1000;     // of a step, choices counted

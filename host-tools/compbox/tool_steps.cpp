@@ -5,7 +5,6 @@
 #include <sstream>
 #include <utility>
 
-#include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/instruments.h"
 #include "host-tools/formats/error.h"
 
@@ -35,15 +34,14 @@ class redirected {
     std::ostringstream text_;
 };
 
-// The parser of a step knows the computing commands only: a scenario may come from a stranger, and
-// must reach no network and no device.
+// The parser of a step knows the instruments or the allowed commands, and nothing else.
 void run_words(std::vector<std::string> words, const step_world &world) {
     cli::program app{"a step"};
     if (words.front() == "measure") {
         add_instruments(app, world.twin);
         words.erase(words.begin());
     } else {
-        add_computing_commands(app);
+        world.commands(app);
         if (!app.has_subcommand(words.front())) {
             throw cli::usage_error("'" + words.front() +
                                    "' is not a step: a step is measure or a command that computes, "

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Steps of a scenario as data: lines as a person would type them, commands of compbox that compute
-// (commands.h) and measurements by virtual instruments ("measure …", instruments.h). The tools are
-// given paths of files, by their command line, and nothing else. Where they may write:
-// run_scenario.
+// Steps of a scenario as data: lines as a person would type them, commands that the caller allows
+// (step_world) and measurements by virtual instruments ("measure …", instruments.h). The tools get
+// paths of files, by their command line, and nothing else. Where they may write: run_scenario.
 #pragma once
 
 #include <string>

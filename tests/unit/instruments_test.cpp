@@ -123,7 +123,7 @@ TEST(Steps, WordsAreAsAShellMakesThem) {
     const twin_machine twin(noiseless());
     const std::string note = compbox_test::temporary("note.txt");
     write_file(note, "1,2,-3\n");
-    const step_world world{twin, "s.json", {{"out", "a b"}, {"note", note}}};
+    const step_world world{twin, "s.json", {{"out", "a b"}, {"note", note}}, nullptr};
     using words = std::vector<std::string>;
     EXPECT_EQ(words_of("fit  $out/X.csv -o $out", world), (words{"fit", "a b/X.csv", "-o", "a b"}));
     EXPECT_EQ(words_of("P{1,2}{x,y}.rtl", world),
