@@ -13,8 +13,6 @@ namespace compbox {
 
 namespace {
 
-constexpr int looks_per_step = 16;
-
 using function = std::function<double(double)>;
 
 // Positions of all signals along the path, as functions of the master's.

@@ -13,7 +13,6 @@ namespace compbox {
 
 namespace {
 
-constexpr int looks_per_step = 16;  // places between two points at which table and curve meet
 constexpr unsigned places_in_space = 4000;
 
 // Everything that the making of tables needs to know.

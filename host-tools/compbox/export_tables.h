@@ -12,6 +12,8 @@
 
 namespace compbox {
 
+constexpr int looks_per_step = 16;  // places between two points at which table and curve meet
+
 struct table_options {
     std::optional<double> step_mm;               // else the widest round step within tolerance_um
     double tolerance_um = 0.1;                   // of the table against the curve

@@ -27,7 +27,7 @@ constexpr std::size_t largest_file = std::size_t{1} << 30;
 constexpr std::int64_t latest_us = INT64_MAX / 4;  // differences and sums of times then fit
 
 enum column {
-    number,
+    cycle_number,
     generation,
     now_us,
     read_us,
@@ -185,7 +185,7 @@ replay_result replay(const std::string &coefficients, const std::string &recordi
                                      std::to_string(at) + "; what follows is left out");
             break;
         }
-        if (line.whole<std::int64_t>(number, INT64_MAX) != result.cycles) {
+        if (line.whole<std::int64_t>(cycle_number, INT64_MAX) != result.cycles) {
             result.remarks.push_back("a cycle before line " + std::to_string(at) +
                                      " is not in the recording; what follows is left out");
             break;
