@@ -5,8 +5,8 @@
 #include <iostream>
 #include <memory>
 
+#include "host-tools/command_line/summary.h"
 #include "host-tools/compbox/commands.h"
-#include "host-tools/compbox/summary.h"
 #include "host-tools/fitting/measurement.h"
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "host-tools/coefficients/build.h"
 #include "host-tools/command_line/option_checks.h"
-#include "host-tools/compbox/build.h"
+#include "host-tools/command_line/summary.h"
 #include "host-tools/compbox/commands.h"
-#include "host-tools/compbox/summary.h"
 #include "host-tools/formats/json.h"
 
 namespace compbox {

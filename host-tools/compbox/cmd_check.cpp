@@ -4,11 +4,11 @@
 #include <memory>
 #include <string>
 
-#include "host-tools/compbox/baud_table.h"
+#include "host-tools/coefficients/baud_table.h"
+#include "host-tools/coefficients/load.h"
+#include "host-tools/coefficients/profile_report.h"
+#include "host-tools/command_line/summary.h"
 #include "host-tools/compbox/commands.h"
-#include "host-tools/compbox/load.h"
-#include "host-tools/compbox/profile_report.h"
-#include "host-tools/compbox/summary.h"
 #include "host-tools/formats/json.h"
 
 namespace compbox {

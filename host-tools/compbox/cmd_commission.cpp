@@ -7,13 +7,13 @@
 #include <memory>
 #include <string>
 
+#include "host-tools/command_line/key_values.h"
 #include "host-tools/command_line/option_checks.h"
+#include "host-tools/command_line/summary.h"
+#include "host-tools/commission/checks.h"
+#include "host-tools/commission/prompt.h"
+#include "host-tools/commission/write.h"
 #include "host-tools/compbox/commands.h"
-#include "host-tools/compbox/commission_checks.h"
-#include "host-tools/compbox/commission_prompt.h"
-#include "host-tools/compbox/commission_write.h"
-#include "host-tools/compbox/key_values.h"
-#include "host-tools/compbox/summary.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"

@@ -3,14 +3,14 @@
 #include <iostream>
 #include <memory>
 
+#include "host-tools/coefficients/load.h"
+#include "host-tools/command_line/key_values.h"
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/compbox/commands.h"
-#include "host-tools/compbox/export_cam.h"
-#include "host-tools/compbox/export_plc.h"
-#include "host-tools/compbox/export_tables.h"
-#include "host-tools/compbox/export_text.h"
-#include "host-tools/compbox/key_values.h"
-#include "host-tools/compbox/load.h"
+#include "host-tools/export/cam.h"
+#include "host-tools/export/plc.h"
+#include "host-tools/export/tables.h"
+#include "host-tools/export/text.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"

@@ -8,15 +8,15 @@
 #include <sstream>
 
 #include "host-tools/command_line/option_checks.h"
+#include "host-tools/command_line/progress.h"
 #include "host-tools/compbox/commands.h"
-#include "host-tools/compbox/identify_plot.h"
 #include "host-tools/compbox/monte_carlo_report.h"
-#include "host-tools/compbox/plan_file.h"
-#include "host-tools/compbox/progress.h"
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
 #include "host-tools/identification/identify.h"
+#include "host-tools/identification/plan_file.h"
+#include "host-tools/identification/plot.h"
 
 namespace compbox {
 

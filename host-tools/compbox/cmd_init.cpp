@@ -4,10 +4,10 @@
 #include <memory>
 #include <string>
 
+#include "host-tools/coefficients/machine_file.h"
 #include "host-tools/command_line/option_checks.h"
+#include "host-tools/command_line/summary.h"
 #include "host-tools/compbox/commands.h"
-#include "host-tools/compbox/machine_file.h"
-#include "host-tools/compbox/summary.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"

@@ -5,10 +5,10 @@
 
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/compbox/commands.h"
-#include "host-tools/compbox/join.h"
 #include "host-tools/formats/csv_reading.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
+#include "host-tools/metrology/join.h"
 
 namespace compbox {
 

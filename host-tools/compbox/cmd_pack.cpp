@@ -3,9 +3,9 @@
 #include <iostream>
 #include <memory>
 
+#include "host-tools/coefficients/load.h"
+#include "host-tools/command_line/summary.h"
 #include "host-tools/compbox/commands.h"
-#include "host-tools/compbox/load.h"
-#include "host-tools/compbox/summary.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
 

@@ -8,8 +8,8 @@
 #include <sstream>
 
 #include "host-tools/compbox/commands.h"
-#include "host-tools/compbox/report_plot.h"
 #include "host-tools/fitting/measurement.h"
+#include "host-tools/fitting/report_plot.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"

@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "host-tools/command_line/option_checks.h"
+#include "host-tools/command_line/progress.h"
 #include "host-tools/compbox/commands.h"
-#include "host-tools/compbox/progress.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
 #include "host-tools/training/select_inputs.h"

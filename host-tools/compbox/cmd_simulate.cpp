@@ -8,13 +8,13 @@
 #include <memory>
 #include <string>
 
+#include "host-tools/command_line/summary.h"
 #include "host-tools/compbox/commands.h"
-#include "host-tools/compbox/replay.h"
-#include "host-tools/compbox/scenario_kind.h"
-#include "host-tools/compbox/simulate_plots.h"
-#include "host-tools/compbox/summary.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/simulation/kinds.h"
+#include "host-tools/simulation/plots.h"
+#include "host-tools/simulation/replay.h"
 
 namespace compbox {
 

@@ -6,10 +6,10 @@
 #include <map>
 #include <memory>
 
+#include "host-tools/coefficients/volumetric.h"
+#include "host-tools/command_line/key_values.h"
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/compbox/commands.h"
-#include "host-tools/compbox/key_values.h"
-#include "host-tools/compbox/volumetric.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 

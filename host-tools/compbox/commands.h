@@ -8,7 +8,8 @@
 namespace compbox {
 
 // Commands that read files, compute and write files, of which one is required. A scenario may run
-// them (tool_steps.h): no command that opens a network connection or a device belongs here.
+// them (simulation/tool_steps.h): no command that opens a network connection or a device belongs
+// here.
 void add_computing_commands(cli::command &app);
 
 // All of them, of which one is required.

@@ -8,8 +8,8 @@
 #include <memory>
 #include <vector>
 
-#include "host-tools/compbox/fit_files.h"
-#include "host-tools/compbox/load.h"
+#include "host-tools/coefficients/fit_files.h"
+#include "host-tools/coefficients/load.h"
 #include "host-tools/fakeplc/plc.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"

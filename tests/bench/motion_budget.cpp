@@ -8,12 +8,12 @@
 #include <cstdio>
 #include <functional>
 
-#include "host-tools/compbox/at_rest.h"
-#include "host-tools/compbox/load.h"
-#include "host-tools/compbox/remeasure.h"
-#include "host-tools/compbox/scenario.h"
-#include "host-tools/compbox/virtual_run.h"
+#include "host-tools/coefficients/load.h"
 #include "host-tools/formats/error.h"
+#include "host-tools/simulation/at_rest.h"
+#include "host-tools/simulation/remeasure.h"
+#include "host-tools/simulation/scenario.h"
+#include "host-tools/simulation/virtual_run.h"
 #include "host-tools/twin/motion.h"
 
 using namespace compbox;

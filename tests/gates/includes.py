@@ -206,7 +206,7 @@ FAULTS = [
     ("host-tools/twin/a_main.cpp", "#include <CLI/App.hpp>"),
     ("host-tools/command_line/command_line.h", "#include <CLI/CLI.hpp>"),
     ("host-tools/command_line/command_line.h", "#include <iostream>"),
-    ("host-tools/command_line/a.cpp", '#include "host-tools/compbox/load.h"'),
+    ("host-tools/command_line/a.cpp", '#include "host-tools/coefficients/load.h"'),
     ("host-tools/twin/heat.cpp", '#include "host-tools/command_line/command_line.h"'),
     ("host-tools/training/train.cpp", "#include <ceres/ceres.h>"),
 ]

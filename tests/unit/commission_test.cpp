@@ -2,10 +2,10 @@
 // What commissioning concludes, without a PLC: signs, scales, times, and the box's configuration.
 #include <gtest/gtest.h>
 
-#include "host-tools/compbox/commission_config.h"
-#include "host-tools/compbox/commission_judge.h"
-#include "host-tools/compbox/commission_write.h"
-#include "host-tools/compbox/machine_file.h"
+#include "host-tools/coefficients/machine_file.h"
+#include "host-tools/commission/config.h"
+#include "host-tools/commission/judge.h"
+#include "host-tools/commission/write.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/json.h"
 

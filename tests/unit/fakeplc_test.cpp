@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "host-tools/compbox/machine_file.h"
+#include "host-tools/coefficients/machine_file.h"
 #include "host-tools/fakeplc/setup.h"
 #include "host-tools/fakeplc/usual_map.h"
 #include "host-tools/formats/error.h"

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host-tools/compbox/step_words.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/rtl.h"
+#include "host-tools/simulation/step_words.h"
 #include "host-tools/twin/diagonals.h"
 #include "host-tools/twin/nine_line.h"
 #include "tests/support/temporary.h"

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/coefficients/build.h"
+
+#include "host-tools/coefficients/load.h"
+#include "host-tools/coefficients/merge.h"
+#include "host-tools/coefficients/pair_remarks.h"
+#include "host-tools/formats/error.h"
+#include "host-tools/formats/file.h"
+
+namespace compbox {
+
+namespace {
+
+// Says in the words of the file that an entry came from what the loader says of the merged one:
+// "terms[3].knots[7]: …" becomes "terms[0].knots[7]: … (EZX)". Returns where nothing fits.
+void refuse_entry(const std::string &message, const std::string &key,
+                  const std::vector<entry_home> &homes, const json &entries) {
+    const std::string start = key + "[";
+    if (message.compare(0, start.size(), start) != 0) return;
+    const std::size_t index = std::stoul(message.substr(start.size()));
+    if (index >= homes.size()) return;
+    throw input_error(homes[index].file, 0, 0,
+                      start + std::to_string(homes[index].index) +
+                          message.substr(message.find(']')) + " (" +
+                          entries[index]["name"].get<std::string>() + ")");
+}
+
+void refuse_entries(const merged_file &merged, const std::string &message) {
+    refuse_entry(message, "terms", merged.term_homes, merged.file["terms"]);
+    refuse_entry(message, "signals", merged.signal_homes, merged.file["signals"]);
+}
+
+// Says what is wrong with a term in itself, where something is: with a mistake in it there may be
+// nothing to fill in, and that is not what the user has to mend. Any range does for the loader.
+void refuse_bad_terms(merged_file merged) {
+    for (auto &signal : merged.file["signals"]) {
+        for (const auto &[key, value] : {std::pair("min", 0), std::pair("max", 1)}) {
+            if (signal.contains(key) && signal[key].is_null()) signal[key] = value;
+        }
+    }
+    cb_message message = {};
+    if (load_coefficient_text(json_text(merged.file), &message) != nullptr) return;
+    refuse_entry(message.text, "terms", merged.term_homes, merged.file["terms"]);
+}
+
+}  // namespace
+
+std::vector<std::string> build_file(const std::string &machine,
+                                    const std::vector<std::string> &terms,
+                                    std::optional<unsigned> revision, const std::string &output) {
+    const merged_file as_given = merge_files(machine, terms, revision);
+    merged_file merged = as_given;
+    try {
+        fill_in(merged, machine);
+    } catch (const input_error &) {
+        refuse_bad_terms(as_given);
+        throw;
+    }
+    const std::string text = json_text(merged.file);
+    cb_message message = {};
+    const auto config = load_coefficient_text(text, &message);
+    if (config == nullptr) {
+        refuse_entries(merged, message.text);
+        refuse_bad_terms(as_given);
+        throw input_error(machine, 0, 0, message.text);
+    }
+    // A coefficient file may be built upon; a term is not written over.
+    if (output == machine)
+        update_file(output, text);
+    else
+        write_file(output, text);
+    for (const auto &remark : pair_remarks(*config)) merged.notes.push_back(remark);
+    merged.notes.push_back("revision " + std::to_string(config->revision) + ": " +
+                           summary(*config));
+    return merged.notes;
+}
+
+}  // namespace compbox

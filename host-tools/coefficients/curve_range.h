@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+// The range of a curve of a coefficient file over its signal.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "host-tools/coefficients/machine_file.h"
+#include "host-tools/formats/json_type.h"
+
+namespace compbox {
+
+// A term's own range; from >= to where it has none.
+travel_range range_of_curve(const json &term);
+
+// From the lowest to the highest end of all curves over a signal; nothing where there is none.
+std::optional<travel_range> range_of_curves(const json &terms, const std::string &signal);
+
+}  // namespace compbox

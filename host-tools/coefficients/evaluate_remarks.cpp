@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/coefficients/evaluate_remarks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <iterator>
+
+#include "host-tools/formats/error.h"
+
+namespace compbox {
+
+namespace {
+
+bool is_lag(const cb_signal_config &signal) {
+    return signal.source == CB_SOURCE_LAG;
+}
+
+// What the box counts of its models and outputs, as a person would say it. With --raw there are no
+// limits.
+constexpr struct {
+    std::uint32_t cb_counters::*counter;
+    const char *text;
+    bool in_raw;
+} watched_counters[] = {
+    {&cb_counters::outside_curve,
+     "beyond the ends of a curve, which keeps its value there: ", true},
+    {&cb_counters::models_extrapolated, "a network beyond the range it was trained on: ", true},
+    {&cb_counters::models_weakened, "… so far beyond it that its outputs fade: ", true},
+    {&cb_counters::outputs_limited, "a channel held at its limit_um: ", false},
+    {&cb_counters::pairs_limited,
+     "the motors of a pair held within their max_difference_um: ", false},
+};
+
+// As the box sees it, in float32 and with room for its rounding.
+bool in_range(const cb_signal_config &signal, double value) {
+    const float slack = 2.5e-7f * std::max(std::fabs(signal.min), std::fabs(signal.max));
+    const auto seen = static_cast<float>(value);
+    return seen >= signal.min - slack && seen <= signal.max + slack;
+}
+
+bool accepted(const cb_box &box, unsigned signal) {
+    return box.signals[signal].known && box.signals[signal].time_us == box.now_us;
+}
+
+// A column for a computed signal looks like an input and is none.
+void remark_computed_columns(const cb_config &config, const csv_table &samples,
+                             std::vector<std::string> &remarks) {
+    for (unsigned i = 0; i < config.signals_count; ++i) {
+        const cb_signal_config &signal = config.signals[i];
+        if (!is_lag(signal) || samples.find(signal.name) < 0) continue;
+        remarks.push_back("column " + std::string(signal.name) + " is not used: the box computes " +
+                          signal.name + " itself, a lag of " + config.signals[signal.lag_of].name);
+    }
+}
+
+}  // namespace
+
+std::vector<unsigned> measured_signals(const cb_config &config) {
+    std::vector<unsigned> measured;
+    for (unsigned i = 0; i < config.signals_count; ++i) {
+        if (!is_lag(config.signals[i])) measured.push_back(i);
+    }
+    return measured;
+}
+
+void row_count::add(long line, const std::string &what) {
+    if (count++ == 0) first_line = line, detail = what;
+}
+
+std::string row_count::text() const {
+    return std::to_string(count) + (count == 1 ? " row" : " rows") + ", first line " +
+           std::to_string(first_line) + (detail.empty() ? "" : ": " + detail);
+}
+
+row_watcher::row_watcher(const cb_config &config, const csv_table &samples)
+    : config_(config),
+      samples_(samples),
+      measured_(measured_signals(config)),
+      held_(measured_.size()),
+      missing_(measured_.size()) {}
+
+std::string row_watcher::implausible_text(std::size_t sample, double value) const {
+    const cb_signal_config &signal = config_.signals[measured_[sample]];
+    return shortest(value) + " (plausible: " + shortest_float(signal.min) + " to " +
+           shortest_float(signal.max) + ")";
+}
+
+void row_watcher::require_steady_state(const cb_box &box, const std::vector<double> &values) const {
+    for (std::size_t i = 0; i < measured_.size(); ++i) {
+        const cb_signal_config &signal = config_.signals[measured_[i]];
+        if (!signal.essential || accepted(box, measured_[i])) continue;
+        throw input_error(samples_.file, samples_.lines[0], 0,
+                          "the first row has no value before it to hold, but " +
+                              std::string(signal.name) +
+                              " is implausible there: " + implausible_text(i, values[i]) +
+                              "; start at a row that the box accepts, or use --raw");
+    }
+}
+
+void row_watcher::look(std::size_t row, const cb_box &box, const std::vector<double> &values) {
+    for (std::size_t i = 0; i < measured_.size(); ++i) {
+        const unsigned signal = measured_[i];
+        if (accepted(box, signal) && in_range(config_.signals[signal], values[i])) continue;
+        auto &kind = box.signals[signal].known ? held_ : missing_;
+        kind[i].add(samples_.lines[row], implausible_text(i, values[i]));
+    }
+    for (std::size_t k = 0; k < std::size(watched_counters); ++k) {
+        const auto counter = watched_counters[k].counter;
+        if (box.counters.*counter != before_.*counter) counted_[k].add(samples_.lines[row], "");
+    }
+    if (box.mode.mode == CB_MODE_ACTIVE) return;
+    not_active_.add(samples_.lines[row], std::string(cb_mode_name(box.mode.mode)) + ", " +
+                                             cb_reason_text(box.mode.reason));
+}
+
+std::vector<std::string> row_watcher::remarks(bool raw) const {
+    std::vector<std::string> all;
+    remark_computed_columns(config_, samples_, all);
+    for (std::size_t i = 0; i < measured_.size(); ++i) {
+        const std::string name = config_.signals[measured_[i]].name;
+        if (missing_[i].count > 0) {
+            all.push_back(name + " implausible and no value before it, its terms are left out: " +
+                          missing_[i].text());
+        }
+        if (held_[i].count == 0) continue;
+        all.push_back(name +
+                      (raw ? " implausible, the box would hold the last value: "
+                           : " implausible, last value held: ") +
+                      held_[i].text());
+    }
+    for (std::size_t k = 0; k < std::size(watched_counters); ++k) {
+        if (counted_[k].count == 0 || (raw && !watched_counters[k].in_raw)) continue;
+        all.push_back(watched_counters[k].text + counted_[k].text());
+    }
+    if (!raw && not_active_.count > 0) all.push_back("box not ACTIVE: " + not_active_.text());
+    return all;
+}
+
+}  // namespace compbox

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/coefficients/fit_files.h"
+
+#include "host-tools/coefficients/build.h"
+#include "host-tools/fitting/fit.h"
+#include "host-tools/formats/error.h"
+#include "host-tools/formats/file.h"
+#include "host-tools/formats/json.h"
+
+namespace compbox {
+
+namespace {
+
+// The value whose name is `text`. Throws where there is none.
+template <typename kind>
+kind named(const std::string &text, std::initializer_list<kind> all, const std::string &file) {
+    for (const kind one : all) {
+        if (text == name_of(one)) return one;
+    }
+    std::string there;
+    for (const kind one : all) there += std::string(there.empty() ? "" : ", ") + name_of(one);
+    throw input_error(file, 0, 0,
+                      "there is no method or line '" + text + "' (there are " + there + ")");
+}
+
+fit_options options_of(const fit_recipe &recipe, const std::string &curve) {
+    fit_options options;
+    options.name = curve;
+    options.signal = curve.substr(2);
+    options.method = named(recipe.method,
+                           {fit_method::bspline, fit_method::bspline_lmc, fit_method::polynomial,
+                            fit_method::polyline},
+                           recipe.file);
+    options.line =
+        named(recipe.line,
+              {reference_line::keep, reference_line::end_point, reference_line::least_squares},
+              recipe.file);
+    options.degree = recipe.degree;
+    const auto tolerance = recipe.tolerance_um.find(curve);
+    if (tolerance != recipe.tolerance_um.end()) options.tolerance_um = tolerance->second;
+    return options;
+}
+
+}  // namespace
+
+fitted_files fit_files(const std::string &measurements, const std::vector<std::string> &curves,
+                       const fit_recipe &recipe, const std::string &machine,
+                       const std::string &folder) {
+    make_folder(folder);
+    fitted_files result;
+    std::vector<std::string> terms;
+    for (const auto &curve : curves) {
+        const std::string data = measurements + "/" + curve + ".csv";
+        const fit_result fit = fit_curve(read_measurement(data), options_of(recipe, curve));
+        terms.push_back(folder + "/" + curve + ".json");
+        write_file(terms.back(), json_text(fragment_of(fit)));
+        result.coefficient_count[curve] = static_cast<int>(fit.curve.coefficient_count());
+        for (const auto &warning : fit.warnings) result.warnings.push_back(data + ": " + warning);
+    }
+    result.coefficients = folder + "/coefficients.json";
+    build_file(machine, terms, {}, result.coefficients);
+    return result;
+}
+
+}  // namespace compbox

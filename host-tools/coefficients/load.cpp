@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/coefficients/load.h"
+
+#include "host-tools/formats/error.h"
+#include "host-tools/formats/file.h"
+
+namespace compbox {
+
+namespace {
+
+// What at least one of our targets can do.
+constexpr cb_target any_target = {"the box",
+                                  1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN | 1u << CB_SOURCE_BUS,
+                                  1u << CB_TRANSPORT_TCP | 1u << CB_TRANSPORT_RTU};
+
+std::string counted(int count, const char *noun) {
+    return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
+}  // namespace
+
+std::unique_ptr<cb_config> load_coefficient_text(const std::string &text, cb_message *message) {
+    auto config = std::make_unique<cb_config>();
+    auto scratch = std::make_unique<cb_load_scratch>();
+    const cb_error error =
+        cb_config_load(config.get(), text.data(), text.size(), &any_target, scratch.get(), message);
+    return error == CB_OK ? std::move(config) : nullptr;
+}
+
+std::unique_ptr<cb_config> load_coefficients(const std::string &path) {
+    cb_message message = {};
+    auto config = load_coefficient_text(read_file(path), &message);
+    if (config != nullptr) return config;
+    std::string sentence = message.text;
+    if (message.line > 0) sentence += ", line " + std::to_string(message.line);
+    if (message.line > 0 && message.column > 0) {
+        sentence += ", column " + std::to_string(message.column);
+    }
+    throw input_error(path, 0, 0, sentence);
+}
+
+std::string summary(const cb_config &config) {
+    return counted(config.signals_count, "signal") + ", " + counted(config.terms_count, "term") +
+           ", " + counted(config.channels_count, "channel") + ", coefficients " +
+           std::to_string(config.pool_count) + " of " + std::to_string(CB_POOL_FLOATS);
+}
+
+}  // namespace compbox

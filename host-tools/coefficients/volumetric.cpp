@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/coefficients/volumetric.h"
+
+#include <cmath>
+#include <filesystem>
+
+#include "host-tools/formats/error.h"
+#include "host-tools/metrology/straightness.h"
+
+namespace compbox {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char *axis_names[3] = {"X", "Y", "Z"};
+constexpr const char *squareness_names[3] = {"C0Y", "B0Z", "A0Z"};
+// Directions of the straightness curves whose slope is that squareness.
+constexpr const char *squareness_slopes[3] = {"EXY", "EXZ", "EYZ"};
+constexpr double slope_that_counts_urad = 0.5;
+
+struct curve_file {
+    std::string name, path;
+};
+
+// The curves of all folders in the order of ISO 230-1, each once.
+std::vector<curve_file> find_curves(const std::vector<std::string> &folders) {
+    std::map<std::string, std::string> home;
+    for (const auto &folder : folders) {
+        if (!fs::is_directory(folder)) throw input_error(folder, 0, 0, "is not a folder");
+        std::size_t found = 0;
+        for (const char axis : {'X', 'Y', 'Z'}) {
+            for (const char kind : std::string("XYZABC")) {
+                const std::string name = std::string("E") + kind + axis;
+                const std::string path = (fs::path(folder) / (name + ".csv")).string();
+                if (!fs::is_regular_file(path)) continue;
+                ++found;
+                const auto [place, is_new] = home.insert({name, path});
+                if (!is_new) {
+                    throw input_error(path, 0, 0,
+                                      name + " is already in " + place->second +
+                                          ": name only one of the two folders");
+                }
+            }
+        }
+        if (found == 0) {
+            throw input_error(folder, 0, 0,
+                              "holds none of EXX.csv … ECZ.csv, which `compbox identify` writes");
+        }
+    }
+    std::vector<curve_file> curves;
+    for (const char *axis : axis_names) {
+        for (const char kind : std::string("XYZABC")) {
+            const auto one = home.find(std::string("E") + kind + axis);
+            if (one != home.end()) curves.push_back({one->first, one->second});
+        }
+    }
+    return curves;
+}
+
+void check_unit(const std::string &name, const measurement &data) {
+    const bool angle = name[1] <= 'C';
+    if (angle == (data.unit == "urad")) return;
+    throw input_error(data.file, 0, 0,
+                      name + (angle ? " is an angle: its column must be error_urad"
+                                    : " is a displacement: its column must be error_um"));
+}
+
+// The reference point that `identify` noted in DIR/report.json, for the axis it names.
+void take_reference_point(const std::string &folder, volumetric_result &result) {
+    const std::string path = (fs::path(folder) / "report.json").string();
+    if (!fs::is_regular_file(path)) return;
+    const json report = read_json(path);
+    if (!report.is_object() || !report.contains("reference_point_mm")) return;
+    const std::string axis = get<std::string>(report, "axis", path);
+    const auto point = get<std::vector<double>>(report, "reference_point_mm", path);
+    if (point.size() != 3 || result.reference_points_mm.count(axis) == 0) {
+        throw input_error(path, 0, 0, "axis must be X, Y or Z, reference_point_mm three numbers");
+    }
+    result.reference_points_mm[axis] = {point[0], point[1], point[2]};
+}
+
+fitted_error fit_one(const curve_file &curve, const volumetric_options &options,
+                     volumetric_result &result) {
+    const measurement data = read_measurement(curve.path);
+    check_unit(curve.name, data);
+    fit_options fit = options.fit;
+    fit.name = curve.name;
+    fit.signal = options.positions[static_cast<std::size_t>(curve.name[2] - 'X')];
+    const fit_result fitted = fit_curve(data, fit);
+    const json fragment = fragment_of(fitted);
+    result.fragment["terms"].push_back(fragment["terms"][0]);
+    result.fragment["provenance"][curve.name] = fragment["provenance"][curve.name];
+    fitted_error one;
+    one.name = curve.name;
+    one.file = curve.path;
+    one.unit = data.unit;
+    one.positions = data.position.size();
+    one.coefficients = fitted.curve.coefficient_count();
+    const auto [low, high] = std::minmax_element(data.mean.begin(), data.mean.end());
+    one.range = *high - *low;
+    one.residual_rms = fitted.summary.rms;
+    one.slope_per_m = 1e3 * least_squares_line(data.position, data.mean).slope;
+    one.warnings = fitted.warnings;
+    return one;
+}
+
+json numbers(const vector_mm &v) {
+    return json::array({v[0], v[1], v[2]});
+}
+
+json term_of(const volumetric_options &options, const volumetric_result &result) {
+    json term;
+    term["name"] = options.name;
+    term["type"] = "volumetric";
+    for (const char *end : {"_x", "_y", "_z"}) term["outputs"].push_back(options.name + end);
+    term["chain"] = options.chain;
+    term["errors"] = json::array();
+    for (const auto &error : result.errors) term["errors"].push_back(error.name);
+    term["positions"] = options.positions;
+    for (const auto &[axis, point] : result.reference_points_mm) {
+        term["reference_points_mm"][axis] = numbers(point);
+    }
+    term["tool_offset_mm"] = numbers(options.tool_offset_mm);
+    term["tool_direction"] = numbers(options.tool_direction);
+    if (!options.tool_length_signal.empty()) {
+        term["tool_length"] = options.tool_length_signal;
+    } else {
+        term["tool_length_mm"] = options.tool_length_mm;
+    }
+    for (const char *name : squareness_names) {
+        term["squareness_urad"][name] = result.squareness_urad.at(name);
+    }
+    return term;
+}
+
+// A squareness given by hand beside a straightness curve that still has its slope counts twice.
+void judge_squareness(const volumetric_options &options, volumetric_result &result) {
+    std::string absent;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const std::string name = squareness_names[k];
+        const bool given = options.squareness_urad.count(name) > 0;
+        result.squareness_urad[name] = given ? options.squareness_urad.at(name) : 0.0;
+        double slope_urad = 0.0;
+        for (const auto &error : result.errors) {
+            if (error.name == squareness_slopes[k]) slope_urad = error.slope_per_m;
+        }
+        const bool slope = std::fabs(slope_urad) > slope_that_counts_urad;
+        if (!given && !slope) absent += (absent.empty() ? "" : ", ") + name;
+        if (given && slope) {
+            char text[200];
+            std::snprintf(text, sizeof text,
+                          "%s is given, but the curve %s keeps a slope of %.1f urad, which is "
+                          "squareness too: both count",
+                          name.c_str(), squareness_slopes[k], slope_urad);
+            result.remarks.push_back(text);
+        }
+    }
+    if (!absent.empty()) {
+        result.remarks.push_back("squareness " + absent + " not given: zero");
+    }
+}
+
+void judge_missing(volumetric_result &result) {
+    std::string text;
+    for (const char *axis : axis_names) {
+        for (const char kind : std::string("XYZABC")) {
+            const std::string name = std::string("E") + kind + axis;
+            bool found = false;
+            for (const auto &error : result.errors) found |= error.name == name;
+            if (found) continue;
+            result.missing.push_back(name);
+            text += (text.empty() ? "" : ", ") + name;
+        }
+    }
+    if (!text.empty()) result.remarks.push_back("not measured, zero: " + text);
+}
+
+json provenance_of(const volumetric_result &result) {
+    json own;
+    own["squareness_convention"] =
+        "urad; C0Y > 0 opens the angle between +X and +Y, A0Z > 0 that between +Y and +Z, "
+        "B0Z > 0 closes that between +X and +Z; X is the primary axis";
+    own["not_measured"] = result.missing;
+    own["remarks"] = result.remarks;
+    return own;
+}
+
+}  // namespace
+
+volumetric_result make_volumetric(const std::vector<std::string> &folders,
+                                  const volumetric_options &options) {
+    volumetric_result result;
+    result.fragment["signals"] = json::array();
+    result.fragment["terms"] = json::array();
+    for (const char *axis : axis_names) result.reference_points_mm[axis] = {0, 0, 0};
+    const auto curves = find_curves(folders);
+    for (const auto &folder : folders) take_reference_point(folder, result);
+    for (const auto &[axis, point] : options.reference_points_mm) {
+        result.reference_points_mm[axis] = point;
+    }
+    for (const auto &curve : curves) result.errors.push_back(fit_one(curve, options, result));
+    judge_missing(result);
+    judge_squareness(options, result);
+    result.fragment["terms"].push_back(term_of(options, result));
+    result.fragment["provenance"][options.name] = provenance_of(result);
+    return result;
+}
+
+}  // namespace compbox

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/command_line/summary.h"
+
+#include <algorithm>
+#include <iostream>
+
+#include "host-tools/formats/json.h"
+
+namespace compbox {
+
+void add_json(cli::command &command, bool &as_json) {
+    command.add_flag("--json", as_json, "Print what was done as JSON");
+}
+
+void print_summary(const std::vector<std::string> &files, const json &figures,
+                   const std::vector<std::string> &remarks) {
+    for (const char *out : {"-", "/dev/stdout"}) {
+        if (std::count(files.begin(), files.end(), out) > 0) return;
+    }
+    json summary;
+    summary["files"] = files;
+    summary.update(figures);
+    summary["remarks"] = remarks;
+    std::cout << json_text(summary);
+}
+
+}  // namespace compbox

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+// The box itself, on this computer and against a live PLC: the cycle, the client and the last stage
+// that will run in the cabinet, with an offset for each channel in place of models.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host-tools/commission/config.h"
+
+namespace compbox {
+
+// One reading of the PLC's read block.
+struct plc_reading {
+    std::int64_t asked_us = 0, came_us = 0;  // one clock for all times
+    std::vector<std::uint16_t> registers;
+};
+
+// What the PLC did when the box read the write block back.
+enum class read_back { unanswered, answered, refused };
+
+// One write of the box.
+struct box_write {
+    std::int64_t sent_us = 0, done_us = 0;
+    bool confirmed = false;
+    std::vector<float> output_um;  // of each channel of the file
+};
+
+class commission_live {
+  public:
+    // Nothing is sent before the first cycle. Throws input_error where the address is none.
+    explicit commission_live(const commission_setup &setup);
+    ~commission_live();
+    commission_live(const commission_live &) = delete;
+
+    // One period of the box. Throws input_error after SIGINT or SIGTERM.
+    void cycle();
+    // Cycles until it is true or the time is over; out: whether it is.
+    bool cycle_until(double timeout_s, const std::function<bool()> &done);
+
+    // Where the channel goes, at its slew rate, as soon as the box is ACTIVE.
+    void set_offset_um(std::size_t channel, double um);
+    // Ramps to zero, says STOPPED, closes the connection. out: the PLC confirmed it, or no offset
+    // was ever written. Called at the end, whatever happened; no signal interrupts it.
+    bool stop();
+
+    // Between two cycles, reads the PLC as often as it answers; each reading goes to on_reading.
+    void read_between_cycles(bool on) { reading_between_ = on; }
+    std::function<void(const plc_reading &)> on_reading;
+    std::function<void(const box_write &)> on_write;
+
+    const cb_config &config() const;
+    int mode() const;
+    int reason() const;
+    double inactive_s() const;  // since the box was ACTIVE, or started
+    bool read_ok() const;       // in this cycle
+    const std::uint16_t *registers() const;
+    double output_um(std::size_t channel) const;
+    // What the PLC says it applies; none where the file has no register for it.
+    std::optional<double> applied_um(std::size_t channel) const;
+    std::optional<double> applied_um(std::size_t channel, const plc_reading &reading) const;
+    // The exchange of the last cycle: from asking for the reading to the confirmed write, µs.
+    std::uint32_t exchange_us() const;
+    std::int64_t read_us() const;  // when the last reading was asked for
+    std::uint32_t writes_refused() const;
+    std::uint32_t reads_torn() const;
+    std::uint32_t handshakes() const;
+    // The lowest exception code that the PLC answered with, other than to the read-back; 0: none
+    // yet.
+    int last_exception() const;
+    read_back found_read_back() const;  // the last one that was answered or refused
+    int read_back_exception() const;    // its code; 0: it was not refused
+    std::string write_remedy() const;  // what to set where the PLC does not have the write function
+    std::string connection() const;    // why there is none, in words
+
+  private:
+    struct inside;
+    std::unique_ptr<inside> inside_;
+    bool reading_between_ = false;
+};
+
+// From now on SIGINT and SIGTERM make cycle() throw; where that is permitted, the process goes
+// before all others, as the box's loop does.
+void prepare_process();
+
+}  // namespace compbox

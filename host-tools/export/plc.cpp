@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/export/plc.h"
+
+#include "host-tools/formats/error.h"
+
+namespace compbox {
+
+namespace {
+
+using kind = number_format::kind;
+
+constexpr int most_s7_registers = 32767;
+
+// S7 keeps numbers big-endian; a register pair in another order is not one of its numbers.
+std::string s7_type(const laid_register &one, const register_map &map) {
+    if (one.format.bytes != number_format::order::abcd) {
+        throw input_error(map.file, 0, 0,
+                          "'" + one.name +
+                              "' is not in the order ABCD that an S7 has; give it a type without "
+                              "cdab or le, or lay the block out by hand");
+    }
+    if (one.format.what == kind::floating) return "REAL";
+    const bool integer = one.format.what == kind::signed_integer;
+    if (one.format.registers == 2) return integer ? "DINT" : "DWORD";
+    return integer ? "INT" : "WORD";
+}
+
+std::string number_type(const number_format &format) {
+    const bool integer = format.what == kind::signed_integer;
+    const std::string base = format.what == kind::floating ? "float" : integer ? "int" : "uint";
+    const std::string order = format.bytes == number_format::order::cdab   ? "cdab"
+                              : format.bytes == number_format::order::dcba ? "le"
+                                                                           : "";
+    return base + std::to_string(16 * format.registers) + order;
+}
+
+std::string line(const std::string &declaration, const std::string &comment) {
+    std::string text = "    " + declaration;
+    if (text.size() < 44) text.resize(44, ' ');
+    return text + " // " + comment + "\n";
+}
+
+std::string spare(int from, int to) {
+    return line("spare_" + std::to_string(from) + " : ARRAY[0.." + std::to_string(to - from - 1) +
+                    "] OF WORD;",
+                "register " + std::to_string(from) + ", byte " + std::to_string(2 * from));
+}
+
+// Register n is byte 2 n of the block, so it begins with register 0, whatever the file uses first.
+std::string s7_block(const register_map &map, const std::vector<laid_register> &laid,
+                     const std::string &source) {
+    std::string text =
+        "// Registers of the box in " + source +
+        ", by compbox export --format plc-db. Do not edit: the\n"
+        "// addresses are the file's. Holding register n is byte 2 n; not optimized, big-endian.\n"
+        "// Every Modbus client can write this block: keep the largest offsets out of it, as "
+        "constants\n"
+        "// of the PLC program.\n"
+        "DATA_BLOCK \"CompBoxRegisters\"\n"
+        "{ S7_Optimized_Access := 'FALSE' }\n"
+        "  STRUCT\n";
+    if (map.size() > most_s7_registers) {
+        throw input_error(map.file, 0, 0,
+                          "register " + std::to_string(map.size() - 1) +
+                              " lies beyond what an S7 data block holds (64 kB, register " +
+                              std::to_string(most_s7_registers - 1) + ")");
+    }
+    int next = 0;
+    for (const auto &one : laid) {
+        if (one.address < next) {
+            throw input_error(map.file, 0, 0,
+                              "'" + one.name + "' overlaps the number before it at register " +
+                                  std::to_string(one.address));
+        }
+        if (one.address > next) text += spare(next, one.address);
+        text += line(one.name + " : " + s7_type(one, map) + ";",
+                     "register " + std::to_string(one.address) + ", byte " +
+                         std::to_string(2 * one.address) +
+                         (one.written_by_box ? ", box: " : ", PLC: ") + one.meaning);
+        next = one.end();
+    }
+    if (map.size() > next) text += spare(next, map.size());
+    return text + "  END_STRUCT;\nBEGIN\nEND_DATA_BLOCK\n";
+}
+
+std::string quoted(const std::string &text) {
+    return text.find(',') == std::string::npos ? text : "\"" + text + "\"";
+}
+
+std::string pmc_table(const std::vector<laid_register> &laid, int base) {
+    std::string text = "register,pmc_address,bytes,type,written_by,name,meaning\n";
+    for (const auto &one : laid) {
+        text += std::to_string(one.address) + ",D" + std::to_string(base + 2 * one.address) + "," +
+                std::to_string(2 * one.format.registers) + "," + number_type(one.format) + "," +
+                (one.written_by_box ? "box" : "PLC") + "," + one.name + "," + quoted(one.meaning) +
+                "\n";
+    }
+    return text;
+}
+
+}  // namespace
+
+export_file plc_registers(const register_map &map, const json &file, const std::string &source,
+                          int pmc_base) {
+    const auto laid = lay_out(map, least_sizes_um(file));
+    if (map.profile == "fanuc") return {"pmc_addresses.csv", pmc_table(laid, pmc_base)};
+    return {"compbox_registers.scl", s7_block(map, laid, source)};
+}
+
+}  // namespace compbox

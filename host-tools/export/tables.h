@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+// Equidistant compensation tables from a coefficient file, and what is lost on the way.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host-tools/coefficients/machine_file.h"
+#include "host-tools/export/channel_model.h"
+
+namespace compbox {
+
+constexpr int looks_per_step = 16;  // places between two points at which table and curve meet
+
+struct table_options {
+    std::optional<double> step_mm;               // else the widest round step within tolerance_um
+    double tolerance_um = 0.1;                   // of the table against the curve
+    std::size_t most_points = 0;                 // that the control's table holds
+    bool cross = false;                          // tables of other axes' positions too
+    bool directions = true;                      // the table has forward and backward values
+    std::map<std::string, travel_range> range;   // by signal; else that of the curves
+    std::map<std::string, double> at;            // values of signals that no table runs over
+    std::map<std::string, std::string> axis_of;  // signal by channel, where the name does not say
+};
+
+// What one channel gets from the position of one axis.
+struct table_column {
+    unsigned channel = 0;
+    bool own = false;               // the channel moves the axis that the table runs over
+    std::vector<double> wanted_um;  // at each position, tool displacement wanted
+    // Half of forward less backward, where the curves have branches; else empty.
+    std::vector<double> half_um;
+    double step_error_um = 0.0, step_error_at_mm = 0.0;  // table - curve, largest, with sign
+};
+
+struct axis_table {
+    unsigned signal = 0;
+    double step_mm = 0.0, from_mm = 0.0, to_mm = 0.0;  // to: end of the travel asked for
+    std::vector<double> position_mm;                   // from + k step; the last is >= to
+    std::vector<table_column> columns;
+    bool tolerance_met = true;
+};
+
+// What the tables together miss of a channel, anywhere in the working space.
+struct channel_loss {
+    unsigned channel = 0;
+    double largest_um = 0.0;
+    std::map<std::string, double> where;  // positions
+};
+
+struct export_tables {
+    std::vector<axis_table> tables;
+    std::vector<channel_loss> losses;
+    std::map<std::string, double> held_at;  // signals that the tables hold constant
+    std::vector<std::string> remarks;
+};
+
+// The signal of the axis that a channel moves: named like it (X), or like its first letter (X1).
+// Throws input_error.
+unsigned axis_of_channel(const channel_model &model, unsigned channel,
+                         const std::map<std::string, std::string> &named);
+
+// A channel is the sum of functions of one position each, as far as its terms are; of a term that
+// knows several positions a table takes its change along one axis, the others standing at `at`
+// (or in the middle of their ranges). What a term wants at that place belongs to the channel's own
+// axis. Throws input_error for a signal that is not a position and not in `at`, a step that needs
+// more points than the control holds, and a file in which nothing fits into a table.
+export_tables make_tables(const channel_model &model, const table_options &options);
+
+// Linear between the points, held outside: what every control does.
+double interpolate(const std::vector<double> &x, const std::vector<double> &y, double at);
+
+}  // namespace compbox

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/export/text.h"
+
+#include <cstdio>
+
+#include "host-tools/formats/csv.h"
+
+namespace compbox {
+
+namespace {
+
+constexpr double um_per_mm = 1000.0;
+
+std::string digits(double value, int places) {
+    char text[64];
+    std::snprintf(text, sizeof text, "%.*f", places, value);
+    return text;
+}
+
+// The shortest decimals of a position to 1e-6 mm: 0.1 and not 0.100000.
+std::string position(double mm) {
+    std::string text = fixed6(mm);
+    text.erase(text.find_last_not_of('0') + 1);
+    return text.back() == '.' ? text + "0" : text;
+}
+
+std::string signal_name(const channel_model &model, unsigned signal) {
+    return model.config().signals[signal].name;
+}
+
+std::string channel_name(const channel_model &model, const table_column &column) {
+    return model.config().channels[column.channel].name;
+}
+
+std::string control_name(const text_options &options, const std::string &name) {
+    const auto found = options.axis_name.find(name);
+    return found == options.axis_name.end() ? name : found->second;
+}
+
+// SINUMERIK calls machine axes X1, Y1, Z1.
+std::string machine_axis(const text_options &options, const std::string &name) {
+    const auto found = options.axis_name.find(name);
+    if (found != options.axis_name.end()) return found->second;
+    return name.size() == 1 ? name + "1" : name;
+}
+
+double lost_motion_um(const channel_model &model, const text_options &options,
+                      const table_column &column) {
+    const auto found = options.lost_motion_um.find(channel_name(model, column));
+    return found == options.lost_motion_um.end() || !column.own ? 0.0 : found->second;
+}
+
+// Whether the column has other values forward than backward.
+bool directed(const channel_model &model, const text_options &options, const table_column &column) {
+    return !column.half_um.empty() || lost_motion_um(model, options, column) != 0.0;
+}
+
+// What is wanted in mm at point k while the axis moves forward (+1), backward (-1) or either way
+// (0). Lost motion given by hand: the curve is the mean of both directions, and going forward the
+// tool stands half of it further forward.
+double wanted_mm(const table_column &column, std::size_t k, double lost_um, int direction) {
+    const double half = column.half_um.empty() ? -0.5 * lost_um : column.half_um[k];
+    return (column.wanted_um[k] + direction * half) / um_per_mm;
+}
+
+std::string comment_lines(const channel_model &model, const export_tables &tables,
+                          const text_options &options, const std::string &mark) {
+    std::string text = mark + "compbox export of " + options.source + ", revision " +
+                       std::to_string(model.config().revision) + "\n";
+    for (const auto &line : loss_lines(model, tables)) text += mark + line + "\n";
+    return text;
+}
+
+// ---- SINUMERIK ----
+
+struct cec_table {
+    int index, direction;  // 0 both, 1 forward, -1 backward
+    const axis_table *table;
+    const table_column *column;
+};
+
+std::string cec_text(const channel_model &model, const text_options &options,
+                     const cec_table &one) {
+    const std::string t = std::to_string(one.index);
+    const double lost = lost_motion_um(model, options, *one.column);
+    std::string text = "; table " + t + ": needs $MN_MM_CEC_MAX_POINTS[" + t +
+                       "] = " + std::to_string(one.table->position_mm.size()) + " or more\n";
+    for (std::size_t k = 0; k < one.table->position_mm.size(); ++k) {
+        const double value = -options.sign * wanted_mm(*one.column, k, lost, one.direction);
+        text += "$AN_CEC[" + t + "," + std::to_string(k) + "]=" + fixed6(value) + "\n";
+    }
+    const std::string input = machine_axis(options, signal_name(model, one.table->signal));
+    const std::string output = machine_axis(options, channel_name(model, *one.column));
+    text += "$AN_CEC_INPUT_AXIS[" + t + "]=(" + input + ")\n";
+    text += "$AN_CEC_OUTPUT_AXIS[" + t + "]=(" + output + ")\n";
+    text += "$AN_CEC_STEP[" + t + "]=" + position(one.table->step_mm) + "\n";
+    text += "$AN_CEC_MIN[" + t + "]=" + position(one.table->position_mm.front()) + "\n";
+    text += "$AN_CEC_MAX[" + t + "]=" + position(one.table->position_mm.back()) + "\n";
+    text += "$AN_CEC_DIRECTION[" + t + "]=" + std::to_string(one.direction) + "\n";
+    text += "$AN_CEC_MULT_BY_TABLE[" + t + "]=0\n$AN_CEC_IS_MODULO[" + t + "]=0\n";
+    return text;
+}
+
+// ---- HEIDENHAIN ----
+
+std::string padded(std::string text, std::size_t width) {
+    text.resize(std::max(width, text.size() + 1), ' ');
+    return text;
+}
+
+constexpr std::size_t number_width = 8, value_width = 14;
+
+std::string com_text(const channel_model &model, const text_options &options,
+                     const axis_table &table, const std::string &name) {
+    std::string text = "BEGIN " + name + " MM\r\n";
+    text += padded("NR", number_width) + padded("AXISPOS", value_width) +
+            padded("BACKLASH", value_width);
+    for (const auto &column : table.columns) {
+        text += padded(control_name(options, channel_name(model, column)), value_width);
+    }
+    text += "\r\n";
+    for (std::size_t k = 0; k < table.position_mm.size(); ++k) {
+        std::string backward, values;
+        for (const auto &column : table.columns) {
+            const double lost = lost_motion_um(model, options, column);
+            const bool both = directed(model, options, column) && column.own;
+            values += padded(fixed6(-options.sign * wanted_mm(column, k, lost, both ? 1 : 0)),
+                             value_width);
+            if (both) backward = fixed6(-options.sign * wanted_mm(column, k, lost, -1));
+        }
+        text += padded(std::to_string(k), number_width) +
+                padded(position(table.position_mm[k]), value_width) +
+                padded(backward, value_width) + values + "\r\n";
+    }
+    return text + "[END]\r\n";
+}
+
+}  // namespace
+
+std::string fixed6(double value) {
+    const std::string text = digits(value, 6);
+    return text == "-0.000000" ? "0.000000" : text;
+}
+
+std::vector<std::string> loss_lines(const channel_model &model, const export_tables &tables) {
+    std::vector<std::string> lines;
+    for (const auto &table : tables.tables) {
+        for (const auto &column : table.columns) {
+            lines.push_back("channel " + channel_name(model, column) + " over " +
+                            signal_name(model, table.signal) + ": " +
+                            std::to_string(table.position_mm.size()) + " points every " +
+                            position(table.step_mm) + " mm; largest table step error " +
+                            digits(column.step_error_um, 3) + " um at " +
+                            position(column.step_error_at_mm) + " mm");
+        }
+    }
+    for (const auto &[name, value] : tables.held_at) {
+        lines.push_back("tables hold " + name + " at " + shortest(value));
+    }
+    for (const auto &loss : tables.losses) {
+        std::string where;
+        for (const auto &[name, value] : loss.where) {
+            where += (where.empty() ? "" : ", ") + name + " " + digits(value, 1);
+        }
+        lines.push_back(std::string("channel ") + model.config().channels[loss.channel].name +
+                        ": all tables together miss up to " + digits(loss.largest_um, 3) +
+                        " um of what the box would do" + (where.empty() ? "" : ", at " + where));
+    }
+    for (const auto &remark : tables.remarks) lines.push_back(remark);
+    return lines;
+}
+
+// LinuxCNC stops reading at the first line that is not three numbers: comments stand at the end.
+std::vector<export_file> linuxcnc_comp(const channel_model &model, const export_tables &tables,
+                                       const text_options &options) {
+    std::vector<export_file> files;
+    for (const auto &table : tables.tables) {
+        for (const auto &column : table.columns) {
+            const double lost = lost_motion_um(model, options, column);
+            std::string text;
+            for (std::size_t k = 0; k < table.position_mm.size(); ++k) {
+                const double nominal = table.position_mm[k];
+                text += fixed6(nominal);
+                for (const int direction : {1, -1}) {
+                    const double trim = options.sign * wanted_mm(column, k, lost, direction);
+                    text += " " + fixed6(options.trims ? trim : nominal - trim);
+                }
+                text += "\n";
+            }
+            text += std::string("# COMP_FILE_TYPE = ") + (options.trims ? "1" : "0") + "\n" +
+                    comment_lines(model, tables, options, "# ");
+            files.push_back({control_name(options, channel_name(model, column)) + ".comp", text});
+        }
+    }
+    return files;
+}
+
+std::vector<export_file> sinumerik_lec(const channel_model &model, const export_tables &tables,
+                                       const text_options &options) {
+    std::string text =
+        "%_N_AX_EEC_INI\nCHANDATA(1)\n" + comment_lines(model, tables, options, "; ");
+    for (const auto &table : tables.tables) {
+        for (const auto &column : table.columns) {
+            const std::string axis = machine_axis(options, channel_name(model, column));
+            text += "; " + axis + ": needs $MA_MM_ENC_COMP_MAX_POINTS[0," + axis +
+                    "] = " + std::to_string(table.position_mm.size()) + " or more\n";
+            for (std::size_t k = 0; k < table.position_mm.size(); ++k) {
+                text += "$AA_ENC_COMP[0," + std::to_string(k) + "," + axis +
+                        "]=" + fixed6(-options.sign * column.wanted_um[k] / um_per_mm) + "\n";
+            }
+            const std::string place = "[0," + axis + "]=";
+            text += "$AA_ENC_COMP_STEP" + place + position(table.step_mm) + "\n";
+            text += "$AA_ENC_COMP_MIN" + place + position(table.position_mm.front()) + "\n";
+            text += "$AA_ENC_COMP_MAX" + place + position(table.position_mm.back()) + "\n";
+            text += "$AA_ENC_COMP_IS_MODULO" + place + "0\n";
+        }
+    }
+    return {{"AX_EEC.INI", text + "M17\n"}};
+}
+
+std::vector<export_file> sinumerik_cec(const channel_model &model, const export_tables &tables,
+                                       const text_options &options) {
+    std::string text =
+        "%_N_NC_CEC_INI\nCHANDATA(1)\n" + comment_lines(model, tables, options, "; ");
+    int index = options.first_table;
+    for (const auto &table : tables.tables) {
+        for (const auto &column : table.columns) {
+            const bool both = directed(model, options, column);
+            for (const int direction : both ? std::vector<int>{1, -1} : std::vector<int>{0}) {
+                text += cec_text(model, options, {index++, direction, &table, &column});
+            }
+        }
+    }
+    return {{"NC_CEC.INI", text + "M17\n"}};
+}
+
+std::vector<export_file> heidenhain_com(const channel_model &model, const export_tables &tables,
+                                        const text_options &options) {
+    std::vector<export_file> files;
+    for (const auto &table : tables.tables) {
+        const std::string name = control_name(options, signal_name(model, table.signal)) + ".COM";
+        files.push_back({name, com_text(model, options, table, name)});
+    }
+    files.push_back({"EXPORT.TXT", comment_lines(model, tables, options, "")});
+    return files;
+}
+
+}  // namespace compbox

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// The tables in the words of each control. What is known of these formats, and how surely, stands
+// in docs/export.md.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "host-tools/export/tables.h"
+
+namespace compbox {
+
+struct text_options {
+    std::string source;                            // name of the coefficient file, for comments
+    int sign = 1;                                  // -1 turns every value round
+    int first_table = 0;                           // sinumerik-cec: index of the first table
+    bool trims = false;                            // linuxcnc-comp: COMP_FILE_TYPE = 1
+    std::map<std::string, std::string> axis_name;  // the control's name by channel or signal
+    std::map<std::string, double> lost_motion_um;  // forward - backward, by channel
+};
+
+struct export_file {
+    std::string name, text;
+};
+
+// What is lost, one sentence each: table step, what the format cannot hold, what is held constant.
+std::vector<std::string> loss_lines(const channel_model &model, const export_tables &tables);
+
+std::vector<export_file> linuxcnc_comp(const channel_model &, const export_tables &,
+                                       const text_options &);
+std::vector<export_file> sinumerik_lec(const channel_model &, const export_tables &,
+                                       const text_options &);
+std::vector<export_file> sinumerik_cec(const channel_model &, const export_tables &,
+                                       const text_options &);
+std::vector<export_file> heidenhain_com(const channel_model &, const export_tables &,
+                                        const text_options &);
+
+// "%.6f" of a double, never "-0.000000".
+std::string fixed6(double value);
+
+}  // namespace compbox

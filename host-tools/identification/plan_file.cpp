@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/identification/plan_file.h"
+
+#include <cmath>
+
+#include "host-tools/formats/json.h"
+
+namespace compbox {
+
+triple_mm read_plan(const std::string &path) {
+    const json plan = read_json(path);
+    const json points = get<json>(plan, "points_mm", path);
+    const char *wanted = "points_mm must hold three points of three numbers, [x, y, z] in mm";
+    if (!points.is_array() || points.size() != 3) throw input_error(path, 0, 0, wanted);
+    triple_mm triple;
+    for (std::size_t p = 0; p < 3; ++p) {
+        if (!points[p].is_array() || points[p].size() != 3) throw input_error(path, 0, 0, wanted);
+        for (std::size_t k = 0; k < 3; ++k) {
+            if (!points[p][k].is_number()) throw input_error(path, 0, 0, wanted);
+            triple[p][k] = points[p][k].get<double>();
+        }
+    }
+    return triple;
+}
+
+json points_json(const triple_mm &points) {
+    json all = json::array();
+    for (const auto &point : points) all.push_back({point[0], point[1], point[2]});
+    return all;
+}
+
+int axis_of(const std::string &name) {
+    const std::string axes = "XYZxyz";
+    const auto found = name.size() == 1 ? axes.find(name[0]) : std::string::npos;
+    if (found == std::string::npos) throw input_error("'" + name + "' is no axis; use X, Y or Z");
+    return static_cast<int>(found % 3);
+}
+
+}  // namespace compbox

@@ -1,0 +1,362 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/simulation/day.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "host-tools/coefficients/load.h"
+#include "host-tools/fakeplc/plc.h"
+#include "host-tools/formats/error.h"
+#include "host-tools/formats/file.h"
+#include "host-tools/formats/json.h"
+
+extern "C" {
+#include "firmware/box/box.h"
+}
+
+namespace compbox {
+
+namespace {
+
+constexpr double run_up_mm = 10.0;     // before and behind a line of cut
+constexpr double clearance_mm = 20.0;  // from the wall, when moving to the next line
+constexpr double rapid_mm_per_min = 5000.0;
+constexpr double inside = 0.2;  // part of a travel that stays free when axes run idle
+constexpr double s_per_min = 60.0;
+constexpr double most_moves = 1e6;   // of the axes when they run idle
+constexpr double after_cut_s = 5.0;  // so long the record stays dense
+
+// ---- the program
+
+class programmer {
+  public:
+    programmer(const std::vector<part_surface> &surfaces, const twin_config &machine)
+        : surfaces_(surfaces), machine_(machine) {}
+
+    void add(const part_work &work) {
+        spindle_rpm_ = work.spindle_rpm;
+        if (!work.part.empty()) {
+            for (const auto &surface : surfaces_) cut_surface(work, surface);
+        } else if (work.travel_mm_per_min > 0.0) {
+            run_axes(work);
+        } else {
+            twin_step rest;
+            rest.dwell_s = s_per_min * work.minutes;
+            push(rest);
+        }
+    }
+
+    std::vector<twin_step> steps() && { return std::move(steps_); }
+
+  private:
+    void push(twin_step step) {
+        step.spindle_rpm = spindle_rpm_;
+        steps_.push_back(step);
+    }
+
+    void move_to(const xyz &target_mm, double feed_mm_per_min, double depth_mm) {
+        twin_step step;
+        for (std::size_t a = 0; a < 3; ++a) step.target_mm[a] = target_mm[a];
+        step.feed_mm_per_s = feed_mm_per_min / s_per_min;
+        step.depth_of_cut_mm = depth_mm;
+        push(step);
+    }
+
+    // Lines from the foot upwards. The moves of a line meet between the probed points, so that the
+    // tool passes these at full feed.
+    void cut_surface(const part_work &work, const part_surface &surface) {
+        const double step_mm = (surface.x_mm[1] - surface.x_mm[0]) / (surface.columns - 1);
+        for (int row = 0; row < surface.rows; ++row) {
+            const double z_mm =
+                surface.z_mm[0] + (surface.z_mm[1] - surface.z_mm[0]) * row / (surface.rows - 1);
+            const double start_mm = surface.x_mm[0] - run_up_mm;
+            move_to({start_mm, surface.y_mm - clearance_mm, z_mm}, rapid_mm_per_min, 0.0);
+            move_to(on(surface, start_mm, z_mm), rapid_mm_per_min, 0.0);
+            for (int column = 0; column < surface.columns; ++column) {
+                const double end_mm = column + 1 < surface.columns
+                                          ? surface.x_mm[0] + (column + 0.5) * step_mm
+                                          : surface.x_mm[1] + run_up_mm;
+                move_to(on(surface, end_mm, z_mm), work.feed_mm_per_min, work.depth_mm);
+            }
+            const double end_mm = surface.x_mm[1] + run_up_mm;
+            move_to({end_mm, surface.y_mm - clearance_mm, z_mm}, rapid_mm_per_min, 0.0);
+        }
+    }
+
+    static xyz on(const part_surface &surface, double x_mm, double z_mm) {
+        const double u = 2.0 * (x_mm - surface.x_mm[0]) / (surface.x_mm[1] - surface.x_mm[0]) - 1.0;
+        return {x_mm, surface.y_mm + surface.bow_mm * (1.0 - u * u), z_mm};
+    }
+
+    // To and fro along the diagonal of the middle of the machine, for so many minutes.
+    void run_axes(const part_work &work) {
+        xyz low = {}, high = {};
+        double length_mm = 0.0;
+        for (std::size_t a = 0; a < 3; ++a) {
+            const twin_axis &axis = machine_.axes[a];
+            const double free_mm = inside * (axis.max_mm - axis.min_mm);
+            low[a] = axis.min_mm + free_mm, high[a] = axis.max_mm - free_mm;
+            length_mm = std::hypot(length_mm, high[a] - low[a]);
+        }
+        const double wanted = work.minutes * work.travel_mm_per_min / length_mm;
+        if (!(wanted < most_moves)) {
+            throw input_error(machine_.file, 0, 0,
+                              "the axes would move to and fro more than a million times in " +
+                                  shortest(work.minutes) + " minutes at travel_mm_per_min " +
+                                  shortest(work.travel_mm_per_min) + ": their travel is too short");
+        }
+        const int times = std::max(1, static_cast<int>(std::lround(wanted)));
+        for (int i = 0; i < times; ++i) move_to(i % 2 ? low : high, work.travel_mm_per_min, 0.0);
+    }
+
+    const std::vector<part_surface> &surfaces_;
+    const twin_config &machine_;
+    double spindle_rpm_ = 0.0;
+    std::vector<twin_step> steps_;
+};
+
+// ---- the points on the way
+
+// Probed points in the order in which they are cut.
+class point_watch {
+  public:
+    point_watch(const part_day &day, const std::vector<part_surface> &surfaces) {
+        for (const auto &work : day.work) {
+            for (const auto &surface : surfaces) {
+                if (!work.part.empty()) add(work.part, surface);
+            }
+        }
+    }
+
+    bool done() const { return next_ == expected_.size(); }
+    std::string next_name() const {
+        return expected_[next_].part + ", " + expected_[next_].surface;
+    }
+
+    // Looks whether the tool has just passed the next point.
+    void look(const fake_plc &plc, std::vector<cut_point> &passed) {
+        if (done() || plc.nc().state().depth_of_cut_mm <= 0.0) return;
+        const cut_point &point = expected_[next_];
+        const xyz &now_mm = plc.nc().position_mm();
+        if (std::fabs(now_mm[2] - point.position_mm[2]) > 1e-3 ||
+            std::fabs(now_mm[1] - point.position_mm[1]) > 0.5 * clearance_mm ||
+            now_mm[0] < point.position_mm[0]) {
+            return;
+        }
+        passed.push_back(point);
+        cut_point &cut = passed.back();
+        twin_state state = plc.machine_state();
+        cut.time_s = state.time_s;
+        cut.position_mm = now_mm;
+        cut.after_um = plc.twin().true_error_um(state);
+        state.drive_um = {};
+        cut.before_um = plc.twin().true_error_um(state);
+        cut.unexplained_um = cut.before_um;
+        const xyz explained = plc.twin().explained_error_um(state);
+        for (std::size_t a = 0; a < 3; ++a) cut.unexplained_um[a] -= explained[a];
+        ++next_;
+    }
+
+  private:
+    void add(const std::string &part, const part_surface &surface) {
+        for (int row = 0; row < surface.rows; ++row) {
+            for (int column = 0; column < surface.columns; ++column) {
+                const double s = static_cast<double>(column) / (surface.columns - 1);
+                const double t = static_cast<double>(row) / (surface.rows - 1);
+                const double u = 2.0 * s - 1.0;
+                cut_point point;
+                point.part = part;
+                point.surface = surface.name;
+                point.position_mm = {surface.x_mm[0] + s * (surface.x_mm[1] - surface.x_mm[0]),
+                                     surface.y_mm + surface.bow_mm * (1.0 - u * u),
+                                     surface.z_mm[0] + t * (surface.z_mm[1] - surface.z_mm[0])};
+                expected_.push_back(point);
+            }
+        }
+    }
+
+    std::vector<cut_point> expected_;
+    std::size_t next_ = 0;
+};
+
+// ---- the box at the PLC
+
+void append(byte_string &bytes, unsigned word) {
+    bytes.push_back(static_cast<std::uint8_t>(word >> 8));
+    bytes.push_back(static_cast<std::uint8_t>(word & 0xFF));
+}
+
+// The box's cycles by FC3 and FC16 (docs/DESIGN.md, "One cycle"), without a wire.
+class box_at_plc {
+  public:
+    box_at_plc(const cb_config &config, fake_plc &plc)
+        : plc_(plc), box_(std::make_unique<cb_box>()) {
+        box_->config = config;
+        cb_box_start(box_.get());
+    }
+
+    const cb_box &box() const { return *box_; }
+    const cb_outputs &outputs() const { return outputs_; }
+    bool is_active() const { return box_->mode.mode == CB_MODE_ACTIVE; }
+
+    void cycle(std::int64_t now_us) {
+        const cb_plc_config &plc = box_->config.plc;
+        inputs_.read_us = now_us;
+        inputs_.read_ok = read(plc.read, inputs_.registers);
+        inputs_.held = CB_HELD_NONE;
+        if (inputs_.read_ok && cb_box_wants_held(box_.get())) {
+            inputs_.held = read(plc.write, inputs_.held_registers) ? CB_HELD_OK : CB_HELD_REFUSED;
+        }
+        cb_box_step(box_.get(), &inputs_, now_us, &outputs_);
+        inputs_.last_write = CB_WRITE_NONE;
+        if (outputs_.write) inputs_.last_write = write(plc.write) ? CB_WRITE_OK : CB_WRITE_REFUSED;
+    }
+
+  private:
+    bool read(const cb_block_config &block, std::uint16_t *registers) {
+        byte_string request{3};
+        append(request, block.start);
+        append(request, block.count);
+        const byte_string reply = plc_.answer(request);
+        if (reply.size() != 2u + 2u * block.count || reply[0] != 3) return false;
+        for (std::size_t i = 0; i < block.count; ++i) {
+            registers[i] = static_cast<std::uint16_t>(reply[2 + 2 * i] << 8 | reply[3 + 2 * i]);
+        }
+        return true;
+    }
+
+    bool write(const cb_block_config &block) {
+        byte_string request{16};
+        append(request, block.start);
+        append(request, block.count);
+        request.push_back(static_cast<std::uint8_t>(2 * block.count));
+        for (unsigned i = 0; i < block.count; ++i) append(request, outputs_.registers[i]);
+        const byte_string reply = plc_.answer(request);
+        return reply.size() == 5 && reply[0] == 16;
+    }
+
+    fake_plc &plc_;
+    std::unique_ptr<cb_box> box_;
+    cb_inputs inputs_ = {};
+    cb_outputs outputs_ = {};
+};
+
+// ---- the record, with the columns that compboxd writes
+
+std::string record_header(const cb_config &config) {
+    std::string text = "time_s";
+    for (unsigned i = 0; i < config.signals_count; ++i)
+        text += std::string(",") + config.signals[i].name;
+    for (unsigned i = 0; i < config.outputs_count; ++i)
+        text += std::string(",") + config.outputs[i].name;
+    for (unsigned i = 0; i < config.channels_count; ++i) {
+        text += std::string(",comp_") + config.channels[i].name + "_um";
+    }
+    return text + ",mode,reason\n";
+}
+
+std::string record_row(const box_at_plc &at, double time_s) {
+    const cb_box &box = at.box();
+    std::string text = shortest(time_s);
+    for (unsigned i = 0; i < box.config.signals_count; ++i) {
+        text += ",";
+        if (box.signals[i].known) text += shortest_float(box.signals[i].value);
+    }
+    for (unsigned i = 0; i < box.config.outputs_count; ++i) {
+        text += "," + shortest_float(box.outputs[i]);
+    }
+    for (unsigned i = 0; i < box.config.channels_count; ++i) {
+        text += "," + shortest_float(at.outputs().channel_um[i]);
+    }
+    return text + "," + std::to_string(box.mode.mode) + "," + std::to_string(box.mode.reason) +
+           "\n";
+}
+
+// The same file with a slower cycle; what depends on the cycle goes with it.
+std::string slowed(const std::string &coefficients, const part_pace &pace,
+                   const std::string &folder) {
+    json file = read_json(coefficients);
+    file["cycle"]["period_ms"] = pace.period_ms;
+    file["cycle"]["lead_ms"] = std::min(500.0, 0.5 * (pace.period_ms + pace.scan_ms));
+    file["plc"]["heartbeat_timeout_ms"] = 4.0 * pace.period_ms;
+    const std::string path = folder + "/slowed.json";
+    write_file(path, json_text(file));
+    return path;
+}
+
+twin_config paced(twin_config machine, const part_day &day, const part_pace &pace) {
+    constexpr double s_per_ms = 1e-3;
+    machine.thermal.air = day.air;
+    machine.program.clear();
+    machine.nc.interpolation_s = s_per_ms * pace.interpolation_ms;
+    machine.plc.scan_s = s_per_ms * pace.scan_ms;
+    machine.plc.watchdog_s = std::max(machine.plc.watchdog_s, 4.0 * s_per_ms * pace.period_ms);
+    return machine;
+}
+
+}  // namespace
+
+std::vector<twin_step> program_of(const part_day &day, const std::vector<part_surface> &surfaces,
+                                  const twin_config &machine) {
+    programmer program(surfaces, machine);
+    for (const auto &work : day.work) program.add(work);
+    return std::move(program).steps();
+}
+
+worked_day work_a_day(const part_scenario &plan, const part_day &day, const twin_config &machine,
+                      const std::string &coefficients, const std::string &folder) {
+    constexpr std::int64_t longest_start_us = 60000000;
+    const std::string slow_file = slowed(coefficients, plan.pace, folder);
+    const auto config = load_coefficients(slow_file);
+    const register_map map = load_register_map(slow_file);
+    const auto profile = plc_profile::find(map.profile);
+    if (!profile) throw input_error(map.file, 0, 0, "unknown profile '" + map.profile + "'");
+    const twin_config slow_machine = paced(machine, day, plan.pace);
+    fake_plc plc(slow_machine, map, *profile, 0);
+    plc.leave_truth_out();
+    box_at_plc box(*config, plc);
+    point_watch watch(day, plan.surfaces);
+    worked_day result;
+    result.record = record_header(*config);
+    std::int64_t now_us = 0;
+    double recorded_s = -1e9, cut_s = -1e9;
+    bool started = false;
+    do {
+        now_us += config->period_us;
+        plc.run_to(now_us, [&](const plc_state &) { watch.look(plc, result.points); });
+        box.cycle(now_us);
+        const double time_s = 1e-6 * static_cast<double>(now_us);
+        if (plc.nc().state().depth_of_cut_mm > 0.0) cut_s = time_s;
+        const bool cutting = time_s - cut_s < after_cut_s;
+        const double every_s = cutting ? plan.pace.record_s : plan.pace.idle_record_s;
+        if (time_s - recorded_s >= every_s - 1e-6) {
+            result.record += record_row(box, time_s);
+            recorded_s = time_s;
+        }
+        if (!started && box.is_active()) {
+            for (const auto &step : program_of(day, plan.surfaces, slow_machine)) plc.move(step);
+            started = true;
+        }
+        if (!started && now_us > longest_start_us) {
+            throw input_error(coefficients + ": the box does not become ACTIVE: " +
+                              cb_reason_text(box.box().mode.reason));
+        }
+    } while (!started || plc.moving());
+    if (!watch.done()) {
+        throw input_error(plan.file, 0, 0, "the tool never passed a point of " + watch.next_name());
+    }
+    return result;
+}
+
+xyz touch_probe::touch(const xyz &error_um) {
+    xyz shown = error_um;
+    for (double &value : shown) {
+        value += probe_.noise_um * noise_.normal() + probe_.repeatability_um * noise_.normal();
+        const double steps = std::round(1.0 / probe_.resolution_um);
+        value = std::round(value * steps) / steps;
+    }
+    return shown;
+}
+
+}  // namespace compbox

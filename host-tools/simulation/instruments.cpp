@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/simulation/instruments.h"
+
+#include <algorithm>
+#include <memory>
+
+#include "host-tools/coefficients/load.h"
+#include "host-tools/command_line/option_checks.h"
+#include "host-tools/formats/csv.h"
+#include "host-tools/formats/file.h"
+#include "host-tools/identification/plan_file.h"
+#include "host-tools/simulation/at_rest.h"
+#include "host-tools/twin/diagonals.h"
+#include "host-tools/twin/laser.h"
+#include "host-tools/twin/nine_line.h"
+
+namespace compbox {
+
+namespace {
+
+void add_laser(cli::command &app, const twin_machine &twin) {
+    cli::command command = app.add_subcommand("laser", "NAME.csv of every error of the twin");
+    const auto output = std::make_shared<std::string>();
+    command.add_option("-o", *output).required();
+    command.callback([output, &twin] { measure_all(twin, *output); });
+}
+
+void add_nine_line(cli::command &app, const twin_machine &twin) {
+    struct arguments {
+        std::string axis, points, output;
+        nine_line_options options;
+    };
+    cli::command command = app.add_subcommand("nine-line", "P1x.rtl … P3z.rtl of one axis");
+    const auto given = std::make_shared<arguments>();
+    command.add_option("--axis", given->axis).required().check(one_of({"X", "Y", "Z"}), "{X,Y,Z}");
+    command.add_option("--points", given->points).required();
+    command.add_option("--scale-ppm-per-degC", given->options.scale_ppm_per_degC);
+    command.add_option("--temperature-degC", given->options.temperature_degC);
+    command.add_option("-o", given->output).required();
+    command.callback([given, &twin] {
+        const triple_mm points = read_plan(given->points);
+        for (std::size_t p = 0; p < 3; ++p) {
+            for (std::size_t a = 0; a < 3; ++a) given->options.points_mm[p][a] = points[p][a];
+        }
+        given->options.axis = given->axis[0];
+        measure_nine_lines(twin, given->options, given->output);
+    });
+}
+
+void add_diagonals(cli::command &app, const twin_machine &twin) {
+    struct arguments {
+        std::vector<double> corner, sides;
+        std::string compensated, output;
+        face rectangle;
+    };
+    cli::command command =
+        app.add_subcommand("diagonals", "A,B,R,F as compbox squareness takes it");
+    const auto given = std::make_shared<arguments>();
+    command.add_option("--name", given->rectangle.name)
+        .required()
+        .check(one_of({"C0Y", "B0Z", "A0Z"}), "{C0Y,B0Z,A0Z}");
+    command.add_option("--corner-mm", given->corner).required().expected(3).delimiter(',');
+    command.add_option("--sides-mm", given->sides).required().expected(2).delimiter(',');
+    command.add_option("--compensated", given->compensated);
+    command.add_option("-o", given->output).required();
+    command.callback([given, &twin] {
+        face rectangle = given->rectangle;
+        std::copy(given->corner.begin(), given->corner.end(), rectangle.corner_mm.begin());
+        rectangle.first_mm = given->sides[0];
+        rectangle.second_mm = given->sides[1];
+        std::shared_ptr<cb_config> config;
+        if (!given->compensated.empty()) config = load_coefficients(given->compensated);
+        const diagonals found = measure_diagonals(twin, rectangle, [&](const xyz &place) {
+            return config ? states_at_rest(*config, twin.config(), {place}).front()
+                          : state_at(place);
+        });
+        write_file(given->output,
+                   shortest(rectangle.first_mm) + "," + shortest(rectangle.second_mm) + "," +
+                       shortest(found.rising_um) + "," + shortest(found.falling_um) + "\n");
+    });
+}
+
+}  // namespace
+
+void add_instruments(cli::command &app, const twin_machine &twin) {
+    app.require_subcommand();
+    add_laser(app, twin);
+    add_nine_line(app, twin);
+    add_diagonals(app, twin);
+}
+
+}  // namespace compbox

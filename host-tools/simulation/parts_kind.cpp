@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: MIT
+// The kind "parts": parts cut and probed on a machine that warms up; its report.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+
+#include "host-tools/formats/file.h"
+#include "host-tools/simulation/figures.h"
+#include "host-tools/simulation/kinds.h"
+#include "host-tools/simulation/protocol_plots.h"
+#include "host-tools/simulation/protocols.h"
+
+namespace compbox {
+
+namespace {
+
+constexpr const char *names[] = {"X", "Y", "Z", "largest"};
+
+using figure = std::function<double(const part_figures &, std::size_t)>;
+
+double percent(const part_figures &f, std::size_t i) {
+    return part_figures::reduction(f.before_um[i], f.after_um[i]);
+}
+
+double rounded(double value) {
+    return std::round(value * 1000.0) / 1000.0;
+}
+
+struct series {
+    std::vector<const part_result *> runs;
+
+    std::vector<double> values(const figure &what, std::size_t i) const {
+        std::vector<double> all;
+        for (const auto *run : runs) all.push_back(what(run->figures, i));
+        return all;
+    }
+    double median(const figure &what, std::size_t i) const { return median_of(values(what, i)); }
+    double worst(const figure &what, std::size_t i) const {
+        const auto all = values(what, i);
+        return *std::min_element(all.begin(), all.end());
+    }
+};
+
+series of(const part_results &results, const std::string &protocol, const std::string &method,
+          const std::string &choice) {
+    series some;
+    for (const auto &run : results.runs) {
+        if (run.protocol == protocol && run.method == method && run.choice == choice) {
+            some.runs.push_back(&run);
+        }
+    }
+    return some;
+}
+
+template <typename function>
+json by_name(function value) {
+    json object = json::object();
+    for (std::size_t i = 0; i < 4; ++i) object[names[i]] = rounded(value(i));
+    return object;
+}
+
+double ceiling(const part_figures &f, std::size_t i) {
+    return part_figures::reduction(f.before_um[i], f.unexplained_um[i]);
+}
+
+double touched(const part_figures &f, std::size_t i) {
+    return part_figures::reduction(f.touched_before_um[i], f.touched_after_um[i]);
+}
+
+double touched_ceiling(const part_figures &f, std::size_t i) {
+    return part_figures::reduction(f.touched_before_um[i], f.touched_ideal_um[i]);
+}
+
+json figures_json(const series &some) {
+    const auto median = [&](const figure &what) {
+        return by_name([&](std::size_t i) { return some.median(what, i); });
+    };
+    json all;
+    all["reduction_percent"] = median(percent);
+    all["reduction_percent_worst"] = by_name([&](std::size_t i) { return some.worst(percent, i); });
+    all["ceiling_percent"] = median(ceiling);
+    all["remeasured_percent"] = median(touched);
+    all["noise_ceiling_percent"] = median(touched_ceiling);
+    return all;
+}
+
+// One protocol: the judged parts by its first method, the other methods beside it.
+json protocol_json(const part_protocol &protocol, const part_results &results) {
+    const std::string own = protocol.methods.front().name;
+    json all = figures_json(of(results, protocol.name, own, protocol.judge.name));
+    all["method"] = own;
+    all["baselines"] = json::object();
+    for (const auto &method : protocol.methods) {
+        if (method.name == own) continue;
+        const series some = of(results, protocol.name, method.name, protocol.judge.name);
+        all["baselines"][method.name] =
+            by_name([&](std::size_t i) { return some.median(percent, i); });
+    }
+    for (const auto &[key, list] :
+         {std::pair{"also", &protocol.also}, std::pair{"outside", &protocol.outside}}) {
+        for (const auto &choice : *list) {
+            all[key][choice.name] = figures_json(of(results, protocol.name, own, choice.name));
+        }
+    }
+    return all;
+}
+
+json run_json(const part_result &run) {
+    json one = {{"seed", run.seed},
+                {"method", run.method},
+                {"protocol", run.protocol},
+                {"path", run.choice},
+                {"stops", run.points.size()},
+                {"coefficients", run.coefficients},
+                {"coefficient_count", json::object()}};
+    for (std::size_t i = 0; i < 4; ++i) {
+        const part_figures &f = run.figures;
+        one["errors"][names[i]] = {{"before_um", rounded(f.before_um[i])},
+                                   {"after_um", rounded(f.after_um[i])},
+                                   {"reduction_percent", rounded(percent(f, i))},
+                                   {"ceiling_percent", rounded(ceiling(f, i))},
+                                   {"remeasured_before_um", rounded(f.touched_before_um[i])},
+                                   {"remeasured_after_um", rounded(f.touched_after_um[i])},
+                                   {"remeasured_percent", rounded(touched(f, i))},
+                                   {"noise_ceiling_percent", rounded(touched_ceiling(f, i))}};
+    }
+    return one;
+}
+
+json report_of(const part_scenario &plan, const part_results &results,
+               const std::vector<std::uint64_t> &seeds) {
+    const part_protocol &first = plan.protocols.front();
+    json report = {{"format", "compbox-report/1"},
+                   {"scenario", plan.name},
+                   {"seeds", seeds},
+                   {"path", first.judge.name}};
+    const json figures = protocol_json(first, results);
+    for (const char *key :
+         {"method", "reduction_percent", "reduction_percent_worst", "ceiling_percent",
+          "remeasured_percent", "noise_ceiling_percent", "baselines"}) {
+        report[key] = figures[key];
+    }
+    report["paper_percent"] = {{"largest", plan.paper_percent}};
+    for (const auto &protocol : plan.protocols) {
+        report["protocols"][protocol.name] = protocol_json(protocol, results);
+    }
+    report["runs"] = json::array();
+    for (const auto &run : results.runs) report["runs"].push_back(run_json(run));
+    return report;
+}
+
+// ---- for a person
+
+std::string format(const char *pattern, double a, double b, double c) {
+    char text[96];
+    std::snprintf(text, sizeof text, pattern, a, b, c);
+    return text;
+}
+
+std::string row_of(const std::string &title, const series &some) {
+    std::string text = title;
+    text.resize(std::max<std::size_t>(text.size(), 34), ' ');
+    for (std::size_t i = 0; i < 4; ++i) {
+        const auto before = [](const part_figures &f, std::size_t k) { return f.before_um[k]; };
+        text += format("  %6.1f %5.1f %5.1f", some.median(before, i), some.median(percent, i),
+                       some.worst(percent, i));
+    }
+    return text + "\n";
+}
+
+std::string table_of(const part_protocol &protocol, const part_results &results) {
+    std::string text = "\nprotocol " + protocol.name + ": trained on " + protocol.train.day +
+                       ", judged by " + protocol.judge.name +
+                       "\nlargest error before, µm; reduction, %; the same at worst\n" +
+                       std::string(36, ' ') + "X" + std::string(19, ' ') + "Y" +
+                       std::string(19, ' ') + "Z" + std::string(19, ' ') + "in space\n";
+    for (const auto &method : protocol.methods) {
+        text += row_of(method.name, of(results, protocol.name, method.name, protocol.judge.name));
+    }
+    const std::string own = protocol.methods.front().name;
+    for (const auto *list : {&protocol.also, &protocol.outside}) {
+        for (const auto &choice : *list) {
+            text += row_of(own + ": " + choice.name, of(results, protocol.name, own, choice.name));
+        }
+    }
+    const series judged = of(results, protocol.name, own, protocol.judge.name);
+    text += "ceiling by the unexplained part:   ";
+    for (std::size_t i = 0; i < 4; ++i) {
+        text += format(i ? "%20.1f" : "%13.1f", judged.median(ceiling, i), 0.0, 0.0);
+    }
+    text += "\nas the touch probe shows it:       ";
+    for (std::size_t i = 0; i < 4; ++i) {
+        text += format(i ? "%20.1f" : "%13.1f", judged.median(touched, i), 0.0, 0.0);
+    }
+    return text + "\n";
+}
+
+}  // namespace
+
+simulate_outcome run_parts(const simulate_request &request) {
+    const part_scenario plan = load_part_scenario(request.scenario);
+    twin_config machine = load_twin(plan.twin);
+    std::vector<std::uint64_t> seeds = request.seeds.empty() ? plan.seeds : request.seeds;
+    if (seeds.empty()) seeds.push_back(machine.seed);
+    part_results results;
+    for (const std::uint64_t seed : seeds) {
+        machine.seed = seed;
+        run_part_protocols(plan, machine, request.folder + "/seed-" + std::to_string(seed),
+                           request.commands, request.progress, results);
+    }
+    if (!request.plots.empty()) plot_parts(plan, results, request.plots);
+    simulate_outcome outcome;
+    outcome.report = report_of(plan, results, seeds);
+    outcome.text = plan.name + "\n";
+    for (const auto &protocol : plan.protocols) outcome.text += table_of(protocol, results);
+    outcome.warnings = results.warnings;
+    return outcome;
+}
+
+}  // namespace compbox

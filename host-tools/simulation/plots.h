@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+// Figures of a simulation and of a real-time run.
+#pragma once
+
+#include <string>
+
+#include "host-tools/simulation/paths.h"
+#include "host-tools/simulation/plc_log.h"
+
+namespace compbox {
+
+// FOLDER/PATH.svg for each path of the first seed: true error along it, before and after.
+void plot_paths(const scenario &plan, const simulation &result, const std::string &folder);
+
+// The compensation over time: what was wanted and what the axes were moved by; what is left.
+void plot_log(const plc_log &log, const std::string &file);
+
+}  // namespace compbox

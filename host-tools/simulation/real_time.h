@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+// What is known of a run in real time, as tables and in report.json.
+#pragma once
+
+#include <string>
+
+#include "host-tools/simulation/kinds.h"
+
+namespace compbox {
+
+std::string real_time_text(const real_time_run &real);
+void add_real_time(json &report, const real_time_run &real);
+
+}  // namespace compbox

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/simulation/remeasure.h"
+
+#include "host-tools/simulation/at_rest.h"
+#include "host-tools/simulation/figures.h"
+
+namespace compbox {
+
+namespace {
+
+constexpr int between_per_interval = 10;
+constexpr int ceiling_draws = 200;
+
+// A path with finer steps, for the figures between the stops.
+scenario_path finer(scenario_path path) {
+    path.every_mm /= between_per_interval;
+    return path;
+}
+
+std::vector<xyz> unexplained_errors(const twin_machine &twin,
+                                    const std::vector<twin_state> &states) {
+    std::vector<xyz> errors;
+    for (const auto &state : states) errors.push_back(twin.unexplained_error_um(state));
+    return errors;
+}
+
+}  // namespace
+
+std::vector<twin_state> uncompensated(std::vector<twin_state> states) {
+    for (auto &state : states) state.drive_um = {};
+    return states;
+}
+
+std::vector<xyz> true_errors(const twin_machine &twin, const std::vector<twin_state> &states) {
+    std::vector<xyz> errors;
+    for (const auto &state : states) errors.push_back(twin.true_error_um(state));
+    return errors;
+}
+
+double range_along(const scenario_path &path, const std::vector<xyz> &positions_mm,
+                   const std::vector<xyz> &errors_um, std::size_t direction) {
+    const bool about_line =
+        path.figure == path_figure::straightness ||
+        (path.figure == path_figure::axis && direction != static_cast<std::size_t>(path.along));
+    return about_line ? range_about_line(positions_mm, errors_um, direction)
+                      : range_of(errors_um, direction);
+}
+
+remeasured_path::remeasured_path(const twin_machine &twin, const scenario_path &path)
+    : twin_(twin),
+      laser_(twin),
+      path_(path),
+      stops_(stops_of(path)),
+      between_(stops_of(finer(path))) {}
+
+double remeasured_path::range(const std::vector<xyz> &positions, const std::vector<xyz> &errors,
+                              std::size_t direction) const {
+    return range_along(path_, positions, errors, direction);
+}
+
+path_figures remeasured_path::judge(const std::vector<twin_state> &states,
+                                    const cb_config &config) {
+    path_figures result;
+    result.before_um = true_errors(twin_, uncompensated(states));
+    result.after_um = true_errors(twin_, states);
+    const auto unexplained = unexplained_errors(twin_, states);
+    const auto shown_before = shown(laser_, result.before_um);
+    const auto shown_after = shown(laser_, result.after_um);
+    const auto between = states_at_rest(config, twin_.config(), between_);
+    const auto between_after = true_errors(twin_, between);
+    const auto between_before = true_errors(twin_, uncompensated(between));
+    const xyz noise_um = noise_range_um(unexplained);
+    for (std::size_t a = 0; a < 3; ++a) {
+        direction_figures &one = result.figures[a];
+        one.before_um = range(stops_, result.before_um, a);
+        one.after_um = range(stops_, result.after_um, a);
+        one.mean_um = mean_of(result.after_um, a);
+        one.variance_um2 = variance_of(result.after_um, a);
+        one.between_before_um = range(between_, between_before, a);
+        one.between_after_um = range(between_, between_after, a);
+        one.remeasured_before_um = range(stops_, shown_before, a);
+        one.remeasured_after_um = range(stops_, shown_after, a);
+        one.ceiling_percent =
+            direction_figures::reduction(one.before_um, range(stops_, unexplained, a));
+        one.noise_ceiling_percent =
+            direction_figures::reduction(one.remeasured_before_um, noise_um[a]);
+    }
+    return result;
+}
+
+std::vector<xyz> remeasured_path::shown(virtual_laser &laser,
+                                        const std::vector<xyz> &errors) const {
+    const int runs = twin_.config().laser.runs;
+    std::vector<xyz> means(errors.size(), xyz{});
+    for (int run = 0; run < runs; ++run) {
+        for (std::size_t i = 0; i < errors.size(); ++i) {
+            const xyz reading = laser.shown(errors[i]);
+            for (std::size_t a = 0; a < 3; ++a) means[i][a] += reading[a] / runs;
+        }
+    }
+    return means;
+}
+
+// Mean range of remeasurements of a machine that has only its unexplained errors left.
+xyz remeasured_path::noise_range_um(const std::vector<xyz> &unexplained) const {
+    virtual_laser laser(twin_);
+    xyz mean = {};
+    for (int draw = 0; draw < ceiling_draws; ++draw) {
+        const auto reading = shown(laser, unexplained);
+        for (std::size_t a = 0; a < 3; ++a) mean[a] += range(stops_, reading, a) / ceiling_draws;
+    }
+    return mean;
+}
+
+}  // namespace compbox

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/simulation/replay.h"
+
+#include <charconv>
+#include <cstring>
+#include <memory>
+#include <sstream>
+
+#include "host-tools/coefficients/load.h"
+#include "host-tools/formats/csv.h"
+#include "host-tools/formats/error.h"
+#include "host-tools/formats/file.h"
+
+extern "C" {
+#include "firmware/box/box.h"
+}
+
+namespace compbox {
+
+namespace {
+
+constexpr const char *header =
+    "number,generation,now_us,read_us,exchange_us,read_ok,last_write,held,stop,missed_ticks,"
+    "samples,"
+    "registers,held_registers,mode,channels,written";
+constexpr std::size_t largest_file = std::size_t{1} << 30;
+constexpr std::int64_t latest_us = INT64_MAX / 4;  // differences and sums of times then fit
+
+enum column {
+    cycle_number,
+    generation,
+    now_us,
+    read_us,
+    exchange_us,
+    read_ok,
+    last_write,
+    held,
+    stop,
+    missed_ticks,
+    samples,
+    registers,
+    held_registers,
+    mode,
+    channels,
+    written,
+    columns
+};
+
+// One line of the recording, taken apart.
+class recorded_line {
+  public:
+    recorded_line(const std::string &file, long line, const std::string &text)
+        : file_(file), line_(line) {
+        std::size_t start = 0;
+        for (std::size_t comma; (comma = text.find(',', start)) != std::string::npos;) {
+            fields_.push_back(text.substr(start, comma - start));
+            start = comma + 1;
+        }
+        fields_.push_back(text.substr(start));
+        if (fields_.size() != columns) fail("has " + std::to_string(fields_.size()) + " columns");
+    }
+
+    [[noreturn]] void fail(const std::string &why) const {
+        throw input_error(file_, line_, 0,
+                          why + "; it is not what compboxd --record-inputs writes");
+    }
+
+    // out: from 0 to most
+    template <typename kind>
+    kind whole(column which, kind most) const {
+        return parsed<kind>(fields_[which], 10, most);
+    }
+
+    // Hexadecimal numbers of `digits` each; exactly `count`, or none where none_too.
+    std::vector<std::uint32_t> words(column which, std::size_t digits, std::size_t count,
+                                     bool none_too) const {
+        const std::string &text = fields_[which];
+        if (text.size() != digits * count && !(none_too && text.empty())) {
+            fail("has " + std::to_string(text.size() / digits) + " values where the file has " +
+                 std::to_string(count) + " (is it the coefficient file of this recording?)");
+        }
+        std::vector<std::uint32_t> values;
+        for (std::size_t i = 0; i < text.size(); i += digits) {
+            values.push_back(parsed<std::uint32_t>(text.substr(i, digits), 16, 0xFFFFFFFFu));
+        }
+        return values;
+    }
+
+    std::vector<cb_sample> sensor_samples(unsigned signals) const {
+        std::vector<cb_sample> list;
+        std::istringstream text(fields_[samples]);
+        for (std::string one; text >> one;) {
+            const auto first = one.find(':'), second = one.find(':', first + 1);
+            if (first == std::string::npos || second == std::string::npos)
+                fail("a sample is broken");
+            cb_sample sample = {};
+            sample.signal = parsed<std::uint8_t>(one.substr(0, first), 10, 255);
+            const auto bits =
+                parsed<std::uint32_t>(one.substr(first + 1, second - first - 1), 16, 0xFFFFFFFFu);
+            std::memcpy(&sample.raw, &bits, sizeof bits);
+            sample.time_us = parsed<std::int64_t>(one.substr(second + 1), 10, latest_us);
+            if (sample.signal >= signals || list.size() == CB_MAX_SAMPLES)
+                fail("a sample is broken");
+            list.push_back(sample);
+        }
+        return list;
+    }
+
+  private:
+    template <typename kind>
+    kind parsed(const std::string &text, int base, kind most) const {
+        kind value = 0;
+        const char *end = text.data() + text.size();
+        const auto result = std::from_chars(text.data(), end, value, base);
+        if (result.ec != std::errc() || result.ptr != end || value < 0 || value > most) {
+            fail("'" + text + "' is not a number that can stand here");
+        }
+        return value;
+    }
+
+    std::string file_;
+    long line_;
+    std::vector<std::string> fields_;
+};
+
+cb_inputs inputs_of(const recorded_line &line, const cb_config &config) {
+    cb_inputs in = {};
+    in.read_us = line.whole<std::int64_t>(read_us, latest_us);
+    in.exchange_us = line.whole<std::uint32_t>(exchange_us, UINT32_MAX);
+    in.read_ok = line.whole<int>(read_ok, 1) == 1;
+    in.last_write = line.whole<std::uint8_t>(last_write, CB_WRITE_UNKNOWN);
+    in.held = line.whole<std::uint8_t>(held, CB_HELD_SILENT);
+    in.stop = line.whole<int>(stop, 1) == 1;
+    in.missed_ticks = line.whole<std::uint32_t>(missed_ticks, UINT32_MAX);
+    const auto list = line.sensor_samples(config.signals_count);
+    std::copy(list.begin(), list.end(), in.samples);
+    in.sample_count = static_cast<std::uint8_t>(list.size());
+    const auto read = line.words(registers, 4, config.plc.read.count, false);
+    std::copy(read.begin(), read.end(), in.registers);
+    const auto back = line.words(held_registers, 4, config.plc.write.count, true);
+    std::copy(back.begin(), back.end(), in.held_registers);
+    return in;
+}
+
+// What differs between a step and the recording; "": nothing.
+std::string difference(const recorded_line &line, const cb_box &box, const cb_outputs &out) {
+    const auto um = line.words(channels, 8, box.config.channels_count, false);
+    for (unsigned c = 0; c < box.config.channels_count; ++c) {
+        std::uint32_t bits = 0;
+        std::memcpy(&bits, &out.channel_um[c], sizeof bits);
+        if (bits == um[c]) continue;
+        float recorded = 0.0f;
+        std::memcpy(&recorded, &um[c], sizeof recorded);
+        return std::string("channel ") + box.config.channels[c].name + " is " +
+               shortest_float(out.channel_um[c]) + " um where the box had " +
+               shortest_float(recorded);
+    }
+    const auto words = line.words(written, 4, box.config.plc.write.count, false);
+    for (unsigned r = 0; r < box.config.plc.write.count; ++r) {
+        if (out.registers[r] == words[r]) continue;
+        return "register " + std::to_string(box.config.plc.write.start + r) + " is " +
+               std::to_string(out.registers[r]) + " where the box had " + std::to_string(words[r]);
+    }
+    return line.whole<int>(mode, 255) == static_cast<int>(box.mode.mode) ? "" : "the mode differs";
+}
+
+}  // namespace
+
+replay_result replay(const std::string &coefficients, const std::string &recording) {
+    const auto box = std::make_unique<cb_box>();
+    box->config = *load_coefficients(coefficients);
+    cb_box_start(box.get());
+    std::istringstream text(read_file(recording, largest_file));
+    std::string row;
+    if (!std::getline(text, row) || row != header) {
+        throw input_error(recording, 1, 0, "is not what compboxd --record-inputs writes");
+    }
+    replay_result result;
+    cb_outputs out = {};
+    std::int64_t first_us = 0;
+    for (long at = 2; std::getline(text, row); ++at) {
+        const recorded_line line(recording, at, row);
+        if (line.whole<std::uint32_t>(generation, UINT32_MAX) != 0) {
+            result.remarks.push_back("another coefficient file took over at line " +
+                                     std::to_string(at) + "; what follows is left out");
+            break;
+        }
+        if (line.whole<std::int64_t>(cycle_number, INT64_MAX) != result.cycles) {
+            result.remarks.push_back("a cycle before line " + std::to_string(at) +
+                                     " is not in the recording; what follows is left out");
+            break;
+        }
+        const auto when_us = line.whole<std::int64_t>(now_us, latest_us);
+        const cb_inputs in = inputs_of(line, box->config);
+        cb_box_step(box.get(), &in, when_us, &out);
+        if (result.cycles == 0) first_us = when_us;
+        ++result.cycles;
+        result.duration_s = static_cast<double>(when_us - first_us) * 1e-6;
+        const std::string what = difference(line, *box, out);
+        if (what.empty()) continue;
+        result.difference = "line " + std::to_string(at) + ": " + what;
+        break;
+    }
+    return result;
+}
+
+}  // namespace compbox

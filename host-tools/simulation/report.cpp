@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/simulation/report.h"
+
+#include <algorithm>
+#include <functional>
+
+#include "host-tools/simulation/figures.h"
+#include "host-tools/simulation/real_time.h"
+#include "host-tools/simulation/table.h"
+
+namespace compbox {
+
+using namespace table;
+
+namespace {
+
+using figure = std::function<double(const direction_figures &)>;
+
+// The runs of one method on one path, one for each seed.
+std::vector<const simulated_run *> runs_of(const simulation &result, const std::string &method,
+                                           const std::string &path) {
+    std::vector<const simulated_run *> some;
+    for (const auto &run : result.runs) {
+        if (run.method == method && run.path == path) some.push_back(&run);
+    }
+    return some;
+}
+
+std::vector<double> values_of(const std::vector<const simulated_run *> &runs, std::size_t direction,
+                              const figure &what) {
+    std::vector<double> values;
+    for (const auto *run : runs) values.push_back(what(run->figures[direction]));
+    return values;
+}
+
+double median(const std::vector<const simulated_run *> &runs, std::size_t direction,
+              const figure &what) {
+    return median_of(values_of(runs, direction, what));
+}
+
+double lowest(const std::vector<const simulated_run *> &runs, std::size_t direction,
+              const figure &what) {
+    const auto values = values_of(runs, direction, what);
+    return *std::min_element(values.begin(), values.end());
+}
+
+json figures_json(const direction_figures &one) {
+    return {{"before_um", rounded(one.before_um)},
+            {"after_um", rounded(one.after_um)},
+            {"reduction_percent", rounded(one.percent())},
+            {"mean_um", rounded(one.mean_um)},
+            {"variance_um2", rounded(one.variance_um2)},
+            {"between_before_um", rounded(one.between_before_um)},
+            {"between_after_um", rounded(one.between_after_um)},
+            {"between_percent", rounded(one.between_percent())},
+            {"remeasured_before_um", rounded(one.remeasured_before_um)},
+            {"remeasured_after_um", rounded(one.remeasured_after_um)},
+            {"remeasured_percent", rounded(one.remeasured_percent())},
+            {"ceiling_percent", rounded(one.ceiling_percent)},
+            {"noise_ceiling_percent", rounded(one.noise_ceiling_percent)}};
+}
+
+json run_json(const simulated_run &run, const std::string &letters) {
+    json object = {{"seed", run.seed},
+                   {"method", run.method},
+                   {"path", run.path},
+                   {"stops", run.stops_mm.size()},
+                   {"coefficients", run.coefficients},
+                   {"coefficient_count", run.coefficient_count}};
+    for (const char letter : letters) {
+        object[std::string(1, letter)] =
+            figures_json(run.figures[static_cast<std::size_t>(axis_index(letter))]);
+    }
+    return object;
+}
+
+const char *figure_text(path_figure judged) {
+    switch (judged) {
+        case path_figure::straightness:
+            return "range about its least-squares line";
+        case path_figure::range:
+            return "range";
+        case path_figure::axis:
+            break;
+    }
+    return "range along the path, straightness across it";
+}
+
+std::string path_table(const scenario &plan, const simulation &result, const scenario_path &path) {
+    const auto own = runs_of(result, plan.methods.front().name, path.name);
+    const auto percent_of = [](const direction_figures &f) { return f.percent(); };
+    const bool many = own.size() > 1;
+    std::string text = "\n" + path.name + ", " + std::to_string(own.front()->stops_mm.size()) +
+                       " stops at standstill; true error, " + figure_text(path.figure) +
+                       (many ? ", median of " + std::to_string(own.size()) + " machines" : "") +
+                       "\n\n" + headings(plan.directions);
+    for (const auto &method : plan.methods) {
+        const auto runs = runs_of(result, method.name, path.name);
+        text += row(method.name, plan.directions, [&](std::size_t a) {
+            return format("%6.1f  %6.2f %s",
+                          median(runs, a, [](const auto &f) { return f.before_um; }),
+                          median(runs, a, [](const auto &f) { return f.after_um; }),
+                          percent(median(runs, a, percent_of)).c_str());
+        });
+        if (many) {
+            text += percent_row("  worst machine", plan.directions,
+                                [&](std::size_t a) { return lowest(runs, a, percent_of); });
+        }
+    }
+    return text;
+}
+
+std::string remeasured_table(const scenario &plan, const simulation &result,
+                             const scenario_path &path) {
+    const auto own = runs_of(result, plan.methods.front().name, path.name);
+    const auto line = [&](const char *name, const figure &what) {
+        return percent_row(name, plan.directions,
+                           [&](std::size_t a) { return median(own, a, what); });
+    };
+    std::string text = "\n  " + plan.methods.front().name + ", looked at more closely\n";
+    text += line("its ceiling", [](const auto &f) { return f.ceiling_percent; });
+    text += line("between the stops too", [](const auto &f) { return f.between_percent(); });
+    text += line("remeasured by laser", [](const auto &f) { return f.remeasured_percent(); });
+    text += line("  its noise ceiling", [](const auto &f) { return f.noise_ceiling_percent; });
+    if (!plan.paper_percent.empty()) {
+        text += percent_row("the paper", plan.directions, [&](std::size_t a) {
+            const auto found = plan.paper_percent.find(std::string(1, axis_letters[a]));
+            return found == plan.paper_percent.end() ? 0.0 : found->second;
+        });
+    }
+    return text;
+}
+
+// S1's Table 1: what is left after compensation.
+std::string residual_table(const scenario &plan, const simulation &result,
+                           const scenario_path &path) {
+    std::string text = "\n  residual after compensation: range µm, mean µm, variance µm²\n";
+    for (const auto &method : plan.methods) {
+        const auto runs = runs_of(result, method.name, path.name);
+        text += row(method.name, plan.directions, [&](std::size_t a) {
+            return format("%7.2f %7.2f %8.2f",
+                          median(runs, a, [](const auto &f) { return f.after_um; }),
+                          median(runs, a, [](const auto &f) { return f.mean_um; }),
+                          median(runs, a, [](const auto &f) { return f.variance_um2; }));
+        });
+    }
+    return text;
+}
+
+// The runs in motion along one path at one feed.
+std::vector<const moving_run *> moving_runs(const simulation &result, const std::string &path,
+                                            double feed_mm_per_min) {
+    std::vector<const moving_run *> some;
+    for (const auto &run : result.moving) {
+        if (run.path == path && run.feed_mm_per_min == feed_mm_per_min) some.push_back(&run);
+    }
+    return some;
+}
+
+std::vector<double> moving_percent(const std::vector<const moving_run *> &runs, std::size_t a) {
+    std::vector<double> values;
+    for (const auto *run : runs) {
+        values.push_back(direction_figures::reduction(run->before_um[a], run->after_um[a]));
+    }
+    return values;
+}
+
+std::string moving_table(const scenario &plan, const simulation &result) {
+    std::string text;
+    for (const auto &path : plan.paths) {
+        for (const double feed : plan.moving_mm_per_min) {
+            const auto runs = moving_runs(result, path.name, feed);
+            if (text.empty()) {
+                text = "\nin motion, virtual time; true error on the way, " +
+                       plan.methods.front().name + "\n\n" + headings(plan.directions);
+            }
+            text += row(format("%s, %.1f m/min", path.name.c_str(), 1e-3 * feed), plan.directions,
+                        [&](std::size_t a) {
+                            std::vector<double> before, after;
+                            for (const auto *run : runs) {
+                                before.push_back(run->before_um[a]);
+                                after.push_back(run->after_um[a]);
+                            }
+                            return format("%6.1f  %6.2f %s", median_of(before), median_of(after),
+                                          percent(median_of(moving_percent(runs, a))).c_str());
+                        });
+        }
+    }
+    return text;
+}
+
+// The figures of one method on one path: the median over the seeds, and the lowest.
+json path_json(const scenario &plan, const simulation &result, const std::string &path) {
+    const auto runs = runs_of(result, plan.methods.front().name, path);
+    const auto percent_of = [](const direction_figures &f) { return f.percent(); };
+    const auto medians = [&](const figure &what) {
+        return by_axis(plan.directions, [&](std::size_t a) { return median(runs, a, what); });
+    };
+    json object;
+    object["reduction_percent"] = medians(percent_of);
+    object["reduction_percent_worst"] =
+        by_axis(plan.directions, [&](std::size_t a) { return lowest(runs, a, percent_of); });
+    object["ceiling_percent"] = medians([](const auto &f) { return f.ceiling_percent; });
+    object["between_percent"] = medians([](const auto &f) { return f.between_percent(); });
+    object["remeasured_percent"] = medians([](const auto &f) { return f.remeasured_percent(); });
+    object["noise_ceiling_percent"] =
+        medians([](const auto &f) { return f.noise_ceiling_percent; });
+    object["baselines"] = json::object();
+    for (const auto &method : plan.methods) {
+        if (&method == &plan.methods.front()) continue;
+        const auto others = runs_of(result, method.name, path);
+        object["baselines"][method.name] =
+            by_axis(plan.directions, [&](std::size_t a) { return median(others, a, percent_of); });
+    }
+    return object;
+}
+
+json moving_json(const scenario &plan, const simulation &result) {
+    json list = json::array();
+    for (const auto &path : plan.paths) {
+        for (const double feed : plan.moving_mm_per_min) {
+            const auto runs = moving_runs(result, path.name, feed);
+            std::vector<double> leads;
+            for (const auto *run : runs) leads.push_back(run->lead_ms);
+            list.push_back(
+                {{"path", path.name},
+                 {"feed_mm_per_min", feed},
+                 {"lead_ms", rounded(median_of(leads))},
+                 {"reduction_percent",
+                  by_axis(plan.directions,
+                          [&](std::size_t a) { return median_of(moving_percent(runs, a)); })},
+                 {"reduction_percent_worst", by_axis(plan.directions, [&](std::size_t a) {
+                      const auto values = moving_percent(runs, a);
+                      return *std::min_element(values.begin(), values.end());
+                  })}});
+        }
+    }
+    return list;
+}
+
+}  // namespace
+
+json report_json(const scenario &plan, const simulation &result, const real_time_run &real) {
+    const std::string path = plan.paths.front().name, own = plan.methods.front().name;
+    json seeds = json::array();
+    for (const auto *run : runs_of(result, own, path)) seeds.push_back(run->seed);
+    json report = {{"format", "compbox-report/1"},
+                   {"scenario", plan.name},
+                   {"seeds", seeds},
+                   {"path", path},
+                   {"method", own}};
+    report.update(path_json(plan, result, path));
+    report["paper_percent"] = plan.paper_percent;
+    report["paths"] = json::object();
+    for (const auto &one : plan.paths) {
+        report["paths"][one.name] = path_json(plan, result, one.name);
+    }
+    if (!result.moving.empty()) report["moving"] = moving_json(plan, result);
+    add_real_time(report, real);
+    report["runs"] = json::array();
+    for (const auto &run : result.runs) report["runs"].push_back(run_json(run, plan.directions));
+    return report;
+}
+
+std::string report_text(const scenario &plan, const simulation &result, const real_time_run &real) {
+    std::string text = plan.name + "\n";
+    for (const auto &path : plan.paths) {
+        text += path_table(plan, result, path);
+        text += remeasured_table(plan, result, path);
+        text += residual_table(plan, result, path);
+    }
+    return text + moving_table(plan, result) + real_time_text(real);
+}
+
+}  // namespace compbox

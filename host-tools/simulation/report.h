@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+// What a simulation found, for people and for programs (docs/report.md, docs/report.schema.json).
+#pragma once
+
+#include <string>
+
+#include "host-tools/simulation/kinds.h"
+#include "host-tools/simulation/paths.h"
+
+namespace compbox {
+
+json report_json(const scenario &plan, const simulation &result, const real_time_run &real);
+
+// Tables in plain text. Of several seeds: median and worst.
+std::string report_text(const scenario &plan, const simulation &result, const real_time_run &real);
+
+}  // namespace compbox

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+#include "host-tools/simulation/table.h"
+
+#include "host-tools/formats/json.h"
+#include "host-tools/formats/numbers.h"
+#include "host-tools/twin/twin_file.h"
+
+namespace compbox::table {
+
+std::string percent(double value) {
+    return format("%6.1f %%", value);
+}
+
+std::string row(const std::string &name, const std::string &letters, const cell &text_of) {
+    std::string line = format("  %-30s", name.c_str());
+    for (const char letter : letters) {
+        const std::string text = text_of(static_cast<std::size_t>(axis_index(letter)));
+        line += format("  %26s", text.c_str());
+    }
+    return line + "\n";
+}
+
+std::string headings(const std::string &letters) {
+    return row("", letters, [](std::size_t a) { return std::string(1, axis_letters[a]); }) +
+           row("", letters, [](std::size_t) { return std::string(heading); });
+}
+
+std::string percent_row(const std::string &name, const std::string &letters, const number &value) {
+    return row(name, letters, [&](std::size_t a) { return percent(value(a)); });
+}
+
+double rounded(double value) {
+    return std::stod(formatted("%.4f", value));
+}
+
+json by_axis(const std::string &letters, const number &value) {
+    json object = json::object();
+    for (const char letter : letters) {
+        object[std::string(1, letter)] =
+            rounded(value(static_cast<std::size_t>(axis_index(letter))));
+    }
+    return object;
+}
+
+}  // namespace compbox::table
