@@ -70,7 +70,7 @@ class machine_run {
         for (int i = 0; i < 100; ++i) cycle();
     }
     void cycle() {
-        const cb_hal hal = {this, now, tick, read, write, nullptr, samples, feed, stop};
+        const cb_hal hal = {this, now, tick, read, write, nullptr, nullptr, samples, feed, stop};
         cb_cycle_run(&cycle_, box_.get(), &hal);
         if (box_->mode.mode != CB_MODE_ACTIVE && sampling_) throw input_error("not ACTIVE");
     }
