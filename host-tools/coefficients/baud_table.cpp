@@ -7,7 +7,7 @@ extern "C" {
 #include "firmware/config/rtu_budget.h"
 }
 
-namespace compbox {
+namespace compbox::coefficients {
 
 namespace {
 
@@ -61,4 +61,4 @@ std::string baud_table_text(const cb_config &config) {
     return text;
 }
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

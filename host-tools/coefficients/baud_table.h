@@ -8,7 +8,7 @@
 
 #include "host-tools/coefficients/load.h"
 
-namespace compbox {
+namespace compbox::coefficients {
 
 struct baud_row {
     std::uint32_t baud;
@@ -25,4 +25,4 @@ std::vector<baud_row> baud_table(const cb_config &config);
 // The same for people, with a mark at the file's own rate; "" for TCP.
 std::string baud_table_text(const cb_config &config);
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

@@ -7,7 +7,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 
-namespace compbox {
+namespace compbox::coefficients {
 
 namespace {
 
@@ -75,4 +75,4 @@ std::vector<std::string> build_file(const std::string &machine,
     return merged.notes;
 }
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

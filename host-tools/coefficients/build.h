@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace compbox {
+namespace compbox::coefficients {
 
 // Joins the files (merge.h), asks the box's loader, and only then writes `output`. Returns what
 // there is to say about it, one line each. Throws input_error naming the file at fault.
@@ -14,4 +14,4 @@ std::vector<std::string> build_file(const std::string &machine,
                                     const std::vector<std::string> &terms,
                                     std::optional<unsigned> revision, const std::string &output);
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

@@ -5,7 +5,7 @@
 
 #include "host-tools/formats/json.h"
 
-namespace compbox {
+namespace compbox::coefficients {
 
 travel_range range_of_curve(const json &term) {
     const auto number = [](const json &value) {
@@ -35,4 +35,4 @@ std::optional<travel_range> range_of_curves(const json &terms, const std::string
     return range;
 }
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

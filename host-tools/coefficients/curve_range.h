@@ -8,7 +8,7 @@
 #include "host-tools/coefficients/machine_file.h"
 #include "host-tools/formats/json_type.h"
 
-namespace compbox {
+namespace compbox::coefficients {
 
 // A term's own range; from >= to where it has none.
 travel_range range_of_curve(const json &term);
@@ -16,4 +16,4 @@ travel_range range_of_curve(const json &term);
 // From the lowest to the highest end of all curves over a signal; nothing where there is none.
 std::optional<travel_range> range_of_curves(const json &terms, const std::string &signal);
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

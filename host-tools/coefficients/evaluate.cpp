@@ -12,7 +12,7 @@ extern "C" {
 #include "firmware/wire/number.h"
 }
 
-namespace compbox {
+namespace compbox::coefficients {
 
 namespace {
 
@@ -245,4 +245,4 @@ std::string evaluation_csv(const evaluation &result) {
     return text;
 }
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

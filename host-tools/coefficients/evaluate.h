@@ -11,7 +11,7 @@ extern "C" {
 #include "firmware/box/box.h"
 }
 
-namespace compbox {
+namespace compbox::coefficients {
 
 struct evaluation {
     std::vector<std::string> names;        // time_s, term outputs, comp_NAME_um
@@ -31,4 +31,4 @@ evaluation evaluate(const cb_config &config, const csv_table &samples, bool raw)
 // The result as CSV: every float in its shortest exact form.
 std::string evaluation_csv(const evaluation &result);
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

@@ -8,7 +8,7 @@
 
 #include "host-tools/formats/error.h"
 
-namespace compbox {
+namespace compbox::coefficients {
 
 namespace {
 
@@ -137,4 +137,4 @@ std::vector<std::string> row_watcher::remarks(bool raw) const {
     return all;
 }
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

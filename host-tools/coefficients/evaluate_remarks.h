@@ -12,7 +12,7 @@ extern "C" {
 #include "firmware/box/box.h"
 }
 
-namespace compbox {
+namespace compbox::coefficients {
 
 // The signals that a table has columns for; lags follow from them.
 std::vector<unsigned> measured_signals(const cb_config &config);
@@ -57,4 +57,4 @@ class row_watcher {
     row_count counted_[5];  // in the order of watched_counters
 };
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

@@ -7,7 +7,7 @@
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
 
-namespace compbox {
+namespace compbox::coefficients {
 
 namespace {
 
@@ -62,4 +62,4 @@ fitted_files fit_files(const std::string &measurements, const std::vector<std::s
     return result;
 }
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace compbox {
+namespace compbox::coefficients {
 
 // A way to fit curves, with the options of `compbox fit`.
 struct fit_recipe {
@@ -32,4 +32,4 @@ fitted_files fit_files(const std::string &measurements, const std::vector<std::s
                        const fit_recipe &recipe, const std::string &machine,
                        const std::string &folder);
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

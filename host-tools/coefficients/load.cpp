@@ -4,7 +4,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 
-namespace compbox {
+namespace compbox::coefficients {
 
 namespace {
 
@@ -45,4 +45,4 @@ std::string summary(const cb_config &config) {
            std::to_string(config.pool_count) + " of " + std::to_string(CB_POOL_FLOATS);
 }
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

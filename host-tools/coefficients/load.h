@@ -9,7 +9,7 @@ extern "C" {
 #include "firmware/load/load.h"
 }
 
-namespace compbox {
+namespace compbox::coefficients {
 
 // The file as the box would hold it. Throws input_error with the loader's own words:
 // "FILE: terms[3].knots[7]: sentence, line L, column C".
@@ -22,4 +22,4 @@ std::unique_ptr<cb_config> load_coefficient_text(const std::string &text, cb_mes
 // "3 signals, 6 terms, 3 channels, coefficients 512 of 8192".
 std::string summary(const cb_config &config);
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

@@ -9,7 +9,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/json.h"
 
-namespace compbox {
+namespace compbox::coefficients {
 
 namespace {
 
@@ -183,4 +183,4 @@ json new_machine(const machine_options &options) {
             {"provenance", json::object()}};
 }
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

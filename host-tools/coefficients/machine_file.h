@@ -12,7 +12,7 @@
 
 #include "host-tools/formats/json_type.h"
 
-namespace compbox {
+namespace compbox::coefficients {
 
 struct travel_range {
     double from_mm, to_mm;  // from < to; degrees for a rotary axis
@@ -45,4 +45,4 @@ std::map<char, travel_range> parse_travel(const std::string &text);
 // Throws input_error where the options contradict each other.
 json new_machine(const machine_options &options);
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

@@ -11,7 +11,7 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
 
-namespace compbox {
+namespace compbox::coefficients {
 
 namespace {
 
@@ -329,4 +329,4 @@ void fill_in(merged_file &merged, const std::string &machine_path) {
     merged.file = in_order(merged.file);
 }
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

@@ -8,7 +8,7 @@
 
 #include "host-tools/formats/json.h"
 
-namespace compbox {
+namespace compbox::coefficients {
 
 struct entry_home {
     std::string file;
@@ -38,4 +38,4 @@ merged_file merge_files(const std::string &machine_path, const std::vector<std::
 // All else stays as written. Throws input_error where nothing tells what to fill in.
 void fill_in(merged_file &merged, const std::string &machine_path);
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

@@ -7,7 +7,7 @@
 #include "host-tools/coefficients/evaluate.h"
 #include "host-tools/coefficients/evaluate_remarks.h"
 
-namespace compbox {
+namespace compbox::coefficients {
 
 namespace {
 
@@ -79,4 +79,4 @@ std::vector<std::string> pair_remarks(const cb_config &config) {
     return remarks;
 }
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

@@ -12,7 +12,7 @@ extern "C" {
 #include "firmware/config/profile.h"
 }
 
-namespace compbox {
+namespace compbox::coefficients {
 
 namespace {
 
@@ -157,4 +157,4 @@ std::vector<std::string> profile_remarks(const cb_config &config) {
     return remarks;
 }
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

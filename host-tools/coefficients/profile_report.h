@@ -11,7 +11,7 @@ extern "C" {
 #include "firmware/config/config.h"
 }
 
-namespace compbox {
+namespace compbox::coefficients {
 
 // {"profile", "functions", "exchange", "registers", "update_ms", …, "channels": {NAME: …}}
 json profile_figures(const cb_config &config);
@@ -24,4 +24,4 @@ std::string profile_text(const cb_config &config);
 // `applied`, and a limit_um that lets two of its values be further apart.
 std::vector<std::string> profile_remarks(const cb_config &config);
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

@@ -3,7 +3,7 @@
 
 #include "host-tools/formats/json.h"
 
-namespace compbox {
+namespace compbox::coefficients {
 
 namespace {
 
@@ -44,4 +44,4 @@ std::set<std::string> consumed_outputs(const json &terms) {
     return {names.begin(), names.end()};
 }
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

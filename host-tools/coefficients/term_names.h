@@ -9,7 +9,7 @@
 
 #include "host-tools/formats/json_type.h"
 
-namespace compbox {
+namespace compbox::coefficients {
 
 // term: an object with a name. The names under which its outputs are summed.
 std::vector<std::string> outputs_of(const json &term);
@@ -20,4 +20,4 @@ std::vector<std::string> signals_of(const json &term);
 // The outputs that other terms work on: a product's slope, a volumetric term's errors.
 std::set<std::string> consumed_outputs(const json &terms);
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

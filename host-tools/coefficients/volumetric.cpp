@@ -7,7 +7,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/metrology/straightness.h"
 
-namespace compbox {
+namespace compbox::coefficients {
 
 namespace {
 
@@ -207,4 +207,4 @@ volumetric_result make_volumetric(const std::vector<std::string> &folders,
     return result;
 }
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

@@ -10,7 +10,7 @@
 #include "host-tools/fitting/fit.h"
 #include "host-tools/formats/json.h"
 
-namespace compbox {
+namespace compbox::coefficients {
 
 using vector_mm = std::array<double, 3>;
 
@@ -49,4 +49,4 @@ struct volumetric_result {
 volumetric_result make_volumetric(const std::vector<std::string> &folders,
                                   const volumetric_options &options);
 
-}  // namespace compbox
+}  // namespace compbox::coefficients

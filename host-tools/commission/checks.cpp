@@ -15,7 +15,7 @@ extern "C" {
 #include "firmware/wire/number.h"
 }
 
-namespace compbox {
+namespace compbox::commission {
 
 namespace {
 
@@ -47,21 +47,21 @@ std::string exception_words(int code) {
 }
 
 // "register 1" of an index in the read block.
-std::string register_name(const commission_live &live, unsigned index) {
+std::string register_name(const live_box &live, unsigned index) {
     return "register " + std::to_string(live.config().plc.read.start + index);
 }
 
-bool is_own(const commission_setup &setup, unsigned signal) {
+bool is_own(const box_setup &setup, unsigned signal) {
     return std::count(setup.offset_signal.begin(), setup.offset_signal.end(), signal) > 0;
 }
 
-double value_of(const commission_live &live, const cb_signal_config &signal) {
+double value_of(const live_box &live, const cb_signal_config &signal) {
     const auto type = static_cast<cb_number_type>(signal.type);
     const float raw = cb_number_decode(type, live.registers() + signal.reg);
     return static_cast<double>(raw) * signal.scale + signal.zero;
 }
 
-std::string out_of_range(const commission_live &live, const cb_signal_config &signal) {
+std::string out_of_range(const live_box &live, const cb_signal_config &signal) {
     return "signals." + std::string(signal.name) + ": " + register_name(live, signal.reg) +
            " gives " + number(value_of(live, signal)) + " " + signal.unit + ", outside " +
            number(signal.min) + " to " + number(signal.max) +
@@ -69,7 +69,7 @@ std::string out_of_range(const commission_live &live, const cb_signal_config &si
 }
 
 // Reads until the signal is in range for a whole second, or says so.
-void check_signals(commission_live &live, const commission_setup &setup, json &found) {
+void check_signals(live_box &live, const box_setup &setup, json &found) {
     const cb_config &config = live.config();
     for (unsigned i = 0; i < config.signals_count; ++i) {
         const cb_signal_config &signal = config.signals[i];
@@ -82,7 +82,7 @@ void check_signals(commission_live &live, const commission_setup &setup, json &f
     }
 }
 
-void must_answer(commission_live &live) {
+void must_answer(live_box &live) {
     const cb_plc_config &plc = live.config().plc;
     if (live.cycle_until(looking_s, [&] { return live.read_ok(); })) return;
     const int code = live.last_exception();
@@ -95,7 +95,7 @@ void must_answer(commission_live &live) {
 }
 
 // The heartbeat over some seconds; out: ms from one count to the next.
-double count_heartbeat(commission_live &live) {
+double count_heartbeat(live_box &live) {
     const cb_plc_config &plc = live.config().plc;
     unsigned first = live.registers()[plc.plc_heartbeat], last = first;
     const std::int64_t first_us = live.read_us();
@@ -122,7 +122,7 @@ double count_heartbeat(commission_live &live) {
     return static_cast<double>(last_us - first_us) / 1000.0 / static_cast<double>(beats);
 }
 
-void must_accept_writes(commission_live &live) {
+void must_accept_writes(live_box &live) {
     const cb_plc_config &plc = live.config().plc;
     const bool refused = live.writes_refused() > 0;
     const bool mute = live.reason() == CB_REASON_UNCONFIRMED;
@@ -141,7 +141,7 @@ void must_accept_writes(commission_live &live) {
 }
 
 // Why permission is needed at the start of a commissioning.
-std::string pending_by_read_back(const commission_live &live) {
+std::string pending_by_read_back(const live_box &live) {
     if (live.found_read_back() != read_back::refused) return "";
     return "; the PLC refuses the read-back of " + registers_of(live.config().plc.write) +
            exception_words(live.read_back_exception()) +
@@ -149,7 +149,7 @@ std::string pending_by_read_back(const commission_live &live) {
 }
 
 // Why the box is not, or no longer, ACTIVE.
-std::string why(const commission_live &live) {
+std::string why(const live_box &live) {
     const cb_plc_config &plc = live.config().plc;
     const unsigned control = live.registers()[plc.control];
     const std::string word = ": " + register_name(live, plc.control) + " is " + hex(control) + "; ";
@@ -177,7 +177,7 @@ std::string why(const commission_live &live) {
 }
 
 // How far from what was written an applied value may be.
-double tolerance_um(const commission_live &live, std::size_t channel) {
+double tolerance_um(const live_box &live, std::size_t channel) {
     return live.config().plc.deadband_um + 1.01 * live.config().channels[channel].scale;
 }
 
@@ -186,7 +186,7 @@ bool is_member(const test_axis &axis, std::size_t channel) {
 }
 
 // The channel that is not where it should be; none: all are.
-std::optional<std::size_t> not_applied(const commission_live &live, const test_axis &axis,
+std::optional<std::size_t> not_applied(const live_box &live, const test_axis &axis,
                                        double offset_um) {
     for (std::size_t c = 0; c < live.config().channels_count; ++c) {
         const double wanted_um = is_member(axis, c) ? offset_um : 0.0;
@@ -196,8 +196,8 @@ std::optional<std::size_t> not_applied(const commission_live &live, const test_a
     return std::nullopt;
 }
 
-[[noreturn]] void refuse_applied(const commission_live &live, const test_axis &axis,
-                                 std::size_t channel, double offset_um) {
+[[noreturn]] void refuse_applied(const live_box &live, const test_axis &axis, std::size_t channel,
+                                 double offset_um) {
     const cb_channel_config &of = live.config().channels[channel];
     const std::string place = "channels." + std::string(of.name) + ".applied: ";
     const std::string shows =
@@ -213,7 +213,7 @@ std::optional<std::size_t> not_applied(const commission_live &live, const test_a
 
 }  // namespace
 
-json check_registers(commission_live &live, const commission_setup &setup) {
+json check_registers(live_box &live, const box_setup &setup) {
     json found = {{"signals", json::object()}};
     must_answer(live);
     const double update_ms = count_heartbeat(live);
@@ -231,7 +231,7 @@ json check_registers(commission_live &live, const commission_setup &setup) {
     return found;
 }
 
-std::string read_back_remark(const commission_live &live) {
+std::string read_back_remark(const live_box &live) {
     if (live.found_read_back() != read_back::refused) return "";
     return "the PLC refuses the read-back of " + registers_of(live.config().plc.write) +
            exception_words(live.read_back_exception()) +
@@ -241,7 +241,7 @@ std::string read_back_remark(const commission_live &live) {
            "block";
 }
 
-void must_be_active(const commission_live &live) {
+void must_be_active(const live_box &live) {
     const bool fault = live.mode() == CB_MODE_FAULT;
     const bool withdrawn =
         live.reason() == CB_REASON_NOT_ENABLED || live.reason() == CB_REASON_NOT_REFERENCED;
@@ -249,13 +249,13 @@ void must_be_active(const commission_live &live) {
     if (fault || withdrawn || live.inactive_s() > returning_s) throw input_error(why(live));
 }
 
-void become_active(commission_live &live) {
+void become_active(live_box &live) {
     if (!live.cycle_until(enabling_s, [&] { return live.mode() == CB_MODE_ACTIVE; })) {
         throw input_error(why(live));
     }
 }
 
-void go_to(commission_live &live, const test_axis &axis, double offset_um) {
+void go_to(live_box &live, const test_axis &axis, double offset_um) {
     for (const std::size_t channel : axis.channels) live.set_offset_um(channel, offset_um);
     const auto there = [&] {
         return std::all_of(axis.channels.begin(), axis.channels.end(), [&](std::size_t c) {
@@ -284,11 +284,11 @@ void go_to(commission_live &live, const test_axis &axis, double offset_um) {
                    offset_um);
 }
 
-void stay_active(commission_live &live, double seconds) {
+void stay_active(live_box &live, double seconds) {
     live.cycle_until(seconds, [&] {
         must_be_active(live);
         return false;
     });
 }
 
-}  // namespace compbox
+}  // namespace compbox::commission

@@ -10,7 +10,7 @@ extern "C" {
 #include "firmware/load/load.h"
 }
 
-namespace compbox {
+namespace compbox::commission {
 
 namespace {
 
@@ -130,9 +130,8 @@ std::vector<test_axis> axes_of(const cb_config &config) {
 
 }  // namespace
 
-commission_setup make_commission_setup(const json &document, const std::string &file,
-                                       double rate_um_per_s) {
-    commission_setup setup;
+box_setup make_box_setup(const json &document, const std::string &file, double rate_um_per_s) {
+    box_setup setup;
     if (!document.is_object()) throw input_error(file, 0, 0, "must be an object {…}");
     setup.config = load(test_file(document, file, rate_um_per_s, setup.remarks), file);
     setup.axes = axes_of(*setup.config);
@@ -143,4 +142,4 @@ commission_setup make_commission_setup(const json &document, const std::string &
     return setup;
 }
 
-}  // namespace compbox
+}  // namespace compbox::commission

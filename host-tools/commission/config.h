@@ -13,7 +13,7 @@ extern "C" {
 #include "firmware/config/config.h"
 }
 
-namespace compbox {
+namespace compbox::commission {
 
 // What is moved together: a channel, or the two of a pair.
 struct test_axis {
@@ -21,7 +21,7 @@ struct test_axis {
     std::vector<std::size_t> channels;  // indices in the file
 };
 
-struct commission_setup {
+struct box_setup {
     std::unique_ptr<cb_config> config;
     std::vector<test_axis> axes;
     std::vector<std::size_t> offset_signal;  // of each channel: the signal that is its offset in µm
@@ -32,7 +32,6 @@ struct commission_setup {
 //      signals that do not come from the PLC are left out; no channel or ramp is faster than the
 //      rate; ranges that are still null are taken as anything, with a remark.
 // Throws input_error with the loader's words where the rest of the file is not right.
-commission_setup make_commission_setup(const json &document, const std::string &file,
-                                       double rate_um_per_s);
+box_setup make_box_setup(const json &document, const std::string &file, double rate_um_per_s);
 
-}  // namespace compbox
+}  // namespace compbox::commission

@@ -8,7 +8,7 @@
 #include "host-tools/formats/json.h"
 #include "host-tools/formats/numbers.h"
 
-namespace compbox {
+namespace compbox::commission {
 
 namespace {
 
@@ -76,4 +76,4 @@ double shortest_period_ms(const loop_times &times) {
     return std::max(1.0, std::ceil(times.exchange.p99_ms / 0.8));
 }
 
-}  // namespace compbox
+}  // namespace compbox::commission

@@ -9,7 +9,7 @@
 
 #include "host-tools/formats/json_type.h"
 
-namespace compbox {
+namespace compbox::commission {
 
 // in : the displacement of the tool that was asked for and the one that was measured, of `axis`
 // out: true: the tool moves the other way, so the sign has to be turned round
@@ -42,4 +42,4 @@ double lead_of(const loop_times &times);
 // The shortest whole ms of which four fifths hold 99 % of the exchanges.
 double shortest_period_ms(const loop_times &times);
 
-}  // namespace compbox
+}  // namespace compbox::commission

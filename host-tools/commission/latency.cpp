@@ -11,7 +11,7 @@ extern "C" {
 #include "firmware/config/profile.h"
 }
 
-namespace compbox {
+namespace compbox::commission {
 
 namespace {
 
@@ -27,7 +27,7 @@ struct step_watch {
 };
 
 struct watcher {
-    commission_live &live;
+    live_box &live;
     std::size_t channel;
     step_watch step;
     std::vector<std::int64_t> writes_us;
@@ -54,7 +54,7 @@ struct watcher {
 
 // in : where the channel goes; out: µs from write to applied; none: it was not in time.
 std::optional<std::int64_t> time_step(watcher &watch, double to_um) {
-    commission_live &live = watch.live;
+    live_box &live = watch.live;
     const cb_channel_config &channel = live.config().channels[watch.channel];
     const double near_um = live.config().plc.deadband_um + 1.01 * channel.scale;
     live.cycle_until(patience_s, [&] {
@@ -85,7 +85,7 @@ double step_um(const cb_config &config, const cb_channel_config &channel) {
 
 }  // namespace
 
-loop_times measure_times(commission_live &live, std::size_t channel, int steps, double update_ms) {
+loop_times measure_times(live_box &live, std::size_t channel, int steps, double update_ms) {
     const double high_um = step_um(live.config(), live.config().channels[channel]);
     std::vector<std::int64_t> taken_us, exchanges_us;
     std::mt19937 random(1);
@@ -122,4 +122,4 @@ loop_times measure_times(commission_live &live, std::size_t channel, int steps, 
             live.config().plc.interpolate_us / 1000.0};
 }
 
-}  // namespace compbox
+}  // namespace compbox::commission

@@ -20,7 +20,7 @@ extern "C" {
 #include "hal/linux/peer.h"
 }
 
-namespace compbox {
+namespace compbox::commission {
 
 namespace {
 
@@ -40,8 +40,8 @@ void prepare_process() {
     ::sched_setscheduler(0, SCHED_FIFO, &before_others);  // EPERM: as a normal process
 }
 
-struct commission_live::inside {
-    commission_live *owner = nullptr;
+struct live_box::inside {
+    live_box *owner = nullptr;
     cb_box box;
     cb_cycle cycle;
     cb_linux target;
@@ -103,7 +103,7 @@ struct commission_live::inside {
         return result;
     }
 
-    void start(commission_live *of_whom, const commission_setup &setup) {
+    void start(live_box *of_whom, const box_setup &setup) {
         owner = of_whom;
         std::memset(&box, 0, sizeof box);
         box.config = *setup.config;
@@ -185,22 +185,21 @@ struct commission_live::inside {
     }
 };
 
-commission_live::commission_live(const commission_setup &setup)
-    : inside_(std::make_unique<inside>()) {
+live_box::live_box(const box_setup &setup) : inside_(std::make_unique<inside>()) {
     inside_->start(this, setup);
 }
 
-commission_live::~commission_live() {
+live_box::~live_box() {
     stop();
 }
 
-void commission_live::cycle() {
+void live_box::cycle() {
     if (interrupted) throw input_error("interrupted; nothing was written to the file");
     cb_cycle_run(&inside_->cycle, &inside_->box, &inside_->hal);
     if (mode() == CB_MODE_ACTIVE) inside_->active_us = inside_->now_us();
 }
 
-bool commission_live::cycle_until(double timeout_s, const std::function<bool()> &done) {
+bool live_box::cycle_until(double timeout_s, const std::function<bool()> &done) {
     const std::int64_t until_us = inside_->now_us() + static_cast<std::int64_t>(timeout_s * 1e6);
     do {
         cycle();
@@ -209,11 +208,11 @@ bool commission_live::cycle_until(double timeout_s, const std::function<bool()> 
     return false;
 }
 
-void commission_live::set_offset_um(std::size_t channel, double um) {
+void live_box::set_offset_um(std::size_t channel, double um) {
     inside_->offsets_um.at(channel) = um;
 }
 
-bool commission_live::stop() {
+bool live_box::stop() {
     inside &self = *inside_;
     if (self.stopped) return self.confirmed;
     reading_between_ = false;
@@ -235,57 +234,56 @@ bool commission_live::stop() {
     return self.confirmed;
 }
 
-const cb_config &commission_live::config() const {
+const cb_config &live_box::config() const {
     return inside_->box.config;
 }
-int commission_live::mode() const {
+int live_box::mode() const {
     return inside_->box.mode.mode;
 }
-int commission_live::reason() const {
+int live_box::reason() const {
     return inside_->box.mode.reason;
 }
-bool commission_live::read_ok() const {
+bool live_box::read_ok() const {
     return inside_->cycle.in.read_ok;
 }
-const std::uint16_t *commission_live::registers() const {
+const std::uint16_t *live_box::registers() const {
     return inside_->cycle.in.registers;
 }
-double commission_live::inactive_s() const {
+double live_box::inactive_s() const {
     return static_cast<double>(inside_->now_us() - inside_->active_us) * 1e-6;
 }
-double commission_live::output_um(std::size_t channel) const {
+double live_box::output_um(std::size_t channel) const {
     return inside_->box.channels[channel].output_um;
 }
-std::uint32_t commission_live::exchange_us() const {
+std::uint32_t live_box::exchange_us() const {
     return inside_->cycle.in.exchange_us;
 }
-std::int64_t commission_live::read_us() const {
+std::int64_t live_box::read_us() const {
     return inside_->cycle.in.read_us;
 }
-std::uint32_t commission_live::writes_refused() const {
+std::uint32_t live_box::writes_refused() const {
     return inside_->box.counters.writes_refused;
 }
-std::uint32_t commission_live::reads_torn() const {
+std::uint32_t live_box::reads_torn() const {
     return inside_->box.counters.reads_torn;
 }
-std::uint32_t commission_live::handshakes() const {
+std::uint32_t live_box::handshakes() const {
     return inside_->box.counters.handshakes;
 }
 
-std::optional<double> commission_live::applied_um(std::size_t channel) const {
+std::optional<double> live_box::applied_um(std::size_t channel) const {
     const cb_channel_config &of = config().channels[channel];
     if (!of.has_applied) return std::nullopt;
     return cb_channel_decode(&of, registers() + of.applied_reg);
 }
 
-std::optional<double> commission_live::applied_um(std::size_t channel,
-                                                  const plc_reading &reading) const {
+std::optional<double> live_box::applied_um(std::size_t channel, const plc_reading &reading) const {
     const cb_channel_config &of = config().channels[channel];
     if (!of.has_applied) return std::nullopt;
     return cb_channel_decode(&of, reading.registers.data() + of.applied_reg);
 }
 
-int commission_live::last_exception() const {
+int live_box::last_exception() const {
     const cb_tcp_counters &counters = inside_->target.tcp.counters;
     for (int code = 1; code < CB_TCP_EXCEPTIONS; ++code) {
         const auto at = static_cast<std::size_t>(code);
@@ -294,22 +292,22 @@ int commission_live::last_exception() const {
     return 0;
 }
 
-read_back commission_live::found_read_back() const {
+read_back live_box::found_read_back() const {
     return inside_->found;
 }
 
-int commission_live::read_back_exception() const {
+int live_box::read_back_exception() const {
     const auto &counts = inside_->read_back_exceptions;
     const auto first = std::find_if(counts.begin(), counts.end(), [](auto n) { return n > 0; });
     return first == counts.end() ? 0 : static_cast<int>(first - counts.begin());
 }
 
-std::string commission_live::write_remedy() const {
+std::string live_box::write_remedy() const {
     const bool combined = config().plc.exchange == CB_EXCHANGE_FC23;
     return cb_peer_remedy(combined ? CB_MODBUS_WRITE_READ : CB_MODBUS_WRITE);
 }
 
-std::string commission_live::connection() const {
+std::string live_box::connection() const {
     const cb_link &link = inside_->target.tcp.link;
     if (link.state == CB_LINK_UP) return "connected, but no valid reply came";
     switch (static_cast<cb_link_cause>(link.cause)) {
@@ -328,4 +326,4 @@ std::string commission_live::connection() const {
     return "no connection yet";
 }
 
-}  // namespace compbox
+}  // namespace compbox::commission

@@ -12,7 +12,7 @@
 
 #include "host-tools/commission/config.h"
 
-namespace compbox {
+namespace compbox::commission {
 
 // One reading of the PLC's read block.
 struct plc_reading {
@@ -30,12 +30,12 @@ struct box_write {
     std::vector<float> output_um;  // of each channel of the file
 };
 
-class commission_live {
+class live_box {
   public:
     // Nothing is sent before the first cycle. Throws input_error where the address is none.
-    explicit commission_live(const commission_setup &setup);
-    ~commission_live();
-    commission_live(const commission_live &) = delete;
+    explicit live_box(const box_setup &setup);
+    ~live_box();
+    live_box(const live_box &) = delete;
 
     // One period of the box. Throws input_error after SIGINT or SIGTERM.
     void cycle();
@@ -87,4 +87,4 @@ class commission_live {
 // before all others, as the box's loop does.
 void prepare_process();
 
-}  // namespace compbox
+}  // namespace compbox::commission

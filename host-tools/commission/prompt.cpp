@@ -11,7 +11,7 @@
 
 #include "host-tools/formats/error.h"
 
-namespace compbox {
+namespace compbox::commission {
 
 namespace {
 
@@ -73,4 +73,4 @@ double ask_number(const std::string &question, const std::function<void()> &wait
     }
 }
 
-}  // namespace compbox
+}  // namespace compbox::commission

@@ -5,7 +5,7 @@
 #include <functional>
 #include <string>
 
-namespace compbox {
+namespace compbox::commission {
 
 // Writes the question to standard error and calls wait() again and again until a line came from
 // standard input; out: the line. Throws input_error when standard input ends.
@@ -14,4 +14,4 @@ std::string ask(const std::string &question, const std::function<void()> &wait);
 // The same until the line is a finite number.
 double ask_number(const std::string &question, const std::function<void()> &wait);
 
-}  // namespace compbox
+}  // namespace compbox::commission

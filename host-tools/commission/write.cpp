@@ -7,7 +7,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/json.h"
 
-namespace compbox {
+namespace compbox::commission {
 
 namespace {
 
@@ -35,7 +35,7 @@ json times_of(const loop_times &times) {
 
 }  // namespace
 
-json figures_of(const json &document, const commission_result &result) {
+json figures_of(const json &document, const findings &result) {
     json figures = {{"date", now_text()}, {"signs", json::object()}};
     for (const auto &[channel, found] : result.signs) {
         figures["signs"][document["channels"][channel]["name"].get<std::string>()] = {
@@ -47,7 +47,7 @@ json figures_of(const json &document, const commission_result &result) {
     return figures;
 }
 
-json with_result(const json &document, const std::string &file, const commission_result &result) {
+json with_result(const json &document, const std::string &file, const findings &result) {
     json changed = document;
     if (!changed.contains("provenance")) changed["provenance"] = json::object();
     if (!changed["provenance"].is_object()) {
@@ -67,4 +67,4 @@ json with_result(const json &document, const std::string &file, const commission
     return changed;
 }
 
-}  // namespace compbox
+}  // namespace compbox::commission

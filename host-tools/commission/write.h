@@ -9,14 +9,14 @@
 #include "host-tools/commission/judge.h"
 #include "host-tools/formats/json.h"
 
-namespace compbox {
+namespace compbox::commission {
 
 struct sign_result {
     double offset_um = 0.0, measured_um = 0.0;
     int sign = 1;  // as the channels of the axis are to have it
 };
 
-struct commission_result {
+struct findings {
     json registers;                            // as check_registers found them
     std::map<std::size_t, sign_result> signs;  // by channel
     std::optional<loop_times> times;
@@ -24,9 +24,9 @@ struct commission_result {
 
 // The document with signs, lead_ms (unless it says "measured") and provenance.commissioning; of a
 // file with terms also the next revision. Throws input_error where provenance is no object.
-json with_result(const json &document, const std::string &file, const commission_result &result);
+json with_result(const json &document, const std::string &file, const findings &result);
 
 // What is in provenance.commissioning, and under --json.
-json figures_of(const json &document, const commission_result &result);
+json figures_of(const json &document, const findings &result);
 
-}  // namespace compbox
+}  // namespace compbox::commission

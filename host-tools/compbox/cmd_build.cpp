@@ -25,7 +25,8 @@ struct build_options {
 };
 
 void run_build(const build_options &options) {
-    const auto notes = build_file(options.machine, options.terms, options.revision, options.output);
+    const auto notes =
+        coefficients::build_file(options.machine, options.terms, options.revision, options.output);
     if (options.as_json) {
         return print_summary({options.output}, {{"terms", options.terms}}, notes);
     }

@@ -23,7 +23,7 @@ struct check_options {
 // For a serial line: what there is of the period, and what each baud rate needs of it.
 json serial_figures(const cb_config &config) {
     json rates = json::array();
-    for (const auto &row : baud_table(config)) {
+    for (const auto &row : coefficients::baud_table(config)) {
         rates.push_back({{"baud", row.baud},
                          {"fc3_fc16_ms", row.fc3_fc16_ms},
                          {"fc23_ms", row.fc23_ms},
@@ -31,23 +31,25 @@ json serial_figures(const cb_config &config) {
                          {"fits", row.fits}});
     }
     return {{"baud", config.plc.serial.line.baud},
-            {"budget_ms", exchange_budget_ms(config)},
+            {"budget_ms", coefficients::exchange_budget_ms(config)},
             {"rates", rates}};
 }
 
 void check(const check_options &options) {
-    const auto config = load_coefficients(options.path);
+    const auto config = coefficients::load_coefficients(options.path);
     if (options.as_json) {
-        json figures = {{"machine", config->machine},         {"revision", config->revision},
-                        {"signals", config->signals_count},   {"terms", config->terms_count},
-                        {"channels", config->channels_count}, {"plc", profile_figures(*config)}};
+        json figures = {
+            {"machine", config->machine},         {"revision", config->revision},
+            {"signals", config->signals_count},   {"terms", config->terms_count},
+            {"channels", config->channels_count}, {"plc", coefficients::profile_figures(*config)}};
         if (config->plc.transport == CB_TRANSPORT_RTU) figures["serial"] = serial_figures(*config);
-        return print_summary({}, figures, profile_remarks(*config));
+        return print_summary({}, figures, coefficients::profile_remarks(*config));
     }
-    std::cout << config->machine << ", revision " << config->revision << ": " << summary(*config)
-              << "\n"
-              << profile_text(*config) << baud_table_text(*config);
-    for (const auto &remark : profile_remarks(*config)) std::cout << "Remark: " << remark << "\n";
+    std::cout << config->machine << ", revision " << config->revision << ": "
+              << coefficients::summary(*config) << "\n"
+              << coefficients::profile_text(*config) << coefficients::baud_table_text(*config);
+    for (const auto &remark : coefficients::profile_remarks(*config))
+        std::cout << "Remark: " << remark << "\n";
 }
 
 }  // namespace

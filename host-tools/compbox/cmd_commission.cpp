@@ -39,14 +39,14 @@ class commissioning {
     explicit commissioning(const commission_options &options)
         : options_(options),
           document_(read_json(options.path)),
-          setup_(make_commission_setup(document_, options.path, options.rate_um_per_s)) {
+          setup_(commission::make_box_setup(document_, options.path, options.rate_um_per_s)) {
         check_choice();
-        with_result(document_, options.path, {});  // before anything moves
+        commission::with_result(document_, options.path, {});  // before anything moves
     }
 
     void run() {
-        prepare_process();
-        commission_live live(setup_);
+        commission::prepare_process();
+        commission::live_box live(setup_);
         try {
             walk(live);
         } catch (const input_error &error) {
@@ -70,7 +70,7 @@ class commissioning {
 
     static std::string text(double value) { return formatted("%.4g", value); }
 
-    bool is_chosen(const test_axis &axis) const {
+    bool is_chosen(const commission::test_axis &axis) const {
         return options_.axes.empty() ||
                std::count(options_.axes.begin(), options_.axes.end(), axis.name) > 0;
     }
@@ -88,18 +88,18 @@ class commissioning {
         for (const auto &[name, um] : options_.measured_um) must_be_known("--measured", name);
     }
 
-    void walk(commission_live &live) {
+    void walk(commission::live_box &live) {
         say("1. Registers");
-        result_.registers = check_registers(live, setup_);
+        result_.registers = commission::check_registers(live, setup_);
         for (const auto &[name, value] : result_.registers["signals"].items()) {
             say("   " + name + " = " + text(value.get<double>()));
         }
         const double update_ms = result_.registers["update_ms"].get<double>();
-        const std::string refused = read_back_remark(live);
+        const std::string refused = commission::read_back_remark(live);
         say("   the heartbeat counts every " + text(update_ms) + " ms, writes are accepted, " +
             (refused.empty() ? "the write block is read back" : "its read-back is refused"));
         if (!refused.empty()) setup_.remarks.push_back(refused);
-        become_active(live);
+        commission::become_active(live);
         for (const auto &axis : setup_.axes) {
             if (is_chosen(axis)) test_sign(live, axis);
         }
@@ -107,26 +107,27 @@ class commissioning {
     }
 
     // The displacement, from the command line or from the person.
-    double measure_axis(commission_live &live, const test_axis &axis) {
+    double measure_axis(commission::live_box &live, const commission::test_axis &axis) {
         const auto given = options_.measured_um.find(axis.name);
-        const auto wait = [&live] { stay_active(live, 0.0); };
+        const auto wait = [&live] { commission::stay_active(live, 0.0); };
         if (given == options_.measured_um.end()) {
-            ask("   " + axis.name +
-                    ": set the indicator to zero, + as the axis counts; then Enter: ",
-                wait);
+            commission::ask("   " + axis.name +
+                                ": set the indicator to zero, + as the axis counts; then Enter: ",
+                            wait);
         }
-        go_to(live, axis, options_.offset_um);
-        stay_active(live, settling_s);
+        commission::go_to(live, axis, options_.offset_um);
+        commission::stay_active(live, settling_s);
         if (given != options_.measured_um.end()) return given->second;
-        return ask_number("   " + axis.name + ": what does the indicator show, in µm? ", wait);
+        return commission::ask_number("   " + axis.name + ": what does the indicator show, in µm? ",
+                                      wait);
     }
 
-    void test_sign(commission_live &live, const test_axis &axis) {
+    void test_sign(commission::live_box &live, const commission::test_axis &axis) {
         say("2. Sign of " + axis.name + ": " + text(options_.offset_um) + " µm");
-        go_to(live, axis, 0.0);
+        commission::go_to(live, axis, 0.0);
         const double measured_um = measure_axis(live, axis);
-        go_to(live, axis, 0.0);
-        const bool reversed = is_reversed(axis.name, options_.offset_um, measured_um);
+        commission::go_to(live, axis, 0.0);
+        const bool reversed = commission::is_reversed(axis.name, options_.offset_um, measured_um);
         for (const std::size_t channel : axis.channels) {
             const int sign = setup_.config->channels[channel].sign * (reversed ? -1 : 1);
             result_.signs[channel] = {options_.offset_um, measured_um, sign};
@@ -137,7 +138,7 @@ class commissioning {
     }
 
     // On the first chosen channel of which the PLC returns what it applies.
-    void measure(commission_live &live, double update_ms) {
+    void measure(commission::live_box &live, double update_ms) {
         for (const auto &axis : setup_.axes) {
             const bool alone = axis.channels.size() == 1;
             const std::size_t channel = axis.channels.front();
@@ -145,32 +146,33 @@ class commissioning {
                 continue;
             }
             say("3. Times, on " + axis.name);
-            result_.times = measure_times(live, channel, options_.steps, update_ms);
+            result_.times = commission::measure_times(live, channel, options_.steps, update_ms);
             return say_times(*result_.times);
         }
         setup_.remarks.push_back(
             "no times were measured: that takes a channel with applied that is in no pair");
     }
 
-    void say_times(const loop_times &times) {
+    void say_times(const commission::loop_times &times) {
         say("   exchange " + text(times.exchange.p50_ms) + " ms, 99 % below " +
             text(times.exchange.p99_ms) + " ms");
         say("   from write to applied " + text(times.taken_over.p50_ms) + " ms, 99 % below " +
             text(times.taken_over.p99_ms) + " ms");
-        say("   lead " + text(lead_of(times)) + " ms; the period must be at least " +
-            text(shortest_period_ms(times)) + " ms, the file has " + text(times.period_ms));
-        if (times.period_ms < shortest_period_ms(times)) {
+        say("   lead " + text(commission::lead_of(times)) + " ms; the period must be at least " +
+            text(commission::shortest_period_ms(times)) + " ms, the file has " +
+            text(times.period_ms));
+        if (times.period_ms < commission::shortest_period_ms(times)) {
             setup_.remarks.push_back("period_ms is too short for this PLC: take " +
-                                     text(shortest_period_ms(times)) + " or more");
+                                     text(commission::shortest_period_ms(times)) + " or more");
         }
     }
 
     void finish() {
         const std::string &output = options_.output.empty() ? options_.path : options_.output;
-        const json changed = with_result(document_, options_.path, result_);
+        const json changed = commission::with_result(document_, options_.path, result_);
         update_file(output, json_text(changed));
         if (options_.as_json) {
-            json figures = figures_of(document_, result_);
+            json figures = commission::figures_of(document_, result_);
             figures["registers"] = result_.registers;
             return print_summary({output}, figures, setup_.remarks);
         }
@@ -185,8 +187,8 @@ class commissioning {
 
     commission_options options_;
     json document_;
-    commission_setup setup_;
-    commission_result result_;
+    commission::box_setup setup_;
+    commission::findings result_;
 };
 
 // "X=+19.8"; several in one or in more options.

@@ -21,10 +21,10 @@ struct eval_options {
 };
 
 void run_eval(const eval_options &options) {
-    const auto config = load_coefficients(options.coefficients);
+    const auto config = coefficients::load_coefficients(options.coefficients);
     const csv_table samples = read_csv(options.samples);
-    const evaluation result = evaluate(*config, samples, options.raw);
-    write_file(options.output, evaluation_csv(result));
+    const coefficients::evaluation result = coefficients::evaluate(*config, samples, options.raw);
+    write_file(options.output, coefficients::evaluation_csv(result));
     if (options.as_json) {
         return print_summary({options.output},
                              {{"rows", result.rows.size()}, {"columns", result.names}},

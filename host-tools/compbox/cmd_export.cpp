@@ -19,8 +19,9 @@ namespace compbox {
 
 namespace {
 
-using writer = std::vector<export_file> (*)(const channel_model &, const export_tables &,
-                                            const text_options &);
+using writer = std::vector<exports::output_file> (*)(const exports::channel_model &,
+                                                     const exports::table_set &,
+                                                     const exports::text_options &);
 
 struct table_format {
     const char *name;
@@ -31,10 +32,10 @@ struct table_format {
 };
 
 constexpr table_format formats[] = {
-    {"linuxcnc-comp", false, 256, true, linuxcnc_comp},
-    {"sinumerik-lec", false, 5000, false, sinumerik_lec},
-    {"sinumerik-cec", true, 2000, true, sinumerik_cec},
-    {"heidenhain-com", true, 256, true, heidenhain_com},
+    {"linuxcnc-comp", false, 256, true, exports::linuxcnc_comp},
+    {"sinumerik-lec", false, 5000, false, exports::sinumerik_lec},
+    {"sinumerik-cec", true, 2000, true, exports::sinumerik_cec},
+    {"heidenhain-com", true, 256, true, exports::heidenhain_com},
 };
 constexpr std::size_t most_cam_points = 10000;
 
@@ -45,8 +46,8 @@ struct export_arguments {
     std::optional<double> step_mm;
     std::size_t most_points = 0;
     int pmc_base = 0;
-    table_options table;
-    text_options text;
+    exports::table_options table;
+    exports::text_options text;
     bool as_json = false;
 };
 
@@ -90,8 +91,8 @@ std::map<std::string, std::string> texts_of(const std::string &option,
 }
 
 // "X=0:1000", several at once or apart.
-std::map<std::string, travel_range> ranges_of(const std::vector<std::string> &texts) {
-    std::map<std::string, travel_range> all;
+std::map<std::string, coefficients::travel_range> ranges_of(const std::vector<std::string> &texts) {
+    std::map<std::string, coefficients::travel_range> all;
     for (const auto &text : texts) {
         for (const auto &piece : split_at_keys(text)) {
             const auto [name, range] = pair_of("--range", piece);
@@ -122,7 +123,7 @@ void take_options(export_arguments &arguments) {
 }
 
 // A name in an option that the file does not have is a mistake, never silently ignored.
-void check_names(const channel_model &model, const export_arguments &arguments) {
+void check_names(const exports::channel_model &model, const export_arguments &arguments) {
     const auto known = [&](const std::string &name, bool channels) {
         for (unsigned i = 0; channels && i < model.config().channels_count; ++i) {
             if (name == model.config().channels[i].name) return true;
@@ -150,7 +151,7 @@ void check_names(const channel_model &model, const export_arguments &arguments) 
     }
 }
 
-void deliver(const export_arguments &arguments, const std::vector<export_file> &files,
+void deliver(const export_arguments &arguments, const std::vector<exports::output_file> &files,
              const std::vector<std::string> &losses) {
     make_folder(arguments.folder);
     json report;
@@ -168,11 +169,11 @@ void deliver(const export_arguments &arguments, const std::vector<export_file> &
     for (const auto &line : losses) std::cout << "  " << line << "\n";
 }
 
-void export_cams(const channel_model &model, const export_arguments &arguments) {
+void export_cams(const exports::channel_model &model, const export_arguments &arguments) {
     if (!arguments.text.lost_motion_um.empty()) {
         throw cli::usage_error("--lost-motion-um", "a cam has one direction and cannot hold it");
     }
-    cam_options how;
+    exports::cam_options how;
     how.master = arguments.master;
     for (const auto &text : arguments.path) {
         if (text.find('=') == std::string::npos) {
@@ -183,15 +184,15 @@ void export_cams(const channel_model &model, const export_arguments &arguments) 
     }
     how.table = arguments.table;
     how.table.most_points = arguments.most_points ? arguments.most_points : most_cam_points;
-    const cam_set set = make_cams(model, how);
-    deliver(arguments, twincat_cam(model, set, how, arguments.text),
-            cam_loss_lines(model, set, how));
+    const exports::cam_set set = exports::make_cams(model, how);
+    deliver(arguments, exports::twincat_cam(model, set, how, arguments.text),
+            exports::cam_loss_lines(model, set, how));
 }
 
 // Lost motion by hand goes with a curve that is the mean of both directions, in a table of the
 // channel's own axis; where there is none it would be ignored, so it is refused.
-void check_lost_motion(const channel_model &model, const export_arguments &arguments,
-                       const export_tables &tables) {
+void check_lost_motion(const exports::channel_model &model, const export_arguments &arguments,
+                       const exports::table_set &tables) {
     for (const auto &[name, um] : arguments.text.lost_motion_um) {
         bool own = false;
         for (const auto &table : tables.tables) {
@@ -215,7 +216,7 @@ void check_lost_motion(const channel_model &model, const export_arguments &argum
     }
 }
 
-void export_table(const channel_model &model, export_arguments &arguments,
+void export_table(const exports::channel_model &model, export_arguments &arguments,
                   const table_format &format) {
     arguments.table.cross = format.cross;
     arguments.table.directions = format.lost_motion;
@@ -226,24 +227,26 @@ void export_table(const channel_model &model, export_arguments &arguments,
                                "this table has one direction; set the control's backlash "
                                "machine data instead (SINUMERIK: MD32450)");
     }
-    const export_tables tables = make_tables(model, arguments.table);
+    const exports::table_set tables = exports::make_tables(model, arguments.table);
     check_lost_motion(model, arguments, tables);
-    deliver(arguments, format.write(model, tables, arguments.text), loss_lines(model, tables));
+    deliver(arguments, format.write(model, tables, arguments.text),
+            exports::loss_lines(model, tables));
 }
 
 // The registers, not the curves: a machine file will do, as it is before anything was measured.
 void export_registers(const export_arguments &arguments) {
     const json file = read_json(arguments.input);
     const bool has_terms = file.contains("terms") && file["terms"] != json::array();
-    if (has_terms) load_coefficients(arguments.input);
+    if (has_terms) coefficients::load_coefficients(arguments.input);
     const register_map map = load_register_map(arguments.input);
-    deliver(arguments, {plc_registers(map, file, arguments.text.source, arguments.pmc_base)}, {});
+    deliver(arguments,
+            {exports::plc_registers(map, file, arguments.text.source, arguments.pmc_base)}, {});
 }
 
 void run_export(export_arguments &arguments) {
     take_options(arguments);
     if (arguments.format == "plc-db") return export_registers(arguments);
-    const channel_model model(arguments.input);
+    const exports::channel_model model(arguments.input);
     check_names(model, arguments);
     for (const auto &format : formats) {
         if (arguments.format == format.name) return export_table(model, arguments, format);

@@ -21,14 +21,14 @@ namespace compbox {
 namespace {
 
 struct init_options {
-    machine_options machine;
+    coefficients::machine_options machine;
     std::string travel;
     std::string output;
     bool as_json = false;
 };
 
 // What is still to be done by hand, for the person who ran the command.
-std::vector<std::string> hints(const machine_options &options) {
+std::vector<std::string> hints(const coefficients::machine_options &options) {
     std::string unset;
     for (const char axis : options.axes) {
         if (options.travel.count(axis) == 0) unset += std::string(unset.empty() ? "" : ", ") + axis;
@@ -47,8 +47,9 @@ std::vector<std::string> hints(const machine_options &options) {
 // Throws cli::usage_error for axes and travels that make no sense.
 json machine_of(init_options &options) {
     try {
-        if (!options.travel.empty()) options.machine.travel = parse_travel(options.travel);
-        return new_machine(options.machine);
+        if (!options.travel.empty())
+            options.machine.travel = coefficients::parse_travel(options.travel);
+        return coefficients::new_machine(options.machine);
     } catch (const input_error &error) {
         throw cli::usage_error(error.what());
     }

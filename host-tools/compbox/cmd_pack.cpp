@@ -51,7 +51,7 @@ void add_report(const cb_plc_config &plc, std::uint8_t *header) {
 }
 
 void run_pack(const pack_arguments &arguments) {
-    const auto config = load_coefficients(arguments.input);  // the box would take it
+    const auto config = coefficients::load_coefficients(arguments.input);  // the box would take it
     const std::string text = read_file(arguments.input, CB_MAX_TEXT_BYTES);
     std::string slot(CB_SLOT_HEADER_BYTES, '\0');
     cb_slot_header(config->revision, text.data(), static_cast<std::uint32_t>(text.size()),

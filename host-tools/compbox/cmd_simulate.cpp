@@ -73,7 +73,7 @@ void show_progress(const std::string &text) {
 
 // in : the plots of the scenario itself are there. out: what was written
 std::vector<std::string> write_results(const simulate_options &options,
-                                       const simulate_outcome &result) {
+                                       const simulation::simulate_outcome &result) {
     std::vector<std::string> files{options.folder + "/report.json"};
     const std::string &report = files.front();
     write_file(report, json_text(result.report));
@@ -81,20 +81,23 @@ std::vector<std::string> write_results(const simulate_options &options,
     if (!options.plots) return files;
     const std::string plots = options.folder + "/plots";
     if (!options.log.empty()) {
-        plot_log(read_plc_log(options.log), plots + "/compensation-over-time.svg");
+        simulation::plot_log(simulation::read_plc_log(options.log),
+                             plots + "/compensation-over-time.svg");
     }
     if (!options.as_json) std::cout << "figures: " << plots << "/\n";
     files.push_back(plots);
     return files;
 }
 
-simulate_request request_of(const simulate_options &options, const std::string &folder) {
-    simulate_request request;
+simulation::simulate_request request_of(const simulate_options &options,
+                                        const std::string &folder) {
+    simulation::simulate_request request;
     request.scenario = options.scenario;
     request.folder = folder;
     if (!options.seeds.empty()) request.seeds = parse_seeds(options.seeds);
     if (!options.statistics.empty()) request.real.statistics = read_json(options.statistics);
-    if (!options.log.empty()) request.real.motion = figures_in_motion(read_plc_log(options.log));
+    if (!options.log.empty())
+        request.real.motion = simulation::figures_in_motion(simulation::read_plc_log(options.log));
     if (options.plots) {
         request.plots = folder + "/plots";
         make_folder(request.plots);
@@ -110,7 +113,8 @@ void run_replay(const simulate_options &options) {
         options.plots || !options.folder.empty()) {
         throw cli::usage_error("--replay", "goes with the coefficient file alone");
     }
-    const replay_result result = replay(options.scenario, options.recording);
+    const simulation::replay_result result =
+        simulation::replay(options.scenario, options.recording);
     if (!result.difference.empty()) {
         throw input_error(options.recording + ": " + result.difference +
                           ": another coefficient file, another version, or the box did not begin "
@@ -132,8 +136,8 @@ void run_simulate(const simulate_options &options) {
     }
     std::unique_ptr<temporary_folder> temporary;
     if (options.folder.empty()) temporary = std::make_unique<temporary_folder>();
-    const simulate_outcome result =
-        run_scenario(request_of(options, temporary ? temporary->path() : options.folder));
+    const simulation::simulate_outcome result = simulation::run_scenario(
+        request_of(options, temporary ? temporary->path() : options.folder));
     show_progress("");
     for (const auto &warning : result.warnings) std::cerr << "compbox: " << warning << "\n";
     if (!options.as_json) std::cout << result.text;

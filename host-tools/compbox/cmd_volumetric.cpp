@@ -27,7 +27,7 @@ struct volumetric_arguments {
     std::vector<double> tool_offset_mm, tool_direction;
     std::vector<std::string> positions;
     std::string output;
-    volumetric_options options;
+    coefficients::volumetric_options options;
     bool as_json = false;
 };
 
@@ -85,19 +85,19 @@ void take_reference_points(volumetric_arguments &arguments) {
         if (!axis || one.values.size() != 3) {
             throw cli::usage_error("--reference-point", "'" + text + "' must read X=x,y,z");
         }
-        const vector_mm point{one.values[0], one.values[1], one.values[2]};
+        const coefficients::vector_mm point{one.values[0], one.values[1], one.values[2]};
         if (!arguments.options.reference_points_mm.insert({one.key, point}).second) {
             throw cli::usage_error("--reference-point", one.key + " is given twice");
         }
     }
 }
 
-void take_vector(const std::vector<double> &values, vector_mm &place) {
+void take_vector(const std::vector<double> &values, coefficients::vector_mm &place) {
     for (std::size_t k = 0; k < values.size(); ++k) place[k] = values[k];
 }
 
 void check_usage(volumetric_arguments &arguments) {
-    volumetric_options &options = arguments.options;
+    coefficients::volumetric_options &options = arguments.options;
     std::uint8_t moves[CB_AXES];
     if (!cb_volumetric_chain(options.chain.c_str(), moves)) {
         throw cli::usage_error(
@@ -115,13 +115,13 @@ void check_usage(volumetric_arguments &arguments) {
     for (std::size_t k = 0; k < arguments.positions.size(); ++k) {
         options.positions[k] = arguments.positions[k];
     }
-    const vector_mm &d = options.tool_direction;
+    const coefficients::vector_mm &d = options.tool_direction;
     if (std::fabs(std::hypot(d[0], d[1], d[2]) - 1.0) > 4e-4) {
         throw cli::usage_error("--tool-direction", "must have the length 1, such as 0,0,-1");
     }
 }
 
-json report_json(const volumetric_result &result) {
+json report_json(const coefficients::volumetric_result &result) {
     json report;
     for (const auto &error : result.errors) {
         json one;
@@ -144,7 +144,7 @@ json report_json(const volumetric_result &result) {
     return report;
 }
 
-void print_result(const volumetric_result &result) {
+void print_result(const coefficients::volumetric_result &result) {
     std::cout << "  error      range   residual rms  coefficients\n" << std::fixed;
     for (const auto &error : result.errors) {
         std::cout << "  " << error.name << std::setprecision(3) << std::setw(13) << error.range
@@ -167,7 +167,8 @@ void print_result(const volumetric_result &result) {
 
 void run_volumetric(volumetric_arguments &arguments) {
     check_usage(arguments);
-    const volumetric_result result = make_volumetric(arguments.folders, arguments.options);
+    const coefficients::volumetric_result result =
+        coefficients::make_volumetric(arguments.folders, arguments.options);
     write_file(arguments.output, json_text(result.fragment));
     if (arguments.output == "-") return;
     if (arguments.as_json) {
@@ -178,7 +179,7 @@ void run_volumetric(volumetric_arguments &arguments) {
 }
 
 void add_geometry(cli::command &command, volumetric_arguments &arguments) {
-    volumetric_options &options = arguments.options;
+    coefficients::volumetric_options &options = arguments.options;
     command
         .add_option("--squareness", arguments.squareness,
                     "C0Y, B0Z, A0Z in urad, or files of `compbox squareness`; else zero")

@@ -9,7 +9,7 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
 
-namespace compbox {
+namespace compbox::exports {
 
 namespace {
 
@@ -42,14 +42,14 @@ std::map<unsigned, function> read_path(const channel_model &model, const cam_opt
     return path;
 }
 
-travel_range range_of_master(const channel_model &model, const cam_options &options) {
+coefficients::travel_range range_of_master(const channel_model &model, const cam_options &options) {
     const auto given = options.table.range.find(options.master);
     if (given != options.table.range.end()) return given->second;
     if (!options.path_file.empty()) {
         const auto master = read_csv(options.path_file).values(options.master);
         return {master.front(), master.back()};
     }
-    const auto curves = range_of_curves(model.file()["terms"], options.master);
+    const auto curves = coefficients::range_of_curves(model.file()["terms"], options.master);
     if (curves) return *curves;
     const auto &signal = model.config().signals[model.signal(options.master)];
     return {signal.min, signal.max};
@@ -108,7 +108,8 @@ void check_path(const cam_shop &shop) {
     }
 }
 
-bool fill(const cam_shop &shop, const travel_range &range, double step, cam_set &set) {
+bool fill(const cam_shop &shop, const coefficients::travel_range &range, double step,
+          cam_set &set) {
     set.step_mm = step;
     set.master_mm.clear();
     for (std::size_t k = 0;; ++k) {  // the last step is shorter where the travel is no multiple
@@ -140,7 +141,7 @@ bool fill(const cam_shop &shop, const travel_range &range, double step, cam_set 
     return worst <= shop.options.table.tolerance_um;
 }
 
-void choose_step(const cam_shop &shop, const travel_range &range, cam_set &set) {
+void choose_step(const cam_shop &shop, const coefficients::travel_range &range, cam_set &set) {
     const double travel = range.to_mm - range.from_mm;
     for (int power = static_cast<int>(std::ceil(std::log10(travel))); power > -4; --power) {
         for (const double digit : {5.0, 2.5, 2.0, 1.0}) {
@@ -174,7 +175,7 @@ cam_set make_cams(const channel_model &model, const cam_options &options) {
                                   ": forward and backward differ; the cam holds their mean");
         }
     }
-    const travel_range range = range_of_master(model, options);
+    const coefficients::travel_range range = range_of_master(model, options);
     if (!options.table.step_mm) {
         choose_step(shop, range, set);
         if (!set.tolerance_met) {
@@ -221,9 +222,9 @@ std::vector<std::string> cam_loss_lines(const channel_model &model, const cam_se
     return lines;
 }
 
-std::vector<export_file> twincat_cam(const channel_model &model, const cam_set &set,
+std::vector<output_file> twincat_cam(const channel_model &model, const cam_set &set,
                                      const cam_options &how, const text_options &options) {
-    std::vector<export_file> files;
+    std::vector<output_file> files;
     std::string about = "compbox export of " + options.source + ", revision " +
                         std::to_string(model.config().revision) + "\n";
     for (const auto &line : cam_loss_lines(model, set, how)) about += line + "\n";
@@ -238,4 +239,4 @@ std::vector<export_file> twincat_cam(const channel_model &model, const cam_set &
     return files;
 }
 
-}  // namespace compbox
+}  // namespace compbox::exports

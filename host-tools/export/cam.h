@@ -10,7 +10,7 @@
 #include "host-tools/export/tables.h"
 #include "host-tools/export/text.h"
 
-namespace compbox {
+namespace compbox::exports {
 
 struct cam_options {
     std::string master = "X";                 // signal of the virtual axis
@@ -37,9 +37,9 @@ struct cam_set {
 // its signal.
 cam_set make_cams(const channel_model &model, const cam_options &options);
 
-std::vector<export_file> twincat_cam(const channel_model &model, const cam_set &cams,
+std::vector<output_file> twincat_cam(const channel_model &model, const cam_set &cams,
                                      const cam_options &how, const text_options &options);
 std::vector<std::string> cam_loss_lines(const channel_model &model, const cam_set &cams,
                                         const cam_options &how);
 
-}  // namespace compbox
+}  // namespace compbox::exports

@@ -10,7 +10,7 @@ extern "C" {
 #include "firmware/terms/terms.h"
 }
 
-namespace compbox {
+namespace compbox::exports {
 
 namespace {
 
@@ -63,7 +63,7 @@ std::set<unsigned> signals_behind(const json &terms, const cb_config &config, co
 }  // namespace
 
 channel_model::channel_model(const std::string &path)
-    : path_(path), json_(read_json(path)), config_(load_coefficients(path)) {
+    : path_(path), json_(read_json(path)), config_(coefficients::load_coefficients(path)) {
     depends_.resize(config_->outputs_count);
     for (const auto &term : json_["terms"]) {
         const auto signals = signals_behind(json_["terms"], *config_, term);
@@ -159,4 +159,4 @@ double channel_model::wanted_um(unsigned channel, const values &at) const {
     return -sum;
 }
 
-}  // namespace compbox
+}  // namespace compbox::exports

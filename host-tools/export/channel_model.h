@@ -15,7 +15,7 @@ extern "C" {
 #include "firmware/config/config.h"
 }
 
-namespace compbox {
+namespace compbox::exports {
 
 class channel_model {
   public:
@@ -58,4 +58,4 @@ class channel_model {
     std::vector<std::set<unsigned>> depends_;
 };
 
-}  // namespace compbox
+}  // namespace compbox::exports

@@ -7,7 +7,7 @@
 
 #include "host-tools/formats/error.h"
 
-namespace compbox {
+namespace compbox::exports {
 
 namespace {
 
@@ -134,4 +134,4 @@ function parse_expression(const std::string &text, const std::string &variable) 
     return parser(text, variable).whole();
 }
 
-}  // namespace compbox
+}  // namespace compbox::exports

@@ -5,7 +5,7 @@
 #include <functional>
 #include <string>
 
-namespace compbox {
+namespace compbox::exports {
 
 // in : + - * / ^ ( ), numbers, the variable by its name, pi, and sin cos tan asin acos atan sqrt
 //      exp log abs of one argument; angles in radians
@@ -14,4 +14,4 @@ namespace compbox {
 std::function<double(double)> parse_expression(const std::string &text,
                                                const std::string &variable);
 
-}  // namespace compbox
+}  // namespace compbox::exports

@@ -3,7 +3,7 @@
 
 #include "host-tools/formats/error.h"
 
-namespace compbox {
+namespace compbox::exports {
 
 namespace {
 
@@ -100,11 +100,11 @@ std::string pmc_table(const std::vector<laid_register> &laid, int base) {
 
 }  // namespace
 
-export_file plc_registers(const register_map &map, const json &file, const std::string &source,
+output_file plc_registers(const register_map &map, const json &file, const std::string &source,
                           int pmc_base) {
     const auto laid = lay_out(map, least_sizes_um(file));
     if (map.profile == "fanuc") return {"pmc_addresses.csv", pmc_table(laid, pmc_base)};
     return {"compbox_registers.scl", s7_block(map, laid, source)};
 }
 
-}  // namespace compbox
+}  // namespace compbox::exports

@@ -6,12 +6,12 @@
 #include "host-tools/export/plc_layout.h"
 #include "host-tools/export/text.h"
 
-namespace compbox {
+namespace compbox::exports {
 
 // file: the one that the map is of. compbox_registers.scl, or for the profile fanuc
 // pmc_addresses.csv with register 0 at D pmc_base. Throws input_error where the control has no such
 // number.
-export_file plc_registers(const register_map &map, const json &file, const std::string &source,
+output_file plc_registers(const register_map &map, const json &file, const std::string &source,
                           int pmc_base);
 
-}  // namespace compbox
+}  // namespace compbox::exports

@@ -7,7 +7,7 @@
 
 #include "host-tools/formats/csv.h"
 
-namespace compbox {
+namespace compbox::exports {
 
 namespace {
 
@@ -143,4 +143,4 @@ std::vector<laid_register> lay_out(const register_map &map,
     return all.by_address();
 }
 
-}  // namespace compbox
+}  // namespace compbox::exports

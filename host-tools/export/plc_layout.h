@@ -9,7 +9,7 @@
 #include "host-tools/fakeplc/register_map.h"
 #include "host-tools/formats/json.h"
 
-namespace compbox {
+namespace compbox::exports {
 
 struct laid_register {
     int address = 0;  // zero-based holding register
@@ -33,4 +33,4 @@ std::map<std::string, double> least_sizes_um(const json &file);
 std::vector<laid_register> lay_out(const register_map &map,
                                    const std::map<std::string, double> &least_sizes_um);
 
-}  // namespace compbox
+}  // namespace compbox::exports

@@ -9,7 +9,7 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
 
-namespace compbox {
+namespace compbox::exports {
 
 namespace {
 
@@ -62,7 +62,7 @@ struct workshop {
 
 // Signals that stand still: from `at`, positions else in the middle of their range.
 channel_model::values standing(const channel_model &model, const table_options &options,
-                               export_tables &result) {
+                               table_set &result) {
     channel_model::values at = model.middle();
     std::vector<bool> used(model.config().signals_count), several(used);
     for (unsigned c = 0; c < model.config().channels_count; ++c) {
@@ -90,18 +90,18 @@ channel_model::values standing(const channel_model &model, const table_options &
     return at;
 }
 
-travel_range range_of(const workshop &shop, unsigned axis) {
+coefficients::travel_range range_of(const workshop &shop, unsigned axis) {
     const std::string name = shop.signal_name(axis);
     const auto given = shop.options.range.find(name);
     if (given != shop.options.range.end()) return given->second;
-    const auto curves = range_of_curves(shop.model.file()["terms"], name);
+    const auto curves = coefficients::range_of_curves(shop.model.file()["terms"], name);
     if (curves) return *curves;
     const auto &signal = shop.model.config().signals[axis];
     return {signal.min, signal.max};
 }
 
 // At most a billion: no control holds as many.
-std::size_t points_for(const travel_range &range, double step) {
+std::size_t points_for(const coefficients::travel_range &range, double step) {
     const double steps = std::ceil((range.to_mm - range.from_mm) / step - 1e-9);
     return static_cast<std::size_t>(std::clamp(steps, 0.0, 1e9)) + 1;
 }
@@ -162,7 +162,8 @@ void fill_column(const workshop &shop, const axis_table &table, table_column &co
 }
 
 // Fills the table for one step; true when every column is within tolerance.
-bool fill(const workshop &shop, const travel_range &range, double step, axis_table &table) {
+bool fill(const workshop &shop, const coefficients::travel_range &range, double step,
+          axis_table &table) {
     table.step_mm = step;
     table.from_mm = range.from_mm;
     table.to_mm = range.to_mm;
@@ -179,7 +180,7 @@ bool fill(const workshop &shop, const travel_range &range, double step, axis_tab
 }
 
 // Round steps (1, 2, 2.5, 5 · 10^k) from wide to narrow, as far as the control has room.
-void choose_step(const workshop &shop, const travel_range &range, axis_table &table) {
+void choose_step(const workshop &shop, const coefficients::travel_range &range, axis_table &table) {
     const double travel = range.to_mm - range.from_mm;
     std::vector<double> steps;
     for (int power = static_cast<int>(std::ceil(std::log10(travel))); power > -4; --power) {
@@ -197,7 +198,7 @@ void choose_step(const workshop &shop, const travel_range &range, axis_table &ta
 }
 
 void fill_table(const workshop &shop, axis_table &table) {
-    const travel_range range = range_of(shop, table.signal);
+    const coefficients::travel_range range = range_of(shop, table.signal);
     if (!shop.options.step_mm) {
         choose_step(shop, range, table);
         return;
@@ -234,7 +235,7 @@ std::vector<channel_loss> measure_losses(const workshop &shop,
                                          const std::vector<axis_table> &tables) {
     static const unsigned bases[] = {2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53};
     std::vector<channel_loss> losses(shop.model.config().channels_count);
-    std::vector<std::pair<unsigned, travel_range>> axes;
+    std::vector<std::pair<unsigned, coefficients::travel_range>> axes;
     for (unsigned s = 0; s < shop.model.config().signals_count && axes.size() < 16; ++s) {
         const bool lag = shop.model.config().signals[s].source == CB_SOURCE_LAG;
         if (!lag && shop.model.is_position(s)) axes.push_back({s, range_of(shop, s)});
@@ -264,7 +265,7 @@ std::vector<channel_loss> measure_losses(const workshop &shop,
 }
 
 // Curves that know directions, in a table that does not.
-void judge_directions(const workshop &shop, export_tables &result) {
+void judge_directions(const workshop &shop, table_set &result) {
     for (const auto &table : result.tables) {
         for (const auto &column : table.columns) {
             if (!column.half_um.empty() || !shop.model.has_branches(column.channel, table.signal)) {
@@ -277,7 +278,7 @@ void judge_directions(const workshop &shop, export_tables &result) {
     }
 }
 
-void judge(const workshop &shop, export_tables &result) {
+void judge(const workshop &shop, table_set &result) {
     judge_directions(shop, result);
     for (const auto &table : result.tables) {
         if (!table.tolerance_met && !shop.options.step_mm) {
@@ -327,8 +328,8 @@ unsigned axis_of_channel(const channel_model &model, unsigned channel,
                           "=SIGNAL");
 }
 
-export_tables make_tables(const channel_model &model, const table_options &options) {
-    export_tables result;
+table_set make_tables(const channel_model &model, const table_options &options) {
+    table_set result;
     workshop shop{model, options, {}, {}};
     for (unsigned c = 0; c < model.config().channels_count; ++c) {
         shop.own_axis.push_back(axis_of_channel(model, c, options.axis_of));
@@ -358,4 +359,4 @@ export_tables make_tables(const channel_model &model, const table_options &optio
     return result;
 }
 
-}  // namespace compbox
+}  // namespace compbox::exports

@@ -10,17 +10,17 @@
 #include "host-tools/coefficients/machine_file.h"
 #include "host-tools/export/channel_model.h"
 
-namespace compbox {
+namespace compbox::exports {
 
 constexpr int looks_per_step = 16;  // places between two points at which table and curve meet
 
 struct table_options {
-    std::optional<double> step_mm;               // else the widest round step within tolerance_um
-    double tolerance_um = 0.1;                   // of the table against the curve
-    std::size_t most_points = 0;                 // that the control's table holds
-    bool cross = false;                          // tables of other axes' positions too
-    bool directions = true;                      // the table has forward and backward values
-    std::map<std::string, travel_range> range;   // by signal; else that of the curves
+    std::optional<double> step_mm;  // else the widest round step within tolerance_um
+    double tolerance_um = 0.1;      // of the table against the curve
+    std::size_t most_points = 0;    // that the control's table holds
+    bool cross = false;             // tables of other axes' positions too
+    bool directions = true;         // the table has forward and backward values
+    std::map<std::string, coefficients::travel_range> range;  // by signal; else that of the curves
     std::map<std::string, double> at;            // values of signals that no table runs over
     std::map<std::string, std::string> axis_of;  // signal by channel, where the name does not say
 };
@@ -50,7 +50,7 @@ struct channel_loss {
     std::map<std::string, double> where;  // positions
 };
 
-struct export_tables {
+struct table_set {
     std::vector<axis_table> tables;
     std::vector<channel_loss> losses;
     std::map<std::string, double> held_at;  // signals that the tables hold constant
@@ -67,9 +67,9 @@ unsigned axis_of_channel(const channel_model &model, unsigned channel,
 // (or in the middle of their ranges). What a term wants at that place belongs to the channel's own
 // axis. Throws input_error for a signal that is not a position and not in `at`, a step that needs
 // more points than the control holds, and a file in which nothing fits into a table.
-export_tables make_tables(const channel_model &model, const table_options &options);
+table_set make_tables(const channel_model &model, const table_options &options);
 
 // Linear between the points, held outside: what every control does.
 double interpolate(const std::vector<double> &x, const std::vector<double> &y, double at);
 
-}  // namespace compbox
+}  // namespace compbox::exports

@@ -5,7 +5,7 @@
 
 #include "host-tools/formats/csv.h"
 
-namespace compbox {
+namespace compbox::exports {
 
 namespace {
 
@@ -63,7 +63,7 @@ double wanted_mm(const table_column &column, std::size_t k, double lost_um, int 
     return (column.wanted_um[k] + direction * half) / um_per_mm;
 }
 
-std::string comment_lines(const channel_model &model, const export_tables &tables,
+std::string comment_lines(const channel_model &model, const table_set &tables,
                           const text_options &options, const std::string &mark) {
     std::string text = mark + "compbox export of " + options.source + ", revision " +
                        std::to_string(model.config().revision) + "\n";
@@ -142,7 +142,7 @@ std::string fixed6(double value) {
     return text == "-0.000000" ? "0.000000" : text;
 }
 
-std::vector<std::string> loss_lines(const channel_model &model, const export_tables &tables) {
+std::vector<std::string> loss_lines(const channel_model &model, const table_set &tables) {
     std::vector<std::string> lines;
     for (const auto &table : tables.tables) {
         for (const auto &column : table.columns) {
@@ -171,9 +171,9 @@ std::vector<std::string> loss_lines(const channel_model &model, const export_tab
 }
 
 // LinuxCNC stops reading at the first line that is not three numbers: comments stand at the end.
-std::vector<export_file> linuxcnc_comp(const channel_model &model, const export_tables &tables,
+std::vector<output_file> linuxcnc_comp(const channel_model &model, const table_set &tables,
                                        const text_options &options) {
-    std::vector<export_file> files;
+    std::vector<output_file> files;
     for (const auto &table : tables.tables) {
         for (const auto &column : table.columns) {
             const double lost = lost_motion_um(model, options, column);
@@ -195,7 +195,7 @@ std::vector<export_file> linuxcnc_comp(const channel_model &model, const export_
     return files;
 }
 
-std::vector<export_file> sinumerik_lec(const channel_model &model, const export_tables &tables,
+std::vector<output_file> sinumerik_lec(const channel_model &model, const table_set &tables,
                                        const text_options &options) {
     std::string text =
         "%_N_AX_EEC_INI\nCHANDATA(1)\n" + comment_lines(model, tables, options, "; ");
@@ -218,7 +218,7 @@ std::vector<export_file> sinumerik_lec(const channel_model &model, const export_
     return {{"AX_EEC.INI", text + "M17\n"}};
 }
 
-std::vector<export_file> sinumerik_cec(const channel_model &model, const export_tables &tables,
+std::vector<output_file> sinumerik_cec(const channel_model &model, const table_set &tables,
                                        const text_options &options) {
     std::string text =
         "%_N_NC_CEC_INI\nCHANDATA(1)\n" + comment_lines(model, tables, options, "; ");
@@ -234,9 +234,9 @@ std::vector<export_file> sinumerik_cec(const channel_model &model, const export_
     return {{"NC_CEC.INI", text + "M17\n"}};
 }
 
-std::vector<export_file> heidenhain_com(const channel_model &model, const export_tables &tables,
+std::vector<output_file> heidenhain_com(const channel_model &model, const table_set &tables,
                                         const text_options &options) {
-    std::vector<export_file> files;
+    std::vector<output_file> files;
     for (const auto &table : tables.tables) {
         const std::string name = control_name(options, signal_name(model, table.signal)) + ".COM";
         files.push_back({name, com_text(model, options, table, name)});
@@ -245,4 +245,4 @@ std::vector<export_file> heidenhain_com(const channel_model &model, const export
     return files;
 }
 
-}  // namespace compbox
+}  // namespace compbox::exports

@@ -9,7 +9,7 @@
 
 #include "host-tools/export/tables.h"
 
-namespace compbox {
+namespace compbox::exports {
 
 struct text_options {
     std::string source;                            // name of the coefficient file, for comments
@@ -20,23 +20,23 @@ struct text_options {
     std::map<std::string, double> lost_motion_um;  // forward - backward, by channel
 };
 
-struct export_file {
+struct output_file {
     std::string name, text;
 };
 
 // What is lost, one sentence each: table step, what the format cannot hold, what is held constant.
-std::vector<std::string> loss_lines(const channel_model &model, const export_tables &tables);
+std::vector<std::string> loss_lines(const channel_model &model, const table_set &tables);
 
-std::vector<export_file> linuxcnc_comp(const channel_model &, const export_tables &,
+std::vector<output_file> linuxcnc_comp(const channel_model &, const table_set &,
                                        const text_options &);
-std::vector<export_file> sinumerik_lec(const channel_model &, const export_tables &,
+std::vector<output_file> sinumerik_lec(const channel_model &, const table_set &,
                                        const text_options &);
-std::vector<export_file> sinumerik_cec(const channel_model &, const export_tables &,
+std::vector<output_file> sinumerik_cec(const channel_model &, const table_set &,
                                        const text_options &);
-std::vector<export_file> heidenhain_com(const channel_model &, const export_tables &,
+std::vector<output_file> heidenhain_com(const channel_model &, const table_set &,
                                         const text_options &);
 
 // "%.6f" of a double, never "-0.000000".
 std::string fixed6(double value);
 
-}  // namespace compbox
+}  // namespace compbox::exports

@@ -3,7 +3,7 @@
 
 #include "host-tools/coefficients/evaluate.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 namespace {
 
@@ -46,7 +46,8 @@ void add_channel(const std::string &name, const twin_config &machine, double um,
 
 std::vector<twin_state> states_at_rest(const cb_config &config, const twin_config &machine,
                                        const std::vector<xyz> &positions_mm) {
-    const evaluation result = evaluate(config, samples_at(config, positions_mm), true);
+    const coefficients::evaluation result =
+        coefficients::evaluate(config, samples_at(config, positions_mm), true);
     std::vector<twin_state> states;
     for (std::size_t i = 0; i < positions_mm.size(); ++i) {
         twin_state state = state_at(positions_mm[i]);
@@ -59,4 +60,4 @@ std::vector<twin_state> states_at_rest(const cb_config &config, const twin_confi
     return states;
 }
 
-}  // namespace compbox
+}  // namespace compbox::simulation

@@ -15,7 +15,7 @@ extern "C" {
 #include "firmware/box/box.h"
 }
 
-namespace compbox {
+namespace compbox::simulation {
 
 namespace {
 
@@ -308,7 +308,7 @@ worked_day work_a_day(const part_scenario &plan, const part_day &day, const twin
                       const std::string &coefficients, const std::string &folder) {
     constexpr std::int64_t longest_start_us = 60000000;
     const std::string slow_file = slowed(coefficients, plan.pace, folder);
-    const auto config = load_coefficients(slow_file);
+    const auto config = coefficients::load_coefficients(slow_file);
     const register_map map = load_register_map(slow_file);
     const auto profile = plc_profile::find(map.profile);
     if (!profile) throw input_error(map.file, 0, 0, "unknown profile '" + map.profile + "'");
@@ -359,4 +359,4 @@ xyz touch_probe::touch(const xyz &error_um) {
     return shown;
 }
 
-}  // namespace compbox
+}  // namespace compbox::simulation

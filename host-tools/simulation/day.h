@@ -13,7 +13,7 @@ extern "C" {
 #include "firmware/config/config.h"
 }
 
-namespace compbox {
+namespace compbox::simulation {
 
 // A point of a surface, at the moment the tool passed it: its error stays in the part. Truth, for
 // the virtual probe and for reports after the fact.
@@ -52,4 +52,4 @@ class touch_probe {
     random_stream noise_;
 };
 
-}  // namespace compbox
+}  // namespace compbox::simulation

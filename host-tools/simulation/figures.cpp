@@ -6,7 +6,7 @@
 
 #include "host-tools/metrology/straightness.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 namespace {
 
@@ -58,4 +58,4 @@ double median_of(std::vector<double> values) {
     return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
 }
 
-}  // namespace compbox
+}  // namespace compbox::simulation

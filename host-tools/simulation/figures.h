@@ -6,7 +6,7 @@
 
 #include "host-tools/twin/twin_file.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 // Largest minus smallest error about the errors' own least-squares line along the path.
 double range_about_line(const std::vector<xyz> &positions_mm, const std::vector<xyz> &errors_um,
@@ -22,4 +22,4 @@ double variance_of(const std::vector<xyz> &errors_um, std::size_t direction);
 // Middle of the sorted values (mean of the two in the middle); values not empty.
 double median_of(std::vector<double> values);
 
-}  // namespace compbox
+}  // namespace compbox::simulation

@@ -14,7 +14,7 @@
 #include "host-tools/twin/laser.h"
 #include "host-tools/twin/nine_line.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 namespace {
 
@@ -69,7 +69,8 @@ void add_diagonals(cli::command &app, const twin_machine &twin) {
         rectangle.first_mm = given->sides[0];
         rectangle.second_mm = given->sides[1];
         std::shared_ptr<cb_config> config;
-        if (!given->compensated.empty()) config = load_coefficients(given->compensated);
+        if (!given->compensated.empty())
+            config = coefficients::load_coefficients(given->compensated);
         const diagonals found = measure_diagonals(twin, rectangle, [&](const xyz &place) {
             return config ? states_at_rest(*config, twin.config(), {place}).front()
                           : state_at(place);
@@ -89,4 +90,4 @@ void add_instruments(cli::command &app, const twin_machine &twin) {
     add_diagonals(app, twin);
 }
 
-}  // namespace compbox
+}  // namespace compbox::simulation

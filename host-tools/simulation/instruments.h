@@ -6,9 +6,9 @@
 #include "host-tools/command_line/command_line.h"
 #include "host-tools/twin/machine.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 // laser, nine-line, diagonals. The twin must outlive the app.
 void add_instruments(cli::command &app, const twin_machine &twin);
 
-}  // namespace compbox
+}  // namespace compbox::simulation

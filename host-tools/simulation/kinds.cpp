@@ -6,7 +6,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 namespace {
 
@@ -37,4 +37,4 @@ simulate_outcome run_scenario(const simulate_request &request) {
                       "kind: there is no '" + name + "' (there are " + there + ")");
 }
 
-}  // namespace compbox
+}  // namespace compbox::simulation

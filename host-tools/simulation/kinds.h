@@ -12,7 +12,7 @@
 #include "host-tools/simulation/plc_log.h"
 #include "host-tools/simulation/step_words.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 // What is known of a run of compboxd and fakeplc in real time.
 struct real_time_run {
@@ -44,4 +44,4 @@ simulate_outcome run_scenario(const simulate_request &request);
 simulate_outcome run_paths(const simulate_request &request);  // paths_kind.cpp
 simulate_outcome run_parts(const simulate_request &request);  // parts_kind.cpp
 
-}  // namespace compbox
+}  // namespace compbox::simulation

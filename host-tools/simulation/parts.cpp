@@ -7,7 +7,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/json.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 namespace {
 
@@ -217,4 +217,4 @@ part_scenario load_part_scenario(const std::string &path) {
     return plan;
 }
 
-}  // namespace compbox
+}  // namespace compbox::simulation

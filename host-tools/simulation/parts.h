@@ -11,7 +11,7 @@
 
 #include "host-tools/twin/twin_file.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 // A wall's surface, cut in lines along X from its foot upwards and probed in columns x rows points.
 struct part_surface {
@@ -84,4 +84,4 @@ struct part_scenario {
 // Throws input_error with file and key.
 part_scenario load_part_scenario(const std::string &path);
 
-}  // namespace compbox
+}  // namespace compbox::simulation

@@ -11,7 +11,7 @@
 #include "host-tools/simulation/protocol_plots.h"
 #include "host-tools/simulation/protocols.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 namespace {
 
@@ -218,4 +218,4 @@ simulate_outcome run_parts(const simulate_request &request) {
     return outcome;
 }
 
-}  // namespace compbox
+}  // namespace compbox::simulation

@@ -11,14 +11,14 @@
 #include "host-tools/simulation/tool_steps.h"
 #include "host-tools/simulation/virtual_run.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 namespace {
 
 // The measurement files of this machine: the committed ones of the twin file's own seed, else new
 // ones by the virtual laser.
-std::string measure(const scenario &plan, const twin_machine &twin, std::uint64_t own_seed,
-                    const std::string &folder) {
+std::string measurements_of(const scenario &plan, const twin_machine &twin, std::uint64_t own_seed,
+                            const std::string &folder) {
     if (twin.config().seed == own_seed && !plan.measurements.empty()) return plan.measurements;
     const std::string measurements = folder + "/measurements";
     make_folder(measurements);
@@ -80,7 +80,7 @@ class seed_run {
 
     void measure(std::uint64_t own_seed, simulation &result) {
         if (plan_.steps.empty()) {
-            measurements_ = compbox::measure(plan_, twin_, own_seed, folder_);
+            measurements_ = measurements_of(plan_, twin_, own_seed, folder_);
         } else {
             run_steps(plan_.steps, world(folder_), result);
         }
@@ -88,8 +88,8 @@ class seed_run {
 
     // shipped: the product's method, which is judged in motion too.
     void try_method(const scenario_method &method, bool shipped, simulation &result) {
-        const fitted_files fit = coefficients_of(method, result);
-        const auto config = load_coefficients(fit.coefficients);
+        const coefficients::fitted_files fit = coefficients_of(method, result);
+        const auto config = coefficients::load_coefficients(fit.coefficients);
         const register_map map = load_register_map(fit.coefficients);
         for (auto &path : paths_) {
             tell_place(method.name, path, [&] {
@@ -116,11 +116,12 @@ class seed_run {
         return {twin_, plan_.file, names_of(plan_, once_, folder_, out), commands_};
     }
 
-    fitted_files coefficients_of(const scenario_method &method, simulation &result) {
+    coefficients::fitted_files coefficients_of(const scenario_method &method, simulation &result) {
         const std::string out = folder_ + "/" + method.name;
-        fitted_files fit;
+        coefficients::fitted_files fit;
         if (method.steps.empty()) {
-            fit = fit_files(measurements_, plan_.curves, method.recipe, plan_.machine, out);
+            fit = coefficients::fit_files(measurements_, plan_.curves, method.recipe, plan_.machine,
+                                          out);
             result.warnings.insert(result.warnings.end(), fit.warnings.begin(), fit.warnings.end());
             return fit;
         }
@@ -197,4 +198,4 @@ simulation simulate(const scenario &plan, const std::string &folder, step_comman
     return result;
 }
 
-}  // namespace compbox
+}  // namespace compbox::simulation

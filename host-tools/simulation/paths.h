@@ -13,7 +13,7 @@
 #include "host-tools/simulation/scenario.h"
 #include "host-tools/simulation/step_words.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 // One seed, one method, one path.
 struct simulated_run {
@@ -45,4 +45,4 @@ struct simulation {
 simulation simulate(const scenario &plan, const std::string &folder, step_commands commands,
                     const std::function<void(const std::string &)> &progress);
 
-}  // namespace compbox
+}  // namespace compbox::simulation

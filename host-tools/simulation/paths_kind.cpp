@@ -4,7 +4,7 @@
 #include "host-tools/simulation/plots.h"
 #include "host-tools/simulation/report.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 simulate_outcome run_paths(const simulate_request &request) {
     scenario plan = load_scenario(request.scenario);
@@ -15,4 +15,4 @@ simulate_outcome run_paths(const simulate_request &request) {
             result.warnings};
 }
 
-}  // namespace compbox
+}  // namespace compbox::simulation

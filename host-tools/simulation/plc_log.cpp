@@ -7,7 +7,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/simulation/figures.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 namespace {
 
@@ -73,4 +73,4 @@ motion_figures figures_in_motion(const plc_log &log) {
     return result;
 }
 
-}  // namespace compbox
+}  // namespace compbox::simulation

@@ -8,7 +8,7 @@
 
 #include "host-tools/twin/twin_file.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 struct plc_log {
     std::vector<double> time_s;
@@ -27,4 +27,4 @@ struct motion_figures {
 };
 motion_figures figures_in_motion(const plc_log &log);
 
-}  // namespace compbox
+}  // namespace compbox::simulation

@@ -7,7 +7,7 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/plot.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 namespace {
 
@@ -147,4 +147,4 @@ void plot_log(const plc_log &log, const std::string &file) {
     run_gnuplot(file, script + "unset multiplot\n", 1300, 950);
 }
 
-}  // namespace compbox
+}  // namespace compbox::simulation

@@ -7,7 +7,7 @@
 #include "host-tools/simulation/paths.h"
 #include "host-tools/simulation/plc_log.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 // FOLDER/PATH.svg for each path of the first seed: true error along it, before and after.
 void plot_paths(const scenario &plan, const simulation &result, const std::string &folder);
@@ -15,4 +15,4 @@ void plot_paths(const scenario &plan, const simulation &result, const std::strin
 // The compensation over time: what was wanted and what the axes were moved by; what is left.
 void plot_log(const plc_log &log, const std::string &file);
 
-}  // namespace compbox
+}  // namespace compbox::simulation

@@ -3,7 +3,7 @@
 
 #include "host-tools/formats/plot.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 namespace {
 
@@ -69,4 +69,4 @@ void plot_parts(const part_scenario &plan, const part_results &results, const st
     }
 }
 
-}  // namespace compbox
+}  // namespace compbox::simulation

@@ -11,7 +11,7 @@
 #include "host-tools/formats/json.h"
 #include "host-tools/simulation/tool_steps.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 namespace {
 
@@ -98,7 +98,8 @@ class machine_protocols {
         make_folder(folder);
         // A box that compensates nothing: it records.
         write_constants(folder + "/nothing.json", {0.0, 0.0, 0.0});
-        build_file(plan.machine, {folder + "/nothing.json"}, {}, folder + "/recorder.json");
+        coefficients::build_file(plan.machine, {folder + "/nothing.json"}, {},
+                                 folder + "/recorder.json");
     }
 
     void run(const part_protocol &protocol) {
@@ -161,7 +162,8 @@ class machine_protocols {
             for (const double um : column) mean[a] += um / static_cast<double>(column.size());
         }
         write_constants(out + "/mean.json", mean);
-        build_file(plan_.machine, {out + "/mean.json"}, {}, out + "/coefficients.json");
+        coefficients::build_file(plan_.machine, {out + "/mean.json"}, {},
+                                 out + "/coefficients.json");
     }
 
     void judge(const part_protocol &protocol, const part_method &method, const std::string &out) {
@@ -214,4 +216,4 @@ void run_part_protocols(const part_scenario &plan, const twin_config &machine,
     for (const auto &protocol : plan.protocols) protocols.run(protocol);
 }
 
-}  // namespace compbox
+}  // namespace compbox::simulation

@@ -9,7 +9,7 @@
 #include "host-tools/simulation/day.h"
 #include "host-tools/simulation/step_words.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 // Largest errors over the points of a choice; [3]: of the error's length in space.
 struct part_figures {
@@ -46,4 +46,4 @@ void run_part_protocols(const part_scenario &plan, const twin_config &machine,
                         const std::function<void(const std::string &)> &progress,
                         part_results &results);
 
-}  // namespace compbox
+}  // namespace compbox::simulation

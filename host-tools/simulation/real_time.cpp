@@ -8,7 +8,7 @@ extern "C" {
 #include "firmware/box/mode.h"
 }
 
-namespace compbox {
+namespace compbox::simulation {
 
 using namespace table;
 
@@ -104,4 +104,4 @@ void add_real_time(json &report, const real_time_run &real) {
         {"after_um", by_axis(axis_letters, [&](auto a) { return real.motion.after_um[a]; })}};
 }
 
-}  // namespace compbox
+}  // namespace compbox::simulation

@@ -6,9 +6,9 @@
 
 #include "host-tools/simulation/kinds.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 std::string real_time_text(const real_time_run &real);
 void add_real_time(json &report, const real_time_run &real);
 
-}  // namespace compbox
+}  // namespace compbox::simulation

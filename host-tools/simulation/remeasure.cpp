@@ -4,7 +4,7 @@
 #include "host-tools/simulation/at_rest.h"
 #include "host-tools/simulation/figures.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 namespace {
 
@@ -112,4 +112,4 @@ xyz remeasured_path::noise_range_um(const std::vector<xyz> &unexplained) const {
     return mean;
 }
 
-}  // namespace compbox
+}  // namespace compbox::simulation

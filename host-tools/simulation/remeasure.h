@@ -14,7 +14,7 @@ extern "C" {
 #include "firmware/config/config.h"
 }
 
-namespace compbox {
+namespace compbox::simulation {
 
 // One direction (X, Y or Z) along one path. A range is that of the scenario's figure: about the
 // errors' own least-squares line over the stops, or as it is.
@@ -79,4 +79,4 @@ std::vector<twin_state> uncompensated(std::vector<twin_state> states);
 // The true error in each state.
 std::vector<xyz> true_errors(const twin_machine &twin, const std::vector<twin_state> &states);
 
-}  // namespace compbox
+}  // namespace compbox::simulation

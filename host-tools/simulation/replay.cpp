@@ -15,7 +15,7 @@ extern "C" {
 #include "firmware/box/box.h"
 }
 
-namespace compbox {
+namespace compbox::simulation {
 
 namespace {
 
@@ -168,7 +168,7 @@ std::string difference(const recorded_line &line, const cb_box &box, const cb_ou
 
 replay_result replay(const std::string &coefficients, const std::string &recording) {
     const auto box = std::make_unique<cb_box>();
-    box->config = *load_coefficients(coefficients);
+    box->config = *coefficients::load_coefficients(coefficients);
     cb_box_start(box.get());
     std::istringstream text(read_file(recording, largest_file));
     std::string row;
@@ -204,4 +204,4 @@ replay_result replay(const std::string &coefficients, const std::string &recordi
     return result;
 }
 
-}  // namespace compbox
+}  // namespace compbox::simulation

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace compbox {
+namespace compbox::simulation {
 
 struct replay_result {
     long long cycles = 0;              // stepped and compared
@@ -19,4 +19,4 @@ struct replay_result {
 // Throws input_error where a file is not what it should be.
 replay_result replay(const std::string &coefficients, const std::string &recording);
 
-}  // namespace compbox
+}  // namespace compbox::simulation

@@ -8,7 +8,7 @@
 #include "host-tools/simulation/real_time.h"
 #include "host-tools/simulation/table.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 using namespace table;
 
@@ -272,4 +272,4 @@ std::string report_text(const scenario &plan, const simulation &result, const re
     return text + moving_table(plan, result) + real_time_text(real);
 }
 
-}  // namespace compbox
+}  // namespace compbox::simulation

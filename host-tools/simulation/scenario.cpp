@@ -9,7 +9,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/json.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 namespace {
 
@@ -38,8 +38,8 @@ void check_folder_name(const std::string &name, const std::string &file) {
                       "methods[].name must be letters, digits, '_' and '-': a folder is named so");
 }
 
-fit_recipe recipe_of(const json &value, const std::string &file) {
-    fit_recipe method;
+coefficients::fit_recipe recipe_of(const json &value, const std::string &file) {
+    coefficients::fit_recipe method;
     method.file = file;
     method.name = get<std::string>(value, "name", file);
     method.method = get_or(value, "method", method.name, file);
@@ -196,4 +196,4 @@ std::vector<xyz> stops_of(const scenario_path &path) {
     return stops;
 }
 
-}  // namespace compbox
+}  // namespace compbox::simulation

@@ -11,7 +11,7 @@
 #include "host-tools/coefficients/fit_files.h"
 #include "host-tools/twin/twin_file.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 // What is judged along a path: the range of the errors about their own least-squares line, their
 // plain range, or the plain range in the direction of the path's axis and the other across it.
@@ -29,7 +29,7 @@ struct scenario_path {
 // A way from measurement files to coefficients: a recipe of fit, or steps (tool_steps.h).
 struct scenario_method {
     std::string name;
-    fit_recipe recipe;
+    coefficients::fit_recipe recipe;
     std::vector<std::string> steps;  // empty: the recipe
 };
 
@@ -59,4 +59,4 @@ void check_stops(const scenario &plan);
 // The stops of a path that check_stops let pass, from its beginning to its end.
 std::vector<xyz> stops_of(const scenario_path &path);
 
-}  // namespace compbox
+}  // namespace compbox::simulation

@@ -8,7 +8,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 namespace {
 
@@ -113,4 +113,4 @@ std::vector<std::string> words_of(const std::string &step, const step_world &wor
     return words;
 }
 
-}  // namespace compbox
+}  // namespace compbox::simulation

@@ -9,7 +9,7 @@
 #include "host-tools/command_line/command_line.h"
 #include "host-tools/twin/machine.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 // Adds the commands that a step may run. A scenario may come from a stranger: none of them opens a
 // network connection or a device.
@@ -30,4 +30,4 @@ constexpr std::size_t longest_step = 65536;  // characters
 // more than most_words (counted before they are made), a longer step, and braces within braces.
 std::vector<std::string> words_of(const std::string &step, const step_world &world);
 
-}  // namespace compbox
+}  // namespace compbox::simulation

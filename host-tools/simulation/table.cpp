@@ -5,7 +5,7 @@
 #include "host-tools/formats/numbers.h"
 #include "host-tools/twin/twin_file.h"
 
-namespace compbox::table {
+namespace compbox::simulation::table {
 
 std::string percent(double value) {
     return format("%6.1f %%", value);
@@ -42,4 +42,4 @@ json by_axis(const std::string &letters, const number &value) {
     return object;
 }
 
-}  // namespace compbox::table
+}  // namespace compbox::simulation::table

@@ -8,7 +8,7 @@
 
 #include "host-tools/formats/json_type.h"
 
-namespace compbox::table {
+namespace compbox::simulation::table {
 
 constexpr const char *heading = "before   after     less";
 
@@ -36,4 +36,4 @@ std::string percent_row(const std::string &name, const std::string &directions,
 double rounded(double value);
 json by_axis(const std::string &directions, const number &value);
 
-}  // namespace compbox::table
+}  // namespace compbox::simulation::table

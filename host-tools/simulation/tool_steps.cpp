@@ -8,7 +8,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/simulation/instruments.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 namespace {
 
@@ -70,4 +70,4 @@ std::vector<std::string> run_step(const std::string &step, const step_world &wor
     return said.lines();
 }
 
-}  // namespace compbox
+}  // namespace compbox::simulation

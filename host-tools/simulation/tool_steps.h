@@ -9,10 +9,10 @@
 
 #include "host-tools/simulation/step_words.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 // Runs the step within this process; out: what it said to stderr, by lines. What it prints is
 // dropped. Throws input_error naming the step.
 std::vector<std::string> run_step(const std::string &step, const step_world &world);
 
-}  // namespace compbox
+}  // namespace compbox::simulation

@@ -7,7 +7,7 @@
 
 #include "host-tools/formats/error.h"
 
-namespace compbox {
+namespace compbox::simulation {
 
 namespace {
 
@@ -278,4 +278,4 @@ virtual_run run_in_motion(const cb_config &config, const twin_config &machine,
     return result;
 }
 
-}  // namespace compbox
+}  // namespace compbox::simulation

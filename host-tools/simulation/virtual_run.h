@@ -11,7 +11,7 @@ extern "C" {
 #include "hal/cycle.h"
 }
 
-namespace compbox {
+namespace compbox::simulation {
 
 // What a reading and a writing take on the wire; the PLC sees a request in the middle of it.
 struct wire_times {
@@ -44,4 +44,4 @@ virtual_run run_in_motion(const cb_config &config, const twin_config &machine,
                           const register_map &map, const travel &way, const wire_times &wire,
                           int most_states = 4000);
 
-}  // namespace compbox
+}  // namespace compbox::simulation

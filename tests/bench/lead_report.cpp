@@ -180,12 +180,14 @@ identified identify(const std::string &inputs, const std::string &error,
     const std::string place = folder + "/" + error;
     make_folder(place + "/measurements");
     measure_all(twin_machine(twin), place + "/measurements");
-    fit_recipe recipe;
+    coefficients::fit_recipe recipe;
     recipe.name = recipe.method = "bspline";
     recipe.line = "least-squares";
-    const fitted_files fit = fit_files(place + "/measurements", {error}, recipe,
-                                       inputs + "/" + error + "_machine.json", place + "/fit");
-    return {twin, load_coefficients(fit.coefficients), load_register_map(fit.coefficients)};
+    const coefficients::fitted_files fit =
+        coefficients::fit_files(place + "/measurements", {error}, recipe,
+                                inputs + "/" + error + "_machine.json", place + "/fit");
+    return {twin, coefficients::load_coefficients(fit.coefficients),
+            load_register_map(fit.coefficients)};
 }
 
 void report_lead(const std::string &inputs, const std::string &folder) {

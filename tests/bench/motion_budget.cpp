@@ -126,7 +126,7 @@ class table {
 // The same places and times with another compensation: that of the model at the positions `used`.
 std::vector<twin_state> computed(const site &s, std::vector<twin_state> states,
                                  const std::vector<xyz> &used) {
-    const auto rest = states_at_rest(s.box, s.twin, used);
+    const auto rest = simulation::states_at_rest(s.box, s.twin, used);
     for (std::size_t i = 0; i < states.size(); ++i) states[i].drive_um = rest[i].drive_um;
     return states;
 }
@@ -153,7 +153,8 @@ double start_s(const straight_move &move, const std::vector<twin_state> &states)
 
 // What no wire, no PLC and no prediction would leave: each value held for its 30 ms and right in
 // the middle of them; in lines from one to the next; and the model where the axes are.
-void add_arithmetic(const site &s, const std::vector<twin_state> &states, const travel &way,
+void add_arithmetic(const site &s, const std::vector<twin_state> &states,
+                    const simulation::travel &way,
                     const std::function<void(const char *, const std::vector<twin_state> &)> &add) {
     constexpr double period_s = 0.030;
     const straight_move move(way.from_mm, way.to_mm, way.feed_mm_per_s, s.twin.axes);
@@ -185,20 +186,22 @@ void add_arithmetic(const site &s, const std::vector<twin_state> &states, const 
 }
 
 // One machine on all paths.
-void judge(const site &s, const scenario &plan, double feed_mm_per_min, table &to) {
+void judge(const site &s, const simulation::scenario &plan, double feed_mm_per_min, table &to) {
     const twin_machine twin(s.twin);
-    const wire_times wire{std::llround(1e3 * plan.read_ms), std::llround(1e3 * plan.write_ms)};
+    const simulation::wire_times wire{std::llround(1e3 * plan.read_ms),
+                                      std::llround(1e3 * plan.write_ms)};
     for (const auto &path : plan.paths) {
-        const travel way{path.from_mm, path.to_mm, feed_mm_per_min / 60.0};
+        const simulation::travel way{path.from_mm, path.to_mm, feed_mm_per_min / 60.0};
         const auto add = [&](const char *name, const std::vector<twin_state> &states) {
             std::vector<xyz> places;
             for (const auto &state : states) places.push_back(state.position_mm);
-            const auto before = true_errors(twin, uncompensated(states));
-            const auto after = true_errors(twin, states);
+            const auto before = simulation::true_errors(twin, simulation::uncompensated(states));
+            const auto after = simulation::true_errors(twin, states);
             xyz percent = {};
             for (std::size_t a = 0; a < directions; ++a) {
-                percent[a] = direction_figures::reduction(range_along(path, places, before, a),
-                                                          range_along(path, places, after, a));
+                percent[a] = simulation::direction_figures::reduction(
+                    simulation::range_along(path, places, before, a),
+                    simulation::range_along(path, places, after, a));
             }
             to.add(path.name, name, percent);
         };
@@ -206,16 +209,17 @@ void judge(const site &s, const scenario &plan, double feed_mm_per_min, table &t
         for (const auto &one : variants) {
             site changed = s;
             one.change(changed);
-            states = run_in_motion(changed.box, changed.twin, changed.map, way, wire).states;
+            states =
+                simulation::run_in_motion(changed.box, changed.twin, changed.map, way, wire).states;
             add(one.name, states);
         }
-        states = run_in_motion(s.box, s.twin, s.map, way, wire).states;
+        states = simulation::run_in_motion(s.box, s.twin, s.map, way, wire).states;
         add_arithmetic(s, states, way, add);
     }
 }
 
 void report(const char *scenario_file, const std::string &folder) {
-    const scenario plan = load_scenario(scenario_file);
+    const simulation::scenario plan = simulation::load_scenario(scenario_file);
     const double feed = plan.moving_mm_per_min.back();
     table result;
     for (const auto seed : plan.seeds) {
@@ -223,7 +227,8 @@ void report(const char *scenario_file, const std::string &folder) {
                                  plan.methods.front().name + "/coefficients.json";
         twin_config twin = load_twin(plan.twin);
         twin.seed = seed;
-        judge({twin, *load_coefficients(file), load_register_map(file)}, plan, feed, result);
+        judge({twin, *coefficients::load_coefficients(file), load_register_map(file)}, plan, feed,
+              result);
     }
     std::printf("%g m/min; less of the error in per cent, median and worst of %zu machines\n\n",
                 feed / 1000, plan.seeds.size());

@@ -14,7 +14,7 @@ namespace {
 
 std::string refusal(double measured_um) {
     try {
-        is_reversed("X", 20.0, measured_um);
+        commission::is_reversed("X", 20.0, measured_um);
     } catch (const input_error &error) {
         return error.what();
     }
@@ -27,10 +27,10 @@ bool says(const std::string &text, const std::string &piece) {
 
 TEST(commission, a_sign_is_what_an_indicator_shows_with_its_errors) {
     for (const double um : {20.0, 19.8, 15.0, 25.0}) {
-        EXPECT_FALSE(is_reversed("X", 20.0, um)) << um;
-        EXPECT_TRUE(is_reversed("X", 20.0, -um)) << um;
+        EXPECT_FALSE(commission::is_reversed("X", 20.0, um)) << um;
+        EXPECT_TRUE(commission::is_reversed("X", 20.0, -um)) << um;
     }
-    EXPECT_TRUE(is_reversed("X", -20.0, 19.0));
+    EXPECT_TRUE(commission::is_reversed("X", -20.0, 19.0));
 }
 
 TEST(commission, refuses_what_is_no_sign) {
@@ -49,32 +49,33 @@ TEST(commission, refuses_what_is_no_sign) {
 TEST(commission, percentiles_are_values_that_were_measured) {
     std::vector<std::int64_t> times;
     for (int i = 100; i >= 1; --i) times.push_back(1000 * i);
-    const spread all = spread_of(times);
+    const commission::spread all = commission::spread_of(times);
     EXPECT_EQ(all.count, 100u);
     EXPECT_EQ(all.p50_ms, 51.0);
     EXPECT_EQ(all.p99_ms, 100.0);
-    EXPECT_EQ(spread_of({7000}).p99_ms, 7.0);
+    EXPECT_EQ(commission::spread_of({7000}).p99_ms, 7.0);
 }
 
 TEST(commission, lead_and_period_from_times) {
-    loop_times times = {{10, 6.0, 12.0}, {10, 2.0, 4.0}, {10, 9.0, 14.0}, 8.0, 30.0, 0.0};
-    EXPECT_DOUBLE_EQ(lead_of(times), 4.0 + 4.0 + 9.0 + 15.0);
+    commission::loop_times times = {
+        {10, 6.0, 12.0}, {10, 2.0, 4.0}, {10, 9.0, 14.0}, 8.0, 30.0, 0.0};
+    EXPECT_DOUBLE_EQ(commission::lead_of(times), 4.0 + 4.0 + 9.0 + 15.0);
     times.round_ms = 96.0;
-    EXPECT_DOUBLE_EQ(lead_of(times), 4.0 + 4.0 + 9.0 + 15.0 + 48.0);
-    EXPECT_DOUBLE_EQ(shortest_period_ms(times), 15.0);
+    EXPECT_DOUBLE_EQ(commission::lead_of(times), 4.0 + 4.0 + 9.0 + 15.0 + 48.0);
+    EXPECT_DOUBLE_EQ(commission::shortest_period_ms(times), 15.0);
 }
 
 json machine(const std::string &profile = "generic") {
-    machine_options options;
+    coefficients::machine_options options;
     options.axes = "XYZ";
     options.profile = profile;
     options.travel = {{'X', {0, 500}}};
-    return new_machine(options);
+    return coefficients::new_machine(options);
 }
 
 TEST(commission, runs_on_a_machine_file_of_init) {
     for (const char *profile : {"generic", "sinumerik-840d", "fanuc"}) {
-        const auto setup = make_commission_setup(machine(profile), "m.json", 50.0);
+        const auto setup = commission::make_box_setup(machine(profile), "m.json", 50.0);
         const cb_config &config = *setup.config;
         ASSERT_EQ(config.channels_count, 3);
         EXPECT_EQ(config.signals_count, 6);
@@ -91,7 +92,7 @@ TEST(commission, runs_on_a_machine_file_of_init) {
 TEST(commission, the_motors_of_a_pair_move_together) {
     json document = machine();
     document["pairs"] = json::array({{{"channels", {"X", "Z"}}, {"max_difference_um", 5}}});
-    const auto setup = make_commission_setup(document, "m.json", 50.0);
+    const auto setup = commission::make_box_setup(document, "m.json", 50.0);
     ASSERT_EQ(setup.axes.size(), 2u);
     EXPECT_EQ(setup.axes[0].name, "X+Z");
     EXPECT_EQ(setup.axes[0].channels, (std::vector<std::size_t>{0, 2}));
@@ -104,14 +105,14 @@ TEST(commission, leaves_models_sensors_and_tangents_out) {
     document["channels"][0]["sum"] = {"nonsense"};
     document["channels"][0]["tangent"] = json::object();
     document["cycle"]["lead_ms"] = "measured";
-    EXPECT_NO_THROW(make_commission_setup(document, "m.json", 50.0));
+    EXPECT_NO_THROW(commission::make_box_setup(document, "m.json", 50.0));
 }
 
 TEST(commission, says_what_is_wrong_in_the_words_of_the_loader) {
     json document = machine();
     document["channels"][1]["plc"] = 104;
     try {
-        make_commission_setup(document, "m.json", 50.0);
+        commission::make_box_setup(document, "m.json", 50.0);
         FAIL();
     } catch (const input_error &error) {
         EXPECT_STREQ(error.what(),
@@ -119,17 +120,18 @@ TEST(commission, says_what_is_wrong_in_the_words_of_the_loader) {
     }
 }
 
-commission_result result_of() {
-    commission_result result;
+commission::findings result_of() {
+    commission::findings result;
     result.signs[0] = {20.0, -19.5, -1};
-    result.times = loop_times{{10, 6.0, 12.0}, {10, 2.0, 4.0}, {10, 9.2, 14.0}, 8.0, 30.0, 0.0};
+    result.times =
+        commission::loop_times{{10, 6.0, 12.0}, {10, 2.0, 4.0}, {10, 9.2, 14.0}, 8.0, 30.0, 0.0};
     return result;
 }
 
 TEST(commission, writes_what_it_found_and_leaves_the_rest) {
     json document = machine();
     document["provenance"]["by"] = "somebody";
-    const json changed = with_result(document, "m.json", result_of());
+    const json changed = commission::with_result(document, "m.json", result_of());
     EXPECT_EQ(changed["channels"][0]["sign"], -1);
     EXPECT_EQ(changed["channels"][1], document["channels"][1]);
     EXPECT_EQ(changed["cycle"]["lead_ms"], 32.0);
@@ -143,7 +145,7 @@ TEST(commission, a_file_with_terms_gets_its_next_revision_and_keeps_a_measured_l
     json document = machine();
     document["terms"] = json::array({1});
     document["cycle"]["lead_ms"] = "measured";
-    const json changed = with_result(document, "m.json", result_of());
+    const json changed = commission::with_result(document, "m.json", result_of());
     EXPECT_EQ(changed["revision"].get<int>(), document["revision"].get<int>() + 1);
     EXPECT_EQ(changed["cycle"]["lead_ms"], "measured");
 }

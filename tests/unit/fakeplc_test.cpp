@@ -463,11 +463,11 @@ bool same(const taken_channel &a, const taken_channel &b) {
 
 // The registers of the machine file that compbox init writes.
 register_map map_of_init(const std::string &axes, const std::string &profile) {
-    machine_options options;
+    coefficients::machine_options options;
     options.axes = axes;
     options.profile = profile;
     const std::string path = compbox_test::temporary("init.json");
-    write_file(path, json_text(new_machine(options)));
+    write_file(path, json_text(coefficients::new_machine(options)));
     return load_register_map(path);
 }
 

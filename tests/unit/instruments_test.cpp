@@ -123,15 +123,17 @@ TEST(Steps, WordsAreAsAShellMakesThem) {
     const twin_machine twin(noiseless());
     const std::string note = compbox_test::temporary("note.txt");
     write_file(note, "1,2,-3\n");
-    const step_world world{twin, "s.json", {{"out", "a b"}, {"note", note}}, nullptr};
+    const simulation::step_world world{twin, "s.json", {{"out", "a b"}, {"note", note}}, nullptr};
     using words = std::vector<std::string>;
-    EXPECT_EQ(words_of("fit  $out/X.csv -o $out", world), (words{"fit", "a b/X.csv", "-o", "a b"}));
-    EXPECT_EQ(words_of("P{1,2}{x,y}.rtl", world),
+    EXPECT_EQ(simulation::words_of("fit  $out/X.csv -o $out", world),
+              (words{"fit", "a b/X.csv", "-o", "a b"}));
+    EXPECT_EQ(simulation::words_of("P{1,2}{x,y}.rtl", world),
               (words{"P1x.rtl", "P1y.rtl", "P2x.rtl", "P2y.rtl"}));
-    EXPECT_EQ(words_of("--box=-1:1 $($note) 5$", world), (words{"--box=-1:1", "1,2,-3", "5$"}));
-    EXPECT_EQ(words_of("  ", world), words{});
-    EXPECT_THROW(words_of("$nothing", world), input_error);
-    EXPECT_THROW(words_of("$(missing.txt)", world), input_error);
+    EXPECT_EQ(simulation::words_of("--box=-1:1 $($note) 5$", world),
+              (words{"--box=-1:1", "1,2,-3", "5$"}));
+    EXPECT_EQ(simulation::words_of("  ", world), words{});
+    EXPECT_THROW(simulation::words_of("$nothing", world), input_error);
+    EXPECT_THROW(simulation::words_of("$(missing.txt)", world), input_error);
 }
 
 }  // namespace
