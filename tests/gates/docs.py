@@ -86,7 +86,8 @@ def files(root):
         folders[:] = sorted(name for name in folders if name not in SKIPPED)
         for name in sorted(names):
             path = pathlib.Path(folder) / name
-            if path.suffix == ".md" or path.parent in (root / "scripts", root / "scripts/reports") or path == root / ".ci/run":
+            scripts = path.parent in (root / "scripts", root / "scripts/reports")
+            if path.suffix == ".md" or scripts or path == root / ".ci/run":
                 yield path
 
 
@@ -111,8 +112,8 @@ GOOD = """# A title, `quoted`
 ```
 """
 PLANTED = ["[gone](gone.md)", "[gone](../docs/gone/)", "[anchor](../README.md#three-words)",
-           "[anchor](#nothing)", "[out](../../elsewhere.md)", "`scripts/gone`", "run scripts/plain now", "`scripts/report gone`",
-           "`firmware/gone.c`", "| a |\n|---|\n| b |\n\n| c |\n"]
+           "[anchor](#nothing)", "[out](../../elsewhere.md)", "`scripts/gone`", "run scripts/plain now",
+           "`scripts/report gone`", "`firmware/gone.c`", "| a |\n|---|\n| b |\n\n| c |\n"]
 
 
 def self_test():

@@ -39,8 +39,15 @@ host-tools/fitting        : models base formats algebra metrology
 host-tools/training       : formats algebra
 host-tools/twin           : formats
 host-tools/fakeplc        : formats twin
-host-tools/compbox        : models base wire config json signals terms box load hal hal/linux \
-    formats command_line algebra metrology identification fitting training twin fakeplc
+host-tools/coefficients   : models base wire config json signals terms box load formats algebra metrology \
+    fitting
+host-tools/export         : models base wire config json signals terms box load formats algebra metrology \
+    fitting twin fakeplc coefficients
+host-tools/commission     : models base wire config json signals terms box load hal hal/linux formats
+host-tools/simulation     : models base wire config json signals terms box load hal formats command_line algebra \
+    metrology identification fitting twin fakeplc coefficients
+host-tools/compbox        : models base wire config json signals terms box load hal formats command_line algebra \
+    metrology identification fitting training twin fakeplc coefficients export commission simulation
 """
 FREESTANDING = ["<float.h>", "<limits.h>", "<stdarg.h>", "<stdbool.h>", "<stddef.h>", "<stdint.h>",
                 "<string.h>"]  # string.h: memcpy, memset, memcmp, which the compiler itself emits

@@ -47,7 +47,8 @@ def page(report):
     main = runs_of(report, "practical", own, judged)
     lines = [
         "# Warm machine, thin wall (S3): results", "",
-        f"Written by `scripts/report bpnet-840d --write`: {len(report['seeds'])} machines (seeds {report['seeds'][0]} to "
+        f"Written by `scripts/report bpnet-840d --write`: {len(report['seeds'])} machines "
+        f"(seeds {report['seeds'][0]} to "
         f"{report['seeds'][-1]}) that had no say in the recipe; each is measured, trained and judged on its own. "
         "The example is [examples/bpnet-840d](../../examples/bpnet-840d/README.md); what is done, and at which pace, "
         "is in [report.md](../report.md).", "",
