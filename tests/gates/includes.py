@@ -200,7 +200,7 @@ FAULTS = [
     ("hal/hal.h", '#include "firmware/load/load.h"'), ("hal/linux/tcp.c", '#include "firmware/box/box.h"'),
     ("hal/linux/tick.c", '#include "hal/cycle.h"'),  # which leads to the box
     ("hal/stm32f405/time.c", '#include "hal/linux/can.h"'), ("hal/stm32f405/a.c", '#include "firmware/signals/can.h"'),
-    ("hal/linux/daemon/main.c", '#include "hal/linux/daemon/loop.h"'),
+    ("hal/linux/main.c", '#include "hal/linux/daemon/loop.h"'),
     ("hal/linux/daemon/load.c", '#include "host-tools/formats/json.h"'),
     ("hal/stm32f405/uart.c", "#include <stdio.h>"), ("hal/stm32f405/app/dump.c", "#include <stdio.h>"),
     ("hal/other/a.c", "#include <stdio.h>"),
@@ -209,6 +209,9 @@ FAULTS = [
     ("host-tools/fitting/a.cpp", '#include "host-tools/twin/machine.h"'),
     ("host-tools/formats/a.h", '#include "host-tools/fitting/fit.h"'),
     ("host-tools/training/a.cpp", '#include "hal/hal.h"'),
+    ("host-tools/coefficients/a.cpp", '#include "host-tools/twin/machine.h"'),
+    ("host-tools/commission/a.cpp", '#include "host-tools/twin/machine.h"'),
+    ("host-tools/compbox/a.cpp", '#include "hal/linux/tcp.h"'),
     ("host-tools/compbox/cmd_eval.cpp", "#include <CLI/CLI.hpp>"),
     ("host-tools/twin/a_main.cpp", "#include <CLI/App.hpp>"),
     ("host-tools/command_line/command_line.h", "#include <CLI/CLI.hpp>"),
