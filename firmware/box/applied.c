@@ -1,13 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/box/applied.h"
 
+#include "firmware/base/duration.h"
 #include "firmware/box/channels.h"
+#include "firmware/config/grid.h"
 #include "firmware/wire/number.h"
 #include "models/num.h"
-
-static uint32_t add_saturating(uint32_t a, uint32_t b) {
-    return b > UINT32_MAX - a ? UINT32_MAX : a + b;
-}
 
 /* A new quarter begins with the value that was sent last. */
 static void begin_quarter(struct cb_applied_channel *state, float sent_um) {
@@ -20,7 +18,7 @@ static void begin_quarter(struct cb_applied_channel *state, float sent_um) {
 
 void cb_applied_sent(const struct cb_config *config, struct cb_applied_state *state,
                      const struct cb_channel_state *channels, uint32_t elapsed_us) {
-    state->slot_us = add_saturating(state->slot_us, elapsed_us);
+    state->slot_us = cb_add_us(state->slot_us, elapsed_us);
     const bool over = state->slot_us >= config->applied_quarter_us;
     if (over) state->slot_us = 0;
     for (unsigned i = 0; i < config->channels_count; ++i) {
@@ -55,7 +53,7 @@ static bool is_within(float um, struct interval sent, float near_um) {
 
 /* Time outside, less a quarter of the time inside; 0 … most_us. */
 static uint32_t outside_us(uint32_t before_us, bool inside, uint32_t elapsed_us, uint32_t most_us) {
-    const uint32_t inside_us = elapsed_us / 4, outside_us = add_saturating(before_us, elapsed_us);
+    const uint32_t inside_us = elapsed_us / 4, outside_us = cb_add_us(before_us, elapsed_us);
     if (inside) return inside_us < before_us ? before_us - inside_us : 0;
     return outside_us < most_us ? outside_us : most_us;
 }
@@ -66,7 +64,7 @@ static void judge(const struct cb_config *config, unsigned index, struct cb_appl
     const struct cb_channel_config *channel = &config->channels[index];
     const struct interval sent = sent_of_late(state);
     const float largest_um = cb_max(cb_abs(sent.low_um), cb_abs(sent.high_um));
-    const float unit_um = cb_number_is_integer(channel->type) ? channel->scale : 0.0f;
+    const float unit_um = cb_channel_raw_unit_um(channel);
     const bool inside = is_within(um, sent, config->plc.deadband_um + unit_um + largest_um * 1e-6f);
     const bool bounded = cb_abs(um) <= cb_max(channel->error_um, largest_um) + unit_um;
     counters->applied_foreign += judged && !inside;

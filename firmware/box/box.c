@@ -3,7 +3,9 @@
 
 #include <string.h>
 
+#include "firmware/base/duration.h"
 #include "firmware/config/derive.h"
+#include "firmware/config/grid.h"
 #include "firmware/wire/number.h"
 #include "models/num.h"
 
@@ -131,15 +133,14 @@ static void find_plc(struct cb_box *box, const struct cb_inputs *in, struct step
  * writes there. */
 static bool is_foreign(const struct cb_channel_config *channel,
                        const struct cb_channel_state *state, float held_um) {
-    const float unit_um = cb_number_is_integer(channel->type) ? channel->scale : 0.0f;
+    const float unit_um = cb_channel_raw_unit_um(channel);
     return !(cb_abs(held_um - state->sent_um) <= unit_um + cb_abs(state->sent_um) * 1e-6f);
 }
 
 /* Looks through a write block that was read back while the box knows what it wrote. */
 static void look_back(struct cb_box *box, const struct cb_inputs *in, const struct step *step) {
     struct cb_plc_state *plc = &box->plc;
-    const uint32_t left_us = UINT32_MAX - plc->asked_us;
-    plc->asked_us += step->elapsed_us < left_us ? step->elapsed_us : left_us;
+    plc->asked_us = cb_add_us(plc->asked_us, step->elapsed_us);
     if (plc->contact != CB_CONTACT_KNOWN || in->held == CB_HELD_NONE) return;
     plc->asked_us = 0;
     plc->silent = in->held != CB_HELD_OK;
@@ -150,7 +151,7 @@ static void look_back(struct cb_box *box, const struct cb_inputs *in, const stru
         const float held_um = cb_channel_decode(channel, in->held_registers + channel->reg);
         if (!is_foreign(channel, &box->channels[i], held_um)) continue;
         ++box->counters.registers_foreign;
-        box->foreign = (struct cb_foreign_register){(uint8_t)i, held_um};
+        box->foreign = (struct cb_foreign_register){(uint8_t)i, held_um, box->channels[i].sent_um};
     }
 }
 

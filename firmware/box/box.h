@@ -40,7 +40,8 @@ enum {
 /* A register of the write block that holds something else than was written. */
 struct cb_foreign_register {
     uint8_t channel; /* its index; CB_NONE: there is none */
-    float value_um;  /* what the register stands for */
+    float value_um;  /* what the register stands for … */
+    float sent_um;   /* … and what was sent there */
 };
 
 /* The configuration must not be written to while the box runs: each step checks what it uses of it,

@@ -319,7 +319,7 @@ static bool is_own(const struct cb_config *config, const struct cb_channel_state
     const struct cb_channel_config *channel = &config->channels[index];
     const struct cb_channel_state *state = &channels[index];
     const float um = start[index].um;
-    const float unit_um = cb_number_is_integer(channel->type) ? channel->scale : 0.0f;
+    const float unit_um = cb_channel_raw_unit_um(channel);
     const float low_um = state->possible_min_um, high_um = state->possible_max_um;
     /* of the values that were sent, never of what was read: an infinite reading widens nothing */
     const float slack_um = unit_um + cb_max(cb_abs(low_um), cb_abs(high_um)) / CB_FINEST_GRID;

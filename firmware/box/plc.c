@@ -1,9 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/box/plc.h"
 
-static uint32_t add_saturating(uint32_t a, uint32_t b) {
-    return b > UINT32_MAX - a ? UINT32_MAX : a + b;
-}
+#include "firmware/base/duration.h"
 
 void cb_plc_forget(struct cb_plc_state *state) {
     state->readable = false;
@@ -31,7 +29,7 @@ void cb_plc_written(const struct cb_config *config, struct cb_plc_state *state,
                     struct cb_counters *counters, enum cb_write_result result, uint32_t elapsed_us,
                     int64_t now_us) {
     count_write(counters, result);
-    if (state->refusing) state->refused_us = add_saturating(state->refused_us, elapsed_us);
+    if (state->refusing) state->refused_us = cb_add_us(state->refused_us, elapsed_us);
     if (result == CB_WRITE_REFUSED) {
         state->refusing = true;
         /* nothing was ever confirmed: the PLC is not busy, it does not take such writes */
@@ -44,7 +42,7 @@ void cb_plc_written(const struct cb_config *config, struct cb_plc_state *state,
         state->refused_us = 0;
         state->unconfirmed_us = 0; /* when that write was made: elapsed_us ago */
     }
-    state->unconfirmed_us = add_saturating(state->unconfirmed_us, elapsed_us);
+    state->unconfirmed_us = cb_add_us(state->unconfirmed_us, elapsed_us);
     const uint64_t lost_us = (uint64_t)CB_LOST_HALF_PERIODS * config->period_us / 2;
     const uint64_t part_by_us = lost_us + (uint64_t)CB_READ_PERIODS * config->period_us;
     if (state->unconfirmed_us > part_by_us) state->parting = false;

@@ -10,6 +10,12 @@
 /* More units than this are not counted: float32 is then about as coarse as the register. */
 #define CB_FINEST_GRID 1048576.0f /* 2^20 */
 
+/* What the channel's register counts by, in µm; a float32 has no such unit, whatever its scale: 0.
+ */
+static inline float cb_channel_raw_unit_um(const struct cb_channel_config *channel) {
+    return cb_number_is_integer((enum cb_number_type)channel->type) ? channel->scale : 0.0f;
+}
+
 /* in : a channel whose derived numbers are set; any float, NaN counts as 0
  * out: the value in µm nearest to um that the channel's register can say and whose size is <= limit
  */

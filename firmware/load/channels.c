@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * The sections "channels" and "pairs". */
+#include "firmware/config/grid.h"
 #include "firmware/load/control.h"
 #include "firmware/load/registers.h"
 #include "firmware/load/sections.h"
@@ -179,16 +180,12 @@ static bool read_members(struct cb_loader *loader, uint32_t at, struct cb_pair_c
     return true;
 }
 
-/* What the register counts by; a float32 has no such unit, whatever its scale. */
-static float unit_um(const struct cb_channel_config *channel) {
-    return cb_number_is_integer(channel->type) ? channel->scale : 0.0f;
-}
-
 /* Outputs move by whole units of their registers, so a pair needs room for one unit of each. */
 static bool check_difference(struct cb_loader *loader, uint32_t at,
                              const struct cb_pair_config *pair) {
     const struct cb_channel_config *channels = loader->config->channels;
-    const float units = unit_um(&channels[pair->a]) + unit_um(&channels[pair->b]);
+    const float units =
+        cb_channel_raw_unit_um(&channels[pair->a]) + cb_channel_raw_unit_um(&channels[pair->b]);
     if (pair->max_difference_um >= units) return true;
     return cb_fail(loader, CB_ERROR_RANGE, at,
                    "%v µm is less than a register unit (scale) of both channels together", at);

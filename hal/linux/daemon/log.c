@@ -166,7 +166,7 @@ static void log_foreign(struct cb_log *log, const struct cb_config *config,
         "another client writes to %s: the register of %s%s holds %.6g, not the %.6g µm%s "
         "that the box wrote; give it another block or end it",
         log->plc, config->channels[channel].is_slope ? "the slope of channel " : "channel ",
-        config->channels[channel].name, (double)row->foreign.value_um, (double)row->foreign_sent_um,
+        config->channels[channel].name, (double)row->foreign.value_um, (double)row->foreign.sent_um,
         config->channels[channel].is_slope ? "/m" : "");
 }
 

@@ -64,8 +64,6 @@ static void copy_values(struct cb_row *row, const struct cb_box *box,
 static void copy_cause(struct cb_row *row, const struct cb_box *box) {
     row->cause = cb_name_cause(box);
     row->foreign = box->foreign;
-    if (box->foreign.channel < CB_MAX_CHANNELS)
-        row->foreign_sent_um = box->channels[box->foreign.channel].sent_um;
     for (unsigned i = 0; i < CB_MAX_SIGNALS; i++)
         row->signal_counts[i] =
             (struct cb_row_signal){box->signals[i].implausible, box->signals[i].stale};

@@ -50,8 +50,7 @@ struct cb_row {
     uint8_t read, write; /* enum cb_transfer */
     uint8_t mode, reason;
     struct cb_row_cause cause;
-    struct cb_foreign_register foreign; /* found by the last read-back; what was sent there … */
-    float foreign_sent_um;
+    struct cb_foreign_register foreign; /* found by the last read-back */
     struct cb_row_signal signal_counts[CB_MAX_SIGNALS];
     struct cb_row_channel channel_counts[CB_MAX_CHANNELS];
     struct cb_counters box;
