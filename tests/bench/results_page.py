@@ -105,12 +105,12 @@ def page(scenario, report, paper, name):
     seeds = report["seeds"]
     text = f"# {report['scenario']}: results\n\n"
     text += paragraph(
-        f"Written by `scripts/report results {name}`; the scenario is examples/{name}/scenario.json, the machines are "
-        f"{len(seeds)} twins (seeds {seeds[0]} to {seeds[-1]}) that differ in every curve. What each figure means: "
-        "[report.md](../report.md). All against the twin's true error; medians over the machines, and the worst "
-        "one. *Ceiling*: what a compensation of all that a model can explain would reach; *its ceiling*: what "
-        "the remeasurement by the noisy laser would show of that.")
-    text += paragraph(f"Paper: {paper['source']}. {paper['said']}")
+        f"`scripts/report results --write {name}` makes this page. The scenario is examples/{name}/scenario.json. "
+        f"The machines are {len(seeds)} twins (seeds {seeds[0]} to {seeds[-1]}) that differ in every curve. "
+        "[report.md](../report.md) explains each figure. Errors are the twin's true errors. Figures are medians "
+        "over the machines, and the worst machine. *Ceiling*: a compensation of the whole part that a model can "
+        "explain. *Its ceiling*: the same as the remeasurement by the noisy laser would show it.")
+    text += paragraph(f"Paper: {paper['source']}. {paper['result']}")
     text += f"![what is left, ours and the paper's]({name}.svg)\n\n"
     text += "## Ours and the paper's\n\n" + methods(report)
     text += "\n## Every path\n\n" + headline(report)
@@ -121,8 +121,8 @@ def page(scenario, report, paper, name):
         text += "\nThe paper's means are those of amplitudes on its machine; ours count with their sign.\n"
     if "moving" in report:
         text += "\n## In motion\n\n" + paragraph(
-            "The path travelled in one go, acceleration included; reading takes "
-            f"{scenario['exchange_ms']['read']} ms on the wire, writing {scenario['exchange_ms']['write']} ms, the "
+            "The axes travel the path in one go; the figures include acceleration. Reading takes "
+            f"{scenario['exchange_ms']['read']} ms on the wire, writing {scenario['exchange_ms']['write']} ms. The "
             f"box writes every 30 ms. {paper.get('in_motion', '')}".rstrip()) + moving(report)
     return text
 
