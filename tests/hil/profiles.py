@@ -273,7 +273,7 @@ def table(found):
     jitter = steady["jitter_us"]
     lines += [f"{found['seconds']:.0f} s with the axes moving: {steady['cycles']} cycles, "
               f"**{steady['overruns']} missed periods**.", "",
-              "| wake-ups, µs | p50 | p99 | largest | stood for 10 ms and more |", "|---|---|---|---|---|",
+              "| wake-ups, µs | p50 | p99 | largest | delays of 10 ms and more |", "|---|---|---|---|---|",
               f"| compboxd | {jitter['p50']:.0f} | {jitter['p99']:.0f} | {jitter['max']:.0f} | "
               f"{steady['stalls']} |"]
     if beside:
