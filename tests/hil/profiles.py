@@ -279,11 +279,11 @@ def table(found):
     if beside:
         lines.append(f"| cyclictest beside it | {beside['p50']} | {beside['p99']} | {beside['max']} | "
                      f"{beside['late']} |")
-    lines += ["", "| fault, until it is taken back | noticed s | at zero s | ACTIVE again s | as before s |",
+    lines += ["", "| fault, until it is removed | noticed s | at zero s | ACTIVE again s | as before s |",
               "|---|---|---|---|---|"]
     for command, times in found["faults"].items():
         lines.append(f"| `{command}` | " + " | ".join(map(seconds_text, times.values())) + " |")
-    lines += ["", "| fault of one request | stayed ACTIVE | what was applied moved by µm |", "|---|---|---|"]
+    lines += ["", "| fault of one request | stayed ACTIVE | movement of the applied value, µm |", "|---|---|---|"]
     for command, (stayed, moved) in found["once"].items():
         lines.append(f"| `{command}` | {'yes' if stayed else 'no'} | {moved:.2f} |")
     return lines + [""]
@@ -294,7 +294,7 @@ def page(results):
     intro = (DOCS.parent / "results/plc-profiles.md").read_text().split("\n<!-- measured -->\n")[0]
     text = [intro, "<!-- measured -->", "",
             f"Measured on {platform.machine()} with {os.cpu_count()} processors, load average {load:.1f} at "
-            f"the end: what else ran there is in the figures.", ""]
+            f"the end. The figures include the effect of other programs.", ""]
     for found in results:
         text += table(found)
     return "\n".join(text).rstrip() + "\n"
