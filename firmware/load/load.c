@@ -7,7 +7,7 @@
 
 #include "firmware/config/derive.h"
 #include "firmware/load/sections.h"
-#include "firmware/terms/kinds.h"
+#include "firmware/terms/load.h"
 
 #define AT(member) .offset = offsetof(struct cb_config, member)
 

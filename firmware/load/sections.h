@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * Inside of the loader: the sections of the coefficient file and the tables of keys of their
- * objects; those of the kinds of terms are in terms/kinds.h. A test compares all tables with
+ * objects; those of the kinds of terms are in firmware/terms. A test compares all tables with
  * docs/coefficients.schema.json. */
 #ifndef COMPBOX_FIRMWARE_LOAD_SECTIONS_H
 #define COMPBOX_FIRMWARE_LOAD_SECTIONS_H

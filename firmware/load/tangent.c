@@ -6,7 +6,7 @@
 #include "firmware/load/control.h"
 #include "firmware/load/registers.h"
 #include "firmware/load/sections.h"
-#include "firmware/terms/kinds.h"
+#include "firmware/terms/load.h"
 #include "firmware/wire/number.h"
 #include "models/num.h"
 

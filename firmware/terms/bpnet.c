@@ -4,7 +4,8 @@
 
 #include <string.h>
 
-#include "firmware/terms/kinds.h"
+#include "firmware/terms/kind.h"
+#include "firmware/terms/load.h"
 #include "models/training_range.h"
 
 #define LEAST_SCALE "0.000001"

@@ -1,102 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-#include "firmware/terms/compute.h"
-
+#include "firmware/terms/curves.h"
+#include "firmware/terms/kinds.h"
 #include "models/bpnet.h"
 #include "models/num.h"
-#include "models/polynomial.h"
-#include "models/ppoly.h"
 #include "models/training_range.h"
 #include "models/volumetric.h"
 
-/* ---- curves ---- */
-
-/* A B-spline or polyline, as the loader left it in the pool. */
-static struct cb_ppoly ppoly_of(const struct cb_config *config,
-                                const struct cb_curve_config *curve) {
-    const float *breaks = config->pool + curve->pool;
-    return (struct cb_ppoly){.breaks = breaks,
-                             .coefficients = breaks + curve->spans + 1,
-                             .spans_per_unit = curve->spans_per_unit,
-                             .spans = curve->spans,
-                             .degree = curve->degree};
-}
-
-/* span: where it was last found */
-static struct cb_curve_value piecewise(const struct cb_config *config,
-                                       const struct cb_curve_config *curve, float x,
-                                       uint16_t *span) {
-    const struct cb_ppoly ppoly = ppoly_of(config, curve);
-    return cb_ppoly_near(&ppoly, x, span);
-}
-
-static struct cb_curve_value polynomial(const struct cb_config *config,
-                                        const struct cb_curve_config *curve, float x) {
-    const struct cb_polynomial one = {.coefficients = config->pool + curve->pool,
-                                      .center = curve->center,
-                                      .inverse_half_range = curve->inverse_half_range,
-                                      .from = curve->from,
-                                      .to = curve->to,
-                                      .degree = curve->degree};
-    return cb_polynomial_evaluate(&one, x);
-}
-
-/* in : type: that of the term, a curve */
-static struct cb_curve_value one_curve(const struct cb_config *config, uint8_t type,
-                                       const struct cb_curve_config *curve, float x,
-                                       uint16_t *span) {
-    return type == CB_TERM_POLYNOMIAL ? polynomial(config, curve, x)
-                                      : piecewise(config, curve, x, span);
-}
-
-bool cb_term_has_branches(const struct cb_term_config *term) {
-    switch ((enum cb_term_type)term->type) {
-        case CB_TERM_BSPLINE:
-        case CB_TERM_POLYLINE:
-        case CB_TERM_POLYNOMIAL:
-            return term->as.curve.reversal_mm > 0.0f;
-        case CB_TERM_LINEAR:
-        case CB_TERM_PRODUCT:
-        case CB_TERM_BPNET:
-        case CB_TERM_VOLUMETRIC:
-            break;
-    }
-    return false;
-}
-
-/* The direction is that of the reading itself: looking ahead turns round before the axis does. */
-static struct cb_curve_value with_branch(const struct cb_evaluation *e,
-                                         const struct cb_term_config *term,
-                                         struct cb_term_state *state,
-                                         struct cb_curve_value forward) {
-    const struct cb_curve_config *curve = &term->as.curve;
-    const struct cb_signal_state *signal = &e->signals[curve->signal];
-    if (!state->directed) cb_direction_start(&state->direction, signal->value, curve->reversal_mm);
-    state->directed = true;
-    cb_direction_step(&state->direction, signal->value, curve->reversal_mm);
-    uint16_t span = state->span;
-    const struct cb_curve_value backward = one_curve(
-        e->config, term->type, &e->config->branches[curve->backward], signal->used, &span);
-    return cb_direction_blend(&state->direction, curve->reversal_mm, forward, backward);
-}
-
-static uint8_t curve(const struct cb_evaluation *e, const struct cb_term_config *term,
-                     struct cb_term_state *state, float *value) {
-    const struct cb_curve_config *curve = &term->as.curve;
-    const struct cb_signal_state *signal = &e->signals[curve->signal];
-    if (!signal->fresh) return CB_TERM_MISSING;
-    struct cb_curve_value result =
-        one_curve(e->config, term->type, curve, signal->used, &state->span);
-    if (curve->reversal_mm > 0.0f) result = with_branch(e, term, state, result);
-    value[0] = result.value;
-    return result.outside ? CB_TERM_OUTSIDE : 0;
-}
-
 /* ---- terms of several inputs ---- */
-
-/* true: the output is that of this step */
-static bool is_live(const struct cb_evaluation *e, uint8_t output) {
-    return e->states[e->config->output_terms[output]].live;
-}
 
 /* Rounding: (inputs + 1) 2^-24 of the sum of the sizes of what is added. */
 static uint8_t linear(const struct cb_evaluation *e, const struct cb_linear_config *linear,
@@ -117,7 +27,7 @@ static uint8_t linear(const struct cb_evaluation *e, const struct cb_linear_conf
 static uint8_t product(const struct cb_evaluation *e, const struct cb_product_config *product,
                        float *value) {
     const struct cb_signal_state *signal = &e->signals[product->signal];
-    if (!signal->fresh || !is_live(e, product->output)) return CB_TERM_MISSING;
+    if (!signal->fresh || !cb_output_is_live(e, product->output)) return CB_TERM_MISSING;
     value[0] = e->outputs[product->output] * (signal->used - product->origin);
     return 0;
 }
@@ -168,7 +78,7 @@ static uint8_t network(const struct cb_evaluation *e, const struct cb_term_confi
 static bool all_live(const struct cb_evaluation *e, const struct cb_volumetric_config *config) {
     bool live = true;
     for (unsigned k = 0; k < CB_CURVE_ERRORS; ++k)
-        live &= config->error[k] == CB_NONE || is_live(e, config->error[k]);
+        live &= config->error[k] == CB_NONE || cb_output_is_live(e, config->error[k]);
     return live;
 }
 
@@ -205,11 +115,13 @@ static uint8_t volumetric(const struct cb_evaluation *e, const struct cb_volumet
 
 uint8_t cb_term_compute(const struct cb_evaluation *e, const struct cb_term_config *term,
                         struct cb_term_state *state, float *value) {
+    const struct cb_term_kind *kind = cb_term_kinds[term->type];
+    if (kind) return kind->value(e, term, state, value);
     switch ((enum cb_term_type)term->type) {
         case CB_TERM_BSPLINE:
         case CB_TERM_POLYLINE:
         case CB_TERM_POLYNOMIAL:
-            return curve(e, term, state, value);
+            return cb_curve_evaluate(e, term, state, value);
         case CB_TERM_LINEAR:
             return linear(e, &term->as.linear, value);
         case CB_TERM_PRODUCT:

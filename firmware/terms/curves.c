@@ -1,19 +1,15 @@
-/* SPDX-License-Identifier: MIT
- * Terms that are curves of one signal, turned into the form in which they are evaluated. */
+/* SPDX-License-Identifier: MIT */
 #include "firmware/terms/curves.h"
 
 #include "firmware/terms/kinds.h"
+#include "firmware/terms/load.h"
 #include "models/bspline.h"
 #include "models/num.h"
 #include "models/polyline.h"
 
 enum { DEGREE = CB_CURVE_KEYS, KNOTS, CONTROL_POINTS, BSPLINE_KEYS };
 static const struct cb_field BSPLINE_FIELDS[BSPLINE_KEYS] = {
-    [CB_CURVE_NAME] = {"name", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [CB_CURVE_TYPE] = {"type", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [CB_CURVE_SIGNAL] = {"signal", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [CB_CURVE_BACKWARD] = {"backward", CB_FIELD_OBJECT, false, CB_NOT_STORED},
-    [CB_CURVE_REVERSAL] = CB_CURVE_REVERSAL_FIELD,
+    CB_CURVE_FIELDS,
     [DEGREE] = {"degree", CB_FIELD_UINT8, true, CB_CURVE_AT(degree), .least = "1", .most = "5"},
     [KNOTS] = {"knots", CB_FIELD_ARRAY, true, CB_NOT_STORED},
     [CONTROL_POINTS] = {"control_points", CB_FIELD_ARRAY, true, CB_NOT_STORED},
@@ -24,28 +20,13 @@ const struct cb_object cb_bspline_backward_object = {BSPLINE_FIELDS + CB_CURVE_K
 
 enum { POSITIONS = CB_CURVE_KEYS, VALUES, POLYLINE_KEYS };
 static const struct cb_field POLYLINE_FIELDS[POLYLINE_KEYS] = {
-    [CB_CURVE_NAME] = {"name", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [CB_CURVE_TYPE] = {"type", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [CB_CURVE_SIGNAL] = {"signal", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [CB_CURVE_BACKWARD] = {"backward", CB_FIELD_OBJECT, false, CB_NOT_STORED},
-    [CB_CURVE_REVERSAL] = CB_CURVE_REVERSAL_FIELD,
+    CB_CURVE_FIELDS,
     [POSITIONS] = {"positions", CB_FIELD_ARRAY, true, CB_NOT_STORED},
     [VALUES] = {"values", CB_FIELD_ARRAY, true, CB_NOT_STORED},
 };
 const struct cb_object cb_polyline_object = {POLYLINE_FIELDS, POLYLINE_KEYS};
 const struct cb_object cb_polyline_backward_object = {POLYLINE_FIELDS + CB_CURVE_KEYS,
                                                       POLYLINE_KEYS - CB_CURVE_KEYS};
-
-/* Notes the converted curve, unless it overflows somewhere. */
-static bool keep_ppoly(struct cb_loader *loader, uint32_t at, const struct cb_ppoly *ppoly,
-                       struct cb_curve_config *curve) {
-    curve->degree = ppoly->degree;
-    curve->spans = ppoly->spans;
-    curve->spans_per_unit = ppoly->spans_per_unit;
-    if (cb_ppoly_is_finite(ppoly)) return true;
-    return cb_fail(loader, CB_ERROR_RANGE, at,
-                   "some stand too close together for values of this size: the curve overflows");
-}
 
 /* ---- B-spline ---- */
 
@@ -117,7 +98,7 @@ static bool load_bspline(struct cb_loader *loader, uint32_t at, const uint32_t *
         return false;
     float *pool = loader->config->pool + curve->pool;
     cb_bspline_to_ppoly(&spline, pool, pool + breaks, &ppoly);
-    return keep_ppoly(loader, slots[KNOTS], &ppoly, curve);
+    return cb_keep_ppoly(loader, slots[KNOTS], &ppoly, curve);
 }
 
 /* ---- polyline ---- */
@@ -156,10 +137,31 @@ static bool load_polyline(struct cb_loader *loader, uint32_t at, const uint32_t 
     float *pool = loader->config->pool + curve->pool;
     cb_polyline_to_ppoly(scratch->knots, scratch->values, (uint16_t)count, pool, pool + count,
                          &ppoly);
-    return keep_ppoly(loader, slots[POSITIONS], &ppoly, curve);
+    return cb_keep_ppoly(loader, slots[POSITIONS], &ppoly, curve);
 }
 
-/* ---- direction ---- */
+/* ---- kinds that are no values yet ---- */
+
+static const struct cb_curve_kind BSPLINE = {
+    {BSPLINE_FIELDS + CB_CURVE_KEYS, BSPLINE_KEYS - CB_CURVE_KEYS},
+    true,
+    load_bspline,
+    cb_piecewise_at};
+static const struct cb_curve_kind POLYLINE = {
+    {POLYLINE_FIELDS + CB_CURVE_KEYS, POLYLINE_KEYS - CB_CURVE_KEYS},
+    true,
+    load_polyline,
+    cb_piecewise_at};
+extern const struct cb_curve_kind cb_polynomial_curve;
+
+static const struct cb_curve_kind *kind_of(const struct cb_term_config *term) {
+    if (cb_term_kinds[term->type]) return cb_term_kinds[term->type]->curve;
+    if (term->type == CB_TERM_BSPLINE) return &BSPLINE;
+    if (term->type == CB_TERM_POLYLINE) return &POLYLINE;
+    return term->type == CB_TERM_POLYNOMIAL ? &cb_polynomial_curve : 0;
+}
+
+/* ---- branches ---- */
 
 /* Both keys or none; a position in mm that float32 resolves finely enough. */
 static bool check_reversal(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
@@ -185,8 +187,7 @@ static bool check_reversal(struct cb_loader *loader, uint32_t at, const uint32_t
 /* The branch for positions that count down: the same keys as the curve's own, so it is read into
  * their slots. */
 static bool load_backward(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
-                          const struct cb_object *object, cb_load_curve_fn *load,
-                          struct cb_curve_config *curve) {
+                          const struct cb_curve_kind *kind, struct cb_curve_config *curve) {
     struct cb_config *config = loader->config;
     uint32_t own[CB_MAX_FIELDS];
     if (slots[CB_CURVE_BACKWARD] == CB_ABSENT && slots[CB_CURVE_REVERSAL] == CB_ABSENT) return true;
@@ -197,30 +198,89 @@ static bool load_backward(struct cb_loader *loader, uint32_t at, const uint32_t 
                        (uint32_t)CB_MAX_BRANCHES);
     struct cb_curve_config *branch = &config->branches[config->branches_count];
     branch->signal = curve->signal;
-    if (!cb_read_object(loader, slots[CB_CURVE_BACKWARD], object, branch, own + CB_CURVE_KEYS))
+    if (!cb_read_object(loader, slots[CB_CURVE_BACKWARD], &kind->backward, branch,
+                        own + CB_CURVE_KEYS))
         return false;
     curve->backward = config->branches_count++;
-    return load(loader, slots[CB_CURVE_BACKWARD], own, branch);
+    return kind->load(loader, slots[CB_CURVE_BACKWARD], own, branch);
+}
+
+/* The direction is that of the reading itself: looking ahead turns round before the axis does. */
+static struct cb_curve_value with_branch(const struct cb_evaluation *e,
+                                         const struct cb_term_config *term,
+                                         struct cb_term_state *state,
+                                         struct cb_curve_value forward) {
+    const struct cb_curve_config *curve = &term->as.curve;
+    const struct cb_signal_state *signal = &e->signals[curve->signal];
+    if (!state->directed) cb_direction_start(&state->direction, signal->value, curve->reversal_mm);
+    state->directed = true;
+    cb_direction_step(&state->direction, signal->value, curve->reversal_mm);
+    uint16_t span = state->span;
+    const struct cb_curve_value backward =
+        kind_of(term)->at(e->config, &e->config->branches[curve->backward], signal->used, &span);
+    return cb_direction_blend(&state->direction, curve->reversal_mm, forward, backward);
+}
+
+bool cb_term_has_branches(const struct cb_term_config *term) {
+    return kind_of(term) && term->as.curve.reversal_mm > 0.0f;
 }
 
 /* ---- as terms ---- */
 
-bool cb_load_curve(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
-                   const struct cb_object *backward, cb_load_curve_fn *load,
-                   struct cb_curve_config *curve) {
+bool cb_curve_load(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
+                   struct cb_term_config *term) {
+    const struct cb_curve_kind *kind = kind_of(term);
+    struct cb_curve_config *curve = &term->as.curve;
     return cb_read_signal(loader, slots[CB_CURVE_SIGNAL], &curve->signal) &&
-           load(loader, at, slots, curve) &&
-           load_backward(loader, at, slots, backward, load, curve);
+           kind->load(loader, at, slots, curve) && load_backward(loader, at, slots, kind, curve);
 }
 
-bool cb_load_bspline(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
-                     struct cb_term_config *term) {
-    return cb_load_curve(loader, at, slots, &cb_bspline_backward_object, load_bspline,
-                         &term->as.curve);
+uint8_t cb_curve_evaluate(const struct cb_evaluation *e, const struct cb_term_config *term,
+                          struct cb_term_state *state, float *value) {
+    const struct cb_curve_config *curve = &term->as.curve;
+    const struct cb_signal_state *signal = &e->signals[curve->signal];
+    if (!signal->fresh) return CB_TERM_MISSING;
+    struct cb_curve_value result = kind_of(term)->at(e->config, curve, signal->used, &state->span);
+    if (curve->reversal_mm > 0.0f) result = with_branch(e, term, state, result);
+    value[0] = result.value;
+    return result.outside ? CB_TERM_OUTSIDE : 0;
 }
 
-bool cb_load_polyline(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
-                      struct cb_term_config *term) {
-    return cb_load_curve(loader, at, slots, &cb_polyline_backward_object, load_polyline,
-                         &term->as.curve);
+void cb_curve_slope(const struct cb_slope_pass *pass, const struct cb_term_config *term,
+                    const struct cb_term_state *state, float *slope) {
+    const struct cb_curve_kind *kind = kind_of(term);
+    const struct cb_config *config = pass->e.config;
+    const struct cb_curve_config *curve = &term->as.curve;
+    const float x = pass->e.signals[curve->signal].used;
+    if (curve->signal != pass->signal) return;
+    struct cb_curve_value result = kind->at(config, curve, x, 0);
+    if (curve->reversal_mm > 0.0f)
+        result = cb_direction_blend(&state->direction, curve->reversal_mm, result,
+                                    kind->at(config, &config->branches[curve->backward], x, 0));
+    slope[0] = result.slope;
+}
+
+/* ---- pieces ---- */
+
+/* span: where it was last found; NULL: the slope too */
+struct cb_curve_value cb_piecewise_at(const struct cb_config *config,
+                                      const struct cb_curve_config *curve, float x,
+                                      uint16_t *span) {
+    const float *breaks = config->pool + curve->pool;
+    const struct cb_ppoly ppoly = {.breaks = breaks,
+                                   .coefficients = breaks + curve->spans + 1,
+                                   .spans_per_unit = curve->spans_per_unit,
+                                   .spans = curve->spans,
+                                   .degree = curve->degree};
+    return span ? cb_ppoly_near(&ppoly, x, span) : cb_ppoly_evaluate(&ppoly, x);
+}
+
+bool cb_keep_ppoly(struct cb_loader *loader, uint32_t at, const struct cb_ppoly *ppoly,
+                   struct cb_curve_config *curve) {
+    curve->degree = ppoly->degree;
+    curve->spans = ppoly->spans;
+    curve->spans_per_unit = ppoly->spans_per_unit;
+    if (cb_ppoly_is_finite(ppoly)) return true;
+    return cb_fail(loader, CB_ERROR_RANGE, at,
+                   "some stand too close together for values of this size: the curve overflows");
 }

@@ -2,7 +2,8 @@
  * Terms that are sums and products: weighted signals, and the slope of one thing by another. */
 #include <string.h>
 
-#include "firmware/terms/kinds.h"
+#include "firmware/terms/kind.h"
+#include "firmware/terms/load.h"
 #include "models/num.h"
 
 /* ---- linear ---- */

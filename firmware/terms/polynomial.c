@@ -5,17 +5,13 @@
 #include <string.h>
 
 #include "firmware/terms/curves.h"
-#include "firmware/terms/kinds.h"
+#include "firmware/terms/load.h"
 #include "models/num.h"
 
 /* half_range is read into inverse_half_range and inverted afterwards. */
-enum { COEFFICIENTS = CB_CURVE_KEYS, CENTER, HALF_RANGE, FROM, TO, POLYNOMIAL_KEYS };
-static const struct cb_field POLYNOMIAL_FIELDS[POLYNOMIAL_KEYS] = {
-    [CB_CURVE_NAME] = {"name", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [CB_CURVE_TYPE] = {"type", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [CB_CURVE_SIGNAL] = {"signal", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [CB_CURVE_BACKWARD] = {"backward", CB_FIELD_OBJECT, false, CB_NOT_STORED},
-    [CB_CURVE_REVERSAL] = CB_CURVE_REVERSAL_FIELD,
+enum { COEFFICIENTS = CB_CURVE_KEYS, CENTER, HALF_RANGE, FROM, TO, KEYS };
+static const struct cb_field FIELDS[KEYS] = {
+    CB_CURVE_FIELDS,
     [COEFFICIENTS] = {"coefficients", CB_FIELD_ARRAY, true, CB_NOT_STORED},
     [CENTER] = {"center", CB_FIELD_FLOAT, false, CB_CURVE_AT(center), .least = CB_LEAST_NUMBER,
                 .most = CB_MOST_NUMBER, .otherwise = "0"},
@@ -26,9 +22,9 @@ static const struct cb_field POLYNOMIAL_FIELDS[POLYNOMIAL_KEYS] = {
     [TO] = {"to", CB_FIELD_FLOAT, false, CB_CURVE_AT(to), .least = CB_LEAST_NUMBER,
             .most = CB_MOST_NUMBER},
 };
-const struct cb_object cb_polynomial_object = {POLYNOMIAL_FIELDS, POLYNOMIAL_KEYS};
-const struct cb_object cb_polynomial_backward_object = {POLYNOMIAL_FIELDS + CB_CURVE_KEYS,
-                                                        POLYNOMIAL_KEYS - CB_CURVE_KEYS};
+const struct cb_object cb_polynomial_object = {FIELDS, KEYS};
+const struct cb_object cb_polynomial_backward_object = {FIELDS + CB_CURVE_KEYS,
+                                                        KEYS - CB_CURVE_KEYS};
 
 /* Sum of |a_k u^k| at the larger |u|: what no step of the evaluation exceeds. */
 static float largest_sum(const struct cb_polynomial *polynomial) {
@@ -41,18 +37,22 @@ static float largest_sum(const struct cb_polynomial *polynomial) {
     return sum;
 }
 
-static bool check_polynomial(struct cb_loader *loader, const uint32_t *slots,
-                             const struct cb_curve_config *curve) {
-    const struct cb_polynomial polynomial = {loader->config->pool + curve->pool,
-                                             curve->center,
-                                             curve->inverse_half_range,
-                                             curve->from,
-                                             curve->to,
-                                             curve->degree};
+static struct cb_polynomial polynomial_of(const struct cb_config *config,
+                                          const struct cb_curve_config *curve) {
+    return (struct cb_polynomial){.coefficients = config->pool + curve->pool,
+                                  .center = curve->center,
+                                  .inverse_half_range = curve->inverse_half_range,
+                                  .from = curve->from,
+                                  .to = curve->to,
+                                  .degree = curve->degree};
+}
+
+static bool check(struct cb_loader *loader, uint32_t at, const struct cb_curve_config *curve) {
+    const struct cb_polynomial polynomial = polynomial_of(loader->config, curve);
     if (cb_polynomial_is_finite(&polynomial) &&
         largest_sum(&polynomial) <= cb_number_of(CB_MOST_NUMBER))
         return true;
-    return cb_fail(loader, CB_ERROR_RANGE, slots[COEFFICIENTS],
+    return cb_fail(loader, CB_ERROR_RANGE, at,
                    "between from and to its terms exceed 1e9 µm; are center and half_range those "
                    "of the fit?");
 }
@@ -69,8 +69,8 @@ static bool set_range(struct cb_loader *loader, uint32_t at, const uint32_t *slo
                    signal->name);
 }
 
-static bool load_polynomial(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
-                            struct cb_curve_config *curve) {
+static bool load_curve(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
+                       struct cb_curve_config *curve) {
     float *coefficients = loader->scratch->values;
     uint32_t count = 0;
     if (!cb_read_numbers(loader, slots[COEFFICIENTS], coefficients, CB_POLYNOMIAL_MAX_DEGREE + 1,
@@ -85,11 +85,18 @@ static bool load_polynomial(struct cb_loader *loader, uint32_t at, const uint32_
     curve->degree = (uint8_t)(count - 1);
     curve->spans = 1;
     curve->inverse_half_range = 1.0f / curve->inverse_half_range;
-    return check_polynomial(loader, slots, curve);
+    return check(loader, slots[COEFFICIENTS], curve);
 }
 
-bool cb_load_polynomial(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
-                        struct cb_term_config *term) {
-    return cb_load_curve(loader, at, slots, &cb_polynomial_backward_object, load_polynomial,
-                         &term->as.curve);
+/* span: nothing to be found */
+static struct cb_curve_value value_at(const struct cb_config *config,
+                                      const struct cb_curve_config *curve, float x,
+                                      uint16_t *span) {
+    const struct cb_polynomial polynomial = polynomial_of(config, curve);
+    (void)span;
+    return cb_polynomial_evaluate(&polynomial, x);
 }
+
+extern const struct cb_curve_kind cb_polynomial_curve;
+const struct cb_curve_kind cb_polynomial_curve = {
+    {FIELDS + CB_CURVE_KEYS, KEYS - CB_CURVE_KEYS}, false, load_curve, value_at};

@@ -1,119 +1,81 @@
 /* SPDX-License-Identifier: MIT
  * Slopes of the terms by one signal, analytic, for the tangent mode (box/tangent.h). */
-#include "firmware/terms/terms.h"
+#include "firmware/terms/curves.h"
+#include "firmware/terms/kinds.h"
 #include "models/bpnet.h"
 #include "models/num.h"
-#include "models/polynomial.h"
-#include "models/ppoly.h"
 #include "models/training_range.h"
 #include "models/volumetric.h"
 
-/* What one pass over the terms works with. */
-struct pass {
-    const struct cb_config *config;
-    const struct cb_signal_state *signals;
-    const struct cb_term_state *states;
-    const float *outputs; /* of the terms, in this step */
-    uint8_t signal;       /* by which the slopes are */
-    float *slopes;        /* of the outputs before this term: known */
-};
-
-static struct cb_curve_value curve_at(const struct cb_config *config, uint8_t type,
-                                      const struct cb_curve_config *curve, float x) {
-    const float *pool = config->pool + curve->pool;
-    const struct cb_polynomial polynomial = {pool,        curve->center, curve->inverse_half_range,
-                                             curve->from, curve->to,     curve->degree};
-    const struct cb_ppoly ppoly = {.breaks = pool,
-                                   .coefficients = pool + curve->spans + 1,
-                                   .spans_per_unit = curve->spans_per_unit,
-                                   .spans = curve->spans,
-                                   .degree = curve->degree};
-    return type == CB_TERM_POLYNOMIAL ? cb_polynomial_evaluate(&polynomial, x)
-                                      : cb_ppoly_evaluate(&ppoly, x);
+static float linear(const struct cb_slope_pass *p, const struct cb_linear_config *config) {
+    const unsigned i = cb_input_of(p, config->link, config->inputs);
+    return i < config->inputs ? p->e.config->pool[config->pool + i] : 0.0f;
 }
 
-static float curve(const struct pass *p, const struct cb_term_config *term, unsigned index) {
-    const struct cb_curve_config *config = &term->as.curve;
-    const float x = p->signals[config->signal].used;
-    if (config->signal != p->signal) return 0.0f;
-    const struct cb_curve_value forward = curve_at(p->config, term->type, config, x);
-    if (!cb_term_has_branches(term)) return forward.slope;
-    const struct cb_curve_value backward =
-        curve_at(p->config, term->type, &p->config->branches[config->backward], x);
-    return cb_direction_blend(&p->states[index].direction, config->reversal_mm, forward, backward)
-        .slope;
-}
-
-/* out: index of the signal among the inputs, or `count` */
-static unsigned input_of(const struct pass *p, uint16_t link, unsigned count) {
-    unsigned i = 0;
-    while (i < count && p->config->links[link + i] != p->signal) ++i;
-    return i;
-}
-
-static float linear(const struct pass *p, const struct cb_linear_config *config) {
-    const unsigned i = input_of(p, config->link, config->inputs);
-    return i < config->inputs ? p->config->pool[config->pool + i] : 0.0f;
-}
-
-static float product(const struct pass *p, const struct cb_product_config *config) {
-    const float way = p->signals[config->signal].used - config->origin;
-    const float own = config->signal == p->signal ? p->outputs[config->output] : 0.0f;
+static float product(const struct cb_slope_pass *p, const struct cb_product_config *config) {
+    const float way = p->e.signals[config->signal].used - config->origin;
+    const float own = config->signal == p->signal ? p->e.outputs[config->output] : 0.0f;
     return p->slopes[config->output] * way + own;
 }
 
 /* y = w m(x): w' m + w m', m the network at the inputs as the training range holds them. */
-static void network(const struct pass *p, const struct cb_term_config *term, float *slope) {
+static void network(const struct cb_slope_pass *p, const struct cb_term_config *term,
+                    float *slope) {
     const struct cb_bpnet_config *config = &term->as.bpnet;
-    const struct cb_bpnet net = {p->config->pool + config->weights, config->inputs, config->hidden,
-                                 term->outputs, config->linear};
-    const unsigned input = input_of(p, config->link, config->inputs);
+    const struct cb_bpnet net = {p->e.config->pool + config->weights, config->inputs,
+                                 config->hidden, term->outputs, config->linear};
+    const unsigned input = cb_input_of(p, config->link, config->inputs);
     float x[CB_BPNET_MAX_INPUTS];
     for (unsigned k = 0; k < term->outputs; ++k) slope[k] = 0.0f;
     if (input == config->inputs) return;
     for (unsigned i = 0; i < config->inputs; ++i)
-        x[i] = p->signals[p->config->links[config->link + i]].used;
+        x[i] = p->e.signals[p->e.config->links[config->link + i]].used;
     const float given = x[input];
     const struct cb_training_verdict verdict = cb_training_range_hold(
-        (const struct cb_training_range *)(const void *)(p->config->pool + config->ranges),
+        (const struct cb_training_range *)(const void *)(p->e.config->pool + config->ranges),
         config->inputs, x, x);
     if (!(verdict.weight > 0.0f)) return;
     if (x[input] == given) cb_bpnet_slope(&net, x, (uint8_t)input, slope);
     const bool fades = verdict.weight < 1.0f && verdict.weakest == input;
     const float fading = fades ? verdict.weight_slope / verdict.weight : 0.0f;
-    const float *output = p->outputs + term->first_output;
+    const float *output = p->e.outputs + term->first_output;
     for (unsigned k = 0; k < term->outputs; ++k)
         slope[k] = verdict.weight * slope[k] + fading * output[k];
 }
 
-static void volumetric(const struct pass *p, const struct cb_volumetric_config *config,
+static void volumetric(const struct cb_slope_pass *p, const struct cb_volumetric_config *config,
                        float *slope) {
-    const float *pool = p->config->pool + config->pool;
+    const float *pool = p->e.config->pool + config->pool;
     const struct cb_volumetric *model = (const struct cb_volumetric *)(const void *)pool;
     struct cb_volumetric_state state, rate;
     for (unsigned a = 0; a < CB_AXES; ++a) {
-        state.position_mm[a] = p->signals[config->position[a]].used;
+        state.position_mm[a] = p->e.signals[config->position[a]].used;
         rate.position_mm[a] = config->position[a] == p->signal ? 1.0f : 0.0f;
     }
     const bool constant = config->tool_length == CB_NONE;
     state.tool_mm =
-        constant ? pool[sizeof *model / sizeof *pool] : p->signals[config->tool_length].used;
+        constant ? pool[sizeof *model / sizeof *pool] : p->e.signals[config->tool_length].used;
     rate.tool_mm = !constant && config->tool_length == p->signal ? 1.0f : 0.0f;
     for (unsigned k = 0; k < CB_CURVE_ERRORS; ++k) {
         const uint8_t error = config->error[k];
-        state.error[k] = error == CB_NONE ? 0.0f : p->outputs[error];
+        state.error[k] = error == CB_NONE ? 0.0f : p->e.outputs[error];
         rate.error[k] = error == CB_NONE ? 0.0f : p->slopes[error];
     }
     cb_volumetric_derivative(model, &state, &rate, slope);
 }
 
-static void one_term(const struct pass *p, const struct cb_term_config *term, unsigned index,
-                     float *slope) {
+static void one_term(const struct cb_slope_pass *p, const struct cb_term_config *term,
+                     const struct cb_term_state *state, float *slope) {
+    const struct cb_term_kind *kind = cb_term_kinds[term->type];
+    if (kind) {
+        kind->slope(p, term, state, slope);
+        return;
+    }
     switch ((enum cb_term_type)term->type) {
         case CB_TERM_BSPLINE:
         case CB_TERM_POLYLINE:
         case CB_TERM_POLYNOMIAL:
-            slope[0] = curve(p, term, index);
+            cb_curve_slope(p, term, state, slope);
             break;
         case CB_TERM_LINEAR:
             slope[0] = linear(p, &term->as.linear);
@@ -133,11 +95,11 @@ static void one_term(const struct pass *p, const struct cb_term_config *term, un
 void cb_terms_slopes(const struct cb_config *config, const struct cb_signal_state *signals,
                      const struct cb_term_state *states, const float *outputs, uint8_t signal,
                      float *slopes) {
-    const struct pass p = {config, signals, states, outputs, signal, slopes};
+    const struct cb_slope_pass p = {{config, signals, states, outputs, true}, signal, slopes};
     for (unsigned i = 0; i < config->terms_count; ++i) {
         const struct cb_term_config *term = &config->terms[i];
         float slope[CB_MAX_TERM_OUTPUTS] = {0.0f};
-        if (states[i].live) one_term(&p, term, i, slope);
+        if (states[i].live) one_term(&p, term, &states[i], slope);
         for (unsigned k = 0; k < term->outputs; ++k)
             slopes[term->first_output + k] = cb_is_finite(slope[k]) ? slope[k] : 0.0f;
     }

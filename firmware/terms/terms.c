@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "firmware/terms/compute.h"
+#include "firmware/terms/kinds.h"
 #include "models/num.h"
 #include "models/ppoly.h"
 

@@ -4,7 +4,8 @@
 
 #include <string.h>
 
-#include "firmware/terms/kinds.h"
+#include "firmware/terms/kind.h"
+#include "firmware/terms/load.h"
 #include "models/num.h"
 
 enum {

@@ -14,7 +14,9 @@
                                            */
 extern "C" {
 #include "firmware/load/sections.h"
+#include "firmware/terms/curves.h"
 #include "firmware/terms/kinds.h"
+#include "firmware/terms/load.h"
 }
 #pragma GCC diagnostic pop
 
@@ -45,11 +47,11 @@ json resolved(json node) {
 }
 
 struct pairing {
-    const char *name;  // in "$defs"; "" is the whole file
+    std::string name;  // in "$defs"; "" is the whole file
     const cb_object *object;
-    const char *heading;  // in the manual
+    std::string heading;  // in the manual
 };
-const pairing pairings[] = {
+const std::vector<pairing> sections = {
     {"", &cb_top_object, "## file"},
     {"machine", &cb_machine_object, "## machine"},
     {"cycle", &cb_cycle_object, "## cycle"},
@@ -82,8 +84,26 @@ const pairing pairings[] = {
     {"pair", &cb_pair_object, "## pairs"},
 };
 
+// A kind of term, its parts, and the branch backward of a curve.
+[[maybe_unused]] void add_kind(std::vector<pairing> &all, const std::string &name,
+                               const cb_term_kind &kind) {
+    const std::string heading = "### " + name;
+    all.push_back({name, &kind.object, heading});
+    if (kind.curve) all.push_back({name + "_backward", &kind.curve->backward, heading});
+    for (const cb_term_part *part = kind.parts; part && part->name; ++part)
+        all.push_back({part->name, part->object, heading});
+}
+
+const std::vector<pairing> pairings = [] {
+    std::vector<pairing> all = sections;
+#define ADD(NAME, name) add_kind(all, #name, cb_term_##name);
+    CB_TERM_KINDS(ADD)
+#undef ADD
+    return all;
+}();
+
 json schema_of(const pairing &pair) {
-    return *pair.name ? schema().at("$defs").at(pair.name) : schema();
+    return !pair.name.empty() ? schema().at("$defs").at(pair.name) : schema();
 }
 
 template <class F>
@@ -200,10 +220,9 @@ std::string section(const std::string &heading) {
     const size_t start = manual.find("\n" + heading + "\n");
     EXPECT_NE(start, std::string::npos) << heading;
     const std::string own = manual.substr(start, manual.find("\n#", start + 2) - start);
-    static const std::set<std::string> terms = {"### bspline",   "### polyline", "### polynomial",
-                                                "### linear",    "### product",  "### bpnet",
-                                                "### volumetric"};
-    return terms.count(heading) > 0 ? own + section("## terms") : own;
+    const size_t terms = manual.find("\n## terms\n"), after = manual.find("\n## ", terms + 1);
+    const bool is_kind = start > terms && start < after;
+    return is_kind ? own + section("## terms") : own;
 }
 
 TEST(config_schema, the_manual_explains_every_key_with_range_and_default) {

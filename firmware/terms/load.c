@@ -1,0 +1,270 @@
+/* SPDX-License-Identifier: MIT
+ * The section "terms": the kinds there are, names, and the order in which terms need each other. */
+#include "firmware/terms/load.h"
+
+#include <string.h>
+
+#include "firmware/terms/curves.h"
+#include "firmware/terms/kinds.h"
+
+/* ---- what the kinds share ---- */
+
+bool cb_take_pool(struct cb_loader *loader, uint32_t at, uint32_t count, uint16_t *offset) {
+    struct cb_config *config = loader->config;
+    const uint32_t left = CB_POOL_FLOATS - (uint32_t)config->pool_count;
+    if (count > left)
+        return cb_fail(loader, CB_ERROR_FULL, at,
+                       "this term needs %u floats, and of the box's %u only %u are left", count,
+                       (uint32_t)CB_POOL_FLOATS, left);
+    *offset = config->pool_count;
+    config->pool_count = (uint16_t)(config->pool_count + count);
+    return true;
+}
+
+bool cb_read_signal(struct cb_loader *loader, uint32_t at, uint8_t *signal) {
+    const struct cb_config *config = loader->config;
+    char name[CB_NAME_SIZE];
+    if (!cb_read_name(loader, at, name)) return false;
+    *signal = cb_find_name(config->signals, sizeof config->signals[0], config->signals_count, name);
+    if (*signal != CB_NONE) return true;
+    return cb_fail(loader, CB_ERROR_NAME, at, "no signal is called %v", at);
+}
+
+bool cb_read_output(struct cb_loader *loader, uint32_t at, uint8_t *output) {
+    const struct cb_config *config = loader->config;
+    char name[CB_NAME_SIZE];
+    if (!cb_read_name(loader, at, name)) return false;
+    *output = cb_find_name(config->outputs, sizeof config->outputs[0], config->outputs_count, name);
+    if (*output != CB_NONE) return true;
+    return cb_fail(loader, CB_ERROR_NAME, at, "no term has an output %v", at);
+}
+
+/* Notes one more input of the term whose inputs begin at `link`. */
+static bool add_input(struct cb_loader *loader, uint32_t at, uint16_t link) {
+    struct cb_config *config = loader->config;
+    uint8_t signal = 0;
+    if (config->links_count == CB_MAX_LINKS)
+        return cb_fail(loader, CB_ERROR_FULL, at, "the terms have more than %u inputs together",
+                       (uint32_t)CB_MAX_LINKS);
+    if (!cb_read_signal(loader, at, &signal)) return false;
+    for (uint32_t i = link; i < config->links_count; ++i) {
+        if (config->links[i] == signal)
+            return cb_fail(loader, CB_ERROR_NAME, at, "%v stands here twice", at);
+    }
+    config->links[config->links_count++] = signal;
+    return true;
+}
+
+bool cb_read_inputs(struct cb_loader *loader, uint32_t at, uint32_t most, uint16_t *link,
+                    uint8_t *inputs) {
+    struct cb_list list = cb_list(loader, at);
+    *link = loader->config->links_count;
+    *inputs = 0;
+    for (; cb_list_next(&list); ++*inputs) {
+        if (!cb_list_has_room(loader, &list, most, "inputs of one term")) return false;
+        if (!add_input(loader, list.at, *link)) return false;
+    }
+    if (*inputs > 0) return true;
+    return cb_fail(loader, CB_ERROR_RANGE, at, "at least one input is needed");
+}
+
+bool cb_read_vector(struct cb_loader *loader, uint32_t at, uint32_t count, const char *of,
+                    float *numbers) {
+    uint32_t found = 0;
+    if (cb_token_at(loader, at).kind != CB_JSON_ARRAY)
+        return cb_fail(loader, CB_ERROR_TYPE, at, "must be a list […], not %v", at);
+    if (!cb_read_numbers(loader, at, numbers, count, &found)) return false;
+    if (found == count) return true;
+    return cb_fail(loader, CB_ERROR_RANGE, at, "%u numbers for %u %s; each needs one", found, count,
+                   of);
+}
+
+/* ---- kinds ---- */
+
+/* outputs: slot of the list of their names; 0: one output, named as the term. */
+static const struct term_kind {
+    const struct cb_object *object;
+    cb_load_kind *load;
+    cb_link_kind *link;
+    uint8_t outputs;
+} KINDS[] = {
+    [CB_TERM_BSPLINE] = {&cb_bspline_object, cb_curve_load, 0, 0},
+    [CB_TERM_POLYLINE] = {&cb_polyline_object, cb_curve_load, 0, 0},
+    [CB_TERM_POLYNOMIAL] = {&cb_polynomial_object, cb_curve_load, 0, 0},
+    [CB_TERM_LINEAR] = {&cb_linear_object, cb_load_linear, 0, 0},
+    [CB_TERM_PRODUCT] = {&cb_product_object, cb_load_product, cb_link_product, 0},
+    [CB_TERM_BPNET] = {&cb_bpnet_object, cb_load_bpnet, 0, CB_TERM_COMMON_KEYS},
+    [CB_TERM_VOLUMETRIC] = {&cb_volumetric_object, cb_load_volumetric, cb_link_volumetric,
+                            CB_TERM_COMMON_KEYS},
+};
+
+static const struct cb_word KIND_WORDS[] = {
+    {"bspline", CB_TERM_BSPLINE},       {"polyline", CB_TERM_POLYLINE},
+    {"polynomial", CB_TERM_POLYNOMIAL}, {"linear", CB_TERM_LINEAR},
+    {"product", CB_TERM_PRODUCT},       {"bpnet", CB_TERM_BPNET},
+    {"volumetric", CB_TERM_VOLUMETRIC}, {0, 0}};
+
+/* The term's type decides which keys it has, so it is read before them. */
+static bool read_kind(struct cb_loader *loader, uint32_t at, uint8_t *kind) {
+    const uint32_t type = cb_find_key(loader, at, "type");
+    if (cb_token_at(loader, at).kind != CB_JSON_OBJECT)
+        return cb_fail(loader, CB_ERROR_TYPE, at, "must be an object {…}, not %v", at);
+    if (type == CB_ABSENT) return cb_fail(loader, CB_ERROR_KEY, at, "the key type is missing");
+    return cb_read_word(loader, type, KIND_WORDS, kind);
+}
+
+/* ---- outputs ---- */
+
+static bool add_output(struct cb_loader *loader, uint32_t at, uint8_t index,
+                       struct cb_term_config *term) {
+    struct cb_config *config = loader->config;
+    if (config->outputs_count == CB_MAX_OUTPUTS)
+        return cb_fail(loader, CB_ERROR_FULL, at, "the terms have more than %u outputs together",
+                       (uint32_t)CB_MAX_OUTPUTS);
+    struct cb_output_config *output = &config->outputs[config->outputs_count];
+    if (!cb_read_name(loader, at, output->name)) return false;
+    if (cb_find_name(config->outputs, sizeof *output, config->outputs_count, output->name) !=
+        CB_NONE)
+        return cb_fail(loader, CB_ERROR_NAME, at, "another term is called %v too", at);
+    output->term = index;
+    ++config->outputs_count;
+    ++term->outputs;
+    return true;
+}
+
+/* The names in the list; or the term's own name. */
+static bool name_outputs(struct cb_loader *loader, const uint32_t *slots, uint8_t list_slot,
+                         uint8_t index) {
+    struct cb_term_config *term = &loader->config->terms[index];
+    char name[CB_NAME_SIZE];
+    term->first_output = loader->config->outputs_count;
+    if (list_slot == 0) return add_output(loader, slots[CB_TERM_NAME], index, term);
+    if (!cb_read_name(loader, slots[CB_TERM_NAME], name)) return false;
+    struct cb_list list = cb_list(loader, slots[list_slot]);
+    while (cb_list_next(&list)) {
+        if (!cb_list_has_room(loader, &list, CB_MAX_TERM_OUTPUTS, "outputs of one term"))
+            return false;
+        if (!add_output(loader, list.at, index, term)) return false;
+    }
+    if (term->outputs > 0) return true;
+    return cb_fail(loader, CB_ERROR_RANGE, slots[list_slot], "at least one output is needed");
+}
+
+static bool load_term(struct cb_loader *loader, uint32_t at, uint8_t index) {
+    struct cb_term_config *term = &loader->config->terms[index];
+    uint32_t slots[CB_MAX_FIELDS];
+    if (!read_kind(loader, at, &term->type)) return false;
+    const struct cb_term_kind *value = cb_term_kinds[term->type];
+    if (value)
+        return cb_read_object(loader, at, &value->object, &term->as, slots) &&
+               name_outputs(loader, slots, value->outputs, index) &&
+               value->load(loader, at, slots, term);
+    const struct term_kind *kind = &KINDS[term->type];
+    if (!cb_read_object(loader, at, kind->object, &term->as, slots)) return false;
+    return name_outputs(loader, slots, kind->outputs, index) && kind->load(loader, at, slots, term);
+}
+
+/* ---- order ---- */
+
+/* in : k = 0, 1 …
+ * out: false when the term uses no more than k outputs of others; else *output, or CB_NONE */
+static bool uses(const struct cb_term_config *term, uint32_t k, uint8_t *output) {
+    const struct cb_term_kind *kind = cb_term_kinds[term->type];
+    if (kind && k >= kind->uses.count) return false;
+    if (kind) *output = *((const uint8_t *)term + kind->uses.offset + k);
+    if (kind) return true;
+    if (term->type == CB_TERM_PRODUCT && k == 0) {
+        *output = term->as.product.output;
+        return true;
+    }
+    if (term->type != CB_TERM_VOLUMETRIC || k >= sizeof term->as.volumetric.error) return false;
+    *output = term->as.volumetric.error[k];
+    return true;
+}
+
+/* The first term that has to come before this one and has no place yet; CB_NONE: it may come. */
+static uint8_t missing_before(const struct cb_config *config, uint8_t index, const bool *placed) {
+    uint8_t output = CB_NONE;
+    for (uint32_t k = 0; uses(&config->terms[index], k, &output); ++k) {
+        if (output == CB_NONE) continue;
+        const uint8_t before = config->outputs[output].term;
+        if (!placed[before]) return before;
+    }
+    return CB_NONE;
+}
+
+/* in : index, a term that has no place. Followed far enough, it leads onto the circle itself. */
+static bool refuse_circle(struct cb_loader *loader, uint32_t terms, uint8_t index,
+                          const bool *placed) {
+    const struct cb_config *config = loader->config;
+    for (uint32_t i = 0; i < config->terms_count; ++i)
+        index = missing_before(config, index, placed);
+    const struct cb_term_kind *kind = cb_term_kinds[config->terms[index].type];
+    const bool product = config->terms[index].type == CB_TERM_PRODUCT;
+    const char *key = kind ? kind->uses.key : product ? "term" : "errors";
+    const uint32_t at = cb_find_key(loader, cb_list_at(loader, terms, index), key);
+    return cb_fail(loader, CB_ERROR_ORDER, at, "this term needs, in the end, its own output");
+}
+
+/* Every term after those that it uses, otherwise as in the file. */
+static bool find_order(struct cb_loader *loader, uint32_t at, uint8_t *order) {
+    const struct cb_config *config = loader->config;
+    bool placed[CB_MAX_TERMS] = {false};
+    for (uint32_t count = 0; count < config->terms_count;) {
+        const uint32_t before = count;
+        uint8_t left = 0;
+        for (uint8_t i = 0; i < config->terms_count; ++i) {
+            if (placed[i]) continue;
+            left = i;
+            if (missing_before(config, i, placed) != CB_NONE) continue;
+            placed[i] = true;
+            order[count++] = i;
+        }
+        if (count == before) return refuse_circle(loader, at, left, placed);
+    }
+    return true;
+}
+
+/* Puts the terms into that order; outputs stay where they are. */
+static void put_in_order(struct cb_loader *loader, const uint8_t *order) {
+    struct cb_config *config = loader->config;
+    _Static_assert(sizeof config->terms <= sizeof loader->scratch->values, "room for all terms");
+    memcpy(loader->scratch->values, config->terms, sizeof config->terms);
+    for (uint8_t i = 0; i < config->terms_count; ++i) {
+        struct cb_term_config *term = &config->terms[i];
+        memcpy(term, (const char *)loader->scratch->values + order[i] * sizeof *term, sizeof *term);
+        for (uint32_t k = 0; k < term->outputs; ++k)
+            config->outputs[term->first_output + k].term = i;
+    }
+}
+
+static bool link_terms(struct cb_loader *loader, uint32_t at) {
+    struct cb_config *config = loader->config;
+    struct cb_list list = cb_list(loader, at);
+    while (cb_list_next(&list)) {
+        struct cb_term_config *term = &config->terms[list.index];
+        const struct cb_term_kind *kind = cb_term_kinds[term->type];
+        if (kind && kind->link &&
+            !kind->link(loader, cb_find_key(loader, list.at, kind->uses.key), term))
+            return false;
+        cb_link_kind *link = KINDS[term->type].link;
+        if (link && !link(loader, list.at, term)) return false;
+    }
+    return true;
+}
+
+bool cb_load_terms(struct cb_loader *loader, uint32_t at) {
+    struct cb_config *config = loader->config;
+    uint8_t order[CB_MAX_TERMS];
+    struct cb_list list = cb_list(loader, at);
+    while (cb_list_next(&list)) {
+        if (!cb_list_has_room(loader, &list, CB_MAX_TERMS, "terms")) return false;
+        if (!load_term(loader, list.at, config->terms_count)) return false;
+        ++config->terms_count;
+    }
+    if (config->terms_count == 0)
+        return cb_fail(loader, CB_ERROR_KEY, at, "at least one term is needed");
+    if (!link_terms(loader, at) || !find_order(loader, at, order)) return false;
+    put_in_order(loader, order);
+    return true;
+}
