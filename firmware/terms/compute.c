@@ -23,15 +23,6 @@ static uint8_t linear(const struct cb_evaluation *e, const struct cb_linear_conf
     return 0;
 }
 
-/* Rounding: 2^-23 of the product, beside that of the output that it takes. */
-static uint8_t product(const struct cb_evaluation *e, const struct cb_product_config *product,
-                       float *value) {
-    const struct cb_signal_state *signal = &e->signals[product->signal];
-    if (!signal->fresh || !cb_output_is_live(e, product->output)) return CB_TERM_MISSING;
-    value[0] = e->outputs[product->output] * (signal->used - product->origin);
-    return 0;
-}
-
 _Static_assert(sizeof(struct cb_training_range) == 4 * sizeof(float), "lies in the pool as floats");
 
 /* Seldom: mostly the temperatures are those that were trained. */
@@ -125,7 +116,7 @@ uint8_t cb_term_compute(const struct cb_evaluation *e, const struct cb_term_conf
         case CB_TERM_LINEAR:
             return linear(e, &term->as.linear, value);
         case CB_TERM_PRODUCT:
-            return product(e, &term->as.product, value);
+            break;
         case CB_TERM_BPNET:
             return network(e, term, value);
         case CB_TERM_VOLUMETRIC:

@@ -6,7 +6,7 @@
 
 #include "firmware/terms/kind.h"
 
-#define CB_TERM_KINDS(KIND)
+#define CB_TERM_KINDS(KIND) KIND(PRODUCT, product)
 
 #define CB_TERM_KIND(NAME, name) extern const struct cb_term_kind cb_term_##name;
 CB_TERM_KINDS(CB_TERM_KIND)

@@ -1,12 +1,10 @@
 /* SPDX-License-Identifier: MIT
- * Terms that are sums and products: weighted signals, and the slope of one thing by another. */
+ * Terms of type linear: weighted sums of signals. */
 #include <string.h>
 
 #include "firmware/terms/kind.h"
 #include "firmware/terms/load.h"
 #include "models/num.h"
-
-/* ---- linear ---- */
 
 enum { INPUTS = CB_TERM_COMMON_KEYS, WEIGHTS, CONSTANT, LINEAR_KEYS };
 static const struct cb_field LINEAR_FIELDS[LINEAR_KEYS] = {
@@ -47,29 +45,4 @@ bool cb_load_linear(struct cb_loader *loader, uint32_t at, const uint32_t *slots
     if (!cb_take_pool(loader, at, linear->inputs + 1u, &linear->pool)) return false;
     memcpy(loader->config->pool + linear->pool, weights, (linear->inputs + 1u) * sizeof *weights);
     return true;
-}
-
-/* ---- product ---- */
-
-enum { FACTOR = CB_TERM_COMMON_KEYS, SIGNAL, ORIGIN, PRODUCT_KEYS };
-static const struct cb_field PRODUCT_FIELDS[PRODUCT_KEYS] = {
-    [CB_TERM_NAME] = {"name", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [CB_TERM_TYPE] = {"type", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [FACTOR] = {"term", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [SIGNAL] = {"signal", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [ORIGIN] = {"origin", CB_FIELD_FLOAT, false,
-                .offset = offsetof(struct cb_product_config, origin), .least = CB_LEAST_NUMBER,
-                .most = CB_MOST_NUMBER, .otherwise = "0"},
-};
-const struct cb_object cb_product_object = {PRODUCT_FIELDS, PRODUCT_KEYS};
-
-bool cb_load_product(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
-                     struct cb_term_config *term) {
-    (void)at;
-    return cb_read_signal(loader, slots[SIGNAL], &term->as.product.signal);
-}
-
-bool cb_link_product(struct cb_loader *loader, uint32_t at, struct cb_term_config *term) {
-    return cb_read_output(loader, cb_find_key(loader, at, PRODUCT_FIELDS[FACTOR].key),
-                          &term->as.product.output);
 }

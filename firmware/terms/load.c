@@ -92,7 +92,6 @@ static const struct term_kind {
     [CB_TERM_POLYLINE] = {&cb_polyline_object, cb_curve_load, 0, 0},
     [CB_TERM_POLYNOMIAL] = {&cb_polynomial_object, cb_curve_load, 0, 0},
     [CB_TERM_LINEAR] = {&cb_linear_object, cb_load_linear, 0, 0},
-    [CB_TERM_PRODUCT] = {&cb_product_object, cb_load_product, cb_link_product, 0},
     [CB_TERM_BPNET] = {&cb_bpnet_object, cb_load_bpnet, 0, CB_TERM_COMMON_KEYS},
     [CB_TERM_VOLUMETRIC] = {&cb_volumetric_object, cb_load_volumetric, cb_link_volumetric,
                             CB_TERM_COMMON_KEYS},
@@ -173,10 +172,6 @@ static bool uses(const struct cb_term_config *term, uint32_t k, uint8_t *output)
     if (kind && k >= kind->uses.count) return false;
     if (kind) *output = *((const uint8_t *)term + kind->uses.offset + k);
     if (kind) return true;
-    if (term->type == CB_TERM_PRODUCT && k == 0) {
-        *output = term->as.product.output;
-        return true;
-    }
     if (term->type != CB_TERM_VOLUMETRIC || k >= sizeof term->as.volumetric.error) return false;
     *output = term->as.volumetric.error[k];
     return true;
@@ -200,8 +195,7 @@ static bool refuse_circle(struct cb_loader *loader, uint32_t terms, uint8_t inde
     for (uint32_t i = 0; i < config->terms_count; ++i)
         index = missing_before(config, index, placed);
     const struct cb_term_kind *kind = cb_term_kinds[config->terms[index].type];
-    const bool product = config->terms[index].type == CB_TERM_PRODUCT;
-    const char *key = kind ? kind->uses.key : product ? "term" : "errors";
+    const char *key = kind ? kind->uses.key : "errors";
     const uint32_t at = cb_find_key(loader, cb_list_at(loader, terms, index), key);
     return cb_fail(loader, CB_ERROR_ORDER, at, "this term needs, in the end, its own output");
 }

@@ -10,13 +10,13 @@
 typedef bool cb_load_kind(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
                           struct cb_term_config *term);
 
-cb_load_kind cb_load_linear, cb_load_product; /* linear.c */
-cb_load_kind cb_load_bpnet;                   /* bpnet.c */
-cb_load_kind cb_load_volumetric;              /* volumetric.c */
+cb_load_kind cb_load_linear;     /* linear.c */
+cb_load_kind cb_load_bpnet;      /* bpnet.c */
+cb_load_kind cb_load_volumetric; /* volumetric.c */
 
 /* Second pass, at: the same term */
 typedef bool cb_link_kind(struct cb_loader *loader, uint32_t at, struct cb_term_config *term);
-cb_link_kind cb_link_product, cb_link_volumetric;
+cb_link_kind cb_link_volumetric;
 
 /* The tables of their keys. */
 extern const struct cb_object cb_bspline_object; /* curves.c */
@@ -25,8 +25,7 @@ extern const struct cb_object cb_polynomial_object;
 extern const struct cb_object cb_bspline_backward_object;
 extern const struct cb_object cb_polyline_backward_object;
 extern const struct cb_object cb_polynomial_backward_object;
-extern const struct cb_object cb_linear_object; /* linear.c */
-extern const struct cb_object cb_product_object;
+extern const struct cb_object cb_linear_object;     /* linear.c */
 extern const struct cb_object cb_bpnet_object;      /* bpnet.c */
 extern const struct cb_object cb_volumetric_object; /* volumetric.c */
 extern const struct cb_object cb_reference_points_object;

@@ -12,12 +12,6 @@ static float linear(const struct cb_slope_pass *p, const struct cb_linear_config
     return i < config->inputs ? p->e.config->pool[config->pool + i] : 0.0f;
 }
 
-static float product(const struct cb_slope_pass *p, const struct cb_product_config *config) {
-    const float way = p->e.signals[config->signal].used - config->origin;
-    const float own = config->signal == p->signal ? p->e.outputs[config->output] : 0.0f;
-    return p->slopes[config->output] * way + own;
-}
-
 /* y = w m(x): w' m + w m', m the network at the inputs as the training range holds them. */
 static void network(const struct cb_slope_pass *p, const struct cb_term_config *term,
                     float *slope) {
@@ -81,7 +75,6 @@ static void one_term(const struct cb_slope_pass *p, const struct cb_term_config 
             slope[0] = linear(p, &term->as.linear);
             break;
         case CB_TERM_PRODUCT:
-            slope[0] = product(p, &term->as.product);
             break;
         case CB_TERM_BPNET:
             network(p, term, slope);

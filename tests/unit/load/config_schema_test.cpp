@@ -74,7 +74,6 @@ const std::vector<pairing> sections = {
     {"polyline_backward", &cb_polyline_backward_object, "### polyline"},
     {"polynomial_backward", &cb_polynomial_backward_object, "### polynomial"},
     {"linear", &cb_linear_object, "### linear"},
-    {"product", &cb_product_object, "### product"},
     {"bpnet", &cb_bpnet_object, "### bpnet"},
     {"volumetric", &cb_volumetric_object, "### volumetric"},
     {"reference_points", &cb_reference_points_object, "### volumetric"},
@@ -85,8 +84,7 @@ const std::vector<pairing> sections = {
 };
 
 // A kind of term, its parts, and the branch backward of a curve.
-[[maybe_unused]] void add_kind(std::vector<pairing> &all, const std::string &name,
-                               const cb_term_kind &kind) {
+void add_kind(std::vector<pairing> &all, const std::string &name, const cb_term_kind &kind) {
     const std::string heading = "### " + name;
     all.push_back({name, &kind.object, heading});
     if (kind.curve) all.push_back({name + "_backward", &kind.curve->backward, heading});
