@@ -5,7 +5,6 @@
 #include "firmware/terms/load.h"
 #include "models/bspline.h"
 #include "models/num.h"
-#include "models/polyline.h"
 
 enum { DEGREE = CB_CURVE_KEYS, KNOTS, CONTROL_POINTS, BSPLINE_KEYS };
 static const struct cb_field BSPLINE_FIELDS[BSPLINE_KEYS] = {
@@ -17,16 +16,6 @@ static const struct cb_field BSPLINE_FIELDS[BSPLINE_KEYS] = {
 const struct cb_object cb_bspline_object = {BSPLINE_FIELDS, BSPLINE_KEYS};
 const struct cb_object cb_bspline_backward_object = {BSPLINE_FIELDS + CB_CURVE_KEYS,
                                                      BSPLINE_KEYS - CB_CURVE_KEYS};
-
-enum { POSITIONS = CB_CURVE_KEYS, VALUES, POLYLINE_KEYS };
-static const struct cb_field POLYLINE_FIELDS[POLYLINE_KEYS] = {
-    CB_CURVE_FIELDS,
-    [POSITIONS] = {"positions", CB_FIELD_ARRAY, true, CB_NOT_STORED},
-    [VALUES] = {"values", CB_FIELD_ARRAY, true, CB_NOT_STORED},
-};
-const struct cb_object cb_polyline_object = {POLYLINE_FIELDS, POLYLINE_KEYS};
-const struct cb_object cb_polyline_backward_object = {POLYLINE_FIELDS + CB_CURVE_KEYS,
-                                                      POLYLINE_KEYS - CB_CURVE_KEYS};
 
 /* ---- B-spline ---- */
 
@@ -101,45 +90,6 @@ static bool load_bspline(struct cb_loader *loader, uint32_t at, const uint32_t *
     return cb_keep_ppoly(loader, slots[KNOTS], &ppoly, curve);
 }
 
-/* ---- polyline ---- */
-
-static bool read_polyline(struct cb_loader *loader, const uint32_t *slots, uint32_t *count) {
-    struct cb_load_scratch *scratch = loader->scratch;
-    uint32_t values = 0;
-    if (!cb_read_numbers(loader, slots[POSITIONS], scratch->knots, CB_MAX_CURVE_POINTS, count))
-        return false;
-    if (!cb_read_numbers(loader, slots[VALUES], scratch->values, CB_MAX_CURVE_POINTS, &values))
-        return false;
-    if (*count < 2)
-        return cb_fail(loader, CB_ERROR_RANGE, slots[POSITIONS],
-                       "a polyline has at least 2 positions");
-    if (values != *count)
-        return cb_fail(loader, CB_ERROR_RANGE, slots[VALUES],
-                       "%u values for %u positions; each position needs one", values, *count);
-    for (uint32_t i = 1; i < *count; ++i) {
-        if (scratch->knots[i] > scratch->knots[i - 1]) continue;
-        const uint32_t at = cb_list_at(loader, slots[POSITIONS], i);
-        return cb_fail(loader, CB_ERROR_ORDER, at,
-                       "%v is not above the position before it (%v); the box keeps 24 bits, "
-                       "about 7 digits",
-                       at, cb_list_at(loader, slots[POSITIONS], i - 1));
-    }
-    return true;
-}
-
-static bool load_polyline(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
-                          struct cb_curve_config *curve) {
-    const struct cb_load_scratch *scratch = loader->scratch;
-    struct cb_ppoly ppoly;
-    uint32_t count = 0;
-    if (!read_polyline(loader, slots, &count)) return false;
-    if (!cb_take_pool(loader, at, count + 2 * (count - 1), &curve->pool)) return false;
-    float *pool = loader->config->pool + curve->pool;
-    cb_polyline_to_ppoly(scratch->knots, scratch->values, (uint16_t)count, pool, pool + count,
-                         &ppoly);
-    return cb_keep_ppoly(loader, slots[POSITIONS], &ppoly, curve);
-}
-
 /* ---- kinds that are no values yet ---- */
 
 static const struct cb_curve_kind BSPLINE = {
@@ -147,17 +97,11 @@ static const struct cb_curve_kind BSPLINE = {
     true,
     load_bspline,
     cb_piecewise_at};
-static const struct cb_curve_kind POLYLINE = {
-    {POLYLINE_FIELDS + CB_CURVE_KEYS, POLYLINE_KEYS - CB_CURVE_KEYS},
-    true,
-    load_polyline,
-    cb_piecewise_at};
 extern const struct cb_curve_kind cb_polynomial_curve;
 
 static const struct cb_curve_kind *kind_of(const struct cb_term_config *term) {
     if (cb_term_kinds[term->type]) return cb_term_kinds[term->type]->curve;
     if (term->type == CB_TERM_BSPLINE) return &BSPLINE;
-    if (term->type == CB_TERM_POLYLINE) return &POLYLINE;
     return term->type == CB_TERM_POLYNOMIAL ? &cb_polynomial_curve : 0;
 }
 

@@ -6,8 +6,9 @@
 
 #include "firmware/terms/kind.h"
 
-#define CB_TERM_KINDS(KIND) KIND(PRODUCT, product)
-
+#define CB_TERM_KINDS(KIND)  \
+    KIND(POLYLINE, polyline) \
+    KIND(PRODUCT, product)
 #define CB_TERM_KIND(NAME, name) extern const struct cb_term_kind cb_term_##name;
 CB_TERM_KINDS(CB_TERM_KIND)
 #undef CB_TERM_KIND

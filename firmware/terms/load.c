@@ -89,7 +89,6 @@ static const struct term_kind {
     uint8_t outputs;
 } KINDS[] = {
     [CB_TERM_BSPLINE] = {&cb_bspline_object, cb_curve_load, 0, 0},
-    [CB_TERM_POLYLINE] = {&cb_polyline_object, cb_curve_load, 0, 0},
     [CB_TERM_POLYNOMIAL] = {&cb_polynomial_object, cb_curve_load, 0, 0},
     [CB_TERM_LINEAR] = {&cb_linear_object, cb_load_linear, 0, 0},
     [CB_TERM_BPNET] = {&cb_bpnet_object, cb_load_bpnet, 0, CB_TERM_COMMON_KEYS},

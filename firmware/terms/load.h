@@ -20,10 +20,8 @@ cb_link_kind cb_link_volumetric;
 
 /* The tables of their keys. */
 extern const struct cb_object cb_bspline_object; /* curves.c */
-extern const struct cb_object cb_polyline_object;
 extern const struct cb_object cb_polynomial_object;
 extern const struct cb_object cb_bspline_backward_object;
-extern const struct cb_object cb_polyline_backward_object;
 extern const struct cb_object cb_polynomial_backward_object;
 extern const struct cb_object cb_linear_object;     /* linear.c */
 extern const struct cb_object cb_bpnet_object;      /* bpnet.c */

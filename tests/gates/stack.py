@@ -30,8 +30,8 @@ HELPERS = 64
 ADDRESS = {"R_ARM_ABS32", "R_ARM_THM_MOVW_ABS_NC"}
 CURVE_AT = ["cb_piecewise_at", "terms/polynomial.c:value_at"]
 INDIRECT = {
-    "terms/compute.c:cb_term_compute": ["terms/*.c:value"],
-    "terms/slope.c:cb_terms_slopes": ["terms/*.c:slope"],
+    "terms/compute.c:cb_term_compute": ["terms/*.c:value", "cb_curve_evaluate"],
+    "terms/slope.c:cb_terms_slopes": ["terms/*.c:slope", "cb_curve_slope"],
     "terms/load.c:cb_load_terms": ["terms/*.c:load", "terms/*.c:link", "cb_curve_load",
                                      "cb_load_linear", "cb_load_bpnet",
                                      "cb_load_volumetric", "cb_link_volumetric"],
