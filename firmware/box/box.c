@@ -33,6 +33,7 @@ static void clear(struct cb_box *box) {
 void cb_box_start(struct cb_box *box) {
     clear(box);
     cb_config_derive(&box->config);
+    cb_terms_derive(&box->config);
     cb_box_take_sums(box);
 }
 

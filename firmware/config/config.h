@@ -63,16 +63,6 @@ struct cb_lag_link {
     float tau_s;
 };
 
-enum cb_term_type {
-    CB_TERM_BSPLINE,    /* a cb_ppoly in the pool */
-    CB_TERM_POLYLINE,   /* a cb_ppoly in the pool */
-    CB_TERM_POLYNOMIAL, /* a cb_polynomial in the pool */
-    CB_TERM_LINEAR,     /* weighted sum of signals */
-    CB_TERM_PRODUCT,    /* another term's output times a signal less its origin */
-    CB_TERM_BPNET,      /* a cb_bpnet in the pool, behind its training range */
-    CB_TERM_VOLUMETRIC, /* the 21 errors, from the outputs of other terms */
-};
-
 /* A curve of one signal. Pool layout: B-spline and polyline: breaks[spans+1], coefficients
  * [spans*(degree+1)]; polynomial: coefficients[degree+1]. With reversal_mm > 0 it is the branch for
  * a position that counts up, and branches[backward] is that for one that counts down. */
@@ -87,12 +77,14 @@ struct cb_curve_config {
     float reversal_mm; /* way after a reversal until the other branch counts; 0: no branches */
 };
 
-/* Pool: weights[inputs], constant. The inputs are signals, config->links[link + i]. */
+/* A weighted sum of signals. Pool: weights[inputs], constant. The inputs are signals,
+ * config->links[link + i]. */
 struct cb_linear_config {
     uint8_t inputs;
     uint16_t link, pool;
 };
 
+/* Another term's output times a signal less its origin. */
 struct cb_product_config {
     uint8_t output; /* index into outputs: the slope */
     uint8_t signal;
@@ -110,14 +102,14 @@ struct cb_bpnet_config {
 struct cb_volumetric_config {
     uint8_t position[3]; /* signals of X, Y, Z */
     uint8_t tool_length; /* signal, or CB_NONE */
-    bool complete;       /* derived: no error is CB_NONE */
+    bool complete;       /* no error is CB_NONE */
     uint8_t error[18];   /* outputs of the errors in the order of cb_volumetric_state; or CB_NONE */
     uint16_t pool;
 };
 
 /* Terms stand after those whose outputs they use, whatever their order in the file. */
 struct cb_term_config {
-    uint8_t type;         /* enum cb_term_type */
+    uint8_t type;         /* enum cb_term_type (terms/kinds.h) */
     uint8_t first_output; /* index into outputs; the term's outputs are consecutive */
     uint8_t outputs;      /* >= 1 */
     union {

@@ -8,6 +8,7 @@
 #include "firmware/config/derive.h"
 #include "firmware/load/sections.h"
 #include "firmware/terms/load.h"
+#include "firmware/terms/terms.h"
 
 #define AT(member) .offset = offsetof(struct cb_config, member)
 
@@ -174,7 +175,10 @@ enum cb_error cb_config_load(struct cb_config *config, const char *text, size_t 
     } else if (is_blank(text, length)) {
         cb_fail(&loader, CB_ERROR_EMPTY, CB_ABSENT, "the file is empty");
     } else if (check_syntax(&loader)) {
-        if (load_sections(&loader)) cb_config_derive(config);
+        if (load_sections(&loader)) {
+            cb_config_derive(config);
+            cb_terms_derive(config);
+        }
     }
     return loader.error;
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Terms that are networks: read as they were trained, checked, and folded (models/bpnet.h). */
+ * Terms of type bpnet: networks, read as they were trained, checked, and folded (models/bpnet.h).
+ */
 #include "models/bpnet.h"
 
 #include <string.h>
@@ -27,12 +28,11 @@ enum {
     INPUT_MAX,
     MARGIN,
     FADE,
-    BPNET_KEYS
+    KEYS
 };
 
-static const struct cb_field BPNET_FIELDS[BPNET_KEYS] = {
-    [CB_TERM_NAME] = {"name", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [CB_TERM_TYPE] = {"type", CB_FIELD_STRING, true, CB_NOT_STORED},
+static const struct cb_field FIELDS[KEYS] = {
+    CB_TERM_COMMON_FIELDS,
     [OUTPUTS] = {"outputs", CB_FIELD_ARRAY, true, CB_NOT_STORED},
     [INPUTS] = {"inputs", CB_FIELD_ARRAY, true, CB_NOT_STORED},
     [ACTIVATION] = {"activation", CB_FIELD_STRING, true, CB_NOT_STORED},
@@ -50,7 +50,6 @@ static const struct cb_field BPNET_FIELDS[BPNET_KEYS] = {
     [MARGIN] = {"margin", CB_FIELD_ARRAY, false, CB_NOT_STORED},
     [FADE] = {"fade", CB_FIELD_ARRAY, false, CB_NOT_STORED},
 };
-const struct cb_object cb_bpnet_object = {BPNET_FIELDS, BPNET_KEYS};
 
 static const struct cb_word ACTIVATION_WORDS[] = {
     {"tansig", CB_BPNET_TANSIG}, {"logsig", CB_BPNET_LOGSIG}, {0, 0}};
@@ -206,8 +205,8 @@ static bool read_ranges(struct cb_loader *loader, uint32_t at, const uint32_t *s
     return true;
 }
 
-bool cb_load_bpnet(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
-                   struct cb_term_config *term) {
+static bool load(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
+                 struct cb_term_config *term) {
     struct cb_bpnet_config *config = &term->as.bpnet;
     struct cb_bpnet_source source = {.outputs = term->outputs};
     struct cb_bpnet net;
@@ -226,3 +225,82 @@ bool cb_load_bpnet(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
                        "product overflows");
     return read_ranges(loader, at, slots, config);
 }
+
+/* ---- value and slope ---- */
+
+_Static_assert(sizeof(struct cb_training_range) == 4 * sizeof(float), "lies in the pool as floats");
+
+/* Seldom: mostly the temperatures are those that were trained. */
+CB_COLD CB_OUTLINE float outside(const struct cb_training_range *range, unsigned input, float x,
+                                 struct cb_training_verdict *verdict) {
+    return cb_training_range_outside(range, (uint8_t)input, x, verdict);
+}
+
+/* out: x[inputs] as the network sees them: held in the training range and its margin; false when a
+ *      signal is not fresh */
+static bool gather(const struct cb_evaluation *e, const struct cb_bpnet_config *config, float *x,
+                   struct cb_training_verdict *verdict) {
+    const uint8_t *const links = e->config->links + config->link;
+    const void *const ranges = e->config->pool + config->ranges;
+    const struct cb_training_range *range = ranges;
+    const struct cb_signal_state *const signals = e->signals;
+    const unsigned inputs = config->inputs;
+    bool fresh = true;
+    for (unsigned i = 0; i < inputs; ++i) {
+        const struct cb_signal_state *signal = &signals[links[i]];
+        fresh &= signal->fresh;
+        const float used = signal->used;
+        x[i] = cb_training_range_holds(range, used) ? used : outside(range, i, used, verdict);
+        ++range;
+    }
+    return fresh;
+}
+
+static struct cb_bpnet net_of(const struct cb_config *config, const struct cb_term_config *term) {
+    const struct cb_bpnet_config *net = &term->as.bpnet;
+    return (struct cb_bpnet){config->pool + net->weights, net->inputs, net->hidden, term->outputs,
+                             net->linear};
+}
+
+/* Outputs weakened beyond the margin. */
+static uint8_t value(const struct cb_evaluation *e, const struct cb_term_config *term,
+                     struct cb_term_state *state, float *value) {
+    const struct cb_bpnet net = net_of(e->config, term);
+    struct cb_training_verdict verdict = {1.0f, 0.0f, 0, 0, 0};
+    float x[CB_BPNET_MAX_INPUTS];
+    (void)state;
+    if (!gather(e, &term->as.bpnet, x, &verdict)) return CB_TERM_MISSING;
+    cb_bpnet_evaluate(&net, x, value);
+    for (unsigned k = 0; k < term->outputs; ++k) value[k] *= verdict.weight;
+    if (verdict.weight < 1.0f) return CB_TERM_EXTRAPOLATED | CB_TERM_WEAKENED;
+    return verdict.extrapolated > 0 ? CB_TERM_EXTRAPOLATED : 0;
+}
+
+/* y = w m(x): w' m + w m', m the network at the inputs as the training range holds them. */
+static void slope(const struct cb_slope_pass *pass, const struct cb_term_config *term,
+                  const struct cb_term_state *state, float *slope) {
+    const struct cb_bpnet_config *config = &term->as.bpnet;
+    const struct cb_bpnet net = net_of(pass->e.config, term);
+    const unsigned input = cb_input_of(pass, config->link, config->inputs);
+    struct cb_training_verdict verdict = {1.0f, 0.0f, 0, 0, 0};
+    float x[CB_BPNET_MAX_INPUTS];
+    (void)state;
+    if (input == config->inputs) return;
+    gather(&pass->e, config, x, &verdict);
+    if (!(verdict.weight > 0.0f)) return;
+    if (x[input] == pass->e.signals[pass->signal].used)
+        cb_bpnet_slope(&net, x, (uint8_t)input, slope);
+    const bool fades = verdict.weight < 1.0f && verdict.weakest == input;
+    const float fading = fades ? verdict.weight_slope / verdict.weight : 0.0f;
+    const float *output = pass->e.outputs + term->first_output;
+    for (unsigned k = 0; k < term->outputs; ++k)
+        slope[k] = verdict.weight * slope[k] + fading * output[k];
+}
+
+const struct cb_term_kind cb_term_bpnet = {
+    .object = {FIELDS, KEYS},
+    .outputs = OUTPUTS,
+    .load = load,
+    .value = value,
+    .slope = slope,
+};

@@ -10,8 +10,8 @@
 
 #define CB_CURVE_AT(member) .offset = offsetof(struct cb_curve_config, member)
 
-/* Of every curve as a term; behind them stand the keys of the curve itself, which make an object of
- * their own for the branch backward. */
+/* First slots and fields of every curve as a term. The curve's own keys follow; they alone are the
+ * keys of its branch backward. */
 enum {
     CB_CURVE_NAME,
     CB_CURVE_TYPE,
@@ -30,31 +30,74 @@ enum {
 
 /* A kind of curve, beside its value as a kind of term. */
 struct cb_curve_kind {
-    struct cb_object backward; /* its keys without those above: the object of a branch backward */
+    struct cb_object backward; /* its own keys: those of a branch backward */
     bool piecewise; /* it is a cb_ppoly: those on the same breaks are evaluated together */
     /* Reads its own keys from their slots into the pool and *curve. */
     bool (*load)(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
                  struct cb_curve_config *curve);
-    /* in : span: where x was last found, or NULL
-     * out: value at x; its slope where span is NULL */
-    struct cb_curve_value (*at)(const struct cb_config *config, const struct cb_curve_config *curve,
-                                float x, uint16_t *span);
 };
 
-/* `load`, `value` and `slope` of every term that is a curve. */
+/* `load` of every term that is a curve. */
 bool cb_curve_load(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
                    struct cb_term_config *term);
-uint8_t cb_curve_evaluate(const struct cb_evaluation *e, const struct cb_term_config *term,
-                          struct cb_term_state *state, float *value);
-void cb_curve_slope(const struct cb_slope_pass *pass, const struct cb_term_config *term,
-                    const struct cb_term_state *state, float *slope);
 
-/* `at` of a curve that is a cb_ppoly. */
-struct cb_curve_value cb_piecewise_at(const struct cb_config *config,
-                                      const struct cb_curve_config *curve, float x, uint16_t *span);
+/* `value` and `slope` of a curve that is a cb_ppoly. */
+uint8_t cb_piecewise_value(const struct cb_evaluation *e, const struct cb_term_config *term,
+                           struct cb_term_state *state, float *value);
+void cb_piecewise_slope(const struct cb_slope_pass *pass, const struct cb_term_config *term,
+                        const struct cb_term_state *state, float *slope);
 
 /* Stores the description of a ppoly that lies in the pool; fails at `at` where it overflows. */
 bool cb_keep_ppoly(struct cb_loader *loader, uint32_t at, const struct cb_ppoly *ppoly,
                    struct cb_curve_config *curve);
+
+/* ---- value and slope of any curve, given its value at x ---- */
+
+/* in : span: where x was last found, or NULL
+ * out: value at x; its slope where span is NULL */
+typedef struct cb_curve_value cb_curve_at(const struct cb_config *config,
+                                          const struct cb_curve_config *curve, float x,
+                                          uint16_t *span);
+
+/* Direction comes from the raw reading, because the extrapolated position reverses before the axis
+ * does. */
+CB_INLINE struct cb_curve_value cb_with_branch(const struct cb_evaluation *e,
+                                               const struct cb_term_config *term,
+                                               struct cb_term_state *state,
+                                               struct cb_curve_value forward, cb_curve_at *at) {
+    const struct cb_curve_config *curve = &term->as.curve;
+    const struct cb_signal_state *signal = &e->signals[curve->signal];
+    if (!state->directed) cb_direction_start(&state->direction, signal->value, curve->reversal_mm);
+    state->directed = true;
+    cb_direction_step(&state->direction, signal->value, curve->reversal_mm);
+    uint16_t span = state->span;
+    const struct cb_curve_value backward =
+        at(e->config, &e->config->branches[curve->backward], signal->used, &span);
+    return cb_direction_blend(&state->direction, curve->reversal_mm, forward, backward);
+}
+
+CB_INLINE uint8_t cb_curve_value(const struct cb_evaluation *e, const struct cb_term_config *term,
+                                 struct cb_term_state *state, float *value, cb_curve_at *at) {
+    const struct cb_curve_config *curve = &term->as.curve;
+    const struct cb_signal_state *signal = &e->signals[curve->signal];
+    if (!signal->fresh) return CB_TERM_MISSING;
+    struct cb_curve_value result = at(e->config, curve, signal->used, &state->span);
+    if (curve->reversal_mm > 0.0f) result = cb_with_branch(e, term, state, result, at);
+    value[0] = result.value;
+    return result.outside ? CB_TERM_OUTSIDE : 0;
+}
+
+CB_INLINE void cb_curve_slope(const struct cb_slope_pass *pass, const struct cb_term_config *term,
+                              const struct cb_term_state *state, float *slope, cb_curve_at *at) {
+    const struct cb_config *config = pass->e.config;
+    const struct cb_curve_config *curve = &term->as.curve;
+    const float x = pass->e.signals[curve->signal].used;
+    if (curve->signal != pass->signal) return;
+    struct cb_curve_value result = at(config, curve, x, 0);
+    if (curve->reversal_mm > 0.0f)
+        result = cb_direction_blend(&state->direction, curve->reversal_mm, result,
+                                    at(config, &config->branches[curve->backward], x, 0));
+    slope[0] = result.slope;
+}
 
 #endif

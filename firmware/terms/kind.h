@@ -74,9 +74,6 @@ struct cb_term_kind {
                   const struct cb_term_state *state, float *slope);
 };
 
-uint8_t cb_term_compute(const struct cb_evaluation *e, const struct cb_term_config *term,
-                        struct cb_term_state *state, float *value);
-
 /* true: the output is that of this step */
 static inline bool cb_output_is_live(const struct cb_evaluation *e, uint8_t output) {
     return e->states[e->config->output_terms[output]].live;

@@ -6,15 +6,13 @@
 #include "firmware/terms/load.h"
 #include "models/num.h"
 
-enum { INPUTS = CB_TERM_COMMON_KEYS, WEIGHTS, CONSTANT, LINEAR_KEYS };
-static const struct cb_field LINEAR_FIELDS[LINEAR_KEYS] = {
-    [CB_TERM_NAME] = {"name", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [CB_TERM_TYPE] = {"type", CB_FIELD_STRING, true, CB_NOT_STORED},
+enum { INPUTS = CB_TERM_COMMON_KEYS, WEIGHTS, CONSTANT, KEYS };
+static const struct cb_field FIELDS[KEYS] = {
+    CB_TERM_COMMON_FIELDS,
     [INPUTS] = {"inputs", CB_FIELD_ARRAY, true, CB_NOT_STORED},
     [WEIGHTS] = {"weights", CB_FIELD_ARRAY, true, CB_NOT_STORED},
     [CONSTANT] = {"constant", CB_FIELD_ANY, false, CB_NOT_STORED},
 };
-const struct cb_object cb_linear_object = {LINEAR_FIELDS, LINEAR_KEYS};
 
 /* in : weights[inputs], constant
  * out: the largest value that the sum can have within the ranges of its signals */
@@ -28,8 +26,8 @@ static float largest_sum(const struct cb_config *config, const struct cb_linear_
     return sum;
 }
 
-bool cb_load_linear(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
-                    struct cb_term_config *term) {
+static bool load(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
+                 struct cb_term_config *term) {
     struct cb_linear_config *linear = &term->as.linear;
     float *weights = loader->scratch->values;
     if (!cb_read_inputs(loader, slots[INPUTS], CB_MAX_SIGNALS, &linear->link, &linear->inputs))
@@ -46,3 +44,35 @@ bool cb_load_linear(struct cb_loader *loader, uint32_t at, const uint32_t *slots
     memcpy(loader->config->pool + linear->pool, weights, (linear->inputs + 1u) * sizeof *weights);
     return true;
 }
+
+/* Rounding: (inputs + 1) 2^-24 of the sum of the sizes of what is added. */
+static uint8_t value(const struct cb_evaluation *e, const struct cb_term_config *term,
+                     struct cb_term_state *state, float *value) {
+    const struct cb_linear_config *linear = &term->as.linear;
+    const float *weights = e->config->pool + linear->pool;
+    const uint8_t *links = e->config->links + linear->link;
+    float sum = weights[linear->inputs];
+    (void)state;
+    for (unsigned i = 0; i < linear->inputs; ++i) {
+        const struct cb_signal_state *signal = &e->signals[links[i]];
+        if (!signal->fresh) return CB_TERM_MISSING;
+        sum += weights[i] * signal->used;
+    }
+    value[0] = sum;
+    return 0;
+}
+
+static void slope(const struct cb_slope_pass *pass, const struct cb_term_config *term,
+                  const struct cb_term_state *state, float *slope) {
+    const struct cb_linear_config *linear = &term->as.linear;
+    const unsigned i = cb_input_of(pass, linear->link, linear->inputs);
+    (void)state;
+    if (i < linear->inputs) slope[0] = pass->e.config->pool[linear->pool + i];
+}
+
+const struct cb_term_kind cb_term_linear = {
+    .object = {FIELDS, KEYS},
+    .load = load,
+    .value = value,
+    .slope = slope,
+};

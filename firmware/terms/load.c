@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-#include "firmware/terms/curves.h"
+#include "firmware/terms/kind.h"
 #include "firmware/terms/kinds.h"
 
 /* ---- what the kinds share ---- */
@@ -81,26 +81,8 @@ bool cb_read_vector(struct cb_loader *loader, uint32_t at, uint32_t count, const
 
 /* ---- kinds ---- */
 
-/* outputs: slot of the list of their names; 0: one output, named as the term. */
-static const struct term_kind {
-    const struct cb_object *object;
-    cb_load_kind *load;
-    cb_link_kind *link;
-    uint8_t outputs;
-} KINDS[] = {
-    [CB_TERM_BSPLINE] = {&cb_bspline_object, cb_curve_load, 0, 0},
-    [CB_TERM_POLYNOMIAL] = {&cb_polynomial_object, cb_curve_load, 0, 0},
-    [CB_TERM_LINEAR] = {&cb_linear_object, cb_load_linear, 0, 0},
-    [CB_TERM_BPNET] = {&cb_bpnet_object, cb_load_bpnet, 0, CB_TERM_COMMON_KEYS},
-    [CB_TERM_VOLUMETRIC] = {&cb_volumetric_object, cb_load_volumetric, cb_link_volumetric,
-                            CB_TERM_COMMON_KEYS},
-};
-
-static const struct cb_word KIND_WORDS[] = {
-    {"bspline", CB_TERM_BSPLINE},       {"polyline", CB_TERM_POLYLINE},
-    {"polynomial", CB_TERM_POLYNOMIAL}, {"linear", CB_TERM_LINEAR},
-    {"product", CB_TERM_PRODUCT},       {"bpnet", CB_TERM_BPNET},
-    {"volumetric", CB_TERM_VOLUMETRIC}, {0, 0}};
+#define WORD(NAME, name) {#name, CB_TERM_##NAME},
+static const struct cb_word KIND_WORDS[] = {CB_TERM_KINDS(WORD){0, 0}};
 
 /* The term's type decides which keys it has, so it is read before them. */
 static bool read_kind(struct cb_loader *loader, uint32_t at, uint8_t *kind) {
@@ -152,13 +134,8 @@ static bool load_term(struct cb_loader *loader, uint32_t at, uint8_t index) {
     struct cb_term_config *term = &loader->config->terms[index];
     uint32_t slots[CB_MAX_FIELDS];
     if (!read_kind(loader, at, &term->type)) return false;
-    const struct cb_term_kind *value = cb_term_kinds[term->type];
-    if (value)
-        return cb_read_object(loader, at, &value->object, &term->as, slots) &&
-               name_outputs(loader, slots, value->outputs, index) &&
-               value->load(loader, at, slots, term);
-    const struct term_kind *kind = &KINDS[term->type];
-    if (!cb_read_object(loader, at, kind->object, &term->as, slots)) return false;
+    const struct cb_term_kind *kind = cb_term_kinds[term->type];
+    if (!cb_read_object(loader, at, &kind->object, &term->as, slots)) return false;
     return name_outputs(loader, slots, kind->outputs, index) && kind->load(loader, at, slots, term);
 }
 
@@ -167,12 +144,9 @@ static bool load_term(struct cb_loader *loader, uint32_t at, uint8_t index) {
 /* in : k = 0, 1 …
  * out: false when the term uses no more than k outputs of others; else *output, or CB_NONE */
 static bool uses(const struct cb_term_config *term, uint32_t k, uint8_t *output) {
-    const struct cb_term_kind *kind = cb_term_kinds[term->type];
-    if (kind && k >= kind->uses.count) return false;
-    if (kind) *output = *((const uint8_t *)term + kind->uses.offset + k);
-    if (kind) return true;
-    if (term->type != CB_TERM_VOLUMETRIC || k >= sizeof term->as.volumetric.error) return false;
-    *output = term->as.volumetric.error[k];
+    const struct cb_term_uses *uses = &cb_term_kinds[term->type]->uses;
+    if (k >= uses->count) return false;
+    *output = *((const uint8_t *)term + uses->offset + k);
     return true;
 }
 
@@ -193,8 +167,7 @@ static bool refuse_circle(struct cb_loader *loader, uint32_t terms, uint8_t inde
     const struct cb_config *config = loader->config;
     for (uint32_t i = 0; i < config->terms_count; ++i)
         index = missing_before(config, index, placed);
-    const struct cb_term_kind *kind = cb_term_kinds[config->terms[index].type];
-    const char *key = kind ? kind->uses.key : "errors";
+    const char *key = cb_term_kinds[config->terms[index].type]->uses.key;
     const uint32_t at = cb_find_key(loader, cb_list_at(loader, terms, index), key);
     return cb_fail(loader, CB_ERROR_ORDER, at, "this term needs, in the end, its own output");
 }
@@ -237,11 +210,8 @@ static bool link_terms(struct cb_loader *loader, uint32_t at) {
     while (cb_list_next(&list)) {
         struct cb_term_config *term = &config->terms[list.index];
         const struct cb_term_kind *kind = cb_term_kinds[term->type];
-        if (kind && kind->link &&
-            !kind->link(loader, cb_find_key(loader, list.at, kind->uses.key), term))
-            return false;
-        cb_link_kind *link = KINDS[term->type].link;
-        if (link && !link(loader, list.at, term)) return false;
+        if (!kind->link) continue;
+        if (!kind->link(loader, cb_find_key(loader, list.at, kind->uses.key), term)) return false;
     }
     return true;
 }

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Terms of type polyline: straight lines between positions (models/polyline.h).
- */
+ * Terms of type polyline: straight lines between positions (models/polyline.h). */
 #include "models/polyline.h"
 
 #include "firmware/terms/curves.h"
@@ -54,13 +53,12 @@ static const struct cb_curve_kind CURVE = {
     .backward = {FIELDS + CB_CURVE_KEYS, KEYS - CB_CURVE_KEYS},
     .piecewise = true,
     .load = load_curve,
-    .at = cb_piecewise_at,
 };
 
 const struct cb_term_kind cb_term_polyline = {
     .object = {FIELDS, KEYS},
     .curve = &CURVE,
     .load = cb_curve_load,
-    .value = cb_curve_evaluate,
-    .slope = cb_curve_slope,
+    .value = cb_piecewise_value,
+    .slope = cb_piecewise_slope,
 };

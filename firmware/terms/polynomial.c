@@ -22,10 +22,6 @@ static const struct cb_field FIELDS[KEYS] = {
     [TO] = {"to", CB_FIELD_FLOAT, false, CB_CURVE_AT(to), .least = CB_LEAST_NUMBER,
             .most = CB_MOST_NUMBER},
 };
-const struct cb_object cb_polynomial_object = {FIELDS, KEYS};
-const struct cb_object cb_polynomial_backward_object = {FIELDS + CB_CURVE_KEYS,
-                                                        KEYS - CB_CURVE_KEYS};
-
 /* Sum of |a_k u^k| at the larger |u|: what no step of the evaluation exceeds. */
 static float largest_sum(const struct cb_polynomial *polynomial) {
     const float below = cb_abs(polynomial->from - polynomial->center);
@@ -88,7 +84,7 @@ static bool load_curve(struct cb_loader *loader, uint32_t at, const uint32_t *sl
     return check(loader, slots[COEFFICIENTS], curve);
 }
 
-/* span: nothing to be found */
+/* span: not used */
 static struct cb_curve_value value_at(const struct cb_config *config,
                                       const struct cb_curve_config *curve, float x,
                                       uint16_t *span) {
@@ -97,6 +93,25 @@ static struct cb_curve_value value_at(const struct cb_config *config,
     return cb_polynomial_evaluate(&polynomial, x);
 }
 
-extern const struct cb_curve_kind cb_polynomial_curve;
-const struct cb_curve_kind cb_polynomial_curve = {
-    {FIELDS + CB_CURVE_KEYS, KEYS - CB_CURVE_KEYS}, false, load_curve, value_at};
+static uint8_t value(const struct cb_evaluation *e, const struct cb_term_config *term,
+                     struct cb_term_state *state, float *value) {
+    return cb_curve_value(e, term, state, value, value_at);
+}
+
+static void slope(const struct cb_slope_pass *pass, const struct cb_term_config *term,
+                  const struct cb_term_state *state, float *slope) {
+    cb_curve_slope(pass, term, state, slope, value_at);
+}
+
+static const struct cb_curve_kind CURVE = {
+    .backward = {FIELDS + CB_CURVE_KEYS, KEYS - CB_CURVE_KEYS},
+    .load = load_curve,
+};
+
+const struct cb_term_kind cb_term_polynomial = {
+    .object = {FIELDS, KEYS},
+    .curve = &CURVE,
+    .load = cb_curve_load,
+    .value = value,
+    .slope = slope,
+};

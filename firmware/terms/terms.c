@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "firmware/terms/kind.h"
 #include "firmware/terms/kinds.h"
 #include "models/num.h"
 #include "models/ppoly.h"
@@ -37,7 +38,7 @@ static void note(struct step *step, uint8_t remarks) {
 /* out: true and the new outputs in value[], or false: they could not be computed */
 static bool compute(struct step *step, const struct cb_term_config *term,
                     struct cb_term_state *state, float *value) {
-    const uint8_t remarks = cb_term_compute(&step->e, term, state, value);
+    const uint8_t remarks = cb_term_kinds[term->type]->value(&step->e, term, state, value);
     if (remarks != 0) note(step, remarks);
     if (remarks & CB_TERM_MISSING) return false;
     if (all_finite(value, term->outputs)) return true;
@@ -162,4 +163,17 @@ struct cb_terms_verdict cb_terms_evaluate(const struct cb_config *config,
     for (unsigned i = 0; i < config->other_terms_count; ++i)
         evaluate(&step, &config->terms[config->other_terms[i]], config->other_terms[i]);
     return step.verdict;
+}
+
+void cb_terms_slopes(const struct cb_config *config, const struct cb_signal_state *signals,
+                     const struct cb_term_state *states, const float *outputs, uint8_t signal,
+                     float *slopes) {
+    const struct cb_slope_pass pass = {{config, signals, states, outputs, true}, signal, slopes};
+    for (unsigned i = 0; i < config->terms_count; ++i) {
+        const struct cb_term_config *term = &config->terms[i];
+        float slope[CB_MAX_TERM_OUTPUTS] = {0.0f};
+        if (states[i].live) cb_term_kinds[term->type]->slope(&pass, term, &states[i], slope);
+        for (unsigned k = 0; k < term->outputs; ++k)
+            slopes[term->first_output + k] = cb_is_finite(slope[k]) ? slope[k] : 0.0f;
+    }
 }

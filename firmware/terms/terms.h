@@ -23,6 +23,10 @@ struct cb_terms_verdict {
     bool extrapolated; /* a model has an input outside its training range */
 };
 
+/* in : config, complete but for what config.h calls derived of terms
+ * out: that too. The loader ends with it, and cb_box_start() repeats it, as cb_config_derive(). */
+void cb_terms_derive(struct cb_config *config);
+
 /* true for a curve that has a branch for each direction. */
 bool cb_term_has_branches(const struct cb_term_config *term);
 

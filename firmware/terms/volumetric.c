@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * The volumetric term: chain, levers, squareness, and which terms its errors are. */
+ * Terms of type volumetric: chain, levers, squareness, and which terms its errors are
+ * (models/volumetric.h). */
 #include "models/volumetric.h"
 
 #include <string.h>
@@ -19,12 +20,11 @@ enum {
     TOOL_LENGTH,
     TOOL_LENGTH_MM,
     SQUARENESS,
-    VOLUMETRIC_KEYS
+    KEYS
 };
 
-static const struct cb_field VOLUMETRIC_FIELDS[VOLUMETRIC_KEYS] = {
-    [CB_TERM_NAME] = {"name", CB_FIELD_STRING, true, CB_NOT_STORED},
-    [CB_TERM_TYPE] = {"type", CB_FIELD_STRING, true, CB_NOT_STORED},
+static const struct cb_field FIELDS[KEYS] = {
+    CB_TERM_COMMON_FIELDS,
     [OUTPUTS] = {"outputs", CB_FIELD_ARRAY, true, CB_NOT_STORED},
     [CHAIN] = {"chain", CB_FIELD_STRING, true, CB_NOT_STORED},
     [ERRORS] = {"errors", CB_FIELD_ARRAY, true, CB_NOT_STORED},
@@ -36,14 +36,13 @@ static const struct cb_field VOLUMETRIC_FIELDS[VOLUMETRIC_KEYS] = {
     [TOOL_LENGTH_MM] = {"tool_length_mm", CB_FIELD_ANY, false, CB_NOT_STORED},
     [SQUARENESS] = {"squareness_urad", CB_FIELD_OBJECT, false, CB_NOT_STORED},
 };
-const struct cb_object cb_volumetric_object = {VOLUMETRIC_FIELDS, VOLUMETRIC_KEYS};
 
 static const struct cb_field REFERENCE_FIELDS[CB_AXES] = {
     [CB_AXIS_X] = {"X", CB_FIELD_ARRAY, false, CB_NOT_STORED},
     [CB_AXIS_Y] = {"Y", CB_FIELD_ARRAY, false, CB_NOT_STORED},
     [CB_AXIS_Z] = {"Z", CB_FIELD_ARRAY, false, CB_NOT_STORED},
 };
-const struct cb_object cb_reference_points_object = {REFERENCE_FIELDS, CB_AXES};
+static const struct cb_object REFERENCE_POINTS_OBJECT = {REFERENCE_FIELDS, CB_AXES};
 
 enum { C0Y, B0Z, A0Z, SQUARENESS_KEYS };
 static const struct cb_field SQUARENESS_FIELDS[SQUARENESS_KEYS] = {
@@ -54,7 +53,10 @@ static const struct cb_field SQUARENESS_FIELDS[SQUARENESS_KEYS] = {
     [A0Z] = {"A0Z", CB_FIELD_FLOAT, false, .offset = 8, .least = "-100000", .most = "100000",
              .otherwise = "0"},
 };
-const struct cb_object cb_squareness_object = {SQUARENESS_FIELDS, SQUARENESS_KEYS};
+static const struct cb_object SQUARENESS_OBJECT = {SQUARENESS_FIELDS, SQUARENESS_KEYS};
+
+_Static_assert(sizeof(struct cb_volumetric) % sizeof(float) == 0, "lies in the pool as floats");
+enum { MODEL_FLOATS = sizeof(struct cb_volumetric) / sizeof(float) };
 
 /* ---- geometry ---- */
 
@@ -79,7 +81,7 @@ static bool read_levers(struct cb_loader *loader, const uint32_t *slots,
     uint32_t axes[CB_AXES] = {CB_ABSENT, CB_ABSENT, CB_ABSENT};
     if (!read_point(loader, slots[TOOL_OFFSET], offset)) return false;
     if (slots[REFERENCE_POINTS] != CB_ABSENT &&
-        !cb_read_object(loader, slots[REFERENCE_POINTS], &cb_reference_points_object, 0, axes))
+        !cb_read_object(loader, slots[REFERENCE_POINTS], &REFERENCE_POINTS_OBJECT, 0, axes))
         return false;
     for (uint32_t a = 0; a < CB_AXES; ++a) {
         float point[3] = {0.0f, 0.0f, 0.0f};
@@ -135,12 +137,11 @@ static bool read_positions(struct cb_loader *loader, uint32_t at, uint32_t list_
                    "positions are three signals, those of X, Y and Z, not %u", count);
 }
 
-bool cb_load_volumetric(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
-                        struct cb_term_config *term) {
+static bool load(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
+                 struct cb_term_config *term) {
     struct cb_volumetric_config *config = &term->as.volumetric;
     struct cb_volumetric model;
     uint32_t squareness[SQUARENESS_KEYS];
-    const uint32_t floats = sizeof model / sizeof(float);
     memset(&model, 0, sizeof model);
     if (term->outputs != 3)
         return cb_fail(loader, CB_ERROR_RANGE, slots[OUTPUTS],
@@ -152,13 +153,13 @@ bool cb_load_volumetric(struct cb_loader *loader, uint32_t at, const uint32_t *s
         !read_direction(loader, slots[TOOL_DIRECTION], model.tool))
         return false;
     if (slots[SQUARENESS] != CB_ABSENT &&
-        !cb_read_object(loader, slots[SQUARENESS], &cb_squareness_object, model.squareness_urad,
+        !cb_read_object(loader, slots[SQUARENESS], &SQUARENESS_OBJECT, model.squareness_urad,
                         squareness))
         return false;
-    if (!cb_take_pool(loader, at, floats + 1, &config->pool)) return false;
+    if (!cb_take_pool(loader, at, MODEL_FLOATS + 1, &config->pool)) return false;
     float *pool = loader->config->pool + config->pool;
     memcpy(pool, &model, sizeof model);
-    return read_tool_length(loader, slots, &config->tool_length, pool + floats);
+    return read_tool_length(loader, slots, &config->tool_length, pool + MODEL_FLOATS);
 }
 
 /* ---- errors ---- */
@@ -178,12 +179,85 @@ static bool link_error(struct cb_loader *loader, uint32_t at, struct cb_volumetr
     return cb_read_output(loader, at, &config->error[error]);
 }
 
-bool cb_link_volumetric(struct cb_loader *loader, uint32_t at, struct cb_term_config *term) {
+static bool link(struct cb_loader *loader, uint32_t at, struct cb_term_config *term) {
     struct cb_volumetric_config *config = &term->as.volumetric;
-    struct cb_list list = cb_list(loader, cb_find_key(loader, at, VOLUMETRIC_FIELDS[ERRORS].key));
+    struct cb_list list = cb_list(loader, at);
     memset(config->error, CB_NONE, sizeof config->error);
     while (cb_list_next(&list)) {
         if (!link_error(loader, list.at, config)) return false;
     }
+    config->complete = list.index + 1 == CB_CURVE_ERRORS;
     return true;
 }
+
+/* ---- value and slope ---- */
+
+static const struct cb_volumetric *model_of(const struct cb_config *config,
+                                            const struct cb_volumetric_config *volumetric) {
+    const void *model = config->pool + volumetric->pool;
+    return model;
+}
+
+static bool all_live(const struct cb_evaluation *e, const struct cb_volumetric_config *config) {
+    bool live = true;
+    for (unsigned k = 0; k < CB_CURVE_ERRORS; ++k)
+        live &= config->error[k] == CB_NONE || cb_output_is_live(e, config->error[k]);
+    return live;
+}
+
+/* out: the machine at this moment; false when a position, an error or the tool is missing */
+static bool machine(const struct cb_evaluation *e, const struct cb_volumetric_config *config,
+                    struct cb_volumetric_state *state) {
+    bool there = e->all_live || all_live(e, config);
+    state->tool_mm = e->config->pool[config->pool + MODEL_FLOATS];
+    for (unsigned a = 0; a < CB_AXES; ++a) {
+        const struct cb_signal_state *position = &e->signals[config->position[a]];
+        state->position_mm[a] = position->used;
+        there &= position->fresh;
+    }
+    for (unsigned k = 0; config->complete && k < CB_CURVE_ERRORS; ++k)
+        state->error[k] = e->outputs[config->error[k]];
+    for (unsigned k = 0; !config->complete && k < CB_CURVE_ERRORS; ++k)
+        state->error[k] = config->error[k] == CB_NONE ? 0.0f : e->outputs[config->error[k]];
+    if (config->tool_length == CB_NONE) return there;
+    state->tool_mm = e->signals[config->tool_length].used;
+    return there && e->signals[config->tool_length].fresh;
+}
+
+static uint8_t value(const struct cb_evaluation *e, const struct cb_term_config *term,
+                     struct cb_term_state *term_state, float *value) {
+    const struct cb_volumetric_config *config = &term->as.volumetric;
+    struct cb_volumetric_state state;
+    (void)term_state;
+    if (!machine(e, config, &state)) return CB_TERM_MISSING;
+    cb_volumetric_evaluate(model_of(e->config, config), &state, value);
+    return 0;
+}
+
+static void slope(const struct cb_slope_pass *pass, const struct cb_term_config *term,
+                  const struct cb_term_state *term_state, float *slope) {
+    const struct cb_volumetric_config *config = &term->as.volumetric;
+    struct cb_volumetric_state state, rate;
+    (void)term_state;
+    machine(&pass->e, config, &state);
+    for (unsigned a = 0; a < CB_AXES; ++a)
+        rate.position_mm[a] = config->position[a] == pass->signal ? 1.0f : 0.0f;
+    rate.tool_mm = config->tool_length == pass->signal ? 1.0f : 0.0f;
+    for (unsigned k = 0; k < CB_CURVE_ERRORS; ++k)
+        rate.error[k] = config->error[k] == CB_NONE ? 0.0f : pass->slopes[config->error[k]];
+    cb_volumetric_derivative(model_of(pass->e.config, config), &state, &rate, slope);
+}
+
+static const struct cb_term_part PARTS[] = {
+    {"reference_points", &REFERENCE_POINTS_OBJECT}, {"squareness", &SQUARENESS_OBJECT}, {0, 0}};
+
+const struct cb_term_kind cb_term_volumetric = {
+    .object = {FIELDS, KEYS},
+    .parts = PARTS,
+    .uses = {"errors", offsetof(struct cb_term_config, as.volumetric.error), CB_CURVE_ERRORS},
+    .outputs = OUTPUTS,
+    .load = load,
+    .link = link,
+    .value = value,
+    .slope = slope,
+};

@@ -7,6 +7,7 @@
 #include "host-tools/formats/error.h"
 
 extern "C" {
+#include "firmware/terms/kinds.h"
 #include "firmware/terms/terms.h"
 }
 

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "firmware/box/box.h"
-#include "firmware/config/derive.h"
+#include "firmware/terms/kinds.h"
 #include "tests/conformance/check.h"
 
 struct linear_row {
@@ -40,7 +40,6 @@ static void make(struct cb_config *config, const struct linear_case *item) {
                                                      .first_output = PRODUCT,
                                                      .outputs = 1,
                                                      .as.product = {LINEAR, 0, item->origin}};
-    cb_config_derive(config);
 }
 
 static void evaluate(struct cb_box *box, float fade_um) {

@@ -28,17 +28,12 @@ HELPERS = 64
 # Calls through a pointer: where they are made, and the functions that the pointers can hold, as names or
 # patterns. These must be exactly the functions whose addresses are taken anywhere.
 ADDRESS = {"R_ARM_ABS32", "R_ARM_THM_MOVW_ABS_NC"}
-CURVE_AT = ["cb_piecewise_at", "terms/polynomial.c:value_at"]
 INDIRECT = {
-    "terms/compute.c:cb_term_compute": ["terms/*.c:value", "cb_curve_evaluate"],
-    "terms/slope.c:cb_terms_slopes": ["terms/*.c:slope", "cb_curve_slope"],
-    "terms/load.c:cb_load_terms": ["terms/*.c:load", "terms/*.c:link", "cb_curve_load",
-                                     "cb_load_linear", "cb_load_bpnet",
-                                     "cb_load_volumetric", "cb_link_volumetric"],
+    "terms/terms.c:evaluate": ["terms/*.c:value", "cb_piecewise_value"],
+    "terms/terms.c:cb_terms_slopes": ["terms/*.c:slope", "cb_piecewise_slope"],
+    "terms/load.c:cb_load_terms": ["terms/*.c:load", "terms/*.c:link", "cb_curve_load"],
     "terms/curves.c:cb_curve_load": ["terms/*.c:load_*"],
     "terms/curves.c:load_backward": ["terms/*.c:load_*"],
-    "terms/curves.c:cb_curve_evaluate": CURVE_AT,
-    "terms/curves.c:cb_curve_slope": CURVE_AT,
 }
 
 # The image: the same, and these. An exception stacks 26 words and up to one to align.

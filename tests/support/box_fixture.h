@@ -13,7 +13,7 @@
 
 extern "C" {
 #include "firmware/box/box.h"
-#include "firmware/config/derive.h"
+#include "firmware/terms/kinds.h"
 #include "firmware/wire/number.h"
 #include "models/polyline.h"
 }

@@ -5,6 +5,7 @@
 
 extern "C" {
 #include "firmware/box/box.h"
+#include "firmware/terms/kinds.h"
 #include "firmware/wire/number.h"
 }
 

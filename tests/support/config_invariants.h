@@ -6,6 +6,7 @@
 extern "C" {
 #include "firmware/config/config.h"
 #include "firmware/config/rtu_budget.h"
+#include "firmware/terms/kinds.h"
 }
 
 #include <cmath>
@@ -180,7 +181,7 @@ class invariants {
 
     void term(const cb_term_config &t, int index) {
         const cb_curve_config &curve = t.as.curve;
-        must(t.type <= CB_TERM_VOLUMETRIC && within(t.outputs, 1, 8), "term type, outputs");
+        must(t.type < CB_TERM_TYPES && within(t.outputs, 1, 8), "term type, outputs");
         must(t.first_output + t.outputs <= c.outputs_count, "outputs");
         for (int k = 0; broken.empty() && k < t.outputs; ++k)
             must(c.outputs[t.first_output + k].term == index, "outputs belong to terms");

@@ -12,6 +12,7 @@
 #include "tests/support/box_fixture.h"
 
 extern "C" {
+#include "firmware/config/derive.h"
 #include "firmware/config/grid.h"
 }
 

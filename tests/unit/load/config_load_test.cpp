@@ -8,6 +8,7 @@
 #include "tests/support/config_fixture.h"
 
 extern "C" {
+#include "firmware/terms/kinds.h"
 #include "models/ppoly.h"
 }
 

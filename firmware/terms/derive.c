@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: MIT
+ * What the file does not say about terms but every step needs: which curves are on one grid. */
+#include "firmware/terms/curves.h"
+#include "firmware/terms/kinds.h"
+
+static bool is_plain(const struct cb_term_config *term) {
+    const struct cb_curve_kind *curve = cb_term_kinds[term->type]->curve;
+    return curve && curve->piecewise && !cb_term_has_branches(term);
+}
+
+static bool on_grid(const struct cb_config *config, const struct cb_grid *grid,
+                    const struct cb_curve_config *curve) {
+    if (curve->signal != grid->signal || curve->degree != grid->degree ||
+        curve->spans != grid->spans)
+        return false;
+    for (unsigned i = 0; i <= curve->spans; ++i) {
+        if (config->pool[curve->pool + i] != config->pool[grid->breaks + i]) return false;
+    }
+    return true;
+}
+
+/* in : term, a plain curve that is on no grid yet; room: where its grid's curves begin
+ * Makes a grid of it and of all after it that are on it. out: how many they are */
+static unsigned make_grid(struct cb_config *config, unsigned term, bool *placed,
+                          struct cb_plain_curve *room) {
+    struct cb_grid *grid = &config->grids[config->grids_count++];
+    const struct cb_curve_config *first = &config->terms[term].as.curve;
+    *grid = (struct cb_grid){.signal = first->signal,
+                             .degree = first->degree,
+                             .term = (uint8_t)term,
+                             .spans_per_unit = first->spans_per_unit,
+                             .spans = first->spans,
+                             .breaks = first->pool};
+    for (unsigned i = term; i < config->terms_count; ++i) {
+        const struct cb_term_config *one = &config->terms[i];
+        if (placed[i] || !is_plain(one) || !on_grid(config, grid, &one->as.curve)) continue;
+        placed[i] = true;
+        room[grid->curves++] = (struct cb_plain_curve){
+            .coefficients = (uint16_t)(one->as.curve.pool + one->as.curve.spans + 1u),
+            .term = (uint8_t)i,
+            .output = one->first_output};
+    }
+    return grid->curves;
+}
+
+void cb_terms_derive(struct cb_config *config) {
+    bool placed[CB_MAX_TERMS] = {false};
+    unsigned curves = 0;
+    config->grids_count = config->other_terms_count = 0;
+    for (unsigned i = 0; i < config->terms_count; ++i) {
+        if (!is_plain(&config->terms[i]))
+            config->other_terms[config->other_terms_count++] = (uint8_t)i;
+        else if (!placed[i])
+            curves += make_grid(config, i, placed, config->plain_curves + curves);
+    }
+    for (unsigned i = 0; i < config->outputs_count; ++i)
+        config->output_terms[i] = config->outputs[i].term;
+}
