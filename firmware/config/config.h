@@ -77,11 +77,16 @@ struct cb_curve_config {
     float reversal_mm; /* way after a reversal until the other branch counts; 0: no branches */
 };
 
-/* A weighted sum of signals. Pool: weights[inputs], constant. The inputs are signals,
- * config->links[link + i]. */
+/* Signals that a term looks at: config->links[link + i]. */
+struct cb_term_inputs {
+    uint16_t link;
+    uint8_t count;
+};
+
+/* A weighted sum of signals. Pool: weights[inputs.count], constant. */
 struct cb_linear_config {
-    uint8_t inputs;
-    uint16_t link, pool;
+    struct cb_term_inputs inputs;
+    uint16_t pool;
 };
 
 /* Another term's output times a signal less its origin. */
@@ -93,17 +98,17 @@ struct cb_product_config {
 
 /* Pool: cb_bpnet_floats() weights; a cb_training_range of each input. */
 struct cb_bpnet_config {
-    uint8_t inputs, hidden;
+    struct cb_term_inputs inputs;
+    uint8_t hidden;
     bool linear;
-    uint16_t link, weights, ranges;
+    uint16_t weights, ranges;
 };
 
 /* Pool: a struct cb_volumetric; constant tool length. */
 struct cb_volumetric_config {
-    uint8_t position[3]; /* signals of X, Y, Z */
-    uint8_t tool_length; /* signal, or CB_NONE */
-    bool complete;       /* no error is CB_NONE */
-    uint8_t error[18];   /* outputs of the errors in the order of cb_volumetric_state; or CB_NONE */
+    uint8_t signals[4]; /* positions of X, Y, Z; tool length, or CB_NONE */
+    bool complete;      /* no error is CB_NONE */
+    uint8_t error[18];  /* outputs of the errors in the order of cb_volumetric_state; or CB_NONE */
     uint16_t pool;
 };
 

@@ -187,7 +187,7 @@ static bool make_range(struct cb_loader *loader, const uint32_t *slots, uint32_t
 static bool read_ranges(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
                         struct cb_bpnet_config *net) {
     struct cb_load_scratch *scratch = loader->scratch;
-    const uint32_t inputs = net->inputs;
+    const uint32_t inputs = net->inputs.count;
     struct cb_training_range range;
     const uint32_t floats = sizeof range / sizeof(float);
     if (!cb_read_vector(loader, slots[INPUT_MIN], inputs, "inputs", scratch->net.min) ||
@@ -210,10 +210,9 @@ static bool load(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
     struct cb_bpnet_config *config = &term->as.bpnet;
     struct cb_bpnet_source source = {.outputs = term->outputs};
     struct cb_bpnet net;
-    if (!cb_read_inputs(loader, slots[INPUTS], CB_BPNET_MAX_INPUTS, &config->link, &source.inputs))
-        return false;
+    if (!cb_read_inputs(loader, slots[INPUTS], CB_BPNET_MAX_INPUTS, &config->inputs)) return false;
+    source.inputs = config->inputs.count;
     if (!read_network(loader, slots, &source)) return false;
-    config->inputs = source.inputs;
     config->hidden = source.hidden;
     config->linear = source.linear_weights != 0;
     const uint32_t floats =
@@ -240,11 +239,11 @@ CB_COLD CB_OUTLINE float outside(const struct cb_training_range *range, unsigned
  *      signal is not fresh */
 static bool gather(const struct cb_evaluation *e, const struct cb_bpnet_config *config, float *x,
                    struct cb_training_verdict *verdict) {
-    const uint8_t *const links = e->config->links + config->link;
+    const uint8_t *const links = e->config->links + config->inputs.link;
     const void *const ranges = e->config->pool + config->ranges;
     const struct cb_training_range *range = ranges;
     const struct cb_signal_state *const signals = e->signals;
-    const unsigned inputs = config->inputs;
+    const unsigned inputs = config->inputs.count;
     bool fresh = true;
     for (unsigned i = 0; i < inputs; ++i) {
         const struct cb_signal_state *signal = &signals[links[i]];
@@ -258,8 +257,8 @@ static bool gather(const struct cb_evaluation *e, const struct cb_bpnet_config *
 
 static struct cb_bpnet net_of(const struct cb_config *config, const struct cb_term_config *term) {
     const struct cb_bpnet_config *net = &term->as.bpnet;
-    return (struct cb_bpnet){config->pool + net->weights, net->inputs, net->hidden, term->outputs,
-                             net->linear};
+    return (struct cb_bpnet){config->pool + net->weights, net->inputs.count, net->hidden,
+                             term->outputs, net->linear};
 }
 
 /* Outputs weakened beyond the margin. */
@@ -278,14 +277,13 @@ static uint8_t value(const struct cb_evaluation *e, const struct cb_term_config 
 
 /* y = w m(x): w' m + w m', m the network at the inputs as the training range holds them. */
 static void slope(const struct cb_slope_pass *pass, const struct cb_term_config *term,
-                  const struct cb_term_state *state, float *slope) {
+                  float *slope) {
     const struct cb_bpnet_config *config = &term->as.bpnet;
     const struct cb_bpnet net = net_of(pass->e.config, term);
-    const unsigned input = cb_input_of(pass, config->link, config->inputs);
+    const unsigned input = cb_input_of(pass, &config->inputs);
     struct cb_training_verdict verdict = {1.0f, 0.0f, 0, 0, 0};
     float x[CB_BPNET_MAX_INPUTS];
-    (void)state;
-    if (input == config->inputs) return;
+    if (input == config->inputs.count) return;
     gather(&pass->e, config, x, &verdict);
     if (!(verdict.weight > 0.0f)) return;
     if (x[input] == pass->e.signals[pass->signal].used)
@@ -299,6 +297,7 @@ static void slope(const struct cb_slope_pass *pass, const struct cb_term_config 
 
 const struct cb_term_kind cb_term_bpnet = {
     .object = {FIELDS, KEYS},
+    .signals = {offsetof(struct cb_term_config, as.bpnet.inputs), 0},
     .outputs = OUTPUTS,
     .load = load,
     .value = value,

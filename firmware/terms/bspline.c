@@ -84,15 +84,10 @@ static bool load_curve(struct cb_loader *loader, uint32_t at, const uint32_t *sl
     return cb_keep_ppoly(loader, slots[KNOTS], &ppoly, curve);
 }
 
-static const struct cb_curve_kind CURVE = {
-    .backward = {FIELDS + CB_CURVE_KEYS, KEYS - CB_CURVE_KEYS},
-    .piecewise = true,
-    .load = load_curve,
-};
-
 const struct cb_term_kind cb_term_bspline = {
     .object = {FIELDS, KEYS},
-    .curve = &CURVE,
+    .curve = &(const struct cb_curve_kind){.piecewise = true, .load = load_curve},
+    .signals = CB_TERM_LIST(as.curve.signal),
     .load = cb_curve_load,
     .value = cb_piecewise_value,
     .slope = cb_piecewise_slope,

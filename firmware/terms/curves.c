@@ -5,10 +5,6 @@
 #include "firmware/terms/load.h"
 #include "models/num.h"
 
-static const struct cb_curve_kind *kind_of(const struct cb_term_config *term) {
-    return cb_term_kinds[term->type]->curve;
-}
-
 /* ---- branches ---- */
 
 /* Both keys or none; a position in mm that float32 resolves finely enough. */
@@ -35,7 +31,9 @@ static bool check_reversal(struct cb_loader *loader, uint32_t at, const uint32_t
 /* The branch for positions that count down: the same keys as the curve's own, so it is read into
  * their slots. */
 static bool load_backward(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
-                          const struct cb_curve_kind *kind, struct cb_curve_config *curve) {
+                          const struct cb_term_kind *kind, struct cb_curve_config *curve) {
+    const struct cb_object keys = {kind->object.fields + CB_CURVE_KEYS,
+                                   (uint8_t)(kind->object.count - CB_CURVE_KEYS)};
     struct cb_config *config = loader->config;
     uint32_t own[CB_MAX_FIELDS];
     if (slots[CB_CURVE_BACKWARD] == CB_ABSENT && slots[CB_CURVE_REVERSAL] == CB_ABSENT) return true;
@@ -46,25 +44,25 @@ static bool load_backward(struct cb_loader *loader, uint32_t at, const uint32_t 
                        (uint32_t)CB_MAX_BRANCHES);
     struct cb_curve_config *branch = &config->branches[config->branches_count];
     branch->signal = curve->signal;
-    if (!cb_read_object(loader, slots[CB_CURVE_BACKWARD], &kind->backward, branch,
-                        own + CB_CURVE_KEYS))
+    if (!cb_read_object(loader, slots[CB_CURVE_BACKWARD], &keys, branch, own + CB_CURVE_KEYS))
         return false;
     curve->backward = config->branches_count++;
-    return kind->load(loader, slots[CB_CURVE_BACKWARD], own, branch);
+    return kind->curve->load(loader, slots[CB_CURVE_BACKWARD], own, branch);
 }
 
 bool cb_term_has_branches(const struct cb_term_config *term) {
-    return kind_of(term) && term->as.curve.reversal_mm > 0.0f;
+    return cb_term_kinds[term->type]->curve && term->as.curve.reversal_mm > 0.0f;
 }
 
 /* ---- as terms ---- */
 
 bool cb_curve_load(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
                    struct cb_term_config *term) {
-    const struct cb_curve_kind *kind = kind_of(term);
+    const struct cb_term_kind *kind = cb_term_kinds[term->type];
     struct cb_curve_config *curve = &term->as.curve;
     return cb_read_signal(loader, slots[CB_CURVE_SIGNAL], &curve->signal) &&
-           kind->load(loader, at, slots, curve) && load_backward(loader, at, slots, kind, curve);
+           kind->curve->load(loader, at, slots, curve) &&
+           load_backward(loader, at, slots, kind, curve);
 }
 
 /* ---- pieces ---- */
@@ -88,8 +86,8 @@ uint8_t cb_piecewise_value(const struct cb_evaluation *e, const struct cb_term_c
 }
 
 void cb_piecewise_slope(const struct cb_slope_pass *pass, const struct cb_term_config *term,
-                        const struct cb_term_state *state, float *slope) {
-    cb_curve_slope(pass, term, state, slope, value_at);
+                        float *slope) {
+    cb_curve_slope(pass, term, slope, value_at);
 }
 
 bool cb_keep_ppoly(struct cb_loader *loader, uint32_t at, const struct cb_ppoly *ppoly,

@@ -12,14 +12,7 @@
 
 /* First slots and fields of every curve as a term. The curve's own keys follow; they alone are the
  * keys of its branch backward. */
-enum {
-    CB_CURVE_NAME,
-    CB_CURVE_TYPE,
-    CB_CURVE_SIGNAL,
-    CB_CURVE_BACKWARD,
-    CB_CURVE_REVERSAL,
-    CB_CURVE_KEYS
-};
+enum { CB_CURVE_SIGNAL = CB_TERM_COMMON_KEYS, CB_CURVE_BACKWARD, CB_CURVE_REVERSAL, CB_CURVE_KEYS };
 #define CB_CURVE_FIELDS                                                                           \
     CB_TERM_COMMON_FIELDS, [CB_CURVE_SIGNAL] = {"signal", CB_FIELD_STRING, true, CB_NOT_STORED},  \
                            [CB_CURVE_BACKWARD] = {"backward", CB_FIELD_OBJECT, false,             \
@@ -30,7 +23,6 @@ enum {
 
 /* A kind of curve, beside its value as a kind of term. */
 struct cb_curve_kind {
-    struct cb_object backward; /* its own keys: those of a branch backward */
     bool piecewise; /* it is a cb_ppoly: those on the same breaks are evaluated together */
     /* Reads its own keys from their slots into the pool and *curve. */
     bool (*load)(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
@@ -45,7 +37,7 @@ bool cb_curve_load(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
 uint8_t cb_piecewise_value(const struct cb_evaluation *e, const struct cb_term_config *term,
                            struct cb_term_state *state, float *value);
 void cb_piecewise_slope(const struct cb_slope_pass *pass, const struct cb_term_config *term,
-                        const struct cb_term_state *state, float *slope);
+                        float *slope);
 
 /* Stores the description of a ppoly that lies in the pool; fails at `at` where it overflows. */
 bool cb_keep_ppoly(struct cb_loader *loader, uint32_t at, const struct cb_ppoly *ppoly,
@@ -88,14 +80,15 @@ CB_INLINE uint8_t cb_curve_value(const struct cb_evaluation *e, const struct cb_
 }
 
 CB_INLINE void cb_curve_slope(const struct cb_slope_pass *pass, const struct cb_term_config *term,
-                              const struct cb_term_state *state, float *slope, cb_curve_at *at) {
+                              float *slope, cb_curve_at *at) {
     const struct cb_config *config = pass->e.config;
     const struct cb_curve_config *curve = &term->as.curve;
+    const uint8_t index = config->output_terms[term->first_output];
     const float x = pass->e.signals[curve->signal].used;
     if (curve->signal != pass->signal) return;
     struct cb_curve_value result = at(config, curve, x, 0);
     if (curve->reversal_mm > 0.0f)
-        result = cb_direction_blend(&state->direction, curve->reversal_mm, result,
+        result = cb_direction_blend(&pass->e.states[index].direction, curve->reversal_mm, result,
                                     at(config, &config->branches[curve->backward], x, 0));
     slope[0] = result.slope;
 }

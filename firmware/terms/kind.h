@@ -38,13 +38,13 @@ struct cb_slope_pass {
     const float *slopes; /* of the outputs before this term */
 };
 
-/* Its outputs of other terms: a list of `count` indices into outputs, or CB_NONE, in the term's
- * configuration. */
-struct cb_term_uses {
-    const char *key; /* that names them; NULL: it uses none */
-    uint16_t offset; /* in struct cb_term_config */
+/* `count` indices in struct cb_term_config, CB_NONE for what is absent. */
+struct cb_term_list {
+    uint16_t offset;
     uint8_t count;
 };
+#define CB_TERM_LIST(member) \
+    { offsetof(struct cb_term_config, member), sizeof((struct cb_term_config){0}.member) }
 
 /* An object inside the term's object. */
 struct cb_term_part {
@@ -56,13 +56,15 @@ struct cb_term_kind {
     struct cb_object object;           /* its keys; simple fields are stored in term->as */
     const struct cb_term_part *parts;  /* NULL: none */
     const struct cb_curve_kind *curve; /* of a curve of one signal (curves.h), else NULL */
-    struct cb_term_uses uses;
+    struct cb_term_list signals;       /* that it looks at; count 0: a struct cb_term_inputs */
+    struct cb_term_list uses;          /* outputs of other terms; count 0: none */
+    const char *uses_key;              /* names these outputs */
     uint8_t outputs; /* slot of the list of its outputs' names; 0: one output, named as the term */
 
     /* Loads the term at `at` further: its outputs are named, slots are as its table says. */
     bool (*load)(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
                  struct cb_term_config *term);
-    /* Finds the outputs that it uses, when all terms are loaded; at: value of uses.key. NULL where
+    /* Finds the outputs that it uses, when all terms are loaded; at: value of uses_key. NULL where
      * it uses none. */
     bool (*link)(struct cb_loader *loader, uint32_t at, struct cb_term_config *term);
     /* out: value[term->outputs], unless it returns CB_TERM_MISSING; and remarks on it */
@@ -71,7 +73,7 @@ struct cb_term_kind {
     /* in : a live term; slope[term->outputs], all 0
      * out: d output / d signal, as cb_terms_slopes() */
     void (*slope)(const struct cb_slope_pass *pass, const struct cb_term_config *term,
-                  const struct cb_term_state *state, float *slope);
+                  float *slope);
 };
 
 /* true: the output is that of this step */
@@ -79,11 +81,11 @@ static inline bool cb_output_is_live(const struct cb_evaluation *e, uint8_t outp
     return e->states[e->config->output_terms[output]].live;
 }
 
-/* out: index of the signal of the slopes among the inputs, config->links[link + i]; or `inputs` */
-static inline unsigned cb_input_of(const struct cb_slope_pass *pass, uint16_t link,
-                                   unsigned inputs) {
+/* out: index of the signal of the slopes among the inputs; or their count */
+static inline unsigned cb_input_of(const struct cb_slope_pass *pass,
+                                   const struct cb_term_inputs *inputs) {
     unsigned i = 0;
-    while (i < inputs && pass->e.config->links[link + i] != pass->signal) ++i;
+    while (i < inputs->count && pass->e.config->links[inputs->link + i] != pass->signal) ++i;
     return i;
 }
 

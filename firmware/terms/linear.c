@@ -18,9 +18,10 @@ static const struct cb_field FIELDS[KEYS] = {
  * out: the largest value that the sum can have within the ranges of its signals */
 static float largest_sum(const struct cb_config *config, const struct cb_linear_config *linear,
                          const float *weights) {
-    float sum = cb_abs(weights[linear->inputs]);
-    for (uint32_t i = 0; i < linear->inputs; ++i) {
-        const struct cb_signal_config *signal = &config->signals[config->links[linear->link + i]];
+    float sum = cb_abs(weights[linear->inputs.count]);
+    for (uint32_t i = 0; i < linear->inputs.count; ++i) {
+        const struct cb_signal_config *signal =
+            &config->signals[config->links[linear->inputs.link + i]];
         sum += cb_abs(weights[i]) * cb_max(cb_abs(signal->min), cb_abs(signal->max));
     }
     return sum;
@@ -30,18 +31,20 @@ static bool load(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
                  struct cb_term_config *term) {
     struct cb_linear_config *linear = &term->as.linear;
     float *weights = loader->scratch->values;
-    if (!cb_read_inputs(loader, slots[INPUTS], CB_MAX_SIGNALS, &linear->link, &linear->inputs))
+    if (!cb_read_inputs(loader, slots[INPUTS], CB_MAX_SIGNALS, &linear->inputs)) return false;
+    if (!cb_read_vector(loader, slots[WEIGHTS], linear->inputs.count, "inputs", weights))
         return false;
-    if (!cb_read_vector(loader, slots[WEIGHTS], linear->inputs, "inputs", weights)) return false;
-    weights[linear->inputs] = 0.0f;
-    if (slots[CONSTANT] != CB_ABSENT && !cb_read_float(loader, slots[CONSTANT], CB_LEAST_NUMBER,
-                                                       CB_MOST_NUMBER, &weights[linear->inputs]))
+    weights[linear->inputs.count] = 0.0f;
+    if (slots[CONSTANT] != CB_ABSENT &&
+        !cb_read_float(loader, slots[CONSTANT], CB_LEAST_NUMBER, CB_MOST_NUMBER,
+                       &weights[linear->inputs.count]))
         return false;
     if (!(largest_sum(loader->config, linear, weights) <= cb_number_of(CB_MOST_NUMBER)))
         return cb_fail(loader, CB_ERROR_RANGE, slots[WEIGHTS],
                        "between min and max of its signals this sum exceeds 1e9 µm");
-    if (!cb_take_pool(loader, at, linear->inputs + 1u, &linear->pool)) return false;
-    memcpy(loader->config->pool + linear->pool, weights, (linear->inputs + 1u) * sizeof *weights);
+    if (!cb_take_pool(loader, at, linear->inputs.count + 1u, &linear->pool)) return false;
+    memcpy(loader->config->pool + linear->pool, weights,
+           (linear->inputs.count + 1u) * sizeof *weights);
     return true;
 }
 
@@ -50,10 +53,10 @@ static uint8_t value(const struct cb_evaluation *e, const struct cb_term_config 
                      struct cb_term_state *state, float *value) {
     const struct cb_linear_config *linear = &term->as.linear;
     const float *weights = e->config->pool + linear->pool;
-    const uint8_t *links = e->config->links + linear->link;
-    float sum = weights[linear->inputs];
+    const uint8_t *links = e->config->links + linear->inputs.link;
+    float sum = weights[linear->inputs.count];
     (void)state;
-    for (unsigned i = 0; i < linear->inputs; ++i) {
+    for (unsigned i = 0; i < linear->inputs.count; ++i) {
         const struct cb_signal_state *signal = &e->signals[links[i]];
         if (!signal->fresh) return CB_TERM_MISSING;
         sum += weights[i] * signal->used;
@@ -63,15 +66,15 @@ static uint8_t value(const struct cb_evaluation *e, const struct cb_term_config 
 }
 
 static void slope(const struct cb_slope_pass *pass, const struct cb_term_config *term,
-                  const struct cb_term_state *state, float *slope) {
+                  float *slope) {
     const struct cb_linear_config *linear = &term->as.linear;
-    const unsigned i = cb_input_of(pass, linear->link, linear->inputs);
-    (void)state;
-    if (i < linear->inputs) slope[0] = pass->e.config->pool[linear->pool + i];
+    const unsigned i = cb_input_of(pass, &linear->inputs);
+    if (i < linear->inputs.count) slope[0] = pass->e.config->pool[linear->pool + i];
 }
 
 const struct cb_term_kind cb_term_linear = {
     .object = {FIELDS, KEYS},
+    .signals = {offsetof(struct cb_term_config, as.linear.inputs), 0},
     .load = load,
     .value = value,
     .slope = slope,

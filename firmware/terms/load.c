@@ -6,6 +6,7 @@
 
 #include "firmware/terms/kind.h"
 #include "firmware/terms/kinds.h"
+#include "firmware/terms/terms.h"
 
 /* ---- what the kinds share ---- */
 
@@ -55,16 +56,15 @@ static bool add_input(struct cb_loader *loader, uint32_t at, uint16_t link) {
     return true;
 }
 
-bool cb_read_inputs(struct cb_loader *loader, uint32_t at, uint32_t most, uint16_t *link,
-                    uint8_t *inputs) {
+bool cb_read_inputs(struct cb_loader *loader, uint32_t at, uint32_t most,
+                    struct cb_term_inputs *inputs) {
     struct cb_list list = cb_list(loader, at);
-    *link = loader->config->links_count;
-    *inputs = 0;
-    for (; cb_list_next(&list); ++*inputs) {
+    inputs->link = loader->config->links_count;
+    for (inputs->count = 0; cb_list_next(&list); ++inputs->count) {
         if (!cb_list_has_room(loader, &list, most, "inputs of one term")) return false;
-        if (!add_input(loader, list.at, *link)) return false;
+        if (!add_input(loader, list.at, inputs->link)) return false;
     }
-    if (*inputs > 0) return true;
+    if (inputs->count > 0) return true;
     return cb_fail(loader, CB_ERROR_RANGE, at, "at least one input is needed");
 }
 
@@ -141,21 +141,13 @@ static bool load_term(struct cb_loader *loader, uint32_t at, uint8_t index) {
 
 /* ---- order ---- */
 
-/* in : k = 0, 1 …
- * out: false when the term uses no more than k outputs of others; else *output, or CB_NONE */
-static bool uses(const struct cb_term_config *term, uint32_t k, uint8_t *output) {
-    const struct cb_term_uses *uses = &cb_term_kinds[term->type]->uses;
-    if (k >= uses->count) return false;
-    *output = *((const uint8_t *)term + uses->offset + k);
-    return true;
-}
-
 /* The first term that has to come before this one and has no place yet; CB_NONE: it may come. */
 static uint8_t missing_before(const struct cb_config *config, uint8_t index, const bool *placed) {
-    uint8_t output = CB_NONE;
-    for (uint32_t k = 0; uses(&config->terms[index], k, &output); ++k) {
-        if (output == CB_NONE) continue;
-        const uint8_t before = config->outputs[output].term;
+    unsigned count = 0;
+    const uint8_t *used = cb_term_used(&config->terms[index], &count);
+    for (unsigned k = 0; k < count; ++k) {
+        if (used[k] == CB_NONE) continue;
+        const uint8_t before = config->outputs[used[k]].term;
         if (!placed[before]) return before;
     }
     return CB_NONE;
@@ -167,7 +159,7 @@ static bool refuse_circle(struct cb_loader *loader, uint32_t terms, uint8_t inde
     const struct cb_config *config = loader->config;
     for (uint32_t i = 0; i < config->terms_count; ++i)
         index = missing_before(config, index, placed);
-    const char *key = cb_term_kinds[config->terms[index].type]->uses.key;
+    const char *key = cb_term_kinds[config->terms[index].type]->uses_key;
     const uint32_t at = cb_find_key(loader, cb_list_at(loader, terms, index), key);
     return cb_fail(loader, CB_ERROR_ORDER, at, "this term needs, in the end, its own output");
 }
@@ -211,7 +203,7 @@ static bool link_terms(struct cb_loader *loader, uint32_t at) {
         struct cb_term_config *term = &config->terms[list.index];
         const struct cb_term_kind *kind = cb_term_kinds[term->type];
         if (!kind->link) continue;
-        if (!kind->link(loader, cb_find_key(loader, list.at, kind->uses.key), term)) return false;
+        if (!kind->link(loader, cb_find_key(loader, list.at, kind->uses_key), term)) return false;
     }
     return true;
 }

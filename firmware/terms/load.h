@@ -16,8 +16,8 @@ bool cb_read_signal(struct cb_loader *loader, uint32_t at, uint8_t *signal);
 bool cb_read_output(struct cb_loader *loader, uint32_t at, uint8_t *output);
 
 /* A list of different signals into config->links. in: most <= 255 */
-bool cb_read_inputs(struct cb_loader *loader, uint32_t at, uint32_t most, uint16_t *link,
-                    uint8_t *inputs);
+bool cb_read_inputs(struct cb_loader *loader, uint32_t at, uint32_t most,
+                    struct cb_term_inputs *inputs);
 
 /* A list of exactly `count` numbers; `of` says what there are so many of: "inputs". */
 bool cb_read_vector(struct cb_loader *loader, uint32_t at, uint32_t count, const char *of,

@@ -99,18 +99,14 @@ static uint8_t value(const struct cb_evaluation *e, const struct cb_term_config 
 }
 
 static void slope(const struct cb_slope_pass *pass, const struct cb_term_config *term,
-                  const struct cb_term_state *state, float *slope) {
-    cb_curve_slope(pass, term, state, slope, value_at);
+                  float *slope) {
+    cb_curve_slope(pass, term, slope, value_at);
 }
-
-static const struct cb_curve_kind CURVE = {
-    .backward = {FIELDS + CB_CURVE_KEYS, KEYS - CB_CURVE_KEYS},
-    .load = load_curve,
-};
 
 const struct cb_term_kind cb_term_polynomial = {
     .object = {FIELDS, KEYS},
-    .curve = &CURVE,
+    .curve = &(const struct cb_curve_kind){.load = load_curve},
+    .signals = CB_TERM_LIST(as.curve.signal),
     .load = cb_curve_load,
     .value = value,
     .slope = slope,

@@ -35,17 +35,18 @@ static uint8_t value(const struct cb_evaluation *e, const struct cb_term_config 
 }
 
 static void slope(const struct cb_slope_pass *pass, const struct cb_term_config *term,
-                  const struct cb_term_state *state, float *slope) {
+                  float *slope) {
     const struct cb_product_config *product = &term->as.product;
     const float way = pass->e.signals[product->signal].used - product->origin;
     const float own = product->signal == pass->signal ? pass->e.outputs[product->output] : 0.0f;
-    (void)state;
     slope[0] = pass->slopes[product->output] * way + own;
 }
 
 const struct cb_term_kind cb_term_product = {
     .object = {FIELDS, KEYS},
-    .uses = {"term", offsetof(struct cb_term_config, as.product.output), 1},
+    .signals = CB_TERM_LIST(as.product.signal),
+    .uses = CB_TERM_LIST(as.product.output),
+    .uses_key = "term",
     .load = load,
     .link = link,
     .value = value,

@@ -172,7 +172,7 @@ void cb_terms_slopes(const struct cb_config *config, const struct cb_signal_stat
     for (unsigned i = 0; i < config->terms_count; ++i) {
         const struct cb_term_config *term = &config->terms[i];
         float slope[CB_MAX_TERM_OUTPUTS] = {0.0f};
-        if (states[i].live) cb_term_kinds[term->type]->slope(&pass, term, &states[i], slope);
+        if (states[i].live) cb_term_kinds[term->type]->slope(&pass, term, slope);
         for (unsigned k = 0; k < term->outputs; ++k)
             slopes[term->first_output + k] = cb_is_finite(slope[k]) ? slope[k] : 0.0f;
     }

@@ -27,6 +27,12 @@ struct cb_terms_verdict {
  * out: that too. The loader ends with it, and cb_box_start() repeats it, as cb_config_derive(). */
 void cb_terms_derive(struct cb_config *config);
 
+/* out: *count indices of the signals that a term looks at, and of the outputs of other terms that
+ * it uses; or CB_NONE */
+const uint8_t *cb_term_signals(const struct cb_config *config, const struct cb_term_config *term,
+                               unsigned *count);
+const uint8_t *cb_term_used(const struct cb_term_config *term, unsigned *count);
+
 /* true for a curve that has a branch for each direction. */
 bool cb_term_has_branches(const struct cb_term_config *term);
 

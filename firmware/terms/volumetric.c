@@ -56,6 +56,7 @@ static const struct cb_field SQUARENESS_FIELDS[SQUARENESS_KEYS] = {
 static const struct cb_object SQUARENESS_OBJECT = {SQUARENESS_FIELDS, SQUARENESS_KEYS};
 
 _Static_assert(sizeof(struct cb_volumetric) % sizeof(float) == 0, "lies in the pool as floats");
+enum { TOOL = CB_AXES }; /* the last of its signals */
 enum { MODEL_FLOATS = sizeof(struct cb_volumetric) / sizeof(float) };
 
 /* ---- geometry ---- */
@@ -148,7 +149,7 @@ static bool load(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
                        "a volumetric term has three outputs, in X, Y and Z, not %u",
                        (uint32_t)term->outputs);
     if (!read_chain(loader, slots[CHAIN], model.moves) ||
-        !read_positions(loader, at, slots[POSITIONS], config->position) ||
+        !read_positions(loader, at, slots[POSITIONS], config->signals) ||
         !read_levers(loader, slots, &model) ||
         !read_direction(loader, slots[TOOL_DIRECTION], model.tool))
         return false;
@@ -159,7 +160,7 @@ static bool load(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
     if (!cb_take_pool(loader, at, MODEL_FLOATS + 1, &config->pool)) return false;
     float *pool = loader->config->pool + config->pool;
     memcpy(pool, &model, sizeof model);
-    return read_tool_length(loader, slots, &config->tool_length, pool + MODEL_FLOATS);
+    return read_tool_length(loader, slots, &config->signals[TOOL], pool + MODEL_FLOATS);
 }
 
 /* ---- errors ---- */
@@ -211,7 +212,7 @@ static bool machine(const struct cb_evaluation *e, const struct cb_volumetric_co
     bool there = e->all_live || all_live(e, config);
     state->tool_mm = e->config->pool[config->pool + MODEL_FLOATS];
     for (unsigned a = 0; a < CB_AXES; ++a) {
-        const struct cb_signal_state *position = &e->signals[config->position[a]];
+        const struct cb_signal_state *position = &e->signals[config->signals[a]];
         state->position_mm[a] = position->used;
         there &= position->fresh;
     }
@@ -219,9 +220,9 @@ static bool machine(const struct cb_evaluation *e, const struct cb_volumetric_co
         state->error[k] = e->outputs[config->error[k]];
     for (unsigned k = 0; !config->complete && k < CB_CURVE_ERRORS; ++k)
         state->error[k] = config->error[k] == CB_NONE ? 0.0f : e->outputs[config->error[k]];
-    if (config->tool_length == CB_NONE) return there;
-    state->tool_mm = e->signals[config->tool_length].used;
-    return there && e->signals[config->tool_length].fresh;
+    if (config->signals[TOOL] == CB_NONE) return there;
+    state->tool_mm = e->signals[config->signals[TOOL]].used;
+    return there && e->signals[config->signals[TOOL]].fresh;
 }
 
 static uint8_t value(const struct cb_evaluation *e, const struct cb_term_config *term,
@@ -235,14 +236,13 @@ static uint8_t value(const struct cb_evaluation *e, const struct cb_term_config 
 }
 
 static void slope(const struct cb_slope_pass *pass, const struct cb_term_config *term,
-                  const struct cb_term_state *term_state, float *slope) {
+                  float *slope) {
     const struct cb_volumetric_config *config = &term->as.volumetric;
     struct cb_volumetric_state state, rate;
-    (void)term_state;
     machine(&pass->e, config, &state);
     for (unsigned a = 0; a < CB_AXES; ++a)
-        rate.position_mm[a] = config->position[a] == pass->signal ? 1.0f : 0.0f;
-    rate.tool_mm = config->tool_length == pass->signal ? 1.0f : 0.0f;
+        rate.position_mm[a] = config->signals[a] == pass->signal ? 1.0f : 0.0f;
+    rate.tool_mm = config->signals[TOOL] == pass->signal ? 1.0f : 0.0f;
     for (unsigned k = 0; k < CB_CURVE_ERRORS; ++k)
         rate.error[k] = config->error[k] == CB_NONE ? 0.0f : pass->slopes[config->error[k]];
     cb_volumetric_derivative(model_of(pass->e.config, config), &state, &rate, slope);
@@ -254,7 +254,9 @@ static const struct cb_term_part PARTS[] = {
 const struct cb_term_kind cb_term_volumetric = {
     .object = {FIELDS, KEYS},
     .parts = PARTS,
-    .uses = {"errors", offsetof(struct cb_term_config, as.volumetric.error), CB_CURVE_ERRORS},
+    .signals = CB_TERM_LIST(as.volumetric.signals),
+    .uses = CB_TERM_LIST(as.volumetric.error),
+    .uses_key = "errors",
     .outputs = OUTPUTS,
     .load = load,
     .link = link,

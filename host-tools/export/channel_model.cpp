@@ -7,7 +7,6 @@
 #include "host-tools/formats/error.h"
 
 extern "C" {
-#include "firmware/terms/kinds.h"
 #include "firmware/terms/terms.h"
 }
 
@@ -15,50 +14,10 @@ namespace compbox::exports {
 
 namespace {
 
-// All texts in a value, however deep.
-void texts_of(const json &value, std::set<std::string> &texts) {
-    if (value.is_string()) texts.insert(value.get<std::string>());
-    if (!value.is_structured()) return;
-    for (const auto &item : value) texts_of(item, texts);
-}
-
-// The texts of a term that may name signals or outputs of other terms.
-std::set<std::string> references_of(const json &term) {
-    std::set<std::string> texts;
-    for (const auto &[key, value] : term.items()) {
-        if (key != "name" && key != "type" && key != "outputs") texts_of(value, texts);
-    }
-    if (term["type"] == "volumetric" && !term.contains("positions")) {
-        texts.insert({"X", "Y", "Z"});
-    }
-    return texts;
-}
-
-std::vector<std::string> outputs_of(const json &term) {
-    if (!term.contains("outputs")) return {term["name"].get<std::string>()};
-    return term["outputs"].get<std::vector<std::string>>();
-}
-
 // The signal that a chain of lags begins with.
 unsigned source_of(const cb_config &config, unsigned signal) {
     while (config.signals[signal].source == CB_SOURCE_LAG) signal = config.signals[signal].lag_of;
     return signal;
-}
-
-// The signals behind a term, through other terms and lags.
-std::set<unsigned> signals_behind(const json &terms, const cb_config &config, const json &term) {
-    std::set<unsigned> found;
-    for (const auto &name : references_of(term)) {
-        for (unsigned i = 0; i < config.signals_count; ++i) {
-            if (name == config.signals[i].name) found.insert(source_of(config, i));
-        }
-        for (const auto &other : terms) {
-            const auto names = outputs_of(other);
-            if (std::find(names.begin(), names.end(), name) == names.end()) continue;
-            for (const unsigned i : signals_behind(terms, config, other)) found.insert(i);
-        }
-    }
-    return found;
 }
 
 }  // namespace
@@ -66,13 +25,19 @@ std::set<unsigned> signals_behind(const json &terms, const cb_config &config, co
 channel_model::channel_model(const std::string &path)
     : path_(path), json_(read_json(path)), config_(coefficients::load_coefficients(path)) {
     depends_.resize(config_->outputs_count);
-    for (const auto &term : json_["terms"]) {
-        const auto signals = signals_behind(json_["terms"], *config_, term);
-        for (const auto &name : outputs_of(term)) {
-            for (unsigned i = 0; i < config_->outputs_count; ++i) {
-                if (name == config_->outputs[i].name) depends_[i] = signals;
-            }
+    for (unsigned t = 0; t < config_->terms_count; ++t) {  // each behind those that it uses
+        const auto &term = config_->terms[t];
+        std::set<unsigned> found;
+        unsigned count = 0;
+        const std::uint8_t *one = cb_term_signals(config_.get(), &term, &count);
+        for (; count > 0; --count, ++one) {
+            if (*one != CB_NONE) found.insert(source_of(*config_, *one));
         }
+        one = cb_term_used(&term, &count);
+        for (; count > 0; --count, ++one) {
+            if (*one != CB_NONE) found.insert(depends_[*one].begin(), depends_[*one].end());
+        }
+        for (unsigned k = 0; k < term.outputs; ++k) depends_[term.first_output + k] = found;
     }
 }
 
@@ -105,13 +70,11 @@ unsigned channel_model::signal(const std::string &name) const {
 }
 
 bool channel_model::is_position(unsigned signal) const {
-    const char *unit = config_->signals[signal].unit;
-    for (unsigned t = 0; t < config_->terms_count; ++t) {
-        const auto &term = config_->terms[t];
-        if (term.type == CB_TERM_VOLUMETRIC && term.as.volumetric.tool_length == signal)
-            return false;
+    const auto &one = config_->signals[signal];
+    for (const auto &term : json_["terms"]) {
+        if (term.value("tool_length", "") == one.name) return false;
     }
-    return std::strcmp(unit, "mm") == 0 || std::strcmp(unit, "deg") == 0;
+    return std::strcmp(one.unit, "mm") == 0 || std::strcmp(one.unit, "deg") == 0;
 }
 
 bool channel_model::has_branches(unsigned channel, unsigned signal) const {

@@ -35,7 +35,7 @@ static void make(struct cb_config *config, const struct linear_case *item) {
     config->terms[LINEAR] = (struct cb_term_config){.type = CB_TERM_LINEAR,
                                                     .first_output = LINEAR,
                                                     .outputs = 1,
-                                                    .as.linear = {item->inputs, 0, 0}};
+                                                    .as.linear = {{0, item->inputs}, 0}};
     config->terms[PRODUCT] = (struct cb_term_config){.type = CB_TERM_PRODUCT,
                                                      .first_output = PRODUCT,
                                                      .outputs = 1,

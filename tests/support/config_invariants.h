@@ -222,12 +222,12 @@ class invariants {
     }
 
     void linear(const cb_linear_config &l) {
-        inputs(l.link, l.inputs);
-        must(l.pool + l.inputs + 1 <= c.pool_count, "inside the pool");
+        inputs(l.inputs.link, l.inputs.count);
+        must(l.pool + l.inputs.count + 1 <= c.pool_count, "inside the pool");
         if (!broken.empty()) return;
-        double most = std::fabs(c.pool[l.pool + l.inputs]);
-        for (int i = 0; i < l.inputs; ++i) {
-            const cb_signal_config &s = c.signals[c.links[l.link + i]];
+        double most = std::fabs(c.pool[l.pool + l.inputs.count]);
+        for (int i = 0; i < l.inputs.count; ++i) {
+            const cb_signal_config &s = c.signals[c.links[l.inputs.link + i]];
             most += std::fabs(static_cast<double>(c.pool[l.pool + i])) *
                     std::fmax(std::fabs(s.min), std::fabs(s.max));
         }
@@ -241,13 +241,13 @@ class invariants {
 
     void network(const cb_term_config &t) {
         const cb_bpnet_config &n = t.as.bpnet;
-        must(within(n.inputs, 1, 64) && within(n.hidden, 1, 64), "size of a network");
-        inputs(n.link, n.inputs);
+        must(within(n.inputs.count, 1, 64) && within(n.hidden, 1, 64), "size of a network");
+        inputs(n.inputs.link, n.inputs.count);
         const int units = (n.hidden + 3) / 4 * 4;
-        const int row = 1 + units + (n.linear ? n.inputs : 0);
-        must(n.weights + units * (n.inputs + 1) + t.outputs * row <= c.pool_count, "weights");
-        must(n.ranges + 4 * n.inputs <= c.pool_count, "ranges");
-        for (int i = 0; broken.empty() && i < n.inputs; ++i) {
+        const int row = 1 + units + (n.linear ? n.inputs.count : 0);
+        must(n.weights + units * (n.inputs.count + 1) + t.outputs * row <= c.pool_count, "weights");
+        must(n.ranges + 4 * n.inputs.count <= c.pool_count, "ranges");
+        for (int i = 0; broken.empty() && i < n.inputs.count; ++i) {
             const float *range = c.pool + n.ranges + 4 * i;
             must(range[0] <= range[1] && range[2] >= 0 && range[3] > 0, "training range");
         }
@@ -255,9 +255,9 @@ class invariants {
 
     void volumetric(const cb_volumetric_config &v, int index) {
         must(v.pool + 17 <= c.pool_count, "inside the pool");
-        must(v.tool_length == CB_NONE || v.tool_length < c.signals_count, "tool length");
+        must(v.signals[3] == CB_NONE || v.signals[3] < c.signals_count, "tool length");
         for (int a = 0; a < 3; ++a) {
-            must(v.position[a] < c.signals_count, "position");
+            must(v.signals[a] < c.signals_count, "position");
             must(reinterpret_cast<const unsigned char *>(c.pool + v.pool + 15)[a] < 8, "moves");
         }
         for (const int error : v.error) {

@@ -46,8 +46,8 @@ TEST(config_models, arrive_in_the_order_in_which_they_need_each_other) {
     EXPECT_STREQ(c.outputs[c.terms[7].first_output].name, "growth");
 
     const cb_volumetric_config &vol = c.terms[3].as.volumetric;
-    EXPECT_EQ(vol.position[1], 3);
-    EXPECT_EQ(vol.tool_length, 3);
+    EXPECT_EQ(vol.signals[1], 3);
+    EXPECT_EQ(vol.signals[3], 3);
     EXPECT_EQ(vol.error[2], 0) << "EZX";
     EXPECT_EQ(vol.error[1], 1) << "EYX";
     EXPECT_EQ(vol.error[0], CB_NONE);
@@ -55,9 +55,9 @@ TEST(config_models, arrive_in_the_order_in_which_they_need_each_other) {
     for (int i = 0; i < 15; ++i) EXPECT_EQ(c.pool[vol.pool + i], pool[i]) << i;
 
     const cb_linear_config &linear = c.terms[4].as.linear;
-    EXPECT_EQ(linear.inputs, 2);
-    EXPECT_EQ(c.links[linear.link], 1);
-    EXPECT_EQ(c.links[linear.link + 1], 2);
+    EXPECT_EQ(linear.inputs.count, 2);
+    EXPECT_EQ(c.links[linear.inputs.link], 1);
+    EXPECT_EQ(c.links[linear.inputs.link + 1], 2);
     EXPECT_EQ(c.pool[linear.pool + 1], -0.25f);
     EXPECT_EQ(c.pool[linear.pool + 2], 3.0f);
 
@@ -67,7 +67,7 @@ TEST(config_models, arrive_in_the_order_in_which_they_need_each_other) {
     EXPECT_EQ(product.origin, 250);
 
     const cb_bpnet_config &net = c.terms[5].as.bpnet;
-    EXPECT_EQ(net.inputs, 2);
+    EXPECT_EQ(net.inputs.count, 2);
     EXPECT_EQ(net.hidden, 3);
     EXPECT_TRUE(net.linear);
     EXPECT_EQ(c.terms[5].outputs, 2);
@@ -91,8 +91,8 @@ TEST(config_models, defaults) {
     const float ranges[] = {10, 30, 2, 0.1f, 0, 14300, 1430, 1.0f / 7150};
     for (int i = 0; i < 8; ++i) EXPECT_FLOAT_EQ(c.pool[c.terms[5].as.bpnet.ranges + i], ranges[i]);
     const cb_volumetric_config &vol = c.terms[3].as.volumetric;
-    EXPECT_EQ(vol.position[2], 3);
-    EXPECT_EQ(vol.tool_length, CB_NONE);
+    EXPECT_EQ(vol.signals[2], 3);
+    EXPECT_EQ(vol.signals[3], CB_NONE);
     EXPECT_EQ(c.pool[vol.pool + 16], 123.5f);
     EXPECT_EQ(c.pool[c.terms[4].as.linear.pool + 2], 0.0f);
     EXPECT_EQ(c.terms[7].as.product.origin, 0.0f);

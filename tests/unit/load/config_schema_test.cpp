@@ -48,37 +48,39 @@ json resolved(json node) {
 
 struct pairing {
     std::string name;  // in "$defs"; "" is the whole file
-    const cb_object *object;
+    cb_object object;
     std::string heading;  // in the manual
 };
 const std::vector<pairing> sections = {
-    {"", &cb_top_object, "## file"},
-    {"machine", &cb_machine_object, "## machine"},
-    {"cycle", &cb_cycle_object, "## cycle"},
-    {"safety", &cb_safety_object, "## safety"},
-    {"plc", &cb_plc_object, "## plc"},
-    {"transport", &cb_transport_object, "### transport"},
-    {"tcp", &cb_tcp_object, "### tcp"},
-    {"rtu", &cb_rtu_object, "### rtu"},
-    {"bus", &cb_bus_object, "## buses"},
-    {"bus_line", &cb_bus_line_object, "### rtu"},
-    {"read_block", &cb_read_block_object, "### read and write"},
-    {"write_block", &cb_write_block_object, "### read and write"},
-    {"can", &cb_can_object, "## can"},
-    {"can_node", &cb_can_node_object, "### nodes"},
-    {"signal", &cb_signal_object, "## signals"},
-    {"channel", &cb_channel_object, "## channels"},
-    {"tangent", &cb_tangent_object, "### tangent"},
-    {"pair", &cb_pair_object, "## pairs"},
+    {"", cb_top_object, "## file"},
+    {"machine", cb_machine_object, "## machine"},
+    {"cycle", cb_cycle_object, "## cycle"},
+    {"safety", cb_safety_object, "## safety"},
+    {"plc", cb_plc_object, "## plc"},
+    {"transport", cb_transport_object, "### transport"},
+    {"tcp", cb_tcp_object, "### tcp"},
+    {"rtu", cb_rtu_object, "### rtu"},
+    {"bus", cb_bus_object, "## buses"},
+    {"bus_line", cb_bus_line_object, "### rtu"},
+    {"read_block", cb_read_block_object, "### read and write"},
+    {"write_block", cb_write_block_object, "### read and write"},
+    {"can", cb_can_object, "## can"},
+    {"can_node", cb_can_node_object, "### nodes"},
+    {"signal", cb_signal_object, "## signals"},
+    {"channel", cb_channel_object, "## channels"},
+    {"tangent", cb_tangent_object, "### tangent"},
+    {"pair", cb_pair_object, "## pairs"},
 };
 
 // A kind of term, its parts, and the branch backward of a curve.
 void add_kind(std::vector<pairing> &all, const std::string &name, const cb_term_kind &kind) {
     const std::string heading = "### " + name;
-    all.push_back({name, &kind.object, heading});
-    if (kind.curve) all.push_back({name + "_backward", &kind.curve->backward, heading});
+    all.push_back({name, kind.object, heading});
+    const cb_object own = {kind.object.fields + CB_CURVE_KEYS,
+                           static_cast<uint8_t>(kind.object.count - CB_CURVE_KEYS)};
+    if (kind.curve) all.push_back({name + "_backward", own, heading});
     for (const cb_term_part *part = kind.parts; part && part->name; ++part)
-        all.push_back({part->name, part->object, heading});
+        all.push_back({part->name, *part->object, heading});
 }
 
 const std::vector<pairing> pairings = [] {
@@ -97,8 +99,8 @@ template <class F>
 void for_each_field(F look) {
     for (const pairing &pair : pairings) {
         const json node = schema_of(pair);
-        for (int i = 0; i < pair.object->count; ++i) {
-            const cb_field &field = pair.object->fields[i];
+        for (int i = 0; i < pair.object.count; ++i) {
+            const cb_field &field = pair.object.fields[i];
             if (field.kind == CB_FIELD_LATER) continue;
             ASSERT_TRUE(node["properties"].contains(field.key)) << pair.name << "." << field.key;
             look(pair, field, resolved(node["properties"][field.key]));
@@ -110,8 +112,8 @@ TEST(config_schema, has_the_keys_of_the_loader_and_no_others) {
     for (const pairing &pair : pairings) {
         const json node = schema_of(pair);
         std::set<std::string> keys, required, schema_keys;
-        for (int i = 0; i < pair.object->count; ++i) {
-            const cb_field &field = pair.object->fields[i];
+        for (int i = 0; i < pair.object.count; ++i) {
+            const cb_field &field = pair.object.fields[i];
             if (field.kind == CB_FIELD_LATER) continue;
             keys.insert(field.key);
             if (field.required) required.insert(field.key);
@@ -191,9 +193,9 @@ TEST(config_schema, has_the_maxima_of_the_box) {
 // The tables stay inside the sizes that the reader reserves for them.
 TEST(config_schema, tables_fit_the_reader) {
     for (const pairing &pair : pairings) {
-        EXPECT_LE(pair.object->count, CB_MAX_FIELDS) << pair.name;
-        for (int i = 0; i < pair.object->count; ++i) {
-            const cb_field &field = pair.object->fields[i];
+        EXPECT_LE(pair.object.count, CB_MAX_FIELDS) << pair.name;
+        for (int i = 0; i < pair.object.count; ++i) {
+            const cb_field &field = pair.object.fields[i];
             EXPECT_LT(std::string(field.key).size(), static_cast<size_t>(CB_KEY_SIZE));
             EXPECT_LT(std::string(field.least ? field.least : "").size(),
                       static_cast<size_t>(CB_TABLE_TEXT));
