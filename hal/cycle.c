@@ -16,33 +16,6 @@ static int64_t now(const struct cb_hal *hal) {
     return hal->now_us(hal->context);
 }
 
-static enum cb_write_result result_of(enum cb_transfer transfer) {
-    switch (transfer) {
-        case CB_TRANSFER_OK:
-            return CB_WRITE_OK;
-        case CB_TRANSFER_FAILED:
-            return CB_WRITE_FAILED;
-        case CB_TRANSFER_REFUSED:
-            return CB_WRITE_REFUSED;
-        case CB_TRANSFER_UNKNOWN:
-            break;
-    }
-    return CB_WRITE_UNKNOWN;
-}
-
-static enum cb_held_result held_of(enum cb_transfer transfer) {
-    switch (transfer) {
-        case CB_TRANSFER_OK:
-            return CB_HELD_OK;
-        case CB_TRANSFER_REFUSED:
-            return CB_HELD_REFUSED;
-        case CB_TRANSFER_FAILED:
-        case CB_TRANSFER_UNKNOWN:
-            break;
-    }
-    return CB_HELD_SILENT;
-}
-
 /* A third request takes no longer than the two of a cycle, and they left half of the time. */
 static bool has_room(const struct cb_cycle *cycle, const struct exchange *exchange) {
     return now(exchange->hal) + cycle->exchange_us <= exchange->deadline_us - cycle->exchange_us;
@@ -56,8 +29,8 @@ static void read_back(struct cb_cycle *cycle, const struct cb_box *box,
     const enum cb_want want = cb_box_wants_held(box);
     const bool asks = want == CB_WANT_NOW || (want == CB_WANT_IF_ROOM && has_room(cycle, exchange));
     if (!cycle->in.read_ok || !asks) return;
-    cycle->in.held = (uint8_t)held_of(hal->read(hal->context, write->start, write->count,
-                                                cycle->in.held_registers, exchange->deadline_us));
+    cycle->in.held = (uint8_t)hal->read(hal->context, write->start, write->count,
+                                        cycle->in.held_registers, exchange->deadline_us);
 }
 
 /* FC3 of the read block. */
@@ -93,7 +66,7 @@ static void write_then_read(struct cb_cycle *cycle, const struct exchange *excha
         hal->write_read(hal->context, write->start, write->count, cycle->out.registers, read->start,
                         read->count, cycle->in.registers, exchange->deadline_us);
     cycle->in.read_ok = cycle->read == CB_TRANSFER_OK;
-    cycle->in.last_write = (uint8_t)result_of(cycle->write);
+    cycle->in.last_write = (uint8_t)cycle->write;
     leave_behind_last(cycle, hal);
     note_exchange(cycle, made_from_us, now(hal));
 }
@@ -105,18 +78,14 @@ static void write_outputs(struct cb_cycle *cycle, const struct exchange *exchang
     if (now(hal) < exchange->deadline_us)
         cycle->write = hal->write(hal->context, write->start, write->count, cycle->out.registers,
                                   exchange->deadline_us);
-    cycle->in.last_write = (uint8_t)result_of(cycle->write);
+    cycle->in.last_write = (uint8_t)cycle->write;
     leave_behind_last(cycle, hal);
     note_exchange(cycle, cycle->in.read_ok ? cycle->in.read_us : 0, now(hal));
 }
 
 static void take_samples(struct cb_cycle *cycle, const struct cb_hal *hal) {
-    const size_t count = hal->samples(hal->context, cycle->samples, CB_MAX_SAMPLES);
+    const size_t count = hal->samples(hal->context, cycle->in.samples, CB_MAX_SAMPLES);
     cycle->in.sample_count = (uint8_t)(count < CB_MAX_SAMPLES ? count : CB_MAX_SAMPLES);
-    for (unsigned i = 0; i < cycle->in.sample_count; ++i) {
-        const struct cb_hal_sample *sample = &cycle->samples[i];
-        cycle->in.samples[i] = (struct cb_sample){sample->signal, sample->raw, sample->time_us};
-    }
 }
 
 void cb_cycle_start(struct cb_cycle *cycle) {
@@ -136,7 +105,7 @@ void cb_cycle_run(struct cb_cycle *cycle, struct cb_box *box, const struct cb_ha
     const bool combined = box->config.plc.exchange == CB_EXCHANGE_FC23 && cycle->out.write;
 
     cycle->read = cycle->write = CB_TRANSFER_FAILED;
-    cycle->in.held = CB_HELD_NONE;
+    cycle->in.held = CB_TRANSFER_NONE;
     if (!sound) {
         cycle->in.read_ok = false;
     } else if (combined) {
@@ -156,7 +125,7 @@ void cb_cycle_run(struct cb_cycle *cycle, struct cb_box *box, const struct cb_ha
     cb_box_step(box, &cycle->in, step_from_us, &cycle->out);
     const int64_t step_done_us = now(hal);
 
-    cycle->in.last_write = CB_WRITE_NONE;
+    cycle->in.last_write = CB_TRANSFER_NONE;
     if (box->config.plc.exchange == CB_EXCHANGE_FC3_FC16 && cycle->out.write)
         write_outputs(cycle, &exchange);
     cycle->step_us = step_done_us - step_from_us;

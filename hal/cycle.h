@@ -13,13 +13,12 @@
 struct cb_cycle {
     struct cb_inputs in;
     struct cb_outputs out;
-    int64_t tick_us;                              /* now_us right after the tick */
-    int64_t exchange_us;                          /* time spent in read, write or write_read */
-    int64_t step_us;                              /* time spent in cb_box_step */
-    int64_t step_at_us;                           /* now_us that the step was given … */
-    uint32_t step_exchange_us;                    /* … and of its inputs those that the */
-    uint8_t step_last_write;                      /* write after it has changed */
-    struct cb_hal_sample samples[CB_MAX_SAMPLES]; /* as the hardware gave them */
+    int64_t tick_us;              /* now_us right after the tick */
+    int64_t exchange_us;          /* time spent in read, write or write_read */
+    int64_t step_us;              /* time spent in cb_box_step */
+    int64_t step_at_us;           /* now_us that the step was given … */
+    uint32_t step_exchange_us;    /* … and of its inputs those that the */
+    uint8_t step_last_write;      /* write after it has changed */
     enum cb_transfer read, write; /* of this cycle; FAILED where nothing was to be written */
 };
 

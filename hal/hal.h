@@ -8,20 +8,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* How a request to the PLC ended. */
-enum cb_transfer {
-    CB_TRANSFER_OK,      /* done, and the reply was checked */
-    CB_TRANSFER_FAILED,  /* certainly not done: not connected, not sent, no time left */
-    CB_TRANSFER_REFUSED, /* the PLC answered with an exception */
-    CB_TRANSFER_UNKNOWN, /* sent, but no valid reply before the deadline */
-};
-
-/* A number that a sensor of the box delivered since the last call, before scale and zero. */
-struct cb_hal_sample {
-    uint8_t signal;
-    float raw;
-    int64_t time_us;
-};
+#include "firmware/base/io.h"
 
 struct cb_hal {
     void *context; /* handed to every operation */
@@ -53,7 +40,7 @@ struct cb_hal {
     void (*leave)(void *context);
 
     /* Moves up to max waiting samples into samples[], returns how many. Never blocks. */
-    size_t (*samples)(void *context, struct cb_hal_sample *samples, size_t max);
+    size_t (*samples)(void *context, struct cb_sample *samples, size_t max);
 
     /* Called after each completed step, whether the PLC lives or not. */
     void (*feed_watchdog)(void *context);

@@ -1,20 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "hal/rtu_exchange.h"
 
-static enum cb_transfer transfer_of(enum cb_rtu_outcome outcome) {
-    switch (outcome) {
-        case CB_RTU_DONE:
-            return CB_TRANSFER_OK;
-        case CB_RTU_NOT_DONE:
-            return CB_TRANSFER_FAILED;
-        case CB_RTU_TURNED_DOWN:
-            return CB_TRANSFER_REFUSED;
-        case CB_RTU_UNCERTAIN:
-            break;
-    }
-    return CB_TRANSFER_UNKNOWN;
-}
-
 enum cb_transfer cb_rtu_exchange_on(const struct cb_rtu_wire *wire, struct cb_rtu_dialog *dialog,
                                     const struct cb_modbus_request *request, uint16_t *registers,
                                     int64_t deadline_us) {
@@ -24,7 +10,7 @@ enum cb_transfer cb_rtu_exchange_on(const struct cb_rtu_wire *wire, struct cb_rt
     for (;;) {
         const enum cb_rtu_ask what =
             cb_rtu_dialog_next(dialog, wire->now_us(wire->context), &until_us);
-        if (what == CB_RTU_ASK_NOTHING) return transfer_of((enum cb_rtu_outcome)dialog->outcome);
+        if (what == CB_RTU_ASK_NOTHING) return (enum cb_transfer)dialog->outcome;
         const bool probe = what == CB_RTU_ASK_PROBE;
         cb_rtu_dialog_ended(dialog,
                             wire->ask(wire->context, what, probe ? cb_rtu_probe(dialog) : request,

@@ -8,21 +8,14 @@
 
 #include "firmware/base/limits.h"
 
-/* How the write of the cycle before ended. */
-enum cb_write_result {
-    CB_WRITE_NONE,    /* nothing was written */
-    CB_WRITE_OK,      /* the PLC confirmed it */
-    CB_WRITE_FAILED,  /* it certainly did not take effect */
-    CB_WRITE_REFUSED, /* the PLC answered with an exception: it did not take effect */
-    CB_WRITE_UNKNOWN, /* sent, no answer: it may or may not have taken effect */
-};
-
-/* Whether the PLC's write block was read back, as cb_box_wants_held() asks for. */
-enum cb_held_result {
-    CB_HELD_NONE,    /* it was not asked for */
-    CB_HELD_OK,      /* held_registers[] are what the PLC holds, after the write of last_write */
-    CB_HELD_REFUSED, /* the PLC answered with an exception: it never will */
-    CB_HELD_SILENT,  /* asked for, but no answer came */
+/* How a request to the PLC ended: a reading, a writing, or a reading back of the write block. */
+enum cb_transfer {
+    CB_TRANSFER_NONE,    /* none was made */
+    CB_TRANSFER_OK,      /* done, and the reply was checked */
+    CB_TRANSFER_FAILED,  /* certainly not done: not connected, not sent, no time left */
+    CB_TRANSFER_REFUSED, /* the PLC answered with an exception: it did not take effect */
+    CB_TRANSFER_UNKNOWN, /* sent, but no valid reply before the deadline: a write may have taken
+                            effect */
 };
 
 /* A number from a sensor of the box itself (CAN, bus), before scale and zero. */
@@ -34,8 +27,9 @@ struct cb_sample {
 
 struct cb_inputs {
     bool read_ok;          /* registers[] hold a fresh, whole reading of the PLC's read block */
-    uint8_t last_write;    /* enum cb_write_result, of the outputs of the step before */
-    uint8_t held;          /* enum cb_held_result; of this cycle, before this step */
+    uint8_t last_write;    /* enum cb_transfer, of the outputs of the step before */
+    uint8_t held;          /* enum cb_transfer, of reading back what cb_box_wants_held() asks for,
+                              after last_write and before this step; OK: held_registers[] */
     bool stop;             /* asked to stop: ramp to zero, say STOPPED */
     uint32_t missed_ticks; /* ticks skipped just before this one */
     int64_t read_us;       /* when the reading was asked for; <= now_us */

@@ -65,13 +65,13 @@ static void keep_score(struct cb_box *box, uint32_t missed_ticks) {
 /* How the outputs of the step before fared. A result for outputs that were not for writing, or one
  * that this version does not know, is not believed. */
 static void take_write(struct cb_box *box, uint8_t last_write, const struct step *step) {
-    enum cb_write_result result =
-        last_write > CB_WRITE_UNKNOWN ? CB_WRITE_UNKNOWN : (enum cb_write_result)last_write;
-    if (!box->writing) result = CB_WRITE_NONE;
+    enum cb_transfer result =
+        last_write > CB_TRANSFER_UNKNOWN ? CB_TRANSFER_UNKNOWN : (enum cb_transfer)last_write;
+    if (!box->writing) result = CB_TRANSFER_NONE;
     cb_limiter_written(&box->config, box->channels, result, box->plc.alive ? step->elapsed_us : 0);
     cb_applied_sent(&box->config, &box->applied, box->channels, step->elapsed_us);
     cb_plc_written(&box->config, &box->plc, &box->counters, result, step->elapsed_us, box->now_us);
-    if (result != CB_WRITE_OK) return;
+    if (result != CB_TRANSFER_OK) return;
     box->zero_written = cb_channels_all_zero(&box->config, box->channels);
     box->stop_confirmed = box->sent_mode == CB_MODE_STOPPED;
 }
@@ -93,9 +93,9 @@ static struct cb_start start_of(const struct cb_box *box, unsigned index,
     const float held_um = cb_channel_decode(channel, in->held_registers + channel->reg);
     if (channel->has_applied && cb_is_finite(applied_um))
         return (struct cb_start){applied_um, true};
-    if (in->held == CB_HELD_OK && !box->plc.went_back && cb_is_finite(held_um))
+    if (in->held == CB_TRANSFER_OK && !box->plc.went_back && cb_is_finite(held_um))
         return (struct cb_start){held_um, true};
-    return (struct cb_start){0.0f, in->held == CB_HELD_OK};
+    return (struct cb_start){0.0f, in->held == CB_TRANSFER_OK};
 }
 
 /* The status that is in the PLC is that of a box at work, or none that a box writes. */
@@ -108,7 +108,7 @@ static bool was_at_work(const struct cb_box *box, const struct cb_inputs *in) {
  * here until it ended, or the PLC does not say what it holds. */
 static bool is_loss(const struct cb_box *box, const struct cb_inputs *in) {
     const bool first = box->plc.contact == CB_CONTACT_NONE;
-    if (in->held == CB_HELD_OK) return first && was_at_work(box, in);
+    if (in->held == CB_TRANSFER_OK) return first && was_at_work(box, in);
     return !(first && box->stopped_before);
 }
 
@@ -118,13 +118,13 @@ static void find_plc(struct cb_box *box, const struct cb_inputs *in, struct step
     struct cb_start start[CB_MAX_CHANNELS];
     struct cb_plc_state *plc = &box->plc;
     if (plc->contact == CB_CONTACT_KNOWN) return;
-    if (in->held != CB_HELD_OK && in->held != CB_HELD_REFUSED) return;
+    if (in->held != CB_TRANSFER_OK && in->held != CB_TRANSFER_REFUSED) return;
     for (unsigned i = 0; i < cb_all_channels(&box->config); ++i) start[i] = start_of(box, i, in);
     cb_limiter_place(&box->config, box->channels, start);
     step->loss = is_loss(box, in);
     box->counters.resyncs += plc->contact == CB_CONTACT_LOST;
     plc->contact = CB_CONTACT_KNOWN;
-    plc->silent = in->held == CB_HELD_REFUSED;
+    plc->silent = in->held == CB_TRANSFER_REFUSED;
     plc->unconfirmed_us = plc->asked_us = 0;
     plc->confirmed = plc->went_back = false;
     step->placed = true;
@@ -142,11 +142,11 @@ static bool is_foreign(const struct cb_channel_config *channel,
 static void look_back(struct cb_box *box, const struct cb_inputs *in, const struct step *step) {
     struct cb_plc_state *plc = &box->plc;
     plc->asked_us = cb_add_us(plc->asked_us, step->elapsed_us);
-    if (plc->contact != CB_CONTACT_KNOWN || in->held == CB_HELD_NONE) return;
+    if (plc->contact != CB_CONTACT_KNOWN || in->held == CB_TRANSFER_NONE) return;
     plc->asked_us = 0;
-    plc->silent = in->held != CB_HELD_OK;
+    plc->silent = in->held != CB_TRANSFER_OK;
     box->foreign.channel = CB_NONE;
-    if (plc->silent || in->last_write != CB_WRITE_OK) return;
+    if (plc->silent || in->last_write != CB_TRANSFER_OK) return;
     for (unsigned i = 0; i < cb_all_channels(&box->config); ++i) {
         const struct cb_channel_config *channel = &box->config.channels[i];
         const float held_um = cb_channel_decode(channel, in->held_registers + channel->reg);
@@ -178,7 +178,7 @@ static void read_plc(struct cb_box *box, const struct cb_inputs *in, struct step
     const uint16_t was_beat = box->plc.plc_heartbeat;
     const bool was_readable = box->plc.readable;
     step->read = cb_plc_read(&box->config, &box->plc, &box->counters, in, box->now_us);
-    if (in->last_write == CB_WRITE_OK) cb_lead_take_exchange(&box->lead, in->exchange_us);
+    if (in->last_write == CB_TRANSFER_OK) cb_lead_take_exchange(&box->lead, in->exchange_us);
     if (!step->read || !was_readable) return;
     const uint16_t beats = (uint16_t)(box->plc.plc_heartbeat - was_beat);
     const int64_t elapsed_us = box->plc.read_us - was_us;

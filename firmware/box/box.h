@@ -114,7 +114,7 @@ enum cb_want cb_box_wants_held(const struct cb_box *box);
 
 /* Like a step of a box that has been ACTIVE on these inputs for ever: outputs are at the wanted
  * values within their limits. For evaluation on the host; never on a machine. Steps may follow it,
- * with in->last_write CB_WRITE_OK and a heartbeat that moves. */
+ * with in->last_write CB_TRANSFER_OK and a heartbeat that moves. */
 void cb_box_settle(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,
                    struct cb_outputs *out);
 

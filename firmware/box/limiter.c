@@ -105,22 +105,22 @@ static void unanswered(struct cb_channel_state *state, uint32_t late_us) {
 }
 
 void cb_limiter_written(const struct cb_config *config, struct cb_channel_state *channels,
-                        enum cb_write_result result, uint32_t lived_us) {
+                        enum cb_transfer result, uint32_t lived_us) {
     for (unsigned i = 0; i < cb_all_channels(config); ++i) {
         struct cb_channel_state *state = &channels[i];
         const bool late = state->late_us > 0; /* when the write was sent */
         if (late) age_late(state, lived_us);
         switch (result) {
-            case CB_WRITE_OK:
+            case CB_TRANSFER_OK:
                 state->possible_min_um = state->possible_max_um = state->sent_um;
                 if (late) holds(state, state->sent_um, state->sent_um, true);
                 break;
-            case CB_WRITE_UNKNOWN:
+            case CB_TRANSFER_UNKNOWN:
                 unanswered(state, cb_limiter_late_us(config));
                 break;
-            case CB_WRITE_NONE:
-            case CB_WRITE_FAILED:
-            case CB_WRITE_REFUSED:
+            case CB_TRANSFER_NONE:
+            case CB_TRANSFER_FAILED:
+            case CB_TRANSFER_REFUSED:
                 break;
         }
     }

@@ -45,7 +45,7 @@ uint32_t cb_limiter_late_us(const struct cb_config *config);
 /* Takes note of how the write of all outputs of the step before ended.
  * in : lived_us: time since the step before in which the PLC's heartbeat was alive */
 void cb_limiter_written(const struct cb_config *config, struct cb_channel_state *channels,
-                        enum cb_write_result result, uint32_t lived_us);
+                        enum cb_transfer result, uint32_t lived_us);
 
 /* in : target_um[channels]: any floats; NaN counts as 0
  * out: every output moved towards its target: |output| <= limit, pairs within their difference,

@@ -8,35 +8,35 @@ void cb_plc_forget(struct cb_plc_state *state) {
     state->beating = state->alive = false;
 }
 
-static void count_write(struct cb_counters *counters, enum cb_write_result result) {
+static void count_write(struct cb_counters *counters, enum cb_transfer result) {
     switch (result) {
-        case CB_WRITE_NONE:
-        case CB_WRITE_OK:
+        case CB_TRANSFER_NONE:
+        case CB_TRANSFER_OK:
             break;
-        case CB_WRITE_FAILED:
+        case CB_TRANSFER_FAILED:
             ++counters->writes_failed;
             break;
-        case CB_WRITE_REFUSED:
+        case CB_TRANSFER_REFUSED:
             ++counters->writes_refused;
             break;
-        case CB_WRITE_UNKNOWN:
+        case CB_TRANSFER_UNKNOWN:
             ++counters->writes_unknown;
             break;
     }
 }
 
 void cb_plc_written(const struct cb_config *config, struct cb_plc_state *state,
-                    struct cb_counters *counters, enum cb_write_result result, uint32_t elapsed_us,
+                    struct cb_counters *counters, enum cb_transfer result, uint32_t elapsed_us,
                     int64_t now_us) {
     count_write(counters, result);
     if (state->refusing) state->refused_us = cb_add_us(state->refused_us, elapsed_us);
-    if (result == CB_WRITE_REFUSED) {
+    if (result == CB_TRANSFER_REFUSED) {
         state->refusing = true;
         /* nothing was ever confirmed: the PLC is not busy, it does not take such writes */
         state->mute = state->mute || !state->confirmed;
     }
-    if (result != CB_WRITE_NONE && result != CB_WRITE_FAILED) state->parting = false;
-    if (result == CB_WRITE_OK) {
+    if (result != CB_TRANSFER_NONE && result != CB_TRANSFER_FAILED) state->parting = false;
+    if (result == CB_TRANSFER_OK) {
         state->refusing = state->mute = false;
         state->confirmed = true;
         state->refused_us = 0;

@@ -78,7 +78,7 @@ void cb_plc_forget(struct cb_plc_state *state);
 /* Takes note of how the last write ended; elapsed_us since the step before. Before this cycle's
  * reading. */
 void cb_plc_written(const struct cb_config *config, struct cb_plc_state *state,
-                    struct cb_counters *counters, enum cb_write_result result, uint32_t elapsed_us,
+                    struct cb_counters *counters, enum cb_transfer result, uint32_t elapsed_us,
                     int64_t now_us);
 
 /* Takes this cycle's reading, if it is good: there, whole (counters of the block agree), not from

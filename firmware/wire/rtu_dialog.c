@@ -23,7 +23,7 @@ void cb_rtu_dialog_begin(struct cb_rtu_dialog *dialog, const struct cb_modbus_re
     dialog->deadline_us = deadline_us;
     dialog->again_until_us = deadline_us - (reads ? (int64_t)dialog->manners.reserve_us : 0);
     dialog->sent = dialog->requests = 0;
-    dialog->outcome = CB_RTU_NOT_DONE;
+    dialog->outcome = CB_TRANSFER_FAILED;
     dialog->over = false;
 }
 
@@ -58,7 +58,7 @@ enum cb_rtu_ask cb_rtu_dialog_next(struct cb_rtu_dialog *dialog, int64_t now_us,
     return (enum cb_rtu_ask)dialog->asked;
 }
 
-static void end_with(struct cb_rtu_dialog *dialog, enum cb_rtu_outcome outcome) {
+static void end_with(struct cb_rtu_dialog *dialog, enum cb_transfer outcome) {
     dialog->over = true;
     dialog->outcome = (uint8_t)outcome;
 }
@@ -71,7 +71,7 @@ static void probe_ended(struct cb_rtu_dialog *dialog, enum cb_rtu_end end) {
         dialog->probed_twice = dialog->probes_sent > 1;
     }
     if (end == CB_RTU_END_REFUSED)
-        end_with(dialog, dialog->requests > 0 ? CB_RTU_UNCERTAIN : CB_RTU_TURNED_DOWN);
+        end_with(dialog, dialog->requests > 0 ? CB_TRANSFER_UNKNOWN : CB_TRANSFER_REFUSED);
 }
 
 /* A refusal is only certain as long as nothing but this request can have been refused. */
@@ -79,9 +79,9 @@ static void request_ended(struct cb_rtu_dialog *dialog, enum cb_rtu_end end) {
     const bool refused = end == CB_RTU_END_REFUSED;
     const bool certain = dialog->requests == 0 && !dialog->probed_twice;
     ++dialog->requests;
-    dialog->outcome = CB_RTU_UNCERTAIN;
-    if (end == CB_RTU_END_REPLY) end_with(dialog, CB_RTU_DONE);
-    if (refused) end_with(dialog, certain ? CB_RTU_TURNED_DOWN : CB_RTU_UNCERTAIN);
+    dialog->outcome = CB_TRANSFER_UNKNOWN;
+    if (end == CB_RTU_END_REPLY) end_with(dialog, CB_TRANSFER_OK);
+    if (refused) end_with(dialog, certain ? CB_TRANSFER_REFUSED : CB_TRANSFER_UNKNOWN);
     if (end == CB_RTU_END_RUBBISH || end == CB_RTU_END_SILENT || (refused && dialog->probed_twice))
         cb_rtu_dialog_doubt(dialog);
 }

@@ -18,6 +18,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/base/io.h"
 #include "firmware/wire/modbus_rtu.h"
 #include "firmware/wire/rtu_line.h"
 
@@ -45,14 +46,6 @@ enum cb_rtu_end {
     CB_RTU_END_NOT_SENT, /* for other reasons: the exchange is over */
 };
 
-/* How the whole exchange ended. */
-enum cb_rtu_outcome {
-    CB_RTU_DONE,
-    CB_RTU_NOT_DONE,    /* certainly not: the request was not sent */
-    CB_RTU_TURNED_DOWN, /* by an exception */
-    CB_RTU_UNCERTAIN,   /* sent, but no valid reply */
-};
-
 /* What of a coefficient file counts for the dialog. */
 struct cb_rtu_manners {
     struct cb_rtu_line line;
@@ -74,7 +67,7 @@ struct cb_rtu_dialog {
     int64_t deadline_us, again_until_us;
     uint8_t sent, requests; /* frames; requests of them */
     uint8_t asked;          /* enum cb_rtu_ask */
-    uint8_t outcome;        /* enum cb_rtu_outcome */
+    uint8_t outcome;        /* enum cb_transfer: how the whole exchange ended */
     bool over;
 };
 

@@ -47,7 +47,7 @@ static void leave(void *context) {
     if (target->transport == CB_TRANSPORT_TCP) cb_tcp_leave(&target->tcp);
 }
 
-static size_t samples(void *context, struct cb_hal_sample *list, size_t max) {
+static size_t samples(void *context, struct cb_sample *list, size_t max) {
     struct cb_linux *target = context;
     const size_t count = cb_can_source_samples(&target->can, list, max, cb_boottime_us());
     return count + cb_sample_ring_take(&target->bus, target->generation, list + count, max - count);

@@ -65,18 +65,15 @@ static void tell_nodes(struct cb_can_source *source, int64_t now_us) {
             cb_canopen_not_sent(&source->config, source->nodes, &frame);
 }
 
-size_t cb_can_source_samples(struct cb_can_source *source, struct cb_hal_sample *samples,
-                             size_t max, int64_t now_us) {
+size_t cb_can_source_samples(struct cb_can_source *source, struct cb_sample *samples, size_t max,
+                             int64_t now_us) {
     if (!cb_can_source_used(source)) {
         cb_can_leave(&source->can);
         return 0;
     }
     receive(source, now_us);
     tell_nodes(source, now_us);
-    size_t count = 0;
-    for (; count < source->batch.count && count < max; count++) {
-        const struct cb_sample *sample = &source->batch.samples[count];
-        samples[count] = (struct cb_hal_sample){sample->signal, sample->raw, sample->time_us};
-    }
+    const size_t count = source->batch.count < max ? source->batch.count : max;
+    memcpy(samples, source->batch.samples, count * sizeof *samples);
     return count;
 }

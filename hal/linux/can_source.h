@@ -38,7 +38,7 @@ int cb_can_source_open(const struct cb_config *config);
 
 /* The operation `samples` of hal.h: the newest number of each signal that came since the last
  * call. Sends what nodes have to be told. */
-size_t cb_can_source_samples(struct cb_can_source *source, struct cb_hal_sample *samples,
-                             size_t max, int64_t now_us);
+size_t cb_can_source_samples(struct cb_can_source *source, struct cb_sample *samples, size_t max,
+                             int64_t now_us);
 
 #endif

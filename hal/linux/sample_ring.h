@@ -13,7 +13,7 @@ enum { CB_RING_SAMPLES = 256 };
 
 struct cb_sample_ring {
     struct cb_ring ring;
-    struct cb_hal_sample samples[CB_RING_SAMPLES];
+    struct cb_sample samples[CB_RING_SAMPLES];
     uint32_t generations[CB_RING_SAMPLES];
 };
 
@@ -22,7 +22,7 @@ static inline void cb_sample_ring_start(struct cb_sample_ring *to) {
 }
 
 /* Writer; a full ring counts the sample as lost. */
-static inline void cb_sample_ring_put(struct cb_sample_ring *to, struct cb_hal_sample sample,
+static inline void cb_sample_ring_put(struct cb_sample_ring *to, struct cb_sample sample,
                                       uint32_t generation) {
     const int32_t slot = cb_ring_slot_to_write(&to->ring);
     if (slot < 0) return;
@@ -33,7 +33,7 @@ static inline void cb_sample_ring_put(struct cb_sample_ring *to, struct cb_hal_s
 
 /* Reader: up to max samples of this generation; those of others are dropped. */
 static inline size_t cb_sample_ring_take(struct cb_sample_ring *from, uint32_t generation,
-                                         struct cb_hal_sample *samples, size_t max) {
+                                         struct cb_sample *samples, size_t max) {
     size_t count = 0;
     while (count < max) {
         const int32_t slot = cb_ring_slot_to_read(&from->ring);

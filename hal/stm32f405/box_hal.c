@@ -105,7 +105,7 @@ static enum cb_transfer write_read(void *context, uint16_t write_start, uint16_t
     return exchange(context, &request, read_registers, deadline_us);
 }
 
-static size_t samples(void *context, struct cb_hal_sample *list, size_t max) {
+static size_t samples(void *context, struct cb_sample *list, size_t max) {
     struct cb_board *board = context;
     const size_t count = board->waiting < max ? board->waiting : max;
     for (size_t i = 0; i < count; ++i) list[i] = board->samples[i];

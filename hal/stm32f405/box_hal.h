@@ -18,7 +18,7 @@ struct cb_board {
     uint8_t plc_unit;
     int64_t next_tick_us; /* 0: none yet */
     size_t waiting;       /* samples for the next cycle */
-    struct cb_hal_sample samples[CB_BOARD_SAMPLES];
+    struct cb_sample samples[CB_BOARD_SAMPLES];
     bool stop;               /* the console asked for it */
     uint32_t watchdog_ms;    /* the watchdog's time from the first cycle on; 0: set already */
     void (*idle)(void);      /* called again and again while there is time, each time short */

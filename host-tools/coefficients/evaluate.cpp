@@ -119,7 +119,7 @@ class box_on_table {
         prepare(now_us);
         cb_box_step(box_.get(), &inputs_, now_us, &outputs_);
         apply();
-        inputs_.last_write = CB_WRITE_OK;
+        inputs_.last_write = CB_TRANSFER_OK;
     }
 
     // The PLC applies what was written, and says so in the next reading.
@@ -134,7 +134,7 @@ class box_on_table {
     }
 
     void remember() {
-        inputs_.last_write = CB_WRITE_OK;
+        inputs_.last_write = CB_TRANSFER_OK;
         std::copy(std::begin(box_->signals), std::end(box_->signals), std::begin(last_row_));
     }
 

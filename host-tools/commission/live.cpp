@@ -166,7 +166,7 @@ struct live_box::inside {
         self.tell(result, asked_us, read_registers);
         return result;
     }
-    static std::size_t samples(void *context, cb_hal_sample *list, std::size_t max) {
+    static std::size_t samples(void *context, cb_sample *list, std::size_t max) {
         inside &self = of(context);
         std::size_t count = 0;
         for (; count < self.offsets_um.size() && count < max; ++count) {

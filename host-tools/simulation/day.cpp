@@ -204,13 +204,15 @@ class box_at_plc {
         const cb_plc_config &plc = box_->config.plc;
         inputs_.read_us = now_us;
         inputs_.read_ok = read(plc.read, inputs_.registers);
-        inputs_.held = CB_HELD_NONE;
+        inputs_.held = CB_TRANSFER_NONE;
         if (inputs_.read_ok && cb_box_wants_held(box_.get())) {
-            inputs_.held = read(plc.write, inputs_.held_registers) ? CB_HELD_OK : CB_HELD_REFUSED;
+            inputs_.held =
+                read(plc.write, inputs_.held_registers) ? CB_TRANSFER_OK : CB_TRANSFER_REFUSED;
         }
         cb_box_step(box_.get(), &inputs_, now_us, &outputs_);
-        inputs_.last_write = CB_WRITE_NONE;
-        if (outputs_.write) inputs_.last_write = write(plc.write) ? CB_WRITE_OK : CB_WRITE_REFUSED;
+        inputs_.last_write = CB_TRANSFER_NONE;
+        if (outputs_.write)
+            inputs_.last_write = write(plc.write) ? CB_TRANSFER_OK : CB_TRANSFER_REFUSED;
     }
 
   private:

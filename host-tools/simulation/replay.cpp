@@ -128,8 +128,8 @@ cb_inputs inputs_of(const recorded_line &line, const cb_config &config) {
     in.read_us = line.whole<std::int64_t>(read_us, latest_us);
     in.exchange_us = line.whole<std::uint32_t>(exchange_us, UINT32_MAX);
     in.read_ok = line.whole<int>(read_ok, 1) == 1;
-    in.last_write = line.whole<std::uint8_t>(last_write, CB_WRITE_UNKNOWN);
-    in.held = line.whole<std::uint8_t>(held, CB_HELD_SILENT);
+    in.last_write = line.whole<std::uint8_t>(last_write, CB_TRANSFER_UNKNOWN);
+    in.held = line.whole<std::uint8_t>(held, CB_TRANSFER_UNKNOWN);
     in.stop = line.whole<int>(stop, 1) == 1;
     in.missed_ticks = line.whole<std::uint32_t>(missed_ticks, UINT32_MAX);
     const auto list = line.sensor_samples(config.signals_count);

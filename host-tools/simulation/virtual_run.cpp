@@ -112,7 +112,7 @@ cb_transfer hal_write_read(void *context, uint16_t write_start, uint16_t write_c
     return hal_read(context, read_start, read_count, read_registers, deadline_us);
 }
 
-size_t hal_samples(void *, cb_hal_sample *, size_t) {
+size_t hal_samples(void *, cb_sample *, size_t) {
     return 0;
 }
 

@@ -126,7 +126,7 @@ class machine_run {
         return of(context).exchange(request, write_us).at(0) == 16 ? CB_TRANSFER_OK
                                                                    : CB_TRANSFER_REFUSED;
     }
-    static size_t samples(void *, cb_hal_sample *, size_t) { return 0; }
+    static size_t samples(void *, cb_sample *, size_t) { return 0; }
     static void feed(void *) {}
     static bool stop(void *) { return false; }
 

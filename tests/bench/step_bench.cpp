@@ -104,7 +104,7 @@ struct machine {
         }
         in.read_ok = true;
         in.read_us = now_us;
-        in.last_write = static_cast<uint8_t>(out.write ? CB_WRITE_OK : CB_WRITE_NONE);
+        in.last_write = static_cast<uint8_t>(out.write ? CB_TRANSFER_OK : CB_TRANSFER_NONE);
         cb_box_step(&box, &in, now_us, &out);
     }
 };

@@ -93,7 +93,7 @@ static void read_plc(struct world *world) {
     in.registers[16] = world->held[3];
     in.registers[17] = world->held[4];
     const bool asked = in.read_ok && cb_box_wants_held(&conformance_box) != CB_WANT_NOTHING;
-    in.held = asked ? CB_HELD_OK : CB_HELD_NONE;
+    in.held = asked ? CB_TRANSFER_OK : CB_TRANSFER_NONE;
     memcpy(in.held_registers, world->held, sizeof in.held_registers);
 }
 
@@ -107,13 +107,13 @@ static void read_sensors(struct world *world) {
 
 /* The box's write reaches the PLC, or fails in one of the ways there are. */
 static void write_plc(struct world *world) {
-    static const uint8_t ways[] = {CB_WRITE_FAILED, CB_WRITE_REFUSED, CB_WRITE_UNKNOWN,
-                                   CB_WRITE_UNKNOWN};
+    static const uint8_t ways[] = {CB_TRANSFER_FAILED, CB_TRANSFER_REFUSED, CB_TRANSFER_UNKNOWN,
+                                   CB_TRANSFER_UNKNOWN};
     const uint32_t way = next_random(world) % LENGTH(ways);
     const bool fails = happens(world, 60);
-    in.last_write = CB_WRITE_NONE;
+    in.last_write = CB_TRANSFER_NONE;
     if (!out.write) return;
-    in.last_write = fails ? ways[way] : CB_WRITE_OK;
+    in.last_write = fails ? ways[way] : CB_TRANSFER_OK;
     if (!fails) in.exchange_us = 3000 + next_random(world) % 9000;
     if (!fails || way == 3) memcpy(world->held, out.registers, sizeof world->held);
 }

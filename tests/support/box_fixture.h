@@ -170,7 +170,7 @@ struct box_rig {
     int64_t now_us = 1000000;
     uint16_t heartbeat = 0;
     bool reading = true, beating = true;
-    cb_write_result write = CB_WRITE_OK;
+    cb_transfer write = CB_TRANSFER_OK;
 
     explicit box_rig(const config_builder &builder) {
         std::memset(box.get(), 0, sizeof *box);
@@ -198,14 +198,14 @@ struct box_rig {
         if (beating) ++heartbeat;
         in.registers[box->config.plc.plc_heartbeat] = heartbeat;
         in.read_ok = reading;
-        if (reading && box->plc.contact == CB_CONTACT_NONE && in.held == CB_HELD_NONE)
-            in.held = CB_HELD_OK;
+        if (reading && box->plc.contact == CB_CONTACT_NONE && in.held == CB_TRANSFER_NONE)
+            in.held = CB_TRANSFER_OK;
         in.read_us = now_us;
-        in.last_write = static_cast<uint8_t>(out.write ? write : CB_WRITE_NONE);
+        in.last_write = static_cast<uint8_t>(out.write ? write : CB_TRANSFER_NONE);
         cb_box_step(box.get(), &in, now_us, &out);
         in.sample_count = 0;
         in.missed_ticks = 0;
-        in.held = CB_HELD_NONE;
+        in.held = CB_TRANSFER_NONE;
     }
     void steps(unsigned count) {
         for (unsigned i = 0; i < count; ++i) step();

@@ -84,7 +84,7 @@ class drive {
         cb_outputs out = {};
         in.read_ok = true;
         in.read_us = now_us;
-        in.last_write = CB_WRITE_OK;
+        in.last_write = CB_TRANSFER_OK;
         fill(in, now_us, step);
         cb_box_step(box.get(), &in, now_us, &out);
         if (box->counters.terms_not_finite > 0 && !multiplies_products(config))

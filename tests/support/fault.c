@@ -163,7 +163,7 @@ static enum cb_transfer fault_write_read(void *context, uint16_t write_start, ui
     return CB_TRANSFER_OK;
 }
 
-static size_t fault_samples(void *context, struct cb_hal_sample *samples, size_t max) {
+static size_t fault_samples(void *context, struct cb_sample *samples, size_t max) {
     struct cb_faults *faults = context;
     const size_t count = faults->inner.samples(faults->inner.context, samples, max);
     for (size_t i = 0; i < count; ++i) samples[i].time_us += clock_error(faults);

@@ -22,7 +22,7 @@ void cb_sim_sample(struct cb_sim *sim, uint8_t signal, float raw, int64_t time_u
         memmove(sim->samples, sim->samples + 1, (CB_SIM_SAMPLES - 1) * sizeof *sim->samples);
         --sim->sample_count;
     }
-    sim->samples[sim->sample_count++] = (struct cb_hal_sample){signal, raw, time_us};
+    sim->samples[sim->sample_count++] = (struct cb_sample){signal, raw, time_us};
 }
 
 static int64_t sim_now_us(void *context) {
@@ -95,7 +95,7 @@ static enum cb_transfer sim_write_read(void *context, uint16_t write_start, uint
     return CB_TRANSFER_OK;
 }
 
-static size_t sim_samples(void *context, struct cb_hal_sample *samples, size_t max) {
+static size_t sim_samples(void *context, struct cb_sample *samples, size_t max) {
     struct cb_sim *sim = context;
     const size_t count = sim->sample_count < max ? sim->sample_count : max;
     memcpy(samples, sim->samples, count * sizeof *samples);

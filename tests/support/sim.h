@@ -44,7 +44,7 @@ struct cb_sim {
     bool absent;                          /* no PLC: every request fails at once */
     uint32_t watchdog_fed, reads, writes; /* how often */
     size_t sample_count;
-    struct cb_hal_sample samples[CB_SIM_SAMPLES];
+    struct cb_sample samples[CB_SIM_SAMPLES];
     uint16_t registers[CB_SIM_REGISTERS];
 };
 

@@ -42,10 +42,7 @@ static void hand_over(struct cb_bus *bus, const uint16_t *registers) {
     struct cb_sample samples[CB_MAX_SIGNALS];
     const size_t count =
         cb_bus_turns_take(&bus->turns, bus->config, registers, samples, CB_MAX_SIGNALS);
-    for (size_t i = 0; i < count; ++i)
-        cb_sample_ring_put(
-            bus->to, (struct cb_hal_sample){samples[i].signal, samples[i].raw, samples[i].time_us},
-            bus->generation);
+    for (size_t i = 0; i < count; ++i) cb_sample_ring_put(bus->to, samples[i], bus->generation);
 }
 
 /* Asks the module whose turn it is. out: false: nobody's */
@@ -65,6 +62,7 @@ static bool take_turn(struct cb_bus *bus) {
         case CB_TRANSFER_REFUSED:
             cb_bus_turns_refused(&bus->turns);
             break;
+        case CB_TRANSFER_NONE:
         case CB_TRANSFER_FAILED:
         case CB_TRANSFER_UNKNOWN:
             break;

@@ -60,7 +60,8 @@ void cb_input_record_add(struct cb_input_record *record, const struct cb_config 
             (unsigned)in->held, in->stop, in->missed_ticks);
     put_samples(file, in);
     put_registers(file, in->registers, config->plc.read.count);
-    put_registers(file, in->held_registers, in->held == CB_HELD_OK ? config->plc.write.count : 0);
+    put_registers(file, in->held_registers,
+                  in->held == CB_TRANSFER_OK ? config->plc.write.count : 0);
     fprintf(file, ",%u,", (unsigned)row->mode);
     for (unsigned i = 0; i < config->channels_count; i++)
         fprintf(file, "%08" PRIx32, bits_of(row->channels[i]));

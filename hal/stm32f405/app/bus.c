@@ -19,12 +19,9 @@ void cb_bus_start(struct cb_app *app) {
 /* The samples wait in the board for the next cycle. */
 static void hand_over(struct cb_app *app) {
     struct cb_board *board = &app->board;
-    struct cb_sample samples[CB_BOARD_SAMPLES];
-    const size_t count = cb_bus_turns_take(&app->bus.turns, &app->box.config, app->bus.registers,
-                                           samples, CB_BOARD_SAMPLES - board->waiting);
-    for (size_t i = 0; i < count; ++i)
-        board->samples[board->waiting++] =
-            (struct cb_hal_sample){samples[i].signal, samples[i].raw, samples[i].time_us};
+    board->waiting +=
+        cb_bus_turns_take(&app->bus.turns, &app->box.config, app->bus.registers,
+                          board->samples + board->waiting, CB_BOARD_SAMPLES - board->waiting);
 }
 
 static void end_turn(struct cb_app *app) {

@@ -84,7 +84,7 @@ void cb_trace_note(struct cb_app *app) {
     put_hex(line, app->cycle.write, 1);
     put_hex(line, in->exchange_us, 8);
     if (in->read_ok) put_registers(line, " R", in->registers, plc->read.count);
-    if (in->held == CB_HELD_OK) put_registers(line, " H", in->held_registers, plc->write.count);
+    if (in->held == CB_TRANSFER_OK) put_registers(line, " H", in->held_registers, plc->write.count);
     put_samples(line, in);
     put_registers(line, " W", out->registers, plc->write.count);
     cb_text_put(line, " C");

@@ -70,14 +70,14 @@ static void trouble(unsigned cycle) {
     if (happens(2)) refusing = 150;
     if (refusing > 0) {
         --refusing;
-        in.last_write = CB_WRITE_REFUSED;
+        in.last_write = CB_TRANSFER_REFUSED;
     }
     if (silent > 0) {
         --silent;
         in.read_ok = false;
-        in.last_write = CB_WRITE_UNKNOWN;
+        in.last_write = CB_TRANSFER_UNKNOWN;
     }
-    in.held = in.read_ok ? CB_HELD_OK : CB_HELD_NONE;
+    in.held = in.read_ok ? CB_TRANSFER_OK : CB_TRANSFER_NONE;
     in.missed_ticks = happens(10) ? 1 : 0;
     now_us += PERIOD_US * (int64_t)in.missed_ticks;
     if (happens(5)) now_us += 1000000;
@@ -93,8 +93,8 @@ static void next_cycle(enum step_world world, unsigned cycle) {
     now_us += PERIOD_US - 50 + (int64_t)(next_random() % 100);
     ++in.registers[1];
     in.read_ok = true;
-    in.last_write = (uint8_t)(out.write ? CB_WRITE_OK : CB_WRITE_NONE);
-    in.held = CB_HELD_NONE;
+    in.last_write = (uint8_t)(out.write ? CB_TRANSFER_OK : CB_TRANSFER_NONE);
+    in.held = CB_TRANSFER_NONE;
     in.missed_ticks = 0;
     if (world != STEP_REST) travel();
     if (world == STEP_TROUBLE) trouble(cycle);

@@ -82,12 +82,6 @@ static bool take_registers(const char *digits, uint16_t *registers, unsigned cou
     return true;
 }
 
-static uint8_t write_result(uint32_t transfer) {
-    static const uint8_t results[] = {CB_WRITE_OK, CB_WRITE_FAILED, CB_WRITE_REFUSED,
-                                      CB_WRITE_UNKNOWN};
-    return transfer < 4 ? results[transfer] : CB_WRITE_UNKNOWN;
-}
-
 /* What the cycle's exchange handed to the step; with FC3 and FC16 the write is that of the cycle
  * before (hal/cycle.c). in : before: the line of that cycle, all 0 at the start */
 static void take_times(const struct line *line, const struct line *before, bool wrote_before) {
@@ -98,7 +92,7 @@ static void take_times(const struct line *line, const struct line *before, bool 
     in.stop = line->flags >> 1 & 1;
     in.held = (uint8_t)line->held;
     in.read_us = line->read_us;
-    in.last_write = wrote_before ? write_result(writer->write) : CB_WRITE_NONE;
+    in.last_write = wrote_before ? (uint8_t)writer->write : CB_TRANSFER_NONE;
     in.exchange_us = writer->exchange_us;
     in.sample_count = 0;
 }

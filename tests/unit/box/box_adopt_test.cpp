@@ -48,13 +48,13 @@ struct reload_rig : box_rig {
     // The PLC, until the box itself has ramped to zero; and the first reading after that.
     void go_away() {
         reading = false;
-        write = CB_WRITE_FAILED;
+        write = CB_TRANSFER_FAILED;
         steps(200);
     }
     void come_back() {
         reading = true;
-        write = CB_WRITE_OK;
-        in.held = CB_HELD_OK;
+        write = CB_TRANSFER_OK;
+        in.held = CB_TRANSFER_OK;
     }
 
     bool reload(const config_builder &b) {
@@ -152,7 +152,7 @@ TEST(box_adopt, what_is_not_the_box_s_own_is_no_excuse) {
 TEST(box_adopt, what_the_plc_may_hold_is_taken_along) {
     reload_rig rig;
     rig.position(8, 900);
-    rig.write = CB_WRITE_UNKNOWN;
+    rig.write = CB_TRANSFER_UNKNOWN;
     rig.steps(2);
     EXPECT_DOUBLE_EQ(rig.written(4), -90);  // two periods from -60, which may still be there
     ASSERT_TRUE(rig.reload(original()));

@@ -36,7 +36,7 @@ struct fanuc_rig : box_rig {
 
     uint16_t held = 0;
     void cycle() {
-        in.held = CB_HELD_OK;
+        in.held = CB_TRANSFER_OK;
         in.held_registers[4] = held;
         in.registers[24] = static_cast<uint16_t>(static_cast<int>(nc));
         step();
@@ -77,7 +77,7 @@ TEST(box_fanuc, never_shows_the_nc_a_change_of_9999) {
             if (one_in(15)) rig->position(8, one_in(2) ? 1 : -1);
             if (one_in(200)) rig->control(one_in(4) ? 2 : 1 | 2 | 8);
             rig->reading = !one_in(50);
-            rig->write = one_in(20) ? CB_WRITE_UNKNOWN : CB_WRITE_OK;
+            rig->write = one_in(20) ? CB_TRANSFER_UNKNOWN : CB_TRANSFER_OK;
             if (one_in(500)) {  // started anew with the other sign: asks before it writes
                 sign = -sign;
                 const fanuc_rig was = std::move(*rig);
@@ -297,12 +297,12 @@ TEST(box_applied, an_infinite_first_value_is_never_written) {
             ASSERT_LE(std::fabs(rig.output()), 300);
             if (n == 2) put_float(rig.in.registers + 24, 0);
         }
-        rig.write = CB_WRITE_UNKNOWN;  // lost, and the read-back is infinite
+        rig.write = CB_TRANSFER_UNKNOWN;  // lost, and the read-back is infinite
         rig.steps(6);
-        rig.write = CB_WRITE_OK;
+        rig.write = CB_TRANSFER_OK;
         put_float(rig.in.registers + 24, first);
         put_float(rig.in.held_registers + 4, first);
-        rig.in.held = CB_HELD_OK;
+        rig.in.held = CB_TRANSFER_OK;
         for (int n = 0; n < 50; ++n) {
             rig.step();
             ASSERT_LE(std::fabs(rig.output()), 300);
@@ -315,13 +315,13 @@ TEST(box_applied, what_another_client_left_in_a_register_is_counted_and_named) {
     rig.position(8, 400);
     rig.steps(40);
     ASSERT_EQ(cb_box_wants_held(rig.box.get()), CB_WANT_IF_ROOM);
-    rig.in.held = CB_HELD_OK;
+    rig.in.held = CB_TRANSFER_OK;
     put_int32(rig.in.held_registers + 4, -4000);
     rig.step();
     EXPECT_EQ(rig.box->counters.registers_foreign, 0u);
     EXPECT_EQ(cb_box_wants_held(rig.box.get()), CB_WANT_NOTHING);
     rig.steps(40);
-    rig.in.held = CB_HELD_OK;
+    rig.in.held = CB_TRANSFER_OK;
     put_int32(rig.in.held_registers + 4, 1000000);
     rig.step();
     EXPECT_EQ(rig.box->counters.registers_foreign, 1u);
@@ -330,7 +330,7 @@ TEST(box_applied, what_another_client_left_in_a_register_is_counted_and_named) {
     EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
     EXPECT_DOUBLE_EQ(rig.written(4), -40);
     rig.steps(40);
-    rig.in.held = CB_HELD_SILENT;  // it costs the write of a cycle: asked once
+    rig.in.held = CB_TRANSFER_UNKNOWN;  // it costs the write of a cycle: asked once
     rig.step();
     rig.steps(200);
     EXPECT_EQ(cb_box_wants_held(rig.box.get()), CB_WANT_NOTHING);

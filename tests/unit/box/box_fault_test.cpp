@@ -111,7 +111,7 @@ TEST(box_fault, a_reading_from_the_future_is_none) {
     const int64_t now_us = rig.now_us;
     rig.position(8, 900);
     rig.in.read_us = now_us + 30001;
-    rig.in.last_write = CB_WRITE_OK;
+    rig.in.last_write = CB_TRANSFER_OK;
     rig.in.read_ok = true;
     cb_box_step(rig.box.get(), &rig.in, now_us + 30000, &rig.out);
     EXPECT_DOUBLE_EQ(rig.written(4), -40);
@@ -195,7 +195,7 @@ TEST(box_fault, a_suspended_box_wakes_without_a_step) {
 
 TEST(box_fault, a_box_that_lost_track_asks_before_it_writes) {
     running_rig rig;
-    rig.write = CB_WRITE_UNKNOWN;
+    rig.write = CB_TRANSFER_UNKNOWN;
     rig.steps(3);
     EXPECT_TRUE(rig.out.write);
     EXPECT_FALSE(cb_box_wants_held(rig.box.get()));
@@ -206,8 +206,8 @@ TEST(box_fault, a_box_that_lost_track_asks_before_it_writes) {
     EXPECT_TRUE(cb_box_wants_held(rig.box.get()));
     rig.steps(50);  // no answer to the question: silent
     EXPECT_FALSE(rig.out.write);
-    rig.write = CB_WRITE_OK;
-    rig.in.held = CB_HELD_OK;
+    rig.write = CB_TRANSFER_OK;
+    rig.in.held = CB_TRANSFER_OK;
     put_int32(rig.in.held_registers + 4, -3000);
     rig.control(1 | 2 | 8);
     rig.step();
@@ -231,7 +231,7 @@ TEST(box_fault, contact_lost_while_the_plc_is_read_ends_with_one_last_write) {
         rig.position(8, 900);  // the outputs are on their way to -90
         rig.step();
         const double sent_um = rig.output() - 3 * 15;
-        rig.write = CB_WRITE_UNKNOWN;
+        rig.write = CB_TRANSFER_UNKNOWN;
         for (int i = 0; i < 3; ++i) {
             rig.step();
             ASSERT_FALSE(rig.out.last) << i;
@@ -239,7 +239,7 @@ TEST(box_fault, contact_lost_while_the_plc_is_read_ends_with_one_last_write) {
         }
         const double before_um = rig.written(4);
         EXPECT_GE(before_um, sent_um);
-        rig.write = CB_WRITE_FAILED;
+        rig.write = CB_TRANSFER_FAILED;
         rig.step();
         EXPECT_TRUE(rig.out.write && rig.out.last);
         rig.step();  // it was not sent: once more
@@ -248,7 +248,7 @@ TEST(box_fault, contact_lost_while_the_plc_is_read_ends_with_one_last_write) {
         EXPECT_EQ(status_of(rig) >> 8, CB_REASON_UNCONFIRMED);
         EXPECT_EQ(rig.written(4), before_um);
         EXPECT_FALSE(cb_box_wants_held(rig.box.get())) << "it is asked after the last write";
-        rig.write = CB_WRITE_UNKNOWN;
+        rig.write = CB_TRANSFER_UNKNOWN;
         for (int i = 0; i < 50; ++i) {
             rig.step();
             ASSERT_FALSE(rig.out.write || rig.out.last) << i;
@@ -259,7 +259,7 @@ TEST(box_fault, contact_lost_while_the_plc_is_read_ends_with_one_last_write) {
 
 TEST(box_fault, a_last_write_that_cannot_be_sent_is_given_up) {
     running_rig rig;
-    rig.write = CB_WRITE_FAILED;
+    rig.write = CB_TRANSFER_FAILED;
     rig.steps(4);
     EXPECT_TRUE(rig.out.last);
     rig.steps(3);  // CB_READ_PERIODS
@@ -271,7 +271,7 @@ TEST(box_fault, a_last_write_that_cannot_be_sent_is_given_up) {
 TEST(box_fault, a_box_that_may_not_write_is_not_active) {
     running_rig rig;
     rig.reading = false;
-    rig.write = CB_WRITE_FAILED;
+    rig.write = CB_TRANSFER_FAILED;
     rig.steps(10);
     EXPECT_EQ(rig.reason(), CB_REASON_NO_PLC);
     rig.control(1 | 2 | 8);
@@ -283,8 +283,8 @@ TEST(box_fault, a_box_that_may_not_write_is_not_active) {
         ASSERT_EQ(rig.reason(), CB_REASON_UNCONFIRMED) << i;
     }
     rig.reading = true;
-    rig.write = CB_WRITE_OK;
-    rig.in.held = CB_HELD_OK;
+    rig.write = CB_TRANSFER_OK;
+    rig.in.held = CB_TRANSFER_OK;
     rig.step();
     EXPECT_TRUE(rig.out.write);
     EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
@@ -293,14 +293,14 @@ TEST(box_fault, a_box_that_may_not_write_is_not_active) {
 // Nobody knows which PLC would get it.
 TEST(box_fault, a_plc_that_cannot_be_read_gets_no_last_write) {
     running_rig rig;
-    rig.write = CB_WRITE_UNKNOWN;
+    rig.write = CB_TRANSFER_UNKNOWN;
     rig.reading = false;
     for (int i = 0; i < 50; ++i) {
         rig.step();
         ASSERT_FALSE(rig.out.last) << i;
     }
     running_rig late;
-    late.write = CB_WRITE_FAILED;
+    late.write = CB_TRANSFER_FAILED;
     late.steps(4);
     EXPECT_TRUE(late.out.last);
     late.reading = false;
@@ -311,14 +311,14 @@ TEST(box_fault, a_plc_that_cannot_be_read_gets_no_last_write) {
 TEST(box_fault, a_restarted_plc_is_met_at_zero) {
     running_rig rig;
     rig.reading = false;
-    rig.write = CB_WRITE_FAILED;
+    rig.write = CB_TRANSFER_FAILED;
     rig.steps(10);
     EXPECT_EQ(rig.mode(), CB_MODE_HOLD);
     EXPECT_DOUBLE_EQ(rig.output(), -40);
     EXPECT_FALSE(rig.out.write);
     rig.reading = true;
-    rig.write = CB_WRITE_OK;
-    rig.in.held = CB_HELD_OK;  // all registers 0
+    rig.write = CB_TRANSFER_OK;
+    rig.in.held = CB_TRANSFER_OK;  // all registers 0
     rig.control(1 | 2 | 8);
     rig.step();
     EXPECT_EQ(rig.written(4), 0);
@@ -331,14 +331,14 @@ TEST(box_fault, a_restarted_plc_is_met_at_zero) {
 TEST(box_fault, a_plc_that_will_not_say_is_met_at_zero_and_that_is_a_loss) {
     running_rig rig;
     rig.reading = false;
-    rig.write = CB_WRITE_FAILED;
+    rig.write = CB_TRANSFER_FAILED;
     rig.steps(40);
     EXPECT_EQ(rig.mode(), CB_MODE_RAMP);
     const double virtual_um = rig.output();
     EXPECT_GT(virtual_um, -20);
     rig.reading = true;
-    rig.write = CB_WRITE_OK;
-    rig.in.held = CB_HELD_REFUSED;
+    rig.write = CB_TRANSFER_OK;
+    rig.in.held = CB_TRANSFER_REFUSED;
     rig.step();
     EXPECT_TRUE(rig.out.write);
     EXPECT_DOUBLE_EQ(rig.written(4), 0);
@@ -391,7 +391,7 @@ TEST(box_fault, outputs_start_from_the_register_at_the_first_contact) {
 TEST(box_fault, a_first_contact_that_is_not_answered_writes_nothing_and_is_named) {
     box_rig rig(simple());
     for (int n = 0; n < 20; ++n) {
-        rig.in.held = CB_HELD_SILENT;
+        rig.in.held = CB_TRANSFER_UNKNOWN;
         rig.step();
         ASSERT_FALSE(rig.out.write);
     }
@@ -404,7 +404,7 @@ TEST(box_fault, a_first_contact_that_is_refused_is_a_loss_unless_the_run_before_
     for (bool stopped : {false, true}) {
         box_rig rig(simple());
         rig.box->stopped_before = stopped;
-        rig.in.held = CB_HELD_REFUSED;
+        rig.in.held = CB_TRANSFER_REFUSED;
         rig.steps(5);
         EXPECT_EQ(rig.mode(), stopped ? CB_MODE_ACTIVE : CB_MODE_STANDBY);
     }
@@ -416,12 +416,12 @@ TEST(box_fault, a_plc_whose_heartbeat_went_back_is_met_at_zero) {
         running_rig rig;
         rig.steps(100);
         rig.reading = false;
-        rig.write = CB_WRITE_FAILED;
+        rig.write = CB_TRANSFER_FAILED;
         rig.steps(10);
         rig.reading = true;
-        rig.write = CB_WRITE_OK;
+        rig.write = CB_TRANSFER_OK;
         if (back) rig.heartbeat = 3;
-        rig.in.held = CB_HELD_OK;
+        rig.in.held = CB_TRANSFER_OK;
         put_int32(rig.in.held_registers + 4, -4000);
         rig.step();
         EXPECT_DOUBLE_EQ(rig.written(4), back ? 0 : -40);
@@ -434,10 +434,10 @@ TEST(box_fault, applied_values_are_believed_before_registers) {
     b.config->channels[0].applied_reg = 24;
     running_rig rig(b);
     rig.reading = false;
-    rig.write = CB_WRITE_FAILED;
+    rig.write = CB_TRANSFER_FAILED;
     rig.steps(10);
     rig.reading = true;
-    rig.in.held = CB_HELD_OK;
+    rig.in.held = CB_TRANSFER_OK;
     put_int32(rig.in.held_registers + 4, -4000);
     put_int32(rig.in.registers + 24, -1000);  // the PLC has begun its own ramp
     rig.step();
@@ -446,13 +446,13 @@ TEST(box_fault, applied_values_are_believed_before_registers) {
 
 TEST(box_fault, a_result_for_outputs_that_were_not_for_writing_is_not_believed) {
     running_rig rig;
-    rig.write = CB_WRITE_FAILED;
+    rig.write = CB_TRANSFER_FAILED;
     rig.reading = false;
     rig.steps(20);
     EXPECT_FALSE(rig.out.write);
     const cb_channel_state before = rig.box->channels[0];
     const uint32_t failed = rig.box->counters.writes_failed;
-    for (cb_write_result result : {CB_WRITE_OK, CB_WRITE_FAILED}) {
+    for (cb_transfer result : {CB_TRANSFER_OK, CB_TRANSFER_FAILED}) {
         rig.now_us += 30000;
         rig.in.last_write = static_cast<uint8_t>(result);
         cb_box_step(rig.box.get(), &rig.in, rig.now_us, &rig.out);
@@ -466,11 +466,11 @@ TEST(box_fault, a_result_for_outputs_that_were_not_for_writing_is_not_believed) 
 // A PLC that answers every reading, the read-back too, and no write.
 struct mute_rig : running_rig {
     mute_rig() {
-        write = CB_WRITE_UNKNOWN;
+        write = CB_TRANSFER_UNKNOWN;
         put_int32(in.held_registers + 4, -4000);
     }
     void step() {
-        if (cb_box_wants_held(box.get())) in.held = CB_HELD_OK;
+        if (cb_box_wants_held(box.get())) in.held = CB_TRANSFER_OK;
         running_rig::step();
     }
     void steps(unsigned count) {
@@ -490,7 +490,7 @@ TEST(box_fault, writes_that_are_never_confirmed_are_a_loss_although_the_plc_is_r
         ASSERT_EQ(rig.reason(), CB_REASON_UNCONFIRMED) << i;
     }
     EXPECT_EQ(rig.box->counters.holds, 1u);
-    rig.write = CB_WRITE_OK;
+    rig.write = CB_TRANSFER_OK;
     rig.steps(2);
     EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
 }
@@ -503,7 +503,7 @@ TEST(box_fault, after_unconfirmed_writes_a_new_edge_of_enable_is_needed) {
     rig.control(2 | 1);
     rig.steps(2);
     EXPECT_EQ(rig.mode(), CB_MODE_RAMP);  // the edge came while nothing was confirmed
-    rig.write = CB_WRITE_OK;
+    rig.write = CB_TRANSFER_OK;
     rig.steps(3);
     EXPECT_EQ(rig.mode(), CB_MODE_RAMP);
     EXPECT_EQ(rig.reason(), CB_REASON_WAIT_ENABLE);
@@ -517,7 +517,7 @@ TEST(box_fault, after_unconfirmed_writes_a_new_edge_of_enable_is_needed) {
 TEST(box_fault, three_unconfirmed_writes_in_a_row_cost_no_mode) {
     running_rig rig;
     for (int i = 0; i < 100; ++i) {
-        rig.write = i % 4 == 3 ? CB_WRITE_OK : CB_WRITE_UNKNOWN;
+        rig.write = i % 4 == 3 ? CB_TRANSFER_OK : CB_TRANSFER_UNKNOWN;
         rig.step();
         ASSERT_EQ(rig.mode(), CB_MODE_ACTIVE) << i;
     }
@@ -541,17 +541,17 @@ TEST(box_fault, a_plc_found_again_that_never_confirms_is_not_compensated_again_a
 
 TEST(box_fault, an_unconfirmed_write_in_standby_keeps_the_box_there) {
     mute_rig rig;
-    rig.write = CB_WRITE_OK;
+    rig.write = CB_TRANSFER_OK;
     rig.control(2);
     EXPECT_GT(steps_until(rig, CB_MODE_STANDBY), 0);
-    rig.write = CB_WRITE_FAILED;
+    rig.write = CB_TRANSFER_FAILED;
     put_int32(rig.in.held_registers + 4, 0);
     rig.steps(5);
     rig.control(2 | 1);
     rig.steps(10);
     EXPECT_EQ(rig.mode(), CB_MODE_STANDBY);
     EXPECT_EQ(rig.reason(), CB_REASON_UNCONFIRMED);
-    rig.write = CB_WRITE_OK;
+    rig.write = CB_TRANSFER_OK;
     rig.steps(2);
     EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);  // nothing was lost while it compensated nothing
 }
@@ -559,13 +559,13 @@ TEST(box_fault, an_unconfirmed_write_in_standby_keeps_the_box_there) {
 TEST(box_fault, lost_track_is_counted_from_the_contact) {
     running_rig rig;
     rig.reading = false;
-    rig.write = CB_WRITE_FAILED;
+    rig.write = CB_TRANSFER_FAILED;
     rig.steps(100);
     rig.reading = true;
-    rig.in.held = CB_HELD_OK;
+    rig.in.held = CB_TRANSFER_OK;
     rig.step();
     EXPECT_TRUE(rig.out.write);
-    rig.write = CB_WRITE_UNKNOWN;
+    rig.write = CB_TRANSFER_UNKNOWN;
     rig.steps(3);
     EXPECT_TRUE(rig.out.write);
 }
@@ -626,10 +626,10 @@ TEST(box_fault, a_sound_configuration_is_never_called_corrupt) {
 
 TEST(box_fault, writes_refused_for_three_seconds) {
     running_rig rig;
-    rig.write = CB_WRITE_REFUSED;
+    rig.write = CB_TRANSFER_REFUSED;
     for (int i = 0; i < 101; ++i) {  // the row begins with the first answer, and lasts 3 s
         if (cb_box_wants_held(rig.box.get())) {
-            rig.in.held = CB_HELD_OK;
+            rig.in.held = CB_TRANSFER_OK;
             put_int32(rig.in.held_registers + 4, -4000);
         }
         rig.step();
@@ -649,8 +649,8 @@ TEST(box_fault, writes_refused_for_three_seconds) {
     rig.step();
     EXPECT_EQ(rig.mode(), CB_MODE_FAULT);  // still refusing
     rig.control(1 | 2);
-    rig.write = CB_WRITE_OK;
-    rig.in.held = CB_HELD_OK;
+    rig.write = CB_TRANSFER_OK;
+    rig.in.held = CB_TRANSFER_OK;
     rig.steps(2);
     rig.control(1 | 2 | 4);
     rig.step();
@@ -665,11 +665,11 @@ TEST(box_fault, a_plc_that_never_took_a_write_is_not_compensated) {
         rig.control(1 | 2 | 8);
         rig.position(8, 400);
         rig.sample(1, 0);
-        rig.write = CB_WRITE_REFUSED;
+        rig.write = CB_TRANSFER_REFUSED;
         unsigned changes = 0, before = 0;
         for (int i = 0; i < 200; ++i) {
             rig.reading = reads_too || !rig.out.write;
-            if (cb_box_wants_held(rig.box.get())) rig.in.held = CB_HELD_OK;
+            if (cb_box_wants_held(rig.box.get())) rig.in.held = CB_TRANSFER_OK;
             rig.step();
             ASSERT_NE(rig.mode(), CB_MODE_ACTIVE) << i;
             changes += status_of(rig) != before;
@@ -684,7 +684,7 @@ TEST(box_fault, a_plc_that_never_took_a_write_is_not_compensated) {
 TEST(box_fault, one_accepted_write_ends_a_row_of_refusals) {
     running_rig rig;
     for (int i = 0; i < 500; ++i) {
-        rig.write = i % 3 == 0 ? CB_WRITE_OK : CB_WRITE_REFUSED;
+        rig.write = i % 3 == 0 ? CB_TRANSFER_OK : CB_TRANSFER_REFUSED;
         rig.step();
         ASSERT_EQ(rig.mode(), CB_MODE_ACTIVE);
     }
@@ -745,10 +745,10 @@ TEST(box_fault, stopped_means_that_the_plc_confirmed_it) {
     rig.in.stop = true;
     EXPECT_GT(steps_until(rig, CB_MODE_STOPPED), 0);
     EXPECT_FALSE(rig.out.stopped);
-    rig.write = CB_WRITE_UNKNOWN;
+    rig.write = CB_TRANSFER_UNKNOWN;
     rig.steps(2);
     EXPECT_FALSE(rig.out.stopped);
-    rig.write = CB_WRITE_OK;
+    rig.write = CB_TRANSFER_OK;
     rig.step();
     EXPECT_TRUE(rig.out.stopped);
 }
@@ -767,7 +767,7 @@ TEST(box_fault, stop_waits_for_a_zero_that_was_not_confirmed) {
     rig.in.stop = true;
     rig.steps(27);
     EXPECT_EQ(rig.written(4), 0);
-    rig.write = CB_WRITE_FAILED;
+    rig.write = CB_TRANSFER_FAILED;
     rig.steps(3);
     EXPECT_NE(rig.mode(), CB_MODE_STOPPED);
 }
@@ -779,12 +779,12 @@ TEST(box_fault, a_zero_from_before_does_not_count) {
     rig.position(8, 150);
     rig.steps(2);  // zero was confirmed; -15 is written …
     EXPECT_DOUBLE_EQ(rig.written(4), -15);
-    rig.write = CB_WRITE_UNKNOWN;  // … and may have arrived
+    rig.write = CB_TRANSFER_UNKNOWN;  // … and may have arrived
     rig.in.stop = true;
     rig.steps(3);
     EXPECT_EQ(rig.written(4), 0);
     EXPECT_NE(rig.mode(), CB_MODE_STOPPED);
-    rig.write = CB_WRITE_OK;
+    rig.write = CB_TRANSFER_OK;
     rig.step();
     EXPECT_EQ(rig.mode(), CB_MODE_STOPPED);
 }

@@ -111,8 +111,8 @@ struct flip_rig : box_rig {
         in.registers[plc.plc_heartbeat] = heartbeat;
         in.read_ok = true;
         in.read_us = now_us;
-        in.held = CB_HELD_OK;
-        in.last_write = static_cast<uint8_t>(out.write ? CB_WRITE_OK : CB_WRITE_NONE);
+        in.held = CB_TRANSFER_OK;
+        in.last_write = static_cast<uint8_t>(out.write ? CB_TRANSFER_OK : CB_TRANSFER_NONE);
         cb_box_step(box.get(), &in, now_us, &out);
     }
     void flip(std::size_t bit) {

@@ -417,12 +417,12 @@ struct world {
     }
 
     void read_back() {
-        rig.in.held = CB_HELD_NONE;
+        rig.in.held = CB_TRANSFER_NONE;
         const cb_want want = cb_box_wants_held(rig.box.get());
         if (want == CB_WANT_NOTHING) return;
         if (want == CB_WANT_NOW && c.one_in(30)) return restart();
-        const cb_held_result answers[] = {CB_HELD_NONE, CB_HELD_SILENT, CB_HELD_REFUSED, CB_HELD_OK,
-                                          CB_HELD_OK};
+        const cb_transfer answers[] = {CB_TRANSFER_NONE, CB_TRANSFER_UNKNOWN, CB_TRANSFER_REFUSED,
+                                       CB_TRANSFER_OK, CB_TRANSFER_OK};
         rig.in.held = answers[c.below(5)];
         for (unsigned i = 0; i < config().channels_count; ++i) {
             if (!config().channels[i].has_applied) lied[i] = lies && c.below(40) < trouble;
@@ -441,7 +441,7 @@ struct world {
 
     // The box begins anew beside a PLC that goes on.
     void crash() {
-        rig.in.last_write = CB_WRITE_NONE;
+        rig.in.last_write = CB_TRANSFER_NONE;
         cb_box_start(rig.box.get());
         std::memset(&rig.out, 0, sizeof rig.out);
         std::fill(std::begin(before_um), std::end(before_um), 0.0f);
@@ -461,10 +461,11 @@ struct world {
     void note_place(bool was_known) {
         const bool found = !was_known && rig.box->plc.contact == CB_CONTACT_KNOWN;
         if (!found && rig.box->counters.resyncs == resyncs) return;
-        if (rig.in.held == CB_HELD_REFUSED) needs_permission = true;
+        if (rig.in.held == CB_TRANSFER_REFUSED) needs_permission = true;
         for (unsigned i = 0; i < config().channels_count; ++i) {
             const cb_channel_config &ch = config().channels[i];
-            const bool blind = rig.in.held == CB_HELD_REFUSED && !ch.has_applied && plc[i].um != 0;
+            const bool blind =
+                rig.in.held == CB_TRANSFER_REFUSED && !ch.has_applied && plc[i].um != 0;
             const bool beyond = std::fabs(plc[i].um) > ch.limit_um;
             if (lied[i] || blind || beyond || went_back) plc[i].checked = false;
         }
@@ -548,11 +549,12 @@ struct world {
     }
 
     void end_of_write() {
-        rig.in.last_write = CB_WRITE_NONE;
+        rig.in.last_write = CB_TRANSFER_NONE;
         if (!rig.out.write) return;
         const unsigned fate = c.below(5) < trouble ? 1 + c.below(5) : 0;
-        const cb_write_result results[] = {CB_WRITE_OK,      CB_WRITE_FAILED,  CB_WRITE_REFUSED,
-                                           CB_WRITE_UNKNOWN, CB_WRITE_UNKNOWN, CB_WRITE_UNKNOWN};
+        const cb_transfer results[] = {CB_TRANSFER_OK,      CB_TRANSFER_FAILED,
+                                       CB_TRANSFER_REFUSED, CB_TRANSFER_UNKNOWN,
+                                       CB_TRANSFER_UNKNOWN, CB_TRANSFER_UNKNOWN};
         rig.in.last_write = static_cast<uint8_t>(results[fate]);
         if (fate == 0 || fate >= 4) take();
         if (fate == 3) keep_late();
@@ -812,7 +814,7 @@ TEST(box_property, stop_takes_no_longer_than_stated_and_a_second) {
         const double period_s = f.period_us * 1e-6;
         double took_s = 0;
         while (!w.rig.out.stopped && took_s < 2 * longest_s + 10) {
-            w.rig.in.held = CB_HELD_REFUSED;
+            w.rig.in.held = CB_TRANSFER_REFUSED;
             w.rig.step(f.period_us);
             took_s += period_s;
         }

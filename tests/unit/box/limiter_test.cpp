@@ -63,13 +63,13 @@ struct limiter_rig {
                                   static_cast<float>(2 * period_s), ramp, writing};
         cb_limiter_step(&config(), states.data(), &counters, target.data(), &motion);
     }
-    void result(cb_write_result result) {
+    void result(cb_transfer result) {
         cb_limiter_written(&config(), states.data(), result, elapsed_us);
         for (late_write &write : late) write.left_us -= elapsed_us;
         late.erase(std::remove_if(late.begin(), late.end(),
                                   [](const late_write &write) { return write.left_us <= 0; }),
                    late.end());
-        if (result != CB_WRITE_UNKNOWN) return;
+        if (result != CB_TRANSFER_UNKNOWN) return;
         late.push_back({{}, int64_t{cb_limiter_late_us(&config())}});
         for (unsigned i = 0; i < channels(); ++i) late.back().values.push_back({output(i), now_s});
     }
@@ -141,7 +141,7 @@ TEST(limiter, moves_at_the_slew_rate_and_arrives_exactly) {
     limiter_rig rig(one_channel());
     for (double expected : {15.0, 30.0, 40.0, 40.0}) {
         rig.step({40}, period_s);
-        rig.result(CB_WRITE_OK);
+        rig.result(CB_TRANSFER_OK);
         EXPECT_FLOAT_EQ(static_cast<float>(rig.output()), static_cast<float>(expected));
     }
     EXPECT_EQ(rig.counters.outputs_slewed, 2u);
@@ -151,10 +151,10 @@ TEST(limiter, ramps_at_the_ramp_rate_or_the_slew_rate_whichever_is_lower) {
     config_builder b = one_channel();
     limiter_rig rig(b);
     rig.step({15}, period_s);
-    rig.result(CB_WRITE_OK);
+    rig.result(CB_TRANSFER_OK);
     rig.step({0}, period_s, 50);
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output()), 13.5f);
-    rig.result(CB_WRITE_OK);
+    rig.result(CB_TRANSFER_OK);
     rig.builder.config->channels[0].slew_um_per_s = 20;
     rig.step({0}, period_s, 50);
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output()), 12.9f);
@@ -170,7 +170,7 @@ TEST(limiter, unanswered_writes_stop_two_periods_from_all_that_the_plc_may_hold)
     limiter_rig rig(one_channel());
     for (double expected : {15.0, 30.0, 30.0, 30.0}) {
         rig.step({300}, period_s);
-        rig.result(CB_WRITE_UNKNOWN);
+        rig.result(CB_TRANSFER_UNKNOWN);
         EXPECT_FLOAT_EQ(static_cast<float>(rig.output()), static_cast<float>(expected));
     }
     EXPECT_EQ(rig.states[0].possible_min_um, 0);
@@ -178,20 +178,20 @@ TEST(limiter, unanswered_writes_stop_two_periods_from_all_that_the_plc_may_hold)
     // Back: the PLC may hold 30 since just now, so the way down is as slow as any.
     rig.step({-300}, period_s);
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output()), 15);
-    rig.result(CB_WRITE_UNKNOWN);
+    rig.result(CB_TRANSFER_UNKNOWN);
     rig.step({-300}, period_s);
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output()), 0);
-    rig.result(CB_WRITE_UNKNOWN);
+    rig.result(CB_TRANSFER_UNKNOWN);
     rig.step({-300}, period_s);
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output()), 0);  // 30 is still possible …
     // … and, confirmed writes or not, for as long as one of the others may still take effect.
     const double late_s = cb_limiter_late_us(&rig.config()) * 1e-6;
     for (int n = 0; n <= static_cast<int>(late_s / period_s); ++n) {
-        rig.result(CB_WRITE_OK);
+        rig.result(CB_TRANSFER_OK);
         rig.step({-300}, period_s);
         EXPECT_FLOAT_EQ(static_cast<float>(rig.output()), 0) << n;
     }
-    rig.result(CB_WRITE_OK);
+    rig.result(CB_TRANSFER_OK);
     rig.step({-300}, period_s);
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output()), -15);
 }
@@ -199,9 +199,9 @@ TEST(limiter, unanswered_writes_stop_two_periods_from_all_that_the_plc_may_hold)
 TEST(limiter, a_late_write_stays_possible_while_the_plc_does_not_live) {
     limiter_rig rig(one_channel());
     rig.step({300}, period_s);
-    rig.result(CB_WRITE_UNKNOWN);
+    rig.result(CB_TRANSFER_UNKNOWN);
     rig.elapsed_us = 0;
-    for (int n = 0; n < 1000; ++n) rig.result(CB_WRITE_OK);
+    for (int n = 0; n < 1000; ++n) rig.result(CB_TRANSFER_OK);
     EXPECT_EQ(rig.states[0].late_max_um, 15);
     EXPECT_GT(rig.states[0].late_us, 0u);
 }
@@ -230,14 +230,14 @@ TEST(limiter, the_sites_ceiling_wins_over_all) {
     rig.builder.config->channels[0].top_um = 50.005f;  // as cb_ceiling_apply() leaves it
     for (int n = 0; n < 20; ++n) {
         rig.step({300}, period_s);
-        rig.result(CB_WRITE_OK);
+        rig.result(CB_TRANSFER_OK);
         EXPECT_LE(rig.output(), 50.005);
     }
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output()), 50);
 }
 
 TEST(limiter, refused_and_failed_writes_change_nothing_of_what_the_plc_holds) {
-    for (cb_write_result result : {CB_WRITE_REFUSED, CB_WRITE_FAILED, CB_WRITE_NONE}) {
+    for (cb_transfer result : {CB_TRANSFER_REFUSED, CB_TRANSFER_FAILED, CB_TRANSFER_NONE}) {
         limiter_rig rig(one_channel());
         for (int i = 0; i < 10; ++i) {
             rig.step({300}, period_s);
@@ -253,12 +253,12 @@ TEST(limiter, whole_units_only_and_the_rest_is_carried) {
     b.config->channels[0].scale = 1;  // FANUC: least increment 1 µm
     limiter_rig rig(b);
     rig.step({100}, period_s);
-    rig.result(CB_WRITE_OK);
+    rig.result(CB_TRANSFER_OK);
     EXPECT_EQ(rig.output(), 15);
     std::vector<double> ramp;
     for (int i = 0; i < 10; ++i) {  // 50 µm/s: 1.5 µm a period
         rig.step({0}, period_s, 50);
-        rig.result(CB_WRITE_OK);
+        rig.result(CB_TRANSFER_OK);
         ramp.push_back(rig.output());
     }
     EXPECT_EQ(ramp, (std::vector<double>{14, 12, 11, 9, 8, 6, 5, 3, 2, 0}));
@@ -272,7 +272,7 @@ TEST(limiter, a_unit_coarser_than_a_step_is_taken_when_earned) {
     std::vector<double> seen;
     for (int i = 0; i < 8; ++i) {
         rig.step({100}, period_s);
-        rig.result(CB_WRITE_OK);
+        rig.result(CB_TRANSFER_OK);
         seen.push_back(rig.output());
     }
     EXPECT_EQ(seen, (std::vector<double>{0, 0, 0, 10, 10, 10, 20, 20}));
@@ -304,17 +304,17 @@ TEST(limiter, the_faster_of_a_pair_waits_for_the_slower) {
     limiter_rig rig(pair_of(500, 100));
     for (int i = 0; i < 4; ++i) {
         rig.step({200, 200}, period_s);
-        rig.result(CB_WRITE_OK);
+        rig.result(CB_TRANSFER_OK);
     }
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output(0)), 60);
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output(1)), 12);
     rig.step({200, 200}, period_s);
-    rig.result(CB_WRITE_OK);
+    rig.result(CB_TRANSFER_OK);
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output(0)), 65);  // 15 + 50
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output(1)), 15);
     for (int i = 0; i < 100; ++i) {
         rig.step({200, 200}, period_s);
-        rig.result(CB_WRITE_OK);
+        rig.result(CB_TRANSFER_OK);
     }
     EXPECT_EQ(rig.output(0), 200);
     EXPECT_EQ(rig.output(1), 200);
@@ -325,7 +325,7 @@ TEST(limiter, targets_too_far_apart_both_give_way) {
     limiter_rig rig(pair_of(500, 500));
     for (int i = 0; i < 50; ++i) {
         rig.step({-100, -20}, period_s);
-        rig.result(CB_WRITE_OK);
+        rig.result(CB_TRANSFER_OK);
     }
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output(0)), -85);
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output(1)), -35);
@@ -338,7 +338,7 @@ TEST(limiter, a_pair_with_unequal_limits_stays_in_both) {
     limiter_rig rig(b);
     for (int i = 0; i < 50; ++i) {
         rig.step({300, 300}, period_s);
-        rig.result(CB_WRITE_OK);
+        rig.result(CB_TRANSFER_OK);
     }
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output(0)), 60);
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output(1)), 10);
@@ -352,7 +352,7 @@ TEST(limiter, outputs_beyond_a_new_limit_go_there_at_the_slew_rate) {
     cb_config_derive(rig.builder.config.get());
     rig.step({300}, period_s);
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output()), 85);
-    rig.result(CB_WRITE_OK);
+    rig.result(CB_TRANSFER_OK);
     rig.step({300}, period_s);
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output()), 80);
 }
@@ -366,7 +366,7 @@ TEST(limiter, a_pair_beyond_a_new_difference_closes_without_widening) {
     double before = 300;
     for (int i = 0; i < 800; ++i) {
         rig.step({290, 300}, period_s);
-        rig.result(CB_WRITE_OK);
+        rig.result(CB_TRANSFER_OK);
         const double difference = std::fabs(rig.output(0) - rig.output(1));
         ASSERT_LE(difference, std::max(before, 50.0001)) << i;
         before = difference;
@@ -466,13 +466,13 @@ void random_outcome(random_source &r, limiter_rig &rig, unsigned mood) {
         rig.take();
         if (!rig.late.empty() && pick(r, 3) == 0)
             rig.take_late(rig.late[pick(r, static_cast<unsigned>(rig.late.size()))]);
-        rig.result(CB_WRITE_OK);
+        rig.result(CB_TRANSFER_OK);
         return;
     }
-    const cb_write_result results[] = {CB_WRITE_FAILED, CB_WRITE_REFUSED, CB_WRITE_UNKNOWN,
-                                       CB_WRITE_UNKNOWN, CB_WRITE_UNKNOWN};
-    const cb_write_result result = results[pick(r, 5)];
-    if (result == CB_WRITE_UNKNOWN && pick(r, 2)) rig.take();
+    const cb_transfer results[] = {CB_TRANSFER_FAILED, CB_TRANSFER_REFUSED, CB_TRANSFER_UNKNOWN,
+                                   CB_TRANSFER_UNKNOWN, CB_TRANSFER_UNKNOWN};
+    const cb_transfer result = results[pick(r, 5)];
+    if (result == CB_TRANSFER_UNKNOWN && pick(r, 2)) rig.take();
     rig.result(result);
 }
 
@@ -480,7 +480,7 @@ void random_outcome(random_source &r, limiter_rig &rig, unsigned mood) {
 void random_outage(random_source &r, limiter_rig &rig, const std::vector<float> &target) {
     for (unsigned n = pick(r, 30); n > 0; --n) {
         rig.step(target, period_s, 50, false);
-        rig.result(CB_WRITE_NONE);
+        rig.result(CB_TRANSFER_NONE);
         rig.check_values();
     }
     cb_start held[CB_MAX_CHANNELS];
@@ -550,7 +550,7 @@ TEST(limiter, always_arrives_once_writes_are_confirmed) {
         for (int n = 0; n < enough; ++n) {
             rig.step(target, period_s);
             rig.take();
-            rig.result(CB_WRITE_OK);
+            rig.result(CB_TRANSFER_OK);
         }
         rig.counters = {};
         rig.step(target, period_s);

@@ -174,7 +174,7 @@ TEST(tangent, limits_always_hold) {
                 std::fmax(-2000, std::fmin(2000, rig.x + static_cast<double>(random(31u)) - 15));
             rig.reading = random(12u) != 0;
             rig.beating = random(12u) != 0;
-            rig.write = random(8u) ? CB_WRITE_OK : static_cast<cb_write_result>(1 + random(4u));
+            rig.write = random(8u) ? CB_TRANSFER_OK : static_cast<cb_transfer>(1 + random(4u));
             rig.control(random(15u) == 0 ? random(16u) : 0xBu);
             const int64_t elapsed_us = random(20u) ? 30000 : 1000 * random(400u);
             rig.position(8, rig.x);

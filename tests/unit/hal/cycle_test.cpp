@@ -290,7 +290,7 @@ TEST(cycle, after_an_outage_the_outputs_go_on_from_what_the_plc_holds) {
     p.run(200);
     EXPECT_EQ(p.mode(), CB_MODE_STANDBY);  // the box has ramped down for itself …
     EXPECT_EQ(p.cycle.out.channel_um[0], 0);
-    EXPECT_EQ(p.cycle.in.last_write, CB_WRITE_NONE);
+    EXPECT_EQ(p.cycle.in.last_write, CB_TRANSFER_NONE);
     p.control = 2;
     p.sim->absent = false;
     p.run(1);

@@ -264,7 +264,7 @@ TEST_F(linux_can, the_source_decodes_and_starts_nodes) {
     cb_can_source_start(&source, loaded.config.get());
     ASSERT_TRUE(cb_can_source_used(&source));
     cb_can_offer(&source.can, box);
-    cb_hal_sample samples[CB_MAX_SIGNALS];
+    cb_sample samples[CB_MAX_SIGNALS];
     send(0x705, {0});
     send(0x181, {0, 0, 0xEB, 0x00});  // T1: offset 2, int16le: 235
     send(0x181, {0});
@@ -289,7 +289,7 @@ TEST_F(linux_can, the_source_follows_a_new_file) {
     cb_can_source source;
     cb_can_source_start(&source, before.config.get());
     cb_can_offer(&source.can, box);
-    cb_hal_sample samples[CB_MAX_SIGNALS];
+    cb_sample samples[CB_MAX_SIGNALS];
     EXPECT_EQ(cb_can_source_samples(&source, samples, CB_MAX_SIGNALS, 0), 0u);
     const auto after = load(with("\"0x181\", \"offset\": 2", "\"0x182\", \"offset\": 0"));
     cb_can_source_replan(&source, after.config.get());
@@ -314,7 +314,7 @@ TEST_F(linux_can, the_source_gives_back_the_socket_of_another_interface) {
     cb_can_source source;
     cb_can_source_start(&source, before.config.get());
     cb_can_offer(&source.can, box);
-    cb_hal_sample samples[CB_MAX_SIGNALS];
+    cb_sample samples[CB_MAX_SIGNALS];
     EXPECT_EQ(cb_can_source_samples(&source, samples, CB_MAX_SIGNALS, 0), 0u);
     cb_can_source_replan(&source, after.config.get());
     send(0x181, {0, 0, 1, 0});
@@ -328,7 +328,7 @@ TEST(linux_can_source, asks_for_no_socket_where_the_file_has_no_can) {
     cb_config config = {};
     cb_can_source source;
     cb_can_source_start(&source, &config);
-    cb_hal_sample samples[1];
+    cb_sample samples[1];
     EXPECT_FALSE(cb_can_source_used(&source));
     EXPECT_FALSE(cb_can_wanted(&source.can));
     EXPECT_EQ(cb_can_source_samples(&source, samples, 1, 0), 0u);

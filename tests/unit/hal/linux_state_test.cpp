@@ -273,7 +273,7 @@ TEST_F(state_file, a_plc_that_restarted_during_the_pause_is_noticed) {
         cb_state_give(&state, rig.box.get());
         rig.heartbeat =
             static_cast<uint16_t>(before.box->plc.plc_heartbeat + (restarted ? -20 : 20));
-        rig.in.held = CB_HELD_SILENT;  // a contact would use it up
+        rig.in.held = CB_TRANSFER_UNKNOWN;  // a contact would use it up
         rig.step();
         EXPECT_EQ(rig.box->plc.went_back, restarted);
     }

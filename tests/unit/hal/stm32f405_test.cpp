@@ -511,7 +511,7 @@ TEST(board, ticks_keep_their_places_and_missed_ones_are_skipped) {
 TEST(board, samples_are_handed_over_once) {
     board_rig r;
     r.board.samples[r.board.waiting++] = {3, 21.5f, 77};
-    cb_hal_sample list[64];
+    cb_sample list[64];
     ASSERT_EQ(r.hal.samples(&r.board, list, 64), 1u);
     EXPECT_EQ(list[0].signal, 3);
     EXPECT_EQ(r.hal.samples(&r.board, list, 64), 0u);

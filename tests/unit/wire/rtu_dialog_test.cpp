@@ -69,7 +69,7 @@ TEST(rtu_dialog, nobody_knows_what_was_asked_before_the_start) {
     EXPECT_EQ(cb_rtu_dialog_next(&dialog, 5000, &until_us), CB_RTU_ASK_REQUEST);
     cb_rtu_dialog_ended(&dialog, CB_RTU_END_REPLY);
     EXPECT_EQ(cb_rtu_dialog_next(&dialog, 14000, &until_us), CB_RTU_ASK_NOTHING);
-    EXPECT_EQ(dialog.outcome, CB_RTU_DONE);
+    EXPECT_EQ(dialog.outcome, CB_TRANSFER_OK);
 }
 
 TEST(rtu_dialog, a_damaged_reply_is_asked_for_again_at_once) {
@@ -79,7 +79,7 @@ TEST(rtu_dialog, a_damaged_reply_is_asked_for_again_at_once) {
     EXPECT_EQ(s.next(11000), CB_RTU_ASK_REQUEST);
     s.ended(CB_RTU_END_DAMAGED);
     EXPECT_EQ(s.next(22000), CB_RTU_ASK_NOTHING);
-    EXPECT_EQ(s.dialog.outcome, CB_RTU_UNCERTAIN);
+    EXPECT_EQ(s.dialog.outcome, CB_TRANSFER_UNKNOWN);
     EXPECT_FALSE(s.dialog.doubtful);
 }
 
@@ -134,7 +134,7 @@ TEST(rtu_dialog, an_exception_to_the_probe_leaves_the_doubt) {
     EXPECT_EQ(s.next(0), CB_RTU_ASK_PROBE);
     s.ended(CB_RTU_END_REFUSED);
     EXPECT_EQ(s.next(1000), CB_RTU_ASK_NOTHING);
-    EXPECT_EQ(s.dialog.outcome, CB_RTU_TURNED_DOWN);
+    EXPECT_EQ(s.dialog.outcome, CB_TRANSFER_REFUSED);
     EXPECT_TRUE(s.dialog.doubtful);
 }
 
@@ -146,7 +146,7 @@ TEST(rtu_dialog, a_refusal_after_a_try_says_little) {
     EXPECT_EQ(s.next(1000), CB_RTU_ASK_REQUEST);
     s.ended(CB_RTU_END_REFUSED);
     EXPECT_EQ(s.next(2000), CB_RTU_ASK_NOTHING);
-    EXPECT_EQ(s.dialog.outcome, CB_RTU_UNCERTAIN);
+    EXPECT_EQ(s.dialog.outcome, CB_TRANSFER_UNKNOWN);
 }
 
 // A reading of 24 takes 9.3 ms at least, and 1 ms more at most; the probe 5.1.
@@ -163,7 +163,7 @@ TEST(rtu_dialog, waits_for_a_reply_only_as_long_as_there_is_time_to_ask_again) {
 TEST(rtu_dialog, what_could_not_be_answered_in_time_is_not_asked) {
     steps s;
     EXPECT_EQ(s.next(DEADLINE_US - 8000), CB_RTU_ASK_NOTHING);
-    EXPECT_EQ(s.dialog.outcome, CB_RTU_NOT_DONE);
+    EXPECT_EQ(s.dialog.outcome, CB_TRANSFER_FAILED);
     EXPECT_EQ(s.next(DEADLINE_US - 9500), CB_RTU_ASK_REQUEST);
 }
 
