@@ -3,6 +3,7 @@
 
 #include "firmware/base/duration.h"
 #include "firmware/signals/lags.h"
+#include "firmware/signals/plausible.h"
 #include "firmware/wire/number.h"
 #include "models/num.h"
 
@@ -22,20 +23,11 @@ void cb_signals_forget(const struct cb_config *config, struct cb_signal_state *s
     }
 }
 
-/* The roundings of raw, scale, their product and the sum with zero, 2^-24 each, may carry a value
- * past the end that it stands at: a machine that rests there is not implausible. */
-static inline bool within_rounding(const struct cb_signal_config *signal, float value) {
-    const float largest = cb_max(cb_abs(signal->min), cb_abs(signal->max)) + cb_abs(signal->zero);
-    const float slack = 2.5e-7f * largest;
-    return value >= signal->min - slack && value <= signal->max + slack; /* false for NaN */
-}
-
-/* in : elapsed_us >= 0 since the last accepted value
- * out: false when the value moved faster than anything of its kind can */
+/* in : elapsed_us >= 0 since the last accepted value, converted only where there is a limit */
 CB_INLINE bool rate_plausible(const struct cb_signal_config *signal, float change,
                               int64_t elapsed_us) {
     if (change == 0.0f || !(signal->rate_per_s <= FLT_MAX)) return true;
-    return cb_abs(change) <= signal->rate_per_s * cb_seconds(elapsed_us) + signal->change_unit;
+    return !cb_signal_too_fast(signal, change, cb_seconds(elapsed_us));
 }
 
 /* out: filtered over about three readings, because times shake it; where they are known by the
@@ -98,7 +90,7 @@ CB_INLINE bool take(const struct acceptance *to, const struct cb_signal_config *
 /* A value outside min … max, or at one of the ends. */
 CB_OUTLINE bool take_at_end(const struct acceptance *to, const struct cb_signal_config *signal,
                             struct cb_signal_state *state, float value, int64_t time_us) {
-    if (within_rounding(signal, value))
+    if (cb_signal_in_range(signal, value))
         return take(to, signal, state, value, cb_clamp(value, signal->min, signal->max), time_us);
     if (!(value == value)) return refuse(to, state, value, CB_CAUSE_NO_NUMBER);
     return refuse(to, state, value, value < signal->min ? CB_CAUSE_BELOW : CB_CAUSE_ABOVE);
@@ -128,7 +120,7 @@ CB_INLINE bool goes_on(const struct cb_signal_config *signal, struct cb_signal_s
     const float value = raw * signal->scale + signal->zero;
     const float change = cb_abs(value - state->value);
     if (!(value > signal->min && value < signal->max)) return false;
-    if (change > signal->rate_per_s * elapsed_s + signal->change_unit) return false;
+    if (cb_signal_too_fast(signal, change, elapsed_s)) return false;
     state->value = state->used = value;
     state->time_us = read_us;
     state->fresh = true;

@@ -9,6 +9,7 @@
 #include "host-tools/formats/error.h"
 
 extern "C" {
+#include "firmware/signals/plausible.h"
 #include "firmware/wire/number.h"
 }
 
@@ -101,9 +102,8 @@ class box_on_table {
         const cb_signal_config &signal = box_->config.signals[i];
         const float value = inputs_.samples[sample].raw;
         const float elapsed_s = static_cast<float>(row_us - last_row_[i].time_us) * 1e-6f;
-        const float change = std::abs(value - last_row_[i].value);
-        return last_row_[i].known && value >= signal.min && value <= signal.max &&
-               (signal.max_rate_per_s == 0.0f || change <= signal.max_rate_per_s * elapsed_s);
+        return last_row_[i].known && cb_signal_in_range(&signal, value) &&
+               !cb_signal_too_fast(&signal, value - last_row_[i].value, elapsed_s);
     }
 
     void prepare(int64_t now_us) {

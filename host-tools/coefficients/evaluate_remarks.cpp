@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/coefficients/evaluate_remarks.h"
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <iterator>
 
 #include "host-tools/formats/error.h"
+
+extern "C" {
+#include "firmware/signals/plausible.h"
+}
 
 namespace compbox::coefficients {
 
@@ -31,13 +33,6 @@ constexpr struct {
     {&cb_counters::pairs_limited,
      "the motors of a pair held within their max_difference_um: ", false},
 };
-
-// As the box sees it, in float32 and with room for its rounding.
-bool in_range(const cb_signal_config &signal, double value) {
-    const float slack = 2.5e-7f * std::max(std::fabs(signal.min), std::fabs(signal.max));
-    const auto seen = static_cast<float>(value);
-    return seen >= signal.min - slack && seen <= signal.max + slack;
-}
 
 bool accepted(const cb_box &box, unsigned signal) {
     return box.signals[signal].known && box.signals[signal].time_us == box.now_us;
@@ -101,7 +96,8 @@ void row_watcher::require_steady_state(const cb_box &box, const std::vector<doub
 void row_watcher::look(std::size_t row, const cb_box &box, const std::vector<double> &values) {
     for (std::size_t i = 0; i < measured_.size(); ++i) {
         const unsigned signal = measured_[i];
-        if (accepted(box, signal) && in_range(config_.signals[signal], values[i])) continue;
+        const auto seen = static_cast<float>(values[i]);
+        if (accepted(box, signal) && cb_signal_in_range(&config_.signals[signal], seen)) continue;
         auto &kind = box.signals[signal].known ? held_ : missing_;
         kind[i].add(samples_.lines[row], implausible_text(i, values[i]));
     }

@@ -12,6 +12,7 @@
 extern "C" {
 #include "firmware/box/box.h"
 #include "firmware/config/profile.h"
+#include "firmware/signals/plausible.h"
 #include "firmware/wire/number.h"
 }
 
@@ -75,7 +76,7 @@ void check_signals(live_box &live, const box_setup &setup, json &found) {
         const cb_signal_config &signal = config.signals[i];
         if (is_own(setup, i)) continue;
         const double value = value_of(live, signal);
-        if (!(value >= signal.min && value <= signal.max)) {
+        if (!cb_signal_in_range(&signal, static_cast<float>(value))) {
             throw input_error(out_of_range(live, signal));
         }
         found["signals"][signal.name] = value;
