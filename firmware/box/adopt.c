@@ -153,21 +153,9 @@ bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old) {
     fresh->mode = old->mode;
     fresh->counters = old->counters;
     fresh->plc = old->plc;
-    fresh->lead = old->lead;
+    fresh->life = old->life;
     adopt_signals(fresh, old);
     adopt_terms(fresh, old);
     adopt_channels(fresh, old);
-    fresh->now_us = old->now_us;
-    fresh->box_heartbeat = old->box_heartbeat;
-    fresh->block_counter = old->block_counter;
-    fresh->overrun_score = old->overrun_score;
-    fresh->good_cycles = old->good_cycles;
-    fresh->sent_mode = old->sent_mode;
-    fresh->started = old->started;
-    fresh->writing = old->writing;
-    fresh->wrote = old->wrote;
-    fresh->zero_written = old->zero_written;
-    fresh->stop_confirmed = old->stop_confirmed;
-    fresh->stopped_before = old->stopped_before;
     return true;
 }

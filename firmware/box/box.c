@@ -26,7 +26,7 @@ struct step {
 static void clear(struct cb_box *box) {
     memset((char *)box + sizeof box->config, 0, sizeof *box - sizeof box->config);
     cb_mode_start(&box->mode);
-    box->zero_written = true;
+    box->life.zero_written = true;
     box->foreign.channel = box->applied_verdict.channel = CB_NONE;
 }
 
@@ -39,11 +39,11 @@ void cb_box_start(struct cb_box *box) {
 
 /* Time since the last step; what it means when the clock cannot be trusted. */
 static void keep_time(struct cb_box *box, int64_t now_us, struct step *step) {
-    const int64_t gap_us = box->started ? now_us - box->now_us : 0;
+    const int64_t gap_us = box->life.started ? now_us - box->life.now_us : 0;
     step->jumped = gap_us < 0 || gap_us > (int64_t)CB_CLOCK_PERIODS * box->config.period_us;
     step->elapsed_us = gap_us < 0 ? 0 : gap_us > UINT32_MAX ? UINT32_MAX : (uint32_t)gap_us;
-    box->now_us = now_us;
-    box->started = true;
+    box->life.now_us = now_us;
+    box->life.started = true;
     if (!step->jumped) return;
     ++box->counters.clock_jumps;
     cb_plc_forget(&box->plc);
@@ -54,11 +54,11 @@ static void keep_time(struct cb_box *box, int64_t now_us, struct step *step) {
 static void keep_score(struct cb_box *box, uint32_t missed_ticks) {
     box->counters.missed_ticks += missed_ticks;
     if (missed_ticks > 0) {
-        box->good_cycles = 0;
-        if (box->overrun_score < UINT8_MAX) ++box->overrun_score;
-    } else if (++box->good_cycles >= CB_OVERRUN_FORGIVES) {
-        box->good_cycles = 0;
-        if (box->overrun_score > 0) --box->overrun_score;
+        box->life.good_cycles = 0;
+        if (box->life.overrun_score < UINT8_MAX) ++box->life.overrun_score;
+    } else if (++box->life.good_cycles >= CB_OVERRUN_FORGIVES) {
+        box->life.good_cycles = 0;
+        if (box->life.overrun_score > 0) --box->life.overrun_score;
     }
 }
 
@@ -67,13 +67,14 @@ static void keep_score(struct cb_box *box, uint32_t missed_ticks) {
 static void take_write(struct cb_box *box, uint8_t last_write, const struct step *step) {
     enum cb_transfer result =
         last_write > CB_TRANSFER_UNKNOWN ? CB_TRANSFER_UNKNOWN : (enum cb_transfer)last_write;
-    if (!box->writing) result = CB_TRANSFER_NONE;
+    if (!box->life.writing) result = CB_TRANSFER_NONE;
     cb_limiter_written(&box->config, box->channels, result, box->plc.alive ? step->elapsed_us : 0);
     cb_applied_sent(&box->config, &box->applied, box->channels, step->elapsed_us);
-    cb_plc_written(&box->config, &box->plc, &box->counters, result, step->elapsed_us, box->now_us);
+    cb_plc_written(&box->config, &box->plc, &box->counters, result, step->elapsed_us,
+                   box->life.now_us);
     if (result != CB_TRANSFER_OK) return;
-    box->zero_written = cb_channels_all_zero(&box->config, box->channels);
-    box->stop_confirmed = box->sent_mode == CB_MODE_STOPPED;
+    box->life.zero_written = cb_channels_all_zero(&box->config, box->channels);
+    box->life.stop_confirmed = box->life.sent_mode == CB_MODE_STOPPED;
 }
 
 enum cb_want cb_box_wants_held(const struct cb_box *box) {
@@ -109,7 +110,7 @@ static bool was_at_work(const struct cb_box *box, const struct cb_inputs *in) {
 static bool is_loss(const struct cb_box *box, const struct cb_inputs *in) {
     const bool first = box->plc.contact == CB_CONTACT_NONE;
     if (in->held == CB_TRANSFER_OK) return first && was_at_work(box, in);
-    return !(first && box->stopped_before);
+    return !(first && box->life.stopped_before);
 }
 
 /* in : a good reading
@@ -167,7 +168,7 @@ static struct cb_apart apart_of(const struct cb_box *box, uint16_t beats, int64_
     if (elapsed_us <= 0 || elapsed_us > CB_LEAD_PERIODS * (int64_t)box->config.period_us)
         return (struct cb_apart){0, 0.0f, false};
     const bool counted = box->config.plc.interpolate_us > 0;
-    const float apart_us = counted ? cb_lead_apart_us(&box->lead, beats, (uint32_t)elapsed_us)
+    const float apart_us = counted ? cb_lead_apart_us(&box->life.lead, beats, (uint32_t)elapsed_us)
                                    : (float)(uint32_t)elapsed_us;
     return (struct cb_apart){elapsed_us, apart_us > 0.0f ? 1e6f / apart_us : 0.0f, counted};
 }
@@ -177,19 +178,19 @@ static void read_plc(struct cb_box *box, const struct cb_inputs *in, struct step
     const int64_t was_us = box->plc.read_us;
     const uint16_t was_beat = box->plc.plc_heartbeat;
     const bool was_readable = box->plc.readable;
-    step->read = cb_plc_read(&box->config, &box->plc, &box->counters, in, box->now_us);
-    if (in->last_write == CB_TRANSFER_OK) cb_lead_take_exchange(&box->lead, in->exchange_us);
+    step->read = cb_plc_read(&box->config, &box->plc, &box->counters, in, box->life.now_us);
+    if (in->last_write == CB_TRANSFER_OK) cb_lead_take_exchange(&box->life.lead, in->exchange_us);
     if (!step->read || !was_readable) return;
     const uint16_t beats = (uint16_t)(box->plc.plc_heartbeat - was_beat);
     const int64_t elapsed_us = box->plc.read_us - was_us;
-    cb_lead_take_heartbeat(&box->lead, beats, elapsed_us);
+    cb_lead_take_heartbeat(&box->life.lead, beats, elapsed_us);
     step->apart = apart_of(box, beats, elapsed_us);
 }
 
 static void acquire(struct cb_box *box, const struct cb_inputs *in, uint32_t lead_us,
                     struct step *step) {
     read_plc(box, in, step);
-    cb_plc_age(&box->config, &box->plc, &box->counters, box->now_us);
+    cb_plc_age(&box->config, &box->plc, &box->counters, box->life.now_us);
     if (step->read) {
         const bool judged = box->mode.mode == CB_MODE_ACTIVE;
         box->applied_verdict =
@@ -199,10 +200,10 @@ static void acquire(struct cb_box *box, const struct cb_inputs *in, uint32_t lea
         find_plc(box, in, step);
     }
     step->placed = step->placed || cb_plc_parts(&box->plc); /* stays: always allowed (limiter.c) */
-    const struct cb_reading reading = cb_signals_accept(&box->config, box->signals, &box->counters,
-                                                        in, step->read, step->apart, box->now_us);
-    step->essentials_ok =
-        cb_signals_age(&box->config, box->signals, &box->counters, &reading, lead_us, box->now_us);
+    const struct cb_reading reading = cb_signals_accept(
+        &box->config, box->signals, &box->counters, in, step->read, step->apart, box->life.now_us);
+    step->essentials_ok = cb_signals_age(&box->config, box->signals, &box->counters, &reading,
+                                         lead_us, box->life.now_us);
 }
 
 static void compute(struct cb_box *box, struct step *step) {
@@ -217,7 +218,7 @@ static void compute(struct cb_box *box, struct step *step) {
 
 static enum cb_reason find_fault(const struct cb_box *box) {
     if (box->plc.refusing && box->plc.refused_us > CB_REFUSED_US) return CB_REASON_WRITE_REFUSED;
-    if (box->overrun_score >= CB_OVERRUN_FAULT) return CB_REASON_OVERRUN;
+    if (box->life.overrun_score >= CB_OVERRUN_FAULT) return CB_REASON_OVERRUN;
     return CB_REASON_NONE;
 }
 
@@ -225,9 +226,9 @@ static struct cb_mode_events see(const struct cb_box *box, const struct cb_input
                                  const struct step *step) {
     const struct cb_config *config = &box->config;
     const uint16_t control = box->plc.control;
-    const bool plc_ok = cb_plc_readable(config, &box->plc, box->now_us);
+    const bool plc_ok = cb_plc_readable(config, &box->plc, box->life.now_us);
     /* it was asked what it holds, and is read, but does not say */
-    const bool silent = plc_ok && box->plc.contact != CB_CONTACT_KNOWN && !box->writing;
+    const bool silent = plc_ok && box->plc.contact != CB_CONTACT_KNOWN && !box->life.writing;
     const struct cb_mode_events events = {
         .plc_ok = plc_ok,
         .writes_ok = !box->plc.mute && !silent,
@@ -244,7 +245,7 @@ static struct cb_mode_events see(const struct cb_box *box, const struct cb_input
         .permit_resume = (control & CB_CONTROL_PERMIT_RESUME) != 0,
         .stop = in->stop,
         .all_zero = cb_channels_all_zero(config, box->channels),
-        .zero_written = box->zero_written,
+        .zero_written = box->life.zero_written,
         .excessive = step->demand.excessive,
         .degraded = step->terms.degraded,
         .extrapolated = step->terms.extrapolated,
@@ -265,7 +266,7 @@ static void change_mode(struct cb_box *box, const struct cb_inputs *in, const st
     box->counters.holds += mode == CB_MODE_HOLD;
     box->counters.ramps += mode == CB_MODE_RAMP;
     box->counters.faults += mode == CB_MODE_FAULT;
-    if (before == CB_MODE_FAULT) box->overrun_score = 0;
+    if (before == CB_MODE_FAULT) box->life.overrun_score = 0;
 }
 
 static enum cb_aim aim_of(enum cb_mode mode) {
@@ -309,20 +310,22 @@ static void emit(struct cb_box *box, struct cb_outputs *out) {
     if (box->config.slopes_count > 0)
         cb_tangent_encode(&box->config, &box->tangent, out->registers);
     out->registers[plc->status] = (uint16_t)(box->mode.mode | box->mode.reason << 8);
-    out->registers[plc->box_heartbeat] = ++box->box_heartbeat;
+    out->registers[plc->box_heartbeat] = ++box->life.box_heartbeat;
     if (plc->has_detail) out->registers[plc->detail] = cb_cause_detail(&box->cause);
     if (plc->write.counters)
-        out->registers[0] = out->registers[plc->write.count - 1] = ++box->block_counter;
+        out->registers[0] = out->registers[plc->write.count - 1] = ++box->life.block_counter;
     for (unsigned i = 0; i < cb_all_channels(&box->config); ++i)
         out->channel_um[i] = box->channels[i].output_um;
     out->last = cb_plc_parts(&box->plc);
     out->write = box->plc.contact == CB_CONTACT_KNOWN || out->last;
-    out->stopped = box->mode.mode == CB_MODE_STOPPED && (box->stop_confirmed || !box->wrote);
-    box->writing = out->write;
+    out->stopped =
+        box->mode.mode == CB_MODE_STOPPED && (box->life.stop_confirmed || !box->life.wrote);
+    box->life.writing = out->write;
     if (!out->write) return;
-    box->wrote = true;
-    box->sent_mode = box->mode.mode;
-    box->zero_written = box->zero_written && cb_channels_all_zero(&box->config, box->channels);
+    box->life.wrote = true;
+    box->life.sent_mode = box->mode.mode;
+    box->life.zero_written =
+        box->life.zero_written && cb_channels_all_zero(&box->config, box->channels);
 }
 
 /* Nothing of the configuration can be trusted, so none of it is used: the heartbeat stops with the
@@ -333,8 +336,8 @@ static void give_up(struct cb_box *box, int64_t now_us, struct cb_outputs *out) 
     cb_mode_step(&box->mode, &events, 0, 0);
     box->counters.faults += box->mode.mode != before;
     box->cause = (struct cb_cause){CB_CAUSE_NONE, 0, 0.0f, 0.0f};
-    box->now_us = now_us;
-    box->writing = out->write = out->stopped = false;
+    box->life.now_us = now_us;
+    box->life.writing = out->write = out->stopped = false;
 }
 
 void cb_box_step(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,
@@ -348,7 +351,7 @@ void cb_box_step(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,
     keep_time(box, now_us, &step);
     keep_score(box, in->missed_ticks);
     take_write(box, in->last_write, &step);
-    acquire(box, in, cb_lead_us(&box->config, &box->lead), &step);
+    acquire(box, in, cb_lead_us(&box->config, &box->life.lead), &step);
     compute(box, &step);
     change_mode(box, in, &step);
     move(box, &step);
@@ -374,7 +377,7 @@ void cb_box_settle(struct cb_box *box, const struct cb_inputs *in, int64_t now_u
     struct cb_start start[CB_MAX_CHANNELS];
     cb_box_start(box);
     keep_time(box, now_us, &step);
-    acquire(box, in, cb_lead_us(&box->config, &box->lead), &step);
+    acquire(box, in, cb_lead_us(&box->config, &box->life.lead), &step);
     compute(box, &step);
     cb_channels_target(&box->config, box->channels, CB_AIM_WANTED, target_um);
     for (unsigned i = 0; i < cb_all_channels(&box->config); ++i)
@@ -390,7 +393,7 @@ void cb_box_settle(struct cb_box *box, const struct cb_inputs *in, int64_t now_u
 void cb_box_evaluate(struct cb_box *box, const struct cb_inputs *in) {
     struct step step = {0};
     clear(box);
-    box->now_us = in->read_us;
+    box->life.now_us = in->read_us;
     acquire(box, in, 0, &step);
     compute(box, &step);
 }

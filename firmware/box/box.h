@@ -44,28 +44,10 @@ struct cb_foreign_register {
     float sent_um;   /* … and what was sent there */
 };
 
-/* The configuration must not be written to while the box runs: each step checks what it uses of it,
- * and 64 bytes of a sum over all of its memory, padding included. After copying a box, call
- * cb_box_start() on the copy. */
-struct cb_box {
-    struct cb_config config;
-    struct cb_mode_state mode;
-    struct cb_counters counters;
-    struct cb_plc_state plc;
+/* What goes on unchanged when a new configuration takes over (cb_box_adopt). */
+struct cb_box_life {
+    int64_t now_us; /* of the last step */
     struct cb_lead_state lead;
-    struct cb_signal_state signals[CB_MAX_SIGNALS];
-    struct cb_term_state terms[CB_MAX_TERMS];
-    float outputs[CB_MAX_OUTPUTS]; /* term outputs of the last step, µm or µrad */
-    struct cb_channel_state channels[CB_MAX_CHANNELS];
-    struct cb_tangent_state tangent;
-    struct cb_applied_state applied;
-    struct cb_cause cause;  /* behind mode.reason; of a fault that of its first step */
-    int64_t now_us;         /* of the last step */
-    uint32_t config_sum;    /* cb_memory_check() of config, at start */
-    uint32_t head_sum;      /* what each step checks of it, at start: the front … */
-    uint32_t used_sum;      /* … and the entries in use behind it */
-    uint32_t sum_so_far;    /* running check, a slice each step … */
-    uint32_t words_checked; /* … and how far it is */
     uint16_t box_heartbeat; /* of the last step */
     uint16_t block_counter; /* of the write block's first and last register */
     uint8_t overrun_score;  /* leaky count of cycles with missed ticks */
@@ -78,6 +60,29 @@ struct cb_box {
                                were handed to a write since; or none ever were */
     bool stop_confirmed;    /* the PLC confirmed status STOPPED */
     bool stopped_before;    /* the run before ended STOPPED, as the target knows from its memory */
+};
+
+/* The configuration must not be written to while the box runs: each step checks what it uses of it,
+ * and 64 bytes of a sum over all of its memory, padding included. After copying a box, call
+ * cb_box_start() on the copy. */
+struct cb_box {
+    struct cb_config config;
+    struct cb_mode_state mode;
+    struct cb_counters counters;
+    struct cb_plc_state plc;
+    struct cb_box_life life;
+    struct cb_signal_state signals[CB_MAX_SIGNALS];
+    struct cb_term_state terms[CB_MAX_TERMS];
+    float outputs[CB_MAX_OUTPUTS]; /* term outputs of the last step, µm or µrad */
+    struct cb_channel_state channels[CB_MAX_CHANNELS];
+    struct cb_tangent_state tangent;
+    struct cb_applied_state applied;
+    struct cb_cause cause;  /* behind mode.reason; of a fault that of its first step */
+    uint32_t config_sum;    /* cb_memory_check() of config, at start */
+    uint32_t head_sum;      /* what each step checks of it, at start: the front … */
+    uint32_t used_sum;      /* … and the entries in use behind it */
+    uint32_t sum_so_far;    /* running check, a slice each step … */
+    uint32_t words_checked; /* … and how far it is */
     struct cb_applied_verdict applied_verdict; /* of the last good reading */
     struct cb_foreign_register foreign;        /* found by the last read-back */
     bool config_corrupt; /* the configuration has changed: nothing is written any more */

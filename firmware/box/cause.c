@@ -16,7 +16,7 @@ static struct cb_cause of_signal(const struct cb_box *box, uint8_t index) {
                             [CB_CAUSE_NO_NUMBER] = 0.0f};
     if (state->refusal != CB_CAUSE_NONE)
         return (struct cb_cause){state->refusal, index, state->refused, bounds[state->refusal]};
-    const float age_ms = cb_seconds(box->now_us - state->time_us) * 1000.0f;
+    const float age_ms = cb_seconds(box->life.now_us - state->time_us) * 1000.0f;
     const uint8_t kind = state->known ? CB_CAUSE_STALE : CB_CAUSE_NEVER;
     return (struct cb_cause){kind, index, state->known ? age_ms : 0.0f, (float)signal->max_age_ms};
 }

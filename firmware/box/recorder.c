@@ -19,7 +19,7 @@ _Static_assert(offsetof(struct cb_counters, cycles) == 0, "bit 0 is that of cycl
 
 void cb_recorder_note(struct cb_recorder *recorder, const struct cb_box *box) {
     struct cb_record *record = &recorder->records[recorder->next];
-    *record = (struct cb_record){.time_us = box->now_us,
+    *record = (struct cb_record){.time_us = box->life.now_us,
                                  .cycle = box->counters.cycles,
                                  .counters = changed(&recorder->before, &box->counters),
                                  .control = box->plc.control,

@@ -72,8 +72,8 @@ class box_on_table {
     // The cycles between the last row and this one see the last row's values, standing still; what
     // lags make of that is undone by step_on_row.
     void hold_until(int64_t row_us) {
-        while (row_us - box_->now_us > box_->config.period_us) {
-            step(box_->now_us + box_->config.period_us);
+        while (row_us - box_->life.now_us > box_->config.period_us) {
+            step(box_->life.now_us + box_->config.period_us);
         }
     }
 

@@ -35,7 +35,7 @@ constexpr struct {
 };
 
 bool accepted(const cb_box &box, unsigned signal) {
-    return box.signals[signal].known && box.signals[signal].time_us == box.now_us;
+    return box.signals[signal].known && box.signals[signal].time_us == box.life.now_us;
 }
 
 // A column for a computed signal looks like an input and is none.

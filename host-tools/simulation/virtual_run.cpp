@@ -248,7 +248,8 @@ twin_config without_program(twin_config machine) {
 void finish(const bench &bench, virtual_run &result) {
     result.counters = bench.box().counters;
     result.duration_s = static_cast<double>(bench.now_us()) * 1e-6;
-    result.lead_ms = static_cast<double>(cb_lead_us(&bench.box().config, &bench.box().lead)) * 1e-3;
+    result.lead_ms =
+        static_cast<double>(cb_lead_us(&bench.box().config, &bench.box().life.lead)) * 1e-3;
 }
 
 }  // namespace

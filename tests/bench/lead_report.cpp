@@ -56,7 +56,7 @@ class machine_run {
             largest = std::max(largest, std::fabs(e));
         }
         return {std::sqrt(squares / static_cast<double>(errors_.size())), largest,
-                cb_lead_us(&box_->config, &box_->lead) * 1e-3};
+                cb_lead_us(&box_->config, &box_->life.lead) * 1e-3};
     }
 
   private:

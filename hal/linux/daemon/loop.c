@@ -86,7 +86,7 @@ static void publish(struct cb_loop *loop, int64_t woke_before_ns) {
     row->exchange_us = loop->cycle.exchange_us;
     row->step_us = loop->cycle.step_us;
     row->generation = loop->generation;
-    row->lead_us = cb_lead_us(&loop->box->config, &loop->box->lead);
+    row->lead_us = cb_lead_us(&loop->box->config, &loop->box->life.lead);
     row->read = (uint8_t)loop->cycle.read;
     row->write = (uint8_t)loop->cycle.write;
     row->mode = loop->box->mode.mode;

@@ -513,8 +513,8 @@ static int finish(struct daemon *daemon) {
     if (stats_error != 0)
         cb_log_say(&daemon->log, now_us, "%s: cannot be written: %s", daemon->options.stats,
                    strerror(stats_error));
-    bool confirmed = run->stopped && daemon->loop.box->wrote;
-    if (!daemon->loop.box->wrote)
+    bool confirmed = run->stopped && daemon->loop.box->life.wrote;
+    if (!daemon->loop.box->life.wrote)
         cb_log_say(&daemon->log, now_us,
                    "ended before the PLC was ever heard, nothing was written: check %s",
                    daemon->plc);

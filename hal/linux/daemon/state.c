@@ -86,7 +86,7 @@ void cb_state_take(struct cb_state *state, const struct cb_box *box) {
 }
 
 bool cb_state_ended_stopped(const struct cb_box *box) {
-    return box->wrote ? box->stop_confirmed : box->stopped_before;
+    return box->life.wrote ? box->life.stop_confirmed : box->life.stopped_before;
 }
 
 void cb_state_give(const struct cb_state *state, struct cb_box *box) {
@@ -97,7 +97,7 @@ void cb_state_give(const struct cb_state *state, struct cb_box *box) {
         box->signals[i].time_us = lag->time_us;
         box->signals[i].settled = true;
     }
-    box->stopped_before = state->stopped;
+    box->life.stopped_before = state->stopped;
     if (!state->beat) return;
     box->plc.beat = true;
     box->plc.plc_heartbeat = state->plc_heartbeat;

@@ -76,7 +76,7 @@ void cb_trace_note(struct cb_app *app) {
     struct cb_text *line = cb_console_line(&app->console);
     cb_text_put(line, "T ");
     cb_text_put_unsigned(line, app->box.counters.cycles);
-    put_time(line, app->box.now_us);
+    put_time(line, app->box.life.now_us);
     put_time(line, in->read_us);
     put_hex(line, in->missed_ticks, 4);
     put_hex(line, (uint32_t)in->read_ok | (uint32_t)in->stop << 1 | (uint32_t)out->write << 2, 1);

@@ -38,7 +38,7 @@ FAULTS = [
      ["test_faults.py::test_a_processor_fault_while_active_ends_in_standby_until_permitted"]),
     ("image: no request is repeated", "firmware/wire/rtu_dialog.h", "CB_RTU_TRIES = 8,", "CB_RTU_TRIES = 1,",
      ["test_faults.py::test_where_there_is_time_a_request_is_repeated_in_its_period"]),
-    ("image: another clock in the trace", "hal/stm32f405/app/dump.c", "put_time(line, app->box.now_us);",
+    ("image: another clock in the trace", "hal/stm32f405/app/dump.c", "put_time(line, app->box.life.now_us);",
      "put_time(line, app->cycle.tick_us);", BITS),
     ("image: a lost module's term stays", "hal/stm32f405/app/bus.c", "break; /* the turn counts as silent */",
      "hand_over(app);", ["test_bus.py"]),

@@ -403,7 +403,7 @@ TEST(box_fault, a_first_contact_that_is_not_answered_writes_nothing_and_is_named
 TEST(box_fault, a_first_contact_that_is_refused_is_a_loss_unless_the_run_before_stopped) {
     for (bool stopped : {false, true}) {
         box_rig rig(simple());
-        rig.box->stopped_before = stopped;
+        rig.box->life.stopped_before = stopped;
         rig.in.held = CB_TRANSFER_REFUSED;
         rig.steps(5);
         EXPECT_EQ(rig.mode(), stopped ? CB_MODE_ACTIVE : CB_MODE_STANDBY);
@@ -707,7 +707,7 @@ TEST(box_fault, overruns_again_and_again) {
     rig.control(1 | 2 | 4);
     rig.step();
     EXPECT_NE(rig.mode(), CB_MODE_FAULT);  // 32 good cycles: below 16 again
-    EXPECT_EQ(rig.box->overrun_score, 0);
+    EXPECT_EQ(rig.box->life.overrun_score, 0);
 }
 
 TEST(box_fault, overruns_now_and_then_are_forgiven) {

@@ -121,7 +121,7 @@ struct flip_rig : box_rig {
     }
     void restore() {
         *box = snapshot;
-        now_us = box->now_us;
+        now_us = box->life.now_us;
         out.write = true;
     }
 };

@@ -405,7 +405,8 @@ struct world {
         for (late_write &write : late)
             write.left_s -= std::max(0.0, static_cast<double>(gap_us) * 1e-6);
         rig.in.missed_ticks = gap > 1.5 * period ? c.below(3) : 0;
-        clock_bad = rig.box->started && (gap_us < 0 || gap_us > 5 * int64_t{config().period_us});
+        clock_bad =
+            rig.box->life.started && (gap_us < 0 || gap_us > 5 * int64_t{config().period_us});
         for (unsigned i = 0; i < config().channels_count; ++i) {
             const cb_channel_config &ch = config().channels[i];
             const double slew = ch.slew_um_per_s;

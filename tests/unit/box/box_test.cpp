@@ -377,7 +377,7 @@ TEST(box, beyond_the_limit_it_stays_there_and_says_so) {
 TEST(box, the_heartbeats_wrap) {
     box_rig rig(simple());
     rig.heartbeat = 65533;
-    rig.box->box_heartbeat = 65533;
+    rig.box->life.box_heartbeat = 65533;
     rig.steps(6);
     EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
     EXPECT_EQ(rig.out.registers[1], 3);

@@ -108,7 +108,7 @@ TEST_F(state_file, a_short_pause_is_bridged_as_if_the_box_had_run) {
     cb_state_give(&state, again.box.get());
     again.position(8, 100);
     again.sample(1, 350);  // 10 s after the last value by the wall clock
-    again.box->now_us = 0;
+    again.box->life.now_us = 0;
     again.now_us -= 30000;
     again.in.samples[0].time_us = again.now_us + 30000;
     again.step();
@@ -189,7 +189,7 @@ box_rig at_work() {
 
 TEST_F(state_file, a_run_that_goes_on_has_not_ended_stopped) {
     const box_rig rig = at_work();
-    ASSERT_TRUE(rig.box->wrote);
+    ASSERT_TRUE(rig.box->life.wrote);
     EXPECT_FALSE(cb_state_ended_stopped(rig.box.get()));
     save(rig, 1000 * second);
     ASSERT_TRUE(read(rig.box->config, rig.now_us, 1001 * second));
@@ -218,7 +218,7 @@ TEST_F(state_file, a_run_that_the_plc_confirmed_stopped_is_known_to_the_next) {
     }
     box_rig again(lags());
     cb_state_give(&state, again.box.get());
-    EXPECT_TRUE(again.box->stopped_before);
+    EXPECT_TRUE(again.box->life.stopped_before);
     EXPECT_TRUE(cb_state_ended_stopped(again.box.get())) << "it wrote nothing: the PLC has STOPPED";
 }
 

@@ -210,7 +210,7 @@ TEST(lead, measured_in_the_box) {
     EXPECT_NEAR(rig.ahead(), 2.2 + 3, 1e-2) << "one heartbeat for each reading";
     moving_axis fresh(true, true);
     ASSERT_TRUE(cb_box_adopt(fresh.box.get(), rig.box.get()));
-    EXPECT_EQ(fresh.box->lead.exchange_us, rig.box->lead.exchange_us);
+    EXPECT_EQ(fresh.box->life.lead.exchange_us, rig.box->life.lead.exchange_us);
 }
 
 // The cycle measures what the box is told, on a wire where each request takes 4 ms.
