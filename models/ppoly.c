@@ -43,20 +43,11 @@ static inline uint32_t find_span(const struct cb_ppoly *curve, float x) {
     return curve->spans_per_unit > 0.0f ? computed_span(curve, x) : searched_span(curve, x);
 }
 
-uint16_t cb_ppoly_span(const struct cb_ppoly *curve, float x) {
-    return (uint16_t)find_span(curve, x);
-}
-
 float cb_ppoly_horner_any(const float *a, uint8_t degree, float u) {
     const float *at = a + degree;
     float value = *at;
     while (at != a) value = value * u + *--at;
     return value;
-}
-
-float cb_ppoly_value(const struct cb_ppoly *curve, float x) {
-    const float inside = cb_clamp(x, curve->breaks[0], curve->breaks[curve->spans]);
-    return cb_ppoly_value_in(curve, inside, find_span(curve, inside));
 }
 
 struct cb_curve_value cb_ppoly_evaluate(const struct cb_ppoly *curve, float x) {

@@ -32,15 +32,9 @@ struct cb_curve_value {
     bool outside; /* x was below or above the range, or NaN */
 };
 
-/* Span that holds x, which lies inside the breaks: a break belongs to the span on its right, the
- * last one to the last span. At most log2(spans) + 1 steps. */
-uint16_t cb_ppoly_span(const struct cb_ppoly *curve, float x);
-
-/* Value at x; outside the breaks (and for a NaN x: at the first break) the value at the end.
- * No state, no libm; at most log2(spans) + degree steps. */
-float cb_ppoly_value(const struct cb_ppoly *curve, float x);
-
-/* Value, slope and whether x lay outside. */
+/* Value, slope and whether x lay outside; outside the breaks (and for a NaN x: at the first break)
+ * the value at the end. A break belongs to the span on its right, the last one to the last span.
+ * No state, no libm; at most log2(spans) + degree + 1 steps. */
 struct cb_curve_value cb_ppoly_evaluate(const struct cb_ppoly *curve, float x);
 
 /* The same value and range for one who asks again and again near the same place; no slope.

@@ -29,23 +29,10 @@ static float power_of_two(int32_t n) {
     return cb_float_of((uint32_t)(n + 127) << 23);
 }
 
-float cb_exp(float x) {
-    if (!(x < 88.7228394f)) return x + cb_float_of(0x7F800000u); /* infinity, or NaN stays NaN */
-    if (x < -103.972084f) return 0.0f;
-    const struct reduced e = reduce(x);
-    const int32_t half = e.n >> 1; /* two factors: 2^128 and 2^-150 are no floats */
-    return (1.0f + e.q) * power_of_two(half) * power_of_two(e.n - half);
-}
-
 float cb_one_minus_exp(float x) {
     if (!(x > 0.0f)) return 0.0f;
     if (x > 18.0f) return 1.0f;
     const struct reduced e = reduce(-x);
     const float scale = power_of_two(e.n);
     return (1.0f - scale) - scale * e.q;
-}
-
-float cb_logistic(float x) {
-    if (x < -20.0f) return cb_exp(x); /* 1 + e^-x is e^-x, and may be infinite */
-    return 1.0f / (1.0f + cb_exp(-x));
 }

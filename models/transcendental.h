@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * tanh, exp, 1 - exp(-x) and the logistic function in float32, without libm and without tables.
+ * tanh and 1 - exp(-x) in float32, without libm and without tables.
  *
  * Every operation is one IEEE 754 rounding in a fixed order, so the bits are the same on every
  * target (round to nearest, subnormals on, no contraction). The bounds below are of all 2^32
@@ -49,17 +49,8 @@ static inline float cb_tanh(float x) {
 }
 
 /* in : any float
- * out: e^x within 1.1 ulp; monotone, subnormal results included, 0 at -infinity, +infinity from
- *      88.7228394 on */
-float cb_exp(float x);
-
-/* in : any float
  * out: 1 - e^-x for x > 0 within 1.1 ulp, small x included; monotone, 1 at +infinity; 0 for
  *      x <= 0 and NaN: the gain of a lag, for which time never runs backward */
 float cb_one_minus_exp(float x);
-
-/* in : any float
- * out: 1 / (1 + e^-x) within 2.5 ulp; monotone, 0 and 1 at the infinities */
-float cb_logistic(float x);
 
 #endif

@@ -87,33 +87,6 @@ void cb_volumetric_evaluate(const struct cb_volumetric *model,
     for (unsigned c = 0; c < 3; ++c) e_um[c] = ((ex[c] + ey[c]) + ez[c]) + 0.001f * turned[c];
 }
 
-/* out: d of what `evaluate` calls turned by the position of `axis`, for constant errors:
- *      squareness, and the levers that this position lengthens */
-static void lever_slope(const struct cb_volumetric *model, const struct cb_volumetric_state *state,
-                        enum cb_axis axis, float turned[3]) {
-    const float *const c0y_b0z_a0z = model->squareness_urad;
-    float unit[3] = {0.0f, 0.0f, 0.0f};
-    unit[axis] = 1.0f;
-    turned[0] = axis == CB_AXIS_Y ? -c0y_b0z_a0z[0] : axis == CB_AXIS_Z ? c0y_b0z_a0z[1] : 0.0f;
-    turned[1] = axis == CB_AXIS_Z ? -c0y_b0z_a0z[2] : 0.0f;
-    turned[2] = 0.0f;
-    for (unsigned a = 0; a < CB_AXES; ++a) {
-        if (model->moves[a] >> axis & 1u)
-            add_cross(state->error + a * CB_AXIS_ERRORS + 3, unit, turned);
-    }
-}
-
-void cb_volumetric_slope(const struct cb_volumetric *model, const struct cb_volumetric_state *state,
-                         enum cb_axis axis, const float slope[CB_AXIS_ERRORS],
-                         float d_um_per_mm[3]) {
-    float mm[3], tool[3], turned[3];
-    lever_slope(model, state, axis, turned);
-    tool_vector(model, state->tool_mm, tool);
-    lever(model, state->position_mm, tool, axis, mm);
-    add_cross(slope + 3, mm, turned);
-    for (unsigned c = 0; c < 3; ++c) d_um_per_mm[c] = slope[c] + 0.001f * turned[c];
-}
-
 /* d (eps x L) = d eps x L + eps x d L, for each axis. */
 void cb_volumetric_derivative(const struct cb_volumetric *model,
                               const struct cb_volumetric_state *state,

@@ -40,8 +40,7 @@ enum {
     CB_CURVE_ERRORS = CB_AXES * CB_AXIS_ERRORS,
     CB_ERROR_C0Y = CB_CURVE_ERRORS,
     CB_ERROR_B0Z,
-    CB_ERROR_A0Z,
-    CB_VOLUMETRIC_ERRORS /* 21 */
+    CB_ERROR_A0Z, /* the last of 21 */
 };
 
 struct cb_volumetric {
@@ -71,13 +70,7 @@ int cb_volumetric_error(const char *name);
 void cb_volumetric_evaluate(const struct cb_volumetric *model,
                             const struct cb_volumetric_state *state, float e_um[3]);
 
-/* in : slope, the derivatives of the six curves of `axis` by its own position (µm/mm, µrad/mm)
- * out: d_um_per_mm = d E / d position of that axis, the lever arms' share included */
-void cb_volumetric_slope(const struct cb_volumetric *model, const struct cb_volumetric_state *state,
-                         enum cb_axis axis, const float slope[CB_AXIS_ERRORS],
-                         float d_um_per_mm[3]);
-
-/* The general derivative: of any motion of the machine, and of errors that change with it.
+/* The derivative: of any motion of the machine, and of errors that change with it.
  * in : rate, what each number of *state changes by per unit of the motion
  * out: d_um = d E of that unit */
 void cb_volumetric_derivative(const struct cb_volumetric *model,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Errors of the whole C core: one list, from which the enum and the names come. */
+ * Errors of the whole C core: one list, from which the enum comes. */
 #ifndef COMPBOX_FIRMWARE_BASE_ERROR_H
 #define COMPBOX_FIRMWARE_BASE_ERROR_H
 
@@ -25,8 +25,5 @@ enum cb_error {
     CB_ERRORS(CB_X)
 #undef CB_X
 };
-
-/* The enumerator's name, for any value (unknown ones say so). Never NULL. */
-const char *cb_error_name(enum cb_error error);
 
 #endif

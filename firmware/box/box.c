@@ -389,11 +389,3 @@ void cb_box_settle(struct cb_box *box, const struct cb_inputs *in, int64_t now_u
     box->mode = (struct cb_mode_state){.mode = CB_MODE_ACTIVE, .enable_was = true};
     emit(box, out);
 }
-
-void cb_box_evaluate(struct cb_box *box, const struct cb_inputs *in) {
-    struct step step = {0};
-    clear(box);
-    box->life.now_us = in->read_us;
-    acquire(box, in, 0, &step);
-    compute(box, &step);
-}

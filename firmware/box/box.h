@@ -123,13 +123,6 @@ enum cb_want cb_box_wants_held(const struct cb_box *box);
 void cb_box_settle(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,
                    struct cb_outputs *out);
 
-/* The functions alone: what terms and channels give for these inputs, without lead, limits, slew,
- * deadband or memory. All times in *in must be the same.
- * out: box->outputs[] and box->channels[].wanted_um; a term whose signal is missing or implausible
- *      gives 0. The box must be started before its next step.
- * For evaluation on the host; never on a machine. */
-void cb_box_evaluate(struct cb_box *box, const struct cb_inputs *in);
-
 /* Reload: a new configuration takes over from the old one while the machine runs.
  * in : fresh: its configuration loaded and cb_box_start() called; old: running, unchanged
  * out: true: fresh goes on where old is: mode, PLC, counters, signals and outputs by their names.

@@ -16,7 +16,8 @@ static uint32_t read_us(const struct cb_plc_config *plc, const struct cb_rtu_lin
     return cb_rtu_exchange_us(line, &request, plc->serial.slave_delay_us);
 }
 
-uint32_t cb_rtu_write_us(const struct cb_plc_config *plc, const struct cb_rtu_line *line) {
+/* The writing alone, by fc16. */
+static uint32_t write_us(const struct cb_plc_config *plc, const struct cb_rtu_line *line) {
     const struct cb_modbus_request request = cb_modbus_write(0, plc->write.count, 0);
     return cb_rtu_exchange_us(line, &request, plc->serial.slave_delay_us);
 }
@@ -29,7 +30,7 @@ static uint32_t write_read_us(const struct cb_plc_config *plc, const struct cb_r
 
 uint32_t cb_rtu_cycle_us(const struct cb_plc_config *plc, const struct cb_rtu_line *line) {
     if (plc->exchange == CB_EXCHANGE_FC23) return write_read_us(plc, line);
-    return read_us(plc, line, &plc->read) + cb_rtu_write_us(plc, line);
+    return read_us(plc, line, &plc->read) + write_us(plc, line);
 }
 
 uint32_t cb_rtu_resync_us(const struct cb_plc_config *plc, const struct cb_rtu_line *line) {
@@ -56,5 +57,5 @@ struct cb_rtu_manners cb_rtu_manners_of(const struct cb_plc_config *plc) {
         .line = plc->serial.line,
         .probes = {cb_modbus_read(start, 1), cb_modbus_read(start, cb_rtu_second_probe(plc))},
         .slave_delay_us = plc->serial.slave_delay_us,
-        .reserve_us = writes_behind ? cb_rtu_write_us(plc, &plc->serial.line) : 0};
+        .reserve_us = writes_behind ? write_us(plc, &plc->serial.line) : 0};
 }

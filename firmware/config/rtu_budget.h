@@ -20,9 +20,6 @@ static inline uint32_t cb_exchange_budget_us(uint32_t period_us) {
     return period_us * 4 / 5;
 }
 
-/* The writing alone, by fc16. */
-uint32_t cb_rtu_write_us(const struct cb_plc_config *plc, const struct cb_rtu_line *line);
-
 /* in : *plc: exchange, counts of both blocks and slave delay are looked at; a line
  * out: what one cycle's transfers take on it: fc3 and fc16, or fc23 */
 uint32_t cb_rtu_cycle_us(const struct cb_plc_config *plc, const struct cb_rtu_line *line);

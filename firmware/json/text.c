@@ -26,7 +26,9 @@ static const struct utf8_form *utf8_form(uint8_t first) {
     return 0;
 }
 
-uint32_t cb_utf8_length(const char *text, uint32_t length, uint32_t at) {
+/* Bytes of the UTF-8 character that begins at text[at] (RFC 3629: no overlong forms, no surrogates,
+ * nothing above U+10FFFF); 0 when it is not valid. at < length. */
+static uint32_t utf8_length(const char *text, uint32_t length, uint32_t at) {
     const struct utf8_form *form = utf8_form(byte_at(text, at));
     if (!form || form->length > length - at) return 0;
     if (form->length == 1) return 1;
@@ -51,7 +53,7 @@ uint32_t cb_control_length(const char *text, uint32_t length, uint32_t at) {
         uint16_t first, last;
     } controls[] = {{0x0000, 0x001F}, {0x007F, 0x009F}, {0x061C, 0x061C},
                     {0x200E, 0x200F}, {0x2028, 0x202E}, {0x2066, 0x2069}};
-    const uint32_t bytes = cb_utf8_length(text, length, at);
+    const uint32_t bytes = utf8_length(text, length, at);
     if (bytes == 0) return 0;
     const uint32_t code = code_point(text + at, bytes);
     for (unsigned i = 0; i < sizeof controls / sizeof controls[0]; ++i) {
@@ -129,7 +131,7 @@ const char *cb_json_scan_string(const char *text, uint32_t length, uint32_t *at)
         if (c == '\\') {
             mistake = scan_escape(text, length, *at, &bytes);
         } else {
-            bytes = cb_utf8_length(text, length, *at);
+            bytes = utf8_length(text, length, *at);
             mistake = bytes > 0 ? 0 : "a byte that is not UTF-8; save the file as UTF-8";
         }
         if (mistake) return mistake;

@@ -9,10 +9,6 @@
  * out: NULL and *at behind the closing quote; or a sentence and *at at the byte that is wrong */
 const char *cb_json_scan_string(const char *text, uint32_t length, uint32_t *at);
 
-/* Bytes of the UTF-8 character that begins at text[at] (RFC 3629: no overlong forms, no surrogates,
- * nothing above U+10FFFF); 0 when it is not valid. at < length. */
-uint32_t cb_utf8_length(const char *text, uint32_t length, uint32_t at);
-
 /* Bytes of the character at text[at] where it is a control character; else 0, also where it is not
  * valid UTF-8. Control characters are C0, DEL, C1, the line and paragraph separators and those that
  * change the direction of text: what a terminal or a log would not show as it is. at < length. */

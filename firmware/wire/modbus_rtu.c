@@ -83,11 +83,3 @@ enum cb_rtu_answer cb_rtu_decode_sound(const struct cb_modbus_request *request,
     }
     return CB_RTU_INVALID;
 }
-
-enum cb_rtu_answer cb_rtu_decode(uint8_t unit, const struct cb_modbus_request *request,
-                                 const uint8_t *frame, size_t length, uint16_t *registers,
-                                 uint8_t *exception) {
-    const enum cb_rtu_answer checked = cb_rtu_check(unit, frame, length);
-    if (checked != CB_RTU_OK) return checked;
-    return cb_rtu_decode_sound(request, frame, length, registers, exception);
-}

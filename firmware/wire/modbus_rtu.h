@@ -52,11 +52,4 @@ enum cb_rtu_answer cb_rtu_decode_sound(const struct cb_modbus_request *request,
                                        const uint8_t *frame, size_t length, uint16_t *registers,
                                        uint8_t *exception);
 
-/* in : the unit and request that were sent; frame[length], any content and length
- * out: as cb_modbus_decode: registers[read_count] only for CB_RTU_OK of FC3 and FC23,
- *      *exception only for CB_RTU_EXCEPTION, else unchanged */
-enum cb_rtu_answer cb_rtu_decode(uint8_t unit, const struct cb_modbus_request *request,
-                                 const uint8_t *frame, size_t length, uint16_t *registers,
-                                 uint8_t *exception);
-
 #endif

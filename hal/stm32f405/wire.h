@@ -33,11 +33,6 @@ struct cb_wire_counters {
     CB_WIRE_COUNTERS(CB_X)
 #undef CB_X
 };
-enum {
-#define CB_X(name) +1
-    CB_WIRE_COUNTERS_COUNT = 0 CB_WIRE_COUNTERS(CB_X)
-#undef CB_X
-};
 
 enum cb_wire_state {
     CB_WIRE_IDLE,

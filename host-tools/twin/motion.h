@@ -34,7 +34,6 @@ class nc_motion {
     // Appends a move or dwell; steps run one after another with a full stop between them.
     // A target outside the travel throws input_error.
     void queue(const twin_step &step);
-    void clear_queue() { waiting_.clear(); }  // the present step runs to its end
 
     // What the PLC asks of each axis, in µm of the register (before the control's sign). It takes
     // effect from the next cycle on: per cycle an axis takes over at most max velocity ×

@@ -21,6 +21,7 @@
 
 extern "C" {
 #include "models/bspline.h"
+#include "tests/support/ppoly_search.h"
 }
 
 namespace {
@@ -74,7 +75,7 @@ struct with_slope : ours {
 
 struct value_alone : ours {
     using ours::ours;
-    float operator()(float x) const { return cb_ppoly_value(&curve, x); }
+    float operator()(float x) const { return searched_value(&curve, x); }
 };
 
 // Eigen, degree and dimension known at compile time, which is its fastest form.

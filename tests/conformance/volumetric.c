@@ -28,13 +28,23 @@ struct volumetric_case {
 
 #include "tests/conformance/vectors/volumetric.inc"
 
+/* in : slope of the six curves of one axis
+ * out: the motion of that axis by 1 mm */
+static struct cb_volumetric_state motion_of(int axis, const float slope[CB_AXIS_ERRORS]) {
+    struct cb_volumetric_state rate = {.tool_mm = 0.0f};
+    rate.position_mm[axis] = 1.0f;
+    for (int k = 0; k < CB_AXIS_ERRORS; ++k) rate.error[axis * CB_AXIS_ERRORS + k] = slope[k];
+    return rate;
+}
+
 static void check_row(struct check *check, const struct cb_volumetric *model,
                       const struct volumetric_row *row) {
     static const char *const names[3] = {"E_x", "E_y", "E_z"};
     static const char *const slopes[3] = {"dE_x", "dE_y", "dE_z"};
     float e[3], d[3];
     cb_volumetric_evaluate(model, &row->state, e);
-    cb_volumetric_slope(model, &row->state, (enum cb_axis)row->axis, row->slope, d);
+    const struct cb_volumetric_state rate = motion_of(row->axis, row->slope);
+    cb_volumetric_derivative(model, &row->state, &rate, d);
     for (int c = 0; c < 3; ++c) {
         check_number(check, names[c], e[c], row->e_um[c], row->e_bound[c]);
         check_number(check, slopes[c], d[c], row->d_um_per_mm[c], row->d_bound[c]);

@@ -20,7 +20,7 @@ static void complain(const char *what, const std::string &broken) {
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     const auto got = compbox_test::load(std::string(reinterpret_cast<const char *>(data), size));
     if (got.error != CB_OK) {
-        complain("no message", got.text.empty() ? cb_error_name(got.error) : "");
+        complain("no message", got.text.empty() ? compbox_test::error_name(got.error) : "");
         return 0;
     }
     complain("invariant", compbox_test::invariants(*got.config).broken);

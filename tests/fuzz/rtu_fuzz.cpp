@@ -39,8 +39,9 @@ static void check_taken(const cb_rtu_receiver &receiver, const cb_modbus_request
     if (!is_reply) return;
     const std::vector<uint8_t> frame(receiver.frame + receiver.from,
                                      receiver.frame + receiver.have);
-    demand(cb_rtu_decode(receiver.head[0], &request, frame.data(), frame.size(), again.data(),
-                         &exception) == answer,
+    demand(cb_rtu_check(receiver.head[0], frame.data(), frame.size()) == CB_RTU_OK, "unit or CRC");
+    demand(cb_rtu_decode_sound(&request, frame.data(), frame.size(), again.data(), &exception) ==
+               answer,
            "the decoder says otherwise");
     demand(taken == again, "registers differ");
 }

@@ -22,7 +22,7 @@ METHODS = {"**bspline** (ours)": ("**compbox, B-spline**", "bspline"),
 COUNTED = {
     "instructions": ("docs/results/speed.md", {
         "19-20-3 network": "19-20-3, network",
-        "spline of 20 control points, value": "spline, 20 control points, value",
+        "spline of 20 control points, value and slope": "spline, 20 control points, value and slope",
         "lag, one step": "lag, one step",
         "volumetric term": "volumetric, 21 errors to the tip",
         "reference load": "18 splines, volumetric, network, 24 lags",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""exp, tanh and their relatives of a rational number, to 50 digits (the standard library's decimal,
+"""tanh and 1 - exp(-x) of a rational number, to 50 digits (the standard library's decimal,
 which rounds exp correctly), and the float32 spacing that bounds are counted in."""
 
 import math
@@ -13,10 +13,6 @@ getcontext().Emin, getcontext().Emax = -(10**12), 10**12
 def decimal(x):
     x = Fraction(x)
     return Decimal(x.numerator) / Decimal(x.denominator)
-
-
-def exp(x):
-    return decimal(x).exp()
 
 
 def one_minus_exp(x):
@@ -33,10 +29,6 @@ def tanh(x):
     rest = one_minus_exp(2 * abs(Fraction(x)))
     value = rest / (2 - rest)
     return value if x >= 0 else -value
-
-
-def logistic(x):
-    return 1 / (1 + exp(-Fraction(x)))
 
 
 def spacing(x):

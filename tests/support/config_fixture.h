@@ -12,6 +12,18 @@ extern "C" {
 
 namespace compbox_test {
 
+// The enumerator's name; of an unknown value its number.
+inline std::string error_name(int error) {
+    switch (error) {
+#define CB_X(name, value) \
+    case name:            \
+        return #name;
+        CB_ERRORS(CB_X)
+#undef CB_X
+    }
+    return std::to_string(error);
+}
+
 constexpr cb_target every_target = {"testbox",
                                     1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN | 1u << CB_SOURCE_BUS,
                                     1u << CB_TRANSPORT_TCP | 1u << CB_TRANSPORT_RTU};

@@ -55,9 +55,6 @@ struct cb_app {
 /* status.c: after each cycle: mode and reason when they change, a status line once a second. */
 void cb_status_note(struct cb_app *app);
 
-/* Time as all lines begin with it. */
-struct cb_text *cb_status_begin(struct cb_app *app);
-
 /* What the box started with, and why. */
 void cb_status_start(struct cb_app *app);
 

@@ -7,7 +7,8 @@
 
 enum { STATUS_US = 1000000 };
 
-struct cb_text *cb_status_begin(struct cb_app *app) {
+/* Time as all lines begin with it. */
+static struct cb_text *begin(struct cb_app *app) {
     struct cb_text *line = cb_console_line(&app->console);
     cb_text_put_thousandths(line, cb_time_us() / 1000, 3);
     cb_text_put(line, " ");
@@ -66,7 +67,7 @@ static void put_stack(struct cb_text *line) {
 }
 
 static void say_status(struct cb_app *app) {
-    struct cb_text *line = cb_status_begin(app);
+    struct cb_text *line = begin(app);
     if (app->slot == 0) {
         cb_text_put(line, "STANDBY: ");
         cb_text_put(line, cb_reason_text(CB_REASON_NO_FILE));
@@ -82,7 +83,7 @@ static void say_status(struct cb_app *app) {
 }
 
 static void say_mode(struct cb_app *app) {
-    struct cb_text *line = cb_status_begin(app);
+    struct cb_text *line = begin(app);
     cb_text_put(line, "now ");
     put_mode(line, &app->box);
     cb_console_end(&app->console);
@@ -110,7 +111,7 @@ void cb_status_note(struct cb_app *app) {
 
 static void say_chip(struct cb_app *app) {
     const struct cb_chip *chip = &app->chip;
-    struct cb_text *line = cb_status_begin(app);
+    struct cb_text *line = begin(app);
     cb_text_put(line, "chip ");
     for (unsigned i = 0; i < 3; ++i) cb_text_put_hex(line, chip->unique_id[i], 8);
     cb_text_put(line, "; brown-out reset ");
@@ -122,7 +123,7 @@ static void say_chip(struct cb_app *app) {
 
 void cb_status_file(struct cb_app *app) {
     if (app->slot == 0) return;
-    struct cb_text *line = cb_status_begin(app);
+    struct cb_text *line = begin(app);
     put_number(line, "runs revision ", app->box.config.revision);
     cb_text_put(line, " of slot ");
     cb_text_put_bytes(line, &app->slot, 1);
@@ -134,7 +135,7 @@ void cb_status_file(struct cb_app *app) {
 }
 
 void cb_status_start(struct cb_app *app) {
-    struct cb_text *line = cb_status_begin(app);
+    struct cb_text *line = begin(app);
     cb_text_put(line, "compbox-stm32f405 " CB_VERSION " started: ");
     cb_text_put(line, cb_start_text(app->cause));
     cb_text_put(line, "; ");
@@ -156,7 +157,7 @@ static void put_counter(struct cb_text *line, const char *name, uint32_t count) 
 }
 
 void cb_status_counters(struct cb_app *app) {
-    struct cb_text *line = cb_status_begin(app);
+    struct cb_text *line = begin(app);
     cb_text_put(line, "counters:");
     for (unsigned i = 0; i < CB_COUNTERS_COUNT; ++i) {
         uint32_t count;
@@ -168,7 +169,7 @@ void cb_status_counters(struct cb_app *app) {
 
 static void say_wire(struct cb_app *app, const char *name, const struct cb_wire *wire) {
     const struct cb_usart_counters bytes = cb_usart_counted(wire->port);
-    struct cb_text *line = cb_status_begin(app);
+    struct cb_text *line = begin(app);
     cb_text_put(line, name);
 #define CB_X(counter) put_counter(line, #counter, wire->counters.counter);
     CB_WIRE_COUNTERS(CB_X)
@@ -193,7 +194,7 @@ static void put_register(struct cb_text *line, const char *name, uint32_t value)
 void cb_status_fault(struct cb_app *app) {
     static const char *const names[] = {" r0 ", " r1 ", " r2 ", " r3 "};
     const struct cb_fault_registers *fault = &cb_retained.fault;
-    struct cb_text *line = cb_status_begin(app);
+    struct cb_text *line = begin(app);
     if (cb_retained.faults == 0) {
         cb_text_put(line, "no processor fault since power-on");
         cb_console_end(&app->console);

@@ -48,13 +48,12 @@ int main(void) {
     good &=
         row("19-20-3, slope by one input", used_by(subject_network_slope), network + 450, false);
     good &= row("guard of 19 inputs", used_by(subject_training_range), 600, false);
-    good &= row("spline, 20 control points, value", used_by(subject_spline), 110, false);
-    good &= row("spline, 20 control points, value and slope", used_by(subject_spline_and_slope),
-                150, false);
+    good &= row("spline, 20 control points, value and slope", used_by(subject_spline), 150, false);
     good &= row("lag, one step", used_by(subject_lag), 50, false);
     good &= row("lag, its gains for a new step length", used_by(subject_lag_gains), 40, false);
     good &= row("volumetric, 21 errors to the tip", used_by(subject_volumetric), 300, false);
-    good &= row("volumetric, slope by one axis", used_by(subject_volumetric_slope), 200, false);
+    good &= row("volumetric, derivative of a motion", used_by(subject_volumetric_derivative), 520,
+                false);
     good &= row("direction and blend", used_by(subject_direction), 100, false);
     good &= row("18 splines, volumetric, network, 24 lags", used_by(subject_reference_load), 10000,
                 false);
@@ -71,7 +70,7 @@ int main(void) {
     good &= step_load(false);
     good &= row("cb_box_step, every curve on breaks of its own", step_most(STEP_TRAVEL, 500), 11500,
                 false);
-    good &= row("planted: two splines for one", used_by(subject_two_splines), 110, true);
+    good &= row("planted: two splines for one", used_by(subject_two_splines), 150, true);
     good &=
         row("planted: hidden layer in double", used_by(subject_network_in_double), network, true);
     return good ? 0 : 1;

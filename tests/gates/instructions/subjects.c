@@ -24,6 +24,7 @@ static struct cb_lag lags[SUBJECT_LAGS];
 static struct cb_lag_gains gains;
 static struct cb_volumetric volumetric;
 static struct cb_volumetric_state state;
+static struct cb_volumetric_state rate;
 static struct cb_direction direction;
 static float x[INPUTS], inside[INPUTS], y[OUTPUTS], hidden[HIDDEN], position;
 static volatile float sink, step_s = 0.03f;
@@ -87,6 +88,8 @@ void subjects_move(float place) {
     position = 1000.0f * place;
     for (int a = 0; a < CB_AXES; ++a) state.position_mm[a] = position;
     state.tool_mm = 200.0f;
+    for (int a = 0; a < CB_AXES; ++a) rate.position_mm[a] = 1.0f;
+    fill(rate.error, CB_CURVE_ERRORS, 0.1f);
     fill(state.error, CB_CURVE_ERRORS, 50.0f);
 }
 
@@ -141,11 +144,6 @@ void subject_training_range(void *unused) {
 
 void subject_spline(void *unused) {
     (void)unused;
-    sink = cb_ppoly_value(&curve, position);
-}
-
-void subject_spline_and_slope(void *unused) {
-    (void)unused;
     sink = cb_ppoly_evaluate(&curve, position).slope;
 }
 
@@ -164,9 +162,9 @@ void subject_volumetric(void *unused) {
     cb_volumetric_evaluate(&volumetric, &state, y);
 }
 
-void subject_volumetric_slope(void *unused) {
+void subject_volumetric_derivative(void *unused) {
     (void)unused;
-    cb_volumetric_slope(&volumetric, &state, CB_AXIS_X, state.error, y);
+    cb_volumetric_derivative(&volumetric, &state, &rate, y);
 }
 
 void subject_direction(void *unused) {
@@ -178,7 +176,7 @@ void subject_direction(void *unused) {
 
 void subject_reference_load(void *unused) {
     for (int k = 0; k < CB_CURVE_ERRORS; ++k)
-        state.error[k] = cb_ppoly_value(&curve, state.position_mm[k / CB_AXIS_ERRORS]);
+        state.error[k] = cb_ppoly_evaluate(&curve, state.position_mm[k / CB_AXIS_ERRORS]).value;
     subject_volumetric(unused);
     for (int i = 0; i < SUBJECT_LAGS; ++i) sink = cb_lag_step(&lags[i], gains, position);
     subject_training_range(unused);

@@ -23,11 +23,10 @@ void subject_network_with_linear_path(void *unused);
 void subject_network_slope(void *unused);
 void subject_training_range(void *unused);
 void subject_spline(void *unused);
-void subject_spline_and_slope(void *unused);
 void subject_lag(void *unused);
 void subject_lag_gains(void *unused);
 void subject_volumetric(void *unused);
-void subject_volumetric_slope(void *unused);
+void subject_volumetric_derivative(void *unused);
 void subject_direction(void *unused);
 void subject_reference_load(void *unused); /* 18 splines, volumetric, network with guard, lags */
 

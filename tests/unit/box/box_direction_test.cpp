@@ -96,7 +96,7 @@ TEST(box_direction, every_mistake_has_its_sentence) {
     };
     for (const auto &[piece, other, message] : mistakes) {
         const auto got = load(with(piece, other, branched()));
-        EXPECT_EQ(std::string(cb_error_name(got.error)) + " " + got.text, message)
+        EXPECT_EQ(compbox_test::error_name(got.error) + " " + got.text, message)
             << piece << " -> " << other;
     }
 }

@@ -409,24 +409,5 @@ TEST(box, settle_is_where_a_box_arrives) {
     EXPECT_DOUBLE_EQ(settled.written(4), slow.written(4) - 1.5);
 }
 
-TEST(box, evaluate_gives_the_functions_alone) {
-    config_builder b = with_thermometer();
-    b.config->channels[0].limit_um = 10;
-    b.config->channels[0].deadband_um = 5;
-    b.config->signals[t1].max_rate_per_s = 1;
-    box_rig rig(b);
-    for (double x : {100.0, 900.0, 100.0}) {
-        rig.position(8, x);
-        rig.in.sample_count = 0;
-        rig.sample(t1, static_cast<float>(x));
-        rig.in.read_ok = true;
-        rig.in.read_us = rig.now_us;
-        cb_box_evaluate(rig.box.get(), &rig.in);
-        EXPECT_NEAR(rig.box->outputs[0], x / 10, 1e-4);
-        EXPECT_NEAR(rig.box->outputs[1], x / 5, 1e-4);
-        EXPECT_NEAR(rig.box->channels[0].wanted_um, -x * 0.3, 1e-3);
-    }
-}
-
 }  // namespace
 }  // namespace compbox

@@ -9,7 +9,7 @@
 
 extern "C" {
 #include "firmware/terms/kinds.h"
-#include "models/ppoly.h"
+#include "tests/support/ppoly_search.h"
 }
 
 using namespace compbox_test;
@@ -111,7 +111,7 @@ TEST(config_load, curves_of_the_example) {
         const float *pool = c.pool + curve.pool;
         const cb_ppoly ppoly = {pool, pool + curve.spans + 1, curve.spans_per_unit, curve.spans,
                                 curve.degree};
-        return cb_ppoly_value(&ppoly, x);
+        return searched_value(&ppoly, x);
     };
     EXPECT_EQ(c.terms[0].type, CB_TERM_BSPLINE);
     EXPECT_EQ(c.terms[0].as.curve.signal, 0);

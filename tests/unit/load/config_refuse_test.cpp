@@ -19,7 +19,7 @@ namespace {
 
 std::string said(const loaded &got) {
     return std::to_string(got.line) + ":" + std::to_string(got.column) + " " +
-           cb_error_name(got.error) + " " + got.text;
+           compbox_test::error_name(got.error) + " " + got.text;
 }
 
 TEST(config_refuse, every_mistake_of_the_table) {

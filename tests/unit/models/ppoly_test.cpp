@@ -8,7 +8,7 @@
 #include <vector>
 
 extern "C" {
-#include "models/ppoly.h"
+#include "tests/support/ppoly_search.h"
 }
 
 namespace {
@@ -70,8 +70,8 @@ void expect_right_spans(const std::vector<float> &breaks, std::mt19937 &random) 
     for (int i = 0; i < 50; ++i) xs.push_back(anywhere(random));
     for (const float x : xs) {
         if (x < breaks.front() || x > breaks.back()) continue;
-        ASSERT_EQ(cb_ppoly_span(&step.ppoly, x), span_of(breaks, x)) << x;
-        ASSERT_EQ(cb_ppoly_span(&searched, x), span_of(breaks, x)) << x;
+        ASSERT_EQ(searched_span(&step.ppoly, x), span_of(breaks, x)) << x;
+        ASSERT_EQ(searched_span(&searched, x), span_of(breaks, x)) << x;
     }
 }
 
@@ -84,7 +84,7 @@ TEST(Ppoly, ComputedSpanIsRightForEveryFloatOfARange) {
         float x;
         std::memcpy(&x, &i, sizeof x);
         while (expected < 5 && x >= step.breaks[expected + 1u]) ++expected;
-        ASSERT_EQ(cb_ppoly_span(&step.ppoly, x), expected) << x;
+        ASSERT_EQ(searched_span(&step.ppoly, x), expected) << x;
     }
 }
 
@@ -128,9 +128,9 @@ TEST(Ppoly, BreaksOfOneUlpAndOfTheWholeRangeWork) {
     expect_right_spans({-3e38f, -1.0f, 0.0f, 1e-45f, 1.0f}, random);
     const float huge = std::numeric_limits<float>::max();  // last - first overflows
     const curve all({-huge, 0.0f, huge}, {1.0f, 2.0f}, 0);
-    EXPECT_EQ(cb_ppoly_value(&all.ppoly, -1.0f), 1.0f);
-    EXPECT_EQ(cb_ppoly_value(&all.ppoly, 0.0f), 2.0f);
-    EXPECT_EQ(cb_ppoly_value(&all.ppoly, infinity), 2.0f);
+    EXPECT_EQ(searched_value(&all.ppoly, -1.0f), 1.0f);
+    EXPECT_EQ(searched_value(&all.ppoly, 0.0f), 2.0f);
+    EXPECT_EQ(searched_value(&all.ppoly, infinity), 2.0f);
 }
 
 TEST(Ppoly, ValueAndSlopeOfKnownPieces) {
@@ -174,7 +174,7 @@ TEST(Ppoly, ValueAloneHasTheSameBits) {
         const curve three({-1.0f, 0.5f, 0.75f, 4.0f}, a, degree);
         for (int i = 0; i < 1000; ++i) {
             const float x = size(random) / 40.0f;
-            EXPECT_EQ(bits(cb_ppoly_value(&three.ppoly, x)),
+            EXPECT_EQ(bits(searched_value(&three.ppoly, x)),
                       bits(cb_ppoly_evaluate(&three.ppoly, x).value));
         }
     }
@@ -224,9 +224,9 @@ TEST(Ppoly, FollowsFromEverySpan) {
                 uint16_t followed = from, near = from;
                 const bool inside = x > 0.0f && x < last;
                 EXPECT_EQ(cb_ppoly_follow(&lines.ppoly, x, &followed), inside);
-                EXPECT_EQ(followed, inside ? cb_ppoly_span(&lines.ppoly, x) : from);
+                EXPECT_EQ(followed, inside ? searched_span(&lines.ppoly, x) : from);
                 const cb_curve_value value = cb_ppoly_near(&lines.ppoly, x, &near);
-                EXPECT_EQ(bits(value.value), bits(cb_ppoly_value(&lines.ppoly, x)));
+                EXPECT_EQ(bits(value.value), bits(searched_value(&lines.ppoly, x)));
                 EXPECT_EQ(value.outside, !(x >= 0.0f && x <= last));
             }
         }

@@ -204,9 +204,11 @@ TEST(volumetric, slope_by_differences) {
             cb_volumetric_state state{};
             for (float &x : state.position_mm) x = mm(random);
             for (float &x : state.error) x = urad(random);
-            float slope[6], d[3];
-            for (float &x : slope) x = per_mm(random);
-            cb_volumetric_slope(&model, &state, cb_axis(axis), slope, d);
+            cb_volumetric_state rate{};
+            float *const slope = rate.error + axis * 6, d[3];
+            rate.position_mm[axis] = 1;
+            for (int k = 0; k < 6; ++k) slope[k] = per_mm(random);
+            cb_volumetric_derivative(&model, &state, &rate, d);
             cb_volumetric_state up = state, down = state;
             up.position_mm[axis] += 8;
             down.position_mm[axis] -= 8;

@@ -122,8 +122,10 @@ struct decoded {
 decoded decode(uint8_t unit, const cb_modbus_request &request, const bytes &frame) {
     decoded result{CB_RTU_INVALID, std::vector<uint16_t>(130, 0xEEEE), 0xEE};
     const bytes exact(frame);  // its own allocation, so that a sanitizer sees a read beyond it
-    result.answer = cb_rtu_decode(unit, &request, exact.data(), exact.size(),
-                                  result.registers.data(), &result.exception);
+    result.answer = cb_rtu_check(unit, exact.data(), exact.size());
+    if (result.answer != CB_RTU_OK) return result;
+    result.answer = cb_rtu_decode_sound(&request, exact.data(), exact.size(),
+                                        result.registers.data(), &result.exception);
     return result;
 }
 
