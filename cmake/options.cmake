@@ -1,7 +1,13 @@
+# __FILE__, as in a failed assertion, counts from the root of the sources; ccache gives the compiler relative paths.
+file(RELATIVE_PATH to_root ${CMAKE_BINARY_DIR} ${CMAKE_SOURCE_DIR})
+string(REGEX REPLACE "([^/])$" "\\1/" to_root "${to_root}")
+
 # Flags that every target shares. The core's arithmetic must be the same on every
 # machine, hence no contraction and no fast-math anywhere (DESIGN §4).
 add_library(cb_flags INTERFACE)
 target_compile_options(cb_flags INTERFACE -Wall -Wextra -Werror -Wshadow -Wconversion -ffp-contract=off
+    $<$<COMPILE_LANGUAGE:C>:-fmacro-prefix-map=${CMAKE_SOURCE_DIR}/=>
+    $<$<COMPILE_LANGUAGE:C>:-fmacro-prefix-map=${to_root}=>
     $<$<COMPILE_LANGUAGE:C>:-Wstrict-prototypes -Wmissing-prototypes -Wswitch-enum -Wvla>)
 target_include_directories(cb_flags INTERFACE ${CMAKE_SOURCE_DIR})
 

@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "firmware/base/assert.h"
 #include "firmware/config/rtu_budget.h"
 
 /* One cycle's exchange, as far as it has come. */
@@ -85,7 +86,8 @@ static void write_outputs(struct cb_cycle *cycle, const struct exchange *exchang
 
 static void take_samples(struct cb_cycle *cycle, const struct cb_hal *hal) {
     const size_t count = hal->samples(hal->context, cycle->in.samples, CB_MAX_SAMPLES);
-    cycle->in.sample_count = (uint8_t)(count < CB_MAX_SAMPLES ? count : CB_MAX_SAMPLES);
+    CB_ASSERT(count <= CB_MAX_SAMPLES);
+    cycle->in.sample_count = (uint8_t)count;
 }
 
 void cb_cycle_start(struct cb_cycle *cycle) {

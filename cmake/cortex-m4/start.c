@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "firmware/base/assert.h"
+
 extern char data_start[], data_end[], data_load[], bss_start[], bss_end[], stack_top[];
 extern void initialise_monitor_handles(void);
 extern int main(void);
@@ -21,6 +23,12 @@ void fault(void) {
     __asm__ volatile("bkpt 0xAB" : : "r"(operation), "r"(reason) : "memory");
     for (;;) {
     }
+}
+
+void cb_assertion_failed(const char *file, int line) {
+    (void)file;
+    (void)line;
+    for (;;) fault();
 }
 
 /* Subnormals are numbers and a NaN keeps its bits, as on every other target: both modes off. */

@@ -2,6 +2,7 @@
  * Reload without a step: a freshly loaded box takes over from the running one. */
 #include <string.h>
 
+#include "firmware/base/assert.h"
 #include "firmware/box/box.h"
 
 /* Names are in arrays of CB_NAME_SIZE, ended by 0. */
@@ -149,6 +150,7 @@ static void adopt_channels(struct cb_box *fresh, const struct cb_box *old) {
 }
 
 bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old) {
+    CB_ASSERT(fresh != old);
     if (!cb_box_is_sound(old) || cb_box_obstacle(&fresh->config, old) != CB_NONE) return false;
     fresh->mode = old->mode;
     fresh->counters = old->counters;

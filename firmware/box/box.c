@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "firmware/base/assert.h"
 #include "firmware/base/duration.h"
 #include "firmware/config/derive.h"
 #include "firmware/config/grid.h"
@@ -30,7 +31,20 @@ static void clear(struct cb_box *box) {
     box->foreign.channel = box->applied_verdict.channel = CB_NONE;
 }
 
+/* No step reads or writes behind an array, whatever loaded the configuration. */
+static void assert_counts(const struct cb_config *config) {
+    CB_ASSERT(config->signals_count <= CB_MAX_SIGNALS);
+    CB_ASSERT(config->lags_count <= config->signals_count);
+    CB_ASSERT(config->terms_count <= CB_MAX_TERMS);
+    CB_ASSERT(config->outputs_count <= CB_MAX_OUTPUTS);
+    CB_ASSERT(cb_all_channels(config) <= CB_MAX_CHANNELS);
+    CB_ASSERT(config->pairs_count <= CB_MAX_PAIRS);
+    CB_ASSERT(config->plc.read.count <= CB_MAX_READ_REGISTERS);
+    CB_ASSERT(config->plc.write.count <= CB_MAX_WRITE_REGISTERS);
+}
+
 void cb_box_start(struct cb_box *box) {
+    assert_counts(&box->config);
     clear(box);
     cb_config_derive(&box->config);
     cb_terms_derive(&box->config);
@@ -343,6 +357,7 @@ static void give_up(struct cb_box *box, int64_t now_us, struct cb_outputs *out) 
 void cb_box_step(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,
                  struct cb_outputs *out) {
     struct step step = {0};
+    CB_ASSERT(box && in && out);
     ++box->counters.cycles;
     if (!cb_box_check(box)) {
         give_up(box, now_us, out);

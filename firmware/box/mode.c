@@ -2,6 +2,9 @@
  * The picture of this file is docs/mode.dot. */
 #include "firmware/box/mode.h"
 
+#include "firmware/base/assert.h"
+#include "firmware/base/duration.h"
+
 /* The PLC can be read and written, it lives, and every position is there. */
 static bool healthy(const struct cb_mode_events *e) {
     return !e->loss && e->clock_ok && e->plc_ok && e->writes_ok && e->heartbeat_ok &&
@@ -90,8 +93,7 @@ static enum cb_mode step_active(struct cb_mode_state *state, const struct cb_mod
 
 static enum cb_mode step_hold(struct cb_mode_state *state, const struct cb_mode_events *e,
                               uint32_t elapsed_us, uint32_t max_hold_us) {
-    state->hold_us =
-        elapsed_us > UINT32_MAX - state->hold_us ? UINT32_MAX : state->hold_us + elapsed_us;
+    state->hold_us = cb_add_us(state->hold_us, elapsed_us);
     if (may_run(state, e)) return active(state, e);
     const bool leave = e->stop || withdrawn(e) || state->hold_us >= max_hold_us;
     return wait_in(leave ? CB_MODE_RAMP : CB_MODE_HOLD, state, e);
@@ -147,6 +149,7 @@ void cb_mode_start(struct cb_mode_state *state) {
 
 void cb_mode_step(struct cb_mode_state *state, const struct cb_mode_events *events,
                   uint32_t elapsed_us, uint32_t max_hold_us) {
+    CB_ASSERT(state->mode <= CB_MODE_STOPPED);
     state->lost = state->lost || events->loss;
     /* enable going on is the permission after a loss, once the loss is over */
     if (healthy(events) && events->enable && !state->enable_was) state->lost = false;

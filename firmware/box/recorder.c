@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+#include "firmware/base/assert.h"
+
 void cb_recorder_start(struct cb_recorder *recorder, struct cb_record *records, uint32_t capacity) {
     *recorder = (struct cb_recorder){.records = records, .capacity = capacity};
 }
@@ -18,6 +20,7 @@ static uint32_t changed(const struct cb_counters *before, const struct cb_counte
 _Static_assert(offsetof(struct cb_counters, cycles) == 0, "bit 0 is that of cycles");
 
 void cb_recorder_note(struct cb_recorder *recorder, const struct cb_box *box) {
+    CB_ASSERT(recorder->next < recorder->capacity);
     struct cb_record *record = &recorder->records[recorder->next];
     *record = (struct cb_record){.time_us = box->life.now_us,
                                  .cycle = box->counters.cycles,

@@ -2,6 +2,7 @@
  * Single values of the coefficient file: numbers, words, texts, names, lists of numbers. */
 #include <string.h>
 
+#include "firmware/base/assert.h"
 #include "firmware/json/decimal.h"
 #include "firmware/json/reader.h"
 #include "firmware/json/text.h"
@@ -40,13 +41,15 @@ static uint32_t table_length(const char *text) {
 
 float cb_number_of(const char *text) {
     float value = 0.0f;
-    cb_decimal_to_float(text, table_length(text), &value);
+    const bool is_number = cb_decimal_to_float(text, table_length(text), &value);
+    CB_ASSERT(is_number);
     return value;
 }
 
 static uint32_t whole_of(const char *text) {
     uint32_t value = 0;
-    cb_decimal_to_uint32(text, table_length(text), &value);
+    const bool is_whole = cb_decimal_to_uint32(text, table_length(text), &value);
+    CB_ASSERT(is_whole);
     return value;
 }
 

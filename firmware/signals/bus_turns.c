@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/signals/bus_turns.h"
 
+#include "firmware/base/assert.h"
 #include "firmware/wire/number.h"
 
 enum { MOST_REGISTERS = 125 };
@@ -45,6 +46,7 @@ static bool joins(struct cb_bus_turn *turn, const struct cb_signal_config *signa
 void cb_bus_turns_start(struct cb_bus_turns *turns, const struct cb_config *config, uint8_t bus,
                         int64_t now_us) {
     const struct cb_signal_config *signal = 0;
+    CB_ASSERT(bus < config->buses_count);
     *turns = (struct cb_bus_turns){.bus = bus, .every_us = config->buses[bus].every_us};
     while ((signal = next_signal(config, bus, signal)) != 0) {
         if (turns->count > 0 && joins(&turns->turns[turns->count - 1], signal)) continue;
@@ -89,6 +91,7 @@ size_t cb_bus_turns_take(struct cb_bus_turns *turns, const struct cb_config *con
                          const uint16_t *registers, struct cb_sample *samples, size_t max) {
     const struct cb_bus_turn *turn = &turns->turns[turns->current];
     size_t count = 0;
+    CB_ASSERT(turns->current < turns->count);
     cb_bus_turns_refused(turns); /* it lives */
     for (unsigned i = 0; i < config->signals_count && count < max; ++i) {
         const struct cb_signal_config *signal = &config->signals[i];

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/signals/can.h"
 
+#include "firmware/base/assert.h"
 #include "firmware/wire/number.h"
 
 void cb_can_map_of(struct cb_can_map *map, const struct cb_config *config) {
@@ -16,7 +17,7 @@ void cb_can_map_of(struct cb_can_map *map, const struct cb_config *config) {
 static void put(struct cb_can_batch *batch, const struct cb_sample *sample) {
     unsigned i = 0;
     while (i < batch->count && batch->samples[i].signal != sample->signal) ++i;
-    if (i == CB_MAX_SIGNALS) return; /* cannot be: there are no more signals than that */
+    CB_ASSERT(i < CB_MAX_SIGNALS);
     batch->samples[i] = *sample;
     if (i == batch->count) ++batch->count;
 }

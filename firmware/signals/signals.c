@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/signals/signals.h"
 
+#include "firmware/base/assert.h"
 #include "firmware/base/duration.h"
 #include "firmware/signals/lags.h"
 #include "firmware/signals/plausible.h"
@@ -172,7 +173,8 @@ struct cb_reading cb_signals_accept(const struct cb_config *config, struct cb_si
     const struct acceptance to = {config, counters, apart};
     const struct cb_reading reading =
         read ? accept_plc(&to, states, in, now_us) : (struct cb_reading){0, false};
-    for (unsigned k = 0; k < in->sample_count && k < CB_MAX_SAMPLES; ++k) {
+    CB_ASSERT(in->sample_count <= CB_MAX_SAMPLES);
+    for (unsigned k = 0; k < in->sample_count; ++k) {
         const struct cb_sample *sample = &in->samples[k];
         const unsigned i = sample->signal;
         if (i >= config->signals_count || !is_sampled(&config->signals[i]) ||

@@ -4,6 +4,7 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "firmware/base/assert.h"
 #include "hal/stm32f405/mcu.h"
 #include "hal/stm32f405/retained.h"
 
@@ -50,6 +51,16 @@ __attribute__((used)) void cb_fault_record(const uint32_t *frame, uint32_t exc_r
     }
     ++cb_retained.faults;
     cb_restart(CB_START_FAULT);
+}
+
+/* The name's end is what tells files apart, so that is kept where there is no room for all. */
+void cb_assertion_failed(const char *file, int line) {
+    const size_t length = strlen(file), most = sizeof cb_retained.assertion - 1;
+    const size_t from = length > most ? length - most : 0;
+    memset(cb_retained.assertion, 0, sizeof cb_retained.assertion);
+    memcpy(cb_retained.assertion, file + from, length - from);
+    cb_retained.assertion_line = (uint32_t)line;
+    cb_restart(CB_START_ASSERTION);
 }
 
 /* The processor runs from the internal oscillator now, at another speed than the ports are set to:

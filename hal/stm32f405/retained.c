@@ -24,8 +24,8 @@ void cb_retained_seal(void) {
 }
 
 bool cb_start_was_fault(enum cb_start_cause cause) {
-    return cause == CB_START_FAULT || cause == CB_START_STACK || cause == CB_START_WATCHDOG ||
-           cause == CB_START_WINDOW || cause == CB_START_LOW_POWER;
+    return cause == CB_START_FAULT || cause == CB_START_ASSERTION || cause == CB_START_STACK ||
+           cause == CB_START_WATCHDOG || cause == CB_START_WINDOW || cause == CB_START_LOW_POWER;
 }
 
 enum cb_start_cause cb_retained_open(enum cb_start_cause by_flags) {

@@ -22,6 +22,7 @@
     X(CB_START_FAULT, "processor fault")                                   \
     X(CB_START_STACK, "stack overflow, seen by the canary")                \
     X(CB_START_CLOCK, "the crystal failed, internal clock now")            \
+    X(CB_START_ASSERTION, "assertion failed: the program has a mistake")   \
     X(CB_START_ASKED, "restart asked for on the console")
 
 enum cb_start_cause {
@@ -45,6 +46,8 @@ struct cb_retained {
     uint32_t crystal_failed;
     uint32_t trace;                  /* the console asked for a trace from the first cycle on */
     struct cb_fault_registers fault; /* of the newest fault, when faults > 0 */
+    char assertion[44];              /* file and … */
+    uint32_t assertion_line;         /* line of the newest failed assertion */
     uint32_t sum;
 };
 
@@ -64,7 +67,7 @@ _Noreturn void cb_restart(enum cb_start_cause cause);
 /* Restarts of the box by itself, one after the other, before it stays in STANDBY with no file. */
 enum { CB_FAULT_STARTS_MAX = 5 };
 
-/* A restart that the box did not want: processor, stack, watchdogs, low power. */
+/* A restart that the box did not want: processor, assertion, stack, watchdogs, low power. */
 bool cb_start_was_fault(enum cb_start_cause cause);
 
 const char *cb_start_text(enum cb_start_cause cause);

@@ -138,6 +138,11 @@ void cb_status_start(struct cb_app *app) {
     struct cb_text *line = begin(app);
     cb_text_put(line, "compbox-stm32f405 " CB_VERSION " started: ");
     cb_text_put(line, cb_start_text(app->cause));
+    if (app->cause == CB_START_ASSERTION) {
+        cb_text_put(line, ", ");
+        cb_text_put(line, cb_retained.assertion);
+        put_number(line, ":", cb_retained.assertion_line);
+    }
     cb_text_put(line, "; ");
     cb_text_put(line, cb_clock_text(app->clock.source));
     if (cb_retained.crystal_failed) cb_text_put(line, "; the crystal has FAILED");

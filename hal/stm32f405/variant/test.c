@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * The test image: commands that provoke what the fault handler and the watchdog are for. */
+#include "firmware/base/assert.h"
 #include "hal/stm32f405/app/commands.h"
 #include "hal/stm32f405/time.h"
 
@@ -26,6 +27,10 @@ static void crash_canary(struct cb_app *app) {
     *(volatile uint32_t *)(void *)stack_start = 0;
 }
 
+static void crash_assertion(struct cb_app *app) {
+    CB_ASSERT(app == 0);
+}
+
 static void crash_hang(struct cb_app *app) {
     (void)app;
     for (;;) cb_time_sleep(cb_time_interrupts());
@@ -36,6 +41,7 @@ static const struct cb_command commands[] = {
     {"crash address", "test: a write where no memory is", crash_address},
     {"crash stack", "test: a stack overflow", crash_stack},
     {"crash canary", "test: a stack that has run to its last word", crash_canary},
+    {"crash assertion", "test: a failed assertion", crash_assertion},
     {"crash hang", "test: an endless loop, for the watchdog", crash_hang},
 };
 

@@ -88,6 +88,16 @@ def test_a_fault_is_recorded_and_the_box_restarts_into_standby(tmp_path, how, ex
         assert fault_lines(box, since)[0] == registers
 
 
+def test_a_failed_assertion_restarts_the_box_like_a_fault_and_names_its_place(tmp_path):
+    with Box(tmp_path, image=TEST_IMAGE) as box:
+        box.console.wait("STANDBY")
+        since = box.console.mark()
+        box.console.say("crash assertion")
+        box.console.wait(r"started: assertion failed: .*, hal/stm32f405/variant/test\.c:\d+; .*"
+                         "restarts by faults 1", since)
+        box.console.wait("STANDBY", since)
+
+
 def test_a_stack_at_its_end_is_seen_in_the_next_cycle(tmp_path):
     with Box(tmp_path, image=TEST_IMAGE) as box:
         box.console.wait("STANDBY")

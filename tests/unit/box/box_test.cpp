@@ -205,7 +205,7 @@ TEST(box, samples_that_no_signal_expects_are_counted) {
     rig.step();
     EXPECT_EQ(rig.box->counters.samples_unknown, 3u);
     EXPECT_FALSE(rig.box->signals[t1].known);
-    rig.in.sample_count = 255;  // more than there is room for
+    rig.in.sample_count = CB_MAX_SAMPLES;
     rig.step();
     EXPECT_EQ(rig.box->counters.samples_unknown + rig.box->counters.samples_implausible,
               3u + CB_MAX_SAMPLES);
