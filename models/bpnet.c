@@ -22,7 +22,8 @@ uint32_t cb_bpnet_floats(uint8_t inputs, uint8_t hidden, uint8_t outputs, bool l
     return padded(hidden) * (inputs + 1u) + outputs * output_row(&net);
 }
 
-/* Where the bias of a hidden unit lies; its weight of input j lies (j + 1) * *width further on. */
+/* out: index of a hidden unit's bias in weights; the weight of its input j is (j + 1) * *width
+ *      later */
 static uint32_t unit_place(const struct cb_bpnet *net, uint32_t unit, uint32_t *width) {
     const uint32_t in_eights = padded(net->hidden) & ~7u;
     *width = unit < in_eights ? 8 : 4;
@@ -37,7 +38,7 @@ struct sum {
     float hi, lo;
 };
 
-/* out: s + x, the rounding error of the addition kept in lo (Knuth's two-sum) */
+/* out: s + x, with the rounding error of the addition kept in lo (Knuth's two-sum) */
 static struct sum add(struct sum s, float x) {
     const float hi = s.hi + x;
     const float part = hi - s.hi;
@@ -51,7 +52,7 @@ static float upper_half(float x) {
     return c - (c - x);
 }
 
-/* out: s + a * b, the rounding errors of product and addition kept (Dekker's product) */
+/* out: s + a * b, with the rounding errors of product and addition kept (Dekker's product) */
 static struct sum add_product(struct sum s, float a, float b) {
     const float ah = upper_half(a), al = a - ah, bh = upper_half(b), bl = b - bh;
     const float p = a * b;
@@ -63,8 +64,8 @@ static float value(struct sum s) {
     return s.hi + s.lo;
 }
 
-/* Hidden unit i: weights of x instead of n, and what the input offsets then take from its bias.
- * `half` is 1, or 1/2 for the logistic function seen as a tanh. */
+/* Folds hidden unit i: its weights then apply to x instead of n, and its bias absorbs the input
+ * offsets. `half` is 1, or 1/2 for the logistic function expressed as a tanh. */
 static void fold_unit(const struct cb_bpnet_source *source, const struct cb_bpnet *net, uint32_t i,
                       float half, float *weights) {
     uint32_t width;
@@ -79,7 +80,7 @@ static void fold_unit(const struct cb_bpnet_source *source, const struct cb_bpne
     place[0] = value(bias);
 }
 
-/* Output k, likewise; row is its place among the weights. */
+/* Folds output k in the same way; row is its place among the weights. */
 static void fold_output(const struct cb_bpnet_source *source, uint32_t k, float half, float *row) {
     const bool logistic = source->activation == CB_BPNET_LOGSIG;
     const float scale = source->output_scale[k];
@@ -122,7 +123,7 @@ bool cb_bpnet_fold(const struct cb_bpnet_source *source, float *weights, struct 
 /* ---- evaluation ---- */
 
 /* in : h[padded hidden] from the caller
- * out: h = tanh of the hidden layer; result: where the outputs' rows begin */
+ * out: h = tanh of the hidden layer; result: the start of the outputs' rows */
 static const float *hidden_layer(const struct cb_bpnet *net, const float *x, float *h) {
     return hidden_units(net->weights, x, net->inputs, padded(net->hidden), h);
 }

@@ -6,8 +6,8 @@
  *   m = output_weights h + output_bias + linear_weights n
  *   y = output_offset + output_scale * m
  *
- * At load all of this is folded into one set of weights that take x and give y, with tanh only
- * (logistic(s) = 1/2 + tanh(s/2)/2), so that a step is two layers of multiply-adds and the tanh. */
+ * The loader folds all of this into one set of weights from x to y, with tanh only (logistic(s) =
+ * 1/2 + tanh(s/2)/2). A step is then two layers of multiply-adds and the tanh. */
 #ifndef COMPBOX_MODELS_BPNET_H
 #define COMPBOX_MODELS_BPNET_H
 
@@ -18,7 +18,7 @@ enum { CB_BPNET_MAX_INPUTS = 64, CB_BPNET_MAX_HIDDEN = 64, CB_BPNET_MAX_OUTPUTS 
 
 enum cb_bpnet_activation { CB_BPNET_TANSIG, CB_BPNET_LOGSIG };
 
-/* The network as it was trained; row after row, memory of the caller. */
+/* The network as trained, row after row, in memory of the caller. */
 struct cb_bpnet_source {
     const float *hidden_weights;     /* [hidden][inputs] */
     const float *hidden_bias;        /* [hidden] */
@@ -34,7 +34,7 @@ struct cb_bpnet_source {
 };
 
 /* The folded network. weights holds cb_bpnet_floats() floats:
- *   hidden layer in blocks of 8 units and, for what remains, of 4 (missing units are zeros):
+ *   hidden layer in blocks of 8 units, the rest in blocks of 4 (missing units are zeros):
  *     bias of each unit of the block, then for each input the weight of each unit of the block
  *   for each output: bias, weight of each hidden unit (padded to 4), linear weight of each input */
 struct cb_bpnet {
@@ -43,15 +43,15 @@ struct cb_bpnet {
     bool linear;
 };
 
-/* Floats that the folded network takes: 487 for 19-20-3, at most 5 192 + 512 for the linear path.
- */
+/* Number of floats of the folded network: 487 for 19-20-3, at most 5 192 + 512 for the linear
+ * path. */
 uint32_t cb_bpnet_floats(uint8_t inputs, uint8_t hidden, uint8_t outputs, bool linear);
 
 /* in : every number finite; weights[cb_bpnet_floats()] from the caller
  * out: true and `net` ready; false when a folded number is not finite (offsets or scales far out of
  *      proportion)
- * Biases are summed with compensation from the weights as rounded, so that a large input offset
- * costs nothing here: what is left is the rounding of the running sum (bound in bpnet.c). */
+ * Biases are summed with compensation from the rounded weights, so that a large input offset adds
+ * no error here. Only the rounding of the running sum remains (bound in bpnet.c). */
 bool cb_bpnet_fold(const struct cb_bpnet_source *source, float *weights, struct cb_bpnet *net);
 
 /* in : x[inputs] finite, already inside the training range (training_range.h)
@@ -60,7 +60,7 @@ bool cb_bpnet_fold(const struct cb_bpnet_source *source, float *weights, struct 
 void cb_bpnet_evaluate(const struct cb_bpnet *net, const float *x, float *y);
 
 /* in : input < inputs
- * out: slope[k] = d y[k] / d x[input], analytic: for the tangent mode of the control */
+ * out: slope[k] = d y[k] / d x[input], analytic, for the control's tangent mode */
 void cb_bpnet_slope(const struct cb_bpnet *net, const float *x, uint8_t input, float *slope);
 
 #endif

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * The two layers of a folded network (bpnet.h), for bpnet.c alone. Each running sum takes its
- * numbers in the order in which they lie, in both versions below: the bits are the same. */
+ * The two layers of a folded network (bpnet.h), for bpnet.c alone. In both versions below each
+ * running sum takes its numbers in memory order, so the bits are the same. */
 #ifndef COMPBOX_MODELS_BPNET_LAYERS_H
 #define COMPBOX_MODELS_BPNET_LAYERS_H
 
@@ -11,8 +11,8 @@
 
 #ifdef CB_FOUR
 
-/* Arguments of two blocks of 8 hidden units: four sums of four, which hide the latency of the
- * adder. out: where the next block begins */
+/* Arguments of two blocks of 8 hidden units. Four sums of four hide the latency of the adder.
+ * out: the start of the next block */
 static inline const float *two_blocks_of_8(const float *w, const float *x, uint32_t inputs,
                                            float *s) {
     const float *v = w + 8 * (inputs + 1u);
@@ -53,7 +53,7 @@ static inline const float *block_of_4(const float *w, const float *x, uint32_t i
 }
 
 /* in : h[units] from the caller, units a multiple of 4
- * out: h = tanh of the hidden layer; result: where the outputs' rows begin */
+ * out: h = tanh of the hidden layer; result: the start of the outputs' rows */
 static inline const float *hidden_units(const float *w, const float *x, uint32_t inputs,
                                         uint32_t units, float *h) {
     uint32_t i = 0;
@@ -64,7 +64,8 @@ static inline const float *hidden_units(const float *w, const float *x, uint32_t
     return w;
 }
 
-/* Scalar product in four running sums, added pairwise; a rest of up to three goes one by one. */
+/* Scalar product in four running sums, added pairwise; a rest of up to three is added one by
+ * one. */
 static inline float dot(const float *w, const float *v, uint32_t count) {
     cb_four s = {0.0f, 0.0f, 0.0f, 0.0f};
     uint32_t i = 0;
@@ -76,9 +77,9 @@ static inline float dot(const float *w, const float *v, uint32_t count) {
 
 #else
 
-/* Arguments of 8 hidden units. Eight running sums hide the latency of the adder, and each takes
- * the inputs in order: a compiler may put them side by side into a vector, and the bits stay.
- * out: where the next block begins */
+/* Arguments of 8 hidden units. Eight running sums hide the latency of the adder. Each sum takes the
+ * inputs in order, so a compiler may vectorise across the sums without changing the bits.
+ * out: the start of the next block */
 static inline const float *block_of_8(const float *restrict w, const float *restrict x,
                                       uint32_t inputs, float *restrict s) {
     float s0 = w[0], s1 = w[1], s2 = w[2], s3 = w[3], s4 = w[4], s5 = w[5], s6 = w[6], s7 = w[7];
@@ -125,7 +126,7 @@ static inline const float *block_of_4(const float *restrict w, const float *rest
 }
 
 /* in : h[units] from the caller, units a multiple of 4
- * out: h = tanh of the hidden layer; result: where the outputs' rows begin */
+ * out: h = tanh of the hidden layer; result: the start of the outputs' rows */
 static inline const float *hidden_units(const float *w, const float *x, uint32_t inputs,
                                         uint32_t units, float *h) {
     uint32_t i = 0;
@@ -135,7 +136,8 @@ static inline const float *hidden_units(const float *w, const float *x, uint32_t
     return w;
 }
 
-/* Scalar product in four running sums, added pairwise; a rest of up to three goes one by one. */
+/* Scalar product in four running sums, added pairwise; a rest of up to three is added one by
+ * one. */
 static inline float dot(const float *w, const float *v, uint32_t count) {
     float s0 = 0.0f, s1 = 0.0f, s2 = 0.0f, s3 = 0.0f;
     uint32_t i = 0;

@@ -32,8 +32,8 @@ static uint32_t knot_count(const struct cb_bspline *spline) {
     return (uint32_t)spline->count + spline->degree + 1u;
 }
 
-/* in : index < knot_count
- * out: what is wrong with knots[index], given that all before it are right */
+/* in : index < knot_count; all knots before it are valid
+ * out: the fault of knots[index], CB_BSPLINE_OK if none */
 static enum cb_bspline_fault check_knot(const struct cb_bspline *spline, uint32_t index) {
     const float *knots = spline->knots;
     const uint32_t p = spline->degree;
@@ -71,9 +71,9 @@ uint16_t cb_bspline_spans(const struct cb_bspline *spline) {
     return spans;
 }
 
-/* in : t points at the span's left knot (t[1-q] … t[q] are used), points[q+1] active control
- *      points of a spline of degree q
- * out: its value at t[0]; the last point has no part in it */
+/* in : t points at the span's left knot (t[1-q] … t[q] are used), points[q+1] active control points
+ *      of a spline of degree q
+ * out: its value at t[0]; the last point does not contribute */
 static float value_at_left_end(const float *t, const float *points, int q) {
     float d[CB_BSPLINE_MAX_DEGREE + 1];
     for (int j = 0; j <= q; ++j) d[j] = points[j];

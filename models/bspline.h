@@ -20,7 +20,7 @@ struct cb_bspline {
     uint8_t degree;
 };
 
-/* What is wrong with a B-spline; `at` is the index of the knot or control point to name. */
+/* Faults of a B-spline; `at` is the index of the knot or control point that the message names. */
 enum cb_bspline_fault {
     CB_BSPLINE_OK,
     CB_BSPLINE_DEGREE,       /* degree is not 1 … 5 */
@@ -33,18 +33,19 @@ enum cb_bspline_fault {
     CB_BSPLINE_WIDE,         /* knots[at] is more than CB_PPOLY_MAX_SPAN above the one before it */
 };
 
-/* in : knots and control_points as long as count and degree say
+/* in : knots and control_points as long as count and degree require
  * out: CB_BSPLINE_OK, or the first fault and its *at (0 where it names no element)
- * Everything below needs CB_BSPLINE_OK. */
+ * The functions below require CB_BSPLINE_OK. */
 enum cb_bspline_fault cb_bspline_check(const struct cb_bspline *spline, uint16_t *at);
 
-/* Number of non-empty knot spans in the domain: what the piecewise polynomial will have. */
+/* Number of non-empty knot spans in the domain, which is the number of spans of the piecewise
+ * polynomial. */
 uint16_t cb_bspline_spans(const struct cb_bspline *spline);
 
 /* in : breaks[spans+1], coefficients[spans*(degree+1)] from the caller, spans = cb_bspline_spans()
  * out: the same function as a piecewise polynomial, within a few float32 roundings of the control
- *      points' size (bound stated in bspline.c and tested against exact rationals); at a break it
- *      continues from the right. Ask cb_ppoly_is_finite before using it.
+ *      points' size (bound in bspline.c, tested against exact rationals); at a break it continues
+ *      from the right. Call cb_ppoly_is_finite before using it.
  * No state, no libm. */
 void cb_bspline_to_ppoly(const struct cb_bspline *spline, float *breaks, float *coefficients,
                          struct cb_ppoly *curve);

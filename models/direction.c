@@ -9,7 +9,7 @@ void cb_direction_start(struct cb_direction *direction, float x, float width) {
 
 float cb_direction_step(struct cb_direction *direction, float x, float width) {
     const float sense = (float)direction->sense;
-    const float back = (direction->extreme - x) * sense; /* way back since the extreme */
+    const float back = (direction->extreme - x) * sense; /* distance back from the extreme */
     if (back <= 0.0f) {
         direction->extreme = x;
         direction->blend = sense;

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
- * Four float32 side by side, for processors that have registers for them (x86-64, arm64): CB_FOUR.
+ * Four float32 in one vector, for processors with such registers (x86-64, arm64): CB_FOUR.
  *
- * Each of the four is computed by the same operations in the same order as it would be by itself,
- * one IEEE 754 rounding each, so the bits are those of the plain code, which the Cortex-M4 uses;
- * tests/conformance holds all targets against each other. Compiler vectors, no intrinsics. */
+ * Each lane executes the scalar code's operations in the same order, with one IEEE 754 rounding
+ * each. The bits are therefore those of the scalar code, which the Cortex-M4 uses;
+ * tests/conformance compares all targets. Compiler vectors, no intrinsics. */
 #ifndef COMPBOX_MODELS_FOUR_H
 #define COMPBOX_MODELS_FOUR_H
 
@@ -28,12 +28,12 @@ static inline cb_four cb_four_all(float x) {
     return (cb_four){x, x, x, x};
 }
 
-/* in : choose, all bits set or none in each of the four */
+/* in : choose, in each of the four lanes all bits set or none */
 static inline cb_four cb_four_choose(cb_four_bits choose, cb_four yes, cb_four no) {
     return (cb_four)(((cb_four_bits)yes & choose) | ((cb_four_bits)no & ~choose));
 }
 
-/* cb_tanh() of transcendental.h: both of its ways are gone and one is taken. */
+/* cb_tanh() of transcendental.h; both branches are computed and one is selected. */
 static inline cb_four cb_four_tanh(cb_four x) {
     const cb_four_bits sign = (cb_four_bits)x & 0x80000000u;
     const cb_four a = (cb_four)((cb_four_bits)x ^ sign);

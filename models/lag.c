@@ -4,15 +4,16 @@
 #include "models/transcendental.h"
 
 /* in : 0 < h <= 1, gain = 1 - e^-h
- * out: 1 - gain / h = h/2! - h^2/3! + h^3/4! - …, which the subtraction would lose for small h */
+ * out: 1 - gain / h as the series h/2! - h^2/3! + h^3/4! - …, because the subtraction cancels for
+ *      small h */
 static float ramp_series(float h) {
     float sum = 1.0f;
     for (int k = 11; k >= 3; --k) sum = 1.0f - sum * h / (float)k;
     return sum * h * 0.5f;
 }
 
-/* in : 0 < h <= 1/64: what steps of a box are against the memory of a machine
- * out: both gains; the first power left out is worth 2e-10 of the ramp */
+/* in : 0 < h <= 1/64, which covers the box's steps against the time constants of a machine
+ * out: both gains; the first neglected power is 2e-10 of the ramp */
 static struct cb_lag_gains small_gains(float h) {
     const float ramp =
         0.5f * h * (1.0f - h * (1.0f / 3.0f) * (1.0f - h * 0.25f * (1.0f - h * 0.2f)));

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * The few float32 helpers that models/ and firmware/ share.
- * No libm: every operation here is exact or one IEEE 754 rounding, so results are the same
- * on every target. */
+ * The few float32 helpers that models/ and firmware/ share. No libm: every operation here is exact
+ * or one IEEE 754 rounding, so results are the same on every target. */
 #ifndef COMPBOX_MODELS_NUM_H
 #define COMPBOX_MODELS_NUM_H
 
@@ -10,14 +9,14 @@
 #include <stdint.h>
 #include <string.h>
 
-/* For the few functions of a step's inner loops that a compiler would call rather than inline,
- * because two places use them. */
+/* For the few functions in a step's inner loops that have two callers and that a compiler would not
+ * inline. */
 #define CB_INLINE static inline __attribute__((always_inline))
 
-/* The other way round: what is seldom needed, and would take registers from what always is. */
+/* The opposite: rare code that would take registers from the common path. */
 #define CB_OUTLINE static __attribute__((noinline))
 
-/* And what a usual step does not call at all: not even its arguments are made ready on the way. */
+/* Code that a usual step never calls; the common path does not prepare its arguments. */
 #define CB_COLD __attribute__((cold))
 
 /* true for every float except NaN and the infinities, whose difference from themselves is NaN. */
@@ -31,7 +30,7 @@ static inline float cb_clamp(float x, float lo, float hi) {
     return !(x > lo) ? lo : (x > hi ? hi : x);
 }
 
-/* One instruction of every target, not a call. */
+/* Compiles to one instruction on every target, not a call. */
 static inline float cb_abs(float x) {
     return __builtin_fabsf(x);
 }
@@ -57,7 +56,8 @@ static inline float cb_float_of(uint32_t bits) {
     return x;
 }
 
-/* x itself, or the one NaN that all targets share: theirs differ in sign and payload. */
+/* x itself, or the one NaN that all targets share, because native NaNs differ in sign and
+ * payload. */
 static inline float cb_canonical(float x) {
     return x == x ? x : cb_float_of(0x7FC00000u);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Linear interpolation between support points: the compensation table of every control. */
+ * Linear interpolation between support points, the compensation table of every control. */
 #ifndef COMPBOX_MODELS_POLYLINE_H
 #define COMPBOX_MODELS_POLYLINE_H
 

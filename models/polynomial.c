@@ -26,8 +26,8 @@ struct cb_curve_value cb_polynomial_evaluate(const struct cb_polynomial *polynom
     return result;
 }
 
-/* As cb_ppoly_is_finite: the same scheme over absolute values at the largest |u| bounds every
- * step of every evaluation. */
+/* As cb_ppoly_is_finite: Horner's scheme over absolute values at the largest |u| bounds every step
+ * of every evaluation. */
 bool cb_polynomial_is_finite(const struct cb_polynomial *polynomial) {
     const float *a = polynomial->coefficients;
     const float below = cb_abs(polynomial->from - polynomial->center);

@@ -13,9 +13,9 @@
 
 /* in : spans_per_unit > 0, x inside the breaks
  * out: the span that holds x
- * The guess is a monotone function of x (one rounded subtraction, one rounded product), and at
- * break i it lies in (i - 1, i + 1): cb_ppoly_index has looked. So between the breaks i and i + 1
- * it lies in (i - 1, i + 2), and its whole part is off by one at most. */
+ * The guess is a monotone function of x (one rounded subtraction, one rounded product).
+ * cb_ppoly_index has checked that it lies in (i - 1, i + 1) at break i. Between the breaks i and i
+ * + 1 it therefore lies in (i - 1, i + 2), and its integer part is off by at most one. */
 static inline uint32_t computed_span(const struct cb_ppoly *curve, float x) {
     const uint32_t last = curve->spans - 1u;
     const float guess = (x - curve->breaks[0]) * curve->spans_per_unit;
@@ -27,8 +27,8 @@ static inline uint32_t computed_span(const struct cb_ppoly *curve, float x) {
 
 /* in : x inside the breaks
  * out: the span that holds x, by bisection
- * Written so that compilers select instead of branching: for random x a processor guesses such a
- * branch wrong half of the time. The number of steps depends on the curve alone. */
+ * The loop selects instead of branching, because for random x a processor mispredicts half of such
+ * branches. The number of steps depends on the curve alone. */
 static inline uint32_t searched_span(const struct cb_ppoly *curve, float x) {
     const float *at = curve->breaks;
     for (uint32_t left = curve->spans; left > 1;) {
@@ -66,8 +66,8 @@ struct cb_curve_value cb_ppoly_evaluate(const struct cb_ppoly *curve, float x) {
     return result;
 }
 
-/* in : x inside the breaks; from: where it was, any number
- * out: the span that holds x, mostly one beside */
+/* in : x inside the breaks; from: the previous span, any number
+ * out: the span that holds x, usually a neighbour of `from` */
 static inline uint32_t span_from(const struct cb_ppoly *curve, float x, uint16_t from) {
     const bool up = from < curve->spans && x >= curve->breaks[from + 1];
     const uint16_t beside = (uint16_t)(up ? from + 1u : from - 1u);
@@ -99,7 +99,7 @@ void cb_ppoly_index(struct cb_ppoly *curve) {
 }
 
 /* Horner's scheme over |a_k| at the span's full width: rounding is monotone, so no step of an
- * evaluation anywhere in the span can be larger than the same step here. */
+ * evaluation in the span exceeds the same step here. */
 bool cb_ppoly_is_finite(const struct cb_ppoly *curve) {
     const float *a = curve->coefficients;
     for (uint16_t span = 0; span < curve->spans; ++span, a += curve->degree + 1) {

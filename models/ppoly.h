@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: MIT
- * Piecewise polynomial: the one form in which every curve is evaluated.
+ * Piecewise polynomial, the one form in which every curve is evaluated.
  *
- * B-splines and polylines are turned into it when the coefficient file is loaded (bspline.h,
- * polyline.h), so that an evaluation is a span look-up and a Horner scheme in the span's own
- * coordinate, derivative included. */
+ * The loader converts B-splines and polylines to it (bspline.h, polyline.h). An evaluation is then
+ * a span look-up and a Horner scheme in the span's own coordinate, derivative included. */
 #ifndef COMPBOX_MODELS_PPOLY_H
 #define COMPBOX_MODELS_PPOLY_H
 
@@ -25,7 +24,7 @@ struct cb_ppoly {
     uint8_t degree;       /* 0 … CB_PPOLY_MAX_DEGREE */
 };
 
-/* What every curve of models/ gives for one x. */
+/* Result of every curve of models/ for one x. */
 struct cb_curve_value {
     float value;  /* unit of the curve (µm or µrad) */
     float slope;  /* d value / d x; 0 outside the range, where the value is held */
@@ -37,9 +36,9 @@ struct cb_curve_value {
  * No state, no libm; at most log2(spans) + degree + 1 steps. */
 struct cb_curve_value cb_ppoly_evaluate(const struct cb_ppoly *curve, float x);
 
-/* The same value and range for one who asks again and again near the same place; no slope.
- * in : *span: any number the first time, then what the last call left there
- * out: *span holds x; where it did so already nothing was clamped or searched */
+/* Value and range without the slope, for repeated calls near the same place.
+ * in : *span: any number at the first call, then the result of the last call
+ * out: *span holds x; if it already did, no clamp and no search was needed */
 static inline struct cb_curve_value cb_ppoly_near(const struct cb_ppoly *curve, float x,
                                                   uint16_t *span);
 
@@ -47,34 +46,35 @@ static inline struct cb_curve_value cb_ppoly_near(const struct cb_ppoly *curve, 
  * out: true: *span holds x; false, *span unchanged: x is at or beyond an end, or NaN */
 bool cb_ppoly_follow(const struct cb_ppoly *curve, float x, uint16_t *span);
 
-/* Its second half: x has left *span, mostly for the one beside it; else it is searched. */
+/* Second half of cb_ppoly_near: x has left *span, usually for a neighbour; otherwise the span is
+ * searched. */
 struct cb_curve_value cb_ppoly_elsewhere(const struct cb_ppoly *curve, float x, uint16_t *span);
 
-/* true: x lies in this span, which may be any number, and not at the end of the last one */
+/* out: true if x lies in this span (any number) and not at the end of the last one */
 static inline bool cb_ppoly_holds(const struct cb_ppoly *curve, float x, uint16_t span);
 
-/* Sets spans_per_unit from the breaks: non-zero when the computed index is never off by more
- * than one span anywhere (the evaluation corrects one). Called once, when a curve is loaded. */
+/* Sets spans_per_unit from the breaks: non-zero when the computed index is nowhere off by more than
+ * one span, which the evaluation corrects. Called once, when a curve is loaded. */
 void cb_ppoly_index(struct cb_ppoly *curve);
 
-/* The widest span for which underflow does no harm: (2^24)^5 times the smallest float32 is 2^-29.
- */
+/* The widest span for which underflow is harmless: (2^24)^5 times the smallest float32 is 2^-29. */
 #define CB_PPOLY_MAX_SPAN 16777216.0f
 
-/* true: value and slope are finite for every x, NaN and infinity included. For the loader, after
- * a conversion: false when breaks are too close together for coefficients of this size. */
+/* out: true if value and slope are finite for every x, NaN and infinity included. For the loader,
+ *      after a conversion: false when breaks are too close together for coefficients of this
+ * size. */
 bool cb_ppoly_is_finite(const struct cb_ppoly *curve);
 
 /* ---- inline: a box has dozens of curves ---- */
 
-/* Horner's scheme; mostly for cubics. */
+/* Horner's scheme, for other degrees than 3. */
 CB_COLD float cb_ppoly_horner_any(const float *a, uint8_t degree, float u);
 static inline float cb_ppoly_horner(const float *a, uint8_t degree, float u) {
     if (degree == 3) return ((a[3] * u + a[2]) * u + a[1]) * u + a[0];
     return cb_ppoly_horner_any(a, degree, u);
 }
 
-/* The value of one span, which holds `inside`. */
+/* Value in one span, which holds `inside`. */
 static inline float cb_ppoly_value_in(const struct cb_ppoly *curve, float inside, uint32_t span) {
     const float *a = curve->coefficients + span * (curve->degree + 1u);
     return cb_ppoly_horner(a, curve->degree, inside - curve->breaks[span]);

@@ -4,7 +4,7 @@
 #include "models/num.h"
 
 /* in : x outside [min, max], or NaN
- * out: counts and, beyond the margin, the weight, if this input is the weakest so far */
+ * out: the counts and, beyond the margin, the weight, if this input has the lowest weight so far */
 static void judge(struct cb_training_verdict *verdict, const struct cb_training_range *range,
                   uint8_t input, float x) {
     const float above = x - range->max, below = range->min - x;

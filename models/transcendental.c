@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 #include "models/transcendental.h"
 
-/* x = n ln 2 + r, |r| <= ln 2 / 2 (and a rounding); q = e^r - 1. */
+/* x = n ln 2 + r, |r| <= ln 2 / 2 plus a rounding; q = e^r - 1. */
 struct reduced {
     int32_t n;
     float q;
 };
 
 /* in : |x| < 128
- * The high part of ln 2 has nine bits, so n * high is exact and r is good to 2^-31. */
+ * The high part of ln 2 has nine bits, so n * high is exact and r is accurate to 2^-31. */
 static struct reduced reduce(float x) {
     const float round = 12582912.0f; /* 1.5 * 2^23: adding it leaves the nearest integer */
     const float m = x * 1.44269502f + round;

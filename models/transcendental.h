@@ -12,7 +12,7 @@
 #include "models/num.h"
 
 /* 2^(n + f) for m = 1.5 * 2^23 + n as float and |f| <= 1/2; relative error below 2.6 * 2^-24.
- * Monotone in n + f, across the seams between two n as well. */
+ * Monotone in n + f, also across the seam between two n. */
 static inline float cb_exp2_split(float m, float f) {
     float p = 0.00132647273f;
     p = p * f + 0.00967151295f;
@@ -26,8 +26,8 @@ static inline float cb_exp2_split(float m, float f) {
 /* in : any float
  * out: tanh(x) within 2.3 ulp; odd, monotone, +-1 from 9.011 on and at the infinities, -0 at -0
  *
- * Small arguments: x + x^3 P(x^2). Others: 1 - 2 / (1 + e^2a), where each step is monotone by
- * itself, so that no rounding can make the whole fall. Inline: a network calls it in its loop. */
+ * Small arguments: x + x^3 P(x^2). Others: 1 - 2 / (1 + e^2a). Each step is monotone by itself, so
+ * rounding cannot break monotonicity. Inline, because a network calls it in its loop. */
 static inline float cb_tanh(float x) {
     const float from = 0.549306154f, one = 9.25f, round = 12582912.0f; /* atanh(1/2); 1.5 * 2^23 */
     const uint32_t sign = cb_bits_of(x) & 0x80000000u;

@@ -6,10 +6,11 @@ static unsigned axis_of(char letter) {
     return letter >= 'X' && letter <= 'Z' ? (unsigned)(letter - 'X') : CB_AXES;
 }
 
-/* in : chain, all of whose letters are axes or 'f', with the foundation at index f
+/* in : chain, whose letters are axes or 'f', with the foundation at index f
  * out: the axes whose positions add to the lever of the axis at index i, as bits */
 static unsigned moves_of(const char *chain, unsigned f, unsigned i) {
-    const unsigned from = i < f ? i : i + 1; /* workpiece side: itself and all to its right */
+    const unsigned from = i < f ? i : i + 1; /* workpiece side: the axis itself and all to its
+                                                right */
     unsigned moves = 0;
     for (unsigned j = from; j < CB_AXES + 1; ++j) {
         if (j != f) moves |= 1u << axis_of(chain[j]);
@@ -58,7 +59,7 @@ static inline void lever(const struct cb_volumetric *model, const float position
     }
 }
 
-/* out: tool */
+/* out: tool, the vector from the spindle to the tip in mm */
 static inline void tool_vector(const struct cb_volumetric *model, float tool_mm, float tool[3]) {
     for (unsigned c = 0; c < 3; ++c) tool[c] = tool_mm * model->tool[c];
 }

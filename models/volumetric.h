@@ -34,7 +34,7 @@
 enum cb_axis { CB_AXIS_X, CB_AXIS_Y, CB_AXIS_Z, CB_AXES };
 
 /* Errors of one axis, in the order of ISO 230-1: three translations (µm), three rotations (µrad).
- * Error k of axis a has the index a * CB_AXIS_ERRORS + k; the squareness errors come after. */
+ * Error k of axis a has the index a * CB_AXIS_ERRORS + k; the squareness errors follow. */
 enum {
     CB_AXIS_ERRORS = 6,
     CB_CURVE_ERRORS = CB_AXES * CB_AXIS_ERRORS,
@@ -45,28 +45,30 @@ enum {
 
 struct cb_volumetric {
     float lever_mm[CB_AXES][3]; /* tool tip without tool - reference point, all axes at 0 */
-    float tool[3];              /* unit vector from the spindle to the tip; (0, 0, -1) on most */
+    float tool[3];              /* unit vector from the spindle to the tip; (0, 0, -1) on most
+                                   machines */
     float squareness_urad[3];   /* C0Y, B0Z, A0Z */
     uint8_t moves[CB_AXES];     /* bit c of moves[a]: position c adds to L_a */
 };
 
-/* The machine at one moment. Errors that were not measured are 0. */
+/* State of the machine at one moment. Unmeasured errors are 0. */
 struct cb_volumetric_state {
     float position_mm[CB_AXES];
     float tool_mm;                /* tool length */
-    float error[CB_CURVE_ERRORS]; /* each curve at its own axis' position; µm, µrad */
+    float error[CB_CURVE_ERRORS]; /* each curve at the position of its own axis; µm, µrad */
 };
 
-/* in : chain, "f" (foundation) and X, Y, Z once each; to the left of f what carries the workpiece,
- *      to the right what carries the tool: "fXYZ", "YfXZ", "XYfZ" …
- * out: true and moves[]; false when the text is anything else */
+/* in : chain, "f" (foundation) and X, Y, Z once each; left of f the axes that carry the workpiece,
+ *      right of f those that carry the tool: "fXYZ", "YfXZ", "XYfZ" …
+ * out: true and moves[]; false for any other text */
 bool cb_volumetric_chain(const char *chain, uint8_t moves[CB_AXES]);
 
-/* out: index of an error by its ISO name ("EXX" … "ECZ", "C0Y", "B0Z", "A0Z"), -1 for no such */
+/* out: index of an error by its ISO name ("EXX" … "ECZ", "C0Y", "B0Z", "A0Z"), -1 if unknown */
 int cb_volumetric_error(const char *name);
 
 /* out: e_um = E, tool tip relative to workpiece. Rounding: 12 * 2^-24 of the sum of the terms'
- * sizes. With translations alone exactly (X + Y) + Z of each direction: the superposition of S1. */
+ *      sizes. With translations alone the result is exactly (X + Y) + Z in each direction: the
+ *      superposition of S1. */
 void cb_volumetric_evaluate(const struct cb_volumetric *model,
                             const struct cb_volumetric_state *state, float e_um[3]);
 
