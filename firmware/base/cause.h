@@ -6,7 +6,8 @@
 #include <stdint.h>
 
 /* X(name, number, what, before, between): "WHAT NAME" before value [unit] between bound. An empty
- * `between`: no numbers belong to it. The number is the high byte of the detail register. */
+ * `between` means that the sentence has no numbers. The number is the high byte of the detail
+ * register. */
 #define CB_CAUSES(X)                                                                      \
     X(CB_CAUSE_NONE, 0, "", "", "")                                                       \
     X(CB_CAUSE_NEVER, 1, "signal", "has had no plausible value yet", "")                  \
@@ -32,7 +33,7 @@ struct cb_cause {
     float value, bound; /* in the signal's unit, ms or µm; any float */
 };
 
-/* Words of a kind, as in the list above. */
+/* Words of a cause's kind, from the list above. */
 struct cb_cause_words {
     const char *what, *before, *between;
 };

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Counters for everything that can go wrong in the field; they wrap. docs/faults.md says what each
- * one means. Names are stable: statistics, flight recorder and docs use them. */
+ * Counters for all faults of the field; they wrap. docs/faults.md has the meaning of each one.
+ * Names are stable, because statistics, flight recorder and docs use them. */
 #ifndef COMPBOX_FIRMWARE_BASE_COUNTERS_H
 #define COMPBOX_FIRMWARE_BASE_COUNTERS_H
 
@@ -45,7 +45,7 @@ struct cb_counters {
 #undef CB_X
 };
 
-/* How many there are, and their names in the order of the struct. */
+/* Number of counters; their names follow the order of the struct. */
 enum {
 #define CB_X(name) +1
     CB_COUNTERS_COUNT = 0 CB_COUNTERS(CB_X)

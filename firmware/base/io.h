@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What one step of the box is given and what it gives back: plain data, no hardware. */
+ * Inputs and outputs of one step of the box: plain data, no hardware. */
 #ifndef COMPBOX_FIRMWARE_BASE_IO_H
 #define COMPBOX_FIRMWARE_BASE_IO_H
 
@@ -18,11 +18,11 @@ enum cb_transfer {
                             effect */
 };
 
-/* A number from a sensor of the box itself (CAN, bus), before scale and zero. */
+/* A number from one of the box's own sensors (CAN, bus), before scale and zero. */
 struct cb_sample {
     uint8_t signal; /* index in config.signals */
     float raw;
-    int64_t time_us; /* when it was received, in the clock of now_us */
+    int64_t time_us; /* time of reception, in the clock of now_us */
 };
 
 struct cb_inputs {
@@ -32,21 +32,21 @@ struct cb_inputs {
                               after last_write and before this step; OK: held_registers[] */
     bool stop;             /* asked to stop: ramp to zero, say STOPPED */
     uint32_t missed_ticks; /* ticks skipped just before this one */
-    int64_t read_us;       /* when the reading was asked for; <= now_us */
-    uint32_t exchange_us;  /* from asking for a reading to the confirmation of the write made from
-                              it, of the newest such write; 0: none yet */
+    int64_t read_us;       /* time of the read request; <= now_us */
+    uint32_t exchange_us;  /* from the read request to the confirmation of the write based on that
+                              reading, for the newest such write; 0: none yet */
     uint8_t sample_count;  /* <= CB_MAX_SAMPLES */
     uint16_t registers[CB_MAX_READ_REGISTERS];
     uint16_t held_registers[CB_MAX_WRITE_REGISTERS];
-    struct cb_sample samples[CB_MAX_SAMPLES]; /* in the order in which they came */
+    struct cb_sample samples[CB_MAX_SAMPLES]; /* in order of arrival */
 };
 
 struct cb_outputs {
     uint16_t registers[CB_MAX_WRITE_REGISTERS]; /* the whole write block, always valid */
-    float channel_um[CB_MAX_CHANNELS];          /* what the registers say, after all limits */
-    bool write;   /* false: nothing may be written now (see enum cb_contact in box/plc.h) */
-    bool last;    /* … and when it is written, nothing may follow it on the same connection */
-    bool stopped; /* STOPPED was written and confirmed: the target may end */
+    float channel_um[CB_MAX_CHANNELS];          /* value of the registers, after all limits */
+    bool write;   /* false: no write allowed now (see enum cb_contact in box/plc.h) */
+    bool last;    /* after this write, no other may follow on the same connection */
+    bool stopped; /* STOPPED was written and confirmed: the target may exit */
 };
 
 #endif

@@ -10,11 +10,11 @@
 #endif
 
 enum {
-    CB_NAME_SIZE = 24,       /* 23 characters and the end: longest name in use has 12 */
+    CB_NAME_SIZE = 24,       /* 23 characters and a 0; the longest name in use has 12 */
     CB_MAX_SIGNALS = 64,     /* S3 uses 19 inputs; with lags of each temperature about 50 */
     CB_MAX_TERMS = 64,       /* 21 error curves, a volumetric term, a network, drive cams */
     CB_MAX_OUTPUTS = 128,    /* term outputs: a network has up to 8, the volumetric term 3 */
-    CB_MAX_TERM_OUTPUTS = 8, /* of one term: a network's */
+    CB_MAX_TERM_OUTPUTS = 8, /* of one term: the maximum of a network */
     CB_MAX_NET_INPUTS = 64,  /* of one network: every signal; S3 uses 19 */
     CB_MAX_NET_HIDDEN = 64,  /* of one network: S3 uses 20; 64 x 64 weights fill half of the pool */
     CB_MAX_CHANNELS = 16,    /* dual-drive tables need 4, a five-axis gantry with twin drives 7 */
@@ -22,15 +22,15 @@ enum {
     CB_MAX_PAIRS = 8,        /* two motors of one stage; half of the channels */
     CB_POOL_FLOATS = 8192, /* coefficients after expansion: a cubic of 20 control points takes 86 */
     CB_MAX_LINKS = 512,    /* inputs of all linear terms and networks together */
-    CB_MAX_BRANCHES = 32,  /* curves with a branch backward: 18 errors of three axes, drive cams */
+    CB_MAX_BRANCHES = 32,  /* curves with a backward branch: 18 errors of three axes, drive cams */
     CB_MAX_CURVE_POINTS = 1024,   /* control points, coefficients or support points of one curve */
     CB_MAX_READ_REGISTERS = 125,  /* Modbus application protocol: FC3 */
     CB_MAX_WRITE_REGISTERS = 121, /* Modbus application protocol: FC23 writes 121, FC16 123 */
     CB_MAX_BUSES = 1,             /* sensor buses: the microcontroller has one port for them */
     CB_MAX_CAN_NODES = 32,        /* CANopen nodes minded: each gives two or more of 64 signals */
-    CB_MAX_SAMPLES = 64,          /* sensor samples handed over in one cycle: one per signal */
+    CB_MAX_SAMPLES = 64,          /* sensor samples of one cycle: one per signal */
     CB_MAX_TEXT_BYTES =
-        131072 - 32, /* coefficient file: one 128 KiB flash sector less its header */
+        131072 - 32, /* coefficient file: one 128 KiB flash sector minus its header */
 };
 
 _Static_assert(CB_MAX_OUTPUTS >= CB_MAX_TERMS, "each term has at least one output");
@@ -43,6 +43,6 @@ _Static_assert((CB_MAX_NET_INPUTS + 1) * CB_MAX_NET_HIDDEN +
 _Static_assert(CB_MAX_PAIRS * 2 <= CB_MAX_CHANNELS, "a channel belongs to one pair at most");
 _Static_assert(CB_MAX_OUTPUTS <= 255 && CB_MAX_SIGNALS <= 255, "indices are uint8_t, 255 is none");
 
-enum { CB_NONE = 255 }; /* an index that points nowhere */
+enum { CB_NONE = 255 }; /* index of nothing */
 
 #endif
