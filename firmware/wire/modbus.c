@@ -10,7 +10,7 @@ enum {
     EXCEPTION_BIT = 0x80,
 };
 
-/* Big-endian, as everything in Modbus. Returns the place behind the number. */
+/* Big-endian, as all of Modbus. out: the place behind the number. */
 static uint8_t *put_u16(uint8_t *at, uint16_t value) {
     at[0] = (uint8_t)(value >> 8);
     at[1] = (uint8_t)(value & 0xFF);
@@ -25,7 +25,7 @@ static bool within(uint16_t count, uint16_t max) {
     return count >= 1 && count <= max;
 }
 
-/* Byte count and registers, as in the tail of FC16 and FC23. */
+/* Writes byte count and registers, the tail of FC16 and FC23. */
 static uint8_t *put_registers(uint8_t *at, const struct cb_modbus_request *request) {
     *at++ = (uint8_t)(2 * request->write_count);
     const uint16_t *const end = request->write_registers + request->write_count;
@@ -88,14 +88,14 @@ size_t cb_modbus_encode(const struct cb_modbus_request *request, uint8_t *pdu) {
     return (size_t)(at - pdu);
 }
 
-/* FC16: the reply repeats where and how many. */
+/* FC16: the reply repeats start and count. */
 static bool echo_matches(const struct cb_modbus_request *request, const uint8_t *pdu,
                          size_t length) {
     return length == 5 && get_u16(pdu + 1) == request->write_start &&
            get_u16(pdu + 3) == request->write_count;
 }
 
-/* FC3, FC23: the stated byte count, the frame's length and what was asked must agree. */
+/* FC3, FC23: the stated byte count, the frame's length and the requested count must agree. */
 static bool data_matches(const struct cb_modbus_request *request, const uint8_t *pdu,
                          size_t length) {
     size_t bytes = (size_t)2 * request->read_count;

@@ -16,7 +16,7 @@ enum {
     CB_MODBUS_ILLEGAL_FUNCTION = 1, /* exception: the server does not have the function */
 };
 
-/* What is asked for. Fields that the function does not use are ignored. */
+/* A request. Fields that the function does not use are ignored. */
 struct cb_modbus_request {
     uint8_t function;
     uint16_t read_start, read_count;   /* FC3, FC23: 1 … 125 registers */
@@ -24,22 +24,22 @@ struct cb_modbus_request {
     const uint16_t *write_registers;
 };
 
-/* The three kinds of request; registers must stay where they are until it is encoded. */
+/* The three kinds of request; the registers must stay valid until the request is encoded. */
 struct cb_modbus_request cb_modbus_read(uint16_t start, uint16_t count);
 struct cb_modbus_request cb_modbus_write(uint16_t start, uint16_t count, const uint16_t *registers);
 struct cb_modbus_request cb_modbus_write_read(uint16_t write_start, uint16_t write_count,
                                               const uint16_t *write_registers, uint16_t read_start,
                                               uint16_t read_count);
 
-/* How a reply answers a request. */
+/* Relation of a reply to its request. */
 enum cb_modbus_answer {
-    CB_MODBUS_OK,        /* as asked */
+    CB_MODBUS_OK,        /* valid reply */
     CB_MODBUS_EXCEPTION, /* well-formed refusal */
-    CB_MODBUS_INVALID,   /* other function, wrong length, or an echo that does not match */
+    CB_MODBUS_INVALID,   /* other function, wrong length, or mismatching echo */
 };
 
 /* in : request; pdu[CB_MODBUS_MAX_PDU]
- * out: number of bytes put into pdu, 0 when the request is outside the ranges above */
+ * out: number of bytes written to pdu, 0 when the request is outside the ranges above */
 size_t cb_modbus_encode(const struct cb_modbus_request *request, uint8_t *pdu);
 
 /* in : the request that was sent; the reply's bytes pdu[length], any content and length

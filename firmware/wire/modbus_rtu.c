@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/wire/modbus_rtu.h"
 
-/* The polynomial 0xA001 after eight bits, by what leaves the register: half the instructions of two
- * tables of four, and every cycle has some hundred bytes. */
+/* The polynomial 0xA001 after eight bits, indexed by the byte shifted out. This takes half the
+ * instructions of two tables of 16, and a cycle has some hundred bytes. */
 static const uint16_t CRC_OF_BYTE[256] = {
     0x0000, 0xC0C1, 0xC181, 0x0140, 0xC301, 0x03C0, 0x0280, 0xC241, 0xC601, 0x06C0, 0x0780, 0xC741,
     0x0500, 0xC5C1, 0xC481, 0x0440, 0xCC01, 0x0CC0, 0x0D80, 0xCD41, 0x0F00, 0xCFC1, 0xCE81, 0x0E40,

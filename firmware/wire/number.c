@@ -5,10 +5,10 @@
 
 #include "models/num.h"
 
-/* The value's kind, whatever its order in the registers. */
+/* Kind of the value, independent of its byte order. */
 enum kind { KIND_UINT8, KIND_INT8, KIND_UINT16, KIND_INT16, KIND_UINT32, KIND_INT32, KIND_FLOAT32 };
 
-/* How the two registers of a 32-bit value, and the two bytes of each, follow one another. */
+/* Order of the two registers of a 32-bit value, and of the two bytes of each. */
 enum order { ORDER_ABCD, ORDER_CDAB, ORDER_DCBA };
 
 struct layout {
@@ -16,6 +16,7 @@ struct layout {
     enum order order;
 };
 
+/* out: kind and register order of a type; an unknown type counts as CB_NUMBER_UINT16 */
 static struct layout layout_of(enum cb_number_type type) {
     static const struct layout layouts[] = {
         [CB_NUMBER_UINT16] = {KIND_UINT16, ORDER_ABCD},
@@ -52,6 +53,8 @@ unsigned cb_number_bytes(enum cb_number_type type) {
     return is_wide(kind) ? 4 : 2;
 }
 
+/* As number.h; an integer's ends are exact except the upper end of 32 bits, the largest float below
+ * it. */
 struct cb_range cb_number_range(enum cb_number_type type) {
     switch (layout_of(type).kind) {
         case KIND_UINT8:
@@ -76,7 +79,7 @@ static uint16_t swap_bytes(uint16_t word) {
     return (uint16_t)((word << 8) | (word >> 8));
 }
 
-/* Puts the bits of a value into the registers as they are to lie. */
+/* Writes the bits of a value to the registers in the layout's order. */
 static void scatter(struct layout layout, uint32_t bits, uint16_t *registers) {
     const uint16_t high = (uint16_t)(bits >> 16), low = (uint16_t)bits;
     if (!is_wide(layout.kind)) {
@@ -92,7 +95,7 @@ static void scatter(struct layout layout, uint32_t bits, uint16_t *registers) {
     }
 }
 
-/* Two's complement without a cast whose result the standard leaves to the compiler. */
+/* Two's complement without a cast whose result is implementation-defined. */
 static inline float signed_16(uint16_t bits) {
     return (float)((int32_t)(bits ^ 0x8000u) - 0x8000);
 }

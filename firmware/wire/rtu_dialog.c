@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/wire/rtu_dialog.h"
 
-enum { LATE_US = 1000 }; /* a wait may end so much later than it should */
+enum { LATE_US = 1000 }; /* latest wake-up after the end of a wait */
 
 void cb_rtu_dialog_start(struct cb_rtu_dialog *dialog, const struct cb_rtu_manners *manners,
                          uint32_t grace_us) {
@@ -27,18 +27,18 @@ void cb_rtu_dialog_begin(struct cb_rtu_dialog *dialog, const struct cb_modbus_re
     dialog->over = false;
 }
 
-/* What a frame and its reply take at most. */
+/* Longest time of a frame and its reply. */
 static int64_t most_us(const struct cb_rtu_dialog *dialog, uint32_t least_us) {
     return (int64_t)least_us + dialog->manners.slave_delay_us + dialog->grace_us;
 }
 
-/* out: what the request takes at most, behind the probe where that has to go first */
+/* out: longest time of the request, plus the probe where one must go first */
 static int64_t all_us(const struct cb_rtu_dialog *dialog, bool doubtful) {
     const int64_t request_us = most_us(dialog, dialog->request_us);
     return doubtful ? request_us + most_us(dialog, dialog->probe_us) : request_us;
 }
 
-/* The first try needs the time in which its reply can come, a repetition that in which it will. */
+/* A first try needs time for the earliest possible reply, a repetition for the latest. */
 static bool has_time(const struct cb_rtu_dialog *dialog, int64_t now_us) {
     const bool again = dialog->requests > 0 || (dialog->doubtful && dialog->sent > 0);
     if (again) return dialog->again_until_us - now_us >= all_us(dialog, dialog->doubtful);
@@ -63,7 +63,7 @@ static void end_with(struct cb_rtu_dialog *dialog, enum cb_transfer outcome) {
     dialog->outcome = (uint8_t)outcome;
 }
 
-/* An exception says nothing about which reading it refuses: a late one does not end the doubt. */
+/* An exception does not name the reading that it refuses, so a late one does not end the doubt. */
 static void probe_ended(struct cb_rtu_dialog *dialog, enum cb_rtu_end end) {
     if (dialog->probes_sent < 2) ++dialog->probes_sent;
     if (end == CB_RTU_END_REPLY || end == CB_RTU_END_DAMAGED) {
@@ -74,7 +74,7 @@ static void probe_ended(struct cb_rtu_dialog *dialog, enum cb_rtu_end end) {
         end_with(dialog, dialog->requests > 0 ? CB_TRANSFER_UNKNOWN : CB_TRANSFER_REFUSED);
 }
 
-/* A refusal is only certain as long as nothing but this request can have been refused. */
+/* A refusal is certain only if no other request can have been refused. */
 static void request_ended(struct cb_rtu_dialog *dialog, enum cb_rtu_end end) {
     const bool refused = end == CB_RTU_END_REFUSED;
     const bool certain = dialog->requests == 0 && !dialog->probed_twice;

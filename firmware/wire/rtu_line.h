@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * A serial line: how long characters, frames, the silences between frames and whole exchanges take.
- * All times in µs, rounded up; 32-bit arithmetic that cannot overflow in the ranges below. */
+ * Times of a serial line: characters, frames, the silences between frames and whole exchanges. All
+ * times in µs, rounded up; 32-bit arithmetic that cannot overflow in the ranges below. */
 #ifndef COMPBOX_FIRMWARE_WIRE_RTU_LINE_H
 #define COMPBOX_FIRMWARE_WIRE_RTU_LINE_H
 
@@ -20,17 +20,17 @@ struct cb_rtu_line {
     uint8_t stop_bits; /* 1 or 2 */
 };
 
-/* A serial line as the coefficient file has it. */
+/* A serial line of the coefficient file. */
 struct cb_serial_config {
-    char device[64]; /* Linux: path of the device; a microcontroller has its own port */
+    char device[64]; /* Linux: path of the device; a microcontroller uses its own port */
     struct cb_rtu_line line;
-    uint32_t slave_delay_us; /* what a slave takes at most from request to reply, beyond the 3.5
-                                characters by which it knows the request's end */
+    uint32_t slave_delay_us; /* longest time of a slave from request to reply, beyond the 3.5
+                                characters by which it detects the request's end */
     bool rs485;              /* Linux: RTS switches the driver of a two-wire line */
-    uint8_t unit;            /* of the PLC; modules of a bus are named by their signals */
+    uint8_t unit;            /* of the PLC; for a bus the signals name the modules */
 };
 
-/* Silences that part frames. */
+/* Silences between and inside frames. */
 struct cb_rtu_silence {
     uint32_t inside_us;  /* t1.5: longest inside a frame */
     uint32_t between_us; /* t3.5: shortest between two frames */
@@ -42,11 +42,11 @@ uint32_t cb_rtu_character_bits(const struct cb_rtu_line *line);
 /* in : bytes <= CB_RTU_MAX_FRAME */
 uint32_t cb_rtu_frame_us(const struct cb_rtu_line *line, size_t bytes);
 
-/* 1.5 and 3.5 characters; above 19 200 baud 750 µs and 1.75 ms, as the standard has it. */
+/* 1.5 and 3.5 characters; above 19 200 baud 750 µs and 1.75 ms, as in the standard. */
 struct cb_rtu_silence cb_rtu_silences(const struct cb_rtu_line *line);
 
-/* From the silence before a request to the end of its reply: silence, request, silence by which
- * the slave knows the end of the request, the slave's own delay, reply. */
+/* Time from the silence before a request to the end of its reply: silence, request, silence by
+ * which the slave detects the end of the request, the slave's own delay, reply. */
 uint32_t cb_rtu_exchange_us(const struct cb_rtu_line *line, const struct cb_modbus_request *request,
                             uint32_t slave_delay_us);
 

@@ -7,7 +7,7 @@ void cb_rtu_receiver_start(struct cb_rtu_receiver *receiver, struct cb_rtu_silen
     *receiver = (struct cb_rtu_receiver){.silence = silence};
 }
 
-/* Unit id, function, and what the reply repeats of the request. */
+/* Sets unit id, function, and the bytes of the request that the reply repeats. */
 static void know_head(struct cb_rtu_receiver *receiver, uint8_t unit) {
     const struct cb_modbus_request *request = &receiver->request;
     uint8_t *head = receiver->head;
@@ -35,7 +35,7 @@ void cb_rtu_receiver_expect(struct cb_rtu_receiver *receiver, uint8_t unit,
 }
 
 /* in : bytes[count], count >= 1
- * out: whether they begin as the reply must, as far as they go */
+ * out: whether they match the beginning of the reply, as far as they go */
 static bool begins(const struct cb_rtu_receiver *receiver, const uint8_t *bytes, size_t count) {
     for (size_t i = 0; i < count && i < receiver->head_bytes; ++i)
         if (bytes[i] != receiver->head[i]) return false;
@@ -53,20 +53,20 @@ static bool crc_fits(const uint8_t *frame, size_t count) {
     return cb_rtu_crc(frame, count - 2) == (uint16_t)(frame[count - 2] | frame[count - 1] << 8);
 }
 
-/* out: bytes of the frame that the candidate can become; 0: it is none */
+/* out: length of the frame that the candidate can become; 0: none */
 static size_t wanted_bytes(const struct cb_rtu_receiver *receiver, const uint8_t *bytes,
                            size_t count) {
     if (begins(receiver, bytes, count)) return cb_rtu_reply_bytes(&receiver->request);
     return begins_exception(receiver, bytes, count) ? CB_RTU_EXCEPTION_FRAME : 0;
 }
 
-/* in : bytes of the candidate; 0: not known yet */
+/* in : length of the candidate; 0: not known yet */
 static void store_plainly(struct cb_rtu_receiver *receiver, size_t wanted) {
     const size_t last = wanted == 0 ? 0 : receiver->from + wanted - 1;
     receiver->plain = (uint16_t)(last < CB_RTU_MAX_FRAME ? last : CB_RTU_MAX_FRAME);
 }
 
-/* Skips bytes until what is left can become the reply; says whether it already is. */
+/* Skips bytes until the rest can become the reply. out: whether it is complete. */
 static bool find_reply(struct cb_rtu_receiver *receiver) {
     for (; receiver->from < receiver->have; ++receiver->from, ++receiver->noise) {
         const uint8_t *candidate = receiver->frame + receiver->from;
@@ -89,7 +89,8 @@ static void skip_all(struct cb_rtu_receiver *receiver) {
     receiver->plain = 0;
 }
 
-/* Room for one more byte. A candidate is shorter than the buffer, so something can always go. */
+/* Makes room for one byte. A candidate is shorter than the buffer, so there is always a byte to
+ * drop. */
 static void make_room(struct cb_rtu_receiver *receiver) {
     if (receiver->have < CB_RTU_MAX_FRAME) return;
     const uint16_t kept = (uint16_t)(receiver->have - receiver->from);
@@ -98,13 +99,13 @@ static void make_room(struct cb_rtu_receiver *receiver) {
     receiver->have = kept;
 }
 
-/* The usual byte, at a fraction of the cost. `plain` is 0 in every state but INSIDE. */
+/* Tests for the usual byte, at a fraction of the cost. `plain` is 0 in every state but INSIDE. */
 static bool is_plain(const struct cb_rtu_receiver *receiver, int64_t now_us) {
     return receiver->have < receiver->plain &&
            now_us - receiver->last_us <= (int64_t)receiver->silence.inside_us;
 }
 
-/* Any other byte; apart, so that the usual one saves no registers. */
+/* Any other byte, in a function of its own so that the usual byte saves no registers. */
 __attribute__((noinline)) static enum cb_rtu_reception look_at(struct cb_rtu_receiver *receiver,
                                                                uint8_t byte, int64_t now_us) {
     receiver->plain = 0;
@@ -153,7 +154,7 @@ enum cb_rtu_answer cb_rtu_receiver_take(const struct cb_rtu_receiver *receiver, 
     if (receiver->state == CB_RTU_REPLY)
         return cb_rtu_decode_sound(&receiver->request, receiver->frame + receiver->from,
                                    (size_t)receiver->have - receiver->from, registers, exception);
-    /* whole and sound all the same: of another request, or with a hole; never taken */
+    /* complete and valid nevertheless: for another request, or with a gap; never accepted */
     const enum cb_rtu_answer answer =
         cb_rtu_check(receiver->head[0], receiver->frame, receiver->have);
     return answer == CB_RTU_OK ? CB_RTU_INVALID : answer;
