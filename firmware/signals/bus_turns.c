@@ -10,18 +10,18 @@ static bool is_on(const struct cb_signal_config *signal, uint8_t bus) {
     return signal->source == CB_SOURCE_BUS && signal->bus == bus;
 }
 
-/* The register behind the signal's last one, at most 65 537. */
+/* out: the register behind the signal's last one, at most 65 537 */
 static uint32_t end_of(const struct cb_signal_config *signal) {
     return signal->reg + cb_number_registers((enum cb_number_type)signal->type);
 }
 
-/* out: whether the signal begins before the other one, unit by unit */
+/* out: whether signal a comes before b, by unit, then register */
 static bool is_before(const struct cb_signal_config *a, const struct cb_signal_config *b) {
     return a->bus_unit != b->bus_unit ? a->bus_unit < b->bus_unit : a->reg < b->reg;
 }
 
-/* The first signal of the bus behind `after` (NULL: of all), by unit and register; of equal ones
- * only the first counts, they are read together. */
+/* First signal of the bus behind `after` (NULL: of all), by unit and register. Of equal ones only
+ * the first counts, because they are read together. */
 static const struct cb_signal_config *next_signal(const struct cb_config *config, uint8_t bus,
                                                   const struct cb_signal_config *after) {
     const struct cb_signal_config *next = 0;
@@ -34,7 +34,7 @@ static const struct cb_signal_config *next_signal(const struct cb_config *config
 }
 
 /* in : a signal at or behind the turn's start
- * out: true where the turn can read it too, and is as long as that takes */
+ * out: true if the turn can read it too; the turn is then extended to it */
 static bool joins(struct cb_bus_turn *turn, const struct cb_signal_config *signal) {
     const uint32_t end = (uint32_t)turn->start + turn->count, wanted = end_of(signal);
     if (turn->unit != signal->bus_unit || signal->reg > end) return false;

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT
- * Whose turn it is on a slow bus of the box (Pt100 modules): every module in its time, one after
- * the other. No I/O, no clock: the owner of the line asks for the next request, sends it, and tells
- * how it ended.
+ * Schedule of a slow bus of the box (Pt100 modules): each module has its interval, and one request
+ * is pending at a time. No I/O, no clock: the owner of the line takes the next request, sends it,
+ * and reports its result.
  *
- * Signals of one module whose registers lie side by side are one request; registers that no signal
- * names are never read, because modules refuse what they do not have. A module that does not answer
- * is asked less and less often, so that it costs the others little of their time. */
+ * Adjacent registers of one module's signals are one request. Registers without a signal are never
+ * read, because modules refuse unknown registers. A module that does not reply is polled less and
+ * less often, so that it costs the others little time. */
 #ifndef COMPBOX_FIRMWARE_SIGNALS_BUS_TURNS_H
 #define COMPBOX_FIRMWARE_SIGNALS_BUS_TURNS_H
 
@@ -17,20 +17,20 @@
 #include "firmware/config/config.h"
 #include "firmware/wire/modbus.h"
 
-enum { CB_BUS_BACKOFF_MAX = 5 }; /* a silent module is asked every 2^5 = 32 turns */
+enum { CB_BUS_BACKOFF_MAX = 5 }; /* a silent module is polled every 2^5 = 32 turns */
 
 /* One request to one module. */
 struct cb_bus_turn {
     int64_t due_us;
     uint16_t start, count;
     uint8_t unit;
-    uint8_t silent; /* turns in a row without an answer, at most CB_BUS_BACKOFF_MAX */
+    uint8_t silent; /* consecutive turns without a reply, at most CB_BUS_BACKOFF_MAX */
 };
 
 struct cb_bus_turns {
     uint8_t bus; /* index in config.buses */
     uint8_t count;
-    uint8_t current; /* the turn that was given out last */
+    uint8_t current; /* the last turn returned */
     uint32_t every_us;
     int64_t asked_us;
     struct cb_bus_turn turns[CB_MAX_SIGNALS];
@@ -42,18 +42,19 @@ _Static_assert(CB_MAX_SIGNALS <= 255, "a turn for each signal at most, counted i
 void cb_bus_turns_start(struct cb_bus_turns *turns, const struct cb_config *config, uint8_t bus,
                         int64_t now_us);
 
-/* out: true: the request to send now; false: nobody is due yet
+/* out: true: the request to send now; false: no turn is due
  * The turn counts as silent until cb_bus_turns_take() or cb_bus_turns_refused(). */
 bool cb_bus_turns_next(struct cb_bus_turns *turns, int64_t now_us, uint8_t *unit,
                        struct cb_modbus_request *request);
 
-/* The current turn was answered.
+/* Takes the reply to the current turn.
  * in : registers of the request; samples[max]
- * out: how many samples; their time is that of asking, the earliest that the numbers can have */
+ * out: number of samples; their time is that of the request, the earliest possible time of the
+ *      numbers */
 size_t cb_bus_turns_take(struct cb_bus_turns *turns, const struct cb_config *config,
                          const uint16_t *registers, struct cb_sample *samples, size_t max);
 
-/* The current turn was answered by an exception: the module lives. */
+/* The module replied to the current turn with an exception, so it is alive. */
 void cb_bus_turns_refused(struct cb_bus_turns *turns);
 
 #endif

@@ -17,7 +17,8 @@ void cb_canopen_bus_is_back(struct cb_canopen_node nodes[CB_MAX_CAN_NODES]) {
     for (unsigned i = 0; i < CB_MAX_CAN_NODES; ++i) nodes[i].asked = false;
 }
 
-/* Index of the node whose heartbeat or boot-up message the frame is; CB_NONE: of none of ours. */
+/* out: index of the node whose heartbeat or boot-up message the frame is; CB_NONE: no configured
+ *      node. */
 static uint8_t node_of(const struct cb_can_config *can, const struct cb_can_frame *frame) {
     if (frame->length != 1) return CB_NONE;
     for (uint8_t i = 0; i < can->nodes_count; ++i)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * The little of CANopen (CiA 301) that a reader of sensors needs: telling nodes to become
- * operational (NMT), because before that they send no PDOs, and watching their heartbeats. */
+ * The part of CANopen (CiA 301) that reading sensors needs: the NMT start command, because nodes
+ * send no PDOs before it, and the supervision of heartbeats. */
 #ifndef COMPBOX_FIRMWARE_SIGNALS_CANOPEN_H
 #define COMPBOX_FIRMWARE_SIGNALS_CANOPEN_H
 
@@ -14,28 +14,29 @@ enum cb_canopen_state {
     CB_CANOPEN_STOPPED = 4,
     CB_CANOPEN_OPERATIONAL = 5,
     CB_CANOPEN_PRE_OPERATIONAL = 127,
-    CB_CANOPEN_UNKNOWN = 255, /* not heard yet, or lost */
+    CB_CANOPEN_UNKNOWN = 255, /* not received yet, or lost */
 };
 
-/* A node that is told to start is told again after this long, while it does not obey. */
+/* Interval of the start command to a node that does not obey it. */
 enum { CB_CANOPEN_AGAIN_US = 1000000 };
 
 struct cb_canopen_node {
-    uint8_t state;    /* enum cb_canopen_state, as last heard */
-    bool asked;       /* it was told to start since it could last have forgotten */
-    bool waits;       /* heard_us counts: since it was heard, or since it is waited for … */
-    bool lost;        /* … which took too long, and was counted */
-    uint32_t boots;   /* boot-up messages heard */
-    uint32_t losses;  /* heartbeats that stayed away for longer than the timeout */
-    uint32_t starts;  /* times that it was told to start */
-    int64_t heard_us; /* last heartbeat; before the first: when the wait for it began */
-    int64_t asked_us; /* when it was last told to start */
+    uint8_t state;    /* enum cb_canopen_state, as last received */
+    bool asked;       /* a start command was sent since its last possible reset */
+    bool waits;       /* heard_us is valid: a heartbeat is awaited since then … */
+    bool lost;        /* … the wait exceeded the timeout, and the loss was counted */
+    uint32_t boots;   /* boot-up messages received */
+    uint32_t losses;  /* heartbeats later than the timeout */
+    uint32_t starts;  /* start commands sent */
+    int64_t heard_us; /* last heartbeat; before the first: start of the wait for it */
+    int64_t asked_us; /* time of the last start command */
 };
 
-/* Before the first frame: nothing is known of any node. */
+/* Before the first frame: the state of every node is unknown. */
 void cb_canopen_start(struct cb_canopen_node nodes[CB_MAX_CAN_NODES]);
 
-/* The bus was away (interface down, bus-off): nodes that do not say otherwise are told anew. */
+/* The bus was down (interface down, bus-off): nodes that do not report otherwise get a start
+ * command again. */
 void cb_canopen_bus_is_back(struct cb_canopen_node nodes[CB_MAX_CAN_NODES]);
 
 /* Identifier of a node's heartbeat. */
@@ -43,22 +44,23 @@ static inline uint32_t cb_canopen_heartbeat_id(uint8_t node) {
     return 0x700u + node;
 }
 
-/* out: true: the frame was a heartbeat or the boot-up message of one of our nodes */
+/* out: true if the frame was a heartbeat or the boot-up message of a configured node */
 bool cb_canopen_take(const struct cb_can_config *can, struct cb_canopen_node *nodes,
                      const struct cb_can_frame *frame);
 
-/* Counts nodes whose heartbeat stays away, or never comes at all. */
+/* Counts nodes whose heartbeat is late or has never come. */
 void cb_canopen_watch(const struct cb_can_config *can, struct cb_canopen_node *nodes,
                       int64_t now_us);
 
-/* out: true: *frame tells one node to start and shall be sent now. Call until false; what could not
- *      be sent is due again after CB_CANOPEN_AGAIN_US where cb_canopen_not_sent() was called.
- * A node is told after the bus came up and after it booted; one whose heartbeat is watched also
- * again and again while that says that it is not operational. */
+/* out: true: send *frame now, a start command for one node. Call until false; after
+ *      cb_canopen_not_sent() a frame is due again after CB_CANOPEN_AGAIN_US.
+ * A node gets the command after the bus came up and after its boot-up message. A node whose
+ * heartbeat is watched gets it repeatedly while the heartbeat reports another state than
+ * operational. */
 bool cb_canopen_due(const struct cb_can_config *can, struct cb_canopen_node *nodes, int64_t now_us,
                     struct cb_can_frame *frame);
 
-/* The frame that was due could not be sent. */
+/* The due frame could not be sent. */
 void cb_canopen_not_sent(const struct cb_can_config *can, struct cb_canopen_node *nodes,
                          const struct cb_can_frame *frame);
 

@@ -4,26 +4,26 @@
 #include "firmware/base/duration.h"
 #include "models/num.h"
 
-/* The gains of the lag before: lags of one time constant stand together (load/lags.c) and mostly
- * follow signals that were read at one time. */
+/* Gains of the previous lag. Lags with one time constant are adjacent (load/lags.c), and mostly
+ * follow signals of one reading. */
 struct pace {
     int64_t elapsed_us;
     float tau_s;
     struct cb_lag_gains gains;
 };
 
-/* in : elapsed_us != 0. A clock that went backward moves nothing. */
+/* in : elapsed_us != 0. A clock that runs backward gives gains of 0. */
 CB_OUTLINE struct cb_lag_gains gains_over(int64_t elapsed_us, float tau_s) {
     return cb_lag_gains_for(elapsed_us > 0 ? cb_seconds(elapsed_us) : 0.0f, tau_s);
 }
 
-/* The first value that a lag meets is its steady state. */
+/* The first value of a lag is its steady state. */
 CB_OUTLINE void start(struct cb_signal_state *state, float u) {
     cb_lag_start(&state->lag, u);
     state->settled = true;
 }
 
-/* Moves one lag to its signal's newest value, which is plausible and so finite. */
+/* Moves one lag to its signal's newest value, which is plausible and therefore finite. */
 CB_INLINE void follow(const struct cb_lag_link *link, const struct cb_signal_config *lag,
                       const struct cb_signal_state *signal, struct cb_signal_state *state,
                       struct pace *pace) {
@@ -42,7 +42,7 @@ CB_INLINE void follow(const struct cb_lag_link *link, const struct cb_signal_con
     state->value = cb_clamp(state->lag.hi, min, max);
 }
 
-/* The same for a signal whose newest value, if it ever had one, is too old. */
+/* As follow(), for a signal whose newest value is too old or missing. */
 CB_OUTLINE void follow_stale(const struct cb_lag_link *link, const struct cb_signal_config *lag,
                              const struct cb_signal_state *signal, struct cb_signal_state *state,
                              struct cb_counters *counters) {
@@ -52,12 +52,12 @@ CB_OUTLINE void follow_stale(const struct cb_lag_link *link, const struct cb_sig
     cb_signal_goes_stale(state, counters);
 }
 
-/* A lag whose signal was read in this reading and the one before, and which went along with it:
- * the usual case.
+/* The usual case: the signal was accepted in this reading and the previous one, and the lag
+ * followed both.
  * in : gains for the time between the two readings, which is at most tau / 64
- * out: as follow(). The lag stays inside min … max by itself, because its signal does: with
- *      0 < ramp < gain <= 1/64 the new value is a weighted mean of the old one and the two inputs,
- *      each with a weight that is far more than the rounding of its share. */
+ * out: as follow(). The lag stays inside min … max because its signal does: with 0 < ramp < gain <=
+ *      1/64 the new value is a weighted mean of the old one and the two inputs, and each weight is
+ *      far above the rounding of its share. */
 CB_INLINE void follow_steady(const struct cb_lag_link *link, const struct cb_signal_state *signal,
                              struct cb_signal_state *state, struct cb_lag_gains gains) {
     const float u = link->squares ? signal->value * signal->value : signal->value;
@@ -70,7 +70,7 @@ CB_OUTLINE bool follow_any(const struct cb_lag_link *link, const struct cb_signa
                            const struct cb_signal_state *signal, struct cb_signal_state *state,
                            struct pace *pace, struct cb_counters *counters) {
     state->streak = 0;
-    if (!signal->fresh) { /* it is as old as what it follows */
+    if (!signal->fresh) { /* as old as its signal */
         follow_stale(link, lag, signal, state, counters);
         return false;
     }

@@ -5,12 +5,12 @@
 #include "models/num.h"
 
 enum {
-    WINDOW_US = 1000000, /* beats are counted for so long: 8 ms are then known to 1 % */
-    FILTER = 8,          /* a new measurement counts for an eighth */
+    WINDOW_US = 1000000, /* window for counting beats: 8 ms are then known to 1 % */
+    FILTER = 8,          /* weight of a new measurement: one eighth */
     FASTEST_US = 100     /* no PLC updates faster: a jump of the count is a restart */
 };
 
-/* The first measurement as it is, later ones filtered. */
+/* The first measurement unchanged, later ones filtered. */
 static uint32_t filtered(uint32_t was_us, uint32_t us) {
     if (was_us == 0) return us;
     const int32_t change_us = (int32_t)us - (int32_t)was_us;

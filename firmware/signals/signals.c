@@ -8,7 +8,7 @@
 #include "firmware/wire/number.h"
 #include "models/num.h"
 
-/* How many signals are not lags: behind the last of them nobody needs to look. */
+/* Number of signals up to the last one that is no lag. */
 static inline unsigned measured(const struct cb_config *config) {
     return (unsigned)config->signals_count - config->lags_count;
 }
@@ -31,9 +31,9 @@ CB_INLINE bool rate_plausible(const struct cb_signal_config *signal, float chang
     return !cb_signal_too_fast(signal, change, cb_seconds(elapsed_us));
 }
 
-/* out: filtered over about three readings, because times shake it; where they are known by the
- *      PLC's count, a change of more than a quarter of the velocity is believed at once: an axis
- *      starts and stops within a few readings */
+/* out: the velocity filtered over about three readings, because their times jitter. Where the PLC's
+ *      count gives the times, a change by more than a quarter of the velocity is accepted at once:
+ *      an axis starts and stops within a few readings */
 static float next_velocity(float velocity, float change, float per_s, bool counted) {
     if (!(per_s > 0.0f)) return velocity;
     const float measured = change * per_s, jump = measured - velocity;
@@ -42,14 +42,14 @@ static float next_velocity(float velocity, float change, float per_s, bool count
     return cb_is_finite(next) ? next : 0.0f;
 }
 
-/* Where the number of a signal goes, and what counts those that go nowhere. */
+/* Context of accepting a number: configuration, counters, time between the readings. */
 struct acceptance {
     const struct cb_config *config;
     struct cb_counters *counters;
     struct cb_apart apart;
 };
 
-/* Of values that do not come from two readings in a row; 0 after a gap. */
+/* Velocity of values that are not from two consecutive readings; 0 after a gap. */
 CB_OUTLINE float velocity_over(const struct cb_config *config, float velocity, float change,
                                int64_t elapsed_us) {
     if (elapsed_us > (int64_t)CB_LEAD_PERIODS * config->period_us) return 0.0f;
@@ -57,7 +57,7 @@ CB_OUTLINE float velocity_over(const struct cb_config *config, float velocity, f
     return next_velocity(velocity, change, per_s, false);
 }
 
-/* Counts a number that is not taken. out: false */
+/* Counts a rejected number. out: false */
 CB_COLD CB_OUTLINE bool refuse(const struct acceptance *to, struct cb_signal_state *state,
                                float value, enum cb_cause_kind why) {
     ++to->counters->samples_implausible;
@@ -67,8 +67,8 @@ CB_COLD CB_OUTLINE bool refuse(const struct acceptance *to, struct cb_signal_sta
     return false;
 }
 
-/* in : value valid at time_us; inside: the same within min … max
- * Takes it, or counts it as implausible for its rate. out: whether it is taken */
+/* in : value valid at time_us; inside: the same clamped to min … max
+ * out: true if accepted; false if its rate is implausible, which is counted */
 CB_INLINE bool take(const struct acceptance *to, const struct cb_signal_config *signal,
                     struct cb_signal_state *state, float value, float inside, int64_t time_us) {
     const int64_t elapsed_us = time_us - state->time_us;
@@ -88,7 +88,7 @@ CB_INLINE bool take(const struct acceptance *to, const struct cb_signal_config *
     return state->known = true;
 }
 
-/* A value outside min … max, or at one of the ends. */
+/* As take(), for a value outside min … max or at one of the ends. */
 CB_OUTLINE bool take_at_end(const struct acceptance *to, const struct cb_signal_config *signal,
                             struct cb_signal_state *state, float value, int64_t time_us) {
     if (cb_signal_in_range(signal, value))
@@ -97,7 +97,7 @@ CB_OUTLINE bool take_at_end(const struct acceptance *to, const struct cb_signal_
     return refuse(to, state, value, value < signal->min ? CB_CAUSE_BELOW : CB_CAUSE_ABOVE);
 }
 
-/* Takes one raw number that was valid at time_us, or counts it as implausible. */
+/* Accepts one raw number that was valid at time_us, or counts it as implausible. */
 CB_INLINE bool accept(const struct acceptance *to, const struct cb_signal_config *signal,
                       struct cb_signal_state *state, float raw, int64_t time_us) {
     const float value = raw * signal->scale + signal->zero;
@@ -106,16 +106,17 @@ CB_INLINE bool accept(const struct acceptance *to, const struct cb_signal_config
     return take_at_end(to, signal, state, value, time_us);
 }
 
-/* The number of a PLC signal, whatever was there before. */
+/* Accepts the number of a PLC signal, whatever the previous state. */
 CB_OUTLINE void accept_reading(const struct acceptance *to, const struct cb_signal_config *signal,
                                struct cb_signal_state *state, float raw, int64_t read_us) {
     const uint8_t streak = CB_STREAK_BEGUN | (state->streak != 0 ? CB_STREAK_GOES : 0);
     state->streak = accept(to, signal, state, raw, read_us) ? streak : 0;
 }
 
-/* What most signals do in most steps: a plain one that was accepted in the reading before goes on.
- * in : the reading is young enough for every plain signal, and elapsed_s > 0 after the one before
- * out: true: aged too (below). false: nothing was done, it has to be looked at closely */
+/* The common case: a plain signal that was accepted in the previous reading.
+ * in : the reading is recent enough for every plain signal, and elapsed_s > 0 after the previous
+ *      one
+ * out: true: accepted and aged. false: nothing changed, use the full path */
 CB_INLINE bool goes_on(const struct cb_signal_config *signal, struct cb_signal_state *state,
                        float raw, float elapsed_s, int64_t read_us) {
     const float value = raw * signal->scale + signal->zero;
@@ -129,7 +130,7 @@ CB_INLINE bool goes_on(const struct cb_signal_config *signal, struct cb_signal_s
     return true;
 }
 
-/* out: from the good reading before to that of read_us; 0: nothing is left of that one */
+/* out: time from the previous good reading to that of read_us; 0: no usable previous reading */
 static int64_t since_reading(const struct cb_config *config, const struct cb_signal_state *states,
                              int64_t read_us) {
     const uint8_t *const end = config->measured + measured(config);
@@ -139,7 +140,7 @@ static int64_t since_reading(const struct cb_config *config, const struct cb_sig
     return 0;
 }
 
-/* Takes the PLC signals of a good reading. */
+/* Accepts the PLC signals of a good reading. */
 static struct cb_reading accept_plc(const struct acceptance *to, struct cb_signal_state *states,
                                     const struct cb_inputs *in, int64_t now_us) {
     const struct cb_config *const config = to->config;
@@ -162,7 +163,7 @@ static struct cb_reading accept_plc(const struct acceptance *to, struct cb_signa
     return (struct cb_reading){since_us, plain == config->plain_count};
 }
 
-/* true: its values come as samples of sensors. */
+/* out: true if its values are samples of sensors */
 static bool is_sampled(const struct cb_signal_config *signal) {
     return signal->source == CB_SOURCE_CAN || signal->source == CB_SOURCE_BUS;
 }
@@ -187,7 +188,7 @@ struct cb_reading cb_signals_accept(const struct cb_config *config, struct cb_si
     return reading;
 }
 
-/* What the signals are aged with. */
+/* Inputs of ageing, common to all signals. */
 struct ageing {
     const struct cb_config *config;
     const struct cb_signal_state *states;
@@ -200,7 +201,7 @@ static inline bool is_fresh(const struct cb_signal_config *signal,
     return state->known && now_us - state->time_us <= (int64_t)signal->max_age_ms * 1000;
 }
 
-/* As the PLC says, or where that is not known from differences of readings. */
+/* The PLC's value, or from differences of readings where the PLC has none. */
 static inline float velocity(const struct ageing *ageing, const struct cb_signal_config *signal,
                              const struct cb_signal_state *state) {
     const struct cb_signal_config *source = &ageing->config->signals[signal->velocity];
@@ -209,7 +210,7 @@ static inline float velocity(const struct ageing *ageing, const struct cb_signal
     return usable ? told->value * signal->velocity_scale : state->velocity;
 }
 
-/* Where the signal will be one lead after its reading, inside its plausible range. */
+/* Position of the signal one lead after its reading, inside its plausible range. */
 static float ahead(const struct ageing *ageing, const struct cb_signal_config *signal,
                    const struct cb_signal_state *state) {
     const int64_t age_us = ageing->now_us - state->time_us;
@@ -218,7 +219,7 @@ static float ahead(const struct ageing *ageing, const struct cb_signal_config *s
     return cb_clamp(value, signal->min, signal->max);
 }
 
-/* A signal that is measured: true when it is fresh, and what the terms see of it. */
+/* Ages a measured signal and sets its value for the terms. out: true when it is fresh */
 CB_INLINE bool age(const struct ageing *ageing, const struct cb_signal_config *signal,
                    struct cb_signal_state *state) {
     if (!is_fresh(signal, state, ageing->now_us)) return false;

@@ -14,20 +14,20 @@
 
 struct cb_signal_state {
     float value;       /* last accepted value, unit of the signal */
-    float velocity;    /* unit/s, of signals that lead: filtered differences of their readings */
-    float used;        /* what the terms see in this step: value, or value with its lead */
+    float velocity;    /* unit/s, of leading signals: filtered differences of their readings */
+    float used;        /* value for the terms in this step: with its lead, if it leads */
     struct cb_lag lag; /* of signals that are lags */
-    int64_t time_us;   /* when it was accepted; of PLC signals: read_us; of lags: their signal's */
-    bool known;        /* a value was ever accepted since start or clock jump */
+    int64_t time_us;   /* time of acceptance; of PLC signals: read_us; of lags: their signal's */
+    bool known;        /* a value was accepted since start or clock jump */
     bool fresh;        /* known and not older than its maximum age, in this step */
-    bool settled;      /* of lags: it has begun, in the steady state of its first value */
-    uint8_t streak;    /* bits below; none: the last good reading brought nothing for it */
-    uint8_t refusal;   /* enum cb_cause_kind: why the last number was refused; NONE: it was not */
-    float refused;     /* … and that number, unit of the signal */
+    bool settled;      /* of lags: started, in the steady state of the first value */
+    uint8_t streak;    /* bits below; none: the last good reading had no value for it */
+    uint8_t refusal;   /* enum cb_cause_kind: reason for the last rejection; NONE: accepted */
+    float refused;     /* the rejected number, unit of the signal */
     uint32_t implausible, stale; /* its share of samples_implausible and signals_stale */
 };
 
-/* It is not fresh in this step. Counted when it was in the one before. */
+/* Marks it as not fresh in this step. Counts it if it was fresh in the previous one. */
 static inline void cb_signal_goes_stale(struct cb_signal_state *state,
                                         struct cb_counters *counters) {
     counters->signals_stale += state->fresh;
@@ -37,45 +37,45 @@ static inline void cb_signal_goes_stale(struct cb_signal_state *state,
 
 enum {
     CB_STREAK_BEGUN = 1, /* of PLC signals: accepted in the last good reading … */
-    CB_STREAK_GOES = 2,  /* … and in the one before; of lags: it has gone along with the last good
-                            reading, and is inside min … max */
+    CB_STREAK_GOES = 2, /* … and in the one before; of lags: it has followed the last good reading,
+                           and is inside min … max */
 };
 
-/* A velocity from readings further apart than this many periods means nothing. */
+/* Beyond this many periods between readings, their velocity is meaningless. */
 enum { CB_LEAD_PERIODS = 3 };
 
-/* What the PLC signals of one step have in common. */
+/* Common facts of the PLC signals in one step. */
 struct cb_reading {
-    int64_t since_us; /* > 0: from the good reading before to this one; else 0, or no such pair */
+    int64_t since_us; /* > 0: time between the previous good reading and this one; else no such
+                         pair */
     bool plain;       /* every plain signal is fresh and has its value of this step */
 };
 
-/* Forgets all values: nothing is known, every velocity is 0. Counts the fresh ones as stale. Lags
- * keep their memory: the next value takes them over the time between. */
+/* Forgets all values and velocities. Counts the fresh signals as stale. Lags keep their memory: the
+ * next value moves them over the time between. */
 void cb_signals_forget(const struct cb_config *config, struct cb_signal_state *states,
                        struct cb_counters *counters);
 
-/* Of two good readings in a row, at most three periods apart. */
+/* Two consecutive good readings, at most three periods apart. */
 struct cb_apart {
-    int64_t elapsed_us; /* between them; 0: there are no such two */
-    float per_s;        /* one over the time between the positions that they show; 0: they show the
-                           same */
-    bool counted;       /* by the PLC's heartbeat (lead.h), else by the clock */
+    int64_t elapsed_us; /* between them; 0: no such pair */
+    float per_s;        /* 1 / time between their positions; 0: the positions are the same */
+    bool counted;       /* measured by the PLC's heartbeat (lead.h), else by the clock */
 };
 
-/* Takes what *in brings: the samples, and the PLC signals where `read` says that the reading is
- * good. A value that is not finite, outside min … max by more than rounding explains, or too far
- * from the last accepted one for max_rate and the time between (one raw unit is allowed for
- * quantisation) is counted and not accepted: the last one serves on. apart: of this reading and the
- * one before, for velocities.
+/* Accepts the samples of *in, and the PLC signals if `read` marks the reading as good. A value is
+ * counted and rejected if it is not finite, outside min … max by more than rounding, or too far
+ * from the last accepted one for max_rate and the elapsed time (plus one raw unit for
+ * quantisation). The last accepted value then remains in use. apart: of this reading and the one
+ * before, for velocities.
  * out: values within min … max */
 struct cb_reading cb_signals_accept(const struct cb_config *config, struct cb_signal_state *states,
                                     struct cb_counters *counters, const struct cb_inputs *in,
                                     bool read, struct cb_apart apart, int64_t now_us);
 
-/* in : *reading as cb_signals_accept() has said in this step; lead_us: how far ahead positions are
- * to be evaluated Sets fresh and used of every signal for now_us, after its lags have followed
- * (lags.h); what went stale is counted once. out: true when every essential signal is fresh */
+/* in : *reading from cb_signals_accept() of this step; lead_us: lead of positions
+ * out: fresh and used of every signal at now_us, after its lags have followed (lags.h); each signal
+ *      that went stale is counted once. Result: true when every essential signal is fresh */
 bool cb_signals_age(const struct cb_config *config, struct cb_signal_state *states,
                     struct cb_counters *counters, const struct cb_reading *reading,
                     uint32_t lead_us, int64_t now_us);
