@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * The coefficient file as the box holds it: plain data in fixed memory, made by load/load.h,
- * never changed afterwards (its check sum is verified while the box runs).
+ * The coefficient file in the box's memory: plain data of fixed size, made by load/load.h and never
+ * changed afterwards (the box verifies its check sum at run time).
  *
  * References are indices, coefficients are offsets into one pool, so that the whole may be copied
  * or placed anywhere. CB_NONE marks an absent index. */
@@ -23,19 +23,19 @@ enum cb_signal_source {
 
 #define CB_CAN_EXTENDED 0x80000000u /* set in a CAN identifier of 29 bits */
 #define CB_CAN_ID_BITS 0x1FFFFFFFu
-#define CB_CAN_ANY_SOURCE 0x40000000u /* … of which the last eight may be any (J1939) */
+#define CB_CAN_ANY_SOURCE 0x40000000u /* … whose last eight bits may be any (J1939) */
 
-/* value = raw * scale + zero, in the signal's unit (mm, degC, 1/min …). Of a signal that is no lag
- * each step checks what comes from source on (box/check.c). */
+/* value = raw * scale + zero, in the signal's unit (mm, degC, 1/min …). Each step checks the fields
+ * from source on, except for lags (box/check.c). */
 struct cb_signal_config {
     char name[CB_NAME_SIZE];
     char unit[8];
     uint32_t can_id;      /* CAN: identifier, with the flags above */
     float max_rate_per_s; /* plausible rate of change, unit/s; 0 = unlimited */
     float tau_s;          /* lag: time constant, > 0 */
-    uint8_t lag_of;       /* lag: index of the signal that it follows */
-    uint8_t power;        /* lag: 1 follows that signal, 2 its square */
-    uint8_t bus;          /* bus: index of it */
+    uint8_t lag_of;       /* lag: index of its signal */
+    uint8_t power;        /* lag: 1 follows its signal, 2 the signal's square */
+    uint8_t bus;          /* bus: its index */
     uint8_t bus_unit;     /* bus: Modbus unit id of the module */
 
     uint8_t source;   /* enum cb_signal_source */
@@ -43,29 +43,29 @@ struct cb_signal_config {
     bool essential;   /* its loss stops compensation (HOLD); default: unit is mm or deg */
     bool leads;       /* evaluated lead_ms ahead: a PLC position (unit mm or deg) */
     uint16_t reg;     /* PLC: index in the read block; bus: register address; CAN: byte offset */
-    uint8_t velocity; /* of one that leads: index of its velocity, where velocity_scale > 0 */
-    bool plain;       /* derived: a PLC signal that does not lead: it follows from its reading */
+    uint8_t velocity; /* of a leading one: index of its velocity, where velocity_scale > 0 */
+    bool plain;       /* derived: a PLC signal that does not lead */
     float velocity_scale; /* unit/s of this signal per unit of its velocity; 0: from differences */
     float scale, zero;    /* finite; scale != 0 */
     float min, max;       /* plausible range of the value; min < max */
-    uint32_t max_age_ms;  /* default: three periods for PLC signals, 2000 ms for sensors; of a lag
-                             that of its signal, as are min and max (squared for power 2) */
+    uint32_t max_age_ms;  /* default: three periods for PLC signals, 2000 ms for sensors; a lag has
+                             that of its signal, as well as min and max (squared for power 2) */
     /* derived (derive.h) */
     float rate_per_s;  /* max_rate_per_s, infinite where that is 0 */
-    float change_unit; /* one raw unit of an integer, which every change may have beside its rate */
+    float change_unit; /* one raw unit of an integer, which a change may exceed its rate by */
 };
 
-/* A lag and what it follows; derived, in the order of config->lags. */
+/* A lag and its signal; derived, in the order of config->lags. */
 struct cb_lag_link {
     uint8_t lag, of; /* indices of signals */
-    bool squares;    /* it follows the square */
-    uint8_t more;    /* so many lags after this one share its time constant */
+    bool squares;    /* the input is the square */
+    uint8_t more;    /* number of lags after this one that share its time constant */
     float tau_s;
 };
 
 /* A curve of one signal. Pool layout: B-spline and polyline: breaks[spans+1], coefficients
  * [spans*(degree+1)]; polynomial: coefficients[degree+1]. With reversal_mm > 0 it is the branch for
- * a position that counts up, and branches[backward] is that for one that counts down. */
+ * a rising position, and branches[backward] is the branch for a falling one. */
 struct cb_curve_config {
     uint8_t signal; /* index of its signal */
     uint8_t degree;
@@ -74,7 +74,7 @@ struct cb_curve_config {
     uint8_t backward;                           /* index into branches, where reversal_mm > 0 */
     float spans_per_unit;                       /* see cb_ppoly */
     float center, inverse_half_range, from, to; /* polynomial only */
-    float reversal_mm; /* way after a reversal until the other branch counts; 0: no branches */
+    float reversal_mm; /* distance of a reversal from one branch to the other; 0: no branches */
 };
 
 /* Signals that a term looks at: config->links[link + i]. */
@@ -112,7 +112,7 @@ struct cb_volumetric_config {
     uint16_t pool;
 };
 
-/* Terms stand after those whose outputs they use, whatever their order in the file. */
+/* A term comes after those whose outputs it uses, whatever their order in the file. */
 struct cb_term_config {
     uint8_t type;         /* enum cb_term_type (terms/kinds.h) */
     uint8_t first_output; /* index into outputs; the term's outputs are consecutive */
@@ -126,13 +126,14 @@ struct cb_term_config {
     } as;
 };
 
-/* Terms of type B-spline or polyline without branches, which most are, and where to look for their
- * value. Derived: those of one signal, the same breaks and the same degree stand together, on one
- * grid, so that the place of the signal among the breaks is found once for all of them. */
+/* Terms of type B-spline or polyline without branches, which most are. Derived: terms with the same
+ * signal, breaks and degree are adjacent and share a grid, so that one search finds the span for
+ * all of them. */
 struct cb_grid {
     uint8_t signal, degree;
-    uint8_t curves;       /* so many of config->plain_curves, after those of the grid before */
-    uint8_t term;         /* its first: the breaks of that one are looked at */
+    uint8_t curves;       /* number of its entries in config->plain_curves, after the previous
+                             grid's */
+    uint8_t term;         /* its first term, whose breaks are searched */
     float spans_per_unit; /* see cb_ppoly, as the next two */
     uint16_t spans;
     uint16_t breaks; /* offset in the pool */
@@ -154,10 +155,10 @@ struct cb_channel_config {
     uint8_t sum_count;       /* >= 1 */
     uint8_t type;            /* enum cb_number_type */
     int8_t sign;             /* +1 or -1: found by a sign test at commissioning */
-    bool has_applied;        /* the PLC returns the value it applies, same type, scale and sign;
-                                of a pair's channels both or none */
-    bool is_slope;           /* no channel of the file, but the slope of one, µm/m */
-    bool tangent;            /* it has slope and reference beside its value */
+    bool has_applied;        /* the PLC returns the applied value, same type, scale and sign; both
+                                channels of a pair or none */
+    bool is_slope;           /* not a channel of the file, but the slope of one, µm/m */
+    bool tangent;            /* it has slope and reference besides its value */
     uint8_t slope;           /* tangent: index of the channel that is its slope */
     uint8_t tangent_signal;  /* tangent: index of its axis' position */
     uint8_t reference_type;  /* tangent: enum cb_number_type */
@@ -169,15 +170,15 @@ struct cb_channel_config {
     float error_um;          /* >= limit: a demand beyond it is a FAULT */
     float slew_um_per_s;     /* > 0: |change| <= slew * min(elapsed, 2 periods) */
     float deadband_um;       /* >= 0: smaller changes are not written */
-    float step_um;           /* > 0: never further than this from what the PLC applies */
+    float step_um;           /* > 0: maximum distance from the PLC's applied value */
     float scale;             /* µm per unit of the register; > 0 */
     /* derived (grid.h) */
     float unit_um; /* one unit of the register; 0 where it is as fine as float32 */
     float most_um; /* the limit, or just inside it */
-    float top_um;  /* the largest value within the limit that the register can say */
+    float top_um;  /* the largest value within the limit that the register can represent */
 };
 
-/* Two motors of one stage: their outputs never differ by more than this. */
+/* Two motors of one stage: maximum difference of their outputs. */
 struct cb_pair_config {
     uint8_t a, b;            /* indices of channels, a != b */
     float max_difference_um; /* > 0 */
@@ -188,19 +189,19 @@ enum cb_exchange { CB_EXCHANGE_FC3_FC16, CB_EXCHANGE_FC23 };
 enum cb_transport { CB_TRANSPORT_TCP, CB_TRANSPORT_RTU };
 
 /* A block of holding registers, zero-based protocol address. With counters, its first and last
- * register carry the same number, counted up with every update; a block where they differ is torn.
- */
+ * register carry the same number, incremented with every update; a block where they differ is
+ * torn. */
 struct cb_block_config {
     uint16_t start;
     uint16_t count;
     bool counters;
 };
 
-/* A slow bus of the box itself, with modules in turn. */
+/* A slow bus of the box itself, whose modules are polled in turn. */
 struct cb_bus_config {
     char name[CB_NAME_SIZE];
     struct cb_serial_config serial;
-    uint32_t every_us; /* each module is asked this often */
+    uint32_t every_us; /* poll interval of each module */
 };
 
 struct cb_plc_config {
@@ -211,29 +212,29 @@ struct cb_plc_config {
     struct cb_block_config read, write;
     uint16_t control, plc_heartbeat; /* indices in the read block */
     uint16_t status, box_heartbeat;  /* indices in the write block */
-    uint16_t detail;                 /* likewise, where has_detail */
+    uint16_t detail;                 /* index in the write block, where has_detail */
     uint32_t heartbeat_timeout_ms;
     uint16_t referenced_mask; /* all of these control bits must be set; default bit 1 */
     uint16_t handshake;       /* index in the read block, where has_handshake */
-    uint16_t step_units;      /* largest change from one update of the NC to the next; 0: any */
-    bool has_detail;          /* the box shows which signal or channel is behind its reason */
-    bool has_handshake;       /* the PLC shows its handshake with the NC */
-    bool axes_at_once;        /* with a handshake: one takes all channels */
+    uint16_t step_units;      /* largest change between two updates of the NC; 0: any */
+    bool has_detail;          /* the box reports the signal or channel behind its reason */
+    bool has_handshake;       /* the PLC reports its handshake with the NC */
+    bool axes_at_once;        /* with a handshake: one handshake takes all channels */
     uint32_t scan_us;         /* the PLC's scan; 0 where the profile has no handshake */
-    float deadband_um;        /* the PLC hands smaller changes than this to the NC only later */
-    uint32_t interpolate_us;  /* the PLC goes to each new value in a straight line over this time;
+    float deadband_um;        /* the PLC delays smaller changes than this to the NC */
+    uint32_t interpolate_us;  /* the PLC moves to each new value in a straight line over this time;
                                  0: at once; <= a period */
-    /* where the PLC is: what a target needs when it starts, and no step */
+    /* connection to the PLC: used at start, by no step */
     char host[40]; /* TCP: numeric IPv4 or IPv6 address, no resolver in the loop */
     uint16_t port;
     struct cb_serial_config serial; /* RTU */
 };
 
-/* A CANopen device that is minded: started, and its heartbeat watched. */
+/* A supervised CANopen device: started, and its heartbeat watched. */
 struct cb_can_node_config {
     uint8_t node;                  /* 1 … 127 */
-    bool start;                    /* it is told to become operational (NMT) */
-    uint32_t heartbeat_timeout_ms; /* no heartbeat for longer: lost; 0: not watched */
+    bool start;                    /* send it the start command (NMT) */
+    uint32_t heartbeat_timeout_ms; /* its timeout; 0: not watched */
 };
 
 struct cb_can_config {
@@ -242,26 +243,26 @@ struct cb_can_config {
     struct cb_can_node_config nodes[CB_MAX_CAN_NODES];
 };
 
-/* From the front to plc.host lies what every step checks as a whole and before all else: numbers,
- * counts and lists of indices. Then come the arrays, of which it checks the entries in use. */
+/* Each step first checks the part from the front to plc.host as a whole: numbers, counts and lists
+ * of indices. Of the arrays behind it, a step checks the entries in use. */
 struct cb_config {
     uint32_t period_us;          /* 1 000 … 1 000 000 */
     uint32_t lead_us;            /* 0 … 500 000 */
-    uint32_t hold_us;            /* HOLD lasts no longer */
+    uint32_t hold_us;            /* maximum time in HOLD */
     uint32_t applied_quarter_us; /* derived: cb_profile_quarter_us() */
     float ramp_um_per_s;         /* > 0 */
-    float ceiling_um;   /* > 0: the site's: no output is beyond it, whatever the file is; 0: none */
-    bool lead_measured; /* the box measures it (lead.h); lead_us is 0 */
+    float ceiling_um;   /* > 0: the site's limit of every output, whatever the file allows; 0:
+                           none */
+    bool lead_measured; /* the box measures the lead (lead.h); lead_us is 0 */
     uint8_t signals_count, terms_count, outputs_count, channels_count, pairs_count;
     uint8_t lags_count, branches_count, buses_count;
-    uint8_t slopes_count; /* channels behind the channels_count of the file: slopes */
+    uint8_t slopes_count; /* slopes behind the channels_count channels of the file */
     uint16_t pool_count, links_count;
     /* derived (derive.h) */
     uint8_t grids_count, other_terms_count, plain_count;
-    uint32_t plain_age_us;             /* the least of the maximum ages of plain signals */
-    uint8_t other_terms[CB_MAX_TERMS]; /* all that are not plain curves, in their order */
-    uint8_t
-        measured[CB_MAX_SIGNALS]; /* signals that are no lags, the plain_count plain ones last */
+    uint32_t plain_age_us;             /* the smallest maximum age of plain signals */
+    uint8_t other_terms[CB_MAX_TERMS]; /* all terms except plain curves, in order */
+    uint8_t measured[CB_MAX_SIGNALS]; /* all signals except lags, the plain_count plain ones last */
     struct cb_plc_config plc;
 
     /* derived */
@@ -275,18 +276,18 @@ struct cb_config {
     struct cb_curve_config branches[CB_MAX_BRANCHES]; /* backward; as curves of terms */
     struct cb_channel_config channels[CB_MAX_CHANNELS];
     struct cb_pair_config pairs[CB_MAX_PAIRS];
-    uint32_t revision; /* … and no step needs what comes from here to outputs */
+    uint32_t revision; /* no step uses the fields from here to outputs */
     char machine[40];
     struct cb_bus_config buses[CB_MAX_BUSES];
     struct cb_can_config can;
-    uint8_t lags[CB_MAX_SIGNALS]; /* the signals that are lags, each after the one it follows, those
-                                     of one time constant side by side where that allows it */
+    uint8_t lags[CB_MAX_SIGNALS]; /* the lags, each after its signal, adjacent where they share a
+                                     time constant and the order permits it */
     struct cb_output_config outputs[CB_MAX_OUTPUTS];
     uint8_t links[CB_MAX_LINKS];
     float pool[CB_POOL_FLOATS];
 };
 
-/* Channels and slopes together: everything that passes the limiter. */
+/* Number of channels and slopes: all outputs that pass the limiter. */
 static inline unsigned cb_all_channels(const struct cb_config *config) {
     return (unsigned)config->channels_count + config->slopes_count;
 }

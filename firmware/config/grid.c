@@ -13,8 +13,8 @@ static float unit_um_of(const struct cb_channel_config *channel) {
     return counted ? channel->scale : 0.0f;
 }
 
-/* The limit, or just inside it where the output is not counted in units: division by the scale,
- * rounding and the PLC's multiplication could together end just outside. */
+/* The limit, or slightly less where the output is not counted in units: division by the scale,
+ * rounding and the PLC's multiplication could together exceed the limit. */
 static float reachable_limit_um(const struct cb_channel_config *channel) {
     const bool as_is = channel->scale == 1.0f && !cb_number_is_integer(channel->type);
     const bool exact = channel->unit_um > 0.0f || as_is;

@@ -7,18 +7,18 @@
 #include "firmware/wire/number.h"
 #include "models/num.h"
 
-/* More units than this are not counted: float32 is then about as coarse as the register. */
+/* Above this many units float32 is about as coarse as the register, so the output is not counted in
+ * units. */
 #define CB_FINEST_GRID 1048576.0f /* 2^20 */
 
-/* What the channel's register counts by, in µm; a float32 has no such unit, whatever its scale: 0.
- */
+/* One unit of the channel's register in µm; 0 for a float32, which has no such unit. */
 static inline float cb_channel_raw_unit_um(const struct cb_channel_config *channel) {
     return cb_number_is_integer((enum cb_number_type)channel->type) ? channel->scale : 0.0f;
 }
 
-/* in : a channel whose derived numbers are set; any float, NaN counts as 0
- * out: the value in µm nearest to um that the channel's register can say and whose size is <= limit
- */
+/* in : a channel with its derived fields set; any float, NaN counts as 0
+ * out: the value in µm nearest to um that the channel's register can represent and whose size is <=
+ *      limit */
 static inline float cb_channel_nearest(const struct cb_channel_config *channel, float um) {
     const float unit_um = channel->unit_um;
     const float inside_um = um == um ? cb_clamp(um, -channel->most_um, channel->most_um) : 0.0f;
@@ -29,7 +29,7 @@ static inline float cb_channel_nearest(const struct cb_channel_config *channel, 
     return (float)(units > 0 ? units - 1 : units + 1) * unit_um;
 }
 
-/* Sets what config.h calls derived of a channel, from its type, scale and limit. */
+/* Sets the derived fields of a channel from its type, scale and limit. */
 void cb_channel_derive(struct cb_channel_config *channel);
 
 #endif

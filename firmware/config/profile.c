@@ -100,7 +100,7 @@ float cb_profile_slew_most(const struct cb_config *config,
                            const struct cb_channel_config *channel) {
     const uint32_t window_us = cb_profile_step_window_us(config);
     if (config->plc.step_units == 0) return 0.0f;
-    /* one unit less: the grid may add one to what the rate alone allows (limiter.c) */
+    /* one unit less: the grid may add one unit to the rate limit (limiter.c) */
     const float step_um = (float)(config->plc.step_units - 1u) * channel->scale;
     return step_um / ((float)window_us * 1e-6f);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
- * What a kind of control can do (`plc.profile`), as data: one struct each. The loader refuses what
- * does not fit, the box and the tools take their numbers from here; nobody asks for a profile by
- * its name. Where the facts come from, and which are of memory only: docs/plc-profiles.md. */
+ * Abilities of each kind of control (`plc.profile`) as data: one struct each. The loader rejects
+ * settings beyond them, the box and the tools read their numbers here; no code tests for a profile
+ * by name. docs/plc-profiles.md has the source of each fact and its certainty. */
 #ifndef COMPBOX_FIRMWARE_CONFIG_PROFILE_H
 #define COMPBOX_FIRMWARE_CONFIG_PROFILE_H
 
@@ -11,65 +11,65 @@
 #include "firmware/config/config.h"
 
 enum {
-    CB_PROFILE_INCREMENTS = 5, /* least increments that a control may have */
-    /* an output moves no further than its largest step in this time, or in so many updates of the
-     * NC: whichever of the box's values the NC takes over, it sees no larger step */
+    CB_PROFILE_INCREMENTS = 5, /* number of least increments of a control */
+    /* an output moves no further than its largest step in this time, or in as many updates of the
+     * NC. Any two consecutive values that the NC takes over then differ by no more */
     CB_STEP_WINDOW_US = 1000000,
     CB_STEP_WINDOW_UPDATES = 10,
-    CB_USUAL_SCAN_US = 8000, /* of a ladder, unless plc.scan_ms says otherwise */
+    CB_USUAL_SCAN_US = 8000, /* of a ladder, unless plc.scan_ms gives another */
 };
 
-/* A control. Zero means without limit, or that it has no such thing. */
+/* A control. Zero means no limit, or that it has no such feature. */
 struct cb_profile_facts {
     const char *name;
-    uint32_t functions;      /* function codes that it answers, as bits 1 << code */
+    uint32_t functions;      /* supported function codes, as bits 1 << code */
     uint8_t read_registers;  /* most in one FC3 */
     uint8_t write_registers; /* most in one FC16 */
     uint8_t both_read;       /* most in one FC23 … */
     uint8_t both_write;      /* … read and written */
     uint32_t number_types;   /* of signals from the PLC, as bits 1 << enum cb_number_type */
     uint32_t value_types;    /* of channels: value, applied, slope and reference */
-    float value_most;        /* a value lies within ± this many register units */
-    uint16_t step_most;      /* the largest change from one update of the NC to the next, units */
-    float increments_um[CB_PROFILE_INCREMENTS]; /* register units that it may have; 0 ends */
+    float value_most;        /* a value is within ± this many register units */
+    uint16_t step_most;      /* the largest change between two updates of the NC, in units */
+    float increments_um[CB_PROFILE_INCREMENTS]; /* permitted register units; 0 ends */
     const char *increments;                     /* … in words */
-    bool tangent;                               /* the NC follows a slope between two values */
-    uint8_t handshake_scans; /* PLC scans until the NC took one value by handshake; 0: none */
+    bool tangent;                               /* the NC interpolates with a slope between two
+                                                   values */
+    uint8_t handshake_scans; /* PLC scans per value taken by the NC by handshake; 0: none */
     float deadband_um;       /* default of plc.deadband_um */
-    uint8_t clients;         /* Modbus clients at a time; 0: not known */
-    const char *order;       /* how numbers have to lie, in words */
+    uint8_t clients;         /* Modbus clients at a time; 0: unknown */
+    const char *order;       /* required order of numbers, in words */
 };
 
 /* in : a value of enum cb_profile */
 const struct cb_profile_facts *cb_profile_of(uint8_t profile);
 
-/* true: all function codes that an exchange needs are answered. */
+/* out: true if the control supports all function codes of the exchange */
 bool cb_profile_answers(const struct cb_profile_facts *facts, enum cb_exchange exchange);
 
-/* Most registers of the two blocks that one request of the exchange carries. */
+/* Most registers of the two blocks that one request of the exchange can carry. */
 unsigned cb_profile_read_most(const struct cb_profile_facts *facts, enum cb_exchange exchange);
 unsigned cb_profile_write_most(const struct cb_profile_facts *facts, enum cb_exchange exchange);
 
-/* Time until the NC took over one value: one handshake. 0: without a handshake. */
+/* Time of one handshake, by which the NC takes over one value. 0: without a handshake. */
 uint32_t cb_profile_handshake_us(const struct cb_config *config);
 
-/* Time from one update of a channel in the NC to the next: a handshake for each, one after the
- * other, or one for all of them. 0: without a handshake. */
+/* Time between two updates of a channel in the NC: the sum of all channels' handshakes, or one
+ * handshake for all. 0: without a handshake. */
 uint32_t cb_profile_update_us(const struct cb_config *config);
 
-/* What a value waits for behind the PLC's register, as a part of the lead (lead.h): half of a
- * handshake until the NC has it and half of an update that it then stands for. */
+/* Delay of a value behind the PLC's register, as a part of the lead (lead.h): half a handshake
+ * until the NC has it, and half of the update for which it is then valid. */
 uint32_t cb_profile_lead_us(const struct cb_config *config);
 
-/* A quarter of the time that a PLC has to apply what it was sent: 1 s, and in any case ten updates
- * of the NC. */
+/* A quarter of the time in which a PLC must apply a value: 1 s, but at least ten updates of the
+ * NC. */
 uint32_t cb_profile_quarter_us(const struct cb_config *config);
 
 /* The time in which no channel moves further than the largest step. */
 uint32_t cb_profile_step_window_us(const struct cb_config *config);
 
-/* The rate at which a channel may move so that no window holds more than the largest step; 0:
- * any. */
+/* Maximum rate of a channel such that no window exceeds the largest step; 0: any. */
 float cb_profile_slew_most(const struct cb_config *config, const struct cb_channel_config *channel);
 
 #endif

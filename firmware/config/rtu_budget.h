@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Whether a serial line can carry the exchange with the PLC in every period, and how it is asked.
- */
+ * Time of the exchange with the PLC on a serial line, which must fit the period, and the settings
+ * of its dialog. */
 #ifndef COMPBOX_FIRMWARE_CONFIG_RTU_BUDGET_H
 #define COMPBOX_FIRMWARE_CONFIG_RTU_BUDGET_H
 
@@ -10,12 +10,12 @@
 #include "firmware/config/config.h"
 #include "firmware/wire/rtu_dialog.h"
 
-/* The usual baud rates, ascending, ended by 0. Those that Linux knows by name. */
+/* The usual baud rates, those with a name in Linux, ascending, ended by 0. */
 extern const uint32_t cb_usual_bauds[];
 bool cb_is_usual_baud(uint32_t baud);
 
-/* How long all transfers of one cycle may take: 4/5 of the period, the rest is for the step and for
- * being late. in: period_us <= 1 000 000 */
+/* Time for all transfers of one cycle: 4/5 of the period; the rest is for the step and for delays.
+ * in: period_us <= 1 000 000 */
 static inline uint32_t cb_exchange_budget_us(uint32_t period_us) {
     return period_us * 4 / 5;
 }
@@ -24,15 +24,15 @@ static inline uint32_t cb_exchange_budget_us(uint32_t period_us) {
  * out: what one cycle's transfers take on it: fc3 and fc16, or fc23 */
 uint32_t cb_rtu_cycle_us(const struct cb_plc_config *plc, const struct cb_rtu_line *line);
 
-/* The reading of both blocks by fc3, in a cycle after a loss: a box whose line has no time for it
- * would never write again. Longer than fc23, shorter than fc3 and fc16. */
+/* Time to read both blocks by fc3, in a cycle after a loss. A line without time for it could never
+ * write again. Longer than fc23, shorter than fc3 and fc16. */
 uint32_t cb_rtu_resync_us(const struct cb_plc_config *plc, const struct cb_rtu_line *line);
 
-/* The longer of the two. */
+/* The longer of cb_rtu_cycle_us and cb_rtu_resync_us. */
 uint32_t cb_rtu_longest_us(const struct cb_plc_config *plc, const struct cb_rtu_line *line);
 
-/* Registers of the second probe, beside that of 1: 2 or 3, which no block has.
- * out: 0: the longer block is so short that there is no such number */
+/* Register count of the second probe, beside the first one's 1: 2 or 3, which no block has.
+ * out: 0: none, because the longer block is too short */
 uint16_t cb_rtu_second_probe(const struct cb_plc_config *plc);
 
 /* in : blocks for which there is a second probe */
