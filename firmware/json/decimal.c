@@ -1,13 +1,15 @@
 /* SPDX-License-Identifier: MIT
  *
- * A decimal number is D * 10^e, D and e whole. It is brought to the form A / B * 2^x with whole
- * A and B, 1 <= A / B < 2, exactly; long division then gives as many bits as the float has there,
- * and what is left of A against B says how to round. Every step is exact, so the rounding is.
+ * A decimal number is D * 10^e, D and e integers. It is converted exactly to the form A / B * 2^x
+ * with integers A and B, 1 <= A / B < 2. Long division then gives as many bits as the float has
+ * there, and the remainder decides the rounding. Every step is exact, so the result is correctly
+ * rounded.
  *
  * Size. The points half-way between two float32 have at most 113 significant digits (an odd number
- * below 2^25 times 5^150 at the small end). So of longer numbers the first 120 digits are kept, and
- * a final 1 stands for all others if one of them is not 0: the comparison with every half-way point
- * is the same. D < 10^121 < 2^402, and 5^-e <= 5^166 < 2^386: 13 words, and one for shifts. */
+ * below 2^25 times 5^150 at the small end). Of a longer number the first 120 digits are therefore
+ * kept, and a final 1 represents the others if one of them is not 0: the comparison with every
+ * half-way point is the same. D < 10^121 < 2^402, and 5^-e <= 5^166 < 2^386: 13 words, and one for
+ * shifts. */
 #include "firmware/json/decimal.h"
 
 #include <string.h>
@@ -17,10 +19,10 @@ enum {
     MAX_DIGITS = 120,
     LARGEST_MAGNITUDE = 39,    /* 10^39 > FLT_MAX: no larger number is finite */
     SMALLEST_MAGNITUDE = -45,  /* 10^-46 < 2^-150: no smaller number rounds to more than 0 */
-    HUGE_EXPONENT = 100000000, /* no text has as many digits to make up for it */
+    HUGE_EXPONENT = 100000000, /* no text has as many digits to compensate for it */
 };
 
-/* Unsigned whole number, least significant word first. */
+/* Unsigned integer, least significant word first. */
 struct big {
     uint32_t word[WORDS];
 };
@@ -30,7 +32,7 @@ static void big_set(struct big *a, uint32_t value) {
     a->word[0] = value;
 }
 
-/* a = a * factor + addend; the result must fit. */
+/* a = a * factor + addend; the caller ensures that it fits. */
 static void big_multiply_add(struct big *a, uint32_t factor, uint32_t addend) {
     uint64_t carry = addend;
     for (unsigned i = 0; i < WORDS; ++i) {
@@ -63,7 +65,7 @@ static void big_subtract(struct big *a, const struct big *b) {
     }
 }
 
-/* a = a * 2^bits; the result must fit. */
+/* a = a * 2^bits; the caller ensures that it fits. */
 static void big_shift(struct big *a, uint32_t bits) {
     const uint32_t words = bits / 32, rest = bits % 32;
     for (uint32_t i = WORDS; i-- > 0;) {
@@ -89,7 +91,7 @@ struct decimal {
     struct big digits;
     uint32_t count;
     int32_t exponent;
-    bool negative, more; /* more: a digit that was not kept is not 0 */
+    bool negative, more; /* more: a dropped digit is not 0 */
 };
 
 /* Takes one digit of the mantissa. */
@@ -105,7 +107,7 @@ static void take_digit(struct decimal *decimal, uint32_t digit, bool after_point
     ++decimal->count;
 }
 
-/* in : text[length]: perhaps a sign, then digits
+/* in : text[length]: optional sign, then digits
  * out: the exponent; a huge one stays huge, but never overflows */
 static int32_t read_exponent(const char *text, uint32_t length) {
     bool negative = false;
@@ -118,6 +120,9 @@ static int32_t read_exponent(const char *text, uint32_t length) {
     return negative ? -value : value;
 }
 
+/* in : text[length], a number in the grammar of JSON
+ * out: its significant digits and exponent; a digit 1 behind the kept digits stands for dropped
+ *      ones */
 static void read_decimal(const char *text, uint32_t length, struct decimal *decimal) {
     bool after_point = false;
     memset(decimal, 0, sizeof *decimal);
@@ -151,7 +156,7 @@ static int32_t normalise(struct big *a, struct big *b) {
 }
 
 /* in : a / b in [1, 2)
- * out: its first `bits` binary digits as a whole number, rounded to nearest even; a is used up */
+ * out: its first `bits` binary digits as an integer, rounded to nearest even; a is consumed */
 static uint32_t divide(struct big *a, const struct big *b, int32_t bits) {
     uint32_t quotient = 0;
     for (int32_t i = 0; i < bits; ++i) {

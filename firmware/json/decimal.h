@@ -13,7 +13,7 @@
 bool cb_decimal_to_float(const char *text, uint32_t length, float *value);
 
 /* in : text[length]
- * out: true and its value if it is made of digits only and fits; false, *value unchanged */
+ * out: true and its value if it has only digits and fits; false, *value unchanged */
 bool cb_decimal_to_uint32(const char *text, uint32_t length, uint32_t *value);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * The grammar, one function for each thing that may come next. Texts: text.c. */
+ * The grammar, one function for each kind of next token. Texts: text.c. */
 #include "firmware/json/json.h"
 
 #include "firmware/json/text.h"
@@ -10,7 +10,7 @@ enum expect {
     FIRST_KEY,     /* a key or } */
     SEPARATOR,     /* a comma or the container's end */
     NOTHING,       /* white space only: the root is complete */
-    STOPPED,       /* after a mistake */
+    STOPPED,       /* after a syntax error */
 };
 
 void cb_json_start(struct cb_json *json, const char *text, uint32_t length, uint32_t at) {
@@ -30,7 +30,7 @@ static struct cb_json_token bad(struct cb_json *json, uint32_t at, const char *m
     return (struct cb_json_token){CB_JSON_BAD, at, 0};
 }
 
-/* The byte at json->at, or 0 at the end: a real 0 is as wrong everywhere. */
+/* out: the byte at json->at, or 0 at the end, because a real 0 is an error everywhere */
 static char peek(const struct cb_json *json) {
     return json->at < json->length ? json->text[json->at] : '\0';
 }
@@ -48,7 +48,7 @@ static bool in_object(const struct cb_json *json) {
     return json->depth > 0 && ((json->objects >> (json->depth - 1)) & 1u) != 0;
 }
 
-/* A value is complete: what may follow depends on where it stands. */
+/* Completes a value; its container determines the next token. */
 static struct cb_json_token complete(struct cb_json *json, enum cb_json_kind kind, uint32_t at) {
     json->expect = json->depth > 0 ? SEPARATOR : NOTHING;
     return (struct cb_json_token){kind, at, json->at - at};
@@ -81,13 +81,16 @@ static struct cb_json_token read_string(struct cb_json *json) {
     return complete(json, CB_JSON_STRING, at);
 }
 
-/* Passes digits; false when there is none. */
+/* Passes digits; false if there are none. */
 static bool pass_digits(struct cb_json *json) {
     if (!is_digit(peek(json))) return false;
     while (is_digit(peek(json))) ++json->at;
     return true;
 }
 
+/* in : json->at at a minus sign or a digit
+ * out: the number's token, json->at behind it; BAD at the number's start or at the first wrong
+ * byte */
 static struct cb_json_token read_number(struct cb_json *json) {
     const uint32_t at = json->at;
     if (peek(json) == '-') ++json->at;
@@ -107,7 +110,7 @@ static struct cb_json_token read_number(struct cb_json *json) {
     return complete(json, CB_JSON_NUMBER, at);
 }
 
-/* Passes `word` if it stands here. */
+/* Passes `word` if it is next. */
 static bool pass_word(struct cb_json *json, const char *word) {
     uint32_t at = json->at;
     for (; *word; ++word, ++at) {
@@ -117,7 +120,7 @@ static bool pass_word(struct cb_json *json, const char *word) {
     return true;
 }
 
-/* A byte that cannot begin a value: what the person probably meant. */
+/* Sentence for a byte that cannot begin a value, with a guess at the intention. */
 static const char *no_value(const struct cb_json *json) {
     static const struct {
         char first;
@@ -126,7 +129,7 @@ static const char *no_value(const struct cb_json *json) {
         {']', "a value is missing before this bracket; is there a comma too many?"},
         {'}', "a value is missing before this bracket"},
         {',', "a value is missing before this comma"},
-        {'\'', "texts stand in double quotes"},
+        {'\'', "texts need double quotes"},
         {'/', "JSON has no comments"},
         {'+', "a number may not begin with +"},
         {'.', "a number must begin with a digit: write 0.5, not .5"},
@@ -178,7 +181,7 @@ static struct cb_json_token read_after_value(struct cb_json *json) {
     if (json->at >= json->length)
         return bad(
             json, json->at,
-            object ? "the text ends before its } is there" : "the text ends before its ] is there");
+            object ? "the text ends before its closing }" : "the text ends before its closing ]");
     if (c != ',')
         return bad(json, json->at,
                    object ? "a comma or } is expected here" : "a comma or ] is expected here");

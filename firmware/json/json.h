@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * Strict JSON (RFC 8259), one token at a time from text in memory: no recursion, no copy, no heap.
  *
- * Refused: trailing text, trailing commas, comments, NaN, leading zeros, control characters in
+ * Rejected: trailing text, trailing commas, comments, NaN, leading zeros, control characters in
  * texts, bytes that are not UTF-8, half surrogates, a byte order mark, nesting beyond
- * CB_JSON_MAX_DEPTH. Duplicate keys are valid JSON; who reads an object refuses them. */
+ * CB_JSON_MAX_DEPTH. Duplicate keys are valid JSON; the reader of an object rejects them. */
 #ifndef COMPBOX_FIRMWARE_JSON_JSON_H
 #define COMPBOX_FIRMWARE_JSON_JSON_H
 
@@ -24,7 +24,7 @@ enum cb_json_kind {
     CB_JSON_FALSE,
     CB_JSON_NULL,
     CB_JSON_END, /* the text is complete */
-    CB_JSON_BAD, /* not JSON; stays so */
+    CB_JSON_BAD, /* not JSON; every later token is BAD too */
 };
 
 struct cb_json_token {
@@ -33,14 +33,14 @@ struct cb_json_token {
     uint32_t length; /* in bytes, as written; 1 for brackets, 0 for END and BAD */
 };
 
-/* The reader's place in a text that the caller owns. */
+/* Position of the reader in a text that the caller owns. */
 struct cb_json {
     const char *text;
     uint32_t length;
     uint32_t at;         /* next byte to read */
     uint32_t objects;    /* bit d: the container at depth d + 1 is an object */
     uint8_t depth;       /* open containers */
-    uint8_t expect;      /* what may come next; internal */
+    uint8_t expect;      /* set of permitted next tokens; internal */
     const char *mistake; /* after CB_JSON_BAD: a sentence about the byte at the token's place */
 };
 
@@ -51,7 +51,7 @@ void cb_json_start(struct cb_json *json, const char *text, uint32_t length, uint
 /* The next token; after the last one CB_JSON_END. Linear in the bytes it passes. */
 struct cb_json_token cb_json_next(struct cb_json *json);
 
-/* Reads on until only `depth` containers are open: past the end of the one just entered. */
+/* Skips tokens until only `depth` containers are open: past the end of the current one. */
 void cb_json_skip(struct cb_json *json, uint8_t depth);
 
 /* in : a valid CB_JSON_KEY or CB_JSON_STRING token; buffer[size]

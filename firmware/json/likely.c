@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Which known key a misspelt one was probably meant to be. */
+ * Suggests the known key for a misspelt one. */
 #include "firmware/json/reader.h"
 
 static uint32_t smaller(uint32_t a, uint32_t b) {
@@ -23,7 +23,7 @@ static uint32_t distance(const char *a, const char *b) {
     return row[length];
 }
 
-/* true: `known` is `key` with a unit or more behind it: limit for limit_um. */
+/* out: true if `known` is `key` plus a suffix such as a unit: limit for limit_um. */
 static bool lacks_end(const char *known, const char *key) {
     uint32_t length = 0;
     while (key[length] && key[length] == known[length]) ++length;
@@ -32,7 +32,7 @@ static bool lacks_end(const char *known, const char *key) {
 
 const char *cb_likely_key(const struct cb_object *object, const char *key) {
     const char *likely = 0;
-    uint32_t best = 3; /* more than two edits are no slip of a finger */
+    uint32_t best = 3; /* more than two edits are no typing error */
     for (uint32_t i = 0; i < object->count; ++i) {
         const char *known = object->fields[i].key;
         if (lacks_end(known, key)) return known;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * The loader's one message: path, sentence, line and column. The path is found by walking the text
- * once more up to the mistake, so nothing has to be kept for it while all is well. */
+ * The loader's one message: path, sentence, line and column. The path is found by a second walk
+ * over the text up to the mistake, so that a valid file costs no bookkeeping. */
 #include <stdarg.h>
 #include <string.h>
 
@@ -8,7 +8,7 @@
 #include "firmware/json/text.h"
 
 enum {
-    QUOTE_BYTES = 48, /* of a value, as the user wrote it */
+    QUOTE_BYTES = 48, /* of a value, as in the file */
     KEY_BYTES = 32,   /* of a key in the path */
 };
 
@@ -17,7 +17,7 @@ enum {
 struct writer {
     char *text;
     uint32_t used, size; /* size: without the ending 0 */
-    bool full;           /* something did not fit; nothing is written any more */
+    bool full;           /* output was cut; nothing more is written */
 };
 
 static uint32_t text_length(const char *text) {
@@ -57,7 +57,8 @@ static void put_whole(struct writer *writer, uint32_t number) {
     put(writer, digits + first, (uint32_t)sizeof digits - first);
 }
 
-/* Text of the file; a control character, which could forge a line of the log, as '?'. */
+/* Copies text of the file; a control character, which could forge a line of the log, becomes
+ * '?'. */
 static void put_shown(struct writer *writer, const char *text, uint32_t length) {
     uint32_t first = 0;
     for (uint32_t at = 0; at < length; ++at) {
@@ -70,7 +71,7 @@ static void put_shown(struct writer *writer, const char *text, uint32_t length) 
     put(writer, text + first, length - first);
 }
 
-/* A piece of the file, shortened to about `most` bytes. */
+/* Copies a piece of the file, shortened to about `most` bytes. */
 static void put_piece(struct writer *writer, const char *text, uint32_t length, uint32_t most) {
     if (length <= most) {
         put_shown(writer, text, length);
@@ -80,7 +81,7 @@ static void put_piece(struct writer *writer, const char *text, uint32_t length, 
     put_text(writer, "…");
 }
 
-/* A value as the user wrote it; containers by their kind. */
+/* A value as in the file; a container by its kind. */
 static void put_value(struct writer *writer, const struct cb_loader *loader, uint32_t at) {
     const struct cb_json_token token = cb_token_at(loader, at);
     if (token.kind == CB_JSON_OBJECT) {
@@ -92,7 +93,7 @@ static void put_value(struct writer *writer, const struct cb_loader *loader, uin
     }
 }
 
-/* Ends the text with 0, and where it was cut with three dots. */
+/* Ends the text with 0, after three dots if it was cut. */
 static void finish(struct writer *writer) {
     const char dots[] = "…";
     if (writer->full) {
@@ -108,11 +109,11 @@ static void finish(struct writer *writer) {
 
 enum { NO_INDEX = -1 };
 
-/* Where the walk to the mistake is in one open container. */
+/* Position of the walk in one open container. */
 struct level {
-    uint32_t key_at;     /* object: offset of the present key */
+    uint32_t key_at;     /* object: offset of the current key */
     uint32_t key_length; /* … and its length; 0: none yet, or an array */
-    int32_t index;       /* array: the present element; NO_INDEX: none yet, or an object */
+    int32_t index;       /* array: the current element; NO_INDEX: none yet, or an object */
 };
 
 struct walk {
@@ -124,7 +125,7 @@ static bool is_object(const struct walk *walk, uint32_t level) {
     return walk->json.objects >> level & 1u;
 }
 
-/* Notes that a key or value of the innermost open container (of `depth`) begins. */
+/* Records that a key or value of the innermost open container (of `depth`) begins. */
 static void enter_member(struct walk *walk, uint32_t depth, struct cb_json_token token) {
     if (depth == 0) return;
     struct level *level = &walk->levels[depth - 1];
@@ -138,7 +139,7 @@ static void open_level(struct walk *walk, uint32_t depth) {
     walk->levels[depth] = (struct level){0, 0, NO_INDEX};
 }
 
-/* A mistake in the syntax, after the token `before`: does a new key or element begin there? */
+/* For a syntax error after the token `before`: checks whether a new key or element begins there. */
 static void enter_bad(struct walk *walk, struct cb_json_token before) {
     const char *text = walk->json.text;
     uint32_t at = before.at + before.length;
@@ -154,7 +155,7 @@ static void enter_bad(struct walk *walk, struct cb_json_token before) {
     ++level->index;
 }
 
-/* Walks to the token at offset `at`; returns how many levels lead to it. */
+/* Walks to the token at offset `at`; returns the number of levels above it. */
 static uint32_t walk_to(struct walk *walk, uint32_t at) {
     struct cb_json_token before = {CB_JSON_END, 0, 0};
     for (;;) {
@@ -188,7 +189,7 @@ static uint32_t walk_to(struct walk *walk, uint32_t at) {
     }
 }
 
-/* terms[3].knots[7] and ": "; nothing for the whole file. */
+/* Writes terms[3].knots[7] and ": "; nothing for the whole file. */
 static void put_path(struct writer *writer, const struct cb_loader *loader, uint32_t at) {
     struct walk walk;
     cb_json_start(&walk.json, loader->text, loader->length, 0);
@@ -209,6 +210,8 @@ static void put_path(struct writer *writer, const struct cb_loader *loader, uint
 
 /* ---- sentence ---- */
 
+/* in : sentence with %v, %s and %u as cb_fail (reader.h), and their arguments in order
+ * out: the sentence with its arguments in the writer, cut where that is full */
 static void put_sentence(struct writer *writer, const struct cb_loader *loader,
                          const char *sentence, va_list *arguments) {
     for (const char *c = sentence; *c; ++c) {

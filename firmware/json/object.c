@@ -27,7 +27,7 @@ static bool next_member(struct members *members) {
     return true;
 }
 
-/* The key's text, escapes resolved; too long for any known key: empty. */
+/* Copies the key's text, escapes resolved; empty if it is too long for any known key. */
 static void key_text(const struct members *members, char key[CB_KEY_SIZE]) {
     const uint32_t length = cb_json_text(members->json.text, members->key, key, CB_KEY_SIZE - 1);
     key[length < CB_KEY_SIZE ? length : 0] = '\0';
@@ -57,7 +57,7 @@ static bool unknown_key(struct cb_loader *loader, uint32_t at, const struct cb_o
     return cb_fail(loader, CB_ERROR_KEY, at, "unknown key");
 }
 
-/* Notes where the value of each key is. */
+/* Records the offset of each key's value. */
 static bool collect(struct cb_loader *loader, uint32_t at, const struct cb_object *object,
                     uint32_t *slots) {
     char key[CB_KEY_SIZE];
@@ -68,7 +68,7 @@ static bool collect(struct cb_loader *loader, uint32_t at, const struct cb_objec
         const uint32_t i = field_of(object, key);
         if (i == object->count) return unknown_key(loader, members.key.at, object, key);
         if (slots[i] != CB_ABSENT)
-            return cb_fail(loader, CB_ERROR_KEY, members.key.at, "this key stands here twice");
+            return cb_fail(loader, CB_ERROR_KEY, members.key.at, "this key occurs twice");
         slots[i] = members.at;
     }
     return true;
@@ -90,7 +90,7 @@ static void store_float(const struct cb_field *field, void *into, float value) {
     memcpy((char *)into + field->offset, &value, sizeof value);
 }
 
-/* Stores a whole number that fits the field's type. */
+/* Stores an integer that fits the field's type. */
 static void store_whole(const struct cb_field *field, void *into, uint32_t value) {
     char *place = (char *)into + field->offset;
     const uint16_t half = (uint16_t)value;
@@ -160,6 +160,9 @@ static bool must_be(struct cb_loader *loader, uint32_t at, enum cb_json_kind kin
     return cb_fail(loader, CB_ERROR_TYPE, at, "must be %s, not %v", what, at);
 }
 
+/* in : at: the value of a key; into: the struct of the table's offsets
+ * out: true: the value has the field's kind and range, and simple values are stored; false: the
+ *      message is written */
 static bool read_field(struct cb_loader *loader, uint32_t at, const struct cb_field *field,
                        void *into) {
     switch (field->kind) {
@@ -195,9 +198,9 @@ static bool read_field(struct cb_loader *loader, uint32_t at, const struct cb_fi
                    field->key);
 }
 
-/* ---- what an absent key stands for ---- */
+/* ---- absent keys ---- */
 
-/* in : a default of the table, which is right by construction (a test loads every one) */
+/* in : a default of the table, which is valid by construction (a test loads every one) */
 static void store_default(const struct cb_field *field, void *into) {
     const char *text = field->otherwise;
     float number = 0.0f;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
- * Inside of the loader: how objects of the coefficient file are read by tables of their keys.
+ * Inside of the loader: reading of objects of the coefficient file by tables of their keys.
  *
- * A first pass over the text checks that it is JSON. After that a value is known by its offset in
- * the text, and any part can be read in any order. Every function that can fail returns false
+ * A first pass over the text checks that it is JSON. After that a value is identified by its offset
+ * in the text, and any part can be read in any order. Every function that can fail returns false
  * after it has written the one message. */
 #ifndef COMPBOX_FIRMWARE_JSON_READER_H
 #define COMPBOX_FIRMWARE_JSON_READER_H
@@ -14,7 +14,7 @@
 #include "firmware/config/loading.h"
 #include "firmware/json/json.h"
 
-/* Numbers of the file stay within ±1e9: far beyond any machine in mm, µm, °C or 1/min, and far
+/* Numbers of the file are within ±1e9: far beyond any machine in mm, µm, °C or 1/min, and far
  * enough from FLT_MAX that no later sum or product overflows. */
 #define CB_LEAST_NUMBER "-1e9"
 #define CB_MOST_NUMBER "1e9"
@@ -24,7 +24,7 @@ enum {
     CB_KEY_SIZE = 32,   /* longest known key or word, with the ending 0 */
     CB_TABLE_TEXT = 64, /* longest text in a table */
 };
-#define CB_ABSENT UINT32_MAX /* offset of a key that is not there */
+#define CB_ABSENT UINT32_MAX /* offset of an absent key */
 
 struct cb_loader {
     const char *text;
@@ -36,10 +36,9 @@ struct cb_loader {
     enum cb_error error;
 };
 
-/* Writes the message: path of the value at `at`, the sentence, line and column. In the sentence,
- * %v takes the offset (uint32_t) of a value and quotes it as the user wrote it (a control
- * character as '?'), %s a text, %u a uint32_t. at = CB_ABSENT: the file as a whole, no place.
- * Always false. */
+/* Writes the message: path of the value at `at`, the sentence, line and column. In the sentence, %v
+ * takes the offset (uint32_t) of a value and quotes it as in the file (a control character as '?'),
+ * %s a text, %u a uint32_t. at = CB_ABSENT: the file as a whole, no place. out: always false. */
 bool cb_fail(struct cb_loader *loader, enum cb_error error, uint32_t at, const char *sentence, ...);
 
 /* ---- tables of keys ---- */
@@ -58,8 +57,8 @@ enum cb_field_kind {
     CB_FIELD_STRING, /* a text that the caller reads */
     CB_FIELD_OBJECT, /* the caller reads it */
     CB_FIELD_ARRAY,  /* the caller reads it */
-    CB_FIELD_ANY,    /* valid JSON, not looked at */
-    CB_FIELD_LATER,  /* of a later version: refused with a sentence that says so */
+    CB_FIELD_ANY,    /* valid JSON, ignored */
+    CB_FIELD_LATER,  /* of a later version: rejected with a sentence that names it */
 };
 
 struct cb_word {
@@ -67,7 +66,7 @@ struct cb_word {
     uint8_t value;
 };
 
-/* One key. Ranges and defaults are decimal texts: what messages quote is what is compared. */
+/* One key. Ranges and defaults are decimal texts, so that messages quote the compared text. */
 struct cb_field {
     const char *key;
     enum cb_field_kind kind;
@@ -75,7 +74,7 @@ struct cb_field {
     uint16_t offset;             /* in the struct that the table fills */
     uint16_t size;               /* CB_FIELD_TEXT: bytes with the ending 0 */
     const char *least, *most;    /* numbers: inclusive range */
-    const char *otherwise;       /* number or word that an absent key stands for; NULL: caller's */
+    const char *otherwise;       /* number or word of an absent key; NULL: the caller handles it */
     const struct cb_word *words; /* CB_FIELD_WORD */
 };
 
@@ -87,30 +86,30 @@ struct cb_object {
     uint8_t count;
 };
 
-/* in : at: any value; into: the struct that the table's offsets mean, NULL when it stores nothing
- * out: true: it is an object with all required and no unknown or double keys, every simple field
- *      is stored, and slots[count] hold the offsets of the values, CB_ABSENT where absent */
+/* in : at: any value; into: the struct of the table's offsets, NULL if nothing is stored
+ * out: true: it is an object with all required keys and no unknown or double ones, every simple
+ *      field is stored, and slots[count] hold the offsets of the values, CB_ABSENT where absent */
 bool cb_read_object(struct cb_loader *loader, uint32_t at, const struct cb_object *object,
                     void *into, uint32_t *slots);
 
-/* Offset of the value of `key` in the object at `at`; CB_ABSENT when it has none. */
+/* out: offset of the value of `key` in the object at `at`; CB_ABSENT if there is none. */
 uint32_t cb_find_key(const struct cb_loader *loader, uint32_t at, const char *key);
 
-/* Looks a text up in a list of words; the message lists what is known. */
+/* Looks a text up in a list of words; the message lists the known words. */
 bool cb_read_word(struct cb_loader *loader, uint32_t at, const struct cb_word *words,
                   uint8_t *value);
 
-/* A number within [least, most]. */
+/* Reads a number within [least, most]. */
 bool cb_read_float(struct cb_loader *loader, uint32_t at, const char *least, const char *most,
                    float *value);
 bool cb_read_whole(struct cb_loader *loader, uint32_t at, const char *least, const char *most,
                    uint32_t *value);
 
-/* A text into buffer[size], ended by 0; at most size - 1 bytes, no control characters
+/* Reads a text into buffer[size], ended by 0; at most size - 1 bytes, no control characters
  * (text.h). */
 bool cb_read_text(struct cb_loader *loader, uint32_t at, char *buffer, uint32_t size);
 
-/* A name: as a text, of letters, digits and _ - . only, not empty. */
+/* Reads a name: as a text, of letters, digits and _ - . only, not empty. */
 bool cb_read_name(struct cb_loader *loader, uint32_t at, char name[CB_NAME_SIZE]);
 
 /* ---- lists ---- */
@@ -124,7 +123,7 @@ struct cb_list {
 struct cb_list cb_list(const struct cb_loader *loader, uint32_t at);
 bool cb_list_next(struct cb_list *list);
 
-/* Offset of element `index`, which exists. */
+/* out: offset of element `index`, which must exist */
 uint32_t cb_list_at(const struct cb_loader *loader, uint32_t at, uint32_t index);
 
 /* Reads an array of numbers within ±1e9 into numbers[max]. */
@@ -136,19 +135,19 @@ bool cb_read_numbers(struct cb_loader *loader, uint32_t at, float *numbers, uint
 struct cb_json_token cb_token_at(const struct cb_loader *loader, uint32_t at);
 bool cb_same_text(const char *a, const char *b);
 
-/* A number text of the tables, which is right by construction. */
+/* out: value of a number text of the tables, which is valid by construction */
 float cb_number_of(const char *text);
 
 bool cb_find_word(const struct cb_word *words, const char *word, uint8_t *value);
 
-/* The known key that begins with `key`_, or is the nearest within two edits; NULL: none. */
+/* out: the known key that begins with `key`_, or the nearest one within two edits; NULL: none */
 const char *cb_likely_key(const struct cb_object *object, const char *key);
 
-/* Index in [0, count) of the element whose name is `name`, given an array of structs that begin
- * with their name, `stride` bytes each; CB_NONE when there is none. */
+/* in : an array of structs that begin with their name, `stride` bytes each
+ * out: index in [0, count) of the element with this name; CB_NONE if there is none */
 uint8_t cb_find_name(const void *array, size_t stride, uint32_t count, const char *name);
 
-/* Fails where a list has more elements than the box has room for. */
+/* Fails if a list has more elements than the box has room for. */
 bool cb_list_has_room(struct cb_loader *loader, const struct cb_list *list, uint32_t max,
                       const char *what);
 

@@ -7,8 +7,8 @@ static uint8_t byte_at(const char *text, uint32_t at) {
     return (uint8_t)text[at];
 }
 
-/* RFC 3629 §4: by the first byte, how many follow and what the second one may be; the others are
- * 80 … BF. */
+/* RFC 3629 §4: by the first byte, the number of following bytes and the range of the second one;
+ * the others are 80 … BF. */
 struct utf8_form {
     uint8_t first_low, first_high, second_low, second_high, length;
 };
@@ -69,7 +69,7 @@ uint32_t cb_hex_digit(char c) {
     return 16;
 }
 
-/* in : at: where "\u" should stand
+/* in : at: the expected place of "\u"
  * out: true and its 16 bits, if "\u" and four hexadecimal digits are there */
 static bool unicode_escape(const char *text, uint32_t length, uint32_t at, uint32_t *unit) {
     if (length - at < 6 || text[at] != '\\' || text[at + 1] != 'u') return false;
@@ -90,7 +90,7 @@ static bool is_low_surrogate(uint32_t unit) {
     return unit >= 0xDC00 && unit <= 0xDFFF;
 }
 
-/* What a one-letter escape stands for; 0 for a letter that is none. */
+/* out: the character of a one-letter escape; 0 for another letter */
 static char simple_escape(char letter) {
     static const char letters[] = "\"\\/bfnrt";
     static const char meanings[] = "\"\\/\b\f\n\r\t";
@@ -101,7 +101,7 @@ static char simple_escape(char letter) {
 }
 
 /* in : text[at] is a backslash
- * out: NULL and the bytes that the escape (or pair of surrogates) takes, or a sentence */
+ * out: NULL and the length of the escape (or pair of surrogates) in bytes, or a sentence */
 static const char *scan_escape(const char *text, uint32_t length, uint32_t at, uint32_t *bytes) {
     uint32_t unit = 0, low = 0;
     *bytes = 2;
@@ -150,7 +150,7 @@ static uint32_t utf8_encode(uint32_t code, char *bytes) {
 }
 
 /* in : text[at]: any place of a valid string
- * out: the bytes of one character and how many, and the bytes it takes in the text */
+ * out: the bytes of one character and their number; *taken: its length in the text */
 static uint32_t decode(const char *text, uint32_t at, char *bytes, uint32_t *taken) {
     uint32_t unit = 0, low = 0;
     *taken = 1;

@@ -6,7 +6,7 @@
 #include <stdint.h>
 
 /* in : text[*at] is the opening quote
- * out: NULL and *at behind the closing quote; or a sentence and *at at the byte that is wrong */
+ * out: NULL and *at behind the closing quote; or a sentence and *at at the wrong byte */
 const char *cb_json_scan_string(const char *text, uint32_t length, uint32_t *at);
 
 /* Bytes of the character at text[at] where it is a control character; else 0, also where it is not
@@ -14,7 +14,7 @@ const char *cb_json_scan_string(const char *text, uint32_t length, uint32_t *at)
  * change the direction of text: what a terminal or a log would not show as it is. at < length. */
 uint32_t cb_control_length(const char *text, uint32_t length, uint32_t at);
 
-/* Value of a hexadecimal digit; 16 for any other byte. */
+/* out: value of a hexadecimal digit; 16 for any other byte */
 uint32_t cb_hex_digit(char c);
 
 #endif

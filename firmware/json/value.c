@@ -73,7 +73,7 @@ bool cb_read_float(struct cb_loader *loader, uint32_t at, const char *least, con
     return true;
 }
 
-/* A number that is no uint32_t: is its size wrong, or how it is written? */
+/* Rejects a number that is no uint32_t; the message names its range or its notation. */
 static bool not_whole(struct cb_loader *loader, struct cb_json_token token, const char *least,
                       const char *most) {
     const char *text = loader->text + token.at;
@@ -130,7 +130,8 @@ bool cb_find_word(const struct cb_word *words, const char *word, uint8_t *value)
 
 /* Lists the words in the message: "use a, b or c". */
 static bool unknown_word(struct cb_loader *loader, uint32_t at, const struct cb_word *words) {
-    char *const known = loader->scratch->known; /* not on the stack: this is its deepest path */
+    char *const known = loader->scratch->known; /* not on the stack, because this is its deepest
+                                                   path */
     const uint32_t size = sizeof loader->scratch->known;
     uint32_t used = 0;
     for (const struct cb_word *word = words; word->word; ++word) {
