@@ -6,7 +6,7 @@
 #include "firmware/base/assert.h"
 #include "firmware/config/rtu_budget.h"
 
-/* One cycle's exchange, as far as it has come. */
+/* State of one cycle's exchange. */
 struct exchange {
     const struct cb_hal *hal;
     const struct cb_plc_config *plc;
@@ -22,7 +22,7 @@ static bool has_room(const struct cb_cycle *cycle, const struct exchange *exchan
     return now(exchange->hal) + cycle->exchange_us <= exchange->deadline_us - cycle->exchange_us;
 }
 
-/* FC3 of the write block, where the box asks for it. */
+/* FC3 of the write block, when the box requests it. */
 static void read_back(struct cb_cycle *cycle, const struct cb_box *box,
                       const struct exchange *exchange) {
     const struct cb_hal *hal = exchange->hal;
@@ -44,20 +44,20 @@ static void read_inputs(struct cb_cycle *cycle, const struct exchange *exchange)
     cycle->in.read_ok = cycle->read == CB_TRANSFER_OK;
 }
 
-/* in : read_us of the reading that the confirmed outputs were made from; 0: there was none */
+/* in : read_us: time of the reading behind the confirmed outputs; 0: none */
 static void note_exchange(struct cb_cycle *cycle, int64_t read_us, int64_t confirmed_us) {
     const int64_t took_us = confirmed_us - read_us;
     if (cycle->write != CB_TRANSFER_OK || read_us == 0 || took_us <= 0) return;
     cycle->in.exchange_us = (uint32_t)(took_us < UINT32_MAX ? took_us : UINT32_MAX);
 }
 
-/* Nothing follows a last write that may still take effect. */
+/* Closes the connection behind a last write that may still take effect. */
 static void leave_behind_last(const struct cb_cycle *cycle, const struct cb_hal *hal) {
     if (cycle->out.last && cycle->write == CB_TRANSFER_UNKNOWN && hal->leave)
         hal->leave(hal->context);
 }
 
-/* FC23: the outputs of the step before, then the inputs of this one. */
+/* FC23: the previous step's outputs, then this step's inputs. */
 static void write_then_read(struct cb_cycle *cycle, const struct exchange *exchange) {
     const struct cb_hal *hal = exchange->hal;
     const int64_t made_from_us = cycle->in.read_ok ? cycle->in.read_us : 0;
@@ -98,12 +98,12 @@ void cb_cycle_start(struct cb_cycle *cycle) {
 void cb_cycle_run(struct cb_cycle *cycle, struct cb_box *box, const struct cb_hal *hal) {
     cycle->in.missed_ticks = hal->wait_tick(hal->context);
     cycle->tick_us = now(hal);
-    const bool sound = cb_box_is_sound(box); /* else its addresses and period mean nothing */
+    const bool sound = cb_box_is_sound(box); /* otherwise its addresses and period are invalid */
     const struct exchange exchange = {
         .hal = hal,
         .plc = &box->config.plc,
         .deadline_us = cycle->tick_us + cb_exchange_budget_us(box->config.period_us)};
-    /* Nothing to write yet, or nothing known of the PLC: it is read first, even with FC23. */
+    /* With no outputs yet, or no contact to the PLC, the inputs are read first, even with FC23. */
     const bool combined = box->config.plc.exchange == CB_EXCHANGE_FC23 && cycle->out.write;
 
     cycle->read = cycle->write = CB_TRANSFER_FAILED;

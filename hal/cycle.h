@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * One cycle of the box on any hardware: what every target's main loop does
- * (docs/DESIGN.md §4; why it is shared: docs/decisions/0002-one-cycle.md). */
+ * One cycle of the box on any hardware, called by every target's main loop (docs/DESIGN.md §4;
+ * reasons: docs/decisions/0002-one-cycle.md). */
 #ifndef COMPBOX_HAL_CYCLE_H
 #define COMPBOX_HAL_CYCLE_H
 
@@ -9,7 +9,7 @@
 #include "firmware/box/box.h"
 #include "hal/hal.h"
 
-/* What one cycle took; for statistics and the flight recorder. */
+/* Times and results of one cycle, for statistics and the flight recorder. */
 struct cb_cycle {
     struct cb_inputs in;
     struct cb_outputs out;
@@ -22,15 +22,15 @@ struct cb_cycle {
     enum cb_transfer read, write; /* of this cycle; FAILED where nothing was to be written */
 };
 
-/* Puts *cycle into the state before the first tick. */
+/* Sets *cycle to the state before the first tick. */
 void cb_cycle_start(struct cb_cycle *cycle);
 
 /* Waits for the tick, exchanges with the PLC, steps the box, writes, feeds the watchdog.
  * fc3+fc16: read, step, write share one deadline, 4/5 of the period after the tick. When the read
- *   failed, the box's heartbeat and held outputs are written all the same while time is left.
- * fc23: the outputs of the cycle before are written and the inputs read in one request, then the
- *   step. While the box must not write (not heard yet, or lost: box/box.h) the inputs are read by
- * FC3. When the box has lost track of what the PLC holds, the write block is read back by FC3.
+ *   failed, the box's heartbeat and held outputs are still written while there is time.
+ * fc23: one request writes the previous cycle's outputs and reads the inputs, then comes the step.
+ *   While the box must not write (no contact yet, or lost: box/box.h) FC3 reads the inputs.
+ * When the box no longer knows the PLC's outputs, FC3 reads the write block back.
  * Returns when the cycle is complete, before the next tick. */
 void cb_cycle_run(struct cb_cycle *cycle, struct cb_box *box, const struct cb_hal *hal);
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * The hardware as a small struct of operations with a context. Each target fills one in; fault
+ * The hardware as a small struct of operations with a context. Each target provides one; fault
  * injectors are decorators around any such struct (tests/support/fault.h). */
 #ifndef COMPBOX_HAL_HAL_H
 #define COMPBOX_HAL_HAL_H
@@ -11,13 +11,13 @@
 #include "firmware/base/io.h"
 
 struct cb_hal {
-    void *context; /* handed to every operation */
+    void *context; /* passed to every operation */
 
-    /* Monotonic time that counts suspend, in µs. */
+    /* Monotonic time in µs, which includes suspend. */
     int64_t (*now_us)(void *context);
 
-    /* Sleeps until the next tick of the period and returns how many ticks were missed before it
-     * (0: in time). Ticks are absolute; missed ones are skipped, never made up. */
+    /* Sleeps until the next tick of the period. out: number of ticks missed before it (0: in time).
+     * Ticks are absolute; missed ones are skipped, never made up. */
     uint32_t (*wait_tick)(void *context);
 
     /* FC3: count registers from start into registers[]; unchanged unless CB_TRANSFER_OK.
@@ -25,7 +25,7 @@ struct cb_hal {
     enum cb_transfer (*read)(void *context, uint16_t start, uint16_t count, uint16_t *registers,
                              int64_t deadline_us);
 
-    /* FC16, same rules. */
+    /* FC16, with the same rules. */
     enum cb_transfer (*write)(void *context, uint16_t start, uint16_t count,
                               const uint16_t *registers, int64_t deadline_us);
 
@@ -35,17 +35,17 @@ struct cb_hal {
                                    uint16_t read_count, uint16_t *read_registers,
                                    int64_t deadline_us);
 
-    /* Closes the connection in order behind a last write that was sent and has no answer: what was
-     * sent arrives, nothing follows it; then connects anew. NULL: the wire has no connection. */
+    /* Closes the connection in order behind a last write that was sent and has no reply: the sent
+     * bytes arrive, nothing follows them. Then reconnects. NULL: the wire has no connection. */
     void (*leave)(void *context);
 
     /* Moves up to max waiting samples into samples[], returns how many. Never blocks. */
     size_t (*samples)(void *context, struct cb_sample *samples, size_t max);
 
-    /* Called after each completed step, whether the PLC lives or not. */
+    /* Called after each completed step, whether or not the PLC replies. */
     void (*feed_watchdog)(void *context);
 
-    /* Someone asked the box to stop. */
+    /* out: whether a stop of the box was requested */
     bool (*stop_requested)(void *context);
 };
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * One exchange with the PLC on a serial line, on any hardware: what firmware/wire/rtu_dialog.h says
- * is asked, until it is over. */
+ * One exchange with the PLC on a serial line, on any hardware: executes the requests of
+ * firmware/wire/rtu_dialog.h until it is over. */
 #ifndef COMPBOX_HAL_RTU_EXCHANGE_H
 #define COMPBOX_HAL_RTU_EXCHANGE_H
 
@@ -15,7 +15,7 @@ struct cb_rtu_wire {
     int64_t (*now_us)(void *context);
 
     /* Sends one request when the line is silent and waits for its reply, at most until until_us.
-     * in : what: CB_RTU_ASK_REQUEST, or _PROBE: then what is not its reply is skipped
+     * in : what: CB_RTU_ASK_REQUEST, or _PROBE, which skips all but its reply
      * out: registers unchanged unless CB_RTU_END_REPLY */
     enum cb_rtu_end (*ask)(void *context, enum cb_rtu_ask what,
                            const struct cb_modbus_request *request, uint16_t *registers,
