@@ -16,25 +16,25 @@
 
 struct cb_linux {
     struct cb_tick tick;
-    uint8_t transport; /* enum cb_transport: which of the two is in use */
+    uint8_t transport; /* enum cb_transport: the wire in use */
     struct cb_tcp tcp;
     struct cb_rtu rtu;
-    struct cb_serial_opener opener; /* of the device of rtu */
+    struct cb_serial_opener opener; /* of the device for RTU */
     struct cb_can_source can;
-    struct cb_sample_ring bus; /* of the thread that reads the slow bus */
-    uint32_t generation;       /* of the coefficient file that runs */
-    bool stop;                 /* a cb_flag: the box shall ramp to zero and say STOPPED */
-    uint32_t steps;            /* completed ones; what a watchdog looks at */
+    struct cb_sample_ring bus; /* from the thread that reads the slow bus */
+    uint32_t generation;       /* of the running coefficient file */
+    bool stop;                 /* a cb_flag: ramp to zero and report STOPPED */
+    uint32_t steps;            /* completed ones; the watchdogs check it */
 };
 
-/* The caller keeps *target as long as the operations are used, has set its transport and started
- * that (tcp or rtu) and can, and starts target->tick in the thread that runs the cycle. */
+/* The caller keeps *target while the operations are in use. It has set and started its transport
+ * (tcp or rtu) and can, and starts target->tick in the thread that runs the cycle. */
 struct cb_hal cb_linux_hal(struct cb_linux *target);
 
-/* Closes the wire in good order; for the end of the loop. */
+/* Closes the wire in order, at the end of the loop. */
 void cb_linux_close(struct cb_linux *target);
 
-/* Ends what runs beside the loop, after it; for the end of the program. */
+/* Stops the threads beside the loop, after it, at the end of the program. */
 void cb_linux_stop(struct cb_linux *target);
 
 #endif

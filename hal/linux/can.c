@@ -27,7 +27,7 @@ void cb_can_start(struct cb_can *can, bool wanted) {
 
 /* ---- the normal thread ---- */
 
-/* Without the two flags in its mask a filter would let 29-bit and remote frames pass too. */
+/* Without the two flags in its mask a filter would also pass 29-bit and remote frames. */
 static int set_filters(int fd, const uint32_t *ids, unsigned count) {
     struct can_filter filters[MAX_IDS];
     if (count > MAX_IDS) return EINVAL;
@@ -91,7 +91,7 @@ void cb_can_revoke(struct cb_can *can) {
 
 static bool is_up(const char *interface) {
     struct ifreq asked = {.ifr_flags = 0};
-    const int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0); /* any kind will do */
+    const int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0); /* any kind serves */
     strncpy(asked.ifr_name, interface, sizeof asked.ifr_name - 1);
     const bool up = fd >= 0 && ioctl(fd, SIOCGIFFLAGS, &asked) == 0 && asked.ifr_flags & IFF_UP;
     close_if_any(fd);
@@ -124,8 +124,8 @@ static void come_up(struct cb_can *can) {
     can->is_back = true;
 }
 
-/* out: false: a socket that is of no use any more is still here, because the other thread has not
- * yet closed the last one given back */
+/* out: false: a revoked socket is still here, because the other thread has not yet closed the last
+ *      returned one */
 static bool obey_revocation(struct cb_can *can) {
     if (!__atomic_load_n(&can->revoked, __ATOMIC_ACQUIRE)) return true;
     cb_can_leave(can);
@@ -135,20 +135,21 @@ static bool obey_revocation(struct cb_can *can) {
     return true;
 }
 
-/* What the other thread saw: only of the last time that the interface went down. */
+/* Takes the other thread's observation, if it is about the latest time that the interface went
+ * down. */
 static void notice_up(struct cb_can *can) {
     if (can->state != CB_CAN_DOWN) return;
     if (__atomic_load_n(&can->up_after, __ATOMIC_ACQUIRE) == can->downs) come_up(can);
 }
 
-/* Takes the socket that the other thread offers. It waits while that has not yet closed the last
- * one given back. */
+/* Takes the socket that the other thread offers, after that thread has closed the last returned
+ * one. */
 static void take_offer(struct cb_can *can, int64_t now_us) {
     if (__atomic_load_n(&can->offered, __ATOMIC_ACQUIRE) < 0) return;
     if (can->fd >= 0 && __atomic_load_n(&can->returned, __ATOMIC_ACQUIRE) >= 0) return;
     const int fd = __atomic_exchange_n(&can->offered, -1, __ATOMIC_ACQ_REL);
     if (fd < 0) return;
-    const bool replaces = can->fd >= 0; /* other filters: what the bus is doing stays as it is */
+    const bool replaces = can->fd >= 0; /* other filters: the state of the bus is unchanged */
     if (replaces) __atomic_store_n(&can->returned, can->fd, __ATOMIC_RELEASE);
     __atomic_store_n(&can->wanted, false, __ATOMIC_RELEASE);
     can->fd = fd;
@@ -170,14 +171,13 @@ void cb_can_leave(struct cb_can *can) {
     can->state = CB_CAN_CLOSED;
 }
 
-/* The socket is of no use any more: gives it back, in this cycle or the next, and asks for another.
- */
+/* Returns an unusable socket, in this cycle or the next, and requests another. */
 static void give_up(struct cb_can *can) {
     cb_can_leave(can);
     if (can->fd < 0) cb_can_want(can, true);
 }
 
-/* An error of the socket other than that it has nothing. */
+/* Counts a socket error; the caller excludes an empty queue. */
 static void note_error(struct cb_can *can, int error) {
     if (error == ENETDOWN) {
         can->counters.went_down += can->state != CB_CAN_DOWN;
@@ -205,13 +205,13 @@ static void note_error_frame(struct cb_can *can, const struct can_frame *frame) 
         can->state = CB_CAN_BUS_OFF;
     }
     counters->restarts += (frame->can_id & CAN_ERR_RESTARTED) != 0;
-    /* a controller that restarts by itself only says that it is active */
+    /* a controller that restarts by itself only reports that it is active */
     if (frame->can_id & CAN_ERR_RESTARTED || controller & CAN_ERR_CRTL_ACTIVE) come_up(can);
 }
 
 /* in : stamp of the kernel, wall clock
  * out: the same moment in CLOCK_BOOTTIME. The queue was empty at emptied_us, so a wall clock that
- *      was set in between cannot make a frame older than that, nor younger than now. */
+ *      was set in between cannot make a frame older than that, nor newer than now. */
 static int64_t boottime_of(const struct cb_can *can, const struct timespec *stamp, int64_t now_us) {
     const int64_t stamp_us = (int64_t)stamp->tv_sec * 1000000 + stamp->tv_nsec / 1000;
     const int64_t time_us = now_us - (cb_unix_us() - stamp_us);
@@ -219,7 +219,7 @@ static int64_t boottime_of(const struct cb_can *can, const struct timespec *stam
     return time_us > now_us ? now_us : time_us;
 }
 
-/* What the kernel says beside a frame. out: time of its reception */
+/* Evaluates the kernel's control data of a frame. out: time of its reception */
 static int64_t take_control(struct cb_can *can, struct msghdr *message, int64_t now_us) {
     int64_t time_us = now_us;
     for (struct cmsghdr *c = CMSG_FIRSTHDR(message); c != NULL; c = CMSG_NXTHDR(message, c)) {
@@ -238,7 +238,7 @@ static int64_t take_control(struct cb_can *can, struct msghdr *message, int64_t 
     return time_us;
 }
 
-/* One frame of any kind. out: false: there is none, or the socket failed */
+/* Receives one frame of any kind. out: false: there is none, or the socket failed */
 static bool receive_any(struct cb_can *can, struct can_frame *frame, int64_t *time_us,
                         int64_t now_us) {
     union {

@@ -53,9 +53,9 @@ static void receive(struct cb_can_source *source, int64_t now_us) {
     }
 }
 
-/* While the controller is off the bus, frames would only fill its queue; while the interface is
- * down they would only be counted. */
-static void tell_nodes(struct cb_can_source *source, int64_t now_us) {
+/* While the controller is off the bus, frames would only fill its queue. While the interface is
+ * down, they would fail. */
+static void start_nodes(struct cb_can_source *source, int64_t now_us) {
     struct cb_can_frame frame;
     if (cb_can_came_back(&source->can)) cb_canopen_bus_is_back(source->nodes);
     cb_canopen_watch(&source->config, source->nodes, now_us);

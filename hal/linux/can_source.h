@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Samples from a CAN bus, for the loop: receives, decodes, minds CANopen nodes. Never waits. */
+ * Samples from a CAN bus, for the loop: receives, decodes, supervises CANopen nodes. Never
+ * waits. */
 #ifndef COMPBOX_HAL_LINUX_CAN_SOURCE_H
 #define COMPBOX_HAL_LINUX_CAN_SOURCE_H
 
@@ -21,19 +22,20 @@ struct cb_can_source {
     struct cb_canopen_node nodes[CB_MAX_CAN_NODES];
 };
 
-/* true: the source needs the bus, for signals or for nodes. */
+/* out: true if the source needs the bus, for signals or for nodes */
 bool cb_can_source_used(const struct cb_can_source *source);
 
-/* What the file says; before the loop starts. It asks for a socket where the bus is used. */
+/* Takes the signals and nodes of the file, before the loop starts. Requests a socket if the bus is
+ * used. */
 void cb_can_source_start(struct cb_can_source *source, const struct cb_config *config);
 
 /* Another coefficient file takes over, between two cycles. The socket stays, with its filters,
- * until the normal thread offers another; one of another interface is given back at once. Nodes are
- * told to start anew where their section changed. */
+ * until the normal thread offers another. A socket of another interface is returned at once. Nodes
+ * get a new start command where their section changed. */
 void cb_can_source_replan(struct cb_can_source *source, const struct cb_config *config);
 
-/* A socket for the frames that a coefficient file names, to be offered to the source; or -errno.
- * For the normal thread. */
+/* out: a socket for the frames of a coefficient file, to be offered to the source; or -errno. For
+ *      the normal thread. */
 int cb_can_source_open(const struct cb_config *config);
 
 /* The operation `samples` of hal.h: the newest number of each signal that came since the last

@@ -16,12 +16,13 @@ static inline struct timespec cb_timespec(int64_t ns) {
     return (struct timespec){.tv_sec = ns / 1000000000, .tv_nsec = ns % 1000000000};
 }
 
-/* Ages and deadlines: counts suspend, so that a value read before a suspend is old after it. */
+/* For ages and deadlines. It includes suspend, so that a value read before a suspend is old after
+ * it. */
 static inline int64_t cb_boottime_us(void) {
     return cb_clock_ns(CLOCK_BOOTTIME) / 1000;
 }
 
-/* For files that outlive a restart; it may be set. */
+/* For files that outlive a restart; the clock may be set. */
 static inline int64_t cb_unix_us(void) {
     return cb_clock_ns(CLOCK_REALTIME) / 1000;
 }

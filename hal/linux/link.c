@@ -15,7 +15,7 @@ enum {
     MAX_BACKOFF_US = 1000000,
     CONNECT_TIMEOUT_US = 1000000,
     LEAVE_TIMEOUT_US = 1000000,
-    MAX_LEFT_OVERS = 16, /* receive calls in one look at a connection that is being left */
+    MAX_LEFT_OVERS = 16, /* maximum receive calls per check of a connection that is being left */
 };
 
 bool cb_link_start(struct cb_link *link, const char *host, uint16_t port) {
@@ -38,7 +38,7 @@ static void set_linger(int fd, bool discard) {
     setsockopt(fd, SOL_SOCKET, SO_LINGER, &linger, sizeof linger);
 }
 
-/* Requests go out at once, and closing throws away what is still queued. */
+/* Sends requests at once; closing drops queued bytes. */
 static void set_options(int fd) {
     int on = 1;
     setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
@@ -55,7 +55,7 @@ static void longer_backoff(struct cb_link *link) {
     link->backoff_us = doubled > MAX_BACKOFF_US ? MAX_BACKOFF_US : doubled;
 }
 
-/* Back to DOWN, with a pause from now on. */
+/* Goes to DOWN and starts the pause. */
 static void go_down(struct cb_link *link, enum cb_link_cause cause, int error_number,
                     int64_t now_us) {
     if (link->fd >= 0) close(link->fd);
@@ -87,7 +87,7 @@ static void begin_attempt(struct cb_link *link, int64_t now_us) {
         attempt_failed(link, errno, now_us);
 }
 
-/* Looks, without waiting, how the attempt under way stands. */
+/* Checks the pending attempt without waiting. */
 static void poll_attempt(struct cb_link *link, int64_t now_us) {
     struct pollfd wait = {.fd = link->fd, .events = POLLOUT};
     if (poll(&wait, 1, 0) <= 0) {
@@ -103,8 +103,8 @@ static void poll_attempt(struct cb_link *link, int64_t now_us) {
         attempt_failed(link, error_number, now_us);
 }
 
-/* Throws away what was received: close() with unread bytes would reset the connection, and a PLC
- * may then drop what it has not read yet. out: whether the PLC closed its side too */
+/* Drops the received bytes: close() with unread bytes would reset the connection, and a PLC may
+ * then drop bytes that it has not read yet. out: whether the PLC closed its side too */
 static bool read_off(int fd) {
     char left_over[512];
     for (int i = 0; i < MAX_LEFT_OVERS; i++) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Hand-over between two threads without a lock: a ring of slots with one writer and one reader,
- * and a flag. The slots themselves belong to the caller; these are their indices.
+ * Lock-free hand-over between two threads: a ring of slots with one writer and one reader, and a
+ * flag. The slots themselves belong to the caller; these are their indices.
  *
  * The atomics are the compiler's (__atomic, the C11 memory model) on plain integers, so that C and
  * C++ see the same structure. */
@@ -22,7 +22,7 @@ static inline void cb_ring_start(struct cb_ring *ring, uint32_t slots) {
     *ring = (struct cb_ring){slots, 0, 0, 0};
 }
 
-/* Writer: index of the slot to fill, then cb_ring_publish; or -1 when all are waiting to be read:
+/* Writer. out: index of the slot to fill, then cb_ring_publish; or -1 when the ring is full, and
  * the item is counted as lost. Never waits. */
 static inline int32_t cb_ring_slot_to_write(struct cb_ring *ring) {
     uint32_t taken = __atomic_load_n(&ring->taken, __ATOMIC_ACQUIRE);
@@ -37,7 +37,7 @@ static inline void cb_ring_publish(struct cb_ring *ring) {
     __atomic_store_n(&ring->written, ring->written + 1, __ATOMIC_RELEASE);
 }
 
-/* Reader: index of the oldest unread slot, then cb_ring_release; or -1 when there is none. */
+/* Reader. out: index of the oldest unread slot, then cb_ring_release; or -1 when there is none. */
 static inline int32_t cb_ring_slot_to_read(const struct cb_ring *ring) {
     uint32_t written = __atomic_load_n(&ring->written, __ATOMIC_ACQUIRE);
     return written == ring->taken ? -1 : (int32_t)(ring->taken & (ring->slots - 1));
@@ -51,7 +51,7 @@ static inline uint32_t cb_ring_lost(const struct cb_ring *ring) {
     return __atomic_load_n(&ring->lost, __ATOMIC_RELAXED);
 }
 
-/* A flag that one thread raises for good and others see, with all that was written before it. */
+/* A flag that one thread raises permanently. A thread that sees it also sees all earlier writes. */
 static inline void cb_flag_raise(bool *flag) {
     __atomic_store_n(flag, true, __ATOMIC_RELEASE);
 }

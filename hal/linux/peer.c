@@ -12,7 +12,7 @@ static void note(struct cb_peer *peer, enum cb_odd kind, unsigned got, unsigned 
     odd->asked = (uint16_t)asked;
 }
 
-/* in : pdu[length] of the function that was asked for, length >= 1 */
+/* in : pdu[length] of the requested function, length >= 1 */
 static void note_content(struct cb_peer *peer, const struct cb_modbus_request *request,
                          const uint8_t *pdu, size_t length) {
     const bool writes = request->function == CB_MODBUS_WRITE;
@@ -20,7 +20,7 @@ static void note_content(struct cb_peer *peer, const struct cb_modbus_request *r
     const unsigned start = writes && length == whole ? (unsigned)(pdu[1] << 8 | pdu[2]) : 0;
     if (writes && length == whole && start != request->write_start)
         note(peer, CB_ODD_ECHO, start, request->write_start);
-    else if (writes && length == whole) /* as if so many registers had been asked for */
+    else if (writes && length == whole) /* a reply to a request for this number of registers */
         note(peer, CB_ODD_LENGTH, 2u * (unsigned)(pdu[3] << 8 | pdu[4]), 2u * request->write_count);
     else
         note(peer, CB_ODD_LENGTH, length == whole ? 2u + pdu[1] : (unsigned)length, whole);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * What its replies show of the PLC, for the log and the statistics: replies that answer something
- * else than was asked, functions that it does not have, and how long it takes. */
+ * Observations of the PLC's replies, for the log and the statistics: replies that do not match the
+ * request, unsupported functions, and reply times. */
 #ifndef COMPBOX_HAL_LINUX_PEER_H
 #define COMPBOX_HAL_LINUX_PEER_H
 
@@ -11,10 +11,10 @@
 
 /* X(name, word, sentence with two numbers: of the reply, of the request) */
 #define CB_ODD_REPLIES(X)                                                                 \
-    X(CB_ODD_UNIT, "unit", "a reply from unit %u, asked was unit %u")                     \
-    X(CB_ODD_FUNCTION, "function", "a reply of function %u, asked was function %u")       \
-    X(CB_ODD_LENGTH, "length", "a reply of %u bytes of function and data, asked were %u") \
-    X(CB_ODD_ECHO, "echo", "a reply that confirms writing to register %u, asked was %u")
+    X(CB_ODD_UNIT, "unit", "a reply from unit %u to a request for unit %u")               \
+    X(CB_ODD_FUNCTION, "function", "a reply of function %u to a request for function %u") \
+    X(CB_ODD_LENGTH, "length", "a reply of %u bytes of function and data instead of %u")  \
+    X(CB_ODD_ECHO, "echo", "a reply that confirms a write to register %u instead of %u")
 
 enum cb_odd {
 #define CB_X(name, word, sentence) name,
@@ -23,7 +23,7 @@ enum cb_odd {
         CB_ODD_COUNT
 };
 
-enum { CB_PEER_REPLIES = 8 }; /* newest replies whose times count */
+enum { CB_PEER_REPLIES = 8 }; /* number of newest replies whose times are kept */
 
 struct cb_odd_reply {
     uint32_t count;      /* wraps */
@@ -32,28 +32,28 @@ struct cb_odd_reply {
 
 struct cb_peer {
     struct cb_odd_reply odd[CB_ODD_COUNT];
-    uint32_t refused_functions; /* bits 1 << code: last answered by exception 1, illegal function */
+    uint32_t refused_functions; /* bits 1 << code: last reply was exception 1, illegal function */
     uint32_t reply_us[CB_PEER_REPLIES]; /* 0: none yet */
     uint8_t next;                       /* place in reply_us */
 };
 
 /* in : the unit and request that were sent; frame[length]: unit id, function and data of a reply
- *      that does not answer it, length >= 2
+ *      that does not match it, length >= 2
  * out: counted by the first difference */
 void cb_peer_note_odd(struct cb_peer *peer, uint8_t unit, const struct cb_modbus_request *request,
                       const uint8_t *frame, size_t length);
 
-/* in : exception: its code; 0: the request was done */
+/* in : exception: its code; 0: a normal reply */
 void cb_peer_note_answer(struct cb_peer *peer, uint8_t function, uint8_t exception);
 
-/* in : time from a request to its reply, late ones too; >= 0 */
+/* in : time from a request to its reply, late ones included; >= 0 */
 void cb_peer_note_time(struct cb_peer *peer, int64_t took_us);
 
 /* out: the longest of the newest times; 0: none yet */
 uint32_t cb_peer_slowest_us(const struct cb_peer *peer);
 
 /* in : a function of CB_MODBUS_… that the PLC refuses by exception 1
- * out: what to do about it, one clause */
+ * out: the remedy, one clause */
 const char *cb_peer_remedy(uint8_t function);
 
 #endif

@@ -23,7 +23,7 @@ int cb_lock_memory(void) {
 int cb_hold_cpu_latency(void) {
     int fd = open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC);
     if (fd < 0) return errno;
-    int32_t latency_us = 0; /* asked for as long as the file stays open */
+    int32_t latency_us = 0; /* requested while the file is open */
     if (write(fd, &latency_us, sizeof latency_us) == sizeof latency_us) return 0;
     int error = errno;
     close(fd);

@@ -7,7 +7,7 @@
 #include "hal/linux/clock.h"
 #include "hal/rtu_exchange.h"
 
-enum { LUMP_US = 6000 /* a driver or a USB adapter may hand bytes over this far apart */ };
+enum { LUMP_US = 6000 /* longest gap within bytes from a driver or a USB adapter */ };
 
 static void start(struct cb_rtu *rtu, const struct cb_serial_config *config,
                   struct cb_serial_opener *opener) {
@@ -33,7 +33,7 @@ void cb_rtu_start_bus(struct cb_rtu *rtu, const struct cb_serial_config *config,
     start(rtu, config, opener);
 }
 
-/* What is waiting, without waiting for it. The line is free 3.5 characters after it. */
+/* Takes the pending bytes, without waiting. The line is free 3.5 characters after them. */
 static size_t receive(struct cb_rtu *rtu, uint8_t *bytes, size_t size, int64_t now_us) {
     const uint32_t disconnects = rtu->serial.disconnects;
     const size_t got = cb_serial_receive(&rtu->serial, bytes, size, now_us);
@@ -57,8 +57,7 @@ static int64_t sooner(int64_t a_us, int64_t b_us) {
     return a_us < b_us ? a_us : b_us;
 }
 
-/* A frame's worth of bytes, or less, that belongs to nothing. out: whether it may have been a frame
- */
+/* Drops at most a frame's worth of unrequested bytes. out: whether it may have been a frame */
 static bool drop(struct cb_rtu *rtu, size_t bytes) {
     const bool frame = bytes >= CB_RTU_MIN_FRAME;
     rtu->counters.noise_bytes += (uint32_t)bytes;
@@ -66,9 +65,9 @@ static bool drop(struct cb_rtu *rtu, size_t bytes) {
     return frame;
 }
 
-/* Throws away what nobody asked for, and waits until the line was silent long enough for a frame to
- * begin. out: REPLY where it was; STRAY where there may have been a reply among what was dropped;
- * NOT_SENT where the line is not silent by then, or the device is lost */
+/* Drops unrequested bytes, and waits until the line was silent long enough for a frame to begin.
+ * out: REPLY if it was; STRAY if the dropped bytes may have held a reply; NOT_SENT if the line is
+ *      not silent in time, or the device is lost */
 static enum cb_rtu_end find_silence(struct cb_rtu *rtu, int64_t until_us) {
     size_t dropped = 0;
     for (;;) {
@@ -112,14 +111,14 @@ static enum cb_rtu_end take_reply(struct cb_rtu *rtu, uint16_t *registers) {
     return CB_RTU_END_REFUSED;
 }
 
-/* in : what came is whole and sound, and not the reply */
+/* in : the received frame is complete and valid, and not the reply */
 static void note_odd(struct cb_rtu *rtu) {
     const struct cb_rtu_receiver *receiver = &rtu->receiver;
     cb_peer_note_odd(&rtu->peer, receiver->head[0], &receiver->request, receiver->frame,
                      (size_t)receiver->have - 2);
 }
 
-/* Something came that is not the reply, and ended. */
+/* Counts bytes that ended and are not the reply, by their kind. */
 static enum cb_rtu_end note_spoilt(struct cb_rtu *rtu, enum cb_rtu_ask what) {
     uint8_t exception = 0;
     switch (cb_rtu_receiver_take(&rtu->receiver, NULL, &exception)) {
@@ -127,7 +126,7 @@ static enum cb_rtu_end note_spoilt(struct cb_rtu *rtu, enum cb_rtu_ask what) {
             rtu->counters.wrong_units++;
             note_odd(rtu);
             break;
-        case CB_RTU_INVALID: /* a whole frame of the slave, but of what was asked before */
+        case CB_RTU_INVALID: /* a complete frame of the slave, but for an earlier request */
             rtu->counters.late_replies += what == CB_RTU_ASK_PROBE;
             rtu->counters.invalid_replies += what != CB_RTU_ASK_PROBE;
             if (what != CB_RTU_ASK_PROBE) note_odd(rtu);
@@ -142,19 +141,20 @@ static enum cb_rtu_end note_spoilt(struct cb_rtu *rtu, enum cb_rtu_ask what) {
     return cb_rtu_receiver_damaged(&rtu->receiver) ? CB_RTU_END_DAMAGED : CB_RTU_END_RUBBISH;
 }
 
-/* How long nothing may come until what came is over. */
+/* out: silence after which received bytes are complete */
 static int64_t over_us(const struct cb_rtu *rtu) {
     const bool damaged = cb_rtu_receiver_damaged(&rtu->receiver);
     return rtu->receiver.last_us + (damaged ? rtu->between_us : rtu->receiver.silence.between_us);
 }
 
-/* out: whether something came, is not the reply, and ended */
+/* out: whether bytes came, are not the reply, and ended */
 static bool is_spoilt(struct cb_rtu *rtu, int64_t now_us) {
     const enum cb_rtu_reception state = cb_rtu_receiver_look(&rtu->receiver, now_us);
     return state == CB_RTU_SPOILT || (state == CB_RTU_INSIDE && now_us >= over_us(rtu));
 }
 
-/* Feeds bytes to the receiver. out: whether they end with the reply, and what comes with them */
+/* Feeds bytes to the receiver.
+ * out: whether the reply is complete; then *doubt: whether a frame may have followed it */
 static bool hear(struct cb_rtu *rtu, const uint8_t *bytes, size_t count, int64_t now_us,
                  bool *doubt) {
     for (size_t i = 0; i < count; ++i) {
@@ -165,7 +165,7 @@ static bool hear(struct cb_rtu *rtu, const uint8_t *bytes, size_t count, int64_t
     return false;
 }
 
-/* Waits for the reply. A probe's is waited for behind whatever else may come. */
+/* Waits for the reply. For a probe, other bytes before the reply are skipped. */
 static enum cb_rtu_end listen(struct cb_rtu *rtu, enum cb_rtu_ask what, uint16_t *registers,
                               int64_t until_us) {
     for (;;) {
@@ -192,7 +192,7 @@ static enum cb_rtu_end listen(struct cb_rtu *rtu, enum cb_rtu_ask what, uint16_t
     return CB_RTU_END_SILENT;
 }
 
-/* One frame and what comes of it. */
+/* Sends one frame and waits for its result. */
 static enum cb_rtu_end ask(struct cb_rtu *rtu, enum cb_rtu_ask what, uint8_t unit,
                            const struct cb_modbus_request *request, uint16_t *registers,
                            int64_t until_us) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Samples from a slow thread to the loop, without a lock: one writer, one reader (mailbox.h). Each
- * is of a generation of the coefficient file, because its signal is an index there. */
+ * Samples from a slow thread to the loop, lock-free: one writer, one reader (mailbox.h). A sample
+ * belongs to a generation of the coefficient file, because its signal is an index there. */
 #ifndef COMPBOX_HAL_LINUX_SAMPLE_RING_H
 #define COMPBOX_HAL_LINUX_SAMPLE_RING_H
 
@@ -31,7 +31,7 @@ static inline void cb_sample_ring_put(struct cb_sample_ring *to, struct cb_sampl
     cb_ring_publish(&to->ring);
 }
 
-/* Reader: up to max samples of this generation; those of others are dropped. */
+/* Reader. out: up to max samples of this generation; samples of others are dropped. */
 static inline size_t cb_sample_ring_take(struct cb_sample_ring *from, uint32_t generation,
                                          struct cb_sample *samples, size_t max) {
     size_t count = 0;

@@ -16,7 +16,7 @@ static void longer_backoff(struct cb_serial *serial) {
     serial->backoff_us = doubled > MAX_BACKOFF_US ? MAX_BACKOFF_US : doubled;
 }
 
-/* A descriptor that is kept open would give the adapter another name when it comes back. */
+/* An open descriptor would make the adapter return under another name. */
 void cb_serial_close(struct cb_serial *serial) {
     if (serial->fd < 0) return;
     if (serial->opener)
@@ -34,7 +34,7 @@ static void lost(struct cb_serial *serial, int error_number, int64_t now_us) {
     if (serial->backoff_us > 0) longer_backoff(serial);
 }
 
-/* An attempt is over. The pause grows until a slave has answered. */
+/* Ends an attempt. The pause grows until a slave has replied. */
 static void take(struct cb_serial *serial, const struct cb_serial_opened *opened, int64_t now_us) {
     serial->opening = false;
     serial->fd = opened->fd;
@@ -49,7 +49,7 @@ static void take(struct cb_serial *serial, const struct cb_serial_opened *opened
     longer_backoff(serial);
 }
 
-/* Without an opener the attempt is over at once. */
+/* Starts an attempt; without an opener it ends at once. */
 static void attempt(struct cb_serial *serial, int64_t now_us) {
     if (serial->opener) {
         serial->opening = cb_serial_opener_ask(serial->opener);

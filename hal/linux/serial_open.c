@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * The calls that open and close a serial device: the only ones that may take long. */
+ * The calls that open and close a serial device, the only ones that may take long. */
 #include <errno.h>
 #include <fcntl.h>
 #include <linux/serial.h>
@@ -22,14 +22,14 @@ static const struct {
     {230400, B230400}, {460800, B460800}, {921600, B921600},
 };
 
-/* The loader lets no other rates through. */
+/* The loader permits no other rates. */
 static speed_t speed_of(uint32_t baud) {
     for (size_t i = 0; i < sizeof SPEEDS / sizeof SPEEDS[0]; ++i)
         if (SPEEDS[i].baud == baud) return SPEEDS[i].speed;
     return B19200;
 }
 
-/* A pseudo-terminal has no parity, and its driver says so by an error. */
+/* A pseudo-terminal has no parity, and its driver reports an error. */
 static bool is_pseudo_terminal(int fd) {
     enum { FIRST_PTS_MAJOR = 136, LAST_PTS_MAJOR = 143 };
     struct stat device;
@@ -47,14 +47,15 @@ static int set_line(int fd, const struct cb_rtu_line *line) {
     if (line->stop_bits == 2) raw.c_cflag |= CSTOPB;
     if (line->parity != CB_PARITY_NONE && !is_pseudo_terminal(fd))
         raw.c_cflag |= line->parity == CB_PARITY_ODD ? PARENB | PARODD : PARENB;
-    raw.c_cc[VMIN] = 1; /* so that nothing yet is EAGAIN, and 0 bytes a device that is gone */
+    raw.c_cc[VMIN] = 1; /* makes "no bytes yet" EAGAIN, and 0 bytes a lost device */
     raw.c_cc[VTIME] = 0;
     const speed_t speed = speed_of(line->baud);
     if (cfsetispeed(&raw, speed) != 0 || cfsetospeed(&raw, speed) != 0) return errno;
     return tcsetattr(fd, TCSANOW, &raw) == 0 ? 0 : errno;
 }
 
-/* USB adapters keep bytes back for up to 16 ms unless asked not to. Not every driver knows this. */
+/* USB adapters hold bytes back for up to 16 ms by default. Not every driver supports this
+ * request. */
 static void ask_for_low_latency(int fd) {
     struct serial_struct settings;
     if (ioctl(fd, TIOCGSERIAL, &settings) != 0) return;
@@ -62,16 +63,17 @@ static void ask_for_low_latency(int fd) {
     ioctl(fd, TIOCSSERIAL, &settings);
 }
 
-/* The driver switches the RS-485 transmitter on by RTS while it sends. out: 0 or errno */
+/* The driver switches the RS-485 transmitter by RTS while it sends. out: 0 or errno */
 static int switch_driver_by_rts(int fd) {
     struct serial_rs485 rs485 = {.flags = SER_RS485_ENABLED | SER_RS485_RTS_ON_SEND};
     return ioctl(fd, TIOCSRS485, &rs485) == 0 ? 0 : errno;
 }
 
-/* One master on a line: two would take each other's replies for their own. The lock keeps out other
- * programs that ask for it, another compboxd first; TIOCEXCL every later open() but root's, until
- * the last close. A pseudo-terminal would stay closed to all as long as its other end is open.
- * out: 0 or errno, EBUSY where another program has the line */
+/* Reserves the line, because two masters would accept each other's replies. The lock excludes
+ * programs that request it, such as another compboxd. TIOCEXCL makes every later open() fail,
+ * except root's, until the last close; on a pseudo-terminal it would outlive the close while the
+ * other end is open.
+ * out: 0 or errno, EBUSY if another program has the line */
 static int take_line(int fd) {
     if (flock(fd, LOCK_EX | LOCK_NB) != 0) return errno == EWOULDBLOCK ? EBUSY : errno;
     if (is_pseudo_terminal(fd)) return 0;
@@ -83,7 +85,7 @@ static struct cb_serial_opened failed(int fd, int error) {
     return (struct cb_serial_opened){.fd = -1, .error = error};
 }
 
-/* What waits in the line's buffers belongs to the program that has it. */
+/* The pending bytes belong to the program that has the line, so they are not flushed. */
 static struct cb_serial_opened not_taken(int fd, int error) {
     close(fd);
     return (struct cb_serial_opened){.fd = -1, .error = error};

@@ -9,7 +9,7 @@
 #include "hal/linux/mailbox.h"
 #include "hal/linux/realtime.h"
 
-enum { PATIENCE_S = 1 }; /* with a driver that holds the thread at the end */
+enum { PATIENCE_S = 1 }; /* with a driver that blocks the thread at the end */
 
 static int state_of(const struct cb_serial_opener *opener) {
     return __atomic_load_n(&opener->state, __ATOMIC_ACQUIRE);
@@ -19,7 +19,7 @@ static void hand_over(struct cb_serial_opener *opener, enum cb_serial_opener_sta
     __atomic_store_n(&opener->state, (int)state, __ATOMIC_RELEASE);
 }
 
-/* What the loop asked for. in : ASKED */
+/* Executes the loop's request. in: ASKED */
 static void serve(struct cb_serial_opener *opener) {
     if (opener->shut >= 0) cb_serial_shut(opener->shut);
     opener->shut = -1;
@@ -29,7 +29,7 @@ static void serve(struct cb_serial_opener *opener) {
 
 static void *run(void *argument) {
     struct cb_serial_opener *opener = argument;
-    prctl(PR_SET_NAME, "compboxd-serial"); /* it need not be quick */
+    prctl(PR_SET_NAME, "compboxd-serial"); /* no real-time priority is needed */
     for (;;) {
         while (sem_wait(&opener->wake) != 0) continue; /* EINTR */
         if (state_of(opener) == CB_OPENER_ASKED) serve(opener);
@@ -73,7 +73,7 @@ bool cb_serial_opener_ask(struct cb_serial_opener *opener) {
     return true;
 }
 
-/* IDLE: who has a descriptor waits for none. */
+/* in: state IDLE, because a loop with a descriptor has no pending request */
 void cb_serial_opener_give_back(struct cb_serial_opener *opener, int fd) {
     ask(opener, fd, false);
 }

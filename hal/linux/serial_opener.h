@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT
  * A thread that opens and closes a serial device for a loop that must not be late: open() and
- * close() of a USB adapter take what its driver takes, seconds where it hangs.
+ * close() of a USB adapter depend on its driver, and take seconds if it hangs.
  *
  *   IDLE ──loop: ask / give back──► ASKED ──thread: opened, or why not──► DONE ──loop: take──► IDLE
  *                                     └──thread: closed only──► IDLE
  *
- * Everything else belongs to the one whose turn it is by the state. */
+ * The state determines the owner of all other fields. */
 #ifndef COMPBOX_HAL_LINUX_SERIAL_OPENER_H
 #define COMPBOX_HAL_LINUX_SERIAL_OPENER_H
 
@@ -15,21 +15,21 @@
 
 #include "firmware/wire/rtu_line.h"
 
-/* What opening a device came to. */
+/* Result of opening a device. */
 struct cb_serial_opened {
-    int fd;          /* -1: it is not open */
-    int error;       /* … and errno why */
-    int rs485_error; /* errno where the driver refuses to switch an RS-485 driver; else 0 */
+    int fd;          /* -1: not open */
+    int error;       /* errno of the failure */
+    int rs485_error; /* errno if the driver refuses RS-485 mode; else 0 */
 };
 
-/* Opens the device raw and without waiting for bytes, for this program alone: EBUSY where another
- * one has it. Takes as long as it takes. */
+/* Opens the device raw and non-blocking, for this program alone: EBUSY if another program has it.
+ * May block. */
 struct cb_serial_opened cb_serial_open(const struct cb_serial_config *config);
 
-/* Why it is not open, for people. in: errno */
+/* in : errno. out: the cause for a person */
 const char *cb_serial_error(int error_number);
 
-/* Closes it and throws away what nobody will take. Takes as long as it takes. */
+/* Closes it and drops its unsent bytes. May block. */
 void cb_serial_shut(int fd);
 
 enum cb_serial_opener_state { CB_OPENER_IDLE, CB_OPENER_ASKED, CB_OPENER_DONE };
@@ -38,9 +38,9 @@ struct cb_serial_opener {
     struct cb_serial_config config;
     struct cb_serial_opened (*open)(const struct cb_serial_config *); /* cb_serial_open */
     struct cb_serial_opened opened;                                   /* in DONE */
-    int state;   /* enum cb_serial_opener_state; changes hands by it */
-    int shut;    /* in ASKED: a descriptor to be closed … */
-    bool wanted; /* … and whether one shall be opened */
+    int state;   /* enum cb_serial_opener_state; sets the owner of the fields below */
+    int shut;    /* in ASKED: a descriptor to close … */
+    bool wanted; /* … and whether to open one */
     bool quit;   /* a cb_flag */
     sem_t wake;
     pthread_t thread;
@@ -49,20 +49,20 @@ struct cb_serial_opener {
 /* out: 0 or errno. The caller keeps *opener until cb_serial_opener_stop. */
 int cb_serial_opener_start(struct cb_serial_opener *opener, const struct cb_serial_config *config);
 
-/* Ends the thread, when what it is at is done, and closes what nobody took.
- * out: false: the driver has held it for a second; it ends by itself some time, and until then
- * *opener has to stay where it is */
+/* Ends the thread after its present work, and closes a device that was not taken.
+ * out: false: the driver has blocked for a second; the thread ends later, and until then *opener
+ *      must stay valid */
 bool cb_serial_opener_stop(struct cb_serial_opener *opener);
 
 /* ---- the loop: none of these waits ---- */
 
-/* out: false: it is still busy, nothing was asked */
+/* out: false: it is still busy, the request was not accepted */
 bool cb_serial_opener_ask(struct cb_serial_opener *opener);
 
-/* The device that was opened by it is closed; afterwards it is not the loop's any more. */
+/* Has the device closed that it opened; the loop must not use the descriptor any more. */
 void cb_serial_opener_give_back(struct cb_serial_opener *opener, int fd);
 
-/* out: true, once for each cb_serial_opener_ask: *opened is what it came to */
+/* out: true, once for each cb_serial_opener_ask: *opened is the result */
 bool cb_serial_opener_take(struct cb_serial_opener *opener, struct cb_serial_opened *opened);
 
 #endif

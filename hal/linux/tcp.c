@@ -9,22 +9,22 @@
 
 enum {
     HEADER_BYTES = 7,         /* transaction, protocol, length, unit */
-    LENGTH_OFFSET = 6,        /* what the length field counts starts here, with the unit */
+    LENGTH_OFFSET = 6,        /* the length field counts from here, from the unit on */
     UNIT_OFFSET = 6,          /* in the header */
     MIN_LENGTH = 2,           /* unit and function */
     MAX_LENGTH = 254,         /* unit and the longest function and data */
-    MAX_FAILURES_IN_ROW = 3,  /* then the connection is made anew */
-    REMEMBERED_REQUESTS = 64, /* ids back to which a reply is one of ours, only late */
-    MAX_STRAY_FRAMES = 8,     /* dropped before one request; more must wait for the next */
-    MAX_SILENCE_US = 10000,   /* within a frame; after that its rest will not come */
+    MAX_FAILURES_IN_ROW = 3,  /* then a new connection is made */
+    REMEMBERED_REQUESTS = 64, /* number of ids whose replies count as late */
+    MAX_STRAY_FRAMES = 8,     /* dropped before one request; the rest waits for the next */
+    MAX_SILENCE_US = 10000,   /* longest gap within a frame */
 };
 
-/* What waiting for a frame came to. */
+/* Result of waiting for a frame. */
 enum wait {
-    WAIT_FRAME,   /* it is there */
-    WAIT_WRONG,   /* a frame came instead whose id was never sent */
-    WAIT_TIMEOUT, /* nothing (more) by the deadline */
-    WAIT_LOST,    /* the connection is gone */
+    WAIT_FRAME,   /* a whole frame */
+    WAIT_WRONG,   /* a frame whose id was never sent */
+    WAIT_TIMEOUT, /* no whole frame by the deadline */
+    WAIT_LOST,    /* the connection is lost */
 };
 
 bool cb_tcp_start(struct cb_tcp *tcp, const char *host, uint16_t port, uint8_t unit) {
@@ -38,21 +38,21 @@ static uint16_t get_u16(const uint8_t *at) {
     return (uint16_t)(at[0] << 8 | at[1]);
 }
 
-/* The request that was out and the bytes received are of a connection that is over. */
+/* Forgets the pending request and the received bytes of a closed connection. */
 static void forget(struct cb_tcp *tcp) {
     tcp->awaiting = tcp->read_answered = tcp->write_answered = false;
     tcp->failures_in_row = 0;
     tcp->have = 0;
 }
 
-/* Gives the connection up, and with it the request that was out. */
+/* Drops the connection with its pending request. */
 static void drop(struct cb_tcp *tcp, enum cb_link_cause cause, int error_number) {
     forget(tcp);
     cb_link_drop(&tcp->link, cause, error_number, cb_boottime_us());
 }
 
-/* An exchange brought no valid reply. A connection that does so again and again is given up; at
- * once, when a reply has begun and stopped: its bytes would be taken for the head of the next. */
+/* Counts an exchange without a valid reply. Several in a row drop the connection. An incomplete
+ * reply drops it at once, because its bytes would be taken for the head of the next reply. */
 static void failed(struct cb_tcp *tcp) {
     if (tcp->have > 0 && cb_boottime_us() - tcp->received_us >= MAX_SILENCE_US) {
         tcp->counters.incomplete_replies++;
@@ -63,8 +63,8 @@ static void failed(struct cb_tcp *tcp) {
     }
 }
 
-/* Bytes of the frame that begins what was received: 0 when its header is not whole yet, or -1
- * when this cannot be a header. */
+/* out: length of the first received frame; 0 when its header is incomplete, -1 when it is no
+ * header */
 static int frame_bytes(const struct cb_tcp *tcp) {
     if (tcp->have < LENGTH_OFFSET) return 0;
     uint16_t protocol = get_u16(tcp->received + 2);
@@ -73,7 +73,7 @@ static int frame_bytes(const struct cb_tcp *tcp) {
     return LENGTH_OFFSET + length;
 }
 
-/* Removes the frame that begins what was received. */
+/* Removes the first received frame. */
 static void use_up(struct cb_tcp *tcp) {
     size_t frame = (size_t)frame_bytes(tcp);
     tcp->have -= frame;
@@ -90,8 +90,8 @@ static void lost_by_error(struct cb_tcp *tcp, int error_number) {
     drop(tcp, CB_LINK_CAUSE_ERRNO, error_number);
 }
 
-/* Takes what the socket has, without waiting. There is always room: at most a part of one frame
- * is waiting. out: false when the connection is lost. */
+/* Takes the pending bytes of the socket, without waiting. There is always room, because at most a
+ * part of one frame is stored. out: false when the connection is lost. */
 static bool fill(struct cb_tcp *tcp) {
     ssize_t got = recv(tcp->link.fd, tcp->received + tcp->have, sizeof tcp->received - tcp->have,
                        MSG_DONTWAIT);
@@ -114,7 +114,7 @@ static void sleep_until_readable(int fd, int64_t left_us) {
     ppoll(&wait, 1, &left, NULL);
 }
 
-/* Waits until a whole frame begins what was received. */
+/* Waits until a whole frame is received. */
 static enum wait next_frame(struct cb_tcp *tcp, int64_t deadline_us) {
     for (;;) {
         size_t before = tcp->have;
@@ -132,8 +132,8 @@ static enum wait next_frame(struct cb_tcp *tcp, int64_t deadline_us) {
     }
 }
 
-/* Removes a frame that is not the awaited reply. out: true when its id was never sent: then it is
- * taken as all that this server will say to the request that is out, though it cannot be used. */
+/* Removes a frame that is not the awaited reply. out: true when its id was never sent: it then
+ * counts as the only reply of this server to the pending request, although it cannot be used. */
 static bool drop_unexpected(struct cb_tcp *tcp) {
     uint16_t requests_ago = (uint16_t)(tcp->transaction - get_u16(tcp->received));
     bool ours = requests_ago <= REMEMBERED_REQUESTS;
@@ -145,7 +145,7 @@ static bool drop_unexpected(struct cb_tcp *tcp) {
     return !ours;
 }
 
-/* Waits until the reply to the request that is out begins what was received, dropping others. */
+/* Waits for the reply to the pending request, and drops other frames. */
 static enum wait next_reply(struct cb_tcp *tcp, int64_t deadline_us) {
     for (int strays = 0; strays < MAX_STRAY_FRAMES; strays++) {
         enum wait waited = next_frame(tcp, deadline_us);
@@ -156,7 +156,7 @@ static enum wait next_reply(struct cb_tcp *tcp, int64_t deadline_us) {
     return WAIT_TIMEOUT;
 }
 
-/* A request that was given up is still out. Waits for its reply, which is dropped. */
+/* Waits for the reply to an abandoned request that is still pending, and drops it. */
 static bool await_late_reply(struct cb_tcp *tcp, int64_t deadline_us) {
     enum wait waited = next_reply(tcp, deadline_us);
     if (waited == WAIT_LOST) return false;
@@ -175,7 +175,7 @@ static bool await_late_reply(struct cb_tcp *tcp, int64_t deadline_us) {
     return true;
 }
 
-/* Makes sure that a request may be sent: connected, none out, nothing left from before. */
+/* Ensures that a request may be sent: connected, no pending request, no bytes left over. */
 static bool ready_to_send(struct cb_tcp *tcp, int64_t deadline_us) {
     int64_t now_us = cb_boottime_us();
     if (now_us >= deadline_us) {
@@ -190,7 +190,7 @@ static bool ready_to_send(struct cb_tcp *tcp, int64_t deadline_us) {
     return next_reply(tcp, 0) != WAIT_LOST;
 }
 
-/* out: false when the request certainly will not take effect: not all of it was sent. */
+/* out: false when the request certainly has no effect, because it was not sent completely */
 static bool send_request(struct cb_tcp *tcp, const struct cb_modbus_request *request) {
     uint8_t frame[CB_TCP_MAX_FRAME] = {0};
     size_t bytes = HEADER_BYTES + cb_modbus_encode(request, frame + HEADER_BYTES);
@@ -216,15 +216,15 @@ static void count_exception(struct cb_tcp *tcp, uint8_t code) {
     tcp->counters.exceptions_by_code[code < CB_TCP_EXCEPTIONS ? code : 0]++;
 }
 
-/* A connection works when readings and writes are answered on it, if only by exceptions. A PLC
- * that answers only one of the two would be connected to anew for ever without a pause. */
+/* A connection is proven when reads and writes get replies, exceptions included. A PLC that replies
+ * to only one of the two would otherwise be reconnected repeatedly without a pause. */
 static void note_answered(struct cb_tcp *tcp, uint8_t function) {
     tcp->read_answered |= function != CB_MODBUS_WRITE;
     tcp->write_answered |= function != CB_MODBUS_READ;
     if (tcp->read_answered && tcp->write_answered) cb_link_proven(&tcp->link);
 }
 
-/* The awaited reply is at hand: takes it apart. Behind a gateway another unit is another device. */
+/* Decodes the awaited reply. Behind a gateway another unit is another device. */
 static enum cb_transfer take_reply(struct cb_tcp *tcp, const struct cb_modbus_request *request,
                                    uint16_t *registers) {
     uint8_t exception = 0;

@@ -98,7 +98,7 @@ def test_replies_to_something_else_are_named_once(plc, port, start_box):
 
     box, server = run_against(plc, port, start_box, odd, 4)
     unit = server.requests[0].unit
-    assert len(lines(box, f"a reply from unit 7, asked was unit {unit}; it is not used")) == 1, box.log
-    assert len(lines(box, "a reply of function 4, asked was function 3")) == 1, box.log
+    assert len(lines(box, f"a reply from unit 7 to a request for unit {unit}; it is not used")) == 1, box.log
+    assert len(lines(box, "a reply of function 4 to a request for function 3")) == 1, box.log
     asked = 2 + 2 * machine.READ[1]
-    assert len(lines(box, f"a reply of {asked - 2} bytes of function and data, asked were {asked}")) == 1, box.log
+    assert len(lines(box, f"a reply of {asked - 2} bytes of function and data instead of {asked}")) == 1, box.log

@@ -169,11 +169,11 @@ TEST_F(log_lines, an_odd_reply_is_named_once_for_each_kind_and_connection) {
         step(time_us);
         return said();
     };
-    EXPECT_NE(odd(CB_ODD_UNIT, 1, 255, 0).find("a reply from unit 1, asked was unit 255"),
+    EXPECT_NE(odd(CB_ODD_UNIT, 1, 255, 0).find("a reply from unit 1 to a request for unit 255"),
               std::string::npos);
     EXPECT_EQ(odd(CB_ODD_UNIT, 1, 255, s), "");
     EXPECT_EQ(odd(CB_ODD_UNIT, 2, 255, 2 * s), "") << "the kind is known";
-    EXPECT_NE(odd(CB_ODD_FUNCTION, 4, 3, 3 * s).find("function 4, asked was function 3"),
+    EXPECT_NE(odd(CB_ODD_FUNCTION, 4, 3, 3 * s).find("function 4 to a request for function 3"),
               std::string::npos);
     EXPECT_NE(odd(CB_ODD_LENGTH, 10, 26, 4 * s).find("10 bytes"), std::string::npos);
     row->link.connects = 2;
