@@ -246,13 +246,13 @@ def test_after_a_clean_stop_the_state_file_is_the_permission(plc, port, start_bo
         assert last.mode == STOPPED and box.code == 0, box.log
         server.fault = refused_read_back
         _, box = run_with_state(plc, start_box, state, kill)   # ACTIVE by the level of enable
-        assert "; the run before ended STOPPED" in box.log
+        assert "; the previous run ended STOPPED" in box.log
         with start_box("--state", str(state)) as box:
             plc.wait(reason_is(7))
             for _ in range(30):
                 plc.wait(lambda w: True)
             kill(box)
-    assert "; the run before did not end STOPPED" in box.log
+    assert "; the previous run did not end STOPPED" in box.log
     assert never_active(plc.writes)
 
 

@@ -195,7 +195,7 @@ def test_a_file_that_hangs_keeps_no_stop_from_the_ramp(plc, port, start_box, tmp
         box.wait(30)
     assert plc.writes[-1].mode == STOPPED and plc.writes[-1].um == {"X": 0, "Y": 0, "Z": 0}
     assert box.code == 1
-    assert "a file keeps the program from its end" in box.log
+    assert "a file blocks the end of the program" in box.log
 
 
 def test_a_flood_of_hangups_keeps_no_stop_from_the_ramp(plc, port, start_box, tmp_path):

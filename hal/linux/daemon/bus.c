@@ -10,8 +10,8 @@
 #include "hal/linux/realtime.h"
 
 enum {
-    PAUSE_US = 5000,  /* between two looks whether a module is due */
-    MARGIN_US = 20000 /* beyond what wire and module take: this thread is not in a hurry */
+    PAUSE_US = 5000,  /* poll interval for due modules */
+    MARGIN_US = 20000 /* beyond wire and module, because this thread has no priority */
 };
 
 static void pause_a_little(void) {
@@ -19,6 +19,7 @@ static void pause_a_little(void) {
     nanosleep(&wait, NULL);
 }
 
+/* Publishes the state of device, counters and modules; a full ring drops it. */
 static void report(struct cb_bus *bus) {
     const int32_t slot = cb_ring_slot_to_write(&bus->ring);
     if (slot < 0) return;
@@ -45,7 +46,7 @@ static void hand_over(struct cb_bus *bus, const uint16_t *registers) {
     for (size_t i = 0; i < count; ++i) cb_sample_ring_put(bus->to, samples[i], bus->generation);
 }
 
-/* Asks the module whose turn it is. out: false: nobody's */
+/* Sends the request of the due module. out: false: no module is due */
 static bool take_turn(struct cb_bus *bus) {
     uint16_t registers[CB_MAX_READ_REGISTERS];
     struct cb_modbus_request request;
@@ -71,7 +72,7 @@ static bool take_turn(struct cb_bus *bus) {
     return true;
 }
 
-/* While the device is away nobody's turn is used up: all are asked as soon as it is back. */
+/* No turn passes while the device is missing, so all modules are polled once it is back. */
 static void *run(void *argument) {
     struct cb_bus *bus = argument;
     cb_settle_thread("compboxd-bus");
@@ -95,7 +96,7 @@ static int start_opener(struct cb_bus *bus) {
     return error;
 }
 
-/* One whose driver hangs keeps its memory. */
+/* An opener whose driver hangs keeps its memory. */
 static void stop_opener(struct cb_bus *bus) {
     if (cb_serial_opener_stop(bus->opener)) free(bus->opener);
     bus->opener = NULL;

@@ -4,7 +4,7 @@
 
 #include "hal/linux/serial_opener.h"
 
-/* A module that stops answering, or answers again. */
+/* Logs each module that stops replying, or replies again. */
 static void log_modules(struct cb_log *log, const char *name, const struct cb_bus_report *before,
                         const struct cb_bus_report *now, int64_t now_us) {
     for (unsigned i = 0; now->open && i < now->turns; ++i) {

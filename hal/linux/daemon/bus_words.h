@@ -6,10 +6,10 @@
 #include "hal/linux/daemon/log.h"
 #include "hal/linux/daemon/stats.h"
 
-/* Lines about what changed on the bus since the call before. */
+/* Logs the changes on the bus since the last call. */
 void cb_log_bus(struct cb_log *log, struct cb_bus *bus, int64_t now_us);
 
-/* The member "bus", where the file has one. */
+/* Writes the member "bus", if the file has a bus. */
 void cb_stats_put_bus(FILE *file, const struct cb_bus *bus);
 
 #endif

@@ -6,7 +6,8 @@
 
 enum { LOOK_EVERY_US = 1000000 };
 
-/* out: a socket for the file's frames is on its way to the loop; else why not is said, once. */
+/* out: true: a socket for the file's frames is offered to the loop; false: the cause is logged,
+ *      once */
 static bool offer(struct cb_can_sockets *sockets, const struct cb_config *config, int64_t now_us) {
     const int got = cb_can_source_open(config);
     if (got >= 0)

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Only values of the signal itself are in its unit. */
+/* Only values of the signal itself have its unit. */
 static bool in_signal_unit(uint8_t kind) {
     return kind == CB_CAUSE_BELOW || kind == CB_CAUSE_ABOVE || kind == CB_CAUSE_FAST;
 }

@@ -5,10 +5,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Which exceptions the PLC answered since `told`, as the Modbus application protocol calls them:
- * "; exception 2 (illegal data address)" for each code behind what text holds already.
- * in : told[codes], now[codes]: replies counted by their code, 0 for codes that have no place
- * out: text, cut at size, ends with a zero */
+/* Names the exceptions that came since `told`, in the terms of the Modbus application protocol:
+ * appends "; exception 2 (illegal data address)" to text for each code.
+ * in : told[codes], now[codes]: replies counted by code, 0 for codes without a place
+ * out: text, cut at size, ended by 0 */
 void cb_add_exceptions(const uint32_t *told, const uint32_t *now, unsigned codes, char *text,
                        size_t size);
 

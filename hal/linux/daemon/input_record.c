@@ -24,7 +24,7 @@ static void put_registers(FILE *file, const uint16_t *registers, unsigned count)
     for (unsigned i = 0; i < count; i++) fprintf(file, "%04x", (unsigned)registers[i]);
 }
 
-/* SIGNAL:BITS:TIME_US with blanks between. */
+/* Writes SIGNAL:BITS:TIME_US, separated by blanks. */
 static void put_samples(FILE *file, const struct cb_inputs *in) {
     fputc(',', file);
     for (unsigned i = 0; i < in->sample_count; i++) {

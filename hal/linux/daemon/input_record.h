@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * What each step of the box was given and what it gave, to the bit, as text: `compbox simulate
- * --replay` makes the same steps again from it (docs/compboxd.md). */
+ * Exact inputs and outputs of each step of the box, as text: `compbox simulate --replay` repeats
+ * the same steps from it (docs/compboxd.md). */
 #ifndef COMPBOX_HAL_LINUX_DAEMON_INPUT_RECORD_H
 #define COMPBOX_HAL_LINUX_DAEMON_INPUT_RECORD_H
 
@@ -10,14 +10,14 @@
 #include "hal/linux/daemon/row.h"
 
 struct cb_input_record {
-    FILE *file; /* NULL: no record is made */
+    FILE *file; /* NULL: no record */
     int error;  /* errno of the first failure, 0: none */
 };
 
 /* Creates the file and writes its header. path NULL: no record. out: 0, or errno. */
 int cb_input_record_start(struct cb_input_record *record, const char *path);
 
-/* Adds a row. config: the one that the row was made with. */
+/* Adds a row. config: the row's own. */
 void cb_input_record_add(struct cb_input_record *record, const struct cb_config *config,
                          const struct cb_row *row);
 

@@ -26,7 +26,7 @@ static long read_all(int fd, char *text, size_t size) {
 }
 
 /* out: bytes read, up to one more than a coefficient file may have; -1 and *why when it cannot be
- * read. A pipe would wait for its writer, hence O_NONBLOCK, which a regular file ignores. */
+ *      read. O_NONBLOCK, which a regular file ignores, because a pipe would wait for its writer. */
 static long read_bytes(const char *path, char *text, size_t size, const char **why) {
     struct stat there;
     long length = -1;

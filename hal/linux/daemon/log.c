@@ -17,12 +17,12 @@
 enum {
     BURST_LINES = 20,
     LINES_PER_S = 2,
-    QUIET_LINES = 4,  /* so many may be written again: nothing was for two seconds */
+    QUIET_LINES = 4,  /* allowance at which a kind counts as quiet: two seconds without a line */
     LINE_BYTES = 600, /* a sentence about a coefficient file, with its path */
     ERRORS_EVERY_US = 1000000
 };
 
-/* systemd names the device and file that it gave as stderr when that is its journal. */
+/* systemd publishes the device and file of stderr if that is its journal. */
 static bool stderr_is_journal(void) {
     unsigned long long device = 0, file = 0;
     struct stat there;
@@ -37,7 +37,7 @@ void cb_log_start(struct cb_log *log, const char *plc, int64_t now_us) {
         log->limits[kind] = (struct cb_log_limit){.lines_left = BURST_LINES, .refill_us = now_us};
 }
 
-/* Whoever reads stderr may have stopped to; a line must not keep this thread from its work. */
+/* The reader of stderr may have stopped; a line must not block this thread. */
 static bool reader_is_there(void) {
     struct pollfd wait = {.fd = STDERR_FILENO, .events = POLLOUT};
     return poll(&wait, 1, 0) == 1 && (wait.revents & POLLOUT) != 0;
@@ -50,7 +50,7 @@ static void put(const struct cb_log *log, int64_t now_us, const char *text) {
         fprintf(stderr, "compboxd: %9.3f s: %s\n", (double)(now_us - log->start_us) * 1e-6, text);
 }
 
-static void say_left_out(struct cb_log *log, enum cb_log_kind kind, int64_t now_us) {
+static void report_left_out(struct cb_log *log, enum cb_log_kind kind, int64_t now_us) {
     static const char *const what[] = {
 #define CB_X(name, words) [name] = words,
         CB_LOG_KINDS(CB_X)
@@ -74,7 +74,7 @@ static __attribute__((format(printf, 4, 0))) void write_line(struct cb_log *log,
         log->limits[kind].left_out++;
         return;
     }
-    say_left_out(log, kind, now_us);
+    report_left_out(log, kind, now_us);
     vsnprintf(text, sizeof text, format, arguments);
     put(log, now_us, text);
 }
@@ -86,7 +86,7 @@ void cb_log_say(struct cb_log *log, int64_t now_us, const char *format, ...) {
     va_end(arguments);
 }
 
-/* out: the limit with what time has given back to it */
+/* out: the limit, with the allowance refilled for the elapsed time */
 static struct cb_log_limit *refilled(struct cb_log *log, enum cb_log_kind kind, int64_t now_us) {
     struct cb_log_limit *limit = &log->limits[kind];
     limit->lines_left += (double)(now_us - limit->refill_us) * 1e-6 * LINES_PER_S;
@@ -113,10 +113,11 @@ void cb_log_catch_up(struct cb_log *log, int64_t now_us, bool at_end) {
     for (enum cb_log_kind kind = 0; kind < CB_LOG_KINDS_COUNT; kind++) {
         if (log->limits[kind].left_out == 0) continue;
         const bool quiet = refilled(log, kind, now_us)->lines_left >= QUIET_LINES;
-        if ((quiet || at_end) && reader_is_there()) say_left_out(log, kind, now_us);
+        if ((quiet || at_end) && reader_is_there()) report_left_out(log, kind, now_us);
     }
 }
 
+/* out: cause of a lost connection, one clause; "not tried yet" without a cause */
 static const char *cause_text(const struct cb_row_link *link) {
     switch ((enum cb_link_cause)link->cause) {
         case CB_LINK_CAUSE_NONE:
@@ -128,14 +129,14 @@ static const char *cause_text(const struct cb_row_link *link) {
         case CB_LINK_CAUSE_SILENT:
             return "no valid reply for several cycles";
         case CB_LINK_CAUSE_FRAMING:
-            return "what came is not a whole Modbus/TCP frame";
+            return "the received bytes are no Modbus/TCP frame";
         case CB_LINK_CAUSE_LEFT:
             return "closed by the box behind its last write, as no write was confirmed";
     }
     return "not tried yet";
 }
 
-/* Another signal that is missing is news; another channel at its limit is not. */
+/* Another missing signal deserves a line; another channel at its limit does not. */
 static bool other_signal(const struct cb_cause *a, const struct cb_cause *b) {
     return a->kind != b->kind || a->index != b->index;
 }
@@ -154,7 +155,7 @@ static void log_mode(struct cb_log *log, const struct cb_row *row) {
     log->cause = *cause;
 }
 
-/* Another client writes to the PLC: what it left in the register of a channel. */
+/* Another client writes to the PLC: logs its value in the register of a channel. */
 static void log_foreign(struct cb_log *log, const struct cb_config *config,
                         const struct cb_row *row) {
     const uint8_t channel = row->foreign.channel;
@@ -183,8 +184,8 @@ static void log_link(struct cb_log *log, const struct cb_row *row) {
     log->link = *now;
 }
 
-/* Errors on the wire since they were last written about: "3 timeouts, 2 exceptions; exception 2
- * (illegal data address)", or "". */
+/* Lists the errors on the wire since the last line about them: "3 timeouts, 2 exceptions; exception
+ * 2 (illegal data address)", or "". */
 #define CB_X(name)                                                                           \
     if (used < size && now->name != told->name)                                              \
         used += (size_t)snprintf(text + used, size - used, "%s%u %s", used == 0 ? "" : ", ", \
@@ -207,13 +208,13 @@ static void describe_rtu(const struct cb_rtu_counters *told, const struct cb_rtu
 }
 #undef CB_X
 
-/* Exceptions 1 come with every cycle and have a line of their own (log_peer.c). */
+/* Exceptions 1 come in every cycle and have a line of their own (log_peer.c). */
 static void pass_over_refused(uint32_t *exceptions, uint32_t *by_code, const uint32_t *now) {
     *exceptions += now[1] - by_code[1];
     by_code[1] = now[1];
 }
 
-/* At most once a second, so that a row of errors is one line. */
+/* At most once a second, so that a series of errors is one line. */
 static void log_errors(struct cb_log *log, const struct cb_row *row) {
     if (row->time_us - log->errors_us < ERRORS_EVERY_US) return;
     char text[400] = "";

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
- * What a person reads on stderr: changes of mode, of the connection, and errors on the wire. Not
- * more than a few lines a second of each kind, whatever happens, so that a bus that flickers hides
- * no change of mode; what is left out is said. */
+ * Lines on stderr for a person: changes of mode, of the connection, and errors on the wire. Each
+ * kind is limited to a few lines a second, so that a flickering bus hides no change of mode; the
+ * number of dropped lines is reported. */
 #ifndef COMPBOX_HAL_LINUX_DAEMON_LOG_H
 #define COMPBOX_HAL_LINUX_DAEMON_LOG_H
 
@@ -10,7 +10,7 @@
 
 #include "hal/linux/daemon/row.h"
 
-/* Kinds of lines, with what "lines about …" are left out. The first one is not limited. */
+/* Kinds of lines, with the name in "lines about …" left out. The first kind is not limited. */
 #define CB_LOG_KINDS(X)                  \
     X(CB_LOG_START, "start and end")     \
     X(CB_LOG_MODE, "the mode")           \
@@ -28,15 +28,15 @@ enum cb_log_kind {
 };
 
 struct cb_log_limit {
-    double lines_left; /* may be written now; grows with time */
-    int64_t refill_us; /* when lines_left was brought up to date */
-    uint32_t left_out; /* lines suppressed since that was last said */
+    double lines_left; /* current allowance of lines; grows with time */
+    int64_t refill_us; /* time of the last update of lines_left */
+    uint32_t left_out; /* lines suppressed since the last report of them */
 };
 
-/* What was last seen and written about one kind of odd reply. */
+/* Last observation and last line about one kind of odd reply. */
 struct cb_log_odd {
     struct cb_odd_reply seen, told;
-    uint32_t connects; /* on which connection it was written */
+    uint32_t connects; /* connection of the last line */
     int64_t told_us;
 };
 
@@ -45,45 +45,46 @@ struct cb_log {
     bool journal;     /* stderr is systemd's journal */
     int64_t start_us; /* time 0 of the lines */
     struct cb_log_limit limits[CB_LOG_KINDS_COUNT];
-    bool begun; /* a row was seen: the fields below are valid */
+    bool begun; /* a row was processed: the fields below are valid */
     uint8_t mode, reason;
     struct cb_cause cause;
-    uint32_t registers_foreign; /* that a line was written about */
+    uint32_t registers_foreign; /* count at the last line */
     struct cb_row_link link;
     struct cb_log_odd odd[CB_ODD_COUNT];
-    uint32_t refused_functions; /* that lines were written about */
-    bool slow;                  /* a line was written about slow replies, since contact is lost */
-    int64_t errors_us;          /* when errors on the wire were last written about … */
-    struct cb_tcp_counters tcp_errors; /* … and up to what counts */
+    uint32_t refused_functions;        /* functions that lines were written about */
+    bool slow;                         /* a line about slow replies was written since the loss of
+                                          contact */
+    int64_t errors_us;                 /* time of the last line about errors on the wire … */
+    struct cb_tcp_counters tcp_errors; /* … and the counts at that time */
     struct cb_rtu_counters rtu_errors;
-    struct cb_can_config can_config; /* whose nodes these are */
-    struct cb_row_can can;           /* the bus in the row before … */
-    int64_t can_errors_us;           /* … and likewise its errors */
+    struct cb_can_config can_config; /* configuration of these nodes */
+    struct cb_row_can can;           /* the bus in the previous row */
+    int64_t can_errors_us;           /* time of the last line about its errors */
     struct cb_can_counters can_errors;
 };
 
 void cb_log_start(struct cb_log *log, const char *plc, int64_t now_us);
 
-/* A line of CB_LOG_START: left out only when nobody reads stderr; printf format, no newline. */
+/* A line of CB_LOG_START: dropped only if stderr is not read; printf format, no newline. */
 void cb_log_say(struct cb_log *log, int64_t now_us, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-/* A line that may also be left out when there are too many. */
+/* A line that is dropped when there are too many. */
 void cb_log_limited(struct cb_log *log, enum cb_log_kind kind, int64_t now_us, const char *format,
                     ...) __attribute__((format(printf, 4, 5)));
 
-/* To be called now and then: says what was left out of kinds that are quiet again; or, at the end,
- * of all. */
+/* Call it regularly: reports the dropped lines of kinds that are quiet again; at the end, of all
+ * kinds. */
 void cb_log_catch_up(struct cb_log *log, int64_t now_us, bool at_end);
 
-/* Lines about what changed since the row before.
+/* Logs the changes since the previous row.
  * in : config: of the row's generation */
 void cb_log_row(struct cb_log *log, const struct cb_config *config, const struct cb_row *row);
 
-/* Likewise about what its replies show of the PLC (log_peer.c); part of cb_log_row. */
+/* Logs abilities and faults of the PLC that its replies show (log_peer.c); part of cb_log_row. */
 void cb_log_peer(struct cb_log *log, const struct cb_config *config, const struct cb_row *row);
 
-/* Likewise about the CAN bus (log_can.c). */
+/* Logs changes on the CAN bus (log_can.c). */
 void cb_log_can(struct cb_log *log, const struct cb_can_config *can, const struct cb_row *row);
 
 #endif

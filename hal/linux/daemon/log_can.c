@@ -25,7 +25,7 @@ static void log_node(struct cb_log *log, const struct cb_can_config *can, unsign
                        (unsigned)can->nodes[i].node, cb_canopen_state_word(now->state));
 }
 
-/* At most once a second, so that a row of errors is one line. */
+/* At most once a second, so that a series of errors is one line. */
 static void log_errors(struct cb_log *log, const char *interface, const struct cb_row *row) {
     if (row->time_us - log->can_errors_us < ERRORS_EVERY_US) return;
     const struct cb_can_counters *now = &row->can.counters, *told = &log->can_errors;
@@ -47,7 +47,7 @@ static void log_errors(struct cb_log *log, const char *interface, const struct c
     log->can_errors = *now;
 }
 
-/* Another file may name other nodes: nothing is known of these yet, as in can_source.c. */
+/* Another file may name other nodes, whose state is unknown, as in can_source.c. */
 static void follow_nodes(struct cb_log *log, const struct cb_can_config *can) {
     if (memcmp(&log->can_config, can, sizeof *can) == 0) return;
     log->can_config = *can;

@@ -6,7 +6,7 @@
 #include "firmware/config/profile.h"
 #include "hal/linux/daemon/log.h"
 
-enum { SAME_AGAIN_US = 60000000 /* the same odd reply on another connection */ };
+enum { SAME_AGAIN_US = 60000000 /* repetition for the same odd reply on another connection */ };
 
 static void log_refused(struct cb_log *log, const struct cb_row *row) {
     static const uint8_t functions[] = {CB_MODBUS_READ, CB_MODBUS_WRITE, CB_MODBUS_WRITE_READ};
@@ -20,7 +20,7 @@ static void log_refused(struct cb_log *log, const struct cb_row *row) {
     log->refused_functions = row->peer.refused_functions;
 }
 
-/* Once for each kind and connection; the same on the next connection only after a while. */
+/* Once for each kind and connection; the same reply on a new connection only after a while. */
 static bool is_news(const struct cb_log_odd *odd, const struct cb_odd_reply *now,
                     const struct cb_row *row) {
     const bool same = now->got == odd->told.got && now->asked == odd->told.asked;
@@ -30,6 +30,7 @@ static bool is_news(const struct cb_log_odd *odd, const struct cb_odd_reply *now
     return !same || row->time_us - odd->told_us >= SAME_AGAIN_US;
 }
 
+/* Logs each new kind of reply that does not match its request, and records what was logged. */
 static void log_odd(struct cb_log *log, const struct cb_row *row) {
     static const char *const sentences[] = {
 #define CB_X(name, word, sentence) [name] = sentence,
@@ -51,13 +52,13 @@ static void log_odd(struct cb_log *log, const struct cb_row *row) {
     }
 }
 
-/* The period in which so many requests one after the other end by the deadline, as
- * `compbox commission` finds it. */
+/* out: the period in which that many successive requests end by the deadline, as in `compbox
+ *      commission` */
 static unsigned period_ms(unsigned requests, uint32_t reply_us) {
     return (unsigned)ceil(requests * (double)reply_us * 1e-3 / 0.8);
 }
 
-/* Contact is lost and replies are too slow: how slow, and what fits. */
+/* Contact is lost and replies are too slow: logs their time, and a suitable period. */
 static void log_slow(struct cb_log *log, const struct cb_config *config, const struct cb_row *row) {
     const uint32_t slowest_us = cb_peer_slowest_us(&row->peer);
     const bool two = config->plc.exchange == CB_EXCHANGE_FC3_FC16;

@@ -40,7 +40,7 @@ static void copy_wire(struct cb_row *row, const struct cb_linux *target) {
                                                       : link_of(&target->tcp.link);
 }
 
-/* The inputs as the step had them: the write after it has changed two of them for the next one. */
+/* Restores the step's inputs: the write after it has changed two of them for the next step. */
 static void copy_step(struct cb_row *row, const struct cb_cycle *cycle) {
     row->step_at_us = cycle->step_at_us;
     row->in = cycle->in;
@@ -52,8 +52,7 @@ static void copy_step(struct cb_row *row, const struct cb_cycle *cycle) {
 static void copy_values(struct cb_row *row, const struct cb_box *box,
                         const struct cb_outputs *out) {
     row->known = 0;
-    for (unsigned i = 0; i < CB_MAX_SIGNALS;
-         i++) { /* not a count that may have changed in memory */
+    for (unsigned i = 0; i < CB_MAX_SIGNALS; i++) { /* a count may have changed in memory */
         row->signals[i] = box->signals[i].value;
         if (box->signals[i].known) row->known |= 1ull << i;
     }
@@ -72,7 +71,7 @@ static void copy_cause(struct cb_row *row, const struct cb_box *box) {
             (struct cb_row_channel){box->channels[i].limited, box->channels[i].excessive};
 }
 
-/* Tells the other thread about the cycle just run; a full ring counts the row as lost. */
+/* Publishes the finished cycle for the other thread; a full ring counts the row as lost. */
 static void publish(struct cb_loop *loop, int64_t woke_before_ns) {
     const uint64_t number = loop->made++;
     int32_t slot = cb_ring_slot_to_write(&loop->ring);
@@ -101,7 +100,7 @@ static void publish(struct cb_loop *loop, int64_t woke_before_ns) {
     cb_ring_publish(&loop->ring);
 }
 
-/* The lags for the other thread, once a second. */
+/* Publishes the lags for the other thread, once a second. */
 static void publish_state(struct cb_loop *loop) {
     if (loop->cycle.tick_us - loop->state_us < CB_LOOP_STATE_US) return;
     int32_t slot = cb_ring_slot_to_write(&loop->state_ring);
@@ -125,7 +124,7 @@ void cb_loop_offer(struct cb_loop *loop, bool at_rest_only) {
     __atomic_store_n(&loop->offer, CB_LOOP_OFFER_MADE, __ATOMIC_RELEASE);
 }
 
-/* out: whether the offer was made, and now is as `to` says */
+/* out: whether an offer was made; it is then in the state `to` */
 static bool grab_offer(struct cb_loop *loop, uint32_t to) {
     uint32_t made = CB_LOOP_OFFER_MADE;
     return __atomic_compare_exchange_n(&loop->offer, &made, to, false, __ATOMIC_ACQ_REL,
@@ -155,8 +154,7 @@ static void take_over(struct cb_loop *loop, struct cb_box *spare) {
     cb_can_source_replan(&loop->target.can, &spare->config);
 }
 
-/* Between two cycles: the box that is offered goes on where the running one is, or stays offered.
- */
+/* Between two cycles: the offered box takes over the running state, or remains offered. */
 static void take_offer(struct cb_loop *loop) {
     if (!grab_offer(loop, CB_LOOP_OFFER_IN_HAND)) return;
     struct cb_box *spare = cb_loop_spare(loop);

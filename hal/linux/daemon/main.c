@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
- * compboxd: the box on Linux. This thread reads the coefficient file, starts the loop
- * (daemon/loop.c), and then writes log, record and statistics from the rows that the loop hands
- * over, until a signal or the loop itself ends it. */
+ * compboxd: the box on Linux. This thread reads the coefficient file and starts the loop
+ * (daemon/loop.c). Then it writes log, record and statistics from the loop's rows, until a signal
+ * or the loop itself ends it. */
 #include <errno.h>
 #include <signal.h>
 #include <stdio.h>
@@ -31,8 +31,8 @@ enum {
     EXIT_OK = 0,
     EXIT_BAD = 1,
     EXIT_USAGE = 2,
-    LOOK_EVERY_MS = 50,       /* how long rows wait in the ring */
-    STATS_EVERY_US = 5000000, /* how old the statistics file may be */
+    LOOK_EVERY_MS = 50,       /* poll interval of the rows */
+    STATS_EVERY_US = 5000000, /* maximum age of the statistics file */
 };
 
 struct daemon {
@@ -45,31 +45,32 @@ struct daemon {
     struct cb_reload reload;
     struct cb_supervise supervise;
     struct cb_stop stop;
-    uint32_t generation;         /* of the coefficient file that the rows taken last are of … */
-    struct cb_config configs[2]; /* … and the newest two: the box's own may change in memory */
+    uint32_t generation;         /* generation of the rows taken last … */
+    struct cb_config configs[2]; /* … and the newest two files, because the box's own copy may
+                                    change in memory */
     char plc[64];
-    int64_t stats_us;          /* when statistics were last written */
-    struct cb_state state;     /* newest that the loop handed over */
-    uint32_t state_generation; /* … of the lags of this coefficient file */
-    int64_t state_us;          /* when it was last written */
-    int state_error;           /* errno of that … */
+    int64_t stats_us;          /* time of the last statistics */
+    struct cb_state state;     /* newest from the loop */
+    uint32_t state_generation; /* generation of its lags */
+    int64_t state_us;          /* time of its last write */
+    int state_error;           /* errno of that write … */
     int stats_error;           /* … and of the statistics */
-    bool record_told;          /* that rows are lost from the record */
+    bool record_reported;      /* the loss of rows is logged */
     struct cb_can_sockets can;
     bool reload_asked;       /* by SIGHUP */
-    uint32_t status;         /* mode, reason and generation that systemd was told last … */
-    uint32_t status_refused; /* … and the functions that the PLC does not have */
-    bool status_told;
+    uint32_t status;         /* mode, reason and generation last reported to systemd … */
+    uint32_t status_refused; /* … and the functions that the PLC does not support */
+    bool status_reported;
     pthread_t thread;
     struct cb_bus bus;
 };
 
-/* The coefficient file that rows of this generation were made with. Only of the newest two. */
+/* out: the coefficient file of rows of this generation; only the newest two are kept */
 static const struct cb_config *config_of(const struct daemon *daemon, uint32_t generation) {
     return &daemon->configs[generation % 2];
 }
 
-/* Before the box of this generation runs, or right after it was taken over. */
+/* Call it before the box of this generation runs, or right after it has taken over. */
 static void keep_config(struct daemon *daemon, uint32_t generation) {
     daemon->configs[generation % 2] = daemon->loop.boxes[generation % 2].config;
 }
@@ -78,7 +79,7 @@ static const struct cb_config *config_now(const struct daemon *daemon) {
     return config_of(daemon, daemon->generation);
 }
 
-/* Opens the files that shall be written, so that a wrong path is told before the machine moves. */
+/* Opens the output files, so that a wrong path is reported before the machine moves. */
 static bool open_outputs(struct daemon *daemon) {
     const struct cb_options *options = &daemon->options;
     const struct cb_config *config = config_now(daemon);
@@ -99,7 +100,7 @@ static bool open_outputs(struct daemon *daemon) {
     return error == 0 && inputs_error == 0;
 }
 
-/* The device is opened by a thread of its own, for the loop never waits for a driver. */
+/* A thread of its own opens the device, because the loop must never wait for a driver. */
 static bool start_serial_plc(struct daemon *daemon) {
     const struct cb_config *config = config_now(daemon);
     struct cb_linux *target = &daemon->loop.target;
@@ -127,8 +128,7 @@ static bool start_plc(struct daemon *daemon) {
     return false;
 }
 
-/* Reads the thermometers of the file that runs now; the machine runs without them where that fails.
- */
+/* Reads the thermometers of the running file; if that fails, the machine runs without them. */
 static void start_bus(struct daemon *daemon) {
     cb_bus_stop(&daemon->bus);
     const int error = cb_bus_start(&daemon->bus, config_now(daemon), daemon->generation,
@@ -138,7 +138,7 @@ static void start_bus(struct daemon *daemon) {
                        strerror(error));
 }
 
-/* What the machine does not permit is said, and the box runs without it. */
+/* Reports what the system refuses; the box runs without it. */
 static void prepare_machine(struct daemon *daemon) {
     struct cb_stats_run *run = &daemon->stats.run;
     int64_t now_us = cb_boottime_us();
@@ -155,7 +155,7 @@ static void prepare_machine(struct daemon *daemon) {
                    strerror(error));
 }
 
-/* A watchdog that is asked for and not there is no reason to leave the machine uncompensated. */
+/* A missing watchdog is reported; the machine is compensated without it. */
 static void start_supervision(struct daemon *daemon) {
     const struct cb_options *options = &daemon->options;
     int timeout_s = options->watchdog_timeout_s;
@@ -169,7 +169,7 @@ static void start_supervision(struct daemon *daemon) {
                    options->watchdog, strerror(error));
 }
 
-/* SIGHUP is left to mind_signals(), those that ask for a stop to the thread of daemon/stop.h. */
+/* mind_signals() handles SIGHUP; the thread of daemon/stop.h handles the signals for a stop. */
 static bool start_signals(struct daemon *daemon) {
     sigset_t signals;
     sigemptyset(&signals);
@@ -178,7 +178,7 @@ static bool start_signals(struct daemon *daemon) {
     sigaddset(&signals, SIGHUP);
     pthread_sigmask(SIG_BLOCK, &signals, NULL);
     signal(SIGPIPE, SIG_IGN);
-    signal(SIGXFSZ, SIG_IGN); /* a file that must not grow is reported like a full disk */
+    signal(SIGXFSZ, SIG_IGN); /* a file at its size limit is reported like a full disk */
     daemon->stop.loop = &daemon->loop;
     daemon->stop.supervise = &daemon->supervise;
     const int error = cb_stop_start(&daemon->stop);
@@ -196,6 +196,7 @@ static bool start_feeding(struct daemon *daemon) {
     return error == 0;
 }
 
+/* out: false: the thread could not be started, and the cause with its remedy is printed */
 static bool start_loop(struct daemon *daemon) {
     daemon->loop.cycles = daemon->options.cycles;
     cb_ring_start(&daemon->loop.ring, CB_LOOP_ROWS);
@@ -205,7 +206,7 @@ static bool start_loop(struct daemon *daemon) {
     cb_flag_raise(&daemon->stop.loop_runs);
     int error = cb_start_thread(&daemon->thread, &schedule, cb_loop_run, &daemon->loop);
     if (error == EINVAL && schedule.cpu >= 0)
-        fprintf(stderr, "compboxd: --cpu %d: this processor is not for this program\n",
+        fprintf(stderr, "compboxd: --cpu %d: this processor is not available to this program\n",
                 schedule.cpu);
     else if (error == EPERM)
         fprintf(stderr,
@@ -217,8 +218,8 @@ static bool start_loop(struct daemon *daemon) {
     return error == 0;
 }
 
-/* What the run before left goes on. The file is written again before the machine moves: from here
- * on this run has not ended STOPPED, and a wrong path is reported. */
+/* Resumes the state of the previous run. The file is rewritten before the machine moves, which
+ * reports a wrong path and marks this run as not STOPPED. */
 static bool resume_state(struct daemon *daemon) {
     const char *path = daemon->options.state;
     char said[512];
@@ -227,7 +228,7 @@ static bool resume_state(struct daemon *daemon) {
     cb_state_clock_read(&now);
     cb_state_read(&daemon->loop.resumed, config_now(daemon), path, &now, said, sizeof said);
     cb_log_say(&daemon->log, cb_boottime_us(), "%s", said);
-    daemon->state = daemon->loop.resumed; /* a start that ends at once loses no lag */
+    daemon->state = daemon->loop.resumed; /* a start that ends at once keeps the lags */
     daemon->state.stopped = false;
     const int error = cb_state_write(&daemon->state, config_now(daemon), path, &now);
     if (error != 0)
@@ -235,10 +236,10 @@ static bool resume_state(struct daemon *daemon) {
     return error == 0;
 }
 
-/* What becomes of a file that is written again and again is said when it changes.
- * in : told: errno said last */
-static void tell_file(struct daemon *daemon, const char *path, int error, int *told,
-                      int64_t now_us) {
+/* Logs the write status of a periodically written file only when it changes.
+ * in : told: last reported errno */
+static void report_file(struct daemon *daemon, const char *path, int error, int *told,
+                        int64_t now_us) {
     if (error == *told) return;
     *told = error;
     if (error == 0)
@@ -249,16 +250,16 @@ static void tell_file(struct daemon *daemon, const char *path, int error, int *t
 }
 
 static void write_state(struct daemon *daemon, int64_t now_us) {
-    /* right after a reload the newest lags are still those of the file before */
+    /* right after a reload the newest lags still belong to the previous file */
     if (daemon->options.state == NULL || daemon->state_generation != daemon->generation) return;
     struct cb_state_clock now;
     cb_state_clock_read(&now);
     const int error =
         cb_state_write(&daemon->state, config_now(daemon), daemon->options.state, &now);
-    tell_file(daemon, daemon->options.state, error, &daemon->state_error, now_us);
+    report_file(daemon, daemon->options.state, error, &daemon->state_error, now_us);
 }
 
-/* Takes what the loop handed over; writes it when it is time. */
+/* Takes the loop's newest state and writes it when due. */
 static void keep_state(struct daemon *daemon, int64_t now_us) {
     struct cb_loop *loop = &daemon->loop;
     for (int32_t slot; (slot = cb_ring_slot_to_read(&loop->state_ring)) >= 0;) {
@@ -275,7 +276,7 @@ static const char *plural(uint64_t count) {
     return count == 1 ? "" : "s";
 }
 
-/* The first file, under the site's ceiling. */
+/* Loads the first file, under the site's ceiling. */
 static bool load(struct daemon *daemon) {
     struct cb_reload *reload = &daemon->reload;
     cb_reload_start(reload, daemon->options.config);
@@ -288,7 +289,7 @@ static bool load(struct daemon *daemon) {
     return good;
 }
 
-/* What the site limits beside the file, or that it does not. */
+/* Logs the site's limits, or that it has none. */
 static void log_ceiling(struct daemon *daemon) {
     const bool sizes = daemon->options.ceiling.um > 0.0f;
     const bool rates = daemon->options.ceiling.um_per_s > 0.0f;
@@ -305,6 +306,8 @@ static void log_ceiling(struct daemon *daemon) {
         cb_log_say(&daemon->log, now_us, "the site's ceiling lowers the limits of %s", names);
 }
 
+/* Starts in the order of possible mistakes: file, wire, outputs, system; the loop last.
+ * out: false: one of them failed, and a sentence about it is printed */
 static bool start(struct daemon *daemon) {
     const struct cb_config *config = config_now(daemon);
     struct cb_stats_run *run = &daemon->stats.run;
@@ -339,7 +342,7 @@ static bool start(struct daemon *daemon) {
     return true;
 }
 
-/* From the next row on another coefficient file counts. */
+/* Rows of another coefficient file follow. */
 static void follow_reload(struct daemon *daemon, uint32_t generation) {
     if (generation == daemon->generation) return;
     const struct cb_config *before = config_now(daemon);
@@ -352,10 +355,10 @@ static void follow_reload(struct daemon *daemon, uint32_t generation) {
                        daemon->options.record, cb_output_error(error));
 }
 
-/* That rows are lost from the record is said when it begins; how many, at the end. */
-static void tell_record(struct daemon *daemon) {
-    if (daemon->record.error == 0 || daemon->record_told) return;
-    daemon->record_told = true;
+/* Logs the loss of rows from the record when it begins; the final line has their number. */
+static void report_lost_rows(struct daemon *daemon) {
+    if (daemon->record.error == 0 || daemon->record_reported) return;
+    daemon->record_reported = true;
     cb_log_limited(&daemon->log, CB_LOG_FILES, cb_boottime_us(), "%s: rows are lost: %s",
                    daemon->options.record, strerror(daemon->record.error));
 }
@@ -374,10 +377,10 @@ static void take_rows(struct daemon *daemon) {
         cb_ring_release(&loop->ring);
     }
     cb_record_flush(&daemon->record);
-    tell_record(daemon);
+    report_lost_rows(daemon);
 }
 
-/* out: 0, or errno of a statistics file that could not be written. */
+/* out: 0, or errno of the failed write */
 static int write_stats(struct daemon *daemon) {
     struct cb_stats_run *run = &daemon->stats.run;
     run->rows_lost = cb_ring_lost(&daemon->loop.ring);
@@ -395,10 +398,10 @@ static int write_stats(struct daemon *daemon) {
 static void write_stats_now_and_then(struct daemon *daemon, int64_t now_us) {
     if (now_us - daemon->stats_us < STATS_EVERY_US) return;
     daemon->stats_us = now_us;
-    tell_file(daemon, daemon->options.stats, write_stats(daemon), &daemon->stats_error, now_us);
+    report_file(daemon, daemon->options.stats, write_stats(daemon), &daemon->stats_error, now_us);
 }
 
-/* Waits a little. SIGHUP asks for the coefficient file to be read anew. */
+/* Waits a little. SIGHUP requests a reload of the coefficient file. */
 static void mind_signals(struct daemon *daemon) {
     const struct timespec wait = cb_timespec(LOOK_EVERY_MS * 1000000LL);
     sigset_t signals;
@@ -410,12 +413,12 @@ static void mind_signals(struct daemon *daemon) {
 /* in : reload->last, a sentence */
 static void log_reload(struct daemon *daemon, int64_t now_us, const char *rest) {
     cb_log_limited(&daemon->log, CB_LOG_FILES, now_us, "%s%s", daemon->reload.last, rest);
-    daemon->stats_us = 0; /* statistics have it at once */
+    daemon->stats_us = 0; /* writes the statistics at once */
 }
 
-/* The loop runs another coefficient file. */
+/* The loop has taken another coefficient file. */
 static void follow_taken(struct daemon *daemon, int64_t now_us) {
-    take_rows(daemon); /* the rest of the generation before, whose box is spare now */
+    take_rows(daemon); /* the remaining rows of the previous generation, whose box is spare now */
     follow_reload(daemon, daemon->loop.generation);
     daemon->stats.run.can_used = cb_can_source_used(&daemon->loop.target.can);
     if (daemon->stats.run.can_used) cb_can_sockets_renew(&daemon->can, config_now(daemon), now_us);
@@ -423,8 +426,8 @@ static void follow_taken(struct daemon *daemon, int64_t now_us) {
     log_reload(daemon, now_us, "");
 }
 
-/* A coefficient file that changed, or was asked to be read anew, takes over, is pending or is
- * refused. */
+/* Reads a coefficient file that changed or was requested; it takes over, is pending, or is
+ * rejected. */
 static void mind_the_file(struct daemon *daemon, int64_t now_us) {
     struct cb_reload *reload = &daemon->reload;
     char rest[60];
@@ -448,14 +451,14 @@ static void mind_the_file(struct daemon *daemon, int64_t now_us) {
     }
 }
 
-/* The mode for `systemctl status`, when it changed. */
-static void tell_status(struct daemon *daemon) {
+/* Reports a changed mode for `systemctl status`. */
+static void report_status(struct daemon *daemon) {
     const struct cb_row *row = &daemon->stats.last;
     const uint32_t status = row->generation << 16 | (uint32_t)row->reason << 8 | row->mode;
     const uint32_t refused = row->peer.refused_functions;
     const bool same = status == daemon->status && refused == daemon->status_refused;
     char text[300];
-    if (daemon->stats.rows == 0 || (daemon->status_told && same)) return;
+    if (daemon->stats.rows == 0 || (daemon->status_reported && same)) return;
     if (!cb_flag_is_raised(&daemon->supervise.ready)) return;
     const unsigned function = refused == 0 ? 0 : 31u - (unsigned)__builtin_clz(refused);
     int used = snprintf(text, sizeof text, "%s: %s; revision %u", cb_mode_name(row->mode),
@@ -466,16 +469,18 @@ static void tell_status(struct daemon *daemon) {
     cb_supervise_status(&daemon->supervise, text);
     daemon->status = status;
     daemon->status_refused = refused;
-    daemon->status_told = true;
+    daemon->status_reported = true;
 }
 
+/* The normal thread's work until the loop ends; then takes its last rows and writes its last
+ * state. */
 static void serve(struct daemon *daemon) {
     daemon->stats_us = daemon->state_us = cb_boottime_us();
     while (!cb_flag_is_raised(&daemon->loop.finished)) {
         mind_signals(daemon);
         take_rows(daemon);
         mind_the_file(daemon, cb_boottime_us());
-        tell_status(daemon);
+        report_status(daemon);
         cb_can_sockets_serve(&daemon->can, config_now(daemon), cb_boottime_us());
         cb_log_bus(&daemon->log, &daemon->bus, cb_boottime_us());
         write_stats_now_and_then(daemon, cb_boottime_us());
@@ -494,7 +499,7 @@ static void serve(struct daemon *daemon) {
     write_state(daemon, cb_boottime_us());
 }
 
-/* The files' last state and the exit code. */
+/* Writes the final files. out: the exit code */
 static int finish(struct daemon *daemon) {
     struct cb_stats_run *run = &daemon->stats.run;
     int64_t now_us = cb_boottime_us();
@@ -529,7 +534,7 @@ static int finish(struct daemon *daemon) {
     return confirmed && written ? EXIT_OK : EXIT_BAD;
 }
 
-/* Says whether this program would run the file. */
+/* Reports whether this program would run the file. */
 static int check(const struct cb_options *options) {
     static struct cb_config config;
     static struct cb_loaded loaded;
@@ -543,12 +548,12 @@ static int run(struct daemon *daemon) {
         serve(daemon);
         return finish(daemon);
     }
-    cb_supervise_finish(&daemon->supervise); /* a wrong word resets no machine */
+    cb_supervise_finish(&daemon->supervise); /* a wrong option must not reset the machine */
     return EXIT_BAD;
 }
 
 int main(int argc, char **argv) {
-    static struct daemon daemon; /* a few megabytes, in memory from the start */
+    static struct daemon daemon; /* a few megabytes, allocated from the start */
     switch (cb_options_parse(&daemon.options, argc, argv)) {
         case CB_OPTIONS_DONE:
             return EXIT_OK;

@@ -15,7 +15,7 @@ static const char help[] =
     "usage: compboxd --config FILE [options]\n"
     "\n"
     "  --config FILE         coefficient file (compbox build makes it, compbox check checks it)\n"
-    "  --check               only say whether the file is good: exit 0, or a sentence and exit 1\n"
+    "  --check               only check the file: exit 0, or a sentence and exit 1\n"
     "  --most-um U           the site's ceiling: no output is larger than U µm (a slope: µm/m), "
     "whatever\n"
     "                        the file states, 0.001 to 1000000\n"
@@ -25,7 +25,7 @@ static const char help[] =
     "first\n"
     "  --stats FILE          write statistics as JSON, every 5 s and at the end\n"
     "  --record FILE         write one CSV row for each cycle: signals, terms, outputs, mode\n"
-    "  --record-inputs FILE  write what each cycle was given, to the bit (compbox simulate "
+    "  --record-inputs FILE  write the exact inputs of each cycle (compbox simulate "
     "--replay)\n"
     "  --state FILE          keep lags and how the run ended across restarts in this file\n"
     "  --state-every S       write it every S seconds, 1 to 3600 (default: 10), and at the end\n"
@@ -52,7 +52,7 @@ enum {
     MOST_UM,
     MOST_UM_PER_S,
     ALLOW_OLDER
-}; /* no letter: what is no option must not look like one */
+}; /* no letter, because the first word that is no option must not look like one */
 
 static const struct option known[] = {
     {"config", required_argument, NULL, 'c'},
@@ -77,7 +77,7 @@ static const struct option known[] = {
     {NULL, 0, NULL, 0},
 };
 
-/* A whole decimal number within [min, max], nothing before or behind it. */
+/* Parses an unsigned decimal integer within [min, max], with nothing before or behind it. */
 static bool parse_number(const char *option, const char *text, uint64_t min, uint64_t max,
                          uint64_t *number) {
     char *end = NULL;
@@ -93,7 +93,7 @@ static bool parse_number(const char *option, const char *text, uint64_t min, uin
     return false;
 }
 
-/* A decimal number of the ceiling, as 300, 0.5 or 1e3; nothing before or behind it. */
+/* Parses a number of the ceiling, such as 300, 0.5 or 1e3; nothing before or behind it. */
 static bool parse_ceiling(const char *option, const char *text, float *number) {
     const bool plain = text[0] >= '0' && text[0] <= '9' && strlen(text) < 64 &&
                        strspn(text, "0123456789.eE+-") == strlen(text);
@@ -122,7 +122,7 @@ static bool parse_clock(const char *text, clockid_t *clock) {
     return false;
 }
 
-/* A processor that is there. */
+/* Parses the index of an existing processor. */
 static bool parse_cpu(const char *text, int *cpu) {
     uint64_t number = 0;
     const long last = sysconf(_SC_NPROCESSORS_CONF) - 1;
@@ -131,7 +131,7 @@ static bool parse_cpu(const char *text, int *cpu) {
     return true;
 }
 
-/* One option with its argument; false when the argument is wrong. */
+/* Takes one option with its argument. out: false when the argument is wrong */
 static bool take(struct cb_options *options, int letter, const char *argument) {
     uint64_t number = 0;
     switch (letter) {
@@ -194,7 +194,7 @@ static bool is_known(int letter) {
     return false;
 }
 
-/* What getopt_long stumbled over, in one sentence. word: the one it took last. */
+/* Prints the error of getopt_long in one sentence. word: the last one it read. */
 static void refuse(int letter, const char *word) {
     const bool is_long = strncmp(word, "--", 2) == 0;
     if (letter == ':')
@@ -202,22 +202,22 @@ static void refuse(int letter, const char *word) {
     else if (is_long && is_known(optopt))
         fprintf(stderr, "compboxd: \"%s\": this option takes no value\n", word);
     else if (optopt != 0)
-        fprintf(stderr, "compboxd: there is no option -%c; see compboxd --help\n", optopt);
+        fprintf(stderr, "compboxd: unknown option -%c; see compboxd --help\n", optopt);
     else
         fprintf(stderr, "compboxd: %s is no option, or short for several; see compboxd --help\n",
                 word);
 }
 
-/* Whether two paths are one file, by name or because one is a link to the other. A device may be
- * named twice: /dev/null loses nothing. */
+/* out: whether two paths are one file, by name or by a link. A device may be named twice: /dev/null
+ *      loses nothing. */
 static bool is_one_file(const char *a, const char *b) {
     struct stat one, other;
     if (stat(a, &one) != 0 || stat(b, &other) != 0) return strcmp(a, b) == 0;
     return S_ISREG(one.st_mode) && one.st_dev == other.st_dev && one.st_ino == other.st_ino;
 }
 
-/* Each file has its own place: a record written over the coefficient file would leave the machine
- * uncompensated from the next start on. */
+/* out: whether all paths differ. A record written over the coefficient file would leave the machine
+ *      uncompensated from the next start on. */
 static bool files_differ(const struct cb_options *options) {
     const struct {
         const char *name, *path;
@@ -244,7 +244,7 @@ enum cb_options_result cb_options_parse(struct cb_options *options, int argc, ch
                                    .clock = CLOCK_MONOTONIC,
                                    .watchdog_timeout_s = 10};
     optind = 0;
-    opterr = 0; /* getopt's own sentences begin with the path of the program */
+    opterr = 0; /* getopt's own messages begin with the path of the program */
     for (int letter; (letter = getopt_long(argc, argv, ":", known, NULL)) != -1;) {
         if (letter == 'h') {
             fputs(help, stdout);

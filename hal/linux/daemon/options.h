@@ -11,27 +11,27 @@
 
 struct cb_options {
     const char *config;        /* coefficient file */
-    bool check;                /* load it and end */
+    bool check;                /* load it and exit */
     struct cb_ceiling ceiling; /* of the site */
-    bool allow_older;          /* a reload may go back to a lower revision */
+    bool allow_older;          /* a reload may use a file of a lower revision */
     const char *stats;         /* statistics as JSON; NULL: none */
-    const char *record;        /* one CSV row for each cycle; NULL: none */
-    const char *inputs;        /* what each step was given, to the bit; NULL: none */
+    const char *record;        /* one CSV row per cycle; NULL: none */
+    const char *inputs;        /* the exact inputs of each step; NULL: none */
     const char *state;         /* memory of the lags across restarts; NULL: none */
-    int state_every_s;         /* how often it is written */
-    uint64_t cycles;           /* then the box stops by itself; 0: never */
+    int state_every_s;         /* its write interval */
+    uint64_t cycles;           /* number of cycles before it stops; 0: no limit */
     int priority;              /* SCHED_FIFO 1 … 99; 0: normal scheduling */
     int cpu;                   /* the loop runs on this processor only; -1: any */
     clockid_t clock;           /* of the ticks */
     const char *watchdog;      /* device of the hardware watchdog; NULL: none */
-    int watchdog_timeout_s;    /* after which it resets the machine */
+    int watchdog_timeout_s;    /* its time until the reset of the machine */
     bool cpu_latency;          /* keep the processor in its lightest sleep */
 };
 
 enum cb_options_result { CB_OPTIONS_RUN, CB_OPTIONS_DONE, CB_OPTIONS_WRONG };
 
-/* out: RUN: *options is complete; DONE: help or version was asked for and printed; WRONG: a
- *      sentence about the mistake was printed on stderr. Pointers point into argv. */
+/* out: RUN: *options is complete; DONE: the requested help or version is printed; WRONG: a sentence
+ *      about the mistake is printed on stderr. Pointers point into argv. */
 enum cb_options_result cb_options_parse(struct cb_options *options, int argc, char **argv);
 
 #endif

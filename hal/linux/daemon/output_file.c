@@ -14,7 +14,7 @@ static int refused(int fd, int error) {
     return -1;
 }
 
-/* 0: nothing or a regular file is there; else errno. A rename would replace anything else. */
+/* out: 0 for a regular file or none; else errno, because a rename would replace it */
 static int fault_at(const char *path) {
     struct stat there;
     if (lstat(path, &there) != 0) return errno == ENOENT ? 0 : errno;

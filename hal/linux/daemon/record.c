@@ -13,7 +13,7 @@
 #include "hal/linux/daemon/output_file.h"
 
 /* Appends to the buffer. A line has at most 64 + 128 + 16 values of 16 characters, so
- * CB_RECORD_LINE holds it, and the callers keep that much free. */
+ * CB_RECORD_LINE holds it; the callers keep that much free. */
 static __attribute__((format(printf, 2, 3))) void put(struct cb_record *record, const char *format,
                                                       ...) {
     va_list arguments;
@@ -35,7 +35,7 @@ static void put_header(struct cb_record *record, const struct cb_config *config)
     put(record, ",mode,reason\n");
 }
 
-/* Nine digits: a float32 reads back as the same bits. */
+/* Nine digits, so that a float32 reads back with the same bits. */
 static void put_value(struct cb_record *record, float value) {
     put(record, ",%.9g", (double)value);
 }
@@ -54,7 +54,7 @@ static void put_row(struct cb_record *record, const struct cb_config *config,
     put(record, ",%u,%u\n", row->mode, row->reason);
 }
 
-/* out: how many of the bytes went out; fewer than size only with errno set. */
+/* out: number of bytes written; fewer than size only with errno set */
 static size_t write_all(int fd, const char *bytes, size_t size) {
     size_t done = 0;
     while (done < size) {
@@ -66,7 +66,7 @@ static size_t write_all(int fd, const char *bytes, size_t size) {
     return done;
 }
 
-/* Takes the part of a line that went out before an error back. */
+/* Removes the part of a line that was written before an error. */
 static void cut_to_whole_lines(struct cb_record *record) {
     if (ftruncate(record->fd, record->whole_size) == 0)
         lseek(record->fd, record->whole_size, SEEK_SET);
@@ -109,7 +109,7 @@ static bool same_columns(const struct cb_config *a, const struct cb_config *b) {
     return true;
 }
 
-/* out: 0: it is called PATH.N now; or errno */
+/* out: 0: renamed to PATH.N; or errno */
 static int move_away(const char *path) {
     char other[4096];
     for (unsigned n = 1; n < 100000; n++) {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
- * One CSV row for each cycle: time_s (since the first), every signal by its name (empty as long
- * as it was never received), every term output by its name, comp_NAME_um of every channel, mode
- * and reason (numbers of the status register). The file holds whole lines only, at any time. */
+ * One CSV row per cycle: time_s (since the first), every signal by its name (empty until it is
+ * first received), every term output by its name, comp_NAME_um of every channel, mode and reason
+ * (numbers of the status register). The file holds only whole lines at any time. */
 #ifndef COMPBOX_HAL_LINUX_DAEMON_RECORD_H
 #define COMPBOX_HAL_LINUX_DAEMON_RECORD_H
 
@@ -14,7 +14,7 @@
 enum { CB_RECORD_BUFFER = 65536, CB_RECORD_LINE = 8192 };
 
 struct cb_record {
-    int fd; /* -1: no record is made */
+    int fd; /* -1: no record */
     int64_t first_us;
     uint64_t rows;      /* in the file or in the buffer */
     uint64_t lost;      /* rows that could not be written */
@@ -28,9 +28,8 @@ struct cb_record {
 /* Creates the file and writes its header. path NULL: no record. out: 0, or errno. */
 int cb_record_start(struct cb_record *record, const char *path, const struct cb_config *config);
 
-/* Another coefficient file counts from the next row on. Where it has other columns, the file is
- * ended and renamed PATH.1, PATH.2 …, the first that is free, and a new one begun. out: 0, or
- * errno. */
+/* Another coefficient file begins with the next row. If its columns differ, the file is closed and
+ * renamed to the first free PATH.1, PATH.2 …, and a new one begins. out: 0, or errno. */
 int cb_record_follow(struct cb_record *record, const char *path, const struct cb_config *before,
                      const struct cb_config *now);
 
@@ -38,7 +37,7 @@ int cb_record_follow(struct cb_record *record, const char *path, const struct cb
 void cb_record_add(struct cb_record *record, const struct cb_config *config,
                    const struct cb_row *row);
 
-/* Writes what is buffered. What does not fit on the disk is counted in `lost`. */
+/* Writes the buffer. Rows that do not fit on the disk are counted in `lost`. */
 void cb_record_flush(struct cb_record *record);
 
 /* Flushes and closes. out: 0, or errno of the first failure. */

@@ -19,14 +19,13 @@ static bool same_time(const struct timespec *a, const struct timespec *b) {
     return a->tv_sec == b->tv_sec && a->tv_nsec == b->tv_nsec;
 }
 
-/* The time of the last change of anything (ctime) tells of a file that was given its old time back.
- */
+/* ctime, the time of any last change, reveals a file whose old mtime was restored. */
 static bool same_file(const struct stat *a, const struct stat *b) {
     return a->st_dev == b->st_dev && a->st_ino == b->st_ino && a->st_size == b->st_size &&
            same_time(&a->st_mtim, &b->st_mtim) && same_time(&a->st_ctim, &b->st_ctim);
 }
 
-/* A file that is away for a moment, while another is put in its place, did not change. */
+/* A file that is missing for a moment, during its replacement, counts as unchanged. */
 static void look(const struct cb_reload *reload, struct stat *now) {
     if (stat(reload->path, now) != 0) *now = reload->known;
 }
@@ -53,8 +52,8 @@ static bool serial_differs(const struct cb_serial_config *a, const struct cb_ser
            a->slave_delay_us != b->slave_delay_us || a->rs485 != b->rs485;
 }
 
-/* What the connection and the ticks were made from cannot change under them. out: the first such
- * key that differs; NULL: none */
+/* Connection and ticks cannot change during a run. out: the first key of theirs that differs; NULL:
+ * none */
 static const char *needs_restart(const struct cb_config *now, const struct cb_config *fresh) {
     const struct cb_plc_config *a = &now->plc, *b = &fresh->plc;
     if (a->transport != b->transport || a->unit != b->unit || a->port != b->port ||
@@ -89,8 +88,8 @@ bool cb_reload_ready(struct cb_reload *reload, struct cb_loop *loop) {
     return true;
 }
 
-/* in : why: what the file widens
- * out: PENDING, or SAME where the last line was about this very file */
+/* in : why: the limit that the file widens
+ * out: PENDING, or SAME if the last line was about this very file */
 static enum cb_reload_outcome keep_pending(struct cb_reload *reload, const struct cb_config *now,
                                            const struct cb_config *fresh, const char *why) {
     const bool same = reload->pending_said && reload->pending_crc32 == reload->loaded.crc32;
@@ -103,7 +102,8 @@ static enum cb_reload_outcome keep_pending(struct cb_reload *reload, const struc
     return same ? CB_RELOAD_SAME : CB_RELOAD_PENDING;
 }
 
-/* No file may follow one that has changed in memory: what it changes could not be compared. */
+/* Rejects any file, because it cannot be compared with a configuration that has changed in
+ * memory. */
 static enum cb_reload_outcome refuse_corrupt(struct cb_reload *reload) {
     say(reload,
         "%s: is not taken, because the running configuration has changed in memory; restart "
@@ -137,8 +137,8 @@ enum cb_reload_outcome cb_reload_offer(struct cb_reload *reload, struct cb_loop 
     return CB_RELOAD_REFUSED;
 }
 
-/* The channels whose limits the site's ceiling lowers, behind the sentence about the file. */
-static void say_lowered(struct cb_reload *reload, const struct cb_config *config) {
+/* Appends the channels whose limits the site's ceiling lowers. */
+static void add_lowered(struct cb_reload *reload, const struct cb_config *config) {
     char names[200];
     const size_t length = strlen(reload->last);
     if (reload->lowered == 0) return;
@@ -154,6 +154,6 @@ bool cb_reload_taken(struct cb_reload *reload, struct cb_loop *loop) {
     reload->lowered = reload->loaded.lowered;
     say(reload, "%s: revision %u is running now", reload->path,
         (unsigned)loop->box->config.revision);
-    say_lowered(reload, &loop->box->config);
+    add_lowered(reload, &loop->box->config);
     return true;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What the loop tells the other thread about each cycle. */
+ * The loop's report of each cycle to the normal thread. */
 #ifndef COMPBOX_HAL_LINUX_DAEMON_ROW_H
 #define COMPBOX_HAL_LINUX_DAEMON_ROW_H
 
@@ -24,14 +24,14 @@ struct cb_row_can {
     struct cb_canopen_node nodes[CB_MAX_CAN_NODES]; /* in the order of the coefficient file */
 };
 
-/* Which signal, term or channel is behind the reason, with its name and unit. */
+/* Signal, term or channel behind the reason, with its name and unit. */
 struct cb_row_cause {
     struct cb_cause cause;
     char name[CB_NAME_SIZE];
-    char unit[8]; /* of a signal's value; "" of anything else */
+    char unit[8]; /* of a signal's value; otherwise "" */
 };
 
-/* Its share of the box's counters. */
+/* The signal's share of the box's counters. */
 struct cb_row_signal {
     uint32_t implausible, stale;
 };
@@ -41,12 +41,12 @@ struct cb_row_channel {
 
 struct cb_row {
     int64_t time_us;     /* wake-up, CLOCK_BOOTTIME */
-    int64_t tick;        /* index of the tick, skipped ones counted */
-    int64_t late_ns;     /* wake-up after the first tick due, a skipped one too: worst_ns */
-    int64_t interval_ns; /* since the wake-up before; 0 in the first row */
+    int64_t tick;        /* index of the tick, skipped ones included */
+    int64_t late_ns;     /* lateness behind the first tick due, skipped ones included: worst_ns */
+    int64_t interval_ns; /* since the previous wake-up; 0 in the first row */
     int64_t exchange_us, step_us;
-    uint32_t generation; /* of the coefficient file: whose signals, terms and channels these are */
-    uint32_t lead_us;    /* how far ahead positions were evaluated */
+    uint32_t generation; /* of the coefficient file behind these signals, terms and channels */
+    uint32_t lead_us;    /* lead of positions */
     uint8_t read, write; /* enum cb_transfer */
     uint8_t mode, reason;
     struct cb_row_cause cause;
@@ -55,16 +55,16 @@ struct cb_row {
     struct cb_row_channel channel_counts[CB_MAX_CHANNELS];
     struct cb_counters box;
     uint8_t transport;          /* enum cb_transport */
-    struct cb_tcp_counters tcp; /* of the transport in use; the other's are 0 */
+    struct cb_tcp_counters tcp; /* of the transport in use; the other one has zeros */
     struct cb_rtu_counters rtu;
     struct cb_peer peer;
     struct cb_row_link link;
     struct cb_row_can can;
     uint64_t number;     /* of the cycle, from 0 */
     int64_t step_at_us;  /* now_us of the step … */
-    struct cb_inputs in; /* … what it was given, and what it gave for the write block */
+    struct cb_inputs in; /* its inputs and its write block */
     uint16_t written[CB_MAX_WRITE_REGISTERS];
-    uint64_t known; /* bit i: signals[i] was ever received */
+    uint64_t known; /* bit i: signals[i] was received at least once */
     float signals[CB_MAX_SIGNALS];
     float outputs[CB_MAX_OUTPUTS];
     float channels[CB_MAX_CHANNELS];

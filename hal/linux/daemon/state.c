@@ -15,33 +15,33 @@
 #include "hal/linux/clock.h"
 #include "hal/linux/daemon/output_file.h"
 
-/* The file: a header, `count` records, how the run ended, CRC-32 of all that. In the byte order of
- * the machine, which the format's number shows. */
+/* The file: a header, `count` records, the ending, and the CRC-32 of all that. Its byte order is
+ * the machine's, which the format number reveals. */
 struct header {
     char magic[8];
-    uint32_t format; /* 3; 2 ended after the records, 1 had the wall clock alone */
+    uint32_t format; /* 3; 2 lacked the ending, 1 had the wall clock alone */
     uint32_t count;
     char machine[40];
     char boot_id[CB_BOOT_ID_SIZE];
-    uint32_t synchronised; /* 1: unix_us was, when this was written */
+    uint32_t synchronised; /* 1: unix_us was synchronised at the time of writing */
     uint32_t unused;
 };
 
 struct record {
     char name[CB_NAME_SIZE], lag_of[CB_NAME_SIZE];
-    int64_t unix_us;     /* of its last value … */
+    int64_t unix_us;     /* of the last value … */
     int64_t boottime_us; /* … and by the clock of this boot */
     float hi, lo, input, tau_s;
     uint32_t power;
     uint32_t unused;
 };
 
-/* Behind the last record, from format 3 on. */
+/* After the last record, from format 3 on. */
 struct ending {
     int64_t unix_us;     /* of the PLC's heartbeat … */
     int64_t boottime_us; /* … and by the clock of this boot */
     uint32_t plc_heartbeat;
-    uint32_t beat;    /* 1: it was read */
+    uint32_t beat;    /* 1: the heartbeat was read */
     uint32_t stopped; /* 1: the run ended STOPPED */
     uint32_t unused;
 };
@@ -49,7 +49,7 @@ struct ending {
 struct file {
     struct header header;
     struct record records[CB_MAX_SIGNALS];
-    struct ending ending; /* room for it and the CRC: both follow the last record in use */
+    struct ending ending; /* the ending and the CRC, which follow the last record in use */
     uint32_t crc;
 };
 
@@ -114,6 +114,8 @@ static struct ending ending_of(const struct cb_state *state, const struct cb_sta
                            .stopped = state->stopped};
 }
 
+/* in : now: both clocks at one moment
+ * out: the complete file with its CRC; result: its length in bytes */
 static size_t fill(struct file *file, const struct cb_state *state, const struct cb_config *config,
                    const struct cb_state_clock *now) {
     memset(file, 0, sizeof *file);
@@ -155,7 +157,7 @@ static int write_and_sync(int fd, const void *bytes, size_t size) {
     return error;
 }
 
-/* The new name too has to outlive a power cut. */
+/* The new name must survive a power cut too. */
 static void sync_folder(char *path) {
     int fd = open(dirname(path), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (fd < 0) return;
@@ -177,13 +179,13 @@ int cb_state_write(const struct cb_state *state, const struct cb_config *config,
 
 /* ---- reading ---- */
 
-/* out: bytes of what the CRC is of */
+/* out: number of bytes under the CRC */
 static size_t body_of(const struct header *header) {
     const size_t records = sizeof *header + (size_t)header->count * sizeof(struct record);
     return header->format == FORMAT_WITHOUT_ENDING ? records : records + sizeof(struct ending);
 }
 
-/* out: what is wrong with the file as a whole, or NULL */
+/* out: the fault of the file as a whole, or NULL */
 static const char *fault_of(const struct file *file, size_t size, const struct cb_config *config) {
     const struct header *header = &file->header;
     if (size < sizeof *header + sizeof file->crc || memcmp(header->magic, MAGIC, sizeof MAGIC) != 0)
@@ -200,7 +202,7 @@ static const char *fault_of(const struct file *file, size_t size, const struct c
     return NULL;
 }
 
-/* A time that clocks show: differences of such times fit. */
+/* out: true for a possible clock time; differences of such times do not overflow */
 static bool is_time(int64_t time_us) {
     return time_us >= 0 && time_us <= INT64_MAX / 4;
 }
@@ -210,7 +212,7 @@ static bool is_sound(const struct record *record) {
            isfinite(record->lo) && isfinite(record->input);
 }
 
-/* out: the record of this lag; NULL: there is none, or it followed something else */
+/* out: the record of this lag; NULL if there is none or its signal differs */
 static const struct record *record_of(const struct file *file, const struct cb_config *config,
                                       const struct cb_signal_config *signal) {
     const char *lag_of = config->signals[signal->lag_of].name;
@@ -224,12 +226,12 @@ static const struct record *record_of(const struct file *file, const struct cb_c
     return NULL;
 }
 
-/* By which clock the pause is measured. */
+/* Clock that measures the pause. */
 enum pause {
     PAUSE_BOOTTIME,    /* same boot */
     PAUSE_WALL_CLOCK,  /* another boot, and the wall clock was synchronised at both ends */
-    PAUSE_UNSYNC_THEN, /* unknown: it was not when the file was written … */
-    PAUSE_UNSYNC_NOW,  /* … or is not now */
+    PAUSE_UNSYNC_THEN, /* unknown: unsynchronised when the file was written … */
+    PAUSE_UNSYNC_NOW,  /* … or unsynchronised now */
 };
 
 static enum pause pause_of(const struct header *header, const struct cb_state_clock *now) {
@@ -240,7 +242,7 @@ static enum pause pause_of(const struct header *header, const struct cb_state_cl
     return now->synchronised ? PAUSE_WALL_CLOCK : PAUSE_UNSYNC_NOW;
 }
 
-/* How the lags fared, for the sentence. */
+/* Results of the lags, for the sentence. */
 struct tally {
     unsigned lags, resumed, future;
     int64_t pause_us; /* the longest */
@@ -276,10 +278,10 @@ static void report_unknown(enum pause pause, const char *path, char *said, size_
              path, pause == PAUSE_UNSYNC_THEN ? "was not" : "is not");
 }
 
-/* Behind the sentence about the lags. */
+/* Appends to the sentence about the lags. */
 static void report_ending(bool stopped, char *said, size_t size) {
     const size_t length = strlen(said);
-    snprintf(said + length, size - length, "; the run before %s STOPPED",
+    snprintf(said + length, size - length, "; the previous run %s STOPPED",
              stopped ? "ended" : "did not end");
 }
 
@@ -291,7 +293,7 @@ static ssize_t read_bytes(const char *path, struct file *file) {
     if (fd < 0) return -1;
     memset(file, 0, sizeof *file);
     ssize_t size = read(fd, file, sizeof *file);
-    if (size == (ssize_t)sizeof *file && read(fd, &more, 1) == 1) size = 0; /* too long: none */
+    if (size == (ssize_t)sizeof *file && read(fd, &more, 1) == 1) size = 0; /* too long: invalid */
     close(fd);
     return size;
 }
@@ -309,7 +311,7 @@ static void resume_lags(struct cb_state *state, const struct file *file,
     }
 }
 
-/* in : pause: a known one; a file of the version before has an ending of zeros */
+/* in : pause: a known one; a file of the previous version has an ending of zeros */
 static void resume_beat(struct cb_state *state, const struct ending *ending, enum pause pause,
                         const struct cb_state_clock *now) {
     const bool sound = is_time(ending->unix_us) && is_time(ending->boottime_us);

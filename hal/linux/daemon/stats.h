@@ -14,15 +14,15 @@
 #include "hal/linux/daemon/histogram.h"
 #include "hal/linux/daemon/row.h"
 
-enum { CB_STATS_HISTORY = 256 }; /* changes of mode or reason kept; the oldest make room */
+enum { CB_STATS_HISTORY = 256 }; /* changes of mode or reason kept; the oldest are dropped */
 
 struct cb_stats_change {
     int64_t time_us;
     uint8_t mode, reason;
-    struct cb_row_cause cause; /* when it changed */
+    struct cb_row_cause cause; /* at the time of the change */
 };
 
-/* Facts about the run that do not come from rows; filled in by the caller. */
+/* Facts about the run that do not come from rows; set by the caller. */
 struct cb_stats_run {
     const char *config_file;
     const char *plc; /* address and port */
@@ -30,17 +30,17 @@ struct cb_stats_run {
     int priority;              /* 0: normal scheduling */
     bool memory_locked;        /* mlockall succeeded */
     bool cpu_latency_held;     /* /dev/cpu_dma_latency is held at 0 */
-    bool can_used;             /* the coefficient file needs the CAN bus */
+    bool can_used;             /* the coefficient file uses the CAN bus */
     const struct cb_bus *bus;  /* the slow bus; NULL until it is started */
     bool finished;             /* the loop has ended */
-    bool stopped;              /* … after STOPPED was confirmed */
+    bool stopped;              /* … after the confirmation of STOPPED */
     struct cb_ceiling ceiling; /* of the site */
     uint32_t lowered;          /* bit i: it lowers the limits of channel i */
     uint32_t reloads_taken, reloads_refused;
-    bool reload_pending;     /* a file waits for the box to be at rest; reload_said is about it */
-    const char *reload_said; /* about the last one; NULL or "": there was none */
-    uint64_t rows_lost;      /* rows that found the ring full */
-    uint64_t records_lost;   /* rows that are not in the record */
+    bool reload_pending;     /* a file waits until the box is at rest; reload_said is about it */
+    const char *reload_said; /* about the last file; NULL or "": none */
+    uint64_t rows_lost;      /* rows dropped because the ring was full */
+    uint64_t records_lost;   /* rows missing from the record */
 };
 
 struct cb_stats {
@@ -49,20 +49,20 @@ struct cb_stats {
     uint64_t rows;
     int64_t first_us, first_tick; /* of the first row */
     struct cb_row last;
-    uint32_t changes; /* of mode or reason, ever */
+    uint32_t changes; /* of mode or reason, in total */
     struct cb_stats_change history[CB_STATS_HISTORY];
 };
 
 void cb_stats_add(struct cb_stats *stats, const struct cb_row *row);
 
-/* A JSON string. */
+/* Writes a JSON string. */
 void cb_stats_put_string(FILE *file, const char *text);
 
-/* The member "can", where the file uses the bus (stats_can.c). */
+/* Writes the member "can", if the file uses the bus (stats_can.c). */
 void cb_stats_put_can(FILE *file, const struct cb_can_config *config, const struct cb_row *row);
 
-/* Writes a temporary file beside `path` and renames it over it. out: 0, or errno (ENOTSUP: what is
- * there is not a regular file); then the file that was there is untouched. */
+/* Writes a temporary file beside `path` and renames it over `path`. out: 0, or errno (ENOTSUP:
+ * `path` is not a regular file); on error the old file is unchanged. */
 int cb_stats_write(const struct cb_stats *stats, const struct cb_config *config, const char *path);
 
 #endif

@@ -35,7 +35,7 @@ static const char *truth(bool value) {
     return value ? "true" : "false";
 }
 
-/* ns to µs with three decimals, as all times of the file. */
+/* ns to µs with three decimals, for all times of the file. */
 static double us(int64_t ns) {
     return (double)ns * 1e-3;
 }
@@ -49,13 +49,15 @@ static void put_times(FILE *file, const char *key, const struct cb_histogram *ti
             us(cb_histogram_percentile(times, 0.99)), us(times->max_ns));
 }
 
-/* Wake-ups against start + n * period, over the whole run: what relative sleeps would add up. */
+/* Wake-ups against start + n * period, over the whole run: the error that relative sleeps would
+ * accumulate. */
 static int64_t drift_us(const struct cb_stats *stats, const struct cb_config *config) {
     if (stats->rows == 0) return 0;
     int64_t ticks = stats->last.tick - stats->first_tick;
     return stats->last.time_us - stats->first_us - ticks * (int64_t)config->period_us;
 }
 
+/* Writes the members about program, file and scheduling, which begin the statistics. */
 static void put_run(FILE *file, const struct cb_stats *stats, const struct cb_config *config) {
     const struct cb_stats_run *run = &stats->run;
     put_text(file, "format", "compboxd-stats/1");
@@ -74,7 +76,7 @@ static void put_run(FILE *file, const struct cb_stats *stats, const struct cb_co
         run->priority, truth(run->memory_locked), truth(run->cpu_latency_held));
 }
 
-/* The site's ceiling, 0 where there is none, and whose limits it lowers. */
+/* Writes the site's ceiling, 0 if there is none, and the channels that it limits. */
 static void put_ceiling(FILE *file, const struct cb_stats_run *run,
                         const struct cb_config *config) {
     char names[1024];
@@ -118,7 +120,7 @@ static void put_box(FILE *file, const struct cb_counters *box) {
     fputs("},\n", file);
 }
 
-/* By name; those of which nothing was counted are left out. */
+/* Writes the counters by signal name, without signals that have none. */
 static void put_signals(FILE *file, const struct cb_config *config, const struct cb_row *row) {
     const char *comma = "";
     fputs("  \"signals\": {", file);
@@ -176,6 +178,7 @@ static void put_rtu(FILE *file, const struct cb_rtu_counters *counters) {
 }
 #undef CB_X
 
+/* Writes members of "plc": replies that do not match, refused functions, slowest reply in µs. */
 static void put_peer(FILE *file, const struct cb_peer *peer) {
     static const char *const words[] = {
 #define CB_X(name, word, sentence) [name] = word,
@@ -229,6 +232,7 @@ static void put_history(FILE *file, const struct cb_stats *stats) {
     fputs("],\n", file);
 }
 
+/* Writes the whole JSON object; the order of its members is that of docs/compboxd.md. */
 static void put_all(FILE *file, const struct cb_stats *stats, const struct cb_config *config) {
     fputs("{\n", file);
     put_run(file, stats, config);

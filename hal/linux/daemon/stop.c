@@ -12,10 +12,10 @@
 
 enum {
     LOOK_EVERY_MS = 20,
-    MARGIN_US = 1000000, /* for the confirmation of zero, and for the watchdog beyond all that */
+    MARGIN_US = 1000000, /* for the confirmation of zero, and for the watchdog after it */
 };
 
-/* Waits for a signal, but no longer than until the next look. */
+/* Waits for a signal, at most until the next check. */
 static void mind_signals(struct cb_stop *stop) {
     const struct timespec wait = cb_timespec(LOOK_EVERY_MS * 1000000LL);
     sigset_t signals;
@@ -25,11 +25,11 @@ static void mind_signals(struct cb_stop *stop) {
     if (sigtimedwait(&signals, NULL, &wait) > 0) cb_flag_raise(&stop->loop->target.stop);
 }
 
-/* The normal thread is kept by a file: this one ends the program. The normal thread may hold the
- * lock of stderr, hence write(); a reader that stopped reading is not waited for. */
+/* A file blocks the normal thread, so this thread ends the program. The normal thread may hold the
+ * lock of stderr, hence write(); a blocked reader is not waited for. */
 static void abandon_files(struct cb_stop *stop) {
     static const char said[] =
-        "compboxd: a file keeps the program from its end: statistics, record and state are not "
+        "compboxd: a file blocks the end of the program: statistics, record and state are not "
         "complete; check the disks and mounts of their paths\n";
     struct pollfd reader = {.fd = STDERR_FILENO, .events = POLLOUT};
     cb_supervise_finish(stop->supervise);
@@ -41,7 +41,7 @@ static bool loop_is_busy(const struct cb_stop *stop) {
     return cb_flag_is_raised(&stop->loop_runs) && !cb_flag_is_raised(&stop->loop->finished);
 }
 
-/* The stop was asked for. in: times of CLOCK_BOOTTIME; idle_us: until when the loop was busy */
+/* A stop is requested. in: times of CLOCK_BOOTTIME; idle_us: last time that the loop was busy */
 static void mind_times(struct cb_stop *stop, int64_t give_up_us, int64_t now_us, int64_t *idle_us) {
     if (loop_is_busy(stop)) {
         *idle_us = now_us;
@@ -50,6 +50,7 @@ static void mind_times(struct cb_stop *stop, int64_t give_up_us, int64_t now_us,
         abandon_files(stop);
 }
 
+/* Thread: raises the stop, then enforces the times of cb_stop_start until cb_stop_finish. */
 static void *run(void *argument) {
     struct cb_stop *stop = argument;
     int64_t give_up_us = 0, idle_us = 0;

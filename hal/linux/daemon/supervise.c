@@ -17,7 +17,7 @@
 
 enum { FEED_WATCHDOG_US = 500000, LOOK_EVERY_US = 50000 };
 
-/* in : a path, or with @ in front a name in the abstract space */
+/* in : a path, or @ and a name in the abstract space */
 static bool address_of(const char *path, struct sockaddr_un *address, socklen_t *size) {
     const size_t length = strlen(path);
     if ((path[0] != '/' && path[0] != '@') || length >= sizeof address->sun_path) return false;
@@ -28,7 +28,7 @@ static bool address_of(const char *path, struct sockaddr_un *address, socklen_t 
     return true;
 }
 
-/* systemd recommends half of the time after which it would act. */
+/* systemd recommends half of its timeout. */
 static int64_t feed_every_us(void) {
     const char *text = getenv("WATCHDOG_USEC"), *pid = getenv("WATCHDOG_PID");
     if (text == NULL || (pid != NULL && strtol(pid, NULL, 10) != (long)getpid())) return 0;
@@ -57,13 +57,14 @@ int cb_supervise_open_watchdog(struct cb_supervise *supervise, const char *devic
     supervise->watchdog_fd = open(device, O_WRONLY | O_CLOEXEC | O_NONBLOCK);
     if (supervise->watchdog_fd < 0) return errno;
     int seconds = *timeout_s;
-    (void)ioctl(supervise->watchdog_fd, WDIOC_SETTIMEOUT, &seconds); /* else its own stays */
+    (void)ioctl(supervise->watchdog_fd, WDIOC_SETTIMEOUT, &seconds); /* on error the device keeps
+                                                                        its own */
     if (ioctl(supervise->watchdog_fd, WDIOC_GETTIMEOUT, &seconds) == 0) *timeout_s = seconds;
     supervise->watchdog_us = FEED_WATCHDOG_US;
     return 0;
 }
 
-/* true: cycles were completed since it was last fed, and it is time. */
+/* out: true if cycles were completed since the last feed, and it is time */
 static bool is_due(uint32_t steps, uint32_t *fed_steps, int64_t now_us, int64_t *fed_us,
                    int64_t every_us) {
     if (every_us == 0 || steps == *fed_steps || now_us - *fed_us < every_us) return false;
@@ -73,7 +74,9 @@ static bool is_due(uint32_t steps, uint32_t *fed_steps, int64_t now_us, int64_t 
 }
 
 static void write_byte(int fd, char byte) {
-    if (write(fd, &byte, 1) != 1) return; /* nobody to tell: the machine is reset, as it should */
+    if (write(fd, &byte, 1) != 1)
+        return; /* no peer for a report: the machine is reset, as
+                   intended */
 }
 
 static void feed(struct cb_supervise *supervise, uint32_t steps, int64_t now_us) {
@@ -125,7 +128,7 @@ void cb_supervise_finish(struct cb_supervise *supervise) {
     if (supervise->runs) pthread_join(supervise->thread, NULL);
     supervise->runs = false;
     if (supervise->watchdog_fd < 0) return;
-    write_byte(supervise->watchdog_fd, 'V'); /* the device's word for: I leave on purpose */
+    write_byte(supervise->watchdog_fd, 'V'); /* the device's command for an intended close */
     close(supervise->watchdog_fd);
     supervise->watchdog_fd = -1;
 }

@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* out: the channel or slope of the same name; NULL: there is none */
+/* out: the channel or slope of the same name; NULL: none */
 static const struct cb_channel_config *find(const struct cb_config *config,
                                             const struct cb_channel_config *like) {
     for (unsigned i = 0; i < cb_all_channels(config); i++) {
@@ -27,7 +27,7 @@ static bool same_tangent(const struct cb_config *now, const struct cb_channel_co
 }
 
 /* in : both blocks start at the same register (reload.c)
- * out: the key under which the same µm would be other bits or be elsewhere; NULL: none */
+ * out: the key by which the same µm would be other bits or at another place; NULL: none */
 static const char *other_register(const struct cb_config *now, const struct cb_channel_config *was,
                                   const struct cb_config *fresh,
                                   const struct cb_channel_config *is) {
@@ -46,12 +46,12 @@ struct bound {
     float was, is;
 };
 
-/* Largest step of the control, infinite where the file has none. */
+/* Largest step of the control, infinite if the file has none. */
 static float step_um(const struct cb_channel_config *channel) {
     return channel->step_um > 0.0f ? channel->step_um : INFINITY;
 }
 
-/* out: the first bound that grew, its key NULL: none did */
+/* out: the first bound that grew; its key is NULL if none did */
 static struct bound grown(const struct cb_channel_config *was, const struct cb_channel_config *is) {
     const struct bound bounds[] = {{"limit_um", was->limit_um, is->limit_um},
                                    {"error_um", was->error_um, is->error_um},
@@ -80,7 +80,7 @@ static bool channel_widens(const struct cb_config *now, const struct cb_config *
     return true;
 }
 
-/* out: the largest difference that this pair of channels may have; infinite: it is no pair */
+/* out: the maximum difference of this pair of channels; infinite if it is no pair */
 static float difference_um(const struct cb_config *config, const char *a, const char *b) {
     for (unsigned i = 0; i < config->pairs_count; i++) {
         const struct cb_pair_config *pair = &config->pairs[i];

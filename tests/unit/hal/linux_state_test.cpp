@@ -194,7 +194,7 @@ TEST_F(state_file, a_run_that_goes_on_has_not_ended_stopped) {
     save(rig, 1000 * second);
     ASSERT_TRUE(read(rig.box->config, rig.now_us, 1001 * second));
     EXPECT_FALSE(state.stopped);
-    EXPECT_TRUE(told("; the run before did not end STOPPED")) << said;
+    EXPECT_TRUE(told("; the previous run did not end STOPPED")) << said;
 }
 
 TEST_F(state_file, a_run_that_the_plc_confirmed_stopped_is_known_to_the_next) {
@@ -214,7 +214,7 @@ TEST_F(state_file, a_run_that_the_plc_confirmed_stopped_is_known_to_the_next) {
         ASSERT_TRUE(
             read_at(rig.box->config, clock(second, 400000 * second, "another boot", synchronised)));
         EXPECT_TRUE(state.stopped);
-        EXPECT_TRUE(told("; the run before ended STOPPED")) << said;
+        EXPECT_TRUE(told("; the previous run ended STOPPED")) << said;
     }
     box_rig again(lags());
     cb_state_give(&state, again.box.get());
@@ -234,7 +234,7 @@ TEST_F(state_file, a_machine_without_lags_keeps_it_too) {
     ASSERT_EQ(cb_state_write(&taken, &rig.box->config, path.c_str(), &now), 0);
     ASSERT_TRUE(read_at(rig.box->config, now));
     EXPECT_TRUE(state.stopped);
-    EXPECT_STREQ(said, (path + ": no lags; the run before ended STOPPED").c_str());
+    EXPECT_STREQ(said, (path + ": no lags; the previous run ended STOPPED").c_str());
 }
 
 // A heartbeat that went back is that of a PLC that has restarted, while 16 bits can show it.
