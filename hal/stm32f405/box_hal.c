@@ -7,15 +7,15 @@
 #include "hal/stm32f405/time.h"
 #include "hal/stm32f405/watchdog.h"
 
-enum { SLEEP_US = 1000 }; /* SysTick wakes the processor at the latest after so long */
+enum { SLEEP_US = 1000 }; /* SysTick wakes the processor at least this often */
 
 static int64_t now_us(void *context) {
     (void)context;
     return cb_time_us();
 }
 
-/* Sleeps where the next interrupt cannot come too late, turns in circles for the last millisecond
- * of a period that is no whole number of them. */
+/* Sleeps where the next interrupt comes in time, and spins in the last millisecond of a period that
+ * is no whole number of milliseconds. */
 static void wait_until(struct cb_board *board, int64_t until_us) {
     const bool whole = until_us % SLEEP_US == 0;
     for (;;) {
@@ -28,7 +28,7 @@ static void wait_until(struct cb_board *board, int64_t until_us) {
 }
 
 /* in : a tick that is not before now
- * Ticks lie at whole multiples of the period after the first. */
+ * Ticks are at whole multiples of the period after the first. */
 uint32_t cb_board_wait_tick(struct cb_board *board) {
     uint32_t missed = 0;
     const int64_t from_us = cb_time_us();
@@ -57,7 +57,7 @@ void cb_board_start_plc(struct cb_board *board, uint8_t unit, const struct cb_rt
     board->plc_unit = unit;
 }
 
-/* One frame and what comes of it, or the end of its time. */
+/* Sends one frame and waits for its result, or for the end of its time. */
 static enum cb_rtu_end ask(void *context, enum cb_rtu_ask what,
                            const struct cb_modbus_request *request, uint16_t *registers,
                            int64_t until_us) {
@@ -69,7 +69,7 @@ static enum cb_rtu_end ask(void *context, enum cb_rtu_ask what,
         const uint32_t seen = cb_time_interrupts();
         if (cb_wire_poll(wire, cb_time_us())) break;
         board->meanwhile();
-        /* the silence, and the time, end between two interrupts */
+        /* the silence and the time limit end between two interrupts */
         if (wire->state != CB_WIRE_QUIET && until_us - cb_time_us() > SLEEP_US) cb_time_sleep(seen);
     }
     if (wire->counters.requests == sent) return wire->end;
@@ -113,8 +113,8 @@ static size_t samples(void *context, struct cb_sample *list, size_t max) {
     return count;
 }
 
-/* A cycle is complete: the only place that feeds the watchdog, and the first one shortens its time.
- * A stack that has run over must not go on. */
+/* A cycle is complete: the only place that feeds the watchdog; the first call shortens its time. A
+ * stack that overflowed must not continue. */
 static void feed_watchdog(void *context) {
     struct cb_board *board = context;
     if (!cb_guard_intact()) cb_restart(CB_START_STACK);

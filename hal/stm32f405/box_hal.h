@@ -9,7 +9,7 @@
 #include "hal/hal.h"
 #include "hal/stm32f405/wire.h"
 
-enum { CB_BOARD_SAMPLES = 64 /* what one cycle can take */ };
+enum { CB_BOARD_SAMPLES = 64 /* capacity of one cycle */ };
 
 struct cb_board {
     uint32_t period_us;
@@ -25,12 +25,12 @@ struct cb_board {
     void (*meanwhile)(void); /* called while the PLC is waited for, each time very short */
 };
 
-/* The line to the PLC. in: manners as in cb_rtu_dialog_start, lumps_us as in cb_wire_start */
+/* Starts the line to the PLC. in: manners as in cb_rtu_dialog_start, lumps_us as in
+ * cb_wire_start */
 void cb_board_start_plc(struct cb_board *board, uint8_t unit, const struct cb_rtu_manners *manners,
                         uint32_t lumps_us);
 
-/* Sleeps for the rest of the period, with idle() in between, and returns how many ticks were
- * missed. */
+/* Sleeps for the rest of the period and calls idle() in between. out: number of missed ticks */
 uint32_t cb_board_wait_tick(struct cb_board *board);
 
 struct cb_hal cb_board_hal(struct cb_board *board);

@@ -3,9 +3,8 @@
 
 #include "hal/stm32f405/mcu.h"
 
-/* Every reset sets the pin's flag too, and power-on that of brown-out: the first that is set
- * counts.
- */
+/* Every reset also sets the pin's flag, and power-on that of brown-out: the first set one in this
+ * list is used. */
 static const struct {
     uint32_t flag;
     enum cb_start_cause cause;

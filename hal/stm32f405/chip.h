@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What the chip knows of itself: why it was reset, its unique id, its brown-out level. */
+ * Facts about the chip: cause of its reset, its unique id, its brown-out level. */
 #ifndef COMPBOX_HAL_STM32F405_CHIP_H
 #define COMPBOX_HAL_STM32F405_CHIP_H
 
@@ -8,8 +8,8 @@
 
 #include "hal/stm32f405/retained.h"
 
-/* X(name, text): below which supply the chip holds itself in reset, by the option bytes. Their
- * order is that of the register's field BOR_LEV. */
+/* X(name, text): supply below which the chip holds itself in reset, by the option bytes. The order
+ * is that of the register's field BOR_LEV. */
 #define CB_BROWN_OUTS(X)                     \
     X(CB_BROWN_OUT_3, "at level 3")          \
     X(CB_BROWN_OUT_2, "at level 2, TOO LOW") \
@@ -28,15 +28,15 @@ struct cb_chip {
     enum cb_brown_out brown_out;
 };
 
-/* out: what the reset flags say; call once, it clears them. CB_START_UNKNOWN where none is set, as
- * in the emulator. */
+/* out: cause by the reset flags; call once, because it clears them. CB_START_UNKNOWN where none is
+ *      set, as in the emulator. */
 enum cb_start_cause cb_chip_reset_cause(void);
 
-/* in : emulated: the emulator has no unique id, reading it would be a fault */
+/* in : emulated: the emulator has no unique id, and reading it would fault */
 struct cb_chip cb_chip_read(bool emulated);
 
-/* out: whether the level keeps the processor off below 2.7 V, the least for its flash at 168 MHz;
- * true where it is unknown */
+/* out: whether the level holds the processor in reset below 2.7 V, the minimum for its flash at 168
+ *      MHz; true where it is unknown */
 bool cb_chip_is_guarded(const struct cb_chip *chip);
 
 const char *cb_brown_out_text(enum cb_brown_out level);

@@ -3,7 +3,7 @@
 
 #include "hal/stm32f405/mcu.h"
 
-/* PLL: 1 MHz in, times 336, by 2 = 168 MHz; by 7 = 48 MHz for what needs USB's clock. */
+/* PLL: 1 MHz in, times 336, by 2 = 168 MHz; by 7 = 48 MHz for peripherals with USB's clock. */
 _Static_assert(CB_CRYSTAL_MHZ >= 4 && CB_CRYSTAL_MHZ <= 26, "the range of the oscillator");
 
 enum {
@@ -15,7 +15,7 @@ enum {
     TRIES = 200000, /* at 16 MHz and some 8 cycles each: 100 ms; a crystal takes 2 ms */
 };
 
-/* out: whether the bits appeared before the tries were used up */
+/* out: whether the bits appeared within TRIES */
 static bool wait_for(const cb_cell *at, uint32_t mask, uint32_t bits) {
     for (uint32_t i = 0; i < TRIES; ++i)
         if ((cb_read(at) & mask) == bits) return true;
@@ -30,7 +30,7 @@ static bool start_crystal(void) {
 }
 
 /* in : the PLL's input, in MHz, and its source bit
- * out: whether the processor runs from the PLL; if not it runs on as it did */
+ * out: whether the processor runs from the PLL; if not, its clock is unchanged */
 static bool switch_to_pll(uint32_t input_mhz, uint32_t source) {
     cb_clear_bits(&CB_RCC->cr, CB_RCC_CR_PLLON);
     cb_write(&CB_RCC->pllcfgr, input_mhz | PLL_TIMES << 6 | PLL_BY_7 | source);
@@ -47,7 +47,7 @@ static struct cb_clock fast(enum cb_clock_source source) {
     return (struct cb_clock){source, 168000000, 42000000, 84000000};
 }
 
-/* Back to the internal oscillator, from which every start begins. */
+/* Returns to the internal oscillator, from which every start begins. */
 static void leave_pll(void) {
     cb_write(&CB_RCC->cfgr, 0);
     (void)wait_for(&CB_RCC->cfgr, CB_RCC_CFGR_SWS, 0);
@@ -60,8 +60,8 @@ static struct cb_clock slow(void) {
 }
 
 struct cb_clock cb_clock_start(bool crystal) {
-    /* On silicon the internal oscillator runs after every reset; all bits 0 is the emulator, whose
-     * processor runs at 168 MHz and whose registers take nothing. */
+    /* On silicon the internal oscillator runs after every reset. All bits 0 identifies the
+     * emulator, whose processor runs at 168 MHz and whose registers ignore writes. */
     if (cb_read(&CB_RCC->cr) == 0) return fast(CB_CLOCK_EMULATED);
     if (crystal && start_crystal() && switch_to_pll(CRYSTAL_MHZ, CB_RCC_PLL_HSE)) {
         cb_set_bits(&CB_RCC->cr, CB_RCC_CR_CSSON);

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT
- * Clock tree: 168 MHz from the crystal, else from the internal oscillator, else 16 MHz from that
- * oscillator itself. Every wait for the hardware ends. */
+ * Clock tree: 168 MHz from the crystal, else from the internal oscillator, else 16 MHz directly
+ * from that oscillator. Every wait for the hardware is limited. */
 #ifndef COMPBOX_HAL_STM32F405_CLOCK_H
 #define COMPBOX_HAL_STM32F405_CLOCK_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-/* X(name, text): where the time comes from. */
+/* X(name, text): the source of the clock. */
 #define CB_CLOCKS(X)                                                    \
     X(CB_CLOCK_CRYSTAL, "168 MHz from the crystal")                     \
     X(CB_CLOCK_INTERNAL, "168 MHz from the internal oscillator")        \
@@ -26,7 +26,7 @@ struct cb_clock {
 };
 
 /* in : crystal: whether to try it (false once it has failed)
- * out: the clocks as they run now; the crystal is watched by the clock security system */
+ * out: the clocks in use; the clock security system monitors the crystal */
 struct cb_clock cb_clock_start(bool crystal);
 
 const char *cb_clock_text(enum cb_clock_source source);

@@ -11,7 +11,8 @@
 extern char stack_start[], stack_top[];
 void cb_fault_record(const uint32_t *frame, uint32_t exc_return);
 
-/* The stack may be what is broken: the handler takes one of its own before it touches memory. */
+/* The stack may be the broken part: the handler switches to one of its own before it accesses
+ * memory. */
 __attribute__((naked)) void cb_fault_handler(void) {
     __asm__ volatile(
         "mrs r0, msp\n\t"
@@ -29,8 +30,8 @@ static uint32_t exception_number(void) {
     return ipsr;
 }
 
-/* in : where the stack pointer stood, and the link register of the exception
- * The frame is read only where it lies in the stack as a whole. */
+/* in : the stack pointer and the link register at the exception
+ * The frame is read only if it is completely inside the stack. */
 __attribute__((used)) void cb_fault_record(const uint32_t *frame, uint32_t exc_return) {
     struct cb_fault_registers *fault = &cb_retained.fault;
     const uintptr_t at = (uintptr_t)frame;

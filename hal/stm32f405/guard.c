@@ -10,7 +10,7 @@ enum {
     CANARY_WORDS = 4,
     GUARD_256_BYTES = 7 << 1, /* 2^(7+1) */
     REGION_ENABLE = 1,
-    NO_EXECUTE = 1 << 28, /* and access permission 0: none at all */
+    NO_EXECUTE = 1 << 28, /* and access permission 0: no access */
     MPU_ENABLE_WITH_DEFAULT_MAP = 1 | 1 << 2,
 };
 

@@ -7,16 +7,16 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Before anything else: paints the stack below its caller. */
+/* Call it first: paints the stack below its caller. */
 void cb_guard_paint(void);
 
-/* Forbids the region below the stack; faults have handlers of their own from here on. */
+/* Forbids the region below the stack; from here on faults have their own handlers. */
 void cb_guard_start(void);
 
-/* True while the canary, the lowest words of the stack, is whole. */
+/* out: true while the canary, the lowest words of the stack, is intact */
 bool cb_guard_intact(void);
 
-/* Bytes of the stack: all of it, and the most that were ever used. */
+/* Size of the stack in bytes, and its maximum use so far. */
 uint32_t cb_guard_stack_bytes(void);
 uint32_t cb_guard_stack_used(void);
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * The program, which start.c begins with. */
+ * The program, called by start.c. */
 #ifndef COMPBOX_HAL_STM32F405_MAIN_H
 #define COMPBOX_HAL_STM32F405_MAIN_H
 

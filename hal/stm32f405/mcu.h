@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: MIT
- * Registers of the STM32F405 that the box uses, from the reference manual RM0090 and the Cortex-M4
- * programming manual PM0214. Where they lie and how they are reached: mcu_target.h, or in the
- * host's tests mcu_model.h. */
+ * Registers of the STM32F405 used by the box, from the reference manual RM0090 and the Cortex-M4
+ * programming manual PM0214. Their addresses and access: mcu_target.h, or mcu_model.h in the host's
+ * tests. */
 #ifndef COMPBOX_HAL_STM32F405_MCU_H
 #define COMPBOX_HAL_STM32F405_MCU_H
 
 #include <stdint.h>
 
-/* A word that changes beside the program: a register, or a variable that an interrupt writes. A
- * struct, so that nothing reaches it but cb_read, cb_write and what is made of them. */
+/* A word that changes outside the program's flow: a register, or a variable written by an
+ * interrupt. It is a struct, so that only cb_read, cb_write and their users access it. */
 typedef struct {
     volatile uint32_t word;
 } cb_cell;
@@ -82,7 +82,7 @@ enum {
     CB_RCC_CSR_SFTRSTF = 1 << 28,
     CB_RCC_CSR_IWDGRSTF = 1 << 29,
     CB_RCC_CSR_WWDGRSTF = 1 << 30,
-    CB_FLASH_OPTCR_BOR_LEV = 2, /* where its two bits begin */
+    CB_FLASH_OPTCR_BOR_LEV = 2, /* position of its two bits */
 };
 #define CB_RCC_CSR_LPWRRSTF (1u << 31)
 
@@ -125,7 +125,7 @@ static inline void cb_clear_bits(cb_cell *at, uint32_t bits) {
     cb_write(at, cb_read(at) & ~bits);
 }
 
-/* Starts the processor anew; does not return. */
+/* Restarts the processor; does not return. */
 static inline _Noreturn void cb_reset(void) {
     cb_barrier();
     cb_write(&CB_SCB->aircr, CB_SCB_AIRCR_RESET);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
- * The registers as memory of a host's test, which plays the hardware. Included by mcu.h alone, with
- * CB_MCU_MODEL. The functions are the test's: each access is one call, where time passes and an
- * interrupt may come (tests/support/stm32f405_model.h). */
+ * The registers as memory of a host's test, which simulates the hardware. Included by mcu.h alone,
+ * with CB_MCU_MODEL. The functions belong to the test: each access is one call, where time passes
+ * and an interrupt may come (tests/support/stm32f405_model.h). */
 #ifndef COMPBOX_HAL_STM32F405_MCU_MODEL_H
 #define COMPBOX_HAL_STM32F405_MCU_MODEL_H
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * The registers at their addresses: each access is one plain load or store. Included by mcu.h
- * alone; nothing else of this folder knows an address. */
+ * alone; no other file of this folder contains an address. */
 #ifndef COMPBOX_HAL_STM32F405_MCU_TARGET_H
 #define COMPBOX_HAL_STM32F405_MCU_TARGET_H
 
@@ -36,17 +36,17 @@ static inline void cb_barrier(void) {
     __asm__ volatile("dsb\n\tisb" ::: "memory");
 }
 
-/* Interrupts wait from here … but for faults and the clock's failure. */
+/* Disables interrupts, except faults and the clock's failure. */
 static inline void cb_interrupts_off(void) {
     __asm__ volatile("cpsid i" ::: "memory");
 }
 
-/* … until here: those that wait come at once. */
+/* Enables interrupts; pending ones run at once. */
 static inline void cb_interrupts_on(void) {
     __asm__ volatile("cpsie i\n\tisb" ::: "memory");
 }
 
-/* Returns when an interrupt is pending, with interrupts off too. */
+/* Returns when an interrupt is pending, also with interrupts disabled. */
 static inline void cb_wait_for_interrupt(void) {
     __asm__ volatile("wfi" ::: "memory");
 }

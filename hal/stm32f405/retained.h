@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: MIT
- * What a restart leaves in memory: why it happened. Behind the stack and the data, where neither
- * the start-up nor the loader writes. Anything after power-on; a magic number and a sum say whether
- * it is ours. */
+ * Memory that survives a restart: its cause and the fault's registers. It is behind the stack and
+ * the data, where neither the start-up nor the loader writes. After power-on its content is
+ * undefined; a magic number and a sum show whether it is valid. */
 #ifndef COMPBOX_HAL_STM32F405_RETAINED_H
 #define COMPBOX_HAL_STM32F405_RETAINED_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-/* X(name, text): why the box started: by the chip's reset flags up to WATCHDOG, by the box's own
- * note from FAULT on. */
+/* X(name, text): cause of the start: up to WATCHDOG by the chip's reset flags, from FAULT on by the
+ * box's own record. */
 #define CB_STARTS(X)                                                       \
     X(CB_START_UNKNOWN, "no reset flag is set")                            \
     X(CB_START_POWER, "power-on")                                          \
@@ -31,20 +31,20 @@ enum cb_start_cause {
 #undef CB_X
 };
 
-/* Registers of the processor when it met a fault. */
+/* Registers of the processor at a fault. */
 struct cb_fault_registers {
-    uint32_t r[4], r12, lr, pc, psr; /* as the processor stacked them; 0 where it could not */
+    uint32_t r[4], r12, lr, pc, psr; /* as stacked by the processor; 0 where it could not */
     uint32_t sp, exc_return, exception;
     uint32_t cfsr, hfsr, mmfar, bfar;
 };
 
 struct cb_retained {
     uint32_t magic;
-    uint32_t cause;        /* enum cb_start_cause of the restart under way; 0: none */
+    uint32_t cause;        /* enum cb_start_cause of the pending restart; 0: none */
     uint32_t fault_starts; /* restarts by fault, stack or watchdog since the last long good run */
     uint32_t faults;       /* all processor faults since power-on */
     uint32_t crystal_failed;
-    uint32_t trace;                  /* the console asked for a trace from the first cycle on */
+    uint32_t trace;                  /* the console requested a trace from the first cycle on */
     struct cb_fault_registers fault; /* of the newest fault, when faults > 0 */
     char assertion[44];              /* file and … */
     uint32_t assertion_line;         /* line of the newest failed assertion */
@@ -53,18 +53,18 @@ struct cb_retained {
 
 extern struct cb_retained cb_retained;
 
-/* At start, once: clears the block when it is not ours.
- * in : what the chip's reset flags say
- * out: why the box started: what it noted itself before the reset, else what the flags say */
+/* Call it once at start: clears a block that is not valid.
+ * in : cause by the chip's reset flags
+ * out: cause of the start: the box's own record from before the reset, else the flags' cause */
 enum cb_start_cause cb_retained_open(enum cb_start_cause by_flags);
 
-/* After each change. */
+/* Call it after each change. */
 void cb_retained_seal(void);
 
-/* Notes the cause and starts the processor anew. */
+/* Records the cause and restarts the processor. */
 _Noreturn void cb_restart(enum cb_start_cause cause);
 
-/* Restarts of the box by itself, one after the other, before it stays in STANDBY with no file. */
+/* Maximum successive restarts of the box by itself; then it stays in STANDBY with no file. */
 enum { CB_FAULT_STARTS_MAX = 5 };
 
 /* A restart that the box did not want: processor, assertion, stack, watchdogs, low power. */

@@ -18,7 +18,8 @@ void cb_start_c(void);
 #define FPU_FULL_ACCESS (0xFu << 20)
 enum { FPSCR_DEFAULT_NAN = 1 << 25, FPSCR_FLUSH_TO_ZERO = 1 << 24 };
 
-/* Subnormals are numbers and a NaN keeps its bits, as on every other target: both modes off. */
+/* Clears both modes, so that subnormals are numbers and a NaN keeps its bits, as on every other
+ * target. */
 static void enable_fpu(void) {
     uint32_t fpscr;
     cb_set_bits(CB_CPACR, FPU_FULL_ACCESS);
@@ -30,7 +31,7 @@ static void enable_fpu(void) {
 
 void cb_start_c(void) {
     cb_guard_paint();
-    /* whoever started us may have set another */
+    /* a boot loader may have set another one */
     cb_write(&CB_SCB->vtor, (uint32_t)(uintptr_t)flash_start);
     memcpy(data_start, data_load, (size_t)(data_end - data_start));
     memset(bss_start, 0, (size_t)(bss_end - bss_start));
@@ -55,7 +56,7 @@ __attribute__((section(".vectors"), used)) static const struct vectors vectors =
      [CB_IRQ_USART3] = cb_usart3_handler,
      [CB_IRQ_USART3 + 1 ... CB_IRQ_COUNT - 1] = cb_fault_handler}};
 
-/* The processor starts here, its stack set from the table. */
+/* Start of the processor, with the stack set from the table. */
 void cb_start(void) {
     cb_start_c();
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Text without stdio: a line that is put together piece by piece. What does not fit is cut off. */
+ * Text without stdio: a line built piece by piece. Excess text is cut off. */
 #ifndef COMPBOX_HAL_STM32F405_TEXT_H
 #define COMPBOX_HAL_STM32F405_TEXT_H
 
@@ -22,14 +22,13 @@ void cb_text_put_signed64(struct cb_text *text, int64_t number);
 /* in : digits 1 … 8 */
 void cb_text_put_hex(struct cb_text *text, uint32_t number, unsigned digits);
 
-/* in : number in thousandths. out: as "12.345" with 1 … 3 decimals, the rest cut off */
+/* in : number in thousandths. out: as "12.345" with 1 … 3 decimals, the rest truncated */
 void cb_text_put_thousandths(struct cb_text *text, int64_t number, unsigned decimals);
 
-/* The value's bits, by which it reads back as it is. */
+/* Writes the value's bits, which read back exactly. */
 void cb_text_put_float_bits(struct cb_text *text, float number);
 
-/* in : any value. out: rounded to a tenth, with its sign; "?" beyond 1e8 and where it is no number
- */
+/* in : any value. out: rounded to a tenth, with its sign; "?" beyond 1e8 and for NaN */
 void cb_text_put_tenths(struct cb_text *text, float number);
 
 #endif

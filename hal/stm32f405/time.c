@@ -10,7 +10,7 @@ enum { US_PER_TICK = 1000, ENABLE_INTERRUPT_CORE = 7 };
 
 static volatile int64_t ticks_us; /* written by the interrupt alone */
 static uint32_t per_us, reload;
-static cb_cell interrupts; /* all have one priority: none comes inside another */
+static cb_cell interrupts; /* all have one priority, so none interrupts another */
 
 void cb_time_start(uint32_t core_hz) {
     per_us = core_hz / 1000000;
@@ -21,8 +21,8 @@ void cb_time_start(uint32_t core_hz) {
     cb_write(&CB_SYSTICK->csr, ENABLE_INTERRUPT_CORE);
 }
 
-/* One look: whole milliseconds, and what the counter has run since. The counter may have begun anew
- * while its interrupt still waits. */
+/* Reads once: whole milliseconds, and the counter's part. The counter may have restarted while its
+ * interrupt is pending. */
 static int64_t look(void) {
     const int64_t whole_us = ticks_us;
     const uint32_t first = cb_read(&CB_SYSTICK->cvr);
@@ -33,7 +33,7 @@ static int64_t look(void) {
 
 int64_t cb_time_us(void) {
     int64_t before_us, now_us;
-    unsigned tries = 4; /* the interrupt comes once a millisecond: one repetition is enough */
+    unsigned tries = 4; /* the interrupt comes once a millisecond, so one repetition is enough */
     do {
         before_us = ticks_us;
         now_us = look();
@@ -49,8 +49,7 @@ void cb_time_note_interrupt(void) {
     cb_write(&interrupts, cb_read(&interrupts) + 1);
 }
 
-/* No interrupt can come between the comparison and the sleep; one that is pending ends the sleep.
- */
+/* No interrupt can come between the comparison and the sleep; a pending one ends the sleep. */
 void cb_time_sleep(uint32_t seen) {
     cb_interrupts_off();
     if (cb_read(&interrupts) == seen) cb_wait_for_interrupt();

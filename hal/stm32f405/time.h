@@ -11,15 +11,15 @@ void cb_time_start(uint32_t core_hz);
 /* Microseconds since start, from any context; monotonic. */
 int64_t cb_time_us(void);
 
-/* How many interrupts have come; wraps. */
+/* Number of interrupts so far; wraps. */
 uint32_t cb_time_interrupts(void);
 
-/* From every interrupt. */
+/* Call it from every interrupt. */
 void cb_time_note_interrupt(void);
 
 /* in : seen: cb_time_interrupts() from before the program looked for work
- * Sleeps until an interrupt comes, and not at all where one has come since `seen`: what it brought
- * may be work. SysTick brings one within a millisecond. */
+ * Sleeps until an interrupt comes. Returns at once if one has come since `seen`, because it may
+ * have brought work. SysTick comes within a millisecond. */
 void cb_time_sleep(uint32_t seen);
 
 /* The interrupt. */

@@ -7,8 +7,8 @@
 enum {
     RX_BYTES = 256, /* a whole Modbus frame */
     TX_BYTES = 256,
-    CONSOLE_BYTES = 4096, /* a second of output is never in the way of the next cycle */
-    RX_AT_ONCE = 16,      /* bound of one interrupt; the rest comes with the next */
+    CONSOLE_BYTES = 4096, /* a second of output, which never delays the next cycle */
+    RX_AT_ONCE = 16,      /* maximum per interrupt; the rest follows in the next */
     NO_PIN = 16,
     USART_1_ENABLE = 1 << 4,
     USART_2_ENABLE = 1 << 17,
@@ -17,7 +17,7 @@ enum {
     ALTERNATE_USART = 7,
 };
 
-/* Counts only grow; index = count % size, a power of two. One writer, one reader each. */
+/* Counts only grow; index = count % size, a power of two. Each has one writer and one reader. */
 struct port {
     struct cb_usart_registers *registers;
     uint32_t interrupt;
@@ -104,7 +104,7 @@ void cb_usart_prepare(const struct cb_clock *clock) {
     }
 }
 
-/* out: whether bytes wait for the hardware */
+/* out: whether bytes are pending for the hardware */
 static bool has_bytes(const struct port *port) {
     return cb_read(&port->tx_taken) != cb_read(&port->tx_written);
 }
@@ -126,7 +126,7 @@ static uint32_t frame_bits(enum cb_usart_parity parity) {
 void cb_usart_open(enum cb_usart which, uint32_t baud, enum cb_usart_parity parity,
                    unsigned stop_bits) {
     struct port *port = &ports[which];
-    cb_interrupts_off(); /* SysTick may have called for this port's */
+    cb_interrupts_off(); /* SysTick may have called this port's interrupt */
     cb_write(&port->registers->cr1, 0);
     cb_write(&port->tx_taken, 0);
     cb_write(&port->tx_written, 0);
@@ -147,7 +147,7 @@ bool cb_usart_take(enum cb_usart which, struct cb_usart_byte *byte) {
     struct port *port = &ports[which];
     const uint32_t taken = cb_read(&port->rx_taken);
     if (taken == cb_read(&port->rx_written)) return false;
-    cb_barrier(); /* the byte is read after the count that says it is there */
+    cb_barrier(); /* the byte is read after the count that announces it */
     *byte = port->rx[taken % rx_size(port)];
     cb_barrier();
     cb_write(&port->rx_taken, taken + 1);
@@ -193,7 +193,7 @@ void cb_usart_kick(void) {
 
 /* ---- the interrupt's side ---- */
 
-/* in : the status register as read before the data register, which clears its errors */
+/* in : the status register, read before the data register, which clears its errors */
 static void keep_byte(struct port *port, uint32_t status, uint32_t data) {
     const uint32_t errors = CB_USART_SR_PE | CB_USART_SR_FE | CB_USART_SR_NE | CB_USART_SR_ORE;
     const bool bad = (status & errors) != 0;
@@ -220,7 +220,7 @@ static void receive(struct port *port) {
     }
 }
 
-/* Hands bytes to the hardware as long as it takes them: on silicon two, in the emulator all. */
+/* Passes bytes to the hardware while it accepts them: on silicon two, in the emulator all. */
 static void transmit(struct port *port) {
     for (uint32_t i = 0; i < port->tx_size && has_bytes(port); ++i) {
         if (!(cb_read(&port->registers->sr) & CB_USART_SR_TXE)) return;
@@ -233,7 +233,7 @@ static void transmit(struct port *port) {
     }
 }
 
-/* Frees the line behind the last stop bit; asks for the interrupts that are still needed. */
+/* Releases the line after the last stop bit; enables the interrupts that are still needed. */
 static void finish(struct port *port) {
     const bool waiting = has_bytes(port);
     if (cb_read(&port->sending) && !waiting && (cb_read(&port->registers->sr) & CB_USART_SR_TC)) {

@@ -36,15 +36,15 @@ void cb_wire_ask(struct cb_wire *wire, enum cb_rtu_ask what, uint8_t unit,
 }
 
 /* in : now_us: a reading of the clock; low_us: the low part of a byte's time
- * out: the byte's time as a time of the clock. A byte may come between the reading and the look
- * into the ring and is then a few us newer than now_us, so the difference is signed: -35 to +35
- * minutes. No byte waits longer: a line is read every 32 minutes at the latest (every_ms 60 000,
- * back-off 32 of firmware/signals/bus_turns.h). */
+ * out: the byte's full time. The difference is signed, -35 to +35 minutes, because a byte that
+ *      comes after the reading is a few µs newer than now_us. No byte waits longer: a line is read
+ *      every 32 minutes at the latest (every_ms 60 000, back-off 32 of
+ *      firmware/signals/bus_turns.h). */
 static int64_t whole_time(int64_t now_us, uint32_t low_us) {
     return now_us - (int32_t)((uint32_t)now_us - low_us);
 }
 
-/* What comes while nothing is awaited: late replies, noise, somebody else's talk. */
+/* Takes bytes while no reply is awaited: late replies, noise, traffic of other peers. */
 static void drain(struct cb_wire *wire, int64_t now_us) {
     struct cb_usart_byte byte;
     while (cb_usart_take(wire->port, &byte)) {
@@ -54,7 +54,7 @@ static void drain(struct cb_wire *wire, int64_t now_us) {
     }
 }
 
-/* A frame's worth of bytes may have been a reply, and there may be more of them. */
+/* A frame's worth of bytes may have been a reply, and more may follow. */
 static bool is_stray(const struct cb_wire *wire) {
     return wire->wary && wire->what == CB_RTU_ASK_REQUEST && wire->dropped >= CB_RTU_MIN_FRAME;
 }
@@ -62,7 +62,7 @@ static bool is_stray(const struct cb_wire *wire) {
 /* out: whether it is DONE */
 static bool send_when_quiet(struct cb_wire *wire, int64_t now_us) {
     drain(wire, now_us);
-    if (cb_usart_busy(wire->port)) wire->quiet_us = now_us; /* with a request that was given up */
+    if (cb_usart_busy(wire->port)) wire->quiet_us = now_us; /* with an abandoned request */
     if (now_us - wire->quiet_us < (int64_t)wire->silence.between_us) return false;
     if (is_stray(wire)) return finish(wire, CB_RTU_END_STRAY);
     if (!cb_usart_send(wire->port, wire->frame, wire->frame_bytes)) return false;
@@ -75,7 +75,7 @@ static void expect(struct cb_wire *wire, int64_t now_us) {
     cb_rtu_receiver_expect(&wire->receiver, wire->unit, &wire->request, now_us);
 }
 
-/* Bytes that come while we send are not an answer. */
+/* Bytes received during sending are no reply. */
 static void mind_sending(struct cb_wire *wire, int64_t now_us) {
     if (cb_usart_busy(wire->port)) {
         drain(wire, now_us);
@@ -96,7 +96,8 @@ static bool take_reply(struct cb_wire *wire) {
     return finish(wire, CB_RTU_END_REFUSED);
 }
 
-/* What came was no reply: says why. A probe goes on listening. out: whether it is DONE */
+/* Counts bytes that are no reply by their kind. A probe continues to wait. out: whether it is
+ * DONE */
 static bool take_rubbish(struct cb_wire *wire, int64_t now_us) {
     switch (cb_rtu_receiver_take(&wire->receiver, wire->registers, &wire->exception)) {
         case CB_RTU_CRC:
@@ -118,7 +119,7 @@ static bool take_rubbish(struct cb_wire *wire, int64_t now_us) {
     return false;
 }
 
-/* Silence says that what came is over; after a damaged reply a short one does. */
+/* Silence ends a series of bytes; after a damaged reply a short one does. */
 static bool is_spoilt(struct cb_wire *wire, int64_t now_us) {
     const enum cb_rtu_reception state = cb_rtu_receiver_look(&wire->receiver, now_us);
     return state == CB_RTU_SPOILT ||
@@ -126,8 +127,7 @@ static bool is_spoilt(struct cb_wire *wire, int64_t now_us) {
             now_us - wire->receiver.last_us >= (int64_t)wire->silence.between_us);
 }
 
-/* A byte with a wrong parity or frame goes in upside down: the check sum refuses what it is part
- * of. */
+/* A byte with a parity or framing error is inverted, so that the check sum rejects its frame. */
 static bool listen(struct cb_wire *wire, int64_t now_us) {
     struct cb_usart_byte byte;
     while (cb_usart_take(wire->port, &byte)) {

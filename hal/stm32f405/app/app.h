@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * The program's parts, as main.c joins them. */
+ * The program's parts, joined by main.c. */
 #ifndef COMPBOX_HAL_STM32F405_APP_H
 #define COMPBOX_HAL_STM32F405_APP_H
 
@@ -17,7 +17,7 @@
 #include "hal/stm32f405/clock.h"
 #include "hal/stm32f405/retained.h"
 
-/* The flight recorder lies where the loader worked. */
+/* The flight recorder uses the loader's memory. */
 enum { CB_APP_RECORDS = sizeof(struct cb_load_scratch) / sizeof(struct cb_record) };
 
 /* bus.c */
@@ -33,17 +33,17 @@ struct cb_app {
     struct cb_clock clock;
     enum cb_start_cause cause;
     struct cb_chip chip;
-    uint32_t file_crc; /* of the text that runs, as `compbox pack` put it before it */
-    char slot;         /* 'A', 'B'; 0: there is no file and no box */
+    uint32_t file_crc; /* of the running text, as `compbox pack` stored it before the text */
+    char slot;         /* 'A', 'B'; 0: no file and no box */
     struct cb_board board;
     struct cb_app_bus bus;
     struct cb_cycle cycle;
     struct cb_recorder recorder;
-    bool trace;         /* a line about each cycle */
-    uint32_t dump_left; /* records of a dump that are still to be sent */
+    bool trace;         /* one line per cycle */
+    uint32_t dump_left; /* records of a dump that are not yet sent */
     uint8_t said_mode, said_reason;
-    uint16_t said_detail; /* cause of that */
-    bool said;            /* the mode was said at all */
+    uint16_t said_detail; /* detail of the last reported mode */
+    bool said;            /* a mode was reported */
     int64_t status_us;    /* of the last status line */
     struct cb_box box;
     union {
@@ -58,29 +58,29 @@ void cb_status_note(struct cb_app *app);
 /* What the box started with, and why. */
 void cb_status_start(struct cb_app *app);
 
-/* Which file runs, where one does. */
+/* Prints the running file, if there is one. */
 void cb_status_file(struct cb_app *app);
 void cb_status_counters(struct cb_app *app);
 void cb_status_fault(struct cb_app *app);
 void cb_status_wires(struct cb_app *app);
 
-/* dump.c: a part of a dump that was asked for, as far as the console has room; the trace's line. */
+/* dump.c: continues a requested dump as far as the console has room; prints the trace's line. */
 void cb_dump_ask(struct cb_app *app);
 void cb_dump_go_on(struct cb_app *app);
 void cb_trace_note(struct cb_app *app);
 
-/* How far apart the lumps are in which bytes come: a socket of the emulator waits for its other
+/* Gap between the lumps in which bytes arrive: a socket of the emulator waits for another
  * thread. */
 uint32_t cb_app_lumps_us(const struct cb_app *app);
 
-/* standby.c: instead of a box. */
+/* standby.c: runs instead of a box. */
 _Noreturn void cb_standby_run(struct cb_app *app);
 
-/* bus.c: starts the line; does what can be done on it now. */
+/* bus.c: starts the line; does the work that is due on it. */
 void cb_bus_start(struct cb_app *app);
 void cb_bus_poll(struct cb_app *app);
 
-/* commands.c: executes what was typed. */
+/* commands.c: executes the typed command. */
 void cb_commands_serve(struct cb_app *app);
 
 #endif

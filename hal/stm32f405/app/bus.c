@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * The Pt100 modules on their own line: asked in turn (firmware/signals/bus_turns.h), a little at
- * each call. The exchange with the PLC never waits for them. */
+ * The Pt100 modules on their own line: polled in turn (firmware/signals/bus_turns.h), with a little
+ * work in each call. The exchange with the PLC never waits for them. */
 #include "hal/stm32f405/app/app.h"
 #include "hal/stm32f405/time.h"
 
@@ -16,7 +16,7 @@ void cb_bus_start(struct cb_app *app) {
     cb_bus_turns_start(&bus->turns, config, FIRST_BUS, cb_time_us());
 }
 
-/* The samples wait in the board for the next cycle. */
+/* Stores the samples in the board for the next cycle. */
 static void hand_over(struct cb_app *app) {
     struct cb_board *board = &app->board;
     board->waiting +=
@@ -53,7 +53,7 @@ static void ask_next(struct cb_app *app, int64_t now_us) {
 }
 
 void cb_bus_poll(struct cb_app *app) {
-    if (app->box.config_corrupt) return; /* whose signals these are cannot be said any more */
+    if (app->box.config_corrupt) return; /* the signals of the samples are unknown */
     struct cb_wire *wire = &app->bus.wire;
     if (!app->bus.present) return;
     const int64_t now_us = cb_time_us();

@@ -33,17 +33,17 @@ static void show_slots(struct cb_app *app) {
 
 static const struct cb_command commands[] = {
     {"help", "this list", help},
-    {"start", "why and with what the box started", cb_status_start},
+    {"start", "cause and state of the start", cb_status_start},
     {"slots", "the coefficient files in flash", show_slots},
     {"counters", "all counters that are not 0", cb_status_counters},
-    {"wires", "what happened on the serial lines", cb_status_wires},
+    {"wires", "counters of the serial lines", cb_status_wires},
     {"fault", "registers of the last processor fault", cb_status_fault},
     {"dump", "the flight recorder, oldest cycle first", cb_dump_ask},
     {"trace on", "a line about each cycle", say_trace},
     {"trace off", "no more of them", end_trace},
     {"trace start", "restart, with a trace from the first cycle on", restart_with_trace},
     {"stop", "ramp to zero, then STOPPED until the next start", stop},
-    {"restart", "start anew", restart},
+    {"restart", "restart the box", restart},
 };
 
 static const struct cb_command_list all = {commands, sizeof commands / sizeof commands[0]};
@@ -69,7 +69,7 @@ static bool same(const char *a, const char *b) {
     return *a == *b;
 }
 
-/* out: the command that was typed, or NULL */
+/* out: the typed command, or NULL */
 static const struct cb_command *find(const struct cb_command_list *list, const char *typed) {
     for (unsigned i = 0; i < list->count; ++i)
         if (same(typed, list->commands[i].words)) return &list->commands[i];

@@ -6,7 +6,7 @@
 #include "hal/stm32f405/app/app.h"
 
 struct cb_command {
-    const char *words, *help; /* words as they are typed */
+    const char *words, *help; /* words as typed */
     void (*run)(struct cb_app *app);
 };
 

@@ -39,7 +39,8 @@ const char *cb_console_take(struct cb_console *console) {
     while (cb_usart_take(CB_USART_CONSOLE, &one)) {
         const bool ends = one.byte == '\r' || one.byte == '\n';
         if (!ends) {
-            if (console->have < sizeof console->typed) /* the last place marks a line too long */
+            if (console->have < sizeof console->typed) /* the last place marks a line that is too
+                                                          long */
                 console->typed[console->have++] = (char)one.byte;
             continue;
         }

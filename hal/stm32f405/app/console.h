@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * The console's line: text out, commands in. Never waits; a line that finds no room is counted as
+ * The console's line: text out, commands in. Never waits; a line without room is counted as
  * lost. */
 #ifndef COMPBOX_HAL_STM32F405_CONSOLE_H
 #define COMPBOX_HAL_STM32F405_CONSOLE_H
@@ -12,28 +12,28 @@
 enum { CB_CONSOLE_BAUD = 115200, CB_CONSOLE_LINE = 40 };
 
 struct cb_console {
-    struct cb_text line; /* being put together */
+    struct cb_text line; /* under construction */
     uint32_t lost;       /* lines */
-    uint32_t have;       /* characters of the command that is being typed */
+    uint32_t have;       /* characters of the command being typed */
     char typed[CB_CONSOLE_LINE];
 };
 
 void cb_console_start(struct cb_console *console);
 
-/* An empty line to put words into. */
+/* out: an empty line to fill */
 struct cb_text *cb_console_line(struct cb_console *console);
 
-/* Sends the line, with its end. */
+/* Sends the line with its line end. */
 void cb_console_end(struct cb_console *console);
 
-/* A line of these words. */
+/* Sends a line of these words. */
 void cb_console_say(struct cb_console *console, const char *words);
 
-/* Room for `lines` more of the longest. */
+/* out: whether there is room for `lines` more lines of maximum length */
 bool cb_console_has_room(uint32_t lines);
 
-/* out: the next whole line that was typed, ended by 0; NULL when there is none. Valid until the
- * next call. */
+/* out: the next complete typed line, ended by 0; NULL when there is none. Valid until the next
+ *      call. */
 const char *cb_console_take(struct cb_console *console);
 
 #endif

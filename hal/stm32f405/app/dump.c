@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * The flight recorder and the trace as text. Numbers that must read back as they are stand as
- * hexadecimal bits; docs/stm32f405.md has the columns. */
+ * The flight recorder and the trace as text. Numbers that must read back exactly are hexadecimal
+ * bits; docs/stm32f405.md has the columns. */
 #include "hal/stm32f405/app/app.h"
 
 enum { LINES_AT_ONCE = 4 };
@@ -49,7 +49,7 @@ static void say_record(struct cb_app *app, const struct cb_record *record) {
     cb_console_end(&app->console);
 }
 
-/* The recorder stands still while it is dumped: main.c asks dump_left. */
+/* The recorder pauses during a dump: main.c checks dump_left. */
 void cb_dump_go_on(struct cb_app *app) {
     for (unsigned i = 0; i < LINES_AT_ONCE && app->dump_left > 0 && cb_console_has_room(2); ++i) {
         const struct cb_record *record = cb_recorder_at(&app->recorder, --app->dump_left);
@@ -67,8 +67,8 @@ static void put_samples(struct cb_text *line, const struct cb_inputs *in) {
     }
 }
 
-/* What went into the step and what came out of it. The exchange's last two numbers are those after
- * the cycle: how its write ended. */
+/* Inputs and outputs of the step. The exchange's last two numbers are those after the cycle: the
+ * result of its write. */
 void cb_trace_note(struct cb_app *app) {
     const struct cb_inputs *in = &app->cycle.in;
     const struct cb_outputs *out = &app->cycle.out;

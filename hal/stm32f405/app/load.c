@@ -10,7 +10,7 @@ static const struct cb_target target = {.name = "compbox-stm32f405",
 
 static const void *const slots[CB_SLOTS] = {CB_FLASH_SLOT_A, CB_FLASH_SLOT_B};
 
-/* Fixed when the image was built: CMakeLists.txt. */
+/* Fixed by the build of the image: CMakeLists.txt. */
 static const struct cb_ceiling ceiling = {.um = CB_MOST_UM, .um_per_s = CB_MOST_UM_PER_S};
 
 static struct cb_text *begin(struct cb_console *console, int index) {
@@ -19,6 +19,8 @@ static struct cb_text *begin(struct cb_console *console, int index) {
     return line;
 }
 
+/* in : index 0 or 1; slot: valid for CB_SLOT_WHOLE
+ * out: one line on the console about the content of the slot */
 static void report(struct cb_console *console, int index, enum cb_slot_state state,
                    const struct cb_slot *slot) {
     struct cb_text *line = begin(console, index);
@@ -67,7 +69,7 @@ static void report_lowered(struct cb_console *console, const struct cb_config *c
     cb_console_end(console);
 }
 
-/* out: whether the loader took the text of this slot; then *crc is the text's */
+/* out: whether the loader accepted the text of this slot; then *crc is the text's */
 static bool try_slot(struct cb_config *config, struct cb_load_scratch *scratch,
                      struct cb_console *console, int index, const struct cb_slot *slot,
                      uint32_t *crc) {
@@ -107,7 +109,7 @@ char cb_load_slots(struct cb_config *config, struct cb_load_scratch *scratch,
     return 0;
 }
 
-/* The first slot's place counts where both have one: in one machine they are the same. */
+/* The first slot's place is used if both have one; in one machine they are the same. */
 bool cb_load_report_place(struct cb_slot_report *report) {
     for (int i = 0; i < CB_SLOTS; ++i)
         if (cb_slot_read_report(slots[i], CB_FLASH_SLOT_BYTES, report)) return true;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * compbox-stm32f405: the box on a bare STM32F405. Starts the hardware, loads the coefficient file
- * from flash, and runs cycle after cycle; the console has what is left of each period. */
+ * from flash, and runs the cycles; the console uses the rest of each period. */
 #include "hal/stm32f405/main.h"
 
 #include "firmware/config/rtu_budget.h"
@@ -11,29 +11,29 @@
 #include "hal/stm32f405/watchdog.h"
 
 enum {
-    WATCHDOG_START_MS = 8000, /* 5.4 s at least; loading takes 3 s at 16 MHz */
+    WATCHDOG_START_MS = 8000, /* at least 5.4 s; loading takes 3 s at 16 MHz */
     WATCHDOG_PERIODS = 10,
     WATCHDOG_LEAST_MS = 300,
-    GOOD_RUN_CYCLES = 20000,  /* ten minutes at 30 ms: faults before it are history */
+    GOOD_RUN_CYCLES = 20000,  /* ten minutes at 30 ms; faults before them are forgotten */
     EMULATED_LUMPS_US = 8000, /* a socket's bytes wait for the emulator's other thread */
 };
 
 static struct cb_app app;
 
-/* What there is time for between two cycles. */
+/* Work between two cycles. */
 static void idle(void) {
     cb_bus_poll(&app);
     cb_commands_serve(&app);
     cb_dump_go_on(&app);
 }
 
-/* What there is time for while the PLC is waited for. */
+/* Work while waiting for the PLC. */
 static void meanwhile(void) {
     cb_bus_poll(&app);
 }
 
-/* The watchdog first: nothing behind it can hang for good, the clock's start and the loader
- * included. */
+/* Starts the watchdog first, so that no later step can hang for good, the clock's start and the
+ * loader included. */
 static void start_hardware(void) {
     cb_watchdog_start(WATCHDOG_START_MS);
     app.cause = cb_retained_open(cb_chip_reset_cause());
@@ -51,7 +51,8 @@ static uint32_t watchdog_ms(uint32_t period_us) {
     return timeout_ms > WATCHDOG_LEAST_MS ? timeout_ms : WATCHDOG_LEAST_MS;
 }
 
-/* Restarted by itself again and again: the file may be the cause, so it is left alone. */
+/* out: whether the box restarted itself repeatedly. The file may be the cause, and is then not
+ *      loaded. */
 static bool restarts_too_often(void) {
     return cb_retained.fault_starts > CB_FAULT_STARTS_MAX;
 }
@@ -109,7 +110,7 @@ _Noreturn void cb_main(void) {
     load();
     app.board.idle = idle;
     app.board.meanwhile = meanwhile;
-    app.status_us = -1000000; /* the first one at once */
+    app.status_us = -1000000; /* prints the first one at once */
     app.board.watchdog_ms = watchdog_ms(app.slot ? app.box.config.period_us : 0);
     if (app.slot == 0) cb_standby_run(&app);
     run_box();

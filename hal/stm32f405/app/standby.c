@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * A box without a file that it can run: it says so on the console and, where a slot's header tells
- * the place, in the PLC's status register. It writes nothing else, no heartbeat either. */
+ * A box without a usable file: it reports this on the console and, if a slot's header has the
+ * place, in the PLC's status register. It writes nothing else, also no heartbeat. */
 #include "hal/stm32f405/app/app.h"
 #include "hal/stm32f405/app/load.h"
 #include "hal/stm32f405/time.h"

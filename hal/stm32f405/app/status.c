@@ -28,7 +28,7 @@ static const char *name_of(const struct cb_box *box, char what) {
     return config->outputs[config->terms[index].first_output].name;
 }
 
-/* Which signal, term or channel it is, its value and its bound. */
+/* Writes the signal, term or channel behind the reason, its value and its bound. */
 static void put_cause(struct cb_text *line, const struct cb_box *box) {
     const struct cb_cause_words words = cb_cause_words_of(box->cause.kind);
     if (box->cause.kind == CB_CAUSE_NONE) return;
@@ -153,7 +153,7 @@ void cb_status_start(struct cb_app *app) {
     if (app->cause == CB_START_FAULT) cb_status_fault(app);
 }
 
-/* Those that are not 0. */
+/* Writes a counter that is not 0. */
 static void put_counter(struct cb_text *line, const char *name, uint32_t count) {
     if (count == 0) return;
     cb_text_put(line, " ");

@@ -16,7 +16,7 @@ static void crash_address(struct cb_app *app) {
     *(volatile uint32_t *)0x70000000u = 1;
 }
 
-/* Writes downward from the stack pointer until the guard is met. */
+/* Writes downward from the stack pointer until it reaches the guard. */
 static void crash_stack(struct cb_app *app) {
     (void)app;
     __asm__ volatile("1: push {r0-r7}\n\tb 1b");

@@ -44,7 +44,7 @@ def start_with_trace(box):
     box.console.wait("now ACTIVE")
     since = box.console.mark()
     box.console.say("trace start")
-    box.console.wait("started: restart asked for", since)
+    box.console.wait("started: restart requested", since)
 
 
 def replayed(box, folder):
