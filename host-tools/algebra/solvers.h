@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Eigen's decompositions of matrices of any size, each compiled once: they take a compiler longer
-// than the files that need them.
+// Eigen's decompositions of matrices of any size, compiled once each, because they take longer to
+// compile than the files that use them.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,9 +12,9 @@ struct least_squares {
     Eigen::Index rank;  // of a
 };
 
-// in : threshold: a pivot less than this part of the largest counts as zero; 0: by rounding
-// out: for each column of b the x of least |a x - b|; where a has not full rank, the least such x.
-//      With the identity as b: the inverse of a, or its pseudo-inverse. NaN where a holds one.
+// in : threshold: a pivot less than this fraction of the largest counts as zero; 0: by rounding
+// out: for each column of b the x of least |a x - b|; if a lacks full rank, the smallest such x.
+//      With the identity as b: the inverse of a, or its pseudo-inverse. NaN if an input is NaN.
 least_squares solve_least_squares(const Eigen::MatrixXd &a, const Eigen::MatrixXd &b,
                                   double threshold = 0.0);
 
@@ -23,7 +23,7 @@ struct symmetric_eigen {
     Eigen::MatrixXd vectors;  // columns, of length 1
 };
 
-// in : a symmetric; its lower half is read
+// in : a symmetric; only its lower half is read
 symmetric_eigen eigen_of_symmetric(const Eigen::MatrixXd &a);
 
 struct positive_definite {
@@ -31,7 +31,7 @@ struct positive_definite {
     double log_determinant;
 };
 
-// in : a positive definite; its lower half is read
+// in : a positive definite; only its lower half is read
 positive_definite factor_positive_definite(const Eigen::MatrixXd &a);
 
 }  // namespace compbox

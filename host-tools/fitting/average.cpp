@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Runs to one mean curve. Repeats at one position differ by noise alone once each run's own
-// offset and slope are evened out, so they measure the noise without any model of the curve.
+// Averages the runs to one curve. Without each run's own offset and slope, repeats at one position
+// differ by noise alone, so they measure the noise without any model of the curve.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,7 +13,7 @@ namespace compbox {
 
 namespace {
 
-// One reading with the numbers of its run and its group: a group is one position in one direction.
+// One reading, its run and its group. A group is one position in one direction.
 struct reading {
     double x, y, weight;
     std::size_t run, position;
@@ -21,7 +21,7 @@ struct reading {
     std::size_t group;
 };
 
-// Positions that differ by less than this part of the range are one target, reached thrice.
+// Positions closer than this fraction of the range are one target.
 constexpr double same_position = 1e-7;
 
 std::vector<double> distinct_positions(const std::vector<measured_run> &runs) {
@@ -67,7 +67,7 @@ struct group_sums {
     }
 };
 
-// sqrt(weight) times (value - its group's weighted mean), for one quantity of the readings.
+// sqrt(weight) times (value - weighted mean of its group), for one quantity of the readings.
 template <typename Quantity>
 Eigen::VectorXd within_groups(const std::vector<reading> &all, std::size_t groups,
                               const Quantity &quantity) {
@@ -83,24 +83,24 @@ Eigen::VectorXd within_groups(const std::vector<reading> &all, std::size_t group
 
 struct alignment {
     Eigen::VectorXd offset, slope;  // of each run, minimum norm: they sum to zero over the runs
-    double left = 0.0;              // weighted sum of squares between repeats, after it
+    double left = 0.0;              // weighted sum of squares between repeats after the alignment
     double before = 0.0;            // and before it
     int freedom_before = 0, freedom = 0;
 };
 
-// The matrix of align() has two numbers per reading and run, and the solver copies it.
+// The matrix of align() has two columns per run, and the solver copies it.
 void refuse_many_runs(const measurement &data, std::size_t readings) {
     constexpr std::size_t most = 5000000;
     const std::size_t runs = data.runs.size();
     if (readings <= most / runs) return;
     throw input_error(data.file, 0, 0,
                       "has " + std::to_string(readings) + " readings in " + std::to_string(runs) +
-                          " runs, too many to be evened out: all readings of one traverse carry "
+                          " runs, too many to align: all readings of one traverse carry "
                           "the same name in the column 'run' (readings times runs: at most " +
                           std::to_string(most) + ")");
 }
 
-// Least squares of each run's own offset and slope against its fellows at the same positions.
+// Least squares of each run's own offset and slope against the other runs at the same positions.
 alignment align(const std::vector<reading> &all, std::size_t groups, int filled, std::size_t runs,
                 double centre, double half_range) {
     const auto n = static_cast<Eigen::Index>(all.size()), m = static_cast<Eigen::Index>(runs);
@@ -128,8 +128,8 @@ alignment align(const std::vector<reading> &all, std::size_t groups, int filled,
     return result;
 }
 
-// Evening out is done only where it is beyond doubt: an information criterion with twice BIC's
-// price, so that ordinary repeats stay exactly as measured.
+// Whether the runs' offsets and slopes are significant. The information criterion has twice BIC's
+// penalty, so that ordinary repeats stay exactly as measured.
 bool beyond_doubt(const alignment &found) {
     const double n = found.freedom_before, k = found.freedom_before - found.freedom;
     if (found.freedom < 4 || k < 1.0) return false;
@@ -163,8 +163,8 @@ void average_lost_motion(measurement &data, const group_sums &sums) {
     data.mean_lost_motion = both ? total / both : 0.0;
 }
 
-// The mean of both directions' means. Where a position has one direction only, half the mean lost
-// motion is put to its right, so that a missing reading makes no step.
+// The mean of both directions' means. At a position with one direction only, half the mean lost
+// motion is added, so that a missing reading makes no step.
 void average_positions(measurement &data, const group_sums &sums) {
     for (std::size_t i = 0; i < data.position.size(); ++i) {
         const std::size_t up = 2 * i, down = 2 * i + 1;

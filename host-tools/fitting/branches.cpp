@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Forward and backward readings to two curves. Where every position was reached both ways, the best
-// estimate of each is the mean of both, minus or plus half the lost motion, each smoothed by
-// itself: lost motion varies little along an axis, so that each branch profits from the other's
+// Forward and backward readings to two curves. If every position was reached both ways, the best
+// estimate of each is the mean of both, minus or plus half the lost motion, each smoothed
+// separately. Lost motion varies little along an axis, so each branch gains from the other's
 // readings.
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@ namespace compbox {
 
 namespace {
 
-// The runs of one direction as a measurement of their own.
+// The runs of one direction as a separate measurement.
 measurement runs_of(const measurement &data, int direction) {
     measurement part;
     part.file = data.file;
@@ -39,7 +39,7 @@ measurement lost_motion_of(const measurement &data) {
     return difference;
 }
 
-// mean + sign * lost / 2, its uncertainty from both.
+// mean + sign * lost / 2, with the uncertainty of both.
 smooth_curve combine(const smooth_curve &mean, const smooth_curve &lost, double sign) {
     smooth_curve branch = mean;
     for (std::size_t i = 0; i < mean.x.size(); ++i) {

@@ -12,7 +12,7 @@ namespace {
 
 struct unit {
     const char *name, *standard;
-    double scale;  // of the standard unit
+    double scale;  // standard units per unit
 };
 
 constexpr std::array<unit, 3> position_units = {
@@ -50,7 +50,7 @@ void replace_all(std::string &text, const std::string &from, const std::string &
     }
 }
 
-// Lower case, one spelling of micro and of brackets.
+// Lower case, with one spelling of micro and of brackets.
 std::string plain(const std::string &name) {
     std::string text = name;
     for (char &c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
@@ -75,7 +75,7 @@ struct word_and_unit {
     std::string word, unit;
 };
 
-// "deviation (um)", "deviation_um", "deviation/um", "deviation um" apart.
+// Splits "deviation (um)", "deviation_um", "deviation/um", "deviation um" into word and unit.
 word_and_unit split_unit(const std::string &text) {
     const auto open = text.find('('), close = text.rfind(')');
     if (open != std::string::npos && close != std::string::npos && close > open) {
@@ -94,7 +94,7 @@ const unit *find_unit(const std::array<unit, n> &units, const std::string &name)
     return found == units.end() ? nullptr : &*found;
 }
 
-// "run3forward" -> "@3+"; "" where it is no column of a run.
+// "run3forward" -> "@3+"; "" for other columns than runs.
 std::string run_suffix(const std::string &word) {
     const auto digit = word.find_first_of("0123456789");
     if (digit == std::string::npos || run_column_words.count(word.substr(0, digit)) == 0) return "";

@@ -8,7 +8,7 @@ namespace compbox {
 
 namespace {
 
-// The cubic through the (up to) four points around x[i] … x[i+1], at `middle`.
+// Value at `middle` of the cubic through the (up to) four points around x[i] … x[i+1].
 double cubic_at(const weighted_points &points, long i, double middle) {
     const auto &x = points.x, &y = points.y;
     const auto n = static_cast<long>(x.size());

@@ -14,12 +14,14 @@ namespace compbox {
 
 namespace {
 
-// Positions for which the best estimate is kept, at most about this many in all.
+// Approximate maximum number of positions at which the best estimate is stored.
 constexpr int dense_points = 4000;
-// um, urad or parts of sigma: no instrument here tells less, so readings that show none (made by a
-// program, or of a coarse display) are not taken for better than that.
+// um, urad or parts of sigma: no instrument here resolves less. Readings without visible noise
+// (made by a program, or from a coarse display) count as having this noise.
 constexpr double least_noise = 0.001;
 
+// in : result.curve and data.mean, not empty
+// out: the residuals and their summary, in the unit of the data; the sample variance has n - 1
 void summarize(fit_result &result) {
     const measurement &data = result.data;
     residual_summary &sum = result.summary;
@@ -44,7 +46,7 @@ void summarize(fit_result &result) {
     sum.range = *high - *low;
 }
 
-// A baseline does not look at the tolerance while it is fitted; it is judged by it all the same.
+// A baseline is fitted without the tolerance, but judged by it.
 void judge_baseline(fit_result &result) {
     const double tolerance = result.options.tolerance_um, worst = std::abs(result.summary.worst);
     const bool baseline = result.options.method == fit_method::polynomial ||

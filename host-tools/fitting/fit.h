@@ -24,8 +24,9 @@ struct fit_options {
     double tolerance_um = 0.0;  // 0: none given
     reference_line line = reference_line::keep;
     std::optional<double> zero_at_mm;  // the curve (its forward branch) is zero there
-    bool branches = false;             // forward and backward apart
-    double reversal_mm = 0.1;          // with branches: way after a reversal until one counts alone
+    bool branches = false;             // separate curves forward and backward
+    double reversal_mm = 0.1;          // with branches: distance of a reversal from one branch to
+                                       // the other
 };
 
 // One polynomial over the range, ascending powers of u = (x - centre) / half_range.
@@ -34,44 +35,46 @@ struct power_polynomial {
     double centre = 0.0, half_range = 1.0, from = 0.0, to = 0.0;
 };
 
-// The curve as it is written: every number is a float32.
+// The curve as written: every number is a float32.
 struct fitted_curve {
     fit_method method = fit_method::bspline;
     spline bspline;                // bspline, bspline-lmc; polyline as degree 1
     power_polynomial polynomial;   // polynomial
-    double value(double x) const;  // outside the range the value at its end
+    double value(double x) const;  // outside the range: value at its end
     std::size_t coefficient_count() const;
 };
 
-// What the residuals (mean of the readings - curve) say.
+// Summary of the residuals (mean of the readings - curve).
 struct residual_summary {
     double lowest = 0.0, highest = 0.0, range = 0.0, mean = 0.0, variance = 0.0, rms = 0.0;
     double worst = 0.0, worst_at_mm = 0.0;  // largest |residual|, with sign, and its position
 };
 
 struct fit_result {
-    fit_options options;       // with the degree that was used
-    measurement data;          // means with the reference line taken off
-    double line_offset = 0.0;  // what was taken off: offset + slope (x - centre of the range)
+    fit_options options;       // with the degree in use
+    measurement data;          // means minus the reference line
+    double line_offset = 0.0;  // subtracted line: offset + slope (x - centre of the range)
     double line_slope = 0.0;   // um per mm
-    double zero_offset = 0.0;  // taken off too, so that the curve is zero at zero_at_mm
+    double zero_offset = 0.0;  // also subtracted, so that the curve is zero at zero_at_mm
     fitted_curve curve;
     std::vector<double> residuals;  // at data.position
     residual_summary summary;
-    smooth_curve best;      // the best estimate before a form was chosen, with its band
+    smooth_curve best;      // the best estimate before the choice of a form, with its band
     double noise = 0.0;     // standard deviation of one reading
-    bool constant = false;  // every reading in the file is the same
-    bool converged = true;  // false: the tolerance was given and is not met
+    bool constant = false;  // all readings of the file are equal
+    bool converged = true;  // false: a tolerance is set and not met
     std::vector<std::string> warnings;
     std::size_t key_points = 0;        // bspline-lmc only
-    std::vector<fit_result> backward;  // with branches: one, and this is the forward one; else none
+    std::vector<fit_result> backward;  // with branches: the backward curve, and this is the forward
+                                       // one; else empty
 };
 
-// Fits. Throws input_error, naming the file, for too few points and the box's limits.
+// Fits the curve. Throws input_error, with the file's name, for too few points and the box's
+// limits.
 fit_result fit_curve(const measurement &data, const fit_options &options);
 
-// Standard deviation of the error itself about the written curve at result.best.x[i]: the best
-// estimate's own, and how far the curve is from it.
+// Standard deviation of the error about the written curve at result.best.x[i]: of the best
+// estimate, plus the curve's distance from it.
 double band_sigma(const fit_result &result, std::size_t i);
 
 // The curve with that band as CSV: position_mm,curve_um,sigma_um (urad for angles; with branches
@@ -81,10 +84,10 @@ std::string band_of(const fit_result &result);
 // The fragment {"signals": [], "terms": [...], "provenance": {...}} that `build` takes.
 json fragment_of(const fit_result &result);
 
-// The same findings for a person: a table in plain text.
+// The same results for a person: a table in plain text.
 std::string report_of(const fit_result &result);
 
-// And as figures (.svg, .png, .pdf).
+// The same results as figures (.svg, .png, .pdf).
 void plot_fit(const fit_result &result, const std::string &path);
 
 const char *name_of(fit_method method);

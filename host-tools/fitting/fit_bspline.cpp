@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Our own method. Without a tolerance: the best estimate of the curve first, then the fewest knots
-// that stay well inside its own uncertainty. With one: the fewest knots that keep every residual
-// inside, whatever the noise; a warning says when that follows it.
+// The B-spline method. Without a tolerance: the best estimate of the curve, then the fewest knots
+// that stay well inside its uncertainty. With a tolerance: the fewest knots that keep every
+// residual inside, also if that follows the noise, which causes a warning.
 #include <algorithm>
 #include <cmath>
 
@@ -14,15 +14,15 @@ namespace compbox {
 
 namespace {
 
-// The curve may leave the best estimate by this part of the estimate's standard deviation: by
-// itself that raises the expected error by at most 4 %, and by about 1 % in the mean.
+// The curve may deviate from the best estimate by this fraction of the estimate's standard
+// deviation. This raises the expected error by at most 4 %, and by about 1 % in the mean.
 constexpr double part_of_sigma = 0.3;
 
-// A curve that swings out between two readings by more than this part of the readings' range
-// deserves a warning.
+// A curve that swings between two readings by more than this fraction of the readings' range causes
+// a warning.
 constexpr double worth_a_word = 0.02;
 
-// The best estimate as points to be met, each inside its own band.
+// The best estimate as points to approximate, each within its band.
 knot_task task_of_estimate(const fit_result &result) {
     const smooth_curve &best = result.best;
     knot_task task;
@@ -44,7 +44,7 @@ knot_task task_of_estimate(const fit_result &result) {
     return task;
 }
 
-// The measured means as points to be met, each inside the tolerance.
+// The measured means as points to approximate, each within the tolerance.
 knot_task task_of_means(const fit_result &result, double tolerance) {
     knot_task task;
     task.degree = result.options.degree;
@@ -58,7 +58,7 @@ knot_task task_of_means(const fit_result &result, double tolerance) {
     return task;
 }
 
-// Largest distance of the means from the best estimate: below it a tolerance follows the noise.
+// Largest distance of the means from the best estimate; a smaller tolerance follows the noise.
 double estimate_residual(const fit_result &result) {
     double largest = 0.0;
     for (std::size_t i = 0; i < result.best.measured.size(); ++i) {
@@ -77,6 +77,8 @@ double largest_residual(const fit_result &result) {
     return largest;
 }
 
+// in : swing: the curve's largest excursion between readings, unit of the error
+// out: warnings for a tolerance that is not met, makes the curve swing, or is below the noise
 void warn_of_tolerance(fit_result &result, double swing) {
     const double tolerance = result.options.tolerance_um;
     const std::string wanted = shortest(tolerance) + " " + result.data.unit;
@@ -100,8 +102,8 @@ void warn_of_tolerance(fit_result &result, double swing) {
     }
 }
 
-// The written curve decides, so the search keeps a little away from the limit: what rounding to
-// float32 may cost, and more if that was not enough.
+// The tolerance applies to the written curve. The search therefore keeps a margin for the rounding
+// to float32, and a larger one if the first was too small.
 void fit_within_tolerance(fit_result &result) {
     const double tolerance = result.options.tolerance_um;
     double swing = 0.0;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// S1 as published: key points serve as control points of a cubic B-spline; the two ends and the
-// eight largest local maxima of curvature first, then the point with the largest residual, until
-// all residuals are inside the tolerance or no point is left.
+// S1 as published: key points are the control points of a cubic B-spline. First the two ends and
+// the eight largest local maxima of curvature, then repeatedly the point with the largest residual,
+// until all residuals are inside the tolerance or no point is left.
 //
-// S1's curve is parametric, C(t) = (x(t), y(t)), with t the accumulated chord length. The box's is
-// a function of x, so: chord length over mm and um is x but for one part in 10^7 and t = x here;
-// the residual of a measured point is taken where x(t) is its position; and the finished curve,
-// whose x(t) ascends because its control points do, is written as a function of x on the images of
-// its knots, halved until nothing is lost.
+// S1's curve is parametric, C(t) = (x(t), y(t)), with t the accumulated chord length; the box's is
+// a function of x. Chord length over mm and um equals x within one part in 10^7, so t = x here. The
+// residual of a measured point is taken where x(t) is its position. x(t) ascends because its
+// control points do, so the finished curve is written as a function of x on the images of its
+// knots, halved until the loss is negligible.
 #include <algorithm>
 #include <cmath>
 
@@ -22,8 +22,8 @@ namespace {
 constexpr std::size_t curvature_points = 8;  // S1
 constexpr double default_tolerance = 0.045;  // S1: 9 um for EZX, whose range was 200 um
 
-// Discrete curvature at each inner point: the second divided difference, since slopes are of the
-// order 10^-6.
+// Discrete curvature at each inner point: the second divided difference, because slopes are about
+// 10^-6.
 std::vector<double> curvatures(const measurement &data) {
     const auto &x = data.position, &y = data.mean;
     std::vector<double> k(x.size(), 0.0);
@@ -56,7 +56,7 @@ struct plane_curve {
     spline x, y;
 };
 
-// Knots by averaging the parameters of degree neighbouring key points, as is usual.
+// Knots are averages of the parameters of `degree` neighbouring key points, as usual.
 plane_curve curve_of(const measurement &data, const std::vector<std::size_t> &keys, int degree) {
     const auto p = static_cast<std::size_t>(degree);
     std::vector<double> inner;
@@ -75,7 +75,7 @@ plane_curve curve_of(const measurement &data, const std::vector<std::size_t> &ke
     return curve;
 }
 
-// y where x(t) = x, by bisection: x(t) ascends.
+// y at the parameter with x(t) = x, by bisection: x(t) ascends.
 double height_at(const plane_curve &curve, double x) {
     double low = curve.x.from(), high = curve.x.to();
     for (int i = 0; i < 60; ++i) {
@@ -85,8 +85,8 @@ double height_at(const plane_curve &curve, double x) {
     return value_at(curve.y, 0.5 * (low + high));
 }
 
-// The measured point that is no key point yet and has the largest residual; `worst` is the largest
-// of all points.
+// The measured point with the largest residual that is no key point yet; `worst` is the largest of
+// all points.
 std::size_t worst_point(const measurement &data, const plane_curve &curve,
                         const std::vector<std::size_t> &keys, double &worst) {
     std::size_t found = data.position.size();
@@ -120,7 +120,7 @@ weighted_points sample(const plane_curve &curve, int per_span) {
     return points;
 }
 
-// The images of the knots, each span cut into `pieces`.
+// The images of the knots, with each span divided into `pieces`.
 std::vector<double> function_knots(const plane_curve &curve, int pieces) {
     std::vector<double> knots;
     const auto &t = curve.x.knots;
@@ -134,7 +134,7 @@ std::vector<double> function_knots(const plane_curve &curve, int pieces) {
     return knots;
 }
 
-// The curve as a function of x, to within `loss`; returns what is lost.
+// The curve as a function of x, to within `loss`. out: the actual loss
 double to_function(const plane_curve &curve, double loss, spline &function) {
     const weighted_points points = sample(curve, 64);
     double lost = 0.0;

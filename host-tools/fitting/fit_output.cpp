@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a fit says: the fragment for `build`, and the report for a person.
+// Output of a fit: the fragment for `build`, and the report for a person.
 #include <algorithm>
 #include <cmath>
 
@@ -23,7 +23,7 @@ json numbers(const std::vector<double> &values) {
     return list;
 }
 
-// The curve's own keys.
+// Adds the curve's own keys.
 void add_curve(json &term, const fitted_curve &curve) {
     switch (curve.method) {
         case fit_method::bspline:
@@ -61,8 +61,8 @@ json term_of(const fit_result &result) {
     return term;
 }
 
-// The file's name without its folder: a coefficient file says what it was made from, not where
-// that lay on somebody's disk.
+// The file's name without its folder, because a coefficient file must not contain paths of one
+// computer.
 std::string file_name(const std::string &path) {
     return path.substr(path.find_last_of('/') + 1);
 }
@@ -81,7 +81,7 @@ std::size_t largest_run_count(const measurement &data) {
     return static_cast<std::size_t>(most);
 }
 
-// Where the noise figure comes from.
+// The source of the noise figure.
 std::string noise_source(const measurement &data) {
     if (data.repeat_freedom > 0 && data.sigma_given) return "repeats, sigma column and residuals";
     if (data.repeat_freedom > 0) return "repeats and residuals";
@@ -89,6 +89,7 @@ std::string noise_source(const measurement &data) {
                             : "residuals, and what instruments usually have";
 }
 
+// out: the member "provenance" of the fragment; numbers with five digits, in the unit of the data
 json findings_of(const fit_result &result) {
     const measurement &data = result.data;
     json found;
@@ -156,7 +157,7 @@ std::string list_of_knots(const fitted_curve &curve) {
     return inner.empty() ? "none" : text + " mm";
 }
 
-// What was measured and what was taken off it.
+// The measured data and the subtracted line.
 std::string data_lines(const fit_result &result, const std::string &unit) {
     const measurement &data = result.data;
     const std::size_t runs =

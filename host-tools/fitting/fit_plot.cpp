@@ -30,7 +30,7 @@ std::string curve_block(const fit_result &result, const std::string &branch) {
     return plot_data("curve" + branch, {x, y}) + plot_data("knots" + branch, {knots, on_curve});
 }
 
-// The band about the curve, and about its zero line: +-2 sigma of the best estimate.
+// The band about the curve and about its zero line: +-2 sigma of the best estimate.
 std::string band_block(const fit_result &result, const std::string &branch) {
     const smooth_curve &best = result.best;
     std::vector<double> low, high, low_off, high_off;
@@ -97,7 +97,7 @@ std::string plot_curve(const fit_result &result, const std::string &branch) {
            plot_colour::mean + "' " + (branch.empty() ? "title 'mean'" : "notitle");
 }
 
-// And in the lower one: residuals of the means.
+// One branch in the lower panel: residuals of the means.
 std::string plot_residuals(const std::string &branch) {
     return "$mean" + branch + " using 1:3 with linespoints pt 7 ps 0.45 lw 0.8 lc rgb '" +
            plot_colour::mean + "' " + (branch.empty() ? "title 'mean of readings'" : "notitle");

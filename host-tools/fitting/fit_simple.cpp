@@ -24,7 +24,7 @@ Eigen::MatrixXd chebyshev_powers(int degree) {
     return powers;
 }
 
-// Weighted least squares in the Chebyshev basis, by QR, turned into powers of u.
+// Weighted least squares in the Chebyshev basis, by QR, converted to powers of u.
 Eigen::VectorXd solve_powers(const measurement &data, const power_polynomial &frame, int degree) {
     const auto n = static_cast<Eigen::Index>(data.position.size());
     Eigen::MatrixXd design(n, degree + 1);
@@ -44,8 +44,8 @@ Eigen::VectorXd solve_powers(const measurement &data, const power_polynomial &fr
     return chebyshev_powers(degree) * solve_least_squares(design, right).x;
 }
 
-// What rounding the coefficients to float32 and evaluating in float32 can cost, at most: each
-// product and sum of Horner's scheme rounds once.
+// Bound of the loss by rounding the coefficients to float32 and evaluating in float32: each product
+// and sum of Horner's scheme rounds once.
 double float_loss(const power_polynomial &curve) {
     double size = 0.0;
     for (const double a : curve.coefficients) size += std::abs(a);
@@ -86,7 +86,7 @@ void fit_polyline(fit_result &result) {
         if (i > 0 && !(x > curve.knots.back())) {
             throw input_error(data.file, 0, 0,
                               "positions near " + shortest(x) +
-                                  " mm are too close together for the box to tell apart");
+                                  " mm are too close together for the box to distinguish");
         }
         if (i == 0) curve.knots.push_back(x);
         curve.knots.push_back(x);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a person should know about a fit, one sentence each.
+// Warnings about a fit, one sentence each.
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -13,14 +13,14 @@ namespace compbox {
 
 namespace {
 
-// An error of an axis as ISO 230-1 names it: E, the direction, the axis.
+// Whether the name is an axis error of ISO 230-1: E, the direction, the axis.
 bool is_iso_error(const std::string &name) {
     return name.size() == 3 && name[0] == 'E' &&
            std::string("XYZABC").find(name[1]) != std::string::npos &&
            std::string("XYZABCUVW").find(name[2]) != std::string::npos;
 }
 
-// A rotation in um, or a translation in urad: everything that uses it would be wrong by its lever.
+// A rotation in um, or a translation in urad: every result from it would be wrong by its lever.
 void warn_of_other_unit(fit_result &result) {
     const std::string &name = result.options.name, &unit = result.data.unit;
     if (!is_iso_error(name)) return;
@@ -41,7 +41,7 @@ void warn_of_other_axis(fit_result &result) {
                               ", but the curve depends on signal " + signal);
 }
 
-// Out: every reading of every run has one value, and there are enough to be astonished.
+// out: all readings of all runs are equal, and there are enough of them for a warning
 bool is_constant(const measurement &data) {
     const double first = data.runs.front().error.front();
     return data.position.size() >= 3 &&
@@ -51,7 +51,7 @@ bool is_constant(const measurement &data) {
            });
 }
 
-// The smoothness is found with a noise that nobody measured.
+// The smoothness depends on an assumed noise.
 void warn_of_unknown_noise(fit_result &result) {
     if (result.constant) return;
     const bool used =
@@ -60,11 +60,11 @@ void warn_of_unknown_noise(fit_result &result) {
     result.warnings.push_back(
         "the noise could not be measured (no repeats, no column sigma); about " +
         text_of(result.noise, 2) + " " + result.data.unit +
-        " is taken, as instruments have; measure three runs, or give sigma");
+        " is assumed, as usual for instruments; measure three runs, or give sigma");
 }
 
-// A reading that the others do not believe is worth a sentence: no fit can mend it. What is far is
-// judged by what leaving out should cost there, and by what it costs elsewhere.
+// Warns of a reading that contradicts the others; no fit can correct it. The test compares the
+// expected effect of leaving it out with the effect at other positions.
 void warn_of_outliers(fit_result &result) {
     const smooth_curve &best = result.best;
     double worst = 0.0, squares = 0.0;
@@ -82,11 +82,11 @@ void warn_of_outliers(fit_result &result) {
     const double usual = std::sqrt((squares - worst * worst) / static_cast<double>(n - 1));
     if (worst < 5.0 * std::max(usual, 1.0)) return;
     result.warnings.push_back("the reading at " + text_of(result.data.position[where], 7) +
-                              " mm lies far off what its neighbours say: a corner of the curve, or "
+                              " mm is far from its neighbours: a corner of the curve, or "
                               "a wrong reading to measure again or leave out");
 }
 
-// The readings of one position and direction.
+// Readings of one position and direction.
 struct repeats {
     double sum = 0.0, squares = 0.0, low = 0.0, high = 0.0;
     int count = 0;
@@ -101,8 +101,8 @@ struct repeats {
     double spread() const { return std::max(squares - sum * sum / count, 0.0); }
 };
 
-// Where the runs disagree far more than elsewhere, one of them read something wrong. It also makes
-// all noise look larger, so that the curve is smoothed more than it should be.
+// Where the runs disagree far more than elsewhere, one of them has a wrong reading. It also raises
+// the estimated noise, so that the curve is smoothed too much.
 void warn_of_disagreement(fit_result &result) {
     const measurement &data = result.data;
     std::map<std::pair<double, int>, repeats> groups;
@@ -133,7 +133,7 @@ void warn_of_disagreement(fit_result &result) {
         text_of(std::sqrt(usual), 2) + "; leave the wrong reading out or measure it again");
 }
 
-// Two branches in one curve: fine for straightness, a loss for positioning.
+// Two branches in one curve: acceptable for straightness, a loss for positioning.
 void warn_of_lost_motion(fit_result &result) {
     const double lost = result.data.mean_lost_motion;
     if (result.options.branches || !result.data.bidirectional) return;
@@ -149,14 +149,13 @@ std::string noise_text(const fit_result &result) {
     return text_of(result.noise, 2) + " " + result.data.unit;
 }
 
-// An empty or wrong column reads the same everywhere. Asked of the readings as they are in the
-// file.
+// An empty or wrong column has one value everywhere. Tests the readings as in the file.
 void warn_of_constant(fit_result &result) {
     result.constant = is_constant(result.data);
     if (!result.constant) return;
-    result.warnings.push_back(
-        "every reading is " + shortest(result.data.runs.front().error.front()) + " " +
-        result.data.unit + ", as no measurement is; look whether this is the right column");
+    result.warnings.push_back("every reading is " +
+                              shortest(result.data.runs.front().error.front()) + " " +
+                              result.data.unit + ", which no measurement gives; check the column");
 }
 
 void add_warnings(fit_result &result) {

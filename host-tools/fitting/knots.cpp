@@ -15,7 +15,7 @@ namespace {
 
 using knots = std::vector<double>;
 
-// What one least-squares fit is worth: `worst` decides, `merit` guides the moves.
+// Rating of one least-squares fit: `worst` decides, `merit` guides the moves.
 struct score {
     double worst = std::numeric_limits<double>::infinity();
     double merit = std::numeric_limits<double>::infinity();  // sum of (residual / tolerance)^8
@@ -57,7 +57,7 @@ class search {
     std::vector<gate> gates_;
     std::vector<double> inverse_;  // 1 / tolerance
     spline curve_;                 // of the last fit
-    double swing_allowed_ = 0.0;   // more where no calmer curve was found to start from
+    double swing_allowed_ = 0.0;   // larger if no calmer start curve was found
     int fits_ = 0;
 };
 
@@ -96,15 +96,15 @@ bool search::has_points(double low, double high) const {
     return first != x.end() && *first < high;
 }
 
-// Whether so many inner knots make no more coefficients than there are points and than are allowed.
+// Whether this number of inner knots needs no more coefficients than points and than the maximum.
 bool search::has_room(std::size_t knot_count) const {
     const std::size_t coefficients = knot_count + static_cast<std::size_t>(task_.degree) + 1;
     return coefficients <= task_.points.x.size() &&
            coefficients <= static_cast<std::size_t>(task_.max_coefficients);
 }
 
-// After a fit: one more knot in each span with a residual outside, where its residuals balance.
-// False when no span could take one.
+// After a fit: adds a knot to each span with a residual outside, at the residuals' centre of
+// gravity. False when no span could take one.
 bool search::add_where_outside(knots &inner) {
     const auto &x = task_.points.x;
     const auto &residuals = solver_.residuals();
@@ -148,8 +148,8 @@ bool search::grow(knots &inner) {
     return false;
 }
 
-// The inner knots by how little the curve turns at them: the jump of the highest derivative,
-// times what the neighbouring spans could make of it.
+// The inner knots in order of the curve's bend at them: the jump of the highest derivative, times
+// the neighbouring spans' ability to replace it.
 std::vector<std::size_t> search::least_needed_first(const knots &inner) {
     const int p = task_.degree;
     std::vector<double> derivative = curve_.control_points;
@@ -176,7 +176,7 @@ std::vector<std::size_t> search::least_needed_first(const knots &inner) {
     return order;
 }
 
-// Moves the knots beside a gap until all residuals are inside; true then. `inner` holds the best.
+// Moves the knots beside a gap until all residuals are inside. out: success; `inner` holds the best
 bool search::mend(knots &inner, std::size_t near, score now) {
     double part = 0.35;
     int trials = task_.patience;
@@ -208,7 +208,7 @@ bool search::mend(knots &inner, std::size_t near, score now) {
     return false;
 }
 
-// Takes one knot away if the rest can do without it; else leaves all as it was.
+// Removes one knot if the curve stays inside without it; else changes nothing.
 bool search::drop(knots &inner, std::size_t which) {
     const knots held = inner;
     inner.erase(inner.begin() + static_cast<long>(which));
@@ -219,8 +219,8 @@ bool search::drop(knots &inner, std::size_t which) {
     return false;
 }
 
-// A knot that proved to be needed is tried again only once something near it has changed: what a
-// knot does to a least-squares spline dies away within a few spans.
+// A needed knot is tried again only after a change near it: the effect of a knot on a least-squares
+// spline fades within a few spans.
 void search::prune(knots &inner) {
     constexpr long near = 4;
     std::vector<char> needed(inner.size(), 0);
@@ -243,8 +243,8 @@ void search::prune(knots &inner) {
     }
 }
 
-// Where growing got stuck: the knots of interpolation around every point that is still outside, a
-// wider part of the points each time. True once all are inside; else `inner` is left as it was.
+// For a failed growth: adds the knots of interpolation around every point that is still outside,
+// each time over more points. True once all are inside; else `inner` is unchanged.
 bool search::thicken(knots &inner) {
     const knots held = inner;
     constexpr int rounds = 8;
@@ -270,7 +270,7 @@ bool search::thicken(knots &inner) {
     return false;
 }
 
-// One more knot where the curve swings most; false where the points would not carry it.
+// Adds a knot at the largest swing; false if there are too few points for it.
 bool search::add_where_swinging(knots &inner) {
     double largest = 0.0, where = 0.0;
     for (const gate &g : gates_) {
@@ -289,8 +289,8 @@ bool search::add_where_swinging(knots &inner) {
     return true;
 }
 
-// A curve to take knots away from; false when none is inside. Where the grown one swings, a few
-// more knots are tried, then the one through every point; the calmest is taken.
+// Start curve for removing knots; false when none is inside. If the grown one swings, tries a few
+// more knots, then the curve through every point, and takes the calmest.
 bool search::start(knots &inner) {
     constexpr int few = 12;
     const bool grown = grow(inner) || thicken(inner);

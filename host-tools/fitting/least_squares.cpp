@@ -12,18 +12,18 @@ std::size_t at(int i) {
     return static_cast<std::size_t>(i);
 }
 
-// A pivot below this part of its diagonal means that the points say (almost) nothing about the
+// A pivot below this fraction of its diagonal means that the points (almost) do not determine the
 // coefficient.
 constexpr double smallest_pivot = 1e-11;
 
-// Numbers in the sums of one span: the lower triangle row by row, then the right side.
+// Number of sums of one span: the lower triangle row by row, then the right side.
 template <int order>
 constexpr std::size_t sums_size = order *(order + 1) / 2 + order;
 
 }  // namespace
 
-// The points from next_first_[span] on that lie in the span (those before `end`): their basis
-// values, their sums, and where the next span starts.
+// The points from next_first_[span] on that are in the span (those before `end`): their basis
+// values, their sums, and the start of the next span.
 template <int order>
 void spline_least_squares::add_span(const std::vector<double> &knots, std::size_t span,
                                     std::size_t end) {
@@ -46,8 +46,8 @@ void spline_least_squares::add_span(const std::vector<double> &knots, std::size_
     std::copy(sums, sums + sums_size<order>, &next_sums_[span * sums_size<order>]);
 }
 
-// Sums of every span: taken over where all knots that its basis depends on are those of the last
-// fit, counted from the left or from the right end, made anew between.
+// Sums of every span. They are reused where all knots of its basis are those of the last fit,
+// counted from the left or from the right end, and recomputed between.
 template <int order>
 void spline_least_squares::collect(const std::vector<double> &knots) {
     constexpr std::size_t degree = order - 1;
@@ -80,8 +80,8 @@ void spline_least_squares::collect(const std::vector<double> &knots) {
     knots_ = knots;
 }
 
-// The lower band of the normal equations (row i holds (i,i), (i,i-1), …), its Cholesky factor in
-// place, then both substitutions in right_. False when a pivot is too small.
+// The lower band of the normal equations (row i holds (i,i), (i,i-1), …) is factored in place by
+// Cholesky, then both substitutions run in right_. False when a pivot is too small.
 template <int order>
 bool spline_least_squares::solve(std::size_t count) {
     band_.assign(count * order, 0.0);

@@ -8,25 +8,25 @@
 
 namespace compbox {
 
-// Points to be approximated: x strictly ascending, weight > 0 (1 / variance).
+// Points to approximate: x strictly ascending, weight > 0 (1 / variance).
 struct weighted_points {
     std::vector<double> x, y, weight;
     std::size_t size() const { return x.size(); }
 };
 
-// Keeps its work space, so that a search over knots allocates nothing after the first fits, and the
-// sums of every span whose knots stay as they were, so that moving one knot costs its
+// Keeps its work space, so that a search over knots allocates nothing after the first fits. Keeps
+// the sums of every span with unchanged knots, so that moving one knot costs only its
 // neighbourhood.
 class spline_least_squares {
   public:
-    // The points must outlive this and stay as they are.
+    // The points must outlive this object and stay unchanged.
     explicit spline_least_squares(const weighted_points &points) : points_(points) {}
 
     // Fits curve.control_points and the residuals (y - curve) for curve.degree and curve.knots,
     // whose range must hold every point. False when the points do not determine the curve
-    // (Schoenberg-Whitney) or only barely; the curve is then meaningless. The result does not
-    // depend on the fits before. O(points * degree + coefficients * degree^2), and degree^2 for
-    // each point in a span that changed.
+    // (Schoenberg-Whitney), or only barely; the curve is then invalid. The result does not depend
+    // on earlier fits. O(points * degree + coefficients * degree^2), and degree^2 for each point in
+    // a changed span.
     bool fit(spline &curve);
 
     const std::vector<double> &residuals() const { return residuals_; }
@@ -52,7 +52,7 @@ class spline_least_squares {
     std::vector<double> basis_;       // of each point
     std::vector<std::size_t> first_;  // first point of each span, and the end
     std::vector<double> sums_;        // of each span: normal equations (lower part), right side
-    std::vector<double> next_sums_;   // being made
+    std::vector<double> next_sums_;   // under construction
     std::vector<std::size_t> next_first_;
     std::vector<double> band_, right_, residuals_;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// State: f and its derivatives, each divided by lambda^order, so that all are of one size and the
+// State: f and its derivatives, each divided by lambda^order. All then have one size, and the
 // system depends on tau = lambda * step alone. With N = A + I nilpotent (N^(p+1) = 0) the
 // transition is exp(A tau) = exp(-tau) sum_k (N tau)^k / k!.
 #include "host-tools/fitting/matern.h"
@@ -51,7 +51,7 @@ class filter {
 
   private:
     struct step {
-        const square *transition;  // from the point before
+        const square *transition;  // from the previous point
         column gain;
         column covariance;  // first row of the filtered covariance
         row3 state, innovation;
@@ -84,8 +84,8 @@ class filter {
     small_matrix<2, 1> line_;
 };
 
-// The system matrix is a shift with the binomials of (d + 1)^D in its last row; the stationary
-// covariance follows from the drive by an integral over all time, done in pieces.
+// The system matrix is a shift with the binomials of (d + 1)^D in its last row. The stationary
+// covariance is the integral of the drive over all time, computed in pieces.
 template <int D>
 void filter<D>::make_system() {
     square a;
@@ -115,8 +115,8 @@ typename filter<D>::square filter<D>::transition_of(double tau) const {
     return sum * std::exp(-tau);
 }
 
-// The integral of F(s) d d' F(s)' over the step: by quadrature, which keeps it positive and
-// relatively exact however short the step; a long step has forgotten nearly everything.
+// The integral of F(s) d d' F(s)' over the step. Quadrature keeps it positive and relatively exact
+// for any short step; after a long step almost nothing remains.
 template <int D>
 typename filter<D>::square filter<D>::noise_of(double tau, const square &transition) const {
     if (tau > 2.0) return stationary_ - transition * stationary_ * transposed(transition);
@@ -130,7 +130,7 @@ typename filter<D>::square filter<D>::noise_of(double tau, const square &transit
     return sum;
 }
 
-// The system of a step, kept for the next step of the same length: lengths are told apart to one
+// The system of a step, cached for later steps of the same length. Lengths are equal within one
 // part in 10^7, so that evenly spaced points share one.
 template <int D>
 const typename filter<D>::system &filter<D>::system_of(double length) {
@@ -144,8 +144,8 @@ const typename filter<D>::system &filter<D>::system_of(double length) {
     return place->second;
 }
 
-// Takes the reading of point i into the state; the first row of the covariance is shrunk by
-// r / S directly, free of cancellation.
+// Updates the state with the reading of point i. The first row of the covariance is multiplied by r
+// / S directly, which avoids cancellation.
 template <int D>
 void filter<D>::correct(std::size_t i, three &state, square &covariance, step &kept) {
     const double reading_variance = points_.variance[i];
@@ -168,6 +168,8 @@ void filter<D>::correct(std::size_t i, three &state, square &covariance, step &k
     kept.covariance = column_of(covariance, 0);
 }
 
+// in : keep: store each step for the backward pass
+// out: the likelihood of the model, with the line's two coefficients at their best
 template <int D>
 matern_likelihood filter<D>::forward(bool keep) {
     three state;
@@ -207,7 +209,7 @@ matern_likelihood filter<D>::sum_up() const {
     const double floor = 1e-300;
     found.noise_variance =
         std::max((squares + points_.prior_freedom * points_.prior_variance) / freedom, floor);
-    // Positions that do not tell the line: no model wins by them.
+    // If the positions do not determine the line, all models get the same share.
     const bool told = line_determinant_ > 0.0 && std::isfinite(line_determinant_);
     found.log_likelihood = told ? -0.5 * (freedom * std::log(found.noise_variance) +
                                           log_determinant_ - std::log(line_determinant_))
@@ -215,8 +217,8 @@ matern_likelihood filter<D>::sum_up() const {
     return found;
 }
 
-// The adjoint pass (Bryson and Frazier): what later readings say about a point, as a vector and a
-// matrix; no covariance is inverted.
+// The adjoint pass (Bryson and Frazier): information of later readings about a point, as a vector
+// and a matrix; no covariance is inverted.
 template <int D>
 matern_curve filter<D>::back(const matern_likelihood &found) {
     matern_curve curve;

@@ -19,7 +19,7 @@ struct columns {
     int run, direction, sigma;
 };
 
-// The columns by name; the unit comes from the name of the error's.
+// Finds the columns by name; the error's name has the unit.
 columns find_columns(const csv_table &table, measurement &data) {
     const bool micrometre = table.find("error_um") >= 0, angle = table.find("error_urad") >= 0;
     if (micrometre && angle) {
@@ -53,7 +53,7 @@ int direction_of(const std::string &word, const std::string &file, long line) {
     return match->second;
 }
 
-// A run with the line of each of its readings, for messages.
+// A run with the line number of each reading, for messages.
 struct run_with_lines {
     measured_run run;
     std::vector<long> lines;
@@ -75,7 +75,7 @@ struct run_with_lines {
 }
 
 // in : one run in file order; a backward one may descend
-// out: ascending; throws where it is neither
+// out: ascending order; throws for any other order
 void put_in_order(run_with_lines &one, const std::string &file, bool has_runs) {
     measured_run &run = one.run;
     const bool descends =
@@ -99,6 +99,8 @@ void put_in_order(run_with_lines &one, const std::string &file, bool has_runs) {
     }
 }
 
+// in : a table with one reading per row; words: the texts of its run and direction columns
+// out: data.runs, each ascending in position; throws input_error with file and line
 void read_rows(measurement &data, const csv_table &table, const columns &where,
                const std::vector<std::vector<std::string>> &words) {
     std::vector<run_with_lines> runs;
@@ -136,7 +138,7 @@ void read_rows(measurement &data, const csv_table &table, const columns &where,
     refuse_near_positions(data, lines, where.run >= 0);
 }
 
-// Throws where a column that is missing is there without its unit.
+// Throws if a required column is present without its unit.
 void check_units(const csv_table &table) {
     const auto missing = [&](const std::string &start) {
         return std::none_of(table.names.begin(), table.names.end(), [&](const auto &name) {
@@ -148,8 +150,7 @@ void check_units(const csv_table &table) {
         const bool position = no_position && is_position_without_unit(name);
         if (!position && !(no_error && is_error_without_unit(name))) continue;
         throw input_error(table.file, table.header_line, 0,
-                          "the column '" + name +
-                              "' does not say its unit; write it behind, as in '" + name +
+                          "the column '" + name + "' has no unit; append it, as in '" + name +
                               (position ? " (mm)'" : " (um)'"));
     }
 }
@@ -164,14 +165,14 @@ bool has_run_columns(const csv_table &table) {
                        [&](const auto &name) { return is_run_column(name, run, direction); });
 }
 
-// A table with one column for each run; a backward one may be read from below.
+// A table with one column for each run; a backward run may start at the bottom.
 void read_run_columns(measurement &data, const csv_table &table) {
     const std::size_t position = table.column("position_mm");
     std::vector<std::vector<long>> lines;
     for (std::size_t c = 0; c < table.names.size(); ++c) {
         run_with_lines one;
         if (!is_run_column(table.names[c], one.run.name, one.run.direction)) continue;
-        table.column(table.names[c]);  // throws where a cell of it is no number
+        table.column(table.names[c]);  // throws for a cell that is no number
         const std::string unit = table.names[c].compare(0, 10, "error_urad") == 0 ? "urad" : "um";
         if (!data.runs.empty() && unit != data.unit) {
             throw input_error(table.file, 0, 0, "has runs in um and in urad; keep one of them");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One measured error curve: the file's readings, their mean at each position and what the repeats
-// tell about the noise.
+// One measured error curve: the file's readings, their mean at each position, and the noise by the
+// repeats.
 #pragma once
 
 #include <string>
@@ -8,14 +8,14 @@
 
 namespace compbox {
 
-// One journey along the axis: a run in one direction.
+// One run along the axis, in one direction.
 struct measured_run {
-    std::string name;                  // as in the file; "" when the file has no run column
-    int direction = 0;                 // +1, -1, or 0 when the file does not say
+    std::string name;                  // as in the file; "" without a run column
+    int direction = 0;                 // +1, -1, or 0 if the file does not state it
     std::vector<double> position;      // strictly ascending, mm
     std::vector<double> error;         // as read
-    std::vector<double> sigma;         // as read; 1 where the file gives none
-    double offset = 0.0, slope = 0.0;  // what was taken off: offset + slope (position - centre)
+    std::vector<double> sigma;         // as read; 1 without a sigma column
+    double offset = 0.0, slope = 0.0;  // subtracted line: offset + slope (position - centre)
 };
 
 struct measurement {
@@ -28,11 +28,12 @@ struct measurement {
     std::vector<double> variance;  // of that mean, in units of noise^2
     std::vector<int> readings;     // at each position
 
-    bool sigma_given = false;      // the file's sigma is 1 standard deviation of each reading
-    double repeat_variance = 0.0;  // noise^2 seen between repeats, pooled; 0 without repeats
-    int repeat_freedom = 0;        // its degrees of freedom; 0 without repeats
-    bool runs_aligned = false;     // each run had its own offset and slope, which were evened out
-    std::vector<double> lost_motion;  // forward - backward at each position; NaN where one lacks
+    bool sigma_given = false;         // the file's sigma is one standard deviation of each reading
+    double repeat_variance = 0.0;     // noise^2 between repeats, pooled; 0 without repeats
+    int repeat_freedom = 0;           // its degrees of freedom; 0 without repeats
+    bool runs_aligned = false;        // each run had its own offset and slope, which were removed
+    std::vector<double> lost_motion;  // forward - backward at each position; NaN where one is
+                                      // missing
     double mean_lost_motion = 0.0;
     bool bidirectional = false;
 
@@ -41,30 +42,31 @@ struct measurement {
     double centre() const { return 0.5 * (from() + to()); }
 };
 
-// Reads position_mm and error_um or error_urad, with optional run, direction (+1/-1, forward/
-// backward) and sigma (or sigma_um, sigma_urad). Throws input_error naming file and line for
+// Reads position_mm and error_um or error_urad, with optional run, direction (+1/-1,
+// forward/backward) and sigma (or sigma_um, sigma_urad). Throws input_error with file and line for
 // missing columns, text in numbers, positions out of order in a run (a backward run may descend),
-// one position twice in a run, a direction that is none, a sigma that is not positive.
-// Other programs' names and units for the columns are known (columns.h), and a column for each run.
-// `columns` names the columns of a file that has no header.
-// A path that ends in .rtl or .rta is read as a laser file (formats/rtl.h).
+// repeated positions in a run, an unknown direction, a sigma that is not positive. Accepts other
+// programs' names and units of columns (columns.h), and one column per run. `columns` names the
+// columns of a file without a header. A path that ends in .rtl or .rta is read as a laser file
+// (formats/rtl.h).
 measurement read_measurement(const std::string &path, const std::vector<std::string> &columns = {});
 measurement read_laser_measurement(const std::string &path);
 
-// Throws input_error for a position beyond 1 km, an error beyond 1 m (or 1 rad) or a sigma outside
-// 10^-6 … 10^6, which no machine has. line 0: not known.
+// Throws input_error for values beyond any machine: a position beyond 1 km, an error beyond 1 m (or
+// 1 rad) or a sigma outside 10^-6 … 10^6. line 0: unknown.
 void check_reading(const std::string &file, long line, double position, double error, double sigma);
 
-// Positions no further apart than this, mm, are one target.
+// Positions closer than this, mm, are one target.
 double closest_positions(const std::vector<measured_run> &runs);
 
-// Throws input_error where a run has two readings of one target: they would count as repeats.
-// in : measurement.runs, each ascending; lines: of their readings; has_runs: the file names them
+// Throws input_error if a run has two readings of one target, because they would count as repeats.
+// in : measurement.runs, each ascending; lines: of their readings; has_runs: the file has a run
+//      column
 void refuse_near_positions(const measurement &data, const std::vector<std::vector<long>> &lines,
                            bool has_runs);
 
 // Averages measurement.runs into position, mean, variance, readings and the noise of the repeats.
-// Called by read_measurement; apart for tests and other readers.
+// Called by read_measurement; public for tests and other readers.
 void average_runs(measurement &data);
 
 }  // namespace compbox

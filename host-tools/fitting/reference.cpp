@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a curve is measured from: the straight line taken off, and the position where it is zero. A
-// laser's set-up has a slope and an offset of its own, so both are a choice, and are stated.
+// The reference of a curve: the subtracted straight line, and the position of zero. A laser's
+// set-up has its own slope and offset, so both are options, and are reported.
 #include "host-tools/fitting/methods.h"
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
@@ -10,8 +10,8 @@ namespace compbox {
 
 namespace {
 
-// The line through both ends of the means, or their plain least-squares line: the one that
-// `report` states, and that anybody gets who fits a line to the mean readings.
+// The line through both ends of the means, or their plain least-squares line. The latter is the
+// line of `report`, and the result of any plain line fit to the mean readings.
 void find_line(fit_result &result) {
     const measurement &data = result.data;
     const straight_line line = result.options.line == reference_line::end_point
@@ -23,7 +23,7 @@ void find_line(fit_result &result) {
 
 }  // namespace
 
-// Takes the line off the means and off every run, so that figures show what was fitted.
+// Subtracts the line from the means and from every run, so that figures show the fitted values.
 void take_off_line(fit_result &result) {
     if (result.options.line == reference_line::keep) return;
     find_line(result);
@@ -50,7 +50,7 @@ void check_reference(const fit_result &result) {
 
 namespace {
 
-// Curve, estimate, means and readings lowered by `offset`, so that residuals stay what they are.
+// Lowers curve, estimate, means and readings by `offset`, which leaves the residuals unchanged.
 void lower(fit_result &result, double offset) {
     for (double &c : result.curve.bspline.control_points) c = to_float(c - offset);
     auto &powers = result.curve.polynomial.coefficients;
@@ -65,8 +65,8 @@ void lower(fit_result &result, double offset) {
 
 }  // namespace
 
-// Both branches by the same amount: what parts them is the lost motion and stays. Rounding leaves a
-// little after the first time.
+// Lowers both branches by the same amount, because their difference is the lost motion. Rounding
+// leaves a small rest after the first pass.
 void put_to_zero(fit_result &result) {
     if (!result.options.zero_at_mm) return;
     for (int i = 0; i < 3; ++i) {

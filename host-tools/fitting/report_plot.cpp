@@ -29,6 +29,8 @@ struct panel {
     double low = INFINITY, high = -INFINITY;
 };
 
+// in : number: makes the names of its data blocks unique
+// out: blocks and commands for gnuplot, and the range of the errors
 panel panel_of(const measurement &data, std::size_t number) {
     const std::string id = "f" + std::to_string(number);
     const axis_readings axis = readings_of(data);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The figure metrologists know: runs, mean and the band of two standard deviations.
+// The usual figure of metrology: runs, mean and the band of two standard deviations.
 #pragma once
 
 #include <string>
@@ -10,11 +10,11 @@
 
 namespace compbox {
 
-// The runs as they were read (nothing evened out), by target and direction. A run without a stated
-// direction counts as forward. Throws input_error where a target lacks a reading of some run.
+// The runs as read (without alignment), by target and direction. A run without a stated direction
+// counts as forward. Throws input_error if a target lacks a reading of some run.
 axis_readings readings_of(const measurement &data);
 
-// One panel for each file, the same scale in all.
+// One panel for each file, all with the same scale.
 void plot_report(const std::vector<measurement> &files, const std::string &path);
 
 }  // namespace compbox

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Matrices of a few rows and columns, known to the compiler, for the inner loop of a filter: plain
-// loops that it unrolls. Fixed-size expressions of Eigen run as fast but take it ten times as long.
+// Matrices of a few rows and columns, of compile-time size, for the inner loop of a filter. The
+// compiler unrolls these plain loops; fixed-size expressions of Eigen run as fast but compile ten
+// times as long.
 #pragma once
 
 namespace compbox {
 
 template <int Rows, int Columns>
 struct small_matrix {
-    double row[Rows][Columns] = {};  // zero unless told
+    double row[Rows][Columns] = {};  // zero by default
 
     double &operator()(int i, int k) { return row[i][k]; }
     double operator()(int i, int k) const { return row[i][k]; }

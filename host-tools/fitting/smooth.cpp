@@ -13,20 +13,20 @@ namespace compbox {
 
 namespace {
 
-// Degrees of freedom that a sigma column counts for beside what the readings say themselves.
+// Degrees of freedom of a sigma column, beside the readings' own.
 constexpr double freedom_of_given_sigma = 20.0;
-// The noise of one reading of a laser or a probe on a good machine, um or urad, and how fast doubt
-// grows away from it. Used only where neither repeats nor a sigma column tell (docs/fitting.md).
+// The usual noise of one reading of a laser or a probe on a good machine, um or urad, and the decay
+// of the prior around it. Used only without repeats and without a sigma column (docs/fitting.md).
 constexpr double usual_noise = 0.2, noise_doubt = 0.15;
-// log of how much less likely a curve without a slope (kind 0) is than one with, beforehand: the
-// guideways of a machine bend, they do not jitter.
+// log of the prior odds of a curve without a slope (kind 0) against one with a slope: the guideways
+// of a machine bend, they do not jitter.
 constexpr double rough_kind = -2.0;
-// Models whose likelihood is below the best one's by this factor of e are left out.
+// Models whose likelihood is below the best one's by this power of e are left out.
 constexpr double worth_a_look = 9.0, worth_a_share = 6.0;
 
-// Lattice of models for one kind: length scales by factors of 1.6, and the "drive"
-// ratio * length^-(2 kind + 1), which is what a reading sees when the length is long, by steps
-// that move the curve's freedom equally for every kind.
+// Lattice of models for one kind: length scales by factors of 1.6, and the "drive" ratio *
+// length^-(2 kind + 1), which is the effect on a reading at a large length. Its steps change the
+// curve's freedom equally for every kind.
 struct lattice {
     int kind;
     double shortest, longest;  // length scale
@@ -58,8 +58,8 @@ struct node {
     double log_weight;
 };
 
-// log of what is thought of the noise beforehand: a peak at the usual one, both flanks a power law,
-// so that readings which say otherwise clearly are believed.
+// log of the prior of the noise: a peak at the usual noise with power-law flanks, so that clear
+// readings override it.
 double log_prior_of_noise(const process_points &points, double noise_variance) {
     if (points.prior_freedom > 0.0) return 0.0;
     const double apart = std::log(std::sqrt(noise_variance) / usual_noise) / noise_doubt;
@@ -68,8 +68,8 @@ double log_prior_of_noise(const process_points &points, double noise_variance) {
 
 using explored = std::map<std::pair<int, int>, double>;
 
-// Likelihoods, prior of the noise included, of one kind: a coarse net first, then every neighbour
-// of what is worth a look.
+// Likelihoods with the prior of the noise, of one kind: first a coarse net, then the neighbours of
+// every likely node.
 explored explore(const process_points &points, const lattice &net) {
     explored known;
     double best = -std::numeric_limits<double>::infinity();
@@ -108,7 +108,7 @@ double median_step(const std::vector<double> &x) {
     return steps[steps.size() / 2];
 }
 
-// The models that matter, with weights that sum to one.
+// The relevant models, with weights that sum to one.
 std::vector<node> weigh_models(const process_points &points, double shortest, double longest) {
     std::vector<node> nodes;
     double best = -std::numeric_limits<double>::infinity();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The best estimate of a measured curve that no form has been chosen for yet: many smoothness
-// assumptions, each weighted by how well it explains the readings (docs/fitting.md).
+// The best estimate of a measured curve before the choice of a form: many smoothness assumptions,
+// weighted by how well each explains the readings (docs/fitting.md).
 #pragma once
 
 #include <vector>
@@ -16,17 +16,19 @@ struct smooth_curve {
     std::vector<std::size_t> measured;  // index in x of each measured position
 
     double noise = 0.0;                   // standard deviation of one reading (of weight 1)
-    bool noise_measured = false;          // by repeats or a sigma column; else assumed beforehand
-    double effective_coefficients = 0.0;  // what the estimate uses up of the readings
+    bool noise_measured = false;          // by repeats or a sigma column; else assumed
+    double effective_coefficients = 0.0;  // number of degrees of freedom of the readings that the
+                                          // estimate uses
     std::vector<double> left_out;  // reading - estimate made without it, at each measured position
-    std::vector<double> left_out_variance;  // that such a difference should have
+    std::vector<double> left_out_variance;  // expected variance of such a difference
     double left_out_rms = 0.0;
 };
 
-// in : a measurement of at least 3 positions; between = points wanted in each interval (0 …)
+// in : a measurement of at least 3 positions; between: number of additional points in each interval
+//      (0 …)
 // out: the average over Matern processes of five smoothnesses and of all length scales and signal
-//      sizes, weighted by restricted likelihood and, where nothing else tells the noise, by what
-//      instruments usually have; deterministic
+//      sizes, weighted by restricted likelihood and, without other knowledge of the noise, by the
+//      usual noise of instruments; deterministic
 smooth_curve smooth(const measurement &data, int between);
 
 }  // namespace compbox

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// B-splines in double precision, as the fit needs them; the box's own are models/bspline.h.
+// B-splines in double precision for the fit; the box's own are models/bspline.h.
 #pragma once
 
 #include <vector>
@@ -27,13 +27,13 @@ std::vector<double> clamped_knots(int degree, double from, double to,
 std::vector<double> inner_knots(const spline &curve);
 
 // The span k with knots[k] <= x < knots[k+1]; x outside the range (and its right end) belongs to
-// the first or last span. `hint` is where to look first: one step for ascending x.
+// the first or last span. The search starts at `hint`: one step for ascending x.
 int find_span(const std::vector<double> &knots, int degree, double x, int hint = 0);
 
-// The degree+1 basis functions that are not zero in span k, at x: N_{k-degree} … N_k.
+// Values at x of the degree+1 basis functions that are not zero in span k: N_{k-degree} … N_k.
 void basis_values(const std::vector<double> &knots, int degree, int k, double x, double *values);
 
-// The curve at x; outside the range the value at its end, as the box does.
+// The curve at x; outside the range the value at its end, as in the box.
 double value_at(const spline &curve, double x);
 std::vector<double> values_at(const spline &curve, const std::vector<double> &x);
 

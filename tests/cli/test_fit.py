@@ -109,7 +109,7 @@ def test_a_column_of_one_value_is_noticed_and_has_no_impossible_noise(compbox, v
     rows = [f"{100 * i},{value},{run}\n" for run in range(runs) for i in range(7)]
     compbox.write("d.csv", "position_mm,error_um,run\n" + "".join(rows))
     done = compbox(*FIT)
-    sentence = f"every reading is {value} um, as no measurement is; look whether this is the right column"
+    sentence = f"every reading is {value} um, which no measurement gives; check the column"
     assert (done.returncode, done.stderr) == (0, f"compbox: d.csv: {sentence}\n")
     found = compbox.read("t.json")["provenance"]["EZX"]
     assert found["warnings"] == [sentence]
@@ -122,7 +122,7 @@ def test_readings_without_noise_have_the_least_that_an_instrument_has(compbox):
     compbox.write("d.csv", "position_mm,error_um\n" + "".join(rows))
     for line in ("keep", "end-point"):  # all zero once the line is off, but not in the file
         said = compbox(*FIT, "--line", line).stderr
-        assert "about 0.001 um is taken" in said and "every reading" not in said
+        assert "about 0.001 um is assumed" in said and "every reading" not in said
         assert compbox.read("t.json")["provenance"]["EZX"]["noise"] == 0.001
 
 

@@ -321,7 +321,7 @@ def test_a_counter_in_the_run_column(files):
     for command in (("fit", "runs.csv", "--name", "EZX", "--signal", "X", "-o", "t.json"), ("report", "runs.csv")):
         done = bounded("compbox", files.folder, *command)
         assert (done.returncode, done.stderr) == (
-            1, "compbox: runs.csv: has 20000 readings in 20000 runs, too many to be evened out: all readings of "
+            1, "compbox: runs.csv: has 20000 readings in 20000 runs, too many to align: all readings of "
                "one traverse carry the same name in the column 'run' (readings times runs: at most 5000000)\n")
 
 
