@@ -15,7 +15,7 @@ double distance(const point_mm &a, const point_mm &b) {
     return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 }
 
-// Which axis of the box is its longest edge.
+// Index of the box's longest edge.
 std::size_t longest_edge(const grid &box) {
     std::size_t longest = 0;
     for (std::size_t k = 1; k < 3; ++k) {
@@ -29,7 +29,7 @@ bool at_end(double value, double low, double high) {
     return std::min(std::fabs(value - low), std::fabs(value - high)) < 1e-9 * (high - low + 1.0);
 }
 
-// Where along the longest edge the third point stands.
+// Place of the third point along the longest edge.
 std::string place_along(double value, double low, double high) {
     if (at_end(value, low, high)) return "at an end";
     const double part = (value - low) / (high - low);
@@ -37,7 +37,7 @@ std::string place_along(double value, double low, double high) {
     return "at " + std::to_string(static_cast<int>(std::lround(100 * part))) + " %";
 }
 
-// "X low, Y high, Z 75 %": a point by its place in the box.
+// Place of a point in the box: "X low, Y high, Z 75 %".
 std::string place_in(const point_mm &point, const grid &box) {
     std::string text;
     for (std::size_t k = 0; k < 3; ++k) {

@@ -16,7 +16,7 @@ namespace {
 using readings = nine_line_readings;
 using solver = Eigen::Matrix<double, 6, 9>;
 
-// The readings less the offset and slope of each line over t = position - mean position.
+// The readings minus the offset and slope of each line over t = position - mean position.
 struct detrended {
     Eigen::VectorXd t;
     double tt = 0.0;                    // sum of t^2
@@ -36,7 +36,7 @@ detrended detrend(const nine_lines &table) {
     return result;
 }
 
-// in : rows of A that are used
+// in : rows: the rows of A in use
 // out: S with e = S d; the other columns are zero. By QR, columns scaled to one size.
 solver solver_of(const triple_mm &points, const std::vector<int> &rows) {
     const auto A = observation_matrix(points);
@@ -63,14 +63,16 @@ std::vector<int> rows_of(const identify_options &options) {
     return {rows.begin(), rows.end()};
 }
 
-// The slopes that the three lines in the axis' own direction show: of positioning and of the two
-// rotations across the axis. Zero for the rest.
+// Slopes from the three lines in the axis' own direction: of positioning and of the two rotations
+// across the axis. Zero for the rest.
 struct linear_parts {
     Eigen::Matrix<double, 6, 1> slope = Eigen::Matrix<double, 6, 1>::Zero();
     Eigen::Matrix<double, 6, 1> sigma =
         Eigen::Matrix<double, 6, 1>::Zero();  // for 1 µm, times |t|/sqrt(tt)
 };
 
+// in : axis 0 … 2; slopes of the lines in µm/mm
+// out: slope and sigma of positioning, pitch and yaw per mm; a remark if the points are on one line
 linear_parts identify_slopes(const detrended &lines, const triple_mm &points, int axis,
                              std::vector<std::string> &remarks) {
     const auto A = observation_matrix(points);
@@ -103,7 +105,7 @@ linear_parts identify_slopes(const detrended &lines, const triple_mm &points, in
     return result;
 }
 
-// Improved method: residuals of d against A e: noise, and readings that stand out of it.
+// Improved method: residuals of d against A e give the noise, and the readings outside of it.
 void judge_noise(six_curves &curves, const readings &data, const solver &S, const triple_mm &points,
                  const identify_options &options) {
     const auto A = observation_matrix(points);
@@ -118,24 +120,26 @@ void judge_noise(six_curves &curves, const readings &data, const solver &S, cons
         find_outliers(data, curves.position_mm, residual_maker, options, curves.freedom);
 }
 
-// A reflector stands to about 0.1 mm: a triangle that is not ten times as high says nothing.
+// A reflector is placed to about 0.1 mm, so a triangle lower than ten times that gives no
+// information.
 constexpr double least_height_mm = 1.0;
 
+// Throws input_error if the points do not determine the errors with the chosen method.
 void check_points(const triple_mm &points, const identify_options &options,
                   const std::string &file) {
     if (!spans_triangle(points)) {
         throw input_error(
             file, 0, 0,
-            "the three points lie on one line, so a rotation about it cannot be seen: "
+            "the three points lie on one line, so a rotation about it cannot be measured: "
             "move one of them off the line");
     }
     const double height_mm = triangle_height_mm(points);
     if (height_mm < least_height_mm) {
         throw input_error(file, 0, 0,
                           "the three points lie within " + shortest(height_mm) +
-                              " mm of one line, so a rotation about it is lost in where a "
-                              "reflector really stands: move one of them well off the line (" +
-                              shortest(least_height_mm) + " mm is the least)");
+                              " mm of one line, so a rotation about it is smaller than the placing "
+                              "error of a reflector: move one of them well off the line (" +
+                              shortest(least_height_mm) + " mm is the minimum)");
     }
     six sigma;
     if (options.how == nine_line_method::traditional &&

@@ -13,8 +13,8 @@ namespace {
 using vector9 = Eigen::Matrix<double, 9, 1>;
 using vector6 = Eigen::Matrix<double, 6, 1>;
 
-// Standard normal numbers by Box and Muller: the standard library's distribution differs from one
-// library to another, the generator does not.
+// Standard normal numbers by Box and Muller. The standard library's distribution differs between
+// libraries, its generator does not.
 class normal_numbers {
   public:
     explicit normal_numbers(std::uint64_t seed) : generator_(seed) {}
@@ -39,7 +39,7 @@ class normal_numbers {
     std::optional<double> spare_;
 };
 
-// Mean and sum of squares as they grow (Welford).
+// Running mean and sum of squares (Welford).
 struct tally {
     vector6 mean = vector6::Zero(), squares = vector6::Zero();
     double count = 0.0;

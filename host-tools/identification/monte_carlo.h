@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The comparison of S2's Table 4: preset errors, ideal readings, Gaussian noise, both methods,
-// again and again. The closed forms of points.h say the same without a single run.
+// The comparison of S2's Table 4: preset errors, ideal readings, Gaussian noise, both methods, many
+// runs. The closed forms of points.h give the same figures without a run.
 #pragma once
 
 #include <cstdint>
@@ -27,10 +27,10 @@ struct method_statistics {
 
 struct monte_carlo_result {
     method_statistics improved;
-    std::optional<method_statistics> traditional;  // none where its sequence is singular
+    std::optional<method_statistics> traditional;  // empty if its sequence is singular
 };
 
-// Both methods see the same noisy readings. The same seed gives the same figures on every machine.
+// Both methods get the same noisy readings. The same seed gives the same figures on every machine.
 // The points must span a triangle.
 monte_carlo_result monte_carlo(const triple_mm &points, const monte_carlo_options &options);
 

@@ -25,8 +25,9 @@ struct place {
     int line;
 };
 
-// Residuals are R d with the projection R = R_positions x R_lines; leaving a reading out is the
-// same as giving it an error of its own, which comes from the residuals at what is left out.
+// Residuals are R d with the projection R = R_positions x R_lines. Leaving a reading out is
+// equivalent to giving it an error of its own, which follows from the residuals at the left-out
+// places.
 class left_out_residuals {
   public:
     left_out_residuals(const nine_line_readings &data, const std::vector<double> &position_mm,
@@ -50,8 +51,9 @@ class left_out_residuals {
         error_ = inverse_ * r;
     }
 
-    // in : a reading. out: its residual over sqrt of its share of the noise, in um; negative
-    //      where nothing is left to judge it by
+    // in : a reading
+    // out: its residual over sqrt of its share of the noise, in um; negative if it has no
+    //      redundancy
     double scaled(place where) const {
         const auto m = static_cast<Eigen::Index>(out_.size());
         Eigen::VectorXd towards(m);
@@ -83,8 +85,8 @@ class left_out_residuals {
     Eigen::VectorXd error_;
 };
 
-// Lines whose bad reading leaves the same residuals, but for their size. The three distances
-// between the points are all that nine lines can contradict each other in.
+// Lines whose bad reading leaves the same residuals up to their size. The three distances between
+// the points are the only redundancy of nine lines.
 std::vector<int> lines_like(int line, const Eigen::Matrix<double, 9, 9> &line_maker) {
     constexpr double alike = 0.99;  // correlation
     std::vector<int> others;
@@ -102,7 +104,7 @@ std::vector<six_curves::outlier> find_outliers(const nine_line_readings &data,
                                                const Eigen::Matrix<double, 9, 9> &line_maker,
                                                const identify_options &options, int freedom) {
     left_out_residuals rest(data, position_mm, line_maker, options.lines == setups::separate);
-    // What is left of exact readings is rounding, and no noise to judge by.
+    // The residuals of exact readings are rounding, not noise.
     const double least_um = std::max(1e-12, 1e-10 * data.cwiseAbs().maxCoeff());
     std::vector<six_curves::outlier> found;
     const auto most = static_cast<std::size_t>(std::max(1, freedom / 4));

@@ -12,7 +12,7 @@ namespace compbox {
 namespace {
 
 // Nodes relative to the middle of all (better digits), one array for each coordinate, so that the
-// inner loop runs over consecutive memory and the compiler can use vectors.
+// inner loop uses consecutive memory and vectorises.
 struct node_arrays {
     std::vector<double> x, y, z;
     point_mm middle{};
@@ -33,7 +33,7 @@ struct node_arrays {
 constexpr std::size_t block_size = 256;
 constexpr double degenerate_merit = std::numeric_limits<double>::infinity();
 
-// What is the same for all third points of one pair.
+// Sums common to all third points of one pair.
 struct pair_sums {
     double x, y, z;  // of the two points
     double xx, yy, zz, xy, xz, yz;
@@ -42,7 +42,7 @@ struct pair_sums {
     double ax, ay, az, dx, dy, dz;  // first point; second - first
 };
 
-// How one variance of each kind enters the merit, by criterion.
+// Contribution of one variance of each kind to the merit, by criterion.
 template <criterion kind>
 inline double merit_of(const double (&variance)[6], const double (&weight)[6], double det) {
     if constexpr (kind == criterion::d) return -det;
@@ -75,7 +75,7 @@ __attribute__((always_inline)) inline void rate(const pair_sums &pair, const dou
         const double kzz = jxx * jyy - jxy * jxy, kxy = jxz * jyz - jxy * jzz;
         const double kxz = jxy * jyz - jxz * jyy, kyz = jxy * jxz - jxx * jyz;
         const double det = jxx * kxx + jxy * kxy + jxz * kxz;
-        // The triangle's area by a cross product: exact near a line, where det loses its digits.
+        // Area of the triangle by a cross product: exact near a line, where det loses its digits.
         const double ex = x[i] - pair.ax, ey = y[i] - pair.ay, ez = z[i] - pair.az;
         const double nx = pair.dy * ez - pair.dz * ey, ny = pair.dz * ex - pair.dx * ez;
         const double nz = pair.dx * ey - pair.dy * ex;
@@ -99,7 +99,7 @@ __attribute__((always_inline)) inline void rate(const pair_sums &pair, const dou
     }
 }
 
-// An amd64 processor may have AVX2 or not; every arm64 has NEON.
+// An amd64 processor may lack AVX2; every arm64 has NEON.
 #ifdef __x86_64__
 #define CB_CLONES __attribute__((target_clones("avx2", "default")))
 #else
@@ -124,7 +124,7 @@ bool better(const ranked_triple &a, const ranked_triple &b) {
     return a.merit != b.merit ? a.merit < b.merit : a.node < b.node;
 }
 
-// The best so far, as a heap whose front is the worst of them.
+// The best results, as a heap whose front is the worst of them.
 class best_list {
   public:
     explicit best_list(std::size_t size) : size_(size) {}
@@ -162,6 +162,7 @@ struct worker {
         }
     }
 
+    // Sums over the nodes i and j of coordinates (mm), squares and products, and their difference.
     pair_sums sums_of(std::size_t i, std::size_t j) const {
         const double ax = nodes.x[i], ay = nodes.y[i], az = nodes.z[i];
         const double bx = nodes.x[j], by = nodes.y[j], bz = nodes.z[j];

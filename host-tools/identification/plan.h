@@ -26,7 +26,7 @@ enum class criterion {
 
 struct plan_options {
     criterion rank_by = criterion::mean_cv;
-    six preset{1, 1, 1, 1, 1, 1};  // µm and µrad, none zero: the size of the errors looked for
+    six preset{1, 1, 1, 1, 1, 1};  // µm and µrad, none zero: the expected size of the errors
     std::size_t best = 10;
     unsigned threads = 2;
     std::function<void(double)> progress;  // 0 … 1, from one thread; may be empty
@@ -40,16 +40,16 @@ struct ranked_triple {
 
 struct plan_result {
     std::vector<ranked_triple> best;  // ascending merit; equal merits in order of their nodes
-    std::uint64_t triples = 0;        // looked at
+    std::uint64_t triples = 0;        // number examined
     std::uint64_t degenerate = 0;     // rejected: on a line
 };
 
-// Looks at every triple of the nodes. Deterministic whatever the number of threads.
-// nodes.size() >= 3 and <= 65 535.
+// Examines every triple of the nodes. Deterministic for any number of threads. nodes.size() >= 3
+// and <= 65 535.
 plan_result plan_points(const std::vector<point_mm> &nodes, const plan_options &options);
 
 // Orders the three points so that the traditional sequence of `axis` is solvable and as exact as
-// possible; false where no order is.
+// possible; false if no order is.
 bool order_for_traditional(triple_mm &points, int axis);
 
 // In words: "the two ends of the longest edge, the third in the middle of the opposite edge".

@@ -9,7 +9,7 @@
 
 namespace compbox {
 
-// The three points. Throws input_error for anything but three triples of finite numbers.
+// Reads the three points. Throws input_error for anything but three triples of finite numbers.
 triple_mm read_plan(const std::string &path);
 
 json points_json(const triple_mm &points);

@@ -83,7 +83,7 @@ bool traditional_sigma(const triple_mm &points, int axis, six &sigma) {
     const auto rows = traditional_rows_of(axis);
     Eigen::Matrix<double, 6, 6> B;
     for (int i = 0; i < 6; ++i) B.row(i) = A.row(rows[static_cast<std::size_t>(i)]);
-    // Columns to one scale, so that the rank test does not depend on µrad against µm.
+    // Scales the columns to one size, so that the rank test does not depend on µrad against µm.
     Eigen::Matrix<double, 6, 1> scale;
     for (int k = 0; k < 6; ++k) scale(k) = std::max(B.col(k).norm(), 1e-12);
     const least_squares solution = solve_least_squares(B * scale.cwiseInverse().asDiagonal(),

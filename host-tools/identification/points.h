@@ -21,10 +21,10 @@ using triple_mm = std::array<point_mm, 3>;
 using six = std::array<double, 6>;
 
 // Whether the three points span a triangle: its height over the longest edge is more than 1e-6 of
-// that edge. On a line, rotation about that line cannot be seen.
+// that edge. On a line, rotation about that line is invisible.
 bool spans_triangle(const triple_mm &points);
 
-// The smallest height of the triangle: how far the points are from lying on one line.
+// The smallest height of the triangle, which is its distance from a line.
 double triangle_height_mm(const triple_mm &points);
 
 // Closed form above for sigma = 1 µm. The points must span a triangle.
@@ -33,12 +33,12 @@ six closed_form_sigma(const triple_mm &points);
 // The 9 x 6 matrix A: rows d1x d1y d1z d2x … d3z in µm; columns delta (µm), eps (µrad).
 Eigen::Matrix<double, 9, 6> observation_matrix(const triple_mm &points);
 
-// The traditional sequence of six readings: Δx at P1, P2, P3, Δy at P1, P2, Δz at P1; from the
-// first three delta x, eps y, eps z, then delta y and eps x, then delta z.
-// Rows of observation_matrix that it uses, in this order.
+// The traditional sequence of six readings: Δx at P1, P2, P3, Δy at P1, P2, Δz at P1. The first
+// three give delta x, eps y, eps z, the next two delta y and eps x, the last one delta z. These are
+// its rows of observation_matrix, in this order.
 constexpr std::array<int, 6> traditional_rows = {0, 3, 6, 1, 4, 2};
 
-// For a moving axis 0 (X), 1 (Y) or 2 (Z) the same sequence with the directions in cyclic order:
+// The same sequence for a moving axis 0 (X), 1 (Y) or 2 (Z), with the directions in cyclic order:
 // the axis' own direction is measured at all three points.
 std::array<int, 6> traditional_rows_of(int axis);
 

@@ -156,7 +156,7 @@ def test_refused(compbox, points):
     compbox.write("line.json", {"points_mm": [[0, 0, 0], [1, 1, 1], [2, 2, 2]]})
     call = ("identify", "m.csv", "--axis", "X", "-o", "d", "--points")
     assert compbox.refused(*call, "line.json") == (
-        "line.json: the three points lie on one line, so a rotation about it cannot be seen: move one "
+        "line.json: the three points lie on one line, so a rotation about it cannot be measured: move one "
         "of them off the line")
     compbox.write("near.json", {"points_mm": [[0, 0, 0], [300, 0, 0], [600, 0.8, 0]]})
     assert compbox.refused(*call, "near.json").startswith("near.json: the three points lie within 0.39999")
