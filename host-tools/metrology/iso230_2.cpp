@@ -46,6 +46,8 @@ approach_figures evaluate_direction(const std::vector<std::vector<double>> &read
     return figures;
 }
 
+// in : figures of both directions, with the same targets; spread: more than one run
+// out: the bidirectional figures of ISO 230-2, in the unit of the readings
 void evaluate_both(iso230_2_figures &figures, bool spread) {
     const auto &up = figures.forward->targets, &down = figures.backward->targets;
     span means, limits, middles;
@@ -74,7 +76,7 @@ void evaluate_both(iso230_2_figures &figures, bool spread) {
     if (spread) figures.R = worst_R;
 }
 
-// The standard's demands on targets and runs (clause 5.3).
+// Checks the standard's requirements on targets and runs (clause 5.3).
 void remark(iso230_2_figures &figures, const axis_readings &readings, std::size_t runs) {
     const double travel = readings.target_mm.back() - readings.target_mm.front();
     const double targets = static_cast<double>(readings.target_mm.size());

@@ -9,8 +9,8 @@
 namespace compbox {
 
 // Readings of one axis, sorted by target: readings[i] are the deviations (µm or µrad) at
-// target_mm[i], one of each run. Either direction may be empty; where one is not, every target has
-// the same number of readings in it.
+// target_mm[i], one of each run. Either direction may be empty; otherwise every target has the same
+// number of readings in it.
 struct axis_readings {
     std::vector<double> target_mm;  // strictly ascending, at least 2
     std::vector<std::vector<double>> forward, backward;
@@ -18,7 +18,7 @@ struct axis_readings {
     std::size_t runs_backward() const { return backward.empty() ? 0 : backward.front().size(); }
 };
 
-// What the standard derives at one target, in one direction. s with n - 1; nothing for one run.
+// The standard's statistics at one target, in one direction. s with n - 1; empty for one run.
 struct target_statistics {
     double mean = 0.0;
     std::optional<double> s;
@@ -35,23 +35,23 @@ struct approach_figures {
 struct iso230_2_figures {
     std::optional<approach_figures> forward, backward;
 
-    // Both directions together; only where both were measured.
+    // Both directions together; only if both were measured.
     std::vector<double> reversal;       // B_i = mean forward - mean backward
     std::vector<double> repeatability;  // R_i; empty for one run
-    std::optional<double> B, B_mean;    // max |B_i| with its sign lost; mean of B_i
+    std::optional<double> B, B_mean;    // max |B_i|, without its sign; mean of B_i
     std::optional<double> E, M, A, R;   // as in the standard's clause on evaluation
 
-    // Where the measurement is not what the standard demands: one sentence each. Empty: conforming.
+    // One sentence for each deviation from the standard's requirements. Empty: conforming.
     std::vector<std::string> remarks;
-    // Axis longer than 2 000 mm measured with fewer than five runs: only E, M and B are the
-    // standard's figures, A and R stay empty.
+    // An axis longer than 2 000 mm with fewer than five runs: the standard permits only E, M and B,
+    // so A and R stay empty.
     bool long_axis = false;
 };
 
 constexpr double long_axis_mm = 2000.0;
 constexpr std::size_t iso_runs = 5;
 
-// All figures. Throws std::logic_error where the readings are not as axis_readings says.
+// All figures. Throws std::logic_error if the readings violate axis_readings.
 iso230_2_figures evaluate_positioning(const axis_readings &readings);
 
 }  // namespace compbox

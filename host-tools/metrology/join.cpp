@@ -18,7 +18,7 @@ bool between(const std::string &name, const std::string &start, const std::strin
            name.compare(name.size() - end.size(), end.size(), end) == 0;
 }
 
-// A probed error and the compensation of its channel in the record (-1: none was recorded).
+// A probed error and its channel's compensation in the record (-1: not recorded).
 struct error_column {
     std::string name;
     std::size_t probe;
@@ -39,14 +39,15 @@ std::string compensation_of(const std::string &error) {
     return "comp" + error.substr(std::string("error").size());
 }
 
-// EXX … ECZ: a term's output by its ISO 230-1 name. What the box computed is no input of a model.
+// EXX … ECZ: a term's output by its ISO 230-1 name. A value computed by the box is no input of a
+// model.
 bool is_error_name(const std::string &name) {
     return name.size() == 3 && name[0] == 'E' &&
            std::string("XYZABC").find(name[1]) != std::string::npos &&
            std::string("XYZ").find(name[2]) != std::string::npos;
 }
 
-// out: the columns to take; `left_out` names the terms' outputs among those that are not
+// out: the selected columns; `left_out` names the terms' outputs that are not selected
 std::vector<std::size_t> signal_columns(const csv_table &record, const join_options &options,
                                         std::string &left_out) {
     std::vector<std::size_t> all;
@@ -64,6 +65,8 @@ std::vector<std::size_t> signal_columns(const csv_table &record, const join_opti
     return all;
 }
 
+// out: the columns of both tables by their roles; throws input_error for an unknown column, a
+//      missing compensation, or no common time and position
 columns find_columns(const csv_table &record, const csv_table &probe, const join_options &options) {
     columns found;
     found.record_time = record.column("time_s");
@@ -73,7 +76,7 @@ columns find_columns(const csv_table &record, const csv_table &probe, const join
     for (std::size_t c = 0; c < probe.names.size(); ++c) {
         const std::string &name = probe.names[c];
         if (name == "time_s" || name == "run") continue;
-        probe.column(name);  // throws where a cell of it is no number
+        probe.column(name);  // throws for a cell that is no number
         if (between(name, "error_", "_um")) {
             found.errors.push_back({name, probe.column(name), record.find(compensation_of(name))});
             continue;
@@ -97,9 +100,8 @@ columns find_columns(const csv_table &record, const csv_table &probe, const join
         if (error.compensation >= 0 || !options.add_back) continue;
         throw input_error(record.file, 0, 0,
                           "has no column " + compensation_of(error.name) +
-                              ", which is to be taken "
-                              "off " +
-                              error.name + " (--keep-compensated leaves the error as it is)");
+                              ", which must be subtracted from " + error.name +
+                              " (--keep-compensated leaves the error as it is)");
     }
     if (found.time < 0 && found.positions.empty()) {
         throw input_error(probe.file, 0, 0,
@@ -115,7 +117,7 @@ void check_times(const csv_table &record, std::size_t time) {
     }
 }
 
-// A moment of the record: between rows `row` and row + 1, `share` of the way.
+// A moment of the record: a fraction `share` of the way from row `row` to the next.
 struct moment {
     std::size_t row = 0;
     double share = 0.0;
@@ -131,6 +133,8 @@ std::string seconds(double value) {
     return formatted("%.3f", value);
 }
 
+// in : wanted: a time of the record's clock, s; the record's times ascend
+// out: its place between two rows; throws input_error outside the record or in a long gap
 moment at_time(const csv_table &record, std::size_t time, double wanted, const csv_table &probe,
                std::size_t probe_row, const join_options &options) {
     const auto &rows = record.rows;

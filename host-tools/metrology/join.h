@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The box's recording and probed errors to rows for training.
+// Joins the box's recording and probed errors to rows for training.
 #pragma once
 
 #include <string>
@@ -10,11 +10,11 @@
 namespace compbox {
 
 struct join_options {
-    bool add_back = true;              // take the compensation that was active off the probed error
+    bool add_back = true;              // subtract the active compensation from the probed error
     double time_offset_s = 0.0;        // record's clock = probe's clock + this
-    double longest_gap_s = 1.0;        // between the recorded rows on both sides of a probed one
-    double tolerance_mm = 0.05;        // by position: as near as this
-    std::vector<std::string> signals;  // columns of the record to take; empty: its signals
+    double longest_gap_s = 1.0;        // maximum distance of the recorded rows around a probed one
+    double tolerance_mm = 0.05;        // by position: maximum distance
+    std::vector<std::string> signals;  // selected columns of the record; empty: its signals
 };
 
 struct joined_rows {
@@ -25,14 +25,14 @@ struct joined_rows {
     bool by_time = true;
 };
 
-// in : record, columns as compboxd writes them (docs/compboxd.md), empty cells as NaN
-//      probe: time_s, or positions named like signals of the record; error_NAME_um for channels
-//      NAME (comp_NAME_um in the record); optional run, read as words: run_names has them
-// out: one row for each row of the probe: time_s, run, the signals, the errors with the active
-//      compensation taken off: what the machine would have shown without the box
-// Rows are matched by time where the probe has time_s, else by position: the record is followed in
-// the order of the probe, to the next time at which every given position is within tolerance.
-// Throws input_error with file and line for what cannot be matched.
+// in : record, columns as written by compboxd (docs/compboxd.md), empty cells as NaN; probe:
+//      time_s, or positions named like signals of the record; error_NAME_um for channels NAME
+//      (comp_NAME_um in the record); optional run, read as words: run_names has them
+// out: one row for each row of the probe: time_s, run, the signals, the errors minus the active
+//      compensation: the machine's errors without the box
+// Rows are matched by time if the probe has time_s, else by position: for each row of the probe in
+// order, the next time in the record at which every given position is within tolerance.
+// Throws input_error with file and line for an unmatched row.
 joined_rows join_rows(const csv_table &record, const csv_table &probe,
                       const std::vector<std::string> &run_names, const join_options &options);
 

@@ -24,8 +24,8 @@ std::string axes_of_squareness(const std::string &name) {
     throw std::logic_error("no squareness is called " + name);
 }
 
-// In the plane of first (1) and second (2), the first axis runs along (1, a), the second along
-// (b, 1): the angle between them is 90 degrees - a - b. The square opened by q turns the second
+// In the plane of first (1) and second (2), the first axis runs along (1, a), the second along (b,
+// 1). The angle between them is 90 degrees - a - b. A square that is open by q turns the second
 // reference by -q towards the first.
 squareness from_optical_square(const std::string &name, squareness first_slope,
                                squareness second_slope, double square_error_urad) {
@@ -34,8 +34,8 @@ squareness from_optical_square(const std::string &name, squareness first_slope,
             std::hypot(first_slope.sigma_urad, second_slope.sigma_urad)};
 }
 
-// Opened by s, the second axis leans by -s towards the first: the rising diagonal is shorter by
-// s a b / d and the falling one longer by as much.
+// If the angle is open by s, the second axis leans by -s towards the first. The rising diagonal is
+// then shorter by s a b / d, and the falling one longer by the same length.
 squareness from_diagonals(const std::string &name, double first_mm, double second_mm,
                           double rising_um, double falling_um, double sigma_um) {
     const double d = std::hypot(first_mm, second_mm);

@@ -18,20 +18,19 @@ struct squareness {
 // +1 for C0Y and A0Z, -1 for B0Z; 0 for any other name.
 int opening_sign(const std::string &name);
 
-// The letters of the first and the second axis: "XY", "YZ" or "XZ". The name must be one of the
-// three.
+// The letters of the first and the second axis: "XY", "YZ" or "XZ". in: one of the three names
 std::string axes_of_squareness(const std::string &name);
 
-// Optical square: both straightnesses against one reference that the square turns by 90 degrees.
+// Optical square: both straightnesses against one reference, which the square turns by 90 degrees.
 // in : slopes in µrad (µm/m) of the first axis' straightness towards the second, and of the
-//      second's towards the first; the square's own angle less 90 degrees
+//      second's towards the first; the square's own angle minus 90 degrees
 squareness from_optical_square(const std::string &name, squareness first_slope,
                                squareness second_slope, double square_error_urad);
 
 // Two face diagonals of a rectangle (ISO 230-6).
-// in : its sides along the first and the second axis, > 0; measured less nominal length of the
+// in : its sides along the first and the second axis, > 0; measured minus nominal length of the
 //      diagonal on which both positions rise together, and of the other; sigma of one length
-// Positioning errors of both axes shorten or lengthen both diagonals alike and cancel.
+// Positioning errors of both axes change both diagonals equally and cancel.
 squareness from_diagonals(const std::string &name, double first_mm, double second_mm,
                           double rising_um, double falling_um, double sigma_um);
 

@@ -62,8 +62,8 @@ straight_line least_squares_line(const std::vector<double> &x, const std::vector
     return {mean_y - slope * mean_x, slope};
 }
 
-// The zone's width as a function of the slope is convex and piecewise linear; it bends only where
-// the slope is that of an edge of the hull, so its minimum lies at one of them.
+// The zone's width is a convex, piecewise linear function of the slope. It bends only at the slopes
+// of the hull's edges, so its minimum is at one of them.
 straight_line minimum_zone_line(const std::vector<double> &x, const std::vector<double> &y) {
     double best_width = std::numeric_limits<double>::infinity();
     straight_line best;

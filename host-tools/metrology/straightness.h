@@ -15,8 +15,8 @@ struct straight_line {
 // x strictly ascending, at least two points, y of the same size.
 straight_line end_point_line(const std::vector<double> &x, const std::vector<double> &y);
 straight_line least_squares_line(const std::vector<double> &x, const std::vector<double> &y);
-// The line in the middle of the narrowest pair of parallel lines (distance taken along y) that
-// holds all points: exact, from the convex hull.
+// The middle line of the narrowest pair of parallel lines (distance along y) that holds all points:
+// exact, from the convex hull.
 straight_line minimum_zone_line(const std::vector<double> &x, const std::vector<double> &y);
 
 // max - min of y about the line: the straightness deviation.

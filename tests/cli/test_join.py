@@ -128,8 +128,8 @@ REFUSED = {
             "the recording (--longest-gap-s)"),
     "no error": ("time_s,X\n5,1\n", "probe.csv: has no probed error; call its columns error_X_um and so "
                  "on, after the channels"),
-    "no channel": ("time_s,error_Y_um\n5,1\n", "record.csv: has no column comp_Y_um, which is to be "
-                   "taken off error_Y_um (--keep-compensated leaves the error as it is)"),
+    "no channel": ("time_s,error_Y_um\n5,1\n", "record.csv: has no column comp_Y_um, which must be "
+                   "subtracted from error_Y_um (--keep-compensated leaves the error as it is)"),
     "no key": ("error_X_um\n5\n", "probe.csv: has neither time_s nor a position that record.csv has too"),
     "unknown": ("time_s,Q,error_X_um\n5,1,1\n", "probe.csv: the column 'Q' is neither time_s, run, "
                 "error_…_um nor a signal of record.csv"),
