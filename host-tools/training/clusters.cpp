@@ -21,7 +21,7 @@ Eigen::MatrixXd points_of(const Eigen::MatrixXd &similarity) {
     return eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
-// The most central sensor, then each time the one furthest from all centres so far.
+// The most central sensor first, then repeatedly the one furthest from all centres so far.
 Eigen::MatrixXd far_centres(const Eigen::MatrixXd &points, std::size_t count) {
     std::vector<Eigen::Index> chosen;
     Eigen::Index next = 0;
@@ -43,7 +43,7 @@ Eigen::MatrixXd square_distances(const Eigen::MatrixXd &points, const Eigen::Mat
     return squares;
 }
 
-// Numbers clusters in order of their first sensor, and the columns of membership with them.
+// Numbers clusters in order of their first sensor, and reorders the columns of membership.
 clustering numbered(const std::vector<std::size_t> &raw) {
     clustering result;
     std::map<std::size_t, std::size_t> numbers;
@@ -56,10 +56,12 @@ clustering numbered(const std::vector<std::size_t> &raw) {
     return result;
 }
 
+// in : count of clusters, 1 … rows of points
+// out: Bezdek's fuzzy c-means; each sensor in the cluster of its largest membership
 clustering c_means(const Eigen::MatrixXd &points, std::size_t count) {
     Eigen::MatrixXd centres = far_centres(points, count), membership;
     for (int round = 0; round < most_passes; ++round) {
-        // m = 2: memberships go as 1 / distance^2
+        // m = 2: memberships are proportional to 1 / distance^2
         const Eigen::ArrayXXd near = 1.0 / square_distances(points, centres).array().max(1e-12);
         membership = (near.colwise() / near.rowwise().sum()).matrix();
         const Eigen::MatrixXd weight = membership.array().square();
@@ -151,7 +153,8 @@ clustering fuzzy_c_means(const Eigen::MatrixXd &similarity, std::size_t count) {
     clustering best;
     best.validity = std::numeric_limits<double>::infinity();
     const auto root = static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(sensors))));
-    // The index falls towards zero as the count nears the number of sensors: no more than the root
+    // The index falls towards zero as the count nears the number of sensors, hence the limit at the
+    // root.
     for (std::size_t c = 2; c <= std::min(root, sensors - 2); ++c) {
         clustering one = c_means(points, c);
         if (one.validity < best.validity) best = std::move(one);

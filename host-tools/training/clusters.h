@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Sensors that tell the same story: fuzzy clustering of columns by their correlation.
+// Groups sensors with similar readings: fuzzy clustering of columns by their correlation.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@ namespace compbox {
 struct clustering {
     std::vector<std::size_t> cluster;  // of each sensor, numbered in order of the first sensor
     std::size_t count = 0;
-    double validity = 0.0;       // the index by which the count was chosen
+    double validity = 0.0;       // the index that determined the count
     Eigen::MatrixXd membership;  // sensors by clusters, 0 … 1; rows sum to 1 (fuzzy c-means only)
 };
 
@@ -20,13 +20,13 @@ struct clustering {
 Eigen::MatrixXd similarity_of(const Eigen::MatrixXd &sensors);
 
 // Fuzzy c-means (Bezdek, m = 2) of the sensors as points whose distance is sqrt(2 - 2 |r|).
-// in : count 1 … sensors; 0: the count with the least Xie-Beni index, 2 … the
-//      square root of the sensors (rounded up)
-// The start is the same every time: centres as far from each other as there are.
+// in : count 1 … sensors; 0: the count with the least Xie-Beni index, 2 … the square root of the
+//      sensors (rounded up)
+// The start is deterministic: centres as far apart as possible.
 clustering fuzzy_c_means(const Eigen::MatrixXd &similarity, std::size_t count);
 
-// Max-min transitive closure of the similarity, cut where `count` classes are left (the nearest
-// count from above where there is no such cut); 0: the cut with the largest F statistic.
+// Max-min transitive closure of the similarity, cut into `count` classes (or the next larger
+// possible number); 0: the cut with the largest F statistic.
 clustering transitive_closure(const Eigen::MatrixXd &similarity, std::size_t count);
 
 }  // namespace compbox

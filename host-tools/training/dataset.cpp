@@ -19,8 +19,8 @@ bool has(const std::vector<std::string> &names, const std::string &name) {
     return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-// The columns that one entry of a list stands for: itself, or all that fit a pattern with * and are
-// not among `others`, which are something else: t* is no time_s.
+// The columns that match one entry of a list: its own name, or a pattern with *. Columns in
+// `others` have another role and never match a pattern: t* is no time_s.
 std::vector<std::string> matching(const csv_table &table, const std::string &entry,
                                   const std::vector<std::string> &others) {
     if (entry.find('*') == std::string::npos) {
@@ -32,18 +32,18 @@ std::vector<std::string> matching(const csv_table &table, const std::string &ent
         const bool fits = ::fnmatch(entry.c_str(), name.c_str(), 0) == 0;
         if (fits && !has(others, name)) found.push_back(name);
     }
-    if (found.empty()) throw input_error(table.file, 0, 0, "no column is called like " + entry);
+    if (found.empty()) throw input_error(table.file, 0, 0, "no column matches " + entry);
     return found;
 }
 
-// All columns of a list, in its order. Throws where one is there twice or the box refuses its name.
+// All columns of a list, in its order. Throws if one is repeated or the box rejects its name.
 std::vector<std::string> chosen(const csv_table &table, const std::vector<std::string> &entries,
                                 const std::vector<std::string> &others) {
     std::vector<std::string> names;
     for (const auto &entry : entries) {
         for (const auto &name : matching(table, entry, others)) {
             if (has(names, name)) {
-                throw input_error(table.file, 0, 0, "the column '" + name + "' is asked for twice");
+                throw input_error(table.file, 0, 0, "the column '" + name + "' is named twice");
             }
             if (!is_name_of_the_box(name)) {
                 throw input_error(
@@ -123,10 +123,13 @@ void check_time(const training_data &data, const csv_table &table, const std::st
         throw input_error(table.file, table.lines[data.file_row[r]], 0,
                           column +
                               " must rise from row to row; where another run begins, name "
-                              "the column that says so with --run-column");
+                              "the column of runs with --run-column");
     }
 }
 
+// in : options.record, a file with the time and all inputs
+// out: history_s and history; throws input_error if its time does not rise or a row's time is
+//      outside
 void take_history(training_data &data, const data_options &options) {
     const csv_table table = read_csv(options.record);
     data.history_s = table.values(options.time_column);

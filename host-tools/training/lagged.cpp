@@ -24,8 +24,7 @@ void check_names(const training_data &data, const std::vector<std::string> &name
     }
 }
 
-// base + suffix, the base cut so that the box takes it. Two bases that are cut to the same get
-// numbers.
+// base + suffix, the base cut to the box's length. Equal results get numbers.
 std::string new_name(const std::vector<model_input> &taken, const std::string &base,
                      const std::string &suffix) {
     for (int attempt = 1;; ++attempt) {
@@ -40,7 +39,7 @@ std::string lag_suffix(double tau_s) {
     return "_lag" + shortest(tau_s);
 }
 
-// One column followed through one run.
+// One column's lag over one run.
 void follow(const Eigen::VectorXd &u, const std::vector<double> &time_s, double tau_s,
             std::size_t from, std::size_t to, Eigen::Ref<Eigen::VectorXd> y) {
     const auto at = [](std::size_t row) { return static_cast<Eigen::Index>(row); };
@@ -53,7 +52,7 @@ void follow(const Eigen::VectorXd &u, const std::vector<double> &time_s, double 
     }
 }
 
-// The column's lag at each row, followed through the history.
+// The column's lag at each row, computed over the history.
 Eigen::VectorXd remembered(const training_data &data, const Eigen::VectorXd &u, double tau_s) {
     const auto at = [](std::size_t row) { return static_cast<Eigen::Index>(row); };
     const std::size_t count = data.history_s.size();
@@ -66,7 +65,7 @@ Eigen::VectorXd remembered(const training_data &data, const Eigen::VectorXd &u, 
         rows[at(r)] = y[at(row)];
         const double since_s = now_s - data.history_s[row];
         if (since_s <= 0.0 || row + 1 == count) continue;
-        // On the straight line towards the next row of the history.
+        // On the straight line to the next row of the history.
         const double share = since_s / (data.history_s[row + 1] - data.history_s[row]);
         const double h = since_s / tau_s, gain = -std::expm1(-h), ramp = 1.0 - gain / h;
         rows[at(r)] +=
@@ -80,7 +79,7 @@ Eigen::VectorXd to_power(Eigen::VectorXd u, int power) {
     return u;
 }
 
-// All inputs, lags by the history.
+// All inputs, with lags over the history.
 Eigen::MatrixXd inputs_remembered(const training_data &data,
                                   const std::vector<model_input> &inputs) {
     Eigen::MatrixXd x(data.x.rows(), inputs.size());
@@ -106,7 +105,7 @@ void multiply_slopes(Eigen::Ref<Eigen::MatrixXd> x, const training_data &data,
     }
 }
 
-// All inputs, lags starting at the rows in `starts` (the first is 0).
+// All inputs, with lags that start at the rows in `starts` (the first is 0).
 Eigen::MatrixXd inputs_from(const training_data &data, const std::vector<model_input> &inputs,
                             const std::vector<std::size_t> &starts) {
     Eigen::MatrixXd x(data.x.rows(), inputs.size());

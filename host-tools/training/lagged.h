@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Inputs of a model that are computed from columns: first-order lags, as the box computes them.
+// Inputs of a model computed from columns: first-order lags, as in the box.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +15,7 @@ struct model_input {
     std::size_t column = 0;  // of training_data::x
     double tau_s = 0.0;      // time constant; 0: the column itself
     int power = 1;           // with a lag: 1 the column, 2 its square
-    // A slope: times (position - origin), the position being this column; -1: none.
+    // A slope is multiplied by (position - origin), with the position in this column; -1: no slope.
     int along = -1;
     double origin = 0.0;
 
@@ -29,41 +29,42 @@ struct slope_option {
 };
 
 struct lag_options {
-    std::vector<double> lags_s;        // of every input that lags
-    std::vector<std::string> only;     // inputs that lag; empty: all
-    std::vector<std::string> squares;  // inputs whose square is taken too, lagged likewise
+    std::vector<double> lags_s;        // of every input with a lag
+    std::vector<std::string> only;     // inputs with a lag; empty: all
+    std::vector<std::string> squares;  // inputs whose square is an additional input, with the same
+                                       // lags
 };
 
-// Where lags start anew: on the first row of each run, on the first row of the file only (the runs
-// are one record), or both: every row then counts twice, so that the model is right for a box that
-// was switched on in the middle as well as for one that runs on.
+// Restart of the lags: on the first row of each run, on the first row of the file only (the runs
+// are one record), or both. With both, every row counts twice, so that the model suits a box that
+// was just switched on as well as one that has run for long.
 enum class lag_starts { each_run, once, both };
 
-// Time constant of the lag that stands for a square without memory: the box has no other.
+// Time constant of the lag that represents a square without memory; the box has no other square.
 constexpr double square_tau_s = 1.0;
 
 // The columns, then their lags, then squares. Names: NAME_lag600, NAME_sq (its own lag is
-// square_tau_s), NAME_sq_lag600, cut to the box's 23 characters. Throws input_error where `only` or
-// `squares` name no input.
+// square_tau_s), NAME_sq_lag600, cut to the box's 23 characters. Throws input_error if `only` or
+// `squares` names an unknown input.
 std::vector<model_input> model_inputs(const training_data &data, const lag_options &options);
 
-// Adds for each slope its inputs times the way from the origin, the middle of the positions in the
-// rows. Throws input_error where one names no input.
+// Adds for each slope its inputs times the distance from the origin, which is the middle of the
+// positions in the rows. Throws input_error for an unknown input.
 void add_slopes(std::vector<model_input> &inputs, const training_data &data,
                 const std::vector<slope_option> &slopes);
 
-// What a model is trained on: inputs as columns of x, outputs as columns of y.
+// Training rows of a model: inputs as columns of x, outputs as columns of y.
 struct model_rows {
     Eigen::MatrixXd x, y;
     std::vector<std::size_t> run;     // of each row
     std::vector<std::size_t> source;  // row of the file
 };
 
-// in : data.time_s, where an input lags
-// out: rows of the file, once or twice. Lags are exact for an input that goes straight from row to
-//      row, and start in steady state, as in models/lag.h, but in double precision. With a
-//      history they follow that from its first row, but for starts == each_run.
-// Throws input_error where rows that were put run by run are to be one record.
+// in : data.time_s, if an input has a lag
+// out: rows of the file, once or twice. Lags are exact for an input that is linear from row to row,
+//      and start in steady state, as in models/lag.h, but in double precision. With a history they
+//      follow it from its first row, except for starts == each_run.
+// Throws input_error if rows that were put run by run shall be one record.
 model_rows rows_of(const training_data &data, const std::vector<model_input> &inputs,
                    lag_starts starts);
 

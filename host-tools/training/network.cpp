@@ -8,9 +8,10 @@ namespace compbox {
 
 namespace {
 
-constexpr Eigen::Index block = 256;  // samples at a time: the scratch memory stays in the cache
+constexpr Eigen::Index block = 256;  // samples at a time, so that the scratch memory stays in the
+                                     // cache
 
-// f in place. tanh by exp, which Eigen does several at a time; its absolute error is 1e-16.
+// f in place. tanh by exp, which Eigen vectorises; its absolute error is 1e-16.
 template <typename matrix>
 void activate(activation kind, matrix &&s) {
     if (kind == activation::tansig) {
@@ -20,7 +21,7 @@ void activate(activation kind, matrix &&s) {
     }
 }
 
-// back *= f'(s), of f's own value h
+// back *= f'(s), computed from the value h of f
 template <typename matrix, typename value>
 void times_slope(activation kind, matrix &&back, const value &h) {
     if (kind == activation::tansig) {
@@ -55,7 +56,7 @@ network_loss::network_loss(const network_shape &shape, const Eigen::MatrixXd &x,
       error_(shape.outputs, block),
       back_(shape.hidden, block) {}
 
-// Decay's part of L, and of the gradient where there is one.
+// Adds the decay's part of L, and of the gradient if it is not null.
 double network_loss::add_decay(const double *parameters, double *gradient) const {
     const network_parts<const double> net(shape_, parameters);
     double loss =
@@ -169,7 +170,7 @@ void network_loss::residuals(const double *parameters, double *values, double *j
 
 Eigen::VectorXd random_start(const network_shape &shape, std::uint64_t seed) {
     std::mt19937_64 engine(seed);
-    // Of our own: the library's distributions differ from one standard library to the next.
+    // An own distribution, because those of the standard libraries differ.
     const auto uniform = [&] {
         return static_cast<double>(engine() >> 11) * 0x1p-52 - 1.0;  // -1 … 1
     };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One hidden layer with an optional linear path beside it, as models/bpnet.h evaluates it, with
-// the derivatives that training needs. In scaled inputs and outputs, double precision.
+// One hidden layer with an optional linear path, as in models/bpnet.h, with the derivatives for
+// training. In scaled inputs and outputs, double precision.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +15,7 @@ struct network_shape {
     Eigen::Index inputs = 0, hidden = 0, outputs = 0;
     bool linear = true;  // y = W2 f(W1 x + b1) + b2 + L x
     activation kind = activation::tansig;
-    Eigen::Index unseen = 0;  // so many inputs at the end go to the linear path only
+    Eigen::Index unseen = 0;  // number of inputs at the end that only the linear path uses
 
     Eigen::Index seen() const { return inputs - unseen; }
 
@@ -48,35 +48,35 @@ struct network_parts {
     matrix linear;
 };
 
-// in : x with one sample in each column
-// out: y, one sample in each column
+// in : x, one sample per column
+// out: y, one sample per column
 Eigen::MatrixXd predict(const network_shape &shape, const Eigen::VectorXd &parameters,
                         const Eigen::MatrixXd &x);
 
-// Weight decay: what each kind of weight costs; biases cost nothing.
+// Weight decay of each kind of weight; biases have none.
 struct weight_decay {
     double hidden = 0.0, output = 0.0;  // of all of W1, of all of W2
     Eigen::VectorXd linear;             // of each output's row of L
 };
 
-// L = 1/(2N) sum |y - t|^2 + 1/2 sum decay * weight^2 with its analytic gradient.
-// Keeps its scratch memory between calls: one object for each thread.
+// L = 1/(2N) sum |y - t|^2 + 1/2 sum decay * weight^2 with its analytic gradient. Keeps its scratch
+// memory between calls: use one object per thread.
 class network_loss {
   public:
-    // x, t: one sample in each column; must outlive this object
+    // x, t: one sample per column; both must outlive this object
     network_loss(const network_shape &shape, const Eigen::MatrixXd &x, const Eigen::MatrixXd &t,
                  const weight_decay &decay);
 
     // gradient may be null; count() numbers otherwise. Returns L.
     double operator()(const double *parameters, double *gradient);
 
-    // d y / d parameters of samples from … from + n - 1: row k + outputs * i is output k of the
-    // i-th of them.
+    // d y / d parameters of samples from … from + n - 1: row k + outputs * i is output k of sample
+    // from + i.
     Eigen::MatrixXd jacobian(const Eigen::VectorXd &parameters, Eigen::Index from,
                              Eigen::Index n) const;
 
-    // L as half a sum of squares, for Levenberg-Marquardt: (y - t)/sqrt(N), then the weights by the
-    // roots of their decays. Rows of the Jacobian follow each other, row by row; it may be null.
+    // L as half a sum of squares, for Levenberg-Marquardt: (y - t)/sqrt(N), then the weights times
+    // the roots of their decays. The Jacobian is row-major; it may be null.
     Eigen::Index residual_count() const;
     void residuals(const double *parameters, double *values, double *jacobian) const;
 
@@ -96,8 +96,9 @@ class network_loss {
 };
 
 // A start: hidden weights uniform, so that each unit's argument has a spread of about 1; output
-// weights after Glorot and Bengio, or none beside a linear path, so that training starts from that;
-// the linear path and the output bias are zero. The same seed gives the same start everywhere.
+// weights after Glorot and Bengio, or zero beside a linear path, so that training starts from the
+// linear map. The linear path and the output bias are zero. The same seed gives the same start on
+// every machine.
 Eigen::VectorXd random_start(const network_shape &shape, std::uint64_t seed);
 
 }  // namespace compbox

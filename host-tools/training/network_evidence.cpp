@@ -39,7 +39,7 @@ Eigen::MatrixXd curvature_of(const network_loss &loss, const Eigen::VectorXd &p)
     return sum.selfadjointView<Eigen::Lower>();
 }
 
-// A stretch of the parameters that shares one decay.
+// A range of the parameters that shares one decay.
 struct weight_group {
     Eigen::Index from, count;
     double alpha;
@@ -52,7 +52,7 @@ std::vector<weight_group> groups_of(const network_shape &shape) {
     return groups;
 }
 
-// One start: training and estimates of decay take turns.
+// One start: training and estimates of decay alternate.
 class evidence_training {
   public:
     evidence_training(const network_task &task, const Eigen::MatrixXd &x, const Eigen::MatrixXd &t,
@@ -99,7 +99,7 @@ class evidence_training {
         return group == 0 ? decay.hidden : group == 1 ? decay.output : decay.linear[0];
     }
 
-    // The evidence of the decays in use, and better ones for the next round.
+    // The evidence of the current decays, and better ones for the next round.
     void estimate(trained_network &now) {
         const Eigen::VectorXd &p = now.parameters;
         double penalty = 0.0;
@@ -110,7 +110,7 @@ class evidence_training {
         const double squares = 2.0 * samples_ * std::max(now.loss - penalty, 1e-16);
         const Eigen::MatrixXd data = curvature_of(loss_, p);
         double beta = values_ / squares, gamma = 0.0;
-        for (int round = 0; round < 2; ++round) {  // beta needs gamma, gamma needs beta
+        for (int round = 0; round < 2; ++round) {  // beta depends on gamma, gamma on beta
             now.log_evidence = solve(data, p, squares, beta, gamma);
             beta = std::max(values_ - gamma, 1.0) / squares;
         }
@@ -125,7 +125,7 @@ class evidence_training {
         loss_.set_decay(next);
     }
 
-    // With the noise beta and the decays in use: log evidence, gamma, and new alphas.
+    // With noise beta and the current decays: log evidence, gamma, and new alphas.
     double solve(const Eigen::MatrixXd &data, const Eigen::VectorXd &p, double squares, double beta,
                  double &gamma) {
         Eigen::MatrixXd hessian = beta * data;

@@ -17,7 +17,7 @@ namespace {
 constexpr double decay_grid[] = {3e-1, 3e-2, 3e-3, 3e-4};
 constexpr std::size_t decays = sizeof decay_grid / sizeof decay_grid[0];
 
-// One fold left out, with one decay: after each iteration the square of the worst residual on the
+// One left-out fold with one decay: after each iteration the square of the worst residual on the
 // fold, averaged over the outputs.
 struct fold_trace {
     std::vector<double> worst_square;
@@ -27,7 +27,7 @@ struct fold_trace {
 };
 
 struct fold_rows {
-    Eigen::MatrixXd x, t, left_x, left_t;  // samples in columns, as the loss wants them
+    Eigen::MatrixXd x, t, left_x, left_t;  // samples in columns, as required by the loss
     linear_map start;
 };
 
@@ -65,20 +65,20 @@ fold_trace train_without(const network_task &task, const fold_rows &rows, const 
     options.after = [&](int, double, const Eigen::VectorXd &now) {
         trace.worst_square.push_back(worst_square(task.shape, now, rows));
         const auto best = std::min_element(trace.worst_square.begin(), trace.worst_square.end());
-        return trace.worst_square.end() - best < 40;  // long past its best: it will not come back
+        return trace.worst_square.end() - best < 40;  // long past its best value
     };
     minimise([&](const double *p, double *g) { return loss(p, g); }, point, options);
     trace.worst_square.push_back(worst_square(task.shape, point, rows));
     return trace;
 }
 
-// Decay and length of training that the traces speak for.
+// Best decay and length of training by the traces.
 struct best_length {
     std::size_t decay = 0;
     int iterations = 0;
 };
 
-// What all folds but `without` speak for; without = folds: all of them.
+// Best by all folds but `without`; without = folds: by all.
 best_length choose(const std::vector<fold_trace> &traces, std::size_t folds, std::size_t without) {
     best_length best;
     double least = std::numeric_limits<double>::infinity();
@@ -99,7 +99,7 @@ best_length choose(const std::vector<fold_trace> &traces, std::size_t folds, std
     return best;
 }
 
-// Counts parts that are done and reports them, one call at a time.
+// Counts and reports finished parts, one call at a time.
 class meter {
   public:
     meter(const network_task &task, std::size_t parts) : task_(task), parts_(parts) {}
@@ -117,7 +117,7 @@ class meter {
     std::mutex mutex_;
 };
 
-// All rows from each start; the start that ends with the least loss.
+// All rows from each start; out: the start with the least final loss
 trained_network train_starts(const network_task &task, const weight_decay &decay, int iterations,
                              const linear_map &linear, meter &progress) {
     const Eigen::MatrixXd x = task.x.transpose(), t = task.t.transpose();
@@ -160,7 +160,7 @@ trained_network train_by_folds(const network_task &task, const Eigen::VectorXd &
     const weight_decay decay = decay_of(decay_grid[length.decay], linear_decay);
     Eigen::MatrixXd left_out(task.t.rows(), task.t.cols());
     run_parallel(folds, task.threads, [&](std::size_t f) {
-        // A run that chose when to stop is no judge: the others choose for it.
+        // A run must not judge the length that it chose, so the others choose for it.
         const best_length others = choose(traces, folds, f);
         Eigen::VectorXd point;
         train_without(task, rows[f], decay_of(decay_grid[others.decay], linear_decay), task.seed,

@@ -9,26 +9,27 @@ namespace compbox {
 
 enum class optimiser { lbfgs, levenberg_marquardt };
 
-// Value at `point`; fills `gradient` where it is not null.
+// Value at `point`; sets `gradient` if it is not null.
 using gradient_function = std::function<double(const double *point, double *gradient)>;
 
-// Values of all residuals, and their Jacobian row by row where it is not null.
+// Values of all residuals, and their row-major Jacobian if it is not null.
 using residual_function =
     std::function<void(const double *point, double *values, double *jacobian)>;
 
 struct optimise_options {
     int max_iterations = 500;
-    double least_decrease = 1e-7;  // relative decrease of the value in one iteration, to go on
-    int memory = 20;               // steps remembered (L-BFGS)
-    // Called after each iteration with its number (from 0: the start), value and point; false
-    // stops there.
+    double least_decrease = 1e-7;  // relative decrease of the value per iteration, below which it
+                                   // stops
+    int memory = 20;               // steps stored (L-BFGS)
+    // Called after each iteration with its number (from 0: the start), value and point; false stops
+    // there.
     std::function<bool(int, double, const Eigen::VectorXd &)> after;
 };
 
 struct optimise_result {
     double value = 0.0;
     int iterations = 0;
-    bool usable = true;  // false: the function was not finite anywhere near the start
+    bool usable = true;  // false: the function was not finite near the start
 };
 
 // in : point, the start
@@ -36,8 +37,8 @@ struct optimise_result {
 optimise_result minimise(const gradient_function &function, Eigen::VectorXd &point,
                          const optimise_options &options);
 
-// The same of half the sum of squares, by Levenberg-Marquardt with normal equations (Cholesky): an
-// iteration costs residuals x parameters^2, so few must do.
+// As minimise, for half the sum of squares, by Levenberg-Marquardt with normal equations
+// (Cholesky). An iteration costs residuals x parameters^2, so few must suffice.
 optimise_result minimise_squares(const residual_function &function, Eigen::Index residuals,
                                  Eigen::VectorXd &point, const optimise_options &options);
 

@@ -20,9 +20,9 @@ double grid_decay(int index) {
     return std::pow(10.0, -6.0 + 0.25 * index);
 }
 
-// in : square of the worst residual of each fold left out, one row for each decay of the grid
-// out: the strongest decay whose mean over the folds is within a fiftieth of the least: the runs
-//      hardly tell it from the best, and it will be calmer on runs of another kind
+// in : square of the worst residual of each left-out fold, one row for each decay of the grid
+// out: the strongest decay whose mean over the folds is within a fiftieth of the least. The runs
+//      hardly distinguish it from the best, and it is calmer on other runs
 Eigen::Index strongest_that_serves(const std::vector<Eigen::MatrixXd> &squares,
                                    Eigen::Index output) {
     Eigen::ArrayXd mean = Eigen::ArrayXd::Zero(grid_points);
@@ -36,7 +36,7 @@ Eigen::Index strongest_that_serves(const std::vector<Eigen::MatrixXd> &squares,
 
 row_folds folds_of(const std::vector<std::size_t> &runs) {
     row_folds folds;
-    std::map<std::size_t, std::size_t> ranks;  // runs that were held out leave gaps
+    std::map<std::size_t, std::size_t> ranks;  // held-out runs leave gaps
     for (const std::size_t run : runs) ranks[run] = 0;
     std::size_t rank = 0;
     for (auto &run : ranks) run.second = rank++;
@@ -95,6 +95,7 @@ double ridge_solver::residual_squares(double decay) const {
     return std::max(mean_square, 1e-15 * t_power_.sum()) * static_cast<double>(samples_);
 }
 
+// out: decay and log evidence after at most 200 of MacKay's updates, relative change 1e-6
 ridge_solver::evidence ridge_solver::find_evidence() const {
     const double n = static_cast<double>(samples_), outputs = static_cast<double>(t_power_.size());
     double decay = 1e-3, gamma = 0.0, beta = 1.0;

@@ -33,7 +33,7 @@ bool rises(const std::vector<double> &time_s) {
                                                  std::greater_equal<double>()) == time_s.end();
 }
 
-// One run for each stretch.
+// One run for each series of equal values.
 void by_stretch(found_runs &found, const std::vector<double> &value) {
     std::map<double, int> met;
     for (const std::size_t start : found.starts) {

@@ -32,7 +32,7 @@ training_data with_inputs(const training_data &data, const std::vector<std::size
     return some;
 }
 
-// What the chosen candidates, with those that are always there, leave of runs left out.
+// Residuals of the chosen candidates, with the fixed inputs, on left-out runs.
 checked_choice check(const selection &result, const std::vector<std::size_t> &chosen) {
     std::vector<std::size_t> columns = chosen;
     for (std::size_t c = result.candidates; c < result.data.inputs.size(); ++c) {
@@ -71,8 +71,8 @@ std::vector<std::size_t> best_of_clusters(const selection &result) {
     return chosen;
 }
 
-// From all candidates, each time without the one that is missed least, down to `count`, or as long
-// as less is left of the runs left out.
+// Starts with all candidates and repeatedly removes the one with the least effect, down to `count`,
+// or while the residuals of the left-out runs fall.
 void eliminate(selection &result) {
     std::vector<std::size_t> chosen(result.candidates);
     std::iota(chosen.begin(), chosen.end(), 0);

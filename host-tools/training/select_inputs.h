@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// compbox select-inputs: of many sensors the few that a model needs (Xiao and others: key
+// compbox select-inputs: selects the few sensors that a model needs (Xiao and others: key
 // temperatures by fuzzy clustering and grey relational grade).
 #pragma once
 
@@ -18,15 +18,16 @@ enum class cluster_method { c_means, closure };
 
 struct select_options {
     cluster_method method = cluster_method::c_means;
-    std::size_t count = 0;          // clusters, so inputs chosen; 0: by the validity index
-    bool check = false;             // compare with all candidates on runs left out
-    bool by_runs = false;           // choose by leaving candidates away, judged on runs left out
-    std::vector<std::string> keep;  // inputs that are always there, such as the spindle speed
-    train_options model;            // lags and how they start, for check and by_runs
+    std::size_t count = 0;          // number of clusters and of chosen inputs; 0: by the validity
+                                    // index
+    bool check = false;             // compare with all candidates on left-out runs
+    bool by_runs = false;           // choose by removing candidates, judged on left-out runs
+    std::vector<std::string> keep;  // fixed inputs, such as the spindle speed
+    train_options model;            // lags and their start, for check and by_runs
     std::function<void(double)> progress;
 };
 
-// What a linear map of some inputs leaves of runs that it has not seen.
+// Residuals of a linear map of some inputs on runs that it was not trained on.
 struct checked_choice {
     std::vector<std::string> inputs;
     residuals left_out;
@@ -45,7 +46,7 @@ struct selection {
 };
 
 // Grey relational grade (Deng, distinguishing coefficient 0.5) of each column of x to y, both
-// scaled to 0 … 1; a column that falls while y rises is turned over first.
+// scaled to 0 … 1; a column that falls while y rises is inverted first.
 Eigen::VectorXd grey_grades(const Eigen::MatrixXd &x, const Eigen::VectorXd &y);
 
 // Throws input_error. data: inputs are the candidates, then options.keep.
@@ -53,7 +54,7 @@ selection select_inputs(const training_data &data, const select_options &options
 
 json selection_json(const selection &result);
 std::string report_of(const selection &result);
-// Grades as bars, cluster by cluster, the choice in front. Throws input_error.
+// Plots the grades as bars, cluster by cluster, the chosen ones first. Throws input_error.
 void plot_selection(const selection &result, const std::string &path);
 
 }  // namespace compbox

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the choice of inputs says.
+// Output of the selection of inputs.
 #include <algorithm>
 
 #include "host-tools/formats/json.h"
@@ -32,7 +32,7 @@ json check_json(const selection &result, const checked_choice &checked) {
     return one;
 }
 
-// Candidates that a step left away: those of `from` that `to` has not.
+// Candidates removed by a step: those of `from` that are not in `to`.
 std::string left_away(const checked_choice &from, const checked_choice &to) {
     std::string text;
     for (const auto &name : from.inputs) {
@@ -44,6 +44,7 @@ std::string left_away(const checked_choice &from, const checked_choice &to) {
 
 }  // namespace
 
+// out: choice, clusters and grades by candidate, with five digits
 json selection_json(const selection &result) {
     json all;
     for (std::size_t c : result.chosen) all["chosen"].push_back(result.data.inputs[c]);

@@ -7,7 +7,7 @@ namespace compbox {
 
 namespace {
 
-// The plain input that is this column itself.
+// The plain input with this column.
 Eigen::Index plain_input(const train_result &result, std::size_t column) {
     for (std::size_t i = 0; i < result.inputs.size(); ++i) {
         const model_input &input = result.inputs[i];
@@ -15,14 +15,14 @@ Eigen::Index plain_input(const train_result &result, std::size_t column) {
             return static_cast<Eigen::Index>(i);
         }
     }
-    return -1;  // every column is an input (model_inputs)
+    return -1;  // unreachable: every column is an input (model_inputs)
 }
 
 }  // namespace
 
 // A slope's column is s = x (P - o), scaled (s - c_s) / r_s with weight L. With x = c + (x - c):
 //     L s / r_s = gain (x - c)(P - o) + gain c (P - o),  gain = L / r_s
-// The last part is straight in P and goes to the weight of P; what is constant goes to the bias.
+// The last part is linear in P and belongs to the weight of P; constants belong to the bias.
 plain_linear linear_without_slopes(const train_result &result) {
     const trained_model &model = result.chosen;
     const network_parts<const double> net(model.shape, model.parameters.data());

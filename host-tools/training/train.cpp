@@ -52,7 +52,7 @@ model_rows chosen_rows(const model_rows &all, const std::vector<Eigen::Index> &r
     return some;
 }
 
-// Splits the rows into those trained on and those of the runs held out.
+// Splits the rows into training rows and those of the held-out runs.
 void split(train_result &result, const model_rows &all) {
     const auto &names = result.data.run_names;
     std::vector<bool> held(names.size(), false);
@@ -78,6 +78,7 @@ void split(train_result &result, const model_rows &all) {
     result.test = chosen_rows(all, test);
 }
 
+// Throws input_error for a name, inputs, outputs or hidden units that the box cannot take.
 void check_sizes(const train_result &result) {
     if (!is_name_of_the_box(result.options.name)) {
         throw input_error("--name: the box cannot use the name '" + result.options.name +
@@ -106,7 +107,7 @@ bool fits_any(const std::string &name, const std::vector<std::string> &patterns)
     });
 }
 
-// In parts of the range. A slope's own column is no input of the box: what it is made of is held.
+// As a fraction of the range. A slope's own column is no input of the box; its factors are held.
 double margin_of(const train_options &options, const model_input &input) {
     constexpr double unlimited = 1e6;
     if (input.is_slope()) return unlimited;
@@ -117,6 +118,9 @@ double margin_of(const train_options &options, const model_input &input) {
     return margin;
 }
 
+// in : range.low and range.high
+// out: range.margin in the unit of each input; throws input_error for an unknown name of
+//      --margin-of
 void find_margins(train_result &result) {
     result.range.margin = result.range.high - result.range.low;
     for (std::size_t i = 0; i < result.inputs.size(); ++i) {
@@ -135,6 +139,7 @@ void find_margins(train_result &result) {
     }
 }
 
+// out: range.low, high and margin over the training rows; throws input_error for a constant input
 void check_ranges(train_result &result) {
     result.range.low = rounded(result.learn.x.colwise().minCoeff().transpose());
     result.range.high = rounded(result.learn.x.colwise().maxCoeff().transpose());
@@ -142,7 +147,7 @@ void check_ranges(train_result &result) {
     for (std::size_t i = 0; i < result.inputs.size(); ++i) {
         const auto at = static_cast<Eigen::Index>(i);
         const double range = result.range.high[at] - result.range.low[at];
-        constexpr double smallest = 4e-6;  // the box takes no input_scale below 1e-6
+        constexpr double smallest = 4e-6;  // the box rejects an input_scale below 1e-6
         if (range > smallest) continue;
         throw input_error(
             result.data.file, 0, 0,
@@ -163,7 +168,8 @@ void check_outputs(const train_result &result) {
     }
 }
 
-// Columns and lags, those that the hidden layer sees first; then slopes, which it never sees.
+// Columns and lags, those of the hidden layer first; then slopes, which the hidden layer never
+// uses.
 void find_inputs(train_result &result) {
     const train_options &options = result.options;
     result.inputs = model_inputs(result.data, options.lags);
@@ -206,12 +212,14 @@ void judge(judged_model &judged, const train_result &result, const Eigen::Matrix
     judged.left_out = residuals_of(judged.left_out_predictions, result.learn.y);
 }
 
-// Everything in the network's own numbers.
+// All data in the network's scaled units.
 struct scaled_rows {
     Eigen::MatrixXd x, t;
     row_folds folds;
 };
 
+// in : scaled rows; folds or evidence by result.by_folds
+// out: result.linear, linear_decay and, with folds, the predictions of left-out rows
 void train_linear(train_result &result, const scaled_rows &rows) {
     const ridge_solver solver(rows.x, rows.t);
     Eigen::MatrixXd left_out;
@@ -235,8 +243,8 @@ void train_linear(train_result &result, const scaled_rows &rows) {
     judge(result.linear, result, left_out);
 }
 
-// At most `most` rows, one from each of as many stretches, at a place in it that does not repeat:
-// every k-th row of points that were probed line by line would be the same columns of every line.
+// At most `most` rows, one from each of as many intervals, at varying places in them. In points
+// that were probed line by line, every k-th row would be the same columns of every line.
 std::vector<Eigen::Index> thinned(Eigen::Index rows, int most) {
     constexpr double golden = 0.6180339887498949;
     std::vector<Eigen::Index> some;
@@ -252,6 +260,8 @@ std::vector<Eigen::Index> thinned(Eigen::Index rows, int most) {
     return some;
 }
 
+// in : some: indices of the rows in use
+// out: the task with these rows and the user's options
 network_task task_of(const train_result &result, const scaled_rows &rows,
                      const std::vector<Eigen::Index> &some) {
     const train_options &options = result.options;
@@ -271,6 +281,8 @@ network_task task_of(const train_result &result, const scaled_rows &rows,
     return task;
 }
 
+// in : result.linear_decay from train_linear
+// out: result.network with its parameters in float32, and the figures of its training
 void train_network(train_result &result, const scaled_rows &rows) {
     const auto some = thinned(rows.x.rows(), result.options.max_rows);
     const network_task task = task_of(result, rows, some);

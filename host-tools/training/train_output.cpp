@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What training says: the fragment for `build`, tables for a person, predictions row by row.
+// Output of the training: the fragment for `build`, tables for a person, predictions row by row.
 #include <algorithm>
 #include <cmath>
 
@@ -32,7 +32,7 @@ json rows(const matrix &values) {
     return list;
 }
 
-// The unit that a column's name ends with (t1_degC), else 1; at most 7 bytes, as the box has it.
+// The unit at the end of a column's name (t1_degC), else 1; at most 7 bytes, the box's limit.
 std::string unit_of(const std::string &column, int power) {
     const std::size_t mark = column.find_last_of('_');
     std::string unit = mark == std::string::npos ? "" : column.substr(mark + 1);
@@ -55,7 +55,7 @@ json signals_of(const train_result &result) {
     return signals;
 }
 
-// The box has no network without a hidden unit: a linear map gets one of weight zero.
+// The box has no network without a hidden unit, so a linear map gets one of weight zero.
 void add_empty_layer(json &term, Eigen::Index inputs, Eigen::Index outputs) {
     term["activation"] = "tansig";
     term["hidden_weights"] = rows(Eigen::MatrixXd::Zero(1, inputs));
@@ -63,7 +63,7 @@ void add_empty_layer(json &term, Eigen::Index inputs, Eigen::Index outputs) {
     term["output_weights"] = rows(Eigen::MatrixXd::Zero(outputs, 1));
 }
 
-// What the hidden layer does not see has weight zero.
+// Inputs that the hidden layer does not use get weight zero.
 void add_layers(json &term, const trained_model &model, const plain_linear &linear) {
     const network_parts<const double> net(model.shape, model.parameters.data());
     const Eigen::Index inputs = linear.weights.cols();
@@ -81,6 +81,7 @@ void add_layers(json &term, const trained_model &model, const plain_linear &line
     if (model.shape.linear) term["linear_weights"] = rows(linear.weights);
 }
 
+// out: the term of type bpnet with the chosen model, without slopes (docs/coefficient-file.md)
 json term_of(const train_result &result) {
     const trained_model &model = result.chosen;
     json term{{"name", result.options.name}, {"type", "bpnet"}};
@@ -100,7 +101,7 @@ json term_of(const train_result &result) {
     return term;
 }
 
-// The slopes along one position as outputs of a term of their own, which is held and faded like the
+// The slopes along one position as outputs of a separate term, which is held and faded like the
 // first: output k in um per mm is the sum of gains times (input - its centre).
 json slopes_term(const train_result &result, int along, const std::string &position) {
     const trained_model &model = result.chosen;
@@ -132,6 +133,7 @@ json slopes_term(const train_result &result, int along, const std::string &posit
     return term;
 }
 
+// Adds for each position the slopes' term and, for each output, a product with the position.
 void add_slope_terms(json &terms, const train_result &result) {
     std::vector<int> done;
     for (const auto &input : result.inputs) {
@@ -172,6 +174,7 @@ json figures_of(const judged_model &judged, const train_result &result) {
     return all;
 }
 
+// out: the member of "provenance": data, runs, decays, figures of both models, warnings
 json findings_of(const train_result &result) {
     json found;
     found["data"] = result.data.file.substr(result.data.file.find_last_of('/') + 1);
@@ -219,7 +222,7 @@ std::string cell(const residuals &left, const train_result &result, Eigen::Index
            formatted("%10.3f", left.rms[k]);
 }
 
-// A cell of a CSV: in quotes where it needs them.
+// A cell of a CSV, in quotes if needed.
 std::string quoted(const std::string &text) {
     return text.find_first_of(",; \t") == std::string::npos ? text : '"' + text + '"';
 }
@@ -240,6 +243,7 @@ void add_table(std::string &text, const train_result &result, const std::string 
     }
 }
 
+// out: the report's first lines: data, decay, structure and training of the network
 std::string header_of(const train_result &result) {
     std::string text = result.options.name + " from " + result.data.file + ": " +
                        std::to_string(result.data.inputs.size()) + " columns, " +
@@ -280,12 +284,12 @@ json fragment_of(const train_result &result) {
 std::string report_of(const train_result &result) {
     std::string text = header_of(result);
     add_table(text, result,
-              "What is left of each run when it was left out of training (worst: part of the "
+              "Residuals of each run when left out of training (worst: part of the "
               "largest error)",
               &judged_model::left_out);
-    add_table(text, result, "What is left of the runs held out, as the box would leave them",
+    add_table(text, result, "Residuals of the held-out runs, as the box would leave them",
               &judged_model::held_out);
-    add_table(text, result, "What is left of the rows trained on", &judged_model::trained);
+    add_table(text, result, "Residuals of the training rows", &judged_model::trained);
     text += "\n" + result.verdict + "\n";
     for (const auto &warning : result.warnings) text += "note: " + warning + "\n";
     return text;

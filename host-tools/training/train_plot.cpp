@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The figure of a training: for each output what was measured, what the written model says, and
-// what a model said that never saw the run.
+// The figure of a training: for each output the measured values, the written model's predictions,
+// and those of a model trained without the run.
 #include <cmath>
 #include <limits>
 
@@ -12,9 +12,9 @@ namespace compbox {
 
 namespace {
 
-constexpr std::size_t most_points = 4000;  // of one curve: more than a figure has pixels
+constexpr std::size_t most_points = 4000;  // of one curve, more than a figure has pixels
 
-// Rows of the file once, in its order: time, measured, predicted, left out; a gap between runs.
+// Rows of the file once, in order: time, measured, predicted, left out; a gap between runs.
 struct panel {
     std::vector<double> x, measured, predicted, left_out;
 };
@@ -33,6 +33,8 @@ std::vector<double> left_out_of(const train_result &result, std::size_t output) 
     return values;
 }
 
+// in : all: the rows of the first lag start; predicted: one row each
+// out: the curves of one output over the rows of the file, at most most_points each
 panel panel_of(const train_result &result, const model_rows &all, const Eigen::MatrixXd &predicted,
                std::size_t output) {
     panel lines;

@@ -6,7 +6,7 @@
 
 namespace compbox {
 
-// A random start whose linear path and output bias are those of `linear`; without a linear path a
+// A random start with the linear path and output bias of `linear`; without a linear path a plain
 // random start.
 Eigen::VectorXd start_from(const network_shape &shape, const linear_map &linear,
                            std::uint64_t seed);

@@ -18,7 +18,7 @@ Eigen::Index at(std::size_t index) {
     return static_cast<Eigen::Index>(index);
 }
 
-// What the linear map leaves on the left-out rows that the network was judged on.
+// Residuals of the linear map on the left-out rows that judged the network.
 residuals linear_residuals(const train_result &result) {
     const Eigen::MatrixXd off =
         result.linear.left_out_predictions(result.network_rows, Eigen::all) -
@@ -30,7 +30,7 @@ residuals linear_residuals(const train_result &result) {
     return left;
 }
 
-// Mean square of one output over each run, of the rows that the network was judged on.
+// Mean square of one output over each run, of the rows that judged the network.
 Eigen::ArrayXd square_of_runs(const train_result &result, const Eigen::VectorXd &off) {
     std::vector<double> sum(result.data.run_names.size()), rows(sum.size());
     for (std::size_t i = 0; i < result.network_rows.size(); ++i) {
@@ -45,7 +45,7 @@ Eigen::ArrayXd square_of_runs(const train_result &result, const Eigen::VectorXd 
     return Eigen::Map<const Eigen::ArrayXd>(squares.data(), at(squares.size()));
 }
 
-// What the network saves of one output is more than the luck of the runs.
+// Whether the network's gain on one output is significant.
 bool clear_gain(const train_result &result, std::size_t output) {
     const Eigen::VectorXd measured = result.learn.y(result.network_rows, at(output));
     const Eigen::VectorXd linear =
@@ -71,7 +71,7 @@ std::vector<bool> better_outputs(const train_result &result) {
     return better;
 }
 
-// The network's rows where it is better, the linear map's elsewhere.
+// The network's rows for the outputs where it is better, the linear map's elsewhere.
 trained_model joined(const train_result &result) {
     const trained_model &linear = result.linear.model;
     if (!result.any_network()) return linear;
@@ -95,7 +95,7 @@ trained_model joined(const train_result &result) {
     return both;
 }
 
-// From each output's better model.
+// Figures of each output's better model.
 residuals picked(const train_result &result, residuals judged_model::*which) {
     residuals some = result.linear.*which;
     for (std::size_t k = 0; some.rows > 0 && k < result.network_better.size(); ++k) {
@@ -119,8 +119,8 @@ std::string verdict_of(const train_result &result) {
     const std::string by = result.by_folds ? "on the runs left out" : "by evidence";
     const auto &better = result.network_better;
     const auto &names = result.data.outputs;
-    if (result.options.hidden == 0) return "linear map only, as asked for";
-    if (result.options.keep_network) return "network written, as asked for (--keep-network)";
+    if (result.options.hidden == 0) return "linear map only, as requested";
+    if (result.options.keep_network) return "network written, as requested (--keep-network)";
     if (!result.any_network()) {
         return "the network is not better than the linear map " + by +
                (result.by_folds ? " beyond their spread" : "") + ": the linear map is written";
@@ -136,7 +136,7 @@ std::string six_digits(double value) {
     return formatted("%.6g", value);
 }
 
-// The input that leaves the range of the other runs furthest, in parts of that range.
+// The input that leaves the range of the other runs furthest, as a fraction of that range.
 std::string beyond_others(const train_result &result, std::size_t run) {
     const auto rows = static_cast<Eigen::Index>(result.data.rows());
     double furthest = result.options.margin;
@@ -155,12 +155,12 @@ std::string beyond_others(const train_result &result, std::size_t run) {
         text = "run " + result.data.run_names[run] + ": " + result.data.inputs[c] + " reaches " +
                six_digits(high[1] - high[0] > low[0] - low[1] ? high[1] : low[1]) +
                ", the other runs " + six_digits(low[0]) + " to " + six_digits(high[0]) +
-               ": what is left there is an extrapolation";
+               ": its residuals there are an extrapolation";
     }
     return text;
 }
 
-// Rows of the runs held out that lie beyond the margin of an input: there the box fades the term.
+// Rows of the held-out runs beyond the margin of an input, where the box fades the term.
 void warn_of_fading(train_result &result) {
     if (result.test.x.rows() == 0) return;
     const Eigen::VectorXd weight = result.range.weight(result.test.x);

@@ -80,11 +80,11 @@ REFUSED = {
     "one": (candidates("t1"), "rows.csv: with fewer than two candidates there is no choice"),
     "more": (candidates("t1", "t2") + ("--count", 3),
              "rows.csv: has 2 candidates, fewer than --count 3"),
-    "none": (candidates("q*"), "rows.csv: no column is called like q*"),
+    "none": (candidates("q*"), "rows.csv: no column matches q*"),
     "output": (candidates("t1", "ez_um"),
                "rows.csv: the column 'ez_um' is both input and output"),
     "kept twice": (candidates("t1", "t2") + ("--keep", "t2"),
-                   "rows.csv: the column 't2' is asked for twice"),
+                   "rows.csv: the column 't2' is named twice"),
 }
 
 

@@ -245,7 +245,7 @@ def test_report_says_what_is_better(compbox):
     write_rows(compbox, rows_of_a_machine())
     text = compbox.good(*TRAIN)
     assert "linear map" in text and "network" in text
-    assert "What is left of each run when it was left out of training" in text
+    assert "Residuals of each run when left out of training" in text
     write_rows(compbox, rows_of_a_machine(bend=60.0, rows=120))
     assert "the network is better" in compbox.good(*TRAIN)
 
@@ -345,8 +345,8 @@ def changed(row, column, value):
 REFUSED = {
     "no output": (None, ("--outputs", "dz"), "rows.csv:1: there is no column 'dz' (there are time_s, run, "
                   "t1_degC, t2_degC, rpm, ez_um, ey_um)"),
-    "no match": (None, ("--inputs", "x*"), "rows.csv: no column is called like x*"),
-    "twice": (None, ("--inputs", "rpm,r*m"), "rows.csv: the column 'rpm' is asked for twice"),
+    "no match": (None, ("--inputs", "x*"), "rows.csv: no column matches x*"),
+    "twice": (None, ("--inputs", "rpm,r*m"), "rows.csv: the column 'rpm' is named twice"),
     "both sides": (None, ("--inputs", "rpm,ez_um"),
                    "rows.csv: the column 'ez_um' is both input and output"),
     "no run column": (None, ("--run-column", "step"), "rows.csv:1: there is no column 'step'"),
@@ -361,7 +361,7 @@ REFUSED = {
                         "rows.csv: gives 92 inputs with their lags; the box takes 64: choose fewer "
                         "(compbox select-inputs) or fewer lags"),
     "time back": (changed(31, 0, -1.0), (), "rows.csv:33: time_s must rise from row to row; where "
-                  "another run begins, name the column that says so with --run-column"),
+                  "another run begins, name the column of runs with --run-column"),
     "text": (changed(5, 3, "warm"), (), "rows.csv:7:"),
     "nan": (changed(5, 3, math.nan), (), "rows.csv:7:"),
     "too few runs": (None, ("--hold-out", "1,2", "--regularise", "runs"), "rows.csv: "

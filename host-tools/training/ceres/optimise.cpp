@@ -30,7 +30,8 @@ class ceres_function : public ceres::FirstOrderFunction {
     int count_;
 };
 
-// All residuals in one block: hundreds of small ones take longer to be gathered than to compute.
+// All residuals in one block: collecting hundreds of small ones would take longer than computing
+// them.
 class ceres_squares : public ceres::CostFunction {
   public:
     ceres_squares(const residual_function &function, Eigen::Index residuals, Eigen::Index count)
@@ -50,7 +51,7 @@ class ceres_squares : public ceres::CostFunction {
     const residual_function &function_;
 };
 
-// Reports each iteration; Ceres has put its point into `point` before.
+// Reports each iteration; Ceres has copied its point into `point` before.
 class listener : public ceres::IterationCallback {
   public:
     listener(const optimise_options &options, const Eigen::VectorXd &point)
@@ -69,6 +70,7 @@ class listener : public ceres::IterationCallback {
 
 }  // namespace
 
+// As optimise.h, by Ceres' L-BFGS with Wolfe line search; least_decrease is the only tolerance.
 optimise_result minimise(const gradient_function &function, Eigen::VectorXd &point,
                          const optimise_options &options) {
     ceres::GradientProblem problem(new ceres_function(function, point.size()));
@@ -95,6 +97,7 @@ optimise_result minimise(const gradient_function &function, Eigen::VectorXd &poi
     return result;
 }
 
+// As optimise.h, by Ceres' Levenberg-Marquardt with one residual block on one thread.
 optimise_result minimise_squares(const residual_function &function, Eigen::Index residuals,
                                  Eigen::VectorXd &point, const optimise_options &options) {
     ceres::Problem problem;
