@@ -30,7 +30,8 @@ random_curve::random_curve(double min_mm, double max_mm, double amplitude_um,
     refer_to_line(amplitude_um);
 }
 
-// Harmonic k by rotating harmonic k - 1: the rounding error after n harmonics is about n ulp.
+// Computes harmonic k by rotating harmonic k - 1: the rounding error after n harmonics is about n
+// ulp.
 double random_curve::raw(double position_mm) const {
     const double angle =
         two_pi * (position_mm - min_mm_) / (fundamental_in_travels * (max_mm_ - min_mm_));

@@ -15,15 +15,15 @@ struct roughness {
     double cutoff_mm = 1000.0;
 };
 
-// A Gaussian random function with that spectrum, less its least-squares line, scaled to a range.
+// A Gaussian random function with that spectrum, minus its least-squares line, scaled to a range.
 //
-// It is a sum of harmonics of a fundamental of four times the travel, with wavelengths from there
-// down to a quarter of the cut-off, where the roll-off has made them negligible. Continuous, with
-// all derivatives, at any position, also beyond the travel.
+// It is a sum of harmonics of a fundamental of four times the travel, with wavelengths down to a
+// quarter of the cut-off, where the roll-off makes them negligible. It is continuous with all
+// derivatives at any position, also beyond the travel.
 class random_curve {
   public:
-    // The line and the range are those over this many equidistant points of the travel, both ends
-    // included.
+    // The line and the range are those over this number of equidistant points of the travel, both
+    // ends included.
     static constexpr int reference_points = 2001;
 
     // min_mm < max_mm; amplitude_um >= 0: the range (largest minus smallest value) on the reference

@@ -17,7 +17,7 @@ std::array<std::size_t, 2> axes_of(const std::string &name) {
     return {1, 2};
 }
 
-// How much longer the way from one place to another is than the control shows.
+// Length from one place to another minus the control's displayed length.
 double lengthening_um(const twin_machine &twin, const xyz &from_mm, const xyz &to_mm,
                       laser_set_up &set_up, const at_rest &compensation) {
     xyz way = {};

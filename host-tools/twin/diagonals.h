@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Two face diagonals of a rectangle in the working space, by a laser: what squareness shows in.
+// Two face diagonals of a rectangle in the working space, by a laser: they show the squareness.
 #pragma once
 
 #include <functional>
@@ -15,13 +15,13 @@ struct face {
     double first_mm = 0.0, second_mm = 0.0;  // sides along the first and the second axis
 };
 
-// Measured less nominal length in µm of the diagonal on which both axes rise, and of the other.
+// Measured minus nominal length in µm of the diagonal on which both axes rise, and of the other.
 struct diagonals {
     double rising_um, falling_um;
 };
 
-// Each is the mean of as many journeys as the laser makes runs. compensation gives the state of
-// the machine at rest at a position, with what the control compensates there.
+// Each is the mean over the laser's number of runs. compensation gives the state of the machine at
+// rest at a position, with the control's compensation there.
 diagonals measure_diagonals(const twin_machine &twin, const face &rectangle,
                             const std::function<twin_state(const xyz &)> &compensation);
 

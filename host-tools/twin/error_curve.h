@@ -10,7 +10,7 @@
 
 namespace compbox {
 
-// A curve through given points: natural cubic spline, straight on beyond them.
+// A curve through given points: natural cubic spline, linear beyond them.
 class given_curve {
   public:
     // Two points or more, positions strictly ascending.
@@ -24,7 +24,7 @@ class given_curve {
 // in µm, or µrad for a rotation: offset + slope * (position - low end) + random or given curve.
 class error_curve {
   public:
-    // purpose names the random stream: no two curves of a machine have the same.
+    // purpose names the random stream: each curve of a machine has its own.
     error_curve(const twin_error &error, const twin_axis &axis, const twin_config &config,
                 const std::string &purpose);
     double operator()(double position_mm) const;

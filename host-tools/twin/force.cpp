@@ -13,7 +13,7 @@ namespace {
 constexpr double pi = 3.14159265358979323846;
 constexpr double m_per_mm = 1e-3;
 
-// Where a position lies between two ends: 0 … 1 inside.
+// Relative position between two ends: 0 … 1 inside.
 double part_of(double position, const std::array<double, 2> &ends) {
     return (position - ends[0]) / (ends[1] - ends[0]);
 }
@@ -22,7 +22,7 @@ bool inside(double part) {
     return part >= 0.0 && part <= 1.0;
 }
 
-// 0 where the wall does not stand.
+// 0 outside of the wall.
 double compliance_um_per_N(const thin_wall &wall, const std::array<double, 3> &position_mm) {
     const double along = part_of(position_mm[static_cast<std::size_t>(wall.along)], wall.along_mm);
     const double height = part_of(position_mm[2], wall.z_mm);

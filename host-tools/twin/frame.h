@@ -11,7 +11,7 @@ struct frame {
     xyz shift = {};
 
     static frame translation(const xyz &by);
-    // About the direction of `by_rad` by its length; exact for any angle.
+    // Rotation about the direction of `by_rad` by its length; exact for any angle.
     static frame rotation(const xyz &by_rad);
 
     frame operator*(const frame &then) const;  // `then` first, as matrices

@@ -17,7 +17,7 @@ xyz scaled(double factor, const xyz &v) {
     return {factor * v[0], factor * v[1], factor * v[2]};
 }
 
-// The direction in which an axis really travels.
+// The actual direction of travel of an axis.
 xyz direction_of(int axis, const twin_chain &chain) {
     xyz unit = {}, turn = {};
     unit[static_cast<std::size_t>(axis)] = 1.0;
@@ -54,7 +54,7 @@ geometry::geometry(const twin_config &config) : chain_(config.chain), stages_(co
 }
 
 // The chain from the workpiece to the tool. An axis that carries the tool moves the frame of its
-// errors along; one that carries the workpiece has it at rest, seen from the workpiece.
+// errors; one that carries the workpiece has it at rest, as seen from the workpiece.
 xyz geometry::error_um(const twin_state &state) const {
     frame chain;
     bool tool_side = false;
@@ -90,7 +90,7 @@ geometry::six geometry::errors_of(int axis, double position_mm, const drives &dr
 }
 
 // The middle of the stage moves by the mean of its sides; their difference yaws it. Compensation
-// moves the sides too: its mean is part of the state's displacement and not counted here.
+// moves the sides too: its mean is part of the state's displacement and is not counted here.
 void geometry::add_stage(int axis, double position_mm, const drives &drive_um, six &errors) const {
     const auto &stage = stages_[static_cast<std::size_t>(axis)];
     if (!stage) return;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Geometric errors: six of each axis and three of squareness, put together by full homogeneous
-// matrices along the kinematic chain (docs/twin.md, "The geometry").
+// Geometric errors: six of each axis and three of squareness, combined by full homogeneous matrices
+// along the kinematic chain (docs/twin.md, "The geometry").
 #pragma once
 
 #include <map>
@@ -17,10 +17,11 @@ class geometry : public error_part {
     xyz error_um(const twin_state &state) const override;
 
     // For the virtual instruments: one error of one axis ("EZX": µm, "EAX": µrad), or the
-    // positioning error of one side of a stage by the name of its drive ("X1"). Must be there.
+    // positioning error of one side of a stage by the name of its drive ("X1"). The name must
+    // exist.
     double curve(const std::string &name, double position_mm) const;
-    // By how much a point that is fixed to the carriage of an axis moves, in µm: point_mm in the
-    // axis' own frame.
+    // Displacement in µm of a point fixed to the carriage of an axis; point_mm in the axis' own
+    // frame.
     xyz carriage_point_um(int axis, const xyz &point_mm, double position_mm) const;
 
   private:

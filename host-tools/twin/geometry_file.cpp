@@ -86,6 +86,8 @@ std::string read_order(const json &root, const twin_config &config, const place 
     return order;
 }
 
+// Reads order, reference_mm, tool_mm and squareness_urad of the chain; missing keys have their
+// defaults. Throws input_error with the place.
 void read_chain(const json &root, twin_config &config, const place &top) {
     twin_chain &chain = config.chain;
     chain.order = read_order(root, config, top);
@@ -121,6 +123,8 @@ twin_stage read_stage(const json &value, const place &at) {
     return stage;
 }
 
+// in : config.axes, already read
+// out: config.stages of X and Y; throws input_error for another axis or a repeated drive
 void read_stages(const json &root, twin_config &config, const place &top) {
     const place at = top.in("stages");
     for (const auto &[key, value] : optional_object(root, "stages", top).items()) {

@@ -25,7 +25,7 @@ virtual_laser::virtual_laser(const twin_machine &twin)
 std::vector<double> virtual_laser::targets_mm(char letter) const {
     const twin_axis &axis = twin_.config().axes.at(static_cast<std::size_t>(axis_index(letter)));
     std::vector<double> targets;
-    // A target closer to the end than this would be the end itself.
+    // A target closer to the end than this would coincide with the end.
     const double margin_mm = 1e-6 * axis.measure_every_mm;
     for (int i = 0;; ++i) {
         const double position_mm = axis.min_mm + i * axis.measure_every_mm;
@@ -40,7 +40,7 @@ laser_series virtual_laser::measure(const std::string &name) const {
     const twin_config &config = twin_.config();
     const error_name error = measured(name, config);
     const std::vector<double> targets = targets_mm(axis_letters[error.axis]);
-    // A beam along the axis has no slope that counts; across it, and for a rotation, it has.
+    // A beam along the axis has no slope that matters; across it, and for a rotation, it has.
     laser_set_up set_up(twin_, name, error.direction != error.axis);
     laser_series series{name, {}, error.direction > 2 ? "urad" : "um"};
     xyz position_mm = config.start_mm;
@@ -62,8 +62,8 @@ laser_series virtual_laser::measure(const std::string &name) const {
     return series;
 }
 
-// A side of a stage is measured on that side, a rotation as such; a displacement where the tool
-// is, which the rotations of the axis move too.
+// A side of a stage is measured on that side, a rotation directly. A displacement is measured at
+// the tool, which the rotations of the axis move too.
 double virtual_laser::true_value(const std::string &name, const error_name &error,
                                  const xyz &position_mm) const {
     const double at_mm = position_mm[static_cast<std::size_t>(error.axis)];

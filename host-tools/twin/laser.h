@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The virtual laser: what a person with an interferometer could measure on the twin, and no more.
+// The virtual laser: measures the twin as a person with an interferometer, and gives no other
+// access.
 #pragma once
 
 #include <string>
@@ -9,7 +10,7 @@
 
 namespace compbox {
 
-// The readings of one set-up along one axis. Writers of file formats take this.
+// The readings of one set-up along one axis, the input of the writers of file formats.
 struct laser_series {
     struct reading {
         double position_mm, error_um;  // or µrad
@@ -22,22 +23,22 @@ struct laser_series {
 
 class virtual_laser {
   public:
-    // Noise follows from twin.config().seed. The twin must outlive the laser.
+    // The noise depends on twin.config().seed. The twin must outlive the laser.
     explicit virtual_laser(const twin_machine &twin);
 
-    // Target positions of an axis ('X'): every measure_every_mm from the low end, and the high
-    // end; the last interval is shorter where the travel is not a multiple.
+    // Target positions of an axis ('X'): every measure_every_mm from the low end, and the high end;
+    // the last interval is shorter if the travel is not a multiple.
     std::vector<double> targets_mm(char axis) const;
 
-    // One set-up: all runs over all targets, the other axes at start_mm, uncompensated; a
-    // displacement is that of the tool, less a constant. The beam has its own slope and offset, the
-    // machine its repeatability at each approach, each reading its noise; rounded to the
-    // resolution.
+    // One set-up: all runs over all targets, the other axes at start_mm, uncompensated. A
+    // displacement is that of the tool, minus a constant. The beam adds a slope and offset, the
+    // machine its repeatability at each approach, each reading its noise; the result is rounded to
+    // the resolution.
     laser_series measure(const std::string &name) const;
 
-    // Remeasurement: one noisy reading of the tool error in X, Y, Z in that state. Consecutive
-    // calls draw new noise. No slope or offset: it is one set-up along the whole path, and figures
-    // are ranges.
+    // Remeasurement: one noisy reading of the tool error in X, Y, Z in that state. Each call draws
+    // new noise. There is no slope or offset, because it is one set-up along the whole path, and
+    // figures are ranges.
     xyz read_tool_error_um(const twin_state &state) { return shown(twin_.true_error_um(state)); }
     xyz read_tool_error_um(const xyz &position_mm, const xyz &displacement_um) {
         return read_tool_error_um(state_at(position_mm, displacement_um));
@@ -56,8 +57,8 @@ class virtual_laser {
 // "position_mm,error_um,run" as CSV text; error_urad for a rotation.
 std::string laser_csv(const laser_series &series);
 
-// Measures every configured error and every side of a stage, and writes FOLDER/NAME.csv; returns
-// the paths written. Throws input_error when a file cannot be written.
+// Measures every configured error and every side of a stage, and writes FOLDER/NAME.csv. out: the
+// written paths. Throws input_error when a file cannot be written.
 std::vector<std::string> measure_all(const twin_machine &twin, const std::string &folder);
 
 }  // namespace compbox

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The twin: the machine's errors, known here and nowhere else.
+// The twin: the only place where the machine's errors are known.
 //
 //     twin_config config = load_twin("machine_twin.json");   // config.seed may be changed
 //     twin_machine twin(config);
-//     virtual_laser laser(twin);                             // laser.h: what a person may measure
-//     nc_motion nc(config);                                  // motion.h: how the axes move
+//     virtual_laser laser(twin);                             // laser.h: measures errors
+//     nc_motion nc(config);                                  // motion.h: moves the axes
 //
 // Sign: an error is the displacement of the tool relative to the workpiece, and so is an applied
 // compensation; the tool error is their sum. Truth is for reports after the fact: no tool that
@@ -21,27 +21,27 @@ namespace compbox {
 
 class twin_machine {
   public:
-    // All follows from config.seed, each part and curve from a stream of its own.
+    // config.seed determines the machine; each part and curve has its own stream.
     explicit twin_machine(const twin_config &config);
 
     const twin_config &config() const { return config_; }
 
-    // For reports after the fact: the error of the tool in that state, no noise: the sum of the
-    // parts, and of the compensation that is in the state.
+    // For reports after the fact: the tool's error in that state without noise, the sum of the
+    // parts and of the compensation in the state.
     xyz true_error_um(const twin_state &state) const;
-    // The same of all that a model could explain: without the unexplained part.
+    // The same without the unexplained part: all that a model could explain.
     xyz explained_error_um(const twin_state &state) const;
-    // … and that part alone; zero where the machine has none.
+    // The unexplained part alone; zero if the machine has none.
     xyz unexplained_error_um(const twin_state &state) const;
 
-    // At rest at time 0, displacement_um by drives that are moved alike.
+    // At rest at time 0; displacement_um is the same for both drives of an axis.
     xyz true_error_um(const xyz &position_mm, const xyz &displacement_um = {}) const {
         return true_error_um(state_at(position_mm, displacement_um));
     }
 
     // For the virtual instruments.
     const compbox::geometry &geometry() const { return *geometry_; }
-    // One error of one axis, e.g. "EZX" in µm or "EAX" in µrad. The name must be configured.
+    // One error of one axis, such as "EZX" in µm or "EAX" in µrad. The name must be configured.
     double curve_um(const std::string &name, double position_mm) const {
         return geometry_->curve(name, position_mm);
     }
@@ -50,7 +50,7 @@ class twin_machine {
     twin_config config_;
     std::shared_ptr<const compbox::geometry> geometry_;
     std::vector<part_pointer> explained_;
-    part_pointer unexplained_;  // null: there is none
+    part_pointer unexplained_;  // null: none
 };
 
 }  // namespace compbox

@@ -13,8 +13,8 @@ namespace compbox {
 class straight_move {
   public:
     straight_move() = default;
-    // The path velocity and acceleration are as large as every axis allows, the velocity at most
-    // feed_mm_per_s. from and to inside the travels.
+    // The path velocity and acceleration are the largest that every axis allows, the velocity at
+    // most feed_mm_per_s. from and to must be inside the travels.
     straight_move(const xyz &from_mm, const xyz &to_mm, double feed_mm_per_s,
                   const std::array<twin_axis, 3> &axes);
 
@@ -31,23 +31,23 @@ class nc_motion {
   public:
     explicit nc_motion(const twin_config &config);
 
-    // Appends a move or dwell; steps run one after another with a full stop between them.
-    // A target outside the travel throws input_error.
+    // Appends a move or dwell; steps run in order with a full stop between them. A target outside
+    // the travel throws input_error.
     void queue(const twin_step &step);
 
-    // What the PLC asks of each axis, in µm of the register (before the control's sign). It takes
+    // The PLC's request for each axis, in µm of the register (before the control's sign). It takes
     // effect from the next cycle on: per cycle an axis takes over at most max velocity ×
-    // comp_add_velo_factor × cycle, the rest follows in later cycles, without an alarm.
+    // comp_add_velo_factor × cycle. The rest follows in later cycles, without an alarm.
     void set_compensation_um(const xyz &asked_um) {
         asked_um_ = asked_um;
         slope_ = {};
     }
-    // The same as the control's temperature compensation: in each cycle asked_um + slope * (P - P0)
-    // with P the axis' position of that cycle. slope in mm/mm; beyond comp_add_velo_factor it is
-    // held there, without an alarm.
+    // The control's temperature compensation: in each cycle asked_um + slope * (P - P0) with P the
+    // axis' position of that cycle. slope in mm/mm; it is limited to comp_add_velo_factor, without
+    // an alarm.
     void set_compensation_um(const xyz &asked_um, const xyz &slope, const xyz &reference_mm);
-    // How far apart the two drives of each axis shall stand, second less first, about that value;
-    // each drive takes over as much in a cycle as an axis with one drive does.
+    // Difference between the two drives of each axis, second minus first, about that value. Each
+    // drive takes over as much per cycle as an axis with one drive.
     void set_drive_difference_um(const xyz &difference_um) { difference_um_ = difference_um; }
 
     // One interpolation cycle of config.nc.interpolation_s.
@@ -55,15 +55,15 @@ class nc_motion {
 
     double time_s() const { return static_cast<double>(cycles_) * cycle_s_; }
     bool moving() const { return busy_ || !waiting_.empty(); }
-    // What the control shows: without the compensation.
+    // The control's displayed position, without the compensation.
     const xyz &position_mm() const { return position_mm_; }
-    // What has entered the axes so far, in µm of the register; this is what the PLC can return.
+    // Compensation applied to the axes so far, in µm of the register; the PLC can return it.
     xyz entered_um() const;
-    // The displacement of the tool that it makes: entered_um times the control's sign.
+    // The resulting displacement of the tool: entered_um times the control's sign.
     xyz displacement_um() const;
-    // All that the machine's error depends on, as far as axes and drives go.
+    // The state of axes and drives, on which the machine's error depends.
     twin_state state() const;
-    // The most that enters an axis in one cycle.
+    // Maximum change of an axis in one cycle.
     double max_step_um(int axis) const { return max_step_um_[static_cast<std::size_t>(axis)]; }
 
   private:

@@ -12,6 +12,8 @@ namespace {
 
 constexpr double um_per_mm_per_ppm = 1e-3, reference_degC = 20.0;
 
+// in : point and direction 0 … 2: the line of point P1 … P3 in direction x … z
+// out: all runs of this line, as one set-up of its own; deviations in µm
 laser_file measure_line(const twin_machine &twin, const nine_line_options &options,
                         std::size_t point, std::size_t direction) {
     const auto a = static_cast<std::size_t>(axis_index(options.axis));

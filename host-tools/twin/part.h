@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // One cause of errors of the tool: geometry, heat, force … The twin's error is the sum of its
-// parts. A part is constant after it was made: whatever changes stands in the state.
+// parts. A part is constant; the state holds all that changes.
 #pragma once
 
 #include <memory>
@@ -16,8 +16,8 @@ class error_part {
     // Displacement of the tool relative to the workpiece. Finite for every state inside the
     // travels.
     virtual xyz error_um(const twin_state &state) const = 0;
-    // Puts into the state what this part depends on, as a machine at work might have it, besides
-    // time and positions: for whoever asks how large errors become.
+    // Sets the part's variables in the state, besides time and positions, as on a working machine.
+    // For estimates of the range of errors.
     virtual void vary(twin_state &, random_stream &) const {}
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What goes on in the machine as time goes by: its temperatures and the load of its spindle, and
-// what instruments and the PLC show of them.
+// Temperatures of the machine and load of its spindle over time, and their display by instruments
+// and the PLC.
 #pragma once
 
 #include <optional>
@@ -12,18 +12,18 @@ namespace compbox {
 
 class machine_process {
   public:
-    // At the air's temperature. All follows from config.seed.
+    // Starts at the air's temperature. config.seed determines all random values.
     explicit machine_process(const twin_config &config);
 
-    // in : 0 < dt_s <= 1 s since the last call; what the axes and the spindle did in it
+    // in : 0 < dt_s <= 1 s since the last call; the axes' and the spindle's activity in it
     void advance(double dt_s, const twin_state &now);
 
-    // Puts temperatures by the names of the nodes, and the spindle's load, into the state.
+    // Sets temperatures by the names of the nodes, and the spindle's load, in the state.
     void fill(twin_state &state) const;
 
-    // What the PLC shows: a thermometer by the name of its signal, spindle_rpm,
-    // spindle_load_percent, feed_mm_per_min, depth_of_cut_mm. Nothing for other names, and for
-    // machines without `thermal` or `cutting` in their file.
+    // The PLC's value: a thermometer by the name of its signal, spindle_rpm, spindle_load_percent,
+    // feed_mm_per_min, depth_of_cut_mm. Empty for other names, and for machines without `thermal`
+    // or `cutting` in their file.
     std::optional<double> signal(const std::string &name) const;
 
   private:

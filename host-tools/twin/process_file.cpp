@@ -48,7 +48,7 @@ std::array<double, 2> range_at(const json &value, const char *key, const place &
     return range;
 }
 
-// Three numbers by the letters of the axes; what is missing stays.
+// Three numbers by the letters of the axes; missing ones are unchanged.
 void read_axes_values(const json &value, const char *key, double low, double high, const place &at,
                       std::array<double, 3> &into) {
     const json &object = optional_object(value, key, at);
@@ -108,7 +108,8 @@ void read_couplings(const json &root, thermal_config &config, const place &top) 
     }
 }
 
-// Every node has a way to the air, by itself or by others: else it has no end temperature.
+// Every node needs a path to the air, directly or through others; otherwise it has no final
+// temperature.
 void check_ways_to_air(const thermal_config &config, const place &at) {
     std::vector<bool> cooled;
     for (const auto &node : config.nodes) cooled.push_back(node.to_air_W_per_K > 0.0);
@@ -184,6 +185,8 @@ void read_sensors(const json &root, thermal_config &config, const place &top) {
     }
 }
 
+// in : the object of the key; throws input_error with its place
+// out: the wall, its extent in mm, with the length across the direction of yielding
 thin_wall read_wall(const json &value, const place &at) {
     check_keys(value,
                {"name", "yields", "along", "along_mm", "normal_mm", "z_mm", "compliance_um_per_N",
@@ -194,7 +197,7 @@ thin_wall read_wall(const json &value, const place &at) {
     wall.normal = direction_at(value, "yields", at);
     wall.along = direction_at(value, "along", at);
     if (wall.normal == wall.along || wall.normal == 2 || wall.along == 2) {
-        at.fail("stands along Z: it yields along X or Y and its length is the other one");
+        at.fail("must yield along X or Y and extend along the other");
     }
     wall.along_mm = range_at(value, "along_mm", at);
     wall.normal_mm = range_at(value, "normal_mm", at);

@@ -8,7 +8,7 @@
 
 namespace compbox {
 
-// Each takes the value of its key and throws input_error with the place of a mistake.
+// Each function reads the value of its key and throws input_error with the place of a mistake.
 thermal_config read_thermal(const json &value, const reading::place &at);
 cutting_config read_cutting(const json &value, const reading::place &at);
 

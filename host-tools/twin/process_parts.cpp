@@ -8,7 +8,7 @@ namespace compbox {
 namespace {
 
 constexpr int moments_of_a_day = 100;
-constexpr int moment_s = 300;  // apart, so that the day has 8 h
+constexpr int moment_s = 300;  // interval, which gives a day of 8 h
 constexpr double usual_rpm = 6000.0, usual_travel_mm_per_s = 50.0;
 constexpr double usual_depth_mm = 1.0, usual_feed_mm_per_min = 250.0;
 
@@ -23,7 +23,7 @@ thermal_part::thermal_part(const twin_config &config)
     work_a_day(config);
 }
 
-// Speeds change every half hour; all of it by a stream of its own.
+// Speeds change every half hour; all random values come from a separate stream.
 void thermal_part::work_a_day(const twin_config &config) {
     thermal_config unwatched = config_;
     unwatched.sensors.clear();

@@ -9,8 +9,8 @@
 
 namespace compbox {
 
-// Expansion by the temperatures in the state, by the names of the nodes; a node that is not in the
-// state is at the reference.
+// Expansion by the temperatures in the state, by the names of the nodes; a missing node has the
+// reference temperature.
 class thermal_part : public error_part {
   public:
     explicit thermal_part(const twin_config &config);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Random numbers that are the same on every platform for a seed: xoshiro256** seeded by splitmix64,
-// normal deviates by Box-Muller. The std:: distributions differ between libraries.
+// Random numbers that depend on the seed alone, on every platform: xoshiro256** seeded by
+// splitmix64, normal deviates by Box-Muller. The std:: distributions differ between libraries.
 #pragma once
 
 #include <array>
@@ -11,8 +11,8 @@ namespace compbox {
 
 class random_stream {
   public:
-    // One independent stream for each (seed, purpose): adding a curve or an instrument to a twin
-    // changes none of the others.
+    // One independent stream for each (seed, purpose): another curve or instrument in a twin does
+    // not change the existing ones.
     random_stream(std::uint64_t seed, std::string_view purpose);
 
     std::uint64_t next();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Reading a twin file: every message begins with the file and the key that it is about.
+// Reading a twin file: every message begins with the file and the key.
 #pragma once
 
 #include <initializer_list>
@@ -12,7 +12,7 @@ namespace compbox::reading {
 
 constexpr double unlimited = std::numeric_limits<double>::max();
 
-// Where we are in the file.
+// A place in the file, for messages.
 struct place {
     std::string file, path;
 
@@ -21,14 +21,14 @@ struct place {
     [[noreturn]] void fail(const std::string &sentence) const;  // throws input_error
 };
 
-// All of these throw input_error with the place where a key is unknown, missing, or of another
-// kind or size. Ranges are inclusive.
+// All of these throw input_error with the place of an unknown or missing key, or a value of the
+// wrong type or size. Ranges are inclusive.
 void check_keys(const json &value, std::initializer_list<const char *> allowed, const place &at);
 double as_number(const json &value, double low, double high, const place &at);
 double required(const json &value, const char *key, double low, double high, const place &at);
 double optional(const json &value, const char *key, double otherwise, double low, double high,
                 const place &at);
-std::string optional_text(const json &value, const char *key, const place &at);  // "" where missing
+std::string optional_text(const json &value, const char *key, const place &at);  // "" if missing
 const json &optional_object(const json &value, const char *key, const place &at);
 
 }  // namespace compbox::reading

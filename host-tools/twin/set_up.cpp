@@ -15,7 +15,7 @@ constexpr double days = 30.0, reading_s = 10.0;
 }  // namespace
 
 double as_shown(double error_um, const twin_config &config) {
-    // By the count of steps in 1 µm, which gives the shortest decimals: 0.07, not 0.07000…1.
+    // Uses the number of steps in 1 µm, which gives the shortest decimals: 0.07, not 0.07000…1.
     const double steps_per_um = std::round(1.0 / config.laser.resolution_um);
     return std::round(error_um * steps_per_um) / steps_per_um;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One set-up of a laser: where its beam points, when it stood there, and how its readings scatter.
+// One set-up of a laser: direction of its beam, its time, and the noise of its readings.
 #pragma once
 
 #include <string>
@@ -11,13 +11,13 @@ namespace compbox {
 
 class laser_set_up {
   public:
-    // name: of what is measured; each has its streams and its hour within the month before the
-    // control starts. straight: the beam is a straightness reference and has a slope.
+    // name: of the measured error; each has its own streams and its own hour within the month
+    // before the control starts. straight: the beam is a straightness reference and has a slope.
     laser_set_up(const twin_machine &twin, const std::string &name, bool straight);
 
-    // One reading: the error, and beam, approach and noise, rounded. way_mm: from the first target.
+    // One reading: the error plus beam, approach and noise, rounded. way_mm: from the first target.
     double reading_um(double error_um, double way_mm);
-    // The unexplained error of this moment where the machine stands; each reading takes 10 s.
+    // The unexplained error now at the machine's position; each reading takes 10 s.
     xyz unexplained_um(const xyz &position_mm);
 
   private:
@@ -27,7 +27,7 @@ class laser_set_up {
     double time_s_;
 };
 
-// To the least digit of the laser.
+// Rounds to the laser's least digit.
 double as_shown(double error_um, const twin_config &config);
 
 }  // namespace compbox

@@ -15,6 +15,7 @@ constexpr double m_per_mm = 1e-3;
 constexpr double rounding_s = 1e-9;
 constexpr double fastest_part = 0.2;  // of the shortest time constant: longest part of a step
 
+// out: the drive's present value in its unit: 1 for `always`, 1/min, mm/min or W
 double drive_of(heat_drive drive, const thermal_load &load) {
     switch (drive) {
         case heat_drive::always:
@@ -38,7 +39,7 @@ double watt_of(const thermal_heat &heat, const thermal_load &load) {
     return heat.watt * std::pow(drive / heat.at, heat.power);
 }
 
-// Heat that leaves each node, W, by couplings and to the air of temperature 0.
+// Heat flow from each node, W, by couplings and to air of temperature 0.
 std::vector<double> outflow(const thermal_config &config, const std::vector<double> &degC) {
     std::vector<double> watt(config.nodes.size());
     for (std::size_t n = 0; n < watt.size(); ++n) {
@@ -52,7 +53,7 @@ std::vector<double> outflow(const thermal_config &config, const std::vector<doub
     return watt;
 }
 
-// The rate of the fastest mode: that of heat leaving, in 1/s. Gershgorin's bound.
+// Gershgorin's bound of the fastest mode's rate of heat loss, in 1/s.
 double fastest_rate(const thermal_config &config) {
     std::vector<double> W_per_K;
     for (const auto &node : config.nodes) W_per_K.push_back(node.to_air_W_per_K);
@@ -113,6 +114,8 @@ thermal_config drawn(const thermal_config &kind, std::uint64_t seed) {
     return one;
 }
 
+// in : at least one node
+// out: longest and shortest time constant, s, to 1 %
 time_constants modes_of(const thermal_config &config) {
     const std::size_t size = config.nodes.size();
     const auto rates = [&](const std::vector<double> &v) {
@@ -123,7 +126,7 @@ time_constants modes_of(const thermal_config &config) {
         return w;
     };
     const double fastest = largest_rate(size, rates);
-    const double shift = fastest_rate(config);  // turns the slowest mode into the largest
+    const double shift = fastest_rate(config);  // makes the slowest mode the largest
     const double slowest = shift - largest_rate(size, [&](const std::vector<double> &v) {
                                std::vector<double> w = rates(v);
                                for (std::size_t n = 0; n < size; ++n) w[n] = shift * v[n] - w[n];

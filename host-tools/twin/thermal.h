@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The thermal network: lumps of the machine that heat sources warm, that warm each other and that
-// the air cools; what their expansion does to the tool; thermometers on them. docs/twin.md, "Heat".
+// The thermal network: heat sources warm nodes of the machine, which exchange heat with each other
+// and with the air. Their expansion moves the tool; thermometers measure them. docs/twin.md,
+// "Heat".
 #pragma once
 
 #include <array>
@@ -23,7 +24,7 @@ struct thermal_coupling {
     double W_per_K = 0.0;
 };
 
-// What warms a node: watt * (drive / at)^power. `at` in the drive's unit: 1/min, mm/min, W.
+// Source of a node's heat: watt * (drive / at)^power. `at` in the drive's unit: 1/min, mm/min, W.
 enum class heat_drive { always, spindle_rpm, travel_x, travel_y, travel_z, cutting_W };
 
 struct thermal_heat {
@@ -32,8 +33,8 @@ struct thermal_heat {
     double watt = 0.0, at = 1.0, power = 1.0;
 };
 
-// Expansion of a node moves the tool by (T - reference) * (um_per_K + um_per_m_K * (P - from)), P
-// the position of the axis `along`: the control's K0 and tanβ parts.
+// Expansion of a node moves the tool by (T - reference) * (um_per_K + um_per_m_K * (P - from)),
+// with P the position of the axis `along`: the control's K0 and tanβ parts.
 struct thermal_expansion {
     std::size_t node = 0;
     int direction = 0;  // 0..2: X, Y, Z
@@ -49,7 +50,7 @@ struct thermal_sensor {
     double lag_s = 20.0;
     double resolution_K = 0.1;
     double noise_K = 0.03;  // of a reading, 1 sigma
-    double offset_K = 0.0;  // this sensor's own, within ± this
+    double offset_K = 0.0;  // error of this sensor, within ± this value
 };
 
 struct thermal_air {
@@ -60,8 +61,8 @@ struct thermal_air {
 };
 
 struct thermal_config {
-    double reference_degC = 20.0;  // here nothing is expanded
-    double spread = 0.0;           // a seed draws each parameter within ± this part of it
+    double reference_degC = 20.0;  // temperature of zero expansion
+    double spread = 0.0;           // a seed draws each parameter within ± this fraction
     thermal_air air;
     std::vector<thermal_node> nodes;
     std::vector<thermal_coupling> couplings;
@@ -72,32 +73,34 @@ struct thermal_config {
     bool empty() const { return nodes.empty(); }
 };
 
-// The machine of this kind that the seed stands for: capacities, conductances, heats and expansions
-// within ± spread, each from a stream of its own; offsets of the sensors. Names, drives, noise,
-// lags and the air stay.
+// The seed's machine of this kind: capacities, conductances, heats and expansions within ± spread,
+// each from its own stream, and offsets of the sensors. Names, drives, noise, lags and the air are
+// unchanged.
 thermal_config drawn(const thermal_config &kind, std::uint64_t seed);
 
-// Longest and shortest time constant of the network, s: of its slowest and fastest mode. The
+// Longest and shortest time constant of the network, s, of its slowest and fastest mode. The
 // network must not be empty. By power iteration, to 1 %; for checks and documents.
 struct time_constants {
     double shortest_s, longest_s;
 };
 time_constants modes_of(const thermal_config &config);
 
-// What the machine does, as far as it makes heat.
+// The machine's activity, as far as it produces heat.
 struct thermal_load {
     double spindle_rpm = 0.0;
-    std::array<double, 3> axis_mm_per_s = {};  // sign does not matter
+    std::array<double, 3> axis_mm_per_s = {};  // the sign is ignored
     double cutting_W = 0.0;
 };
 
-// How the temperatures go. Time is passed in; equal loads give equal temperatures however the time
-// is divided: it is counted in steps of one second, with the mean of the loads in it.
+// Simulates the temperatures. Time is an argument; equal loads give equal temperatures for any
+// division of the time, because it is counted in steps of one second, with the mean of the loads in
+// each.
 class thermal_process {
   public:
     static constexpr double step_s = 1.0;
 
-    // All nodes and sensors at the air's temperature. The noise of the sensors follows from seed.
+    // Starts with all nodes and sensors at the air's temperature. seed determines the noise of the
+    // sensors.
     thermal_process(const thermal_config &config, std::uint64_t seed);
 
     // in : 0 < dt_s <= step_s
@@ -105,7 +108,8 @@ class thermal_process {
 
     double air_degC() const;
     const std::vector<double> &node_degC() const { return node_degC_; }
-    // What a thermometer shows: behind by its lag, with noise, rounded; new once a second.
+    // Displayed temperatures: delayed by the sensor's lag, with noise, rounded; updated once a
+    // second.
     const std::vector<double> &sensor_degC() const { return shown_degC_; }
 
   private:
@@ -116,10 +120,10 @@ class thermal_process {
     thermal_config config_;
     std::vector<random_stream> noise_;  // of each sensor
     std::vector<double> node_degC_, sensor_degC_, shown_degC_, watt_;
-    std::vector<double> warmth_;  // of each heat: time integral of its watt since the last step, J
+    std::vector<double> warmth_;  // of each heat: time integral of its power since the last step, J
     double since_step_s_ = 0.0;
     long long steps_ = 0;
-    int parts_ = 1;  // of a step, so that the fastest node is followed
+    int parts_ = 1;  // parts of a step, so that the fastest node is resolved
 };
 
 // Displacement of the tool relative to the workpiece, µm.

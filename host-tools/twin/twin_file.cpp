@@ -45,6 +45,8 @@ void read_travel(const json &value, twin_axis &axis, const place &at) {
     if (axis.max_mm - axis.min_mm < 1.0) at.fail("must be at least 1 mm long");
 }
 
+// in : the object of one axis; throws input_error with the place
+// out: the axis in mm and s; measure_every_mm is a twentieth of the travel by default
 twin_axis read_axis(const json &value, const place &at) {
     check_keys(value,
                {"travel_mm", "max_velocity_mm_per_min", "acceleration_mm_per_s2",
@@ -131,6 +133,7 @@ void read_size(const json &value, twin_config &config, const place &at) {
     }
 }
 
+// Reads the key "plc", in s and µm; a missing key has its default. Throws input_error.
 void read_plc(const json &root, twin_config &config, const place &top) {
     const json &value = optional_object(root, "plc", top);
     const place at = top.in("plc");
@@ -159,6 +162,8 @@ void read_start(const json &root, twin_config &config, const place &top) {
     }
 }
 
+// in : one element of the program; throws input_error with its place
+// out: a move or a dwell, times in s, feed in mm/s
 twin_step read_step(const json &value, const twin_config &config, const place &at) {
     check_keys(value,
                {"move_to_mm", "feed_mm_per_min", "dwell_s", "spindle_rpm", "depth_of_cut_mm"}, at);

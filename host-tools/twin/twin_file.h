@@ -14,7 +14,7 @@
 
 namespace compbox {
 
-// X, Y, Z in this order; mm or µm as the name says. An axis that a machine lacks stays at 0.
+// X, Y, Z in this order; mm or µm by the name. An axis that a machine lacks stays at 0.
 using xyz = std::array<double, 3>;
 constexpr char axis_letters[] = "XYZ";
 constexpr char no_axis = '-';
@@ -26,8 +26,8 @@ struct twin_axis {
     double acceleration_mm_per_s2 = 0.0;
     double measure_every_mm = 0.0;  // interval of the virtual laser
     double cutoff_mm = 0.0;         // shortest significant wavelength of the guideway
-    // What a positive compensation value does to this axis in the control: +1 moves the tool in
-    // the positive direction, -1 in the negative.
+    // Effect of a positive compensation value on this axis in the control: +1 moves the tool in the
+    // positive direction, -1 in the negative.
     int compensation_sign = 1;
 };
 
@@ -35,18 +35,18 @@ struct twin_axis {
 struct twin_error {
     double amplitude = 0.0;  // range about the least-squares line
     double slope_per_mm = 0.0, offset = 0.0;
-    std::vector<std::array<double, 2>> points;  // {position_mm, value}; given instead of random
+    std::vector<std::array<double, 2>> points;  // {position_mm, value}; replaces the random curve
 };
 
-// A stage that two drives move, one on either side of its middle (geometry.h): X has its sides
-// along Y, Y along X. Each side has a positioning error of its own.
+// A stage with two drives, one on either side of its middle (geometry.h): X has its sides along Y,
+// Y along X. Each side has its own positioning error.
 struct twin_stage {
-    std::array<std::string, 2> drives;  // names, as the channels have them
+    std::array<std::string, 2> drives;  // names, as used by the channels
     double span_mm = 0.0;               // from the first side to the second
     std::array<twin_error, 2> errors;
 };
 
-// How the machine is put together (geometry.h).
+// Structure of the machine (geometry.h).
 struct twin_chain {
     std::string order = "fXYZ";            // from the workpiece over the foundation f to the tool
     std::array<xyz, 3> reference_mm = {};  // origin of each axis' frame, all axes at 0
@@ -56,10 +56,10 @@ struct twin_chain {
 
 // A coordinated move in a straight line, or a dwell.
 struct twin_step {
-    std::array<std::optional<double>, 3> target_mm;  // absent: this axis stays
+    std::array<std::optional<double>, 3> target_mm;  // absent: this axis does not move
     double feed_mm_per_s = 0.0;                      // along the path
     double dwell_s = 0.0;                            // > 0: a dwell, without target and feed
-    std::optional<double> spindle_rpm;               // from here on; absent: as it is
+    std::optional<double> spindle_rpm;               // from here on; absent: unchanged
     double depth_of_cut_mm = 0.0;                    // in this move
 };
 
@@ -78,11 +78,12 @@ struct twin_nc {
 
 struct twin_plc {
     double scan_s = 0.008;
-    double watchdog_s = 0.2;         // box heartbeat unchanged for so long: ramp to zero
-    double ramp_um_per_s = 50.0;     // of that ramp
-    double slope_um_per_s = 1000.0;  // of what is taken over from the box
-    // Largest offset of an axis that is taken over, of one axis by itself where stated; a slope
-    // counts by what it makes of ahead_mm.
+    double watchdog_s = 0.2;         // maximum time without a change of the box's heartbeat; then
+                                     // ramp to zero
+    double ramp_um_per_s = 50.0;     // rate of that ramp
+    double slope_um_per_s = 1000.0;  // rate of taking over the box's values
+    // Largest accepted offset of an axis, with exceptions for single axes; a slope counts as its
+    // offset at ahead_mm.
     double size_um = 500.0, ahead_mm = 40.0;
     std::array<std::optional<double>, 3> axis_size_um;
     double reference_s = 0.5;  // from power-on until the axes are referenced …
@@ -90,7 +91,7 @@ struct twin_plc {
 };
 
 struct twin_config {
-    std::string file;  // for messages; "" when made in code
+    std::string file;  // for messages; "" if made in code
     std::string machine;
     std::uint64_t seed = 1;
     std::array<twin_axis, 3> axes;
@@ -108,17 +109,18 @@ struct twin_config {
     twin_plc plc;
     xyz start_mm = {0.0, 0.0, 0.0};
     std::vector<twin_step> program;
-    // Channel name to axis letter, where they differ; no_axis: it moves none (never from a file).
+    // Channel name to axis letter, where they differ; no_axis: it moves no axis (never from a
+    // file).
     std::map<std::string, char> channels;
-    std::map<std::string, double> signals;  // other signals that the PLC shows, constant
-    std::string coefficients;               // path of the register map; "" when not given
+    std::map<std::string, double> signals;  // other constant signals of the PLC
+    std::string coefficients;               // path of the register map; "" if not given
 };
 
-// Reads and checks a twin file; paths in it become relative to the working directory. Throws
+// Reads and checks a twin file; its paths become relative to the working directory. Throws
 // input_error with one sentence that names file and key.
 twin_config load_twin(const std::string &path);
 
-// The place of a drive of a stage by its name; nothing where no stage has it.
+// Place of a stage's drive by its name; empty if unknown.
 struct drive_place {
     std::size_t axis, side;
 };
@@ -127,7 +129,7 @@ std::optional<drive_place> find_drive(const twin_config &config, const std::stri
 // 0, 1, 2 for 'X', 'Y', 'Z'; -1 otherwise.
 int axis_index(char letter);
 
-// An ISO 230-1 error name taken apart: EZX is direction Z of axis X.
+// Parts of an ISO 230-1 error name: EZX is direction Z of axis X.
 struct error_name {
     int direction;  // 0..2: displacement along X, Y, Z; 3..5: rotation about A, B, C
     int axis;       // 0..2: the axis that moves

@@ -11,7 +11,7 @@ namespace compbox {
 namespace {
 
 constexpr int waves_per_direction = 24;
-constexpr double most_waves_in_travel = 12.0;  // rough: down to a twelfth of the travel
+constexpr double most_waves_in_travel = 12.0;  // shortest wavelength: a twelfth of the travel
 constexpr double shortest_s = 600.0, longest_s = 7200.0;
 constexpr int samples = 2001;
 
@@ -28,6 +28,7 @@ struct range {
 
 }  // namespace
 
+// Draws the waves of each direction from its own stream, then scales them to config's percentage.
 unexplained::unexplained(const twin_config &config, const std::vector<part_pointer> &explained) {
     for (std::size_t d = 0; d < 3; ++d) {
         random_stream stream(config.seed, std::string("unexplained ") + axis_letters[d]);
@@ -48,6 +49,8 @@ unexplained::unexplained(const twin_config &config, const std::vector<part_point
     scale(config, explained);
 }
 
+// in : explained: the parts that set the scale; random states of a working day
+// out: waves_ scaled so that their range is the configured percentage of the parts' range
 void unexplained::scale(const twin_config &config, const std::vector<part_pointer> &explained) {
     random_stream stream(config.seed, "unexplained scale");
     std::array<range, 3> known, own;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What no input of a model explains: a rough function of the position that drifts through shapes
-// as time goes by, so that what was measured yesterday is no more true today. Nobody can learn it.
+// Error that no input of a model explains: a rough function of the position that drifts with time,
+// so that yesterday's measurement is no longer true. No model can learn it.
 #pragma once
 
 #include <vector>
@@ -10,9 +10,8 @@
 
 namespace compbox {
 
-// In each direction the range over the working space and over a day is `percent` of the range
-// that the explained parts have there, with the temperatures and forces of a day at work, where
-// the machine has such.
+// In each direction the range over the working space and over a day is `percent` of the explained
+// parts' range there, with the temperatures and forces of a working day, if the machine has them.
 class unexplained : public error_part {
   public:
     unexplained(const twin_config &config, const std::vector<part_pointer> &explained);
@@ -20,7 +19,7 @@ class unexplained : public error_part {
     xyz error_um(const twin_state &state) const override;
 
   private:
-    // One wave in space, which moves on with time.
+    // One wave in space that travels with time.
     struct wave {
         double phase;     // in turns
         double per_s;     // turns per second

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Factors between units that several parts of the machine need.
+// Factors between units, for several parts of the machine.
 #pragma once
 
 namespace compbox {

@@ -8,6 +8,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/twin/laser.h"
 
+// out: exit code 0 done, 1 a file is bad, 2 wrong usage, 70 a fault of the program
 int main(int argc, char **argv) {
     compbox::cli::program app{"virtual-laser: measures the axes of a simulated machine"};
     app.footer(

@@ -323,7 +323,7 @@ TEST(ProcessFile, SaysWhatIsWrongAndWhere) {
         {wall + R"([0], "compliance_um_per_N": 1}]})", "cutting.walls[0].z_mm: must be [from, to]"},
         {"{}", "cutting: the key 'N_per_mm' is missing"},
         {R"({"N_per_mm": 1, "walls": [{"name": "w", "yields": "X", "along": "X"}]})",
-         "cutting.walls[0]: stands along Z"},
+         "cutting.walls[0]: must yield along X or Y"},
     };
     for (const auto &[text, expected] : cutting) {
         EXPECT_EQ(complaint(with_node(""), text).substr(0, expected.size()), expected) << text;
