@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Configurations by hand and a PLC that shares no line with the box: what the tests of the box's
-// run time stand on.
+// Hand-made configurations and a PLC that shares no line with the box, for the tests of the box at
+// run time.
 #pragma once
 
 #include <cmath>
@@ -20,8 +20,8 @@ extern "C" {
 
 namespace compbox {
 
-// A configuration in plain words. Read block 0 … 31, write block 100 … 115, 30 ms, control word in
-// register 0, heartbeats in 1 and 101, status in 100: as in docs/DESIGN.md §6.
+// Builds a configuration. Read block 0 … 31, write block 100 … 115, 30 ms, control word in register
+// 0, heartbeats in 1 and 101, status in 100: as in docs/DESIGN.md §6.
 struct config_builder {
     std::unique_ptr<cb_config> config = std::make_unique<cb_config>();
 
@@ -150,7 +150,7 @@ inline config_builder simple() {
     return b;
 }
 
-// Registers as a PLC programmer would read and write them, big-endian.
+// Registers in the PLC's byte order, big-endian.
 inline void put_int32(uint16_t *registers, double number) {
     const int64_t n = std::llround(number);
     registers[0] = static_cast<uint16_t>((n >> 16) & 0xFFFF);
@@ -160,9 +160,9 @@ inline double get_int32(const uint16_t *registers) {
     return static_cast<int32_t>(static_cast<uint32_t>(registers[0]) << 16 | registers[1]);
 }
 
-// A box, its inputs and a clock, one step at a time. Each step is a good one unless the test says
-// otherwise before it: the reading is good, the heartbeat moves, the last write was confirmed, the
-// write block is returned at the first contact (zeros, unless the test puts something there).
+// A box, its inputs and a clock, one step at a time. Each step is a good one unless the test
+// changes it first: the reading is good, the heartbeat moves, the last write was confirmed, the
+// write block is read back at the first contact (zeros, unless the test sets values).
 struct box_rig {
     std::unique_ptr<cb_box> box = std::make_unique<cb_box>();
     cb_inputs in{};
@@ -190,7 +190,7 @@ struct box_rig {
     cb_mode mode() const { return static_cast<cb_mode>(box->mode.mode); }
     cb_reason reason() const { return static_cast<cb_reason>(box->mode.reason); }
     double output(unsigned channel = 0) const { return box->channels[channel].output_um; }
-    // What the PLC sees of a channel of the default kind.
+    // The PLC's view of a channel of the default kind.
     double written(unsigned reg) const { return get_int32(out.registers + reg) * 0.01; }
 
     void step(int64_t elapsed_us = 30000) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Runs the box on a configuration that the loader calls good, with inputs at the ends of what the
-// configuration allows and beyond: nothing may become infinite, NaN or larger than its limit.
+// Runs the box on a configuration that the loader accepts, with inputs at the ends of its ranges
+// and beyond: no value may become infinite, NaN or larger than its limit.
 #pragma once
 
 extern "C" {
@@ -25,13 +25,13 @@ class drive {
         cb_box_start(box.get());
         for (int step = 0; step < 12 && broken.empty(); ++step) run(step);
     }
-    std::string broken;  // what went wrong, or empty
+    std::string broken;  // the failure, or empty
 
   private:
     dice random;
     std::unique_ptr<cb_box> box;
 
-    // Products of products of … may overflow within the ranges of their signals; then they fade.
+    // Nested products may overflow within the ranges of their signals; then they fade.
     static bool multiplies_products(const cb_config &config) {
         for (int i = 0; i < config.terms_count; ++i) {
             const cb_term_config &term = config.terms[i];
@@ -42,7 +42,7 @@ class drive {
         return false;
     }
 
-    // A raw number for the signal: mostly one that gives a value at an end or inside its range.
+    // A raw number for the signal, mostly with a value at an end or inside its range.
     float raw_for(const cb_signal_config &signal) {
         const float values[] = {signal.min, signal.max, 0.5f * signal.min + 0.5f * signal.max};
         const float wild[] = {0.0f,
@@ -56,6 +56,8 @@ class drive {
         return (values[random(3u)] - signal.zero) / signal.scale;
     }
 
+    // in : step: the number of the cycle, which moves the heartbeat
+    // out: random registers and samples, the signals' plausible, the control word enabled
     void fill(cb_inputs &in, int64_t now_us, int step) {
         const cb_config &config = box->config;
         for (uint16_t &word : in.registers) word = static_cast<uint16_t>(random());
@@ -77,6 +79,7 @@ class drive {
         }
     }
 
+    // Runs one cycle and sets `broken` if an output is not finite or beyond its limit.
     void run(int step) {
         const cb_config &config = box->config;
         const int64_t now_us = 1000000 + step * static_cast<int64_t>(config.period_us);

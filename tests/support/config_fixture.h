@@ -28,7 +28,7 @@ constexpr cb_target every_target = {"testbox",
                                     1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN | 1u << CB_SOURCE_BUS,
                                     1u << CB_TRANSPORT_TCP | 1u << CB_TRANSPORT_RTU};
 
-// Of each test by itself, so that other constants can be made of it.
+// A copy per test, so that a test can derive other constants from it.
 const std::string full_example = R"({
   "format": "compbox/1",
   "revision": 7,
@@ -72,7 +72,7 @@ const std::string full_example = R"({
 }
 )";
 
-// What the loader said.
+// Result of the loader.
 struct loaded {
     cb_error error;
     std::string text;  // the message
@@ -80,7 +80,7 @@ struct loaded {
     std::shared_ptr<cb_config> config;
 };
 
-// The text is copied into a buffer of exactly its size, so that a sanitizer sees every byte read
+// Copies the text into a buffer of exactly its size, so that a sanitizer detects every byte read
 // beyond it.
 inline loaded load(const std::string &text, const cb_target &target = every_target) {
     auto config = std::make_shared<cb_config>();
@@ -93,7 +93,7 @@ inline loaded load(const std::string &text, const cb_target &target = every_targ
     return {error, message.text, message.line, message.column, config};
 }
 
-// The example with one piece, which must be there exactly once, replaced by another.
+// The example with one piece, which must occur exactly once, replaced by another.
 inline std::string with(const std::string &piece, const std::string &other,
                         std::string text = full_example) {
     const auto at = text.find(piece);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What must hold of every struct cb_config that the loader calls good, checked by means of its own:
-// doubles, plain loops, nothing of the loader.
+// Invariants of every struct cb_config that the loader accepts, checked independently of the
+// loader: doubles and plain loops.
 #pragma once
 
 extern "C" {
@@ -18,7 +18,7 @@ extern "C" {
 
 namespace compbox_test {
 
-// The first invariant that does not hold, or an empty text.
+// The first violated invariant, or an empty text.
 class invariants {
   public:
     explicit invariants(const cb_config &config) : c(config) {
@@ -75,6 +75,7 @@ class invariants {
             must(std::isfinite(c.pool[i]), "pool is finite");
     }
 
+    // Profile, exchange, transport, places and times of the PLC are consistent with each other.
     void plc() {
         const cb_plc_config &p = c.plc;
         must(p.profile <= CB_PROFILE_FANUC && p.exchange <= CB_EXCHANGE_FC23, "profile, exchange");
@@ -103,7 +104,7 @@ class invariants {
         must(p.referenced_mask != 0 && (p.referenced_mask & 0x000D) == 0, "referenced bits");
     }
 
-    // What an NC by handshake needs, and no other has (docs/plc-profiles.md).
+    // Keys of an NC with handshake, which no other has (docs/plc-profiles.md).
     void handshake() {
         const cb_plc_config &p = c.plc;
         must(within(p.deadband_um, 0, 1000), "deadband of the PLC");
@@ -127,6 +128,8 @@ class invariants {
         }
     }
 
+    // in : s, one signal of the configuration
+    // out: broken, if a number is out of range or a field of its source is wrong
     void signal(const cb_signal_config &s) {
         must(s.source <= CB_SOURCE_LAG && s.type <= CB_NUMBER_INT8, "source, type");
         must(ends(s.unit), "unit");
@@ -152,7 +155,8 @@ class invariants {
         }
     }
 
-    // It stands once in the order of lags, after what it follows, and has its range and age.
+    // A lag occurs once in the order of lags, after its signal, and has that signal's range and
+    // age.
     void lag(const cb_signal_config &s) {
         must(within(s.tau_s, 1e-3f, 86400) && (s.power == 1 || s.power == 2), "tau, power");
         must(s.lag_of < c.signals_count && c.lags_count <= c.signals_count, "what a lag follows");
@@ -171,7 +175,7 @@ class invariants {
              "range of a lag");
     }
 
-    // Horner's scheme over absolute values in double: what no step in float32 can exceed by much.
+    // Horner's scheme over absolute values in double: no step in float32 can exceed it by much.
     static double bound(const float *a, int degree, double u, bool slope) {
         double sum = 0;
         for (int k = degree; k >= (slope ? 1 : 0); --k)
@@ -179,6 +183,8 @@ class invariants {
         return sum;
     }
 
+    // in : t and its index
+    // out: broken, if its outputs, its curve or its own fields are wrong
     void term(const cb_term_config &t, int index) {
         const cb_curve_config &curve = t.as.curve;
         must(t.type < CB_TERM_TYPES && within(t.outputs, 1, 8), "term type, outputs");
@@ -215,7 +221,7 @@ class invariants {
             must(c.links[link + i] < c.signals_count, "an input is a signal");
     }
 
-    // A used output belongs to a term before this one.
+    // An output in use belongs to an earlier term.
     void uses(int output, int index) {
         must(output < c.outputs_count, "a used output");
         must(broken.empty() && c.outputs[output].term < index, "terms come after what they use");
@@ -318,7 +324,7 @@ class invariants {
         must(real || units < (small ? 32767.5 : 2147483584.0), "limit fits the register");
     }
 
-    // A slope stands behind the channels of the file, and belongs to one of them.
+    // A slope comes after the channels of the file, and belongs to one of them.
     void tangent(const cb_channel_config &ch) {
         must(ch.slope >= c.channels_count && ch.slope < c.channels_count + c.slopes_count &&
                  c.channels_count + c.slopes_count <= CB_MAX_CHANNELS,
@@ -343,8 +349,8 @@ class invariants {
         must(uses == 2, "a channel is in one pair");
     }
 
-    // Every register of a block and who it belongs to: written ones once; read ones once, or by
-    // readers of the same number.
+    // Each register of a block with its user: written ones have one; read ones have one, or several
+    // that read the same number.
     void registers() {
         if (!broken.empty()) return;
         std::vector<std::string> reads(c.plc.read.count), writes(c.plc.write.count);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A coefficient file with every kind of term and every key that a term, a position or a channel may
-// have: the seed of the tests that damage files, and of the fuzzer (tests/fuzz/corpus/config).
+// have. It is the seed of the tests that damage files, and of the fuzzer
+// (tests/fuzz/corpus/config).
 #pragma once
 
 #include <fstream>

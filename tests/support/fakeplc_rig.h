@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A small machine behind a fakeplc in virtual time, and a box made of nothing but requests.
+// A small machine behind a fakeplc in virtual time, and a box that consists of requests only.
 #pragma once
 
 #include <cmath>
@@ -11,7 +11,7 @@
 
 namespace compbox {
 
-// Modes as the box writes them.
+// Modes as written by the box.
 constexpr unsigned standby = 0, active = 1, hold = 2, ramp = 3, faulty = 4, stopped = 5;
 
 inline number_format format(const char *name) {
@@ -43,7 +43,7 @@ inline twin_config small_machine() {
     return config;
 }
 
-// A box made of nothing but requests.
+// A box that consists of requests only.
 struct rig {
     register_map map;
     fake_plc plc;
@@ -75,7 +75,7 @@ struct rig {
         plc.answer({16, 0, static_cast<std::uint8_t>(address), 0, 1, 2,
                     static_cast<std::uint8_t>(value >> 8), static_cast<std::uint8_t>(value)});
     }
-    // What a box writes in one cycle: status, heartbeat, channel.
+    // Writes of a box in one cycle: status, heartbeat, channel.
     void write(unsigned mode, double channel_um) {
         const auto raw = static_cast<std::uint32_t>(std::lround(channel_um * 100.0));
         set_reg(10, mode);
@@ -83,7 +83,7 @@ struct rig {
         set_reg(12, raw >> 16);
         set_reg(13, raw & 0xFFFF);
     }
-    // A living box that keeps writing for so long.
+    // A running box that writes for this time.
     void box_runs_ms(std::int64_t duration_ms, unsigned mode, double channel_um) {
         for (std::int64_t t = 0; t < duration_ms; t += 30) {
             write(mode, channel_um);

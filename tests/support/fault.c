@@ -11,7 +11,7 @@ static bool in_window(const struct cb_fault_rule *rule, int64_t now_us) {
     return now_us >= rule->from_us && now_us < rule->until_us;
 }
 
-/* The rule of this kind that is in force now, or NULL. */
+/* The active rule of this kind, or NULL. */
 static const struct cb_fault_rule *in_force(const struct cb_faults *faults,
                                             enum cb_fault_kind kind) {
     const int64_t now_us = inner_now(faults);
@@ -34,7 +34,7 @@ static void pass(struct cb_faults *faults, int64_t until_us) {
     if (faults->pass) faults->pass(faults->inner.context, until_us);
 }
 
-/* Deadlines come in the clock that the box sees; the inner hardware has the true one. */
+/* Deadlines are in the box's clock; the inner hardware has the true one. */
 static int64_t clock_error(const struct cb_faults *faults) {
     const struct cb_fault_rule *rule = in_force(faults, CB_FAULT_CLOCK);
     return rule ? rule->number : 0;
@@ -58,7 +58,7 @@ static uint32_t fault_wait_tick(void *context) {
     return missed;
 }
 
-/* A reading as it came, changed by the faults that work on readings. */
+/* Changes a reading by the faults that apply to readings. */
 static void spoil(struct cb_faults *faults, uint16_t start, uint16_t count, uint16_t *registers) {
     uint16_t true_reading[CB_FAULT_REGISTERS];
     const bool known = faults->last_start == start && faults->last_count == count;
@@ -73,15 +73,15 @@ static void spoil(struct cb_faults *faults, uint16_t start, uint16_t count, uint
         true_reading[freeze->number - start] = registers[freeze->number - start];
         ++faults->injected;
     }
-    /* of the first block that is ever read, the PLC's read block; not of one read back */
+    /* only of the first block ever read, the PLC's read block; not of a read-back */
     if (!known && faults->last_count > 0) return;
     memcpy(faults->last, true_reading, count * sizeof *registers);
     faults->last_start = start;
     faults->last_count = count;
 }
 
-/* in : how the request went at the inner hardware
- * out: how the box sees it; *registers of a reading unchanged unless OK */
+/* in : result of the request at the inner hardware
+ * out: result for the box; *registers of a reading unchanged unless OK */
 static enum cb_transfer late(struct cb_faults *faults, enum cb_transfer transfer,
                              int64_t deadline_us) {
     if (transfer == CB_TRANSFER_FAILED || !strikes(faults, CB_FAULT_LATE)) return transfer;
@@ -105,7 +105,7 @@ static enum cb_transfer fault_read(void *context, uint16_t start, uint16_t count
     return CB_TRANSFER_OK;
 }
 
-/* Faults that end a write before the inner hardware sees it. out: true and *result. */
+/* Faults that end a write before it reaches the inner hardware. out: true and *result. */
 static bool write_stopped(struct cb_faults *faults, int64_t true_deadline_us,
                           enum cb_transfer *result) {
     if (strikes(faults, CB_FAULT_DROP)) {
@@ -122,7 +122,7 @@ static bool write_stopped(struct cb_faults *faults, int64_t true_deadline_us,
     return true;
 }
 
-/* Faults that lose the answer to a write that arrived. */
+/* Faults that lose the reply to a write that arrived. */
 static enum cb_transfer write_answered(struct cb_faults *faults, enum cb_transfer result,
                                        int64_t true_deadline_us) {
     if (result != CB_TRANSFER_FAILED && strikes(faults, CB_FAULT_WRITE_TOOK)) {
@@ -142,6 +142,8 @@ static enum cb_transfer fault_write(void *context, uint16_t start, uint16_t coun
     return write_answered(faults, result, true_deadline_us);
 }
 
+/* in : as hal.h, deadline_us in the box's clock
+ * out: the result with the faults applied; read_registers unchanged unless OK */
 static enum cb_transfer fault_write_read(void *context, uint16_t write_start, uint16_t write_count,
                                          const uint16_t *write_registers, uint16_t read_start,
                                          uint16_t read_count, uint16_t *read_registers,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the tests of fitting share.
+// Common functions of the tests of fitting.
 #pragma once
 
 #include <algorithm>

@@ -29,7 +29,7 @@ static int64_t sim_now_us(void *context) {
     return ((struct cb_sim *)context)->now_us;
 }
 
-/* The first tick after now; those that lie between it and the last one are missed. */
+/* The first tick after now; ticks between it and the last one are missed. */
 static uint32_t sim_wait_tick(void *context) {
     struct cb_sim *sim = context;
     const int64_t late_us = sim->now_us - sim->tick_us;
@@ -43,7 +43,7 @@ static bool in_space(uint16_t start, uint16_t count) {
     return count > 0 && (uint32_t)start + count <= CB_SIM_REGISTERS;
 }
 
-/* Time for one request. out: OK, or FAILED when it cannot be answered in time: it is not sent. */
+/* Time of one request. out: OK, or FAILED when its reply would be late: it is not sent. */
 static enum cb_transfer begin(struct cb_sim *sim, int64_t deadline_us) {
     if (sim->absent || sim->now_us + sim->exchange_us > deadline_us) return CB_TRANSFER_FAILED;
     cb_sim_pass(sim, sim->now_us + sim->exchange_us);

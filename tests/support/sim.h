@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * The box's hardware in virtual time, with a PLC in the same process: an array of registers that
- * the host program brings to life. Nothing here reads a clock; same calls, same results.
+ * the host program updates. Nothing here reads a clock; same calls, same results.
  *
- * Time passes in two ways: wait_tick() goes to the next tick, and each request takes exchange_us.
- * Whenever it passes, `update` is called for the PLC and the machine to catch up. */
+ * Time passes in two ways: wait_tick() advances to the next tick, and each request takes
+ * exchange_us. Each time, `update` is called for the PLC and the machine. */
 #ifndef COMPBOX_TESTS_SUPPORT_SIM_H
 #define COMPBOX_TESTS_SUPPORT_SIM_H
 
@@ -15,21 +15,21 @@
 
 enum {
     CB_SIM_REGISTERS = 65536, /* the whole address space of Modbus */
-    CB_SIM_SAMPLES = 64,      /* sensor samples waiting to be fetched */
+    CB_SIM_SAMPLES = 64,      /* sensor samples waiting for collection */
 };
 
 struct cb_sim;
 
-/* What the host program supplies; either may be NULL. */
+/* Supplied by the host program; either may be NULL. */
 struct cb_sim_host {
     void *context;
 
-    /* The world up to now_us: moves the machine, counts the PLC's heartbeat, fills registers, puts
-     * samples. Called with now_us never going backward, at least once for each tick and request,
-     * always before the request sees the registers. */
+    /* Updates the world to now_us: moves the machine, counts the PLC's heartbeat, sets registers,
+     * queues samples. now_us never runs backward. Called at least once for each tick and request,
+     * always before the request uses the registers. */
     void (*update)(void *context, struct cb_sim *sim, int64_t now_us);
 
-    /* A write arrived: registers[start … start+count-1] are the new ones. */
+    /* A write arrived: registers[start … start+count-1] are the new values. */
     void (*written)(void *context, struct cb_sim *sim, uint16_t start, uint16_t count,
                     int64_t now_us);
 };
@@ -39,10 +39,10 @@ struct cb_sim {
     int64_t now_us;
     int64_t tick_us;                      /* of the last tick */
     uint32_t period_us;                   /* ticks are multiples of it, from start_us */
-    uint32_t exchange_us;                 /* how long each request takes */
-    bool stop;                            /* answers stop_requested() */
+    uint32_t exchange_us;                 /* duration of each request */
+    bool stop;                            /* result of stop_requested() */
     bool absent;                          /* no PLC: every request fails at once */
-    uint32_t watchdog_fed, reads, writes; /* how often */
+    uint32_t watchdog_fed, reads, writes; /* numbers of calls */
     size_t sample_count;
     struct cb_sample samples[CB_SIM_SAMPLES];
     uint16_t registers[CB_SIM_REGISTERS];
@@ -52,13 +52,13 @@ struct cb_sim {
 void cb_sim_start(struct cb_sim *sim, const struct cb_sim_host *host, uint32_t period_us,
                   int64_t start_us);
 
-/* The hardware as the box's cycle sees it. *sim must outlive it. */
+/* The hardware for the box's cycle. *sim must outlive it. */
 struct cb_hal cb_sim_hal(struct cb_sim *sim);
 
-/* Lets time pass; until_us in the past does nothing. Also for decorators (fault.h). */
+/* Advances time; until_us in the past has no effect. Also for decorators (fault.h). */
 void cb_sim_pass(void *sim, int64_t until_us);
 
-/* Queues a sensor sample; the oldest is dropped when none has room. */
+/* Queues a sensor sample; the oldest is dropped if the queue is full. */
 void cb_sim_sample(struct cb_sim *sim, uint8_t signal, float raw, int64_t time_us);
 
 #endif

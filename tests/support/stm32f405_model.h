@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The STM32F405 as its program sees it: every access to a register or to a word that an interrupt
-// shares is one call, before which time passes and interrupts come. Included by one file of a test.
+// The STM32F405 for its program: every access to a register or to a word shared with an interrupt
+// is one call, before which time passes and interrupts come. Included by one file of a test.
 //
 // Modelled: SysTick, the three serial ports with their interrupts and line times, the pending bits
 // of the NVIC, PRIMASK and WFI, the clock tree's ready bits, the independent watchdog, the reset
@@ -31,7 +31,7 @@ uint8_t cb_model_slots[2][CB_FLASH_SLOT_BYTES];
 
 namespace stm32f405 {
 
-// Thrown out of an access: the program has ended there.
+// Thrown by an access that ends the program.
 struct ended {
     std::string why;
 };
@@ -57,7 +57,7 @@ struct serial_port {
     cb_gpio *driver_gpio = nullptr;
     unsigned driver_pin = 0;
     std::deque<received_byte> line;
-    std::uint32_t errors = 0, errors_read = 0;  // bits of SR; those that were read from it
+    std::uint32_t errors = 0, errors_read = 0;  // bits of SR; those that were read
     bool rxne = false, holding = false, shifting = false, tc = true;
     std::uint8_t received = 0, held = 0;
     std::vector<sent_byte> sent;
@@ -81,19 +81,19 @@ struct serial_port {
 
 struct machine {
     std::uint64_t cycles = 0, accesses = 0;
-    std::uint64_t access_cycles = 6;        // with the instructions up to the next one
-    std::uint64_t end = ~std::uint64_t{0};  // the cycle at which the test ends
+    std::uint64_t access_cycles = 6;        // including the instructions up to the next one
+    std::uint64_t end = ~std::uint64_t{0};  // cycle at which the test ends
     bool masked = false, handling = false;
     bool systick_pending = false;
     std::uint64_t systick_from = 0;            // cycle at which the counter was set
     std::uint64_t systick_wraps = 0;           // that were seen
-    unsigned latency = 0;                      // accesses until a pending bit that was written acts
-    std::map<unsigned, std::uint64_t> pended;  // interrupt: access from which on it acts
+    unsigned latency = 0;                      // accesses until a written pending bit takes effect
+    std::map<unsigned, std::uint64_t> pended;  // interrupt: access from which it takes effect
     std::multimap<std::uint64_t, std::function<void()>> at_access;
     std::map<const cb_gpio *, std::uint32_t> pins;
     serial_port ports[3];
     std::vector<std::pair<const cb_cell *, std::uint32_t>> writes;
-    // what the clock tree's hardware does
+    // behaviour of the clock tree's hardware
     bool crystal_works = true, pll_works = true, flash_works = true;
     std::uint64_t ready_after = 0;  // accesses until a ready bit appears
     std::map<std::uint32_t, std::uint64_t> enabled_at;
@@ -125,7 +125,7 @@ struct machine {
         return static_cast<std::uint32_t>(cb_mcu_model.systick.rvr.word -
                                           (cycles - systick_from) % systick_period());
     }
-    // It interrupts as the counter arrives at 0, one cycle before it begins anew.
+    // The counter interrupts as it reaches 0, one cycle before it restarts.
     std::uint64_t next_wrap() const {
         return systick_from + (systick_wraps + 1) * systick_period() - 1;
     }
@@ -176,7 +176,7 @@ struct machine {
         return next;
     }
 
-    // Does what happens up to and with this cycle, one event after the other.
+    // Executes the events up to and including this cycle, in order.
     void run_to(std::uint64_t until) {
         for (std::uint64_t at = next_event(); at <= until; at = next_event()) {
             if (at > cycles) cycles = at;
@@ -207,6 +207,7 @@ struct machine {
         return false;
     }
 
+    // Runs one pending interrupt, SysTick first, then the ports in order.
     void handle_one() {
         static void (*const handlers[])() = {cb_usart1_handler, cb_usart2_handler,
                                              cb_usart3_handler};
@@ -232,7 +233,7 @@ struct machine {
         }
     }
 
-    // Before each access.
+    // Runs before each access.
     void step() {
         ++accesses;
         run_to(cycles + access_cycles);
@@ -244,7 +245,7 @@ struct machine {
         take_interrupts();
     }
 
-    // The program computes, without an access, until this cycle; interrupts come all the same.
+    // The program computes without an access until this cycle; interrupts still occur.
     void compute_to(std::uint64_t until) {
         while (cycles < until) {
             const std::uint64_t next = next_event();
@@ -292,6 +293,8 @@ struct machine {
         return word;
     }
 
+    // in : at: a register of the model
+    // out: its value after one access' time, with the side effects of reading it
     std::uint32_t read(const cb_cell *at) {
         step();
         if (auto *port = port_of(at, offsetof(cb_usart_registers, sr))) {
@@ -300,7 +303,7 @@ struct machine {
         }
         if (auto *port = port_of(at, offsetof(cb_usart_registers, dr))) {
             port->rxne = false;
-            port->errors &= ~port->errors_read;  // a later one stays
+            port->errors &= ~port->errors_read;  // a later one remains
             return port->received;
         }
         if (at == &cb_mcu_model.systick.cvr) return systick_value();
@@ -339,6 +342,8 @@ struct machine {
             if (port.shifting && !driven(port)) port.sent.back().driven = false;
     }
 
+    // in : at: a register of the model; word: the written value
+    // out: the register's side effects; throws `ended` at a reset
     void store(cb_cell *at, std::uint32_t word) {
         if (at == &cb_mcu_model.iwdg.kr) return write_watchdog_key(word);
         if ((at == &cb_mcu_model.iwdg.pr || at == &cb_mcu_model.iwdg.rlr) && !watchdog_open) return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Files of a test's own: other test programs, other people's too, may run at the same time.
+// Files of a test, in a folder of its own, because other test programs may run at the same time.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 
 namespace compbox_test {
 
-// A folder of this process alone, gone when it ends; after a failure it stays, to look into.
+// A folder of this process, removed at its end; kept for inspection after a failure.
 class temporary_folder {
   public:
     temporary_folder() : path_(testing::TempDir() + "compbox-XXXXXX") {

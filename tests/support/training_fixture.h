@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rows made of a known function, for tests of the training.
+// Rows from a known function, for tests of the training.
 #pragma once
 
 #include <random>
@@ -37,7 +37,7 @@ training_data made_of(int rows, int runs, const Function &function, double noise
     return data;
 }
 
-// Small enough to be quick, large enough for a bend.
+// Small enough to be quick, large enough to bend.
 inline train_options small_options() {
     train_options options;
     options.hidden = 4;
