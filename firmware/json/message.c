@@ -210,7 +210,7 @@ static void put_path(struct writer *writer, const struct cb_loader *loader, uint
 
 /* ---- sentence ---- */
 
-/* in : sentence with %v, %s and %u as cb_fail (reader.h), and their arguments in order
+/* in : sentence with %o, %s and %u as cb_fail (reader.h), and their arguments in order
  * out: the sentence with its arguments in the writer, cut where that is full */
 static void put_sentence(struct writer *writer, const struct cb_loader *loader,
                          const char *sentence, va_list *arguments) {
@@ -220,7 +220,7 @@ static void put_sentence(struct writer *writer, const struct cb_loader *loader,
             continue;
         }
         switch (*++c) {
-            case 'v':
+            case 'o':
                 put_value(writer, loader, va_arg(*arguments, uint32_t));
                 break;
             case 's':

@@ -114,7 +114,7 @@ static bool read_bool(struct cb_loader *loader, uint32_t at, const struct cb_fie
     const enum cb_json_kind kind = cb_token_at(loader, at).kind;
     const bool value = kind == CB_JSON_TRUE;
     if (!value && kind != CB_JSON_FALSE)
-        return cb_fail(loader, CB_ERROR_TYPE, at, "must be true or false, not %v", at);
+        return cb_fail(loader, CB_ERROR_TYPE, at, "must be true or false, not %o", at);
     memcpy((char *)into + field->offset, &value, sizeof value);
     return true;
 }
@@ -144,7 +144,7 @@ static bool read_sign(struct cb_loader *loader, uint32_t at, const struct cb_fie
     float number = 0.0f;
     if (!cb_read_float(loader, at, "-1", "1", &number)) return false;
     if (number != 1.0f && number != -1.0f)
-        return cb_fail(loader, CB_ERROR_RANGE, at, "must be 1 or -1, not %v", at);
+        return cb_fail(loader, CB_ERROR_RANGE, at, "must be 1 or -1, not %o", at);
     *((int8_t *)into + field->offset) = number > 0.0f ? 1 : -1;
     return true;
 }
@@ -157,7 +157,7 @@ static bool read_word(struct cb_loader *loader, uint32_t at, const struct cb_fie
 static bool must_be(struct cb_loader *loader, uint32_t at, enum cb_json_kind kind,
                     const char *what) {
     if (cb_token_at(loader, at).kind == kind) return true;
-    return cb_fail(loader, CB_ERROR_TYPE, at, "must be %s, not %v", what, at);
+    return cb_fail(loader, CB_ERROR_TYPE, at, "must be %s, not %o", what, at);
 }
 
 /* in : at: the value of a key; into: the struct of the table's offsets

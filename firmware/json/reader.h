@@ -26,6 +26,14 @@ enum {
 };
 #define CB_ABSENT UINT32_MAX /* offset of an absent key */
 
+/* Arguments `first` … are checked against the sentence, argument number `sentence`; by the builds
+ * for Linux, because uint32_t is an unsigned long, and not %u, to a compiler for bare metal. */
+#if defined(__GNUC__) && defined(__linux__)
+#define CB_PRINTF(sentence, first) __attribute__((format(printf, sentence, first)))
+#else
+#define CB_PRINTF(sentence, first)
+#endif
+
 struct cb_loader {
     const char *text;
     uint32_t length;
@@ -36,9 +44,12 @@ struct cb_loader {
     enum cb_error error;
 };
 
-/* Writes the message: path of the value at `at`, the sentence, line and column. In the sentence, %v
+/* Writes the message: path of the value at `at`, the sentence, line and column. In the sentence, %o
  * takes the offset (uint32_t) of a value and quotes it as in the file (a control character as '?'),
- * %s a text, %u a uint32_t. at = CB_ABSENT: the file as a whole, no place. out: always false. */
+ * %s a text, %u a uint32_t; there are no flags and no other letters. The compiler compares them
+ * with the arguments as it does for printf. at = CB_ABSENT: the file as a whole, no place.
+ * out: always false. */
+CB_PRINTF(4, 5)
 bool cb_fail(struct cb_loader *loader, enum cb_error error, uint32_t at, const char *sentence, ...);
 
 /* ---- tables of keys ---- */

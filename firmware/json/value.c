@@ -55,7 +55,7 @@ static uint32_t whole_of(const char *text) {
 
 static bool out_of_range(struct cb_loader *loader, uint32_t at, const char *least,
                          const char *most) {
-    return cb_fail(loader, CB_ERROR_RANGE, at, "%v is outside the range of %s to %s", at, least,
+    return cb_fail(loader, CB_ERROR_RANGE, at, "%o is outside the range of %s to %s", at, least,
                    most);
 }
 
@@ -64,7 +64,7 @@ bool cb_read_float(struct cb_loader *loader, uint32_t at, const char *least, con
     const struct cb_json_token token = cb_token_at(loader, at);
     float number = 0.0f;
     if (token.kind != CB_JSON_NUMBER)
-        return cb_fail(loader, CB_ERROR_TYPE, at, "must be a number, not %v", at);
+        return cb_fail(loader, CB_ERROR_TYPE, at, "must be a number, not %o", at);
     if (!cb_decimal_to_float(loader->text + token.at, token.length, &number))
         return out_of_range(loader, at, least, most);
     if (!(number >= cb_number_of(least) && number <= cb_number_of(most)))
@@ -85,7 +85,7 @@ static bool not_whole(struct cb_loader *loader, struct cb_json_token token, cons
         !(number >= cb_number_of(least) && number <= cb_number_of(most)))
         return out_of_range(loader, token.at, least, most);
     return cb_fail(loader, CB_ERROR_TYPE, token.at,
-                   "must be a whole number written in digits only, not %v", token.at);
+                   "must be a whole number written in digits only, not %o", token.at);
 }
 
 bool cb_read_whole(struct cb_loader *loader, uint32_t at, const char *least, const char *most,
@@ -93,7 +93,7 @@ bool cb_read_whole(struct cb_loader *loader, uint32_t at, const char *least, con
     const struct cb_json_token token = cb_token_at(loader, at);
     uint32_t whole = 0;
     if (token.kind != CB_JSON_NUMBER)
-        return cb_fail(loader, CB_ERROR_TYPE, at, "must be a whole number, not %v", at);
+        return cb_fail(loader, CB_ERROR_TYPE, at, "must be a whole number, not %o", at);
     if (!cb_decimal_to_uint32(loader->text + token.at, token.length, &whole))
         return not_whole(loader, token, least, most);
     if (whole < whole_of(least) || whole > whole_of(most))
@@ -143,7 +143,7 @@ static bool unknown_word(struct cb_loader *loader, uint32_t at, const struct cb_
         used += joint_length + length;
     }
     known[used] = '\0';
-    return cb_fail(loader, CB_ERROR_NAME, at, "%v is not known; use %s", at, known);
+    return cb_fail(loader, CB_ERROR_NAME, at, "%o is not known; use %s", at, known);
 }
 
 bool cb_read_word(struct cb_loader *loader, uint32_t at, const struct cb_word *words,
@@ -151,7 +151,7 @@ bool cb_read_word(struct cb_loader *loader, uint32_t at, const struct cb_word *w
     const struct cb_json_token token = cb_token_at(loader, at);
     char word[CB_KEY_SIZE];
     if (token.kind != CB_JSON_STRING)
-        return cb_fail(loader, CB_ERROR_TYPE, at, "must be a text in double quotes, not %v", at);
+        return cb_fail(loader, CB_ERROR_TYPE, at, "must be a text in double quotes, not %o", at);
     const uint32_t length = cb_json_text(loader->text, token, word, sizeof word - 1);
     if (length >= sizeof word) return unknown_word(loader, at, words);
     word[length] = '\0';
@@ -161,13 +161,13 @@ bool cb_read_word(struct cb_loader *loader, uint32_t at, const struct cb_word *w
 bool cb_read_text(struct cb_loader *loader, uint32_t at, char *buffer, uint32_t size) {
     const struct cb_json_token token = cb_token_at(loader, at);
     if (token.kind != CB_JSON_STRING)
-        return cb_fail(loader, CB_ERROR_TYPE, at, "must be a text in double quotes, not %v", at);
+        return cb_fail(loader, CB_ERROR_TYPE, at, "must be a text in double quotes, not %o", at);
     const uint32_t length = cb_json_text(loader->text, token, buffer, size - 1);
     if (length >= size)
-        return cb_fail(loader, CB_ERROR_NAME, at, "%v is longer than %u bytes", at, size - 1);
+        return cb_fail(loader, CB_ERROR_NAME, at, "%o is longer than %u bytes", at, size - 1);
     for (uint32_t i = 0; i < length; ++i) {
         if (cb_control_length(buffer, length, i) > 0)
-            return cb_fail(loader, CB_ERROR_NAME, at, "%v contains a control character", at);
+            return cb_fail(loader, CB_ERROR_NAME, at, "%o contains a control character", at);
     }
     memset(buffer + length, 0, size - length);
     return true;
@@ -184,7 +184,7 @@ bool cb_read_name(struct cb_loader *loader, uint32_t at, char name[CB_NAME_SIZE]
     for (const char *c = name; *c; ++c) {
         if (!fits_name(*c))
             return cb_fail(loader, CB_ERROR_NAME, at,
-                           "%v is no name: use letters A to Z, digits and _ - . only", at);
+                           "%o is no name: use letters A to Z, digits and _ - . only", at);
     }
     return true;
 }

@@ -36,7 +36,7 @@ static bool load_node(struct cb_loader *loader, uint32_t at) {
     uint32_t slots[NODE_KEYS];
     if (!cb_read_object(loader, at, &cb_can_node_object, node, slots)) return false;
     if (is_listed(can, node->node))
-        return cb_fail(loader, CB_ERROR_NAME, slots[NODE], "node %v stands here twice",
+        return cb_fail(loader, CB_ERROR_NAME, slots[NODE], "node %o stands here twice",
                        slots[NODE]);
     if (!node->start && slots[HEARTBEAT_TIMEOUT] == CB_ABSENT)
         return cb_fail(loader, CB_ERROR_KEY, at,
@@ -51,7 +51,7 @@ static bool check_interface(struct cb_loader *loader, uint32_t at) {
     const char *name = loader->config->can.interface;
     bool good = name[0] != '\0' && !cb_same_text(name, ".") && !cb_same_text(name, "..");
     for (const char *c = name; *c; ++c) good = good && *c != '/' && *c != ' ' && *c != ':';
-    return good || cb_fail(loader, CB_ERROR_NAME, at, "%v is no name of a network interface", at);
+    return good || cb_fail(loader, CB_ERROR_NAME, at, "%o is no name of a network interface", at);
 }
 
 bool cb_load_can(struct cb_loader *loader, uint32_t at) {

@@ -49,28 +49,28 @@ static bool check_register(struct cb_loader *loader, const uint32_t *slots,
     const struct cb_range range = cb_number_range(channel->type);
     if (!(range.min < 0.0f))
         return cb_fail(loader, CB_ERROR_RANGE, slots[TYPE],
-                       "%v has no negative numbers, and a compensation has; use a signed type",
+                       "%o has no negative numbers, and a compensation has; use a signed type",
                        slots[TYPE]);
     if (!(channel->limit_um / channel->scale <= range.max))
         return cb_fail(loader, CB_ERROR_RANGE, slots[LIMIT],
-                       "%v µm in units of %v µm (scale) does not fit into %v", slots[LIMIT],
+                       "%o µm in units of %o µm (scale) does not fit into %o", slots[LIMIT],
                        slots[SCALE], slots[TYPE]);
     if (!cb_check_value_type(loader, slots[TYPE], channel->type) ||
         !cb_check_increments(loader, slots[LIMIT], slots[SCALE], channel))
         return false;
     if (!cb_number_is_integer(channel->type) || channel->limit_um >= channel->scale) return true;
     return cb_fail(loader, CB_ERROR_RANGE, slots[LIMIT],
-                   "%v µm is less than one unit of the register, %v µm (scale)", slots[LIMIT],
+                   "%o µm is less than one unit of the register, %o µm (scale)", slots[LIMIT],
                    slots[SCALE]);
 }
 
 static bool check_limits(struct cb_loader *loader, const uint32_t *slots,
                          const struct cb_channel_config *channel) {
     if (channel->error_um < channel->limit_um)
-        return cb_fail(loader, CB_ERROR_ORDER, slots[ERROR], "%v is below limit_um (%v)",
+        return cb_fail(loader, CB_ERROR_ORDER, slots[ERROR], "%o is below limit_um (%o)",
                        slots[ERROR], slots[LIMIT]);
     if (channel->deadband_um > channel->limit_um)
-        return cb_fail(loader, CB_ERROR_ORDER, slots[DEADBAND], "%v is above limit_um (%v)",
+        return cb_fail(loader, CB_ERROR_ORDER, slots[DEADBAND], "%o is above limit_um (%o)",
                        slots[DEADBAND], slots[LIMIT]);
     return check_register(loader, slots, channel);
 }
@@ -83,7 +83,7 @@ static bool read_sum(struct cb_loader *loader, uint32_t at, struct cb_channel_co
         if (!cb_read_output(loader, list.at, &output)) return false;
         for (uint32_t i = 0; i < channel->sum_count; ++i) {
             if (channel->sum[i] == output)
-                return cb_fail(loader, CB_ERROR_NAME, list.at, "%v stands in this sum twice",
+                return cb_fail(loader, CB_ERROR_NAME, list.at, "%o stands in this sum twice",
                                list.at);
         }
         channel->sum[channel->sum_count++] = output;
@@ -107,7 +107,7 @@ static bool load_channel(struct cb_loader *loader, uint32_t at, uint8_t index) {
     uint32_t slots[CHANNEL_KEYS];
     if (!cb_read_object(loader, at, &cb_channel_object, channel, slots)) return false;
     if (cb_find_name(config->channels, sizeof *channel, index, channel->name) != CB_NONE)
-        return cb_fail(loader, CB_ERROR_NAME, slots[NAME], "another channel is called %v too",
+        return cb_fail(loader, CB_ERROR_NAME, slots[NAME], "another channel is called %o too",
                        slots[NAME]);
     return check_limits(loader, slots, channel) && read_sum(loader, slots[SUM], channel) &&
            take_registers(loader, slots, index);
@@ -153,14 +153,14 @@ static bool read_pair_member(struct cb_loader *loader, uint32_t at, uint8_t *cha
     *channel =
         cb_find_name(config->channels, sizeof config->channels[0], config->channels_count, name);
     if (*channel == CB_NONE)
-        return cb_fail(loader, CB_ERROR_NAME, at, "no channel is called %v", at);
+        return cb_fail(loader, CB_ERROR_NAME, at, "no channel is called %o", at);
     if (config->channels[*channel].tangent)
         return cb_fail(loader, CB_ERROR_NAME, at,
-                       "channel %v has a tangent: between two writes nothing would hold the pair "
+                       "channel %o has a tangent: between two writes nothing would hold the pair "
                        "together",
                        at);
     if (is_paired(config, *channel))
-        return cb_fail(loader, CB_ERROR_NAME, at, "channel %v is in another pair already", at);
+        return cb_fail(loader, CB_ERROR_NAME, at, "channel %o is in another pair already", at);
     return true;
 }
 
@@ -188,7 +188,7 @@ static bool check_difference(struct cb_loader *loader, uint32_t at,
         cb_channel_raw_unit_um(&channels[pair->a]) + cb_channel_raw_unit_um(&channels[pair->b]);
     if (pair->max_difference_um >= units) return true;
     return cb_fail(loader, CB_ERROR_RANGE, at,
-                   "%v µm is less than a register unit (scale) of both channels together", at);
+                   "%o µm is less than a register unit (scale) of both channels together", at);
 }
 
 /* What is applied is where an output starts from: with one of the two unknown, the pair would start

@@ -12,7 +12,7 @@ static bool too_long(struct cb_loader *loader, uint32_t at, const char *block, u
     const uint32_t of_block = cb_find_key(loader, at, block);
     const uint32_t count_at = cb_find_key(loader, of_block, "count");
     return cb_fail(loader, CB_ERROR_PROFILE, count_at,
-                   "%v registers are more than profile %s carries in one request, %u; bring the "
+                   "%o registers are more than profile %s carries in one request, %u; bring the "
                    "values closer together",
                    count_at, facts_of(loader)->name, (uint32_t)most);
 }
@@ -26,7 +26,7 @@ bool cb_check_exchange(struct cb_loader *loader, uint32_t at) {
     const uint32_t exchange_at = cb_find_key(loader, at, "exchange");
     if (!cb_profile_answers(facts, exchange))
         return cb_fail(loader, CB_ERROR_PROFILE, exchange_at,
-                       "%v is nothing that %v answers; use \"fc3+fc16\"", exchange_at,
+                       "%o is nothing that %o answers; use \"fc3+fc16\"", exchange_at,
                        cb_find_key(loader, at, "profile"));
     if (plc->read.count > read_most) return too_long(loader, at, "read", read_most);
     if (plc->write.count > write_most) return too_long(loader, at, "write", write_most);
@@ -36,7 +36,7 @@ bool cb_check_exchange(struct cb_loader *loader, uint32_t at) {
 static bool check_type(struct cb_loader *loader, uint32_t at, uint8_t type, uint32_t types,
                        const char *remedy) {
     if (types & 1u << type) return true;
-    return cb_fail(loader, CB_ERROR_PROFILE, at, "profile %s has no %v: %s; use %s",
+    return cb_fail(loader, CB_ERROR_PROFILE, at, "profile %s has no %o: %s; use %s",
                    facts_of(loader)->name, at, facts_of(loader)->order, remedy);
 }
 
@@ -66,12 +66,12 @@ bool cb_check_increments(struct cb_loader *loader, uint32_t limit_at, uint32_t s
     const struct cb_profile_facts *facts = facts_of(loader);
     if (!is_increment(facts, channel->scale))
         return cb_fail(loader, CB_ERROR_PROFILE, scale_at,
-                       "%v µm is no least increment of profile %s; use %s", scale_at, facts->name,
+                       "%o µm is no least increment of profile %s; use %s", scale_at, facts->name,
                        facts->increments);
     const float most_um = facts->value_most * channel->scale * (1.0f + 1e-6f);
     if (!(facts->value_most > 0.0f) || channel->limit_um <= most_um) return true;
     return cb_fail(loader, CB_ERROR_PROFILE, limit_at,
-                   "%v µm in increments of %v µm (scale) is beyond the %u that profile %s takes; "
+                   "%o µm in increments of %o µm (scale) is beyond the %u that profile %s takes; "
                    "lower it or use a coarser increment",
                    limit_at, scale_at, (uint32_t)facts->value_most, facts->name);
 }

@@ -17,7 +17,7 @@ static bool find_followed(struct cb_loader *loader, uint32_t signals, uint32_t i
     const uint8_t found =
         cb_find_name(config->signals, sizeof config->signals[0], config->signals_count, name);
     config->signals[index].lag_of = found;
-    return found != CB_NONE || cb_fail(loader, CB_ERROR_NAME, at, "no signal is called %v", at);
+    return found != CB_NONE || cb_fail(loader, CB_ERROR_NAME, at, "no signal is called %o", at);
 }
 
 /* Range and age of a lag, from those of the signal that it follows. */
@@ -82,7 +82,7 @@ static bool refuse_circle(struct cb_loader *loader, uint32_t signals, uint8_t la
     const struct cb_config *config = loader->config;
     for (uint32_t i = 0; i < config->signals_count; ++i) lag = config->signals[lag].lag_of;
     const uint32_t at = followed_at(loader, signals, lag);
-    return cb_fail(loader, CB_ERROR_ORDER, at, "%v follows, in the end, this lag itself", at);
+    return cb_fail(loader, CB_ERROR_ORDER, at, "%o follows, in the end, this lag itself", at);
 }
 
 bool cb_resolve_lags(struct cb_loader *loader, uint32_t at) {

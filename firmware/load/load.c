@@ -93,7 +93,7 @@ static bool check_format(struct cb_loader *loader, uint32_t root) {
         format[length < sizeof format ? length : 0] = '\0';
         if (cb_same_text(format, "compbox/1")) return true;
     }
-    return cb_fail(loader, CB_ERROR_FORMAT, at, "this box reads \"compbox/1\", not %v", at);
+    return cb_fail(loader, CB_ERROR_FORMAT, at, "this box reads \"compbox/1\", not %o", at);
 }
 
 /* Axis names are for people and tools; here they only have to be names. */
@@ -104,7 +104,7 @@ static bool check_axes(struct cb_loader *loader, uint32_t at) {
         if (!cb_list_has_room(loader, &list, CB_MAX_CHANNELS, "axes")) return false;
         if (!cb_read_name(loader, list.at, names[list.index])) return false;
         if (cb_find_name(names, CB_NAME_SIZE, list.index, names[list.index]) != CB_NONE)
-            return cb_fail(loader, CB_ERROR_NAME, list.at, "another axis is called %v too",
+            return cb_fail(loader, CB_ERROR_NAME, list.at, "another axis is called %o too",
                            list.at);
     }
     return true;

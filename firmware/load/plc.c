@@ -94,7 +94,7 @@ static bool read_block(struct cb_loader *loader, uint32_t at, const struct cb_ob
     if (!cb_read_object(loader, at, object, block, slots)) return false;
     if (block->start + block->count > 65536)
         return cb_fail(loader, CB_ERROR_RANGE, slots[BLOCK_COUNT],
-                       "%v registers from %v on reach beyond 65535", slots[BLOCK_COUNT],
+                       "%o registers from %o on reach beyond 65535", slots[BLOCK_COUNT],
                        slots[BLOCK_START]);
     return true;
 }
@@ -108,9 +108,9 @@ static bool read_referenced_bits(struct cb_loader *loader, uint32_t at) {
         if (!cb_read_whole(loader, list.at, "0", "15", &bit)) return false;
         if (bit == 0 || bit == 2 || bit == 3)
             return cb_fail(loader, CB_ERROR_RANGE, list.at,
-                           "bit %v has another meaning; use 1 or 4 to 15", list.at);
+                           "bit %o has another meaning; use 1 or 4 to 15", list.at);
         if (*mask & 1u << bit)
-            return cb_fail(loader, CB_ERROR_RANGE, list.at, "bit %v stands here twice", list.at);
+            return cb_fail(loader, CB_ERROR_RANGE, list.at, "bit %o stands here twice", list.at);
         *mask = (uint16_t)(*mask | 1u << bit);
     }
     if (*mask == 0)
@@ -122,7 +122,7 @@ static bool read_referenced_bits(struct cb_loader *loader, uint32_t at) {
 static bool check_timeout(struct cb_loader *loader, uint32_t at) {
     const struct cb_config *config = loader->config;
     if (config->plc.heartbeat_timeout_ms * 1000u >= config->period_us) return true;
-    return cb_fail(loader, CB_ERROR_RANGE, at, "%v is shorter than one period", at);
+    return cb_fail(loader, CB_ERROR_RANGE, at, "%o is shorter than one period", at);
 }
 
 /* A line that is longer than a period never arrives; an NC that takes one axis after the other has
@@ -138,7 +138,7 @@ static bool check_interpolation(struct cb_loader *loader, uint32_t at) {
                        facts->name);
     if (config->plc.interpolate_us <= config->period_us) return true;
     return cb_fail(loader, CB_ERROR_RANGE, at,
-                   "%v is longer than one period: the next value comes before this one is reached",
+                   "%o is longer than one period: the next value comes before this one is reached",
                    at);
 }
 

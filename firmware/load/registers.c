@@ -44,7 +44,7 @@ static bool inside(struct cb_loader *loader, uint32_t at, const struct cb_block_
                    const char *name, uint32_t address, uint32_t width) {
     const uint32_t last = block->start + block->count - 1u;
     if (address < block->start || address > last)
-        return cb_fail(loader, CB_ERROR_RANGE, at, "register %v is outside plc.%s, %u to %u", at,
+        return cb_fail(loader, CB_ERROR_RANGE, at, "register %o is outside plc.%s, %u to %u", at,
                        name, (uint32_t)block->start, last);
     if (address + width - 1 > last)
         return cb_fail(loader, CB_ERROR_RANGE, at,

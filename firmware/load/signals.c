@@ -175,12 +175,12 @@ static bool load_can(struct cb_loader *loader, const uint32_t *slots,
     if (!cb_read_text(loader, slots[CAN], text, sizeof text)) return false;
     if (!can_id_of(text, &signal->can_id))
         return cb_fail(loader, CB_ERROR_RANGE, slots[CAN],
-                       "%v is no CAN identifier; write \"0x181\", up to \"0x1fffffff\", or "
+                       "%o is no CAN identifier; write \"0x181\", up to \"0x1fffffff\", or "
                        "\"0x18feeexx\" for any source address",
                        slots[CAN]);
     if (signal->reg + cb_number_bytes(signal->type) <= 8) return true;
     return cb_fail(loader, CB_ERROR_RANGE, slots[OFFSET],
-                   "from byte %v on, its type reaches beyond the 8 bytes of a frame",
+                   "from byte %o on, its type reaches beyond the 8 bytes of a frame",
                    slots[OFFSET]);
 }
 
@@ -188,7 +188,7 @@ static bool load_can(struct cb_loader *loader, const uint32_t *slots,
 static bool check_register_type(struct cb_loader *loader, const uint32_t *slots, uint8_t type) {
     if (cb_number_bytes(type) > 1) return true;
     return cb_fail(loader, CB_ERROR_PROFILE, slots[TYPE],
-                   "%v is for can signals only, a register has 16 bits; use uint16 or int16",
+                   "%o is for can signals only, a register has 16 bits; use uint16 or int16",
                    slots[TYPE]);
 }
 
@@ -200,7 +200,7 @@ static bool load_bus(struct cb_loader *loader, const uint32_t *slots,
     if (!cb_read_name(loader, slots[BUS], name)) return false;
     signal->bus = cb_find_name(config->buses, sizeof config->buses[0], config->buses_count, name);
     if (signal->bus == CB_NONE)
-        return cb_fail(loader, CB_ERROR_NAME, slots[BUS], "the section buses has no bus called %v",
+        return cb_fail(loader, CB_ERROR_NAME, slots[BUS], "the section buses has no bus called %o",
                        slots[BUS]);
     if (signal->reg + cb_number_registers(signal->type) <= 65536) return true;
     return cb_fail(loader, CB_ERROR_RANGE, slots[REGISTER], "its second register is beyond 65535");
@@ -230,9 +230,9 @@ static bool check_numbers(struct cb_loader *loader, const uint32_t *slots,
                           const struct cb_signal_config *signal) {
     if (cb_abs(signal->scale) < 1e-12f)
         return cb_fail(loader, CB_ERROR_RANGE, slots[SCALE],
-                       "with a scale of %v every reading would be the same", slots[SCALE]);
+                       "with a scale of %o every reading would be the same", slots[SCALE]);
     if (signal->min < signal->max) return true;
-    return cb_fail(loader, CB_ERROR_ORDER, slots[MAX], "%v is not above min (%v)", slots[MAX],
+    return cb_fail(loader, CB_ERROR_ORDER, slots[MAX], "%o is not above min (%o)", slots[MAX],
                    slots[MIN]);
 }
 
@@ -254,7 +254,7 @@ static bool load_signal(struct cb_loader *loader, uint32_t at, uint8_t index) {
     uint32_t slots[SIGNAL_KEYS];
     if (!cb_read_object(loader, at, &cb_signal_object, signal, slots)) return false;
     if (cb_find_name(config->signals, sizeof *signal, index, signal->name) != CB_NONE)
-        return cb_fail(loader, CB_ERROR_NAME, slots[NAME], "another signal is called %v too",
+        return cb_fail(loader, CB_ERROR_NAME, slots[NAME], "another signal is called %o too",
                        slots[NAME]);
     if (!find_source(loader, at, slots, &signal->source)) return false;
     if (!check_source_keys(loader, at, slots, signal->source)) return false;

@@ -68,19 +68,19 @@ static bool check_slope(struct cb_loader *loader, const uint32_t *slots,
     const struct cb_range range = cb_number_range(tangent->slope_type);
     if (!(range.min < 0.0f))
         return cb_fail(loader, CB_ERROR_RANGE, slots[SLOPE_TYPE],
-                       "%v has no negative numbers, and a slope has; use a signed type",
+                       "%o has no negative numbers, and a slope has; use a signed type",
                        slots[SLOPE_TYPE]);
     if (!(tangent->slope_limit / tangent->slope_scale <= range.max))
         return cb_fail(loader, CB_ERROR_RANGE, slots[SLOPE_LIMIT],
-                       "%v in units of %v (slope_scale) does not fit into %v", slots[SLOPE_LIMIT],
+                       "%o in units of %o (slope_scale) does not fit into %o", slots[SLOPE_LIMIT],
                        slots[SLOPE_SCALE], slots[SLOPE_TYPE]);
     if (cb_number_is_integer(tangent->slope_type) && tangent->slope_limit < tangent->slope_scale)
         return cb_fail(loader, CB_ERROR_RANGE, slots[SLOPE_LIMIT],
-                       "%v is less than one unit of the register, %v (slope_scale)",
+                       "%o is less than one unit of the register, %o (slope_scale)",
                        slots[SLOPE_LIMIT], slots[SLOPE_SCALE]);
     if (tangent->slope_slew_per_s >= tangent->slope_limit) return true;
     return cb_fail(loader, CB_ERROR_RANGE, slots[SLOPE_SLEW],
-                   "%v is below slope_limit (%v): the slope must be able to reach zero within a "
+                   "%o is below slope_limit (%o): the slope must be able to reach zero within a "
                    "second",
                    slots[SLOPE_SLEW], slots[SLOPE_LIMIT]);
 }
@@ -90,13 +90,13 @@ static bool check_reference(struct cb_loader *loader, const uint32_t *slots,
     const struct cb_range range = cb_number_range(tangent->reference_type);
     if (!signal->leads || !cb_same_text(signal->unit, "mm"))
         return cb_fail(loader, CB_ERROR_NAME, slots[SIGNAL],
-                       "%v is no position in mm from the PLC: the control needs its own",
+                       "%o is no position in mm from the PLC: the control needs its own",
                        slots[SIGNAL]);
     if (signal->min / tangent->reference_scale >= range.min &&
         signal->max / tangent->reference_scale <= range.max)
         return true;
     return cb_fail(loader, CB_ERROR_RANGE, slots[REFERENCE_TYPE],
-                   "positions of %s in units of %v (reference_scale) do not fit into %v",
+                   "positions of %s in units of %o (reference_scale) do not fit into %o",
                    signal->name, slots[REFERENCE_SCALE], slots[REFERENCE_TYPE]);
 }
 

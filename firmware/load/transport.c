@@ -99,11 +99,11 @@ static bool read_serial(struct cb_loader *loader, uint32_t at, const struct cb_o
     if (!cb_read_object(loader, at, table, serial, slots)) return false;
     if (!is_below_dev(serial->device))
         return cb_fail(loader, CB_ERROR_RANGE, slots[DEVICE],
-                       "%v is no device below /dev; write \"/dev/ttyS0\" or the like",
+                       "%o is no device below /dev; write \"/dev/ttyS0\" or the like",
                        slots[DEVICE]);
     if (!cb_is_usual_baud(serial->line.baud))
         return cb_fail(loader, CB_ERROR_RANGE, slots[BAUD],
-                       "%v is no usual baud rate: use one of 1200, 2400, 4800, 9600, 19200, 38400, "
+                       "%o is no usual baud rate: use one of 1200, 2400, 4800, 9600, 19200, 38400, "
                        "57600, 115200, 230400, 460800, 921600",
                        slots[BAUD]);
     if (slots[SLAVE_DELAY] == CB_ABSENT) serial->slave_delay_us = delay_us;
@@ -116,7 +116,7 @@ static bool read_tcp(struct cb_loader *loader, uint32_t at) {
     if (!cb_read_object(loader, at, &cb_tcp_object, plc, slots)) return false;
     if (!cb_is_numeric_address(plc->host))
         return cb_fail(loader, CB_ERROR_RANGE, slots[TCP_HOST],
-                       "%v is no IPv4 or IPv6 address in numbers; names are not resolved",
+                       "%o is no IPv4 or IPv6 address in numbers; names are not resolved",
                        slots[TCP_HOST]);
     return true;
 }
@@ -182,7 +182,7 @@ bool cb_check_line(struct cb_loader *loader, uint32_t transport) {
             "rate is fast enough: shorten the blocks or slave_delay_ms, or lengthen period_ms",
             needed / 10, needed % 10, given / 10, given % 10);
     return cb_fail(loader, CB_ERROR_RANGE, at,
-                   "at %v baud the exchange takes %u.%u ms, and %u.%u ms of the period are there; "
+                   "at %o baud the exchange takes %u.%u ms, and %u.%u ms of the period are there; "
                    "%u baud is fast enough",
                    at, needed / 10, needed % 10, given / 10, given % 10, baud);
 }

@@ -35,10 +35,10 @@ static bool read_velocity(struct cb_loader *loader, uint32_t at,
     position->velocity =
         cb_find_name(config->signals, sizeof config->signals[0], config->signals_count, name);
     if (position->velocity == CB_NONE)
-        return cb_fail(loader, CB_ERROR_NAME, at, "no signal is called %v", at);
+        return cb_fail(loader, CB_ERROR_NAME, at, "no signal is called %o", at);
     if (config->signals[position->velocity].source != CB_SOURCE_PLC)
         return cb_fail(loader, CB_ERROR_NAME, at,
-                       "%v does not come from the PLC, as the position does", at);
+                       "%o does not come from the PLC, as the position does", at);
     return find_scale(loader, at, position);
 }
 

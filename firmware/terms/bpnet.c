@@ -89,7 +89,7 @@ static bool check_least(struct cb_loader *loader, uint32_t at, const char *least
     for (uint32_t i = 0; at != CB_ABSENT && i < count; ++i) {
         const uint32_t place = cb_list_at(loader, at, i);
         if (!(numbers[i] >= cb_number_of(least)))
-            return cb_fail(loader, CB_ERROR_RANGE, place, "%v is below %s", place, least);
+            return cb_fail(loader, CB_ERROR_RANGE, place, "%o is below %s", place, least);
     }
     return true;
 }
@@ -170,12 +170,12 @@ static bool make_range(struct cb_loader *loader, const uint32_t *slots, uint32_t
     const uint32_t max_at = cb_list_at(loader, slots[INPUT_MAX], input);
     const float trained = scratch->net.max[input] - scratch->net.min[input];
     if (!(trained >= 0.0f))
-        return cb_fail(loader, CB_ERROR_ORDER, max_at, "%v is below input_min (%v)", max_at,
+        return cb_fail(loader, CB_ERROR_ORDER, max_at, "%o is below input_min (%o)", max_at,
                        cb_list_at(loader, slots[INPUT_MIN], input));
     const float fade = slots[FADE] != CB_ABSENT ? scratch->net.fade[input] : 0.5f * trained;
     if (!(fade >= cb_number_of(LEAST_SCALE)))
         return cb_fail(loader, CB_ERROR_RANGE, max_at,
-                       "%v is input_min too: this input was not varied; leave it out or state fade",
+                       "%o is input_min too: this input was not varied; leave it out or state fade",
                        max_at);
     range->min = scratch->net.min[input];
     range->max = scratch->net.max[input];

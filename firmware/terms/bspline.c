@@ -23,29 +23,29 @@ static bool report(struct cb_loader *loader, const uint32_t *slots, enum cb_bspl
         case CB_BSPLINE_OK:
             return true;
         case CB_BSPLINE_DEGREE:
-            return cb_fail(loader, CB_ERROR_RANGE, slots[DEGREE], "%v is no degree from 1 to 5",
+            return cb_fail(loader, CB_ERROR_RANGE, slots[DEGREE], "%o is no degree from 1 to 5",
                            slots[DEGREE]);
         case CB_BSPLINE_COUNT:
             return cb_fail(loader, CB_ERROR_RANGE, points,
-                           "a B-spline has at least degree + 1 control points, and degree is %v",
+                           "a B-spline has at least degree + 1 control points, and degree is %o",
                            slots[DEGREE]);
         case CB_BSPLINE_KNOT:
         case CB_BSPLINE_VALUE:
             return cb_fail(loader, CB_ERROR_RANGE, points, "all numbers must be finite");
         case CB_BSPLINE_ORDER:
-            return cb_fail(loader, CB_ERROR_ORDER, knot, "%v is below the knot before it (%v)",
+            return cb_fail(loader, CB_ERROR_ORDER, knot, "%o is below the knot before it (%o)",
                            knot, before);
         case CB_BSPLINE_MULTIPLICITY:
             return cb_fail(loader, CB_ERROR_ORDER, knot,
-                           "%v stands here more than degree + 1 times, and degree is %v", knot,
+                           "%o stands here more than degree + 1 times, and degree is %o", knot,
                            slots[DEGREE]);
         case CB_BSPLINE_EMPTY:
             return cb_fail(loader, CB_ERROR_ORDER, knot,
-                           "the curve ends at %v where it begins: the inner knots span nothing",
+                           "the curve ends at %o where it begins: the inner knots span nothing",
                            knot);
         case CB_BSPLINE_WIDE:
             return cb_fail(loader, CB_ERROR_RANGE, knot,
-                           "%v is more than 16777216 above the knot before it (%v)", knot, before);
+                           "%o is more than 16777216 above the knot before it (%o)", knot, before);
     }
     return false;
 }

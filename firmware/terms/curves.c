@@ -23,7 +23,7 @@ static bool check_reversal(struct cb_loader *loader, uint32_t at, const uint32_t
                        signal->name, signal->unit);
     if (curve->reversal_mm >= 1e-6f * furthest) return true;
     return cb_fail(loader, CB_ERROR_RANGE, slots[CB_CURVE_REVERSAL],
-                   "%v is less than a millionth of the furthest position of %s, which is about "
+                   "%o is less than a millionth of the furthest position of %s, which is about "
                    "what float32 resolves",
                    slots[CB_CURVE_REVERSAL], signal->name);
 }

@@ -28,7 +28,7 @@ bool cb_read_signal(struct cb_loader *loader, uint32_t at, uint8_t *signal) {
     if (!cb_read_name(loader, at, name)) return false;
     *signal = cb_find_name(config->signals, sizeof config->signals[0], config->signals_count, name);
     if (*signal != CB_NONE) return true;
-    return cb_fail(loader, CB_ERROR_NAME, at, "no signal is called %v", at);
+    return cb_fail(loader, CB_ERROR_NAME, at, "no signal is called %o", at);
 }
 
 bool cb_read_output(struct cb_loader *loader, uint32_t at, uint8_t *output) {
@@ -37,7 +37,7 @@ bool cb_read_output(struct cb_loader *loader, uint32_t at, uint8_t *output) {
     if (!cb_read_name(loader, at, name)) return false;
     *output = cb_find_name(config->outputs, sizeof config->outputs[0], config->outputs_count, name);
     if (*output != CB_NONE) return true;
-    return cb_fail(loader, CB_ERROR_NAME, at, "no term has an output %v", at);
+    return cb_fail(loader, CB_ERROR_NAME, at, "no term has an output %o", at);
 }
 
 /* Notes one more input of the term whose inputs begin at `link`. */
@@ -50,7 +50,7 @@ static bool add_input(struct cb_loader *loader, uint32_t at, uint16_t link) {
     if (!cb_read_signal(loader, at, &signal)) return false;
     for (uint32_t i = link; i < config->links_count; ++i) {
         if (config->links[i] == signal)
-            return cb_fail(loader, CB_ERROR_NAME, at, "%v stands here twice", at);
+            return cb_fail(loader, CB_ERROR_NAME, at, "%o stands here twice", at);
     }
     config->links[config->links_count++] = signal;
     return true;
@@ -72,7 +72,7 @@ bool cb_read_vector(struct cb_loader *loader, uint32_t at, uint32_t count, const
                     float *numbers) {
     uint32_t found = 0;
     if (cb_token_at(loader, at).kind != CB_JSON_ARRAY)
-        return cb_fail(loader, CB_ERROR_TYPE, at, "must be a list […], not %v", at);
+        return cb_fail(loader, CB_ERROR_TYPE, at, "must be a list […], not %o", at);
     if (!cb_read_numbers(loader, at, numbers, count, &found)) return false;
     if (found == count) return true;
     return cb_fail(loader, CB_ERROR_RANGE, at, "%u numbers for %u %s; each needs one", found, count,
@@ -88,7 +88,7 @@ static const struct cb_word KIND_WORDS[] = {CB_TERM_KINDS(WORD){0, 0}};
 static bool read_kind(struct cb_loader *loader, uint32_t at, uint8_t *kind) {
     const uint32_t type = cb_find_key(loader, at, "type");
     if (cb_token_at(loader, at).kind != CB_JSON_OBJECT)
-        return cb_fail(loader, CB_ERROR_TYPE, at, "must be an object {…}, not %v", at);
+        return cb_fail(loader, CB_ERROR_TYPE, at, "must be an object {…}, not %o", at);
     if (type == CB_ABSENT) return cb_fail(loader, CB_ERROR_KEY, at, "the key type is missing");
     return cb_read_word(loader, type, KIND_WORDS, kind);
 }
@@ -105,7 +105,7 @@ static bool add_output(struct cb_loader *loader, uint32_t at, uint8_t index,
     if (!cb_read_name(loader, at, output->name)) return false;
     if (cb_find_name(config->outputs, sizeof *output, config->outputs_count, output->name) !=
         CB_NONE)
-        return cb_fail(loader, CB_ERROR_NAME, at, "another term is called %v too", at);
+        return cb_fail(loader, CB_ERROR_NAME, at, "another term is called %o too", at);
     output->term = index;
     ++config->outputs_count;
     ++term->outputs;

@@ -29,7 +29,7 @@ static bool read_lines(struct cb_loader *loader, const uint32_t *slots, uint32_t
         if (scratch->knots[i] > scratch->knots[i - 1]) continue;
         const uint32_t at = cb_list_at(loader, slots[POSITIONS], i);
         return cb_fail(loader, CB_ERROR_ORDER, at,
-                       "%v is not above the position before it (%v); the box keeps 24 bits, "
+                       "%o is not above the position before it (%o); the box keeps 24 bits, "
                        "about 7 digits",
                        at, cb_list_at(loader, slots[POSITIONS], i - 1));
     }

@@ -66,7 +66,7 @@ static bool read_chain(struct cb_loader *loader, uint32_t at, uint8_t moves[CB_A
     if (!cb_read_text(loader, at, chain, sizeof chain)) return false;
     if (cb_volumetric_chain(chain, moves)) return true;
     return cb_fail(loader, CB_ERROR_NAME, at,
-                   "%v is no chain: f (foundation), X, Y and Z once each, such as \"XYfZ\"; left "
+                   "%o is no chain: f (foundation), X, Y and Z once each, such as \"XYfZ\"; left "
                    "of f what carries the workpiece, right of it the tool",
                    at);
 }
@@ -171,12 +171,12 @@ static bool link_error(struct cb_loader *loader, uint32_t at, struct cb_volumetr
     const int error = cb_volumetric_error(name);
     if (error < 0)
         return cb_fail(loader, CB_ERROR_NAME, at,
-                       "%v is no error of an axis; ISO 230-1 calls them EXX, EYX, … ECZ", at);
+                       "%o is no error of an axis; ISO 230-1 calls them EXX, EYX, … ECZ", at);
     if (error >= CB_CURVE_ERRORS)
-        return cb_fail(loader, CB_ERROR_NAME, at, "%v is a number and belongs in squareness_urad",
+        return cb_fail(loader, CB_ERROR_NAME, at, "%o is a number and belongs in squareness_urad",
                        at);
     if (config->error[error] != CB_NONE)
-        return cb_fail(loader, CB_ERROR_NAME, at, "%v stands here twice", at);
+        return cb_fail(loader, CB_ERROR_NAME, at, "%o stands here twice", at);
     return cb_read_output(loader, at, &config->error[error]);
 }
 
