@@ -2,7 +2,6 @@
 #include "host-tools/formats/csv.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -41,7 +40,7 @@ char separator_of(std::string_view header) {
 }
 
 std::string counted(std::size_t count, const char *noun) {
-    return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+    return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
 struct place {
@@ -58,7 +57,7 @@ std::string shown(std::string_view cell) {
     std::string text(cell.substr(0, length));
     const auto control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; };
     std::replace_if(text.begin(), text.end(), control, '?');
-    return "'" + text + (cell.size() > length ? "…'" : "'");
+    return fmt::format("'{}{}", text, cell.size() > length ? "…'" : "'");
 }
 
 double number(std::string_view cell, char separator, bool gaps, const place &at) {
@@ -136,8 +135,8 @@ void read_header(csv_table &table, std::string_view line, char separator, long l
             throw input_error(table.file, line_number, 0, "a column of the header has no name");
         }
         if (table.find(name) >= 0) {
-            throw input_error(table.file, line_number, 0,
-                              "the column " + shown(name) + " is there twice");
+            throw input_error(table.file, line_number, 0, "the column {} is there twice",
+                              shown(name));
         }
         table.names.push_back(name);
     }
@@ -157,10 +156,8 @@ void name_columns(csv_table &table, std::string_view line, char separator,
     }
     const std::size_t there = without_empty_end(split(line, separator), given.size()).size();
     if (there != given.size()) {
-        throw input_error(table.file, line_number, 0,
-                          "has " + counted(there, "column") + ", but " +
-                              std::to_string(given.size()) +
-                              (given.size() == 1 ? " was named" : " were named"));
+        throw input_error(table.file, line_number, 0, "has {}, but {}{}", counted(there, "column"),
+                          given.size(), given.size() == 1 ? " was named" : " were named");
     }
     table.names = given;
 }
@@ -210,8 +207,7 @@ std::size_t csv_table::column(const std::string &name) const {
     if (index >= 0) return static_cast<std::size_t>(index);
     std::string there;
     for (const auto &other : names) there += (there.empty() ? "" : ", ") + other;
-    throw input_error(file, header_line, 0,
-                      "there is no column '" + name + "' (there are " + there + ")");
+    throw input_error(file, header_line, 0, "there is no column '{}' (there are {})", name, there);
 }
 
 std::vector<double> csv_table::values(const std::string &name) const {
@@ -261,9 +257,8 @@ csv_table read_csv(const std::string &path, const csv_reading &how,
         const auto cells = without_empty_end(split(raw, separator), table.names.size());
         if (all_empty(cells)) continue;
         if (cells.size() != table.names.size()) {
-            throw input_error(path, line_number, 0,
-                              "has " + counted(cells.size(), "column") + ", the header has " +
-                                  std::to_string(table.names.size()));
+            throw input_error(path, line_number, 0, "has {}, the header has {}",
+                              counted(cells.size(), "column"), table.names.size());
         }
         std::vector<double> row;
         for (std::size_t c = 0; c < cells.size(); ++c) {
@@ -283,15 +278,11 @@ csv_table read_csv(const std::string &path, const csv_reading &how,
 }
 
 std::string shortest(double value) {
-    char text[32];
-    const auto result = std::to_chars(text, text + sizeof text, value);
-    return std::string(text, result.ptr);
+    return fmt::format("{}", value);
 }
 
 std::string shortest_float(float value) {
-    char text[32];
-    const auto result = std::to_chars(text, text + sizeof text, value);
-    return std::string(text, result.ptr);
+    return fmt::format("{}", value);
 }
 
 std::string csv_text(const std::vector<std::string> &names,

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Mistakes that a person can make and mend; every tool turns them into one sentence and exit 1.
+// Brings libfmt for the sentences. Numbers in them: "{:.4g}" for reading, "{}" to read back
+// exactly.
 #pragma once
+
+#include <fmt/core.h>
 
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "host-tools/formats/text.h"
 
@@ -16,15 +21,17 @@ class input_error : public std::runtime_error {
     explicit input_error(const std::string &sentence) : std::runtime_error(printable(sentence)) {}
     // "FILE:LINE:COLUMN: sentence"; a line or column of 0 is left out.
     input_error(const std::string &file, long line, long column, const std::string &sentence)
-        : input_error(place(file, line, column) + sentence) {}
-
-  private:
-    static std::string place(const std::string &file, long line, long column) {
-        std::string text = file;
-        if (line > 0) text += ":" + std::to_string(line);
-        if (line > 0 && column > 0) text += ":" + std::to_string(column);
-        return text + ": ";
-    }
+        : input_error(fmt::format(line <= 0     ? "{0}: {3}"
+                                  : column <= 0 ? "{0}:{1}: {3}"
+                                                : "{0}:{1}:{2}: {3}",
+                                  file, line, column, sentence)) {}
+    // The same; the values replace the {} of the sentence.
+    template <typename Value, typename... Values>
+    input_error(const std::string &file, long line, long column,
+                fmt::format_string<Value, Values...> sentence, Value &&value, Values &&...values)
+        : input_error(
+              file, line, column,
+              fmt::format(sentence, std::forward<Value>(value), std::forward<Values>(values)...)) {}
 };
 
 }  // namespace compbox

@@ -67,7 +67,7 @@ std::vector<std::filesystem::path> &allowed_folders() {
 std::filesystem::path real_path(const std::string &path) {
     std::error_code error;
     const auto real = std::filesystem::weakly_canonical(std::filesystem::absolute(path), error);
-    if (error) throw input_error(path, 0, 0, "cannot be resolved (" + error.message() + ")");
+    if (error) throw input_error(path, 0, 0, "cannot be resolved ({})", error.message());
     return real.has_filename() ? real : real.parent_path();
 }
 
@@ -77,7 +77,7 @@ bool is_in_or_below(const std::filesystem::path &path, const std::filesystem::pa
 }
 
 [[noreturn]] void fail(const std::string &path, const std::string &doing) {
-    throw input_error(path, 0, 0, "cannot " + doing + " (" + std::strerror(errno) + ")");
+    throw input_error(path, 0, 0, "cannot {} ({})", doing, std::strerror(errno));
 }
 
 // Writes all of content to fd and syncs it; false with errno set on failure.
@@ -116,7 +116,7 @@ std::string read_file(const std::string &path, std::size_t max_bytes) {
     while (in.read(block, sizeof block) || in.gcount() > 0) {
         content.append(block, static_cast<std::size_t>(in.gcount()));
         if (content.size() > max_bytes) {
-            throw input_error(path, 0, 0, "is larger than " + std::to_string(max_bytes) + " bytes");
+            throw input_error(path, 0, 0, "is larger than {} bytes", max_bytes);
         }
     }
     if (in.bad()) fail(path, "read the file");
@@ -127,8 +127,7 @@ std::string read_file(const std::string &path, std::size_t max_bytes) {
 void refuse_given(const std::string &path, const std::string &what) {
     std::error_code error;
     if (std::filesystem::is_regular_file(path, error) && given().hold(path)) {
-        throw input_error(path, 0, 0,
-                          "was read by this very command: give " + what + " another name");
+        throw input_error(path, 0, 0, "was read by this very command: give {} another name", what);
     }
 }
 
@@ -190,7 +189,7 @@ void make_folder(const std::string &path) {
     refuse_outside(path);
     std::error_code error;
     std::filesystem::create_directories(path, error);
-    if (error) throw input_error(path, 0, 0, "cannot create the folder (" + error.message() + ")");
+    if (error) throw input_error(path, 0, 0, "cannot create the folder ({})", error.message());
 }
 
 }  // namespace compbox

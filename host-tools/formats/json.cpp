@@ -51,8 +51,8 @@ void refuse_deep(const std::string &path, const std::string &text) {
     const std::size_t at = too_deep_at(text);
     if (at == std::string::npos) return;
     const auto place = place_of(text, at + 1);
-    throw input_error(path, place.line, place.column,
-                      "brackets are nested deeper than " + std::to_string(json_max_depth));
+    throw input_error(path, place.line, place.column, "brackets are nested deeper than {}",
+                      json_max_depth);
 }
 
 bool is_flat(const json &value) {
@@ -122,8 +122,7 @@ json read_json(const std::string &path) {
     try {
         json value = json::parse(text, callback);
         if (!duplicate.empty()) {
-            throw input_error(path, 0, 0,
-                              "the key '" + duplicate + "' is given twice in one object");
+            throw input_error(path, 0, 0, "the key '{}' is given twice in one object", duplicate);
         }
         return value;
     } catch (const json::parse_error &error) {
@@ -147,7 +146,7 @@ void only_keys(const json &value, std::initializer_list<const char *> allowed,
     for (const auto &[key, item] : value.items()) {
         const bool known = std::any_of(allowed.begin(), allowed.end(),
                                        [&key = key](const char *name) { return key == name; });
-        if (!known) throw input_error(file, 0, 0, path + ": the key '" + key + "' is unknown");
+        if (!known) throw input_error(file, 0, 0, "{}: the key '{}' is unknown", path, key);
     }
 }
 

@@ -50,10 +50,8 @@ void check_whole(const json &value, const std::string &key, const std::string &f
     if (value.is_array()) {
         for (const auto &one : value) check_whole<T>(one, key, file);
     } else if (value.is_number() && !holds<T>(value)) {
-        throw input_error(file, 0, 0,
-                          "the key '" + key + "' must be a whole number from " +
-                              std::to_string(std::numeric_limits<T>::min()) + " to " +
-                              std::to_string(std::numeric_limits<T>::max()));
+        throw input_error(file, 0, 0, "the key '{}' must be a whole number from {} to {}", key,
+                          std::numeric_limits<T>::min(), std::numeric_limits<T>::max());
     }
 }
 
@@ -64,8 +62,7 @@ inline void check_text(const json &value, const std::string &key, const std::str
     } else if (value.is_string()) {
         const auto &text = value.get_ref<const std::string &>();
         if (printable(text) == text) return;
-        throw input_error(file, 0, 0,
-                          "the key '" + key + "': '" + text + "' contains a control character");
+        throw input_error(file, 0, 0, "the key '{}': '{}' contains a control character", key, text);
     }
 }
 
@@ -74,7 +71,7 @@ inline void check_text(const json &value, const std::string &key, const std::str
 template <typename T>
 T get(const json &value, const std::string &key, const std::string &file) {
     if (!value.is_object() || !value.contains(key)) {
-        throw input_error(file, 0, 0, "the key '" + key + "' is missing");
+        throw input_error(file, 0, 0, "the key '{}' is missing", key);
     }
     using element = typename json_detail::element<T>::type;
     if constexpr (json_detail::is_whole<element>) {
@@ -85,9 +82,8 @@ T get(const json &value, const std::string &key, const std::string &file) {
     try {
         return value.at(key).get<T>();
     } catch (const nlohmann::json::exception &) {
-        throw input_error(file, 0, 0,
-                          "the key '" + key + "' has the wrong type (" +
-                              std::string(value.at(key).type_name()) + ")");
+        throw input_error(file, 0, 0, "the key '{}' has the wrong type ({})", key,
+                          value.at(key).type_name());
     }
 }
 

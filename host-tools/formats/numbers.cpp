@@ -11,8 +11,4 @@ std::string formatted(const char *pattern, double value) {
     return text;
 }
 
-double five_digits(double value) {
-    return std::stod(formatted("%.5g", value));
-}
-
 }  // namespace compbox

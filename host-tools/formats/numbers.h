@@ -2,7 +2,7 @@
 // Numbers as people read them.
 #pragma once
 
-#include <string>
+#include <fmt/core.h>
 
 namespace compbox {
 
@@ -10,6 +10,8 @@ namespace compbox {
 std::string formatted(const char *pattern, double value);
 
 // A finding for reading: value to five digits, which are more than any finding carries.
-double five_digits(double value);
+inline double five_digits(double value) {
+    return std::stod(fmt::format("{:.5g}", value));
+}
 
 }  // namespace compbox

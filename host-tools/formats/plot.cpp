@@ -9,7 +9,6 @@
 
 #include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -28,7 +27,7 @@ namespace {
 class temporary_file {
   public:
     explicit temporary_file(const std::string &stem, const std::string &suffix = "") {
-        name_ = stem + "-XXXXXX" + suffix;
+        name_ = fmt::format("{}-XXXXXX{}", stem, suffix);
         const int fd = ::mkostemps(name_.data(), static_cast<int>(suffix.size()), O_CLOEXEC);
         if (fd < 0) throw input_error(stem, 0, 0, "cannot create a temporary file there");
         ::close(fd);
@@ -51,18 +50,19 @@ std::string suffix_of(const std::string &path) {
 // The `set terminal` line for a picture's suffix.
 std::string terminal_of(const std::string &path, int width, int height) {
     const std::string suffix = suffix_of(path);
-    const std::string size = std::to_string(width) + "," + std::to_string(height);
     if (suffix == ".svg") {
-        return "set terminal svg size " + size +
-               " dynamic background '#ffffff' font 'Helvetica,13' noenhanced\n";
+        return fmt::format(
+            "set terminal svg size {},{} dynamic background '#ffffff' font "
+            "'Helvetica,13' noenhanced\n",
+            width, height);
     }
     if (suffix == ".png") {
-        return "set terminal pngcairo size " + size + " font 'Helvetica,11' noenhanced\n";
+        return fmt::format("set terminal pngcairo size {},{} font 'Helvetica,11' noenhanced\n",
+                           width, height);
     }
     if (suffix == ".pdf") {
-        const auto inch = [](int pixels) { return shortest(static_cast<double>(pixels) / 100.0); };
-        return "set terminal pdfcairo size " + inch(width) + "in," + inch(height) +
-               "in font 'Helvetica,10' noenhanced\n";
+        return fmt::format("set terminal pdfcairo size {}in,{}in font 'Helvetica,10' noenhanced\n",
+                           width / 100.0, height / 100.0);
     }
     throw input_error(path, 0, 0, "a figure is written as .svg, .png or .pdf; give it such a name");
 }
@@ -104,7 +104,7 @@ int spawn_gnuplot(const std::string &script, const std::string &messages) {
 }  // namespace
 
 std::string plot_data(const std::string &name, const std::vector<std::vector<double>> &columns) {
-    std::string text = "$" + name + " << EOD\n";
+    std::string text = fmt::format("${} << EOD\n", name);
     const std::size_t rows = columns.empty() ? 0 : columns.front().size();
     for (std::size_t r = 0; r < rows; ++r) {
         for (std::size_t c = 0; c < columns.size(); ++c) {
@@ -140,9 +140,8 @@ void run_gnuplot(const std::string &path, const std::string &script, int width, 
             "--plot out");
     }
     if (code != 0) {
-        throw input_error(
-            path, 0, 0,
-            "gnuplot could not draw the figure (" + first_line(read_file(messages.name())) + ")");
+        throw input_error(path, 0, 0, "gnuplot could not draw the figure ({})",
+                          first_line(read_file(messages.name())));
     }
     if (!is_whole(picture.name(), suffix_of(path))) {
         throw input_error(path, 0, 0, "the figure could not be written whole (is the disk full?)");

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <string_view>
 
 #include "host-tools/formats/error.h"
@@ -106,7 +105,7 @@ class laser_reader {
             const char *end = digits.data() + digits.size();
             const auto result = std::from_chars(digits.data(), end, value);
             if (result.ec != std::errc() || result.ptr != end || !std::isfinite(value)) {
-                fail(line, "'" + std::string(text.substr(0, length)) + "' is not a number");
+                fail(line, fmt::format("'{}' is not a number", text.substr(0, length)));
             }
             values.push_back(value);
             text.remove_prefix(length);
@@ -171,8 +170,7 @@ class laser_reader {
         auto &readings = result_.runs[run];
         if (std::find(readings.target.begin(), readings.target.end(), target) !=
             readings.target.end()) {
-            fail(line, "target " + std::to_string(target + 1) + " is there twice in run " +
-                           std::to_string(run + 1));
+            fail(line, fmt::format("target {} is there twice in run {}", target + 1, run + 1));
         }
         readings.target.push_back(target);
         readings.deviation.push_back(values[2] * (result_.angular ? urad_per_mrad : 1.0));
@@ -183,7 +181,7 @@ class laser_reader {
     std::size_t index(const text_line &line, double value, std::size_t size,
                       const std::string &what) const {
         if (!(value >= 1) || value > static_cast<double>(size) || value != std::floor(value)) {
-            fail(line, "the " + what + " must be a number from 1 to " + std::to_string(size));
+            fail(line, fmt::format("the {} must be a number from 1 to {}", what, size));
         }
         return static_cast<std::size_t>(value) - 1;
     }
@@ -194,13 +192,13 @@ class laser_reader {
             fail(end, "fewer than two targets were found in TARGET DATA::");
         }
         if (target_count_ != 0 && target_count_ != result_.targets_mm.size()) {
-            fail(end, "Target-count says " + std::to_string(target_count_) + ", but there are " +
-                          std::to_string(result_.targets_mm.size()) + " targets");
+            fail(end, fmt::format("Target-count says {}, but there are {} targets", target_count_,
+                                  result_.targets_mm.size()));
         }
         if (result_.runs.empty()) fail(end, "no readings were found in DEVIATIONS::");
         if (run_count_ != 0 && run_count_ != result_.runs.size()) {
-            fail(end, "Run-count says " + std::to_string(run_count_) + ", but there are " +
-                          std::to_string(result_.runs.size()) + " runs");
+            fail(end, fmt::format("Run-count says {}, but there are {} runs", run_count_,
+                                  result_.runs.size()));
         }
         check_end(end);
         ascend();
@@ -215,9 +213,8 @@ class laser_reader {
         if (text_.back() != '\n') fail(end, "the file ends within a line, without EOF::");
         const std::size_t last = result_.runs.back().target.size();
         if (last < result_.targets_mm.size()) {
-            fail(end, "the file ends within run " + std::to_string(result_.runs.size()) + " (" +
-                          std::to_string(last) + " of " +
-                          std::to_string(result_.targets_mm.size()) + " targets), without EOF::");
+            fail(end, fmt::format("the file ends within run {} ({} of {} targets), without EOF::",
+                                  result_.runs.size(), last, result_.targets_mm.size()));
         }
     }
 
@@ -233,13 +230,13 @@ class laser_reader {
 
     // A run goes through the targets upward or downward; backward runs make a bidirectional file.
     void check_run(const text_line &end, laser_run &run, std::size_t number) {
-        if (run.target.empty()) fail(end, "run " + std::to_string(number) + " has no readings");
+        if (run.target.empty()) fail(end, fmt::format("run {} has no readings", number));
         const bool up = std::is_sorted(run.target.begin(), run.target.end());
         const bool down = std::is_sorted(run.target.rbegin(), run.target.rend());
         if (!up && !down) {
             throw input_error(path_, run.line.front(), 0,
-                              "run " + std::to_string(number) +
-                                  " goes through its targets neither upward nor downward");
+                              "run {} goes through its targets neither upward nor downward",
+                              number);
         }
         run.direction = up ? 1 : -1;
         if (run.direction != result_.runs.front().direction) result_.bidirectional = true;
@@ -254,14 +251,6 @@ class laser_reader {
     std::size_t target_count_ = 0, run_count_ = 0;
     laser_file result_;
 };
-
-// printf into a string; for the fixed columns of the format.
-template <typename... arguments>
-std::string formatted(const char *format, arguments... values) {
-    char text[256];
-    std::snprintf(text, sizeof text, format, values...);
-    return text;
-}
 
 }  // namespace
 
@@ -278,22 +267,21 @@ std::string laser_text(const laser_file &file) {
     std::string out = "HEADER::\r\nFile Type: ";
     out += file.angular ? "Angular" : "Linear";
     out += "\r\nTARGET DATA::\r\nFiletype : ISO\r\n";
-    out += formatted("Target-count: %zu\r\nTargets :", file.targets_mm.size());
+    out += fmt::format("Target-count: {}\r\nTargets :", file.targets_mm.size());
     for (std::size_t i = 0; i < file.targets_mm.size(); ++i) {
-        out += formatted(i % 5 == 0 ? "\r\n%14.5f" : " %14.5f", file.targets_mm[i]);
+        out += fmt::format("{}{:14.5f}", i % 5 == 0 ? "\r\n" : " ", file.targets_mm[i]);
     }
     out += "\r\nFlags: 0 0 0 0\r\nUSER-TEXT::\r\n";
-    out += "Machine:" + file.machine + "\r\nSerial No:" + file.serial + "\r\nDate:" + file.date +
-           "\r\nBy:" + file.by + "\r\nAxis:" + file.axis + "\r\nLocation:" + file.location +
-           "\r\nTITLE:" + file.title + "\r\n";
-    out += formatted("RUNS::\r\nRun-count: %zu\r\n", file.runs.size());
+    out += fmt::format(
+        "Machine:{}\r\nSerial No:{}\r\nDate:{}\r\nBy:{}\r\nAxis:{}\r\nLocation:{}\r\nTITLE:{}\r\n",
+        file.machine, file.serial, file.date, file.by, file.axis, file.location, file.title);
+    out += fmt::format("RUNS::\r\nRun-count: {}\r\n", file.runs.size());
     out += "DEVIATIONS::\r\nRun Target Data:\r\n";
     const double unit = file.angular ? urad_per_mrad : 1.0;
     for (std::size_t run = 0; run < file.runs.size(); ++run) {
         for (std::size_t i = 0; i < file.runs[run].target.size(); ++i) {
-            out += formatted("%3zu %3zu ", run + 1, file.runs[run].target[i] + 1);
-            out += formatted(file.angular ? "%.6f\r\n" : "%.3f\r\n",
-                             file.runs[run].deviation[i] / unit);
+            out += fmt::format("{:3} {:3} {:.{}f}\r\n", run + 1, file.runs[run].target[i] + 1,
+                               file.runs[run].deviation[i] / unit, file.angular ? 6 : 3);
         }
     }
     out += "EOF::\r\n";
