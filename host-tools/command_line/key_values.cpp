@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/command_line/key_values.h"
 
+#include <fmt/core.h>
+
 #include <charconv>
 #include <cmath>
 
@@ -11,7 +13,7 @@ namespace compbox {
 namespace {
 
 [[noreturn]] void refuse_pair(const std::string &option, const std::string &text) {
-    throw cli::usage_error(option, "'" + text + "' must read NAME=number or NAME=x,y,z");
+    throw cli::usage_error(option, fmt::format("'{}' must read NAME=number or NAME=x,y,z", text));
 }
 
 // The number at `at`, which moves behind it and behind a comma that is not the last character.

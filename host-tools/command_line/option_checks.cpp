@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/command_line/option_checks.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -28,9 +30,9 @@ cli::value_check check(const std::string &must, const std::function<bool(double)
     return [must, fits](const std::string &text) {
         double value = 0.0;
         if (!read_number(text, value) || !std::isfinite(value)) {
-            return "'" + text + "' is not a finite number";
+            return fmt::format("'{}' is not a finite number", text);
         }
-        return fits(value) ? std::string() : must + ", not " + text;
+        return fits(value) ? std::string() : fmt::format("{}, not {}", must, text);
     };
 }
 
@@ -54,7 +56,7 @@ std::string listed(const std::vector<std::string> &words) {
 cli::value_check one_of(const std::vector<std::string> &words) {
     return [words](const std::string &text) {
         const bool there = std::count(words.begin(), words.end(), text) > 0;
-        return there ? std::string() : text + " not in " + listed(words);
+        return there ? std::string() : fmt::format("{} not in {}", text, listed(words));
     };
 }
 
@@ -71,13 +73,12 @@ cli::value_check zero_or_more() {
 }
 
 cli::value_check between(double least, double most) {
-    return check("must be from " + shortest(least) + " to " + shortest(most),
+    return check(fmt::format("must be from {} to {}", least, most),
                  [=](double value) { return value >= least && value <= most; });
 }
 
 cli::value_check whole_between(long least, long most) {
-    const std::string must = "must be a whole number from " + std::to_string(least) + " to " +
-                             std::to_string(most) + ", not ";
+    const std::string must = fmt::format("must be a whole number from {} to {}, not ", least, most);
     return [=](const std::string &text) {
         long value = 0;
         const bool fits = read_number(text, value) && value >= least && value <= most;

@@ -31,8 +31,8 @@ std::function<void(double, double)> progress_bar_of(const std::string &what,
         const int full = static_cast<int>(std::lround(width * part));
         std::cerr << "\r" << what << " [" << std::string(static_cast<std::size_t>(full), '#')
                   << std::string(static_cast<std::size_t>(width - full), '.') << "]"
-                  << formatted(" %3.0f %%  ", 100.0 * part) << figure << " "
-                  << formatted("%.4g", value) << "\033[K" << std::flush;
+                  << fmt::format(" {:3.0f} %  ", 100.0 * part) << figure << " "
+                  << fmt::format("{:.4g}", value) << "\033[K" << std::flush;
         if (part >= 1.0) std::cerr << "\r\033[K" << std::flush;
     };
 }
