@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/metrology/iso230_2.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -92,8 +94,9 @@ void remark(iso230_2_figures &figures, const axis_readings &readings, std::size_
         remarks.push_back("ISO 230-2 asks for 5 targets per metre, and 5 at least");
     }
     if (runs < iso_runs && !figures.long_axis) {
-        remarks.push_back("ISO 230-2 asks for 5 runs in each direction, here are " +
-                          std::to_string(runs) + ": the figures do not conform");
+        remarks.push_back(fmt::format(
+            "ISO 230-2 asks for 5 runs in each direction, here are {}: the figures do not conform",
+            runs));
     }
 }
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <set>
 
 #include "host-tools/formats/error.h"
@@ -83,11 +82,10 @@ columns find_columns(const csv_table &record, const csv_table &probe, const join
         }
         const int position = record.find(name);
         if (position < 0) {
-            throw input_error(probe.file, 0, 0,
-                              "the column '" + name +
-                                  "' is neither time_s, run, error_…_um nor a "
-                                  "signal of " +
-                                  record.file);
+            throw input_error(
+                probe.file, 0, 0,
+                "the column '{}' is neither time_s, run, error_…_um nor a signal of {}", name,
+                record.file);
         }
         found.positions.push_back({probe.column(name), static_cast<std::size_t>(position)});
     }
@@ -99,13 +97,13 @@ columns find_columns(const csv_table &record, const csv_table &probe, const join
     for (const auto &error : found.errors) {
         if (error.compensation >= 0 || !options.add_back) continue;
         throw input_error(record.file, 0, 0,
-                          "has no column " + compensation_of(error.name) +
-                              ", which must be subtracted from " + error.name +
-                              " (--keep-compensated leaves the error as it is)");
+                          "has no column {}, which must be subtracted from {} (--keep-compensated "
+                          "leaves the error as it is)",
+                          compensation_of(error.name), error.name);
     }
     if (found.time < 0 && found.positions.empty()) {
-        throw input_error(probe.file, 0, 0,
-                          "has neither time_s nor a position that " + record.file + " has too");
+        throw input_error(probe.file, 0, 0, "has neither time_s nor a position that {} has too",
+                          record.file);
     }
     return found;
 }
@@ -129,10 +127,6 @@ struct moment {
     }
 };
 
-std::string seconds(double value) {
-    return formatted("%.3f", value);
-}
-
 // in : wanted: a time of the record's clock, s; the record's times ascend
 // out: its place between two rows; throws input_error outside the record or in a long gap
 moment at_time(const csv_table &record, std::size_t time, double wanted, const csv_table &probe,
@@ -142,9 +136,9 @@ moment at_time(const csv_table &record, std::size_t time, double wanted, const c
     const double first = rows.front()[time], last = rows.back()[time];
     if (wanted < first || wanted > last) {
         throw input_error(probe.file, line, 0,
-                          "time " + seconds(wanted) + " s is outside the recording (" +
-                              seconds(first) + " to " + seconds(last) +
-                              " s); --time-offset-s brings two clocks together");
+                          "time {:.3f} s is outside the recording ({:.3f} to {:.3f} s); "
+                          "--time-offset-s brings two clocks together",
+                          wanted, first, last);
     }
     const auto above = std::upper_bound(rows.begin(), rows.end(), wanted,
                                         [&](double t, const auto &row) { return t < row[time]; });
@@ -152,9 +146,10 @@ moment at_time(const csv_table &record, std::size_t time, double wanted, const c
     if (above == rows.end() || rows[row][time] == wanted) return {row, 0.0};
     const double gap = rows[row + 1][time] - rows[row][time];
     if (gap > options.longest_gap_s) {
-        throw input_error(probe.file, line, 0,
-                          "time " + seconds(wanted) + " s falls into a gap of " + seconds(gap) +
-                              " s in the recording (--longest-gap-s)");
+        throw input_error(
+            probe.file, line, 0,
+            "time {:.3f} s falls into a gap of {:.3f} s in the recording (--longest-gap-s)", wanted,
+            gap);
     }
     return {row, (wanted - rows[row][time]) / gap};
 }
@@ -181,12 +176,10 @@ moment at_place(const csv_table &record, const columns &where, const csv_table &
         from = end + 1;
         return {r + (end - r) / 2, 0.0};
     }
-    char text[160];
-    std::snprintf(text, sizeof text,
-                  "from here on the recording never comes within %g mm of this place (nearest: %g "
-                  "mm); rows must be in the order in which they were probed",
-                  options.tolerance_mm, nearest);
-    throw input_error(probe.file, probe.lines[probe_row], 0, text);
+    throw input_error(probe.file, probe.lines[probe_row], 0,
+                      "from here on the recording never comes within {:g} mm of this place "
+                      "(nearest: {:g} mm); rows must be in the order in which they were probed",
+                      options.tolerance_mm, nearest);
 }
 
 }  // namespace
@@ -231,12 +224,12 @@ joined_rows join_rows(const csv_table &record, const csv_table &probe,
                           "at every probed moment a signal had never been received");
     }
     if (unknown > 0) {
-        result.remarks.push_back(std::to_string(unknown) +
-                                 " probed rows left out: a signal had not been received by then");
+        result.remarks.push_back(fmt::format(
+            "{} probed rows left out: a signal had not been received by then", unknown));
     }
     if (!where.left_out.empty()) {
-        result.remarks.push_back("outputs of terms left out: " + where.left_out +
-                                 " (--signals takes what it names)");
+        result.remarks.push_back(fmt::format(
+            "outputs of terms left out: {} (--signals takes what it names)", where.left_out));
     }
     return result;
 }
@@ -254,7 +247,7 @@ std::string joined_text(const joined_rows &joined) {
             }
             const std::string &name = joined.run_names[static_cast<std::size_t>(row[c])];
             const bool parts = name.find(',') != std::string::npos;
-            text += parts ? '"' + name + '"' : name;
+            text += parts ? fmt::format("\"{}\"", name) : name;
         }
     }
     return text + "\n";
