@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A triple of points in a metrologist's words.
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -34,7 +36,7 @@ std::string place_along(double value, double low, double high) {
     if (at_end(value, low, high)) return "at an end";
     const double part = (value - low) / (high - low);
     if (std::fabs(part - 0.5) < 0.1) return "in the middle";
-    return "at " + std::to_string(static_cast<int>(std::lround(100 * part))) + " %";
+    return fmt::format("at {} %", static_cast<int>(std::lround(100 * part)));
 }
 
 // Place of a point in the box: "X low, Y high, Z 75 %".
@@ -47,7 +49,7 @@ std::string place_in(const point_mm &point, const grid &box) {
             text += point[k] > 0.5 * (low + high) ? " high" : " low";
         } else if (high > low) {
             const double part = (point[k] - low) / (high - low);
-            text += " " + std::to_string(static_cast<int>(std::lround(100 * part))) + " %";
+            text += fmt::format(" {} %", static_cast<int>(std::lround(100 * part)));
         } else {
             text += " fixed";
         }
@@ -82,11 +84,11 @@ std::string describe(const triple_mm &points, const grid &box) {
     }
     const double sides[3] = {distance(points[0], points[1]), distance(points[1], points[2]),
                              distance(points[2], points[0])};
-    return "a triangle with sides of " + std::to_string(static_cast<long>(std::lround(sides[0]))) +
-           ", " + std::to_string(static_cast<long>(std::lround(sides[1]))) + " and " +
-           std::to_string(static_cast<long>(std::lround(sides[2]))) + " mm: P1 " +
-           place_in(points[0], box) + "; P2 " + place_in(points[1], box) + "; P3 " +
-           place_in(points[2], box);
+    return fmt::format("a triangle with sides of {}, {} and {} mm: P1 {}; P2 {}; P3 {}",
+                       static_cast<long>(std::lround(sides[0])),
+                       static_cast<long>(std::lround(sides[1])),
+                       static_cast<long>(std::lround(sides[2])), place_in(points[0], box),
+                       place_in(points[1], box), place_in(points[2], box));
 }
 
 }  // namespace compbox

@@ -136,10 +136,10 @@ void check_points(const triple_mm &points, const identify_options &options,
     const double height_mm = triangle_height_mm(points);
     if (height_mm < least_height_mm) {
         throw input_error(file, 0, 0,
-                          "the three points lie within " + shortest(height_mm) +
-                              " mm of one line, so a rotation about it is smaller than the placing "
-                              "error of a reflector: move one of them well off the line (" +
-                              shortest(least_height_mm) + " mm is the minimum)");
+                          "the three points lie within {} mm of one line, so a rotation about it "
+                          "is smaller than the placing error of a reflector: move one of them well "
+                          "off the line ({} mm is the minimum)",
+                          height_mm, least_height_mm);
     }
     six sigma;
     if (options.how == nine_line_method::traditional &&
@@ -156,7 +156,7 @@ void check_points(const triple_mm &points, const identify_options &options,
 std::array<std::string, 6> error_names(int axis) {
     const char name = "XYZ"[axis];
     std::array<std::string, 6> names;
-    for (std::size_t k = 0; k < 6; ++k) names[k] = std::string("E") + "XYZABC"[k] + name;
+    for (std::size_t k = 0; k < 6; ++k) names[k] = fmt::format("E{}{}", "XYZABC"[k], name);
     return names;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/identification/plot.h"
 
+#include <fmt/core.h>
+
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/plot.h"
 
@@ -26,19 +28,24 @@ void plot_identified(const six_curves &curves, int axis, const std::string &path
     std::string blocks, panels;
     for (std::size_t k = 0; k < 6; ++k) {
         blocks += block_of(curves, static_cast<Eigen::Index>(k), names[k]);
-        panels += "set title " + plot_text(names[k] + ", ±2σ") + "\nset ylabel " +
-                  plot_text(k < 3 ? "µm" : "µrad") + "\nplot $" + names[k] +
-                  " using 1:3:4 with filledcurves fc rgb '" + plot_colour::band + "' notitle, $" +
-                  names[k] + " using 1:2 with linespoints pt 7 ps 0.4 lc rgb '" +
-                  plot_colour::curve + "' notitle\n";
+        panels += fmt::format(
+            "set title {}\n"
+            "set ylabel {}\n"
+            "plot ${} using 1:3:4 with filledcurves fc rgb '{}' notitle, ${} using 1:2 with "
+            "linespoints pt 7 ps 0.4 lc rgb '{}' notitle\n",
+            plot_text(names[k] + ", ±2σ"), plot_text(k < 3 ? "µm" : "µrad"), names[k],
+            plot_colour::band, names[k], plot_colour::curve);
     }
-    const std::string script =
-        blocks +
-        "set multiplot layout 2,3\nset border lw 0.8 lc rgb '#444444'\nset tics nomirror\n"
-        "set grid lw 0.5 lc rgb '#dddddd'\nset offsets 0, 0, graph 0.05, graph 0.05\n"
-        "set xlabel 'position, mm'\nset xrange [" +
-        shortest(curves.position_mm.front()) + ":" + shortest(curves.position_mm.back()) + "]\n" +
-        panels + "unset multiplot\n";
+    const std::string script = fmt::format(
+        "{}set multiplot layout 2,3\n"
+        "set border lw 0.8 lc rgb '#444444'\n"
+        "set tics nomirror\n"
+        "set grid lw 0.5 lc rgb '#dddddd'\n"
+        "set offsets 0, 0, graph 0.05, graph 0.05\n"
+        "set xlabel 'position, mm'\n"
+        "set xrange [{}:{}]\n"
+        "{}unset multiplot\n",
+        blocks, curves.position_mm.front(), curves.position_mm.back(), panels);
     run_gnuplot(path, script, 1300, 700);
 }
 
