@@ -94,10 +94,9 @@ void refuse_many_runs(const measurement &data, std::size_t readings) {
     const std::size_t runs = data.runs.size();
     if (readings <= most / runs) return;
     throw input_error(data.file, 0, 0,
-                      "has " + std::to_string(readings) + " readings in " + std::to_string(runs) +
-                          " runs, too many to align: all readings of one traverse carry "
-                          "the same name in the column 'run' (readings times runs: at most " +
-                          std::to_string(most) + ")");
+                      "has {} readings in {} runs, too many to align: all readings of one traverse "
+                      "carry the same name in the column 'run' (readings times runs: at most {})",
+                      readings, runs, most);
 }
 
 // Least squares of each run's own offset and slope against the other runs at the same positions.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/fitting/columns.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <map>
@@ -103,7 +105,7 @@ std::string run_suffix(const std::string &word) {
     const auto branch = branch_words.find(word.substr(end));
     if (branch == branch_words.end() || end - digit > 4) return "";
     const char *sign = branch->second > 0 ? "+" : branch->second < 0 ? "-" : "";
-    return "@" + word.substr(digit, end - digit) + sign;
+    return fmt::format("@{}{}", word.substr(digit, end - digit), sign);
 }
 
 // Multiplies a column and gives it its standard name.
@@ -137,7 +139,7 @@ std::string canonical_column(const std::string &name) {
     if (find_unit(error_units, parts.unit) == nullptr) return name;
     if (error_words.count(word) > 0) return "error_" + parts.unit;
     const std::string run = run_suffix(word);
-    return run.empty() ? name : "error_" + parts.unit + run;
+    return run.empty() ? name : fmt::format("error_{}{}", parts.unit, run);
 }
 
 bool is_position_without_unit(const std::string &name) {

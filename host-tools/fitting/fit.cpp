@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "firmware/base/limits.h"
 #include "host-tools/fitting/methods.h"
@@ -53,22 +52,16 @@ void judge_baseline(fit_result &result) {
                           result.options.method == fit_method::polyline;
     if (!baseline || tolerance <= 0.0 || worst <= tolerance) return;
     result.converged = false;
-    result.warnings.push_back(
-        std::string("did not converge: this ") + name_of(result.options.method) +
-        " leaves a residual of " + text_of(worst, 3) + " " + result.data.unit +
-        ", more than the tolerance of " + shortest(tolerance) + " " + result.data.unit);
+    result.warnings.push_back(fmt::format(
+        "did not converge: this {} leaves a residual of {:.3g} {}, more than the tolerance of {} "
+        "{}",
+        name_of(result.options.method), worst, result.data.unit, tolerance, result.data.unit));
 }
 
 }  // namespace
 
 double to_float(double value) {
     return static_cast<double>(static_cast<float>(value));
-}
-
-std::string text_of(double value, int digits) {
-    char text[64];
-    std::snprintf(text, sizeof text, "%.*g", digits, value);
-    return text;
 }
 
 double fitted_curve::value(double x) const {
@@ -91,17 +84,16 @@ void require_points(const fit_result &result, std::size_t coefficients) {
     const std::size_t n = result.data.position.size();
     if (n >= coefficients) return;
     throw input_error(result.data.file, 0, 0,
-                      "has " + std::to_string(n) + " positions, but this " +
-                          name_of(result.options.method) + " has " + std::to_string(coefficients) +
-                          " coefficients; measure more positions or lower --degree");
+                      "has {} positions, but this {} has {} coefficients; measure more positions "
+                      "or lower --degree",
+                      n, name_of(result.options.method), coefficients);
 }
 
 void require_room(const fit_result &result, std::size_t coefficients) {
     if (coefficients <= CB_MAX_CURVE_POINTS) return;
     throw input_error(result.data.file, 0, 0,
-                      "needs " + std::to_string(coefficients) +
-                          " coefficients with this method; one curve of the box has at most " +
-                          std::to_string(CB_MAX_CURVE_POINTS));
+                      "needs {} coefficients with this method; one curve of the box has at most {}",
+                      coefficients, CB_MAX_CURVE_POINTS);
 }
 
 double band_sigma(const fit_result &result, std::size_t i) {

@@ -2,6 +2,7 @@
 // The B-spline method. Without a tolerance: the best estimate of the curve, then the fewest knots
 // that stay well inside its uncertainty. With a tolerance: the fewest knots that keep every
 // residual inside, also if that follows the noise, which causes a warning.
+#include <fmt/core.h>
 #include <algorithm>
 #include <cmath>
 
@@ -81,16 +82,15 @@ double largest_residual(const fit_result &result) {
 // out: warnings for a tolerance that is not met, makes the curve swing, or is below the noise
 void warn_of_tolerance(fit_result &result, double swing) {
     const double tolerance = result.options.tolerance_um;
-    const std::string wanted = shortest(tolerance) + " " + result.data.unit;
+    const std::string wanted = fmt::format("{} {}", tolerance, result.data.unit);
     const auto &mean = result.data.mean;
     const auto [low, high] = std::minmax_element(mean.begin(), mean.end());
     if (!result.converged) {
-        result.warnings.push_back("did not converge: no curve of degree " +
-                                  std::to_string(result.options.degree) + " with at most " +
-                                  std::to_string(std::min<std::size_t>(result.data.position.size(),
-                                                                       CB_MAX_CURVE_POINTS)) +
-                                  " coefficients was found that keeps every residual inside " +
-                                  wanted);
+        result.warnings.push_back(fmt::format(
+            "did not converge: no curve of degree {} with at most {} coefficients was found that "
+            "keeps every residual inside {}",
+            result.options.degree,
+            std::min<std::size_t>(result.data.position.size(), CB_MAX_CURVE_POINTS), wanted));
     } else if (swing > std::max(worth_a_word * (*high - *low), tolerance)) {
         result.warnings.push_back("within " + wanted +
                                   " the curve swings out between readings; allow more, or measure "

@@ -8,6 +8,7 @@
 // residual of a measured point is taken where x(t) is its position. x(t) ascends because its
 // control points do, so the finished curve is written as a function of x on the images of its
 // knots, halved until the loss is negligible.
+#include <fmt/core.h>
 #include <algorithm>
 #include <cmath>
 
@@ -184,14 +185,14 @@ void fit_lmc(fit_result &result) {
     result.key_points = keys.size();
     const double lost = to_function(curve, 0.01 * tolerance, result.curve.bspline);
     if (!result.converged) {
-        result.warnings.push_back("did not converge: with all " + std::to_string(keys.size()) +
-                                  " points as key points a residual of " + text_of(worst, 3) + " " +
-                                  data.unit + " stays above the tolerance of " +
-                                  text_of(tolerance, 3) + " " + data.unit);
+        result.warnings.push_back(
+            fmt::format("did not converge: with all {} points as key points a residual of {:.3g} "
+                        "{} stays above the tolerance of {:.3g} {}",
+                        keys.size(), worst, data.unit, tolerance, data.unit));
     }
     if (lost > 0.1 * tolerance) {
-        result.warnings.push_back("writing the parametric curve as a function of x costs " +
-                                  text_of(lost, 3) + " " + data.unit);
+        result.warnings.push_back(fmt::format(
+            "writing the parametric curve as a function of x costs {:.3g} {}", lost, data.unit));
     }
 }
 

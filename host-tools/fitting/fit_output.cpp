@@ -141,10 +141,6 @@ std::string line(std::string label, const std::string &value) {
     return "  " + label + " " + value + "\n";
 }
 
-std::string digits(double value, const std::string &unit) {
-    return formatted("%.3f ", value) + unit;
-}
-
 // The inner knots, eight on a line.
 std::string list_of_knots(const fitted_curve &curve) {
     if (curve.method == fit_method::polynomial) return "none (one polynomial)";
@@ -152,7 +148,7 @@ std::string list_of_knots(const fitted_curve &curve) {
     std::string text;
     for (std::size_t i = 0; i < inner.size(); ++i) {
         if (i > 0) text += i % 8 ? ", " : ",\n" + std::string(27, ' ');
-        text += formatted("%.6g", inner[i]);
+        text += fmt::format("{:.6g}", inner[i]);
     }
     return inner.empty() ? "none" : text + " mm";
 }
@@ -162,36 +158,36 @@ std::string data_lines(const fit_result &result, const std::string &unit) {
     const measurement &data = result.data;
     const std::size_t runs =
         data.runs.size() + (result.backward.empty() ? 0 : result.backward.front().data.runs.size());
-    std::string text =
-        line("positions, runs", std::to_string(data.position.size()) + ", " + std::to_string(runs));
+    std::string text = line("positions, runs", fmt::format("{}, {}", data.position.size(), runs));
     if (data.runs_aligned) text += line("", "each run's own offset and slope were evened out");
     if (result.options.line != reference_line::keep) {
-        text += line("line taken off", std::string(name_of(result.options.line)) + ", " +
-                                           digits(1000.0 * result.line_slope, unit + "/m"));
+        text += line("line taken off", fmt::format("{}, {:.3f} {}", name_of(result.options.line),
+                                                   1000.0 * result.line_slope, unit + "/m"));
     }
     if (result.options.zero_at_mm) {
-        text += line("zero at", shortest(*result.options.zero_at_mm) + " mm (" +
-                                    digits(result.zero_offset, unit) + " taken off)");
+        text += line("zero at", fmt::format("{} mm ({:.3f} {} taken off)",
+                                            *result.options.zero_at_mm, result.zero_offset, unit));
     }
     if (data.bidirectional) {
         text +=
-            line("mean lost motion", digits(data.mean_lost_motion, unit) +
+            line("mean lost motion", fmt::format("{:.3f} {}", data.mean_lost_motion, unit) +
                                          (result.backward.empty() ? " (directions averaged)" : ""));
     }
-    const std::string noise = digits(result.noise, data.sigma_given ? "of its sigma" : unit);
-    return text + line("noise of one reading", noise + " (" + noise_source(data) + ")");
+    const std::string noise =
+        fmt::format("{:.3f} {}", result.noise, data.sigma_given ? "of its sigma" : unit);
+    return text + line("noise of one reading", fmt::format("{} ({})", noise, noise_source(data)));
 }
 
 std::string curve_lines(const fit_result &result, const std::string &unit) {
     const residual_summary &sum = result.summary;
     std::string text = line("coefficients", std::to_string(result.curve.coefficient_count()));
     if (result.key_points > 0) text += line("key points", std::to_string(result.key_points));
-    text += line("residual range", digits(sum.range, unit));
+    text += line("residual range", fmt::format("{:.3f} {}", sum.range, unit));
     text += line("residual mean, variance",
-                 digits(sum.mean, unit) + ", " + digits(sum.variance, unit + "²"));
+                 fmt::format("{:.3f} {}, {:.3f} {}", sum.mean, unit, sum.variance, unit + "²"));
     text +=
-        line("worst point", digits(sum.worst, unit) + " at " + shortest(sum.worst_at_mm) + " mm");
-    text += line("left-out rms", digits(result.best.left_out_rms, unit));
+        line("worst point", fmt::format("{:.3f} {} at {} mm", sum.worst, unit, sum.worst_at_mm));
+    text += line("left-out rms", fmt::format("{:.3f} {}", result.best.left_out_rms, unit));
     return text + line("inner knots", list_of_knots(result.curve));
 }
 
@@ -226,16 +222,17 @@ std::string band_of(const fit_result &result) {
 
 std::string report_of(const fit_result &result) {
     const std::string unit = result.data.unit == "urad" ? "µrad" : "µm";
-    std::string text = result.options.name + "(" + result.options.signal + ") from " +
-                       result.data.file + " by " + name_of(result.options.method) + "\n";
+    std::string text =
+        fmt::format("{}({}) from {} by {}\n", result.options.name, result.options.signal,
+                    result.data.file, name_of(result.options.method));
     text += data_lines(result, unit);
     text += curve_lines(result, unit);
     for (const auto &backward : result.backward) {
         text += line("backward branch",
-                     "reversal over " + shortest(result.options.reversal_mm) + " mm") +
+                     fmt::format("reversal over {} mm", result.options.reversal_mm)) +
                 curve_lines(backward, unit);
     }
-    for (const auto &warning : result.warnings) text += "  note: " + warning + "\n";
+    for (const auto &warning : result.warnings) text += fmt::format("  note: {}\n", warning);
     return text;
 }
 

@@ -52,7 +52,7 @@ std::string readings_block(const fit_result &result, const std::string &branch) 
         for (std::size_t i = 0; i < run.position.size(); ++i) {
             off.push_back(run.error[i] - result.curve.value(run.position[i]));
         }
-        text += plot_data("run" + branch + std::to_string(r), {run.position, run.error, off});
+        text += plot_data(fmt::format("run{}{}", branch, r), {run.position, run.error, off});
     }
     return text +
            plot_data("mean" + branch, {result.data.position, result.data.mean, result.residuals});
@@ -68,16 +68,16 @@ std::string plot_runs(const fit_result &result, const std::string &branch, int c
     for (std::size_t r = 0; r < result.data.runs.size(); ++r) {
         const bool backward = result.data.runs[r].direction < 0;
         const bool titled = r == 0 && branch.empty();
-        text += "$run" + branch + std::to_string(r) + " using 1:" + std::to_string(column) +
-                " with points pt " + (backward ? "10" : "8") + " ps 0.7 lw 1 lc rgb '" +
-                plot_colour::grey + "' " + (titled ? "title 'readings'" : "notitle") + ", ";
+        text += fmt::format("$run{}{} using 1:{} with points pt {} ps 0.7 lw 1 lc rgb '{}' {}, ",
+                            branch, r, column, backward ? "10" : "8", plot_colour::grey,
+                            titled ? "title 'readings'" : "notitle");
     }
     return text;
 }
 
 std::string plot_band(const std::string &branch, const char *columns) {
-    return "$band" + branch + " using " + columns + " with filledcurves fc rgb '" +
-           plot_colour::band + "' " + (branch.empty() ? "title 'curve ±2σ', " : "notitle, ");
+    return fmt::format("$band{} using {} with filledcurves fc rgb '{}' {}", branch, columns,
+                       plot_colour::band, branch.empty() ? "title 'curve ±2σ', " : "notitle, ");
 }
 
 // One branch in the upper panel: curve, knots and means.
@@ -88,45 +88,43 @@ std::string plot_curve(const fit_result &result, const std::string &branch) {
     const std::string title =
         !branch.empty() ? "backward" : (result.backward.empty() ? "curve" : "forward");
     std::string text =
-        "$curve" + branch + " with lines lw 2.2 lc rgb '" + colour + "' title '" + title + "', ";
+        fmt::format("$curve{} with lines lw 2.2 lc rgb '{}' title '{}', ", branch, colour, title);
     if (knots) {
-        text += "$knots" + branch + " with points pt 2 ps 0.7 lw 1.2 lc rgb '" +
-                plot_colour::second + "' " + (branch.empty() ? "title 'knots', " : "notitle, ");
+        text += fmt::format("$knots{} with points pt 2 ps 0.7 lw 1.2 lc rgb '{}' {}", branch,
+                            plot_colour::second, branch.empty() ? "title 'knots', " : "notitle, ");
     }
-    return text + "$mean" + branch + " using 1:2 with points pt 7 ps 0.45 lc rgb '" +
-           plot_colour::mean + "' " + (branch.empty() ? "title 'mean'" : "notitle");
+    return fmt::format("{}$mean{} using 1:2 with points pt 7 ps 0.45 lc rgb '{}' {}", text, branch,
+                       plot_colour::mean, branch.empty() ? "title 'mean'" : "notitle");
 }
 
 // One branch in the lower panel: residuals of the means.
 std::string plot_residuals(const std::string &branch) {
-    return "$mean" + branch + " using 1:3 with linespoints pt 7 ps 0.45 lw 0.8 lc rgb '" +
-           plot_colour::mean + "' " + (branch.empty() ? "title 'mean of readings'" : "notitle");
+    return fmt::format("$mean{} using 1:3 with linespoints pt 7 ps 0.45 lw 0.8 lc rgb '{}' {}",
+                       branch, plot_colour::mean,
+                       branch.empty() ? "title 'mean of readings'" : "notitle");
 }
 
 std::string title_of(const fit_result &result, const std::string &unit) {
     std::size_t runs = result.data.runs.size();
     for (const auto &backward : result.backward) runs += backward.data.runs.size();
-    return result.options.name + "(" + result.options.signal + "), " +
-           name_of(result.options.method) + ", " +
-           std::to_string(result.curve.coefficient_count()) +
-           (result.curve.coefficient_count() == 1 ? " coefficient; " : " coefficients; ") +
-           std::to_string(runs) + (runs == 1 ? " run" : " runs") + ", noise " +
-           formatted("%.2f ", result.noise) + (result.data.sigma_given ? "of its sigma" : unit) +
-           " a reading";
+    return fmt::format("{}({}), {}, {}{}{}{}, noise {:.2f} {} a reading", result.options.name,
+                       result.options.signal, name_of(result.options.method),
+                       result.curve.coefficient_count(),
+                       result.curve.coefficient_count() == 1 ? " coefficient; " : " coefficients; ",
+                       runs, runs == 1 ? " run" : " runs", result.noise,
+                       result.data.sigma_given ? "of its sigma" : unit);
 }
 
 }  // namespace
 
 void plot_fit(const fit_result &result, const std::string &path) {
     const std::string unit = result.data.unit == "urad" ? "µrad" : "µm";
-    const std::string range =
-        "set xrange [" + shortest(result.data.from()) + ":" + shortest(result.data.to()) + "]\n";
     std::string script = all_blocks(result, "");
     std::string upper = plot_band("", "1:2:3"), lower = plot_band("", "1:4:5");
     std::string upper_end = plot_curve(result, ""), lower_end = plot_residuals("");
     upper += plot_runs(result, "", 2);
-    lower += std::string("0 with lines lw 1.2 lc rgb '") + plot_colour::curve + "' notitle, " +
-             plot_runs(result, "", 3);
+    lower += fmt::format("0 with lines lw 1.2 lc rgb '{}' notitle, {}", plot_colour::curve,
+                         plot_runs(result, "", 3));
     for (const auto &backward : result.backward) {
         script += all_blocks(backward, "b");
         upper += plot_band("b", "1:2:3") + plot_runs(backward, "b", 2);
@@ -134,20 +132,23 @@ void plot_fit(const fit_result &result, const std::string &path) {
         upper_end += ", " + plot_curve(backward, "b");
         lower_end += ", " + plot_residuals("b");
     }
-    script +=
+    script += fmt::format(
         "set multiplot layout 2,1\n"
         "set border lw 0.8 lc rgb '#444444'\nset tics nomirror\n"
         "set grid lw 0.5 lc rgb '#dddddd'\nset key top right horizontal samplen 2\n"
-        "set lmargin 9\nset rmargin 3\n" +
-        range + "set offsets 0, 0, graph 0.05, graph 0.12\n";
-    script += "set title " + plot_text(title_of(result, unit)) + "\n";
-    script += "set size 1,0.58\nset origin 0,0.42\nset format x ''\nset bmargin 0.8\n";
-    script += "set ylabel " + plot_text("error, " + unit) + "\n";
-    script += "plot " + upper + upper_end + "\n";
-    script += "unset title\nset size 1,0.42\nset origin 0,0\nset format x '%g'\nset bmargin 3.4\n";
-    script += "set tmargin 0.8\nset xlabel " + plot_text(result.options.signal + ", mm") + "\n";
-    script += "set ylabel " + plot_text("residual, " + unit) + "\n";
-    script += "plot " + lower + lower_end + "\nunset multiplot\n";
+        "set lmargin 9\nset rmargin 3\n"
+        "set xrange [{}:{}]\nset offsets 0, 0, graph 0.05, graph 0.12\n"
+        "set title {}\n"
+        "set size 1,0.58\nset origin 0,0.42\nset format x ''\nset bmargin 0.8\n"
+        "set ylabel {}\n"
+        "plot {}{}\n"
+        "unset title\nset size 1,0.42\nset origin 0,0\nset format x '%g'\nset bmargin 3.4\n"
+        "set tmargin 0.8\nset xlabel {}\n"
+        "set ylabel {}\n"
+        "plot {}{}\nunset multiplot\n",
+        result.data.from(), result.data.to(), plot_text(title_of(result, unit)),
+        plot_text("error, " + unit), upper, upper_end, plot_text(result.options.signal + ", mm"),
+        plot_text("residual, " + unit), lower, lower_end);
     run_gnuplot(path, script, 1000, 720);
 }
 

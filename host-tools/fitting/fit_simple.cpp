@@ -68,10 +68,9 @@ void fit_polynomial(fit_result &result) {
     const double loss = float_loss(curve);
     const auto [low, high] = std::minmax_element(data.mean.begin(), data.mean.end());
     if (loss > 1e-3 * std::max(*high - *low, 1.0)) {
-        result.warnings.push_back("degree " + std::to_string(degree) +
-                                  " has coefficients so large that the box's arithmetic may be off "
-                                  "by " +
-                                  shortest(std::round(loss * 1000.0) / 1000.0) + " um");
+        result.warnings.push_back(fmt::format(
+            "degree {} has coefficients so large that the box's arithmetic may be off by {} um",
+            degree, std::round(loss * 1000.0) / 1000.0));
     }
 }
 
@@ -84,9 +83,9 @@ void fit_polyline(fit_result &result) {
     for (std::size_t i = 0; i < data.position.size(); ++i) {
         const double x = to_float(data.position[i]);
         if (i > 0 && !(x > curve.knots.back())) {
-            throw input_error(data.file, 0, 0,
-                              "positions near " + shortest(x) +
-                                  " mm are too close together for the box to distinguish");
+            throw input_error(
+                data.file, 0, 0,
+                "positions near {} mm are too close together for the box to distinguish", x);
         }
         if (i == 0) curve.knots.push_back(x);
         curve.knots.push_back(x);

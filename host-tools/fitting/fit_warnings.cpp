@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Warnings about a fit, one sentence each.
+#include <fmt/core.h>
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -26,8 +27,8 @@ void warn_of_other_unit(fit_result &result) {
     if (!is_iso_error(name)) return;
     const bool angle = name[1] < 'D';  // A, B, C
     if (angle == (unit == "urad")) return;
-    result.warnings.push_back(name + " is by its name " + (angle ? "an angle" : "no angle") +
-                              ", but the readings are in " + unit);
+    result.warnings.push_back(fmt::format("{} is by its name {}, but the readings are in {}", name,
+                                          angle ? "an angle" : "no angle", unit));
 }
 
 // The third letter is the axis that the error belongs to.
@@ -37,8 +38,9 @@ void warn_of_other_axis(fit_result &result) {
         std::toupper(static_cast<unsigned char>(signal[0])) == name[2]) {
         return;
     }
-    result.warnings.push_back(name + " is by its name an error of axis " + name[2] +
-                              ", but the curve depends on signal " + signal);
+    result.warnings.push_back(
+        fmt::format("{} is by its name an error of axis {}, but the curve depends on signal {}",
+                    name, name[2], signal));
 }
 
 // out: all readings of all runs are equal, and there are enough of them for a warning
@@ -58,9 +60,9 @@ void warn_of_unknown_noise(fit_result &result) {
         result.options.method == fit_method::bspline && result.options.tolerance_um <= 0;
     if (!used || result.best.noise_measured || result.data.position.size() < 3) return;
     result.warnings.push_back(
-        "the noise could not be measured (no repeats, no column sigma); about " +
-        text_of(result.noise, 2) + " " + result.data.unit +
-        " is assumed, as usual for instruments; measure three runs, or give sigma");
+        fmt::format("the noise could not be measured (no repeats, no column sigma); about {:.2g} "
+                    "{} is assumed, as usual for instruments; measure three runs, or give sigma",
+                    result.noise, result.data.unit));
 }
 
 // Warns of a reading that contradicts the others; no fit can correct it. The test compares the
@@ -81,9 +83,10 @@ void warn_of_outliers(fit_result &result) {
     if (n < 12) return;
     const double usual = std::sqrt((squares - worst * worst) / static_cast<double>(n - 1));
     if (worst < 5.0 * std::max(usual, 1.0)) return;
-    result.warnings.push_back("the reading at " + text_of(result.data.position[where], 7) +
-                              " mm is far from its neighbours: a corner of the curve, or "
-                              "a wrong reading to measure again or leave out");
+    result.warnings.push_back(
+        fmt::format("the reading at {:.7g} mm is far from its neighbours: a corner of the curve, "
+                    "or a wrong reading to measure again or leave out",
+                    result.data.position[where]));
 }
 
 // Readings of one position and direction.
@@ -127,10 +130,10 @@ void warn_of_disagreement(fit_result &result) {
     if (others < 10) return;
     const double usual = (squares - worst) / others;
     if (worst <= 30.0 * worst_freedom * usual) return;
-    result.warnings.push_back(
-        "the runs disagree at " + text_of(where, 7) + " mm by " + text_of(apart, 3) +
-        (data.sigma_given ? " times sigma" : " " + data.unit) + ", elsewhere by about " +
-        text_of(std::sqrt(usual), 2) + "; leave the wrong reading out or measure it again");
+    result.warnings.push_back(fmt::format(
+        "the runs disagree at {:.7g} mm by {:.3g}{}, elsewhere by about {:.2g}; leave the wrong "
+        "reading out or measure it again",
+        where, apart, data.sigma_given ? " times sigma" : " " + data.unit, std::sqrt(usual)));
 }
 
 // Two branches in one curve: acceptable for straightness, a loss for positioning.
@@ -138,24 +141,25 @@ void warn_of_lost_motion(fit_result &result) {
     const double lost = result.data.mean_lost_motion;
     if (result.options.branches || !result.data.bidirectional) return;
     if (std::abs(lost) < 3.0 * result.noise) return;
-    result.warnings.push_back("forward and backward differ by " + text_of(lost, 3) + " " +
-                              result.data.unit + " on average; --branches keeps both");
+    result.warnings.push_back(
+        fmt::format("forward and backward differ by {:.3g} {} on average; --branches keeps both",
+                    lost, result.data.unit));
 }
 
 }  // namespace
 
 std::string noise_text(const fit_result &result) {
-    if (result.data.sigma_given) return text_of(result.noise, 2) + " of its sigma";
-    return text_of(result.noise, 2) + " " + result.data.unit;
+    if (result.data.sigma_given) return fmt::format("{:.2g} of its sigma", result.noise);
+    return fmt::format("{:.2g} {}", result.noise, result.data.unit);
 }
 
 // An empty or wrong column has one value everywhere. Tests the readings as in the file.
 void warn_of_constant(fit_result &result) {
     result.constant = is_constant(result.data);
     if (!result.constant) return;
-    result.warnings.push_back("every reading is " +
-                              shortest(result.data.runs.front().error.front()) + " " +
-                              result.data.unit + ", which no measurement gives; check the column");
+    result.warnings.push_back(
+        fmt::format("every reading is {} {}, which no measurement gives; check the column",
+                    result.data.runs.front().error.front(), result.data.unit));
 }
 
 void add_warnings(fit_result &result) {

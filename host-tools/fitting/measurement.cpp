@@ -47,8 +47,8 @@ int direction_of(const std::string &word, const std::string &file, long line) {
     for (char &c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     const auto match = words.find(small);
     if (match == words.end()) {
-        throw input_error(file, line, 0,
-                          "direction '" + word + "' is neither +1 (forward) nor -1 (backward)");
+        throw input_error(file, line, 0, "direction '{}' is neither +1 (forward) nor -1 (backward)",
+                          word);
     }
     return match->second;
 }
@@ -61,17 +61,15 @@ struct run_with_lines {
 
 [[noreturn]] void refuse_again(const std::string &file, double before, double here,
                                long line_before, long line, bool has_runs) {
-    throw input_error(file, line, 0,
-                      "position " + shortest(here) + " mm is there already in line " +
-                          std::to_string(line_before) +
-                          (here == before ? "" : " (" + shortest(before) + " mm)") +
-                          (has_runs ? ", in the same run" : "; name the runs in a column 'run'"));
+    throw input_error(file, line, 0, "position {} mm is there already in line {}{}{}", here,
+                      line_before, here == before ? "" : fmt::format(" ({} mm)", before),
+                      has_runs ? ", in the same run" : "; name the runs in a column 'run'");
 }
 
 [[noreturn]] void refuse_order(const std::string &file, double before, double here, long line) {
     throw input_error(file, line, 0,
-                      "positions must ascend within a run, but " + shortest(here) +
-                          " mm comes after " + shortest(before) + " mm");
+                      "positions must ascend within a run, but {} mm comes after {} mm", here,
+                      before);
 }
 
 // in : one run in file order; a backward one may descend
@@ -150,8 +148,8 @@ void check_units(const csv_table &table) {
         const bool position = no_position && is_position_without_unit(name);
         if (!position && !(no_error && is_error_without_unit(name))) continue;
         throw input_error(table.file, table.header_line, 0,
-                          "the column '" + name + "' has no unit; append it, as in '" + name +
-                              (position ? " (mm)'" : " (um)'"));
+                          "the column '{}' has no unit; append it, as in '{}{}",
+                          name, name, position ? " (mm)'" : " (um)'");
     }
 }
 
@@ -214,23 +212,22 @@ void check_reading(const std::string &file, long line, double position, double e
                    double sigma) {
     constexpr double most = 1e6, least_sigma = 1e-6;
     if (!(std::abs(position) <= most)) {
-        throw input_error(
-            file, line, 0,
-            "a position of " + shortest(position) + " mm is beyond any machine; give millimetres");
+        throw input_error(file, line, 0,
+                          "a position of {} mm is beyond any machine; give millimetres", position);
     }
     if (!(std::abs(error) <= most)) {
-        throw input_error(file, line, 0,
-                          "an error of " + shortest(error) +
-                              " is beyond any machine; give micrometres (microradians for "
-                              "angles)");
+        throw input_error(
+            file, line, 0,
+            "an error of {} is beyond any machine; give micrometres (microradians for angles)",
+            error);
     }
     if (!(sigma > 0.0)) {
-        throw input_error(file, line, 0, "sigma must be above zero, not " + shortest(sigma));
+        throw input_error(file, line, 0, "sigma must be above zero, not {}", sigma);
     }
     if (sigma < least_sigma || sigma > most) {
         throw input_error(file, line, 0,
-                          "a sigma of " + shortest(sigma) +
-                              " is outside 1e-06 to 1e+06; give it in the error's unit");
+                          "a sigma of {} is outside 1e-06 to 1e+06; give it in the error's unit",
+                          sigma);
     }
 }
 

@@ -42,7 +42,4 @@ bool round_to_float(spline &curve, const weighted_points &points);
 
 double to_float(double value);
 
-// A number for a sentence, with `digits` significant digits.
-std::string text_of(double value, int digits);
-
 }  // namespace compbox

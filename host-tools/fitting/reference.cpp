@@ -42,9 +42,8 @@ void check_reference(const fit_result &result) {
     const auto &zero_at = result.options.zero_at_mm;
     if (zero_at && !(*zero_at >= data.from() && *zero_at <= data.to())) {
         throw input_error(data.file, 0, 0,
-                          "was measured from " + shortest(data.from()) + " to " +
-                              shortest(data.to()) + " mm; the curve cannot be zero at " +
-                              shortest(*zero_at) + " mm");
+                          "was measured from {} to {} mm; the curve cannot be zero at {} mm",
+                          data.from(), data.to(), *zero_at);
     }
 }
 

@@ -32,7 +32,7 @@ struct panel {
 // in : number: makes the names of its data blocks unique
 // out: blocks and commands for gnuplot, and the range of the errors
 panel panel_of(const measurement &data, std::size_t number) {
-    const std::string id = "f" + std::to_string(number);
+    const std::string id = fmt::format("f{}", number);
     const axis_readings axis = readings_of(data);
     const auto figures = evaluate_positioning(axis);
     panel result;
@@ -42,8 +42,8 @@ panel panel_of(const measurement &data, std::size_t number) {
     for (const auto &[name, one] : directions) {
         if (!*one) continue;
         const std::string block = id + name;
-        const std::string colour = std::string(" lc rgb '") +
-                                   (*name == 'f' ? plot_colour::curve : plot_colour::second) + "'";
+        const std::string colour =
+            fmt::format(" lc rgb '{}'", *name == 'f' ? plot_colour::curve : plot_colour::second);
         result.blocks += band_block(block, axis, **one);
         bands += "$" + block + " using 1:3:4 with filledcurves fs transparent solid 0.18" + colour +
                  " title '±2s " + name + "', ";
@@ -56,10 +56,10 @@ panel panel_of(const measurement &data, std::size_t number) {
             result.low = std::min(result.low, e);
             result.high = std::max(result.high, e);
         }
-        const std::string block = id + "run" + std::to_string(r);
+        const std::string block = fmt::format("{}run{}", id, r);
         result.blocks += plot_data(block, {data.runs[r].position, error});
-        runs += "$" + block + " using 1:2 with lines lw 0.8 lc rgb '" + plot_colour::grey + "' " +
-                (r == 0 ? "title 'runs'" : "notitle") + ", ";
+        runs += fmt::format("${} using 1:2 with lines lw 0.8 lc rgb '{}' {}, ", block,
+                            plot_colour::grey, r == 0 ? "title 'runs'" : "notitle");
     }
     result.commands = "set title " + plot_text(data.file) + "\nplot " + bands + runs + lines +
                       "0 with lines lw 0.6 lc rgb '#444444' notitle\n";
@@ -75,10 +75,10 @@ axis_readings readings_of(const measurement &data) {
         auto &side = run.direction < 0 ? axis.backward : axis.forward;
         side.resize(axis.target_mm.size());
         if (run.position.size() != axis.target_mm.size()) {
-            throw input_error(data.file, 0, 0,
-                              "run '" + run.name + "' has " + std::to_string(run.position.size()) +
-                                  " of the " + std::to_string(axis.target_mm.size()) +
-                                  " targets; the figures need a reading of each run at each");
+            throw input_error(
+                data.file, 0, 0,
+                "run '{}' has {} of the {} targets; the figures need a reading of each run at each",
+                run.name, run.position.size(), axis.target_mm.size());
         }
         for (std::size_t i = 0; i < run.error.size(); ++i) side[i].push_back(run.error[i]);
     }
@@ -97,14 +97,22 @@ void plot_report(const std::vector<measurement> &files, const std::string &path)
     }
     const double margin = std::max(0.15 * (high - low), 1e-6);
     const std::string unit = files.front().unit == "urad" ? "µrad" : "µm";
-    const std::string script =
-        blocks + "set multiplot layout 1," + std::to_string(files.size()) +
-        "\nset border lw 0.8 lc rgb '#444444'\nset tics nomirror\n"
-        "set grid lw 0.5 lc rgb '#dddddd'\nset key below horizontal maxrows 2 samplen 2\n"
-        "set lmargin 9\nset rmargin 3\nset bmargin 6\nset xlabel 'position, mm'\nset ylabel " +
-        plot_text("deviation, " + unit) + "\nset xrange [" + shortest(files.front().from()) + ":" +
-        shortest(files.front().to()) + "]\nset yrange [" + shortest(low - margin) + ":" +
-        shortest(high + margin) + "]\n" + commands + "unset multiplot\n";
+    const std::string script = fmt::format(
+        "{}set multiplot layout 1,{}\n"
+        "set border lw 0.8 lc rgb '#444444'\n"
+        "set tics nomirror\n"
+        "set grid lw 0.5 lc rgb '#dddddd'\n"
+        "set key below horizontal maxrows 2 samplen 2\n"
+        "set lmargin 9\n"
+        "set rmargin 3\n"
+        "set bmargin 6\n"
+        "set xlabel 'position, mm'\n"
+        "set ylabel {}\n"
+        "set xrange [{}:{}]\n"
+        "set yrange [{}:{}]\n"
+        "{}unset multiplot\n",
+        blocks, files.size(), plot_text("deviation, " + unit), files.front().from(),
+        files.front().to(), low - margin, high + margin, commands);
     run_gnuplot(path, script, static_cast<int>(files.size() > 1 ? 640 * files.size() : 1000), 460);
 }
 
