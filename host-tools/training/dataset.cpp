@@ -43,13 +43,13 @@ std::vector<std::string> chosen(const csv_table &table, const std::vector<std::s
     for (const auto &entry : entries) {
         for (const auto &name : matching(table, entry, others)) {
             if (has(names, name)) {
-                throw input_error(table.file, 0, 0, "the column '" + name + "' is named twice");
+                throw input_error(table.file, 0, 0, "the column '{}' is named twice", name);
             }
             if (!is_name_of_the_box(name)) {
-                throw input_error(
-                    table.file, 0, 0,
-                    "the box cannot use the name '" + name +
-                        "': rename the column (1 to 23 letters A to Z, digits, _ - .)");
+                throw input_error(table.file, 0, 0,
+                                  "the box cannot use the name '{}': rename the column (1 to 23 "
+                                  "letters A to Z, digits, _ - .)",
+                                  name);
             }
             names.push_back(name);
         }
@@ -74,9 +74,9 @@ void refuse_constant(const Eigen::MatrixXd &values, const std::vector<std::strin
     for (std::size_t c = 0; c < names.size(); ++c) {
         const auto column = values.col(static_cast<Eigen::Index>(c));
         if (column.maxCoeff() > column.minCoeff()) continue;
-        throw input_error(file, 0, 0,
-                          std::string("the ") + what + " '" + names[c] +
-                              "' never changes, so nothing can be learnt from it: leave it out");
+        throw input_error(
+            file, 0, 0, "the {} '{}' never changes, so nothing can be learnt from it: leave it out",
+            what, names[c]);
     }
 }
 
@@ -96,7 +96,7 @@ found_runs runs_of(training_data &data, const csv_table &table, const data_optio
         const double value = found.values[k];
         std::string name =
             words[index].empty() ? shortest(value) : words[index][static_cast<std::size_t>(value)];
-        if (found.times[k] > 1) name += "#" + std::to_string(found.times[k]);
+        if (found.times[k] > 1) name += fmt::format("#{}", found.times[k]);
         data.run_names.push_back(name);
     }
     return found;
@@ -145,8 +145,8 @@ void take_history(training_data &data, const data_options &options) {
             continue;
         }
         throw input_error(table.file, 0, 0,
-                          "does not reach to " + options.time_column + " " + shortest(time_s) +
-                              " of " + data.file + ": it must be the record of these rows");
+                          "does not reach to {} {} of {}: it must be the record of these rows",
+                          options.time_column, time_s, data.file);
     }
 }
 
@@ -176,12 +176,11 @@ training_data read_training_data(const std::string &path, const data_options &op
     data.inputs = chosen(table, options.inputs, others);
     for (const auto &name : data.outputs) {
         if (std::find(data.inputs.begin(), data.inputs.end(), name) == data.inputs.end()) continue;
-        throw input_error(path, 0, 0, "the column '" + name + "' is both input and output");
+        throw input_error(path, 0, 0, "the column '{}' is both input and output", name);
     }
     if (table.rows.size() < least_rows) {
-        throw input_error(path, 0, 0,
-                          "has " + std::to_string(table.rows.size()) + " rows; training needs " +
-                              std::to_string(least_rows) + " at least");
+        throw input_error(path, 0, 0, "has {} rows; training needs {} at least", table.rows.size(),
+                          least_rows);
     }
     take_rows(data, table, options, runs_of(data, table, options, words));
     refuse_constant(data.x, data.inputs, "input", path);

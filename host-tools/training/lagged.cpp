@@ -19,8 +19,8 @@ void check_names(const training_data &data, const std::vector<std::string> &name
                  const char *option) {
     for (const auto &name : names) {
         if (is_in(data.inputs, name)) continue;
-        throw input_error(std::string(option) + " names '" + name +
-                          "', which is not among the inputs");
+        throw input_error(
+            fmt::format("{} names '{}', which is not among the inputs", option, name));
     }
 }
 
@@ -28,7 +28,7 @@ void check_names(const training_data &data, const std::vector<std::string> &name
 std::string new_name(const std::vector<model_input> &taken, const std::string &base,
                      const std::string &suffix) {
     for (int attempt = 1;; ++attempt) {
-        const std::string end = attempt == 1 ? suffix : "-" + std::to_string(attempt) + suffix;
+        const std::string end = attempt == 1 ? suffix : fmt::format("-{}{}", attempt, suffix);
         const std::string name = base.substr(0, longest_name - end.size()) + end;
         const auto same = [&](const model_input &input) { return input.name == name; };
         if (std::none_of(taken.begin(), taken.end(), same)) return name;
@@ -36,7 +36,7 @@ std::string new_name(const std::vector<model_input> &taken, const std::string &b
 }
 
 std::string lag_suffix(double tau_s) {
-    return "_lag" + shortest(tau_s);
+    return fmt::format("_lag{}", tau_s);
 }
 
 // One column's lag over one run.
@@ -159,7 +159,7 @@ void add_slopes(std::vector<model_input> &inputs, const training_data &data,
         for (const auto &name : slope.of) {
             model_input input;
             input.column = static_cast<std::size_t>(index_of(name));
-            input.name = name + " * " + slope.along;
+            input.name = fmt::format("{} * {}", name, slope.along);
             input.along = along;
             input.origin = origin;
             inputs.push_back(input);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/training/runs.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <functional>
 #include <map>
@@ -86,9 +88,9 @@ found_runs find_runs(const std::vector<double> &value, const std::vector<double>
         return found;
     }
     by_value(found, value);
-    found.note = column + " changes " + std::to_string(stretches - 1) + " times between " +
-                 std::to_string(distinct.size()) +
-                 " values, so all rows of a value are taken for one run";
+    found.note = fmt::format(
+        "{} changes {} times between {} values, so all rows of a value are taken for one run",
+        column, stretches - 1, distinct.size());
     if (!rises(time_s) || value.size() < 2 * stretches) put_run_by_run(found);
     return found;
 }

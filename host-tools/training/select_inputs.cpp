@@ -128,9 +128,8 @@ selection select_inputs(const training_data &data, const select_options &options
         throw input_error(data.file, 0, 0, "with fewer than two candidates there is no choice");
     }
     if (options.count > result.candidates) {
-        throw input_error(data.file, 0, 0,
-                          "has " + std::to_string(result.candidates) +
-                              " candidates, fewer than --count " + std::to_string(options.count));
+        throw input_error(data.file, 0, 0, "has {} candidates, fewer than --count {}",
+                          result.candidates, options.count);
     }
     const auto n = static_cast<Eigen::Index>(result.candidates);
     const Eigen::MatrixXd similarity = similarity_of(data.x.leftCols(n));

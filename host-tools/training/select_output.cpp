@@ -68,25 +68,22 @@ json selection_json(const selection &result) {
 }
 
 std::string report_of(const selection &result) {
-    std::string text = std::to_string(result.candidates) + " candidates in " +
-                       std::to_string(result.clusters.count) + " clusters (" + index_name(result) +
-                       " " + formatted("%.4g", result.clusters.validity) +
-                       ")\n\ncluster  candidate                grade";
+    std::string text = fmt::format(
+        "{} candidates in {} clusters ({} {:.4g})\n\n"
+        "cluster  candidate                grade",
+        result.candidates, result.clusters.count, index_name(result), result.clusters.validity);
     for (const auto &output : result.data.outputs) text += "  " + output;
     text += "\n";
     for (std::size_t k = 0; k < result.clusters.count; ++k) {
         for (std::size_t c = 0; c < result.candidates; ++c) {
             if (result.clusters.cluster[c] != k) continue;
-            std::string name = result.data.inputs[c];
-            name.resize(23, ' ');
-            text += formatted("%5.0f    ", static_cast<double>(k + 1)) + name +
-                    formatted("%7.3f", result.grade[c]);
+            text += fmt::format("{:5}    {:23.23}{:7.3f}", k + 1, result.data.inputs[c],
+                                result.grade[c]);
             for (std::size_t o = 0; o < result.data.outputs.size(); ++o) {
-                const int width = static_cast<int>(result.data.outputs[o].size()) + 2;
-                std::string cell = formatted("%.3f", result.grades(static_cast<Eigen::Index>(c),
-                                                                   static_cast<Eigen::Index>(o)));
-                cell.insert(0, static_cast<std::size_t>(std::max(width - 5, 1)), ' ');
-                text += cell;
+                text += fmt::format(
+                    " {:{}.3f}",
+                    result.grades(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(o)),
+                    result.data.outputs[o].size() + 1);
             }
             text += is_chosen(result, c) ? "  <- chosen\n" : "\n";
         }
@@ -97,10 +94,10 @@ std::string report_of(const selection &result) {
             "of the largest error)\n";
     }
     for (std::size_t i = 0; i < result.checks.size(); ++i) {
-        text += formatted("%8.3f %%  ", 100.0 * result.checks[i].merit) +
-                (i == 0 ? "all candidates"
-                        : "without " + left_away(result.checks[i - 1], result.checks[i])) +
-                "\n";
+        text +=
+            fmt::format("{:8.3f} %  {}\n", 100.0 * result.checks[i].merit,
+                        i == 0 ? "all candidates"
+                               : "without " + left_away(result.checks[i - 1], result.checks[i]));
     }
     text += "\n--inputs ";
     for (std::size_t i = 0; i < result.chosen.size(); ++i) {
@@ -108,7 +105,7 @@ std::string report_of(const selection &result) {
     }
     for (const auto &name : result.options.keep) text += "," + name;
     text += "\n";
-    if (!result.data.note.empty()) text += "note: " + result.data.note + "\n";
+    if (!result.data.note.empty()) text += fmt::format("note: {}\n", result.data.note);
     return text;
 }
 

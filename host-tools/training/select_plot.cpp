@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <fmt/core.h>
+
 #include <algorithm>
 
 #include "host-tools/formats/csv.h"
@@ -32,18 +34,19 @@ void plot_selection(const selection &result, const std::string &path) {
         if (result.clusters.cluster[c] != cluster) {
             cluster = result.clusters.cluster[c];
             const std::string x = shortest(at - 0.1);
-            borders += "set arrow from " + x + ", graph 0 to " + x +
-                       ", graph 1 nohead lw 0.8 lc rgb '#444444'\n";
+            borders += fmt::format(
+                "set arrow from {}, graph 0 to {}, graph 1 nohead lw 0.8 lc rgb '#444444'\n", x, x);
             at += 0.8;
         }
         const bool is_chosen = std::count(result.chosen.begin(), result.chosen.end(), c) > 0;
         (is_chosen ? chosen_place : place).push_back(at);
         (is_chosen ? chosen_grade : grade).push_back(result.grade[c]);
-        tics += (tics.empty() ? "" : ", ") + plot_text(result.data.inputs[c]) + " " + shortest(at);
+        tics +=
+            fmt::format("{}{} {}", tics.empty() ? "" : ", ", plot_text(result.data.inputs[c]), at);
     }
     const auto bars = [](const std::string &name, const std::string &title, const char *colour) {
-        return "$" + name + " using 1:2 with boxes fs solid 1 noborder lc rgb '" + colour +
-               "' title " + plot_text(title);
+        return fmt::format("${} using 1:2 with boxes fs solid 1 noborder lc rgb '{}' title {}",
+                           name, colour, plot_text(title));
     };
     std::string blocks = plot_data("chosen", {chosen_place, chosen_grade}), others;
     if (!place.empty()) {
@@ -51,12 +54,16 @@ void plot_selection(const selection &result, const std::string &path) {
         others = ", " + bars("others", "in the same cluster", plot_colour::band);
     }
     run_gnuplot(path,
-                blocks + borders + "set boxwidth 0.8\nset xtics rotate by -60 nomirror (" + tics +
-                    ")\nset xrange [0:" + shortest(at + 1.0) +
-                    "]\nset yrange [0:1]\nset ylabel 'grey relational grade'\n"
-                    "set grid ytics lw 0.5 lc rgb '#dddddd'\nset key outside top horizontal\n"
-                    "plot " +
-                    bars("chosen", "chosen", plot_colour::curve) + others + "\n",
+                fmt::format("{}{}set boxwidth 0.8\n"
+                            "set xtics rotate by -60 nomirror ({})\n"
+                            "set xrange [0:{}]\n"
+                            "set yrange [0:1]\n"
+                            "set ylabel 'grey relational grade'\n"
+                            "set grid ytics lw 0.5 lc rgb '#dddddd'\n"
+                            "set key outside top horizontal\n"
+                            "plot {}{}\n",
+                            blocks, borders, tics, at + 1.0,
+                            bars("chosen", "chosen", plot_colour::curve), others),
                 std::max(600, 40 * static_cast<int>(result.candidates) + 200), 500);
 }
 

@@ -68,9 +68,9 @@ void check_slopes(const train_result &result) {
         if (!slope.is_slope()) continue;
         const std::string &position = result.data.inputs[static_cast<std::size_t>(slope.along)];
         for (const auto &output : result.data.outputs) {
-            const std::string name = output + "_per_" + position;
+            const std::string name = fmt::format("{}_per_{}", output, position);
             if (is_name_of_the_box(name) &&
-                is_name_of_the_box(result.options.name + "_per_" + position)) {
+                is_name_of_the_box(fmt::format("{}_per_{}", result.options.name, position))) {
                 continue;
             }
             throw input_error("--slope: the box has no room for the name '" + name +

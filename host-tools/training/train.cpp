@@ -61,8 +61,8 @@ void split(train_result &result, const model_rows &all) {
         if (found == names.end()) {
             std::string there;
             for (const auto &one : names) there += (there.empty() ? "" : ", ") + one;
-            throw input_error(result.data.file, 0, 0,
-                              "has no run '" + name + "' to hold out (it has " + there + ")");
+            throw input_error(result.data.file, 0, 0, "has no run '{}' to hold out (it has {})",
+                              name, there);
         }
         held[static_cast<std::size_t>(found - names.begin())] = true;
     }
@@ -87,14 +87,13 @@ void check_sizes(const train_result &result) {
     const std::size_t inputs = result.plain_inputs(), outputs = result.data.outputs.size();
     if (inputs > most_inputs) {
         throw input_error(result.data.file, 0, 0,
-                          "gives " + std::to_string(inputs) +
-                              " inputs with their lags; the box takes " +
-                              std::to_string(most_inputs) +
-                              ": choose fewer (compbox select-inputs) or fewer lags");
+                          "gives {} inputs with their lags; the box takes {}: choose fewer "
+                          "(compbox select-inputs) or fewer lags",
+                          inputs, most_inputs);
     }
     if (outputs > most_outputs) {
-        throw input_error(result.data.file, 0, 0,
-                          "a network has at most 8 outputs, not " + std::to_string(outputs));
+        throw input_error(result.data.file, 0, 0, "a network has at most 8 outputs, not {}",
+                          outputs);
     }
     if (result.options.hidden > 64) {
         throw input_error("--hidden: the box takes at most 64 hidden units");
@@ -149,12 +148,10 @@ void check_ranges(train_result &result) {
         const double range = result.range.high[at] - result.range.low[at];
         constexpr double smallest = 4e-6;  // the box rejects an input_scale below 1e-6
         if (range > smallest) continue;
-        throw input_error(
-            result.data.file, 0, 0,
-            "the input '" + result.inputs[i].name + "' " +
-                (range > 0.0 ? "changes by less than 4e-6 in the runs trained on: give it "
-                               "in a smaller unit, or leave it out"
-                             : "does not change in the runs trained on: leave it out"));
+        throw input_error(result.data.file, 0, 0, "the input '{}' {}", result.inputs[i].name,
+                          range > 0.0 ? "changes by less than 4e-6 in the runs trained on: give it "
+                                        "in a smaller unit, or leave it out"
+                                      : "does not change in the runs trained on: leave it out");
     }
 }
 
@@ -163,8 +160,8 @@ void check_outputs(const train_result &result) {
         const auto column = result.learn.y.col(static_cast<Eigen::Index>(k));
         if (column.maxCoeff() > column.minCoeff()) continue;
         throw input_error(result.data.file, 0, 0,
-                          "the output '" + result.data.outputs[k] +
-                              "' does not change in the runs trained on: leave it out");
+                          "the output '{}' does not change in the runs trained on: leave it out",
+                          result.data.outputs[k]);
     }
 }
 

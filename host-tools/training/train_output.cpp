@@ -111,9 +111,9 @@ json slopes_term(const train_result &result, int along, const std::string &posit
     }
     const auto outputs = static_cast<Eigen::Index>(result.data.outputs.size());
     const auto inputs = static_cast<Eigen::Index>(gains.size());
-    json term{{"name", result.options.name + "_per_" + position}, {"type", "bpnet"}};
+    json term{{"name", fmt::format("{}_per_{}", result.options.name, position)}, {"type", "bpnet"}};
     for (const auto &name : result.data.outputs)
-        term["outputs"].push_back(name + "_per_" + position);
+        term["outputs"].push_back(fmt::format("{}_per_{}", name, position));
     Eigen::MatrixXd weights(outputs, inputs);
     std::vector<Eigen::Index> plain;
     for (Eigen::Index i = 0; i < inputs; ++i) {
@@ -144,9 +144,9 @@ void add_slope_terms(json &terms, const train_result &result) {
         const std::string &position = result.data.inputs[static_cast<std::size_t>(input.along)];
         terms.push_back(slopes_term(result, input.along, position));
         for (const auto &name : result.data.outputs) {
-            terms.push_back({{"name", name + "_by_" + position},
+            terms.push_back({{"name", fmt::format("{}_by_{}", name, position)},
                              {"type", "product"},
-                             {"term", name + "_per_" + position},
+                             {"term", fmt::format("{}_per_{}", name, position)},
                              {"signal", position},
                              {"origin", number(input.origin)}});
         }
@@ -210,34 +210,31 @@ json findings_of(const train_result &result) {
 
 // ---- for a person ----
 
-std::string padded(std::string text, std::size_t width) {
-    text.resize(std::max(text.size(), width), ' ');
-    return text;
-}
-
 // " worst 12.3 %  rms 1.234" of one output.
 std::string cell(const residuals &left, const train_result &result, Eigen::Index k) {
-    if (left.rows == 0) return padded("", 22);
-    return formatted("%10.1f %%", 100.0 * left.worst[k] / result.largest[k]) +
-           formatted("%10.3f", left.rms[k]);
+    if (left.rows == 0) return std::string(22, ' ');
+    return fmt::format("{:10.1f} %{:10.3f}", 100.0 * left.worst[k] / result.largest[k],
+                       left.rms[k]);
 }
 
 // A cell of a CSV, in quotes if needed.
 std::string quoted(const std::string &text) {
-    return text.find_first_of(",; \t") == std::string::npos ? text : '"' + text + '"';
+    return text.find_first_of(",; \t") == std::string::npos ? text : fmt::format("\"{}\"", text);
 }
 
 void add_table(std::string &text, const train_result &result, const std::string &title,
                residuals judged_model::*which) {
     if ((result.linear.*which).rows == 0) return;
     const bool network = result.options.hidden > 0;
-    text += "\n" + title + "\n  " + padded("", 16) + "   largest        linear map" +
-            (network ? "               network\n  " : "\n  ") + padded("output", 16) +
-            "   |error|     worst       rms" + (network ? "     worst       rms\n" : "\n");
+    text += fmt::format(
+        "\n{}\n"
+        "                     largest        linear map{}\n"
+        "  output             |error|     worst       rms{}\n",
+        title, network ? "               network" : "", network ? "     worst       rms" : "");
     for (std::size_t k = 0; k < result.data.outputs.size(); ++k) {
         const auto at = static_cast<Eigen::Index>(k);
-        text += "  " + padded(result.data.outputs[k], 16) +
-                formatted("%10.3f", result.largest[at]) + cell(result.linear.*which, result, at);
+        text += fmt::format("  {:16}{:10.3f}{}", result.data.outputs[k], result.largest[at],
+                            cell(result.linear.*which, result, at));
         if (network) text += cell(result.network.*which, result, at);
         text += "\n";
     }
@@ -245,27 +242,22 @@ void add_table(std::string &text, const train_result &result, const std::string 
 
 // out: the report's first lines: data, decay, structure and training of the network
 std::string header_of(const train_result &result) {
-    std::string text = result.options.name + " from " + result.data.file + ": " +
-                       std::to_string(result.data.inputs.size()) + " columns, " +
-                       std::to_string(result.inputs.size()) + " inputs with lags, " +
-                       std::to_string(result.data.outputs.size()) + " outputs; " +
-                       std::to_string(result.learn.x.rows()) + " rows to train on, " +
-                       std::to_string(result.data.run_names.size()) + " runs";
+    std::string text = fmt::format(
+        "{} from {}: {} columns, {} inputs with lags, {} outputs; {} rows to train on, {} runs",
+        result.options.name, result.data.file, result.data.inputs.size(), result.inputs.size(),
+        result.data.outputs.size(), result.learn.x.rows(), result.data.run_names.size());
     if (!result.options.hold_out.empty()) {
-        text += ", " + std::to_string(result.options.hold_out.size()) + " of them held out";
+        text += fmt::format(", {} of them held out", result.options.hold_out.size());
     }
     text += "\nweight decay ";
     text += result.by_folds ? "by leaving out one run after the other\n" : "by evidence\n";
     if (result.options.hidden > 0) {
-        text += "network: " + std::to_string(result.inputs.size()) + "-" +
-                std::to_string(result.options.hidden) + "-" +
-                std::to_string(result.data.outputs.size()) +
-                (result.options.linear_path ? " beside a linear path" : "") + ", on " +
-                std::to_string(result.network_rows.size()) + " rows, " +
-                std::to_string(result.network_iterations) + " iterations, start " +
-                std::to_string(result.best_start + 1) + " of " +
-                std::to_string(result.options.starts) + ", loss " +
-                formatted("%.4g", result.network_loss) + "\n";
+        text += fmt::format(
+            "network: {}-{}-{}{}, on {} rows, {} iterations, start {} of {}, loss {:.4g}\n",
+            result.inputs.size(), result.options.hidden, result.data.outputs.size(),
+            result.options.linear_path ? " beside a linear path" : "", result.network_rows.size(),
+            result.network_iterations, result.best_start + 1, result.options.starts,
+            result.network_loss);
     }
     return text;
 }
@@ -291,14 +283,14 @@ std::string report_of(const train_result &result) {
               &judged_model::held_out);
     add_table(text, result, "Residuals of the training rows", &judged_model::trained);
     text += "\n" + result.verdict + "\n";
-    for (const auto &warning : result.warnings) text += "note: " + warning + "\n";
+    for (const auto &warning : result.warnings) text += fmt::format("note: {}\n", warning);
     return text;
 }
 
 std::string predictions_csv(const train_result &result) {
     const training_data &data = result.data;
     std::string text = data.time_s.empty() ? "run" : "time_s,run";
-    for (const auto &name : data.outputs) text += "," + name + "," + name + "_predicted";
+    for (const auto &name : data.outputs) text += fmt::format(",{},{}_predicted", name, name);
     const auto starts = result.options.starts_of_lags;
     const model_rows all =
         rows_of(data, result.inputs, starts == lag_starts::both ? lag_starts::once : starts);
@@ -306,10 +298,10 @@ std::string predictions_csv(const train_result &result) {
     std::vector<std::string> lines(data.rows());
     for (std::size_t r = 0; r < data.rows(); ++r) {
         const auto at = static_cast<Eigen::Index>(r);
-        std::string line = data.time_s.empty() ? "" : shortest(data.time_s[r]) + ",";
+        std::string line = data.time_s.empty() ? "" : fmt::format("{},", data.time_s[r]);
         line += quoted(data.run_names[data.run[r]]);
         for (Eigen::Index k = 0; k < predicted.cols(); ++k) {
-            line += "," + shortest(data.y(at, k)) + "," + shortest(predicted(at, k));
+            line += fmt::format(",{},{}", data.y(at, k), predicted(at, k));
         }
         lines[data.file_row.empty() ? r : data.file_row[r]] = line;
     }

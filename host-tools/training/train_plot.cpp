@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The figure of a training: for each output the measured values, the written model's predictions,
 // and those of a model trained without the run.
+#include <fmt/core.h>
 #include <cmath>
 #include <limits>
 
@@ -68,26 +69,31 @@ void plot_training(const train_result &result, const std::string &path) {
     std::string script, panels;
     for (std::size_t k = 0; k < outputs; ++k) {
         const panel lines = panel_of(result, all, predicted, k);
-        const std::string name = "$output" + std::to_string(k);
-        script += plot_data("output" + std::to_string(k),
+        const std::string name = fmt::format("$output{}", k);
+        script += plot_data(fmt::format("output{}", k),
                             {lines.x, lines.measured, lines.predicted, lines.left_out});
-        panels += "set ylabel " + plot_text(result.data.outputs[k]) + "\n";
+        panels += fmt::format("set ylabel {}\n", plot_text(result.data.outputs[k]));
         if (k + 1 == outputs) {
-            panels += std::string("set xlabel '") +
-                      (result.data.time_s.empty() ? "row" : "time, s") + "'\n";
+            panels +=
+                fmt::format("set xlabel '{}'\n", result.data.time_s.empty() ? "row" : "time, s");
         }
-        panels += "plot " + name + " using 1:2 with lines lw 2.4 lc rgb '" + plot_colour::grey +
-                  "' title 'measured', " + name + " using 1:3 with lines lw 1.4 lc rgb '" +
-                  plot_colour::curve + "' title 'model', " + name +
-                  " using 1:4 with points pt 7 ps 0.18 lc rgb '" + plot_colour::second +
-                  "' title 'model that never saw this run'\n";
+        panels += fmt::format(
+            "plot {} using 1:2 with lines lw 2.4 lc rgb '{}' title 'measured', {} using 1:3 with "
+            "lines lw 1.4 lc rgb '{}' title 'model', {} using 1:4 with points pt 7 ps 0.18 lc rgb "
+            "'{}' title 'model that never saw this run'\n",
+            name, plot_colour::grey, name, plot_colour::curve, name, plot_colour::second);
     }
-    script += "set multiplot layout " + std::to_string(outputs) + ",1 title " +
-              plot_text(result.options.name + " from " + result.data.file) + "\n" +
-              "set border lw 0.8 lc rgb '#444444'\nset tics nomirror\n"
-              "set grid lw 0.5 lc rgb '#dddddd'\nset key top right horizontal samplen 2\n"
-              "set lmargin 10\nset rmargin 3\n" +
-              panels + "unset multiplot\n";
+    script += fmt::format(
+        "set multiplot layout {},1 title {}\n"
+        "set border lw 0.8 lc rgb '#444444'\n"
+        "set tics nomirror\n"
+        "set grid lw 0.5 lc rgb '#dddddd'\n"
+        "set key top right horizontal samplen 2\n"
+        "set lmargin 10\n"
+        "set rmargin 3\n"
+        "{}unset multiplot\n",
+        outputs, plot_text(fmt::format("{} from {}", result.options.name, result.data.file)),
+        panels);
     run_gnuplot(path, script, 1000, 120 + 220 * static_cast<int>(outputs));
 }
 

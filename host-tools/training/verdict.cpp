@@ -122,18 +122,16 @@ std::string verdict_of(const train_result &result) {
     if (result.options.hidden == 0) return "linear map only, as requested";
     if (result.options.keep_network) return "network written, as requested (--keep-network)";
     if (!result.any_network()) {
-        return "the network is not better than the linear map " + by +
-               (result.by_folds ? " beyond their spread" : "") + ": the linear map is written";
+        return fmt::format(
+            "the network is not better than the linear map {}{}: the linear map is written", by,
+            result.by_folds ? " beyond their spread" : "");
     }
     if (std::count(better.begin(), better.end(), false) == 0) {
         return "the network is better than the linear map " + by;
     }
-    return "the network is better " + by + " for " + listed(names, better, true) +
-           "; it is not for " + listed(names, better, false) + ", where the linear map is written";
-}
-
-std::string six_digits(double value) {
-    return formatted("%.6g", value);
+    return fmt::format(
+        "the network is better {} for {}; it is not for {}, where the linear map is written", by,
+        listed(names, better, true), listed(names, better, false));
 }
 
 // The input that leaves the range of the other runs furthest, as a fraction of that range.
@@ -152,10 +150,11 @@ std::string beyond_others(const train_result &result, std::size_t run) {
         const double beyond = std::max(high[1] - high[0], low[0] - low[1]) / range;
         if (!(beyond > furthest)) continue;
         furthest = beyond;
-        text = "run " + result.data.run_names[run] + ": " + result.data.inputs[c] + " reaches " +
-               six_digits(high[1] - high[0] > low[0] - low[1] ? high[1] : low[1]) +
-               ", the other runs " + six_digits(low[0]) + " to " + six_digits(high[0]) +
-               ": its residuals there are an extrapolation";
+        text = fmt::format(
+            "run {}: {} reaches {:.6g}, the other runs {:.6g} to {:.6g}: its residuals there are "
+            "an extrapolation",
+            result.data.run_names[run], result.data.inputs[c],
+            high[1] - high[0] > low[0] - low[1] ? high[1] : low[1], low[0], high[0]);
     }
     return text;
 }
@@ -171,14 +170,12 @@ void warn_of_fading(train_result &result) {
     const Eigen::RowVectorXd range = (result.range.high - result.range.low).transpose();
     const Eigen::RowVectorXd x = result.test.x.row(row);
     ((x - result.range.held(x)).cwiseAbs().array() / range.array()).maxCoeff(&input);
-    result.warnings.push_back(
-        std::to_string(rows) + " of " + std::to_string(weight.size()) +
-        " rows of the runs held out lie beyond the margin of an input, where the box holds the "
-        "input and fades the term, at worst to " +
-        six_digits(100.0 * least) + " % (" + result.inputs[static_cast<std::size_t>(input)].name +
-        " at " + six_digits(x[input]) + ", trained " + six_digits(result.range.low[input]) +
-        " to " + six_digits(result.range.high[input]) +
-        "): train on such runs too, or widen --margin");
+    result.warnings.push_back(fmt::format(
+        "{} of {} rows of the runs held out lie beyond the margin of an input, where the box holds "
+        "the input and fades the term, at worst to {:.6g} % ({} at {:.6g}, trained {:.6g} to "
+        "{:.6g}): train on such runs too, or widen --margin",
+        rows, weight.size(), 100.0 * least, result.inputs[static_cast<std::size_t>(input)].name,
+        x[input], result.range.low[input], result.range.high[input]));
 }
 
 }  // namespace
