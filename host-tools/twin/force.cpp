@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/twin/force.h"
 
+#include <fmt/core.h>
+
 #include <cmath>
 
 #include "host-tools/twin/random.h"
@@ -43,8 +45,8 @@ cutting_config drawn(const cutting_config &kind, std::uint64_t seed) {
     };
     vary(one.N_per_mm, "coefficient");
     for (std::size_t a = 0; a < 3; ++a) {
-        vary(one.share[a], "share " + std::to_string(a));
-        vary(one.stiffness_N_per_um[a], "stiffness " + std::to_string(a));
+        vary(one.share[a], fmt::format("share {}", a));
+        vary(one.stiffness_N_per_um[a], fmt::format("stiffness {}", a));
     }
     for (auto &wall : one.walls) vary(wall.compliance_um_per_N, "wall " + wall.name);
     return one;

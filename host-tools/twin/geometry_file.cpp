@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/twin/geometry_file.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 
 #include "host-tools/formats/json.h"
@@ -28,12 +30,12 @@ std::vector<std::array<double, 2>> read_points(const json &value, const place &a
 
 // unit: "um" or "urad", at the end of the keys.
 twin_error read_error(const json &value, const std::string &unit, const place &at) {
-    const std::string amplitude = "amplitude_" + unit, slope = "slope_" + unit + "_per_mm",
+    const std::string amplitude = "amplitude_" + unit, slope = fmt::format("slope_{}_per_mm", unit),
                       offset = "offset_" + unit;
     if (!value.is_object()) at.fail("must be an object");
     for (const auto &[key, ignored] : value.items()) {
         if (key == amplitude || key == slope || key == offset || key == "points") continue;
-        at.fail("the key '" + key + "' is unknown");
+        at.fail(fmt::format("the key '{}' is unknown", key));
     }
     twin_error error;
     error.slope_per_mm = optional(value, slope.c_str(), 0.0, -most, most, at);
@@ -94,7 +96,7 @@ void read_chain(const json &root, twin_config &config, const place &top) {
     const place references = top.in("reference_mm");
     for (const auto &[key, value] : optional_object(root, "reference_mm", top).items()) {
         const int axis = key.size() == 1 ? axis_index(key[0]) : -1;
-        if (axis < 0) references.fail("'" + key + "' is not an axis: X, Y or Z");
+        if (axis < 0) references.fail(fmt::format("'{}' is not an axis: X, Y or Z", key));
         chain.reference_mm[static_cast<std::size_t>(axis)] = read_vector(value, references.in(key));
     }
     if (root.contains("tool_mm")) {
@@ -129,7 +131,7 @@ void read_stages(const json &root, twin_config &config, const place &top) {
     const place at = top.in("stages");
     for (const auto &[key, value] : optional_object(root, "stages", top).items()) {
         const int axis = key.size() == 1 ? axis_index(key[0]) : -1;
-        if (axis != 0 && axis != 1) at.fail("'" + key + "' is neither X nor Y");
+        if (axis != 0 && axis != 1) at.fail(fmt::format("'{}' is neither X nor Y", key));
         const auto a = static_cast<std::size_t>(axis);
         if (!config.axes[a].present) at.fail("the machine has no axis " + key);
         config.stages[a] = read_stage(value, at.in(key));
@@ -138,7 +140,7 @@ void read_stages(const json &root, twin_config &config, const place &top) {
     if (!x || !y) return;
     for (const auto &name : x->drives) {
         if (name == y->drives[0] || name == y->drives[1]) {
-            at.fail("the drive " + name + " is named twice");
+            at.fail(fmt::format("the drive {} is named twice", name));
         }
     }
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/twin/laser.h"
 
+#include <fmt/core.h>
+
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/twin/set_up.h"
@@ -100,7 +102,7 @@ std::vector<std::string> measure_all(const twin_machine &twin, const std::string
         if (stage) names.insert(names.end(), stage->drives.begin(), stage->drives.end());
     }
     for (const auto &name : names) {
-        paths.push_back(folder + "/" + name + ".csv");
+        paths.push_back(fmt::format("{}/{}.csv", folder, name));
         write_file(paths.back(), laser_csv(laser.measure(name)));
     }
     return paths;

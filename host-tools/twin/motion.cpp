@@ -70,9 +70,9 @@ void nc_motion::queue(const twin_step &step) {
             throw input_error(std::string("the machine has no axis ") + axis_letters[a]);
         }
         if (!(target_mm >= axes_[a].min_mm && target_mm <= axes_[a].max_mm)) {
-            throw input_error(std::string(1, axis_letters[a]) + " " + shortest(target_mm) +
-                              " mm is outside the travel " + shortest(axes_[a].min_mm) + " to " +
-                              shortest(axes_[a].max_mm) + " mm");
+            throw input_error(fmt::format("{} {} mm is outside the travel {} to {} mm",
+                                          std::string(1, axis_letters[a]), target_mm,
+                                          axes_[a].min_mm, axes_[a].max_mm));
         }
     }
     if (step.dwell_s <= 0.0 && !(step.feed_mm_per_s > 0.0)) {

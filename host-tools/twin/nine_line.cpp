@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/twin/nine_line.h"
 
+#include <fmt/core.h>
+
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/rtl.h"
 #include "host-tools/twin/laser.h"
@@ -18,7 +20,7 @@ laser_file measure_line(const twin_machine &twin, const nine_line_options &optio
                         std::size_t point, std::size_t direction) {
     const auto a = static_cast<std::size_t>(axis_index(options.axis));
     const bool along = direction == a;
-    const std::string name = std::string("P") + std::to_string(point + 1) + "xyz"[direction];
+    const std::string name = fmt::format("P{}{}", point + 1, "xyz"[direction]);
     laser_set_up set_up(twin, std::string(1, options.axis) + " " + name, !along);
     laser_file file;
     file.machine = twin.config().machine;
@@ -55,7 +57,7 @@ std::vector<std::string> measure_nine_lines(const twin_machine &twin,
     for (std::size_t point = 0; point < 3; ++point) {
         for (std::size_t direction = 0; direction < 3; ++direction) {
             const laser_file file = measure_line(twin, options, point, direction);
-            paths.push_back(folder + "/" + file.title + ".rtl");
+            paths.push_back(fmt::format("{}/{}.rtl", folder, file.title));
             write_file(paths.back(), laser_text(file));
         }
     }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/twin/process_file.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <set>
 
@@ -62,7 +64,7 @@ void read_axes_values(const json &value, const char *key, double low, double hig
 std::size_t node_named(const thermal_config &config, const std::string &name, const place &at) {
     const auto found = std::find_if(config.nodes.begin(), config.nodes.end(),
                                     [&](const auto &node) { return node.name == name; });
-    if (found == config.nodes.end()) at.fail("'" + name + "' is no node of this network");
+    if (found == config.nodes.end()) at.fail(fmt::format("'{}' is no node of this network", name));
     return static_cast<std::size_t>(found - config.nodes.begin());
 }
 

@@ -21,15 +21,15 @@ double as_number(const json &value, double low, double high, const place &at) {
     if (!value.is_number()) at.fail("must be a number");
     const double number = value.get<double>();
     if (!std::isfinite(number) || number < low || number > high) {
-        at.fail(shortest(number) + " is not " +
-                (high == unlimited ? shortest(low) + " or more"
-                                   : "between " + shortest(low) + " and " + shortest(high)));
+        at.fail(fmt::format("{} is not {}", number,
+                            high == unlimited ? fmt::format("{} or more", low)
+                                              : fmt::format("between {} and {}", low, high)));
     }
     return number;
 }
 
 double required(const json &value, const char *key, double low, double high, const place &at) {
-    if (!value.contains(key)) at.fail(std::string("the key '") + key + "' is missing");
+    if (!value.contains(key)) at.fail(fmt::format("the key '{}' is missing", key));
     return as_number(value.at(key), low, high, at.in(key));
 }
 

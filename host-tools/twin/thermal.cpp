@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/twin/thermal.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -98,14 +100,14 @@ thermal_config drawn(const thermal_config &kind, std::uint64_t seed) {
     }
     for (std::size_t i = 0; i < one.couplings.size(); ++i) {
         auto &coupling = one.couplings[i];
-        vary(coupling.W_per_K, "coupling " + std::to_string(i));
+        vary(coupling.W_per_K, fmt::format("coupling {}", i));
     }
     for (std::size_t i = 0; i < one.heats.size(); ++i) {
-        vary(one.heats[i].watt, "heat " + std::to_string(i));
+        vary(one.heats[i].watt, fmt::format("heat {}", i));
     }
     for (std::size_t i = 0; i < one.expansions.size(); ++i) {
-        vary(one.expansions[i].um_per_K, "expansion " + std::to_string(i));
-        vary(one.expansions[i].um_per_m_K, "slope " + std::to_string(i));
+        vary(one.expansions[i].um_per_K, fmt::format("expansion {}", i));
+        vary(one.expansions[i].um_per_m_K, fmt::format("slope {}", i));
     }
     for (auto &sensor : one.sensors) {
         const double limit = sensor.offset_K;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/twin/twin_file.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -23,7 +25,7 @@ constexpr double seconds_per_ms = 1e-3;
 
 int axis_of_key(const std::string &key, const twin_config &config, const place &at) {
     const int axis = key.size() == 1 ? axis_index(key[0]) : -1;
-    if (axis < 0) at.fail("'" + key + "' is not an axis: X, Y or Z");
+    if (axis < 0) at.fail(fmt::format("'{}' is not an axis: X, Y or Z", key));
     if (!config.axes[static_cast<std::size_t>(axis)].present) {
         at.fail("the machine has no axis " + key);
     }
@@ -32,8 +34,8 @@ int axis_of_key(const std::string &key, const twin_config &config, const place &
 
 double within_travel(double position_mm, const twin_axis &axis, const place &at) {
     if (position_mm < axis.min_mm || position_mm > axis.max_mm) {
-        at.fail(shortest(position_mm) + " mm is outside the travel " + shortest(axis.min_mm) +
-                " to " + shortest(axis.max_mm) + " mm");
+        at.fail(fmt::format("{} mm is outside the travel {} to {} mm", position_mm, axis.min_mm,
+                            axis.max_mm));
     }
     return position_mm;
 }
@@ -74,7 +76,7 @@ void read_axes(const json &root, twin_config &config, const place &top) {
     }
     for (const auto &[key, value] : root.at("axes").items()) {
         const int axis = key.size() == 1 ? axis_index(key[0]) : -1;
-        if (axis < 0) at.fail("'" + key + "' is not an axis: X, Y or Z");
+        if (axis < 0) at.fail(fmt::format("'{}' is not an axis: X, Y or Z", key));
         config.axes[static_cast<std::size_t>(axis)] = read_axis(value, at.in(key));
     }
 }
