@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/fakeplc/alarms.h"
 
+#include <fmt/core.h>
+
 #include <utility>
 
 namespace compbox {
@@ -14,7 +16,7 @@ void alarm_list::set(const std::string &name, const std::string &text, bool ther
     }
     if (!there) return;
     standing_.push_back({name, text, now_s, needs_reset});
-    events_.push_back("alarm " + name + " came: " + text);
+    events_.push_back(fmt::format("alarm {} came: {}", name, text));
     ++total_;
 }
 
@@ -25,7 +27,7 @@ void alarm_list::reset() {
 }
 
 void alarm_list::go(std::size_t index) {
-    events_.push_back("alarm " + standing_[index].name + " went");
+    events_.push_back(fmt::format("alarm {} went", standing_[index].name));
     standing_.erase(standing_.begin() + static_cast<std::ptrdiff_t>(index));
 }
 

@@ -26,7 +26,7 @@ double number(const std::string &text) {
     const auto end = text.data() + text.size();
     const auto result = std::from_chars(text.data(), end, value);
     if (text.empty() || result.ec != std::errc() || result.ptr != end || !std::isfinite(value)) {
-        refuse("'" + text + "' is not a number");
+        refuse(fmt::format("'{}' is not a number", text));
     }
     return value;
 }
@@ -34,8 +34,7 @@ double number(const std::string &text) {
 int whole(const std::string &text, int low, int high) {
     const double value = number(text);
     if (value != std::floor(value) || value < low || value > high) {
-        refuse("'" + text + "' is not a whole number from " + std::to_string(low) + " to " +
-               std::to_string(high));
+        refuse(fmt::format("'{}' is not a whole number from {} to {}", text, low, high));
     }
     return static_cast<int>(value);
 }
@@ -62,7 +61,7 @@ twin_step step_of(const words &line) {
         else if (axis >= 0)
             step.target_mm[static_cast<std::size_t>(axis)] = value;
         else
-            refuse("'" + key + "' is neither an axis nor feed");
+            refuse(fmt::format("'{}' is neither an axis nor feed", key));
     }
     if (!step.target_mm[0] && !step.target_mm[1] && !step.target_mm[2]) {
         refuse("usage: move X=1 Y=2 Z=3 feed=1000");
@@ -102,12 +101,12 @@ std::string order_fault(words line, wire_server &server) {
     if (line.size() == 2 && line[1] == "close") {
         const std::size_t count = server.clients();
         server.close_all_clients();
-        return "ok closed " + std::to_string(count);
+        return fmt::format("ok closed {}", count);
     }
     if (line.size() == 3 && line[1] == "away") {
         const std::size_t count = server.clients();
         server.go_away(whole(line[2], 1, 600000));
-        return "ok closed " + std::to_string(count);
+        return fmt::format("ok closed {}", count);
     }
     const auto found = line.size() < 2 ? fault_names().end() : fault_names().find(line[1]);
     if (found == fault_names().end()) {
@@ -122,7 +121,7 @@ std::string order_fault(words line, wire_server &server) {
     if (!what.on_reads || !what.on_writes) line.pop_back();
     std::size_t next = 2;
     if (found->second.has_value) {
-        if (line.size() <= next) refuse("fault " + line[1] + " needs a number");
+        if (line.size() <= next) refuse(fmt::format("fault {} needs a number", line[1]));
         what.value = whole(line[next++], found->second.low, found->second.high);
     }
     const int count = line.size() > next ? whole(line[next++], 1, 1000000000) : 1;
@@ -134,39 +133,34 @@ std::string order_fault(words line, wire_server &server) {
 std::string listed(const xyz &values) {
     std::string text;
     for (std::size_t a = 0; a < 3; ++a) {
-        text += std::string(1, ' ') + axis_letters[a] + "=" +
-                shortest(std::round(values[a] * 1e4) / 1e4 + 0.0);
+        text += fmt::format(" {}={}", axis_letters[a], std::round(values[a] * 1e4) / 1e4 + 0.0);
     }
     return text;
 }
 
 std::string status_line(const fake_plc &plc, const wire_server &server) {
     const plc_state &state = plc.state();
-    std::string text =
-        "ok time_s=" + shortest(state.time_s) + " control=" + std::to_string(state.control) +
-        " mode=" + std::to_string(state.status & 0xFF) +
-        " reason=" + std::to_string(state.status >> 8) +
-        " plc_heartbeat=" + std::to_string(state.plc_heartbeat) +
-        " box_heartbeat=" + std::to_string(state.box_heartbeat) +
-        " alive=" + (state.box_alive ? "1" : "0") + " moving=" + (plc.moving() ? "1" : "0") +
-        " clients=" + std::to_string(server.clients()) +
-        " alarms=" + std::to_string(plc.alarms().standing().size()) +
-        " handshake=" + std::to_string(state.handshake) +
-        " limited=" + std::to_string(plc.duties().times_limited());
+    std::string text = fmt::format(
+        "ok time_s={} control={} mode={} reason={} plc_heartbeat={} box_heartbeat={} alive={} "
+        "moving={} clients={} alarms={} handshake={} limited={}",
+        state.time_s, state.control, state.status & 0xFF, state.status >> 8, state.plc_heartbeat,
+        state.box_heartbeat, state.box_alive ? "1" : "0", plc.moving() ? "1" : "0",
+        server.clients(), plc.alarms().standing().size(), state.handshake,
+        plc.duties().times_limited());
     for (std::size_t c = 0; c < plc.map().channels.size(); ++c) {
         const std::string &name = plc.map().channels[c].name;
-        text += " commanded_" + name + "=" + shortest(state.commanded_um[c]);
-        text += " applied_" + name + "=" + shortest(state.applied_um[c]);
+        text += fmt::format(" commanded_{}={}", name, state.commanded_um[c]);
+        text += fmt::format(" applied_{}={}", name, state.applied_um[c]);
     }
     return text;
 }
 
 // ok COUNT NAME since_s=T "TEXT"; NAME …
 std::string alarm_line(const fake_plc &plc) {
-    std::string text = "ok " + std::to_string(plc.alarms().standing().size());
+    std::string text = fmt::format("ok {}", plc.alarms().standing().size());
     for (const auto &one : plc.alarms().standing()) {
-        text += " " + one.name + " since_s=" + shortest(one.since_s) + " \"" + one.text + "\"" +
-                (one.needs_reset ? " until reset;" : ";");
+        text += fmt::format(" {} since_s={} \"{}\"{}", one.name, one.since_s, one.text,
+                            one.needs_reset ? " until reset;" : ";");
     }
     return text;
 }
@@ -200,8 +194,8 @@ std::string run_words(const words &line, console &self) {
     else if (command == "position")
         return "ok" + listed(plc.state().position_mm);
     else if (command == "error") {
-        return "ok before" + listed(plc.state().error_before_um) + " after" +
-               listed(plc.state().error_after_um);
+        return fmt::format("ok before{} after{}", listed(plc.state().error_before_um),
+                           listed(plc.state().error_after_um));
     } else if (command == "status")
         return status_line(plc, self.server);
     else if (command == "freeze") {
@@ -211,13 +205,13 @@ std::string run_words(const words &line, console &self) {
         expect(line, 3, "signal NAME VALUE|auto");
         const bool known = line[2] == "auto" ? plc.release_signal(line[1])
                                              : plc.force_signal(line[1], number(line[2]));
-        if (!known) refuse("no signal '" + line[1] + "' is shown or forced");
+        if (!known) refuse(fmt::format("no signal '{}' is shown or forced", line[1]));
     } else if (command == "fault")
         return order_fault(line, self.server);
     else if (command == "quit")
         self.quit = true;
     else
-        refuse("'" + command + "' is not a command; see fakeplc --help");
+        refuse(fmt::format("'{}' is not a command; see fakeplc --help", command));
     return "ok";
 }
 

@@ -72,7 +72,7 @@ int main(int argc, char **argv) {
         .check([](const std::string &address) {
             return compbox::serial_server::takes(address)
                        ? ""
-                       : "'" + address + "' is neither rtu:/LINK nor unix:/PATH";
+                       : fmt::format("'{}' is neither rtu:/LINK nor unix:/PATH", address);
         });
     app.add_option("--module", modules, "UNIT=DEGC[,DEGC…]: register 0 first, 0.1 °C each")
         .required();

@@ -23,7 +23,7 @@ void append(std::string &row, const xyz &values) {
 }
 
 void append_names(std::string &row, const std::string &before, const std::string &after) {
-    for (const char axis : {'X', 'Y', 'Z'}) row += "," + before + axis + after;
+    for (const char axis : {'X', 'Y', 'Z'}) row += fmt::format(",{}{}{}", before, axis, after);
 }
 
 }  // namespace
@@ -31,16 +31,16 @@ void append_names(std::string &row, const std::string &before, const std::string
 plc_log::plc_log(const std::string &path, const register_map &map)
     : file_(std::fopen(path.c_str(), "we")) {
     if (!file_) {
-        throw input_error(path, 0, 0,
-                          std::string("cannot create the log (") + std::strerror(errno) + ")");
+        throw input_error(path, 0, 0, "cannot create the log ({})", std::strerror(errno));
     }
     std::string header = "time_s";
     append_names(header, "", "_mm");
-    for (const auto &channel : map.channels) header += ",commanded_" + channel.name + "_um";
-    for (const auto &channel : map.channels) header += ",applied_" + channel.name + "_um";
+    for (const auto &channel : map.channels)
+        header += fmt::format(",commanded_{}_um", channel.name);
+    for (const auto &channel : map.channels) header += fmt::format(",applied_{}_um", channel.name);
     for (const auto &channel : map.channels) {
-        header += ",nc_" + channel.name + "_um,nc_" + channel.name + "_slope,nc_" + channel.name +
-                  "_reference_mm";
+        header += fmt::format(",nc_{}_um,nc_{}_slope,nc_{}_reference_mm", channel.name,
+                              channel.name, channel.name);
     }
     append_names(header, "displacement_", "_um");
     append_names(header, "error_before_", "_um");
@@ -55,15 +55,14 @@ void plc_log::add(const plc_state &state) {
     for (const double um : state.commanded_um) row += "," + rounded(um);
     for (const double um : state.applied_um) row += "," + rounded(um);
     for (const auto &held : state.held) {
-        row +=
-            "," + rounded(held.um) + "," + shortest(held.slope) + "," + rounded(held.reference_mm);
+        row += fmt::format(",{},{},{}", rounded(held.um), held.slope, rounded(held.reference_mm));
     }
     append(row, state.displacement_um);
     append(row, state.error_before_um);
     append(row, state.error_after_um);
     for (const int number : {int{state.control}, int{state.status}, int{state.plc_heartbeat},
                              int{state.box_heartbeat}, int{state.handshake}, state.alarms}) {
-        row += "," + std::to_string(number);
+        row += fmt::format(",{}", number);
     }
     row += ",";
     std::string events;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/fakeplc/nc_handshake.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -79,10 +81,10 @@ void nc_handshake::take(std::size_t c) {
     const bool too_large = std::labs(data_[c]) > nc_.alarm_units;
     const bool too_far = std::labs(data_[c] - units_[c]) >= nc_.alarm_units;
     if (too_large || too_far) {
-        alarm_ = "external data input of " + names_[c] + ": " + std::to_string(data_[c]) +
-                 (too_large ? " is beyond " + std::to_string(nc_.alarm_units)
-                            : " is " + std::to_string(nc_.alarm_units) + " or more from " +
-                                  std::to_string(units_[c]));
+        alarm_ = fmt::format(
+            "external data input of {}: {}{}", names_[c], data_[c],
+            too_large ? fmt::format(" is beyond {}", nc_.alarm_units)
+                      : fmt::format(" is {} or more from {}", nc_.alarm_units, units_[c]));
         return;
     }
     units_[c] = data_[c];

@@ -36,9 +36,9 @@ std::optional<std::size_t> axis_of(const taken_channel &channel, const twin_conf
                                                      : -1;
     if (axis < 0 || !config.axes[static_cast<std::size_t>(axis)].present) {
         throw input_error(file, 0, 0,
-                          "the channel '" + channel.name +
-                              "' moves no axis of the twin: name it after one, or map it in "
-                              "'channels' of the twin file");
+                          "the channel '{}' moves no axis of the twin: name it after one, or map "
+                          "it in 'channels' of the twin file",
+                          channel.name);
     }
     return static_cast<std::size_t>(axis);
 }
@@ -96,7 +96,7 @@ void fake_plc::forget_standstill(std::int64_t now_us) {
     for (auto *time_us : {&start_us_, &nc_due_us_, &scan_due_us_, &last_scan_us_, &clock_us_}) {
         *time_us += behind_us;
     }
-    event("the process stood still for " + std::to_string(behind_us / 1000) + " ms");
+    event(fmt::format("the process stood still for {} ms", behind_us / 1000));
 }
 
 byte_string fake_plc::answer(const byte_string &request, bool torn) {
@@ -195,8 +195,8 @@ void fake_plc::watch_sizes() {
     for (std::size_t c = 0; c < map_.channels.size(); ++c) {
         const std::string &name = map_.channels[c].name;
         alarms_.set("size-" + name,
-                    "the box asks for more of " + name + " than the PLC's own size of " +
-                        shortest(duties_.sizes_um()[c]) + " um",
+                    fmt::format("the box asks for more of {} than the PLC's own size of {} um",
+                                name, duties_.sizes_um()[c]),
                     duties_.limited()[c], seconds_since_start(), true);
     }
 }
@@ -256,7 +256,7 @@ bool fake_plc::force_signal(const std::string &name, double value) {
     for (const auto &signal : map_.signals) {
         if (signal.name != name) continue;
         forced_[name] = value;
-        event("signal " + name + " forced");
+        event(fmt::format("signal {} forced", name));
         return true;
     }
     return false;
@@ -264,7 +264,7 @@ bool fake_plc::force_signal(const std::string &name, double value) {
 
 bool fake_plc::release_signal(const std::string &name) {
     if (forced_.erase(name) == 0) return false;
-    event("signal " + name + " released");
+    event(fmt::format("signal {} released", name));
     return true;
 }
 

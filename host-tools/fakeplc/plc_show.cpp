@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What the control shows: its registers, its log, and the events in words.
+#include <fmt/core.h>
+
 #include <algorithm>
 
 #include "host-tools/fakeplc/plc.h"
@@ -87,8 +89,8 @@ void fake_plc::note_changes() {
     tell(duties_.take_events());
     if (duties_.status() != last_noted_status_) {
         last_noted_status_ = duties_.status();
-        event("box is " + std::string(mode_name(duties_.mode())) + " reason " +
-              std::to_string(last_noted_status_ >> 8));
+        event(
+            fmt::format("box is {} reason {}", mode_name(duties_.mode()), last_noted_status_ >> 8));
     }
     tell(alarms_.take_events());
     const std::uint16_t control = control_word();

@@ -22,7 +22,7 @@ double number(const std::string &text) {
         used = 0;
     }
     if (used == 0 || used != text.size() || !std::isfinite(value)) {
-        throw input_error("'" + text + "' is not a number");
+        throw input_error(fmt::format("'{}' is not a number", text));
     }
     return value;
 }
@@ -30,7 +30,7 @@ double number(const std::string &text) {
 double temperature(const std::string &text) {
     const double value = number(text);
     if (value < -3276.8 || value > 3276.7) {
-        throw input_error("'" + text + "' °C does not fit into a register of 0.1 °C");
+        throw input_error(fmt::format("'{}' °C does not fit into a register of 0.1 °C", text));
     }
     return value;
 }
@@ -38,8 +38,7 @@ double temperature(const std::string &text) {
 int whole(const std::string &text, int low, int high) {
     const double value = number(text);
     if (value != std::floor(value) || value < low || value > high) {
-        throw input_error("'" + text + "' is not a whole number from " + std::to_string(low) +
-                          " to " + std::to_string(high));
+        throw input_error(fmt::format("'{}' is not a whole number from {} to {}", text, low, high));
     }
     return static_cast<int>(value);
 }
@@ -57,18 +56,18 @@ unsigned word(const byte_string &bytes, std::size_t at) {
 void pt100_modules::add(const std::string &text) {
     const auto equals = text.find('=');
     if (equals == std::string::npos) {
-        throw input_error("'" + text + "' is not UNIT=DEGC[,DEGC…], as in 5=20.1,21.5");
+        throw input_error(fmt::format("'{}' is not UNIT=DEGC[,DEGC…], as in 5=20.1,21.5", text));
     }
     const int unit = whole(text.substr(0, equals), 1, 247);
     if (modules_.count(unit) > 0) {
-        throw input_error("unit " + std::to_string(unit) + " is there twice");
+        throw input_error(fmt::format("unit {} is there twice", unit));
     }
     module made;
     std::stringstream list(text.substr(equals + 1));
     for (std::string item; std::getline(list, item, ',');)
         made.temperatures_degC.push_back(temperature(item));
     if (made.temperatures_degC.empty() || made.temperatures_degC.size() > most_registers) {
-        throw input_error("unit " + std::to_string(unit) + " needs 1 to 125 temperatures");
+        throw input_error(fmt::format("unit {} needs 1 to 125 temperatures", unit));
     }
     modules_[unit] = made;
 }

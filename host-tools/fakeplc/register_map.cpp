@@ -18,7 +18,7 @@ struct section {
     std::string file, path;
 
     [[noreturn]] void fail(const std::string &key, const std::string &sentence) const {
-        throw input_error(file, 0, 0, path + "." + key + ": " + sentence);
+        throw input_error(file, 0, 0, "{}.{}: {}", path, key, sentence);
     }
     bool has(const char *key) const { return value.contains(key) && !value.at(key).is_null(); }
     const json &at(const char *key) const {
@@ -27,7 +27,7 @@ struct section {
     }
     section in(const char *key) const {
         if (!at(key).is_object()) fail(key, "must be an object");
-        return {value.at(key), file, path + "." + key};
+        return {value.at(key), file, fmt::format("{}.{}", path, key)};
     }
     double number(const char *key) const {
         if (!at(key).is_number() || !std::isfinite(at(key).get<double>())) {
@@ -50,8 +50,7 @@ struct section {
     int integer(const char *key, int low, int high) const {
         const double value_here = number(key);
         if (value_here != std::floor(value_here) || value_here < low || value_here > high) {
-            fail(key, "must be a whole number from " + std::to_string(low) + " to " +
-                          std::to_string(high));
+            fail(key, fmt::format("must be a whole number from {} to {}", low, high));
         }
         return static_cast<int>(value_here);
     }
@@ -70,8 +69,8 @@ register_block read_block(const section &plc, const char *key) {
 int address_in(const section &owner, const char *key, const register_block &block, int registers) {
     const int address = owner.integer(key, 0, register_space - 1);
     if (address < block.start || address + registers > block.end()) {
-        owner.fail(key, "register " + std::to_string(address) + " is outside the block " +
-                            std::to_string(block.start) + " to " + std::to_string(block.end() - 1));
+        owner.fail(key, fmt::format("register {} is outside the block {} to {}", address,
+                                    block.start, block.end() - 1));
     }
     return address;
 }
@@ -79,7 +78,7 @@ int address_in(const section &owner, const char *key, const register_block &bloc
 number_format format_of(const section &owner) {
     const std::string name = owner.has("type") ? owner.text("type") : "int16";
     const auto format = number_format::parse(name);
-    if (!format) owner.fail("type", "'" + name + "' is not a number type");
+    if (!format) owner.fail("type", fmt::format("'{}' is not a number type", name));
     return *format;
 }
 
@@ -133,7 +132,7 @@ shown_signal read_signal(const section &entry, const register_block &block) {
 
 number_format format_named(const section &owner, const char *key) {
     const auto format = number_format::parse(owner.text(key));
-    if (!format) owner.fail(key, "'" + owner.text(key) + "' is not a number type");
+    if (!format) owner.fail(key, fmt::format("'{}' is not a number type", owner.text(key)));
     return *format;
 }
 
@@ -175,7 +174,7 @@ void each(const json &root, const char *key, const std::string &file, visitor vi
         throw input_error(file, 0, 0, std::string(key) + ": must be a list");
     std::size_t i = 0;
     for (const auto &entry : root.at(key)) {
-        const std::string path = std::string(key) + "[" + std::to_string(i++) + "]";
+        const std::string path = fmt::format("{}[{}]", key, i++);
         if (!entry.is_object()) throw input_error(file, 0, 0, path + ": must be an object");
         visit(section{entry, file, path});
     }

@@ -56,7 +56,7 @@ serial_server::serial_server(const std::string &address, const serial_options &o
     }
     plug_in(0);
     if (fd_ < 0 && listener_ < 0)
-        throw input_error("cannot listen on " + address + ": " + reason());
+        throw input_error(fmt::format("cannot listen on {}: {}", address, reason()));
 }
 
 serial_server::~serial_server() {
@@ -81,8 +81,8 @@ void serial_server::open_terminal() {
     struct stat there;
     if (::lstat(path_.c_str(), &there) == 0) {
         if (!S_ISLNK(there.st_mode)) {
-            throw input_error("cannot listen on " + address_ + ": " + path_ +
-                              " is there and is no link");
+            throw input_error(
+                fmt::format("cannot listen on {}: {} is there and is no link", address_, path_));
         }
         ::unlink(path_.c_str());
     }

@@ -68,10 +68,10 @@ int open_listener(const std::string &address) {
     ::freeaddrinfo(list);
     if (fd >= 0) return fd;
     if (reason == EADDRINUSE) {
-        throw input_error("port " + at.port +
-                          " is in use: stop the other program or listen on another port");
+        throw input_error(fmt::format(
+            "port {} is in use: stop the other program or listen on another port", at.port));
     }
-    throw input_error("cannot listen on " + address + " (" + std::strerror(reason) + ")");
+    throw input_error(fmt::format("cannot listen on {} ({})", address, std::strerror(reason)));
 }
 
 }  // namespace
@@ -97,7 +97,7 @@ std::string modbus_server::address() const {
     ::getnameinfo(reinterpret_cast<sockaddr *>(&bound), size, host, sizeof host, port, sizeof port,
                   NI_NUMERICHOST | NI_NUMERICSERV);
     const bool v6 = bound.ss_family == AF_INET6;
-    return (v6 ? "[" : "") + std::string(host) + (v6 ? "]" : "") + ":" + port;
+    return fmt::format("{}{}{}:{}", v6 ? "[" : "", host, v6 ? "]" : "", port);
 }
 
 void modbus_server::append_poll_set(std::vector<pollfd> &set) const {

@@ -78,7 +78,7 @@ plc_setup prepare(const plc_options &options) {
     }
     const std::string name = options.profile.empty() ? setup.map.profile : options.profile;
     const auto profile = plc_profile::find(name);
-    if (!profile) throw input_error(setup.map.file, 0, 0, "plc.profile: '" + name + "' is unknown");
+    if (!profile) throw input_error(setup.map.file, 0, 0, "plc.profile: '{}' is unknown", name);
     setup.profile = *profile;
     return setup;
 }
