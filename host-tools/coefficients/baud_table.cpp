@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/coefficients/baud_table.h"
 
-#include <cstdio>
+#include <fmt/core.h>
 
 extern "C" {
 #include "firmware/config/rtu_budget.h"
@@ -41,22 +41,17 @@ std::string baud_table_text(const cb_config &config) {
     const auto rows = baud_table(config);
     if (rows.empty()) return "";
     const cb_serial_config &serial = config.plc.serial;
-    char line[256];
-    std::snprintf(
-        line, sizeof line,
-        "Exchange of %u and %u registers on %s, %u bits a character, slave delay %.4g ms; "
-        "%.4g ms of the period are there:\n",
+    std::string text = fmt::format(
+        "Exchange of {} and {} registers on {}, {} bits a character, slave delay {:.4g} ms; "
+        "{:.4g} ms of the period are there:\n"
+        "   baud  fc3+fc16 ms   fc23 ms  after a loss ms\n",
         config.plc.read.count, config.plc.write.count, serial.device,
         cb_rtu_character_bits(&serial.line), serial.slave_delay_us * 1e-3,
         exchange_budget_ms(config));
-    std::string text = line;
-    text += "   baud  fc3+fc16 ms   fc23 ms  after a loss ms\n";
     for (const auto &row : rows) {
-        std::snprintf(line, sizeof line, "%7u  %11.2f  %8.2f  %15.2f  %s%s\n", row.baud,
-                      row.fc3_fc16_ms, row.fc23_ms, row.after_loss_ms,
-                      row.fits ? "fits" : "too slow",
-                      row.baud == serial.line.baud ? "  <- this file" : "");
-        text += line;
+        text += fmt::format("{:7}  {:11.2f}  {:8.2f}  {:15.2f}  {}{}\n", row.baud, row.fc3_fc16_ms,
+                            row.fc23_ms, row.after_loss_ms, row.fits ? "fits" : "too slow",
+                            row.baud == serial.line.baud ? "  <- this file" : "");
     }
     return text;
 }

@@ -19,10 +19,8 @@ void refuse_entry(const std::string &message, const std::string &key,
     if (message.compare(0, start.size(), start) != 0) return;
     const std::size_t index = std::stoul(message.substr(start.size()));
     if (index >= homes.size()) return;
-    throw input_error(homes[index].file, 0, 0,
-                      start + std::to_string(homes[index].index) +
-                          message.substr(message.find(']')) + " (" +
-                          entries[index]["name"].get<std::string>() + ")");
+    throw input_error(homes[index].file, 0, 0, "{}{}{} ({})", start, homes[index].index,
+                      message.substr(message.find(']')), entries[index]["name"].get<std::string>());
 }
 
 void refuse_entries(const merged_file &merged, const std::string &message) {
@@ -70,8 +68,7 @@ std::vector<std::string> build_file(const std::string &machine,
     else
         write_file(output, text);
     for (const auto &remark : pair_remarks(*config)) merged.notes.push_back(remark);
-    merged.notes.push_back("revision " + std::to_string(config->revision) + ": " +
-                           summary(*config));
+    merged.notes.push_back(fmt::format("revision {}: {}", config->revision, summary(*config)));
     return merged.notes;
 }
 

@@ -177,7 +177,7 @@ std::vector<std::string> column_names(const cb_config &config) {
     std::vector<std::string> names{"time_s"};
     for (unsigned i = 0; i < config.outputs_count; ++i) names.push_back(config.outputs[i].name);
     for (unsigned i = 0; i < config.channels_count; ++i) {
-        names.push_back("comp_" + std::string(config.channels[i].name) + "_um");
+        names.push_back(fmt::format("comp_{}_um", config.channels[i].name));
     }
     return names;
 }
@@ -239,7 +239,7 @@ std::string evaluation_csv(const evaluation &result) {
     text += '\n';
     for (std::size_t r = 0; r < result.rows.size(); ++r) {
         text += shortest(result.time_s[r]);
-        for (const float value : result.rows[r]) text += "," + shortest_float(value);
+        for (const float value : result.rows[r]) text += fmt::format(",{}", value);
         text += '\n';
     }
     return text;

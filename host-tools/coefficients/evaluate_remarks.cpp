@@ -44,8 +44,9 @@ void remark_computed_columns(const cb_config &config, const csv_table &samples,
     for (unsigned i = 0; i < config.signals_count; ++i) {
         const cb_signal_config &signal = config.signals[i];
         if (!is_lag(signal) || samples.find(signal.name) < 0) continue;
-        remarks.push_back("column " + std::string(signal.name) + " is not used: the box computes " +
-                          signal.name + " itself, a lag of " + config.signals[signal.lag_of].name);
+        remarks.push_back(
+            fmt::format("column {} is not used: the box computes {} itself, a lag of {}",
+                        signal.name, signal.name, config.signals[signal.lag_of].name));
     }
 }
 
@@ -64,8 +65,8 @@ void row_count::add(long line, const std::string &what) {
 }
 
 std::string row_count::text() const {
-    return std::to_string(count) + (count == 1 ? " row" : " rows") + ", first line " +
-           std::to_string(first_line) + (detail.empty() ? "" : ": " + detail);
+    return fmt::format("{}{}, first line {}{}", count, count == 1 ? " row" : " rows", first_line,
+                       detail.empty() ? "" : ": " + detail);
 }
 
 row_watcher::row_watcher(const cb_config &config, const csv_table &samples)
@@ -77,8 +78,7 @@ row_watcher::row_watcher(const cb_config &config, const csv_table &samples)
 
 std::string row_watcher::implausible_text(std::size_t sample, double value) const {
     const cb_signal_config &signal = config_.signals[measured_[sample]];
-    return shortest(value) + " (plausible: " + shortest_float(signal.min) + " to " +
-           shortest_float(signal.max) + ")";
+    return fmt::format("{} (plausible: {} to {})", value, signal.min, signal.max);
 }
 
 void row_watcher::require_steady_state(const cb_box &box, const std::vector<double> &values) const {
@@ -86,10 +86,9 @@ void row_watcher::require_steady_state(const cb_box &box, const std::vector<doub
         const cb_signal_config &signal = config_.signals[measured_[i]];
         if (!signal.essential || accepted(box, measured_[i])) continue;
         throw input_error(samples_.file, samples_.lines[0], 0,
-                          "the first row has no value before it to hold, but " +
-                              std::string(signal.name) +
-                              " is implausible there: " + implausible_text(i, values[i]) +
-                              "; start at a row that the box accepts, or use --raw");
+                          "the first row has no value before it to hold, but {} is implausible "
+                          "there: {}; start at a row that the box accepts, or use --raw",
+                          signal.name, implausible_text(i, values[i]));
     }
 }
 
@@ -106,8 +105,8 @@ void row_watcher::look(std::size_t row, const cb_box &box, const std::vector<dou
         if (box.counters.*counter != before_.*counter) counted_[k].add(samples_.lines[row], "");
     }
     if (box.mode.mode == CB_MODE_ACTIVE) return;
-    not_active_.add(samples_.lines[row], std::string(cb_mode_name(box.mode.mode)) + ", " +
-                                             cb_reason_text(box.mode.reason));
+    not_active_.add(samples_.lines[row], fmt::format("{}, {}", cb_mode_name(box.mode.mode),
+                                                     cb_reason_text(box.mode.reason)));
 }
 
 std::vector<std::string> row_watcher::remarks(bool raw) const {
@@ -116,8 +115,9 @@ std::vector<std::string> row_watcher::remarks(bool raw) const {
     for (std::size_t i = 0; i < measured_.size(); ++i) {
         const std::string name = config_.signals[measured_[i]].name;
         if (missing_[i].count > 0) {
-            all.push_back(name + " implausible and no value before it, its terms are left out: " +
-                          missing_[i].text());
+            all.push_back(
+                fmt::format("{} implausible and no value before it, its terms are left out: {}",
+                            name, missing_[i].text()));
         }
         if (held_[i].count == 0) continue;
         all.push_back(name +

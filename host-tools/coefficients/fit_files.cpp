@@ -19,8 +19,7 @@ kind named(const std::string &text, std::initializer_list<kind> all, const std::
     }
     std::string there;
     for (const kind one : all) there += std::string(there.empty() ? "" : ", ") + name_of(one);
-    throw input_error(file, 0, 0,
-                      "there is no method or line '" + text + "' (there are " + there + ")");
+    throw input_error(file, 0, 0, "there is no method or line '{}' (there are {})", text, there);
 }
 
 fit_options options_of(const fit_recipe &recipe, const std::string &curve) {
@@ -50,9 +49,9 @@ fitted_files fit_files(const std::string &measurements, const std::vector<std::s
     fitted_files result;
     std::vector<std::string> terms;
     for (const auto &curve : curves) {
-        const std::string data = measurements + "/" + curve + ".csv";
+        const std::string data = fmt::format("{}/{}.csv", measurements, curve);
         const fit_result fit = fit_curve(read_measurement(data), options_of(recipe, curve));
-        terms.push_back(folder + "/" + curve + ".json");
+        terms.push_back(fmt::format("{}/{}.json", folder, curve));
         write_file(terms.back(), json_text(fragment_of(fit)));
         result.coefficient_count[curve] = static_cast<int>(fit.curve.coefficient_count());
         for (const auto &warning : fit.warnings) result.warnings.push_back(data + ": " + warning);

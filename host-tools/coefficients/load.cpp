@@ -14,7 +14,7 @@ constexpr cb_target any_target = {"the box",
                                   1u << CB_TRANSPORT_TCP | 1u << CB_TRANSPORT_RTU};
 
 std::string counted(int count, const char *noun) {
-    return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+    return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
 }  // namespace
@@ -32,17 +32,18 @@ std::unique_ptr<cb_config> load_coefficients(const std::string &path) {
     auto config = load_coefficient_text(read_file(path), &message);
     if (config != nullptr) return config;
     std::string sentence = message.text;
-    if (message.line > 0) sentence += ", line " + std::to_string(message.line);
+    if (message.line > 0) sentence += fmt::format(", line {}", message.line);
     if (message.line > 0 && message.column > 0) {
-        sentence += ", column " + std::to_string(message.column);
+        sentence += fmt::format(", column {}", message.column);
     }
     throw input_error(path, 0, 0, sentence);
 }
 
 std::string summary(const cb_config &config) {
-    return counted(config.signals_count, "signal") + ", " + counted(config.terms_count, "term") +
-           ", " + counted(config.channels_count, "channel") + ", coefficients " +
-           std::to_string(config.pool_count) + " of " + std::to_string(CB_POOL_FLOATS);
+    return fmt::format("{}, {}, {}, coefficients {} of {}", counted(config.signals_count, "signal"),
+                       counted(config.terms_count, "term"),
+                       counted(config.channels_count, "channel"), config.pool_count,
+                       CB_POOL_FLOATS);
 }
 
 }  // namespace compbox::coefficients

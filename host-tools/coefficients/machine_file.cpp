@@ -55,24 +55,23 @@ double travel_number(const std::string &text, const std::string &whole) {
 void check_axes(const machine_options &options) {
     const std::string &axes = options.axes;
     if (options.name.empty() || options.name.size() > max_name) {
-        refuse("--name: 1 to " + std::to_string(max_name) + " characters, please");
+        refuse(fmt::format("--name: 1 to {} characters, please", max_name));
     }
     if (axes.empty() || axes.size() > max_axes) {
-        refuse("--axes: name 1 to " + std::to_string(max_axes) + " axes, as in XYZ");
+        refuse(fmt::format("--axes: name 1 to {} axes, as in XYZ", max_axes));
     }
     for (std::size_t i = 0; i < axes.size(); ++i) {
         if ((linear_axes + rotary_axes).find(axes[i]) == std::string::npos) {
-            refuse(std::string("--axes: '") + axes[i] + "' is not an axis (use letters of " +
-                   linear_axes + rotary_axes + ")");
+            refuse(fmt::format("--axes: '{}' is not an axis (use letters of {}{})", axes[i],
+                               linear_axes, rotary_axes));
         }
         if (axes.find(axes[i], i + 1) != std::string::npos) {
-            refuse(std::string("--axes: ") + axes[i] + " is named twice");
+            refuse(fmt::format("--axes: {} is named twice", axes[i]));
         }
     }
     for (const auto &[axis, range] : options.travel) {
         if (axes.find(axis) == std::string::npos) {
-            refuse(std::string("--travel: the machine has no axis ") + axis + " (--axes " + axes +
-                   ")");
+            refuse(fmt::format("--travel: the machine has no axis {} (--axes {})", axis, axes));
         }
     }
 }
@@ -144,7 +143,7 @@ std::map<char, travel_range> parse_travel(const std::string &text) {
         const double to = travel_number(both ? range.substr(colon + 1) : range, item);
         if (!(from < to)) refuse("--travel: '" + item + "' does not end above where it begins");
         if (!travel.insert({item[0], {from, to}}).second) {
-            refuse(std::string("--travel: ") + item[0] + " is named twice");
+            refuse(fmt::format("--travel: {} is named twice", item[0]));
         }
         start = end + 1;
     }

@@ -29,7 +29,7 @@ json named_array(const json &holder, const std::string &key, const std::string &
     const json &array = holder.at(key);
     if (!array.is_array()) refuse(file, key + " must be an array");
     for (std::size_t i = 0; i < array.size(); ++i) {
-        const std::string place = key + "[" + std::to_string(i) + "]";
+        const std::string place = fmt::format("{}[{}]", key, i);
         if (!array[i].is_object()) refuse(file, place + " must be an object");
         if (!array[i].contains("name") || !array[i]["name"].is_string()) {
             refuse(file, place + ": name is missing or not a text");
@@ -80,9 +80,10 @@ class collection {
                       const std::string &file) {
         const auto [home, is_new] = taken.insert({name, file});
         if (is_new) return;
-        refuse(file, std::string("the ") + kind + " " + name + " is already in " +
-                         (home->second == file ? "this file" : home->second) +
-                         "; give one of them another name or leave one out");
+        refuse(file,
+               fmt::format(
+                   "the {} {} is already in {}; give one of them another name or leave one out",
+                   kind, name, home->second == file ? "this file" : home->second));
     }
 
     json signals_ = json::array(), terms_ = json::array();
@@ -102,7 +103,7 @@ bool is_automatic(const json &channel) {
 
 // What `compbox join` and `compbox train` name after a channel: error_X_um, error_X_um_by_Y.
 bool is_error_of(const std::string &channel, const std::string &output) {
-    const std::string own = "error_" + channel + "_um";
+    const std::string own = fmt::format("error_{}_um", channel);
     return output == own || output.compare(0, own.size() + 4, own + "_by_") == 0;
 }
 
@@ -152,12 +153,12 @@ void fill_sums(merged_file &merged, const std::string &machine_path) {
         if (is_automatic(channel)) {
             channel["sum"] = outputs_in(merged.file["terms"], name);
             if (channel["sum"].empty()) {
-                merged.notes.push_back("channel " + name + ": no term acts in " + name +
-                                       "; left out");
+                merged.notes.push_back(
+                    fmt::format("channel {}: no term acts in {}; left out", name, name));
                 continue;
             }
-            merged.notes.push_back("channel " + name + " = -(" + listed(channel["sum"], " + ") +
-                                   ")");
+            merged.notes.push_back(
+                fmt::format("channel {} = -({})", name, listed(channel["sum"], " + ")));
         }
         kept.push_back(std::move(channel));
     }
@@ -179,7 +180,8 @@ void note_unused(merged_file &merged) {
     }
     for (const auto &term : merged.file["terms"]) {
         for (const auto &name : outputs_of(term)) {
-            if (used.count(name) == 0) merged.notes.push_back("term " + name + ": in no channel");
+            if (used.count(name) == 0)
+                merged.notes.push_back(fmt::format("term {}: in no channel", name));
         }
     }
 }
@@ -216,10 +218,10 @@ void check_signals(const merged_file &merged, const std::string &machine_path) {
         for (const auto &name : signals_of(term)) {
             if (known.count(name) > 0) continue;
             refuse(merged.term_homes[i].file,
-                   "the term " + term["name"].get<std::string>() + " works on the signal " + name +
-                       ", which no file has; add it to the signals of " + machine_path +
-                       ", or make the term on one that is there (" + listed(json(known), ", ") +
-                       ")");
+                   fmt::format("the term {} works on the signal {}, which no file has; add it to "
+                               "the signals of {}, or make the term on one that is there ({})",
+                               term["name"].get<std::string>(), name, machine_path,
+                               listed(json(known), ", ")));
         }
     }
 }
@@ -229,7 +231,7 @@ void take_range(json &signal, const merged_file &merged, const std::string &file
     const auto range = range_of_curves(merged.file["terms"], signal["name"].get<std::string>());
     const std::string name = signal["name"];
     if (!range) {
-        refuse(file, "signal " + name + ": set min and max (no curve tells its range)");
+        refuse(file, fmt::format("signal {}: set min and max (no curve tells its range)", name));
     }
     const travel_range plausible = plausible_around(*range);
     if (is_null(signal, "min")) signal["min"] = plausible.from_mm;
@@ -249,13 +251,13 @@ void fill_ranges(merged_file &merged) {
         const std::string name = signal["name"];
         if (is_null(signal, "min") || is_null(signal, "max")) {
             if (!is_used(merged.file, name)) {
-                merged.notes.push_back("signal " + name + ": used by no term; left out");
+                merged.notes.push_back(fmt::format("signal {}: used by no term; left out", name));
                 continue;
             }
             take_range(signal, merged, merged.signal_homes[i].file);
-            merged.notes.push_back("signal " + name + ": plausible from " +
-                                   json_number(signal["min"]) + " to " +
-                                   json_number(signal["max"]));
+            merged.notes.push_back(fmt::format("signal {}: plausible from {} to {}", name,
+                                               json_number(signal["min"]),
+                                               json_number(signal["max"])));
         }
         kept.push_back(std::move(signal));
         homes.push_back(merged.signal_homes[i]);
@@ -270,7 +272,7 @@ void add_provenance(json &all, const json &fragment, const std::string &file) {
     if (!own.is_object()) refuse(file, "provenance must be an object");
     for (const auto &[key, value] : own.items()) {
         if (all.contains(key) && all[key] != value) {
-            refuse(file, "provenance." + key + " differs from what another file says");
+            refuse(file, fmt::format("provenance.{} differs from what another file says", key));
         }
         all[key] = value;
     }

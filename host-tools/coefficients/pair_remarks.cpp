@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/coefficients/pair_remarks.h"
 
+#include <fmt/core.h>
+
 #include <cmath>
-#include <cstdio>
 
 #include "host-tools/coefficients/evaluate.h"
 #include "host-tools/coefficients/evaluate_remarks.h"
@@ -42,14 +43,11 @@ csv_table sweeps(const cb_config &config, const std::vector<unsigned> &signals) 
 std::string sentence(const cb_config &config, unsigned index, double apart_um,
                      const std::string &where) {
     const cb_pair_config &pair = config.pairs[index];
-    char text[400];
-    std::snprintf(text, sizeof text,
-                  "pairs[%u]: the curves of %s and %s differ by %.1f µm at %s, and "
-                  "max_difference_um is %.6g: the box holds the motors back there, and the stage "
-                  "yaws by the rest",
-                  index, config.channels[pair.a].name, config.channels[pair.b].name, apart_um,
-                  where.c_str(), static_cast<double>(pair.max_difference_um));
-    return text;
+    return fmt::format(
+        "pairs[{}]: the curves of {} and {} differ by {:.1f} µm at {}, and max_difference_um is "
+        "{:.6g}: the box holds the motors back there, and the stage yaws by the rest",
+        index, config.channels[pair.a].name, config.channels[pair.b].name, apart_um, where,
+        pair.max_difference_um);
 }
 
 }  // namespace
@@ -71,10 +69,9 @@ std::vector<std::string> pair_remarks(const cb_config &config) {
         }
         if (!(most_um > static_cast<double>(pair.max_difference_um))) continue;
         const std::size_t moved = at / places;
-        char where[80];
-        std::snprintf(where, sizeof where, "%s = %.6g", config.signals[signals[moved]].name,
-                      table.rows[at][moved + 1]);
-        remarks.push_back(sentence(config, p, most_um, where));
+        remarks.push_back(sentence(config, p, most_um,
+                                   fmt::format("{} = {:.6g}", config.signals[signals[moved]].name,
+                                               table.rows[at][moved + 1])));
     }
     return remarks;
 }

@@ -16,13 +16,9 @@ namespace compbox::coefficients {
 
 namespace {
 
-std::string text_of(double value) {
-    return formatted("%.6g", value);
-}
-
 // Six digits of a float, without those that only its binary form has.
 double tidy(double value) {
-    return std::stod(text_of(value));
+    return std::stod(fmt::format("{:.6g}", value));
 }
 
 json functions_of(const cb_profile_facts &facts) {
@@ -68,23 +64,25 @@ std::string joined(const json &numbers) {
 
 std::string update_text(const cb_config &config, const json &figures) {
     if (!figures.contains("handshake_ms")) return "";
-    return "the NC takes " +
-           std::string(config.plc.axes_at_once ? "all values in one handshake"
-                                               : "one value after the other") +
-           ", about " + text_of(figures["handshake_ms"]) + " ms each: an axis is updated every " +
-           text_of(figures["update_ms"]) + " ms\n";
+    return fmt::format(
+        "the NC takes {}, about {:.6g} ms each: an axis is updated every {:.6g} ms\n",
+        config.plc.axes_at_once ? "all values in one handshake" : "one value after the other",
+        figures["handshake_ms"].get<double>(), figures["update_ms"].get<double>());
 }
 
 std::string channel_text(const std::string &name, const json &channel) {
-    std::string text = "channel " + name + ": ±" + text_of(channel["limit_units"]) + " units";
-    if (channel.contains("most_units")) text += " of ±" + text_of(channel["most_units"]);
-    text += ", at most " + text_of(channel["slew_um_per_s"]) +
-            " µm/s: " + text_of(channel["step_um_per_period"]) + " µm in a period, " +
-            text_of(channel["step_um_per_update"]) + " µm in an update";
+    std::string text =
+        fmt::format("channel {}: ±{:.6g} units", name, channel["limit_units"].get<double>());
+    if (channel.contains("most_units"))
+        text += fmt::format(" of ±{:.6g}", channel["most_units"].get<double>());
+    text += fmt::format(", at most {:.6g} µm/s: {:.6g} µm in a period, {:.6g} µm in an update",
+                        channel["slew_um_per_s"].get<double>(),
+                        channel["step_um_per_period"].get<double>(),
+                        channel["step_um_per_update"].get<double>());
     if (channel.contains("largest_step_um")) {
-        text += " (the NC takes " + text_of(channel["largest_step_um"]) +
-                " µm at once; a slew above " + text_of(channel["slew_most_um_per_s"]) +
-                " µm/s is lowered)";
+        text += fmt::format(
+            " (the NC takes {:.6g} µm at once; a slew above {:.6g} µm/s is lowered)",
+            channel["largest_step_um"].get<double>(), channel["slew_most_um_per_s"].get<double>());
     }
     return text + "\n";
 }
@@ -122,21 +120,23 @@ json profile_figures(const cb_config &config) {
 
 std::string profile_text(const cb_config &config) {
     const json figures = profile_figures(config);
-    std::string text = figures["profile"].get<std::string>() + ": function codes " +
-                       joined(figures["functions"]) + "; " +
-                       figures["exchange"].get<std::string>() + " reads " +
-                       figures["read_registers"].dump() + " of at most " +
-                       figures["read_most"].dump() + " registers and writes " +
-                       figures["write_registers"].dump() + " of " + figures["write_most"].dump();
+    std::string text = fmt::format(
+        "{}: function codes {}; {} reads {} of at most {} registers and writes {} of {}",
+        figures["profile"].get<std::string>(), joined(figures["functions"]),
+        figures["exchange"].get<std::string>(), figures["read_registers"].dump(),
+        figures["read_most"].dump(), figures["write_registers"].dump(),
+        figures["write_most"].dump());
     if (figures.contains("clients")) text += "; one client at a time";
     text += "\n" + update_text(config, figures);
     for (const auto &[name, channel] : figures["channels"].items()) {
         text += channel_text(name, channel);
     }
-    text += "lead: at least " + text_of(figures["least_lead_ms"]) + " ms and the exchange; ";
+    text += fmt::format("lead: at least {:.6g} ms and the exchange; ",
+                        figures["least_lead_ms"].get<double>());
     const json &lead = figures["lead_ms"];
     return text +
-           (lead.is_string() ? "measured by the box" : "the file has " + text_of(lead) + " ms") +
+           (lead.is_string() ? "measured by the box"
+                             : fmt::format("the file has {:.6g} ms", lead.get<double>())) +
            "\n";
 }
 
@@ -147,12 +147,11 @@ std::vector<std::string> profile_remarks(const cb_config &config) {
         const double step_um = tidy(config.plc.step_units * channel.scale);
         if (step_um == 0.0 || channel.has_applied || 2.0 * tidy(channel.limit_um) <= step_um)
             continue;
-        remarks.push_back("channel " + std::string(channel.name) +
-                          ": that the NC never sees a change above " + text_of(step_um) +
-                          " µm at once holds only while it takes a value every " +
-                          text_of(cb_profile_step_window_us(&config) * 1e-6) +
-                          " s; give the channel an applied register, or a limit_um of " +
-                          text_of(step_um / 2) + " at most");
+        remarks.push_back(fmt::format(
+            "channel {}: that the NC never sees a change above {:.6g} µm at once holds only while "
+            "it takes a value every {:.6g} s; give the channel an applied register, or a limit_um "
+            "of {:.6g} at most",
+            channel.name, step_um, cb_profile_step_window_us(&config) * 1e-6, step_um / 2));
     }
     return remarks;
 }

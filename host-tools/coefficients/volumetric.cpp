@@ -31,15 +31,15 @@ std::vector<curve_file> find_curves(const std::vector<std::string> &folders) {
         std::size_t found = 0;
         for (const char axis : {'X', 'Y', 'Z'}) {
             for (const char kind : std::string("XYZABC")) {
-                const std::string name = std::string("E") + kind + axis;
+                const std::string name = fmt::format("E{}{}", kind, axis);
                 const std::string path = (fs::path(folder) / (name + ".csv")).string();
                 if (!fs::is_regular_file(path)) continue;
                 ++found;
                 const auto [place, is_new] = home.insert({name, path});
                 if (!is_new) {
                     throw input_error(path, 0, 0,
-                                      name + " is already in " + place->second +
-                                          ": name only one of the two folders");
+                                      "{} is already in {}: name only one of the two folders", name,
+                                      place->second);
                 }
             }
         }
@@ -51,7 +51,7 @@ std::vector<curve_file> find_curves(const std::vector<std::string> &folders) {
     std::vector<curve_file> curves;
     for (const char *axis : axis_names) {
         for (const char kind : std::string("XYZABC")) {
-            const auto one = home.find(std::string("E") + kind + axis);
+            const auto one = home.find(fmt::format("E{}{}", kind, axis));
             if (one != home.end()) curves.push_back({one->first, one->second});
         }
     }
@@ -148,16 +148,14 @@ void judge_squareness(const volumetric_options &options, volumetric_result &resu
         const bool slope = std::fabs(slope_urad) > slope_that_counts_urad;
         if (!given && !slope) absent += (absent.empty() ? "" : ", ") + name;
         if (given && slope) {
-            char text[200];
-            std::snprintf(text, sizeof text,
-                          "%s is given, but the curve %s keeps a slope of %.1f urad, which is "
-                          "squareness too: both count",
-                          name.c_str(), squareness_slopes[k], slope_urad);
-            result.remarks.push_back(text);
+            result.remarks.push_back(
+                fmt::format("{} is given, but the curve {} keeps a slope of {:.1f} urad, which is "
+                            "squareness too: both count",
+                            name, squareness_slopes[k], slope_urad));
         }
     }
     if (!absent.empty()) {
-        result.remarks.push_back("squareness " + absent + " not given: zero");
+        result.remarks.push_back(fmt::format("squareness {} not given: zero", absent));
     }
 }
 
@@ -165,7 +163,7 @@ void judge_missing(volumetric_result &result) {
     std::string text;
     for (const char *axis : axis_names) {
         for (const char kind : std::string("XYZABC")) {
-            const std::string name = std::string("E") + kind + axis;
+            const std::string name = fmt::format("E{}{}", kind, axis);
             bool found = false;
             for (const auto &error : result.errors) found |= error.name == name;
             if (found) continue;
