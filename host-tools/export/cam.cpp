@@ -69,10 +69,8 @@ struct cam_shop {
             const double value = along(master);
             if (!(value >= range.min && value <= range.max)) {
                 throw input_error(model.path(), 0, 0,
-                                  "at " + options.master + " " + shortest(master) +
-                                      " the path has " + range.name + " " + shortest(value) +
-                                      ", outside " + shortest_float(range.min) + " to " +
-                                      shortest_float(range.max));
+                                  "at {} {} the path has {} {}, outside {} to {}", options.master,
+                                  master, range.name, value, range.min, range.max);
             }
             model.set(at, signal, value);
         }
@@ -100,10 +98,9 @@ void check_path(const cam_shop &shop) {
             if (known[s]) continue;
             const std::string name = shop.model.config().signals[s].name;
             throw input_error(shop.model.path(), 0, 0,
-                              std::string("channel ") + channel.name + " depends on " + name +
-                                  ": give it along the path, --path \"" + name + "=formula of " +
-                                  shop.options.master + "\", or a fixed value, --at " + name +
-                                  "=…");
+                              "channel {} depends on {}: give it along the path, --path "
+                              "\"{}=formula of {}\", or a fixed value, --at {}=…",
+                              channel.name, name, name, shop.options.master, name);
         }
     }
 }
@@ -171,8 +168,9 @@ cam_set make_cams(const channel_model &model, const cam_options &options) {
     for (unsigned c = 0; c < model.config().channels_count; ++c) {
         for (unsigned s = 0; s < model.config().signals_count; ++s) {
             if (!model.has_branches(c, s)) continue;
-            set.remarks.push_back(std::string("channel ") + model.config().channels[c].name +
-                                  ": forward and backward differ; the cam holds their mean");
+            set.remarks.push_back(
+                fmt::format("channel {}: forward and backward differ; the cam holds their mean",
+                            model.config().channels[c].name));
         }
     }
     const coefficients::travel_range range = range_of_master(model, options);
@@ -180,18 +178,17 @@ cam_set make_cams(const channel_model &model, const cam_options &options) {
         choose_step(shop, range, set);
         if (!set.tolerance_met) {
             set.remarks.push_back(
-                "the cams have as many points as are allowed and do not reach the "
-                "tolerance of " +
-                shortest(options.table.tolerance_um) + " um");
+                fmt::format("the cams have as many points as are allowed and do not reach the "
+                            "tolerance of {} um",
+                            options.table.tolerance_um));
         }
         return set;
     }
     const double step = *options.table.step_mm, travel = range.to_mm - range.from_mm;
     if (step > travel || travel / step + 2.0 > static_cast<double>(options.table.most_points)) {
         throw input_error(model.path(), 0, 0,
-                          "--step-mm " + shortest(step) + " over " + shortest(travel) +
-                              " mm gives fewer than 2 or more than " +
-                              std::to_string(options.table.most_points) + " points");
+                          "--step-mm {} over {} mm gives fewer than 2 or more than {} points", step,
+                          travel, options.table.most_points);
     }
     set.tolerance_met = fill(shop, range, step, set);
     return set;
@@ -200,23 +197,20 @@ cam_set make_cams(const channel_model &model, const cam_options &options) {
 std::vector<std::string> cam_loss_lines(const channel_model &model, const cam_set &set,
                                         const cam_options &how) {
     std::string path;
-    for (const auto &[name, formula] : how.path) path += ", " + name + " = " + formula;
+    for (const auto &[name, formula] : how.path) path += fmt::format(", {} = {}", name, formula);
     if (!how.path_file.empty()) {
         path += ", " + how.path_file.substr(how.path_file.find_last_of('/') + 1);
     }
-    std::vector<std::string> lines{"right on this path only: master " + how.master + path};
+    std::vector<std::string> lines{
+        fmt::format("right on this path only: master {}{}", how.master, path)};
     for (const auto &one : set.cams) {
-        char text[160];
-        std::snprintf(
-            text, sizeof text,
-            "channel %s: %zu points every %s mm; largest table step error %.3f um at %s mm",
-            model.config().channels[one.channel].name, set.master_mm.size(),
-            shortest(set.step_mm).c_str(), one.step_error_um,
-            shortest(one.step_error_at_mm).c_str());
-        lines.push_back(text);
+        lines.push_back(fmt::format(
+            "channel {}: {} points every {} mm; largest table step error {:.3f} um at {} mm",
+            model.config().channels[one.channel].name, set.master_mm.size(), set.step_mm,
+            one.step_error_um, one.step_error_at_mm));
     }
     for (const auto &[name, value] : how.table.at) {
-        lines.push_back("cams hold " + name + " at " + shortest(value));
+        lines.push_back(fmt::format("cams hold {} at {}", name, value));
     }
     for (const auto &remark : set.remarks) lines.push_back(remark);
     return lines;
@@ -225,13 +219,13 @@ std::vector<std::string> cam_loss_lines(const channel_model &model, const cam_se
 std::vector<output_file> twincat_cam(const channel_model &model, const cam_set &set,
                                      const cam_options &how, const text_options &options) {
     std::vector<output_file> files;
-    std::string about = "compbox export of " + options.source + ", revision " +
-                        std::to_string(model.config().revision) + "\n";
+    std::string about =
+        fmt::format("compbox export of {}, revision {}\n", options.source, model.config().revision);
     for (const auto &line : cam_loss_lines(model, set, how)) about += line + "\n";
     for (const auto &one : set.cams) {
         std::string text;
         for (std::size_t k = 0; k < set.master_mm.size(); ++k) {
-            text += fixed6(set.master_mm[k]) + ", " + fixed6(one.slave_mm[k]) + "\r\n";
+            text += fmt::format("{}, {}\r\n", fixed6(set.master_mm[k]), fixed6(one.slave_mm[k]));
         }
         files.push_back({std::string(model.config().channels[one.channel].name) + ".csv", text});
     }

@@ -66,7 +66,7 @@ unsigned channel_model::signal(const std::string &name) const {
         if (name == config_->signals[i].name) return i;
         there += (there.empty() ? "" : ", ") + std::string(config_->signals[i].name);
     }
-    throw input_error(path_, 0, 0, "has no signal '" + name + "' to be set (it has " + there + ")");
+    throw input_error(path_, 0, 0, "has no signal '{}' to be set (it has {})", name, there);
 }
 
 bool channel_model::is_position(unsigned signal) const {

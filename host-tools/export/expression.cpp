@@ -37,8 +37,8 @@ class parser {
 
   private:
     [[noreturn]] void refuse(const std::string &why) const {
-        throw input_error("the formula '" + text_ + "' cannot be read at character " +
-                          std::to_string(at_ + 1) + ": " + why);
+        throw input_error(fmt::format("the formula '{}' cannot be read at character {}: {}", text_,
+                                      at_ + 1, why));
     }
 
     char next() {
@@ -127,9 +127,9 @@ class parser {
 
 function parse_expression(const std::string &text, const std::string &variable) {
     if (text.size() > longest) {
-        throw input_error("the formula '" + text.substr(0, 20) + "…' has " +
-                          std::to_string(text.size()) + " characters; write it with at most " +
-                          std::to_string(longest));
+        throw input_error(
+            fmt::format("the formula '{}…' has {} characters; write it with at most {}",
+                        text.substr(0, 20), text.size(), longest));
     }
     return parser(text, variable).whole();
 }

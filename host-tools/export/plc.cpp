@@ -15,9 +15,9 @@ constexpr int most_s7_registers = 32767;
 std::string s7_type(const laid_register &one, const register_map &map) {
     if (one.format.bytes != number_format::order::abcd) {
         throw input_error(map.file, 0, 0,
-                          "'" + one.name +
-                              "' is not in the order ABCD that an S7 has; give it a type without "
-                              "cdab or le, or lay the block out by hand");
+                          "'{}' is not in the order ABCD that an S7 has; give it a type without "
+                          "cdab or le, or lay the block out by hand",
+                          one.name);
     }
     if (one.format.what == kind::floating) return "REAL";
     const bool integer = one.format.what == kind::signed_integer;
@@ -37,46 +37,43 @@ std::string number_type(const number_format &format) {
 std::string line(const std::string &declaration, const std::string &comment) {
     std::string text = "    " + declaration;
     if (text.size() < 44) text.resize(44, ' ');
-    return text + " // " + comment + "\n";
+    return fmt::format("{} // {}\n", text, comment);
 }
 
 std::string spare(int from, int to) {
-    return line("spare_" + std::to_string(from) + " : ARRAY[0.." + std::to_string(to - from - 1) +
-                    "] OF WORD;",
-                "register " + std::to_string(from) + ", byte " + std::to_string(2 * from));
+    return line(fmt::format("spare_{} : ARRAY[0..{}] OF WORD;", from, to - from - 1),
+                fmt::format("register {}, byte {}", from, 2 * from));
 }
 
 // Register n is byte 2 n of the block, so it begins with register 0, whatever the file uses first.
 std::string s7_block(const register_map &map, const std::vector<laid_register> &laid,
                      const std::string &source) {
-    std::string text =
-        "// Registers of the box in " + source +
-        ", by compbox export --format plc-db. Do not edit: the\n"
+    std::string text = fmt::format(
+        "// Registers of the box in {}, by compbox export --format plc-db. Do not edit: the\n"
         "// addresses are the file's. Holding register n is byte 2 n; not optimized, big-endian.\n"
         "// Every Modbus client can write this block: keep the largest offsets out of it, as "
         "constants\n"
         "// of the PLC program.\n"
         "DATA_BLOCK \"CompBoxRegisters\"\n"
-        "{ S7_Optimized_Access := 'FALSE' }\n"
-        "  STRUCT\n";
+        "{{ S7_Optimized_Access := 'FALSE' }}\n"
+        "  STRUCT\n",
+        source);
     if (map.size() > most_s7_registers) {
-        throw input_error(map.file, 0, 0,
-                          "register " + std::to_string(map.size() - 1) +
-                              " lies beyond what an S7 data block holds (64 kB, register " +
-                              std::to_string(most_s7_registers - 1) + ")");
+        throw input_error(
+            map.file, 0, 0,
+            "register {} lies beyond what an S7 data block holds (64 kB, register {})",
+            map.size() - 1, most_s7_registers - 1);
     }
     int next = 0;
     for (const auto &one : laid) {
         if (one.address < next) {
-            throw input_error(map.file, 0, 0,
-                              "'" + one.name + "' overlaps the number before it at register " +
-                                  std::to_string(one.address));
+            throw input_error(map.file, 0, 0, "'{}' overlaps the number before it at register {}",
+                              one.name, one.address);
         }
         if (one.address > next) text += spare(next, one.address);
-        text += line(one.name + " : " + s7_type(one, map) + ";",
-                     "register " + std::to_string(one.address) + ", byte " +
-                         std::to_string(2 * one.address) +
-                         (one.written_by_box ? ", box: " : ", PLC: ") + one.meaning);
+        text += line(fmt::format("{} : {};", one.name, s7_type(one, map)),
+                     fmt::format("register {}, byte {}{}{}", one.address, 2 * one.address,
+                                 one.written_by_box ? ", box: " : ", PLC: ", one.meaning));
         next = one.end();
     }
     if (map.size() > next) text += spare(next, map.size());
@@ -84,16 +81,15 @@ std::string s7_block(const register_map &map, const std::vector<laid_register> &
 }
 
 std::string quoted(const std::string &text) {
-    return text.find(',') == std::string::npos ? text : "\"" + text + "\"";
+    return text.find(',') == std::string::npos ? text : fmt::format("\"{}\"", text);
 }
 
 std::string pmc_table(const std::vector<laid_register> &laid, int base) {
     std::string text = "register,pmc_address,bytes,type,written_by,name,meaning\n";
     for (const auto &one : laid) {
-        text += std::to_string(one.address) + ",D" + std::to_string(base + 2 * one.address) + "," +
-                std::to_string(2 * one.format.registers) + "," + number_type(one.format) + "," +
-                (one.written_by_box ? "box" : "PLC") + "," + one.name + "," + quoted(one.meaning) +
-                "\n";
+        text += fmt::format("{},D{},{},{},{},{},{}\n", one.address, base + 2 * one.address,
+                            2 * one.format.registers, number_type(one.format),
+                            one.written_by_box ? "box" : "PLC", one.name, quoted(one.meaning));
     }
     return text;
 }

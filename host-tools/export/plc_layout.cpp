@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/export/plc_layout.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cctype>
 #include <optional>
@@ -54,7 +56,7 @@ class layout {
     }
     std::string unique(const std::string &name) const {
         std::string result = name;
-        for (int i = 2; taken(result); ++i) result = name + "_" + std::to_string(i);
+        for (int i = 2; taken(result); ++i) result = fmt::format("{}_{}", name, i);
         return result;
     }
 
@@ -63,7 +65,7 @@ class layout {
 };
 
 std::string scaled(double scale, const char *unit) {
-    return "in " + shortest(scale) + (*unit ? std::string(" ") + unit : "");
+    return fmt::format("in {}{}", scale, *unit ? std::string(" ") + unit : "");
 }
 
 void add_counters(layout &to, const register_block &block, const std::string &name,
@@ -75,8 +77,8 @@ void add_counters(layout &to, const register_block &block, const std::string &na
 }
 
 void add_signal(layout &to, const shown_signal &signal) {
-    std::string meaning = "signal " + signal.name + " " + scaled(signal.scale, "");
-    if (signal.zero != 0.0) meaning += ", 0 is " + shortest(signal.zero);
+    std::string meaning = fmt::format("signal {} {}", signal.name, scaled(signal.scale, ""));
+    if (signal.zero != 0.0) meaning += fmt::format(", 0 is {}", signal.zero);
     to.add(signal.address, signal.format, "signal_" + signal.name, meaning);
 }
 
@@ -84,19 +86,19 @@ std::string size_of(const taken_channel &channel, const std::map<std::string, do
     const auto found = least_um.find(channel.name);
     if (found == least_um.end()) return "";
     const std::string ahead =
-        channel.tangent ? " with AHEAD_MM " + shortest(usual_ahead_mm) : std::string();
-    return "; largest offset in the PLC program: at least " + shortest(found->second) + " um" +
-           ahead;
+        channel.tangent ? fmt::format(" with AHEAD_MM {}", usual_ahead_mm) : std::string();
+    return fmt::format("; largest offset in the PLC program: at least {} um{}", found->second,
+                       ahead);
 }
 
 void add_channel(layout &to, const taken_channel &channel,
                  const std::map<std::string, double> &least_um) {
     const std::string scale = scaled(channel.scale_um, "um");
     to.add(channel.address, channel.format, "value_" + channel.name,
-           "compensation of " + channel.name + " " + scale + size_of(channel, least_um));
+           fmt::format("compensation of {} {}{}", channel.name, scale, size_of(channel, least_um)));
     if (channel.applied_address) {
         to.add(*channel.applied_address, channel.format, "applied_" + channel.name,
-               "what the PLC applies of " + channel.name + " " + scale);
+               fmt::format("what the PLC applies of {} {}", channel.name, scale));
     }
     if (!channel.tangent) return;
     to.add(channel.tangent->slope_address, channel.tangent->slope_format, "slope_" + channel.name,
@@ -129,8 +131,8 @@ std::vector<laid_register> lay_out(const register_map &map,
                                    const std::map<std::string, double> &least_sizes_um) {
     layout all(map);
     all.add_word(map.control, "control",
-                 "bits 0 enable, 2 reset, 3 permit resume; referenced: mask " +
-                     std::to_string(map.referenced_mask));
+                 fmt::format("bits 0 enable, 2 reset, 3 permit resume; referenced: mask {}",
+                             map.referenced_mask));
     all.add_word(map.plc_heartbeat, "plc_heartbeat", "counts up with fresh positions");
     if (map.handshake) all.add_word(*map.handshake, "handshake", "of the PLC with the NC");
     all.add_word(map.status, "status", "low byte mode, high byte reason");

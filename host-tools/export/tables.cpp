@@ -81,9 +81,10 @@ channel_model::values standing(const channel_model &model, const table_options &
         const bool given = options.at.count(signal.name) > 0;
         if (!used[s] || signal.source == CB_SOURCE_LAG) continue;
         if (!model.is_position(s) && !given) {
-            throw input_error(model.path(), 0, 0,
-                              std::string("a table cannot follow the signal ") + signal.name +
-                                  ": say at which value it shall hold, --at " + signal.name + "=…");
+            throw input_error(
+                model.path(), 0, 0,
+                "a table cannot follow the signal {}: say at which value it shall hold, --at {}=…",
+                signal.name, signal.name);
         }
         if (!model.is_position(s) || several[s]) result.held_at[signal.name] = at[s];
     }
@@ -208,13 +209,12 @@ void fill_table(const workshop &shop, axis_table &table) {
     if (points < 2 || points > shop.options.most_points) {
         throw input_error(
             shop.model.path(), 0, 0,
-            shop.signal_name(table.signal) + " from " + shortest(range.from_mm) + " to " +
-                shortest(range.to_mm) + " mm at " + shortest(step) + " mm is " +
-                std::to_string(points) + " points, and the table holds 2 to " +
-                std::to_string(shop.options.most_points) + ": choose --step-mm from " +
-                shortest((range.to_mm - range.from_mm) /
-                         static_cast<double>(shop.options.most_points - 1)) +
-                " to " + shortest(range.to_mm - range.from_mm));
+            "{} from {} to {} mm at {} mm is {} points, and the table holds 2 to {}: choose "
+            "--step-mm from {} to {}",
+            shop.signal_name(table.signal), range.from_mm, range.to_mm, step, points,
+            shop.options.most_points,
+            (range.to_mm - range.from_mm) / static_cast<double>(shop.options.most_points - 1),
+            range.to_mm - range.from_mm);
     }
     table.tolerance_met = fill(shop, range, step, table);
 }
@@ -271,9 +271,9 @@ void judge_directions(const workshop &shop, table_set &result) {
             if (!column.half_um.empty() || !shop.model.has_branches(column.channel, table.signal)) {
                 continue;
             }
-            result.remarks.push_back(std::string("channel ") + shop.channel(column.channel).name +
-                                     " over " + shop.signal_name(table.signal) +
-                                     ": forward and backward differ; the table holds their mean");
+            result.remarks.push_back(fmt::format(
+                "channel {} over {}: forward and backward differ; the table holds their mean",
+                shop.channel(column.channel).name, shop.signal_name(table.signal)));
         }
     }
 }
@@ -282,21 +282,20 @@ void judge(const workshop &shop, table_set &result) {
     judge_directions(shop, result);
     for (const auto &table : result.tables) {
         if (!table.tolerance_met && !shop.options.step_mm) {
-            result.remarks.push_back("the table over " + shop.signal_name(table.signal) +
-                                     " is as fine as the control holds (" +
-                                     std::to_string(table.position_mm.size()) +
-                                     " points) and does not reach the tolerance of " +
-                                     shortest(shop.options.tolerance_um) + " um");
+            result.remarks.push_back(
+                fmt::format("the table over {} is as fine as the control holds ({} points) and "
+                            "does not reach the tolerance of {} um",
+                            shop.signal_name(table.signal), table.position_mm.size(),
+                            shop.options.tolerance_um));
         }
         for (const auto &column : table.columns) {
             const auto &channel = shop.channel(column.channel);
             const auto [low, high] =
                 std::minmax_element(column.wanted_um.begin(), column.wanted_um.end());
             if (std::max(-*low, *high) > channel.limit_um) {
-                result.remarks.push_back(std::string("channel ") + channel.name + " over " +
-                                         shop.signal_name(table.signal) +
-                                         ": the table goes beyond the box's limit_um of " +
-                                         shortest_float(channel.limit_um));
+                result.remarks.push_back(fmt::format(
+                    "channel {} over {}: the table goes beyond the box's limit_um of {}",
+                    channel.name, shop.signal_name(table.signal), channel.limit_um));
             }
         }
     }
@@ -323,9 +322,8 @@ unsigned axis_of_channel(const channel_model &model, unsigned channel,
         }
     }
     throw input_error(model.path(), 0, 0,
-                      "channel " + name +
-                          ": say which signal is the position of its axis, --axis " + name +
-                          "=SIGNAL");
+                      "channel {}: say which signal is the position of its axis, --axis {}=SIGNAL",
+                      name, name);
 }
 
 table_set make_tables(const channel_model &model, const table_options &options) {

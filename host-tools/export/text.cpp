@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/export/text.h"
 
-#include <cstdio>
+#include <fmt/core.h>
 
 #include "host-tools/formats/csv.h"
 
@@ -10,12 +10,6 @@ namespace compbox::exports {
 namespace {
 
 constexpr double um_per_mm = 1000.0;
-
-std::string digits(double value, int places) {
-    char text[64];
-    std::snprintf(text, sizeof text, "%.*f", places, value);
-    return text;
-}
 
 // The shortest decimals of a position to 1e-6 mm: 0.1 and not 0.100000.
 std::string position(double mm) {
@@ -65,8 +59,8 @@ double wanted_mm(const table_column &column, std::size_t k, double lost_um, int 
 
 std::string comment_lines(const channel_model &model, const table_set &tables,
                           const text_options &options, const std::string &mark) {
-    std::string text = mark + "compbox export of " + options.source + ", revision " +
-                       std::to_string(model.config().revision) + "\n";
+    std::string text = fmt::format("{}compbox export of {}, revision {}\n", mark, options.source,
+                                   model.config().revision);
     for (const auto &line : loss_lines(model, tables)) text += mark + line + "\n";
     return text;
 }
@@ -81,24 +75,26 @@ struct cec_table {
 
 std::string cec_text(const channel_model &model, const text_options &options,
                      const cec_table &one) {
-    const std::string t = std::to_string(one.index);
     const double lost = lost_motion_um(model, options, *one.column);
-    std::string text = "; table " + t + ": needs $MN_MM_CEC_MAX_POINTS[" + t +
-                       "] = " + std::to_string(one.table->position_mm.size()) + " or more\n";
+    std::string text = fmt::format("; table {0}: needs $MN_MM_CEC_MAX_POINTS[{0}] = {1} or more\n",
+                                   one.index, one.table->position_mm.size());
     for (std::size_t k = 0; k < one.table->position_mm.size(); ++k) {
         const double value = -options.sign * wanted_mm(*one.column, k, lost, one.direction);
-        text += "$AN_CEC[" + t + "," + std::to_string(k) + "]=" + fixed6(value) + "\n";
+        text += fmt::format("$AN_CEC[{},{}]={}\n", one.index, k, fixed6(value));
     }
-    const std::string input = machine_axis(options, signal_name(model, one.table->signal));
-    const std::string output = machine_axis(options, channel_name(model, *one.column));
-    text += "$AN_CEC_INPUT_AXIS[" + t + "]=(" + input + ")\n";
-    text += "$AN_CEC_OUTPUT_AXIS[" + t + "]=(" + output + ")\n";
-    text += "$AN_CEC_STEP[" + t + "]=" + position(one.table->step_mm) + "\n";
-    text += "$AN_CEC_MIN[" + t + "]=" + position(one.table->position_mm.front()) + "\n";
-    text += "$AN_CEC_MAX[" + t + "]=" + position(one.table->position_mm.back()) + "\n";
-    text += "$AN_CEC_DIRECTION[" + t + "]=" + std::to_string(one.direction) + "\n";
-    text += "$AN_CEC_MULT_BY_TABLE[" + t + "]=0\n$AN_CEC_IS_MODULO[" + t + "]=0\n";
-    return text;
+    return text + fmt::format(
+                      "$AN_CEC_INPUT_AXIS[{0}]=({1})\n"
+                      "$AN_CEC_OUTPUT_AXIS[{0}]=({2})\n"
+                      "$AN_CEC_STEP[{0}]={3}\n"
+                      "$AN_CEC_MIN[{0}]={4}\n"
+                      "$AN_CEC_MAX[{0}]={5}\n"
+                      "$AN_CEC_DIRECTION[{0}]={6}\n"
+                      "$AN_CEC_MULT_BY_TABLE[{0}]=0\n"
+                      "$AN_CEC_IS_MODULO[{0}]=0\n",
+                      one.index, machine_axis(options, signal_name(model, one.table->signal)),
+                      machine_axis(options, channel_name(model, *one.column)),
+                      position(one.table->step_mm), position(one.table->position_mm.front()),
+                      position(one.table->position_mm.back()), one.direction);
 }
 
 // ---- HEIDENHAIN ----
@@ -112,7 +108,7 @@ constexpr std::size_t number_width = 8, value_width = 14;
 
 std::string com_text(const channel_model &model, const text_options &options,
                      const axis_table &table, const std::string &name) {
-    std::string text = "BEGIN " + name + " MM\r\n";
+    std::string text = fmt::format("BEGIN {} MM\r\n", name);
     text += padded("NR", number_width) + padded("AXISPOS", value_width) +
             padded("BACKLASH", value_width);
     for (const auto &column : table.columns) {
@@ -128,9 +124,9 @@ std::string com_text(const channel_model &model, const text_options &options,
                              value_width);
             if (both) backward = fixed6(-options.sign * wanted_mm(column, k, lost, -1));
         }
-        text += padded(std::to_string(k), number_width) +
-                padded(position(table.position_mm[k]), value_width) +
-                padded(backward, value_width) + values + "\r\n";
+        text += fmt::format("{}{}{}{}\r\n", padded(std::to_string(k), number_width),
+                            padded(position(table.position_mm[k]), value_width),
+                            padded(backward, value_width), values);
     }
     return text + "[END]\r\n";
 }
@@ -138,7 +134,7 @@ std::string com_text(const channel_model &model, const text_options &options,
 }  // namespace
 
 std::string fixed6(double value) {
-    const std::string text = digits(value, 6);
+    const std::string text = fmt::format("{:.6f}", value);
     return text == "-0.000000" ? "0.000000" : text;
 }
 
@@ -146,25 +142,26 @@ std::vector<std::string> loss_lines(const channel_model &model, const table_set 
     std::vector<std::string> lines;
     for (const auto &table : tables.tables) {
         for (const auto &column : table.columns) {
-            lines.push_back("channel " + channel_name(model, column) + " over " +
-                            signal_name(model, table.signal) + ": " +
-                            std::to_string(table.position_mm.size()) + " points every " +
-                            position(table.step_mm) + " mm; largest table step error " +
-                            digits(column.step_error_um, 3) + " um at " +
-                            position(column.step_error_at_mm) + " mm");
+            lines.push_back(
+                fmt::format("channel {} over {}: {} points every {} mm; largest table step error "
+                            "{:.3f} um at {} mm",
+                            channel_name(model, column), signal_name(model, table.signal),
+                            table.position_mm.size(), position(table.step_mm), column.step_error_um,
+                            position(column.step_error_at_mm)));
         }
     }
     for (const auto &[name, value] : tables.held_at) {
-        lines.push_back("tables hold " + name + " at " + shortest(value));
+        lines.push_back(fmt::format("tables hold {} at {}", name, value));
     }
     for (const auto &loss : tables.losses) {
         std::string where;
         for (const auto &[name, value] : loss.where) {
-            where += (where.empty() ? "" : ", ") + name + " " + digits(value, 1);
+            where += fmt::format("{}{} {:.1f}", where.empty() ? "" : ", ", name, value);
         }
-        lines.push_back(std::string("channel ") + model.config().channels[loss.channel].name +
-                        ": all tables together miss up to " + digits(loss.largest_um, 3) +
-                        " um of what the box would do" + (where.empty() ? "" : ", at " + where));
+        lines.push_back(fmt::format(
+            "channel {}: all tables together miss up to {:.3f} um of what the box would do{}",
+            model.config().channels[loss.channel].name, loss.largest_um,
+            where.empty() ? "" : ", at " + where));
     }
     for (const auto &remark : tables.remarks) lines.push_back(remark);
     return lines;
@@ -187,8 +184,8 @@ std::vector<output_file> linuxcnc_comp(const channel_model &model, const table_s
                 }
                 text += "\n";
             }
-            text += std::string("# COMP_FILE_TYPE = ") + (options.trims ? "1" : "0") + "\n" +
-                    comment_lines(model, tables, options, "# ");
+            text += fmt::format("# COMP_FILE_TYPE = {}\n{}", options.trims ? "1" : "0",
+                                comment_lines(model, tables, options, "# "));
             files.push_back({control_name(options, channel_name(model, column)) + ".comp", text});
         }
     }
@@ -202,17 +199,19 @@ std::vector<output_file> sinumerik_lec(const channel_model &model, const table_s
     for (const auto &table : tables.tables) {
         for (const auto &column : table.columns) {
             const std::string axis = machine_axis(options, channel_name(model, column));
-            text += "; " + axis + ": needs $MA_MM_ENC_COMP_MAX_POINTS[0," + axis +
-                    "] = " + std::to_string(table.position_mm.size()) + " or more\n";
+            text += fmt::format("; {}: needs $MA_MM_ENC_COMP_MAX_POINTS[0,{}] = {} or more\n", axis,
+                                axis, table.position_mm.size());
             for (std::size_t k = 0; k < table.position_mm.size(); ++k) {
-                text += "$AA_ENC_COMP[0," + std::to_string(k) + "," + axis +
-                        "]=" + fixed6(-options.sign * column.wanted_um[k] / um_per_mm) + "\n";
+                text += fmt::format("$AA_ENC_COMP[0,{},{}]={}\n", k, axis,
+                                    fixed6(-options.sign * column.wanted_um[k] / um_per_mm));
             }
-            const std::string place = "[0," + axis + "]=";
-            text += "$AA_ENC_COMP_STEP" + place + position(table.step_mm) + "\n";
-            text += "$AA_ENC_COMP_MIN" + place + position(table.position_mm.front()) + "\n";
-            text += "$AA_ENC_COMP_MAX" + place + position(table.position_mm.back()) + "\n";
-            text += "$AA_ENC_COMP_IS_MODULO" + place + "0\n";
+            text += fmt::format(
+                "$AA_ENC_COMP_STEP[0,{0}]={1}\n"
+                "$AA_ENC_COMP_MIN[0,{0}]={2}\n"
+                "$AA_ENC_COMP_MAX[0,{0}]={3}\n"
+                "$AA_ENC_COMP_IS_MODULO[0,{0}]=0\n",
+                axis, position(table.step_mm), position(table.position_mm.front()),
+                position(table.position_mm.back()));
         }
     }
     return {{"AX_EEC.INI", text + "M17\n"}};
