@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/json.h"
@@ -25,31 +24,20 @@ constexpr double enabling_s = 5.0;  // for enable and referenced
 constexpr double applying_s = 5.0;
 constexpr double returning_s = 3.0;  // to ACTIVE, after a loss
 
-std::string number(double value) {
-    return formatted("%.7g", value);
-}
-
-std::string hex(unsigned word) {
-    char text[16];
-    std::snprintf(text, sizeof text, "0x%04x", word);
-    return text;
-}
-
 std::string registers_of(const cb_block_config &block) {
-    return "registers " + std::to_string(block.start) + " to " +
-           std::to_string(block.start + block.count - 1);
+    return fmt::format("registers {} to {}", block.start, block.start + block.count - 1);
 }
 
 std::string exception_words(int code) {
     if (code == 0) return "";
     static const char *const words[] = {"", ": it does not know the function code",
                                         ": it has no such registers", ": it refuses the length"};
-    return " (exception " + std::to_string(code) + (code < 4 ? words[code] : "") + ")";
+    return fmt::format(" (exception {}{})", code, code < 4 ? words[code] : "");
 }
 
 // "register 1" of an index in the read block.
 std::string register_name(const live_box &live, unsigned index) {
-    return "register " + std::to_string(live.config().plc.read.start + index);
+    return fmt::format("register {}", live.config().plc.read.start + index);
 }
 
 bool is_own(const box_setup &setup, unsigned signal) {
@@ -63,10 +51,11 @@ double value_of(const live_box &live, const cb_signal_config &signal) {
 }
 
 std::string out_of_range(const live_box &live, const cb_signal_config &signal) {
-    return "signals." + std::string(signal.name) + ": " + register_name(live, signal.reg) +
-           " gives " + number(value_of(live, signal)) + " " + signal.unit + ", outside " +
-           number(signal.min) + " to " + number(signal.max) +
-           "; look at its address, type (word order) and scale, or at min and max";
+    return fmt::format(
+        "signals.{}: {} gives {:.7g} {}, outside {:.7g} to {:.7g}; look at its address, type (word "
+        "order) and scale, or at min and max",
+        signal.name, register_name(live, signal.reg), value_of(live, signal), signal.unit,
+        signal.min, signal.max);
 }
 
 // Reads until the signal is in range for a whole second, or says so.
@@ -87,12 +76,13 @@ void must_answer(live_box &live) {
     const cb_plc_config &plc = live.config().plc;
     if (live.cycle_until(looking_s, [&] { return live.read_ok(); })) return;
     const int code = live.last_exception();
-    const std::string who = std::string(plc.host) + ":" + std::to_string(plc.port);
+    const std::string who = fmt::format("{}:{}", plc.host, plc.port);
     if (code > 0) {
-        throw input_error("plc.read: " + who + " refuses to read " + registers_of(plc.read) +
-                          exception_words(code));
+        throw input_error(fmt::format("plc.read: {} refuses to read {}{}", who,
+                                      registers_of(plc.read), exception_words(code)));
     }
-    throw input_error("plc.transport.tcp: no answer from " + who + ": " + live.connection());
+    throw input_error(
+        fmt::format("plc.transport.tcp: no answer from {}: {}", who, live.connection()));
 }
 
 // The heartbeat over some seconds; out: ms from one count to the next.
@@ -115,10 +105,10 @@ double count_heartbeat(live_box &live) {
     if (readings < 20)
         throw input_error("plc.read: readings fail again and again; is the line busy?");
     if (beats == 0) {
-        throw input_error("plc.plc_heartbeat: " + register_name(live, plc.plc_heartbeat) +
-                          " stands at " + std::to_string(first) +
-                          "; the PLC program has to count it up when fresh positions came from "
-                          "the NC");
+        throw input_error(
+            fmt::format("plc.plc_heartbeat: {} stands at {}; the PLC program has to count it up "
+                        "when fresh positions came from the NC",
+                        register_name(live, plc.plc_heartbeat), first));
     }
     return static_cast<double>(last_us - first_us) / 1000.0 / static_cast<double>(beats);
 }
@@ -130,41 +120,48 @@ void must_accept_writes(live_box &live) {
     const int code = refused ? live.last_exception() : 0;
     if (!refused && !mute) return;
     if (live.found_read_back() == read_back::unanswered) {
-        throw input_error("plc.write: the PLC does not answer when " + registers_of(plc.write) +
-                          " are read back (function 3), and the box writes nothing before; let its "
-                          "server answer readings of the write block");
+        throw input_error(fmt::format(
+            "plc.write: the PLC does not answer when {} are read back (function 3), and the box "
+            "writes nothing before; let its server answer readings of the write block",
+            registers_of(plc.write)));
     }
-    throw input_error("plc.write: the PLC " +
-                      std::string(refused ? "refuses" : "does not confirm") + " writes to " +
-                      registers_of(plc.write) + exception_words(code) + "; " +
-                      (code == 1 ? live.write_remedy()
-                                 : "look at address, count and access rights of its server"));
+    throw input_error(fmt::format(
+        "plc.write: the PLC {} writes to {}{}; {}", refused ? "refuses" : "does not confirm",
+        registers_of(plc.write), exception_words(code),
+        code == 1 ? live.write_remedy()
+                  : "look at address, count and access rights of its server"));
 }
 
 // Why permission is needed at the start of a commissioning.
 std::string pending_by_read_back(const live_box &live) {
     if (live.found_read_back() != read_back::refused) return "";
-    return "; the PLC refuses the read-back of " + registers_of(live.config().plc.write) +
-           exception_words(live.read_back_exception()) +
-           ", so each start counts as a loss: let its server answer readings of the write block";
+    return fmt::format(
+        "; the PLC refuses the read-back of {}{}, so each start counts as a loss: let its server "
+        "answer readings of the write block",
+        registers_of(live.config().plc.write), exception_words(live.read_back_exception()));
 }
 
 // Why the box is not, or no longer, ACTIVE.
 std::string why(const live_box &live) {
     const cb_plc_config &plc = live.config().plc;
     const unsigned control = live.registers()[plc.control];
-    const std::string word = ": " + register_name(live, plc.control) + " is " + hex(control) + "; ";
+    const std::string word =
+        fmt::format(": {} is 0x{:04x}; ", register_name(live, plc.control), control);
     switch (live.reason()) {
         case CB_REASON_NOT_ENABLED:
-            return "plc.control: the PLC has not set enable (bit 0)" + word +
-                   "release the compensation on the control";
+            return fmt::format(
+                "plc.control: the PLC has not set enable (bit 0){}release the compensation on the "
+                "control",
+                word);
         case CB_REASON_NOT_REFERENCED:
-            return "plc.control: an axis is not referenced (bits " + hex(plc.referenced_mask) +
-                   ")" + word + "reference the axes";
+            return fmt::format(
+                "plc.control: an axis is not referenced (bits 0x{:04x}){}reference the axes",
+                plc.referenced_mask, word);
         case CB_REASON_WAIT_ENABLE:
-            return "plc.control: after a loss the box waits for permit resume (bit 3) or a new "
-                   "edge of enable" +
-                   word + "set one" + pending_by_read_back(live);
+            return fmt::format(
+                "plc.control: after a loss the box waits for permit resume (bit 3) or a new edge "
+                "of enable{}set one{}",
+                word, pending_by_read_back(live));
         case CB_REASON_OVERRUN:
         case CB_REASON_CLOCK:
             return "this computer is too busy for the period of the file; end other programs, or "
@@ -173,8 +170,8 @@ std::string why(const live_box &live) {
         default:
             break;
     }
-    return std::string(cb_reason_text(static_cast<std::uint8_t>(live.reason()))) +
-           " (docs/faults.md, reason " + std::to_string(live.reason()) + ")";
+    return fmt::format("{} (docs/faults.md, reason {})",
+                       cb_reason_text(static_cast<std::uint8_t>(live.reason())), live.reason());
 }
 
 // How far from what was written an applied value may be.
@@ -200,16 +197,18 @@ std::optional<std::size_t> not_applied(const live_box &live, const test_axis &ax
 [[noreturn]] void refuse_applied(const live_box &live, const test_axis &axis, std::size_t channel,
                                  double offset_um) {
     const cb_channel_config &of = live.config().channels[channel];
-    const std::string place = "channels." + std::string(of.name) + ".applied: ";
-    const std::string shows =
-        register_name(live, of.applied_reg) + " shows " + number(*live.applied_um(channel)) + " µm";
+    const std::string place = fmt::format("channels.{}.applied: ", of.name);
+    const std::string shows = fmt::format("{} shows {:.7g} µm", register_name(live, of.applied_reg),
+                                          *live.applied_um(channel));
     if (!is_member(axis, channel)) {
-        throw input_error(place + shows + " though only " + axis.name +
-                          " was given an offset; registers of two channels are mixed up");
+        throw input_error(fmt::format(
+            "{}{} though only {} was given an offset; registers of two channels are mixed up",
+            place, shows, axis.name));
     }
-    throw input_error(place + shows + " where " + number(offset_um) +
-                      " µm were written; the PLC does not take the value over, or address, type or "
-                      "scale differ");
+    throw input_error(
+        fmt::format("{}{} where {:.7g} µm were written; the PLC does not take the value over, or "
+                    "address, type or scale differ",
+                    place, shows, offset_um));
 }
 
 }  // namespace
@@ -234,12 +233,12 @@ json check_registers(live_box &live, const box_setup &setup) {
 
 std::string read_back_remark(const live_box &live) {
     if (live.found_read_back() != read_back::refused) return "";
-    return "the PLC refuses the read-back of " + registers_of(live.config().plc.write) +
-           exception_words(live.read_back_exception()) +
-           "; at each start outputs begin at applied, or at zero for a channel without it, and the "
-           "box waits for permit resume or a new edge of enable, unless its state file (compboxd "
-           "--state) says STOPPED; let the PLC's server answer readings (function 3) of the write "
-           "block";
+    return fmt::format(
+        "the PLC refuses the read-back of {}{}; at each start outputs begin at applied, or at zero "
+        "for a channel without it, and the box waits for permit resume or a new edge of enable, "
+        "unless its state file (compboxd --state) says STOPPED; let the PLC's server answer "
+        "readings (function 3) of the write block",
+        registers_of(live.config().plc.write), exception_words(live.read_back_exception()));
 }
 
 void must_be_active(const live_box &live) {
@@ -276,8 +275,9 @@ void go_to(live_box &live, const test_axis &axis, double offset_um) {
                                             std::abs(live.output_um(channel)) / of.slew_um_per_s);
     }
     if (!live.cycle_until(2.0 + slowest_s, watched(there))) {
-        throw input_error("axis " + axis.name + ": the box does not reach " + number(offset_um) +
-                          " µm; is limit_um or max_difference_um below it?");
+        throw input_error(fmt::format(
+            "axis {}: the box does not reach {:.7g} µm; is limit_um or max_difference_um below it?",
+            axis.name, offset_um));
     }
     const auto applied = [&] { return live.read_ok() && !not_applied(live, axis, offset_um); };
     if (live.cycle_until(applying_s, watched(applied))) return;

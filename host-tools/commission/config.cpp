@@ -31,7 +31,7 @@ const json &list_of(const json &document, const char *key, const std::string &fi
 }
 
 std::string offset_name(std::size_t channel) {
-    return "commission." + std::to_string(channel);
+    return fmt::format("commission.{}", channel);
 }
 
 // Signals of the PLC, with a range where the file has none yet.
@@ -58,7 +58,7 @@ void add_offset(json &config, std::size_t channel) {
     const std::string name = offset_name(channel);
     config["signals"].push_back({{"name", name},
                                  {"unit", "um"},
-                                 {"can", "0x" + std::to_string(channel + 1)},
+                                 {"can", fmt::format("0x{}", channel + 1)},
                                  {"type", "float32le"},
                                  {"min", -largest_offset_um},
                                  {"max", largest_offset_um},

@@ -15,14 +15,10 @@ namespace {
 constexpr double still = 0.04;  // of the offset: less is no movement, but noise
 constexpr double off = 0.3;     // an indicator, backlash and drift may be off by so much
 
-std::string in_um(double um) {
-    return formatted("%.4g µm", um);
-}
-
 [[noreturn]] void refuse(const std::string &axis, double offset_um, double measured_um,
                          const std::string &reason) {
-    throw input_error("axis " + axis + ": asked for " + in_um(offset_um) + ", measured " +
-                      in_um(measured_um) + ": " + reason);
+    throw input_error(fmt::format("axis {}: asked for {:.4g} µm, measured {:.4g} µm: {}", axis,
+                                  offset_um, measured_um, reason));
 }
 
 }  // namespace
@@ -42,10 +38,11 @@ bool is_reversed(const std::string &axis, double offset_um, double measured_um) 
                "the channel and at what the PLC program multiplies by");
     }
     if (power != 0.0) {
-        refuse(axis, offset_um, measured_um,
-               "wrong by a factor of " + formatted("%g", std::pow(10.0, std::abs(power))) +
-                   "; the scale of the channel is " +
-                   (power > 0 ? "too small for" : "too large for") + " what the control takes");
+        refuse(
+            axis, offset_um, measured_um,
+            fmt::format(
+                "wrong by a factor of {:g}; the scale of the channel is {} what the control takes",
+                std::pow(10.0, std::abs(power)), power > 0 ? "too small for" : "too large for"));
     }
     return ratio < 0.0;
 }

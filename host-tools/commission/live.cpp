@@ -113,8 +113,7 @@ struct live_box::inside {
         std::memset(&target, 0, sizeof target);
         target.transport = CB_TRANSPORT_TCP;
         if (!cb_tcp_start(&target.tcp, plc.host, plc.port, plc.unit)) {
-            throw input_error(std::string("plc.transport.tcp.host: ") + plc.host +
-                              " is no address");
+            throw input_error(fmt::format("plc.transport.tcp.host: {} is no address", plc.host));
         }
         linux_hal = cb_linux_hal(&target);
         hal = {this, now, wait_tick, read, write, write_read, nullptr, samples, feed, is_stopping};
