@@ -37,15 +37,13 @@ void check_positions(const measurement &first, const measurement &other) {
     if (other.unit != "um")
         throw input_error(other.file, 0, 0, "holds angles; nine lines are in um");
     if (other.position.size() != first.position.size()) {
-        throw input_error(other.file, 0, 0,
-                          "has " + std::to_string(other.position.size()) + " positions, " +
-                              first.file + " has " + std::to_string(first.position.size()));
+        throw input_error(other.file, 0, 0, "has {} positions, {} has {}", other.position.size(),
+                          first.file, first.position.size());
     }
     for (std::size_t i = 0; i < first.position.size(); ++i) {
         if (std::fabs(first.position[i] - other.position[i]) > same_position_mm) {
-            throw input_error(other.file, 0, 0,
-                              "measures at " + shortest(other.position[i]) + " mm where " +
-                                  first.file + " measures at " + shortest(first.position[i]));
+            throw input_error(other.file, 0, 0, "measures at {} mm where {} measures at {}",
+                              other.position[i], first.file, first.position[i]);
         }
     }
 }
@@ -59,11 +57,12 @@ void check_no_file_twice(const std::vector<std::string> &files) {
                 continue;
             }
             const auto place = [](std::size_t n) {
-                return "P" + std::to_string(n / 3 + 1) + "xyz"[n % 3];
+                return fmt::format("P{}{}", n / 3 + 1, "xyz"[n % 3]);
             };
-            throw input_error(files[i], 0, 0,
-                              "is given for " + place(k) + " and for " + place(i) +
-                                  "; each of the nine lines has a file of its own");
+            throw input_error(
+                files[i], 0, 0,
+                "is given for {} and for {}; each of the nine lines has a file of its own",
+                place(k), place(i));
         }
     }
 }
@@ -76,7 +75,7 @@ void run_assemble(const assemble_arguments &arguments) {
     std::vector<std::string> names = {"position_mm"};
     for (const char *point : {"1", "2", "3"}) {
         for (const char *direction : {"dx", "dy", "dz"}) {
-            names.push_back(std::string(direction) + point + "_um");
+            names.push_back(fmt::format("{}{}_um", direction, point));
         }
     }
     std::vector<std::vector<double>> rows;

@@ -68,8 +68,6 @@ class commissioning {
         if (!options_.as_json) std::cout << line << std::endl;
     }
 
-    static std::string text(double value) { return formatted("%.4g", value); }
-
     bool is_chosen(const commission::test_axis &axis) const {
         return options_.axes.empty() ||
                std::count(options_.axes.begin(), options_.axes.end(), axis.name) > 0;
@@ -82,7 +80,8 @@ class commissioning {
             for (const auto &axis : setup_.axes) {
                 if (axis.name == name && is_chosen(axis)) return;
             }
-            throw cli::usage_error(option, "no axis " + name + " to test; there is " + known);
+            throw cli::usage_error(option,
+                                   fmt::format("no axis {} to test; there is {}", name, known));
         };
         for (const auto &name : options_.axes) must_be_known("--axis", name);
         for (const auto &[name, um] : options_.measured_um) must_be_known("--measured", name);
@@ -92,12 +91,13 @@ class commissioning {
         say("1. Registers");
         result_.registers = commission::check_registers(live, setup_);
         for (const auto &[name, value] : result_.registers["signals"].items()) {
-            say("   " + name + " = " + text(value.get<double>()));
+            say(fmt::format("   {} = {:.4g}", name, value.get<double>()));
         }
         const double update_ms = result_.registers["update_ms"].get<double>();
         const std::string refused = commission::read_back_remark(live);
-        say("   the heartbeat counts every " + text(update_ms) + " ms, writes are accepted, " +
-            (refused.empty() ? "the write block is read back" : "its read-back is refused"));
+        say(fmt::format(
+            "   the heartbeat counts every {:.4g} ms, writes are accepted, {}", update_ms,
+            refused.empty() ? "the write block is read back" : "its read-back is refused"));
         if (!refused.empty()) setup_.remarks.push_back(refused);
         commission::become_active(live);
         for (const auto &axis : setup_.axes) {
@@ -111,19 +111,20 @@ class commissioning {
         const auto given = options_.measured_um.find(axis.name);
         const auto wait = [&live] { commission::stay_active(live, 0.0); };
         if (given == options_.measured_um.end()) {
-            commission::ask("   " + axis.name +
-                                ": set the indicator to zero, + as the axis counts; then Enter: ",
-                            wait);
+            commission::ask(
+                fmt::format("   {}: set the indicator to zero, + as the axis counts; then Enter: ",
+                            axis.name),
+                wait);
         }
         commission::go_to(live, axis, options_.offset_um);
         commission::stay_active(live, settling_s);
         if (given != options_.measured_um.end()) return given->second;
-        return commission::ask_number("   " + axis.name + ": what does the indicator show, in µm? ",
-                                      wait);
+        return commission::ask_number(
+            fmt::format("   {}: what does the indicator show, in µm? ", axis.name), wait);
     }
 
     void test_sign(commission::live_box &live, const commission::test_axis &axis) {
-        say("2. Sign of " + axis.name + ": " + text(options_.offset_um) + " µm");
+        say(fmt::format("2. Sign of {}: {:.4g} µm", axis.name, options_.offset_um));
         commission::go_to(live, axis, 0.0);
         const double measured_um = measure_axis(live, axis);
         commission::go_to(live, axis, 0.0);
@@ -132,9 +133,9 @@ class commissioning {
             const int sign = setup_.config->channels[channel].sign * (reversed ? -1 : 1);
             result_.signs[channel] = {options_.offset_um, measured_um, sign};
         }
-        say("   measured " + text(measured_um) + " µm: sign " +
-            std::to_string(result_.signs[axis.channels.front()].sign) +
-            (reversed ? ", turned round" : ", as in the file"));
+        say(fmt::format("   measured {:.4g} µm: sign {}{}", measured_um,
+                        result_.signs[axis.channels.front()].sign,
+                        reversed ? ", turned round" : ", as in the file"));
     }
 
     // On the first chosen channel of which the PLC returns what it applies.
@@ -154,16 +155,17 @@ class commissioning {
     }
 
     void say_times(const commission::loop_times &times) {
-        say("   exchange " + text(times.exchange.p50_ms) + " ms, 99 % below " +
-            text(times.exchange.p99_ms) + " ms");
-        say("   from write to applied " + text(times.taken_over.p50_ms) + " ms, 99 % below " +
-            text(times.taken_over.p99_ms) + " ms");
-        say("   lead " + text(commission::lead_of(times)) + " ms; the period must be at least " +
-            text(commission::shortest_period_ms(times)) + " ms, the file has " +
-            text(times.period_ms));
+        say(fmt::format("   exchange {:.4g} ms, 99 % below {:.4g} ms", times.exchange.p50_ms,
+                        times.exchange.p99_ms));
+        say(fmt::format("   from write to applied {:.4g} ms, 99 % below {:.4g} ms",
+                        times.taken_over.p50_ms, times.taken_over.p99_ms));
+        say(fmt::format(
+            "   lead {:.4g} ms; the period must be at least {:.4g} ms, the file has {:.4g}",
+            commission::lead_of(times), commission::shortest_period_ms(times), times.period_ms));
         if (times.period_ms < commission::shortest_period_ms(times)) {
-            setup_.remarks.push_back("period_ms is too short for this PLC: take " +
-                                     text(commission::shortest_period_ms(times)) + " or more");
+            setup_.remarks.push_back(
+                fmt::format("period_ms is too short for this PLC: take {:.4g} or more",
+                            commission::shortest_period_ms(times)));
         }
     }
 
@@ -178,11 +180,11 @@ class commissioning {
         }
         if (output == "-") return;
         for (const auto &remark : setup_.remarks) say("Remark: " + remark);
-        say("Written to " + output + ": sign of each tested channel" +
-            (result_.times && changed["cycle"]["lead_ms"].is_number()
-                 ? ", lead_ms " + text(changed["cycle"]["lead_ms"].get<double>())
-                 : "") +
-            ", provenance.commissioning");
+        say(fmt::format(
+            "Written to {}: sign of each tested channel{}, provenance.commissioning", output,
+            result_.times && changed["cycle"]["lead_ms"].is_number()
+                ? fmt::format(", lead_ms {:.4g}", changed["cycle"]["lead_ms"].get<double>())
+                : ""));
     }
 
     commission_options options_;

@@ -63,7 +63,7 @@ constexpr const char *export_example =
 std::pair<std::string, std::string> pair_of(const std::string &option, const std::string &text) {
     const auto equals = text.find('=');
     if (equals == 0 || equals == std::string::npos || equals + 1 == text.size()) {
-        throw cli::usage_error(option, "'" + text + "' must read NAME=…");
+        throw cli::usage_error(option, fmt::format("'{}' must read NAME=…", text));
     }
     return {text.substr(0, equals), text.substr(equals + 1)};
 }
@@ -75,7 +75,7 @@ std::map<std::string, double> numbers_of(const std::string &option,
         for (const auto &piece : split_at_keys(text)) {
             const key_values one = parse_key_values(option, piece);
             if (one.values.size() != 1) {
-                throw cli::usage_error(option, "'" + piece + "' must read NAME=number");
+                throw cli::usage_error(option, fmt::format("'{}' must read NAME=number", piece));
             }
             all[one.key] = one.values[0];
         }
@@ -134,8 +134,7 @@ void check_names(const exports::channel_model &model, const export_arguments &ar
         return false;
     };
     const auto refuse = [&](const char *option, const std::string &name, const char *what) {
-        throw input_error(arguments.input, 0, 0,
-                          "has no " + std::string(what) + " '" + name + "' (" + option + ")");
+        throw input_error(arguments.input, 0, 0, "has no {} '{}' ({})", what, name, option);
     };
     for (const auto &[name, range] : arguments.table.range) {
         if (!known(name, false)) refuse("--range", name, "signal");
@@ -157,8 +156,8 @@ void deliver(const export_arguments &arguments, const std::vector<exports::outpu
     json report;
     report["files"] = json::array();
     for (const auto &file : files) {
-        write_file(arguments.folder + "/" + file.name, file.text);
-        report["files"].push_back(arguments.folder + "/" + file.name);
+        write_file(fmt::format("{}/{}", arguments.folder, file.name), file.text);
+        report["files"].push_back(fmt::format("{}/{}", arguments.folder, file.name));
     }
     report["losses"] = losses;
     if (arguments.as_json) {
@@ -201,18 +200,16 @@ void check_lost_motion(const exports::channel_model &model, const export_argumen
                 own = true;
                 if (column.half_um.empty()) continue;
                 throw input_error(arguments.input, 0, 0,
-                                  "the curve of channel " + name +
-                                      " has branches, which hold the lost motion already; leave "
-                                      "out --lost-motion-um " +
-                                      name);
+                                  "the curve of channel {} has branches, which hold the lost "
+                                  "motion already; leave out --lost-motion-um {}",
+                                  name, name);
             }
         }
         if (own) continue;
         throw input_error(arguments.input, 0, 0,
-                          "channel " + name +
-                              " gets no table over its own axis to put the lost motion into; "
-                              "leave out --lost-motion-um " +
-                              name);
+                          "channel {} gets no table over its own axis to put the lost motion into; "
+                          "leave out --lost-motion-um {}",
+                          name, name);
     }
 }
 

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // compbox fit: one measured error curve to a term.
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cctype>
 #include <functional>
@@ -61,7 +63,7 @@ std::function<void(const std::string &)> choice(kind &into, const std::string &o
             }
             names += std::string(names.empty() ? "" : ", ") + name_of(one);
         }
-        throw cli::usage_error(option, "'" + text + "' is none of " + names);
+        throw cli::usage_error(option, fmt::format("'{}' is none of {}", text, names));
     };
 }
 
@@ -72,13 +74,14 @@ void check_name(const std::string &option, const std::string &name) {
     };
     if (name.empty()) throw cli::usage_error(option, "a name may not be empty");
     if (name.size() >= CB_NAME_SIZE) {
-        throw cli::usage_error(option, "'" + name + "' is too long: a name has at most " +
-                                           std::to_string(CB_NAME_SIZE - 1) + " characters");
+        throw cli::usage_error(
+            option, fmt::format("'{}' is too long: a name has at most {} characters", name,
+                                CB_NAME_SIZE - 1));
     }
     if (!std::all_of(name.begin(), name.end(), fits)) {
-        throw cli::usage_error(option, "'" + name +
-                                           "' is no name: use letters A to Z, digits and "
-                                           "_ - . only");
+        throw cli::usage_error(
+            option,
+            fmt::format("'{}' is no name: use letters A to Z, digits and _ - . only", name));
     }
 }
 

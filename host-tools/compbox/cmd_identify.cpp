@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // compbox identify: nine lines to the six errors of an axis.
+#include <fmt/core.h>
+
 #include <cmath>
 #include <iomanip>
 #include <iostream>
@@ -60,8 +62,8 @@ nine_lines read_lines(const std::string &path) {
         lines.position_mm.push_back(table.rows[r][position]);
         if (r > 0 && lines.position_mm[r] <= lines.position_mm[r - 1]) {
             throw input_error(path, table.lines[r], 0,
-                              "positions must ascend, but " + shortest(lines.position_mm[r]) +
-                                  " mm comes after " + shortest(lines.position_mm[r - 1]) + " mm");
+                              "positions must ascend, but {} mm comes after {} mm",
+                              lines.position_mm[r], lines.position_mm[r - 1]);
         }
     }
     return lines;
@@ -89,7 +91,7 @@ void write_curves(const identify_arguments &arguments, const six_curves &curves)
             rows.push_back(
                 {curves.position_mm[r], curves.value(row, column), curves.sigma(row, column)});
         }
-        write_file(arguments.folder + "/" + names[k] + ".csv",
+        write_file(fmt::format("{}/{}.csv", arguments.folder, names[k]),
                    csv_text({"position_mm", "error_" + unit, "sigma_" + unit}, rows));
     }
 }

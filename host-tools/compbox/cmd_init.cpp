@@ -83,7 +83,7 @@ void add_init(cli::command &app) {
         .check([](const std::string &text) {
             return cb_is_numeric_address(text.c_str())
                        ? std::string()
-                       : "'" + text + "' is no IP address in numbers, as 192.168.0.10";
+                       : fmt::format("'{}' is no IP address in numbers, as 192.168.0.10", text);
         });
     command.add_option("--port", machine.port, "PLC's TCP port")
         .capture_default_str()

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // compbox pack: a coefficient file as it is flashed.
+#include <fmt/core.h>
+
 #include <iostream>
 #include <memory>
 
@@ -36,8 +38,8 @@ std::vector<std::string> remarks_on(const std::string &path, const std::string &
                        &message) == CB_OK) {
         return {};
     }
-    return {path + ": the STM32F405 will not run this file: " + message.text + ", line " +
-            std::to_string(message.line) + ", column " + std::to_string(message.column)};
+    return {fmt::format("{}: the STM32F405 will not run this file: {}, line {}, column {}", path,
+                        message.text, message.line, message.column)};
 }
 
 // Where a box that cannot run the text says so.

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // compbox plan: the three measuring points of a nine-line measurement.
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -162,8 +164,8 @@ void run_plan(plan_arguments &arguments) {
     const grid box = parse_box(arguments.box);
     const auto nodes = allowed_nodes(box, arguments.forbidden);
     if (nodes.size() < 3 || nodes.size() > 4000) {
-        throw input_error("--box leaves " + std::to_string(nodes.size()) +
-                          " nodes; 3 to 4000 can be searched");
+        throw input_error(
+            fmt::format("--box leaves {} nodes; 3 to 4000 can be searched", nodes.size()));
     }
     for (std::size_t k = 0; k < arguments.preset.size(); ++k) {
         if (arguments.preset[k] == 0.0) {

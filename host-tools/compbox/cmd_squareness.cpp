@@ -97,9 +97,9 @@ void run_squareness(const squareness_arguments &arguments) {
     std::string source;
     const squareness found = squareness_of(arguments, source);
     if (!std::isfinite(found.value_urad) || std::fabs(found.value_urad) > 1e5) {
-        throw input_error(source + ": " + arguments.name + " comes out as " +
-                          std::to_string(found.value_urad) +
-                          " urad, which cannot be: check the order of the numbers");
+        throw input_error(fmt::format(
+            "{}: {} comes out as {:.0f} urad, which cannot be: check the order of the numbers", source,
+            arguments.name, found.value_urad));
     }
     json report;
     report["squareness_urad"][arguments.name] = found.value_urad;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // compbox train: rows of inputs and errors to a network, or to the linear map that beats it.
+#include <fmt/core.h>
+
 #include <iostream>
 #include <limits>
 #include <map>
@@ -103,7 +105,7 @@ void check_usage(const train_arguments &arguments) {
     for (const auto &text : arguments.slopes) {
         const slope_option slope = parse_slope(text);
         if (!slope.along.empty() && !slope.of.empty()) continue;
-        throw cli::usage_error("--slope", "'" + text + "' is not POSITION:INPUT,INPUT");
+        throw cli::usage_error("--slope", fmt::format("'{}' is not POSITION:INPUT,INPUT", text));
     }
     for (const auto &text : arguments.margins) {
         if (margin_of(text)) continue;

@@ -52,8 +52,8 @@ void read_squareness(volumetric_arguments &arguments, const std::string &path) {
         const bool known = name == "C0Y" || name == "B0Z" || name == "A0Z";
         if (!known || !value.is_number() || std::fabs(value.get<double>()) > 1e5) {
             throw input_error(
-                path, 0, 0,
-                "squareness_urad." + name + " must be C0Y, B0Z or A0Z with a number up to 100000");
+                path, 0, 0, "squareness_urad.{} must be C0Y, B0Z or A0Z with a number up to 100000",
+                name);
         }
         put_squareness(arguments, name, value.get<double>());
     }

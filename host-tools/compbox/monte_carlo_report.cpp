@@ -25,8 +25,10 @@ json less_percent(double now, double before) {
     return before == 0.0 ? json(nullptr) : json(100.0 * (1.0 - now / before));
 }
 
-std::string cell(const json &value, const char *format) {
-    return value.is_null() ? std::string(9, ' ') + "-" : formatted(format, value.get<double>());
+// A number to `places` decimals, or "-" for null, in a column of `width`.
+std::string cell(const json &value, int width, int places) {
+    return value.is_null() ? fmt::format("{:>{}}", "-", width)
+                           : fmt::format("{:{}.{}f}", value.get<double>(), width, places);
 }
 
 }  // namespace
@@ -65,26 +67,26 @@ json monte_carlo_json(const monte_carlo_result &result, const monte_carlo_option
 }
 
 std::string monte_carlo_table(const json &report) {
-    std::string text = "Monte Carlo, " + std::to_string(report["runs"].get<unsigned>()) +
-                       " runs, seed " + std::to_string(report["seed"].get<std::uint64_t>()) +
-                       ", sigma of a reading " + cell(report["reading_sigma_um"], "%.3g") +
-                       " um\n                        traditional                  improved         "
-                       "    closer   lower"
-                       "\n  error    preset      mean  sigma (closed)      mean  sigma (closed)    "
-                       " mean   sigma\n";
+    std::string text = fmt::format(
+        "Monte Carlo, {} runs, seed {}, sigma of a reading {:.3g} um\n"
+        "                        traditional                  improved             closer   lower\n"
+        "  error    preset      mean  sigma (closed)      mean  sigma (closed)     mean   sigma\n",
+        report["runs"].get<unsigned>(), report["seed"].get<std::uint64_t>(),
+        report["reading_sigma_um"].get<double>());
     for (const auto &[name, one] : report["errors"].items()) {
-        text += "  " + name + cell(one["preset"], "%11.3f");
+        text += "  " + name + cell(one["preset"], 11, 3);
         for (const char *method : {"traditional", "improved"}) {
             if (!one.contains(method)) {
                 text += "        -       -        ";
                 continue;
             }
-            text += cell(one[method]["mean"], "%10.3f") + cell(one[method]["sigma"], "%8.3f") +
-                    cell(one[method]["sigma_closed_form"], " (%6.3f)");
+            text += fmt::format("{}{} ({})", cell(one[method]["mean"], 10, 3),
+                                cell(one[method]["sigma"], 8, 3),
+                                cell(one[method]["sigma_closed_form"], 6, 3));
         }
         if (one.contains("traditional")) {
-            text += cell(one["mean_closer_percent"], "%8.1f %%") +
-                    cell(one["sigma_lower_percent"], "%6.1f %%");
+            text += cell(one["mean_closer_percent"], 8, 1) + " %" +
+                    cell(one["sigma_lower_percent"], 6, 1) + " %";
         }
         text += "  " + one["unit"].get<std::string>() + "\n";
     }

@@ -30,7 +30,7 @@ std::string percent_row(const std::string &name, const std::string &letters, con
 }
 
 double rounded(double value) {
-    return std::stod(formatted("%.4f", value));
+    return std::stod(fmt::format("{:.4f}", value));
 }
 
 json by_axis(const std::string &letters, const number &value) {
