@@ -42,7 +42,7 @@ class row_watcher {
 
     void look(std::size_t row, const cb_box &box, const std::vector<double> &values);
 
-    // One sentence each; raw: what the box would do, had it not been told to take everything.
+    // One sentence each; raw: what the box would do if it checked its inputs.
     std::vector<std::string> remarks(bool raw) const;
 
   private:

@@ -22,6 +22,8 @@ kind named(const std::string &text, std::initializer_list<kind> all, const std::
     throw input_error(file, 0, 0, "there is no method or line '{}' (there are {})", text, there);
 }
 
+// in : a curve's name, as EZX: its signal is what follows the second letter
+// out: the recipe's options for it. Throws input_error that names the recipe's file.
 fit_options options_of(const fit_recipe &recipe, const std::string &curve) {
     fit_options options;
     options.name = curve;

@@ -12,7 +12,7 @@ namespace compbox::coefficients {
 
 // A way to fit curves, with the options of `compbox fit`.
 struct fit_recipe {
-    std::string file;                            // that it stands in, for messages
+    std::string file;                            // of the recipe, for messages
     std::string name;                            // in tables and reports
     std::string method;                          // bspline, bspline-lmc, polynomial, polyline
     std::string line;                            // taken off first: keep, end-point, least-squares

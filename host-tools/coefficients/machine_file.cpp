@@ -52,6 +52,7 @@ double travel_number(const std::string &text, const std::string &whole) {
     return value;
 }
 
+// Throws input_error that names the option where the name, an axis or a travel is not possible.
 void check_axes(const machine_options &options) {
     const std::string &axes = options.axes;
     if (options.name.empty() || options.name.size() > max_name) {
@@ -76,6 +77,8 @@ void check_axes(const machine_options &options) {
     }
 }
 
+// in : an axis letter, its first register. out: its signal in mm or degrees; min and max are null
+//      where no travel is given, and `compbox build` fills them in.
 json position_signal(char axis, int reg, const machine_options &options) {
     json signal = {{"name", std::string(1, axis)},
                    {"unit", is_linear(axis) ? "mm" : "deg"},
@@ -107,6 +110,8 @@ json offset_channel(char axis, int index, const std::string &profile) {
             {"applied", first_applied + 2 * index}};
 }
 
+// in : the count of channels. out: the section plc, with registers that follow each other in the
+//      order of the constants first_…
 json plc_section(const machine_options &options, int channels) {
     const int read_count = first_applied + 2 * channels;
     const int write_count = first_output - first_write + 2 * channels;

@@ -41,6 +41,8 @@ json named_array(const json &holder, const std::string &key, const std::string &
 // Signals and terms of several files, each name once.
 class collection {
   public:
+    // Takes over a file's signals and terms. Throws input_error where a name exists already, or
+    // an entry is no object with a name.
     void add(const json &from, const std::string &file) {
         const std::size_t first_term = terms_.size();
         const json signals = named_array(from, "signals", file);
@@ -146,6 +148,8 @@ std::string listed(const json &names, const char *separator) {
     return text;
 }
 
+// Fills in the sum of each channel that leaves it to the tool, and drops channels without a term.
+// Throws input_error where no channel is left.
 void fill_sums(merged_file &merged, const std::string &machine_path) {
     json kept = json::array();
     for (json channel : named_array(merged.file, "channels", machine_path)) {
@@ -170,6 +174,7 @@ void fill_sums(merged_file &merged, const std::string &machine_path) {
     merged.file["channels"] = std::move(kept);
 }
 
+// Adds a note for each output of a term that no channel sums and no term uses.
 void note_unused(merged_file &merged) {
     std::set<std::string> used = consumed_outputs(merged.file["terms"]);
     for (const auto &channel : merged.file["channels"]) {
@@ -231,7 +236,7 @@ void take_range(json &signal, const merged_file &merged, const std::string &file
     const auto range = range_of_curves(merged.file["terms"], signal["name"].get<std::string>());
     const std::string name = signal["name"];
     if (!range) {
-        refuse(file, fmt::format("signal {}: set min and max (no curve tells its range)", name));
+        refuse(file, fmt::format("signal {}: set min and max (no curve gives its range)", name));
     }
     const travel_range plausible = plausible_around(*range);
     if (is_null(signal, "min")) signal["min"] = plausible.from_mm;
@@ -242,6 +247,8 @@ std::string json_number(const json &value) {
     return value.is_number() ? shortest(value.get<double>()) : value.dump();
 }
 
+// Fills in min and max, in the signal's unit, from the curves that use it, and drops signals that
+// no term uses. Throws input_error where no curve gives a range.
 void fill_ranges(merged_file &merged) {
     json kept = json::array();
     std::vector<entry_home> homes;

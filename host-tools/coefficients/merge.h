@@ -35,7 +35,7 @@ merged_file merge_files(const std::string &machine_path, const std::vector<std::
 //     out
 //   - a signal's min and max: plausible_around() the curves over it; a signal that nothing uses is
 //     left out
-// All else stays as written. Throws input_error where nothing tells what to fill in.
+// All else stays as written. Throws input_error where the files do not determine a value.
 void fill_in(merged_file &merged, const std::string &machine_path);
 
 }  // namespace compbox::coefficients

@@ -34,6 +34,8 @@ double update_ms(const cb_config &config) {
     return std::max(cb_profile_update_us(&config), config.period_us) / 1000.0;
 }
 
+// out: limits of the channel in the control's units and in µm, rounded for reading; the largest
+//      step only where the control has one
 json channel_figures(const cb_config &config, const cb_channel_config &channel) {
     const cb_profile_facts &facts = *cb_profile_of(config.plc.profile);
     const double period_s = config.period_us * 1e-6;
@@ -70,6 +72,7 @@ std::string update_text(const cb_config &config, const json &figures) {
         figures["handshake_ms"].get<double>(), figures["update_ms"].get<double>());
 }
 
+// in : channel_figures' object. out: its line for reading
 std::string channel_text(const std::string &name, const json &channel) {
     std::string text =
         fmt::format("channel {}: ±{:.6g} units", name, channel["limit_units"].get<double>());

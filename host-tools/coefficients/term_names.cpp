@@ -7,7 +7,7 @@ namespace compbox::coefficients {
 
 namespace {
 
-// Adds the text, or the texts of the list, that stand under the key.
+// Adds the key's text, or the texts of its list.
 void add_texts(std::vector<std::string> &names, const json &term, const char *key) {
     const json value = term.value(key, json());
     if (value.is_string()) names.push_back(value);

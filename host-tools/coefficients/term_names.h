@@ -14,7 +14,7 @@ namespace compbox::coefficients {
 // term: an object with a name. The names under which its outputs are summed.
 std::vector<std::string> outputs_of(const json &term);
 
-// The signals that a term names, or that it takes without being told (a volumetric term's axes).
+// The signals that a term names, or that it uses by its type (a volumetric term's axes).
 std::vector<std::string> signals_of(const json &term);
 
 // The outputs that other terms work on: a product's slope, a volumetric term's errors.

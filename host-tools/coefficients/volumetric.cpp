@@ -80,6 +80,8 @@ void take_reference_point(const std::string &folder, volumetric_result &result) 
     result.reference_points_mm[axis] = {point[0], point[1], point[2]};
 }
 
+// Fits one curve, adds its term and provenance to result.fragment.
+// out: its figures in the file's unit. Throws input_error that names the file.
 fitted_error fit_one(const curve_file &curve, const volumetric_options &options,
                      volumetric_result &result) {
     const measurement data = read_measurement(curve.path);
@@ -109,6 +111,8 @@ json numbers(const vector_mm &v) {
     return json::array({v[0], v[1], v[2]});
 }
 
+// in : options in mm, result with reference points, squareness and errors. out: the term
+// volumetric.
 json term_of(const volumetric_options &options, const volumetric_result &result) {
     json term;
     term["name"] = options.name;

@@ -83,6 +83,7 @@ struct cam_shop {
     }
 };
 
+// Throws input_error where a channel depends on a signal that is neither on the path nor fixed.
 void check_path(const cam_shop &shop) {
     std::vector<bool> known(shop.model.config().signals_count);
     for (const auto &[signal, along] : shop.path) known[signal] = true;
@@ -105,6 +106,8 @@ void check_path(const cam_shop &shop) {
     }
 }
 
+// Fills the set's points over the range at this step, in mm, and the largest error between them.
+// out: whether every cam is within the tolerance
 bool fill(const cam_shop &shop, const coefficients::travel_range &range, double step,
           cam_set &set) {
     set.step_mm = step;

@@ -83,6 +83,7 @@ class parser {
             [base, exponent = signed_power()](double x) { return std::pow(base(x), exponent(x)); };
     }
 
+    // A number, the variable, pi, a bracket or a call; at_ moves behind it. Throws input_error.
     function operand() {
         const char c = next();
         if (take('(')) return bracket();

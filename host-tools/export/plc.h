@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The registers in the words of the control: an S7 data block, or a table of PMC addresses.
-// What is known of both, and how surely, stands in docs/plc/README.md.
+// What is known of both, and how surely, is in docs/plc/README.md.
 #pragma once
 
 #include "host-tools/export/plc_layout.h"

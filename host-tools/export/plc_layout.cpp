@@ -91,6 +91,7 @@ std::string size_of(const taken_channel &channel, const std::map<std::string, do
                        ahead);
 }
 
+// Adds the channel's value, and its applied value, slope and reference where it has them.
 void add_channel(layout &to, const taken_channel &channel,
                  const std::map<std::string, double> &least_um) {
     const std::string scale = scaled(channel.scale_um, "um");

@@ -19,7 +19,7 @@ constexpr unsigned places_in_space = 4000;
 struct workshop {
     const channel_model &model;
     const table_options &options;
-    channel_model::values at;  // what stands still
+    channel_model::values at;  // of the signals that do not move
     std::vector<unsigned> own_axis;
 
     const cb_channel_config &channel(unsigned c) const { return model.config().channels[c]; }
@@ -60,7 +60,7 @@ struct workshop {
     }
 };
 
-// Signals that stand still: from `at`, positions else in the middle of their range.
+// Signals that do not move: from `at`, positions else in the middle of their range.
 channel_model::values standing(const channel_model &model, const table_options &options,
                                table_set &result) {
     channel_model::values at = model.middle();
@@ -198,6 +198,8 @@ void choose_step(const workshop &shop, const coefficients::travel_range &range, 
     }
 }
 
+// Fills the table at the given step, or at the coarsest that keeps the tolerance. Throws
+// input_error where the step gives fewer than 2 or too many points.
 void fill_table(const workshop &shop, axis_table &table) {
     const coefficients::travel_range range = range_of(shop, table.signal);
     if (!shop.options.step_mm) {
@@ -278,6 +280,7 @@ void judge_directions(const workshop &shop, table_set &result) {
     }
 }
 
+// Adds a remark for each table that misses the tolerance or exceeds the channel's limit_um.
 void judge(const workshop &shop, table_set &result) {
     judge_directions(shop, result);
     for (const auto &table : result.tables) {

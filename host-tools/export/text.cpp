@@ -51,7 +51,7 @@ bool directed(const channel_model &model, const text_options &options, const tab
 
 // What is wanted in mm at point k while the axis moves forward (+1), backward (-1) or either way
 // (0). Lost motion given by hand: the curve is the mean of both directions, and going forward the
-// tool stands half of it further forward.
+// tool is half of it further forward.
 double wanted_mm(const table_column &column, std::size_t k, double lost_um, int direction) {
     const double half = column.half_um.empty() ? -0.5 * lost_um : column.half_um[k];
     return (column.wanted_um[k] + direction * half) / um_per_mm;
@@ -73,6 +73,7 @@ struct cec_table {
     const table_column *column;
 };
 
+// One table of SINUMERIK's cross-error compensation: values in mm, negated by options.sign.
 std::string cec_text(const channel_model &model, const text_options &options,
                      const cec_table &one) {
     const double lost = lost_motion_um(model, options, *one.column);
@@ -106,6 +107,7 @@ std::string padded(std::string text, std::size_t width) {
 
 constexpr std::size_t number_width = 8, value_width = 14;
 
+// One axis in HEIDENHAIN's .COM: columns in mm, padded; BACKLASH only for the axis' own column.
 std::string com_text(const channel_model &model, const text_options &options,
                      const axis_table &table, const std::string &name) {
     std::string text = fmt::format("BEGIN {} MM\r\n", name);
@@ -167,7 +169,7 @@ std::vector<std::string> loss_lines(const channel_model &model, const table_set 
     return lines;
 }
 
-// LinuxCNC stops reading at the first line that is not three numbers: comments stand at the end.
+// LinuxCNC stops reading at the first line that is not three numbers: comments go to the end.
 std::vector<output_file> linuxcnc_comp(const channel_model &model, const table_set &tables,
                                        const text_options &options) {
     std::vector<output_file> files;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The tables in the words of each control. What is known of these formats, and how surely, stands
+// The tables in the words of each control. What is known of these formats, and how surely, is
 // in docs/export.md.
 #pragma once
 

@@ -79,7 +79,7 @@ def test_a_volumetric_term_keeps_the_axes_that_it_takes_without_naming_them(comp
            "outputs": ["a", "b", "c"]}
     compbox.write("t", {"terms": [vol]})
     assert compbox.refused(*build(compbox, "t")) == (
-        "machine.json: signal X: set min and max (no curve tells its range)")
+        "machine.json: signal X: set min and max (no curve gives its range)")
 
 
 def test_a_range_that_nothing_tells(compbox):
@@ -87,7 +87,7 @@ def test_a_range_that_nothing_tells(compbox):
     compbox.write("t", {"terms": [{"name": "EXX", "type": "polynomial", "signal": "X",
                                    "coefficients": [1]}]})
     assert compbox.refused(*build(compbox, "t")) == (
-        "machine.json: signal X: set min and max (no curve tells its range)")
+        "machine.json: signal X: set min and max (no curve gives its range)")
 
 
 def test_no_channel_has_a_term(compbox, machine):
