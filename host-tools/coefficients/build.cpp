@@ -45,7 +45,8 @@ void refuse_bad_terms(merged_file merged) {
 
 std::vector<std::string> build_file(const std::string &machine,
                                     const std::vector<std::string> &terms,
-                                    std::optional<unsigned> revision, const std::string &output) {
+                                    std::optional<unsigned> revision, const std::string &output,
+                                    std::ostream *out) {
     const merged_file as_given = merge_files(machine, terms, revision);
     merged_file merged = as_given;
     try {
@@ -64,9 +65,9 @@ std::vector<std::string> build_file(const std::string &machine,
     }
     // A coefficient file may be built upon; a term is not written over.
     if (output == machine)
-        update_file(output, text);
+        update_file(output, text, out);
     else
-        write_file(output, text);
+        write_file(output, text, out);
     for (const auto &remark : pair_remarks(*config)) merged.notes.push_back(remark);
     merged.notes.push_back(fmt::format("revision {}: {}", config->revision, summary(*config)));
     return merged.notes;

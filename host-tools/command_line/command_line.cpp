@@ -1,10 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/command_line/command_line.h"
 
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <iostream>
 
 namespace compbox::cli {
+
+streams standard_streams() {
+    return {STDIN_FILENO, std::cout, std::cerr, ::isatty(STDERR_FILENO) == 1};
+}
 
 value_check one_of_numbers(std::initializer_list<int> numbers) {
     return [check = CLI::IsMember(numbers)](const std::string &text) { return check(text); };
@@ -80,7 +87,7 @@ option command::add_flag(const std::string &names, bool &variable, const std::st
 }
 
 command command::add_subcommand(const std::string &name, const std::string &description) {
-    return command(is_->add_subcommand(name, description));
+    return command(is_->add_subcommand(name, description), io_);
 }
 
 bool command::has_subcommand(const std::string &name) const {
@@ -100,13 +107,14 @@ void command::set_help_all_flag(const std::string &name, const std::string &desc
     is_->set_help_all_flag(name, description);
 }
 
-void command::callback(const std::function<void()> &run) {
-    is_->callback(run);
+void command::callback(const std::function<void(const streams &)> &run) {
+    is_->callback([run, io = io_] { run(*io); });
 }
 
-program::program(const std::string &description)
-    : command(nullptr), owned_(std::make_unique<CLI::App>(description)) {
+program::program(const std::string &description, const streams &io)
+    : command(nullptr, nullptr), owned_(std::make_unique<CLI::App>(description)), streams_(io) {
     is_ = owned_.get();
+    io_ = &streams_;
 }
 
 program::~program() = default;
@@ -120,9 +128,9 @@ std::optional<int> program::parse(int argc, const char *const *argv) {
         owned_->parse(argc, argv);
         return std::nullopt;
     } catch (const CLI::ParseError &error) {
-        return owned_->exit(error) == 0 ? 0 : 2;
+        return owned_->exit(error, streams_.out, streams_.err) == 0 ? 0 : 2;
     } catch (const usage_error &error) {
-        owned_->exit(CLI::ValidationError(error.what()));
+        owned_->exit(CLI::ValidationError(error.what()), streams_.out, streams_.err);
         return 2;
     }
 }

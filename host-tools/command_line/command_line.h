@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <initializer_list>
+#include <iosfwd>
 #include <map>
 #include <memory>
 #include <optional>
@@ -27,6 +28,14 @@ struct usage_error : std::runtime_error {
     usage_error(const std::string &option, const std::string &sentence)
         : usage_error(option + ": " + sentence) {}
 };
+
+// What a program reads and prints. Nothing else writes to a stream of the process.
+struct streams {
+    int in;  // a descriptor: commands ask questions while the cycle of a box goes on
+    std::ostream &out, &err;
+    bool shows_progress = false;  // err is a terminal
+};
+streams standard_streams();
 
 // in : one value as typed. out: what is wrong with it in a few words, "" for nothing.
 using value_check = std::function<std::string(const std::string &)>;
@@ -85,16 +94,17 @@ class command {
     void set_help_all_flag(const std::string &name, const std::string &description);
 
     // What to do where all options are right. It may throw usage_error for what they mean together.
-    void callback(const std::function<void()> &run);
+    void callback(const std::function<void(const streams &)> &run);
 
   protected:
-    explicit command(CLI::App *is) : is_(is) {}
+    command(CLI::App *is, const streams *io) : is_(is), io_(io) {}
     CLI::App *is_;
+    const streams *io_;  // the program's
 };
 
 class program : public command {
   public:
-    explicit program(const std::string &description);
+    program(const std::string &description, const streams &io);
     ~program();
     program(const program &) = delete;
     program &operator=(const program &) = delete;
@@ -102,8 +112,8 @@ class program : public command {
     void set_version_flag(const std::string &name, const std::string &version);
 
     // Sets the variables, then runs the commands' callbacks. out: nothing where the program may go
-    // on; else its exit code: 0 where help or the version was printed, 2 for wrong usage, told on
-    // stderr. What callbacks throw beside usage_error comes out.
+    // on; else its exit code: 0 where help or the version was printed, 2 for wrong usage, printed
+    // to streams.err. What callbacks throw beside usage_error comes out.
     std::optional<int> parse(int argc, const char *const *argv);
 
     // The same of words, in order and without the program's name. Prints nothing of its own: wrong
@@ -112,6 +122,7 @@ class program : public command {
 
   private:
     std::unique_ptr<CLI::App> owned_;
+    const streams streams_;
 };
 
 template <typename Choice>

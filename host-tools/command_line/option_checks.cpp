@@ -15,7 +15,7 @@ namespace compbox {
 
 namespace {
 
-// The whole text as a number; blanks (of "1, 2") and a plus sign may stand before it.
+// The whole text as a number; blanks (of "1, 2") and a plus sign may come before it.
 template <typename Number>
 bool read_number(const std::string &text, Number &value) {
     std::size_t start = std::min(text.find_first_not_of(' '), text.size());

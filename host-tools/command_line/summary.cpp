@@ -2,7 +2,7 @@
 #include "host-tools/command_line/summary.h"
 
 #include <algorithm>
-#include <iostream>
+#include <ostream>
 
 #include "host-tools/formats/json.h"
 
@@ -12,16 +12,16 @@ void add_json(cli::command &command, bool &as_json) {
     command.add_flag("--json", as_json, "Print what was done as JSON");
 }
 
-void print_summary(const std::vector<std::string> &files, const json &figures,
+void print_summary(std::ostream &out, const std::vector<std::string> &files, const json &figures,
                    const std::vector<std::string> &remarks) {
-    for (const char *out : {"-", "/dev/stdout"}) {
-        if (std::count(files.begin(), files.end(), out) > 0) return;
+    for (const char *name : {"-", "/dev/stdout"}) {
+        if (std::count(files.begin(), files.end(), name) > 0) return;
     }
     json summary;
     summary["files"] = files;
     summary.update(figures);
     summary["remarks"] = remarks;
-    std::cout << json_text(summary);
+    out << json_text(summary);
 }
 
 }  // namespace compbox

@@ -14,7 +14,7 @@ void add_json(cli::command &command, bool &as_json);
 
 // Prints {"files": …, the keys of `figures`, "remarks": …}. Nothing where a file went to stdout
 // itself ("-").
-void print_summary(const std::vector<std::string> &files, const json &figures,
+void print_summary(std::ostream &out, const std::vector<std::string> &files, const json &figures,
                    const std::vector<std::string> &remarks = {});
 
 }  // namespace compbox

@@ -106,13 +106,15 @@ double count_heartbeat(live_box &live) {
         throw input_error("plc.read: readings fail again and again; is the line busy?");
     if (beats == 0) {
         throw input_error(
-            fmt::format("plc.plc_heartbeat: {} stands at {}; the PLC program has to count it up "
+            fmt::format("plc.plc_heartbeat: {} stays at {}; the PLC program has to count it up "
                         "when fresh positions came from the NC",
                         register_name(live, plc.plc_heartbeat), first));
     }
     return static_cast<double>(last_us - first_us) / 1000.0 / static_cast<double>(beats);
 }
 
+// Throws input_error where the PLC refuses the box's writes, does not confirm them, or does not
+// answer the read-back; the sentence names the registers and the remedy.
 void must_accept_writes(live_box &live) {
     const cb_plc_config &plc = live.config().plc;
     const bool refused = live.writes_refused() > 0;
@@ -194,6 +196,8 @@ std::optional<std::size_t> not_applied(const live_box &live, const test_axis &ax
     return std::nullopt;
 }
 
+// in : a channel whose applied value differs from the offset, in µm
+// Throws input_error that distinguishes mixed-up registers from a value that was not taken over.
 [[noreturn]] void refuse_applied(const live_box &live, const test_axis &axis, std::size_t channel,
                                  double offset_um) {
     const cb_channel_config &of = live.config().channels[channel];

@@ -79,6 +79,9 @@ json test_channel(json channel, std::size_t index, double rate_um_per_s) {
     return channel;
 }
 
+// in : a machine or coefficient file, the rate that no offset exceeds
+// out: a coefficient file whose channels take an offset each, without terms; remarks on what is
+//      left out. Throws input_error that names the file.
 json test_file(const json &document, const std::string &file, double rate_um_per_s,
                std::vector<std::string> &remarks) {
     json config;
@@ -110,6 +113,7 @@ std::unique_ptr<cb_config> load(const json &document, const std::string &file) {
     return config;
 }
 
+// out: an axis for each channel; the two channels of a pair are one axis, named "X1+X2"
 std::vector<test_axis> axes_of(const cb_config &config) {
     std::vector<test_axis> axes;
     for (std::size_t c = 0; c < config.channels_count; ++c) {

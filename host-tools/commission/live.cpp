@@ -103,6 +103,8 @@ struct live_box::inside {
         return result;
     }
 
+    // Starts box, cycle and wire from the beginning. Throws input_error where the PLC's host is no
+    // address; connects to nothing yet.
     void start(live_box *of_whom, const box_setup &setup) {
         owner = of_whom;
         std::memset(&box, 0, sizeof box);

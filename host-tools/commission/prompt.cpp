@@ -6,41 +6,14 @@
 
 #include <charconv>
 #include <cmath>
-#include <iostream>
 #include <optional>
+#include <ostream>
 
 #include "host-tools/formats/error.h"
 
 namespace compbox::commission {
 
 namespace {
-
-// Bytes of standard input that no question has used yet.
-std::string &waiting_text() {
-    static std::string text;
-    return text;
-}
-
-std::optional<std::string> waiting_line() {
-    std::string &text = waiting_text();
-    const std::size_t end = text.find('\n');
-    if (end == std::string::npos) return std::nullopt;
-    std::string line = text.substr(0, end);
-    text.erase(0, end + 1);
-    while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.pop_back();
-    return line;
-}
-
-void take_input() {
-    pollfd input = {STDIN_FILENO, POLLIN, 0};
-    if (::poll(&input, 1, 0) <= 0) return;
-    char piece[256];
-    const ssize_t got = ::read(STDIN_FILENO, piece, sizeof piece);
-    if (got > 0) waiting_text().append(piece, static_cast<std::size_t>(got));
-    if (got == 0) {
-        throw input_error("no answer: standard input has ended; give --measured AXIS=UM instead");
-    }
-}
 
 std::optional<double> number_in(const std::string &line) {
     const std::size_t first = line.find_first_not_of(" \t+");
@@ -54,22 +27,27 @@ std::optional<double> number_in(const std::string &line) {
 
 }  // namespace
 
-std::string ask(const std::string &question, const std::function<void()> &wait) {
-    std::cerr << question << std::flush;
+std::string prompt::ask(const std::string &question, const std::function<void()> &wait) {
+    err_ << question << std::flush;
     for (;;) {
-        if (const auto line = waiting_line()) {
-            if (::isatty(STDIN_FILENO) == 0) std::cerr << "\n";
+        if (auto line = lines_.next()) {
+            if (::isatty(in_) == 0) err_ << "\n";
+            line->erase(line->find_last_not_of("\r ") + 1);
             return *line;
         }
         wait();
-        take_input();
+        pollfd input = {in_, POLLIN, 0};
+        if (::poll(&input, 1, 0) > 0 && !lines_.read_more()) {
+            throw input_error(
+                "no answer: standard input has ended; give --measured AXIS=UM instead");
+        }
     }
 }
 
-double ask_number(const std::string &question, const std::function<void()> &wait) {
+double prompt::ask_number(const std::string &question, const std::function<void()> &wait) {
     for (;;) {
         if (const auto value = number_in(ask(question, wait))) return *value;
-        std::cerr << "A number in µm, please, as in -19.8\n";
+        err_ << "A number in µm, please, as in -19.8\n";
     }
 }
 

@@ -3,15 +3,29 @@
 #pragma once
 
 #include <functional>
+#include <iosfwd>
 #include <string>
+
+#include "host-tools/formats/input_lines.h"
 
 namespace compbox::commission {
 
-// Writes the question to standard error and calls wait() again and again until a line came from
-// standard input; out: the line. Throws input_error when standard input ends.
-std::string ask(const std::string &question, const std::function<void()> &wait);
+class prompt {
+  public:
+    // in : a descriptor for the answers, a stream for the questions
+    prompt(int in, std::ostream &err) : in_(in), err_(err), lines_(in) {}
 
-// The same until the line is a finite number.
-double ask_number(const std::string &question, const std::function<void()> &wait);
+    // Prints the question and calls wait() again and again until a line came; out: the line without
+    // blanks at its end. Throws input_error when the input ends.
+    std::string ask(const std::string &question, const std::function<void()> &wait);
+
+    // The same until the line is a finite number.
+    double ask_number(const std::string &question, const std::function<void()> &wait);
+
+  private:
+    int in_;
+    std::ostream &err_;
+    input_lines lines_;
+};
 
 }  // namespace compbox::commission

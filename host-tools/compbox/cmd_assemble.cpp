@@ -2,8 +2,8 @@
 // compbox assemble: nine instrument files to the table that identify reads.
 #include <cmath>
 #include <filesystem>
-#include <iostream>
 #include <memory>
+#include <ostream>
 
 #include "host-tools/command_line/summary.h"
 #include "host-tools/compbox/commands.h"
@@ -67,7 +67,8 @@ void check_no_file_twice(const std::vector<std::string> &files) {
     }
 }
 
-void run_assemble(const assemble_arguments &arguments) {
+// Reads the nine files, which must have the same positions, and writes one table of their means.
+void run_assemble(const assemble_arguments &arguments, const cli::streams &io) {
     check_no_file_twice(arguments.files);
     std::vector<measurement> lines;
     for (const auto &file : arguments.files) lines.push_back(read_measurement(file));
@@ -83,14 +84,14 @@ void run_assemble(const assemble_arguments &arguments) {
         rows.push_back({lines.front().position[i]});
         for (const auto &line : lines) rows.back().push_back(line.mean[i]);
     }
-    write_file(arguments.output, csv_text(names, rows));
+    write_file(arguments.output, csv_text(names, rows), &io.out);
     if (arguments.as_json) {
         return print_summary(
-            {arguments.output},
+            io.out, {arguments.output},
             {{"positions", rows.size()}, {"from_mm", rows.front()[0]}, {"to_mm", rows.back()[0]}});
     }
-    std::cout << rows.size() << " positions from " << shortest(rows.front()[0]) << " to "
-              << shortest(rows.back()[0]) << " mm written to " << arguments.output << "\n";
+    io.out << fmt::format("{} positions from {} to {} mm written to {}\n", rows.size(),
+                          rows.front()[0], rows.back()[0], arguments.output);
 }
 
 }  // namespace
@@ -103,7 +104,7 @@ void add_assemble(cli::command &app) {
     assemble.add_option("-o,--output", arguments->output, "Table to write, MEASURED.csv")
         .required();
     add_json(assemble, arguments->as_json);
-    assemble.callback([arguments] { run_assemble(*arguments); });
+    assemble.callback([arguments](const cli::streams &io) { run_assemble(*arguments, io); });
 }
 
 }  // namespace compbox

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // compbox build: machine file and terms to the coefficient file, if the box would take it.
-#include <iostream>
 #include <memory>
 #include <optional>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -24,13 +24,13 @@ struct build_options {
     bool as_json = false;
 };
 
-void run_build(const build_options &options) {
-    const auto notes =
-        coefficients::build_file(options.machine, options.terms, options.revision, options.output);
+void run_build(const build_options &options, const cli::streams &io) {
+    const auto notes = coefficients::build_file(options.machine, options.terms, options.revision,
+                                                options.output, &io.out);
     if (options.as_json) {
-        return print_summary({options.output}, {{"terms", options.terms}}, notes);
+        return print_summary(io.out, {options.output}, {{"terms", options.terms}}, notes);
     }
-    auto &out = options.output == "-" ? std::cerr : std::cout;
+    auto &out = options.output == "-" ? io.err : io.out;
     for (const auto &note : notes) out << note << "\n";
 }
 
@@ -52,7 +52,7 @@ void add_build(cli::command &app) {
         "names: EZX and EZY go to channel Z) and a signal's min and max (the range of its\n"
         "curves and a tenth of it, at least 10 mm, beyond). It prints what it filled in.\n\n"
         "Example:\n  compbox build machine.json EZX.json EZY.json -o coefficients.json");
-    command.callback([options] { run_build(*options); });
+    command.callback([options](const cli::streams &io) { run_build(*options, io); });
 }
 
 }  // namespace compbox

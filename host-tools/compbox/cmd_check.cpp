@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // compbox check: what the box itself says to a coefficient file.
-#include <iostream>
 #include <memory>
+#include <ostream>
 #include <string>
 
 #include "host-tools/coefficients/baud_table.h"
@@ -35,7 +35,8 @@ json serial_figures(const cb_config &config) {
             {"rates", rates}};
 }
 
-void check(const check_options &options) {
+// Prints what the box's loader reads from the file. Throws input_error with the loader's message.
+void check(const check_options &options, const cli::streams &io) {
     const auto config = coefficients::load_coefficients(options.path);
     if (options.as_json) {
         json figures = {
@@ -43,13 +44,13 @@ void check(const check_options &options) {
             {"signals", config->signals_count},   {"terms", config->terms_count},
             {"channels", config->channels_count}, {"plc", coefficients::profile_figures(*config)}};
         if (config->plc.transport == CB_TRANSPORT_RTU) figures["serial"] = serial_figures(*config);
-        return print_summary({}, figures, coefficients::profile_remarks(*config));
+        return print_summary(io.out, {}, figures, coefficients::profile_remarks(*config));
     }
-    std::cout << config->machine << ", revision " << config->revision << ": "
-              << coefficients::summary(*config) << "\n"
-              << coefficients::profile_text(*config) << coefficients::baud_table_text(*config);
+    io.out << config->machine << ", revision " << config->revision << ": "
+           << coefficients::summary(*config) << "\n"
+           << coefficients::profile_text(*config) << coefficients::baud_table_text(*config);
     for (const auto &remark : coefficients::profile_remarks(*config))
-        std::cout << "Remark: " << remark << "\n";
+        io.out << "Remark: " << remark << "\n";
 }
 
 }  // namespace
@@ -60,7 +61,7 @@ void add_check(cli::command &app) {
     command.add_option("FILE", options->path, "Coefficient file").required();
     add_json(command, options->as_json);
     command.footer("Example:\n  compbox check coefficients.json");
-    command.callback([options] { check(*options); });
+    command.callback([options](const cli::streams &io) { check(*options, io); });
 }
 
 }  // namespace compbox

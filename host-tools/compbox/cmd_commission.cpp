@@ -2,9 +2,9 @@
 // compbox commission: register map, signs and times, against a live PLC.
 #include <algorithm>
 #include <cmath>
-#include <iostream>
 #include <map>
 #include <memory>
+#include <ostream>
 #include <string>
 
 #include "host-tools/command_line/key_values.h"
@@ -36,8 +36,9 @@ struct commission_options {
 
 class commissioning {
   public:
-    explicit commissioning(const commission_options &options)
-        : options_(options),
+    commissioning(const commission_options &options, const cli::streams &io)
+        : io_(io),
+          options_(options),
           document_(read_json(options.path)),
           setup_(commission::make_box_setup(document_, options.path, options.rate_um_per_s)) {
         check_choice();
@@ -65,7 +66,7 @@ class commissioning {
     }
 
     void say(const std::string &line) const {
-        if (!options_.as_json) std::cout << line << std::endl;
+        if (!options_.as_json) io_.out << line << std::endl;
     }
 
     bool is_chosen(const commission::test_axis &axis) const {
@@ -87,6 +88,8 @@ class commissioning {
         for (const auto &[name, um] : options_.measured_um) must_be_known("--measured", name);
     }
 
+    // Registers, then the sign of each chosen axis, then times. Throws input_error at the first
+    // that fails; the caller brings the offsets back to zero.
     void walk(commission::live_box &live) {
         say("1. Registers");
         result_.registers = commission::check_registers(live, setup_);
@@ -111,7 +114,7 @@ class commissioning {
         const auto given = options_.measured_um.find(axis.name);
         const auto wait = [&live] { commission::stay_active(live, 0.0); };
         if (given == options_.measured_um.end()) {
-            commission::ask(
+            prompt_.ask(
                 fmt::format("   {}: set the indicator to zero, + as the axis counts; then Enter: ",
                             axis.name),
                 wait);
@@ -119,7 +122,7 @@ class commissioning {
         commission::go_to(live, axis, options_.offset_um);
         commission::stay_active(live, settling_s);
         if (given != options_.measured_um.end()) return given->second;
-        return commission::ask_number(
+        return prompt_.ask_number(
             fmt::format("   {}: what does the indicator show, in µm? ", axis.name), wait);
     }
 
@@ -169,14 +172,15 @@ class commissioning {
         }
     }
 
+    // Writes the file with signs, lead and provenance, and prints remarks or the summary.
     void finish() {
         const std::string &output = options_.output.empty() ? options_.path : options_.output;
         const json changed = commission::with_result(document_, options_.path, result_);
-        update_file(output, json_text(changed));
+        update_file(output, json_text(changed), &io_.out);
         if (options_.as_json) {
             json figures = commission::figures_of(document_, result_);
             figures["registers"] = result_.registers;
-            return print_summary({output}, figures, setup_.remarks);
+            return print_summary(io_.out, {output}, figures, setup_.remarks);
         }
         if (output == "-") return;
         for (const auto &remark : setup_.remarks) say("Remark: " + remark);
@@ -187,6 +191,8 @@ class commissioning {
                 : ""));
     }
 
+    const cli::streams &io_;
+    commission::prompt prompt_{io_.in, io_.err};
     commission_options options_;
     json document_;
     commission::box_setup setup_;
@@ -232,9 +238,9 @@ void add_commission(cli::command &app) {
     command.footer(
         "Example:\n  compbox commission machine.json --axis X --measured X=+19.8\n"
         "Ctrl-C brings the offset back to zero and writes nothing.");
-    command.callback([options] {
+    command.callback([options](const cli::streams &io) {
         options->measured_um = measured_of(options->measured_text);
-        commissioning(*options).run();
+        commissioning(*options, io).run();
     });
 }
 

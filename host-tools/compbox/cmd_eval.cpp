@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // compbox eval: the box's answer to a table of inputs.
-#include <iostream>
 #include <memory>
+#include <ostream>
 #include <string>
 
 #include "host-tools/coefficients/evaluate.h"
@@ -20,18 +20,18 @@ struct eval_options {
     bool raw = false, as_json = false;
 };
 
-void run_eval(const eval_options &options) {
+void run_eval(const eval_options &options, const cli::streams &io) {
     const auto config = coefficients::load_coefficients(options.coefficients);
     const csv_table samples = read_csv(options.samples);
     const coefficients::evaluation result = coefficients::evaluate(*config, samples, options.raw);
-    write_file(options.output, coefficients::evaluation_csv(result));
+    write_file(options.output, coefficients::evaluation_csv(result), &io.out);
     if (options.as_json) {
-        return print_summary({options.output},
+        return print_summary(io.out, {options.output},
                              {{"rows", result.rows.size()}, {"columns", result.names}},
                              result.remarks);
     }
     for (const auto &remark : result.remarks) {
-        std::cerr << options.samples << ": " << remark << "\n";
+        io.err << options.samples << ": " << remark << "\n";
     }
 }
 
@@ -55,7 +55,7 @@ void add_eval(cli::command &app) {
         "runs at its period with the first one's inputs; lags alone follow the straight line from\n"
         "row to row, as compbox train has it (docs/eval.md).\n\n"
         "Example:\n  compbox eval coefficients.json --inputs samples.csv -o out.csv");
-    command.callback([options] { run_eval(*options); });
+    command.callback([options](const cli::streams &io) { run_eval(*options, io); });
 }
 
 }  // namespace compbox

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // compbox export: a coefficient file to the tables that controls have of their own.
-#include <iostream>
 #include <memory>
+#include <ostream>
 
 #include "host-tools/coefficients/load.h"
 #include "host-tools/command_line/key_values.h"
@@ -150,8 +150,9 @@ void check_names(const exports::channel_model &model, const export_arguments &ar
     }
 }
 
+// Writes the files into the folder and prints their names and the losses.
 void deliver(const export_arguments &arguments, const std::vector<exports::output_file> &files,
-             const std::vector<std::string> &losses) {
+             const std::vector<std::string> &losses, const cli::streams &io) {
     make_folder(arguments.folder);
     json report;
     report["files"] = json::array();
@@ -161,14 +162,16 @@ void deliver(const export_arguments &arguments, const std::vector<exports::outpu
     }
     report["losses"] = losses;
     if (arguments.as_json) {
-        std::cout << json_text(report);
+        io.out << json_text(report);
         return;
     }
-    for (const auto &file : report["files"]) std::cout << file.get<std::string>() << "\n";
-    for (const auto &line : losses) std::cout << "  " << line << "\n";
+    for (const auto &file : report["files"]) io.out << file.get<std::string>() << "\n";
+    for (const auto &line : losses) io.out << "  " << line << "\n";
 }
 
-void export_cams(const exports::channel_model &model, const export_arguments &arguments) {
+// Cam tables along a path. Throws usage_error for options that a cam cannot hold.
+void export_cams(const exports::channel_model &model, const export_arguments &arguments,
+                 const cli::streams &io) {
     if (!arguments.text.lost_motion_um.empty()) {
         throw cli::usage_error("--lost-motion-um", "a cam has one direction and cannot hold it");
     }
@@ -185,7 +188,7 @@ void export_cams(const exports::channel_model &model, const export_arguments &ar
     how.table.most_points = arguments.most_points ? arguments.most_points : most_cam_points;
     const exports::cam_set set = exports::make_cams(model, how);
     deliver(arguments, exports::twincat_cam(model, set, how, arguments.text),
-            exports::cam_loss_lines(model, set, how));
+            exports::cam_loss_lines(model, set, how), io);
 }
 
 // Lost motion by hand goes with a curve that is the mean of both directions, in a table of the
@@ -213,8 +216,9 @@ void check_lost_motion(const exports::channel_model &model, const export_argumen
     }
 }
 
+// A table that the control interpolates itself. Throws usage_error for options it cannot hold.
 void export_table(const exports::channel_model &model, export_arguments &arguments,
-                  const table_format &format) {
+                  const table_format &format, const cli::streams &io) {
     arguments.table.cross = format.cross;
     arguments.table.directions = format.lost_motion;
     arguments.table.most_points =
@@ -227,30 +231,31 @@ void export_table(const exports::channel_model &model, export_arguments &argumen
     const exports::table_set tables = exports::make_tables(model, arguments.table);
     check_lost_motion(model, arguments, tables);
     deliver(arguments, format.write(model, tables, arguments.text),
-            exports::loss_lines(model, tables));
+            exports::loss_lines(model, tables), io);
 }
 
 // The registers, not the curves: a machine file will do, as it is before anything was measured.
-void export_registers(const export_arguments &arguments) {
+void export_registers(const export_arguments &arguments, const cli::streams &io) {
     const json file = read_json(arguments.input);
     const bool has_terms = file.contains("terms") && file["terms"] != json::array();
     if (has_terms) coefficients::load_coefficients(arguments.input);
     const register_map map = load_register_map(arguments.input);
     deliver(arguments,
-            {exports::plc_registers(map, file, arguments.text.source, arguments.pmc_base)}, {});
+            {exports::plc_registers(map, file, arguments.text.source, arguments.pmc_base)}, {}, io);
 }
 
-void run_export(export_arguments &arguments) {
+void run_export(export_arguments &arguments, const cli::streams &io) {
     take_options(arguments);
-    if (arguments.format == "plc-db") return export_registers(arguments);
+    if (arguments.format == "plc-db") return export_registers(arguments, io);
     const exports::channel_model model(arguments.input);
     check_names(model, arguments);
     for (const auto &format : formats) {
-        if (arguments.format == format.name) return export_table(model, arguments, format);
+        if (arguments.format == format.name) return export_table(model, arguments, format, io);
     }
-    export_cams(model, arguments);
+    export_cams(model, arguments, io);
 }
 
+// Options of a table: step, tolerance, fixed signals, directions.
 void add_table_options(cli::command &command, export_arguments &arguments) {
     command
         .add_option("--step-mm", arguments.step_mm,
@@ -330,7 +335,7 @@ void add_export(cli::command &app) {
         .option_text("D");
     command.add_flag("--json", arguments->as_json, "Print files and losses as JSON");
     command.add_option("-o,--output", arguments->folder, "Folder for the tables, DIR").required();
-    command.callback([arguments] { run_export(*arguments); });
+    command.callback([arguments](const cli::streams &io) { run_export(*arguments, io); });
 }
 
 }  // namespace compbox

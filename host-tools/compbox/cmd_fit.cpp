@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cctype>
 #include <functional>
-#include <iostream>
 #include <memory>
+#include <ostream>
 
 #include "firmware/base/limits.h"
 #include "host-tools/command_line/option_checks.h"
@@ -36,17 +36,17 @@ constexpr const char *fit_example =
     "it\nthe closest one is written, a warning says so, the provenance has \"converged\": false, "
     "and the\nexit code is 0 all the same.";
 
-void run_fit(const fit_arguments &arguments) {
+void run_fit(const fit_arguments &arguments, const cli::streams &io) {
     const fit_result result =
         fit_curve(read_measurement(arguments.data, arguments.columns), arguments.options);
     if (!arguments.plot.empty()) plot_fit(result, arguments.plot);
     const json fragment = fragment_of(result);
-    if (!arguments.band.empty()) write_file(arguments.band, band_of(result));
-    write_file(arguments.output, json_text(fragment));
+    if (!arguments.band.empty()) write_file(arguments.band, band_of(result), &io.out);
+    write_file(arguments.output, json_text(fragment), &io.out);
     for (const auto &warning : result.warnings) {
-        std::cerr << "compbox: " << arguments.data << ": " << warning << "\n";
+        io.err << "compbox: " << arguments.data << ": " << warning << "\n";
     }
-    std::cout << (arguments.as_json ? json_text(fragment) : report_of(result));
+    io.out << (arguments.as_json ? json_text(fragment) : report_of(result));
 }
 
 // The value whose name was given, or wrong usage that lists the choices.
@@ -154,9 +154,9 @@ void add_fit(cli::command &app) {
     fit.add_option("--plot", arguments->plot, "Figure, F.svg, F.png or F.pdf");
     fit.add_flag("--json", arguments->as_json, "Report as JSON (the fragment with its findings)");
     fit.add_option("-o,--output", arguments->output, "Term to write, TERM.json").required();
-    fit.callback([arguments] {
+    fit.callback([arguments](const cli::streams &io) {
         check_usage(*arguments);
-        run_fit(*arguments);
+        run_fit(*arguments, io);
     });
 }
 

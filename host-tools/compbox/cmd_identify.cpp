@@ -3,11 +3,9 @@
 #include <fmt/core.h>
 
 #include <cmath>
-#include <iomanip>
-#include <iostream>
 #include <map>
 #include <memory>
-#include <sstream>
+#include <ostream>
 
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/command_line/progress.h"
@@ -46,6 +44,7 @@ constexpr const char *identify_example =
 const char *const line_names[9] = {"dx1_um", "dy1_um", "dz1_um", "dx2_um", "dy2_um",
                                    "dz2_um", "dx3_um", "dy3_um", "dz3_um"};
 
+// out: readings in µm, a row for each position, which ascend; throws input_error with the line
 nine_lines read_lines(const std::string &path) {
     const csv_table table = read_csv(path);
     const std::size_t position = table.column("position_mm");
@@ -80,6 +79,7 @@ void correct_scale(nine_lines &lines, const identify_arguments &arguments) {
     }
 }
 
+// Writes NAME.csv of each of the six errors into the folder: position, error, sigma.
 void write_curves(const identify_arguments &arguments, const six_curves &curves) {
     const auto names = error_names(arguments.options.axis);
     make_folder(arguments.folder);
@@ -96,6 +96,7 @@ void write_curves(const identify_arguments &arguments, const six_curves &curves)
     }
 }
 
+// out: range and mean sigma of each error in its unit, remarks, and readings that stand out
 json report_json(const identify_arguments &arguments, const six_curves &curves) {
     const auto names = error_names(arguments.options.axis);
     const bool improved = arguments.options.how == nine_line_method::improved;
@@ -131,36 +132,36 @@ json report_json(const identify_arguments &arguments, const six_curves &curves) 
     return report;
 }
 
-void print_report(const json &report) {
-    std::cout << report["method"].get<std::string>() << " nine-line identification, "
-              << report["positions"] << " positions";
+// in : report_json's object. out: its table for reading
+std::string report_text(const json &report) {
+    std::string text =
+        fmt::format("{} nine-line identification, {} positions",
+                    report["method"].get<std::string>(), report["positions"].get<std::size_t>());
     if (report.contains("noise_um")) {
-        std::cout << ", noise of a reading " << std::fixed << std::setprecision(3)
-                  << report["noise_um"].get<double>() << " um";
+        text += fmt::format(", noise of a reading {:.3f} um", report["noise_um"].get<double>());
     }
-    std::cout << "\n\n  error       range     1 sigma\n" << std::fixed << std::setprecision(3);
+    text += "\n\n  error       range     1 sigma\n";
     for (const auto &[name, one] : report["errors"].items()) {
-        std::cout << "  " << name << std::setw(13) << one["range"].get<double>() << std::setw(12)
-                  << one["sigma_mean"].get<double>() << " " << one["unit"].get<std::string>()
-                  << "\n";
+        text += fmt::format("  {}{:13.3f}{:12.3f} {}\n", name, one["range"].get<double>(),
+                            one["sigma_mean"].get<double>(), one["unit"].get<std::string>());
     }
-    for (const auto &remark : report["remarks"])
-        std::cout << "\n" << remark.get<std::string>() << "\n";
+    for (const auto &remark : report["remarks"]) text += "\n" + remark.get<std::string>() + "\n";
     for (const auto &outlier : report["outliers"]) {
-        std::cout << "\nstands out: " << outlier["line"].get<std::string>();
+        text += "\nstands out: " + outlier["line"].get<std::string>();
         for (const auto &line : outlier.value("or_lines", json::array())) {
-            std::cout << " or " << line.get<std::string>();
+            text += " or " + line.get<std::string>();
         }
-        std::cout << " at " << shortest(outlier["position_mm"].get<double>()) << " mm ("
-                  << std::setprecision(1) << outlier["studentised"].get<double>() << " sigma)";
+        text += fmt::format(" at {} mm ({:.1f} sigma)", outlier["position_mm"].get<double>(),
+                            outlier["studentised"].get<double>());
     }
-    if (!report["outliers"].empty()) std::cout << "\nmeasure these again or take them out\n";
+    if (!report["outliers"].empty()) text += "\nmeasure these again or take them out\n";
+    return text;
 }
 
 // Both methods at these points, with errors of the size that was found and the noise that was
 // found.
 json compare_methods(const identify_arguments &arguments, const triple_mm &points,
-                     const six_curves &curves) {
+                     const six_curves &curves, const cli::streams &io) {
     monte_carlo_options options;
     options.axis = arguments.options.axis;
     options.runs = arguments.monte_carlo.runs;
@@ -173,11 +174,12 @@ json compare_methods(const identify_arguments &arguments, const triple_mm &point
         options.preset[k] =
             arguments.preset.empty() ? column.maxCoeff() - column.minCoeff() : arguments.preset[k];
     }
-    options.progress = progress_of("runs");
+    options.progress = progress_of(io, "runs");
     return monte_carlo_json(monte_carlo(points, options), options);
 }
 
-void run_identify(identify_arguments &arguments) {
+// Reads the lines and the plan, identifies, writes curves and report.json, and prints the report.
+void run_identify(identify_arguments &arguments, const cli::streams &io) {
     arguments.options.axis = axis_of(arguments.axis);
     nine_lines lines = read_lines(arguments.data);
     if (arguments.table_readings) lines.reading_um *= -1.0;  // tool relative to workpiece
@@ -189,17 +191,17 @@ void run_identify(identify_arguments &arguments) {
     const six_curves curves = identify(lines, points, arguments.options, arguments.points);
     json report = report_json(arguments, curves);
     if (arguments.monte_carlo.runs > 0) {
-        report["monte_carlo"] = compare_methods(arguments, points, curves);
+        report["monte_carlo"] = compare_methods(arguments, points, curves, io);
     }
     if (!arguments.plot.empty()) plot_identified(curves, arguments.options.axis, arguments.plot);
     write_curves(arguments, curves);
     write_file(arguments.folder + "/report.json", json_text(report));
     if (arguments.as_json) {
-        std::cout << json_text(report);
+        io.out << json_text(report);
     } else {
-        print_report(report);
+        io.out << report_text(report);
         if (report.contains("monte_carlo")) {
-            std::cout << "\n" << monte_carlo_table(report["monte_carlo"]);
+            io.out << "\n" << monte_carlo_table(report["monte_carlo"]);
         }
     }
 }
@@ -285,7 +287,7 @@ void add_identify(cli::command &app) {
                         "Six curves with their 2 sigma bands, F.svg, F.png or F.pdf");
     identify.add_flag("--json", arguments->as_json, "Print the report as JSON");
     identify.add_option("-o,--output", arguments->folder, "Folder for the curves, DIR").required();
-    identify.callback([arguments] { run_identify(*arguments); });
+    identify.callback([arguments](const cli::streams &io) { run_identify(*arguments, io); });
 }
 
 }  // namespace compbox

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // compbox init: a machine file with sane defaults, for a person to complete.
-#include <iostream>
 #include <memory>
+#include <ostream>
 #include <string>
 
 #include "host-tools/coefficients/machine_file.h"
@@ -55,14 +55,14 @@ json machine_of(init_options &options) {
     }
 }
 
-void init(init_options &options) {
-    write_file(options.output, json_text(machine_of(options)));
+void init(init_options &options, const cli::streams &io) {
+    write_file(options.output, json_text(machine_of(options)), &io.out);
     const auto to_do = hints(options.machine);
     if (options.as_json) {
-        return print_summary({options.output}, {{"machine", options.machine.name}}, to_do);
+        return print_summary(io.out, {options.output}, {{"machine", options.machine.name}}, to_do);
     }
     if (options.output == "-") return;
-    for (const auto &hint : to_do) std::cout << hint << "\n";
+    for (const auto &hint : to_do) io.out << hint << "\n";
 }
 
 }  // namespace
@@ -99,7 +99,7 @@ void add_init(cli::command &app) {
     command.footer(
         "Example:\n  compbox init --axes XYZ --profile sinumerik-840d "
         "--travel X=14300,Y=3000,Z=2500 -o machine.json");
-    command.callback([options] { init(*options); });
+    command.callback([options](const cli::streams &io) { init(*options, io); });
 }
 
 }  // namespace compbox

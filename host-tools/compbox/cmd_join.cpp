@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // compbox join: what the box recorded and what was probed, to the rows that `train` reads.
-#include <iostream>
+#include <fmt/core.h>
+
 #include <memory>
+#include <ostream>
 
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/compbox/commands.h"
@@ -27,7 +29,8 @@ constexpr const char *join_example =
     "error_X_um … for the channels X …, as probed with the box at work: error = machine's error +\n"
     "compensation, so comp_X_um is taken off it again.";
 
-void run_join(const join_arguments &arguments) {
+// Joins recording and probed errors row by row, writes the table, and prints remarks.
+void run_join(const join_arguments &arguments, const cli::streams &io) {
     csv_reading with_gaps;
     with_gaps.gaps = true;
     std::vector<std::vector<std::string>> words;  // by column
@@ -37,7 +40,7 @@ void run_join(const join_arguments &arguments) {
     const joined_rows joined = join_rows(
         record, probe, run < 0 ? std::vector<std::string>() : words[static_cast<std::size_t>(run)],
         arguments.options);
-    write_file(arguments.output, joined_text(joined));
+    write_file(arguments.output, joined_text(joined), &io.out);
     if (arguments.output == "-") return;
     if (arguments.as_json) {
         json report;
@@ -45,12 +48,12 @@ void run_join(const join_arguments &arguments) {
         report["matched_by"] = joined.by_time ? "time" : "position";
         report["columns"] = joined.names;
         report["remarks"] = joined.remarks;
-        std::cout << json_text(report);
+        io.out << json_text(report);
         return;
     }
-    std::cout << joined.rows.size() << " rows, matched by "
-              << (joined.by_time ? "time" : "position") << ": " << arguments.output << "\n";
-    for (const auto &remark : joined.remarks) std::cout << remark << "\n";
+    io.out << fmt::format("{} rows, matched by {}: {}\n", joined.rows.size(),
+                          joined.by_time ? "time" : "position", arguments.output);
+    for (const auto &remark : joined.remarks) io.out << remark << "\n";
 }
 
 }  // namespace
@@ -82,7 +85,7 @@ void add_join(cli::command &app) {
                   "Leave the errors as probed: the compensation was not applied");
     join.add_flag("--json", arguments->as_json, "Print what was done as JSON");
     join.add_option("-o,--output", arguments->output, "Table to write, DATA.csv").required();
-    join.callback([arguments] { run_join(*arguments); });
+    join.callback([arguments](const cli::streams &io) { run_join(*arguments, io); });
 }
 
 }  // namespace compbox

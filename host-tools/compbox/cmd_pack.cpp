@@ -2,8 +2,8 @@
 // compbox pack: a coefficient file as it is flashed.
 #include <fmt/core.h>
 
-#include <iostream>
 #include <memory>
+#include <ostream>
 
 #include "host-tools/coefficients/load.h"
 #include "host-tools/command_line/summary.h"
@@ -52,7 +52,10 @@ void add_report(const cb_plc_config &plc, std::uint8_t *header) {
     cb_slot_set_report(header, &report);
 }
 
-void run_pack(const pack_arguments &arguments) {
+constexpr unsigned most_bytes = unsigned{CB_SLOT_HEADER_BYTES} + CB_MAX_TEXT_BYTES;
+
+// Writes the slot, header and text, of a file that the MCU's loader takes. Throws input_error.
+void run_pack(const pack_arguments &arguments, const cli::streams &io) {
     const auto config = coefficients::load_coefficients(arguments.input);  // the box would take it
     const std::string text = read_file(arguments.input, CB_MAX_TEXT_BYTES);
     std::string slot(CB_SLOT_HEADER_BYTES, '\0');
@@ -60,19 +63,18 @@ void run_pack(const pack_arguments &arguments) {
                    reinterpret_cast<std::uint8_t *>(slot.data()));
     add_report(config->plc, reinterpret_cast<std::uint8_t *>(slot.data()));
     slot += text;
-    write_file(arguments.output, slot);
+    write_file(arguments.output, slot, &io.out);
     const auto remarks = remarks_on(arguments.input, text);
     if (arguments.as_json) {
-        return print_summary({arguments.output},
-                             {{"revision", config->revision},
-                              {"bytes", slot.size()},
-                              {"most_bytes", CB_SLOT_HEADER_BYTES + CB_MAX_TEXT_BYTES}},
-                             remarks);
+        return print_summary(
+            io.out, {arguments.output},
+            {{"revision", config->revision}, {"bytes", slot.size()}, {"most_bytes", most_bytes}},
+            remarks);
     }
-    for (const auto &remark : remarks) std::cerr << "compbox: " << remark << "\n";
+    for (const auto &remark : remarks) io.err << "compbox: " << remark << "\n";
     if (arguments.output == "-") return;
-    std::cout << "revision " << config->revision << ", " << slot.size() << " of "
-              << CB_SLOT_HEADER_BYTES + CB_MAX_TEXT_BYTES << " bytes: " << arguments.output << "\n";
+    io.out << fmt::format("revision {}, {} of {} bytes: {}\n", config->revision, slot.size(),
+                          most_bytes, arguments.output);
 }
 
 }  // namespace
@@ -88,7 +90,7 @@ void add_pack(cli::command &app) {
     pack.add_option("coefficients", arguments->input, "Coefficient file").required();
     pack.add_option("-o,--output", arguments->output, "Image of one slot, slot.bin").required();
     add_json(pack, arguments->as_json);
-    pack.callback([arguments] { run_pack(*arguments); });
+    pack.callback([arguments](const cli::streams &io) { run_pack(*arguments, io); });
 }
 
 }  // namespace compbox

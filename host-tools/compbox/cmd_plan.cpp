@@ -5,11 +5,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <iomanip>
-#include <iostream>
 #include <map>
 #include <memory>
-#include <sstream>
+#include <ostream>
 
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/command_line/progress.h"
@@ -92,6 +90,7 @@ json sigma_json(const six &sigma, double sigma_um) {
     return all;
 }
 
+// out: the points in mm, sigma of the six errors for the reading's sigma, and how many triples
 json plan_json(const plan_arguments &arguments, const grid &box, const plan_result &result) {
     const int axis = axis_of(arguments.axis);
     triple_mm points = result.best.front().points;
@@ -120,14 +119,14 @@ json plan_json(const plan_arguments &arguments, const grid &box, const plan_resu
 }
 
 // The closed form checked by runs with noise, at the chosen points.
-json check_by_runs(const plan_arguments &arguments, const json &plan) {
+json check_by_runs(const plan_arguments &arguments, const json &plan, const cli::streams &io) {
     monte_carlo_options options;
     options.axis = axis_of(arguments.axis);
     options.preset = arguments.options.preset;
     options.sigma_um = arguments.sigma_um;
     options.runs = arguments.monte_carlo.runs;
     options.seed = arguments.monte_carlo.seed;
-    options.progress = progress_of("runs");
+    options.progress = progress_of(io, "runs");
     triple_mm points;
     for (std::size_t p = 0; p < 3; ++p) {
         for (std::size_t k = 0; k < 3; ++k) points[p][k] = plan["points_mm"][p][k].get<double>();
@@ -136,31 +135,33 @@ json check_by_runs(const plan_arguments &arguments, const json &plan) {
 }
 
 std::string numbers_of(const json &values) {
-    std::ostringstream out;
-    out << std::fixed << std::setprecision(3);
-    for (const auto &value : values) out << std::setw(10) << value.get<double>();
-    return out.str();
+    std::string text;
+    for (const auto &value : values) text += fmt::format("{:10.3f}", value.get<double>());
+    return text;
 }
 
-void print_plan(const json &plan) {
-    std::cout << plan["triples"] << " triples looked at, " << plan["degenerate_triples"]
-              << " of them on a line\n\nMeasure at\n";
-    for (const auto &point : plan["points_mm"]) std::cout << "  " << numbers_of(point) << " mm\n";
-    std::cout << plan["explanation"].get<std::string>() << "\n\n"
-              << "standard deviation of the results for readings with "
-              << shortest(plan["reading_sigma_um"].get<double>()) << " um\n"
-              << "                 delta x, y, z (um)            epsilon x, y, z (urad)\n"
-              << "  improved    " << numbers_of(plan["sigma"]["delta_um"])
-              << numbers_of(plan["sigma"]["epsilon_urad"]) << "\n";
-    if (plan.contains("traditional_sigma")) {
-        std::cout << "  traditional " << numbers_of(plan["traditional_sigma"]["delta_um"])
-                  << numbers_of(plan["traditional_sigma"]["epsilon_urad"]) << "\n";
-    } else {
-        std::cout << "  traditional  cannot be solved at these points\n";
+// in : plan_json's object. out: the same for reading
+std::string plan_text(const json &plan) {
+    std::string text = fmt::format("{} triples looked at, {} of them on a line\n\nMeasure at\n",
+                                   plan["triples"].dump(), plan["degenerate_triples"].dump());
+    for (const auto &point : plan["points_mm"]) text += fmt::format("  {} mm\n", numbers_of(point));
+    text += fmt::format(
+        "{}\n\n"
+        "standard deviation of the results for readings with {} um\n"
+        "                 delta x, y, z (um)            epsilon x, y, z (urad)\n"
+        "  improved    {}{}\n",
+        plan["explanation"].get<std::string>(), plan["reading_sigma_um"].get<double>(),
+        numbers_of(plan["sigma"]["delta_um"]), numbers_of(plan["sigma"]["epsilon_urad"]));
+    if (!plan.contains("traditional_sigma")) {
+        return text + "  traditional  cannot be solved at these points\n";
     }
+    return text + fmt::format("  traditional {}{}\n",
+                              numbers_of(plan["traditional_sigma"]["delta_um"]),
+                              numbers_of(plan["traditional_sigma"]["epsilon_urad"]));
 }
 
-void run_plan(plan_arguments &arguments) {
+// Searches the nodes that are allowed for the best three points, and writes and prints the plan.
+void run_plan(plan_arguments &arguments, const cli::streams &io) {
     const grid box = parse_box(arguments.box);
     const auto nodes = allowed_nodes(box, arguments.forbidden);
     if (nodes.size() < 3 || nodes.size() > 4000) {
@@ -173,20 +174,20 @@ void run_plan(plan_arguments &arguments) {
         }
         arguments.options.preset[k] = std::fabs(arguments.preset[k]);
     }
-    arguments.options.progress = progress_of("triples");
+    arguments.options.progress = progress_of(io, "triples");
     const plan_result result = plan_points(nodes, arguments.options);
     if (result.best.empty() || !std::isfinite(result.best.front().merit)) {
         throw input_error("--box: every triple of its nodes lies on one line: give it more nodes");
     }
     json plan = plan_json(arguments, box, result);
-    if (arguments.monte_carlo.runs > 0) plan["monte_carlo"] = check_by_runs(arguments, plan);
-    write_file(arguments.output, json_text(plan));
+    if (arguments.monte_carlo.runs > 0) plan["monte_carlo"] = check_by_runs(arguments, plan, io);
+    write_file(arguments.output, json_text(plan), &io.out);
     if (arguments.as_json) {
-        std::cout << json_text(plan);
+        io.out << json_text(plan);
     } else {
-        print_plan(plan);
+        io.out << plan_text(plan);
         if (plan.contains("monte_carlo")) {
-            std::cout << "\n" << monte_carlo_table(plan["monte_carlo"]);
+            io.out << "\n" << monte_carlo_table(plan["monte_carlo"]);
         }
     }
 }
@@ -224,7 +225,7 @@ void add_plan(cli::command &app) {
     add_monte_carlo(plan, arguments->monte_carlo);
     plan.add_flag("--json", arguments->as_json, "Print the plan as JSON");
     plan.add_option("-o,--output", arguments->output, "Plan to write, plan.json").required();
-    plan.callback([arguments] { run_plan(*arguments); });
+    plan.callback([arguments](const cli::streams &io) { run_plan(*arguments, io); });
 }
 
 }  // namespace compbox

@@ -2,10 +2,8 @@
 // compbox report: ISO 230-1 and 230-2 figures of a measurement, before and after.
 #include <algorithm>
 #include <cmath>
-#include <iomanip>
-#include <iostream>
 #include <memory>
-#include <sstream>
+#include <ostream>
 
 #include "host-tools/compbox/commands.h"
 #include "host-tools/fitting/measurement.h"
@@ -47,6 +45,7 @@ json direction_json(const approach_figures &figures) {
     return one;
 }
 
+// out: ISO 230-2 figures in the file's unit; null where the runs do not suffice for one
 json positioning_json(const axis_readings &axis) {
     const auto figures = evaluate_positioning(axis);
     json one;
@@ -75,6 +74,7 @@ json positioning_json(const axis_readings &axis) {
     return one;
 }
 
+// out: deviation and slope about each of the three reference lines of ISO 230-1
 json straightness_json(const measurement &data) {
     json one;
     const auto &x = data.position, &y = data.mean;
@@ -116,40 +116,36 @@ void compare_travel(const json &before, json &after) {
     const auto [after_low, after_high] = ends(after);
     const double apart = std::max(std::abs(after_low - low), std::abs(after_high - high));
     if (apart <= 0.05 * (high - low)) return;
-    std::ostringstream remark;
-    remark << "measured from " << after_low << " to " << after_high << " mm, before from " << low
-           << " to " << high << " mm: what is less is not by the compensation alone";
-    after["positioning"]["remarks"].push_back(remark.str());
+    after["positioning"]["remarks"].push_back(fmt::format(
+        "measured from {:g} to {:g} mm, before from {:g} to {:g} mm: what is less is not by the "
+        "compensation alone",
+        after_low, after_high, low, high));
+}
+
+std::string cell_of(const json &value) {
+    return value.is_null() ? fmt::format("{:>12}", "-")
+                           : fmt::format("{:12.3f}", value.get<double>());
 }
 
 // A row of the table: a figure of the first file, of the second where there is one.
-void print_row(const std::string &name, const json &before, const json *after) {
-    std::cout << "  " << std::left << std::setw(34) << name << std::right;
-    const auto cell = [](const json &value) {
-        if (value.is_null()) {
-            std::cout << std::setw(12) << "-";
-        } else {
-            std::cout << std::setw(12) << value.get<double>();
-        }
-    };
-    cell(before);
-    if (after != nullptr) {
-        cell(*after);
-        if (!before.is_null() && !after->is_null() && before.get<double>() != 0.0) {
-            std::cout << std::setw(10) << std::setprecision(1)
-                      << 100.0 * (1.0 - after->get<double>() / before.get<double>()) << " %"
-                      << std::setprecision(3);
-        }
+std::string row_of(const std::string &name, const json &before, const json *after) {
+    std::string row = fmt::format("  {:34}{}", name, cell_of(before));
+    if (after != nullptr) row += cell_of(*after);
+    if (after != nullptr && !before.is_null() && !after->is_null() && before.get<double>() != 0.0) {
+        row +=
+            fmt::format("{:10.1f} %", 100.0 * (1.0 - after->get<double>() / before.get<double>()));
     }
-    std::cout << "\n";
+    return row + "\n";
 }
 
-void print_report(const json &before, const json *after) {
-    const std::string unit = before["unit"] == "um" ? "um" : "urad";
-    std::cout << std::fixed << std::setprecision(3) << "  " << std::left << std::setw(34)
-              << "figures in " + unit << std::right << std::setw(12) << (after ? "before" : "");
-    if (after != nullptr) std::cout << std::setw(12) << "after" << std::setw(12) << "less";
-    std::cout << "\n\n  positioning, ISO 230-2\n";
+// in : report["before"] and report["after"] of run_report, the latter may be null
+// out: the table for reading, and the remarks on both files
+std::string report_text(const json &before, const json *after) {
+    std::string text =
+        fmt::format("  {:34}{:>12}", before["unit"] == "um" ? "figures in um" : "figures in urad",
+                    after ? "before" : "");
+    if (after != nullptr) text += fmt::format("{:>12}{:>12}", "after", "less");
+    text += "\n\n  positioning, ISO 230-2\n";
     const std::pair<const char *, const char *> rows[] = {{"A", "accuracy A"},
                                                           {"R", "repeatability R"},
                                                           {"E", "systematic error E"},
@@ -161,34 +157,37 @@ void print_report(const json &before, const json *after) {
     };
     for (const auto &[key, name] : rows) {
         const json *second = after ? &in(*after, "positioning", key) : nullptr;
-        print_row(name, in(before, "positioning", key), second);
+        text += row_of(name, in(before, "positioning", key), second);
     }
     for (const char *direction : {"forward", "backward"}) {
         if (!before["positioning"].contains(direction)) continue;
         for (const char *key : {"A", "R", "E"}) {
             const bool there = after && (*after)["positioning"].contains(direction);
-            print_row(std::string(direction) + " " + key, before["positioning"][direction][key],
-                      there ? &(*after)["positioning"][direction][key] : nullptr);
+            text +=
+                row_of(fmt::format("{} {}", direction, key), before["positioning"][direction][key],
+                       there ? &(*after)["positioning"][direction][key] : nullptr);
         }
     }
-    std::cout << "\n  straightness of the mean, ISO 230-1, about\n";
+    text += "\n  straightness of the mean, ISO 230-1, about\n";
     for (const auto &[key, name] : {std::pair{"end_point", "the end-point line"},
                                     {"least_squares", "the least-squares line"},
                                     {"minimum_zone", "the minimum zone"}}) {
-        print_row(name, before["straightness"][key]["deviation"],
-                  after ? &(*after)["straightness"][key]["deviation"] : nullptr);
+        text += row_of(name, before["straightness"][key]["deviation"],
+                       after ? &(*after)["straightness"][key]["deviation"] : nullptr);
     }
     for (const json *report : {&before, after}) {
         if (report == nullptr) continue;
         for (const auto &remark : (*report)["positioning"]["remarks"]) {
-            std::cout << "\n  " << (*report)["file"].get<std::string>() << ": "
-                      << remark.get<std::string>();
+            text += fmt::format("\n  {}: {}", (*report)["file"].get<std::string>(),
+                                remark.get<std::string>());
         }
     }
-    std::cout << "\n";
+    return text + "\n";
 }
 
-void run_report(const report_arguments &arguments) {
+// Reports one file, or two and their difference, as text or JSON. Throws input_error where the
+// units differ.
+void run_report(const report_arguments &arguments, const cli::streams &io) {
     json report;
     report["before"] = report_of_file(arguments.before, arguments.columns);
     const bool both = !arguments.after.empty();
@@ -204,11 +203,11 @@ void run_report(const report_arguments &arguments) {
         if (both) data.push_back(read_measurement(arguments.after, arguments.columns));
         plot_report(data, arguments.plot);
     }
-    if (!arguments.output.empty()) write_file(arguments.output, json_text(report));
+    if (!arguments.output.empty()) write_file(arguments.output, json_text(report), &io.out);
     if (arguments.as_json) {
-        std::cout << json_text(report);
+        io.out << json_text(report);
     } else {
-        print_report(report["before"], both ? &report["after"] : nullptr);
+        io.out << report_text(report["before"], both ? &report["after"] : nullptr);
     }
 }
 
@@ -229,7 +228,7 @@ void add_report(cli::command &app) {
         .option_text("position_mm,error_um,run,…");
     report.add_flag("--json", arguments->as_json, "Print the figures as JSON");
     report.add_option("-o,--output", arguments->output, "Write the figures as JSON, F.json");
-    report.callback([arguments] { run_report(*arguments); });
+    report.callback([arguments](const cli::streams &io) { run_report(*arguments, io); });
 }
 
 }  // namespace compbox

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // compbox select-inputs: of many sensors the few that a model needs.
-#include <iostream>
 #include <map>
 #include <memory>
+#include <ostream>
 
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/command_line/progress.h"
@@ -32,18 +32,18 @@ constexpr const char *select_inputs_example =
     "judge\n"
     "by whole runs that were left out of a linear map, with the lags it will have.";
 
-void run_select(select_arguments &arguments) {
+void run_select(select_arguments &arguments, const cli::streams &io) {
     select_options &options = arguments.options;
     const lag_options &lags = options.model.lags;
     arguments.columns.needs_time = !lags.lags_s.empty() || !lags.squares.empty();
     for (const auto &name : options.keep) arguments.columns.inputs.push_back(name);
-    if (options.by_runs) options.progress = progress_of("choosing");
+    if (options.by_runs) options.progress = progress_of(io, "choosing");
     const training_data data = read_training_data(arguments.data, arguments.columns);
     const selection result = select_inputs(data, options);
     if (!arguments.plot.empty()) plot_selection(result, arguments.plot);
     const json report = selection_json(result);
-    if (!arguments.output.empty()) write_file(arguments.output, json_text(report));
-    std::cout << (arguments.as_json ? json_text(report) : report_of(result));
+    if (!arguments.output.empty()) write_file(arguments.output, json_text(report), &io.out);
+    io.out << (arguments.as_json ? json_text(report) : report_of(result));
 }
 
 // What options by themselves cannot say.
@@ -55,6 +55,7 @@ void check_usage(const select_arguments &arguments) {
     }
 }
 
+// Options of the model that is to be trained: runs, lags, squares.
 void add_model(cli::command &select, select_arguments &arguments) {
     train_options &model = arguments.options.model;
     select
@@ -118,9 +119,9 @@ void add_select_inputs(cli::command &app) {
     select.add_flag("--json", arguments->as_json, "Report as JSON");
     select.add_option("-o,--output", arguments->output, "Report to write, CHOICE.json")
         .option_text("F.json");
-    select.callback([arguments] {
+    select.callback([arguments](const cli::streams &io) {
         check_usage(*arguments);
-        run_select(*arguments);
+        run_select(*arguments, io);
     });
 }
 

@@ -4,8 +4,8 @@
 
 #include <charconv>
 #include <filesystem>
-#include <iostream>
 #include <memory>
+#include <ostream>
 #include <string>
 
 #include "host-tools/command_line/summary.h"
@@ -67,30 +67,32 @@ class temporary_folder {
     std::string path_;
 };
 
-void show_progress(const std::string &text) {
-    if (::isatty(STDERR_FILENO) == 1) std::cerr << "\r\033[K" << text << std::flush;
+void show_progress(const std::string &text, const cli::streams &io) {
+    if (io.shows_progress) io.err << "\r\033[K" << text << std::flush;
 }
 
 // in : the plots of the scenario itself are there. out: what was written
 std::vector<std::string> write_results(const simulate_options &options,
-                                       const simulation::simulate_outcome &result) {
+                                       const simulation::simulate_outcome &result,
+                                       const cli::streams &io) {
     std::vector<std::string> files{options.folder + "/report.json"};
     const std::string &report = files.front();
     write_file(report, json_text(result.report));
-    if (!options.as_json) std::cout << "\nreport: " << report << "\n";
+    if (!options.as_json) io.out << "\nreport: " << report << "\n";
     if (!options.plots) return files;
     const std::string plots = options.folder + "/plots";
     if (!options.log.empty()) {
         simulation::plot_log(simulation::read_plc_log(options.log),
                              plots + "/compensation-over-time.svg");
     }
-    if (!options.as_json) std::cout << "figures: " << plots << "/\n";
+    if (!options.as_json) io.out << "figures: " << plots << "/\n";
     files.push_back(plots);
     return files;
 }
 
-simulation::simulate_request request_of(const simulate_options &options,
-                                        const std::string &folder) {
+// in : the folder of the run. out: what the scenario is to do; progress goes to io.err
+simulation::simulate_request request_of(const simulate_options &options, const std::string &folder,
+                                        const cli::streams &io) {
     simulation::simulate_request request;
     request.scenario = options.scenario;
     request.folder = folder;
@@ -103,12 +105,12 @@ simulation::simulate_request request_of(const simulate_options &options,
         make_folder(request.plots);
     }
     request.commands = add_computing_commands;
-    request.progress = show_progress;
+    request.progress = [&io](const std::string &text) { show_progress(text, io); };
     return request;
 }
 
 // A recording of the inputs instead of a scenario; differences are a mistake.
-void run_replay(const simulate_options &options) {
+void run_replay(const simulate_options &options, const cli::streams &io) {
     if (!options.seeds.empty() || !options.statistics.empty() || !options.log.empty() ||
         options.plots || !options.folder.empty()) {
         throw cli::usage_error("--replay", "goes with the coefficient file alone");
@@ -121,29 +123,31 @@ void run_replay(const simulate_options &options) {
                           "anew (--state)");
     }
     if (options.as_json) {
-        return print_summary({}, {{"cycles", result.cycles}, {"duration_s", result.duration_s}},
+        return print_summary(io.out, {},
+                             {{"cycles", result.cycles}, {"duration_s", result.duration_s}},
                              result.remarks);
     }
-    for (const auto &remark : result.remarks) std::cerr << "compbox: " << remark << "\n";
-    std::cout << result.cycles << " cycles of " << result.duration_s
-              << " s replayed: every output has the bits that the box wrote\n";
+    for (const auto &remark : result.remarks) io.err << "compbox: " << remark << "\n";
+    io.out << result.cycles << " cycles of " << result.duration_s
+           << " s replayed: every output has the bits that the box wrote\n";
 }
 
-void run_simulate(const simulate_options &options) {
-    if (!options.recording.empty()) return run_replay(options);
+// Runs the scenario in its folder, or in a temporary one without -o, and prints its results.
+void run_simulate(const simulate_options &options, const cli::streams &io) {
+    if (!options.recording.empty()) return run_replay(options, io);
     if (options.plots && options.folder.empty()) {
         throw cli::usage_error("--plots", "needs a folder (-o)");
     }
     std::unique_ptr<temporary_folder> temporary;
     if (options.folder.empty()) temporary = std::make_unique<temporary_folder>();
     const simulation::simulate_outcome result = simulation::run_scenario(
-        request_of(options, temporary ? temporary->path() : options.folder));
-    show_progress("");
-    for (const auto &warning : result.warnings) std::cerr << "compbox: " << warning << "\n";
-    if (!options.as_json) std::cout << result.text;
+        request_of(options, temporary ? temporary->path() : options.folder, io));
+    show_progress("", io);
+    for (const auto &warning : result.warnings) io.err << "compbox: " << warning << "\n";
+    if (!options.as_json) io.out << result.text;
     std::vector<std::string> files;
-    if (!temporary) files = write_results(options, result);
-    if (options.as_json) print_summary(files, result.report, result.warnings);
+    if (!temporary) files = write_results(options, result, io);
+    if (options.as_json) print_summary(io.out, files, result.report, result.warnings);
 }
 
 }  // namespace
@@ -169,7 +173,7 @@ void add_simulate(cli::command &app) {
     add_json(command, options->as_json);
     command.footer(
         "Example:\n  compbox simulate examples/gantry-straightness/scenario.json -o out/gantry");
-    command.callback([options] { run_simulate(*options); });
+    command.callback([options](const cli::streams &io) { run_simulate(*options, io); });
 }
 
 }  // namespace compbox

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 // compbox squareness: what straightness alone cannot tell.
 #include <cmath>
-#include <iomanip>
-#include <iostream>
 #include <memory>
+#include <ostream>
 
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/compbox/commands.h"
@@ -60,6 +59,7 @@ squareness slope_of(const std::string &path) {
     return {1e3 * line.slope, 1e3 * std::sqrt(variance / tt)};
 }
 
+// out: squareness in µrad by whichever method the options name; source: that method in words
 squareness squareness_of(const squareness_arguments &arguments, std::string &source) {
     const auto &d = arguments.diagonals, &b = arguments.ball_bar;
     if (!arguments.optical.empty()) {
@@ -92,27 +92,28 @@ void check_usage(const squareness_arguments &arguments) {
     }
 }
 
-void run_squareness(const squareness_arguments &arguments) {
+// Computes, writes and prints one squareness. Throws input_error for one beyond 0.1 rad.
+void run_squareness(const squareness_arguments &arguments, const cli::streams &io) {
     check_usage(arguments);
     std::string source;
     const squareness found = squareness_of(arguments, source);
     if (!std::isfinite(found.value_urad) || std::fabs(found.value_urad) > 1e5) {
         throw input_error(fmt::format(
-            "{}: {} comes out as {:.0f} urad, which cannot be: check the order of the numbers", source,
-            arguments.name, found.value_urad));
+            "{}: {} comes out as {:.0f} urad, which cannot be: check the order of the numbers",
+            source, arguments.name, found.value_urad));
     }
     json report;
     report["squareness_urad"][arguments.name] = found.value_urad;
     report["sigma_urad"][arguments.name] = found.sigma_urad;
     report["source"] = source;
-    write_file(arguments.output, json_text(report));
+    write_file(arguments.output, json_text(report), &io.out);
     if (arguments.output == "-") return;
     if (arguments.as_json) {
-        std::cout << json_text(report);
+        io.out << json_text(report);
         return;
     }
-    std::cout << std::fixed << std::setprecision(2) << arguments.name << " = " << found.value_urad
-              << " urad, 1 sigma " << found.sigma_urad << " urad (" << source << ")\n";
+    io.out << fmt::format("{} = {:.2f} urad, 1 sigma {:.2f} urad ({})\n", arguments.name,
+                          found.value_urad, found.sigma_urad, source);
 }
 
 }  // namespace
@@ -158,7 +159,7 @@ void add_squareness(cli::command &app) {
         .option_text("S");
     command.add_flag("--json", arguments->as_json, "Print the result as JSON");
     command.add_option("-o,--output", arguments->output, "File to write").required();
-    command.callback([arguments] { run_squareness(*arguments); });
+    command.callback([arguments](const cli::streams &io) { run_squareness(*arguments, io); });
 }
 
 }  // namespace compbox

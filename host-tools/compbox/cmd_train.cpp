@@ -2,11 +2,11 @@
 // compbox train: rows of inputs and errors to a network, or to the linear map that beats it.
 #include <fmt/core.h>
 
-#include <iostream>
 #include <limits>
 #include <map>
 #include <memory>
 #include <optional>
+#include <ostream>
 #include <sstream>
 
 #include "host-tools/command_line/option_checks.h"
@@ -37,7 +37,7 @@ constexpr const char *train_example =
     "runs left\n"
     "out by the network and by a linear map of the same inputs, and writes the better one, with "
     "its lags,\n"
-    "as a term for `compbox build`. * in a name stands for anything.";
+    "as a term for `compbox build`. * in a name matches any text.";
 
 // "X:T1,T2" taken apart; "" along where there is no colon.
 slope_option parse_slope(const std::string &text) {
@@ -62,7 +62,8 @@ std::optional<margin_option> margin_of(const std::string &text) {
     return good ? std::optional(margin) : std::nullopt;
 }
 
-void run_train(train_arguments &arguments) {
+// Trains, and writes the term and the predictions. Throws input_error that names the file.
+void run_train(train_arguments &arguments, const cli::streams &io) {
     train_options &options = arguments.options;
     for (const auto &text : arguments.margins) options.margins.push_back(*margin_of(text));
     for (const auto &text : arguments.slopes) options.slopes.push_back(parse_slope(text));
@@ -71,14 +72,15 @@ void run_train(train_arguments &arguments) {
     }
     options.linear_path = !arguments.no_linear_path;
     arguments.columns.needs_time = !options.lags.lags_s.empty() || !options.lags.squares.empty();
-    options.progress = progress_bar_of("training", "loss");
+    options.progress = progress_bar_of(io, "training", "loss");
     const training_data data = read_training_data(arguments.data, arguments.columns);
     const train_result result = train(data, options);
     if (!arguments.plot.empty()) plot_training(result, arguments.plot);
-    if (!arguments.predictions.empty()) write_file(arguments.predictions, predictions_csv(result));
+    if (!arguments.predictions.empty())
+        write_file(arguments.predictions, predictions_csv(result), &io.out);
     const json fragment = fragment_of(result);
-    write_file(arguments.output, json_text(fragment));
-    std::cout << (arguments.as_json ? json_text(fragment) : report_of(result));
+    write_file(arguments.output, json_text(fragment), &io.out);
+    io.out << (arguments.as_json ? json_text(fragment) : report_of(result));
 }
 
 // What options by themselves cannot say.
@@ -121,6 +123,7 @@ void check_usage(const train_arguments &arguments) {
     }
 }
 
+// Options that name inputs, outputs, time and runs.
 void add_columns(cli::command &train, train_arguments &arguments) {
     data_options &columns = arguments.columns;
     train.add_option("data", arguments.data, "Rows to train on, DATA.csv").required();
@@ -148,6 +151,7 @@ void add_columns(cli::command &train, train_arguments &arguments) {
         .option_text("RUN,RUN");
 }
 
+// Options of lagged and squared inputs, record and slopes; time constants in s.
 void add_lags(cli::command &train, train_arguments &arguments) {
     lag_options &lags = arguments.options.lags;
     train.add_option("--lags", lags.lags_s, "Time constants, s: inputs are taken lagged as well")
@@ -179,6 +183,7 @@ void add_lags(cli::command &train, train_arguments &arguments) {
         .option_text("HOW");
 }
 
+// Options of the network beside the linear map.
 void add_network(cli::command &train, train_arguments &arguments) {
     train_options &options = arguments.options;
     train.add_option("--hidden", options.hidden, "Hidden units (10); 0: the linear map alone")
@@ -247,7 +252,7 @@ void add_margins(cli::command &train, train_arguments &arguments) {
         .option_text("PART");
     train
         .add_option("--margin-of", arguments.margins,
-                    "Another margin for some inputs (* stands for anything); may be given several "
+                    "Another margin for some inputs (* matches any text); may be given several "
                     "times, the last that fits counts")
         .option_text("C,D:PART");
 }
@@ -277,9 +282,9 @@ void add_train(cli::command &app) {
     train.add_option("-o,--output", arguments->output, "Term to write, TERM.json")
         .required()
         .option_text("TERM.json");
-    train.callback([arguments] {
+    train.callback([arguments](const cli::streams &io) {
         check_usage(*arguments);
-        run_train(*arguments);
+        run_train(*arguments, io);
     });
 }
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 // compbox volumetric: identified curves of the axes to one term of the whole working space.
 #include <cmath>
-#include <iomanip>
-#include <iostream>
 #include <map>
 #include <memory>
+#include <ostream>
 
 #include "host-tools/coefficients/volumetric.h"
 #include "host-tools/command_line/key_values.h"
@@ -37,7 +36,7 @@ constexpr const char *volumetric_example =
     "--name vol -o vol.json\n"
     "takes EXX.csv … ECZ.csv from the folders that identify wrote. Errors are those of the tool\n"
     "relative to the workpiece. C0Y > 0 opens the angle between +X and +Y, A0Z > 0 that between\n"
-    "+Y and +Z, B0Z > 0 closes that between +X and +Z. What is missing is zero, and said.";
+    "+Y and +Z, B0Z > 0 closes that between +X and +Z. A missing one is zero, with a remark.";
 
 void put_squareness(volumetric_arguments &arguments, const std::string &name, double urad) {
     if (arguments.options.squareness_urad.insert({name, urad}).second) return;
@@ -59,6 +58,7 @@ void read_squareness(volumetric_arguments &arguments, const std::string &path) {
     }
 }
 
+// Takes squareness from NAME=µrad and from files. Throws usage_error where a name comes twice.
 void take_squareness(volumetric_arguments &arguments) {
     for (const auto &text : arguments.squareness) {
         if (text.find('=') == std::string::npos) {
@@ -96,6 +96,7 @@ void take_vector(const std::vector<double> &values, coefficients::vector_mm &pla
     for (std::size_t k = 0; k < values.size(); ++k) place[k] = values[k];
 }
 
+// Takes the options that depend on each other. Throws usage_error that names the option.
 void check_usage(volumetric_arguments &arguments) {
     coefficients::volumetric_options &options = arguments.options;
     std::uint8_t moves[CB_AXES];
@@ -121,6 +122,7 @@ void check_usage(volumetric_arguments &arguments) {
     }
 }
 
+// out: figures of each curve, squareness, reference points and remarks
 json report_json(const coefficients::volumetric_result &result) {
     json report;
     for (const auto &error : result.errors) {
@@ -144,40 +146,37 @@ json report_json(const coefficients::volumetric_result &result) {
     return report;
 }
 
-void print_result(const coefficients::volumetric_result &result) {
-    std::cout << "  error      range   residual rms  coefficients\n" << std::fixed;
+// The figures of report_json for reading.
+std::string text_of(const coefficients::volumetric_result &result) {
+    std::string text = "  error      range   residual rms  coefficients\n";
     for (const auto &error : result.errors) {
-        std::cout << "  " << error.name << std::setprecision(3) << std::setw(13) << error.range
-                  << std::setw(15) << error.residual_rms << std::setw(14) << error.coefficients
-                  << "  " << error.unit << "\n";
-        for (const auto &warning : error.warnings) std::cout << "    " << warning << "\n";
+        text += fmt::format("  {}{:13.3f}{:15.3f}{:14}  {}\n", error.name, error.range,
+                            error.residual_rms, error.coefficients, error.unit);
+        for (const auto &warning : error.warnings) text += fmt::format("    {}\n", warning);
     }
-    std::cout << "\n  squareness, urad:";
+    text += "\n  squareness, urad:";
     for (const auto &[name, value] : result.squareness_urad) {
-        std::cout << "  " << name << " " << std::setprecision(2) << value;
+        text += fmt::format("  {} {:.2f}", name, value);
     }
-    std::cout << "\n  reference points, mm:";
+    text += "\n  reference points, mm:";
     for (const auto &[axis, point] : result.reference_points_mm) {
-        std::cout << "  " << axis << " (" << std::setprecision(1) << point[0] << ", " << point[1]
-                  << ", " << point[2] << ")";
+        text += fmt::format("  {} ({:.1f}, {:.1f}, {:.1f})", axis, point[0], point[1], point[2]);
     }
-    std::cout << "\n";
-    for (const auto &remark : result.remarks) std::cout << "  " << remark << "\n";
+    text += "\n";
+    for (const auto &remark : result.remarks) text += fmt::format("  {}\n", remark);
+    return text;
 }
 
-void run_volumetric(volumetric_arguments &arguments) {
+void run_volumetric(volumetric_arguments &arguments, const cli::streams &io) {
     check_usage(arguments);
     const coefficients::volumetric_result result =
         coefficients::make_volumetric(arguments.folders, arguments.options);
-    write_file(arguments.output, json_text(result.fragment));
+    write_file(arguments.output, json_text(result.fragment), &io.out);
     if (arguments.output == "-") return;
-    if (arguments.as_json) {
-        std::cout << json_text(report_json(result));
-    } else {
-        print_result(result);
-    }
+    io.out << (arguments.as_json ? json_text(report_json(result)) : text_of(result));
 }
 
+// Options of chain, squareness, reference points and tool: µrad and mm.
 void add_geometry(cli::command &command, volumetric_arguments &arguments) {
     coefficients::volumetric_options &options = arguments.options;
     command
@@ -214,6 +213,7 @@ void add_geometry(cli::command &command, volumetric_arguments &arguments) {
         .option_text("X,Y,Z");
 }
 
+// Options of the curves, as `compbox fit` has them.
 void add_fit_options(cli::command &command, fit_options &fit) {
     const std::map<std::string, fit_method> methods = {{"bspline", fit_method::bspline},
                                                        {"bspline-lmc", fit_method::bspline_lmc},
@@ -246,7 +246,7 @@ void add_volumetric(cli::command &app) {
     command.add_option("--name", arguments->options.name, "Name of the term").required();
     command.add_flag("--json", arguments->as_json, "Print the findings as JSON");
     command.add_option("-o,--output", arguments->output, "Term to write, TERM.json").required();
-    command.callback([arguments] { run_volumetric(*arguments); });
+    command.callback([arguments](const cli::streams &io) { run_volumetric(*arguments, io); });
 }
 
 }  // namespace compbox

@@ -5,15 +5,15 @@
 
 #include <csignal>
 #include <exception>
-#include <iostream>
+#include <ostream>
 
 #include "host-tools/compbox/commands.h"
 #include "host-tools/formats/error.h"
 
-// Whether what was printed arrived. A stdout that was closed before the start is nobody's loss.
-static bool printed() {
+// Whether all output was written. A stdout that was closed before the start counts as written.
+static bool is_printed(std::ostream &out) {
     const bool open = ::fcntl(STDOUT_FILENO, F_GETFD) >= 0;
-    return std::cout.flush().good() || !open;
+    return out.flush().good() || !open;
 }
 
 // A first word that is no command; parsing would only say that one is missing.
@@ -22,26 +22,26 @@ static bool is_unknown(const compbox::cli::command &app, const std::string &word
 }
 
 int main(int argc, char **argv) {
-    std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is told like a full disk
+    const auto io = compbox::cli::standard_streams();
+    std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is reported like a full disk
     compbox::cli::program app{
-        "compbox: from measurements of a machine tool to the coefficients of its box"};
+        "compbox: from measurements of a machine tool to the coefficients of its box", io};
     app.set_version_flag("--version", "compbox " CB_VERSION);
     compbox::add_commands(app);
     if (argc > 1 && is_unknown(app, argv[1])) {
-        std::cerr << "compbox: there is no command '" << argv[1]
-                  << "'; compbox --help lists them\n";
+        io.err << "compbox: there is no command '" << argv[1] << "'; compbox --help lists them\n";
         return 2;
     }
     try {
         if (const int refused = app.parse(argc, argv).value_or(0)) return refused;
     } catch (const compbox::input_error &error) {
-        std::cerr << "compbox: " << error.what() << "\n";
+        io.err << "compbox: " << error.what() << "\n";
         return 1;
     } catch (const std::exception &error) {
-        std::cerr << "compbox: fault in the program itself: " << error.what() << "\n";
+        io.err << "compbox: fault in the program itself: " << error.what() << "\n";
         return 70;
     }
-    if (printed()) return 0;
-    std::cerr << "compbox: standard output could not be written whole\n";
+    if (is_printed(io.out)) return 0;
+    io.err << "compbox: standard output could not be written whole\n";
     return 1;
 }

@@ -2,14 +2,12 @@
 // fakeplc: a control, its PLC and the machine behind them, in real time behind Modbus/TCP.
 #include <fcntl.h>
 #include <poll.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <exception>
-#include <iostream>
 #include <memory>
 #include <optional>
+#include <ostream>
 
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/fakeplc/console.h"
@@ -20,36 +18,10 @@
 #include "host-tools/fakeplc/setup.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/formats/input_lines.h"
 
 namespace compbox {
 namespace {
-
-// Lines from stdin as they come. Its end closes the command line, not the program.
-class command_line {
-  public:
-    bool open() const { return open_; }
-
-    void read_and_run(console &to) {
-        char block[1024];
-        const ssize_t n = ::read(STDIN_FILENO, block, sizeof block);
-        if (n < 0 && (errno == EINTR || errno == EAGAIN)) return;
-        if (n <= 0) {
-            open_ = false;
-            return;
-        }
-        text_.append(block, static_cast<std::size_t>(n));
-        for (auto end = text_.find('\n'); end != std::string::npos; end = text_.find('\n')) {
-            std::cout << to.run(text_.substr(0, end)) << std::endl;
-            text_.erase(0, end + 1);
-        }
-        if (text_.size() > longest) text_.clear();
-    }
-
-  private:
-    static constexpr std::size_t longest = 65536;
-    std::string text_;
-    bool open_ = true;
-};
 
 // One log row for each scan, flushed once a second so that others can follow it.
 class scan_log {
@@ -71,9 +43,14 @@ class scan_log {
     double flushed_s_ = 0.0;
 };
 
-void serve(fake_plc &plc, wire_server &server, scan_log &log, const sigset_t &in_poll) {
+// Runs PLC, wire and commands until a signal or the command quit. The end of the commands' input
+// does not end the program.
+// in : in_poll: the mask of signals while it waits
+void serve(fake_plc &plc, wire_server &server, scan_log &log, const sigset_t &in_poll,
+           const cli::streams &io) {
     console commands{plc, server};
-    command_line input;
+    input_lines input(io.in);
+    bool open = true;
     const auto answer = [&plc](const byte_string &request, bool torn) {
         return plc.answer(request, torn);
     };
@@ -81,7 +58,7 @@ void serve(fake_plc &plc, wire_server &server, scan_log &log, const sigset_t &in
     while (!stop_requested() && !commands.quit) {
         set.clear();
         server.append_poll_set(set);
-        if (input.open()) set.push_back({STDIN_FILENO, POLLIN, 0});
+        if (open) set.push_back({io.in, POLLIN, 0});
         const timespec wait = time_until(std::min(plc.next_due_us(), server.next_due_us()));
         if (::ppoll(set.data(), set.size(), &wait, &in_poll) < 0) {
             for (auto &entry : set) entry.revents = 0;
@@ -91,10 +68,11 @@ void serve(fake_plc &plc, wire_server &server, scan_log &log, const sigset_t &in
         const std::size_t clients = server.clients();
         server.process(set, now_us(), answer);
         if (server.clients() != clients) {
-            plc.note(std::to_string(server.clients()) +
-                     (server.clients() == 1 ? " client connected" : " clients connected"));
+            plc.note(fmt::format("{} client{} connected", server.clients(),
+                                 server.clients() == 1 ? "" : "s"));
         }
-        if (input.open() && set.back().revents != 0) input.read_and_run(commands);
+        if (open && set.back().revents != 0) open = input.read_more();
+        while (const auto line = input.next()) io.out << commands.run(*line) << std::endl;
     }
 }
 
@@ -110,7 +88,7 @@ std::unique_ptr<wire_server> open_wire(const options &chosen, const plc_setup &s
     return std::make_unique<modbus_server>(chosen.listen, setup.profile.max_clients);
 }
 
-void run(const options &chosen) {
+void run(const options &chosen, const cli::streams &io) {
     const plc_setup setup = prepare(chosen.plc);
     refuse_given(chosen.log, "the log");
     const sigset_t in_poll = mind_signals();
@@ -118,8 +96,8 @@ void run(const options &chosen) {
     const auto server = open_wire(chosen, setup);
     scan_log log(chosen.log, setup.map);
     fake_plc plc(setup.twin, setup.map, setup.profile, now_us());
-    std::cout << "fakeplc: listening on " << server->address() << std::endl;
-    serve(plc, *server, log, in_poll);
+    io.out << "fakeplc: listening on " << server->address() << std::endl;
+    serve(plc, *server, log, in_poll, io);
     if (!log.finish()) throw input_error(chosen.log, 0, 0, "the log could not be written whole");
 }
 
@@ -164,19 +142,20 @@ void add_options(cli::command &app, options &chosen) {
 }  // namespace compbox
 
 int main(int argc, char **argv) {
+    const auto io = compbox::cli::standard_streams();
     compbox::cli::program app{
-        "fakeplc: a machine-tool control with its PLC and a simulated machine"};
+        "fakeplc: a machine-tool control with its PLC and a simulated machine", io};
     app.set_version_flag("--version", "fakeplc " CB_VERSION);
     compbox::options chosen;
     compbox::add_options(app, chosen);
     try {
         if (const auto end = app.parse(argc, argv)) return *end;
-        compbox::run(chosen);
+        compbox::run(chosen, io);
     } catch (const compbox::input_error &error) {
-        std::cerr << "fakeplc: " << error.what() << "\n";
+        io.err << "fakeplc: " << error.what() << "\n";
         return 1;
     } catch (const std::exception &error) {
-        std::cerr << "fakeplc: fault in the program itself: " << error.what() << "\n";
+        io.err << "fakeplc: fault in the program itself: " << error.what() << "\n";
         return 70;
     }
     return 0;

@@ -21,10 +21,9 @@ class input_error : public std::runtime_error {
     explicit input_error(const std::string &sentence) : std::runtime_error(printable(sentence)) {}
     // "FILE:LINE:COLUMN: sentence"; a line or column of 0 is left out.
     input_error(const std::string &file, long line, long column, const std::string &sentence)
-        : input_error(fmt::format(line <= 0     ? "{0}: {3}"
-                                  : column <= 0 ? "{0}:{1}: {3}"
-                                                : "{0}:{1}:{2}: {3}",
-                                  file, line, column, sentence)) {}
+        : input_error(fmt::format("{}{}{}: {}", file, line > 0 ? fmt::format(":{}", line) : "",
+                                  line > 0 && column > 0 ? fmt::format(":{}", column) : "",
+                                  sentence)) {}
     // The same; the values replace the {} of the sentence.
     template <typename Value, typename... Values>
     input_error(const std::string &file, long line, long column,

@@ -10,8 +10,8 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <iostream>
 #include <mutex>
+#include <ostream>
 #include <set>
 #include <system_error>
 #include <utility>
@@ -101,6 +101,33 @@ void sync_folder_of(const std::string &path) {
     ::close(fd);
 }
 
+// in : any path, as given. Throws input_error where it is empty, forbidden by writes_below, no
+//      regular file, or cannot be written; what stood there before then stays.
+void replace_file(const std::string &path, const std::string &content) {
+    if (path.empty()) throw input_error("the name of the file to write is empty");
+    refuse_outside(path);
+    std::error_code error;
+    if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error)) {
+        throw input_error(path, 0, 0, "is not a regular file, so it is not written over");
+    }
+    std::string temporary = path + ".tmp-XXXXXX";
+    const int fd = ::mkostemp(temporary.data(), O_CLOEXEC);
+    if (fd < 0) fail(path, "create a file there");
+    ::fchmod(fd, 0644);
+    const bool written = write_all(fd, content);
+    const int saved = errno;
+    const bool closed = ::close(fd) == 0;
+    if (!written || !closed || ::rename(temporary.c_str(), path.c_str()) != 0) {
+        if (!written) errno = saved;
+        const int reason = errno;
+        ::unlink(temporary.c_str());
+        errno = reason;
+        fail(path, "write the file");
+    }
+    given().note_written(path);
+    sync_folder_of(path);
+}
+
 }  // namespace
 
 std::string read_file(const std::string &path, std::size_t max_bytes) {
@@ -131,9 +158,17 @@ void refuse_given(const std::string &path, const std::string &what) {
     }
 }
 
-void write_file(const std::string &path, const std::string &content) {
+void write_file(const std::string &path, const std::string &content, std::ostream *out) {
     refuse_given(path, "what it writes");
-    update_file(path, content);
+    update_file(path, content, out);
+}
+
+void update_file(const std::string &path, const std::string &content, std::ostream *out) {
+    if (out != nullptr && (path == "-" || path == "/dev/stdout")) {
+        if (!(*out << content << std::flush)) fail(path, "write");
+    } else {
+        replace_file(path, content);
+    }
 }
 
 writes_below::writes_below(const std::vector<std::string> &folders) {
@@ -154,35 +189,6 @@ void refuse_outside(const std::string &path) {
     throw input_error(path, 0, 0,
                       "is outside the scenario's folder and the folder of the run (-o), and is not "
                       "written");
-}
-
-void update_file(const std::string &path, const std::string &content) {
-    if (path == "-" || path == "/dev/stdout") {
-        if (!(std::cout << content << std::flush)) fail(path, "write");
-        return;
-    }
-    if (path.empty()) throw input_error("the name of the file to write is empty");
-    refuse_outside(path);
-    std::error_code error;
-    if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error)) {
-        throw input_error(path, 0, 0, "is not a regular file, so it is not written over");
-    }
-    std::string temporary = path + ".tmp-XXXXXX";
-    const int fd = ::mkostemp(temporary.data(), O_CLOEXEC);
-    if (fd < 0) fail(path, "create a file there");
-    ::fchmod(fd, 0644);
-    const bool written = write_all(fd, content);
-    const int saved = errno;
-    const bool closed = ::close(fd) == 0;
-    if (!written || !closed || ::rename(temporary.c_str(), path.c_str()) != 0) {
-        if (!written) errno = saved;
-        const int reason = errno;
-        ::unlink(temporary.c_str());
-        errno = reason;
-        fail(path, "write the file");
-    }
-    given().note_written(path);
-    sync_folder_of(path);
 }
 
 void make_folder(const std::string &path) {

@@ -2,6 +2,7 @@
 // Whole files in and out. Nothing is ever left half-written.
 #pragma once
 
+#include <iosfwd>
 #include <string>
 #include <vector>
 
@@ -12,16 +13,17 @@ std::string read_file(const std::string &path, std::size_t max_bytes = 256u << 2
 
 // Writes a temporary file beside `path`, syncs it and renames it over `path`, so that a reader
 // sees the old or the new file and never a part. Throws input_error when that fails; the temporary
-// file is then gone. "-" and "/dev/stdout" write to standard output; other devices are refused, and
-// so is a file that this program has read: what was made of a measurement is not written over it.
-void write_file(const std::string &path, const std::string &content);
+// file is then gone. Devices are refused, and so is a file that this program has read: what was
+// made of a measurement is not written over it. Where `out` is given, the paths "-" and
+// "/dev/stdout" print to it instead.
+void write_file(const std::string &path, const std::string &content, std::ostream *out = nullptr);
 
 // The last of these checks alone, for what is written row by row: throws input_error that asks for
 // another name for `what`.
 void refuse_given(const std::string &path, const std::string &what);
 
 // As write_file for a file that is brought up to date: it may have been read.
-void update_file(const std::string &path, const std::string &content);
+void update_file(const std::string &path, const std::string &content, std::ostream *out = nullptr);
 
 // Creates the folder and its parents where missing. Throws input_error.
 void make_folder(const std::string &path);

@@ -4,6 +4,8 @@
 
 #include <fmt/core.h>
 
+#include <string>
+
 namespace compbox {
 
 // A finding for reading: value to five digits, which are more than any finding carries.

@@ -22,7 +22,7 @@ void add_laser(cli::command &app, const twin_machine &twin) {
     cli::command command = app.add_subcommand("laser", "NAME.csv of every error of the twin");
     const auto output = std::make_shared<std::string>();
     command.add_option("-o", *output).required();
-    command.callback([output, &twin] { measure_all(twin, *output); });
+    command.callback([output, &twin](const cli::streams &) { measure_all(twin, *output); });
 }
 
 void add_nine_line(cli::command &app, const twin_machine &twin) {
@@ -37,7 +37,7 @@ void add_nine_line(cli::command &app, const twin_machine &twin) {
     command.add_option("--scale-ppm-per-degC", given->options.scale_ppm_per_degC);
     command.add_option("--temperature-degC", given->options.temperature_degC);
     command.add_option("-o", given->output).required();
-    command.callback([given, &twin] {
+    command.callback([given, &twin](const cli::streams &) {
         const triple_mm points = read_plan(given->points);
         for (std::size_t p = 0; p < 3; ++p) {
             for (std::size_t a = 0; a < 3; ++a) given->options.points_mm[p][a] = points[p][a];
@@ -63,7 +63,7 @@ void add_diagonals(cli::command &app, const twin_machine &twin) {
     command.add_option("--sides-mm", given->sides).required().expected(2).delimiter(',');
     command.add_option("--compensated", given->compensated);
     command.add_option("-o", given->output).required();
-    command.callback([given, &twin] {
+    command.callback([given, &twin](const cli::streams &) {
         face rectangle = given->rectangle;
         std::copy(given->corner.begin(), given->corner.end(), rectangle.corner_mm.begin());
         rectangle.first_mm = given->sides[0];

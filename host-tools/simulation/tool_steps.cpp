@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/simulation/tool_steps.h"
 
-#include <iostream>
 #include <sstream>
 #include <utility>
 
@@ -12,31 +11,16 @@ namespace compbox::simulation {
 
 namespace {
 
-// A stream goes into a text as long as this lives.
-class redirected {
-  public:
-    explicit redirected(std::ostream &stream) : stream_(stream), before_(stream.rdbuf()) {
-        stream_.rdbuf(text_.rdbuf());
-    }
-    ~redirected() { stream_.rdbuf(before_); }
-    redirected(const redirected &) = delete;
-    redirected &operator=(const redirected &) = delete;
-    std::vector<std::string> lines() const {
-        std::vector<std::string> lines;
-        std::istringstream text(text_.str());
-        for (std::string line; std::getline(text, line);) lines.push_back(line);
-        return lines;
-    }
-
-  private:
-    std::ostream &stream_;
-    std::streambuf *before_;
-    std::ostringstream text_;
-};
+std::vector<std::string> lines_of(const std::string &all) {
+    std::vector<std::string> lines;
+    std::istringstream text(all);
+    for (std::string line; std::getline(text, line);) lines.push_back(line);
+    return lines;
+}
 
 // The parser of a step knows the instruments or the allowed commands, and nothing else.
-void run_words(std::vector<std::string> words, const step_world &world) {
-    cli::program app{"a step"};
+void run_words(std::vector<std::string> words, const step_world &world, const cli::streams &io) {
+    cli::program app{"a step", io};
     if (words.front() == "measure") {
         add_instruments(app, world.twin);
         words.erase(words.begin());
@@ -59,15 +43,16 @@ std::vector<std::string> run_step(const std::string &step, const step_world &wor
     };
     const std::vector<std::string> words = words_of(step, world);
     if (words.empty()) fail("is empty");
-    const redirected out(std::cout), said(std::cerr);
+    constexpr int no_input = -1;
+    std::ostringstream out, err;
     try {
-        run_words(words, world);
+        run_words(words, world, {no_input, out, err});
     } catch (const cli::usage_error &error) {
         fail(error.what());
     } catch (const input_error &error) {
         fail(error.what());
     }
-    return said.lines();
+    return lines_of(err.str());
 }
 
 }  // namespace compbox::simulation

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // virtual-laser: measures the twin as a laser interferometer would, and writes only that.
 #include <exception>
-#include <iostream>
 #include <optional>
+#include <ostream>
 
 #include "host-tools/command_line/command_line.h"
 #include "host-tools/formats/error.h"
@@ -10,7 +10,8 @@
 
 // out: exit code 0 done, 1 a file is bad, 2 wrong usage, 70 a fault of the program
 int main(int argc, char **argv) {
-    compbox::cli::program app{"virtual-laser: measures the axes of a simulated machine"};
+    const auto io = compbox::cli::standard_streams();
+    compbox::cli::program app{"virtual-laser: measures the axes of a simulated machine", io};
     app.footer(
         "Writes DIR/EZX.csv … (position_mm,error_um,run), one file for each error of the twin.\n"
         "Example: virtual-laser --machine machine_twin.json --seed 7 -o measurements");
@@ -24,13 +25,13 @@ int main(int argc, char **argv) {
         compbox::twin_config config = compbox::load_twin(machine);
         if (seed) config.seed = *seed;
         for (const auto &path : compbox::measure_all(compbox::twin_machine(config), folder)) {
-            std::cout << path << "\n";
+            io.out << path << "\n";
         }
     } catch (const compbox::input_error &error) {
-        std::cerr << "virtual-laser: " << error.what() << "\n";
+        io.err << "virtual-laser: " << error.what() << "\n";
         return 1;
     } catch (const std::exception &error) {
-        std::cerr << "virtual-laser: fault in the program itself: " << error.what() << "\n";
+        io.err << "virtual-laser: fault in the program itself: " << error.what() << "\n";
         return 70;
     }
     return 0;

@@ -279,7 +279,7 @@ def test_applied_registers_that_are_mixed_up(compbox, plc):
 def test_a_heartbeat_that_stands(compbox, plc):
     fake = plc()
     fake.say("freeze heartbeat 1")
-    assert re.match(r"plc\.plc_heartbeat: register 1 stands at \d+; the PLC program has to count it up",
+    assert re.match(r"plc\.plc_heartbeat: register 1 stays at \d+; the PLC program has to count it up",
                     refusal(compbox, fake))
 
 

@@ -4,7 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <sstream>
+
 #include "host-tools/command_line/option_checks.h"
+#include "host-tools/command_line/progress.h"
 
 namespace compbox {
 namespace {
@@ -13,7 +16,8 @@ enum class colour { red, green };
 
 // One command with an option of each kind; `run` says that its callback was called.
 struct fixture {
-    cli::program program{"tool: for tests"};
+    std::ostringstream out, err;
+    cli::program program{"tool: for tests", {-1, out, err}};
     cli::command measure = program.add_subcommand("measure", "Measures");
     std::string file, output = "out.csv";
     int count = 3;
@@ -50,9 +54,11 @@ struct fixture {
         measure.add_choice("--paint", paint, colours, "Colour").option_text("C");
         measure.add_flag("--json", as_json, "As JSON");
         measure.add_flag("!--keep", add_back, "Keep");
-        measure.callback([this] {
+        measure.callback([this](const cli::streams &io) {
             run = true;
             if (file == "bad") throw cli::usage_error("--count", "is not for this file");
+            io.out << file;
+            io.err << output;
         });
     }
     // What is wrong with the words; "" for nothing.
@@ -159,17 +165,15 @@ struct printed {
 printed call(std::vector<const char *> words) {
     fixture all;
     words.insert(words.begin(), "tool");
-    testing::internal::CaptureStdout();
-    testing::internal::CaptureStderr();
     const auto end = all.program.parse(static_cast<int>(words.size()), words.data());
-    std::string out = testing::internal::GetCapturedStdout();
-    return {std::move(out), testing::internal::GetCapturedStderr(), end.value_or(-1)};
+    return {all.out.str(), all.err.str(), end.value_or(-1)};
 }
 
 TEST(CommandLine, GoesOnWhereAllIsRight) {
     const printed got = call({"measure", "a.csv"});
     EXPECT_EQ(got.exit, -1);
-    EXPECT_EQ(got.out + got.said, "");
+    EXPECT_EQ(got.out, "a.csv");
+    EXPECT_EQ(got.said, "out.csv");
 }
 
 TEST(CommandLine, WrongUsageIsExit2AndASentence) {
@@ -208,6 +212,17 @@ TEST(CommandLine, KnowsItsCommands) {
     const fixture all;
     EXPECT_TRUE(all.program.has_subcommand("measure"));
     EXPECT_FALSE(all.program.has_subcommand("fly"));
+}
+
+TEST(CommandLine, ShowsProgressOnATerminalOnly) {
+    std::ostringstream out, err;
+    EXPECT_FALSE(progress_of({-1, out, err}, "runs"));
+    EXPECT_FALSE(progress_bar_of({-1, out, err}, "training", "loss"));
+    progress_of({-1, out, err, true}, "runs")(0.5);
+    progress_bar_of({-1, out, err, true}, "training", "loss")(0.5, 2.0);
+    EXPECT_EQ(err.str(),
+              "\rruns 50 %\rtraining [###############...............]  50 %  loss 2\033[K");
+    EXPECT_EQ(out.str(), "");
 }
 
 TEST(CommandLine, OutputsMustDiffer) {

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 // What commissioning concludes, without a PLC: signs, scales, times, and the box's configuration.
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <sstream>
 
 #include "host-tools/coefficients/machine_file.h"
 #include "host-tools/commission/config.h"
 #include "host-tools/commission/judge.h"
+#include "host-tools/commission/prompt.h"
 #include "host-tools/commission/write.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/json.h"
@@ -148,6 +152,42 @@ TEST(commission, a_file_with_terms_gets_its_next_revision_and_keeps_a_measured_l
     const json changed = commission::with_result(document, "m.json", result_of());
     EXPECT_EQ(changed["revision"].get<int>(), document["revision"].get<int>() + 1);
     EXPECT_EQ(changed["cycle"]["lead_ms"], "measured");
+}
+
+// A prompt at a pipe into which wait() writes the next of these pieces; after the last it ends.
+struct asked {
+    int ends[2] = {-1, -1};
+    std::ostringstream err;
+    std::vector<std::string> pieces;
+    std::size_t waits = 0;
+
+    explicit asked(std::vector<std::string> texts) : pieces(std::move(texts)) {
+        EXPECT_EQ(::pipe(ends), 0);
+    }
+    ~asked() {
+        ::close(ends[0]);
+        if (waits <= pieces.size()) ::close(ends[1]);
+    }
+    void wait() {
+        if (waits < pieces.size()) {
+            EXPECT_GT(::write(ends[1], pieces[waits].data(), pieces[waits].size()), 0);
+        } else if (waits == pieces.size()) {
+            ::close(ends[1]);
+        }
+        ++waits;
+    }
+};
+
+TEST(commission, a_prompt_asks_until_a_number_comes_and_the_cycle_goes_on) {
+    asked person({"4 mm\n\n", "-19", ".8 \r\n7\n"});
+    commission::prompt prompt(person.ends[0], person.err);
+    EXPECT_EQ(prompt.ask_number("X: ", [&] { person.wait(); }), -19.8);
+    EXPECT_EQ(person.waits, 3u);
+    EXPECT_EQ(prompt.ask_number("Y: ", [&] { person.wait(); }), 7.0);
+    EXPECT_EQ(person.waits, 3u) << "the second answer was there already";
+    const std::string again = "A number in µm, please, as in -19.8\n";
+    EXPECT_EQ(person.err.str(), "X: \n" + again + "X: \n" + again + "X: \nY: \n");
+    EXPECT_THROW(prompt.ask("Z: ", [&] { person.wait(); }), input_error) << "the input ends";
 }
 
 }  // namespace
