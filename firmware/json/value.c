@@ -59,15 +59,20 @@ static bool out_of_range(struct cb_loader *loader, uint32_t at, const char *leas
                    most);
 }
 
+/* out: whether the token is a number within least … most, and *number that */
+static bool is_within(const struct cb_loader *loader, struct cb_json_token token, const char *least,
+                      const char *most, float *number) {
+    return cb_decimal_to_float(loader->text + token.at, token.length, number) &&
+           *number >= cb_number_of(least) && *number <= cb_number_of(most);
+}
+
 bool cb_read_float(struct cb_loader *loader, uint32_t at, const char *least, const char *most,
                    float *value) {
     const struct cb_json_token token = cb_token_at(loader, at);
     float number = 0.0f;
     if (token.kind != CB_JSON_NUMBER)
         return cb_fail(loader, CB_ERROR_TYPE, at, "must be a number, not %o", at);
-    if (!cb_decimal_to_float(loader->text + token.at, token.length, &number))
-        return out_of_range(loader, at, least, most);
-    if (!(number >= cb_number_of(least) && number <= cb_number_of(most)))
+    if (!is_within(loader, token, least, most, &number))
         return out_of_range(loader, at, least, most);
     *value = number;
     return true;
@@ -81,8 +86,7 @@ static bool not_whole(struct cb_loader *loader, struct cb_json_token token, cons
     bool digits_only = true;
     for (uint32_t i = 0; i < token.length; ++i)
         digits_only = digits_only && text[i] >= '0' && text[i] <= '9';
-    if (digits_only || !cb_decimal_to_float(text, token.length, &number) ||
-        !(number >= cb_number_of(least) && number <= cb_number_of(most)))
+    if (digits_only || !is_within(loader, token, least, most, &number))
         return out_of_range(loader, token.at, least, most);
     return cb_fail(loader, CB_ERROR_TYPE, token.at,
                    "must be a whole number written in digits only, not %o", token.at);
