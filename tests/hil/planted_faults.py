@@ -66,7 +66,7 @@ FAULTS = [
     ("resuming without permission", "firmware/box/mode.c", "!state->lost || e->permit_resume",
      "!state->lost || e->enable",
      reactions("without_permit_resume_a_new_edge_of_enable_is_needed")),
-    ("plausibility not checked", "firmware/signals/signals.c", "if (within_rounding(signal, value))",
+    ("plausibility not checked", "firmware/signals/signals.c", "if (cb_signal_in_range(signal, value))",
      "if (value == value)",
      reactions("an_implausible_position_holds")),
     ("transaction id not compared", "hal/linux/tcp.c",
