@@ -48,7 +48,6 @@ COMMANDS = ["cb_dump_ask", "cb_status_counters", "cb_status_fault", "cb_status_s
     "variant/test.c:crash_" + name for name in (
         "address", "assertion", "canary", "hang", "stack", "undefined")]  # of the test image
 IMAGE_INDIRECT = {
-    "terms/curves.c:load_term": INDIRECT["terms/curves.c:load_backward"],  # inlined with -Os
     "hal/cycle.c:cb_cycle_run": HAL,
     "app/main.c:cb_main": HAL,
     "app/standby.c:cb_standby_run": HAL,
