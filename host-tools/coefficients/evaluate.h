@@ -7,9 +7,7 @@
 
 #include "host-tools/formats/csv.h"
 
-extern "C" {
-#include "firmware/box/box.h"
-}
+struct cb_config;
 
 namespace compbox::coefficients {
 

@@ -5,9 +5,7 @@
 #include <string>
 #include <vector>
 
-extern "C" {
-#include "firmware/config/config.h"
-}
+struct cb_config;
 
 namespace compbox::coefficients {
 

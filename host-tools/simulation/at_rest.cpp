@@ -3,6 +3,10 @@
 
 #include "host-tools/coefficients/evaluate.h"
 
+extern "C" {
+#include "firmware/config/config.h"
+}
+
 namespace compbox::simulation {
 
 namespace {

@@ -6,9 +6,7 @@
 
 #include "host-tools/twin/state.h"
 
-extern "C" {
-#include "firmware/config/config.h"
-}
+struct cb_config;
 
 namespace compbox::simulation {
 

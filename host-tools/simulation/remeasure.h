@@ -10,9 +10,7 @@
 #include "host-tools/simulation/scenario.h"
 #include "host-tools/twin/laser.h"
 
-extern "C" {
-#include "firmware/config/config.h"
-}
+struct cb_config;
 
 namespace compbox::simulation {
 
