@@ -90,6 +90,19 @@ std::int64_t fake_plc::next_due_us() const {
     return std::min(nc_due_us_, scan_due_us_);
 }
 
+void fake_plc::run_to(std::int64_t now_us, const std::function<void(const plc_state &)> &on_scan,
+                      const std::function<void()> &on_nc_cycle) {
+    while (next_due_us() <= now_us) {
+        if (nc_due_us_ <= scan_due_us_) {
+            nc_cycle();
+            if (on_nc_cycle) on_nc_cycle();
+        } else {
+            scan();
+            if (on_scan) on_scan(state_);
+        }
+    }
+}
+
 void fake_plc::forget_standstill(std::int64_t now_us) {
     const std::int64_t behind_us = now_us - next_due_us();
     if (behind_us <= most_behind_us) return;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -47,13 +48,11 @@ class fake_plc {
     fake_plc(const twin_config &config, const register_map &map, const plc_profile &profile,
              std::int64_t now_us);
 
-    // Runs every interpolation cycle and scan that is due by now_us; on_scan, where given, is
-    // called after each scan.
-    template <typename visitor>
-    void run_to(std::int64_t now_us, visitor on_scan);
-    void run_to(std::int64_t now_us) {
-        run_to(now_us, [](const plc_state &) {});
-    }
+    // Runs every interpolation cycle and scan that is due by now_us; on_scan(state()) and
+    // on_nc_cycle(), where given, are called after each.
+    void run_to(std::int64_t now_us,
+                const std::function<void(const plc_state &)> &on_scan = nullptr,
+                const std::function<void()> &on_nc_cycle = nullptr);
     // In real time, before run_to: behind by more than a second (a process that was stopped), the
     // control goes on from now instead of catching up.
     void forget_standstill(std::int64_t now_us);
@@ -149,17 +148,5 @@ class fake_plc {
     std::uint16_t plc_heartbeat_ = 0, read_count_ = 0;
     std::uint16_t last_noted_status_ = 0, last_noted_control_ = 0;
 };
-
-template <typename visitor>
-void fake_plc::run_to(std::int64_t now_us, visitor on_scan) {
-    while (next_due_us() <= now_us) {
-        if (nc_due_us_ <= scan_due_us_) {
-            nc_cycle();
-        } else {
-            scan();
-            on_scan(state_);
-        }
-    }
-}
 
 }  // namespace compbox

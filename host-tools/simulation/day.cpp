@@ -3,17 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 
 #include "host-tools/coefficients/load.h"
-#include "host-tools/fakeplc/plc.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
-
-extern "C" {
-#include "firmware/box/box.h"
-}
+#include "host-tools/simulation/world.h"
 
 namespace compbox::simulation {
 
@@ -29,11 +24,24 @@ constexpr double after_cut_s = 5.0;  // so long the record stays dense
 
 // ---- the program
 
+// A place on a surface.
+xyz on(const part_surface &surface, double x_mm, double z_mm) {
+    const double u = 2.0 * (x_mm - surface.x_mm[0]) / (surface.x_mm[1] - surface.x_mm[0]) - 1.0;
+    return {x_mm, surface.y_mm + surface.bow_mm * (1.0 - u * u), z_mm};
+}
+
+// The moves of a day, for the NC.
 class programmer {
   public:
-    programmer(const std::vector<part_surface> &surfaces, const twin_config &machine)
-        : surfaces_(surfaces), machine_(machine) {}
+    programmer(const part_day &day, const std::vector<part_surface> &surfaces,
+               const twin_config &machine)
+        : surfaces_(surfaces), machine_(machine) {
+        for (const auto &work : day.work) add(work);
+    }
 
+    const std::vector<twin_step> &steps() const { return steps_; }
+
+  private:
     void add(const part_work &work) {
         spindle_rpm_ = work.spindle_rpm;
         if (!work.part.empty()) {
@@ -47,9 +55,6 @@ class programmer {
         }
     }
 
-    std::vector<twin_step> steps() && { return std::move(steps_); }
-
-  private:
     void push(twin_step step) {
         step.spindle_rpm = spindle_rpm_;
         steps_.push_back(step);
@@ -82,11 +87,6 @@ class programmer {
             const double end_mm = surface.x_mm[1] + run_up_mm;
             move_to({end_mm, surface.y_mm - clearance_mm, z_mm}, rapid_mm_per_min, 0.0);
         }
-    }
-
-    static xyz on(const part_surface &surface, double x_mm, double z_mm) {
-        const double u = 2.0 * (x_mm - surface.x_mm[0]) / (surface.x_mm[1] - surface.x_mm[0]) - 1.0;
-        return {x_mm, surface.y_mm + surface.bow_mm * (1.0 - u * u), z_mm};
     }
 
     // To and fro along the diagonal of the middle of the machine, for so many minutes.
@@ -164,13 +164,12 @@ class point_watch {
             for (int column = 0; column < surface.columns; ++column) {
                 const double s = static_cast<double>(column) / (surface.columns - 1);
                 const double t = static_cast<double>(row) / (surface.rows - 1);
-                const double u = 2.0 * s - 1.0;
                 cut_point point;
                 point.part = part;
                 point.surface = surface.name;
-                point.position_mm = {surface.x_mm[0] + s * (surface.x_mm[1] - surface.x_mm[0]),
-                                     surface.y_mm + surface.bow_mm * (1.0 - u * u),
-                                     surface.z_mm[0] + t * (surface.z_mm[1] - surface.z_mm[0])};
+                point.position_mm =
+                    on(surface, surface.x_mm[0] + s * (surface.x_mm[1] - surface.x_mm[0]),
+                       surface.z_mm[0] + t * (surface.z_mm[1] - surface.z_mm[0]));
                 expected_.push_back(point);
             }
         }
@@ -180,71 +179,11 @@ class point_watch {
     std::size_t next_ = 0;
 };
 
-// ---- the box at the PLC
-
-void append(byte_string &bytes, unsigned word) {
-    bytes.push_back(static_cast<std::uint8_t>(word >> 8));
-    bytes.push_back(static_cast<std::uint8_t>(word & 0xFF));
-}
-
-// The box's cycles by FC3 and FC16 (docs/DESIGN.md, "One cycle"), without a wire.
-class box_at_plc {
-  public:
-    box_at_plc(const cb_config &config, fake_plc &plc)
-        : plc_(plc), box_(std::make_unique<cb_box>()) {
-        box_->config = config;
-        cb_box_start(box_.get());
-    }
-
-    const cb_box &box() const { return *box_; }
-    const cb_outputs &outputs() const { return outputs_; }
-    bool is_active() const { return box_->mode.mode == CB_MODE_ACTIVE; }
-
-    void cycle(std::int64_t now_us) {
-        const cb_plc_config &plc = box_->config.plc;
-        inputs_.read_us = now_us;
-        inputs_.read_ok = read(plc.read, inputs_.registers);
-        inputs_.held = CB_TRANSFER_NONE;
-        if (inputs_.read_ok && cb_box_wants_held(box_.get())) {
-            inputs_.held =
-                read(plc.write, inputs_.held_registers) ? CB_TRANSFER_OK : CB_TRANSFER_REFUSED;
-        }
-        cb_box_step(box_.get(), &inputs_, now_us, &outputs_);
-        inputs_.last_write = CB_TRANSFER_NONE;
-        if (outputs_.write)
-            inputs_.last_write = write(plc.write) ? CB_TRANSFER_OK : CB_TRANSFER_REFUSED;
-    }
-
-  private:
-    bool read(const cb_block_config &block, std::uint16_t *registers) {
-        byte_string request{3};
-        append(request, block.start);
-        append(request, block.count);
-        const byte_string reply = plc_.answer(request);
-        if (reply.size() != 2u + 2u * block.count || reply[0] != 3) return false;
-        for (std::size_t i = 0; i < block.count; ++i) {
-            registers[i] = static_cast<std::uint16_t>(reply[2 + 2 * i] << 8 | reply[3 + 2 * i]);
-        }
-        return true;
-    }
-
-    bool write(const cb_block_config &block) {
-        byte_string request{16};
-        append(request, block.start);
-        append(request, block.count);
-        request.push_back(static_cast<std::uint8_t>(2 * block.count));
-        for (unsigned i = 0; i < block.count; ++i) append(request, outputs_.registers[i]);
-        const byte_string reply = plc_.answer(request);
-        return reply.size() == 5 && reply[0] == 16;
-    }
-
-    fake_plc &plc_;
-    std::unique_ptr<cb_box> box_;
-    cb_inputs inputs_ = {};
-    cb_outputs outputs_ = {};
-};
-
 // ---- the record, with the columns that compboxd writes
+
+double seconds(std::int64_t us) {
+    return 1e-6 * static_cast<double>(us);
+}
 
 std::string record_header(const cb_config &config) {
     std::string text = "time_s";
@@ -258,9 +197,9 @@ std::string record_header(const cb_config &config) {
     return text + ",mode,reason\n";
 }
 
-std::string record_row(const box_at_plc &at, double time_s) {
+std::string record_row(const world &at) {
     const cb_box &box = at.box();
-    std::string text = shortest(time_s);
+    std::string text = shortest(seconds(at.now_us()));
     for (unsigned i = 0; i < box.config.signals_count; ++i) {
         text += ",";
         if (box.signals[i].known) text += shortest_float(box.signals[i].value);
@@ -274,6 +213,31 @@ std::string record_row(const box_at_plc &at, double time_s) {
     return text + "," + std::to_string(box.mode.mode) + "," + std::to_string(box.mode.reason) +
            "\n";
 }
+
+// Rows while time passes: dense while a part is cut, and for a moment behind it.
+class recorder {
+  public:
+    recorder(const cb_config &config, const part_pace &pace)
+        : pace_(pace), text_(record_header(config)) {}
+
+    // After each cycle of the box.
+    void look(world &at) {
+        const double time_s = seconds(at.now_us());
+        if (at.plc().nc().state().depth_of_cut_mm > 0.0) cut_s_ = time_s;
+        const bool cutting = time_s - cut_s_ < after_cut_s;
+        const double every_s = cutting ? pace_.record_s : pace_.idle_record_s;
+        if (time_s - recorded_s_ < every_s - 1e-6) return;
+        text_ += record_row(at);
+        recorded_s_ = time_s;
+    }
+
+    std::string text() && { return std::move(text_); }
+
+  private:
+    part_pace pace_;
+    double recorded_s_ = -1e9, cut_s_ = -1e9;
+    std::string text_;
+};
 
 // The same file with a slower cycle; what depends on the cycle goes with it.
 std::string slowed(const std::string &coefficients, const part_pace &pace,
@@ -290,7 +254,6 @@ std::string slowed(const std::string &coefficients, const part_pace &pace,
 twin_config paced(twin_config machine, const part_day &day, const part_pace &pace) {
     constexpr double s_per_ms = 1e-3;
     machine.thermal.air = day.air;
-    machine.program.clear();
     machine.nc.interpolation_s = s_per_ms * pace.interpolation_ms;
     machine.plc.scan_s = s_per_ms * pace.scan_ms;
     machine.plc.watchdog_s = std::max(machine.plc.watchdog_s, 4.0 * s_per_ms * pace.period_ms);
@@ -299,55 +262,25 @@ twin_config paced(twin_config machine, const part_day &day, const part_pace &pac
 
 }  // namespace
 
-std::vector<twin_step> program_of(const part_day &day, const std::vector<part_surface> &surfaces,
-                                  const twin_config &machine) {
-    programmer program(surfaces, machine);
-    for (const auto &work : day.work) program.add(work);
-    return std::move(program).steps();
-}
-
 worked_day work_a_day(const part_scenario &plan, const part_day &day, const twin_config &machine,
                       const std::string &coefficients, const std::string &folder) {
-    constexpr std::int64_t longest_start_us = 60000000;
     const std::string slow_file = slowed(coefficients, plan.pace, folder);
     const auto config = coefficients::load_coefficients(slow_file);
-    const register_map map = load_register_map(slow_file);
-    const auto profile = plc_profile::find(map.profile);
-    if (!profile) throw input_error(map.file, 0, 0, "unknown profile '" + map.profile + "'");
     const twin_config slow_machine = paced(machine, day, plan.pace);
-    fake_plc plc(slow_machine, map, *profile, 0);
-    plc.leave_truth_out();
-    box_at_plc box(*config, plc);
+    world at(*config, slow_machine, load_register_map(slow_file));
     point_watch watch(day, plan.surfaces);
+    recorder record(*config, plan.pace);
     worked_day result;
-    result.record = record_header(*config);
-    std::int64_t now_us = 0;
-    double recorded_s = -1e9, cut_s = -1e9;
-    bool started = false;
-    do {
-        now_us += config->period_us;
-        plc.run_to(now_us, [&](const plc_state &) { watch.look(plc, result.points); });
-        box.cycle(now_us);
-        const double time_s = 1e-6 * static_cast<double>(now_us);
-        if (plc.nc().state().depth_of_cut_mm > 0.0) cut_s = time_s;
-        const bool cutting = time_s - cut_s < after_cut_s;
-        const double every_s = cutting ? plan.pace.record_s : plan.pace.idle_record_s;
-        if (time_s - recorded_s >= every_s - 1e-6) {
-            result.record += record_row(box, time_s);
-            recorded_s = time_s;
-        }
-        if (!started && box.is_active()) {
-            for (const auto &step : program_of(day, plan.surfaces, slow_machine)) plc.move(step);
-            started = true;
-        }
-        if (!started && now_us > longest_start_us) {
-            throw input_error(coefficients + ": the box does not become ACTIVE: " +
-                              cb_reason_text(box.box().mode.reason));
-        }
-    } while (!started || plc.moving());
+    at.hooks.after_scan = [&](const plc_state &) { watch.look(at.plc(), result.points); };
+    at.hooks.after_box_cycle = [&] { record.look(at); };
+    at.wait_until_active();
+    const programmer program(day, plan.surfaces, slow_machine);
+    for (const auto &step : program.steps()) at.plc().move(step);
+    while (at.plc().moving()) at.cycle();
     if (!watch.done()) {
         throw input_error(plan.file, 0, 0, "the tool never passed a point of " + watch.next_name());
     }
+    result.record = std::move(record).text();
     return result;
 }
 

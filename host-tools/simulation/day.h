@@ -30,10 +30,6 @@ struct worked_day {
     std::vector<cut_point> points;
 };
 
-// The moves of a day, for the NC.
-std::vector<twin_step> program_of(const part_day &day, const std::vector<part_surface> &surfaces,
-                                  const twin_config &machine);
-
 // in : a coefficient file for the box, for the machine that `machine` with its seed stands for; its
 //      period is replaced by that of the pace
 // Throws input_error, in words, when the box does not become ACTIVE or a point is never passed.

@@ -9,7 +9,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/simulation/tool_steps.h"
-#include "host-tools/simulation/virtual_run.h"
+#include "host-tools/simulation/travels.h"
 
 namespace compbox::simulation {
 
@@ -82,7 +82,7 @@ class seed_run {
         if (plan_.steps.empty()) {
             measurements_ = measurements_of(plan_, twin_, own_seed, folder_);
         } else {
-            run_steps(plan_.steps, world(folder_), result);
+            run_steps(plan_.steps, steps_in(folder_), result);
         }
     }
 
@@ -93,9 +93,9 @@ class seed_run {
         const register_map map = load_register_map(fit.coefficients);
         for (auto &path : paths_) {
             tell_place(method.name, path, [&] {
-                const virtual_run run = run_virtually(*config, config_, map, path.stops_mm(),
-                                                      plan_.feed_mm_per_s, wire());
-                const path_figures found = path.judge(run.states, *config);
+                world at(*config, config_, map, wire());
+                const auto states = states_at(at, path.stops_mm(), plan_.feed_mm_per_s);
+                const path_figures found = path.judge(states, *config);
                 result.runs.push_back({config_.seed, method.name, path.name(), fit.coefficients,
                                        fit.coefficient_count, found.figures, path.stops_mm(),
                                        found.before_um, found.after_um});
@@ -111,7 +111,7 @@ class seed_run {
         return {std::llround(1e3 * plan_.read_ms), std::llround(1e3 * plan_.write_ms)};
     }
 
-    step_world world(const std::string &out) const {
+    step_world steps_in(const std::string &out) const {
         make_folder(out);
         return {twin_, plan_.file, names_of(plan_, once_, folder_, out), commands_};
     }
@@ -125,7 +125,7 @@ class seed_run {
             result.warnings.insert(result.warnings.end(), fit.warnings.begin(), fit.warnings.end());
             return fit;
         }
-        run_steps(method.steps, world(out), result);
+        run_steps(method.steps, steps_in(out), result);
         fit.coefficients = out + "/coefficients.json";
         return fit;
     }
@@ -133,12 +133,13 @@ class seed_run {
     void move_along(const remeasured_path &path, double feed, const cb_config &config,
                     const register_map &map, simulation &result) const {
         const travel way{path.path().from_mm, path.path().to_mm, feed / 60.0};
-        const virtual_run run = run_in_motion(config, config_, map, way, wire());
-        const auto after = true_errors(twin_, run.states);
-        const auto before = true_errors(twin_, uncompensated(run.states));
+        world at(config, config_, map, wire());
+        const auto states = states_along(at, way);
+        const auto after = true_errors(twin_, states);
+        const auto before = true_errors(twin_, uncompensated(states));
         std::vector<xyz> places;
-        for (const auto &state : run.states) places.push_back(state.position_mm);
-        moving_run one{config_.seed, path.name(), feed, run.lead_ms};
+        for (const auto &state : states) places.push_back(state.position_mm);
+        moving_run one{config_.seed, path.name(), feed, at.lead_ms()};
         for (std::size_t a = 0; a < 3; ++a) {
             one.before_um[a] = range_along(path.path(), places, before, a);
             one.after_um[a] = range_along(path.path(), places, after, a);

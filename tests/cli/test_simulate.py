@@ -245,8 +245,16 @@ def test_a_box_that_may_not_start(compbox, gantry):
     machine = compbox.read("machine.json")
     machine["signals"][0].update(min=20000, max=30000)
     compbox.write("machine.json", machine)
-    assert re.match(r"scenario\.json: seed \d+, method [\w-]+, path \w+: the box does not become ACTIVE "
-                    r"\(it is in STANDBY: ", compbox.refused("simulate", "scenario.json", "-o", "out"))
+    assert re.match(r"scenario\.json: seed \d+, method [\w-]+, path \w+: out/\S+/coefficients\.json: "
+                    r"the box does not become ACTIVE \(it is in STANDBY: ",
+                    compbox.refused("simulate", "scenario.json", "-o", "out"))
+
+
+def test_an_exchange_that_does_not_fit_into_a_cycle(compbox, gantry):
+    """24 of the 30 ms are there for it, as in compboxd."""
+    compbox.write("scenario.json", {**gantry, "exchange_ms": {"read": 13, "write": 12}})
+    assert compbox.refused("simulate", "scenario.json", "-o", "out").endswith(
+        "the box does not become ACTIVE (it is in STANDBY: the PLC answers readings but confirms no write)")
 
 
 @pytest.mark.parametrize("options", [["--seeds", "x"], ["--seeds", "5-3"], ["--seeds", "1-2-3"],

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// Travels of the axes in a world, and the machine's states on them.
+#pragma once
+
+#include <vector>
+
+#include "host-tools/simulation/world.h"
+
+namespace compbox::simulation {
+
+// A straight travel in one go, at a feed along it.
+struct travel {
+    xyz from_mm = {}, to_mm = {};
+    double feed_mm_per_s = 0.0;
+};
+
+// Waits until the box is ACTIVE, moves to each position in turn and waits there until the
+// compensation stands still. out: the state at each position. Throws input_error, in words, when
+// the box does not become or stay ACTIVE or does not come to rest.
+std::vector<twin_state> states_at(world &at, const std::vector<xyz> &positions_mm,
+                                  double feed_mm_per_s);
+
+// The same to the beginning of a travel, and along it without a stop. out: at most about
+// most_states moments of the motion, at equal times.
+std::vector<twin_state> states_along(world &at, const travel &way, int most_states = 4000);
+
+}  // namespace compbox::simulation
