@@ -77,7 +77,7 @@ cb_hal virtual_hal::operations() {
             cb_modbus_write_read(write_start, write_count, write_registers, read_start, read_count),
             read_registers, deadline_us);
     };
-    hal.samples = [](void *, cb_hal_sample *, std::size_t) { return std::size_t{0}; };
+    hal.samples = [](void *, cb_sample *, std::size_t) { return std::size_t{0}; };
     hal.feed_watchdog = [](void *) {};
     hal.stop_requested = [](void *) { return false; };
     return hal;

@@ -47,7 +47,7 @@ void world::wait_until_active() {
 }
 
 double world::lead_ms() const {
-    return 1e-3 * cb_lead_us(&box_->config, &box_->lead);
+    return 1e-3 * cb_lead_us(&box_->config, &box_->life.lead);
 }
 
 void world::refuse(const std::string &what) const {

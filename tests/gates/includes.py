@@ -196,7 +196,7 @@ FAULTS = [
     ("firmware/signals/a.c", '#include "firmware/json/json.h"'),
     ("firmware/terms/a.c", '#include "firmware/load/sections.h"'),
     ("firmware/box/a.c", '#include "firmware/load/load.h"'),
-    ("firmware/box/a.c", '#include "tests/support/sim.h"'), ("hal/cycle.c", '#include "firmware/load/load.h"'),
+    ("firmware/box/a.c", '#include "tests/support/fault.h"'), ("hal/cycle.c", '#include "firmware/load/load.h"'),
     ("hal/hal.h", '#include "firmware/load/load.h"'), ("hal/linux/tcp.c", '#include "firmware/box/box.h"'),
     ("hal/linux/tick.c", '#include "hal/cycle.h"'),  # which leads to the box
     ("hal/stm32f405/time.c", '#include "hal/linux/can.h"'), ("hal/stm32f405/a.c", '#include "firmware/signals/can.h"'),

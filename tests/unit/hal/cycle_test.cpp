@@ -7,11 +7,11 @@
 #include <string>
 
 #include "tests/support/box_fixture.h"
+#include "tests/support/virtual_registers.h"
 
 extern "C" {
 #include "hal/cycle.h"
 #include "tests/support/fault.h"
-#include "tests/support/sim.h"
 }
 
 namespace compbox {
@@ -32,7 +32,7 @@ config_builder simple(cb_exchange exchange = CB_EXCHANGE_FC3_FC16) {
 // A PLC program and a machine: heartbeat every 10 ms, X as told, and the slope of what arrives
 // in the channel's register is watched.
 struct plant {
-    std::unique_ptr<cb_sim> sim = std::make_unique<cb_sim>();
+    virtual_registers sim{period_us, 5000000};
     std::unique_ptr<cb_box> box = std::make_unique<cb_box>();
     std::unique_ptr<cb_faults> faults = std::make_unique<cb_faults>();
     std::vector<cb_fault_rule> rules;
@@ -49,42 +49,44 @@ struct plant {
         box->config = *b.config;
         cb_box_start(box.get());
         cb_cycle_start(&cycle);
-        const cb_sim_host host = {this, update, written};
-        cb_sim_start(sim.get(), &host, period_us, 5000000);
-        sim->exchange_us = 2000;
-        hal = cb_sim_hal(sim.get());
+        sim.update = [this](int64_t now_us) { update(now_us); };
+        sim.written = [this](int64_t now_us) { written(now_us); };
+        sim.wire = {2000, 2000};
+        hal = sim.hal();
     }
     void inject(cb_fault_kind kind, int64_t from_us, int64_t until_us, int64_t number = 0,
                 uint32_t every = 1) {
         rules.push_back({kind, from_us, until_us, every, number, 0});
         std::memset(faults.get(), 0, sizeof *faults);
-        faults->inner = cb_sim_hal(sim.get());
+        faults->inner = sim.hal();
         faults->rules = rules.data();
         faults->count = rules.size();
-        faults->pass = cb_sim_pass;
+        faults->pass = [](void *inner, int64_t until) {
+            static_cast<simulation::virtual_hal *>(inner)->pass(until);
+        };
         hal = cb_faults_hal(faults.get());
     }
-
-    static void update(void *context, cb_sim *sim, int64_t now_us) {
-        plant &p = *static_cast<plant *>(context);
-        p.order += 'u';
-        sim->registers[0] = p.control;
-        if (!p.dead) sim->registers[1] = static_cast<uint16_t>(now_us / 10000);
-        put_int32(sim->registers + 8, p.x_mm / 0.0001);
+    void unplug() { inject(CB_FAULT_DROP, 0, forever); }
+    void plug() {
+        rules.clear();
+        hal = sim.hal();
     }
-    static void written(void *context, cb_sim *sim, uint16_t start, uint16_t count,
-                        int64_t now_us) {
-        plant &p = *static_cast<plant *>(context);
-        p.order += 'w';
-        ASSERT_EQ(start, 100);
-        ASSERT_EQ(count, 16);
-        const double um = get_int32(sim->registers + 104) * 0.01,
+
+    void update(int64_t now_us) {
+        order += 'u';
+        sim.registers()[0] = control;
+        if (!dead) sim.registers()[1] = static_cast<uint16_t>(now_us / 10000);
+        put_int32(sim.registers() + 8, x_mm / 0.0001);
+    }
+    void written(int64_t now_us) {
+        order += 'w';
+        const double um = get_int32(sim.registers() + 104) * 0.01,
                      s = static_cast<double>(now_us) * 1e-6;
         // From the one written before, at the time it was written; 2 ms of jitter in the exchange.
-        const double most = 500 * std::min(s - p.held_s + 0.002, 0.060);
-        p.steepest = std::max(p.steepest, std::fabs(um - p.held_um) / most);
-        p.held_um = um;
-        p.held_s = s;
+        const double most = 500 * std::min(s - held_s + 0.002, 0.060);
+        steepest = std::max(steepest, std::fabs(um - held_um) / most);
+        held_um = um;
+        held_s = s;
     }
 
     void run(unsigned cycles) {
@@ -92,7 +94,7 @@ struct plant {
     }
     cb_mode mode() const { return static_cast<cb_mode>(box->mode.mode); }
     double held() const { return held_um; }
-    int64_t after(int64_t us) const { return sim->now_us + us; }
+    int64_t after(int64_t us) const { return sim.now_us() + us; }
 };
 
 // ---- a configuration that has changed in memory
@@ -104,17 +106,17 @@ TEST(cycle, a_corrupt_configuration_ends_the_exchange) {
             plant p(simple(exchange));
             p.run(20);
             ASSERT_EQ(p.mode(), CB_MODE_ACTIVE);
-            const uint32_t reads = p.sim->reads, writes = p.sim->writes;
+            const uint32_t reads = p.sim.reads, writes = p.sim.writes;
             cb_config &c = p.box->config;
             if (what == 0) c.plc.write.start ^= 0x8000;
             if (what == 1) c.plc.read.count ^= 0x4000;
             if (what == 2) c.period_us ^= 0x80000000u;
             if (what == 3) c.plc.exchange ^= 1;
             p.run(20);
-            EXPECT_EQ(p.sim->reads, reads);
-            EXPECT_EQ(p.sim->writes, writes);
+            EXPECT_EQ(p.sim.reads, reads);
+            EXPECT_EQ(p.sim.writes, writes);
             EXPECT_EQ(p.box->mode.reason, CB_REASON_CONFIG_CORRUPT);
-            EXPECT_EQ(p.sim->watchdog_fed, 40u);
+            EXPECT_EQ(p.sim.watchdog_fed, 40u);
         }
     }
 }
@@ -123,59 +125,63 @@ TEST(cycle, a_corrupt_configuration_ends_the_exchange) {
 
 TEST(cycle, reads_steps_and_writes_in_one_period) {
     plant p;
+    p.sim.registers()[99] = p.sim.registers()[115] = p.sim.registers()[116] = 7;
     p.run(1);
-    EXPECT_EQ(p.order, "uuuuw");  // tick, reading, read-back, request of the write, write
+    EXPECT_EQ(p.order, "uuuuuuwu");  // tick; middle and end of reading, read-back and write
     EXPECT_EQ(p.cycle.tick_us, 5000000 + period_us);
     EXPECT_EQ(p.cycle.exchange_us, 6000);
     EXPECT_EQ(p.cycle.in.read_us, p.cycle.tick_us);
     EXPECT_EQ(p.cycle.read, CB_TRANSFER_OK);
     EXPECT_EQ(p.cycle.write, CB_TRANSFER_OK);
-    EXPECT_EQ(p.sim->watchdog_fed, 1u);
-    EXPECT_EQ(p.sim->registers[101], 1);
+    EXPECT_EQ(p.sim.watchdog_fed, 1u);
+    EXPECT_EQ(p.sim.registers()[101], 1);
+    EXPECT_EQ(p.sim.registers()[99], 7);
+    EXPECT_EQ(p.sim.registers()[115], 0);  // the whole write block
+    EXPECT_EQ(p.sim.registers()[116], 7);
     p.run(99);
     EXPECT_EQ(p.cycle.tick_us, 5000000 + 100 * period_us);  // no drift
     EXPECT_EQ(p.mode(), CB_MODE_ACTIVE);
     EXPECT_DOUBLE_EQ(p.held(), -40);
-    EXPECT_EQ(p.sim->reads, 100u + 3u);  // read back at the first contact, and once a second
-    EXPECT_EQ(p.sim->writes, 100u);
+    EXPECT_EQ(p.sim.reads, 100u + 3u);  // read back at the first contact, and once a second
+    EXPECT_EQ(p.sim.writes, 100u);
 }
 
 // Where two requests take more than half of the time a third one would cost the write.
 TEST(cycle, is_not_read_back_where_the_exchange_leaves_no_room) {
     plant p;
-    p.sim->exchange_us = 7000;  // 14 of 24 ms
+    p.sim.wire = {7000, 7000};  // 14 of 24 ms
     p.run(200);
     EXPECT_EQ(p.mode(), CB_MODE_ACTIVE);
-    EXPECT_EQ(p.sim->reads, 200u + 1u);
+    EXPECT_EQ(p.sim.reads, 200u + 1u);
     EXPECT_EQ(p.box->counters.writes_failed, 0u);
 }
 
 TEST(cycle, fc23_writes_the_outputs_of_the_cycle_before) {
     plant p(simple(CB_EXCHANGE_FC23));
     p.run(1);
-    EXPECT_EQ(p.sim->writes, 0u);  // it has to hear the PLC before it writes
-    EXPECT_EQ(p.sim->reads, 2u);   // of both blocks
+    EXPECT_EQ(p.sim.writes, 0u);  // it has to hear the PLC before it writes
+    EXPECT_EQ(p.sim.reads, 2u);   // of both blocks
     EXPECT_TRUE(p.cycle.out.write);
     p.run(1);
-    EXPECT_EQ(p.sim->writes, 1u);
-    EXPECT_EQ(p.sim->registers[101], 1);
+    EXPECT_EQ(p.sim.writes, 1u);
+    EXPECT_EQ(p.sim.registers()[101], 1);
     EXPECT_EQ(p.cycle.out.registers[1], 2);
     EXPECT_EQ(p.cycle.exchange_us, 2000);
     p.run(20);
     EXPECT_DOUBLE_EQ(p.held(), -40);
     EXPECT_EQ(p.box->counters.writes_failed, 0u);
-    EXPECT_EQ(p.sim->reads, 23u);
+    EXPECT_EQ(p.sim.reads, 23u);
 }
 
 TEST(cycle, without_a_plc_nothing_is_written_and_the_watchdog_is_fed) {
     for (cb_exchange exchange : {CB_EXCHANGE_FC3_FC16, CB_EXCHANGE_FC23}) {
         plant p(simple(exchange));
-        p.sim->absent = true;
+        p.unplug();
         p.run(50);
-        EXPECT_EQ(p.sim->watchdog_fed, 50u);
+        EXPECT_EQ(p.sim.watchdog_fed, 50u);
         EXPECT_EQ(p.box->counters.reads_failed, 50u);
         EXPECT_EQ(p.box->counters.writes_failed, 0u);
-        p.sim->absent = false;
+        p.plug();
         p.run(10);
         EXPECT_EQ(p.mode(), CB_MODE_ACTIVE);
         EXPECT_DOUBLE_EQ(p.held(), -40);
@@ -185,11 +191,11 @@ TEST(cycle, without_a_plc_nothing_is_written_and_the_watchdog_is_fed) {
 
 TEST(cycle, no_request_is_begun_that_cannot_end_in_time) {
     plant p;
-    p.sim->exchange_us = 13000;  // two of them are more than 24 ms
+    p.sim.wire = {13000, 13000};  // two of them are more than 24 ms
     p.run(10);
     EXPECT_EQ(p.cycle.read, CB_TRANSFER_OK);
     EXPECT_EQ(p.cycle.write, CB_TRANSFER_FAILED);
-    EXPECT_EQ(p.sim->writes, 0u);
+    EXPECT_EQ(p.sim.writes, 0u);
     EXPECT_LE(p.cycle.exchange_us, 24000);
     EXPECT_EQ(p.box->counters.missed_ticks, 0u);
 }
@@ -197,34 +203,34 @@ TEST(cycle, no_request_is_begun_that_cannot_end_in_time) {
 TEST(cycle, nothing_is_written_after_the_deadline) {
     plant p;
     p.run(20);
-    p.sim->exchange_us = 0;  // so that the hardware would let it through
-    p.inject(CB_FAULT_LATE, p.sim->now_us, forever);
-    const uint32_t before = p.sim->writes;
+    p.sim.wire = {0, 0};  // so that the hardware would let it through
+    p.inject(CB_FAULT_LATE, p.sim.now_us(), forever);
+    const uint32_t before = p.sim.writes;
     p.run(3);
-    EXPECT_EQ(p.sim->writes, before);
+    EXPECT_EQ(p.sim.writes, before);
     EXPECT_EQ(p.box->counters.writes_failed, 2u);  // and the third is not known yet
 }
 
 TEST(cycle, when_the_read_fails_the_held_output_is_written) {
     plant p;
     p.run(20);
-    p.inject(CB_FAULT_REFUSE_READ, p.sim->now_us, forever);
-    const uint32_t before = p.sim->writes;
+    p.inject(CB_FAULT_REFUSE_READ, p.sim.now_us(), forever);
+    const uint32_t before = p.sim.writes;
     p.run(10);
-    EXPECT_EQ(p.sim->writes, before + 10);
+    EXPECT_EQ(p.sim.writes, before + 10);
     EXPECT_EQ(p.mode(), CB_MODE_HOLD);
-    EXPECT_EQ(p.sim->registers[100] & 0xFF, CB_MODE_HOLD);
+    EXPECT_EQ(p.sim.registers()[100] & 0xFF, CB_MODE_HOLD);
     EXPECT_DOUBLE_EQ(p.held(), -40);
     p.run(60);
     EXPECT_EQ(p.mode(), CB_MODE_STANDBY);
     EXPECT_EQ(p.held(), 0);
-    EXPECT_EQ(p.sim->registers[101], 90);
+    EXPECT_EQ(p.sim.registers()[101], 90);
 }
 
 TEST(cycle, missed_ticks_are_skipped_and_counted) {
     plant p;
     p.run(20);
-    cb_sim_pass(p.sim.get(), p.after(70000));  // the program was kept from running
+    p.sim.pass(p.after(70000));  // the program was kept from running
     p.run(1);
     EXPECT_EQ(p.cycle.in.missed_ticks, 2u);
     EXPECT_EQ((p.cycle.tick_us - 5000000) % period_us, 0);
@@ -237,21 +243,20 @@ TEST(cycle, missed_ticks_are_skipped_and_counted) {
 TEST(cycle, samples_reach_the_box) {
     plant p;
     p.run(20);
-    cb_sim_sample(p.sim.get(), 1, 50, p.sim->now_us);
+    p.sim.samples.push_back({1, 50, p.sim.now_us()});
     p.run(5);
     EXPECT_DOUBLE_EQ(p.held(), -45);
-    for (int i = 0; i < CB_SIM_SAMPLES + 10; ++i) cb_sim_sample(p.sim.get(), 1, 60, p.sim->now_us);
-    EXPECT_EQ(p.sim->sample_count, static_cast<std::size_t>(CB_SIM_SAMPLES));
+    p.sim.samples.assign(CB_MAX_SAMPLES + 10, {1, 60, p.sim.now_us()});
     p.run(1);
     EXPECT_EQ(p.cycle.in.sample_count, CB_MAX_SAMPLES);
-    EXPECT_EQ(p.sim->sample_count, 0u);
+    EXPECT_EQ(p.sim.samples.size(), 10u);
 }
 
 TEST(cycle, a_stop_ends_with_zero_and_status_stopped_at_the_plc) {
     for (cb_exchange exchange : {CB_EXCHANGE_FC3_FC16, CB_EXCHANGE_FC23}) {
         plant p(simple(exchange));
         p.run(20);
-        p.sim->stop = true;
+        p.sim.stop = true;
         int cycles = 0;
         while (!p.cycle.out.stopped && cycles < 1000) {
             p.run(1);
@@ -259,7 +264,7 @@ TEST(cycle, a_stop_ends_with_zero_and_status_stopped_at_the_plc) {
         }
         EXPECT_LE(cycles * 0.030, 40.0 / 50 + 1);
         EXPECT_EQ(p.held(), 0);
-        EXPECT_EQ(p.sim->registers[100], CB_REASON_STOP << 8 | CB_MODE_STOPPED);
+        EXPECT_EQ(p.sim.registers()[100], CB_REASON_STOP << 8 | CB_MODE_STOPPED);
     }
 }
 
@@ -269,12 +274,12 @@ TEST(cycle, a_plc_that_restarts_is_met_where_it_is) {
     for (cb_exchange exchange : {CB_EXCHANGE_FC3_FC16, CB_EXCHANGE_FC23}) {
         plant p(simple(exchange));
         p.run(20);
-        p.sim->absent = true;
+        p.unplug();
         p.run(8);
         EXPECT_EQ(p.mode(), CB_MODE_HOLD);
-        put_int32(p.sim->registers + 104, 0);  // its setting data are zeroed at start
+        put_int32(p.sim.registers() + 104, 0);  // its setting data are zeroed at start
         p.held_um = 0;
-        p.sim->absent = false;
+        p.plug();
         p.run(20);
         EXPECT_EQ(p.mode(), CB_MODE_ACTIVE);  // permit resume is on
         EXPECT_DOUBLE_EQ(p.held(), -40);
@@ -286,13 +291,13 @@ TEST(cycle, a_plc_that_restarts_is_met_where_it_is) {
 TEST(cycle, after_an_outage_the_outputs_go_on_from_what_the_plc_holds) {
     plant p;
     p.run(20);
-    p.sim->absent = true;
+    p.unplug();
     p.run(200);
     EXPECT_EQ(p.mode(), CB_MODE_STANDBY);  // the box has ramped down for itself …
     EXPECT_EQ(p.cycle.out.channel_um[0], 0);
     EXPECT_EQ(p.cycle.in.last_write, CB_TRANSFER_NONE);
     p.control = 2;
-    p.sim->absent = false;
+    p.plug();
     p.run(1);
     EXPECT_DOUBLE_EQ(p.held(), -40);  // … but the PLC had not
     EXPECT_EQ(p.mode(), CB_MODE_RAMP);
@@ -305,19 +310,21 @@ TEST(cycle, after_an_outage_the_outputs_go_on_from_what_the_plc_holds) {
 TEST(cycle, the_connection_is_left_behind_a_last_write) {
     static unsigned left;
     static uint32_t writes;
+    static const plant *at;
     left = 0;
     plant p;
+    at = &p;
     p.run(20);
-    p.inject(CB_FAULT_WRITE_TOOK, p.sim->now_us, forever);
-    p.hal.leave = [](void *context) {
+    p.inject(CB_FAULT_WRITE_TOOK, p.sim.now_us(), forever);
+    p.hal.leave = [](void *) {
         ++left;
-        writes = static_cast<cb_sim *>(static_cast<cb_faults *>(context)->inner.context)->writes;
+        writes = at->sim.writes;
     };
     for (int i = 0; i < 100 && left == 0; ++i) p.run(1);
     EXPECT_EQ(left, 1u);
     EXPECT_TRUE(p.cycle.out.last);
-    EXPECT_EQ(writes, p.sim->writes);
-    EXPECT_EQ(p.sim->registers[100], CB_MODE_HOLD | CB_REASON_UNCONFIRMED << 8);
+    EXPECT_EQ(writes, p.sim.writes);
+    EXPECT_EQ(p.sim.registers()[100], CB_MODE_HOLD | CB_REASON_UNCONFIRMED << 8);
     EXPECT_DOUBLE_EQ(p.held(), -40);
     p.run(1);
     EXPECT_FALSE(p.cycle.out.last);
@@ -368,12 +375,12 @@ void survive(const fault_case &fault, cb_exchange exchange) {
     plant p(simple(exchange));
     p.run(20);
     ASSERT_EQ(p.mode(), CB_MODE_ACTIVE);
-    p.inject(fault.kind, p.sim->now_us, p.after(1200000), fault.number, fault.every);
+    p.inject(fault.kind, p.sim.now_us(), p.after(1200000), fault.number, fault.every);
     for (int i = 0; i < 34; ++i) {
         p.x_mm = 400 + 10 * (i % 7);
-        const int64_t before_us = p.sim->now_us;
+        const int64_t before_us = p.sim.now_us();
         p.run(1);
-        EXPECT_LE(p.sim->now_us - before_us, 5 * period_us);
+        EXPECT_LE(p.sim.now_us() - before_us, 5 * period_us);
     }
     EXPECT_EQ(p.mode(), fault.mode_in_fault) << cb_mode_name(p.box->mode.mode);
     EXPECT_EQ(errors(p.box->counters) > 0, fault.counted);
@@ -398,19 +405,15 @@ TEST(cycle, torn_readings_are_seen_by_their_counters) {
     b.config->plc.control = 2;
     b.config->plc.plc_heartbeat = 1;
     plant p(b);
-    const cb_sim_host host = {&p,
-                              [](void *context, cb_sim *sim, int64_t now_us) {
-                                  plant &mine = *static_cast<plant *>(context);
-                                  plant::update(context, sim, now_us);
-                                  sim->registers[2] = mine.control;
-                                  sim->registers[0] = sim->registers[31] =
-                                      static_cast<uint16_t>(now_us / 1000);
-                              },
-                              plant::written};
-    p.sim->host = host;
+    p.sim.update = [&p](int64_t now_us) {
+        p.update(now_us);
+        uint16_t *registers = p.sim.registers();
+        registers[2] = p.control;
+        registers[0] = registers[31] = static_cast<uint16_t>(now_us / 1000);
+    };
     p.run(20);
     ASSERT_EQ(p.mode(), CB_MODE_ACTIVE);
-    p.inject(CB_FAULT_TORN, p.sim->now_us, p.after(300000), 0, 2);
+    p.inject(CB_FAULT_TORN, p.sim.now_us(), p.after(300000), 0, 2);
     p.run(30);
     EXPECT_EQ(p.box->counters.reads_torn, 4u);  // the first of the window has no reading before it
     EXPECT_EQ(p.mode(), CB_MODE_ACTIVE);
@@ -433,7 +436,7 @@ TEST(cycle, a_fault_outside_its_window_changes_nothing) {
 TEST(cycle, refused_writes_end_in_the_fault_and_reset_clears_it) {
     plant p;
     p.run(20);
-    p.inject(CB_FAULT_REFUSE_WRITE, p.sim->now_us, p.after(4000000));
+    p.inject(CB_FAULT_REFUSE_WRITE, p.sim.now_us(), p.after(4000000));
     p.run(130);
     EXPECT_EQ(p.mode(), CB_MODE_FAULT);
     EXPECT_EQ(p.box->mode.reason, CB_REASON_WRITE_REFUSED);

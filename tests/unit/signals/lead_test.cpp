@@ -4,11 +4,11 @@
 
 #include "tests/support/box_fixture.h"
 #include "tests/support/config_fixture.h"
+#include "tests/support/virtual_registers.h"
 
 extern "C" {
 #include "firmware/signals/lead.h"
 #include "hal/cycle.h"
-#include "tests/support/sim.h"
 }
 
 namespace compbox {
@@ -216,22 +216,19 @@ TEST(lead, measured_in_the_box) {
 // The cycle measures what the box is told, on a wire where each request takes 4 ms.
 TEST(lead, the_cycle_measures_from_reading_to_confirmation) {
     for (const bool fc23 : {false, true}) {
-        auto sim = std::make_unique<cb_sim>();
+        virtual_registers sim(30000, 1000000);
         auto box = std::make_unique<cb_box>();
         config_builder b = moving_axis::builder(false, true);
         b.config->plc.exchange = fc23 ? CB_EXCHANGE_FC23 : CB_EXCHANGE_FC3_FC16;
         box->config = *b.config;
         cb_box_start(box.get());
-        const cb_sim_host nobody = {};
-        cb_sim_start(sim.get(), &nobody, 30000, 1000000);
-        sim->exchange_us = 4000;
-        const cb_hal hal = cb_sim_hal(sim.get());
+        sim.wire = {4000, 4000};
+        const cb_hal hal = sim.hal();
         cb_cycle cycle;
         cb_cycle_start(&cycle);
         for (int i = 0; i < 5; ++i) cb_cycle_run(&cycle, box.get(), &hal);
         EXPECT_EQ(cycle.in.exchange_us, fc23 ? 34000u : 8000u);
-        sim->absent = true;
-        sim->exchange_us = 9000;
+        sim.wire = {25000, 25000};
         cb_cycle_run(&cycle, box.get(), &hal);
         EXPECT_EQ(cycle.in.exchange_us, fc23 ? 34000u : 8000u) << "the newest that was confirmed";
     }
