@@ -29,7 +29,7 @@ int steps_until(Rig &rig, cb_mode mode, int most = 1000) {
 
 // ---- losses
 
-TEST(box_fault, two_failed_readings_cost_nothing_the_fourth_is_a_loss) {
+TEST(box_fault, three_failed_readings_cost_nothing_the_fourth_is_a_loss) {
     running_rig rig;
     rig.reading = false;
     rig.steps(3);  // 90 ms: three periods
