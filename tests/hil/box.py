@@ -10,6 +10,8 @@ import socket
 import subprocess
 import time
 
+from steps import steps_of
+
 # A command: a cross-built program stands behind its emulator.
 PROGRAM = shlex.split(os.environ.get("COMPBOXD", os.path.join(
     os.path.dirname(__file__), "../../build/host/bin/compboxd")))
@@ -59,13 +61,16 @@ class Box:
         self.folder = config.parent
         self.stats_file = self.folder / "stats.json"
         self.record_file = self.folder / "record.csv"
+        self.inputs_file = self.folder / "inputs.csv"
         self.arguments = [*PROGRAM, "--config", str(config), "--stats", str(self.stats_file),
-                          "--record", str(self.record_file), *PRIORITY, *arguments]
+                          "--record", str(self.record_file), "--record-inputs", str(self.inputs_file),
+                          *PRIORITY, *arguments]
         self.env = dict(os.environ, **(env or {}))
         self.stderr = stderr
         self.process, self.code, self.log = None, None, ""
 
     def __enter__(self):
+        self.inputs_file.unlink(missing_ok=True)  # of a box before it
         self.process = subprocess.Popen(self.arguments, stderr=self.stderr, text=True,
                                         env=self.env)
         return self
@@ -76,13 +81,11 @@ class Box:
             self.process.communicate()
 
     def stop(self, signal_number=signal.SIGTERM):
-        """Asks it to stop and waits; out: seconds that took."""
-        begin = time.monotonic()
+        """Asks it to stop and waits for the end of the process."""
         self.process.send_signal(signal_number)
-        self.wait(30)
-        return time.monotonic() - begin
+        self.wait()
 
-    def wait(self, timeout_s):
+    def wait(self, timeout_s=60):
         _, self.log = self.process.communicate(timeout=timeout_s)
         self.code = self.process.returncode
 
@@ -97,8 +100,24 @@ class Box:
             return [{key: float(text) if text else None for key, text in row.items()}
                     for row in csv.DictReader(file)]
 
+    @property
+    def steps(self):
+        """The facts of the run so far (steps.py); complete when the box has ended."""
+        return steps_of(self.inputs_file)
 
-def run(*arguments, timeout_s=20):
+
+def until(condition, timeout_s=60, every_s=0.02):
+    """Waits for the condition; out: what it returned. The time bounds a hang, it judges nothing."""
+    end = time.monotonic() + timeout_s
+    while True:
+        found = condition()
+        if found:
+            return found
+        assert time.monotonic() < end, f"not within {timeout_s} s"
+        time.sleep(every_s)
+
+
+def run(*arguments, timeout_s=60):
     """compboxd with these arguments; out: exit code, stdout, stderr."""
     done = subprocess.run([*PROGRAM, *arguments], capture_output=True, text=True, timeout=timeout_s)
     return done.returncode, done.stdout, done.stderr

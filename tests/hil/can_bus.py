@@ -99,7 +99,7 @@ class Interface:
         return self.sent.count((0, bytes([1, node])))
 
 
-def wait(condition, timeout_s=6):
+def wait(condition, timeout_s=60):
     until = time.monotonic() + timeout_s
     while not condition():
         assert time.monotonic() < until, "it did not come"

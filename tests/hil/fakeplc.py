@@ -30,7 +30,7 @@ class FakePlc:
     def __exit__(self, *_):
         if self.process.poll() is None:
             self.process.terminate()
-            self.process.wait(10)
+            self.process.wait(60)
         self.process.stdin.close()
         self.process.stdout.close()
 
@@ -48,7 +48,7 @@ class FakePlc:
         return {key: float(value) for key, value in
                 (word.split("=") for word in self.say("status").split())}
 
-    def wait(self, condition, timeout_s=10):
+    def wait(self, condition, timeout_s=60):
         """Waits for a status that meets the condition; fails with the last one."""
         until = time.monotonic() + timeout_s
         while True:

@@ -12,6 +12,7 @@ import struct
 PERIOD_S = 0.03
 READ, WRITE = (0, 32), (100, 16)          # first register, count
 CONTROL, PLC_HEARTBEAT, STATUS, BOX_HEARTBEAT = 0, 1, 100, 101
+READING = 31                              # counts the readings of the read block
 ENABLE, REFERENCED, RESET, PERMIT_RESUME = 1, 2, 4, 8
 STANDBY, ACTIVE, HOLD, RAMP, FAULT, STOPPED = range(6)
 

@@ -62,6 +62,7 @@ class Plc:
                 self._refresh(now)
                 self.reads.append(now)
                 self.readings.append(dict(self.values))
+                self.registers[machine.READING] = len(self.readings) & 0xFFFF
             return list(self.registers[start:start + count])
 
     def _refresh(self, now):
@@ -87,7 +88,7 @@ class Plc:
         with self.lock:
             return self.writes[-1] if self.writes else None
 
-    def wait(self, condition, timeout_s=5):
+    def wait(self, condition, timeout_s=60):
         """Waits for a write that meets the condition, from now on; fails with the last one."""
         with self.lock:
             seen = len(self.writes)
@@ -101,5 +102,10 @@ class Plc:
             time.sleep(0.003)
         raise AssertionError(f"never came within {timeout_s} s; last write {self.last()}")
 
-    def wait_mode(self, mode, timeout_s=5):
+    def wait_mode(self, mode, timeout_s=60):
         return self.wait(lambda write: write.mode == mode, timeout_s)
+
+    def wait_writes(self, count):
+        """Waits until the box has written so often from now on."""
+        seen = len(self.writes)
+        return self.wait(lambda write: len(self.writes) >= seen + count)

@@ -77,7 +77,7 @@ class Cyclictest:
              "-h", "30000"], stdout=subprocess.PIPE, text=True)
 
     def figures(self):
-        out = self.run.communicate(timeout=300)[0]
+        out = self.run.communicate(timeout=60)[0]
         counts = [(int(a), int(b)) for a, b in re.findall(r"^(\d+) (\d+)$", out, re.M)]
         total, seen, found = sum(n for _, n in counts), 0, {}
         for us, count in counts:
@@ -109,7 +109,7 @@ class Run:
         self.box.__enter__()
         try:
             self.plc.say(f"move X={AT_REST_MM} Y={AT_REST_MM} Z={AT_REST_MM} feed=15000")
-            self.plc.wait(self.at_work, 15)
+            self.plc.wait(self.at_work)
         except BaseException:
             self.__exit__()
             raise
@@ -146,7 +146,7 @@ class Run:
             self.plc.say(f"move X={AT_REST_MM} Y={AT_REST_MM} Z={AT_REST_MM} feed=10000")
             while self.plc.status()["moving"] and time.monotonic() < until + 10:
                 time.sleep(0.05)
-        self.plc.wait(self.at_work, 15)
+        self.plc.wait(self.at_work)
         return beside.figures() if beside else None
 
     def kept(self):
@@ -162,11 +162,11 @@ class Run:
     def suffer(self, command, end):
         """A fault that lasts: until everything is at zero, then it is taken back."""
         self.plc.say(command)
-        self.plc.wait(self.at_zero, 20)
+        self.plc.wait(self.at_zero)
         if end:
             self.plc.say(end)
             time.sleep(0.1)     # the next command comes in a scan of its own
-        self.plc.wait(self.at_work, 20)
+        self.plc.wait(self.at_work)
 
     def stop_and_go(self):
         """The box's process stands still and goes on: the PLC is alone."""
@@ -174,10 +174,10 @@ class Run:
         self.plc.say("alarms")
         self.stopped_s = self.plc.status()["time_s"]
         self.box.process.send_signal(signal.SIGSTOP)
-        self.plc.wait(self.at_zero, 20)
+        self.plc.wait(self.at_zero)
         self.gone_on_s = self.plc.status()["time_s"]
         self.box.process.send_signal(signal.SIGCONT)
-        self.plc.wait(self.at_work, 20)
+        self.plc.wait(self.at_work)
 
     def rows(self):
         with open(self.log, newline="") as file:
@@ -244,7 +244,7 @@ def measure(profile, seconds, lasting=LASTING, once=ONCE):
             for command in once:
                 run.plc.say(command)
                 time.sleep(0.5)
-                run.plc.wait(run.at_work, 10)
+                run.plc.wait(run.at_work)
             for command, end in lasting:
                 run.suffer(command, end)
             run.stop_and_go()
@@ -252,7 +252,7 @@ def measure(profile, seconds, lasting=LASTING, once=ONCE):
             run.box.stop()
             code, stats = run.box.code, run.box.stats
             run.plc.say("quit")
-            run.plc.process.wait(10)
+            run.plc.process.wait(60)
             rows = list(run.rows())
         faults = {command: reaction(rows, command, end) for command, end in lasting}
         faults["SIGSTOP to compboxd"] = reaction(rows, stopped, gone_on)

@@ -62,7 +62,7 @@ class PymodbusPlc:
 
     def __enter__(self):
         self.thread.start()
-        assert self.up.wait(5), "pymodbus does not come up"
+        assert self.up.wait(60), "pymodbus does not come up"
         return self
 
     def __exit__(self, *_):
@@ -75,5 +75,5 @@ class PymodbusPlc:
             self.loop.call_later(0.05, self.loop.stop)
 
         self.loop.call_soon_threadsafe(stop)
-        self.thread.join(5)
+        self.thread.join(60)
         self.loop.close()

@@ -22,7 +22,8 @@ class Request:
 
     def __init__(self, frame, number, connection):
         self.frame, self.number, self.connection = frame, number, connection
-        self.time_s = time.monotonic()
+        self.time_s, self.late_s = time.monotonic(), 0     # late: its answer, beyond what was meant
+        self.reading = None                                # the number of the reading that it is answered with
         self.transaction, self.protocol, _, self.unit, self.function = struct.unpack(
             ">HHHBB", frame[:8])
         self.start = struct.unpack(">H", frame[8:10])[0]
@@ -75,8 +76,8 @@ class RawPlc:
     def __init__(self, plc, port, fault=None, answering=True):
         self.plc, self.port, self.fault, self.answering = plc, port, fault, answering
         self.requests, self.connections = [], 0
-        self.overran = 0      # requests answered later than meant, because of the test machine
         self.failure = None
+        self.gaps = []        # (begin, end) in seconds: the process stood still
         self.stopping = False
         self.connection = None
 
@@ -85,14 +86,28 @@ class RawPlc:
         self.listener.settimeout(0.02)
         self.thread = threading.Thread(target=self._run, daemon=True)
         self.thread.start()
+        self.pulse = threading.Thread(target=self._feel, daemon=True)
+        self.pulse.start()
         return self
 
     def __exit__(self, kind, *_):
         self.stopping = True
-        self.thread.join(5)
+        self.thread.join(60)
+        self.pulse.join(60)
         self.listener.close()
         if kind is None and self.failure:
             raise self.failure
+
+    def _feel(self):
+        """Notes when this process did not run: nothing of what the box read then counts."""
+        box.run_before_others()
+        before_s = time.monotonic()
+        while not self.stopping:
+            time.sleep(0.002)
+            now_s = time.monotonic()
+            if now_s - before_s > 0.008:
+                self.gaps.append((before_s, now_s))
+            before_s = now_s
 
     def _run(self):
         box.run_before_others()
@@ -141,8 +156,9 @@ class RawPlc:
 
     def _respond(self, request):
         reply = answer(self.plc, request)
+        request.reading = len(self.plc.readings) if request.is_cyclic_read else None
         steps = self.fault(request, reply) if self.fault else None
-        due_s, late_s = time.monotonic(), 0
+        due_s = request.time_s
         for step in [reply] if steps is None else steps:
             if step == "close":
                 return step
@@ -151,6 +167,5 @@ class RawPlc:
             else:
                 due_s += step
                 time.sleep(max(0, due_s - time.monotonic()))
-            late_s = max(late_s, time.monotonic() - due_s)
-        self.overran += late_s > 0.008
+            request.late_s = max(request.late_s, time.monotonic() - due_s)
         return None

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * Preloaded into compboxd: counts what its loop thread must not do, and how its pages fault.
- * SPY_FILE gets one "name count" line each at the end. SPY_PLANT=malloc|open|lock|terminal makes
- * the loop thread do it once in each cycle, to see that the spy sees. What the thread does after
- * its last tick, when it ends, is not counted. */
+ * SPY_FILE gets one "name count" line each at the end; off_grid counts the loop's wake-up times
+ * that are not the first one and a whole number of SPY_PERIOD_NS (default 30 ms) later.
+ * SPY_PLANT=malloc|open|lock|terminal makes the loop thread do it once in each cycle, to see that
+ * the spy sees. What the thread does after its last tick, when it ends, is not counted. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -25,6 +26,7 @@ void __libc_free(void *block);
 
 static atomic_long allocations, frees, files, writes, locks, terminals;
 static long cycles, faults_at_10, told[7]; /* as they stood at the latest tick */
+static long off_grid;
 
 static int in_loop(void) {
     static __thread int known;
@@ -126,12 +128,23 @@ static void take_counts(void) {
     told[6] = cycles > 10 ? usage.ru_minflt + usage.ru_majflt - faults_at_10 : 0;
 }
 
+/* What the loop asks for, not when the machine lets it run. */
+static void note_wake_up(int flags, const struct timespec *until) {
+    static long long first_ns;
+    const char *period = getenv("SPY_PERIOD_NS");
+    const long long ns = until->tv_sec * 1000000000ll + until->tv_nsec;
+    if (first_ns == 0) first_ns = ns;
+    if (flags != TIMER_ABSTIME || (ns - first_ns) % (period ? atoll(period) : 30000000) != 0)
+        off_grid++;
+}
+
 int clock_nanosleep(clockid_t clock, int flags, const struct timespec *until,
                     struct timespec *left) {
     static int (*next)(clockid_t, int, const struct timespec *, struct timespec *);
     if (!next) *(void **)&next = dlsym(RTLD_NEXT, "clock_nanosleep");
     if (in_loop()) {
         take_counts();
+        note_wake_up(flags, until);
         do_what_is_planted();
     }
     return next(clock, flags, until, left);
@@ -143,7 +156,7 @@ static __attribute__((destructor)) void tell(void) {
     const char *path = getenv("SPY_FILE");
     FILE *file = path ? fopen(path, "w") : NULL;
     if (file == NULL) return;
-    fprintf(file, "cycles %ld\n", cycles);
+    fprintf(file, "cycles %ld\noff_grid %ld\n", cycles, off_grid);
     for (int i = 0; i < 7; i++) fprintf(file, "%s %ld\n", names[i], told[i]);
     fclose(file);
 }

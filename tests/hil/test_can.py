@@ -58,7 +58,7 @@ def test_filters_are_those_of_the_file_and_nothing_else_passes(plc, can_box, tmp
     change = with_can({"nodes": [{"node": 5, "heartbeat_timeout_ms": 1000}]})
     with Interface(tmp_path) as can, can_box(change) as box:
         can.every[0x181] = [0, 0, 0x5F, 0x01]       # 35.1 °C
-        plc.wait(at_um(WHOLE_UM), 10)
+        plc.wait(at_um(WHOLE_UM))
         exact = 0x7FF | EXTENDED | REMOTE
         assert can.binds == [{(0x181, exact), (0x705, exact)}]
         for wrong in (0x182, 0x181 | EXTENDED, 0x181 | REMOTE, 0x705 | EXTENDED):
@@ -72,14 +72,14 @@ def test_filters_are_those_of_the_file_and_nothing_else_passes(plc, can_box, tmp
 
 def test_an_interface_that_comes_later_goes_and_comes_again(plc, can_box, tmp_path):
     with can_box(with_can()) as box:
-        plc.wait(at_um(WITHOUT_UM), 10)
+        plc.wait(at_um(WITHOUT_UM))
         for _ in range(2):
             with Interface(tmp_path) as can:
                 can.every[0x181] = [0, 0, 0x5F, 0x01]
-                plc.wait(at_um(WHOLE_UM), 10)
+                plc.wait(at_um(WHOLE_UM))
                 can.every.clear()
                 can.unplug()
-            plc.wait(at_um(WITHOUT_UM), 10)
+            plc.wait(at_um(WITHOUT_UM))
         ends_well(box)
     assert box.stats["can"]["went_away"] == 2
     assert said(box).count("can0: no CAN bus: No such device; trying again every second") == 2
@@ -91,16 +91,16 @@ def test_a_node_that_lost_its_power_with_the_interface_is_started_when_that_is_u
     with Interface(tmp_path) as can, can_box(with_can({"nodes": [{"node": 5, "start": True}]})) as box:
         wait(lambda: can.starts(5) == 1)
         can.every[0x181] = [0, 0, 0x5F, 0x01]
-        plc.wait(at_um(WHOLE_UM), 10)
+        plc.wait(at_um(WHOLE_UM))
         can.every.clear()
         can.go(up=False)
-        plc.wait(at_um(WITHOUT_UM), 10)
+        plc.wait(at_um(WITHOUT_UM))
         wait(lambda: "can0: CAN bus is down" in said(box))
         told = can.starts(5)
         can.go(up=True)
         wait(lambda: can.starts(5) == told + 1)
         can.every[0x181] = [0, 0, 0x5F, 0x01]
-        plc.wait(at_um(WHOLE_UM), 10)
+        plc.wait(at_um(WHOLE_UM))
         ends_well(box)
     assert box.stats["can"]["went_down"] == 1
 
@@ -110,7 +110,7 @@ def test_an_interface_that_is_down_at_the_start_is_waited_for(plc, can_box, tmp_
         can.go(up=False)
         with can_box(with_can({"nodes": [{"node": 5, "start": True}]})) as box:
             wait(lambda: "can0: CAN bus is down" in said(box))
-            plc.wait(at_um(WITHOUT_UM), 10)
+            plc.wait(at_um(WITHOUT_UM))
             can.go(up=True)
             wait(lambda: can.starts(5) == 1)
             ends_well(box)
@@ -120,7 +120,7 @@ def test_an_interface_that_is_down_at_the_start_is_waited_for(plc, can_box, tmp_
 def test_a_bus_without_nodes_is_up_when_its_interface_is(plc, can_box, tmp_path):
     with Interface(tmp_path) as can, can_box(with_can()) as box:
         can.every[0x181] = [0, 0, 0x5F, 0x01]
-        plc.wait(at_um(WHOLE_UM), 10)
+        plc.wait(at_um(WHOLE_UM))
         can.every.clear()
         can.go(up=False)
         wait(lambda: "can0: CAN bus is down" in said(box))
@@ -134,12 +134,12 @@ def test_another_interface_takes_over_also_where_it_comes_later(plc, port, can_b
     """What the old one still says is none of the new file's business."""
     with Interface(tmp_path) as can, can_box(with_can()) as box:
         can.every[0x181] = [0, 0, 0x5F, 0x01]
-        plc.wait(at_um(WHOLE_UM), 10)
+        plc.wait(at_um(WHOLE_UM))
         reload(box, port, with_can({"interface": "can1"}))
-        plc.wait(at_um(WITHOUT_UM), 10)
+        plc.wait(at_um(WITHOUT_UM))
         with Interface(tmp_path, "can1") as other:
             other.every[0x181] = [0, 0, 0x5F, 0x01]
-            plc.wait(at_um(WHOLE_UM), 10)
+            plc.wait(at_um(WHOLE_UM))
             ends_well(box)
     assert "can1: no CAN bus: No such device; trying again every second" in said(box)
 
@@ -149,7 +149,7 @@ def test_a_new_file_has_its_own_filters(plc, port, can_box, tmp_path):
         can.every[0x18FEEE21 | EXTENDED] = [0, 0, 0x5F, 0x01]
         wait(lambda: len(can.binds) == 1)
         reload(box, port, with_can(identifier="0x18FEEE21"))
-        plc.wait(at_um(WHOLE_UM), 10)
+        plc.wait(at_um(WHOLE_UM))
         assert can.binds[-1] == {(0x18FEEE21 | EXTENDED, 0x1FFFFFFF | EXTENDED | REMOTE)}
         ends_well(box)
 
@@ -160,7 +160,7 @@ def test_a_byte_of_a_j1939_message_from_any_source(plc, can_box, tmp_path):
         data["signals"][-1].update(offset=0, type="uint8", scale=0.5, zero=-40)
     with Interface(tmp_path) as can, can_box(edit) as box:
         can.every[0x18FEEE21 | EXTENDED] = [150]          # 35 °C
-        plc.wait(at_um(WITHOUT_UM - term_value(GROW, 35)), 10)
+        plc.wait(at_um(WITHOUT_UM - term_value(GROW, 35)))
         assert can.binds == [{(0x18FEEE00 | EXTENDED, 0x1FFFFF00 | EXTENDED | REMOTE)}]
         ends_well(box)
 
@@ -169,7 +169,7 @@ def test_a_frame_that_is_too_short_is_named(plc, can_box, tmp_path):
     with Interface(tmp_path) as can, can_box(with_can()) as box:
         can.every[0x181] = [0, 0, 0x5F]
         wait(lambda: "short_frames (the last of 0x181)" in said(box))
-        plc.wait(at_um(WITHOUT_UM), 10)
+        plc.wait(at_um(WITHOUT_UM))
         ends_well(box)
     assert box.stats["can"]["short_frames"] > 3
 

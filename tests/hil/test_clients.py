@@ -38,7 +38,7 @@ def plc(request):
 def mbpoll(plc, *arguments):
     """Runs it once, zero-based addresses; out: exit code, {address: text}, what else it said."""
     done = subprocess.run(["mbpoll", "-1", "-0", "-p", str(plc.port), "-o", "2", *arguments[:-1],
-                           "127.0.0.1", *arguments[-1]], capture_output=True, text=True, timeout=20)
+                           "127.0.0.1", *arguments[-1]], capture_output=True, text=True, timeout=60)
     values = {int(a): v for a, v in re.findall(r"^\[(\d+)\]:\s*(\S+)", done.stdout, re.M)}
     return done.returncode, values, done.stdout + done.stderr
 

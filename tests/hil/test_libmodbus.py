@@ -55,14 +55,14 @@ def check(box, blocks):
 def test_values_and_stop_against_libmodbus(port, start_box, exchange):
     with Libmodbus(port) as plc:
         with start_box("--cycles", "40", change=exchange) as box:
-            box.wait(10)
+            box.wait()
         check(box, plc.blocks)
 
 
 def test_the_same_over_a_serial_line(start_box, exchange):
     with NullModem() as line, Libmodbus(line.a) as plc:
         with start_box("--cycles", "60", change=on_line(line.b, exchange)) as box:
-            box.wait(20)
+            box.wait()
         check(box, plc.blocks)
         assert box.stats["plc"]["address"] == line.b
         assert box.stats["plc"]["crc_errors"] == box.stats["plc"]["wrong_units"] == 0

@@ -1,23 +1,36 @@
 # SPDX-License-Identifier: MIT
 """PLCs that the box cannot work with: without a function, too slow, or that answer something else.
 The box is calm, its status is true, and one line of the log says what to change."""
-import time
+import pytest
 
 import machine
+from box import until
 from conftest import fc23
-from machine import ACTIVE
+from machine import ACTIVE, FAULT
 from raw_plc import RawPlc, frame_of
+from steps import ran
 
 AT_REST = {"X": 4000, "Y": 200, "Z": 1500, "T1": 35}
 
 
-def run_against(plc, port, start_box, fault, seconds, change=lambda data: None):
+def run_against(plc, port, start_box, fault, enough, change=lambda data: None):
+    """in : enough(steps, server): whether what is judged has happened"""
     plc.values = dict(AT_REST)
     with RawPlc(plc, port, fault) as server, start_box(change=change) as box:
-        time.sleep(seconds)
+        until(lambda: enough(box.steps, server), every_s=0.3)
+        plc_cycles = len(box.steps)
+        until(lambda: len(box.steps) > plc_cycles + 40, every_s=0.3)     # the log's lines come at most once a second
         box.process.kill()
-        box.wait(5)
+        box.wait()
     return box, server
+
+
+def in_fault(steps, _):
+    return any(step.mode == FAULT for step in steps)
+
+
+def asked_often(_, server):
+    return len(server.requests) > 30
 
 
 def without(function):
@@ -36,23 +49,23 @@ def check_refused(box, function, remedy):
     assert len(lines(box, f"the PLC does not have function {function} (exception 1, illegal function): "
                           f"{remedy}")) == 1, box.log
     assert not lines(box, "ACTIVE"), box.log
-    assert len(lines(box, ": exception")) == 0 and len(box.log.splitlines()) <= 9, box.log
+    assert len(lines(box, ": exception")) == 0 and len(lines(box, "exception")) == 1, box.log
 
 
 def test_a_plc_without_fc23_is_one_sentence_and_never_active(plc, port, start_box):
-    box, _ = run_against(plc, port, start_box, without(23), 4.5, fc23)
+    box, _ = run_against(plc, port, start_box, without(23), in_fault, fc23)
     check_refused(box, 23, 'set plc.exchange to "fc3+fc16"')
     assert len(lines(box, "FAULT: the PLC refuses the writes")) == 1, box.log
 
 
 def test_a_plc_without_fc16_is_one_sentence_and_never_active(plc, port, start_box):
-    box, _ = run_against(plc, port, start_box, without(16), 4.5)
+    box, _ = run_against(plc, port, start_box, without(16), in_fault)
     check_refused(box, 16, "permit writing in its Modbus server, or set plc.exchange")
     assert len(lines(box, "FAULT: the PLC refuses the writes")) == 1, box.log
 
 
 def test_a_plc_without_fc3_is_one_sentence(plc, port, start_box, exchange):
-    box, _ = run_against(plc, port, start_box, without(3), 2, exchange)
+    box, _ = run_against(plc, port, start_box, without(3), asked_often, exchange)
     check_refused(box, 3, "let its Modbus server answer holding registers")
 
 
@@ -60,11 +73,17 @@ def test_a_plc_too_slow_for_two_requests_hears_of_it_in_a_last_write(plc, port, 
     """20 ms for each request, after a quick start: writes take effect and are confirmed too late."""
     received = []
 
+    def closed_twice(_, server):
+        last = [r.connection for r in received if r.is_write]
+        return last and server.connections > last[-1] and plc.writes and plc.writes[-1].mode != ACTIVE
+
     def slow(request, reply):
         received.append(request)
         return [0.020, reply] if request.number > 20 else [reply]
 
-    box, server = run_against(plc, port, start_box, slow, 2.5)
+    box, server = run_against(plc, port, start_box, slow, closed_twice)
+    if not ran(box.steps, server):
+        pytest.skip("the machine stood still: nothing follows from what was late")
     last, before = plc.writes[-1], plc.writes[-2]
     assert any(w.mode == ACTIVE for w in plc.writes), "else there is nothing to take back"
     assert last.mode != ACTIVE and last.reason == 12
@@ -80,8 +99,10 @@ def test_a_plc_too_slow_for_two_requests_hears_of_it_in_a_last_write(plc, port, 
 
 def test_a_plc_too_slow_from_the_start_is_never_compensated(plc, port, start_box):
     """The write block is not returned in time, so nothing is written."""
-    box, _ = run_against(plc, port, start_box, lambda request, reply: [0.020, reply], 2.5)
-    assert not [w for w in plc.writes if w.mode == ACTIVE]
+    box, server = run_against(plc, port, start_box, lambda request, reply: [0.020, reply], asked_often)
+    steps = box.steps
+    prompt = next((i for i in range(1, len(steps)) if not ran(steps[:i + 1], server)), len(steps))
+    assert ACTIVE not in {step.mode for step in steps[:prompt]}
     assert len(lines(box, 'plc.exchange "fc3+fc16" needs cycle.period_ms of ')) == 1, box.log
 
 
@@ -96,7 +117,7 @@ def test_replies_to_something_else_are_named_once(plc, port, start_box):
             return [reply[:7] + bytes([4]) + reply[8:]]
         return [frame_of(request, reply[7:-2])] if kind == 3 else None
 
-    box, server = run_against(plc, port, start_box, odd, 4)
+    box, server = run_against(plc, port, start_box, odd, lambda _, server: len(server.requests) > 120)
     unit = server.requests[0].unit
     assert len(lines(box, f"a reply from unit 7 to a request for unit {unit}; it is not used")) == 1, box.log
     assert len(lines(box, "a reply of function 4 to a request for function 3")) == 1, box.log

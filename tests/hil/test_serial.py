@@ -11,6 +11,7 @@ import time
 import pytest
 
 import box as box_module
+from box import until
 from pt100 import with_crc
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -65,7 +66,7 @@ class FakePlc:
         return float(words["applied_X"])
 
 
-def reaches(plc, um, timeout_s=12):
+def reaches(plc, um, timeout_s=60):
     end = time.monotonic() + timeout_s
     while time.monotonic() < end:
         if abs(plc.applied_um - um) < 0.1:
@@ -107,10 +108,8 @@ rig_counters = set()
 
 def test_the_statistics_name_what_happened(rig):
     plc, box = rig
-    time.sleep(5.2)                          # statistics are written every 5 s
+    until(lambda: all(box.stats["plc"][name] >= 1 for name in rig_counters - {None}))
     counted = box.stats["plc"]
-    for name in rig_counters - {None}:
-        assert counted[name] >= 1, (name, counted)
     assert counted["replies"] > 0.5 * counted["requests"]
 
 
@@ -208,6 +207,6 @@ def test_libmodbus_as_client_reads_fakeplc(lines):
         assert plc.ask("status").startswith("ok")
         done = subprocess.run(["mbpoll", "-m", "rtu", "-a", "1", "-b", "115200", "-P", "none", "-t", "4",
                                "-0", "-r", "0", "-c", "4", "-1", device], capture_output=True, text=True,
-                              timeout=20)
+                              timeout=60)
         assert done.returncode == 0, done.stdout + done.stderr
         assert "[0]:" in done.stdout and "[3]:" in done.stdout

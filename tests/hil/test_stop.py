@@ -7,14 +7,33 @@ import time
 import pytest
 
 import laws
-from box import run
+import machine
+from box import run, until
 from can_bus import SHIM
-from machine import ACTIVE, PERIOD_S, RAMP, STOPPED
+from machine import ACTIVE, PERIOD_S, RAMP, STANDBY, STOPPED
 from pymodbus_plc import PymodbusPlc
 from raw_plc import RawPlc
+from steps import index_of
 
 AT_REST = {"X": 6500, "Y": 200, "Z": 1500, "T1": 35}     # Z wants -124 µm
 BOUND_S = 300 / 200 + 1                                  # limit / ramp + 1 s
+
+
+def check_ramp(steps):
+    """From the step before the stop on: to zero and not back, at the ramp rate by the box's own stamps. A write that
+    was not confirmed may have taken effect or not; the box then begins again from what the PLC has."""
+    full = []
+    assert all(step.reason == 10 for step in steps[1:])
+    assert {RAMP, STOPPED} <= {step.mode for step in steps[1:]} <= {RAMP, STANDBY, STOPPED}
+    assert steps[-1].mode == STOPPED
+    for before, after in zip(steps, steps[1:]):
+        elapsed_s = min((after.now_us - before.now_us) * 1e-6, 2 * PERIOD_S)
+        for name, um in after.um.items() if after.last_write == laws.CONFIRMED else ():
+            assert abs(um) <= abs(before.um[name])
+            slack_um = 2 * machine.resolution_um(machine.CHANNELS[name])
+            assert abs(um - before.um[name]) <= 200 * elapsed_s + slack_um
+            full.append(abs(um - before.um[name]) >= 200 * elapsed_s - slack_um)
+    assert any(full), "as fast as the rate permits"
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
@@ -22,16 +41,13 @@ def test_a_signal_ramps_to_zero_and_says_stopped(plc, port, start_box, exchange,
     plc.values = dict(AT_REST)
     with PymodbusPlc(plc, port), start_box(change=exchange) as box:
         plc.wait(lambda w: w.mode == ACTIVE and w.um["Z"] < -124)
-        took_s = box.stop(number)
+        box.stop(number)
     assert box.code == 0, box.log
-    assert 124 / 200 < took_s < BOUND_S
     last = plc.writes[-1]
     assert last.mode == STOPPED and last.um == {"X": 0, "Y": 0, "Z": 0}
-    ramp = [w for w in plc.writes if w.mode in (RAMP, STOPPED)]
-    assert all(w.reason == 10 for w in ramp)
-    for before, after in zip(ramp, ramp[1:]):
-        assert abs(after.um["Z"]) <= abs(before.um["Z"])
-        assert abs(after.um["Z"] - before.um["Z"]) <= 200 * 2 * PERIOD_S + 0.02
+    steps = box.steps
+    begin = index_of(steps, lambda step: step.reason == 10)
+    check_ramp(steps[begin - 1:])
     laws.check_writes(plc.writes)
     assert box.stats["finished"] and box.stats["stopped"]
     assert box.stats["mode"] == "STOPPED"
@@ -53,19 +69,21 @@ def test_a_slew_below_the_ramp_rate_is_waited_for(plc, port, start_box):
 def test_cycles_end_by_the_same_clean_stop(plc, port, start_box):
     plc.values = dict(AT_REST)
     with PymodbusPlc(plc, port), start_box("--cycles", "40") as box:
-        box.wait(10)
+        box.wait()
     assert box.code == 0, box.log
     assert plc.writes[-1].mode == STOPPED
-    assert 40 < box.stats["cycles"] < 40 + BOUND_S / PERIOD_S
+    steps = box.steps
+    assert index_of(steps, lambda step: step.reason == 10) == 40
+    check_ramp(steps[39:])
 
 
 def test_a_plc_that_was_never_there_is_told_at_once(start_box):
     """There is nothing to take back."""
     with start_box() as box:
-        time.sleep(0.3)
-        took_s = box.stop()
+        until(lambda: len(box.steps) > 5)
+        box.stop()
     assert box.code == 1
-    assert took_s < 0.5
+    assert sum(step.reason == 10 for step in box.steps) <= 1
     assert "before the PLC was ever heard" in box.log
     assert box.stats["finished"]
 
@@ -75,9 +93,11 @@ def test_a_plc_that_dies_before_the_stop_is_told_after_the_bound(plc, port, star
     with start_box() as box:
         with RawPlc(plc, port):
             plc.wait(lambda w: w.mode == ACTIVE and w.um["Z"] < -124)
-        took_s = box.stop()
+        box.stop()
     assert box.code == 1
-    assert took_s < BOUND_S + 0.3
+    steps = box.steps
+    begin = index_of(steps, lambda step: step.reason == 10)
+    assert (steps[-2].now_us - steps[begin].now_us) * 1e-6 <= BOUND_S, "the last step may be the first behind the bound"
     assert "without the PLC's confirmation" in box.log
     assert box.stats["finished"] and not box.stats["stopped"]
 
@@ -87,7 +107,7 @@ def test_a_second_signal_changes_nothing(plc, port, start_box):
     with PymodbusPlc(plc, port), start_box() as box:
         plc.wait(lambda w: w.mode == ACTIVE and w.um["Z"] < -124)
         box.process.send_signal(signal.SIGTERM)
-        time.sleep(0.15)
+        plc.wait_mode(RAMP)
         box.stop()
     assert box.code == 0, box.log
     assert plc.writes[-1].mode == STOPPED
@@ -98,8 +118,8 @@ def test_a_terminal_that_is_closed_does_not_end_the_compensation(plc, port, star
     with PymodbusPlc(plc, port), start_box() as box:
         plc.wait_mode(ACTIVE)
         box.process.send_signal(signal.SIGHUP)
-        time.sleep(0.2)
-        assert plc.last().mode == ACTIVE and box.process.poll() is None
+        plc.wait_writes(7)
+        plc.wait_mode(ACTIVE)
         box.stop()
     assert box.code == 0
 
@@ -116,10 +136,10 @@ def test_a_reader_of_stderr_that_stopped_reading_stops_nothing(plc, port, start_
     plc.values = dict(AT_REST)
     with PymodbusPlc(plc, port), start_box(stderr=writer) as box:
         plc.wait_mode(ACTIVE)
-        took_s = box.stop()
+        box.stop()
     os.close(reader)
     os.close(writer)
-    assert box.code == 0 and took_s < BOUND_S
+    assert box.code == 0
     assert box.stats["rows_lost"] == 0 and box.stats["cycles"] == len(box.rows)
 
 
@@ -139,7 +159,7 @@ def test_files_are_whole_at_any_moment(plc, port, start_box):
         box.process.kill()
         box.process.wait()
         text = box.record_file.read_text()
-        assert text.endswith("\n") and text.count("\n") > 10
+        assert text.endswith("\n") and text.count("\n") > 3
 
 
 def test_a_configuration_path_that_is_no_file_is_refused_at_once(tmp_path):
@@ -163,9 +183,7 @@ def test_a_pipe_in_the_files_place_is_refused_and_a_stop_ramps_to_zero(plc, port
         path.unlink()
         os.mkfifo(path)
         box.process.send_signal(signal.SIGHUP)
-        until = time.monotonic() + 8
-        while box.stats["reloads"]["refused"] == 0 and time.monotonic() < until:
-            time.sleep(0.05)
+        until(lambda: box.stats["reloads"]["refused"])
         box.stop()
     assert box.code == 0, box.log
     assert "it is not a regular file" in box.log and "revision 7 goes on" in box.log
@@ -183,16 +201,12 @@ def test_a_file_that_hangs_keeps_no_stop_from_the_ramp(plc, port, start_box, tmp
         plc.wait(lambda w: w.mode == ACTIVE and w.um["Z"] < -124)
         hang.write_text(call)
         box.process.send_signal(signal.SIGHUP)
-        until = time.monotonic() + 20
-        while not (tmp_path / "hang.hangs").exists() and time.monotonic() < until:
-            time.sleep(0.02)
-        assert (tmp_path / "hang.hangs").exists(), "the library did not see the call"
-        seen = len(plc.writes)
-        plc.wait(lambda w: len(plc.writes) > seen + 5)
-        assert plc.last().mode == ACTIVE
+        until((tmp_path / "hang.hangs").exists)      # the library saw the call
+        plc.wait_writes(5)
+        plc.wait_mode(ACTIVE)
         box.process.send_signal(signal.SIGTERM)
-        plc.wait_mode(STOPPED, 10)
-        box.wait(30)
+        plc.wait_mode(STOPPED)
+        box.wait()
     assert plc.writes[-1].mode == STOPPED and plc.writes[-1].um == {"X": 0, "Y": 0, "Z": 0}
     assert box.code == 1
     assert "a file blocks the end of the program" in box.log
@@ -209,6 +223,6 @@ def test_a_flood_of_hangups_keeps_no_stop_from_the_ramp(plc, port, start_box, tm
         for _ in range(200):
             box.process.send_signal(signal.SIGHUP)
         box.process.send_signal(signal.SIGINT)
-        plc.wait_mode(STOPPED, 10)
-        box.wait(30)
+        plc.wait_mode(STOPPED)
+        box.wait()
     assert plc.writes[-1].um == {"X": 0, "Y": 0, "Z": 0}

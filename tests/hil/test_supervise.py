@@ -11,7 +11,7 @@ import time
 
 import pytest
 
-from box import run
+from box import run, until
 from can_bus import SHIM
 from machine import ACTIVE
 from pymodbus_plc import PymodbusPlc
@@ -48,12 +48,11 @@ def systemd(tmp_path):
 def test_systemd_is_told_ready_alive_and_stopping(plc, port, start_box, systemd):
     with PymodbusPlc(plc, port), start_box(env=systemd.env) as box:
         plc.wait_mode(ACTIVE)
-        time.sleep(3 * WATCH_S)
-        said = systemd.said()
+        said = []
+        until(lambda: said.extend(systemd.said()) or said.count("WATCHDOG=1") >= 3)
         assert said[0] == "READY=1"
         assert said.count("READY=1") == 1
         assert "STATUS=ACTIVE: all is well; revision 7" in said
-        assert said.count("WATCHDOG=1") >= 3
         box.stop()
         assert box.code == 0, box.log
     end = "\n".join(systemd.said())
@@ -62,8 +61,8 @@ def test_systemd_is_told_ready_alive_and_stopping(plc, port, start_box, systemd)
 
 def test_a_plc_that_is_not_there_is_no_reason_to_be_killed(start_box, systemd):
     with start_box(env=systemd.env) as box:
-        time.sleep(3 * WATCH_S)
-        assert systemd.said().count("WATCHDOG=1") >= 3
+        said = []
+        until(lambda: said.extend(systemd.said()) or said.count("WATCHDOG=1") >= 3)
         box.stop()
 
 
@@ -74,17 +73,15 @@ def test_a_loop_that_hangs_feeds_nobody(plc, port, start_box, systemd, tmp_path)
     reader = os.open(fifo, os.O_RDONLY | os.O_NONBLOCK)
     with PymodbusPlc(plc, port), start_box("--watchdog", str(fifo), env=systemd.env) as box:
         plc.wait_mode(ACTIVE)
-        time.sleep(1.2)
-        assert len(os.read(reader, 100)) >= 1
+        until(lambda: drain(reader))
         with stopped_thread(box.process.pid, "compboxd-loop"):
             time.sleep(1)  # what was completed before still counts when it is time to feed
             systemd.said(), drain(reader)
             time.sleep(3 * WATCH_S)
             assert systemd.said() == []
             assert drain(reader) == b""
-        time.sleep(1)
-        assert "WATCHDOG=1" in systemd.said()
-        assert drain(reader) != b""
+        until(lambda: "WATCHDOG=1" in systemd.said())
+        until(lambda: drain(reader))
         box.stop()
 
 
@@ -97,10 +94,10 @@ def test_a_slow_disk_is_no_reason_to_be_killed(plc, port, start_box, systemd, tm
         plc.wait_mode(ACTIVE)
         with stopped_thread(box.process.pid, "compboxd"):
             systemd.said(), drain(reader)
-            time.sleep(4 * WATCH_S)
-            assert systemd.said().count("WATCHDOG=1") >= 4
-            assert len(drain(reader)) >= 3
-            assert plc.last().mode == ACTIVE
+            said, fed = [], []
+            until(lambda: said.extend(systemd.said()) or said.count("WATCHDOG=1") >= 4)
+            until(lambda: fed.extend(drain(reader)) or len(fed) >= 3)
+            plc.wait_mode(ACTIVE)
         box.stop()
         assert box.code == 0, box.log
 
@@ -139,14 +136,14 @@ def test_a_clean_end_disarms_the_watchdog_and_a_kill_does_not(plc, port, start_b
     for kill in (False, True):
         with PymodbusPlc(plc, port), start_box("--watchdog", str(fifo)) as box:
             plc.wait_mode(ACTIVE)
-            time.sleep(1.2)
+            fed = bytearray()
+            until(lambda: fed.extend(drain(reader)) or len(fed) >= 2)
             if kill:
                 box.process.send_signal(signal.SIGKILL)
-                box.process.wait(5)
+                box.process.wait(60)
             else:
                 box.stop()
-        fed = drain(reader)
-        assert len(fed) >= 2
+        fed += drain(reader)
         assert fed.endswith(b"V") != kill
         assert set(fed[:-1]) == {0}
 
@@ -160,7 +157,7 @@ def test_a_start_that_fails_leaves_the_watchdog_disarmed(start_box, tmp_path, wo
     os.mkfifo(fifo)
     reader = os.open(fifo, os.O_RDONLY | os.O_NONBLOCK)
     with start_box("--watchdog", str(fifo), *words) as box:
-        box.wait(5)
+        box.wait()
     assert box.code == 1
     assert drain(reader) == b"V"
 
@@ -170,7 +167,7 @@ def test_what_the_watchdog_makes_of_its_timeout_is_told(start_box, tmp_path, mos
     (tmp_path / "watchdog").touch()
     with start_box("--watchdog", str(tmp_path / "watchdog"), "--watchdog-timeout", "60",
                    env={"LD_PRELOAD": SHIM, "WATCHDOG_MOST_S": str(most_s)}) as box:
-        time.sleep(0.3)
+        until(lambda: len(box.steps) > 5)
         box.stop()
     assert (words in box.log) if words else ("resets the machine" not in box.log), box.log
 
@@ -244,12 +241,12 @@ def test_the_units_filter_lets_pass_what_the_daemon_calls(plc, port, start_box, 
         box.process.wait()
         command = ["strace", "-f", "-o", str(calls), *box.arguments]
         with subprocess.Popen(command, stderr=subprocess.PIPE) as traced:
-            plc.wait_mode(ACTIVE, 20)
+            plc.wait_mode(ACTIVE)
             box.folder.joinpath("coefficients.json").touch()  # and a reload
             time.sleep(3)
             children = pathlib.Path(f"/proc/{traced.pid}/task/{traced.pid}/children").read_text().split()
             os.kill(int(children[0]), signal.SIGTERM)
-            traced.communicate(timeout=20)
+            traced.communicate(timeout=60)
     made = set(re.findall(r"^\d+ +(?:<\.\.\. )?(\w+)[( ]", calls.read_text(), re.M))
     made -= {"execve", "resumed"}  # systemd's own
     assert {"recvfrom", "clock_nanosleep", "mlockall"} <= made

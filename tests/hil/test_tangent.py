@@ -94,7 +94,7 @@ class Rig:
             self.plc.say(f"move X={x} feed={feed}")
 
     def wait_stand(self):
-        self.plc.wait(lambda status: not status["moving"], 60)
+        self.plc.wait(lambda status: not status["moving"])
 
     def rows(self):
         """The log: the NC's own numbers and what they make where the axis is, a row for each scan."""
