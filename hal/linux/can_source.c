@@ -72,7 +72,7 @@ size_t cb_can_source_samples(struct cb_can_source *source, struct cb_sample *sam
         return 0;
     }
     receive(source, now_us);
-    tell_nodes(source, now_us);
+    start_nodes(source, now_us);
     const size_t count = source->batch.count < max ? source->batch.count : max;
     memcpy(samples, source->batch.samples, count * sizeof *samples);
     return count;

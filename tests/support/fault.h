@@ -40,7 +40,7 @@ struct cb_faults {
     struct cb_fault_rule *rules; /* memory of the caller */
     size_t count;
 
-    /* Lets the inner hardware's time pass until then; NULL: late answers return without waiting. */
+    /* Advances the inner hardware to until_us; NULL: late replies return without waiting. */
     void (*pass)(void *context, int64_t until_us);
 
     uint32_t injected;                 /* number of faults with an effect */
