@@ -115,6 +115,7 @@ std::string listed(const std::vector<std::string> &names, const std::vector<bool
     return text;
 }
 
+// out: which model is written, and why, in one sentence without a full stop
 std::string verdict_of(const train_result &result) {
     const std::string by = result.by_folds ? "on the runs left out" : "by evidence";
     const auto &better = result.network_better;

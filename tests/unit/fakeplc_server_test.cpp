@@ -290,7 +290,7 @@ TEST(Console, AnswersEveryLineByOneLine) {
         {"permit 0", "ok"},
         {"reset", "ok"},
         {"move X=4300 Y=901 feed=1000", "ok"},
-        {"move X=1e9 feed=1000", "error: X 1e+09 mm is outside the travel 0 to 14300 mm"},
+        {"move X=1e9 feed=1000", "error: X 1000000000 mm is outside the travel 0 to 14300 mm"},
         {"move X=1", "error: a move needs a feed above zero"},
         {"move Q=1 feed=1", "error: 'Q' is neither an axis nor feed"},
         {"move feed=1", "error: usage: move X=1 Y=2 Z=3 feed=1000"},

@@ -186,11 +186,11 @@ TEST(FitNoise, AWrongReadingIsNamedAndACleanCurveIsNot) {
     std::mt19937_64 engine(2);
     const scenario from = cosines(engine, 2.5, 0.3);
     measurement data = measure(from, engine, 0.3, 3);
-    EXPECT_FALSE(warns(fit_curve(data, {}), "lies far off"));
+    EXPECT_FALSE(warns(fit_curve(data, {}), "far from its neighbours"));
     for (auto &run : data.runs) run.error[11] += 15.0;
     average_runs(data);
     const fit_result fit = fit_curve(data, {});
-    EXPECT_TRUE(warns(fit, "lies far off"));
+    EXPECT_TRUE(warns(fit, "far from its neighbours"));
     EXPECT_TRUE(warns(fit, std::to_string(from.position[11]).substr(0, 5)));
 }
 

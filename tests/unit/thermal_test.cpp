@@ -293,7 +293,7 @@ TEST(ProcessFile, SaysWhatIsWrongAndWhere) {
         {"7", "thermal: must be an object"},
         {"{}", "thermal.nodes: must name at least one node"},
         {R"({"nodes": {"a": {"capacity_kJ_per_K": 0, "to_air_W_per_K": 1}}})",
-         "thermal.nodes.a.capacity_kJ_per_K: 0 is not between 0.01 and 1e+06"},
+         "thermal.nodes.a.capacity_kJ_per_K: 0 is not between 0.01 and 1000000"},
         {R"({"nodes": {"a": {"capacity_kJ_per_K": 1, "to_air_W_per_K": 0}}})",
          "thermal.nodes.a: has no way for its heat to the air"},
         {with_node(R"(, "couplings": [{"between": ["a", "b"], "W_per_K": 1}])"),
