@@ -26,13 +26,3 @@ float cb_training_range_outside(const struct cb_training_range *range, uint8_t i
     judge(verdict, range, input, x);
     return cb_clamp(x, range->min - range->margin, range->max + range->margin);
 }
-
-struct cb_training_verdict cb_training_range_hold(const struct cb_training_range *ranges,
-                                                  uint8_t count, const float *x, float *inside) {
-    struct cb_training_verdict verdict = {1.0f, 0.0f, 0, 0, 0};
-    for (uint8_t i = 0; i < count; ++i)
-        inside[i] = cb_training_range_holds(&ranges[i], x[i])
-                        ? x[i]
-                        : cb_training_range_outside(&ranges[i], i, x[i], &verdict);
-    return verdict;
-}

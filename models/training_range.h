@@ -32,16 +32,11 @@ static inline bool cb_training_range_holds(const struct cb_training_range *range
 }
 
 /* in : x beyond [min, max], or NaN; input, its index; the verdict starts as {1, 0, 0, 0, 0}
- * out: x held, and the verdict updated */
+ * out: x held within [min - margin, max + margin], finite; the verdict updated: its weight is the
+ *      minimum over the inputs of 1 - clamp(distance beyond the margin / fade, 0, 1); NaN and the
+ *      infinities count as beyond every margin. Each input moves the weight by at most |dx| / fade:
+ *      it never jumps. */
 float cb_training_range_outside(const struct cb_training_range *range, uint8_t input, float x,
                                 struct cb_training_verdict *verdict);
-
-/* in : x[count]; NaN and the infinities are allowed and count as beyond every margin
- * out: inside[count] (may be x itself): x held within [min - margin, max + margin], finite; weight
- *      = min over the inputs of 1 - clamp(distance beyond the margin / fade, 0, 1). Each input
- *      moves the weight by at most |dx| / fade: it never jumps.
- * No state. */
-struct cb_training_verdict cb_training_range_hold(const struct cb_training_range *ranges,
-                                                  uint8_t count, const float *x, float *inside);
 
 #endif

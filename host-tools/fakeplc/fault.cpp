@@ -47,12 +47,6 @@ std::optional<fault> fault_plan::take(std::uint8_t function) {
     return std::nullopt;
 }
 
-int fault_plan::left() const {
-    int sum = 0;
-    for (const auto &ordered : waiting_) sum += ordered.count;
-    return sum;
-}
-
 std::vector<timed_bytes> spoil(const byte_string &frame, const std::optional<fault> &what) {
     if (!what) return {{0, frame}};
     switch (what->kind) {

@@ -38,7 +38,6 @@ class fault_plan {
     void add(const fault &what, int count) { waiting_.push_back({what, count}); }
     void clear() { waiting_.clear(); }
     std::optional<fault> take(std::uint8_t function);
-    int left() const;
 
   private:
     struct entry {

@@ -63,11 +63,4 @@ double value_at(const spline &curve, double x) {
     return value;
 }
 
-std::vector<double> values_at(const spline &curve, const std::vector<double> &x) {
-    std::vector<double> values;
-    values.reserve(x.size());
-    for (const double position : x) values.push_back(value_at(curve, position));
-    return values;
-}
-
 }  // namespace compbox

@@ -35,6 +35,5 @@ void basis_values(const std::vector<double> &knots, int degree, int k, double x,
 
 // The curve at x; outside the range the value at its end, as in the box.
 double value_at(const spline &curve, double x);
-std::vector<double> values_at(const spline &curve, const std::vector<double> &x);
 
 }  // namespace compbox

@@ -2,7 +2,6 @@
 #include "host-tools/metrology/squareness.h"
 
 #include <cmath>
-#include <stdexcept>
 
 namespace compbox {
 
@@ -15,13 +14,6 @@ constexpr double urad_mm_per_um = 1e3;
 int opening_sign(const std::string &name) {
     if (name == "C0Y" || name == "A0Z") return 1;
     return name == "B0Z" ? -1 : 0;
-}
-
-std::string axes_of_squareness(const std::string &name) {
-    if (name == "C0Y") return "XY";
-    if (name == "A0Z") return "YZ";
-    if (name == "B0Z") return "XZ";
-    throw std::logic_error("no squareness is called " + name);
 }
 
 // In the plane of first (1) and second (2), the first axis runs along (1, a), the second along (b,

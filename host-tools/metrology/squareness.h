@@ -18,9 +18,6 @@ struct squareness {
 // +1 for C0Y and A0Z, -1 for B0Z; 0 for any other name.
 int opening_sign(const std::string &name);
 
-// The letters of the first and the second axis: "XY", "YZ" or "XZ". in: one of the three names
-std::string axes_of_squareness(const std::string &name);
-
 // Optical square: both straightnesses against one reference, which the square turns by 90 degrees.
 // in : slopes in µrad (µm/m) of the first axis' straightness towards the second, and of the
 //      second's towards the first; the square's own angle minus 90 degrees

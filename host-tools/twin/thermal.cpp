@@ -70,23 +70,6 @@ double fastest_rate(const thermal_config &config) {
     return rate;
 }
 
-// The largest rate of `matrix`, applied as a function, by power iteration.
-template <typename apply>
-double largest_rate(std::size_t size, apply matrix) {
-    std::vector<double> v(size);
-    for (std::size_t i = 0; i < size; ++i) v[i] = 1.0 + 0.01 * static_cast<double>(i % 7);
-    double rate = 0.0;
-    for (int i = 0; i < 20000; ++i) {
-        const std::vector<double> w = matrix(v);
-        double length = 0.0, along = 0.0;
-        for (std::size_t n = 0; n < size; ++n) length += w[n] * w[n], along += v[n] * v[n];
-        rate = std::sqrt(length / along);
-        if (length == 0.0) break;  // one node: there is no other mode
-        for (std::size_t n = 0; n < size; ++n) v[n] = w[n] / std::sqrt(length);
-    }
-    return rate;
-}
-
 }  // namespace
 
 thermal_config drawn(const thermal_config &kind, std::uint64_t seed) {
@@ -114,27 +97,6 @@ thermal_config drawn(const thermal_config &kind, std::uint64_t seed) {
         sensor.offset_K = random_stream(seed, "offset " + sensor.signal).symmetric(limit);
     }
     return one;
-}
-
-// in : at least one node
-// out: longest and shortest time constant, s, to 1 %
-time_constants modes_of(const thermal_config &config) {
-    const std::size_t size = config.nodes.size();
-    const auto rates = [&](const std::vector<double> &v) {
-        std::vector<double> w = outflow(config, v);
-        for (std::size_t n = 0; n < size; ++n) {
-            w[n] /= J_per_kJ * config.nodes[n].capacity_kJ_per_K;
-        }
-        return w;
-    };
-    const double fastest = largest_rate(size, rates);
-    const double shift = fastest_rate(config);  // makes the slowest mode the largest
-    const double slowest = shift - largest_rate(size, [&](const std::vector<double> &v) {
-                               std::vector<double> w = rates(v);
-                               for (std::size_t n = 0; n < size; ++n) w[n] = shift * v[n] - w[n];
-                               return w;
-                           });
-    return {1.0 / fastest, 1.0 / slowest};
 }
 
 thermal_process::thermal_process(const thermal_config &config, std::uint64_t seed)

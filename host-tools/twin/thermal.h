@@ -78,13 +78,6 @@ struct thermal_config {
 // unchanged.
 thermal_config drawn(const thermal_config &kind, std::uint64_t seed);
 
-// Longest and shortest time constant of the network, s, of its slowest and fastest mode. The
-// network must not be empty. By power iteration, to 1 %; for checks and documents.
-struct time_constants {
-    double shortest_s, longest_s;
-};
-time_constants modes_of(const thermal_config &config);
-
 // The machine's activity, as far as it produces heat.
 struct thermal_load {
     double spindle_rpm = 0.0;

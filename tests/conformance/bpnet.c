@@ -7,6 +7,7 @@
 #include "models/num.h"
 #include "models/training_range.h"
 #include "tests/conformance/check.h"
+#include "tests/support/training_range_hold.h"
 
 enum { MAX_INPUTS = 19 };
 
@@ -92,7 +93,7 @@ void run_training_range(struct check *check) {
         const struct training_row *row = &training_rows[i];
         float inside[4];
         const struct cb_training_verdict verdict =
-            cb_training_range_hold(training_ranges, 4, row->x, inside);
+            hold_in_training_ranges(training_ranges, 4, row->x, inside);
         check->row = (uint32_t)i;
         check_number(check, "weight", verdict.weight, row->weight, 0.0);
         check_equal(check, "extrapolated", verdict.extrapolated, row->extrapolated);

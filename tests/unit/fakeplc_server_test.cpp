@@ -270,6 +270,13 @@ TEST(Server, SaysWhyItCannotListen) {
 
 // ---- commands and log
 
+// Requests that a plan spoils; function 23 reads and writes, and meets every fault.
+int left(fault_plan plan) {
+    int requests = 0;
+    while (plan.take(23)) ++requests;
+    return requests;
+}
+
 struct desk {
     plc_setup setup;
     fake_plc plc;
@@ -322,9 +329,9 @@ TEST(Console, AnswersEveryLineByOneLine) {
         EXPECT_EQ(got.rfind(answer, 0), 0u) << line << "\n  gives: " << got;
         EXPECT_EQ(got.find('\n'), std::string::npos);
     }
-    EXPECT_EQ(d.server.faults().left(), 3 + 1 + 1 + 2);
+    EXPECT_EQ(left(d.server.faults()), 3 + 1 + 1 + 2);
     EXPECT_EQ(d.commands.run("fault clear"), "ok");
-    EXPECT_EQ(d.server.faults().left(), 0);
+    EXPECT_EQ(left(d.server.faults()), 0);
     EXPECT_FALSE(d.commands.quit);
     d.commands.run("quit");
     EXPECT_TRUE(d.commands.quit);

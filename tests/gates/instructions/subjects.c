@@ -9,6 +9,7 @@
 #include "models/lag.h"
 #include "models/training_range.h"
 #include "models/volumetric.h"
+#include "tests/support/training_range_hold.h"
 
 enum { INPUTS = SUBJECT_INPUTS, HIDDEN = SUBJECT_HIDDEN, OUTPUTS = SUBJECT_OUTPUTS };
 enum { POINTS = 20, DEGREE = 3, SPANS = POINTS - DEGREE, NET_FLOATS = 800 };
@@ -139,7 +140,7 @@ void subject_network_slope(void *unused) {
 
 void subject_training_range(void *unused) {
     (void)unused;
-    sink = cb_training_range_hold(ranges, INPUTS, x, inside).weight;
+    sink = hold_in_training_ranges(ranges, INPUTS, x, inside).weight;
 }
 
 void subject_spline(void *unused) {

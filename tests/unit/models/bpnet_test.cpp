@@ -11,6 +11,7 @@ extern "C" {
 #include "models/bpnet.h"
 #include "models/num.h"
 #include "models/training_range.h"
+#include "tests/support/training_range_hold.h"
 }
 
 namespace {
@@ -309,7 +310,7 @@ TEST(bpnet, overflow_is_the_canonical_nan) {
 const cb_training_range temperature{15, 35, 5, 1 / 10.0f};  // fades from 40 to 50, from 10 to 0
 
 cb_training_verdict one(float x, float *inside) {
-    return cb_training_range_hold(&temperature, 1, &x, inside);
+    return hold_in_training_ranges(&temperature, 1, &x, inside);
 }
 
 TEST(training_range, by_hand) {
@@ -336,14 +337,14 @@ TEST(training_range, by_hand) {
 TEST(training_range, the_weakest_input_decides) {
     const cb_training_range ranges[] = {temperature, temperature, {0, 14300, 0, 1 / 100.0f}};
     float x[] = {42, 47.5f, 14310}, inside[3];
-    cb_training_verdict verdict = cb_training_range_hold(ranges, 3, x, inside);
+    cb_training_verdict verdict = hold_in_training_ranges(ranges, 3, x, inside);
     EXPECT_EQ(verdict.weight, 0.25f);
     EXPECT_EQ(verdict.weakest, 1);
     EXPECT_EQ(verdict.weight_slope, -0.1f);
     EXPECT_EQ(verdict.extrapolated, 3);
     EXPECT_EQ(verdict.beyond, 3);
     x[1] = 5;
-    verdict = cb_training_range_hold(ranges, 3, x, x);  // in place
+    verdict = hold_in_training_ranges(ranges, 3, x, x);  // in place
     EXPECT_EQ(verdict.weight, 0.5f);
     EXPECT_EQ(verdict.weight_slope, 0.1f);
     EXPECT_EQ(x[1], 10.0f);
@@ -369,7 +370,7 @@ TEST(training_range, degenerate_ranges) {
     const cb_training_range point{20, 20, 0, 1e30f};
     for (float x : {20.0f, 20.000002f, 19.999998f, 1e30f, -1e30f, INFINITY}) {
         float inside;
-        const cb_training_verdict verdict = cb_training_range_hold(&point, 1, &x, &inside);
+        const cb_training_verdict verdict = hold_in_training_ranges(&point, 1, &x, &inside);
         EXPECT_EQ(inside, 20.0f);
         EXPECT_EQ(verdict.weight, x == 20.0f ? 1.0f : 0.0f) << x;
     }
