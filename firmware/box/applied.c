@@ -16,19 +16,17 @@ static void begin_quarter(struct cb_applied_channel *state, float sent_um) {
     state->sent_min_um[0] = state->sent_max_um[0] = sent_um;
 }
 
-void cb_applied_sent(const struct cb_config *config, struct cb_applied_state *state,
-                     const struct cb_channel_state *channels, uint32_t elapsed_us) {
-    state->slot_us = cb_add_us(state->slot_us, elapsed_us);
-    const bool over = state->slot_us >= config->applied_quarter_us;
-    if (over) state->slot_us = 0;
-    for (unsigned i = 0; i < config->channels_count; ++i) {
-        struct cb_applied_channel *channel = &state->channels[i];
-        const float sent_um = channels[i].sent_um;
-        if (!config->channels[i].has_applied) continue;
-        if (over) begin_quarter(channel, sent_um);
-        channel->sent_min_um[0] = cb_min(channel->sent_min_um[0], sent_um);
-        channel->sent_max_um[0] = cb_max(channel->sent_max_um[0], sent_um);
-    }
+static void note_sent(struct cb_applied_channel *state, float sent_um, bool quarter_is_over) {
+    if (quarter_is_over) begin_quarter(state, sent_um);
+    state->sent_min_um[0] = cb_min(state->sent_min_um[0], sent_um);
+    state->sent_max_um[0] = cb_max(state->sent_max_um[0], sent_um);
+}
+
+/* out: whether the newest quarter is over; then the next one begins */
+static bool age_quarter(struct cb_applied_state *state, uint32_t elapsed_us, uint32_t quarter_us) {
+    const uint32_t slot_us = cb_add_us(state->slot_us, elapsed_us);
+    state->slot_us = slot_us < quarter_us ? slot_us : 0;
+    return slot_us >= quarter_us;
 }
 
 /* The values that were sent of late, all slots together. */
@@ -76,27 +74,35 @@ static void judge(const struct cb_config *config, unsigned index, struct cb_appl
         ++state->beyond;
 }
 
-struct cb_applied_verdict cb_applied_take(const struct cb_config *config,
-                                          struct cb_applied_state *state,
-                                          struct cb_channel_state *channels,
-                                          struct cb_counters *counters, const uint16_t *registers,
-                                          uint32_t elapsed_us, bool judged) {
+/* Adds the verdict about channel i, which reports um. */
+static void conclude(struct cb_applied_verdict *verdict, unsigned i,
+                     const struct cb_applied_channel *state, float um, uint32_t quarter_us) {
+    const bool foreign = state->beyond >= CB_BEYOND_READINGS;
+    const bool unapplied = state->outside_us > quarter_us;
+    if ((foreign && !verdict->foreign) || (unapplied && verdict->channel == CB_NONE)) {
+        verdict->channel = (uint8_t)i;
+        verdict->value_um = um;
+    }
+    verdict->foreign = verdict->foreign || foreign;
+    verdict->unapplied = verdict->unapplied || unapplied;
+}
+
+void cb_applied_step(const struct cb_config *config, struct cb_applied_state *state,
+                     struct cb_channel_state *channels, struct cb_counters *counters,
+                     const uint16_t *registers, uint32_t elapsed_us, bool judged) {
     struct cb_applied_verdict verdict = {.channel = CB_NONE};
+    const uint32_t quarter_us = config->applied_quarter_us;
+    const bool over = age_quarter(state, elapsed_us, quarter_us);
     for (unsigned i = 0; i < config->channels_count; ++i) {
         const struct cb_channel_config *channel = &config->channels[i];
         struct cb_applied_channel *of = &state->channels[i];
         if (!channel->has_applied) continue;
+        note_sent(of, channels[i].sent_um, over);
+        if (!registers) continue;
         const float um = cb_channel_decode(channel, registers + channel->applied_reg);
         judge(config, i, of, counters, um, elapsed_us, judged);
         if (cb_is_finite(um)) channels[i].applied_um = um;
-        const bool foreign = of->beyond >= CB_BEYOND_READINGS;
-        const bool unapplied = of->outside_us > config->applied_quarter_us;
-        if ((foreign && !verdict.foreign) || (unapplied && verdict.channel == CB_NONE)) {
-            verdict.channel = (uint8_t)i;
-            verdict.value_um = um;
-        }
-        verdict.foreign = verdict.foreign || foreign;
-        verdict.unapplied = verdict.unapplied || unapplied;
+        conclude(&verdict, i, of, um, quarter_us);
     }
-    return verdict;
+    if (registers) state->verdict = verdict;
 }

@@ -27,11 +27,6 @@ struct cb_applied_channel {
     uint8_t beyond; /* readings in a row beyond error_um */
 };
 
-struct cb_applied_state {
-    uint32_t slot_us; /* age of the newest quarter */
-    struct cb_applied_channel channels[CB_MAX_CHANNELS];
-};
-
 /* A channel whose value is not the box's. */
 struct cb_applied_verdict {
     bool unapplied;  /* outside of all that was sent in that time, for longer than a quarter */
@@ -41,19 +36,20 @@ struct cb_applied_verdict {
     float value_um;  /* what the PLC reported */
 };
 
-/* Takes note of the outputs that were sent last. Once in each step, before cb_applied_take(). */
-void cb_applied_sent(const struct cb_config *config, struct cb_applied_state *state,
-                     const struct cb_channel_state *channels, uint32_t elapsed_us);
+struct cb_applied_state {
+    uint32_t slot_us; /* age of the newest quarter */
+    struct cb_applied_channel channels[CB_MAX_CHANNELS];
+    struct cb_applied_verdict verdict; /* of the last good reading */
+};
 
-/* Takes the values of a good reading into channels[].applied_um, the finite ones.
- * in : registers of the read block; elapsed_us since the step before; judged: the PLC has to follow
- *      (the box is ACTIVE)
+/* Once in each step: takes note of the outputs that were sent last, and takes the values of a good
+ * reading into channels[].applied_um, the finite ones.
+ * in : registers of the read block; NULL: there is no good reading, and the verdict stays;
+ *      elapsed_us since the step before; judged: the PLC has to follow (the box is ACTIVE)
  * A value that is not finite counts as foreign. Of a channel with `tangent` the value is K0, which
  * the PLC reports for the reference that it was sent with: so it is compared like any other. */
-struct cb_applied_verdict cb_applied_take(const struct cb_config *config,
-                                          struct cb_applied_state *state,
-                                          struct cb_channel_state *channels,
-                                          struct cb_counters *counters, const uint16_t *registers,
-                                          uint32_t elapsed_us, bool judged);
+void cb_applied_step(const struct cb_config *config, struct cb_applied_state *state,
+                     struct cb_channel_state *channels, struct cb_counters *counters,
+                     const uint16_t *registers, uint32_t elapsed_us, bool judged);
 
 #endif

@@ -28,7 +28,7 @@ static void clear(struct cb_box *box) {
     memset((char *)box + sizeof box->config, 0, sizeof *box - sizeof box->config);
     cb_mode_start(&box->mode);
     box->life.zero_written = true;
-    box->foreign.channel = box->applied_verdict.channel = CB_NONE;
+    box->foreign.channel = box->applied.verdict.channel = CB_NONE;
 }
 
 /* No step reads or writes behind an array, whatever loaded the configuration. */
@@ -83,7 +83,6 @@ static void take_write(struct cb_box *box, uint8_t last_write, const struct step
         last_write > CB_TRANSFER_UNKNOWN ? CB_TRANSFER_UNKNOWN : (enum cb_transfer)last_write;
     if (!box->life.writing) result = CB_TRANSFER_NONE;
     cb_limiter_written(&box->config, box->channels, result, box->plc.alive ? step->elapsed_us : 0);
-    cb_applied_sent(&box->config, &box->applied, box->channels, step->elapsed_us);
     cb_plc_written(&box->config, &box->plc, &box->counters, result, step->elapsed_us,
                    box->life.now_us);
     if (result != CB_TRANSFER_OK) return;
@@ -205,11 +204,10 @@ static void acquire(struct cb_box *box, const struct cb_inputs *in, uint32_t lea
                     struct step *step) {
     read_plc(box, in, step);
     cb_plc_age(&box->config, &box->plc, &box->counters, box->life.now_us);
+    cb_applied_step(&box->config, &box->applied, box->channels, &box->counters,
+                    step->read ? in->registers : NULL, step->elapsed_us,
+                    box->mode.mode == CB_MODE_ACTIVE);
     if (step->read) {
-        const bool judged = box->mode.mode == CB_MODE_ACTIVE;
-        box->applied_verdict =
-            cb_applied_take(&box->config, &box->applied, box->channels, &box->counters,
-                            in->registers, step->elapsed_us, judged);
         look_back(box, in, step);
         find_plc(box, in, step);
     }
@@ -248,8 +246,8 @@ static struct cb_mode_events see(const struct cb_box *box, const struct cb_input
         .writes_ok = !box->plc.mute && !silent,
         .nc_alarm = box->plc.nc_alarm,
         .loss = step->loss,
-        .unapplied = box->applied_verdict.unapplied,
-        .foreign = box->applied_verdict.foreign,
+        .unapplied = box->applied.verdict.unapplied,
+        .foreign = box->applied.verdict.foreign,
         .heartbeat_ok = box->plc.alive,
         .essentials_ok = step->essentials_ok,
         .clock_ok = !step->jumped,

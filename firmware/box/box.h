@@ -77,14 +77,13 @@ struct cb_box {
     struct cb_channel_state channels[CB_MAX_CHANNELS];
     struct cb_tangent_state tangent;
     struct cb_applied_state applied;
-    struct cb_cause cause;  /* behind mode.reason; of a fault that of its first step */
-    uint32_t config_sum;    /* cb_memory_check() of config, at start */
-    uint32_t head_sum;      /* what each step checks of it, at start: the front … */
-    uint32_t used_sum;      /* … and the entries in use behind it */
-    uint32_t sum_so_far;    /* running check, a slice each step … */
-    uint32_t words_checked; /* … and how far it is */
-    struct cb_applied_verdict applied_verdict; /* of the last good reading */
-    struct cb_foreign_register foreign;        /* found by the last read-back */
+    struct cb_cause cause;              /* behind mode.reason; of a fault that of its first step */
+    uint32_t config_sum;                /* cb_memory_check() of config, at start */
+    uint32_t head_sum;                  /* what each step checks of it, at start: the front … */
+    uint32_t used_sum;                  /* … and the entries in use behind it */
+    uint32_t sum_so_far;                /* running check, a slice each step … */
+    uint32_t words_checked;             /* … and how far it is */
+    struct cb_foreign_register foreign; /* found by the last read-back */
     bool config_corrupt; /* the configuration has changed: nothing is written any more */
 };
 _Static_assert(offsetof(struct cb_box, config) == 0, "cb_box_start() clears all behind config");

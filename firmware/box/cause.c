@@ -57,7 +57,7 @@ static struct cb_cause of_demand(const struct cb_box *box, uint8_t kind) {
 /* The channel whose applied value is not the box's: what the PLC reported, and what was sent last;
  * far beyond it, the bound of the fault. */
 static struct cb_cause of_applied(const struct cb_box *box) {
-    const struct cb_applied_verdict *found = &box->applied_verdict;
+    const struct cb_applied_verdict *found = &box->applied.verdict;
     if (found->channel >= CB_MAX_CHANNELS) return NO_CAUSE;
     const float bound_um = found->foreign ? box->config.channels[found->channel].error_um
                                           : box->channels[found->channel].sent_um;

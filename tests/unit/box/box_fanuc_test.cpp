@@ -209,7 +209,7 @@ TEST(box_applied, is_told_after_a_second_and_only_while_active) {
     EXPECT_EQ(rig.reason(), CB_REASON_NONE) << "0.9 s";
     rig.steps(35);
     EXPECT_EQ(rig.reason(), CB_REASON_UNAPPLIED) << "1.25 s and a quarter of the time";
-    EXPECT_EQ(rig.box->applied_verdict.channel, 0);
+    EXPECT_EQ(rig.box->applied.verdict.channel, 0);
     EXPECT_GT(rig.box->counters.applied_foreign, 0u);
     rig.in.registers[24] = static_cast<uint16_t>(-200);
     rig.steps(35);
@@ -235,7 +235,7 @@ TEST(box_applied, a_foreign_value_inside_error_um_is_counted_and_named_however_i
         EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
         EXPECT_EQ(rig.reason(), CB_REASON_UNAPPLIED) << "way " << way;
         EXPECT_GE(rig.box->counters.applied_foreign, 49u);
-        EXPECT_EQ(rig.box->applied_verdict.channel, 0);
+        EXPECT_EQ(rig.box->applied.verdict.channel, 0);
     }
 }
 
