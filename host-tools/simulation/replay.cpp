@@ -13,6 +13,7 @@
 
 extern "C" {
 #include "firmware/box/box.h"
+#include "firmware/box/ceiling.h"
 }
 
 namespace compbox::simulation {
@@ -49,7 +50,8 @@ enum column {
 // One line of the recording, taken apart.
 class recorded_line {
   public:
-    recorded_line(const std::string &file, long line, const std::string &text)
+    recorded_line(const std::string &file, long line, const std::string &text,
+                  std::size_t fields = columns)
         : file_(file), line_(line) {
         std::size_t start = 0;
         for (std::size_t comma; (comma = text.find(',', start)) != std::string::npos;) {
@@ -57,7 +59,7 @@ class recorded_line {
             start = comma + 1;
         }
         fields_.push_back(text.substr(start));
-        if (fields_.size() != columns) fail("has " + std::to_string(fields_.size()) + " columns");
+        if (fields_.size() != fields) fail("has " + std::to_string(fields_.size()) + " columns");
     }
 
     [[noreturn]] void fail(const std::string &why) const {
@@ -69,6 +71,19 @@ class recorded_line {
     template <typename kind>
     kind whole(column which, kind most) const {
         return parsed<kind>(fields_[which], 10, most);
+    }
+
+    // out: the float behind its name; from 0 to 1e6
+    float named(std::size_t which, const std::string &name) const {
+        if (fields_[which] != name) fail("has no " + name);
+        float value = 0.0f;
+        const std::string &text = fields_[which + 1];
+        const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
+        if (result.ec != std::errc() || result.ptr != text.data() + text.size() ||
+            !(value >= 0.0f && value <= 1e6f)) {
+            fail("'" + text + "' is not a number that can stand here");
+        }
+        return value;
     }
 
     // Hexadecimal numbers of `digits` each; exactly `count`, or none where none_too.
@@ -164,21 +179,32 @@ std::string difference(const recorded_line &line, const cb_box &box, const cb_ou
     return line.whole<int>(mode, 255) == static_cast<int>(box.mode.mode) ? "" : "the mode differs";
 }
 
+// Takes the two lines before the first cycle. The first one has what the box had beside its file.
+// out: whether the box went on from a state file; config is under the site's ceiling
+bool take_head(const std::string &recording, std::istringstream &text, cb_config &config) {
+    std::string site, names;
+    if (!std::getline(text, site) || !std::getline(text, names) || names != header) {
+        throw input_error(recording, 1, 0, "is not what compboxd --record-inputs writes");
+    }
+    const recorded_line line(recording, 1, site, 6);
+    const cb_ceiling ceiling = {line.named(0, "most_um"), line.named(2, "most_um_per_s")};
+    cb_ceiling_apply(&config, &ceiling);
+    return line.named(4, "resumed") > 0.0f;
+}
+
 }  // namespace
 
 replay_result replay(const std::string &coefficients, const std::string &recording) {
     const auto box = std::make_unique<cb_box>();
     box->config = *coefficients::load_coefficients(coefficients);
-    cb_box_start(box.get());
     std::istringstream text(read_file(recording, largest_file));
-    std::string row;
-    if (!std::getline(text, row) || row != header) {
-        throw input_error(recording, 1, 0, "is not what compboxd --record-inputs writes");
-    }
     replay_result result;
+    result.resumed = take_head(recording, text, box->config);
+    cb_box_start(box.get());
+    std::string row;
     cb_outputs out = {};
     std::int64_t first_us = 0;
-    for (long at = 2; std::getline(text, row); ++at) {
+    for (long at = 3; std::getline(text, row); ++at) {
         const recorded_line line(recording, at, row);
         if (line.whole<std::uint32_t>(generation, UINT32_MAX) != 0) {
             result.remarks.push_back("another coefficient file took over at line " +

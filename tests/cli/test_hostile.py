@@ -363,18 +363,34 @@ def test_a_log_with_a_status_that_no_register_holds(files, status):
     assert said == "log.csv:3: status must be from 0 to 65535"
 
 
+# The first two lines of a recording: what the box had beside its file, and the columns.
+SITE = "most_um,300,most_um_per_s,0,resumed,0\n"
+RECORDED = ("number,generation,now_us,read_us,exchange_us,read_ok,last_write,held,stop,missed_ticks,samples,"
+            "registers,held_registers,mode,channels,written")
+
+
+@pytest.mark.parametrize("line, said", [
+    (SITE.replace("300", "nan"), "'nan' is not a number that can stand here"),
+    (SITE.replace("300", "2e6"), "'2e6' is not a number that can stand here"),
+    (SITE.replace("300", ""), "'' is not a number that can stand here"),
+    (SITE.replace("most_um,", "least_um,"), "has no most_um"),
+    ("most_um,300\n", "has 2 columns")])
+def test_a_recording_with_a_ceiling_that_no_site_has(files, line, said):
+    files.write("r.csv", line + RECORDED + "\n")
+    assert files.refused("simulate", "good.json", "--replay", "r.csv") == (
+        f"r.csv:1: {said}; it is not what compboxd --record-inputs writes")
+
+
 @pytest.mark.parametrize("column", [2, 3])
 @pytest.mark.parametrize("time", ["-9223372036854775808", "9223372036854775807", "-1"])
 def test_a_recording_with_a_time_that_no_clock_shows(files, column, time):
     plc = files.read("good.json")["plc"]
-    header = ("number,generation,now_us,read_us,exchange_us,read_ok,last_write,held,stop,missed_ticks,samples,"
-              "registers,held_registers,mode,channels,written")
     row = ["0", "0", "1000", "1000", "0", "0", "0", "0", "0", "0", "", "0000" * plc["read"]["count"], "", "0",
            "00000000" * len(files.read("good.json")["channels"]), "0000" * plc["write"]["count"]]
     row[column] = time
-    files.write("r.csv", header + "\n" + ",".join(row) + "\n")
+    files.write("r.csv", SITE + RECORDED + "\n" + ",".join(row) + "\n")
     assert files.refused("simulate", "good.json", "--replay", "r.csv") == (
-        f"r.csv:2: '{time}' is not a number that can stand here; it is not what compboxd --record-inputs writes")
+        f"r.csv:3: '{time}' is not a number that can stand here; it is not what compboxd --record-inputs writes")
 
 
 @pytest.mark.parametrize("time", ["-1e300", "-1.7e308", "-1"])

@@ -59,9 +59,10 @@ def steps_of(path):
     if not path.exists():
         return []
     whole = path.read_text().rpartition("\n")[0]
+    _, *table = whole.splitlines() or [""]  # the first line has what the box had beside its file
     return [Step(int(row["now_us"]), int(row["read_us"]), row["read_ok"] == "1", int(row["last_write"]),
                  int(row["missed_ticks"]), words(row["registers"]), words(row["written"]))
-            for row in csv.DictReader(whole.splitlines())]
+            for row in csv.DictReader(table)]
 
 
 def check_after(steps, first, since_us, wait_s):

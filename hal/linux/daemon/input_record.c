@@ -45,8 +45,15 @@ int cb_input_record_start(struct cb_input_record *record, const char *path) {
         close(fd);
         return record->error;
     }
-    if (fputs(header, record->file) < 0) record->error = errno;
-    return record->error;
+    return 0;
+}
+
+void cb_input_record_begin(struct cb_input_record *record, const struct cb_ceiling *ceiling,
+                           bool resumed) {
+    if (record->file == NULL || record->error != 0) return;
+    if (fprintf(record->file, "most_um,%.9g,most_um_per_s,%.9g,resumed,%d\n%s", (double)ceiling->um,
+                (double)ceiling->um_per_s, resumed, header) < 0)
+        record->error = errno;
 }
 
 void cb_input_record_add(struct cb_input_record *record, const struct cb_config *config,

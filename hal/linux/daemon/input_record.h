@@ -6,6 +6,7 @@
 
 #include <stdio.h>
 
+#include "firmware/box/ceiling.h"
 #include "firmware/config/config.h"
 #include "hal/linux/daemon/row.h"
 
@@ -14,8 +15,13 @@ struct cb_input_record {
     int error;  /* errno of the first failure, 0: none */
 };
 
-/* Creates the file and writes its header. path NULL: no record. out: 0, or errno. */
+/* Creates the file. path NULL: no record. out: 0, or errno. */
 int cb_input_record_start(struct cb_input_record *record, const char *path);
+
+/* Writes what a replay needs beside the coefficient file: the site's ceiling, and whether the box
+ * resumed a state file; then the names of the columns. Once, before the first row. */
+void cb_input_record_begin(struct cb_input_record *record, const struct cb_ceiling *ceiling,
+                           bool resumed);
 
 /* Adds a row. config: the row's own. */
 void cb_input_record_add(struct cb_input_record *record, const struct cb_config *config,
