@@ -41,10 +41,35 @@ static void assert_counts(const struct cb_config *config) {
     CB_ASSERT(config->pairs_count <= CB_MAX_PAIRS);
     CB_ASSERT(config->plc.read.count <= CB_MAX_READ_REGISTERS);
     CB_ASSERT(config->plc.write.count <= CB_MAX_WRITE_REGISTERS);
+    for (unsigned i = 0; i < config->pairs_count; ++i)
+        CB_ASSERT(config->pairs[i].a < config->channels_count &&
+                  config->pairs[i].b < config->channels_count);
+}
+
+/* The registers of a number are in the block. */
+static bool fits(const struct cb_block_config *block, unsigned reg, uint8_t type) {
+    return reg + cb_number_registers((enum cb_number_type)type) <= block->count;
+}
+
+/* No step writes or reads behind a block of registers, or sums outputs that are not there. */
+static void assert_channel(const struct cb_config *config,
+                           const struct cb_channel_config *channel) {
+    const struct cb_plc_config *plc = &config->plc;
+    CB_ASSERT(channel->sum_count <= CB_MAX_SUM);
+    for (unsigned k = 0; k < channel->sum_count; ++k)
+        CB_ASSERT(channel->sum[k] < config->outputs_count);
+    CB_ASSERT(fits(&plc->write, channel->reg, channel->type));
+    CB_ASSERT(!channel->has_applied || fits(&plc->read, channel->applied_reg, channel->type));
+    if (!channel->tangent) return;
+    CB_ASSERT(channel->slope < cb_all_channels(config));
+    CB_ASSERT(channel->tangent_signal < config->signals_count);
+    CB_ASSERT(fits(&plc->write, channel->reference_reg, channel->reference_type));
 }
 
 void cb_box_start(struct cb_box *box) {
     assert_counts(&box->config);
+    for (unsigned i = 0; i < cb_all_channels(&box->config); ++i)
+        assert_channel(&box->config, &box->config.channels[i]);
     clear(box);
     cb_config_derive(&box->config);
     cb_terms_derive(&box->config);

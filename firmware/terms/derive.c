@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * What the file does not say about terms but every step needs: which curves are on one grid. */
+#include "firmware/base/assert.h"
 #include "firmware/terms/curves.h"
 #include "firmware/terms/kinds.h"
 
@@ -43,11 +44,33 @@ static unsigned make_grid(struct cb_config *config, unsigned term, bool *placed,
     return grid->curves;
 }
 
+static void assert_pieces(const struct cb_curve_config *curve) {
+    const uint32_t rows = curve->spans * (curve->degree + 1u);
+    CB_ASSERT(curve->spans >= 1 && curve->degree <= CB_PPOLY_MAX_DEGREE);
+    CB_ASSERT(curve->pool + curve->spans + 1u + rows <= CB_POOL_FLOATS);
+}
+
+/* No term is evaluated outside of the arrays, whatever loaded it. */
+static void assert_term(const struct cb_config *config, const struct cb_term_config *term) {
+    CB_ASSERT(term->type < CB_TERM_TYPES);
+    CB_ASSERT(term->outputs >= 1 && term->outputs <= CB_MAX_TERM_OUTPUTS);
+    CB_ASSERT(term->first_output + term->outputs <= config->outputs_count);
+    const struct cb_curve_kind *kind = cb_term_kinds[term->type]->curve;
+    if (!kind) return;
+    const struct cb_curve_config *curve = &term->as.curve;
+    CB_ASSERT(curve->signal < config->signals_count);
+    if (kind->piecewise) assert_pieces(curve);
+    if (!cb_term_has_branches(term)) return;
+    CB_ASSERT(curve->backward < config->branches_count);
+    if (kind->piecewise) assert_pieces(&config->branches[curve->backward]);
+}
+
 void cb_terms_derive(struct cb_config *config) {
     bool placed[CB_MAX_TERMS] = {false};
     unsigned curves = 0;
     config->grids_count = config->other_terms_count = 0;
     for (unsigned i = 0; i < config->terms_count; ++i) {
+        assert_term(config, &config->terms[i]);
         if (!is_plain(&config->terms[i]))
             config->other_terms[config->other_terms_count++] = (uint8_t)i;
         else if (!placed[i])

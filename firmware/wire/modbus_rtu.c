@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/wire/modbus_rtu.h"
 
+#include "firmware/base/assert.h"
+
 /* The polynomial 0xA001 after eight bits, indexed by the byte shifted out. This takes half the
  * instructions of two tables of 16, and a cycle has some hundred bytes. */
 static const uint16_t CRC_OF_BYTE[256] = {
@@ -73,6 +75,7 @@ enum cb_rtu_answer cb_rtu_check(uint8_t unit, const uint8_t *frame, size_t lengt
 enum cb_rtu_answer cb_rtu_decode_sound(const struct cb_modbus_request *request,
                                        const uint8_t *frame, size_t length, uint16_t *registers,
                                        uint8_t *exception) {
+    CB_ASSERT(length >= CB_RTU_MIN_FRAME);
     switch (cb_modbus_decode(request, frame + 1, length - CB_RTU_OVERHEAD, registers, exception)) {
         case CB_MODBUS_OK:
             return CB_RTU_OK;

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/wire/rtu_receiver.h"
 
+#include "firmware/base/assert.h"
+
 enum { EXCEPTION_BIT = 0x80 };
 
 void cb_rtu_receiver_start(struct cb_rtu_receiver *receiver, struct cb_rtu_silence silence) {
@@ -113,6 +115,7 @@ __attribute__((noinline)) static enum cb_rtu_reception look_at(struct cb_rtu_rec
     if (before == CB_RTU_REPLY || before == CB_RTU_SPOILT) return before;
     if (now_us - receiver->last_us > (int64_t)receiver->silence.inside_us) skip_all(receiver);
     make_room(receiver);
+    CB_ASSERT(receiver->have < CB_RTU_MAX_FRAME);
     receiver->frame[receiver->have++] = byte;
     receiver->last_us = now_us;
     receiver->state = find_reply(receiver) ? CB_RTU_REPLY : CB_RTU_INSIDE;

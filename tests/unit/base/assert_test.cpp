@@ -12,6 +12,8 @@
 extern "C" {
 #include "firmware/base/assert.h"
 #include "firmware/signals/bus_turns.h"
+#include "firmware/terms/kinds.h"
+#include "firmware/wire/modbus_rtu.h"
 }
 
 namespace compbox {
@@ -57,6 +59,43 @@ TEST(assertion, no_box_starts_with_more_than_its_arrays_hold) {
                 "at firmware/box/box.c:");
     EXPECT_EXIT(started_with([](cb_config &c) { c.plc.write.count = CB_MAX_WRITE_REGISTERS + 1; }),
                 aborts, "at firmware/box/box.c:");
+}
+
+TEST(assertion, no_box_starts_with_terms_or_channels_outside_of_its_arrays) {
+    const auto started_with = [](auto change) {
+        config_builder builder;
+        builder.channel("X", {builder.polyline("E", builder.position("X", 2), {0, 1000}, {0, 10})},
+                        2);
+        box_rig rig(builder);
+        change(rig.box->config);
+        cb_box_start(rig.box.get());
+    };
+    const char *const in_terms = " at firmware/terms/derive.c:", *const in_box =
+                                                                     " at firmware/box/box.c:";
+    EXPECT_EXIT((started_with([](cb_config &) {}), exit(0)), testing::ExitedWithCode(0), "^$");
+    EXPECT_EXIT(started_with([](cb_config &c) { c.terms[0].as.curve.pool = CB_POOL_FLOATS - 3; }),
+                aborts, in_terms);
+    EXPECT_EXIT(started_with([](cb_config &c) { c.terms[0].as.curve.spans = 0; }), aborts,
+                in_terms);
+    EXPECT_EXIT(started_with([](cb_config &c) { c.terms[0].type = CB_TERM_TYPES; }), aborts,
+                in_terms);
+    EXPECT_EXIT(started_with([](cb_config &c) { c.terms[0].first_output = c.outputs_count; }),
+                aborts, in_terms);
+    EXPECT_EXIT(started_with([](cb_config &c) { c.terms[0].as.curve.signal = c.signals_count; }),
+                aborts, in_terms);
+    EXPECT_EXIT(started_with([](cb_config &c) { c.channels[0].sum[0] = c.outputs_count; }), aborts,
+                in_box);
+    EXPECT_EXIT(started_with([](cb_config &c) { c.channels[0].reg = c.plc.write.count; }), aborts,
+                in_box);
+}
+
+TEST(assertion, a_sound_frame_is_long_enough) {
+    const cb_modbus_request request = cb_modbus_read(0, 1);
+    const uint8_t frame[CB_RTU_MAX_FRAME] = {};
+    uint16_t registers[1];
+    uint8_t exception = 0;
+    EXPECT_EXIT(cb_rtu_decode_sound(&request, frame, 2, registers, &exception), aborts,
+                " at firmware/wire/modbus_rtu.c:");
 }
 
 TEST(assertion, a_step_needs_its_inputs_and_no_more_samples_than_fit) {
