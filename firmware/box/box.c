@@ -101,13 +101,19 @@ static void keep_score(struct cb_box *box, uint32_t missed_ticks) {
     }
 }
 
+/* No step takes more time into account, nor moves further than in it. */
+static uint32_t bounded_us(const struct cb_box *box, const struct step *step) {
+    const uint32_t most_us = CB_STEP_PERIODS * box->config.period_us;
+    return step->elapsed_us < most_us ? step->elapsed_us : most_us;
+}
+
 /* How the outputs of the step before fared. A result for outputs that were not for writing, or one
  * that this version does not know, is not believed. */
 static void take_write(struct cb_box *box, uint8_t last_write, const struct step *step) {
     enum cb_transfer result =
         last_write > CB_TRANSFER_UNKNOWN ? CB_TRANSFER_UNKNOWN : (enum cb_transfer)last_write;
     if (!box->life.writing) result = CB_TRANSFER_NONE;
-    cb_limiter_written(&box->config, box->channels, result, box->plc.alive ? step->elapsed_us : 0);
+    cb_limiter_written(&box->config, box->channels, result, bounded_us(box, step), box->plc.alive);
     cb_plc_written(&box->config, &box->plc, &box->counters, result, step->elapsed_us,
                    box->life.now_us);
     if (result != CB_TRANSFER_OK) return;
@@ -196,8 +202,7 @@ static void look_back(struct cb_box *box, const struct cb_inputs *in, const stru
 }
 
 static float seconds(const struct cb_box *box, const struct step *step) {
-    const uint32_t most_us = CB_STEP_PERIODS * box->config.period_us;
-    return (float)(step->elapsed_us < most_us ? step->elapsed_us : most_us) * 1e-6f;
+    return (float)bounded_us(box, step) * 1e-6f;
 }
 
 /* Only a PLC program that goes in lines is known to take positions with each beat; elsewhere the

@@ -43,10 +43,16 @@
  * is 30.00 and not one unit less. (1) is exact: targets are chosen inside, and none is passed.
  *
  * Late writes. A write without an answer may take effect after a later one was confirmed: its bytes
- * wait in the PLC behind a new connection. It may do so for cb_limiter_late_us(), so its value
- * leaves [m, M] only with a confirmed write that was sent after that. Every such value was once an
- * output, so (2) follows for it as for the others; and a confirmation that leaves it in [m, M] only
- * keeps what was there, so "stay" holds.
+ * wait in the PLC behind a new connection. Let T be cb_limiter_late_us(). The write may take effect
+ * until the PLC's program was seen running for T, or the PLC served requests (its program runs, or
+ * it confirms writes) for 2T. So its value leaves [m, M] only with a confirmed write that was sent
+ * after that. Every such value was once an output, so (2) follows for it as for the others; and a
+ * confirmation that leaves it in [m, M] only keeps what was there, so "stay" holds.
+ *
+ * Arrival. Late writes are kept by turns of 2T of service. Those of a turn leave [m, M] when the
+ * next turn ends, however many come after them. So an output that (B) holds back moves on by 2Ps
+ * after two turns at the latest, also while the PLC's program is stopped or every other write gets
+ * no answer: while writes are confirmed, (B) holds no output for ever.
  *
  * Last word. bounded() is the last operation on every output: a value that is not finite becomes
  * the last one that was sent, and no output is beyond max(L, |last one sent|) nor beyond the
@@ -87,43 +93,53 @@ uint32_t cb_limiter_late_us(const struct cb_config *config) {
 
 /* The PLC holds a value in the interval low … high; late: or that of a late write. */
 static void holds(struct cb_channel_state *state, float low_um, float high_um, bool late) {
-    state->possible_min_um = late ? cb_min(low_um, state->late_min_um) : low_um;
-    state->possible_max_um = late ? cb_max(high_um, state->late_max_um) : high_um;
+    state->possible_min_um = low_um;
+    state->possible_max_um = high_um;
+    if (!late) return;
+    state->possible_min_um = cb_min(low_um, cb_min(state->late_min_um, state->older_min_um));
+    state->possible_max_um = cb_max(high_um, cb_max(state->late_max_um, state->older_max_um));
 }
 
-/* late_us counts down to 0: then no late write is left. */
-static void age_late(struct cb_channel_state *state, uint32_t lived_us) {
-    state->late_us = lived_us < state->late_us ? state->late_us - lived_us : 0;
+static uint32_t left_of(uint32_t left_us, uint32_t passed_us) {
+    return passed_us < left_us ? left_us - passed_us : 0;
+}
+
+/* The next turn begins without late writes; those of the last one are kept until it ends. */
+static void age_late(struct cb_channel_state *state, uint32_t lived_us, uint32_t served_us,
+                     uint32_t turn_us) {
+    state->late_us = left_of(state->late_us, lived_us);
+    state->turn_us = left_of(state->turn_us, served_us);
+    if (state->turn_us > 0) return;
+    state->older_min_um = state->late_min_um;
+    state->older_max_um = state->late_max_um;
+    state->late_min_um = FLT_MAX;
+    state->late_max_um = -FLT_MAX;
+    state->turn_us = turn_us;
 }
 
 static void unanswered(struct cb_channel_state *state, uint32_t late_us) {
     const float sent_um = state->sent_um;
-    const bool late = state->late_us > 0;
-    state->late_min_um = late ? cb_min(state->late_min_um, sent_um) : sent_um;
-    state->late_max_um = late ? cb_max(state->late_max_um, sent_um) : sent_um;
+    if (state->late_us == 0) {
+        state->late_min_um = state->older_min_um = sent_um;
+        state->late_max_um = state->older_max_um = sent_um;
+        state->turn_us = 2u * late_us;
+    }
+    state->late_min_um = cb_min(state->late_min_um, sent_um);
+    state->late_max_um = cb_max(state->late_max_um, sent_um);
     state->late_us = late_us;
     holds(state, state->possible_min_um, state->possible_max_um, true);
 }
 
 void cb_limiter_written(const struct cb_config *config, struct cb_channel_state *channels,
-                        enum cb_transfer result, uint32_t lived_us) {
+                        enum cb_transfer result, uint32_t elapsed_us, bool alive) {
+    const uint32_t late_us = cb_limiter_late_us(config), lived_us = alive ? elapsed_us : 0;
+    const uint32_t served_us = result == CB_TRANSFER_OK ? elapsed_us : lived_us;
     for (unsigned i = 0; i < cb_all_channels(config); ++i) {
         struct cb_channel_state *state = &channels[i];
         const bool late = state->late_us > 0; /* when the write was sent */
-        if (late) age_late(state, lived_us);
-        switch (result) {
-            case CB_TRANSFER_OK:
-                state->possible_min_um = state->possible_max_um = state->sent_um;
-                if (late) holds(state, state->sent_um, state->sent_um, true);
-                break;
-            case CB_TRANSFER_UNKNOWN:
-                unanswered(state, cb_limiter_late_us(config));
-                break;
-            case CB_TRANSFER_NONE:
-            case CB_TRANSFER_FAILED:
-            case CB_TRANSFER_REFUSED:
-                break;
-        }
+        if (result == CB_TRANSFER_OK) holds(state, state->sent_um, state->sent_um, late);
+        if (late) age_late(state, lived_us, served_us, 2u * late_us);
+        if (result == CB_TRANSFER_UNKNOWN) unanswered(state, late_us);
     }
 }
 

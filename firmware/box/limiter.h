@@ -20,8 +20,10 @@ struct cb_channel_state {
     float output_um; /* what the registers say */
     float carry_um;  /* progress towards the next grid value: |carry| < one unit */
     float possible_min_um, possible_max_um; /* the PLC holds a value in this interval */
-    float late_min_um, late_max_um; /* writes without an answer: each may still take effect … */
+    float late_min_um, late_max_um;   /* writes without an answer: each may still take effect … */
+    float older_min_um, older_max_um; /* … and those of the turn before; min > max: none … */
     uint32_t late_us; /* … for so long that the PLC lives, from the newest of them; 0: none */
+    uint32_t turn_us; /* … or for this turn and the next, while the PLC serves requests */
     float sent_um;    /* last output that was handed to a write; finite */
     float applied_um; /* of a channel with applied: the newest finite value that the PLC reported */
     uint32_t limited, excessive; /* steps with a demand beyond limit_um; … beyond error_um */
@@ -39,13 +41,13 @@ struct cb_motion {
 /* How long a write without an answer may still take effect after a later one was confirmed: its
  * bytes may wait in the PLC behind a new connection. A PLC that lives serves what waits in one turn
  * of its program, which heartbeat_timeout_ms bounds; two periods pass until both ends know of it.
- */
+ * Where the program is not seen running, the PLC has to serve requests for twice this time. */
 uint32_t cb_limiter_late_us(const struct cb_config *config);
 
 /* Takes note of how the write of all outputs of the step before ended.
- * in : lived_us: time since the step before in which the PLC's heartbeat was alive */
+ * in : elapsed_us: since the step before, 0 … 2 periods; alive: the PLC's heartbeat was, then */
 void cb_limiter_written(const struct cb_config *config, struct cb_channel_state *channels,
-                        enum cb_transfer result, uint32_t lived_us);
+                        enum cb_transfer result, uint32_t elapsed_us, bool alive);
 
 /* in : target_um[channels]: any floats; NaN counts as 0
  * out: every output moved towards its target: |output| <= limit, pairs within their difference,

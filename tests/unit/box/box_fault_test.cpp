@@ -77,6 +77,70 @@ TEST(box_fault, a_frozen_heartbeat_is_a_loss_after_its_timeout) {
     EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
 }
 
+// A PLC whose server goes on, whatever its program does. It may take a write without an answer
+// behind a later one for at least cb_limiter_late_us().
+struct server_rig : running_rig {
+    struct late_write {
+        double um;
+        int64_t left_us;
+    };
+    std::vector<late_write> late;
+    double held_um = -40;
+
+    static config_builder file(cb_exchange exchange) {
+        config_builder b = simple();
+        b.config->plc.exchange = static_cast<uint8_t>(exchange);
+        b.config->channels[0].slew_um_per_s = 200;
+        return b;
+    }
+    explicit server_rig(cb_exchange exchange) : running_rig(file(exchange)) {}
+
+    // One step. With FC23 no reading comes without the reply to the write.
+    void step(cb_transfer fate) {
+        const bool answered = fate == CB_TRANSFER_OK;
+        if (answered) {
+            held_um = written(4);
+            for (late_write &w : late) w.left_us -= 30000;
+        } else {
+            late.push_back({written(4), cb_limiter_late_us(&box->config)});
+        }
+        write = fate;
+        reading = answered || box->config.plc.exchange != CB_EXCHANGE_FC23;
+        box_rig::step();
+        const double most_um = 200 * 0.06 + 0.001;
+        EXPECT_LE(std::fabs(written(4) - held_um), most_um);
+        for (const late_write &w : late)
+            EXPECT_LE(w.left_us > 0 ? std::fabs(written(4) - w.um) : 0, most_um);
+    }
+};
+
+TEST(box_fault, a_write_without_an_answer_never_ends_the_ramp_of_a_dead_heartbeat) {
+    for (cb_exchange exchange : {CB_EXCHANGE_FC23, CB_EXCHANGE_FC3_FC16}) {
+        server_rig rig(exchange);
+        rig.beating = false;
+        for (int n = 0; n < 100 && rig.mode() != CB_MODE_RAMP; ++n) rig.step(CB_TRANSFER_OK);
+        ASSERT_EQ(rig.reason(), CB_REASON_HEARTBEAT);
+        rig.step(CB_TRANSFER_UNKNOWN);
+        // 40 um at 50 um/s; at 12 um the output waits for the end of two turns of 520 ms
+        for (int n = 0; n < 36 + 20; ++n) rig.step(CB_TRANSFER_OK);
+        EXPECT_EQ(rig.written(4), 0);
+        EXPECT_EQ(rig.mode(), CB_MODE_STANDBY);
+    }
+}
+
+TEST(box_fault, writes_without_an_answer_now_and_then_delay_the_ramp_and_never_end_it) {
+    for (bool beating : {false, true}) {
+        for (cb_exchange exchange : {CB_EXCHANGE_FC23, CB_EXCHANGE_FC3_FC16}) {
+            server_rig rig(exchange);
+            rig.beating = beating;
+            rig.control(2);
+            // 12 um in two turns of 520 ms, which take 36 confirmed writes and 12 others
+            for (int n = 0; n < 4 * 48; ++n) rig.step(n % 4 ? CB_TRANSFER_OK : CB_TRANSFER_UNKNOWN);
+            EXPECT_EQ(rig.written(4), 0);
+        }
+    }
+}
+
 TEST(box_fault, an_implausible_position_is_a_loss_when_the_last_good_one_is_too_old) {
     running_rig rig;
     rig.position(8, 1000.1);

@@ -259,10 +259,11 @@ struct held_value {
     double slew = 0;       // um/s: the largest of the files that ran since then
 };
 
-// A write without an answer: it may take effect for so long, also behind a later one.
+// A write without an answer: it may take effect, also behind a later one, until the PLC's program
+// ran for so long, or the PLC served requests for so long.
 struct late_write {
     std::vector<held_value> values;
-    double left_s;
+    double lives_s, serves_s;
 };
 
 // Floats that no sound PLC returns.
@@ -291,7 +292,10 @@ struct world {
     bool needs_permission = false;                   // a box was at work here before
     unsigned crashes = 0, lates = 0;
     bool lies = true;
-    unsigned trouble = 0;  // 0: all good … 4: nothing works
+    unsigned trouble = 0;     // 0: all good … 4: nothing works
+    bool calm = false;        // no more trouble, but …
+    bool stopped = false;     // … the PLC's program is stopped
+    unsigned unanswered = 0;  // … one write in so many gets no answer
     double true_s = 0;
     int64_t reading_us = std::numeric_limits<int64_t>::min();  // last good one
     int64_t beat_us = reading_us;                              // … in which the heartbeat moved
@@ -342,7 +346,7 @@ struct world {
             if (ch.has_applied) put_held(i, r + ch.applied_reg);
         }
         r[1] = control_word(garbage);
-        if (c.below(5) >= trouble) ++rig.heartbeat;
+        if (c.below(5) >= trouble && !stopped) ++rig.heartbeat;
         r[2] = rig.heartbeat;
         r[0] = r[99] = c.word();
         if (c.below(20) < trouble) r[99] = c.word();
@@ -356,6 +360,7 @@ struct world {
 
     uint16_t control_word(bool garbage) {
         if (garbage) return c.word();
+        if (calm && !stopped) return config().plc.referenced_mask;
         const unsigned word = config().plc.referenced_mask | (c.one_in(60) ? 0 : 1) |
                               (c.one_in(2) ? 8 : 0) | (c.one_in(20) ? 4 : 0);
         return static_cast<uint16_t>(c.one_in(100) ? word & ~unsigned{2} : word);
@@ -394,16 +399,24 @@ struct world {
         heard = true;
     }
 
+    bool lives() const {
+        return beat_us != std::numeric_limits<int64_t>::min() &&
+               rig.now_us - beat_us <= int64_t{config().plc.heartbeat_timeout_ms} * 1000;
+    }
+
     void pass_time() {
         const double period = config().period_us;
         double gap = c.one_in(10) ? c.between(0, 3) * period : period;
         if (c.below(100) < trouble) gap = c.between(-20, 20) * period;
         if (c.below(500) < trouble) gap = c.between(0, 2e10);
         const int64_t gap_us = std::llround(gap);
+        const double gap_s = std::clamp(static_cast<double>(gap_us) * 1e-6, 0.0, 2e-6 * period);
+        for (late_write &write : late) {
+            write.lives_s -= lives() ? gap_s : 0;
+            write.serves_s -= lives() || rig.in.last_write == CB_TRANSFER_OK ? gap_s : 0;
+        }
         rig.now_us += gap_us;
         true_s += std::max(0.0, static_cast<double>(gap_us) * 1e-6);
-        for (late_write &write : late)
-            write.left_s -= std::max(0.0, static_cast<double>(gap_us) * 1e-6);
         rig.in.missed_ticks = gap > 1.5 * period ? c.below(3) : 0;
         clock_bad =
             rig.box->life.started && (gap_us < 0 || gap_us > 5 * int64_t{config().period_us});
@@ -530,7 +543,7 @@ struct world {
     }
 
     void step() {
-        if (c.one_in(60)) trouble = c.below(5);
+        if (!calm && c.one_in(60)) trouble = c.below(5);
         wander();
         pass_time();
         rig.in.read_ok = c.below(6) >= trouble;
@@ -552,7 +565,8 @@ struct world {
     void end_of_write() {
         rig.in.last_write = CB_TRANSFER_NONE;
         if (!rig.out.write) return;
-        const unsigned fate = c.below(5) < trouble ? 1 + c.below(5) : 0;
+        const bool lost = unanswered > 0 && ++written % unanswered == 0;
+        const unsigned fate = c.below(5) < trouble ? 1 + c.below(5) : lost ? 3 + c.below(2) : 0;
         const cb_transfer results[] = {CB_TRANSFER_OK,      CB_TRANSFER_FAILED,
                                        CB_TRANSFER_REFUSED, CB_TRANSFER_UNKNOWN,
                                        CB_TRANSFER_UNKNOWN, CB_TRANSFER_UNKNOWN};
@@ -561,11 +575,41 @@ struct world {
         if (fate == 3) keep_late();
     }
 
+    unsigned written = 0;
+
+    // The trouble ends, but for the heartbeat or one write in so many; or there is no enable.
+    void calm_down() {
+        calm = true;
+        trouble = 0;
+        stopped = c.one_in(2);
+        unanswered = stopped && c.one_in(2) ? 0 : 2 + c.below(6);
+    }
+    bool at_zero() const {
+        return std::all_of(before_um, before_um + config().channels_count,
+                           [](float um) { return um == 0; });
+    }
+    // out: after so long every output is zero, where one write in two is confirmed (limiter.c,
+    // "Arrival"). A unit that is not a whole part of a step costs up to half of the rate, a pair
+    // waits, and the contact takes some periods.
+    double arrival_s() const {
+        const double period_s = config().period_us * 1e-6;
+        const double turns_s = 2 * 4e-6 * cb_limiter_late_us(&config());
+        double way_s = 0;
+        for (unsigned i = 0; i < config().channels_count; ++i) {
+            const cb_channel_config &ch = config().channels[i];
+            const double slew = ch.slew_um_per_s;
+            const double held = unanswered ? slew * 2 * period_s / turns_s : slew;
+            way_s += 2 * ch.limit_um / std::min<double>(config().ramp_um_per_s, held);
+        }
+        return config().hold_us * 1e-6 + 2 * turns_s + way_s + 50 * period_s;
+    }
+
     // What a write without an answer would do to the PLC, later.
     void keep_late() {
         for (unsigned i = 0; i < config().channels_count; ++i)
             if (!plc[i].checked) return;  // nothing is promised of a step from or to there
-        late_write write = {{}, cb_limiter_late_us(&config()) * 1e-6};
+        const double late_s = cb_limiter_late_us(&config()) * 1e-6;
+        late_write write = {{}, late_s, 2 * late_s};
         for (unsigned i = 0; i < config().channels_count; ++i)
             write.values.push_back(
                 {written_um(i), true_s, true, config().channels[i].slew_um_per_s});
@@ -579,7 +623,8 @@ struct world {
 
     // One of them takes effect, behind later ones.
     void take_late() {
-        while (!late.empty() && late.front().left_s <= 0) late.erase(late.begin());
+        const auto over = [](const late_write &w) { return w.lives_s <= 0 || w.serves_s <= 0; };
+        while (!late.empty() && over(late.front())) late.erase(late.begin());
         if (late.empty() || !c.one_in(8)) return;
         const late_write write = late[c.below(static_cast<unsigned>(late.size()))];
         for (unsigned i = 0; i < config().channels_count; ++i) {
@@ -795,6 +840,46 @@ TEST(box_property, all_promises_hold_over_reloads) {
     EXPECT_GT(beyond, 500u);
 }
 
+// No output stays for ever.
+TEST(box_property, outputs_reach_zero_with_a_dead_heartbeat_and_with_writes_without_an_answer) {
+    chance c(20260303);
+    unsigned away = 0;
+    for (unsigned round = 0; round < 300; ++round) {
+        SCOPED_TRACE(testing::Message() << "round " << round);
+        random_file file(c);
+        cb_config &f = file.config();
+        f.period_us = std::max<uint32_t>(f.period_us, 20000);
+        for (unsigned i = 0; i < f.channels_count; ++i) {
+            cb_channel_config &ch = f.channels[i];
+            f.ramp_um_per_s = std::max(f.ramp_um_per_s, ch.limit_um / 5);
+            ch.slew_um_per_s = std::max(ch.slew_um_per_s, ch.limit_um / 5);
+        }
+        world w(c, file);
+        w.lies = false;
+        for (unsigned n = 0; n < 200; ++n) w.step();
+        w.calm_down();
+        away += !w.at_zero();
+        const double end_s = w.true_s + w.arrival_s();
+        while (w.true_s < end_s && (!w.at_zero() || !w.rig.out.write) && !HasFatalFailure())
+            w.step();
+        if (HasFatalFailure()) return;
+        EXPECT_TRUE(w.at_zero() && w.rig.out.write);
+    }
+    EXPECT_GT(away, 60u);
+}
+
+// out: how much longer a way takes where a step of the slew rate is no whole number of units
+double whole_units(const cb_config &f) {
+    double longer = 1;
+    for (unsigned i = 0; i < f.channels_count; ++i) {
+        const cb_channel_config &ch = f.channels[i];
+        const double units = static_cast<double>(ch.slew_um_per_s) * f.period_us * 1e-6 /
+                             static_cast<double>(ch.scale);
+        if (!is_float(ch.type) && units > 1) longer = std::max(longer, units / std::floor(units));
+    }
+    return longer;
+}
+
 TEST(box_property, stop_takes_no_longer_than_stated_and_a_second) {
     chance c(6);
     for (unsigned round = 0; round < 150; ++round) {
@@ -810,9 +895,10 @@ TEST(box_property, stop_takes_no_longer_than_stated_and_a_second) {
         world w(c, file);
         for (unsigned n = 0; n < 200; ++n) w.step();
         if (c.one_in(2)) w.narrow();
-        const double longest_s = static_cast<double>(cb_box_stop_us(w.rig.box.get())) * 1e-6;
-        w.rig.in.stop = true;
         const double period_s = f.period_us * 1e-6;
+        const double longest_s =
+            static_cast<double>(cb_box_stop_us(w.rig.box.get())) * 1e-6 * whole_units(f);
+        w.rig.in.stop = true;
         double took_s = 0;
         while (!w.rig.out.stopped && took_s < 2 * longest_s + 10) {
             w.rig.in.held = CB_TRANSFER_REFUSED;

@@ -27,10 +27,11 @@ struct held_value {
     double time_s = 0;  // of the step that made it
 };
 
-// A write without an answer, which may still take effect while the PLC lives for so long.
+// A write without an answer. It may still take effect until the PLC's program ran for so long, or
+// the PLC served requests for twice as long.
 struct late_write {
     std::vector<held_value> values;
-    int64_t left_us;
+    int64_t lives_us, serves_us;
 };
 
 struct limiter_rig {
@@ -42,6 +43,7 @@ struct limiter_rig {
     std::vector<late_write> late;
     double now_s = 0;
     uint32_t elapsed_us = 0;  // of the last step
+    bool alive = true;        // the PLC's program
 
     explicit limiter_rig(const config_builder &b) : states(16), plc(16), coarse(16) {
         *builder.config = *b.config;
@@ -64,13 +66,19 @@ struct limiter_rig {
         cb_limiter_step(&config(), states.data(), &counters, target.data(), &motion);
     }
     void result(cb_transfer result) {
-        cb_limiter_written(&config(), states.data(), result, elapsed_us);
-        for (late_write &write : late) write.left_us -= elapsed_us;
+        cb_limiter_written(&config(), states.data(), result, elapsed_us, alive);
+        for (late_write &write : late) {
+            write.lives_us -= alive ? elapsed_us : 0;
+            write.serves_us -= alive || result == CB_TRANSFER_OK ? elapsed_us : 0;
+        }
         late.erase(std::remove_if(late.begin(), late.end(),
-                                  [](const late_write &write) { return write.left_us <= 0; }),
+                                  [](const late_write &write) {
+                                      return write.lives_us <= 0 || write.serves_us <= 0;
+                                  }),
                    late.end());
         if (result != CB_TRANSFER_UNKNOWN) return;
-        late.push_back({{}, int64_t{cb_limiter_late_us(&config())}});
+        const int64_t late_us = cb_limiter_late_us(&config());
+        late.push_back({{}, late_us, 2 * late_us});
         for (unsigned i = 0; i < channels(); ++i) late.back().values.push_back({output(i), now_s});
     }
     static double unit(const cb_channel_config &c) {
@@ -196,14 +204,26 @@ TEST(limiter, unanswered_writes_stop_two_periods_from_all_that_the_plc_may_hold)
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output()), -15);
 }
 
-TEST(limiter, a_late_write_stays_possible_while_the_plc_does_not_live) {
+// A PLC whose program is stopped and whose server goes on.
+TEST(limiter, a_late_write_stays_possible_for_two_turns_while_the_plc_does_not_live) {
     limiter_rig rig(one_channel());
+    const auto serve = [&rig](cb_transfer result, double turns) {
+        const double turn_s = 2e-6 * cb_limiter_late_us(&rig.config());
+        for (int n = static_cast<int>(turns * turn_s / period_s); n > 0; --n) {
+            rig.step({-300}, period_s);
+            rig.result(result);
+        }
+    };
     rig.step({300}, period_s);
     rig.result(CB_TRANSFER_UNKNOWN);
-    rig.elapsed_us = 0;
-    for (int n = 0; n < 1000; ++n) rig.result(CB_TRANSFER_OK);
-    EXPECT_EQ(rig.states[0].late_max_um, 15);
-    EXPECT_GT(rig.states[0].late_us, 0u);
+    rig.alive = false;
+    serve(CB_TRANSFER_FAILED, 10);  // that shows no service
+    serve(CB_TRANSFER_OK, 1.9);
+    EXPECT_FLOAT_EQ(static_cast<float>(rig.output()), -15);
+    EXPECT_EQ(rig.states[0].possible_max_um, 15);
+    serve(CB_TRANSFER_OK, 0.5);
+    EXPECT_LT(rig.output(), -15);
+    EXPECT_LT(rig.states[0].possible_max_um, 15);
 }
 
 // Whatever a stage before it makes of an output, by a mistake or a flipped bit.
@@ -476,9 +496,10 @@ void random_outcome(random_source &r, limiter_rig &rig, unsigned mood) {
     rig.result(result);
 }
 
-// The PLC is out of reach: outputs move for themselves, then start from what it holds.
+// The PLC is out of reach, for two periods at least: outputs move for themselves, then start from
+// what it holds.
 void random_outage(random_source &r, limiter_rig &rig, const std::vector<float> &target) {
-    for (unsigned n = pick(r, 30); n > 0; --n) {
+    for (unsigned n = 2 + pick(r, 30); n > 0; --n) {
         rig.step(target, period_s, 50, false);
         rig.result(CB_TRANSFER_NONE);
         rig.check_values();
@@ -502,6 +523,7 @@ void fight(unsigned seed, int rounds, double finest_pair) {
         unsigned mood = pick(r, 5);
         for (int n = 0; n < 300; ++n) {
             if (pick(r, 10) == 0) mood = pick(r, 5);
+            if (pick(r, 30) == 0) rig.alive = !rig.alive;
             for (unsigned i = 0; i < rig.channels(); ++i) {
                 if (pick(r, 20) == 0)
                     target[i] = random_target(r, rig.config().channels[i].limit_um);
@@ -545,8 +567,10 @@ TEST(limiter, always_arrives_once_writes_are_confirmed) {
             rig.step(target, period_s);
             random_outcome(r, rig, 4);
         }
+        rig.alive = pick(r, 2) == 0;
         // A unit that is not a whole part of a step costs up to half of the speed; a pair waits.
-        const int enough = static_cast<int>(4 * longest_s / period_s) + 10;
+        const int held = static_cast<int>(4e-6 * cb_limiter_late_us(&rig.config()) / period_s);
+        const int enough = static_cast<int>(4 * longest_s / period_s) + held + 4;
         for (int n = 0; n < enough; ++n) {
             rig.step(target, period_s);
             rig.take();
