@@ -113,7 +113,9 @@ def run(plc, port, start_box, fault, change=lambda data: None):
             found += until(judged, every_s=0.3)
             box.stop()
     assert box.code == 0, box.log
-    return box, [(some, requests) for some, requests in found if on_time(some, server)]
+    found = [(some, requests) for some, requests in found if on_time(some, server)]
+    assert len(found) >= ENOUGH // 2
+    return box, found
 
 
 def check_costs(found, reads, writes, connections):
@@ -197,7 +199,9 @@ def test_a_late_reply_to_a_write_is_not_taken_for_the_next_reading(plc, port, st
     with RawPlc(plc, port, late_write) as server, start_box() as box:
         found = until(judged, every_s=0.3)
         box.stop()
-    for some, requests in [f for f in found if on_time(f[0], server)]:
+    found = [f for f in found if on_time(f[0], server)]
+    assert found
+    for some, requests in found:
         assert [step.last_write for step in some[2:]] == [UNKNOWN, OK]
         assert all(step.read_ok and step.mode == ACTIVE for step in some)
         assert len({request.connection for request in requests}) == 1
@@ -351,7 +355,9 @@ def test_torn_blocks_are_not_used(plc, port, start_box):
         found = until(judged, every_s=0.3)
         box.stop()
     assert box.stats["box"]["reads_torn"] >= 5
-    for some in [some for some in found if on_time(some, server)]:
+    found = [some for some in found if on_time(some, server)]
+    assert found
+    for some in found:
         assert all(step.mode == ACTIVE and at_wanted(step, AT_REST) for step in some), some
 
 

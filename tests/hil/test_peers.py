@@ -6,10 +6,11 @@ import pytest
 import machine
 from box import until
 from conftest import fc23
-from machine import ACTIVE, FAULT
+from machine import ACTIVE, FAULT, PERIOD_S
 from raw_plc import RawPlc, frame_of
 from steps import ran
 
+UNDISTURBED = 12                     # runs, until the machine stood still in none of one
 AT_REST = {"X": 4000, "Y": 200, "Z": 1500, "T1": 35}
 
 
@@ -50,6 +51,7 @@ def check_refused(box, function, remedy):
                           f"{remedy}")) == 1, box.log
     assert not lines(box, "ACTIVE"), box.log
     assert len(lines(box, ": exception")) == 0 and len(lines(box, "exception")) == 1, box.log
+    assert len(box.log.splitlines()) <= 9 + len(box.steps) * PERIOD_S, "at most one line a second"
 
 
 def test_a_plc_without_fc23_is_one_sentence_and_never_active(plc, port, start_box):
@@ -81,9 +83,14 @@ def test_a_plc_too_slow_for_two_requests_hears_of_it_in_a_last_write(plc, port, 
         received.append(request)
         return [0.020, reply] if request.number > 20 else [reply]
 
-    box, server = run_against(plc, port, start_box, slow, closed_twice)
-    if not ran(box.steps, server):
-        pytest.skip("the machine stood still: nothing follows from what was late")
+    for _ in range(UNDISTURBED):
+        received.clear()
+        plc.writes.clear()
+        box, server = run_against(plc, port, start_box, slow, closed_twice)
+        if ran(box.steps, server):
+            break
+    else:
+        pytest.skip("the machine stood still each time: nothing follows from what was late")
     last, before = plc.writes[-1], plc.writes[-2]
     assert any(w.mode == ACTIVE for w in plc.writes), "else there is nothing to take back"
     assert last.mode != ACTIVE and last.reason == 12

@@ -97,7 +97,9 @@ def test_a_plc_that_dies_before_the_stop_is_told_after_the_bound(plc, port, star
     assert box.code == 1
     steps = box.steps
     begin = index_of(steps, lambda step: step.reason == 10)
-    assert (steps[-2].now_us - steps[begin].now_us) * 1e-6 <= BOUND_S, "the last step may be the first behind the bound"
+    behind = [step for step in steps[begin:] if (step.now_us - steps[begin].now_us) * 1e-6 > BOUND_S]
+    assert len(behind) <= 2, "the loop may run once before the thread that ends it"
+    assert (steps[-1].now_us - steps[begin - 1].now_us) * 1e-6 >= BOUND_S - 1, "the ramp has its time"
     assert "without the PLC's confirmation" in box.log
     assert box.stats["finished"] and not box.stats["stopped"]
 
