@@ -46,29 +46,30 @@ def lines(box, words):
     return [line for line in box.log.splitlines() if words in line]
 
 
-def check_refused(box, function, remedy):
+def check_refused(box, server, function, remedy):
     assert len(lines(box, f"the PLC does not have function {function} (exception 1, illegal function): "
                           f"{remedy}")) == 1, box.log
     assert not lines(box, "ACTIVE"), box.log
     assert len(lines(box, ": exception")) == 0 and len(lines(box, "exception")) == 1, box.log
-    assert len(box.log.splitlines()) <= 9 + len(box.steps) * PERIOD_S, "at most one line a second"
+    if ran(box.steps, server):
+        assert len(box.log.splitlines()) <= 9 + len(box.steps) * PERIOD_S, "at most one line a second"
 
 
 def test_a_plc_without_fc23_is_one_sentence_and_never_active(plc, port, start_box):
-    box, _ = run_against(plc, port, start_box, without(23), in_fault, fc23)
-    check_refused(box, 23, 'set plc.exchange to "fc3+fc16"')
+    box, server = run_against(plc, port, start_box, without(23), in_fault, fc23)
+    check_refused(box, server, 23, 'set plc.exchange to "fc3+fc16"')
     assert len(lines(box, "FAULT: the PLC refuses the writes")) == 1, box.log
 
 
 def test_a_plc_without_fc16_is_one_sentence_and_never_active(plc, port, start_box):
-    box, _ = run_against(plc, port, start_box, without(16), in_fault)
-    check_refused(box, 16, "permit writing in its Modbus server, or set plc.exchange")
+    box, server = run_against(plc, port, start_box, without(16), in_fault)
+    check_refused(box, server, 16, "permit writing in its Modbus server, or set plc.exchange")
     assert len(lines(box, "FAULT: the PLC refuses the writes")) == 1, box.log
 
 
 def test_a_plc_without_fc3_is_one_sentence(plc, port, start_box, exchange):
-    box, _ = run_against(plc, port, start_box, without(3), asked_often, exchange)
-    check_refused(box, 3, "let its Modbus server answer holding registers")
+    box, server = run_against(plc, port, start_box, without(3), asked_often, exchange)
+    check_refused(box, server, 3, "let its Modbus server answer holding registers")
 
 
 def test_a_plc_too_slow_for_two_requests_hears_of_it_in_a_last_write(plc, port, start_box):

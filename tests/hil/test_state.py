@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The memory of the lags across a restart: killed without warning, started again."""
+import math
 import os
 import struct
 import time
@@ -7,7 +8,7 @@ import zlib
 
 from box import until
 from can_bus import SHIM
-from machine import ACTIVE
+from machine import ACTIVE, PERIOD_S
 from pymodbus_plc import PymodbusPlc
 
 TAU_S = 40
@@ -35,7 +36,7 @@ def clock(synchronised):
 
 def run_for(seconds, start_box, state, change, plc, value, env=None):
     """A box that is killed after it has run so long by its own stamps and kept its lags since the last second of that;
-    out: its T1_slow, row by row, and its log."""
+    out: its T1_slow, row by row, its log and the stamps of its first and last step."""
     plc.values = {"X": 6500, "Y": 200, "Z": 1500, "T1": value}
     with start_box("--state", str(state), "--state-every", "1", change=change, env=env) as box:
         until(lambda: len(box.steps) > 1 and box.steps[-1].now_us - box.steps[0].now_us > seconds * 1e6)
@@ -43,20 +44,28 @@ def run_for(seconds, start_box, state, change, plc, value, env=None):
         until(lambda: state.exists() and state.stat().st_mtime_ns > kept)
         box.process.kill()
         box.wait()
-    return [row["T1_slow"] for row in box.rows if row["T1_slow"] is not None], box.log
+    steps = box.steps
+    slow = [row["T1_slow"] for row in box.rows if row["T1_slow"] is not None]
+    return slow, box.log, (steps[0].now_us * 1e-6, steps[-1].now_us * 1e-6)
+
+
+def warmed(from_degC, seconds):
+    """out: where the lag comes from there in that time, with 40 degC before it"""
+    return 40 - (40 - from_degC) * math.exp(-seconds / TAU_S)
 
 
 def test_a_lag_goes_on_after_a_kill(plc, port, start_box, tmp_path):
     state = tmp_path / "lags.state"
     with PymodbusPlc(plc, port):
-        first, log = run_for(1.5, start_box, state, with_lag(), plc, 20)
+        first, log, (begin_s, _) = run_for(1.5, start_box, state, with_lag(), plc, 20)
         assert "is not there yet" in log
         assert first[0] == 20
-        warm, log = run_for(4, start_box, state, with_lag(), plc, 40)
+        warm, log, (warm_s, end_s) = run_for(4, start_box, state, with_lag(), plc, 40)
         assert "1 of 1 lags go on" in log
-        assert 20 <= warm[0] < 39 and warm[0] + 0.5 < warm[-1] < 39
-        again, log = run_for(1.5, start_box, state, with_lag(), plc, 40)
-        assert warm[-1] - 1 < again[0] < 39.5, "neither 20 nor 40"
+        assert 20 <= warm[0] <= warmed(20, warm_s - begin_s) + 0.1
+        assert warmed(warm[0], (len(warm) - 1) * PERIOD_S) - 0.1 <= warm[-1] <= warmed(20, end_s - begin_s) + 0.1
+        again, log, (again_s, _) = run_for(1.5, start_box, state, with_lag(), plc, 40)
+        assert warm[-1] - 1 < again[0] <= warmed(warm[-1], again_s - end_s) + 1, "neither 20 nor 40"
 
 
 def test_across_a_boot_only_a_synchronised_clock_knows_the_pause(plc, port, start_box, tmp_path):
@@ -68,11 +77,11 @@ def test_across_a_boot_only_a_synchronised_clock_knows_the_pause(plc, port, star
                 (True, False, "is unknown, because the wall clock is not synchronised"),
                 (True, True, "1 of 1 lags go on")):
             state.unlink(missing_ok=True)
-            run_for(2.5, start_box, state, with_lag(), plc, 20, clock(then))
+            _, _, (begin_s, _) = run_for(2.5, start_box, state, with_lag(), plc, 20, clock(then))
             booted_meanwhile(state, 1)
-            again, log = run_for(1.5, start_box, state, with_lag(), plc, 40, clock(now))
+            again, log, (again_s, _) = run_for(1.5, start_box, state, with_lag(), plc, 40, clock(now))
             assert words in log
-            assert again[0] < 39 if then and now else again[0] == 40
+            assert again[0] <= warmed(20, again_s - begin_s + 1) + 0.1 if then and now else again[0] == 40
 
 
 def test_a_long_pause_starts_steady(plc, port, start_box, tmp_path):
@@ -80,7 +89,7 @@ def test_a_long_pause_starts_steady(plc, port, start_box, tmp_path):
     with PymodbusPlc(plc, port):
         run_for(2.5, start_box, state, with_lag(1), plc, 20)
         time.sleep(1)
-        again, log = run_for(1, start_box, state, with_lag(1), plc, 40)
+        again, log, _ = run_for(1, start_box, state, with_lag(1), plc, 40)
     assert "0 of 1 lags go on" in log
     assert again[0] == 40
 
@@ -91,7 +100,7 @@ def test_a_damaged_file_is_told_and_replaced(plc, port, start_box, tmp_path):
         run_for(2.5, start_box, state, with_lag(), plc, 20)
         good = state.read_bytes()
         state.write_bytes(good[:-5] + bytes([good[-5] ^ 1]) + good[-4:])
-        again, log = run_for(2.5, start_box, state, with_lag(), plc, 40)
+        again, log, _ = run_for(2.5, start_box, state, with_lag(), plc, 40)
         assert "is damaged and is not used" in log
         assert again[0] == 40
         assert state.read_bytes() != good[:-5] + bytes([good[-5] ^ 1]) + good[-4:]
