@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The box step by step, with exact numbers: start, signals, lead, deadband, limits, registers.
-// Faults and losses: box_fault_test.cpp; random everything: box_property_test.cpp.
+// Faults and losses: fault_test.cpp; random everything: computing/property_test.cpp.
 #include <gtest/gtest.h>
 
 #include <limits>

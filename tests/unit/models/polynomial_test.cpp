@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <random>
 #include <vector>
 
@@ -11,10 +10,12 @@ extern "C" {
 #include "models/polynomial.h"
 }
 
+#include "tests/support/not_finite.h"
+
 namespace {
 
-constexpr float infinity = std::numeric_limits<float>::infinity();
-constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
+using compbox_test::infinity;
+using compbox_test::not_a_number;
 
 TEST(Polynomial, ValueAndSlopeOfAKnownOne) {
     const float a[] = {1, -2, 3};  // 1 - 2u + 3u^2, u = (x - 10) / 4

@@ -11,10 +11,12 @@ extern "C" {
 #include "tests/support/ppoly_search.h"
 }
 
+#include "tests/support/not_finite.h"
+
 namespace {
 
-constexpr float infinity = std::numeric_limits<float>::infinity();
-constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
+using compbox_test::infinity;
+using compbox_test::not_a_number;
 
 uint32_t bits(float x) {
     uint32_t result;

@@ -9,6 +9,7 @@ extern "C" {
 #include "firmware/wire/modbus.h"
 }
 
+namespace modbus_codec {
 namespace {
 
 using bytes = std::vector<uint8_t>;
@@ -171,3 +172,4 @@ TEST(modbus, random_bytes_never_fill_registers_unless_the_reply_fits) {
 }
 
 }  // namespace
+}  // namespace modbus_codec

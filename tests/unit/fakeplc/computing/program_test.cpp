@@ -192,8 +192,9 @@ double number_at(restless &of, int address) {
 void replay(const char *interpreter, const std::string &program, const trace &rows) {
     const std::string path = compbox_test::temporary("trace.csv");
     write_file(path, rows.text());
-    const std::string command = std::string("/usr/bin/python3 " CB_SOURCE_DIR "/tests/unit/") +
-                                interpreter + " " + program + " " + path + " 2>&1";
+    const std::string command =
+        std::string("/usr/bin/python3 " CB_SOURCE_DIR "/tests/unit/fakeplc/computing/") +
+        interpreter + " " + program + " " + path + " 2>&1";
     std::string said;
     char block[512];
     FILE *pipe = ::popen(command.c_str(), "r");

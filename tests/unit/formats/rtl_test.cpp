@@ -22,14 +22,14 @@ const char *const by_hand =
     "1 1 0.1\r\n1 2 -1.5\r\n1 3 2.25\r\n2 3 2.5\r\n2 2 -1\r\n2 1 0\r\n"
     "ENVIRONMENT::\r\nanything: 20\r\nEOF::\r\n";
 
-std::string path_of(const std::string &ending = ".rtl") {
+std::string laser_path(const std::string &ending = ".rtl") {
     return compbox_test::temporary("figures" + ending);
 }
 
 // Without write_file, which syncs: thousands of broken files need not survive a power cut.
 laser_file parse(const std::string &text, const std::string &ending = ".rtl") {
-    std::ofstream(path_of(ending), std::ios::binary) << text;
-    return read_laser(path_of(ending));
+    std::ofstream(laser_path(ending), std::ios::binary) << text;
+    return read_laser(laser_path(ending));
 }
 
 std::string message_of(const std::string &text) {

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 // fakeplc's bytes against bytes written by hand from the Modbus specification.
+#include "host-tools/fakeplc/modbus.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
 #include "host-tools/fakeplc/fault.h"
-#include "host-tools/fakeplc/modbus.h"
 #include "host-tools/fakeplc/number.h"
 #include "host-tools/twin/random.h"
 #include "tests/support/fakeplc_rig.h"

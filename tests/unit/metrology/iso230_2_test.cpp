@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 // ISO 230-1 and 230-2 figures against values worked out by hand and against brute force.
+#include "host-tools/metrology/iso230_2.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "host-tools/metrology/iso230_2.h"
 #include "host-tools/metrology/straightness.h"
 
 namespace {

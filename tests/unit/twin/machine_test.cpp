@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The simulated machine: its random curves, its file and its axes.
+#include "host-tools/twin/machine.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,14 +10,13 @@
 
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
-#include "host-tools/twin/machine.h"
 #include "host-tools/twin/motion.h"
 #include "tests/support/temporary.h"
 
 namespace compbox {
 namespace {
 
-const std::string example = CB_SOURCE_DIR "/examples/gantry-straightness/machine_twin.json";
+const std::string gantry = CB_SOURCE_DIR "/examples/gantry-straightness/machine_twin.json";
 constexpr double two_pi = 6.28318530717958647692;
 
 // ---- random numbers
@@ -157,7 +158,7 @@ TEST(Curve, SpectrumRollsOffBelowTheCutoff) {
 constexpr double matrix_um = 1e-7;
 
 TEST(Machine, ErrorInSpaceIsTheSumOfItsCurves) {
-    twin_config config = load_twin(example);
+    twin_config config = load_twin(gantry);
     config.unexplained_percent = 0.0;
     const twin_machine twin(config);
     const xyz p = {3456.7, 1234.5, 678.9};
@@ -172,7 +173,7 @@ TEST(Machine, ErrorInSpaceIsTheSumOfItsCurves) {
 }
 
 TEST(Machine, ACurveDoesNotDependOnWhichOthersThereAre) {
-    twin_config config = load_twin(example);
+    twin_config config = load_twin(gantry);
     const double before = twin_machine(config).curve_um("EZX", 5000.0);
     config.errors["EXX"].amplitude = 100.0;
     config.errors.erase("EYX");
@@ -198,7 +199,7 @@ TEST(ErrorName, IsTakenApartAsInIso230) {
 // ---- the twin file
 
 TEST(TwinFile, ExampleReadsAsWritten) {
-    const twin_config config = load_twin(example);
+    const twin_config config = load_twin(gantry);
     EXPECT_EQ(config.seed, 2015u);
     EXPECT_EQ(config.axes[0].max_mm, 14300.0);
     EXPECT_EQ(config.axes[1].max_mm, 3000.0);

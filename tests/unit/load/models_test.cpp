@@ -104,7 +104,7 @@ struct mistake {
 
 TEST(config_models, every_mistake_has_its_sentence) {
     const mistake mistakes[] = {
-#include "tests/unit/load/config_models_refused.inc"
+#include "tests/unit/load/models_refused.inc"
     };
     for (const auto &[piece, other, message] : mistakes) {
         const auto got = load(with(piece, other, every_model()));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A good file arrives in struct cb_config as it is written. What is refused: config_refuse_test.
+// A good file arrives in struct cb_config as it is written. What is refused: refuse_test.
 #include <gtest/gtest.h>
 
 #include <cstring>

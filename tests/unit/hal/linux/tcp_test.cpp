@@ -20,6 +20,7 @@ extern "C" {
 #include "hal/linux/tcp.h"
 }
 
+namespace tcp_client {
 namespace {
 
 using bytes = std::vector<uint8_t>;
@@ -740,3 +741,4 @@ TEST(tcp, ids_wrap_without_a_gap) {
 }
 
 }  // namespace
+}  // namespace tcp_client

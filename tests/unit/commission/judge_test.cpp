@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What commissioning concludes, without a PLC: signs, scales, times, and the box's configuration.
+#include "host-tools/commission/judge.h"
+
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -7,7 +9,6 @@
 
 #include "host-tools/coefficients/machine_file.h"
 #include "host-tools/commission/config.h"
-#include "host-tools/commission/judge.h"
 #include "host-tools/commission/prompt.h"
 #include "host-tools/commission/write.h"
 #include "host-tools/formats/error.h"

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Points, plan and nine-line identification against the 9 x 6 system itself, brute force and noise.
+#include "host-tools/identification/identify.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,7 +10,6 @@
 
 #include "host-tools/algebra/solvers.h"
 #include "host-tools/formats/error.h"
-#include "host-tools/identification/identify.h"
 #include "host-tools/identification/plan.h"
 
 namespace {

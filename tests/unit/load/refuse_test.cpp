@@ -23,7 +23,7 @@ std::string said(const loaded &got) {
 }
 
 TEST(config_refuse, every_mistake_of_the_table) {
-    std::ifstream file(CB_SOURCE_DIR "/tests/unit/load/config_refused.txt");
+    std::ifstream file(CB_SOURCE_DIR "/tests/unit/load/refused.txt");
     int cases = 0;
     for (std::string piece, other, expected; std::getline(file, piece);) {
         if (piece.empty() || piece[0] == '#') continue;

@@ -15,7 +15,7 @@
 namespace compbox {
 namespace {
 
-const std::string example = CB_SOURCE_DIR "/examples/bpnet-840d/machine_twin.json";
+const std::string thermal_example = CB_SOURCE_DIR "/examples/bpnet-840d/machine_twin.json";
 
 // 10 kJ/K against 5 W/K: 2000 s; 100 W at 3000 1/min, by the square.
 thermal_config one_node() {
@@ -127,7 +127,7 @@ TEST(Thermal, ExpansionHasAPartThatDependsOnPosition) {
 }
 
 TEST(Thermal, ASeedIsAnotherMachineWithinItsSpread) {
-    const thermal_config kind = load_twin(example).thermal;
+    const thermal_config kind = load_twin(thermal_example).thermal;
     double least = 2.0, most = 0.0;
     for (std::uint64_t seed = 0; seed < 200; ++seed) {
         const thermal_config one = drawn(kind, seed);
@@ -168,7 +168,7 @@ Eigen::VectorXd rates_of(const thermal_config &config) {
 
 TEST(Thermal, TimeConstantsReachFromMinutesToTwoHours) {
     EXPECT_NEAR(1.0 / rates_of(one_node())[0], 2000.0, 1.0);
-    const thermal_config kind = load_twin(example).thermal;
+    const thermal_config kind = load_twin(thermal_example).thermal;
     for (std::uint64_t seed = 0; seed < 5; ++seed) {
         const Eigen::VectorXd rates = rates_of(drawn(kind, seed));
         const double longest_s = 1.0 / rates.minCoeff(), shortest_s = 1.0 / rates.maxCoeff();
@@ -246,7 +246,7 @@ TEST(Process, StatesAndProgramCarryTheProcess) {
 }
 
 TEST(Process, PartsOfTheErrorFollowTheState) {
-    const twin_config config = load_twin(example);
+    const twin_config config = load_twin(thermal_example);
     const twin_machine twin(config);
     twin_state state = state_at({400.0, 250.0, 250.0});
     const xyz cold = twin.explained_error_um(state);
@@ -258,7 +258,7 @@ TEST(Process, PartsOfTheErrorFollowTheState) {
 }
 
 TEST(Process, ThePlcShowsItBySignalName) {
-    twin_config config = load_twin(example);
+    twin_config config = load_twin(thermal_example);
     config.program.clear();
     config.thermal.air.swing_K = 0.0;
     register_map map;
@@ -292,8 +292,8 @@ TEST(Process, ThePlcShowsItBySignalName) {
 
 // ---- mistakes
 
-std::string complaint(const std::string &thermal,
-                      const std::string &cutting = "{\"N_per_mm\": 1}") {
+std::string thermal_complaint(const std::string &thermal,
+                              const std::string &cutting = "{\"N_per_mm\": 1}") {
     const std::string path = compbox_test::temporary("thermal.json");
     write_file(path, R"({"format": "compbox-twin/1", "axes": {"X": {"travel_mm": [0, 10],
         "max_velocity_mm_per_min": 1, "acceleration_mm_per_s2": 1}}, "thermal": )" +
@@ -336,7 +336,7 @@ TEST(ProcessFile, SaysWhatIsWrongAndWhere) {
          "thermal.air.warmest_h: 25 is not between 0 and 24"},
     };
     for (const auto &[text, expected] : thermal) {
-        EXPECT_EQ(complaint(text).substr(0, expected.size()), expected) << text;
+        EXPECT_EQ(thermal_complaint(text).substr(0, expected.size()), expected) << text;
     }
     const std::string wall = R"({"N_per_mm": 1, "walls": [{"name": "w", "yields": "Y", "along": "X",
         "along_mm": [0, 1], "normal_mm": [0, 1], "z_mm": )";
@@ -349,7 +349,8 @@ TEST(ProcessFile, SaysWhatIsWrongAndWhere) {
          "cutting.walls[0]: must yield along X or Y"},
     };
     for (const auto &[text, expected] : cutting) {
-        EXPECT_EQ(complaint(with_node(""), text).substr(0, expected.size()), expected) << text;
+        EXPECT_EQ(thermal_complaint(with_node(""), text).substr(0, expected.size()), expected)
+            << text;
     }
 }
 

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // compbox train: derivatives, lags, the linear baseline, and what is chosen when.
+#include "host-tools/training/train.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,7 +13,6 @@
 #include "host-tools/formats/json.h"
 #include "host-tools/training/network_training.h"
 #include "host-tools/training/optimise.h"
-#include "host-tools/training/train.h"
 #include "tests/support/training_fixture.h"
 
 extern "C" {
