@@ -120,8 +120,7 @@ int expected_lost(const rules &before, uint8_t mode_after) {
     return before.new_edge() ? 0 : before.s.lost;
 }
 
-using transition = std::pair<std::string, std::string>;
-using transitions = std::set<transition>;
+using transitions = std::set<std::pair<uint8_t, uint8_t>>;
 
 void check(const cb_mode_state &state, const cb_mode_events &events, uint32_t elapsed_us,
            uint32_t hold_limit_us, transitions &seen) {
@@ -131,7 +130,7 @@ void check(const cb_mode_state &state, const cb_mode_events &events, uint32_t el
     ASSERT_EQ(after.mode, before.expected())
         << cb_mode_name(state.mode) << " hold " << state.hold_us;
     ASSERT_EQ(after.enable_was, events.enable);
-    if (after.mode != state.mode) seen.insert({cb_mode_name(state.mode), cb_mode_name(after.mode)});
+    if (after.mode != state.mode) seen.insert({state.mode, after.mode});
     ASSERT_EQ(after.reason >= 16, after.mode == CB_MODE_FAULT);
     const int reason = expected_reason(before, after.mode),
               lost = expected_lost(before, after.mode);
@@ -174,11 +173,6 @@ void explore(transitions &seen) {
     }
 }
 
-TEST(mode, every_state_with_every_combination_of_events) {
-    transitions seen;
-    explore(seen);
-}
-
 std::string text_of(const std::string &file) {
     std::ifstream in(std::string(CB_SOURCE_DIR) + "/" + file);
     std::ostringstream text;
@@ -186,16 +180,19 @@ std::string text_of(const std::string &file) {
     return text.str();
 }
 
-// The picture has every transition that the machine can make, and no other.
+// Every state with every combination of events: the picture has each transition that they make, and
+// no other.
 TEST(mode, the_picture_is_that_of_the_machine) {
     transitions seen;
     explore(seen);
     const std::string dot = text_of("docs/mode.dot");
     const std::regex arrow("(\\w+) -> (\\w+)");
-    transitions drawn;
+    std::set<std::string> drawn, made;
     for (std::sregex_iterator i(dot.begin(), dot.end(), arrow), end; i != end; ++i)
-        drawn.insert({(*i)[1], (*i)[2]});
-    EXPECT_EQ(drawn, seen);
+        drawn.insert((*i)[0]);
+    for (const auto &[from, to] : seen)
+        made.insert(std::string(cb_mode_name(from)) + " -> " + cb_mode_name(to));
+    EXPECT_EQ(drawn, made);
     // That nothing is written after reason 17 is no transition: the node of FAULT says it.
     const std::string node = dot.substr(dot.find("FAULT [label="));
     EXPECT_NE(node.substr(0, node.find(']')).find("reason 17: no write until a restart"),

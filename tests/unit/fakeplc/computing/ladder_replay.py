@@ -8,6 +8,7 @@ The columns are those of scl_replay.py, with F60.0 as `in_erend`. Bytes of the P
 the list has beyond the instructions below is refused. An arithmetic instruction leaves its error
 output, so what hangs behind it without an RD of its own never runs."""
 import csv
+import functools
 import operator
 import re
 import sys
@@ -27,6 +28,7 @@ class Pmc:
         self.poke("R9091", 1, 2)     # bit 1 of R9091 is always on
 
     @staticmethod
+    @functools.cache
     def place(address):
         letter, number = re.fullmatch(r"([DRGFX])(\d+)", address).groups()
         return letter, int(number)
