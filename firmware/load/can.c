@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * The section "can": the interface, and the CANopen nodes that are minded. */
+ * The section "can": the interface, and the supervised CANopen nodes. */
 #include <string.h>
 
 #include "firmware/load/sections.h"
@@ -36,22 +36,21 @@ static bool load_node(struct cb_loader *loader, uint32_t at) {
     uint32_t slots[NODE_KEYS];
     if (!cb_read_object(loader, at, &cb_can_node_object, node, slots)) return false;
     if (is_listed(can, node->node))
-        return cb_fail(loader, CB_ERROR_NAME, slots[NODE], "node %o stands here twice",
-                       slots[NODE]);
+        return cb_fail(loader, CB_ERROR_NAME, slots[NODE], "node %o occurs twice", slots[NODE]);
     if (!node->start && slots[HEARTBEAT_TIMEOUT] == CB_ABSENT)
         return cb_fail(loader, CB_ERROR_KEY, at,
-                       "with neither start nor heartbeat_timeout_ms there is nothing to do for it; "
-                       "leave it out");
+                       "a node needs start or heartbeat_timeout_ms; omit one that needs neither");
     ++can->nodes_count;
     return true;
 }
 
-/* The kernel takes a name of up to 15 bytes without slashes and white space. */
+/* A name that the kernel accepts: 1 … 15 bytes without slash, colon and white space, not . or .. */
 static bool check_interface(struct cb_loader *loader, uint32_t at) {
     const char *name = loader->config->can.interface;
     bool good = name[0] != '\0' && !cb_same_text(name, ".") && !cb_same_text(name, "..");
     for (const char *c = name; *c; ++c) good = good && *c != '/' && *c != ' ' && *c != ':';
-    return good || cb_fail(loader, CB_ERROR_NAME, at, "%o is no name of a network interface", at);
+    return good ||
+           cb_fail(loader, CB_ERROR_NAME, at, "%o is not a name of a network interface", at);
 }
 
 bool cb_load_can(struct cb_loader *loader, uint32_t at) {

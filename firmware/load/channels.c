@@ -43,13 +43,14 @@ static const struct cb_field CHANNEL_FIELDS[CHANNEL_KEYS] = {
 };
 const struct cb_object cb_channel_object = {CHANNEL_FIELDS, CHANNEL_KEYS};
 
-/* The output must fit into the register whatever its sign, and be more than one unit of it. */
+/* out: true if the register represents ±limit_um, which is at least one unit, and the control
+ *      accepts its type and scale; else false and a message */
 static bool check_register(struct cb_loader *loader, const uint32_t *slots,
                            const struct cb_channel_config *channel) {
     const struct cb_range range = cb_number_range(channel->type);
     if (!(range.min < 0.0f))
         return cb_fail(loader, CB_ERROR_RANGE, slots[TYPE],
-                       "%o has no negative numbers, and a compensation has; use a signed type",
+                       "%o is unsigned, and a compensation may be negative; use a signed type",
                        slots[TYPE]);
     if (!(channel->limit_um / channel->scale <= range.max))
         return cb_fail(loader, CB_ERROR_RANGE, slots[LIMIT],
@@ -83,7 +84,7 @@ static bool read_sum(struct cb_loader *loader, uint32_t at, struct cb_channel_co
         if (!cb_read_output(loader, list.at, &output)) return false;
         for (uint32_t i = 0; i < channel->sum_count; ++i) {
             if (channel->sum[i] == output)
-                return cb_fail(loader, CB_ERROR_NAME, list.at, "%o stands in this sum twice",
+                return cb_fail(loader, CB_ERROR_NAME, list.at, "%o occurs twice in this sum",
                                list.at);
         }
         channel->sum[channel->sum_count++] = output;
@@ -92,6 +93,7 @@ static bool read_sum(struct cb_loader *loader, uint32_t at, struct cb_channel_co
     return cb_fail(loader, CB_ERROR_KEY, at, "a channel sums at least one term");
 }
 
+/* Reserves the registers of the value and of `applied`. */
 static bool take_registers(struct cb_loader *loader, const uint32_t *slots, uint8_t index) {
     struct cb_channel_config *channel = &loader->config->channels[index];
     const uint8_t user = (uint8_t)(CB_USER_CHANNEL + index);
@@ -107,7 +109,7 @@ static bool load_channel(struct cb_loader *loader, uint32_t at, uint8_t index) {
     uint32_t slots[CHANNEL_KEYS];
     if (!cb_read_object(loader, at, &cb_channel_object, channel, slots)) return false;
     if (cb_find_name(config->channels, sizeof *channel, index, channel->name) != CB_NONE)
-        return cb_fail(loader, CB_ERROR_NAME, slots[NAME], "another channel is called %o too",
+        return cb_fail(loader, CB_ERROR_NAME, slots[NAME], "another channel is called %o",
                        slots[NAME]);
     return check_limits(loader, slots, channel) && read_sum(loader, slots[SUM], channel) &&
            take_registers(loader, slots, index);
@@ -138,7 +140,7 @@ static const struct cb_field PAIR_FIELDS[PAIR_KEYS] = {
 };
 const struct cb_object cb_pair_object = {PAIR_FIELDS, PAIR_KEYS};
 
-/* true: the channel is in one of the pairs 0 … pairs_count - 1 already. */
+/* out: true if the channel is in one of the pairs 0 … pairs_count - 1 */
 static bool is_paired(const struct cb_config *config, uint8_t channel) {
     for (uint32_t i = 0; i < config->pairs_count; ++i) {
         if (config->pairs[i].a == channel || config->pairs[i].b == channel) return true;
@@ -146,6 +148,8 @@ static bool is_paired(const struct cb_config *config, uint8_t channel) {
     return false;
 }
 
+/* in : at, the name of a channel
+ * out: its index: a channel without tangent that is in no earlier pair; or false and a message */
 static bool read_pair_member(struct cb_loader *loader, uint32_t at, uint8_t *channel) {
     const struct cb_config *config = loader->config;
     char name[CB_NAME_SIZE];
@@ -155,12 +159,11 @@ static bool read_pair_member(struct cb_loader *loader, uint32_t at, uint8_t *cha
     if (*channel == CB_NONE)
         return cb_fail(loader, CB_ERROR_NAME, at, "no channel is called %o", at);
     if (config->channels[*channel].tangent)
-        return cb_fail(loader, CB_ERROR_NAME, at,
-                       "channel %o has a tangent: between two writes nothing would hold the pair "
-                       "together",
-                       at);
+        return cb_fail(
+            loader, CB_ERROR_NAME, at,
+            "channel %o has a tangent, which could move the pair apart between two writes", at);
     if (is_paired(config, *channel))
-        return cb_fail(loader, CB_ERROR_NAME, at, "channel %o is in another pair already", at);
+        return cb_fail(loader, CB_ERROR_NAME, at, "channel %o is in another pair", at);
     return true;
 }
 
@@ -180,7 +183,8 @@ static bool read_members(struct cb_loader *loader, uint32_t at, struct cb_pair_c
     return true;
 }
 
-/* Outputs move by whole units of their registers, so a pair needs room for one unit of each. */
+/* The maximum difference is at least one unit of each register, because outputs move by whole
+ * units. */
 static bool check_difference(struct cb_loader *loader, uint32_t at,
                              const struct cb_pair_config *pair) {
     const struct cb_channel_config *channels = loader->config->channels;
@@ -191,8 +195,8 @@ static bool check_difference(struct cb_loader *loader, uint32_t at,
                    "%o µm is less than a register unit (scale) of both channels together", at);
 }
 
-/* What is applied is where an output starts from: with one of the two unknown, the pair would start
- * apart. */
+/* Both channels have `applied`, or none: an output starts at its applied value, so with one of them
+ * unknown the pair could start apart. */
 static bool check_applied(struct cb_loader *loader, uint32_t at,
                           const struct cb_pair_config *pair) {
     const struct cb_channel_config *a = &loader->config->channels[pair->a];

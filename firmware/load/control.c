@@ -12,9 +12,9 @@ static bool too_long(struct cb_loader *loader, uint32_t at, const char *block, u
     const uint32_t of_block = cb_find_key(loader, at, block);
     const uint32_t count_at = cb_find_key(loader, of_block, "count");
     return cb_fail(loader, CB_ERROR_PROFILE, count_at,
-                   "%o registers are more than profile %s carries in one request, %u; bring the "
+                   "%o registers are more than the %u of one request of profile %s; bring the "
                    "values closer together",
-                   count_at, facts_of(loader)->name, (uint32_t)most);
+                   count_at, (uint32_t)most, facts_of(loader)->name);
 }
 
 bool cb_check_exchange(struct cb_loader *loader, uint32_t at) {
@@ -26,7 +26,7 @@ bool cb_check_exchange(struct cb_loader *loader, uint32_t at) {
     const uint32_t exchange_at = cb_find_key(loader, at, "exchange");
     if (!cb_profile_answers(facts, exchange))
         return cb_fail(loader, CB_ERROR_PROFILE, exchange_at,
-                       "%o is nothing that %o answers; use \"fc3+fc16\"", exchange_at,
+                       "%o is not supported by %o; use \"fc3+fc16\"", exchange_at,
                        cb_find_key(loader, at, "profile"));
     if (plc->read.count > read_most) return too_long(loader, at, "read", read_most);
     if (plc->write.count > write_most) return too_long(loader, at, "write", write_most);
@@ -50,7 +50,7 @@ bool cb_check_value_type(struct cb_loader *loader, uint32_t at, uint8_t type) {
                       facts_of(loader)->value_most > 0.0f ? "int16" : "int16, int32 or float32");
 }
 
-/* true: scale is one of the control's least increments, to rounding. */
+/* out: true if scale is a least increment of the control, to rounding; or the control has none */
 static bool is_increment(const struct cb_profile_facts *facts, float scale) {
     if (!(facts->increments_um[0] > 0.0f)) return true;
     for (unsigned i = 0; i < CB_PROFILE_INCREMENTS; ++i) {
@@ -66,12 +66,12 @@ bool cb_check_increments(struct cb_loader *loader, uint32_t limit_at, uint32_t s
     const struct cb_profile_facts *facts = facts_of(loader);
     if (!is_increment(facts, channel->scale))
         return cb_fail(loader, CB_ERROR_PROFILE, scale_at,
-                       "%o µm is no least increment of profile %s; use %s", scale_at, facts->name,
-                       facts->increments);
+                       "%o µm is not a least increment of profile %s; use %s", scale_at,
+                       facts->name, facts->increments);
     const float most_um = facts->value_most * channel->scale * (1.0f + 1e-6f);
     if (!(facts->value_most > 0.0f) || channel->limit_um <= most_um) return true;
     return cb_fail(loader, CB_ERROR_PROFILE, limit_at,
-                   "%o µm in increments of %o µm (scale) is beyond the %u that profile %s takes; "
+                   "%o µm in increments of %o µm (scale) exceeds the %u that profile %s accepts; "
                    "lower it or use a coarser increment",
                    limit_at, scale_at, (uint32_t)facts->value_most, facts->name);
 }

@@ -3,7 +3,7 @@
 
 #include <stdint.h>
 
-/* Passes a number 0 … 255 without leading zeros. */
+/* Skips a number 0 … 255 without leading zeros. out: true if there was one */
 static bool pass_byte(const char **text) {
     const char *first = *text;
     uint32_t value = 0;
@@ -25,14 +25,14 @@ static bool is_hex(char c) {
     return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F');
 }
 
-/* Passes one to four hexadecimal digits. */
+/* Skips one to four hexadecimal digits. out: true if there were any */
 static bool pass_group(const char **text) {
     int digits = 0;
     for (; is_hex(**text) && digits < 4; ++digits) ++*text;
     return digits > 0;
 }
 
-/* Eight groups; one run of groups may be "::", the last two may be an IPv4 address. */
+/* out: true for eight groups; "::" may replace a run of them, an IPv4 address the last two */
 static bool is_ipv6(const char *text) {
     int groups = 0;
     bool gap = false;

@@ -4,8 +4,8 @@
 
 #include <stdbool.h>
 
-/* true: `text` is an IPv4 (127.0.0.1) or IPv6 (fe80::1, ::ffff:10.0.0.1) address in numbers, as
- * inet_pton takes it: no name, no port, no zone, no leading zeros in IPv4. */
+/* out: true if `text` is a numeric address as inet_pton accepts it: IPv4 (127.0.0.1) or IPv6
+ *      (fe80::1, ::ffff:10.0.0.1); no name, no port, no zone, no leading zeros in IPv4 */
 bool cb_is_numeric_address(const char *text);
 
 #endif

@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: MIT
- * Lags of the section "signals": what each follows, in which order, and what it takes from there.
- */
+ * Lags of the section "signals": the signal that each follows, their order, and their ranges. */
 #include "firmware/load/sections.h"
 #include "models/num.h"
 
-/* Offset of the name that the lag `index` follows. */
+/* out: place of the key lag_of of the lag `index` */
 static uint32_t followed_at(const struct cb_loader *loader, uint32_t signals, uint32_t index) {
     return cb_find_key(loader, cb_list_at(loader, signals, index), "lag_of");
 }
@@ -20,7 +19,7 @@ static bool find_followed(struct cb_loader *loader, uint32_t signals, uint32_t i
     return found != CB_NONE || cb_fail(loader, CB_ERROR_NAME, at, "no signal is called %o", at);
 }
 
-/* Range and age of a lag, from those of the signal that it follows. */
+/* Sets range and maximum age of a lag from the signal that it follows. */
 static bool take_range(struct cb_loader *loader, uint32_t signals, uint32_t index) {
     struct cb_signal_config *lag = &loader->config->signals[index];
     const struct cb_signal_config *signal = &loader->config->signals[lag->lag_of];
@@ -33,11 +32,11 @@ static bool take_range(struct cb_loader *loader, uint32_t signals, uint32_t inde
     lag->max = cb_max(a, b);
     if (lag->min < lag->max && lag->max <= cb_number_of(CB_MOST_NUMBER)) return true;
     return cb_fail(loader, CB_ERROR_RANGE, followed_at(loader, signals, index),
-                   "the square of %s is beyond 1e9, or always the same; see its min and max",
+                   "the square of %s exceeds 1e9 or is constant; see its min and max",
                    signal->name);
 }
 
-/* true: the signal has its range: it is measured, or a lag in config->lags. */
+/* out: true if the range of the signal is known: it is measured, or a lag in config->lags */
 static bool is_placed(const struct cb_config *config, uint8_t signal) {
     if (config->signals[signal].source != CB_SOURCE_LAG) return true;
     for (uint32_t i = 0; i < config->lags_count; ++i) {
@@ -46,8 +45,8 @@ static bool is_placed(const struct cb_config *config, uint8_t signal) {
     return false;
 }
 
-/* Moves the last of config->lags to those of its time constant, if it stays behind the one that it
- * follows: they then share their gains in every step (signals/lags.c). */
+/* Moves the last of config->lags behind one with the same time constant, unless it would precede
+ * the lag that it follows. Neighbours share their gains in every step (signals/lags.c). */
 static void join_pace(struct cb_config *config) {
     const uint8_t last = (uint8_t)(config->lags_count - 1), lag = config->lags[last];
     const struct cb_signal_config *signals = config->signals;
@@ -61,8 +60,8 @@ static void join_pace(struct cb_config *config) {
     config->lags[to] = lag;
 }
 
-/* Puts every lag into config->lags whose signal has been placed.
- * out: false with *placed unchanged where nothing more can be */
+/* Appends each lag whose signal is placed to config->lags.
+ * out: true, *placed: at least one was appended; or false and a message */
 static bool place_lags(struct cb_loader *loader, uint32_t signals, bool *placed) {
     struct cb_config *config = loader->config;
     *placed = false;
@@ -76,13 +75,13 @@ static bool place_lags(struct cb_loader *loader, uint32_t signals, bool *placed)
     return true;
 }
 
-/* in : lag, one that could not be placed
- * Followed far enough, it leads to one that lies on the circle itself. */
+/* in : lag, one that could not be placed, so the chain of followed signals leads to a circle
+ * out: false, and a message at a lag of that circle */
 static bool refuse_circle(struct cb_loader *loader, uint32_t signals, uint8_t lag) {
     const struct cb_config *config = loader->config;
     for (uint32_t i = 0; i < config->signals_count; ++i) lag = config->signals[lag].lag_of;
     const uint32_t at = followed_at(loader, signals, lag);
-    return cb_fail(loader, CB_ERROR_ORDER, at, "%o follows, in the end, this lag itself", at);
+    return cb_fail(loader, CB_ERROR_ORDER, at, "%o depends on this lag itself", at);
 }
 
 bool cb_resolve_lags(struct cb_loader *loader, uint32_t at) {

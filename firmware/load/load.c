@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * The loader from the outside, and the small sections. First the whole text is checked to be JSON;
- * then the sections are read in the order in which they need each other, wherever they stand. */
+ * The loader's entry, and the small sections. The first pass checks that the text is JSON. The
+ * second pass loads each section after those that it needs, whatever their order in the file. */
 #include "firmware/load/load.h"
 
 #include <string.h>
@@ -70,7 +70,7 @@ static const struct cb_field SAFETY_FIELDS[SAFETY_KEYS] = {
 };
 const struct cb_object cb_safety_object = {SAFETY_FIELDS, SAFETY_KEYS};
 
-/* First pass: the whole text is JSON, and an object. */
+/* First pass. out: true if the whole text is one JSON value */
 static bool check_syntax(struct cb_loader *loader) {
     struct cb_json json;
     struct cb_json_token token;
@@ -82,7 +82,8 @@ static bool check_syntax(struct cb_loader *loader) {
     return cb_fail(loader, CB_ERROR_SYNTAX, token.at, "%s", json.mistake);
 }
 
-/* Before all other keys: a newer file may have ones that this version does not know. */
+/* Called before any other key is read: a newer format may have keys that this version does not
+ * know. */
 static bool check_format(struct cb_loader *loader, uint32_t root) {
     char format[CB_KEY_SIZE];
     const uint32_t at = cb_find_key(loader, root, "format");
@@ -96,7 +97,7 @@ static bool check_format(struct cb_loader *loader, uint32_t root) {
     return cb_fail(loader, CB_ERROR_FORMAT, at, "this box reads \"compbox/1\", not %o", at);
 }
 
-/* Axis names are for people and tools; here they only have to be names. */
+/* The box does not use axis names. out: true if they are different names */
 static bool check_axes(struct cb_loader *loader, uint32_t at) {
     char(*const names)[CB_NAME_SIZE] = loader->scratch->axes;
     struct cb_list list = cb_list(loader, at);
@@ -104,13 +105,12 @@ static bool check_axes(struct cb_loader *loader, uint32_t at) {
         if (!cb_list_has_room(loader, &list, CB_MAX_CHANNELS, "axes")) return false;
         if (!cb_read_name(loader, list.at, names[list.index])) return false;
         if (cb_find_name(names, CB_NAME_SIZE, list.index, names[list.index]) != CB_NONE)
-            return cb_fail(loader, CB_ERROR_NAME, list.at, "another axis is called %o too",
-                           list.at);
+            return cb_fail(loader, CB_ERROR_NAME, list.at, "another axis is called %o", list.at);
     }
     return true;
 }
 
-/* Milliseconds, or "measured". */
+/* in : at, milliseconds or "measured"; CB_ABSENT: 0 */
 static bool read_lead(struct cb_loader *loader, uint32_t at) {
     static const struct cb_word words[] = {{"measured", true}, {0, 0}};
     struct cb_config *config = loader->config;
@@ -137,7 +137,7 @@ static bool load_small_sections(struct cb_loader *loader, const uint32_t *top) {
            cb_read_object(loader, top[SAFETY], &cb_safety_object, config, slots);
 }
 
-/* Second pass: every section after those that it needs. */
+/* Second pass: loads each section after those that it needs. */
 static bool load_sections(struct cb_loader *loader) {
     struct cb_json json;
     uint32_t top[TOP_KEYS];
@@ -153,7 +153,7 @@ static bool load_sections(struct cb_loader *loader) {
            (top[PAIRS] == CB_ABSENT || cb_load_pairs(loader, top[PAIRS]));
 }
 
-/* true: nothing but white space. */
+/* out: true if there is only white space */
 static bool is_blank(const char *text, size_t length) {
     for (size_t i = 0; i < length; ++i) {
         if (text[i] != ' ' && text[i] != '\t' && text[i] != '\r' && text[i] != '\n') return false;

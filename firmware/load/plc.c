@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * The section "plc": the control, and where the fixed registers are. */
+ * The section "plc": the control, its two blocks, and the fixed registers. */
 #include "firmware/config/profile.h"
 #include "firmware/load/control.h"
 #include "firmware/load/registers.h"
@@ -86,7 +86,7 @@ static const struct cb_field WRITE_FIELDS[BLOCK_KEYS] = {
 const struct cb_object cb_read_block_object = {READ_FIELDS, BLOCK_KEYS};
 const struct cb_object cb_write_block_object = {WRITE_FIELDS, BLOCK_KEYS};
 _Static_assert(CB_MAX_READ_REGISTERS == 125 && CB_MAX_WRITE_REGISTERS == 121,
-               "the tables above say the same");
+               "as in the tables above");
 
 static bool read_block(struct cb_loader *loader, uint32_t at, const struct cb_object *object,
                        struct cb_block_config *block) {
@@ -94,11 +94,13 @@ static bool read_block(struct cb_loader *loader, uint32_t at, const struct cb_ob
     if (!cb_read_object(loader, at, object, block, slots)) return false;
     if (block->start + block->count > 65536)
         return cb_fail(loader, CB_ERROR_RANGE, slots[BLOCK_COUNT],
-                       "%o registers from %o on reach beyond 65535", slots[BLOCK_COUNT],
+                       "%o registers from %o on end above 65535", slots[BLOCK_COUNT],
                        slots[BLOCK_START]);
     return true;
 }
 
+/* in : at, a list of bits of the control word
+ * out: plc.referenced_mask, not 0, without bits of another meaning; or false and a message */
 static bool read_referenced_bits(struct cb_loader *loader, uint32_t at) {
     uint16_t *mask = &loader->config->plc.referenced_mask;
     struct cb_list list = cb_list(loader, at);
@@ -110,12 +112,13 @@ static bool read_referenced_bits(struct cb_loader *loader, uint32_t at) {
             return cb_fail(loader, CB_ERROR_RANGE, list.at,
                            "bit %o has another meaning; use 1 or 4 to 15", list.at);
         if (*mask & 1u << bit)
-            return cb_fail(loader, CB_ERROR_RANGE, list.at, "bit %o stands here twice", list.at);
+            return cb_fail(loader, CB_ERROR_RANGE, list.at, "bit %o occurs twice", list.at);
         *mask = (uint16_t)(*mask | 1u << bit);
     }
     if (*mask == 0)
-        return cb_fail(loader, CB_ERROR_RANGE, at,
-                       "at least one bit must say that the axes are referenced");
+        return cb_fail(
+            loader, CB_ERROR_RANGE, at,
+            "at least one bit is needed: the PLC reports by it that the axes are referenced");
     return true;
 }
 
@@ -125,16 +128,16 @@ static bool check_timeout(struct cb_loader *loader, uint32_t at) {
     return cb_fail(loader, CB_ERROR_RANGE, at, "%o is shorter than one period", at);
 }
 
-/* A line that is longer than a period never arrives; an NC that takes one axis after the other has
- * no points between two values. */
+/* Interpolation ends within one period, before the next value. An NC that receives its axes one by
+ * one cannot interpolate. */
 static bool check_interpolation(struct cb_loader *loader, uint32_t at) {
     const struct cb_config *config = loader->config;
     const struct cb_profile_facts *facts = cb_profile_of(config->plc.profile);
     if (config->plc.interpolate_us == 0) return true;
     if (facts->handshake_scans > 0)
         return cb_fail(loader, CB_ERROR_PROFILE, at,
-                       "profile %s hands values to its NC by handshake, too seldom for points "
-                       "between two of them; leave it out",
+                       "profile %s hands values to its NC by handshake, too slowly to interpolate "
+                       "between them; omit it",
                        facts->name);
     if (config->plc.interpolate_us <= config->period_us) return true;
     return cb_fail(loader, CB_ERROR_RANGE, at,
@@ -142,8 +145,7 @@ static bool check_interpolation(struct cb_loader *loader, uint32_t at) {
                    at);
 }
 
-/* Takes the four registers that are there in every file, and detail and handshake where they are.
- */
+/* Reserves the four registers that every file has, and those of detail and handshake. */
 static bool take_fixed(struct cb_loader *loader, const uint32_t *slots) {
     struct cb_plc_config *plc = &loader->config->plc;
     const uint8_t type = CB_NUMBER_UINT16;
@@ -160,8 +162,8 @@ static bool take_fixed(struct cb_loader *loader, const uint32_t *slots) {
             cb_take_read(loader, slots[HANDSHAKE], type, CB_USER_HANDSHAKE, &plc->handshake));
 }
 
-/* Keys that only some controls have a use for: refused where they would do nothing, else as the
- * file or the profile says. */
+/* Keys that only some controls use.
+ * out: their values, from the file or the profile; false and a message for a key without effect */
 static bool read_control(struct cb_loader *loader, const uint32_t *slots) {
     struct cb_plc_config *plc = &loader->config->plc;
     const struct cb_profile_facts *facts = cb_profile_of(plc->profile);
@@ -169,12 +171,11 @@ static bool read_control(struct cb_loader *loader, const uint32_t *slots) {
     for (unsigned i = 0; i < sizeof of_handshakes && facts->handshake_scans == 0; ++i) {
         if (slots[of_handshakes[i]] != CB_ABSENT)
             return cb_fail(loader, CB_ERROR_PROFILE, slots[of_handshakes[i]],
-                           "profile %s hands nothing to its NC by handshake; leave it out",
-                           facts->name);
+                           "profile %s has no handshake with its NC; omit it", facts->name);
     }
     if (slots[MAX_STEP] != CB_ABSENT && facts->step_most == 0)
         return cb_fail(loader, CB_ERROR_PROFILE, slots[MAX_STEP],
-                       "profile %s has no largest step; leave it out", facts->name);
+                       "profile %s has no largest step; omit it", facts->name);
     plc->has_detail = slots[DETAIL] != CB_ABSENT;
     plc->has_handshake = slots[HANDSHAKE] != CB_ABSENT;
     if (slots[MAX_STEP] == CB_ABSENT) plc->step_units = facts->step_most;

@@ -28,6 +28,7 @@ static const char *fixed_user(uint8_t user) {
     return names[user];
 }
 
+/* out: false, and a message with the user of the register */
 static bool taken(struct cb_loader *loader, uint32_t at, uint32_t address, uint8_t user) {
     const struct cb_config *config = loader->config;
     if (user >= CB_USER_CHANNEL)
@@ -40,6 +41,7 @@ static bool taken(struct cb_loader *loader, uint32_t at, uint32_t address, uint8
                    fixed_user(user));
 }
 
+/* out: true if `width` registers from `address` on are in the block; else false and a message */
 static bool inside(struct cb_loader *loader, uint32_t at, const struct cb_block_config *block,
                    const char *name, uint32_t address, uint32_t width) {
     const uint32_t last = block->start + block->count - 1u;
@@ -53,7 +55,7 @@ static bool inside(struct cb_loader *loader, uint32_t at, const struct cb_block_
     return true;
 }
 
-/* true: `user`, who holds a register, is a signal that reads the same number from `first` on. */
+/* in : user, of a register. out: true if it is a signal that reads the same number at `first` */
 static bool same_number(const struct cb_config *config, uint8_t user, uint8_t type,
                         uint32_t first) {
     if (user < CB_USER_SIGNAL || user >= CB_USER_CHANNEL) return false;

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT
- * Inside of the loader: which register of the PLC's blocks is used for what. */
+ * Internal to the loader: the user of each register of the PLC's blocks. */
 #ifndef COMPBOX_FIRMWARE_LOAD_REGISTERS_H
 #define COMPBOX_FIRMWARE_LOAD_REGISTERS_H
 
 #include "firmware/json/reader.h"
 
-/* What a register is used for: a code below, or one of a signal or channel. */
+/* User of a register: a code below, or that of a signal or channel. */
 enum {
     CB_USER_NOBODY,
     CB_USER_COUNTER,
@@ -20,20 +20,21 @@ enum {
 };
 _Static_assert(CB_USER_CHANNEL + CB_MAX_CHANNELS <= 255, "codes are uint8_t");
 
-/* Every spelling of a number type; behind the first two, of those that lie in registers. */
+/* The names of number types, in the file. The first two types have 8 bits and no register; the
+ * names of the others begin at CB_REGISTER_WORDS. */
 extern const struct cb_word cb_number_words[];
 #define CB_REGISTER_WORDS (&cb_number_words[2])
 
-/* Takes the registers of one number of a block.
- * in : at: the key with the address, for messages; *reg: absolute address; type; user
- * out: true and *reg the index in the block: all its registers lie in the block and were free;
- *      in the read block a signal may also share exactly the registers of an earlier one with the
- *      same type */
+/* Reserves the registers of one number in a block.
+ * in : at, the key with the address, for messages; *reg, absolute address; type; user
+ * out: true, and *reg is the index in the block; or false and a message, if a register is outside
+ *      of the block or in use
+ * Two signals of the same type may read exactly the same registers. */
 bool cb_take_read(struct cb_loader *loader, uint32_t at, uint8_t type, uint8_t user, uint16_t *reg);
 bool cb_take_write(struct cb_loader *loader, uint32_t at, uint8_t type, uint8_t user,
                    uint16_t *reg);
 
-/* Takes the first and last register of both blocks where they carry counters. */
+/* Reserves the first and last register of each block with counters. */
 void cb_take_counters(struct cb_loader *loader);
 
 #endif

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Inside of the loader: the sections of the coefficient file and the tables of keys of their
- * objects; those of the kinds of terms are in firmware/terms. A test compares all tables with
+ * Internal to the loader: the sections of the coefficient file, and the tables of keys of their
+ * objects. The tables of the kinds of terms are in firmware/terms. A test compares all tables with
  * docs/coefficients.schema.json. */
 #ifndef COMPBOX_FIRMWARE_LOAD_SECTIONS_H
 #define COMPBOX_FIRMWARE_LOAD_SECTIONS_H
@@ -26,13 +26,14 @@ extern const struct cb_object cb_channel_object; /* channels.c */
 extern const struct cb_object cb_tangent_object; /* tangent.c */
 extern const struct cb_object cb_pair_object;
 
-/* ---- the parts of the file; each reads its value at `at` into loader->config ---- */
+/* ---- sections ----
+ * in : at, place of the value
+ * out: true, and its content in loader->config; or false and the first mistake as a message */
 
 bool cb_load_plc(struct cb_loader *loader, uint32_t at);       /* needs cycle */
 bool cb_load_transport(struct cb_loader *loader, uint32_t at); /* of plc */
-bool cb_check_line(struct cb_loader *loader,
-                   uint32_t transport);                  /* needs plc: rtu is fast enough */
-bool cb_load_can(struct cb_loader *loader, uint32_t at); /* at: may be CB_ABSENT */
+bool cb_check_line(struct cb_loader *loader, uint32_t at);     /* transport; needs plc */
+bool cb_load_can(struct cb_loader *loader, uint32_t at);       /* at: may be CB_ABSENT */
 bool cb_load_buses(struct cb_loader *loader, uint32_t at);
 bool cb_load_signals(struct cb_loader *loader, uint32_t at);       /* needs plc, buses */
 bool cb_resolve_lags(struct cb_loader *loader, uint32_t at);       /* at: signals, all loaded */

@@ -68,8 +68,8 @@ static const struct cb_field SIGNAL_FIELDS[SIGNAL_KEYS] = {
 };
 const struct cb_object cb_signal_object = {SIGNAL_FIELDS, SIGNAL_KEYS};
 
-/* Sources by enum cb_signal_source: the key that names one, what a target without it lacks, and
- * the keys that belong to it alone. */
+/* Sources by enum cb_signal_source: the key that selects one, and its name in messages about a
+ * target without it. */
 static const struct source {
     uint8_t key;
     const char *name;
@@ -82,6 +82,7 @@ static const struct source {
 };
 enum { SOURCE_COUNT = sizeof SOURCES / sizeof SOURCES[0] };
 
+/* Keys of one source only. */
 static const struct {
     uint8_t key, source;
     bool required;
@@ -90,8 +91,8 @@ static const struct {
     {TAU, CB_SOURCE_LAG, true},     {POWER, CB_SOURCE_LAG, false},
 };
 
-/* in : at: the signal; its slots
- * out: the one source that it names, which the target has, and no keys of other sources */
+/* in : at, the signal; its slots
+ * out: the only source with a key, which the target has; or false and a message */
 static bool find_source(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
                         uint8_t *source) {
     uint32_t found = 0;
@@ -101,28 +102,29 @@ static bool find_source(struct cb_loader *loader, uint32_t at, const uint32_t *s
         ++found;
     }
     if (found != 1)
-        return cb_fail(loader, CB_ERROR_KEY, at,
-                       "exactly one of the keys plc, can, bus and lag_of says "
-                       "where a signal comes from");
+        return cb_fail(
+            loader, CB_ERROR_KEY, at,
+            "exactly one of the keys plc, can, bus and lag_of is needed: the source of a "
+            "signal");
     if (*source == CB_SOURCE_LAG || loader->target->sources & 1u << *source) return true;
     return cb_fail(loader, CB_ERROR_PROFILE, slots[SOURCES[*source].key],
                    "%s reads no %s in this version", loader->target->name,
                    SOURCES[*source].lacking);
 }
 
-/* A lag takes what a reading has from the signal that it follows. */
+/* A lag has no keys of a reading: their values come from the signal that it follows. */
 static bool check_lag_keys(struct cb_loader *loader, const uint32_t *slots) {
     static const uint8_t of_readings[] = {TYPE, SCALE,    ZERO,    MIN,
                                           MAX,  MAX_RATE, MAX_AGE, ESSENTIAL};
     for (uint32_t i = 0; i < sizeof of_readings; ++i) {
         if (slots[of_readings[i]] != CB_ABSENT)
             return cb_fail(loader, CB_ERROR_KEY, slots[of_readings[i]],
-                           "a lag takes this from the signal that it follows; leave it out");
+                           "a lag takes this from the signal that it follows; omit it");
     }
     return true;
 }
 
-/* What every reading has to state. */
+/* out: true if the keys that every reading needs are present */
 static bool check_measured_keys(struct cb_loader *loader, uint32_t at, const uint32_t *slots) {
     static const uint8_t required[] = {MIN, MAX};
     for (uint32_t i = 0; i < sizeof required; ++i) {
@@ -133,6 +135,7 @@ static bool check_measured_keys(struct cb_loader *loader, uint32_t at, const uin
     return true;
 }
 
+/* out: true if all required keys of the source are present and no key of another source is */
 static bool check_source_keys(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
                               uint8_t source) {
     for (uint32_t i = 0; i < sizeof SOURCE_KEYS / sizeof SOURCE_KEYS[0]; ++i) {
@@ -151,9 +154,9 @@ static bool check_source_keys(struct cb_loader *loader, uint32_t at, const uint3
 
 /* ---- sources ---- */
 
-/* "0x181" -> 0x181. An identifier above 0x7ff is a 29-bit one, and so is one written with eight
- * digits ("0x00000181"). With xx for the last two of eight ("0x18feeexx") those may be any.
- * out: false for anything else or beyond 29 bits. */
+/* Converts "0x181" to 0x181. An identifier above 0x7ff has 29 bits, and so has one of eight digits
+ * ("0x00000181"). The last two of eight digits may be xx ("0x18feeexx"): any source address.
+ * out: *id with its flags; false for any other text and beyond 29 bits */
 static bool can_id_of(const char *text, uint32_t *id) {
     uint32_t value = 0, digits = 0, flags = 0;
     if (text[0] != '0' || text[1] != 'x' || text[2] == '\0') return false;
@@ -175,20 +178,19 @@ static bool load_can(struct cb_loader *loader, const uint32_t *slots,
     if (!cb_read_text(loader, slots[CAN], text, sizeof text)) return false;
     if (!can_id_of(text, &signal->can_id))
         return cb_fail(loader, CB_ERROR_RANGE, slots[CAN],
-                       "%o is no CAN identifier; write \"0x181\", up to \"0x1fffffff\", or "
+                       "%o is not a CAN identifier; write \"0x181\", up to \"0x1fffffff\", or "
                        "\"0x18feeexx\" for any source address",
                        slots[CAN]);
     if (signal->reg + cb_number_bytes(signal->type) <= 8) return true;
     return cb_fail(loader, CB_ERROR_RANGE, slots[OFFSET],
-                   "from byte %o on, its type reaches beyond the 8 bytes of a frame",
-                   slots[OFFSET]);
+                   "from byte %o on, its type exceeds the 8 bytes of a frame", slots[OFFSET]);
 }
 
-/* A single byte is what frames have. */
+/* Only CAN frames carry single bytes. */
 static bool check_register_type(struct cb_loader *loader, const uint32_t *slots, uint8_t type) {
     if (cb_number_bytes(type) > 1) return true;
     return cb_fail(loader, CB_ERROR_PROFILE, slots[TYPE],
-                   "%o is for can signals only, a register has 16 bits; use uint16 or int16",
+                   "%o is for can signals only; a register has 16 bits: use uint16 or int16",
                    slots[TYPE]);
 }
 
@@ -203,7 +205,7 @@ static bool load_bus(struct cb_loader *loader, const uint32_t *slots,
         return cb_fail(loader, CB_ERROR_NAME, slots[BUS], "the section buses has no bus called %o",
                        slots[BUS]);
     if (signal->reg + cb_number_registers(signal->type) <= 65536) return true;
-    return cb_fail(loader, CB_ERROR_RANGE, slots[REGISTER], "its second register is beyond 65535");
+    return cb_fail(loader, CB_ERROR_RANGE, slots[REGISTER], "its second register is above 65535");
 }
 
 static bool load_source(struct cb_loader *loader, const uint32_t *slots,
@@ -224,19 +226,20 @@ static bool load_source(struct cb_loader *loader, const uint32_t *slots,
     return true;
 }
 
-/* ---- the rest ---- */
+/* ---- one signal ---- */
 
 static bool check_numbers(struct cb_loader *loader, const uint32_t *slots,
                           const struct cb_signal_config *signal) {
     if (cb_abs(signal->scale) < 1e-12f)
         return cb_fail(loader, CB_ERROR_RANGE, slots[SCALE],
-                       "with a scale of %o every reading would be the same", slots[SCALE]);
+                       "with a scale of %o all readings are equal", slots[SCALE]);
     if (signal->min < signal->max) return true;
     return cb_fail(loader, CB_ERROR_ORDER, slots[MAX], "%o is not above min (%o)", slots[MAX],
                    slots[MIN]);
 }
 
-/* What depends on other keys: positions are essential and lead; ages by source. */
+/* Defaults that depend on other keys: a position is essential, and leads if it comes from the PLC;
+ * the maximum age depends on the source. */
 static void set_defaults(const struct cb_config *config, const uint32_t *slots,
                          struct cb_signal_config *signal) {
     const bool position = cb_same_text(signal->unit, "mm") || cb_same_text(signal->unit, "deg");
@@ -254,7 +257,7 @@ static bool load_signal(struct cb_loader *loader, uint32_t at, uint8_t index) {
     uint32_t slots[SIGNAL_KEYS];
     if (!cb_read_object(loader, at, &cb_signal_object, signal, slots)) return false;
     if (cb_find_name(config->signals, sizeof *signal, index, signal->name) != CB_NONE)
-        return cb_fail(loader, CB_ERROR_NAME, slots[NAME], "another signal is called %o too",
+        return cb_fail(loader, CB_ERROR_NAME, slots[NAME], "another signal is called %o",
                        slots[NAME]);
     if (!find_source(loader, at, slots, &signal->source)) return false;
     if (!check_source_keys(loader, at, slots, signal->source)) return false;

@@ -27,7 +27,7 @@ static void put_word(uint8_t *bytes, uint32_t word) {
     for (unsigned i = 0; i < 4; ++i) bytes[i] = (uint8_t)(word >> 8 * i);
 }
 
-/* true where every bit of the header's place is 1, as after erasing */
+/* out: true if all bits of the header are 1, as after erasing */
 static int is_erased(const uint8_t *bytes) {
     for (unsigned i = 0; i < CB_SLOT_HEADER_BYTES; ++i) {
         if (bytes[i] != 0xFF) return 0;

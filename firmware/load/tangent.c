@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * "tangent" of a channel: the slope and the reference position beside its value. */
+ * The object "tangent" of a channel: slope and reference position, written with its value. */
 #include <string.h>
 
 #include "firmware/config/profile.h"
@@ -10,7 +10,7 @@
 #include "firmware/wire/number.h"
 #include "models/num.h"
 
-/* Numbers of the object that do not go where they stand. */
+/* Numbers of the object, before conversion to struct cb_channel_config. */
 struct tangent {
     float slope_limit, slope_slew_per_s, slope_scale, reference_scale;
     uint16_t slope_reg, reference_reg;
@@ -50,25 +50,27 @@ static const struct cb_field TANGENT_FIELDS[TANGENT_KEYS] = {
 };
 const struct cb_object cb_tangent_object = {TANGENT_FIELDS, TANGENT_KEYS};
 
-/* What the control and the PLC have to be able to do. */
+/* out: true if the control has slopes and the write block has counters; else false and a message */
 static bool check_control(struct cb_loader *loader, uint32_t at) {
     const struct cb_plc_config *plc = &loader->config->plc;
     const struct cb_profile_facts *facts = cb_profile_of(plc->profile);
     if (!facts->tangent)
-        return cb_fail(loader, CB_ERROR_PROFILE, at, "profile %s has no slope; leave it out",
+        return cb_fail(loader, CB_ERROR_PROFILE, at, "profile %s has no slope; omit it",
                        facts->name);
     if (plc->write.counters) return true;
     return cb_fail(loader, CB_ERROR_KEY, at,
-                   "value, slope and reference belong together: the PLC needs plc.write.counters "
-                   "to tell a whole block from a torn one");
+                   "the PLC needs plc.write.counters to recognise a torn block: value, slope "
+                   "and reference belong together");
 }
 
+/* out: true if the register represents ±slope_limit, which is at least one unit, and the slope
+ *      reaches zero within a second; else false and a message */
 static bool check_slope(struct cb_loader *loader, const uint32_t *slots,
                         const struct tangent *tangent) {
     const struct cb_range range = cb_number_range(tangent->slope_type);
     if (!(range.min < 0.0f))
         return cb_fail(loader, CB_ERROR_RANGE, slots[SLOPE_TYPE],
-                       "%o has no negative numbers, and a slope has; use a signed type",
+                       "%o is unsigned, and a slope may be negative; use a signed type",
                        slots[SLOPE_TYPE]);
     if (!(tangent->slope_limit / tangent->slope_scale <= range.max))
         return cb_fail(loader, CB_ERROR_RANGE, slots[SLOPE_LIMIT],
@@ -85,12 +87,13 @@ static bool check_slope(struct cb_loader *loader, const uint32_t *slots,
                    slots[SLOPE_SLEW], slots[SLOPE_LIMIT]);
 }
 
+/* out: true if the signal is a position in mm from the PLC, and its range fits into the register */
 static bool check_reference(struct cb_loader *loader, const uint32_t *slots,
                             const struct cb_signal_config *signal, const struct tangent *tangent) {
     const struct cb_range range = cb_number_range(tangent->reference_type);
     if (!signal->leads || !cb_same_text(signal->unit, "mm"))
         return cb_fail(loader, CB_ERROR_NAME, slots[SIGNAL],
-                       "%o is no position in mm from the PLC: the control needs its own",
+                       "%o is not a position in mm from the PLC, which a tangent needs",
                        slots[SIGNAL]);
     if (signal->min / tangent->reference_scale >= range.min &&
         signal->max / tangent->reference_scale <= range.max)
@@ -100,7 +103,7 @@ static bool check_reference(struct cb_loader *loader, const uint32_t *slots,
                    signal->name, slots[REFERENCE_SCALE], slots[REFERENCE_TYPE]);
 }
 
-/* The slope as a channel behind those of the file: 1e-6 is 1 µm/m. */
+/* out: *slope, a channel behind those of the file, in µm/m: 1e-6 of the file is 1 µm/m */
 static void fill_slope(struct cb_channel_config *slope, const struct cb_channel_config *channel,
                        const struct tangent *tangent) {
     memcpy(slope->name, channel->name, sizeof slope->name);
@@ -113,6 +116,8 @@ static void fill_slope(struct cb_channel_config *slope, const struct cb_channel_
     slope->reg = tangent->slope_reg;
 }
 
+/* in : at, the object; index of its channel, which is loaded
+ * out: slope and reference in config->channels, their registers reserved; or false and a message */
 static bool load_tangent(struct cb_loader *loader, uint32_t at, uint8_t index) {
     struct cb_config *config = loader->config;
     struct cb_channel_config *channel = &config->channels[index];

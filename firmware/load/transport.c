@@ -29,7 +29,7 @@ const struct cb_object cb_tcp_object = {TCP_FIELDS, TCP_KEYS};
 static const struct cb_word PARITY_WORDS[] = {
     {"even", CB_PARITY_EVEN}, {"odd", CB_PARITY_ODD}, {"none", CB_PARITY_NONE}, {0, 0}};
 
-/* A bus has no unit of its own: its modules have theirs. */
+/* A bus has no unit id; each of its modules has one. */
 enum {
     DEVICE,
     BAUD,
@@ -57,7 +57,7 @@ enum {
     [SLAVE_DELAY] = {"slave_delay_ms",          CB_FIELD_MS,  false,                         \
                      SERIAL_AT(slave_delay_us), .least = "0", .most = "1000"},               \
     [RS485] = {"rs485", CB_FIELD_BOOL, false, SERIAL_AT(rs485), .otherwise = "false"}
-_Static_assert(CB_RTU_LEAST_BAUD == 1200 && CB_RTU_MOST_BAUD == 921600, "the table says the same");
+_Static_assert(CB_RTU_LEAST_BAUD == 1200 && CB_RTU_MOST_BAUD == 921600, "as in the table above");
 
 static const struct cb_field RTU_FIELDS[RTU_KEYS] = {
     SERIAL_FIELDS,
@@ -80,6 +80,7 @@ const struct cb_object cb_bus_object = {BUS_FIELDS, BUS_KEYS};
 
 enum { DEFAULT_PLC_DELAY_US = 2000, DEFAULT_MODULE_DELAY_US = 50000 };
 
+/* out: true for a path below /dev without .. */
 static bool is_below_dev(const char *path) {
     static const char dev[] = "/dev/";
     const char *c = path;
@@ -92,20 +93,22 @@ static bool is_below_dev(const char *path) {
     return true;
 }
 
-/* in : table: cb_rtu_object or cb_bus_line_object; delay_us: where the file does not say */
+/* in : table, cb_rtu_object or cb_bus_line_object; delay_us, the default of slave_delay_ms
+ * out: *serial, with a device below /dev and a usual baud rate; or false and a message */
 static bool read_serial(struct cb_loader *loader, uint32_t at, const struct cb_object *table,
                         struct cb_serial_config *serial, uint32_t delay_us) {
     uint32_t slots[RTU_KEYS];
     if (!cb_read_object(loader, at, table, serial, slots)) return false;
     if (!is_below_dev(serial->device))
         return cb_fail(loader, CB_ERROR_RANGE, slots[DEVICE],
-                       "%o is no device below /dev; write \"/dev/ttyS0\" or the like",
+                       "%o is not a device below /dev; write \"/dev/ttyS0\" or the like",
                        slots[DEVICE]);
     if (!cb_is_usual_baud(serial->line.baud))
-        return cb_fail(loader, CB_ERROR_RANGE, slots[BAUD],
-                       "%o is no usual baud rate: use one of 1200, 2400, 4800, 9600, 19200, 38400, "
-                       "57600, 115200, 230400, 460800, 921600",
-                       slots[BAUD]);
+        return cb_fail(
+            loader, CB_ERROR_RANGE, slots[BAUD],
+            "%o is not a usual baud rate: use one of 1200, 2400, 4800, 9600, 19200, 38400, "
+            "57600, 115200, 230400, 460800, 921600",
+            slots[BAUD]);
     if (slots[SLAVE_DELAY] == CB_ABSENT) serial->slave_delay_us = delay_us;
     return true;
 }
@@ -116,7 +119,7 @@ static bool read_tcp(struct cb_loader *loader, uint32_t at) {
     if (!cb_read_object(loader, at, &cb_tcp_object, plc, slots)) return false;
     if (!cb_is_numeric_address(plc->host))
         return cb_fail(loader, CB_ERROR_RANGE, slots[TCP_HOST],
-                       "%o is no IPv4 or IPv6 address in numbers; names are not resolved",
+                       "%o is not a numeric IPv4 or IPv6 address; names are not resolved",
                        slots[TCP_HOST]);
     return true;
 }
@@ -135,7 +138,7 @@ bool cb_load_transport(struct cb_loader *loader, uint32_t at) {
     if (!cb_read_object(loader, at, &cb_transport_object, 0, slots)) return false;
     if ((slots[TRANSPORT_TCP] == CB_ABSENT) == (slots[TRANSPORT_RTU] == CB_ABSENT))
         return cb_fail(loader, CB_ERROR_KEY, at,
-                       "exactly one of the keys tcp and rtu says how the PLC is reached");
+                       "exactly one of the keys tcp and rtu is needed: the wire to the PLC");
     const bool tcp = slots[TRANSPORT_TCP] != CB_ABSENT;
     const uint8_t transport = tcp ? CB_TRANSPORT_TCP : CB_TRANSPORT_RTU;
     const uint32_t wire = slots[tcp ? TRANSPORT_TCP : TRANSPORT_RTU];
@@ -146,12 +149,12 @@ bool cb_load_transport(struct cb_loader *loader, uint32_t at) {
     return tcp ? read_tcp(loader, wire) : read_rtu(loader, wire);
 }
 
-/* Tenths of a millisecond, upward. */
+/* out: tenths of a millisecond, rounded up */
 static uint32_t tenths(uint32_t us) {
     return (us + 99) / 100;
 }
 
-/* The slowest usual rate that can carry it; 0: none. */
+/* out: the slowest usual baud rate with which the exchange fits into budget_us; 0: none */
 static uint32_t fast_enough(const struct cb_plc_config *plc, uint32_t budget_us) {
     for (const uint32_t *baud = cb_usual_bauds; *baud != 0; ++baud) {
         struct cb_rtu_line line = plc->serial.line;
@@ -161,13 +164,15 @@ static uint32_t fast_enough(const struct cb_plc_config *plc, uint32_t budget_us)
     return 0;
 }
 
+/* out: true if one period has time for the exchange on the serial line, and the blocks allow probes
+ *      (rtu_dialog.h); else false and a message with a baud rate that is fast enough */
 bool cb_check_line(struct cb_loader *loader, uint32_t transport) {
     const struct cb_plc_config *plc = &loader->config->plc;
     if (plc->transport != CB_TRANSPORT_RTU) return true;
     if (cb_rtu_second_probe(plc) == 0)
         return cb_fail(loader, CB_ERROR_RANGE, transport,
-                       "on a serial line plc.read or plc.write has to have 4 registers at least: "
-                       "shorter readings show that no late reply is to come");
+                       "on a serial line plc.read or plc.write needs at least 4 registers, because "
+                       "the box probes for late replies with shorter readings");
     const uint32_t budget_us = cb_exchange_budget_us(loader->config->period_us);
     const uint32_t needed_us = cb_rtu_longest_us(plc, &plc->serial.line);
     const uint32_t needed = tenths(needed_us), given = budget_us / 100;
@@ -178,11 +183,11 @@ bool cb_check_line(struct cb_loader *loader, uint32_t transport) {
     if (baud == 0)
         return cb_fail(
             loader, CB_ERROR_RANGE, at,
-            "the exchange takes %u.%u ms, %u.%u ms of the period are there, and no baud "
-            "rate is fast enough: shorten the blocks or slave_delay_ms, or lengthen period_ms",
+            "the exchange takes %u.%u ms of %u.%u ms available, and no baud rate is fast "
+            "enough: shorten the blocks or slave_delay_ms, or lengthen period_ms",
             needed / 10, needed % 10, given / 10, given % 10);
     return cb_fail(loader, CB_ERROR_RANGE, at,
-                   "at %o baud the exchange takes %u.%u ms, and %u.%u ms of the period are there; "
+                   "at %o baud the exchange takes %u.%u ms of %u.%u ms available; "
                    "%u baud is fast enough",
                    at, needed / 10, needed % 10, given / 10, given % 10, baud);
 }
@@ -195,7 +200,7 @@ bool cb_load_buses(struct cb_loader *loader, uint32_t at) {
         uint32_t slots[BUS_KEYS];
         if (list.index >= CB_MAX_BUSES)
             return cb_fail(loader, CB_ERROR_FULL, list.at,
-                           "the box has room for one, and this is one more");
+                           "the box has room for one bus, and this is the second");
         if (!cb_read_object(loader, list.at, &cb_bus_object, bus, slots)) return false;
         if (!(loader->target->sources & 1u << CB_SOURCE_BUS))
             return cb_fail(loader, CB_ERROR_PROFILE, list.at,
@@ -206,8 +211,7 @@ bool cb_load_buses(struct cb_loader *loader, uint32_t at) {
         if (config->plc.transport == CB_TRANSPORT_RTU &&
             cb_same_text(bus->serial.device, config->plc.serial.device))
             return cb_fail(loader, CB_ERROR_RANGE, slots[BUS_RTU],
-                           "the PLC is on %s already; the bus needs a line of its own",
-                           bus->serial.device);
+                           "the PLC uses %s; the bus needs a line of its own", bus->serial.device);
         ++config->buses_count;
     }
     return true;

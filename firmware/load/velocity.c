@@ -2,7 +2,7 @@
  * Velocities of the section "signals": which signal is the velocity of a position. */
 #include "firmware/load/sections.h"
 
-/* What a velocity's unit may be, and what makes it the position's unit per second. */
+/* Units of a velocity by the unit of its position, and their factors to that unit per second. */
 static const struct {
     const char *position, *velocity;
     float per_second;
@@ -31,14 +31,13 @@ static bool read_velocity(struct cb_loader *loader, uint32_t at,
     if (!cb_read_name(loader, at, name)) return false;
     if (!position->leads)
         return cb_fail(loader, CB_ERROR_KEY, at,
-                       "a velocity is for what leads: a position from the PLC, in mm or deg");
+                       "only a position from the PLC, in mm or deg, has a velocity");
     position->velocity =
         cb_find_name(config->signals, sizeof config->signals[0], config->signals_count, name);
     if (position->velocity == CB_NONE)
         return cb_fail(loader, CB_ERROR_NAME, at, "no signal is called %o", at);
     if (config->signals[position->velocity].source != CB_SOURCE_PLC)
-        return cb_fail(loader, CB_ERROR_NAME, at,
-                       "%o does not come from the PLC, as the position does", at);
+        return cb_fail(loader, CB_ERROR_NAME, at, "%o is not from the PLC, as the position is", at);
     return find_scale(loader, at, position);
 }
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Terms of type bpnet: networks, read as they were trained, checked, and folded (models/bpnet.h).
- */
+ * Terms of type bpnet: neural networks. The loader reads one as it was trained, checks it, and
+ * folds centers and scales into its weights (models/bpnet.h). */
 #include "models/bpnet.h"
 
 #include <string.h>
@@ -54,13 +54,14 @@ static const struct cb_field FIELDS[KEYS] = {
 static const struct cb_word ACTIVATION_WORDS[] = {
     {"tansig", CB_BPNET_TANSIG}, {"logsig", CB_BPNET_LOGSIG}, {0, 0}};
 
-/* Each maximum by itself: 128 x 32 weights are as many as 64 x 64, and overrun what is per input.
- */
+/* Each maximum is compared by itself, not their product: 128 x 32 weights are as many as 64 x 64,
+ * but overrun the arrays with one entry per input. */
 _Static_assert((int)CB_BPNET_MAX_INPUTS == (int)CB_MAX_NET_INPUTS, "inputs of one network");
 _Static_assert((int)CB_BPNET_MAX_HIDDEN == (int)CB_MAX_NET_HIDDEN, "hidden units of one network");
 _Static_assert((int)CB_BPNET_MAX_OUTPUTS == (int)CB_MAX_TERM_OUTPUTS, "outputs of one term");
 
-/* A list of rows, each a list of `columns` numbers, row after row into numbers. */
+/* in : at, a list of `rows` rows, each a list of `columns` numbers
+ * out: numbers[rows * columns], row by row; or false and a message */
 static bool read_rows(struct cb_loader *loader, uint32_t at, uint32_t rows, const char *of_rows,
                       uint32_t columns, const char *of_columns, float *numbers) {
     struct cb_list list = cb_list(loader, at);
@@ -75,7 +76,7 @@ static bool read_rows(struct cb_loader *loader, uint32_t at, uint32_t rows, cons
                    of_rows);
 }
 
-/* As cb_read_vector; an absent list stands for `otherwise` everywhere. */
+/* As cb_read_vector; every number of an absent list is `otherwise`. */
 static bool read_or(struct cb_loader *loader, uint32_t at, uint32_t count, const char *of,
                     float otherwise, float *numbers) {
     if (at != CB_ABSENT) return cb_read_vector(loader, at, count, of, numbers);
@@ -83,7 +84,8 @@ static bool read_or(struct cb_loader *loader, uint32_t at, uint32_t count, const
     return true;
 }
 
-/* Every number of the list at least as large as the text says. */
+/* in : at, the list of numbers[count], or CB_ABSENT; least, a number as text
+ * out: true if no number is below `least`, or the list is absent */
 static bool check_least(struct cb_loader *loader, uint32_t at, const char *least, uint32_t count,
                         const float *numbers) {
     for (uint32_t i = 0; at != CB_ABSENT && i < count; ++i) {
@@ -96,6 +98,7 @@ static bool check_least(struct cb_loader *loader, uint32_t at, const char *least
 
 /* ---- layers ---- */
 
+/* out: number of hidden units, and the weights and biases of the hidden layer */
 static bool read_hidden(struct cb_loader *loader, const uint32_t *slots,
                         struct cb_bpnet_source *source) {
     struct cb_load_scratch *scratch = loader->scratch;
@@ -111,6 +114,7 @@ static bool read_hidden(struct cb_loader *loader, const uint32_t *slots,
                      "inputs", scratch->net.hidden_weights);
 }
 
+/* out: weights and biases of the outputs; linear_weights only if the file has them, else NULL */
 static bool read_outputs(struct cb_loader *loader, const uint32_t *slots,
                          struct cb_bpnet_source *source) {
     struct cb_load_scratch *scratch = loader->scratch;
@@ -126,7 +130,8 @@ static bool read_outputs(struct cb_loader *loader, const uint32_t *slots,
                      scratch->net.linear_weights);
 }
 
-/* in the file: value = center + scale * number of the network, for inputs and outputs */
+/* In the file value = center + scale * (number of the network), for inputs and outputs alike.
+ * out: centers and scales; the scale of an input as its reciprocal */
 static bool read_scaling(struct cb_loader *loader, const uint32_t *slots,
                          const struct cb_bpnet_source *source) {
     struct cb_load_scratch *scratch = loader->scratch;
@@ -145,6 +150,7 @@ static bool read_scaling(struct cb_loader *loader, const uint32_t *slots,
     return true;
 }
 
+/* out: *source complete but for its counts of inputs and outputs; its arrays are in the scratch */
 static bool read_network(struct cb_loader *loader, const uint32_t *slots,
                          struct cb_bpnet_source *source) {
     struct cb_load_scratch *scratch = loader->scratch;
@@ -163,7 +169,7 @@ static bool read_network(struct cb_loader *loader, const uint32_t *slots,
 
 /* ---- training range ---- */
 
-/* One input: where it was trained, how far it may go on, and how fast the term then fades. */
+/* out: trained interval, margin and width of the fade of one input; defaults for absent keys */
 static bool make_range(struct cb_loader *loader, const uint32_t *slots, uint32_t input,
                        struct cb_training_range *range) {
     const struct cb_load_scratch *scratch = loader->scratch;
@@ -175,7 +181,7 @@ static bool make_range(struct cb_loader *loader, const uint32_t *slots, uint32_t
     const float fade = slots[FADE] != CB_ABSENT ? scratch->net.fade[input] : 0.5f * trained;
     if (!(fade >= cb_number_of(LEAST_SCALE)))
         return cb_fail(loader, CB_ERROR_RANGE, max_at,
-                       "%o is input_min too: this input was not varied; leave it out or state fade",
+                       "%o equals input_min: this input was not varied; omit it or state fade",
                        max_at);
     range->min = scratch->net.min[input];
     range->max = scratch->net.max[input];
@@ -184,6 +190,8 @@ static bool make_range(struct cb_loader *loader, const uint32_t *slots, uint32_t
     return true;
 }
 
+/* in : at, the term, for messages; net->inputs
+ * out: net->ranges, a cb_training_range of each input in the pool; or false and a message */
 static bool read_ranges(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
                         struct cb_bpnet_config *net) {
     struct cb_load_scratch *scratch = loader->scratch;
@@ -205,6 +213,9 @@ static bool read_ranges(struct cb_loader *loader, uint32_t at, const uint32_t *s
     return true;
 }
 
+/* in : as `load` of struct cb_term_kind
+ * out: weights and ranges in the pool. The folded network is checked: a product of weights, centers
+ *      and scales can overflow although each number is in its range. */
 static bool load(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
                  struct cb_term_config *term) {
     struct cb_bpnet_config *config = &term->as.bpnet;
@@ -220,23 +231,23 @@ static bool load(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
     if (!cb_take_pool(loader, at, floats, &config->weights)) return false;
     if (!cb_bpnet_fold(&source, loader->config->pool + config->weights, &net))
         return cb_fail(loader, CB_ERROR_RANGE, at,
-                       "weights, centers and scales of this network are out of all proportion: a "
-                       "product overflows");
+                       "a product of weights, centers and scales of this network overflows");
     return read_ranges(loader, at, slots, config);
 }
 
 /* ---- value and slope ---- */
 
-_Static_assert(sizeof(struct cb_training_range) == 4 * sizeof(float), "lies in the pool as floats");
+_Static_assert(sizeof(struct cb_training_range) == 4 * sizeof(float),
+               "stored in the pool as floats");
 
-/* Seldom: mostly the temperatures are those that were trained. */
+/* Rarely called: inputs are usually inside their training range. */
 CB_COLD CB_OUTLINE float outside(const struct cb_training_range *range, unsigned input, float x,
                                  struct cb_training_verdict *verdict) {
     return cb_training_range_outside(range, (uint8_t)input, x, verdict);
 }
 
-/* out: x[inputs] as the network sees them: held in the training range and its margin; false when a
- *      signal is not fresh */
+/* out: x[inputs], clamped to the training range and its margin; the verdict of all inputs; false if
+ *      a signal is not fresh */
 static bool gather(const struct cb_evaluation *e, const struct cb_bpnet_config *config, float *x,
                    struct cb_training_verdict *verdict) {
     const uint8_t *const links = e->config->links + config->inputs.link;
@@ -261,7 +272,7 @@ static struct cb_bpnet net_of(const struct cb_config *config, const struct cb_te
                              term->outputs, net->linear};
 }
 
-/* Outputs weakened beyond the margin. */
+/* Beyond the margin the verdict's weight scales the outputs down. */
 static uint8_t value(const struct cb_evaluation *e, const struct cb_term_config *term,
                      struct cb_term_state *state, float *value) {
     const struct cb_bpnet net = net_of(e->config, term);
@@ -275,7 +286,8 @@ static uint8_t value(const struct cb_evaluation *e, const struct cb_term_config 
     return verdict.extrapolated > 0 ? CB_TERM_EXTRAPOLATED : 0;
 }
 
-/* y = w m(x): w' m + w m', m the network at the inputs as the training range holds them. */
+/* Product rule: y = w m(x) has the slope w' m + w m', with m the network at the clamped inputs. An
+ * input that is clamped has m' = 0. */
 static void slope(const struct cb_slope_pass *pass, const struct cb_term_config *term,
                   float *slope) {
     const struct cb_bpnet_config *config = &term->as.bpnet;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Terms of type bspline: turned into pieces when they are loaded (models/bspline.h). */
+ * Terms of type bspline. The loader turns one into polynomial pieces (models/bspline.h). */
 #include "models/bspline.h"
 
 #include "firmware/terms/curves.h"
@@ -13,7 +13,8 @@ static const struct cb_field FIELDS[KEYS] = {
     [CONTROL_POINTS] = {"control_points", CB_FIELD_ARRAY, true, CB_NOT_STORED},
 };
 
-/* What cb_bspline_check found, as a sentence. */
+/* in : result of cb_bspline_check(), with the index of the wrong knot
+ * out: true for CB_BSPLINE_OK; else false and a message */
 static bool report(struct cb_loader *loader, const uint32_t *slots, enum cb_bspline_fault fault,
                    uint16_t index) {
     const uint32_t knots = slots[KNOTS], points = slots[CONTROL_POINTS];
@@ -23,7 +24,7 @@ static bool report(struct cb_loader *loader, const uint32_t *slots, enum cb_bspl
         case CB_BSPLINE_OK:
             return true;
         case CB_BSPLINE_DEGREE:
-            return cb_fail(loader, CB_ERROR_RANGE, slots[DEGREE], "%o is no degree from 1 to 5",
+            return cb_fail(loader, CB_ERROR_RANGE, slots[DEGREE], "%o is not a degree from 1 to 5",
                            slots[DEGREE]);
         case CB_BSPLINE_COUNT:
             return cb_fail(loader, CB_ERROR_RANGE, points,
@@ -37,12 +38,11 @@ static bool report(struct cb_loader *loader, const uint32_t *slots, enum cb_bspl
                            knot, before);
         case CB_BSPLINE_MULTIPLICITY:
             return cb_fail(loader, CB_ERROR_ORDER, knot,
-                           "%o stands here more than degree + 1 times, and degree is %o", knot,
+                           "%o occurs more than degree + 1 times, and degree is %o", knot,
                            slots[DEGREE]);
         case CB_BSPLINE_EMPTY:
             return cb_fail(loader, CB_ERROR_ORDER, knot,
-                           "the curve ends at %o where it begins: the inner knots span nothing",
-                           knot);
+                           "the curve begins and ends at %o: the inner knots span nothing", knot);
         case CB_BSPLINE_WIDE:
             return cb_fail(loader, CB_ERROR_RANGE, knot,
                            "%o is more than 16777216 above the knot before it (%o)", knot, before);
@@ -50,6 +50,7 @@ static bool report(struct cb_loader *loader, const uint32_t *slots, enum cb_bspl
     return false;
 }
 
+/* out: *spline, checked, over numbers of the scratch; or false and a message */
 static bool read_spline(struct cb_loader *loader, const uint32_t *slots, uint8_t degree,
                         struct cb_bspline *spline) {
     struct cb_load_scratch *scratch = loader->scratch;

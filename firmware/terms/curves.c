@@ -7,7 +7,9 @@
 
 /* ---- branches ---- */
 
-/* Both keys or none; a position in mm that float32 resolves finely enough. */
+/* in : a curve with at least one of the keys backward and reversal_mm
+ * out: true if it has both, and its signal is a position in mm that float32 resolves to a fraction
+ *      of reversal_mm */
 static bool check_reversal(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
                            const struct cb_curve_config *curve) {
     const struct cb_signal_config *signal = &loader->config->signals[curve->signal];
@@ -28,8 +30,8 @@ static bool check_reversal(struct cb_loader *loader, uint32_t at, const uint32_t
                    slots[CB_CURVE_REVERSAL], signal->name);
 }
 
-/* The branch for positions that count down: the same keys as the curve's own, so it is read into
- * their slots. */
+/* Loads the branch for a falling position, if there is one. Its keys are the curve's own keys.
+ * out: curve->backward, index of the branch; or false and a message */
 static bool load_backward(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
                           const struct cb_term_kind *kind, struct cb_curve_config *curve) {
     const struct cb_object keys = {kind->object.fields + CB_CURVE_KEYS,
@@ -67,7 +69,7 @@ bool cb_curve_load(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
 
 /* ---- pieces ---- */
 
-/* span: where it was last found; NULL: the slope too */
+/* in : span of the last x, or NULL to compute the slope too */
 static struct cb_curve_value value_at(const struct cb_config *config,
                                       const struct cb_curve_config *curve, float x,
                                       uint16_t *span) {
@@ -97,5 +99,5 @@ bool cb_keep_ppoly(struct cb_loader *loader, uint32_t at, const struct cb_ppoly 
     curve->spans_per_unit = ppoly->spans_per_unit;
     if (cb_ppoly_is_finite(ppoly)) return true;
     return cb_fail(loader, CB_ERROR_RANGE, at,
-                   "some stand too close together for values of this size: the curve overflows");
+                   "some are too close together for values of this size: the curve overflows");
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What the kinds of curves of one signal share: the branch for each direction, and pieces. */
+ * Shared by the kinds of curves of one signal: a branch for each direction, and pieces. */
 #ifndef COMPBOX_FIRMWARE_TERMS_CURVES_H
 #define COMPBOX_FIRMWARE_TERMS_CURVES_H
 
@@ -21,10 +21,10 @@ enum { CB_CURVE_SIGNAL = CB_TERM_COMMON_KEYS, CB_CURVE_BACKWARD, CB_CURVE_REVERS
                                "reversal_mm",    CB_FIELD_FLOAT, false, CB_CURVE_AT(reversal_mm), \
                                .least = "0.001", .most = "1000"}
 
-/* A kind of curve, beside its value as a kind of term. */
+/* What a kind of curve has in addition to struct cb_term_kind. */
 struct cb_curve_kind {
-    bool piecewise; /* it is a cb_ppoly: those on the same breaks are evaluated together */
-    /* Reads its own keys from their slots into the pool and *curve. */
+    bool piecewise; /* a cb_ppoly: curves on the same breaks are evaluated together */
+    /* Reads the curve's own keys from their slots into the pool and *curve. */
     bool (*load)(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
                  struct cb_curve_config *curve);
 };
@@ -39,14 +39,15 @@ uint8_t cb_piecewise_value(const struct cb_evaluation *e, const struct cb_term_c
 void cb_piecewise_slope(const struct cb_slope_pass *pass, const struct cb_term_config *term,
                         float *slope);
 
-/* Stores the description of a ppoly that lies in the pool; fails at `at` where it overflows. */
+/* in : *ppoly, its numbers already in the pool at curve->pool
+ * out: its description in *curve; false and a message at `at` if the curve overflows */
 bool cb_keep_ppoly(struct cb_loader *loader, uint32_t at, const struct cb_ppoly *ppoly,
                    struct cb_curve_config *curve);
 
 /* ---- value and slope of any curve, given its value at x ---- */
 
-/* in : span: where x was last found, or NULL
- * out: value at x; its slope where span is NULL */
+/* in : span of the last x, or NULL
+ * out: value at x, and its slope if span is NULL; *span of this x otherwise */
 typedef struct cb_curve_value cb_curve_at(const struct cb_config *config,
                                           const struct cb_curve_config *curve, float x,
                                           uint16_t *span);

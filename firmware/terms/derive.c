@@ -1,14 +1,16 @@
 /* SPDX-License-Identifier: MIT
- * What the file does not say about terms but every step needs: which curves are on one grid. */
+ * Derived values of terms, which every step needs: the grids, each with its curves. */
 #include "firmware/base/assert.h"
 #include "firmware/terms/curves.h"
 #include "firmware/terms/kinds.h"
 
+/* out: true for a curve of pieces without branches */
 static bool is_plain(const struct cb_term_config *term) {
     const struct cb_curve_kind *curve = cb_term_kinds[term->type]->curve;
     return curve && curve->piecewise && !cb_term_has_branches(term);
 }
 
+/* out: true if signal, degree and breaks of the curve are those of the grid */
 static bool on_grid(const struct cb_config *config, const struct cb_grid *grid,
                     const struct cb_curve_config *curve) {
     if (curve->signal != grid->signal || curve->degree != grid->degree ||
@@ -20,8 +22,8 @@ static bool on_grid(const struct cb_config *config, const struct cb_grid *grid,
     return true;
 }
 
-/* in : term, a plain curve that is on no grid yet; room: where its grid's curves begin
- * Makes a grid of it and of all after it that are on it. out: how many they are */
+/* in : term, a plain curve without a grid; room: start of its grid's curves
+ * out: number of curves on the new grid: the term and all later ones that share it */
 static unsigned make_grid(struct cb_config *config, unsigned term, bool *placed,
                           struct cb_plain_curve *room) {
     struct cb_grid *grid = &config->grids[config->grids_count++];

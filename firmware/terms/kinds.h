@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * The kinds of terms there are. A new kind is one file of this folder and one line here: the name
- * of its CB_TERM_…, and its word in the file, which is also its struct's: cb_term_product. */
+ * The list of kinds of terms. A new kind is one file of this folder and one line here: the suffix
+ * of its CB_TERM_…, and its word in the file, which is also the suffix of its cb_term_…. */
 #ifndef COMPBOX_FIRMWARE_TERMS_KINDS_H
 #define COMPBOX_FIRMWARE_TERMS_KINDS_H
 

@@ -15,7 +15,7 @@ static const struct cb_field FIELDS[KEYS] = {
 };
 
 /* in : weights[inputs], constant
- * out: the largest value that the sum can have within the ranges of its signals */
+ * out: bound of |sum| while the signals are within min … max */
 static float largest_sum(const struct cb_config *config, const struct cb_linear_config *linear,
                          const float *weights) {
     float sum = cb_abs(weights[linear->inputs.count]);
@@ -27,6 +27,8 @@ static float largest_sum(const struct cb_config *config, const struct cb_linear_
     return sum;
 }
 
+/* in : as `load` of struct cb_term_kind
+ * out: weights and constant in the pool, checked against overflow of the sum */
 static bool load(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
                  struct cb_term_config *term) {
     struct cb_linear_config *linear = &term->as.linear;
@@ -48,7 +50,7 @@ static bool load(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
     return true;
 }
 
-/* Rounding: (inputs + 1) 2^-24 of the sum of the sizes of what is added. */
+/* Rounding error: at most (inputs + 1) 2^-24 of the sum of the absolute summands. */
 static uint8_t value(const struct cb_evaluation *e, const struct cb_term_config *term,
                      struct cb_term_state *state, float *value) {
     const struct cb_linear_config *linear = &term->as.linear;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * The section "terms": the kinds there are, names, and the order in which terms need each other. */
+ * The section "terms": kinds, names of outputs, and the order of evaluation. */
 #include "firmware/terms/load.h"
 
 #include <string.h>
@@ -8,7 +8,7 @@
 #include "firmware/terms/kinds.h"
 #include "firmware/terms/terms.h"
 
-/* ---- what the kinds share ---- */
+/* ---- helpers of the kinds ---- */
 
 bool cb_take_pool(struct cb_loader *loader, uint32_t at, uint32_t count, uint16_t *offset) {
     struct cb_config *config = loader->config;
@@ -40,7 +40,7 @@ bool cb_read_output(struct cb_loader *loader, uint32_t at, uint8_t *output) {
     return cb_fail(loader, CB_ERROR_NAME, at, "no term has an output %o", at);
 }
 
-/* Notes one more input of the term whose inputs begin at `link`. */
+/* Appends the signal at `at` to config->links. in: link, start of the term's inputs there */
 static bool add_input(struct cb_loader *loader, uint32_t at, uint16_t link) {
     struct cb_config *config = loader->config;
     uint8_t signal = 0;
@@ -50,7 +50,7 @@ static bool add_input(struct cb_loader *loader, uint32_t at, uint16_t link) {
     if (!cb_read_signal(loader, at, &signal)) return false;
     for (uint32_t i = link; i < config->links_count; ++i) {
         if (config->links[i] == signal)
-            return cb_fail(loader, CB_ERROR_NAME, at, "%o stands here twice", at);
+            return cb_fail(loader, CB_ERROR_NAME, at, "%o occurs twice", at);
     }
     config->links[config->links_count++] = signal;
     return true;
@@ -84,7 +84,7 @@ bool cb_read_vector(struct cb_loader *loader, uint32_t at, uint32_t count, const
 #define WORD(NAME, name) {#name, CB_TERM_##NAME},
 static const struct cb_word KIND_WORDS[] = {CB_TERM_KINDS(WORD){0, 0}};
 
-/* The term's type decides which keys it has, so it is read before them. */
+/* The type is read before all other keys, because it determines them. */
 static bool read_kind(struct cb_loader *loader, uint32_t at, uint8_t *kind) {
     const uint32_t type = cb_find_key(loader, at, "type");
     if (cb_token_at(loader, at).kind != CB_JSON_OBJECT)
@@ -105,14 +105,15 @@ static bool add_output(struct cb_loader *loader, uint32_t at, uint8_t index,
     if (!cb_read_name(loader, at, output->name)) return false;
     if (cb_find_name(config->outputs, sizeof *output, config->outputs_count, output->name) !=
         CB_NONE)
-        return cb_fail(loader, CB_ERROR_NAME, at, "another term is called %o too", at);
+        return cb_fail(loader, CB_ERROR_NAME, at, "another output is called %o", at);
     output->term = index;
     ++config->outputs_count;
     ++term->outputs;
     return true;
 }
 
-/* The names in the list; or the term's own name. */
+/* in : list_slot, slot of the list of names; 0: one output, with the name of the term
+ * out: the term's outputs in config->outputs; or false and a message */
 static bool name_outputs(struct cb_loader *loader, const uint32_t *slots, uint8_t list_slot,
                          uint8_t index) {
     struct cb_term_config *term = &loader->config->terms[index];
@@ -141,7 +142,7 @@ static bool load_term(struct cb_loader *loader, uint32_t at, uint8_t index) {
 
 /* ---- order ---- */
 
-/* The first term that has to come before this one and has no place yet; CB_NONE: it may come. */
+/* out: the first term without a place that this one uses; CB_NONE: there is none */
 static uint8_t missing_before(const struct cb_config *config, uint8_t index, const bool *placed) {
     unsigned count = 0;
     const uint8_t *used = cb_term_used(&config->terms[index], &count);
@@ -153,7 +154,8 @@ static uint8_t missing_before(const struct cb_config *config, uint8_t index, con
     return CB_NONE;
 }
 
-/* in : index, a term that has no place. Followed far enough, it leads onto the circle itself. */
+/* in : index, a term without a place, so its chain of used terms leads to a circle
+ * out: false, and a message at a term of that circle */
 static bool refuse_circle(struct cb_loader *loader, uint32_t terms, uint8_t index,
                           const bool *placed) {
     const struct cb_config *config = loader->config;
@@ -161,10 +163,11 @@ static bool refuse_circle(struct cb_loader *loader, uint32_t terms, uint8_t inde
         index = missing_before(config, index, placed);
     const char *key = cb_term_kinds[config->terms[index].type]->uses_key;
     const uint32_t at = cb_find_key(loader, cb_list_at(loader, terms, index), key);
-    return cb_fail(loader, CB_ERROR_ORDER, at, "this term needs, in the end, its own output");
+    return cb_fail(loader, CB_ERROR_ORDER, at, "this term depends on its own output");
 }
 
-/* Every term after those that it uses, otherwise as in the file. */
+/* out: order[terms_count]: every term after those that it uses, otherwise as in the file; false and
+ *      a message for a circle */
 static bool find_order(struct cb_loader *loader, uint32_t at, uint8_t *order) {
     const struct cb_config *config = loader->config;
     bool placed[CB_MAX_TERMS] = {false};
@@ -183,7 +186,7 @@ static bool find_order(struct cb_loader *loader, uint32_t at, uint8_t *order) {
     return true;
 }
 
-/* Puts the terms into that order; outputs stay where they are. */
+/* Sorts the terms by `order`; the indices of outputs do not change. */
 static void put_in_order(struct cb_loader *loader, const uint8_t *order) {
     struct cb_config *config = loader->config;
     _Static_assert(sizeof config->terms <= sizeof loader->scratch->values, "room for all terms");

@@ -12,6 +12,8 @@ static const struct cb_field FIELDS[KEYS] = {
     [VALUES] = {"values", CB_FIELD_ARRAY, true, CB_NOT_STORED},
 };
 
+/* out: *count positions in scratch->knots, strictly rising, and as many values in scratch->values;
+ *      or false and a message */
 static bool read_lines(struct cb_loader *loader, const uint32_t *slots, uint32_t *count) {
     struct cb_load_scratch *scratch = loader->scratch;
     uint32_t values = 0;

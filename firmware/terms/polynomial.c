@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Terms of type polynomial: a curve of one signal that stays as it is written. */
+ * Terms of type polynomial: a curve of one signal, evaluated with the file's coefficients. */
 #include "models/polynomial.h"
 
 #include <string.h>
@@ -8,7 +8,7 @@
 #include "firmware/terms/load.h"
 #include "models/num.h"
 
-/* half_range is read into inverse_half_range and inverted afterwards. */
+/* half_range is stored in inverse_half_range; load_curve() inverts it. */
 enum { COEFFICIENTS = CB_CURVE_KEYS, CENTER, HALF_RANGE, FROM, TO, KEYS };
 static const struct cb_field FIELDS[KEYS] = {
     CB_CURVE_FIELDS,
@@ -22,7 +22,8 @@ static const struct cb_field FIELDS[KEYS] = {
     [TO] = {"to", CB_FIELD_FLOAT, false, CB_CURVE_AT(to), .least = CB_LEAST_NUMBER,
             .most = CB_MOST_NUMBER},
 };
-/* Sum of |a_k u^k| at the larger |u|: what no step of the evaluation exceeds. */
+
+/* out: sum of |a_k u^k| at the larger |u|, which bounds every step of the evaluation */
 static float largest_sum(const struct cb_polynomial *polynomial) {
     const float below = cb_abs(polynomial->from - polynomial->center);
     const float above = cb_abs(polynomial->to - polynomial->center);
@@ -53,7 +54,7 @@ static bool check(struct cb_loader *loader, uint32_t at, const struct cb_curve_c
                    "of the fit?");
 }
 
-/* Range of the polynomial: as given, else that of its signal. */
+/* out: curve->from < curve->to: of the file, else min and max of the signal */
 static bool set_range(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
                       struct cb_curve_config *curve) {
     const struct cb_signal_config *signal = &loader->config->signals[curve->signal];
@@ -65,6 +66,8 @@ static bool set_range(struct cb_loader *loader, uint32_t at, const uint32_t *slo
                    signal->name);
 }
 
+/* in : as `load` of struct cb_curve_kind
+ * out: coefficients in the pool, checked against overflow within from … to */
 static bool load_curve(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
                        struct cb_curve_config *curve) {
     float *coefficients = loader->scratch->values;
@@ -84,7 +87,7 @@ static bool load_curve(struct cb_loader *loader, uint32_t at, const uint32_t *sl
     return check(loader, slots[COEFFICIENTS], curve);
 }
 
-/* span: not used */
+/* in : span, not used: a polynomial has one */
 static struct cb_curve_value value_at(const struct cb_config *config,
                                       const struct cb_curve_config *curve, float x,
                                       uint16_t *span) {

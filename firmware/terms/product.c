@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Terms of type product: another term's output times a signal less its origin. */
+ * Terms of type product: another term's output times (signal - origin). */
 #include "firmware/terms/kind.h"
 #include "firmware/terms/load.h"
 
@@ -23,7 +23,7 @@ static bool link(struct cb_loader *loader, uint32_t at, struct cb_term_config *t
     return cb_read_output(loader, at, &term->as.product.output);
 }
 
-/* Rounding: 2^-23 of the product, beside that of the output that it takes. */
+/* Rounding error: at most 2^-23 of the product, plus that of the other term's output. */
 static uint8_t value(const struct cb_evaluation *e, const struct cb_term_config *term,
                      struct cb_term_state *state, float *value) {
     const struct cb_product_config *product = &term->as.product;

@@ -8,7 +8,7 @@
 #include "models/num.h"
 #include "models/ppoly.h"
 
-/* What one step of all terms works with, and what it makes. */
+/* Inputs and results of one evaluation of all terms. */
 struct step {
     struct cb_evaluation e;
     struct cb_term_state *states;
@@ -21,7 +21,7 @@ struct step {
 /* ---- any term ---- */
 
 static inline bool all_finite(const float *value, unsigned count) {
-    float nothing = value[0] - value[0]; /* NaN once a value is not finite */
+    float nothing = value[0] - value[0]; /* NaN if a value is not finite */
     for (unsigned i = 1; i < count; ++i) nothing += value[i] - value[i];
     return nothing == 0.0f;
 }
@@ -35,7 +35,7 @@ static void note(struct step *step, uint8_t remarks) {
     verdict->degraded = verdict->degraded || (remarks & CB_TERM_WEAKENED);
 }
 
-/* out: true and the new outputs in value[], or false: they could not be computed */
+/* out: value[term->outputs], all finite; or false: they could not be computed */
 static bool compute(struct step *step, const struct cb_term_config *term,
                     struct cb_term_state *state, float *value) {
     const uint8_t remarks = cb_term_kinds[term->type]->value(&step->e, term, state, value);
@@ -50,7 +50,7 @@ static void fade(float *output, unsigned count, float fade_um) {
     for (unsigned i = 0; i < count; ++i) output[i] -= cb_clamp(output[i], -fade_um, fade_um);
 }
 
-/* Its outputs of this step: computed, or on their way from the last ones to zero. */
+/* Sets the term's outputs of this step: computed, or faded from the last ones towards zero. */
 CB_OUTLINE void evaluate(struct step *step, const struct cb_term_config *term, unsigned index) {
     struct cb_term_state *state = &step->states[index];
     float value[CB_MAX_TERM_OUTPUTS], *const output = step->outputs + term->first_output;
@@ -68,7 +68,7 @@ CB_OUTLINE void evaluate(struct step *step, const struct cb_term_config *term, u
 
 /* ---- plain curves ---- */
 
-/* As below, wherever x went. */
+/* As follow(), for any distance. */
 CB_COLD CB_OUTLINE bool search(const struct cb_config *config, const struct cb_grid *grid, float x,
                                uint16_t *span) {
     const struct cb_ppoly ppoly = {.breaks = config->pool + grid->breaks,
@@ -78,8 +78,8 @@ CB_COLD CB_OUTLINE bool search(const struct cb_config *config, const struct cb_g
     return cb_ppoly_follow(&ppoly, x, span);
 }
 
-/* in : *span: where x was last found on the grid, and is no longer; mostly it is in the one beside
- * out: true: *span holds it; false: x is at or beyond an end */
+/* in : *span, which held the last x but not this one; usually its neighbour does
+ * out: true: *span holds x; false: x is at an end of the grid, outside of it, or NaN */
 CB_INLINE bool follow(const struct cb_config *config, const struct cb_grid *grid, float x,
                       uint16_t *span) {
     const unsigned was = *span;
@@ -92,8 +92,8 @@ CB_INLINE bool follow(const struct cb_config *config, const struct cb_grid *grid
     return search(config, grid, x, span);
 }
 
-/* Curves that have to be looked at one by one. What they are is made of the grid, which every step
- * checks (box/check.c); their terms' configuration is for slopes. */
+/* Evaluates curves of a grid one by one. Their configuration is rebuilt from the grid, because each
+ * step checks the grid (box/check.c), but not the configuration of plain curves without slopes. */
 CB_COLD CB_OUTLINE void evaluate_each(struct step *step, const struct cb_grid *grid,
                                       const struct cb_plain_curve *curve,
                                       const struct cb_plain_curve *end) {
@@ -109,9 +109,9 @@ CB_COLD CB_OUTLINE void evaluate_each(struct step *step, const struct cb_grid *g
     }
 }
 
-/* The curves of one grid: mostly the signal is in the span in which it was.
- * in : same: where *step points to, in a copy that no other function is given: so it may stay in
- *      registers */
+/* Evaluates the curves of one grid. Usually x is still in the span of the last step.
+ * in : same, a private copy of *step; because its address never escapes, the compiler can keep its
+ *      fields in registers */
 CB_INLINE void evaluate_grid(struct step *step, const struct step *same, const struct cb_grid *grid,
                              const struct cb_plain_curve *curve, const struct cb_plain_curve *end) {
     const struct cb_config *const config = same->e.config;
@@ -119,7 +119,7 @@ CB_INLINE void evaluate_grid(struct step *step, const struct step *same, const s
     const float *const breaks = config->pool + grid->breaks;
     const struct cb_signal_state *const signal = &same->e.signals[grid->signal];
     const float x = signal->used;
-    uint32_t span = states[grid->term].span; /* 0, or where follow() found it */
+    uint32_t span = states[grid->term].span; /* 0 at first, then as of follow() */
     const bool holds = x >= breaks[span] && x < breaks[span + 1];
     if (!signal->fresh || (!holds && !follow(config, grid, x, &states[grid->term].span))) {
         evaluate_each(step, grid, curve, end);

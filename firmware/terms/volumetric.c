@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Terms of type volumetric: chain, levers, squareness, and which terms its errors are
+ * Terms of type volumetric: chain, levers, squareness, and the terms of its errors
  * (models/volumetric.h). */
 #include "models/volumetric.h"
 
@@ -55,8 +55,8 @@ static const struct cb_field SQUARENESS_FIELDS[SQUARENESS_KEYS] = {
 };
 static const struct cb_object SQUARENESS_OBJECT = {SQUARENESS_FIELDS, SQUARENESS_KEYS};
 
-_Static_assert(sizeof(struct cb_volumetric) % sizeof(float) == 0, "lies in the pool as floats");
-enum { TOOL = CB_AXES }; /* the last of its signals */
+_Static_assert(sizeof(struct cb_volumetric) % sizeof(float) == 0, "stored in the pool as floats");
+enum { TOOL = CB_AXES }; /* index of the tool length in `signals` */
 enum { MODEL_FLOATS = sizeof(struct cb_volumetric) / sizeof(float) };
 
 /* ---- geometry ---- */
@@ -66,8 +66,8 @@ static bool read_chain(struct cb_loader *loader, uint32_t at, uint8_t moves[CB_A
     if (!cb_read_text(loader, at, chain, sizeof chain)) return false;
     if (cb_volumetric_chain(chain, moves)) return true;
     return cb_fail(loader, CB_ERROR_NAME, at,
-                   "%o is no chain: f (foundation), X, Y and Z once each, such as \"XYfZ\"; left "
-                   "of f what carries the workpiece, right of it the tool",
+                   "%o is not a chain: f (foundation), X, Y and Z once each, such as \"XYfZ\"; the "
+                   "axes left of f carry the workpiece, those right of it the tool",
                    at);
 }
 
@@ -75,7 +75,7 @@ static bool read_point(struct cb_loader *loader, uint32_t at, float point[3]) {
     return at == CB_ABSENT || cb_read_vector(loader, at, 3, "coordinates", point);
 }
 
-/* Lever of each axis with all axes at 0: from its reference point to the spindle. */
+/* out: lever of each axis at position 0 of all axes: from its reference point to the spindle, mm */
 static bool read_levers(struct cb_loader *loader, const uint32_t *slots,
                         struct cb_volumetric *model) {
     float offset[3] = {0.0f, 0.0f, 0.0f};
@@ -92,6 +92,7 @@ static bool read_levers(struct cb_loader *loader, const uint32_t *slots,
     return true;
 }
 
+/* out: unit vector of the tool, [0, 0, -1] by default */
 static bool read_direction(struct cb_loader *loader, uint32_t at, float tool[3]) {
     tool[2] = -1.0f;
     if (!read_point(loader, at, tool)) return false;
@@ -101,13 +102,14 @@ static bool read_direction(struct cb_loader *loader, uint32_t at, float tool[3])
                    "a direction has the length 1, such as [0, 0, -1] for a tool that points down");
 }
 
+/* out: *signal, or CB_NONE and a constant length in mm */
 static bool read_tool_length(struct cb_loader *loader, const uint32_t *slots, uint8_t *signal,
                              float *length_mm) {
     *signal = CB_NONE;
     *length_mm = 0.0f;
     if (slots[TOOL_LENGTH] != CB_ABSENT && slots[TOOL_LENGTH_MM] != CB_ABSENT)
         return cb_fail(loader, CB_ERROR_KEY, slots[TOOL_LENGTH_MM],
-                       "the tool's length is a signal (tool_length) or a number, not both");
+                       "the tool length is a signal (tool_length) or a number, not both");
     if (slots[TOOL_LENGTH_MM] != CB_ABSENT)
         return cb_read_float(loader, slots[TOOL_LENGTH_MM], "-10000", "10000", length_mm);
     return slots[TOOL_LENGTH] == CB_ABSENT || cb_read_signal(loader, slots[TOOL_LENGTH], signal);
@@ -115,7 +117,8 @@ static bool read_tool_length(struct cb_loader *loader, const uint32_t *slots, ui
 
 /* ---- signals ---- */
 
-/* Signals of the axes, which are X, Y and Z unless the file names others. */
+/* in : at, the term, for messages; list_at, the list of three signals, or CB_ABSENT
+ * out: the positions of the axes; without a list the signals X, Y and Z */
 static bool read_positions(struct cb_loader *loader, uint32_t at, uint32_t list_at,
                            uint8_t position[CB_AXES]) {
     static const char names[CB_AXES][2] = {"X", "Y", "Z"};
@@ -138,6 +141,8 @@ static bool read_positions(struct cb_loader *loader, uint32_t at, uint32_t list_
                    "positions are three signals, those of X, Y and Z, not %u", count);
 }
 
+/* in : as `load` of struct cb_term_kind
+ * out: model and constant tool length in the pool; the errors are linked later */
 static bool load(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
                  struct cb_term_config *term) {
     struct cb_volumetric_config *config = &term->as.volumetric;
@@ -165,18 +170,19 @@ static bool load(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
 
 /* ---- errors ---- */
 
+/* Enters one output of config->error by its name, which is that of an error: EXX. */
 static bool link_error(struct cb_loader *loader, uint32_t at, struct cb_volumetric_config *config) {
     char name[CB_NAME_SIZE];
     if (!cb_read_name(loader, at, name)) return false;
     const int error = cb_volumetric_error(name);
     if (error < 0)
         return cb_fail(loader, CB_ERROR_NAME, at,
-                       "%o is no error of an axis; ISO 230-1 calls them EXX, EYX, … ECZ", at);
+                       "%o is not an error of an axis; ISO 230-1 names them EXX, EYX, … ECZ", at);
     if (error >= CB_CURVE_ERRORS)
         return cb_fail(loader, CB_ERROR_NAME, at, "%o is a number and belongs in squareness_urad",
                        at);
     if (config->error[error] != CB_NONE)
-        return cb_fail(loader, CB_ERROR_NAME, at, "%o stands here twice", at);
+        return cb_fail(loader, CB_ERROR_NAME, at, "%o occurs twice", at);
     return cb_read_output(loader, at, &config->error[error]);
 }
 
@@ -206,7 +212,7 @@ static bool all_live(const struct cb_evaluation *e, const struct cb_volumetric_c
     return live;
 }
 
-/* out: the machine at this moment; false when a position, an error or the tool is missing */
+/* out: *state of this step; false if a position, an error or the tool length is missing */
 static bool machine(const struct cb_evaluation *e, const struct cb_volumetric_config *config,
                     struct cb_volumetric_state *state) {
     bool there = e->all_live || all_live(e, config);
@@ -235,6 +241,7 @@ static uint8_t value(const struct cb_evaluation *e, const struct cb_term_config 
     return 0;
 }
 
+/* The rates are those of a motion in which pass->signal grows by 1. */
 static void slope(const struct cb_slope_pass *pass, const struct cb_term_config *term,
                   float *slope) {
     const struct cb_volumetric_config *config = &term->as.volumetric;

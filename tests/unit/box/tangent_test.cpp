@@ -210,16 +210,15 @@ TEST(tangent, every_mistake_has_its_sentence) {
         const char *piece, *other, *message;
     } mistakes[] = {
         {", \"counters\": true", "",
-         "channels[0].tangent: value, slope and reference belong together: the PLC needs "
-         "plc.write.counters to tell a whole block from a torn one"},
+         "channels[0].tangent: the PLC needs plc.write.counters to recognise a torn "
+         "block: value, slope and reference belong together"},
         {"\"tangent\": {\"signal\": \"X\"", "\"tangent\": {\"signal\": \"T\"",
-         "channels[0].tangent.signal: \"T\" is no position in mm from the PLC: the control needs "
-         "its "
-         "own"},
+         "channels[0].tangent.signal: \"T\" is not a position in mm from the PLC, which a "
+         "tangent needs"},
         {"\"tangent\": {\"signal\": \"X\"", "\"tangent\": {\"signal\": \"Q\"",
          "channels[0].tangent.signal: no signal is called \"Q\""},
         {"\"slope_type\": \"int32\"", "\"slope_type\": \"uint32\"",
-         "channels[0].tangent.slope_type: \"uint32\" has no negative numbers, and a slope has; use "
+         "channels[0].tangent.slope_type: \"uint32\" is unsigned, and a slope may be negative; use "
          "a "
          "signed type"},
         {"\"slope_type\": \"int32\"", "\"slope_type\": \"int16\"",
@@ -249,8 +248,8 @@ TEST(tangent, every_mistake_has_its_sentence) {
          "channels[0].tangent.slope_limt: unknown key; is slope_limit meant?"},
         {"\"safety\"",
          "\"pairs\": [{\"channels\": [\"X\", \"Y\"], \"max_difference_um\": 9}], \"safety\"",
-         "pairs[0].channels[0]: channel \"X\" has a tangent: between two writes nothing would hold "
-         "the pair together"},
+         "pairs[0].channels[0]: channel \"X\" has a tangent, which could move the pair apart "
+         "between two writes"},
     };
     for (const auto &[piece, other, message] : mistakes)
         EXPECT_EQ(compbox_test::load(with(piece, other, file)).text, message) << other;

@@ -68,7 +68,7 @@ TEST(profile, registers_in_a_request_are_those_of_its_function_codes) {
 
 TEST(profile, refuses_an_exchange_that_the_control_does_not_answer) {
     refused(with("fc3+fc16", "fc23", sinumerik),
-            "plc.exchange: \"fc23\" is nothing that \"sinumerik-840d\" answers; use \"fc3+fc16\"");
+            "plc.exchange: \"fc23\" is not supported by \"sinumerik-840d\"; use \"fc3+fc16\"");
     accepted(with("fc3+fc16", "fc23", fanuc));
     accepted(with("fc3+fc16", "fc23", generic));
     EXPECT_EQ(load(with("fc3+fc16", "fc6", fanuc)).text,
@@ -105,10 +105,10 @@ TEST(profile, refuses_what_a_fanuc_control_cannot_take) {
             "channels[0].type: profile fanuc has no \"float32\": its external data input takes "
             "whole numbers; use int16");
     refused(with(z, "\"plc\": 104, \"type\": \"int32\", \"scale\": 0.01", fanuc),
-            "channels[0].limit_um: 300 µm in increments of 0.01 µm (scale) is beyond the 9999 that "
-            "profile fanuc takes; lower it or use a coarser increment");
+            "channels[0].limit_um: 300 µm in increments of 0.01 µm (scale) exceeds the 9999 that "
+            "profile fanuc accepts; lower it or use a coarser increment");
     refused(with(z, "\"plc\": 104, \"type\": \"int32\", \"scale\": 0.5", fanuc),
-            "channels[0].scale: 0.5 µm is no least increment of profile fanuc; use 10, 1, 0.1, "
+            "channels[0].scale: 0.5 µm is not a least increment of profile fanuc; use 10, 1, 0.1, "
             "0.01 or 0.001");
     accepted(with(z, "\"plc\": 104, \"type\": \"int32cdab\", \"scale\": 1", fanuc));
 }
@@ -120,8 +120,8 @@ TEST(profile, takes_the_last_increment_of_fanuc_and_not_one_more) {
     };
     accepted(limit("999.9"));
     refused(limit("1000"),
-            "channels[0].limit_um: 1000 µm in increments of 0.1 µm (scale) is beyond the 9999 that "
-            "profile fanuc takes; lower it or use a coarser increment");
+            "channels[0].limit_um: 1000 µm in increments of 0.1 µm (scale) exceeds the 9999 that "
+            "profile fanuc accepts; lower it or use a coarser increment");
 }
 
 TEST(profile, refuses_a_tangent_where_the_nc_follows_no_slope) {
@@ -130,7 +130,7 @@ TEST(profile, refuses_a_tangent_where_the_nc_follows_no_slope) {
         "\"int32\", \"slope_scale\": 1e-8, \"slope_limit\": 0.01, \"slope_slew_per_s\": 0.05, "
         "\"reference_plc\": 110, \"reference_type\": \"int32\", \"reference_scale\": 0.001}";
     refused(with("\"applied\": 24", tangent, fanuc),
-            "channels[0].tangent: profile fanuc has no slope; leave it out");
+            "channels[0].tangent: profile fanuc has no slope; omit it");
     accepted(with("\"applied\": 24", tangent, sinumerik));
     accepted(with("\"applied\": 24", tangent, generic));
 }
@@ -139,12 +139,11 @@ TEST(profile, keys_of_a_handshake_belong_to_a_control_that_has_one) {
     for (const char *key : {"handshake\": 2", "scan_ms\": 8", "axes_at_once\": true"}) {
         const std::string name = std::string(key).substr(0, std::string(key).find('"'));
         refused(plc_key(sinumerik, "\"" + std::string(key)),
-                "plc." + name +
-                    ": profile sinumerik-840d hands nothing to its NC by handshake; leave it out");
+                "plc." + name + ": profile sinumerik-840d has no handshake with its NC; omit it");
         accepted(plc_key(fanuc, "\"" + std::string(key)));
     }
     refused(plc_key(generic, "\"max_step_units\": 100"),
-            "plc.max_step_units: profile generic has no largest step; leave it out");
+            "plc.max_step_units: profile generic has no largest step; omit it");
     EXPECT_EQ(load(plc_key(fanuc, "\"max_step_units\": 9999")).text,
               "plc.max_step_units: 9999 is outside the range of 2 to 9998");
     EXPECT_EQ(load(plc_key(fanuc, "\"handshake\": 8")).text,
@@ -160,8 +159,8 @@ TEST(profile, a_line_between_values_is_for_an_nc_that_takes_points_of_it) {
     }
     accepted(plc_key(fanuc, "\"interpolate_ms\": 0"));
     refused(plc_key(fanuc, "\"interpolate_ms\": 30"),
-            "plc.interpolate_ms: profile fanuc hands values to its NC by handshake, too seldom for "
-            "points between two of them; leave it out");
+            "plc.interpolate_ms: profile fanuc hands values to its NC by handshake, too slowly to "
+            "interpolate between them; omit it");
     const auto message = [](const char *key) { return load(plc_key(generic, key)).text; };
     EXPECT_EQ(message("\"interpolate_ms\": 31"),
               "plc.interpolate_ms: 31 is longer than one period: the next value comes before this "

@@ -63,9 +63,10 @@ TEST(rtu_budget, blocks_of_two_and_three_registers_are_too_short_for_a_line) {
     };
     const auto got = load(small(2));
     EXPECT_EQ(got.error, CB_ERROR_RANGE);
-    EXPECT_NE(got.text.find("plc.transport: on a serial line plc.read or plc.write has to have 4 "
-                            "registers at least"),
-              std::string::npos)
+    EXPECT_NE(
+        got.text.find(
+            "plc.transport: on a serial line plc.read or plc.write needs at least 4 registers"),
+        std::string::npos)
         << got.text;
     EXPECT_EQ(load(small(4)).error, CB_OK) << load(small(4)).text;
 }

@@ -159,7 +159,7 @@ TEST(config_limits, the_read_block) {
     file["signals"][3]["plc"] = 65536 - CB_MAX_READ_REGISTERS;
     EXPECT_EQ(message(file), "");
     file["plc"]["read"]["start"] = 65536 - CB_MAX_READ_REGISTERS + 1;
-    EXPECT_EQ(message(file), "plc.read.count: 125 registers from 65412 on reach beyond 65535");
+    EXPECT_EQ(message(file), "plc.read.count: 125 registers from 65412 on end above 65535");
 }
 
 TEST(config_limits, points_of_a_curve) {

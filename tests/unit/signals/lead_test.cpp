@@ -264,7 +264,7 @@ TEST(lead, in_the_file) {
          "signals[1].velocity: the velocity of a position in mm has the unit mm/s or mm/min, and X "
          "has mm"},
         {"\"velocity\": \"VX\"", "\"velocity\": \"T1\"",
-         "signals[1].velocity: \"T1\" does not come from the PLC, as the position does"},
+         "signals[1].velocity: \"T1\" is not from the PLC, as the position is"},
         {"\"velocity\": \"VX\"", "\"velocity\": 3",
          "signals[1].velocity: must be a text in double quotes, not 3"},
         {"\"unit\": \"mm/min\"", "\"unit\": \"m/min\"",
@@ -272,8 +272,8 @@ TEST(lead, in_the_file) {
          "VX "
          "has m/min"},
         {"\"name\": \"T1\",", "\"name\": \"T1\", \"velocity\": \"VX\",",
-         "signals[2].velocity: a velocity is for what leads: a position from the PLC, in mm or "
-         "deg"},
+         "signals[2].velocity: only a position from the PLC, in mm or deg, has a "
+         "velocity"},
     };
     for (const auto &[piece, other, message] : mistakes)
         EXPECT_EQ(load(with(piece, other, text)).text, message) << other;
