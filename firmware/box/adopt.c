@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT
- * Reload without a step: a freshly loaded box takes over from the running one. */
+ * Reload without a step of the outputs: a freshly loaded box takes over from the running one. */
 #include <string.h>
 
 #include "firmware/base/assert.h"
 #include "firmware/box/box.h"
 
-/* Names are in arrays of CB_NAME_SIZE, ended by 0. */
+/* in : arrays of CB_NAME_SIZE, which need not end with 0 */
 static bool same_name(const char *a, const char *b) {
     for (unsigned i = 0; i < CB_NAME_SIZE; ++i) {
         if (a[i] != b[i]) return false;
@@ -28,7 +28,8 @@ static unsigned find_output(const struct cb_config *config, const char *name) {
     return CB_NONE;
 }
 
-/* A slope has the name of its channel. */
+/* out: index in config of the channel or slope with the same name, or CB_NONE; a slope has the name
+ *      of its channel */
 static unsigned find_channel(const struct cb_config *config,
                              const struct cb_channel_config *channel) {
     for (unsigned i = 0; i < cb_all_channels(config); ++i) {
@@ -39,7 +40,8 @@ static unsigned find_channel(const struct cb_config *config,
     return CB_NONE;
 }
 
-/* Of a tangent: P0 means the same position in the same register. */
+/* out: true if neither channel has a tangent, or P0 of both is the same position in the same
+ *      register */
 static bool same_reference(const struct cb_config *a, const struct cb_channel_config *in_a,
                            const struct cb_config *b, const struct cb_channel_config *in_b) {
     if (in_a->tangent != in_b->tangent) return false;
@@ -51,7 +53,7 @@ static bool same_reference(const struct cb_config *a, const struct cb_channel_co
                       b->signals[in_b->tangent_signal].name));
 }
 
-/* The same µm give the same bits in the same register of the same PLC. */
+/* out: true if equal µm give equal bits in the same register of the same PLC */
 static bool same_register(const struct cb_config *a, const struct cb_channel_config *in_a,
                           const struct cb_config *b, const struct cb_channel_config *in_b) {
     const bool same_plc = a->plc.unit == b->plc.unit && a->plc.port == b->plc.port &&
@@ -62,7 +64,8 @@ static bool same_register(const struct cb_config *a, const struct cb_channel_con
            same_reference(a, in_a, b, in_b);
 }
 
-/* A channel that the PLC certainly holds at zero may go anywhere, or away. */
+/* out: true if the PLC certainly holds zero: then the channel may change its register or
+ *      disappear */
 static bool is_at_rest(const struct cb_channel_state *state) {
     return state->output_um == 0.0f && state->sent_um == 0.0f && state->possible_min_um == 0.0f &&
            state->possible_max_um == 0.0f;
@@ -88,8 +91,9 @@ unsigned cb_box_obstacle(const struct cb_config *fresh, const struct cb_box *old
     return CB_NONE;
 }
 
-/* Values are in the signal's unit, so they outlive a change of source, scale or range. The memory
- * of a lag outlives a change of its time constant, but means nothing for another signal. */
+/* out: true if the state of the signal stays valid
+ * A value is in the signal's unit, so it stays valid after a change of source, scale or range. The
+ * state of a lag stays valid after a change of its time constant, but not for another signal. */
 static bool same_kind(const struct cb_config *a, const struct cb_signal_config *in_a,
                       const struct cb_config *b, const struct cb_signal_config *in_b) {
     const bool lag = in_a->source == CB_SOURCE_LAG;
@@ -106,11 +110,11 @@ static void adopt_signals(struct cb_box *fresh, const struct cb_box *old) {
         if (k == CB_NONE) continue;
         if (!same_kind(&fresh->config, signal, &old->config, &old->config.signals[k])) continue;
         fresh->signals[i] = old->signals[k];
-        fresh->signals[i].streak = 0; /* it may come from somewhere else now */
+        fresh->signals[i].streak = 0; /* the source may have changed */
     }
 }
 
-/* The direction of travel outlives a new curve, of the same position. */
+/* Keeps the direction of travel of a curve with branches, if the new one has the same position. */
 static void adopt_direction(struct cb_box *fresh, unsigned index, const struct cb_box *old,
                             unsigned was) {
     const struct cb_curve_config *a = &fresh->config.terms[index].as.curve;
@@ -122,7 +126,7 @@ static void adopt_direction(struct cb_box *fresh, unsigned index, const struct c
     fresh->terms[index].directed = true;
 }
 
-/* Last outputs, so that a term that is fading goes on fading; a term that is live replaces them. */
+/* Keeps the last outputs, so a term that fades continues to fade; a live term replaces them. */
 static void adopt_terms(struct cb_box *fresh, const struct cb_box *old) {
     for (unsigned i = 0; i < fresh->config.terms_count; ++i) {
         const struct cb_term_config *term = &fresh->config.terms[i];

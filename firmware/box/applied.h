@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What the PLC reports that it applies, and whether that is what it was given. */
+ * Check of the values that the PLC reports as applied against the values that were sent. */
 #ifndef COMPBOX_FIRMWARE_BOX_APPLIED_H
 #define COMPBOX_FIRMWARE_BOX_APPLIED_H
 
@@ -10,11 +10,11 @@
 #include "firmware/box/limiter.h"
 #include "firmware/config/config.h"
 
-/* The PLC has four quarters of time to follow (config->applied_quarter_us): the values that were
- * sent in it are all its own to apply. */
+/* The PLC may follow with a delay of four quarters (config->applied_quarter_us): it may apply any
+ * value that was sent in this time. */
 enum {
-    CB_SENT_SLOTS = 5,      /* those quarters, and the one that has just begun */
-    CB_BEYOND_READINGS = 2, /* in a row, before a value far beyond what was sent is a fault */
+    CB_SENT_SLOTS = 5,      /* those quarters, and the current one */
+    CB_BEYOND_READINGS = 2, /* successive readings far beyond the sent values that are a fault */
 };
 
 /* A channel with `applied`. All values are in µm. */
@@ -24,15 +24,15 @@ struct cb_applied_channel {
     uint32_t
         outside_us; /* for how long applied was outside of them, at most two quarters; a quarter
                        of the time inside is taken off, so that a flickering value counts */
-    uint8_t beyond; /* readings in a row beyond error_um */
+    uint8_t beyond; /* successive readings beyond error_um */
 };
 
 /* A channel whose value is not the box's. */
 struct cb_applied_verdict {
-    bool unapplied;  /* outside of all that was sent in that time, for longer than a quarter */
-    bool foreign;    /* beyond error_um and a unit in CB_BEYOND_READINGS readings in a row, and
-                        beyond all that was sent of late */
-    uint8_t channel; /* its index, the worst first; CB_NONE: there is none */
+    bool unapplied;  /* outside of all values sent in that time, for longer than a quarter */
+    bool foreign;    /* in CB_BEYOND_READINGS successive readings beyond error_um plus a unit, and
+                        beyond all values sent in that time */
+    uint8_t channel; /* its index, a foreign one first; CB_NONE: there is none */
     float value_um;  /* what the PLC reported */
 };
 
@@ -42,12 +42,13 @@ struct cb_applied_state {
     struct cb_applied_verdict verdict; /* of the last good reading */
 };
 
-/* Once in each step: takes note of the outputs that were sent last, and takes the values of a good
- * reading into channels[].applied_um, the finite ones.
- * in : registers of the read block; NULL: there is no good reading, and the verdict stays;
- *      elapsed_us since the step before; judged: the PLC has to follow (the box is ACTIVE)
- * A value that is not finite counts as foreign. Of a channel with `tangent` the value is K0, which
- * the PLC reports for the reference that it was sent with: so it is compared like any other. */
+/* Call once in each step: records the outputs that were sent last, and compares the applied values.
+ * in : registers of the read block, of a good reading, or NULL; elapsed_us since the previous step;
+ *      judged: the PLC has to follow, because the box is ACTIVE
+ * out: channels[].applied_um, if the value is finite; state->verdict over all channels; without a
+ *      good reading both stay
+ * A value that is not finite counts as foreign. With `tangent` the value is K0, which the PLC
+ * reports for the reference of the same block, so it is compared like any other. */
 void cb_applied_step(const struct cb_config *config, struct cb_applied_state *state,
                      struct cb_channel_state *channels, struct cb_counters *counters,
                      const uint16_t *registers, uint32_t elapsed_us, bool judged);

@@ -10,20 +10,20 @@
 #include "firmware/wire/number.h"
 #include "models/num.h"
 
-/* What one step hands from stage to stage. */
+/* Results of the stages of one step. */
 struct step {
-    uint32_t elapsed_us;   /* since the step before; 0 when time went backward */
-    bool jumped;           /* time went backward or too far */
+    uint32_t elapsed_us;   /* since the previous step; 0 if time went backward */
+    bool jumped;           /* time went backward or too far forward */
     bool read;             /* this cycle's reading is good … */
-    struct cb_apart apart; /* … and so far from the one before; elapsed_us 0: there was none */
+    struct cb_apart apart; /* … and its distance from the previous one; elapsed_us 0: no such one */
     bool essentials_ok;    /* every essential signal is fresh */
     struct cb_terms_verdict terms;
-    bool loss;   /* another box's life ended here, or nobody knows what the PLC holds */
-    bool placed; /* the outputs were put where the PLC is: no movement in this step */
+    bool loss;   /* an earlier run was interrupted, or the PLC's outputs are unknown */
+    bool placed; /* the outputs were set to the PLC's values: no movement in this step */
     struct cb_demand demand;
 };
 
-/* All but the configuration as after power-on. */
+/* Sets everything except the configuration to the state after power-on. */
 static void clear(struct cb_box *box) {
     memset((char *)box + sizeof box->config, 0, sizeof *box - sizeof box->config);
     cb_mode_start(&box->mode);
@@ -31,7 +31,7 @@ static void clear(struct cb_box *box) {
     box->foreign.channel = box->applied.verdict.channel = CB_NONE;
 }
 
-/* No step reads or writes behind an array, whatever loaded the configuration. */
+/* The counts bound all loops over arrays of the box, whatever loaded the configuration. */
 static void assert_counts(const struct cb_config *config) {
     CB_ASSERT(config->signals_count <= CB_MAX_SIGNALS);
     CB_ASSERT(config->lags_count <= config->signals_count);
@@ -76,7 +76,8 @@ void cb_box_start(struct cb_box *box) {
     cb_box_take_sums(box);
 }
 
-/* Time since the last step; what it means when the clock cannot be trusted. */
+/* out: step->elapsed_us and step->jumped. After a jump readings, heartbeat and signals are
+ *      invalid. */
 static void keep_time(struct cb_box *box, int64_t now_us, struct step *step) {
     const int64_t gap_us = box->life.started ? now_us - box->life.now_us : 0;
     step->jumped = gap_us < 0 || gap_us > (int64_t)CB_CLOCK_PERIODS * box->config.period_us;
@@ -89,7 +90,7 @@ static void keep_time(struct cb_box *box, int64_t now_us, struct step *step) {
     cb_signals_forget(&box->config, box->signals, &box->counters);
 }
 
-/* Overruns now and then are a machine's life; again and again they are a fault. */
+/* Leaky count of overruns: single ones are harmless, repeated ones a fault (CB_OVERRUN_FAULT). */
 static void keep_score(struct cb_box *box, uint32_t missed_ticks) {
     box->counters.missed_ticks += missed_ticks;
     if (missed_ticks > 0) {
@@ -101,14 +102,14 @@ static void keep_score(struct cb_box *box, uint32_t missed_ticks) {
     }
 }
 
-/* No step takes more time into account, nor moves further than in it. */
+/* out: time since the previous step, at most the two periods in which a step may move outputs */
 static uint32_t bounded_us(const struct cb_box *box, const struct step *step) {
     const uint32_t most_us = CB_STEP_PERIODS * box->config.period_us;
     return step->elapsed_us < most_us ? step->elapsed_us : most_us;
 }
 
-/* How the outputs of the step before fared. A result for outputs that were not for writing, or one
- * that this version does not know, is not believed. */
+/* Processes the result of the last write. Without outputs to write it counts as NONE; an unknown
+ * value counts as UNKNOWN. */
 static void take_write(struct cb_box *box, uint8_t last_write, const struct step *step) {
     enum cb_transfer result =
         last_write > CB_TRANSFER_UNKNOWN ? CB_TRANSFER_UNKNOWN : (enum cb_transfer)last_write;
@@ -124,13 +125,13 @@ static void take_write(struct cb_box *box, uint8_t last_write, const struct step
 enum cb_want cb_box_wants_held(const struct cb_box *box) {
     const struct cb_plc_state *plc = &box->plc;
     if (plc->contact != CB_CONTACT_KNOWN) return plc->parting ? CB_WANT_NOTHING : CB_WANT_NOW;
-    if (plc->silent || plc->asked_us < CB_ASK_US) return CB_WANT_NOTHING;
+    if (plc->silent || plc->read_back_us < CB_READ_BACK_US) return CB_WANT_NOTHING;
     return CB_WANT_IF_ROOM;
 }
 
-/* Where one output has to go on from, now that the PLC is heard (again): from what it applies; else
- * from what its register holds, unless the PLC has restarted since; else from zero. Where the PLC
- * will not say, what it may hold besides stays as it was. */
+/* out: start value of one output when contact is established: the applied value, if there is one;
+ *      else the register's value, unless the PLC has restarted; else zero. `certain` is false if
+ *      the PLC refuses the read-back: then it may still hold any of the possible values. */
 static struct cb_start start_of(const struct cb_box *box, unsigned index,
                                 const struct cb_inputs *in) {
     const struct cb_channel_config *channel = &box->config.channels[index];
@@ -143,22 +144,23 @@ static struct cb_start start_of(const struct cb_box *box, unsigned index,
     return (struct cb_start){0.0f, in->held == CB_TRANSFER_OK};
 }
 
-/* The status that is in the PLC is that of a box at work, or none that a box writes. */
+/* out: true if the status register of the PLC has a mode other than STANDBY and STOPPED */
 static bool was_at_work(const struct cb_box *box, const struct cb_inputs *in) {
     const unsigned mode = in->held_registers[box->config.plc.status] & 0xFFu;
     return mode != CB_MODE_STANDBY && mode != CB_MODE_STOPPED;
 }
 
-/* Whether what is found at a contact is a loss, after which permission is needed: a box was at work
- * here until it ended, or the PLC does not say what it holds. */
+/* out: true if the contact is a loss, after which permission is needed: the status shows a run that
+ *      was interrupted, or the PLC refuses the read-back */
 static bool is_loss(const struct cb_box *box, const struct cb_inputs *in) {
     const bool first = box->plc.contact == CB_CONTACT_NONE;
     if (in->held == CB_TRANSFER_OK) return first && was_at_work(box, in);
     return !(first && box->life.stopped_before);
 }
 
-/* in : a good reading
- * out: the outputs are where the PLC is, and may be written again */
+/* Establishes contact, if there is none, after a read-back that succeeded or was refused.
+ * in : a good reading
+ * out: the outputs are at the PLC's values and may be written; step->placed and step->loss */
 static void find_plc(struct cb_box *box, const struct cb_inputs *in, struct step *step) {
     struct cb_start start[CB_MAX_CHANNELS];
     struct cb_plc_state *plc = &box->plc;
@@ -170,25 +172,26 @@ static void find_plc(struct cb_box *box, const struct cb_inputs *in, struct step
     box->counters.resyncs += plc->contact == CB_CONTACT_LOST;
     plc->contact = CB_CONTACT_KNOWN;
     plc->silent = in->held == CB_TRANSFER_REFUSED;
-    plc->unconfirmed_us = plc->asked_us = 0;
+    plc->unconfirmed_us = plc->read_back_us = 0;
     plc->confirmed = plc->went_back = false;
     step->placed = true;
 }
 
-/* What one register of a channel stands for, when that is not what was written: then another client
- * writes there. */
+/* in : held_um, value of the register that was read back
+ * out: true if it is not the value that was sent, so another client writes to the register */
 static bool is_foreign(const struct cb_channel_config *channel,
                        const struct cb_channel_state *state, float held_um) {
     const float unit_um = cb_channel_raw_unit_um(channel);
     return !(cb_abs(held_um - state->sent_um) <= unit_um + cb_abs(state->sent_um) * 1e-6f);
 }
 
-/* Looks through a write block that was read back while the box knows what it wrote. */
+/* Compares the write block that was read back with the values sent, after a confirmed write.
+ * out: box->foreign, the last channel that differs, and its counter */
 static void look_back(struct cb_box *box, const struct cb_inputs *in, const struct step *step) {
     struct cb_plc_state *plc = &box->plc;
-    plc->asked_us = cb_add_us(plc->asked_us, step->elapsed_us);
+    plc->read_back_us = cb_add_us(plc->read_back_us, step->elapsed_us);
     if (plc->contact != CB_CONTACT_KNOWN || in->held == CB_TRANSFER_NONE) return;
-    plc->asked_us = 0;
+    plc->read_back_us = 0;
     plc->silent = in->held != CB_TRANSFER_OK;
     box->foreign.channel = CB_NONE;
     if (plc->silent || in->last_write != CB_TRANSFER_OK) return;
@@ -205,8 +208,8 @@ static float seconds(const struct cb_box *box, const struct step *step) {
     return (float)bounded_us(box, step) * 1e-6f;
 }
 
-/* Only a PLC program that goes in lines is known to take positions with each beat; elsewhere the
- * heartbeat may count something else, and the clock is the better guess. */
+/* out: distance of two readings, by beats or by the clock. Only a PLC program that interpolates is
+ *      known to sample positions with each beat; another heartbeat may count anything. */
 static struct cb_apart apart_of(const struct cb_box *box, uint16_t beats, int64_t elapsed_us) {
     if (elapsed_us <= 0 || elapsed_us > CB_LEAD_PERIODS * (int64_t)box->config.period_us)
         return (struct cb_apart){0, 0.0f, false};
@@ -216,7 +219,8 @@ static struct cb_apart apart_of(const struct cb_box *box, uint16_t beats, int64_
     return (struct cb_apart){elapsed_us, apart_us > 0.0f ? 1e6f / apart_us : 0.0f, counted};
 }
 
-/* Reads the PLC, and learns from it what the lead is made of. */
+/* Checks the reading of the PLC, and updates the estimates behind the lead.
+ * out: step->read; step->apart if the previous reading was good too */
 static void read_plc(struct cb_box *box, const struct cb_inputs *in, struct step *step) {
     const int64_t was_us = box->plc.read_us;
     const uint16_t was_beat = box->plc.plc_heartbeat;
@@ -230,6 +234,9 @@ static void read_plc(struct cb_box *box, const struct cb_inputs *in, struct step
     step->apart = apart_of(box, beats, elapsed_us);
 }
 
+/* Checks the reading and all that comes with it, and updates the signals.
+ * in : lead_us, the look-ahead of positions
+ * out: step->read, placed, loss, essentials_ok */
 static void acquire(struct cb_box *box, const struct cb_inputs *in, uint32_t lead_us,
                     struct step *step) {
     read_plc(box, in, step);
@@ -241,7 +248,8 @@ static void acquire(struct cb_box *box, const struct cb_inputs *in, uint32_t lea
         look_back(box, in, step);
         find_plc(box, in, step);
     }
-    step->placed = step->placed || cb_plc_parts(&box->plc); /* stays: always allowed (limiter.c) */
+    /* no movement: staying is always allowed (limiter.c) */
+    step->placed = step->placed || cb_plc_parts(&box->plc);
     const struct cb_reading reading = cb_signals_accept(
         &box->config, box->signals, &box->counters, in, step->read, step->apart, box->life.now_us);
     step->essentials_ok = cb_signals_age(&box->config, box->signals, &box->counters, &reading,
@@ -264,12 +272,13 @@ static enum cb_reason find_fault(const struct cb_box *box) {
     return CB_REASON_NONE;
 }
 
+/* out: the events of this step, from the results of all earlier stages */
 static struct cb_mode_events see(const struct cb_box *box, const struct cb_inputs *in,
                                  const struct step *step) {
     const struct cb_config *config = &box->config;
     const uint16_t control = box->plc.control;
     const bool plc_ok = cb_plc_readable(config, &box->plc, box->life.now_us);
-    /* it was asked what it holds, and is read, but does not say */
+    /* readings succeed, but the PLC did not reply to the read-back */
     const bool silent = plc_ok && box->plc.contact != CB_CONTACT_KNOWN && !box->life.writing;
     const struct cb_mode_events events = {
         .plc_ok = plc_ok,
@@ -296,7 +305,7 @@ static struct cb_mode_events see(const struct cb_box *box, const struct cb_input
     return events;
 }
 
-/* Steps the mode and counts what was entered. */
+/* Steps the mode, finds the cause of its reason, and counts the modes entered. */
 static void change_mode(struct cb_box *box, const struct cb_inputs *in, const struct step *step) {
     const struct cb_mode_events events = see(box, in, step);
     const uint8_t before = box->mode.mode;
@@ -338,13 +347,14 @@ static void move(struct cb_box *box, const struct step *step) {
     cb_limiter_step(&box->config, box->channels, &box->counters, target_um, &motion);
 }
 
-/* Eight at a time: what the compiler makes of a loop or of memset() takes three times as long. */
+/* Clears eight registers at a time: the compiler's code for a loop or memset() takes three times as
+ * long. */
 static void clear_registers(uint16_t *registers, unsigned count) {
     for (; count >= 8; count -= 8, registers += 8) memset(registers, 0, 8 * sizeof *registers);
     while (count > 0) registers[--count] = 0;
 }
 
-/* Fills the whole write block and *out from the state of the box. */
+/* out: the whole write block and *out, from the state of the box */
 static void emit(struct cb_box *box, struct cb_outputs *out) {
     const struct cb_plc_config *plc = &box->config.plc;
     clear_registers(out->registers, plc->write.count);
@@ -370,8 +380,8 @@ static void emit(struct cb_box *box, struct cb_outputs *out) {
         box->life.zero_written && cb_channels_all_zero(&box->config, box->channels);
 }
 
-/* Nothing of the configuration can be trusted, so none of it is used: the heartbeat stops with the
- * writes, and the PLC takes the offset back. */
+/* Ends all writing: the configuration has changed in memory, so no field of it is used. The
+ * heartbeat stops too, and the PLC's watchdog removes the offset. */
 static void give_up(struct cb_box *box, int64_t now_us, struct cb_outputs *out) {
     const struct cb_mode_events events = {.fault = CB_REASON_CONFIG_CORRUPT};
     const uint8_t before = box->mode.mode;

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: MIT
- * The box: one call per cycle does everything and touches no hardware (docs/DESIGN.md §4).
+ * The box: one call per cycle, without access to hardware (docs/DESIGN.md §4).
  *
  *     plc -> signals -> terms -> mode -> channels -> limiter -> registers
  *
- * Whatever the file, the inputs and the faults, after every step:
- *   |output| <= limit;  |change against what the PLC may hold| <= slew * min(elapsed, 2 periods),
- *   plus one unit of the register where a step is less than that;
- *   |difference of a pair| <= its maximum;  no NaN leaves;
- *   no value is computed from a signal older than its maximum age. */
+ * After every step, for any file, inputs and faults:
+ *  - |output| <= limit, and finite
+ *  - |output - any value that the PLC may hold| <= slew * min(elapsed, 2 periods), plus one unit of
+ *    the register if a step is less than that
+ *  - |difference of a pair| <= its maximum
+ *  - no output depends on a signal older than its maximum age. */
 #ifndef COMPBOX_FIRMWARE_BOX_BOX_H
 #define COMPBOX_FIRMWARE_BOX_BOX_H
 
@@ -30,39 +31,39 @@
 #include "firmware/terms/terms.h"
 
 enum {
-    CB_CLOCK_PERIODS = 5,      /* a longer gap between steps makes every input stale */
-    CB_STEP_PERIODS = 2,       /* no step moves further than in this time */
-    CB_OVERRUN_FAULT = 16,     /* score at which overruns are a fault: +1 for a cycle with missed */
-    CB_OVERRUN_FORGIVES = 32,  /* ticks, -1 for so many cycles in time */
-    CB_CONFIG_PASS_STEPS = 800 /* at most: for one sum over the whole configuration, in slices */
+    CB_CLOCK_PERIODS = 5,      /* after a longer gap between steps every input is stale */
+    CB_STEP_PERIODS = 2,       /* longest time for which one step moves an output */
+    CB_OVERRUN_FAULT = 16,     /* score that is a fault: +1 for a cycle with missed ticks, */
+    CB_OVERRUN_FORGIVES = 32,  /* -1 for this number of cycles in time */
+    CB_CONFIG_PASS_STEPS = 800 /* maximum steps of one check sum over the whole configuration */
 };
 
-/* A register of the write block that holds something else than was written. */
+/* A register of the write block whose value is not the one that was sent. */
 struct cb_foreign_register {
     uint8_t channel; /* its index; CB_NONE: there is none */
-    float value_um;  /* what the register stands for … */
-    float sent_um;   /* … and what was sent there */
+    float value_um;  /* value of the register */
+    float sent_um;   /* value that was sent */
 };
 
-/* What goes on unchanged when a new configuration takes over (cb_box_adopt). */
+/* State that a reload keeps unchanged (cb_box_adopt). */
 struct cb_box_life {
     int64_t now_us; /* of the last step */
     struct cb_lead_state lead;
     uint16_t box_heartbeat; /* of the last step */
     uint16_t block_counter; /* of the write block's first and last register */
     uint8_t overrun_score;  /* leaky count of cycles with missed ticks */
-    uint8_t good_cycles;    /* … and of cycles in time towards forgiving one */
+    uint8_t good_cycles;    /* successive cycles in time, 0 … CB_OVERRUN_FORGIVES - 1 */
     uint8_t sent_mode;      /* enum cb_mode in the last registers handed to a write */
     bool started;           /* a step was made */
-    bool writing;           /* the last outputs were for writing */
-    bool wrote;             /* … and ever any were */
-    bool zero_written;      /* the PLC confirmed outputs that are all zero, no others
-                               were handed to a write since; or none ever were */
-    bool stop_confirmed;    /* the PLC confirmed status STOPPED */
-    bool stopped_before;    /* the run before ended STOPPED, as the target knows from its memory */
+    bool writing;           /* the last outputs were handed to a write */
+    bool wrote;             /* any outputs were */
+    bool zero_written;   /* the PLC confirmed outputs that are all zero, and no others were handed
+                            to a write since; or none ever were */
+    bool stop_confirmed; /* the PLC confirmed status STOPPED */
+    bool stopped_before; /* the previous run ended STOPPED, by the target's stored state */
 };
 
-/* The configuration must not be written to while the box runs: each step checks what it uses of it,
+/* Do not write to the configuration while the box runs. Each step checks the parts that it uses,
  * and 64 bytes of a sum over all of its memory, padding included. After copying a box, call
  * cb_box_start() on the copy. */
 struct cb_box {
@@ -94,61 +95,66 @@ _Static_assert(sizeof(struct cb_box) < 64 * 1024, "the box with its configuratio
  *      configuration. */
 void cb_box_start(struct cb_box *box);
 
-/* true: what a step or an exchange with the PLC uses of the configuration is as at the start.
- * Before a target takes an address or a length from box->config it asks this. */
+/* out: true if the parts of the configuration that a step or an exchange uses are as at the start
+ * A target calls it before it takes an address or a length from box->config. */
 bool cb_box_is_sound(const struct cb_box *box);
 
-/* One cycle. now_us: any monotonic clock that counts suspend, the same for all times in *in.
- * Reads and writes only its arguments; bounded time. Of *out all is set but what lies behind the
- * write block and the channels of the configuration.
- * Nothing may be written to the PLC where out->write is false.
- * A configuration that has changed in memory is used no more, from this step on and until
- * cb_box_start(): FAULT, out->write and out->stopped false, and nothing else of *out is set. */
+/* One cycle.
+ * in : now_us, of a monotonic clock that counts suspend, the same clock for all times in *in
+ * out: *out, except registers and channels beyond those of the configuration. Write to the PLC only
+ *      if out->write is true.
+ * Accesses only its arguments; bounded time. If the configuration has changed in memory, the box
+ * does not use it until cb_box_start(): FAULT, out->write and out->stopped false, the rest of *out
+ * not set. */
 void cb_box_step(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,
                  struct cb_outputs *out);
 
-/* Whether the cycle before a step reads the write block back (FC3), after a reading that succeeded,
- * and hands it over in in->held_registers. */
+/* Read-back of the write block (FC3) that the box requests for the next step: after a reading that
+ * succeeded, into in->held_registers. */
 enum cb_want {
     CB_WANT_NOTHING,
-    CB_WANT_IF_ROOM, /* to see whether another client writes there: where the exchange has time */
-    CB_WANT_NOW,     /* the box does not know what the PLC holds, and writes nothing before */
+    CB_WANT_IF_ROOM, /* to detect another client that writes: only if the exchange has time */
+    CB_WANT_NOW,     /* the PLC's outputs are unknown: nothing is written before */
 };
 enum cb_want cb_box_wants_held(const struct cb_box *box);
 
-/* Like a step of a box that has been ACTIVE on these inputs for ever: outputs are at the wanted
- * values within their limits. For evaluation on the host; never on a machine. Steps may follow it,
- * with in->last_write CB_TRANSFER_OK and a heartbeat that moves. */
+/* As a step of a box that has been ACTIVE with constant inputs: outputs are at the wanted values
+ * within their limits. For evaluation on the host; never on a machine. Steps may follow, with
+ * in->last_write CB_TRANSFER_OK and a heartbeat that moves. */
 void cb_box_settle(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,
                    struct cb_outputs *out);
 
 /* Reload: a new configuration takes over from the old one while the machine runs.
- * in : fresh: its configuration loaded and cb_box_start() called; old: running, unchanged
- * out: true: fresh goes on where old is: mode, PLC, counters, signals and outputs by their names.
- *      Nothing steps; outputs beyond a new limit go there at the slew rate.
- *      false, fresh untouched: outputs that are not zero would step, because they lie in other
- *      registers, or have another type, scale or sign, or are gone. Ramp to zero first. Or old's
- *      configuration has changed in memory. */
+ * in : fresh, loaded, after cb_box_start(); old, running
+ * out: true: fresh continues with mode, PLC, counters, signals and outputs of old, by their names.
+ *      No output steps; one beyond a new limit moves there at the slew rate.
+ * out: false, fresh unchanged: an output that is not zero would step, because its register, type,
+ *      scale or sign differs or its channel is missing (ramp to zero first); or the configuration
+ *      of old has changed in memory. */
 bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old);
 
-/* How long the way of all outputs to zero takes: for the slowest channel max(limit, |output|) by
- * the lower one of slew and ramp. Add the time of a few exchanges for the confirmation. */
+/* out: time to ramp all outputs to zero: of the slowest channel, max(limit, |output|) at the lower
+ *      one of slew and ramp. Add the time of a few exchanges for the confirmation. */
 int64_t cb_box_stop_us(const struct cb_box *box);
 
-/* true: a configuration with other limits or registers may come: STANDBY because the PLC, which
- * answers and lives, has not set enable, and every output is zero in all that the PLC may hold. */
+/* out: true if a configuration with other limits or registers may take over: the mode is STANDBY
+ *      because the PLC, readable and alive, has not set enable, and the PLC certainly holds zero
+ *      everywhere */
 bool cb_box_at_rest(const struct cb_box *box);
 
-/* Why cb_box_adopt() would be false: index in old's channels of the first one that would step;
- * CB_NONE: none would, or old is not sound. */
+/* out: index in old's channels of the first output that would step in cb_box_adopt(); CB_NONE:
+ *      there is none, or old is not sound */
 unsigned cb_box_obstacle(const struct cb_config *fresh, const struct cb_box *old);
 
-/* in : a step whose mode and reason are made. out: the cause of that reason (cause.c) */
+/* ---- for the files of the box ---- */
+
+/* in : mode and reason of this step are set. out: the cause of the reason (cause.c) */
 struct cb_cause cb_box_find_cause(const struct cb_box *box);
 
-/* Parts of a step and of a start (check.c). out: false, latched: the configuration has changed
- */
-bool cb_box_check(struct cb_box *box);
+/* At the start: records the check sums of the configuration (check.c). */
 void cb_box_take_sums(struct cb_box *box);
+
+/* In each step. out: false, latched, if the configuration has changed since the start */
+bool cb_box_check(struct cb_box *box);
 
 #endif

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT
- * The cause behind a reason, where it is one signal, term or channel. */
+ * The cause of a reason: one signal, term or channel, if there is such a one. */
 #include "firmware/base/duration.h"
 #include "firmware/box/box.h"
 #include "models/num.h"
 
 static const struct cb_cause NO_CAUSE = {CB_CAUSE_NONE, 0, 0.0f, 0.0f};
 
-/* in : a signal that is not fresh. A lag is as old as what it follows. */
+/* in : index, a measured signal that is not fresh */
 static struct cb_cause of_signal(const struct cb_box *box, uint8_t index) {
     const struct cb_signal_config *signal = &box->config.signals[index];
     const struct cb_signal_state *state = &box->signals[index];
@@ -21,6 +21,7 @@ static struct cb_cause of_signal(const struct cb_box *box, uint8_t index) {
     return (struct cb_cause){kind, index, state->known ? age_ms : 0.0f, (float)signal->max_age_ms};
 }
 
+/* out: the first essential signal that is not fresh; of a lag the signal behind it */
 static struct cb_cause of_essentials(const struct cb_box *box) {
     for (unsigned i = 0; i < box->config.signals_count; ++i) {
         const struct cb_signal_config *signal = &box->config.signals[i];
@@ -42,7 +43,7 @@ static struct cb_cause of_terms(const struct cb_box *box) {
     return NO_CAUSE;
 }
 
-/* in : kind: demand or limited. The first channel that wants more than that bound. */
+/* in : kind, CB_CAUSE_DEMAND or CB_CAUSE_LIMITED. out: the first channel beyond that bound */
 static struct cb_cause of_demand(const struct cb_box *box, uint8_t kind) {
     for (unsigned i = 0; i < box->config.channels_count; ++i) {
         const struct cb_channel_config *channel = &box->config.channels[i];
@@ -54,8 +55,8 @@ static struct cb_cause of_demand(const struct cb_box *box, uint8_t kind) {
     return NO_CAUSE;
 }
 
-/* The channel whose applied value is not the box's: what the PLC reported, and what was sent last;
- * far beyond it, the bound of the fault. */
+/* out: the channel whose applied value is not the box's, with the value that the PLC reported; its
+ *      bound is the value sent last, or error_um if the value is a fault */
 static struct cb_cause of_applied(const struct cb_box *box) {
     const struct cb_applied_verdict *found = &box->applied.verdict;
     if (found->channel >= CB_MAX_CHANNELS) return NO_CAUSE;
@@ -77,7 +78,7 @@ struct cb_cause cb_box_find_cause(const struct cb_box *box) {
             return of_applied(box);
         case CB_REASON_DEMAND:
             return of_demand(box, CB_CAUSE_DEMAND);
-        default: /* of other reasons it is no signal and no channel */
+        default: /* the other reasons have no single signal, term or channel */
             return NO_CAUSE;
     }
 }

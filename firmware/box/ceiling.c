@@ -5,8 +5,8 @@
 
 _Static_assert(CB_MAX_CHANNELS <= 32, "one bit for each channel");
 
-/* in : most: > 0, or 0: none
- * out: whether *value was larger; it is at most `most` now */
+/* in : most > 0, or 0: no bound
+ * out: *value <= most; true if it was larger */
 static bool lower(float *value, float most) {
     if (!(most > 0.0f) || *value <= most) return false;
     *value = most;
@@ -16,7 +16,7 @@ static bool lower(float *value, float most) {
 static bool lower_channel(struct cb_channel_config *channel, const struct cb_ceiling *ceiling) {
     bool lowered = lower(&channel->limit_um, ceiling->um);
     if (lower(&channel->slew_um_per_s, ceiling->um_per_s)) lowered = true;
-    /* load/tangent.c permits no slope that takes longer than a second to zero */
+    /* a slope must reach zero within a second (load/tangent.c) */
     if (channel->is_slope && lower(&channel->limit_um, channel->slew_um_per_s)) lowered = true;
     if (channel->deadband_um > channel->limit_um) channel->deadband_um = channel->limit_um;
     cb_channel_derive(channel);

@@ -8,13 +8,13 @@
 
 #include "firmware/config/config.h"
 
-/* Of a slope the same numbers count per metre of travel: µm/m and µm/m/s. */
+/* For a slope the same numbers apply per metre of travel: µm/m and µm/m/s. */
 struct cb_ceiling {
     float um;       /* > 0: largest size of an output; 0: none */
     float um_per_s; /* > 0: largest rate of an output; 0: none */
 };
 
-/* in : config as cb_config_load() left it, not running: before cb_box_start()
+/* in : config, loaded, before cb_box_start()
  * out: config->ceiling_um is set; limit_um and slew_um_per_s of every channel, slopes included, are
  *      at most the ceiling; deadband_um and the derived numbers follow. error_um stays. A slope
  *      still reaches zero within a second, so its limit is at most its slew times one second.

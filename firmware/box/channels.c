@@ -25,8 +25,7 @@ struct cb_demand cb_channels_want(const struct cb_config *config, const float *o
     return demand;
 }
 
-/* The target of one channel that compensates; the limiter puts it on the grid and inside the limit.
- */
+/* out: target of one channel in ACTIVE, before the limiter rounds and limits it */
 static float wanted_target_um(const struct cb_channel_config *channel,
                               const struct cb_channel_state *state) {
     const float wanted_um = state->wanted_um;
@@ -66,7 +65,7 @@ void cb_channels_encode(const struct cb_config *config, const struct cb_channel_
         const float units = channels[i].output_um / channel->scale;
         const float number = (channel->sign < 0 ? -units : units) + 0.0f; /* never -0 */
         uint16_t *const place = registers + channel->reg;
-        /* the loader has checked that the limit fits the type: the rest is for the impossible */
+        /* never in a loaded configuration: the loader checks that the limit fits the type */
         if (cb_number_encode(channel->type, number, place)) continue;
         const struct cb_range range = cb_number_range(channel->type);
         cb_number_encode(channel->type, cb_clamp(number, range.min, range.max), place);

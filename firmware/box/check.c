@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
- * Whether the configuration is still what it was at the start. What a step takes an index, a count,
- * a register or a scale from is summed in every step, before it is used; the rest, which is the
- * pool, names and addresses, in slices. */
+ * Check sums of the configuration against changes in memory. Each step, before it uses them, sums
+ * all fields from which it takes an index, a count, a register or a scale. The rest, which is the
+ * pool, names and addresses, is summed in slices over many steps. */
 #include <stddef.h>
 #include <string.h>
 
@@ -24,9 +24,8 @@ enum {
 _Static_assert(HEAD_BYTES % 4 == 0 && SIGNAL_AT % 4 == 0 && CHANNEL_AT % 4 == 0, "whole words");
 _Static_assert(SIGNAL_WORDS < 16 && TERM_WORDS < 16, "few words");
 
-/* One word more in the quick sum: 2 instructions, for what every step checks as a whole. A change
- * inside one word is always found, as by cb_memory_check(); one in several words may cancel itself
- * out. */
+/* Adds one word to the quick sum, in 2 instructions. Like cb_memory_check() it detects every change
+ * within one word; changes of several words may cancel out. */
 CB_INLINE uint32_t add_word(uint32_t sum, const void *word) {
     uint32_t number;
     memcpy(&number, word, sizeof number);
@@ -38,7 +37,7 @@ CB_INLINE uint32_t add_4(uint32_t sum, const char *at) {
     return add_word(add_word(sum, at + 8), at + 12);
 }
 
-/* in : words < 16; where it is a constant no branch is left */
+/* in : words < 16; a constant, so that the compiler removes the branches */
 CB_INLINE uint32_t add_few(uint32_t sum, const void *memory, unsigned words) {
     const char *at = memory;
     if (words & 8) {
@@ -56,7 +55,7 @@ CB_INLINE uint32_t add_few(uint32_t sum, const void *memory, unsigned words) {
     return words & 1 ? add_word(sum, at) : sum;
 }
 
-/* in : bytes: those in use; the last word of them is taken whole */
+/* in : bytes in use; the sum includes the whole last word */
 static uint32_t add(uint32_t sum, const void *from, size_t bytes) {
     const char *at = from;
     size_t words = (bytes + 3) / 4;
@@ -68,8 +67,8 @@ static uint32_t head_sum(const struct cb_config *config) {
     return add(0, config, HEAD_BYTES);
 }
 
-/* in : a head that is sound: its counts and indices are followed
- * Of lags, which have no register and no scale, the links tell what a step needs. */
+/* in : a head that is sound, because its counts and indices are used
+ * Sums measured signals only: a step uses lag_links for the others. */
 static uint32_t add_signals(uint32_t sum, const struct cb_config *config) {
     const unsigned measured = (unsigned)config->signals_count - config->lags_count;
     for (unsigned i = 0; i < measured; ++i) {
@@ -79,7 +78,8 @@ static uint32_t add_signals(uint32_t sum, const struct cb_config *config) {
     return sum;
 }
 
-/* Likewise. Of plain curves the grids tell what a step needs, but for their slopes. */
+/* in : as add_signals()
+ * Omits plain curves unless there are slopes: a step evaluates plain curves by their grids. */
 static uint32_t add_terms(uint32_t sum, const struct cb_config *config) {
     for (unsigned i = 0; i < config->other_terms_count; ++i)
         sum = add_few(sum, &config->terms[config->other_terms[i]], TERM_WORDS);
@@ -87,7 +87,7 @@ static uint32_t add_terms(uint32_t sum, const struct cb_config *config) {
     return add(sum, config->terms, config->terms_count * sizeof config->terms[0]);
 }
 
-/* Likewise. */
+/* in : as add_signals(). out: sum of all fields in use beyond the head */
 static uint32_t used_sum(const struct cb_config *config) {
     uint32_t sum = add_terms(add_signals(0, config), config);
     const unsigned curves = (unsigned)config->terms_count - config->other_terms_count;
@@ -114,7 +114,8 @@ bool cb_box_is_sound(const struct cb_box *box) {
            used_sum(&box->config) == box->used_sum;
 }
 
-/* One slice of the sum over all of it. out: false: a whole pass gave another sum */
+/* Sums the next slice of the whole configuration. out: false if a completed pass gave another
+ * sum */
 static bool check_slice(struct cb_box *box) {
     const uint32_t rest = CHECK_WORDS - box->words_checked;
     const uint32_t words = rest < SLICE_WORDS ? rest : SLICE_WORDS;

@@ -1,66 +1,66 @@
 /* SPDX-License-Identifier: MIT
  *
- * What must hold, for each channel with slew rate s, period P, limit L, register unit u:
+ * Invariants, for each channel with slew rate s, period P, limit L, register unit u:
  *
  *   (1) |o| <= L                          for every output o;
- *   (2) |o - h| <= s min(t - t_h, 2P)     for every value h that the PLC may hold, put there by the
- *                                         step at t_h; plus u where a step allows less than u;
+ *   (2) |o - h| <= s min(t - t_h, 2P)     for every value h that the PLC may hold, written by the
+ *                                         step at t_h; plus u if a step allows less than u;
  *   (3) |a - b| <= D                      for the two channels of a pair;
- *   (4) |o - o'| <= S                     for outputs at most W apart, where the control has a
- *                                         largest step S (profile.h); and |o - n| <= S where the
- *                                         PLC says (applied) that the NC has n.
+ *   (4) |o - o'| <= S                     for outputs at most W apart in time, if the control has a
+ *                                         largest step S (profile.h); and |o - n| <= S if the PLC
+ *                                         reports (applied) that the NC has n.
  *
- * Rules. Let q be the last output, made d = t - t_q ago, and [m, M] the interval that holds every
- * value the PLC may hold. The new output o is chosen with
+ * Rules. Let q be the last output, of time t - d, and [m, M] the interval of all values that the
+ * PLC may hold. The new output o satisfies
  *
  *   (A) |o - q| <= s min(d, 2P)          (B) M - 2Ps <= o <= m + 2Ps          (C) (1) and (3)
  *
  * Why (2) follows. Every h was once an output, q = h at t_h. The outputs since then went from h
  * to o in steps that obey (A), whose sum is at most s (t - t_h); with (B) it is at most
- * s min(t - t_h, 2P). It does not matter which of the writes between arrived.
+ * s min(t - t_h, 2P), whichever of the writes in between took effect.
  *
- * Why a choice always exists: q itself. It satisfied (B) and (C) when it was made, and the interval
- * since grew by nothing but q. So "stay" is always allowed, and every rule below only shortens
+ * Why a solution always exists: q is one. It satisfied (B) and (C) in its step, and since then the
+ * interval has grown by q alone. So "stay" is always allowed, and every rule below only shortens
  * a movement that starts at q:
- *   - (1), (A), (B) are intervals that hold q, so clamping to them keeps the rest;
+ *   - (1), (A), (B) are intervals that contain q, so clamping to one preserves the others;
  *   - (3): let target and q both satisfy it. Each channel ends between its q and its target. If the
  *     difference then is too large, exactly one of the two moved in the direction that widens it
  *     (had both, the targets would differ by even more); this one stops where the difference is D,
  *     which is between its q and where it was.
  * A pair is written in one request, so what the PLC holds of it is always the outputs of one step.
  *
- * (4) is two rules. The loader has lowered s to (S - u) / W, so outputs W apart differ by
- * s W + u <= S, whichever of them the NC takes over. The distance to n is one more interval to
- * clamp to. It holds q as long as the NC takes what the PLC gives it; when the PLC has moved n away
- * by itself, q stays or comes nearer.
+ * (4) has two parts. The loader has lowered s to (S - u) / W, so outputs W apart differ by s W + u
+ * <= S, whichever of them the NC takes over. The distance to n gives one more interval. It contains
+ * q as long as the NC takes over the PLC's values; after the PLC itself has moved n away, q stays
+ * or comes nearer.
  *
  * The grid. A register holds whole units. An output moves by whole units and never further than
- * (A) allows; what is left is carried to the next step, so that a ramp keeps its rate. Where (A)
- * allows less than one unit, one unit is taken once steps have earned it: q + carry obeys (A),
- * and the output follows it at less than a unit's distance, hence the u in (2).
+ * (A) allows; the remainder is carried to the next step, so that a ramp keeps its rate. If (A)
+ * allows less than one unit, steps accumulate until a unit is reached: q + carry obeys (A), and the
+ * output follows it at less than a unit's distance, hence the u in (2).
  *
- * All sums are float32: "allowed" is meant to SLACK of the numbers involved, so that 15.00 + 15.00
- * is 30.00 and not one unit less. (1) is exact: targets are chosen inside, and none is passed.
+ * All sums are float32, so "allowed" means within SLACK of the numbers involved: 15.00 + 15.00 is
+ * 30.00 and not one unit less. (1) is exact: targets are inside the limit, and no output passes its
+ * target.
  *
- * Late writes. A write without an answer may take effect after a later one was confirmed: its bytes
- * wait in the PLC behind a new connection. Let T be cb_limiter_late_us(). The write may take effect
- * until the PLC's program was seen running for T, or the PLC served requests (its program runs, or
- * it confirms writes) for 2T. So its value leaves [m, M] only with a confirmed write that was sent
- * after that. Every such value was once an output, so (2) follows for it as for the others; and a
- * confirmation that leaves it in [m, M] only keeps what was there, so "stay" holds.
+ * Late writes. A write without a reply may take effect after a later one was confirmed, because its
+ * bytes wait in the PLC on an old connection. Let T be cb_limiter_late_us(). The write may take
+ * effect until the PLC's program was seen running for T, or until the PLC served requests (its
+ * program runs, or it confirms writes) for 2T. So its value leaves [m, M] only with a confirmed
+ * write that was sent after that. Every such value was once an output, so (2) follows as for the
+ * others. A confirmation before that time does not extend [m, M], so "stay" remains allowed.
  *
  * Arrival. Late writes are kept by turns of 2T of service. Those of a turn leave [m, M] when the
- * next turn ends, however many come after them. So an output that (B) holds back moves on by 2Ps
- * after two turns at the latest, also while the PLC's program is stopped or every other write gets
- * no answer: while writes are confirmed, (B) holds no output for ever.
+ * next turn ends, however many follow them. So an output that (B) holds back moves on by 2Ps after
+ * two turns at the latest, also while the PLC's program is stopped or every other write has no
+ * reply: while writes are confirmed, (B) holds no output for ever.
  *
- * Last word. bounded() is the last operation on every output: a value that is not finite becomes
- * the last one that was sent, and no output is beyond max(L, |last one sent|) nor beyond the
- * ceiling. In a sound box it changes nothing; it holds whatever the stages before it do.
+ * Final bound. bounded() is the last operation on every output. It replaces a value that is not
+ * finite by the last one sent; no output is beyond max(L, |last one sent|) or beyond the ceiling.
+ * In a sound box it changes nothing. It does not depend on the earlier stages.
  *
- * After a reload (adopt.c) q may lie outside new limits. The output then moves towards them at
- * the slew rate, and the clamps below let q be.
- */
+ * After a reload (adopt.c) q may be outside the new limits. The output then moves towards them at
+ * the slew rate: the clamps below always admit q. */
 #include "firmware/box/limiter.h"
 
 #include "firmware/base/assert.h"
@@ -71,10 +71,12 @@
 /* Rounding of a few float32 operations, relative. */
 static const float SLACK = 2.0f * FLT_EPSILON; /* 2^-22 */
 
-/* From here on a float32 has no room for single units of an int32. */
+/* From here on float32 does not resolve single units of an int32. */
 static const float LARGEST_GRID = 2147483648.0f; /* 2^31 */
 
-/* out: the last grid value on the way from `from_um` (on the grid) to um */
+/* in : from_um, on the grid; um, any float
+ * out: the last grid value between from_um and um; um itself without a grid, or beyond
+ *      LARGEST_GRID */
 static float grid_before(float unit_um, float um, float from_um) {
     if (!(unit_um > 0.0f) || !(cb_abs(um) < LARGEST_GRID * unit_um)) return um;
     const float slack_um = (cb_abs(um) + cb_abs(from_um)) * SLACK;
@@ -91,7 +93,8 @@ uint32_t cb_limiter_late_us(const struct cb_config *config) {
     return us < UINT32_MAX ? (uint32_t)us : UINT32_MAX;
 }
 
-/* The PLC holds a value in the interval low … high; late: or that of a late write. */
+/* Sets the interval of possible values to low … high; if `late`, it includes the late writes
+ * too. */
 static void holds(struct cb_channel_state *state, float low_um, float high_um, bool late) {
     state->possible_min_um = low_um;
     state->possible_max_um = high_um;
@@ -100,11 +103,13 @@ static void holds(struct cb_channel_state *state, float low_um, float high_um, b
     state->possible_max_um = cb_max(high_um, cb_max(state->late_max_um, state->older_max_um));
 }
 
+/* out: left_us less passed_us, at least 0 */
 static uint32_t left_of(uint32_t left_us, uint32_t passed_us) {
     return passed_us < left_us ? left_us - passed_us : 0;
 }
 
-/* The next turn begins without late writes; those of the last one are kept until it ends. */
+/* Counts late_us and turn_us down. At the end of a turn the next one begins without late writes;
+ * those of the turn that ended are kept until the next one ends. */
 static void age_late(struct cb_channel_state *state, uint32_t lived_us, uint32_t served_us,
                      uint32_t turn_us) {
     state->late_us = left_of(state->late_us, lived_us);
@@ -117,6 +122,7 @@ static void age_late(struct cb_channel_state *state, uint32_t lived_us, uint32_t
     state->turn_us = turn_us;
 }
 
+/* The last write had no reply: its value is possible now, and late for late_us. */
 static void unanswered(struct cb_channel_state *state, uint32_t late_us) {
     const float sent_um = state->sent_um;
     if (state->late_us == 0) {
@@ -143,7 +149,7 @@ void cb_limiter_written(const struct cb_config *config, struct cb_channel_state 
     }
 }
 
-/* Whether upper is more than `most` above lower. */
+/* out: true if upper_um is more than `most` above lower_um */
 static bool too_far(float upper_um, float lower_um, float most) {
     return upper_um - lower_um > most + (cb_abs(upper_um) + cb_abs(lower_um)) * SLACK;
 }
@@ -152,8 +158,9 @@ static bool apart(float a_um, float b_um, float most) {
     return too_far(a_um, b_um, most) || too_far(b_um, a_um, most);
 }
 
-/* Brings two targets, each inside its own limit, within the pair's difference: both give way by the
- * same amount where their limits let them, so that the centre of the stage stays where it was. */
+/* in : two targets, each inside its own limit
+ * out: targets within the pair's difference. Both change by the same amount if their limits permit,
+ *      so the centre of the stage does not move. */
 static void give_way(const struct cb_config *config, const struct cb_pair_config *pair, float *a_um,
                      float *b_um) {
     const float most = pair->max_difference_um;
@@ -168,8 +175,8 @@ static void give_way(const struct cb_config *config, const struct cb_pair_config
     *b_um += give;
 }
 
-/* in : two targets on their grids that rounding left more than `most` apart
- * out: the larger one is taken back towards the other: so it stays inside its limit */
+/* in : two targets on their grids, after rounding more than `most` apart
+ * out: the one of larger size is moved towards the other, so it stays inside its limit */
 static void take_back(float a_unit_um, float b_unit_um, float most, float *a_um, float *b_um) {
     const float way = *a_um > *b_um ? most : -most;
     if (cb_abs(*a_um) > cb_abs(*b_um))
@@ -178,8 +185,8 @@ static void take_back(float a_unit_um, float b_unit_um, float most, float *a_um,
         *b_um = grid_before(b_unit_um, *a_um - way, *a_um);
 }
 
-/* in : targets on the grid, inside the limits of value
- * out: those of pairs also within their difference, still on the grid */
+/* in : targets on the grid, each inside its limit
+ * out: the same, and targets of pairs within their difference */
 static void join_targets(const struct cb_config *config, struct cb_counters *counters,
                          float *target_um) {
     for (unsigned i = 0; i < config->pairs_count; ++i) {
@@ -197,16 +204,17 @@ static void join_targets(const struct cb_config *config, struct cb_counters *cou
     }
 }
 
-/* The interval that (A), (B) and (1) leave to the next output; it holds the last one. */
+/* The interval of the next output by (A), (B), (1) and (4); it contains the last output. */
 struct room {
     float low_um, high_um;
 };
 
+/* out: the interval of one channel; without (B) and (4) if the output will not be written */
 static struct room room_of(const struct cb_channel_config *channel,
                            const struct cb_channel_state *state, const struct cb_motion *motion) {
     const float unit_um = channel->unit_um;
     const float allowed_um = channel->slew_um_per_s * motion->elapsed_s;
-    /* below one unit, goal_um() is what keeps (A): it moves no further than allowed */
+    /* below one unit goal_um() enforces (A): it moves no further than allowed */
     const float step_um = allowed_um < unit_um ? 2.0f * unit_um : allowed_um;
     const float last_um = state->output_um;
     struct room room = {last_um - step_um, last_um + step_um};
@@ -224,18 +232,18 @@ static struct room room_of(const struct cb_channel_config *channel,
     return room;
 }
 
-/* Where the unrounded output would go by its rate alone. */
+/* out: the next output by its rate alone, before rounding and limits */
 static float goal_um(const struct cb_channel_config *channel, const struct cb_channel_state *state,
                      float target_um, const struct cb_motion *motion) {
     const float slew = channel->slew_um_per_s, ramp = motion->ramp_um_per_s;
-    const bool ramps = ramp > 0.0f && !channel->is_slope; /* which is in µm/s */
+    const bool ramps = ramp > 0.0f && !channel->is_slope; /* a slope is not in µm */
     const float step_um = (ramps ? cb_min(ramp, slew) : slew) * motion->elapsed_s;
     const float rest_um = target_um - state->output_um - state->carry_um;
     if (cb_abs(rest_um) <= step_um) return target_um;
     return state->output_um + (state->carry_um + (rest_um > 0.0f ? step_um : -step_um));
 }
 
-/* The next output of a channel by itself, on the grid. */
+/* out: the next output of one channel, on the grid, before the rule of pairs */
 static float next_um(const struct cb_channel_config *channel, const struct cb_channel_state *state,
                      float goal, const struct cb_motion *motion) {
     const struct room room = room_of(channel, state, motion);
@@ -243,15 +251,16 @@ static float next_um(const struct cb_channel_config *channel, const struct cb_ch
     return grid_before(channel->unit_um, inside_um, state->output_um);
 }
 
-/* What is left of the way to the goal when it is less than a unit; an output that was held back
- * starts afresh. */
+/* out: rest of the way to the goal, if it is less than a unit; 0 for an output that a limit
+ *      stopped */
 static float carry_um(float unit_um, float goal, float output_um) {
     const float rest_um = goal - output_um;
     return cb_abs(rest_um) < unit_um ? rest_um : 0.0f;
 }
 
-/* Rule (3), when the upper channel of a pair is more than `most` above the lower one: the one that
- * moved and widened it stops earlier. `upper` and `lower` are what the outputs were. */
+/* Rule (3) for a pair whose upper channel is more than `most` above the lower one: the channel
+ * whose movement widened the difference stops earlier.
+ * in : upper, lower, with the last outputs; *upper_um, *lower_um, the next ones */
 static void wait_for_other(float upper_unit_um, float lower_unit_um, float most,
                            const struct cb_channel_state *upper,
                            const struct cb_channel_state *lower, float *upper_um, float *lower_um) {
@@ -264,8 +273,8 @@ static void wait_for_other(float upper_unit_um, float lower_unit_um, float most,
     }
 }
 
-/* in : next outputs of all channels, each by itself
- * out: pairs within their difference wherever the last outputs were */
+/* in : next outputs of all channels, before the rule of pairs
+ * out: those of pairs within their difference, if their last outputs were */
 static void join_outputs(const struct cb_config *config, const struct cb_channel_state *channels,
                          float *output_um) {
     for (unsigned i = 0; i < config->pairs_count; ++i) {
@@ -279,7 +288,7 @@ static void join_outputs(const struct cb_config *config, const struct cb_channel
             wait_for_other(a_unit_um, b_unit_um, most, a, b, a_um, b_um);
         else if (too_far(*b_um, *a_um, most))
             wait_for_other(b_unit_um, a_unit_um, most, b, a, b_um, a_um);
-        /* only where a unit is coarser than the difference: both stay */
+        /* only if a unit is coarser than the difference: both stay */
         if (apart(*a_um, *b_um, most) && !apart(a->output_um, b->output_um, most)) {
             *a_um = a->output_um;
             *b_um = b->output_um;
@@ -287,7 +296,8 @@ static void join_outputs(const struct cb_config *config, const struct cb_channel
     }
 }
 
-/* An output that is not within the limit: one that comes inside after a reload, or a wrong one. */
+/* in : um, any float beyond the limit: the output is still outside after a reload, or it is wrong
+ * out: as bounded() */
 CB_OUTLINE float force_inside(const struct cb_config *config,
                               const struct cb_channel_config *channel,
                               const struct cb_channel_state *state, float um) {
@@ -299,10 +309,10 @@ CB_OUTLINE float force_inside(const struct cb_config *config,
     return grid_before(channel->unit_um, cb_clamp(finite_um, -most_um, most_um), 0.0f);
 }
 
-/* The last word on an output, whatever the stages before it made of it.
- * in : um: any float; state: the last output that was sent is finite
- * out: finite; |result| <= max(limit, |last output sent|) and <= the site's ceiling. top_um is
- * within both: cb_ceiling_apply() has lowered it */
+/* The last operation on an output; it does not depend on the earlier stages.
+ * in : um, any float; state->sent_um finite
+ * out: finite; |result| <= max(limit, |sent_um|) and <= the site's ceiling. top_um is within both,
+ *      because cb_ceiling_apply() has lowered it. */
 static float bounded(const struct cb_config *config, const struct cb_channel_config *channel,
                      const struct cb_channel_state *state, float um) {
     return cb_abs(um) <= channel->top_um ? um : force_inside(config, channel, state, um);
@@ -330,8 +340,8 @@ void cb_limiter_step(const struct cb_config *config, struct cb_channel_state *ch
     }
 }
 
-/* What the box itself may have put there, as a register says it, perhaps under another file's
- * limits; where the PLC was not asked that is what it sent last. */
+/* out: true if the box itself may have written the start value, perhaps within another file's
+ *      limits; if the value is not certain, true for the value sent last */
 static bool is_own(const struct cb_config *config, const struct cb_channel_state *channels,
                    const struct cb_start *start, unsigned index) {
     const struct cb_channel_config *channel = &config->channels[index];
@@ -339,14 +349,14 @@ static bool is_own(const struct cb_config *config, const struct cb_channel_state
     const float um = start[index].um;
     const float unit_um = cb_channel_raw_unit_um(channel);
     const float low_um = state->possible_min_um, high_um = state->possible_max_um;
-    /* of the values that were sent, never of what was read: an infinite reading widens nothing */
+    /* from the values sent, never from the reading: an infinite reading widens nothing */
     const float slack_um = unit_um + cb_max(cb_abs(low_um), cb_abs(high_um)) / CB_FINEST_GRID;
     if (!start[index].certain) return um == state->sent_um;
     return um >= low_um - slack_um && um <= high_um + slack_um;
 }
 
-/* One of a pair is the box's own value only where the other one is. By (B) both are then within 2Ps
- * of the last output that was sent, so they are no further apart than those and the two ways. */
+/* out: as is_own(); for a channel of a pair only if both are. By (B) both are then within 2Ps of
+ *      the last outputs sent, which bounds their difference. */
 static bool pair_is_own(const struct cb_config *config, const struct cb_channel_state *channels,
                         const struct cb_start *start, unsigned index) {
     if (!is_own(config, channels, start, index)) return false;
@@ -358,8 +368,9 @@ static bool pair_is_own(const struct cb_config *config, const struct cb_channel_
     return true;
 }
 
-/* Values of the box's own stay, so that nothing steps when the PLC is heard again after a reload;
- * they come inside the limits and the pair's difference later, at the slew rate. */
+/* out: place_um[channels]. The box's own values stay, so no output steps when contact returns after
+ *      a reload; they move inside the limits and the pair's difference later, at the slew rate.
+ *      Other values are forced inside. */
 static void place(const struct cb_config *config, const struct cb_channel_state *channels,
                   const struct cb_start *start, float *place_um) {
     struct cb_counters ignored = {0};

@@ -1,27 +1,27 @@
 /* SPDX-License-Identifier: MIT
- * The picture of this file is docs/mode.dot. */
+ * The picture of this state machine is docs/mode.dot. */
 #include "firmware/box/mode.h"
 
 #include "firmware/base/assert.h"
 #include "firmware/base/duration.h"
 
-/* The PLC can be read and written, it lives, and every position is there. */
+/* out: true if the PLC is readable, writable and alive, and every essential signal is fresh */
 static bool healthy(const struct cb_mode_events *e) {
     return !e->loss && e->clock_ok && e->plc_ok && e->writes_ok && e->heartbeat_ok &&
            e->essentials_ok;
 }
 
-/* The PLC wants compensation. Means something only while plc_ok. */
+/* out: true if the PLC requests compensation; meaningless unless plc_ok */
 static bool wanted(const struct cb_mode_events *e) {
     return e->enable && e->referenced;
 }
 
-/* The PLC, readable, has taken its wish back. */
+/* out: true if the PLC is readable and no longer requests compensation */
 static bool withdrawn(const struct cb_mode_events *e) {
     return e->plc_ok && !wanted(e);
 }
 
-/* Everything is there for ACTIVE, and after a loss also the permission. */
+/* out: true if all conditions of ACTIVE hold, after a loss with permission */
 static bool may_run(const struct cb_mode_state *state, const struct cb_mode_events *e) {
     return healthy(e) && wanted(e) && !e->nc_alarm && !e->stop &&
            (!state->lost || e->permit_resume);
@@ -31,8 +31,7 @@ static bool may_end(const struct cb_mode_events *e) {
     return e->stop && e->all_zero && e->zero_written;
 }
 
-/* The first thing that keeps the box from being ACTIVE, in the order in which a person would look
- * for it. */
+/* out: the first condition of ACTIVE that does not hold, in the order of a person's search */
 static enum cb_reason missing(const struct cb_mode_state *state, const struct cb_mode_events *e) {
     if (e->stop) return CB_REASON_STOP;
     if (!e->clock_ok) return CB_REASON_CLOCK;
@@ -67,7 +66,7 @@ static enum cb_mode active(struct cb_mode_state *state, const struct cb_mode_eve
     return CB_MODE_ACTIVE;
 }
 
-/* Waiting in any other mode than ACTIVE: stays or goes there, and says what is missing. */
+/* Enters or keeps a mode other than ACTIVE. out: the mode; state->reason, the missing condition */
 static enum cb_mode wait_in(enum cb_mode mode, struct cb_mode_state *state,
                             const struct cb_mode_events *e) {
     state->reason = (uint8_t)missing(state, e);
@@ -82,7 +81,7 @@ static enum cb_mode step_standby(struct cb_mode_state *state, const struct cb_mo
 
 static enum cb_mode step_active(struct cb_mode_state *state, const struct cb_mode_events *e,
                                 uint32_t max_hold_us) {
-    /* an axis that is no longer referenced is a position lost; enable taken away is not */
+    /* an axis that is no longer referenced is a loss; a cleared enable is not */
     state->lost = !healthy(e) || (e->enable && !e->referenced);
     if (e->nc_alarm) return fault(state, CB_REASON_NC_ALARM);
     if (e->stop || withdrawn(e)) return wait_in(CB_MODE_RAMP, state, e);
@@ -106,7 +105,7 @@ static enum cb_mode step_ramp(struct cb_mode_state *state, const struct cb_mode_
     return wait_in(e->all_zero ? CB_MODE_STANDBY : CB_MODE_RAMP, state, e);
 }
 
-/* The reason is that of the fault until the PLC resets it. */
+/* Keeps the reason of the fault until the PLC resets it. */
 static enum cb_mode step_fault(struct cb_mode_state *state, const struct cb_mode_events *e) {
     const bool gone = e->fault == CB_REASON_NONE &&
                       !(state->reason == CB_REASON_DEMAND && e->excessive) &&
@@ -119,11 +118,13 @@ static enum cb_mode step_fault(struct cb_mode_state *state, const struct cb_mode
     return CB_MODE_FAULT;
 }
 
+/* in : events of this step, elapsed_us since the previous one
+ * out: the next mode; *state has its reason. A new fault precedes the functions of the states. */
 static enum cb_mode next_mode(struct cb_mode_state *state, const struct cb_mode_events *e,
                               uint32_t elapsed_us, uint32_t max_hold_us) {
     const enum cb_mode mode = (enum cb_mode)state->mode;
     if (e->fault == CB_REASON_CONFIG_CORRUPT && mode != CB_MODE_STOPPED)
-        return fault(state, e->fault); /* whatever was before: nothing is written any more */
+        return fault(state, e->fault); /* replaces the reason of an earlier fault */
     if (e->fault != CB_REASON_NONE && mode != CB_MODE_FAULT && mode != CB_MODE_STOPPED)
         return fault(state, e->fault);
     switch (mode) {
@@ -151,7 +152,7 @@ void cb_mode_step(struct cb_mode_state *state, const struct cb_mode_events *even
                   uint32_t elapsed_us, uint32_t max_hold_us) {
     CB_ASSERT(state->mode <= CB_MODE_STOPPED);
     state->lost = state->lost || events->loss;
-    /* enable going on is the permission after a loss, once the loss is over */
+    /* after a loss, when all is healthy again, a rising enable is the permission */
     if (healthy(events) && events->enable && !state->enable_was) state->lost = false;
     state->mode = (uint8_t)next_mode(state, events, elapsed_us, max_hold_us);
     state->enable_was = events->enable;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * The box's modes and why it is in them (docs/DESIGN.md §5; picture: docs/mode.dot). */
+ * Modes of the box and their reasons (docs/DESIGN.md §5; picture: docs/mode.dot). */
 #ifndef COMPBOX_FIRMWARE_BOX_MODE_H
 #define COMPBOX_FIRMWARE_BOX_MODE_H
 
@@ -21,24 +21,24 @@
     X(CB_REASON_NO_PLC, 1, "no answer from the PLC")                                            \
     X(CB_REASON_NOT_ENABLED, 2, "the PLC has not set enable")                                   \
     X(CB_REASON_NOT_REFERENCED, 3, "an axis is not referenced")                                 \
-    X(CB_REASON_HEARTBEAT, 4, "the PLC's heartbeat stands still")                               \
+    X(CB_REASON_HEARTBEAT, 4, "the PLC's heartbeat does not change")                            \
     X(CB_REASON_SIGNAL, 5, "an essential signal is missing or implausible")                     \
     X(CB_REASON_CLOCK, 6, "time went backward or jumped")                                       \
     X(CB_REASON_WAIT_ENABLE, 7, "after a loss: waiting for permit resume or a new enable edge") \
     X(CB_REASON_DEGRADED, 8, "a term is faded out: a signal is missing or far out of range")    \
     X(CB_REASON_LIMITED, 9, "a channel is at its limit")                                        \
-    X(CB_REASON_STOP, 10, "the box was asked to stop")                                          \
+    X(CB_REASON_STOP, 10, "a stop was requested")                                               \
     X(CB_REASON_EXTRAPOLATED, 11, "a model is used outside the range it was trained in")        \
     X(CB_REASON_UNCONFIRMED, 12, "the PLC answers readings but confirms no write")              \
-    X(CB_REASON_UNAPPLIED, 13, "the PLC applies something else than was written")               \
+    X(CB_REASON_UNAPPLIED, 13, "the PLC applies another value than was written")                \
     X(CB_REASON_NC, 14, "the NC is in alarm")                                                   \
     X(CB_REASON_NO_FILE, 15, "there is no coefficient file that the box can run")               \
     X(CB_REASON_DEMAND, 16, "a channel's demand is beyond its error limit")                     \
     X(CB_REASON_CONFIG_CORRUPT, 17,                                                             \
       "the configuration in memory has changed: nothing is written until a restart")            \
     X(CB_REASON_WRITE_REFUSED, 18, "the PLC refuses the writes")                                \
-    X(CB_REASON_OVERRUN, 19, "the box misses its period again and again")                       \
-    X(CB_REASON_NC_ALARM, 20, "the NC went into alarm while it was compensated")                \
+    X(CB_REASON_OVERRUN, 19, "the box misses its period repeatedly")                            \
+    X(CB_REASON_NC_ALARM, 20, "an NC alarm occurred during compensation")                       \
     X(CB_REASON_FOREIGN, 21, "the PLC applies a value that is not the box's, beyond error_um")
 
 enum cb_mode {
@@ -53,36 +53,36 @@ enum cb_reason {
 #undef CB_X
 };
 
-/* What one step saw, as far as the mode depends on it. */
+/* Events of one step, on which the mode depends. */
 struct cb_mode_events {
-    bool plc_ok;        /* a reading younger than its maximum age is there */
-    bool writes_ok;     /* … it returned or refused what it holds, and confirms writes, if any */
+    bool plc_ok;        /* the last good reading is younger than its maximum age */
+    bool writes_ok;     /* the PLC returned its write block or refused to, and confirms writes */
     bool heartbeat_ok;  /* the PLC's heartbeat moved within its timeout */
     bool essentials_ok; /* every essential signal is valid and young enough */
-    bool loss;          /* a box was at work here before, or the PLC does not return what it holds:
-                           a loss, found in this step */
+    bool loss;          /* a loss was found in this step: an earlier run was interrupted, or the
+                           PLC does not return its write block */
     bool clock_ok;      /* time went forward by no more than five periods */
     bool enable;        /* control bit 0 */
     bool referenced;    /* control bit 1, or all configured bits */
     bool reset_edge;    /* control bit 2 went from 0 to 1 */
     bool permit_resume; /* control bit 3 */
-    bool stop;          /* the box was asked to stop */
+    bool stop;          /* a stop was requested */
     bool all_zero;      /* every output is zero */
-    bool zero_written;  /* … and the PLC has confirmed it, or nothing was ever written */
+    bool zero_written;  /* … and the PLC confirmed it, or nothing was ever written */
     bool excessive;     /* a channel's demand is beyond its error limit: a fault when ACTIVE */
-    bool foreign;       /* the PLC applies far more than the box sent: a fault when ACTIVE */
+    bool foreign;       /* the PLC applies a value far beyond those sent: a fault when ACTIVE */
     bool nc_alarm;      /* the NC is in alarm: a fault when ACTIVE */
-    bool unapplied;     /* the PLC applies something else than was written */
+    bool unapplied;     /* the PLC applies another value than was written */
     bool degraded;      /* a term is not live, or weakened outside its training range */
     bool extrapolated;  /* a model is outside its training range */
     bool limited;       /* a channel is at its limit */
-    uint8_t fault;      /* CB_REASON_NONE or the fault found in this step */
+    uint8_t fault;      /* enum cb_reason: a fault found in this step, or CB_REASON_NONE */
 };
 
 struct cb_mode_state {
     uint8_t mode;     /* enum cb_mode */
     uint8_t reason;   /* enum cb_reason; of a latched fault until it is reset */
-    bool enable_was;  /* enable of the step before */
+    bool enable_was;  /* enable of the previous step */
     bool lost;        /* a loss happened: permit resume or a new enable edge is needed */
     uint32_t hold_us; /* time spent in HOLD */
 };
@@ -92,8 +92,8 @@ void cb_mode_start(struct cb_mode_state *state);
 
 /* in : elapsed_us since the last step; max_hold_us
  * out: the new mode and reason in *state
- * One pure function for each state; a fault wins over all but STOPPED. What counts as a loss, and
- * what permits to go on after it: docs/decisions/0004-enable.md. */
+ * One pure function for each state; a fault precedes all but STOPPED. Losses and the permission
+ * after a loss: docs/decisions/0004-enable.md. */
 void cb_mode_step(struct cb_mode_state *state, const struct cb_mode_events *events,
                   uint32_t elapsed_us, uint32_t max_hold_us);
 

@@ -32,7 +32,7 @@ void cb_plc_written(const struct cb_config *config, struct cb_plc_state *state,
     if (state->refusing) state->refused_us = cb_add_us(state->refused_us, elapsed_us);
     if (result == CB_TRANSFER_REFUSED) {
         state->refusing = true;
-        /* nothing was ever confirmed: the PLC is not busy, it does not take such writes */
+        /* without any confirmation before, the PLC is not busy: it does not accept such writes */
         state->mute = state->mute || !state->confirmed;
     }
     if (result != CB_TRANSFER_NONE && result != CB_TRANSFER_FAILED) state->parting = false;
@@ -40,7 +40,7 @@ void cb_plc_written(const struct cb_config *config, struct cb_plc_state *state,
         state->refusing = state->mute = false;
         state->confirmed = true;
         state->refused_us = 0;
-        state->unconfirmed_us = 0; /* when that write was made: elapsed_us ago */
+        state->unconfirmed_us = 0; /* at the time of that write, elapsed_us ago */
     }
     state->unconfirmed_us = cb_add_us(state->unconfirmed_us, elapsed_us);
     const uint64_t lost_us = (uint64_t)CB_LOST_HALF_PERIODS * config->period_us / 2;
@@ -48,7 +48,7 @@ void cb_plc_written(const struct cb_config *config, struct cb_plc_state *state,
     if (state->unconfirmed_us > part_by_us) state->parting = false;
     if (state->contact != CB_CONTACT_KNOWN || state->unconfirmed_us <= lost_us) return;
     state->contact = CB_CONTACT_LOST;
-    /* a PLC that is gone altogether answers neither readings nor writes */
+    /* an absent PLC replies neither to readings nor to writes */
     const bool heard = state->refusing || cb_plc_readable(config, state, now_us);
     state->parting = heard && !state->mute;
     if (heard || !state->confirmed) state->mute = true;
@@ -58,8 +58,8 @@ static bool is_torn(const struct cb_block_config *block, const uint16_t *registe
     return block->counters && registers[0] != registers[block->count - 1];
 }
 
-/* The PLC's heartbeat has to be seen moving; that it has some value says nothing. One that is
- * behind the last one, by the shorter way round, is that of a PLC that has restarted. */
+/* A heartbeat counts only when it changes between two readings. One that is behind the previous
+ * one, by the shorter way round, is that of a PLC that has restarted. */
 static void take_heartbeat(struct cb_plc_state *state, uint16_t heartbeat, bool first,
                            int64_t read_us) {
     const bool behind = (uint16_t)(state->plc_heartbeat - heartbeat - 1) < 0x7FFF;
@@ -72,7 +72,7 @@ static void take_heartbeat(struct cb_plc_state *state, uint16_t heartbeat, bool 
     state->plc_heartbeat = heartbeat;
 }
 
-/* Counts the handshakes that are seen: another channel, or ESTB on again. */
+/* Counts handshakes, by a new channel or a rising ESTB, and NC alarms. */
 static void take_handshake(struct cb_plc_state *state, struct cb_counters *counters,
                            uint16_t word) {
     const unsigned changed = word ^ state->handshake;

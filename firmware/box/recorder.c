@@ -9,7 +9,7 @@ void cb_recorder_start(struct cb_recorder *recorder, struct cb_record *records, 
     *recorder = (struct cb_recorder){.records = records, .capacity = capacity};
 }
 
-/* out: one bit for each counter that differs, but for `cycles`, which always does */
+/* out: one bit for each counter that differs, except `cycles`, which always does */
 static uint32_t changed(const struct cb_counters *before, const struct cb_counters *after) {
     uint32_t old[CB_COUNTERS_COUNT], new[CB_COUNTERS_COUNT], bits = 0;
     memcpy(old, before, sizeof old);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Flight recorder: the last N cycles, to see afterwards why the box did what it did. A struct of
- * its own in memory of the caller; the box knows nothing of it. */
+ * Flight recorder: the last N cycles, for the analysis of an event. The caller owns its memory and
+ * calls it after each step; the box does not know it. */
 #ifndef COMPBOX_FIRMWARE_BOX_RECORDER_H
 #define COMPBOX_FIRMWARE_BOX_RECORDER_H
 
@@ -9,7 +9,7 @@
 
 #include "firmware/box/box.h"
 
-/* One cycle as it ended. */
+/* State at the end of one cycle. */
 struct cb_record {
     int64_t time_us;                   /* of the step */
     uint32_t cycle;                    /* counter `cycles` */
@@ -24,17 +24,17 @@ struct cb_recorder {
     struct cb_record *records; /* records[capacity], memory of the caller */
     uint32_t capacity;         /* >= 1 */
     uint32_t count;            /* records made, at most capacity */
-    uint32_t next;             /* where the next one goes */
+    uint32_t next;             /* index of the next record */
     struct cb_counters before; /* counters at the last record */
 };
 
 /* out: an empty recorder over records[capacity] */
 void cb_recorder_start(struct cb_recorder *recorder, struct cb_record *records, uint32_t capacity);
 
-/* Call after each step; the oldest record makes room. */
+/* Appends a record; a full recorder overwrites its oldest. Call after each step. */
 void cb_recorder_note(struct cb_recorder *recorder, const struct cb_box *box);
 
-/* The record of `ago` cycles before the last one (0: the last), or NULL when there is none. */
+/* out: the record `ago` cycles before the last one (0: the last); NULL if there is none */
 const struct cb_record *cb_recorder_at(const struct cb_recorder *recorder, uint32_t ago);
 
 #endif

@@ -4,7 +4,7 @@
 #include "firmware/wire/number.h"
 #include "models/num.h"
 
-/* out: -dE/dP of the channel in µm/m; 0 where its output is held at the limit */
+/* out: -dE/dP of the channel in µm/m; 0 if its output is at the limit */
 static float wanted_slope(const struct cb_channel_config *channel, float wanted_um,
                           const float *slopes) {
     float sum = 0.0f; /* µm/mm */
@@ -18,7 +18,7 @@ void cb_tangent_want(const struct cb_config *config, const struct cb_signal_stat
                      const struct cb_term_state *terms, const float *outputs,
                      struct cb_tangent_state *state, struct cb_channel_state *channels,
                      struct cb_counters *counters) {
-    uint8_t known = CB_NONE; /* the signal that state->slopes are by */
+    uint8_t known = CB_NONE; /* the signal of state->slopes */
     for (unsigned i = 0; i < config->channels_count; ++i) {
         const struct cb_channel_config *channel = &config->channels[i];
         if (!channel->tangent) continue;

@@ -162,8 +162,8 @@ def test_statistics_and_log_go_into_the_report(compbox, gantry):
     compbox.write("scenario.json", gantry)
     spread = {"count": 3, "min": 1.0, "mean": 2.0, "p50": 2.0, "p99": 3.0, "max": 3.0}
     history = [(0, "STANDBY", "not yet"), (1, "ACTIVE", "all is well"), (5, "HOLD", "lost"),
-               (6, "ACTIVE", "all is well"), (7, "RAMP", "the box was asked to stop"),
-               (8, "STOPPED", "the box was asked to stop")]
+               (6, "ACTIVE", "all is well"), (7, "RAMP", "a stop was requested"),
+               (8, "STOPPED", "a stop was requested")]
     compbox.write("stats.json", {"cycles": 800, "overruns": 1, "period_us": 30000,
                                  "jitter_us": spread, "exchange_us": spread, "secret": 1,
                                  "history": [dict(zip(("time_s", "mode", "reason"), entry))
@@ -186,7 +186,7 @@ def test_statistics_and_log_go_into_the_report(compbox, gantry):
     # 8, 0, 8, 0 about its line 7.6 - 1.6 i: 8 - 1.6 is the most, at the ends of the stretch
     assert report["in_motion"]["before_um"]["X"] == pytest.approx(4 * report["in_motion"]["after_um"]["X"])
     assert "800 cycles of 30.0 ms, 1 overrun\n" in out
-    assert "at 5.0 s HOLD: lost\n" in out and "asked to stop" not in out
+    assert "at 5.0 s HOLD: lost\n" in out and "a stop was requested" not in out
     plots = compbox.folder / "out/plots"
     for name in ("diagonal.svg", "compensation-over-time.svg"):
         assert (plots / name).read_text().startswith("<?xml") and "</svg>" in (plots / name).read_text()
