@@ -17,7 +17,8 @@ static int64_t now(const struct cb_hal *hal) {
     return hal->now_us(hal->context);
 }
 
-/* A third request takes no longer than the two of a cycle, and they left half of the time. */
+/* A third request takes no longer than the first two, so it fits if they took at most half of the
+ * time. */
 static bool has_room(const struct cb_cycle *cycle, const struct exchange *exchange) {
     return now(exchange->hal) + cycle->exchange_us <= exchange->deadline_us - cycle->exchange_us;
 }
@@ -44,14 +45,15 @@ static void read_inputs(struct cb_cycle *cycle, const struct exchange *exchange)
     cycle->in.read_ok = cycle->read == CB_TRANSFER_OK;
 }
 
-/* in : read_us: time of the reading behind the confirmed outputs; 0: none */
+/* Records the time from a reading to the confirmation of the outputs computed from it.
+ * in : read_us, time of the reading; 0: none */
 static void note_exchange(struct cb_cycle *cycle, int64_t read_us, int64_t confirmed_us) {
     const int64_t took_us = confirmed_us - read_us;
     if (cycle->write != CB_TRANSFER_OK || read_us == 0 || took_us <= 0) return;
     cycle->in.exchange_us = (uint32_t)(took_us < UINT32_MAX ? took_us : UINT32_MAX);
 }
 
-/* Closes the connection behind a last write that may still take effect. */
+/* Closes the connection after a last write that may still take effect. */
 static void leave_behind_last(const struct cb_cycle *cycle, const struct cb_hal *hal) {
     if (cycle->out.last && cycle->write == CB_TRANSFER_UNKNOWN && hal->leave)
         hal->leave(hal->context);

@@ -16,10 +16,10 @@ struct cb_cycle {
     int64_t tick_us;              /* now_us right after the tick */
     int64_t exchange_us;          /* time spent in read, write or write_read */
     int64_t step_us;              /* time spent in cb_box_step */
-    int64_t step_at_us;           /* now_us that the step was given … */
-    uint32_t step_exchange_us;    /* … and of its inputs those that the */
-    uint8_t step_last_write;      /* write after it has changed */
-    enum cb_transfer read, write; /* of this cycle; FAILED where nothing was to be written */
+    int64_t step_at_us;           /* now_us of the step … */
+    uint32_t step_exchange_us;    /* … and two of its inputs, which the write */
+    uint8_t step_last_write;      /* after the step has changed */
+    enum cb_transfer read, write; /* of this cycle; FAILED if there was nothing to write */
 };
 
 /* Sets *cycle to the state before the first tick. */

@@ -35,11 +35,11 @@ struct cb_hal {
                                    uint16_t read_count, uint16_t *read_registers,
                                    int64_t deadline_us);
 
-    /* Closes the connection in order behind a last write that was sent and has no reply: the sent
-     * bytes arrive, nothing follows them. Then reconnects. NULL: the wire has no connection. */
+    /* Closes the connection after a last write that was sent and has no reply: the sent bytes
+     * arrive, and nothing follows them. Then reconnects. NULL: the wire has no connection. */
     void (*leave)(void *context);
 
-    /* Moves up to max waiting samples into samples[], returns how many. Never blocks. */
+    /* Moves up to max pending samples into samples[]. out: their number. Never blocks. */
     size_t (*samples)(void *context, struct cb_sample *samples, size_t max);
 
     /* Called after each completed step, whether or not the PLC replies. */

@@ -31,9 +31,11 @@ struct cb_curve_value {
     bool outside; /* x was below or above the range, or NaN */
 };
 
-/* Value, slope and whether x lay outside; outside the breaks (and for a NaN x: at the first break)
- * the value at the end. A break belongs to the span on its right, the last one to the last span.
- * No state, no libm; at most log2(spans) + degree + 1 steps. */
+/* in : x, any float
+ * out: value, slope, and whether x is outside of the breaks; then the value at that end (for NaN:
+ *      at the first break)
+ * A break belongs to the span on its right, the last one to the last span. No state, no libm; at
+ * most log2(spans) + degree + 1 steps. */
 struct cb_curve_value cb_ppoly_evaluate(const struct cb_ppoly *curve, float x);
 
 /* Value and range without the slope, for repeated calls near the same place.

@@ -50,7 +50,7 @@ static inline float cb_tanh(float x) {
 
 /* in : any float
  * out: 1 - e^-x for x > 0 within 1.1 ulp, small x included; monotone, 1 at +infinity; 0 for
- *      x <= 0 and NaN: the gain of a lag, for which time never runs backward */
+ *      x <= 0 and NaN, because it is the gain of a lag over an elapsed time */
 float cb_one_minus_exp(float x);
 
 #endif

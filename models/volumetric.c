@@ -88,7 +88,7 @@ void cb_volumetric_evaluate(const struct cb_volumetric *model,
     for (unsigned c = 0; c < 3; ++c) e_um[c] = ((ex[c] + ey[c]) + ez[c]) + 0.001f * turned[c];
 }
 
-/* d (eps x L) = d eps x L + eps x d L, for each axis. */
+/* Product rule for each axis: d (eps x L) = d eps x L + eps x d L. */
 void cb_volumetric_derivative(const struct cb_volumetric *model,
                               const struct cb_volumetric_state *state,
                               const struct cb_volumetric_state *rate, float d_um[3]) {

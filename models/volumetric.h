@@ -72,9 +72,9 @@ int cb_volumetric_error(const char *name);
 void cb_volumetric_evaluate(const struct cb_volumetric *model,
                             const struct cb_volumetric_state *state, float e_um[3]);
 
-/* The derivative: of any motion of the machine, and of errors that change with it.
- * in : rate, what each number of *state changes by per unit of the motion
- * out: d_um = d E of that unit */
+/* The derivative for any motion of the machine, with errors that change along it.
+ * in : rate, the change of each number of *state per unit of the motion
+ * out: d_um, the change of E per unit of the motion */
 void cb_volumetric_derivative(const struct cb_volumetric *model,
                               const struct cb_volumetric_state *state,
                               const struct cb_volumetric_state *rate, float d_um[3]);

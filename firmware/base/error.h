@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Errors of the whole C core: one list, from which the enum comes. */
+ * Errors of the whole C core: one list, from which the enum is generated. */
 #ifndef COMPBOX_FIRMWARE_BASE_ERROR_H
 #define COMPBOX_FIRMWARE_BASE_ERROR_H
 

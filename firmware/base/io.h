@@ -8,12 +8,12 @@
 
 #include "firmware/base/limits.h"
 
-/* How a request to the PLC ended: a reading, a writing, or a reading back of the write block. */
+/* Result of a request to the PLC: a read, a write, or a read-back of the write block. */
 enum cb_transfer {
-    CB_TRANSFER_NONE,    /* none was made */
+    CB_TRANSFER_NONE,    /* there was no request */
     CB_TRANSFER_OK,      /* done, and the reply was checked */
-    CB_TRANSFER_FAILED,  /* certainly not done: not connected, not sent, no time left */
-    CB_TRANSFER_REFUSED, /* the PLC answered with an exception: it did not take effect */
+    CB_TRANSFER_FAILED,  /* certainly no effect: not connected, not sent, no time left */
+    CB_TRANSFER_REFUSED, /* the PLC replied with an exception: no effect */
     CB_TRANSFER_UNKNOWN, /* sent, but no valid reply before the deadline: a write may have taken
                             effect */
 };
@@ -27,10 +27,10 @@ struct cb_sample {
 
 struct cb_inputs {
     bool read_ok;          /* registers[] hold a fresh, whole reading of the PLC's read block */
-    uint8_t last_write;    /* enum cb_transfer, of the outputs of the step before */
-    uint8_t held;          /* enum cb_transfer, of reading back what cb_box_wants_held() asks for,
+    uint8_t last_write;    /* enum cb_transfer, of the previous step's outputs */
+    uint8_t held;          /* enum cb_transfer, of the read-back that cb_box_wants_held() requests,
                               after last_write and before this step; OK: held_registers[] */
-    bool stop;             /* asked to stop: ramp to zero, say STOPPED */
+    bool stop;             /* stop requested: ramp to zero, then report STOPPED */
     uint32_t missed_ticks; /* ticks skipped just before this one */
     int64_t read_us;       /* time of the read request; <= now_us */
     uint32_t exchange_us;  /* from the read request to the confirmation of the write based on that

@@ -77,7 +77,7 @@ struct cb_curve_config {
     float reversal_mm; /* distance of a reversal from one branch to the other; 0: no branches */
 };
 
-/* Signals that a term looks at: config->links[link + i]. */
+/* Signals that a term uses: config->links[link + i]. */
 struct cb_term_inputs {
     uint16_t link;
     uint8_t count;
@@ -89,7 +89,7 @@ struct cb_linear_config {
     uint16_t pool;
 };
 
-/* Another term's output times a signal less its origin. */
+/* Another term's output times (signal - origin). */
 struct cb_product_config {
     uint8_t output; /* index into outputs: the slope */
     uint8_t signal;

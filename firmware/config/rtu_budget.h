@@ -20,8 +20,8 @@ static inline uint32_t cb_exchange_budget_us(uint32_t period_us) {
     return period_us * 4 / 5;
 }
 
-/* in : *plc: exchange, counts of both blocks and slave delay are looked at; a line
- * out: what one cycle's transfers take on it: fc3 and fc16, or fc23 */
+/* in : *plc, of which exchange, counts of both blocks and slave delay are used; a line
+ * out: time of one cycle's transfers: fc3 and fc16, or fc23 */
 uint32_t cb_rtu_cycle_us(const struct cb_plc_config *plc, const struct cb_rtu_line *line);
 
 /* Time to read both blocks by fc3, in a cycle after a loss. A line without time for it could never

@@ -92,7 +92,7 @@ size_t cb_bus_turns_take(struct cb_bus_turns *turns, const struct cb_config *con
     const struct cb_bus_turn *turn = &turns->turns[turns->current];
     size_t count = 0;
     CB_ASSERT(turns->current < turns->count);
-    cb_bus_turns_refused(turns); /* it lives */
+    cb_bus_turns_refused(turns); /* the module is alive */
     for (unsigned i = 0; i < config->signals_count && count < max; ++i) {
         const struct cb_signal_config *signal = &config->signals[i];
         if (!is_on(signal, turns->bus) || !is_of(turn, signal)) continue;

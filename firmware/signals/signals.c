@@ -24,21 +24,22 @@ void cb_signals_forget(const struct cb_config *config, struct cb_signal_state *s
     }
 }
 
-/* in : elapsed_us >= 0 since the last accepted value, converted only where there is a limit */
+/* in : elapsed_us >= 0 since the last accepted value; converted only if there is a limit
+ * out: false if the value changed faster than its maximum rate */
 CB_INLINE bool rate_plausible(const struct cb_signal_config *signal, float change,
                               int64_t elapsed_us) {
     if (change == 0.0f || !(signal->rate_per_s <= FLT_MAX)) return true;
     return !cb_signal_too_fast(signal, change, cb_seconds(elapsed_us));
 }
 
-/* out: the velocity filtered over about three readings, because their times jitter. Where the PLC's
- *      count gives the times, a change by more than a quarter of the velocity is accepted at once:
- *      an axis starts and stops within a few readings */
+/* out: the velocity filtered over about three readings, because their times jitter. If the
+ *      PLC's count gives the times, a change by more than a quarter of the velocity is accepted at
+ * once: an axis starts and stops within a few readings */
 static float next_velocity(float velocity, float change, float per_s, bool counted) {
     if (!(per_s > 0.0f)) return velocity;
     const float measured = change * per_s, jump = measured - velocity;
-    const bool believed = counted && cb_abs(jump) > 0.25f * cb_abs(measured);
-    const float next = believed ? measured : velocity + jump * (1.0f / 3.0f);
+    const bool at_once = counted && cb_abs(jump) > 0.25f * cb_abs(measured);
+    const float next = at_once ? measured : velocity + jump * (1.0f / 3.0f);
     return cb_is_finite(next) ? next : 0.0f;
 }
 
@@ -106,7 +107,7 @@ CB_INLINE bool accept(const struct acceptance *to, const struct cb_signal_config
     return take_at_end(to, signal, state, value, time_us);
 }
 
-/* Accepts the number of a PLC signal, whatever the previous state. */
+/* Accepts the number of a PLC signal in any previous state. */
 CB_OUTLINE void accept_reading(const struct acceptance *to, const struct cb_signal_config *signal,
                                struct cb_signal_state *state, float raw, int64_t read_us) {
     const uint8_t streak = CB_STREAK_BEGUN | (state->streak != 0 ? CB_STREAK_GOES : 0);
@@ -201,13 +202,13 @@ static inline bool is_fresh(const struct cb_signal_config *signal,
     return state->known && now_us - state->time_us <= (int64_t)signal->max_age_ms * 1000;
 }
 
-/* The PLC's value, or from differences of readings where the PLC has none. */
+/* out: the PLC's velocity; if it has none, the one from differences of readings */
 static inline float velocity(const struct ageing *ageing, const struct cb_signal_config *signal,
                              const struct cb_signal_state *state) {
     const struct cb_signal_config *source = &ageing->config->signals[signal->velocity];
-    const struct cb_signal_state *told = &ageing->states[signal->velocity];
-    const bool usable = signal->velocity_scale > 0.0f && is_fresh(source, told, ageing->now_us);
-    return usable ? told->value * signal->velocity_scale : state->velocity;
+    const struct cb_signal_state *reported = &ageing->states[signal->velocity];
+    const bool usable = signal->velocity_scale > 0.0f && is_fresh(source, reported, ageing->now_us);
+    return usable ? reported->value * signal->velocity_scale : state->velocity;
 }
 
 /* Position of the signal one lead after its reading, inside its plausible range. */
@@ -219,7 +220,7 @@ static float ahead(const struct ageing *ageing, const struct cb_signal_config *s
     return cb_clamp(value, signal->min, signal->max);
 }
 
-/* Ages a measured signal and sets its value for the terms. out: true when it is fresh */
+/* Ages a measured signal and sets its value for the terms. out: true if it is fresh */
 CB_INLINE bool age(const struct ageing *ageing, const struct cb_signal_config *signal,
                    struct cb_signal_state *state) {
     if (!is_fresh(signal, state, ageing->now_us)) return false;

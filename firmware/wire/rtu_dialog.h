@@ -46,7 +46,7 @@ enum cb_rtu_end {
     CB_RTU_END_NOT_SENT, /* not sent for other reasons: the exchange is over */
 };
 
-/* What of a coefficient file counts for the dialog. */
+/* Settings of the dialog, from the coefficient file. */
 struct cb_rtu_manners {
     struct cb_rtu_line line;
     struct cb_modbus_request probes[2]; /* of two lengths that no block has */
@@ -67,7 +67,7 @@ struct cb_rtu_dialog {
     int64_t deadline_us, again_until_us;
     uint8_t sent, requests; /* frames; requests among them */
     uint8_t asked;          /* enum cb_rtu_ask */
-    uint8_t outcome;        /* enum cb_transfer: how the whole exchange ended */
+    uint8_t outcome;        /* enum cb_transfer, of the whole exchange */
     bool over;
 };
 

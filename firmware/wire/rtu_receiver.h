@@ -60,9 +60,8 @@ enum cb_rtu_reception cb_rtu_receiver_look(struct cb_rtu_receiver *receiver, int
 bool cb_rtu_receiver_damaged(const struct cb_rtu_receiver *receiver);
 
 /* in : any state
- * out: what came, as cb_rtu_decode_sound says of REPLY (CB_RTU_OK or CB_RTU_EXCEPTION), or of the
- * bytes as a whole otherwise (never these two): why it is no reply; CB_RTU_LENGTH where none came
- */
+ * out: in REPLY the result of cb_rtu_decode_sound (CB_RTU_OK or CB_RTU_EXCEPTION); otherwise the
+ *      reason why the bytes are no reply (never these two); CB_RTU_LENGTH if there are none */
 enum cb_rtu_answer cb_rtu_receiver_take(const struct cb_rtu_receiver *receiver, uint16_t *registers,
                                         uint8_t *exception);
 

@@ -38,8 +38,8 @@ void cb_can_source_replan(struct cb_can_source *source, const struct cb_config *
  *      the normal thread. */
 int cb_can_source_open(const struct cb_config *config);
 
-/* The operation `samples` of hal.h: the newest number of each signal that came since the last
- * call. Sends what nodes have to be told. */
+/* The operation `samples` of hal.h: the newest number of each signal since the last call. Sends the
+ * start commands that are due. */
 size_t cb_can_source_samples(struct cb_can_source *source, struct cb_sample *samples, size_t max,
                              int64_t now_us);
 

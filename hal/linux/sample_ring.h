@@ -21,7 +21,7 @@ static inline void cb_sample_ring_start(struct cb_sample_ring *to) {
     cb_ring_start(&to->ring, CB_RING_SAMPLES);
 }
 
-/* Writer; a full ring counts the sample as lost. */
+/* Writer. A full ring counts the sample as lost. */
 static inline void cb_sample_ring_put(struct cb_sample_ring *to, struct cb_sample sample,
                                       uint32_t generation) {
     const int32_t slot = cb_ring_slot_to_write(&to->ring);

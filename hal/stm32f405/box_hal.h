@@ -17,12 +17,12 @@ struct cb_board {
     struct cb_rtu_dialog dialog; /* with the PLC */
     uint8_t plc_unit;
     int64_t next_tick_us; /* 0: none yet */
-    size_t waiting;       /* samples for the next cycle */
+    size_t waiting;       /* number of samples for the next cycle */
     struct cb_sample samples[CB_BOARD_SAMPLES];
-    bool stop;               /* the console asked for it */
-    uint32_t watchdog_ms;    /* the watchdog's time from the first cycle on; 0: set already */
-    void (*idle)(void);      /* called again and again while there is time, each time short */
-    void (*meanwhile)(void); /* called while the PLC is waited for, each time very short */
+    bool stop;               /* requested on the console */
+    uint32_t watchdog_ms;    /* the watchdog's time from the first cycle on; 0: already set */
+    void (*idle)(void);      /* called repeatedly while there is time; each call is short */
+    void (*meanwhile)(void); /* called while waiting for the PLC; each call is very short */
 };
 
 /* Starts the line to the PLC. in: manners as in cb_rtu_dialog_start, lumps_us as in

@@ -54,7 +54,7 @@ __attribute__((used)) void cb_fault_record(const uint32_t *frame, uint32_t exc_r
     cb_restart(CB_START_FAULT);
 }
 
-/* The name's end is what tells files apart, so that is kept where there is no room for all. */
+/* Records the file and line. A long name keeps its end, which distinguishes files. */
 void cb_assertion_failed(const char *file, int line) {
     const size_t length = strlen(file), most = sizeof cb_retained.assertion - 1;
     const size_t from = length > most ? length - most : 0;
@@ -64,8 +64,8 @@ void cb_assertion_failed(const char *file, int line) {
     cb_restart(CB_START_ASSERTION);
 }
 
-/* The processor runs from the internal oscillator now, at another speed than the ports are set to:
- * it starts anew and leaves the crystal alone. */
+/* The crystal failed: the processor now runs from the internal oscillator, at another speed than
+ * the ports are set to. It restarts and does not use the crystal. */
 void cb_nmi_handler(void) {
     if (!(cb_read(&CB_RCC->cir) & CB_RCC_CIR_CSSF)) return;
     cb_set_bits(&CB_RCC->cir, CB_RCC_CIR_CSSC);

@@ -10,19 +10,19 @@
 
 /* X(name, text): cause of the start: up to WATCHDOG by the chip's reset flags, from FAULT on by the
  * box's own record. */
-#define CB_STARTS(X)                                                       \
-    X(CB_START_UNKNOWN, "no reset flag is set")                            \
-    X(CB_START_POWER, "power-on")                                          \
-    X(CB_START_BROWN_OUT, "brown-out: the supply was too low")             \
-    X(CB_START_PIN, "reset pin")                                           \
-    X(CB_START_SOFTWARE, "software reset, as by a debugger")               \
-    X(CB_START_LOW_POWER, "low-power reset, which the box never asks for") \
-    X(CB_START_WINDOW, "window watchdog, which the box never starts")      \
-    X(CB_START_WATCHDOG, "watchdog: no cycle was completed")               \
-    X(CB_START_FAULT, "processor fault")                                   \
-    X(CB_START_STACK, "stack overflow, seen by the canary")                \
-    X(CB_START_CLOCK, "the crystal failed, internal clock now")            \
-    X(CB_START_ASSERTION, "assertion failed: the program has a mistake")   \
+#define CB_STARTS(X)                                                     \
+    X(CB_START_UNKNOWN, "no reset flag is set")                          \
+    X(CB_START_POWER, "power-on")                                        \
+    X(CB_START_BROWN_OUT, "brown-out: the supply was too low")           \
+    X(CB_START_PIN, "reset pin")                                         \
+    X(CB_START_SOFTWARE, "software reset, as by a debugger")             \
+    X(CB_START_LOW_POWER, "low-power reset, which the box never uses")   \
+    X(CB_START_WINDOW, "window watchdog, which the box never starts")    \
+    X(CB_START_WATCHDOG, "watchdog: no cycle was completed")             \
+    X(CB_START_FAULT, "processor fault")                                 \
+    X(CB_START_STACK, "stack overflow, seen by the canary")              \
+    X(CB_START_CLOCK, "the crystal failed, internal clock now")          \
+    X(CB_START_ASSERTION, "assertion failed: the program has a mistake") \
     X(CB_START_ASKED, "restart requested on the console")
 
 enum cb_start_cause {
@@ -46,8 +46,8 @@ struct cb_retained {
     uint32_t crystal_failed;
     uint32_t trace;                  /* the console requested a trace from the first cycle on */
     struct cb_fault_registers fault; /* of the newest fault, when faults > 0 */
-    char assertion[44];              /* file and … */
-    uint32_t assertion_line;         /* line of the newest failed assertion */
+    char assertion[44];              /* file of the newest failed assertion … */
+    uint32_t assertion_line;         /* … and its line */
     uint32_t sum;
 };
 
@@ -67,7 +67,7 @@ _Noreturn void cb_restart(enum cb_start_cause cause);
 /* Maximum successive restarts of the box by itself; then it stays in STANDBY with no file. */
 enum { CB_FAULT_STARTS_MAX = 5 };
 
-/* A restart that the box did not want: processor, assertion, stack, watchdogs, low power. */
+/* out: true for an unwanted restart: processor, assertion, stack, watchdogs, low power */
 bool cb_start_was_fault(enum cb_start_cause cause);
 
 const char *cb_start_text(enum cb_start_cause cause);

@@ -55,7 +55,7 @@ struct cb_app {
 /* status.c: after each cycle: mode and reason when they change, a status line once a second. */
 void cb_status_note(struct cb_app *app);
 
-/* What the box started with, and why. */
+/* Prints version, cause of the start, clock, chip and file. */
 void cb_status_start(struct cb_app *app);
 
 /* Prints the running file, if there is one. */
