@@ -14,7 +14,7 @@ void cb_canopen_start(struct cb_canopen_node nodes[CB_MAX_CAN_NODES]) {
 }
 
 void cb_canopen_bus_is_back(struct cb_canopen_node nodes[CB_MAX_CAN_NODES]) {
-    for (unsigned i = 0; i < CB_MAX_CAN_NODES; ++i) nodes[i].asked = false;
+    for (unsigned i = 0; i < CB_MAX_CAN_NODES; ++i) nodes[i].commanded = false;
 }
 
 /* out: index of the node whose heartbeat or boot-up message the frame is; CB_NONE: no configured
@@ -37,7 +37,7 @@ bool cb_canopen_take(const struct cb_can_config *can, struct cb_canopen_node *no
     node->lost = false;
     if (node->state != CB_CANOPEN_BOOTED) return true;
     ++node->boots;
-    node->asked = false;
+    node->commanded = false;
     return true;
 }
 
@@ -61,14 +61,14 @@ static bool is_due(const struct cb_can_node_config *config, const struct cb_cano
     if (!config->start || node->state == CB_CANOPEN_OPERATIONAL) return false;
     if (node->starts > 0 && now_us - node->asked_us < CB_CANOPEN_AGAIN_US) return false;
     const bool disobeys = config->heartbeat_timeout_ms > 0 && node->state != CB_CANOPEN_UNKNOWN;
-    return !node->asked || disobeys;
+    return !node->commanded || disobeys;
 }
 
 bool cb_canopen_due(const struct cb_can_config *can, struct cb_canopen_node *nodes, int64_t now_us,
                     struct cb_can_frame *frame) {
     for (unsigned i = 0; i < can->nodes_count; ++i) {
         if (!is_due(&can->nodes[i], &nodes[i], now_us)) continue;
-        nodes[i].asked = true;
+        nodes[i].commanded = true;
         nodes[i].asked_us = now_us;
         ++nodes[i].starts;
         *frame = (struct cb_can_frame){.id = NMT_ID,
@@ -83,5 +83,5 @@ bool cb_canopen_due(const struct cb_can_config *can, struct cb_canopen_node *nod
 void cb_canopen_not_sent(const struct cb_can_config *can, struct cb_canopen_node *nodes,
                          const struct cb_can_frame *frame) {
     for (unsigned i = 0; i < can->nodes_count; ++i)
-        if (can->nodes[i].node == frame->data[1]) nodes[i].asked = false;
+        if (can->nodes[i].node == frame->data[1]) nodes[i].commanded = false;
 }

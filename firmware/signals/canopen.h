@@ -22,7 +22,7 @@ enum { CB_CANOPEN_AGAIN_US = 1000000 };
 
 struct cb_canopen_node {
     uint8_t state;    /* enum cb_canopen_state, as last received */
-    bool asked;       /* a start command was sent since its last possible reset */
+    bool commanded;   /* a start command was sent since its last possible reset */
     bool waits;       /* heard_us is valid: a heartbeat is awaited since then … */
     bool lost;        /* … the wait exceeded the timeout, and the loss was counted */
     uint32_t boots;   /* boot-up messages received */

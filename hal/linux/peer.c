@@ -5,11 +5,11 @@
 
 enum { EXCEPTION_BIT = 0x80, WRITE_REPLY_BYTES = 5 };
 
-static void note(struct cb_peer *peer, enum cb_odd kind, unsigned got, unsigned asked) {
+static void note(struct cb_peer *peer, enum cb_odd kind, unsigned got, unsigned expected) {
     struct cb_odd_reply *odd = &peer->odd[kind];
     odd->count++;
     odd->got = (uint16_t)got;
-    odd->asked = (uint16_t)asked;
+    odd->expected = (uint16_t)expected;
 }
 
 /* in : pdu[length] of the requested function, length >= 1 */

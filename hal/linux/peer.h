@@ -26,8 +26,8 @@ enum cb_odd {
 enum { CB_PEER_REPLIES = 8 }; /* number of newest replies whose times are kept */
 
 struct cb_odd_reply {
-    uint32_t count;      /* wraps */
-    uint16_t got, asked; /* of the last one */
+    uint32_t count;         /* wraps */
+    uint16_t got, expected; /* of the last one */
 };
 
 struct cb_peer {

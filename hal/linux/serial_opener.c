@@ -32,7 +32,7 @@ static void *run(void *argument) {
     prctl(PR_SET_NAME, "compboxd-serial"); /* no real-time priority is needed */
     for (;;) {
         while (sem_wait(&opener->wake) != 0) continue; /* EINTR */
-        if (state_of(opener) == CB_OPENER_ASKED) serve(opener);
+        if (state_of(opener) == CB_OPENER_REQUESTED) serve(opener);
         if (cb_flag_is_raised(&opener->quit)) break;
     }
     if (state_of(opener) == CB_OPENER_DONE && opener->opened.fd >= 0)
@@ -63,7 +63,7 @@ bool cb_serial_opener_stop(struct cb_serial_opener *opener) {
 static void ask(struct cb_serial_opener *opener, int shut, bool wanted) {
     opener->shut = shut;
     opener->wanted = wanted;
-    hand_over(opener, CB_OPENER_ASKED);
+    hand_over(opener, CB_OPENER_REQUESTED);
     sem_post(&opener->wake);
 }
 

@@ -32,7 +32,7 @@ const char *cb_serial_error(int error_number);
 /* Closes it and drops its unsent bytes. May block. */
 void cb_serial_shut(int fd);
 
-enum cb_serial_opener_state { CB_OPENER_IDLE, CB_OPENER_ASKED, CB_OPENER_DONE };
+enum cb_serial_opener_state { CB_OPENER_IDLE, CB_OPENER_REQUESTED, CB_OPENER_DONE };
 
 struct cb_serial_opener {
     struct cb_serial_config config;

@@ -23,7 +23,7 @@
     X(CB_START_STACK, "stack overflow, seen by the canary")              \
     X(CB_START_CLOCK, "the crystal failed, internal clock now")          \
     X(CB_START_ASSERTION, "assertion failed: the program has a mistake") \
-    X(CB_START_ASKED, "restart requested on the console")
+    X(CB_START_REQUESTED, "restart requested on the console")
 
 enum cb_start_cause {
 #define CB_X(name, text) name,

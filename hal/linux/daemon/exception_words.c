@@ -15,11 +15,11 @@ static const char *name_of(unsigned code) {
     return code < count && names[code] != NULL ? names[code] : names[0];
 }
 
-void cb_add_exceptions(const uint32_t *told, const uint32_t *now, unsigned codes, char *text,
+void cb_add_exceptions(const uint32_t *logged, const uint32_t *now, unsigned codes, char *text,
                        size_t size) {
     for (unsigned code = 0; code < codes; code++) {
         const size_t used = strlen(text);
-        if (now[code] == told[code]) continue;
+        if (now[code] == logged[code]) continue;
         if (code == 0)
             snprintf(text + used, size - used, "; exceptions %s", name_of(code));
         else

@@ -45,12 +45,12 @@ static long read_bytes(const char *path, char *text, size_t size, const char **w
     return length;
 }
 
-static void say(const char *path, const struct cb_message *message, char *said, size_t size) {
+static void describe(const char *path, const struct cb_message *message, char *text, size_t size) {
     if (message->line > 0)
-        snprintf(said, size, "%s: %s, line %u, column %u", path, message->text,
+        snprintf(text, size, "%s: %s, line %u, column %u", path, message->text,
                  (unsigned)message->line, (unsigned)message->column);
     else
-        snprintf(said, size, "%s: %s", path, message->text);
+        snprintf(text, size, "%s: %s", path, message->text);
 }
 
 bool cb_load_file(struct cb_config *config, const char *path, const struct cb_ceiling *ceiling,
@@ -66,12 +66,12 @@ bool cb_load_file(struct cb_config *config, const char *path, const struct cb_ce
     *loaded = (struct cb_loaded){.crc32 = 0};
     const long length = read_bytes(path, text, sizeof text, &why);
     if (length < 0) {
-        snprintf(loaded->said, sizeof loaded->said, "%s: cannot be read: %s", path, why);
+        snprintf(loaded->message, sizeof loaded->message, "%s: cannot be read: %s", path, why);
         return false;
     }
     loaded->crc32 = cb_crc32(0, text, (uint32_t)length);
     if (cb_config_load(config, text, (size_t)length, &target, &scratch, &message) != CB_OK) {
-        say(path, &message, loaded->said, sizeof loaded->said);
+        describe(path, &message, loaded->message, sizeof loaded->message);
         return false;
     }
     loaded->lowered = cb_ceiling_apply(config, ceiling);

@@ -10,19 +10,20 @@
 #include "firmware/box/ceiling.h"
 #include "firmware/config/config.h"
 
-enum { CB_LOAD_SAID = 512 };
+enum { CB_LOAD_MESSAGE_BYTES = 512 };
 
 /* Facts about a coefficient file that was read. */
 struct cb_loaded {
-    uint32_t crc32;          /* of its text */
-    uint32_t lowered;        /* bit i: the ceiling lowers the limits of channel i */
-    char said[CB_LOAD_SAID]; /* reason of a rejection: a sentence with file, place and remedy */
+    uint32_t crc32;                      /* of its text */
+    uint32_t lowered;                    /* bit i: the ceiling lowers the limits of channel i */
+    char message[CB_LOAD_MESSAGE_BYTES]; /* reason of a rejection: a sentence with file, place and
+                                            remedy */
 };
 
 /* Reads a regular file only, and opens it without waiting: a pipe or a device in its place is
  * rejected.
  * out: true and *config complete, its limits at most the ceiling; or false, *config undefined, and
- *      the sentence in loaded->said. Uses static memory: for one thread. */
+ *      the sentence in loaded->message. Uses static memory: for one thread. */
 bool cb_load_file(struct cb_config *config, const char *path, const struct cb_ceiling *ceiling,
                   struct cb_loaded *loaded);
 

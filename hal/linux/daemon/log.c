@@ -79,7 +79,7 @@ static __attribute__((format(printf, 4, 0))) void write_line(struct cb_log *log,
     put(log, now_us, text);
 }
 
-void cb_log_say(struct cb_log *log, int64_t now_us, const char *format, ...) {
+void cb_log_line(struct cb_log *log, int64_t now_us, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
     write_line(log, CB_LOG_START, now_us, format, arguments);
@@ -187,23 +187,23 @@ static void log_link(struct cb_log *log, const struct cb_row *row) {
 /* Lists the errors on the wire since the last line about them: "3 timeouts, 2 exceptions; exception
  * 2 (illegal data address)", or "". */
 #define CB_X(name)                                                                           \
-    if (used < size && now->name != told->name)                                              \
+    if (used < size && now->name != logged->name)                                            \
         used += (size_t)snprintf(text + used, size - used, "%s%u %s", used == 0 ? "" : ", ", \
-                                 (unsigned)(now->name - told->name), #name);
+                                 (unsigned)(now->name - logged->name), #name);
 
-static void describe_tcp(const struct cb_tcp_counters *told, const struct cb_tcp_counters *now,
+static void describe_tcp(const struct cb_tcp_counters *logged, const struct cb_tcp_counters *now,
                          char *text, size_t size) {
     size_t used = 0;
     CB_TCP_ERRORS(CB_X)
-    cb_add_exceptions(told->exceptions_by_code, now->exceptions_by_code, CB_TCP_EXCEPTIONS, text,
+    cb_add_exceptions(logged->exceptions_by_code, now->exceptions_by_code, CB_TCP_EXCEPTIONS, text,
                       size);
 }
 
-static void describe_rtu(const struct cb_rtu_counters *told, const struct cb_rtu_counters *now,
+static void describe_rtu(const struct cb_rtu_counters *logged, const struct cb_rtu_counters *now,
                          char *text, size_t size) {
     size_t used = 0;
     CB_RTU_ERRORS(CB_X)
-    cb_add_exceptions(told->exceptions_by_code, now->exceptions_by_code, CB_RTU_EXCEPTIONS, text,
+    cb_add_exceptions(logged->exceptions_by_code, now->exceptions_by_code, CB_RTU_EXCEPTIONS, text,
                       size);
 }
 #undef CB_X

@@ -35,9 +35,9 @@ struct cb_log_limit {
 
 /* Last observation and last line about one kind of odd reply. */
 struct cb_log_odd {
-    struct cb_odd_reply seen, told;
+    struct cb_odd_reply seen, logged;
     uint32_t connects; /* connection of the last line */
-    int64_t told_us;
+    int64_t logged_us;
 };
 
 struct cb_log {
@@ -66,7 +66,7 @@ struct cb_log {
 void cb_log_start(struct cb_log *log, const char *plc, int64_t now_us);
 
 /* A line of CB_LOG_START: dropped only if stderr is not read; printf format, no newline. */
-void cb_log_say(struct cb_log *log, int64_t now_us, const char *format, ...)
+void cb_log_line(struct cb_log *log, int64_t now_us, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
 /* A line that is dropped when there are too many. */

@@ -28,17 +28,17 @@ static void log_node(struct cb_log *log, const struct cb_can_config *can, unsign
 /* At most once a second, so that a series of errors is one line. */
 static void log_errors(struct cb_log *log, const char *interface, const struct cb_row *row) {
     if (row->time_us - log->can_errors_us < ERRORS_EVERY_US) return;
-    const struct cb_can_counters *now = &row->can.counters, *told = &log->can_errors;
+    const struct cb_can_counters *now = &row->can.counters, *logged = &log->can_errors;
     char text[200] = "";
     size_t used = 0;
 #define CB_X(name)                                                                              \
-    if (used < sizeof text && now->name != told->name)                                          \
+    if (used < sizeof text && now->name != logged->name)                                        \
         used +=                                                                                 \
             (size_t)snprintf(text + used, sizeof text - used, "%s%u %s", used == 0 ? "" : ", ", \
-                             (unsigned)(now->name - told->name), #name);
+                             (unsigned)(now->name - logged->name), #name);
     CB_CAN_ERRORS(CB_X)
 #undef CB_X
-    if (used > 0 && used < sizeof text && now->short_frames != told->short_frames)
+    if (used > 0 && used < sizeof text && now->short_frames != logged->short_frames)
         snprintf(text + used, sizeof text - used, " (the last of 0x%x)",
                  (unsigned)(row->can.short_id & CB_CAN_ID_BITS));
     if (used == 0) return;

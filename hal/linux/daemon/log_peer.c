@@ -23,11 +23,11 @@ static void log_refused(struct cb_log *log, const struct cb_row *row) {
 /* Once for each kind and connection; the same reply on a new connection only after a while. */
 static bool is_news(const struct cb_log_odd *odd, const struct cb_odd_reply *now,
                     const struct cb_row *row) {
-    const bool same = now->got == odd->told.got && now->asked == odd->told.asked;
+    const bool same = now->got == odd->logged.got && now->expected == odd->logged.expected;
     if (now->count == odd->seen.count) return false;
-    if (odd->told.count == 0) return true;
+    if (odd->logged.count == 0) return true;
     if (row->link.connects == odd->connects) return false;
-    return !same || row->time_us - odd->told_us >= SAME_AGAIN_US;
+    return !same || row->time_us - odd->logged_us >= SAME_AGAIN_US;
 }
 
 /* Logs each new kind of reply that does not match its request, and records what was logged. */
@@ -44,11 +44,11 @@ static void log_odd(struct cb_log *log, const struct cb_row *row) {
         odd->seen = *now;
         if (!news) continue;
         char text[120];
-        snprintf(text, sizeof text, sentences[kind], now->got, now->asked);
+        snprintf(text, sizeof text, sentences[kind], now->got, now->expected);
         cb_log_limited(log, CB_LOG_WIRE, row->time_us, "%s: %s; it is not used", log->plc, text);
-        odd->told = *now;
+        odd->logged = *now;
         odd->connects = row->link.connects;
-        odd->told_us = row->time_us;
+        odd->logged_us = row->time_us;
     }
 }
 

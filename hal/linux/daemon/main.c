@@ -146,14 +146,14 @@ static void prepare_machine(struct daemon *daemon) {
     int error = cb_lock_memory();
     run->memory_locked = error == 0;
     if (error != 0)
-        cb_log_say(&daemon->log, now_us, "memory may be paged, mlockall failed: %s",
-                   strerror(error));
+        cb_log_line(&daemon->log, now_us, "memory may be paged, mlockall failed: %s",
+                    strerror(error));
     if (!daemon->options.cpu_latency) return;
     error = cb_hold_cpu_latency();
     run->cpu_latency_held = error == 0;
     if (error != 0)
-        cb_log_say(&daemon->log, now_us, "wake-ups may be slower, /dev/cpu_dma_latency: %s",
-                   strerror(error));
+        cb_log_line(&daemon->log, now_us, "wake-ups may be slower, /dev/cpu_dma_latency: %s",
+                    strerror(error));
 }
 
 /* A missing watchdog is reported; the machine is compensated without it. */
@@ -163,11 +163,11 @@ static void start_supervision(struct daemon *daemon) {
     if (options->watchdog == NULL) return;
     const int error = cb_supervise_open_watchdog(&daemon->supervise, options->watchdog, &timeout_s);
     if (error == 0 && timeout_s != options->watchdog_timeout_s)
-        cb_log_say(&daemon->log, cb_boottime_us(), "%s: resets the machine after %d s, not %d",
-                   options->watchdog, timeout_s, options->watchdog_timeout_s);
+        cb_log_line(&daemon->log, cb_boottime_us(), "%s: resets the machine after %d s, not %d",
+                    options->watchdog, timeout_s, options->watchdog_timeout_s);
     if (error != 0)
-        cb_log_say(&daemon->log, cb_boottime_us(), "%s: no hardware watchdog: %s",
-                   options->watchdog, strerror(error));
+        cb_log_line(&daemon->log, cb_boottime_us(), "%s: no hardware watchdog: %s",
+                    options->watchdog, strerror(error));
 }
 
 /* mind_signals() handles SIGHUP; the thread of daemon/stop.h handles the signals for a stop. */
@@ -223,13 +223,13 @@ static bool start_loop(struct daemon *daemon) {
  * reports a wrong path and marks this run as not STOPPED. */
 static bool resume_state(struct daemon *daemon) {
     const char *path = daemon->options.state;
-    char said[512];
+    char message[512];
     struct cb_state_clock now;
     if (path == NULL) return true;
     cb_state_clock_read(&now);
-    daemon->resumed =
-        cb_state_read(&daemon->loop.resumed, config_now(daemon), path, &now, said, sizeof said);
-    cb_log_say(&daemon->log, cb_boottime_us(), "%s", said);
+    daemon->resumed = cb_state_read(&daemon->loop.resumed, config_now(daemon), path, &now, message,
+                                    sizeof message);
+    cb_log_line(&daemon->log, cb_boottime_us(), "%s", message);
     daemon->state = daemon->loop.resumed; /* a start that ends at once keeps the lags */
     daemon->state.stopped = false;
     const int error = cb_state_write(&daemon->state, config_now(daemon), path, &now);
@@ -239,11 +239,11 @@ static bool resume_state(struct daemon *daemon) {
 }
 
 /* Logs the write status of a periodically written file only when it changes.
- * in : told: last reported errno */
-static void report_file(struct daemon *daemon, const char *path, int error, int *told,
+ * in : reported: last reported errno */
+static void report_file(struct daemon *daemon, const char *path, int error, int *reported,
                         int64_t now_us) {
-    if (error == *told) return;
-    *told = error;
+    if (error == *reported) return;
+    *reported = error;
     if (error == 0)
         cb_log_limited(&daemon->log, CB_LOG_FILES, now_us, "%s: is written again", path);
     else
@@ -287,7 +287,7 @@ static bool load(struct daemon *daemon) {
     const bool good = cb_load_file(&daemon->loop.box->config, daemon->options.config,
                                    &reload->ceiling, &reload->loaded);
     reload->lowered = reload->loaded.lowered;
-    if (!good) fprintf(stderr, "compboxd: %s\n", reload->loaded.said);
+    if (!good) fprintf(stderr, "compboxd: %s\n", reload->loaded.message);
     return good;
 }
 
@@ -299,13 +299,14 @@ static void log_ceiling(struct daemon *daemon) {
     const int64_t now_us = cb_boottime_us();
     char names[400];
     if (!sizes || !rates)
-        cb_log_say(&daemon->log, now_us,
-                   "no site ceiling for %s%s%s: the coefficient file alone limits them; set %s%s%s",
-                   sizes ? "" : "sizes", both, rates ? "" : "rates", sizes ? "" : "--most-um", both,
-                   rates ? "" : "--most-um-per-s");
+        cb_log_line(
+            &daemon->log, now_us,
+            "no site ceiling for %s%s%s: the coefficient file alone limits them; set %s%s%s",
+            sizes ? "" : "sizes", both, rates ? "" : "rates", sizes ? "" : "--most-um", both,
+            rates ? "" : "--most-um-per-s");
     cb_lowered_names(config_now(daemon), daemon->reload.lowered, names, sizeof names);
     if (daemon->reload.lowered != 0)
-        cb_log_say(&daemon->log, now_us, "the site's ceiling lowers the limits of %s", names);
+        cb_log_line(&daemon->log, now_us, "the site's ceiling lowers the limits of %s", names);
 }
 
 /* Starts in the order of possible mistakes: file, wire, outputs, system; the loop last.
@@ -328,11 +329,11 @@ static bool start(struct daemon *daemon) {
     if (!start_signals(daemon)) return false;
     prepare_machine(daemon);
     start_supervision(daemon);
-    cb_log_say(&daemon->log, cb_boottime_us(),
-               "%s, revision %u, %u term%s, %u channel%s, PLC %s, every %.6g ms", config->machine,
-               (unsigned)config->revision, (unsigned)config->terms_count,
-               plural(config->terms_count), (unsigned)config->channels_count,
-               plural(config->channels_count), daemon->plc, (double)config->period_us * 1e-3);
+    cb_log_line(&daemon->log, cb_boottime_us(),
+                "%s, revision %u, %u term%s, %u channel%s, PLC %s, every %.6g ms", config->machine,
+                (unsigned)config->revision, (unsigned)config->terms_count,
+                plural(config->terms_count), (unsigned)config->channels_count,
+                plural(config->channels_count), daemon->plc, (double)config->period_us * 1e-3);
     log_ceiling(daemon);
     cb_can_source_start(&daemon->loop.target.can, config);
     run->can_used = cb_can_source_used(&daemon->loop.target.can);
@@ -393,7 +394,7 @@ static int write_stats(struct daemon *daemon) {
     run->reload_pending = daemon->reload.pending;
     run->reloads_taken = daemon->reload.taken;
     run->reloads_refused = daemon->reload.refused;
-    run->reload_said = daemon->reload.last;
+    run->reload_message = daemon->reload.last;
     run->records_lost = run->rows_lost + daemon->record.lost;
     if (daemon->options.stats == NULL) return 0;
     return cb_stats_write(&daemon->stats, config_now(daemon), daemon->options.stats);
@@ -513,25 +514,25 @@ static int finish(struct daemon *daemon) {
     const int inputs_error = cb_input_record_finish(&daemon->inputs);
     int stats_error = write_stats(daemon);
     if (record_error != 0)
-        cb_log_say(&daemon->log, now_us, "%s: %llu row%s could not be written: %s",
-                   daemon->options.record, (unsigned long long)daemon->record.lost,
-                   plural(daemon->record.lost), strerror(record_error));
+        cb_log_line(&daemon->log, now_us, "%s: %llu row%s could not be written: %s",
+                    daemon->options.record, (unsigned long long)daemon->record.lost,
+                    plural(daemon->record.lost), strerror(record_error));
     if (inputs_error != 0)
-        cb_log_say(&daemon->log, now_us, "%s: cannot be written: %s", daemon->options.inputs,
-                   strerror(inputs_error));
+        cb_log_line(&daemon->log, now_us, "%s: cannot be written: %s", daemon->options.inputs,
+                    strerror(inputs_error));
     if (stats_error != 0)
-        cb_log_say(&daemon->log, now_us, "%s: cannot be written: %s", daemon->options.stats,
-                   strerror(stats_error));
+        cb_log_line(&daemon->log, now_us, "%s: cannot be written: %s", daemon->options.stats,
+                    strerror(stats_error));
     bool confirmed = run->stopped && daemon->loop.box->life.wrote;
     if (!daemon->loop.box->life.wrote)
-        cb_log_say(&daemon->log, now_us,
-                   "ended before the PLC was ever heard, nothing was written: check %s",
-                   daemon->plc);
+        cb_log_line(&daemon->log, now_us,
+                    "ended before the PLC was ever heard, nothing was written: check %s",
+                    daemon->plc);
     else if (!confirmed)
-        cb_log_say(&daemon->log, now_us,
-                   "ended without the PLC's confirmation of zero: its own watchdog has to take "
-                   "the offset back; check %s",
-                   daemon->plc);
+        cb_log_line(&daemon->log, now_us,
+                    "ended without the PLC's confirmation of zero: its own watchdog has to take "
+                    "the offset back; check %s",
+                    daemon->plc);
     cb_log_catch_up(&daemon->log, now_us, true);
     cb_supervise_finish(&daemon->supervise);
     const bool written = record_error == 0 && inputs_error == 0 && stats_error == 0;
@@ -543,7 +544,7 @@ static int check(const struct cb_options *options) {
     static struct cb_config config;
     static struct cb_loaded loaded;
     if (cb_load_file(&config, options->config, &options->ceiling, &loaded)) return EXIT_OK;
-    fprintf(stderr, "compboxd: %s\n", loaded.said);
+    fprintf(stderr, "compboxd: %s\n", loaded.message);
     return EXIT_BAD;
 }
 

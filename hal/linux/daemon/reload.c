@@ -7,8 +7,8 @@
 
 #include "hal/linux/daemon/widening.h"
 
-static __attribute__((format(printf, 2, 3))) void say(struct cb_reload *reload, const char *format,
-                                                      ...) {
+static __attribute__((format(printf, 2, 3))) void report(struct cb_reload *reload,
+                                                         const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(reload->last, sizeof reload->last, format, arguments);
@@ -69,15 +69,15 @@ static bool check(struct cb_reload *reload, const struct cb_config *now,
                   const struct cb_config *fresh) {
     const char *key = needs_restart(now, fresh);
     if (key != NULL) {
-        say(reload, "%s: %s differs from the running file's, which takes a restart", reload->path,
-            key);
+        report(reload, "%s: %s differs from the running file's, which takes a restart",
+               reload->path, key);
         return false;
     }
     if (fresh->revision >= now->revision || reload->allow_older) return true;
-    say(reload,
-        "%s: revision %u is older than the running one, %u; raise it, or start compboxd with "
-        "--allow-older",
-        reload->path, (unsigned)fresh->revision, (unsigned)now->revision);
+    report(reload,
+           "%s: revision %u is older than the running one, %u; raise it, or start compboxd with "
+           "--allow-older",
+           reload->path, (unsigned)fresh->revision, (unsigned)now->revision);
     return false;
 }
 
@@ -92,10 +92,11 @@ bool cb_reload_ready(struct cb_reload *reload, struct cb_loop *loop) {
  * out: PENDING, or SAME if the last line was about this very file */
 static enum cb_reload_outcome keep_pending(struct cb_reload *reload, const struct cb_config *now,
                                            const struct cb_config *fresh, const char *why) {
-    const bool same = reload->pending_said && reload->pending_crc32 == reload->loaded.crc32;
-    reload->pending = reload->pending_said = true;
+    const bool same = reload->pending_logged && reload->pending_crc32 == reload->loaded.crc32;
+    reload->pending = reload->pending_logged = true;
     reload->pending_crc32 = reload->loaded.crc32;
-    say(reload,
+    report(
+        reload,
         "%s: revision %u is pending: %s; it is taken in STANDBY with enable off and all outputs at "
         "zero; revision %u goes on",
         reload->path, (unsigned)fresh->revision, why, (unsigned)now->revision);
@@ -105,12 +106,12 @@ static enum cb_reload_outcome keep_pending(struct cb_reload *reload, const struc
 /* Rejects any file, because it cannot be compared with a configuration that has changed in
  * memory. */
 static enum cb_reload_outcome refuse_corrupt(struct cb_reload *reload) {
-    say(reload,
-        "%s: is not taken, because the running configuration has changed in memory; restart "
-        "compboxd",
-        reload->path);
+    report(reload,
+           "%s: is not taken, because the running configuration has changed in memory; restart "
+           "compboxd",
+           reload->path);
     reload->refused++;
-    reload->pending_said = false;
+    reload->pending_logged = false;
     return CB_RELOAD_REFUSED;
 }
 
@@ -122,7 +123,7 @@ enum cb_reload_outcome cb_reload_offer(struct cb_reload *reload, struct cb_loop 
     reload->seen = reload->known;
     if (cb_loop_is_corrupt(loop)) return refuse_corrupt(reload);
     if (!cb_load_file(&spare->config, reload->path, &reload->ceiling, &reload->loaded))
-        say(reload, "%s", reload->loaded.said);
+        report(reload, "%s", reload->loaded.message);
     else if (check(reload, now, &spare->config)) {
         const bool widens = cb_widening_find(now, &spare->config, why, sizeof why);
         cb_box_start(spare);
@@ -133,7 +134,7 @@ enum cb_reload_outcome cb_reload_offer(struct cb_reload *reload, struct cb_loop 
         return offer;
     }
     reload->refused++;
-    reload->pending_said = false;
+    reload->pending_logged = false;
     return CB_RELOAD_REFUSED;
 }
 
@@ -149,11 +150,11 @@ static void add_lowered(struct cb_reload *reload, const struct cb_config *config
 
 bool cb_reload_taken(struct cb_reload *reload, struct cb_loop *loop) {
     if (!reload->offered || !cb_loop_answered(loop)) return false;
-    reload->offered = reload->pending = reload->pending_said = false;
+    reload->offered = reload->pending = reload->pending_logged = false;
     reload->taken++;
     reload->lowered = reload->loaded.lowered;
-    say(reload, "%s: revision %u is running now", reload->path,
-        (unsigned)loop->box->config.revision);
+    report(reload, "%s: revision %u is running now", reload->path,
+           (unsigned)loop->box->config.revision);
     add_lowered(reload, &loop->box->config);
     return true;
 }

@@ -17,7 +17,7 @@
 /* Check interval of the file; a changed file is read once it is unchanged for one interval. */
 enum { CB_RELOAD_LOOK_US = 1000000 };
 
-enum { CB_RELOAD_SAID = CB_LOAD_SAID + 200 };
+enum { CB_RELOAD_MESSAGE_BYTES = CB_LOAD_MESSAGE_BYTES + 200 };
 
 struct cb_reload {
     const char *path;
@@ -26,14 +26,14 @@ struct cb_reload {
     struct stat known;         /* status of the file at its last reading */
     struct stat seen;          /* status at the last check */
     int64_t looked_us;
-    bool offered;              /* the loop has not taken it yet … */
-    bool pending;              /* … because the box is not at rest */
-    uint32_t pending_crc32;    /* of the last pending file … */
-    bool pending_said;         /* … whose line was logged */
-    struct cb_loaded loaded;   /* about the last file read */
-    uint32_t lowered;          /* of the running file: struct cb_loaded */
-    uint32_t taken, refused;   /* since the start */
-    char last[CB_RELOAD_SAID]; /* sentence about the last file; "": none yet */
+    bool offered;                       /* the loop has not taken it yet … */
+    bool pending;                       /* … because the box is not at rest */
+    uint32_t pending_crc32;             /* of the last pending file … */
+    bool pending_logged;                /* … whose line was logged */
+    struct cb_loaded loaded;            /* about the last file read */
+    uint32_t lowered;                   /* of the running file: struct cb_loaded */
+    uint32_t taken, refused;            /* since the start */
+    char last[CB_RELOAD_MESSAGE_BYTES]; /* sentence about the last file; "": none yet */
 };
 
 /* Call it before the file is first read, so that no change is missed. It sets neither ceiling nor

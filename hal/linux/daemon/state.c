@@ -260,28 +260,29 @@ static void resume(struct cb_lag_state *lag, const struct record *record, float 
     tally->resumed++;
 }
 
-static void report(const struct tally *tally, const char *path, char *said, size_t size) {
+static void report(const struct tally *tally, const char *path, char *message, size_t size) {
     if (tally->lags == 0)
-        snprintf(said, size, "%s: no lags", path);
+        snprintf(message, size, "%s: no lags", path);
     else if (tally->future > 0)
-        snprintf(said, size, "%s: is from the future by the clock, so its lags start steady", path);
+        snprintf(message, size, "%s: is from the future by the clock, so its lags start steady",
+                 path);
     else
-        snprintf(said, size,
+        snprintf(message, size,
                  "%s: %u of %u lags go on after a pause of %.1f s; the others start steady", path,
                  tally->resumed, tally->lags, (double)tally->pause_us * 1e-6);
 }
 
-static void report_unknown(enum pause pause, const char *path, char *said, size_t size) {
-    snprintf(said, size,
+static void report_unknown(enum pause pause, const char *path, char *message, size_t size) {
+    snprintf(message, size,
              "%s: the pause since the last boot is unknown, because the wall clock %s "
              "synchronised; lags start steady",
              path, pause == PAUSE_UNSYNC_THEN ? "was not" : "is not");
 }
 
 /* Appends to the sentence about the lags. */
-static void report_ending(bool stopped, char *said, size_t size) {
-    const size_t length = strlen(said);
-    snprintf(said + length, size - length, "; the previous run %s STOPPED",
+static void report_ending(bool stopped, char *message, size_t size) {
+    const size_t length = strlen(message);
+    snprintf(message + length, size - length, "; the previous run %s STOPPED",
              stopped ? "ended" : "did not end");
 }
 
@@ -332,31 +333,31 @@ static struct ending read_ending(const struct file *file) {
 }
 
 bool cb_state_read(struct cb_state *state, const struct cb_config *config, const char *path,
-                   const struct cb_state_clock *now, char *said, size_t size) {
+                   const struct cb_state_clock *now, char *message, size_t size) {
     struct file file;
     struct tally tally = {0, 0, 0, 0};
     memset(state, 0, sizeof *state);
     const ssize_t length = read_bytes(path, &file);
     if (length < 0) {
-        snprintf(said, size, "%s: %s, so lags start steady", path,
+        snprintf(message, size, "%s: %s, so lags start steady", path,
                  errno == ENOENT ? "is not there yet" : cb_output_error(errno));
         return false;
     }
     const char *fault = fault_of(&file, (size_t)length, config);
     if (fault != NULL) {
-        snprintf(said, size, "%s: %s and is not used; lags start steady", path, fault);
+        snprintf(message, size, "%s: %s and is not used; lags start steady", path, fault);
         return false;
     }
     const struct ending ending = read_ending(&file);
     const enum pause pause = pause_of(&file.header, now);
     state->stopped = ending.stopped == 1;
     if (pause == PAUSE_UNSYNC_THEN || pause == PAUSE_UNSYNC_NOW) {
-        report_unknown(pause, path, said, size);
+        report_unknown(pause, path, message, size);
     } else {
         resume_lags(state, &file, config, pause, now, &tally);
         resume_beat(state, &ending, pause, now);
-        report(&tally, path, said, size);
+        report(&tally, path, message, size);
     }
-    report_ending(state->stopped, said, size);
+    report_ending(state->stopped, message, size);
     return true;
 }

@@ -68,12 +68,12 @@ void cb_state_give(const struct cb_state *state, struct cb_box *box);
 int cb_state_write(const struct cb_state *state, const struct cb_config *config, const char *path,
                    const struct cb_state_clock *now);
 
-/* in : said[size] for one sentence about the result
+/* in : message[size] for one sentence about the result
  * out: true: *state holds the resumable lags, the others not settled, the ending, and the PLC's
  *      heartbeat if its pause is known and short; false: the file is missing, damaged, or of
  *      another kind, and *state is empty. A lag is resumable if name, signal, power and tau are the
  *      same and its pause is known and short. */
 bool cb_state_read(struct cb_state *state, const struct cb_config *config, const char *path,
-                   const struct cb_state_clock *now, char *said, size_t size);
+                   const struct cb_state_clock *now, char *message, size_t size);
 
 #endif

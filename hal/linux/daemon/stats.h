@@ -37,10 +37,10 @@ struct cb_stats_run {
     struct cb_ceiling ceiling; /* of the site */
     uint32_t lowered;          /* bit i: it lowers the limits of channel i */
     uint32_t reloads_taken, reloads_refused;
-    bool reload_pending;     /* a file waits until the box is at rest; reload_said is about it */
-    const char *reload_said; /* about the last file; NULL or "": none */
-    uint64_t rows_lost;      /* rows dropped because the ring was full */
-    uint64_t records_lost;   /* rows missing from the record */
+    bool reload_pending; /* a file waits until the box is at rest; reload_message is about it */
+    const char *reload_message; /* about the last file; NULL or "": none */
+    uint64_t rows_lost;         /* rows dropped because the ring was full */
+    uint64_t records_lost;      /* rows missing from the record */
 };
 
 struct cb_stats {

@@ -91,7 +91,7 @@ static void put_reloads(FILE *file, const struct cb_stats_run *run) {
     fprintf(file, "  \"reloads\": {\"taken\": %u, \"refused\": %u, \"pending\": %s, \"last\": ",
             (unsigned)run->reloads_taken, (unsigned)run->reloads_refused,
             truth(run->reload_pending));
-    cb_stats_put_string(file, run->reload_said == NULL ? "" : run->reload_said);
+    cb_stats_put_string(file, run->reload_message == NULL ? "" : run->reload_message);
     fputs("},\n", file);
 }
 

@@ -28,12 +28,12 @@ static void mind_signals(struct cb_stop *stop) {
 /* A file blocks the normal thread, so this thread ends the program. The normal thread may hold the
  * lock of stderr, hence write(); a blocked reader is not waited for. */
 static void abandon_files(struct cb_stop *stop) {
-    static const char said[] =
+    static const char sentence[] =
         "compboxd: a file blocks the end of the program: statistics, record and state are not "
         "complete; check the disks and mounts of their paths\n";
     struct pollfd reader = {.fd = STDERR_FILENO, .events = POLLOUT};
     cb_supervise_finish(stop->supervise);
-    if (poll(&reader, 1, 0) == 1 && write(STDERR_FILENO, said, strlen(said)) < 0) _exit(1);
+    if (poll(&reader, 1, 0) == 1 && write(STDERR_FILENO, sentence, strlen(sentence)) < 0) _exit(1);
     _exit(1);
 }
 

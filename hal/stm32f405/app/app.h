@@ -41,10 +41,10 @@ struct cb_app {
     struct cb_recorder recorder;
     bool trace;         /* one line per cycle */
     uint32_t dump_left; /* records of a dump that are not yet sent */
-    uint8_t said_mode, said_reason;
-    uint16_t said_detail; /* detail of the last reported mode */
-    bool said;            /* a mode was reported */
-    int64_t status_us;    /* of the last status line */
+    uint8_t reported_mode, reported_reason;
+    uint16_t reported_detail; /* detail of the last reported mode */
+    bool mode_reported;       /* a mode was reported */
+    int64_t status_us;        /* of the last status line */
     struct cb_box box;
     union {
         struct cb_load_scratch scratch;

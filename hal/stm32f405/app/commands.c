@@ -5,7 +5,7 @@
 
 static void help(struct cb_app *app);
 
-static void say_trace(struct cb_app *app) {
+static void begin_trace(struct cb_app *app) {
     app->trace = true;
 }
 
@@ -15,7 +15,7 @@ static void end_trace(struct cb_app *app) {
 
 static void restart(struct cb_app *app) {
     (void)app;
-    cb_restart(CB_START_ASKED);
+    cb_restart(CB_START_REQUESTED);
 }
 
 static void restart_with_trace(struct cb_app *app) {
@@ -39,7 +39,7 @@ static const struct cb_command commands[] = {
     {"wires", "counters of the serial lines", cb_status_wires},
     {"fault", "registers of the last processor fault", cb_status_fault},
     {"dump", "the flight recorder, oldest cycle first", cb_dump_ask},
-    {"trace on", "a line about each cycle", say_trace},
+    {"trace on", "a line about each cycle", begin_trace},
     {"trace off", "no more of them", end_trace},
     {"trace start", "restart, with a trace from the first cycle on", restart_with_trace},
     {"stop", "ramp to zero, then STOPPED until the next start", stop},

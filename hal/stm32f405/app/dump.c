@@ -34,7 +34,7 @@ void cb_dump_ask(struct cb_app *app) {
                    "dump: cycle time_us mode reason control counters detail channels");
 }
 
-static void say_record(struct cb_app *app, const struct cb_record *record) {
+static void print_record(struct cb_app *app, const struct cb_record *record) {
     struct cb_text *line = cb_console_line(&app->console);
     cb_text_put(line, "D ");
     cb_text_put_unsigned(line, record->cycle);
@@ -53,7 +53,7 @@ static void say_record(struct cb_app *app, const struct cb_record *record) {
 void cb_dump_go_on(struct cb_app *app) {
     for (unsigned i = 0; i < LINES_AT_ONCE && app->dump_left > 0 && cb_console_has_room(2); ++i) {
         const struct cb_record *record = cb_recorder_at(&app->recorder, --app->dump_left);
-        if (record) say_record(app, record);
+        if (record) print_record(app, record);
         if (app->dump_left == 0) cb_console_say(&app->console, "dump: end");
     }
 }

@@ -66,7 +66,7 @@ static void put_stack(struct cb_text *line) {
     put_number(line, "/", cb_guard_stack_bytes());
 }
 
-static void say_status(struct cb_app *app) {
+static void print_status(struct cb_app *app) {
     struct cb_text *line = begin(app);
     if (app->slot == 0) {
         cb_text_put(line, "STANDBY: ");
@@ -82,34 +82,34 @@ static void say_status(struct cb_app *app) {
     cb_console_end(&app->console);
 }
 
-static void say_mode(struct cb_app *app) {
+static void print_mode(struct cb_app *app) {
     struct cb_text *line = begin(app);
     cb_text_put(line, "now ");
     put_mode(line, &app->box);
     cb_console_end(&app->console);
-    app->said_mode = app->box.mode.mode;
-    app->said_reason = app->box.mode.reason;
-    app->said_detail = cb_cause_detail(&app->box.cause);
-    app->said = true;
+    app->reported_mode = app->box.mode.mode;
+    app->reported_reason = app->box.mode.reason;
+    app->reported_detail = cb_cause_detail(&app->box.cause);
+    app->mode_reported = true;
 }
 
 static bool mode_changed(const struct cb_app *app) {
     const uint8_t reason = app->box.mode.reason;
     const bool moved =
-        reason == CB_REASON_SIGNAL && app->said_detail != cb_cause_detail(&app->box.cause);
-    return !app->said || app->said_mode != app->box.mode.mode || app->said_reason != reason ||
-           moved;
+        reason == CB_REASON_SIGNAL && app->reported_detail != cb_cause_detail(&app->box.cause);
+    return !app->mode_reported || app->reported_mode != app->box.mode.mode ||
+           app->reported_reason != reason || moved;
 }
 
 void cb_status_note(struct cb_app *app) {
-    if (app->slot != 0 && mode_changed(app)) say_mode(app);
+    if (app->slot != 0 && mode_changed(app)) print_mode(app);
     const int64_t now_us = cb_time_us();
     if (now_us - app->status_us < STATUS_US) return;
     app->status_us = now_us;
-    say_status(app);
+    print_status(app);
 }
 
-static void say_chip(struct cb_app *app) {
+static void print_chip(struct cb_app *app) {
     const struct cb_chip *chip = &app->chip;
     struct cb_text *line = begin(app);
     cb_text_put(line, "chip ");
@@ -148,7 +148,7 @@ void cb_status_start(struct cb_app *app) {
     if (cb_retained.crystal_failed) cb_text_put(line, "; the crystal has FAILED");
     put_number(line, "; restarts by faults ", cb_retained.fault_starts);
     cb_console_end(&app->console);
-    say_chip(app);
+    print_chip(app);
     cb_status_file(app);
     if (app->cause == CB_START_FAULT) cb_status_fault(app);
 }
@@ -172,7 +172,7 @@ void cb_status_counters(struct cb_app *app) {
     cb_console_end(&app->console);
 }
 
-static void say_wire(struct cb_app *app, const char *name, const struct cb_wire *wire) {
+static void print_wire(struct cb_app *app, const char *name, const struct cb_wire *wire) {
     const struct cb_usart_counters bytes = cb_usart_counted(wire->port);
     struct cb_text *line = begin(app);
     cb_text_put(line, name);
@@ -187,8 +187,8 @@ static void say_wire(struct cb_app *app, const char *name, const struct cb_wire 
 }
 
 void cb_status_wires(struct cb_app *app) {
-    say_wire(app, "plc:", &app->board.plc);
-    if (app->bus.present) say_wire(app, "bus:", &app->bus.wire);
+    print_wire(app, "plc:", &app->board.plc);
+    if (app->bus.present) print_wire(app, "bus:", &app->bus.wire);
 }
 
 static void put_register(struct cb_text *line, const char *name, uint32_t value) {

@@ -131,10 +131,10 @@ TEST_F(log_lines, a_reader_that_does_not_read_keeps_nobody_and_is_told_later) {
     fcntl(ends[1], F_SETFL, O_NONBLOCK);
     while (write(ends[1], full.data(), full.size()) > 0) continue;
     fcntl(ends[1], F_SETFL, 0);
-    cb_log_say(log.get(), 0, "nobody reads this");
+    cb_log_line(log.get(), 0, "nobody reads this");
     std::string dots(1 << 16, ' ');
     EXPECT_GT(read(ends[0], dots.data(), dots.size()), 0);
-    cb_log_say(log.get(), s, "but this");
+    cb_log_line(log.get(), s, "but this");
     const std::string text = said();
     EXPECT_EQ(text,
               "compboxd:     1.000 s: (1 line about start and end left out)\n"
@@ -216,7 +216,7 @@ TEST_F(log_lines, slow_replies_are_told_with_the_period_that_fits) {
 TEST_F(log_lines, a_long_sentence_comes_whole) {
     start();
     const std::string sentence(560, 'x');
-    cb_log_say(log.get(), 0, "%s", sentence.c_str());
+    cb_log_line(log.get(), 0, "%s", sentence.c_str());
     EXPECT_NE(said().find(sentence + "\n"), std::string::npos);
 }
 
@@ -227,11 +227,11 @@ TEST_F(log_lines, the_journal_has_time_and_name_already) {
     const std::string device = std::to_string(there.st_dev) + ":";
     setenv("JOURNAL_STREAM", (device + std::to_string(there.st_ino)).c_str(), 1);
     start();
-    cb_log_say(log.get(), 0, "a line");
+    cb_log_line(log.get(), 0, "a line");
     EXPECT_EQ(said(), "a line\n");
     setenv("JOURNAL_STREAM", (device + std::to_string(there.st_ino + 1)).c_str(), 1);
     start();
-    cb_log_say(log.get(), 0, "a line");
+    cb_log_line(log.get(), 0, "a line");
     EXPECT_EQ(said(), "compboxd:     0.000 s: a line\n");
 }
 

@@ -143,7 +143,7 @@ struct load_file : reload_file {
     }
     void refuses(const std::string &from, const std::string &why) {
         EXPECT_FALSE(load(from));
-        EXPECT_EQ(std::string(loaded.said), from + ": cannot be read: " + why);
+        EXPECT_EQ(std::string(loaded.message), from + ": cannot be read: " + why);
     }
     cb_config config;
     cb_loaded loaded;

@@ -240,9 +240,9 @@ TEST(rtu, wrong_replies_are_asked_for_again) {
     EXPECT_EQ(c.rtu.counters.wrong_units, 1u);
     EXPECT_EQ(c.rtu.counters.invalid_replies, 1u);
     EXPECT_EQ(c.rtu.peer.odd[CB_ODD_UNIT].got, 18);
-    EXPECT_EQ(c.rtu.peer.odd[CB_ODD_UNIT].asked, 17);
+    EXPECT_EQ(c.rtu.peer.odd[CB_ODD_UNIT].expected, 17);
     EXPECT_EQ(c.rtu.peer.odd[CB_ODD_LENGTH].got, 10);
-    EXPECT_EQ(c.rtu.peer.odd[CB_ODD_LENGTH].asked, 6);
+    EXPECT_EQ(c.rtu.peer.odd[CB_ODD_LENGTH].expected, 6);
     EXPECT_EQ(c.rtu.counters.retries, 4u);
     EXPECT_EQ(c.rtu.counters.probes, 3u);
     EXPECT_EQ(c.rtu.counters.requests, 8u);

@@ -434,7 +434,7 @@ TEST(tcp, what_answers_something_else_is_named) {
     client c(plc.port());
     const auto odd = [&](cb_odd kind, uint32_t count, unsigned got, unsigned asked) {
         const cb_odd_reply &reply = c.tcp.peer.odd[kind];
-        return reply.count == count && reply.got == got && reply.asked == asked;
+        return reply.count == count && reply.got == got && reply.expected == asked;
     };
     c.read(1000);
     EXPECT_TRUE(odd(CB_ODD_UNIT, 1, 255, 1));

@@ -178,7 +178,7 @@ TEST(stm32f405_chip, resets_that_the_box_did_not_want_need_permission) {
          {CB_START_WATCHDOG, CB_START_WINDOW, CB_START_LOW_POWER, CB_START_FAULT, CB_START_STACK})
         EXPECT_TRUE(cb_start_was_fault(cause)) << cb_start_text(cause);
     for (const auto cause : {CB_START_UNKNOWN, CB_START_POWER, CB_START_BROWN_OUT, CB_START_PIN,
-                             CB_START_SOFTWARE, CB_START_CLOCK, CB_START_ASKED})
+                             CB_START_SOFTWARE, CB_START_CLOCK, CB_START_REQUESTED})
         EXPECT_FALSE(cb_start_was_fault(cause)) << cb_start_text(cause);
 }
 
