@@ -29,8 +29,9 @@ static void read_back(struct cb_cycle *cycle, const struct cb_box *box,
     const struct cb_hal *hal = exchange->hal;
     const struct cb_block_config *write = &exchange->plc->write;
     const enum cb_want want = cb_box_wants_held(box);
-    const bool asks = want == CB_WANT_NOW || (want == CB_WANT_IF_ROOM && has_room(cycle, exchange));
-    if (!cycle->in.read_ok || !asks) return;
+    const bool needed =
+        want == CB_WANT_NOW || (want == CB_WANT_IF_ROOM && has_room(cycle, exchange));
+    if (!cycle->in.read_ok || !needed) return;
     cycle->in.held = (uint8_t)hal->read(hal->context, write->start, write->count,
                                         cycle->in.held_registers, exchange->deadline_us);
 }

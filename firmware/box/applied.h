@@ -21,9 +21,9 @@ enum {
 struct cb_applied_channel {
     float sent_min_um[CB_SENT_SLOTS]; /* the values sent in each quarter, the newest one first */
     float sent_max_um[CB_SENT_SLOTS];
-    uint32_t
-        outside_us; /* for how long applied was outside of them, at most two quarters; a quarter
-                       of the time inside is taken off, so that a flickering value counts */
+    /* Time for which `applied` was outside of them, at most two quarters. A quarter of the time
+     * inside is subtracted, so that a flickering value counts. */
+    uint32_t outside_us;
     uint8_t beyond; /* successive readings beyond error_um */
 };
 
@@ -33,7 +33,7 @@ struct cb_applied_verdict {
     bool foreign;    /* in CB_BEYOND_READINGS successive readings beyond error_um plus a unit, and
                         beyond all values sent in that time */
     uint8_t channel; /* its index, a foreign one first; CB_NONE: there is none */
-    float value_um;  /* what the PLC reported */
+    float value_um;  /* the value that the PLC reported */
 };
 
 struct cb_applied_state {

@@ -90,10 +90,10 @@ void cb_can_revoke(struct cb_can *can) {
 }
 
 static bool is_up(const char *interface) {
-    struct ifreq asked = {.ifr_flags = 0};
+    struct ifreq query = {.ifr_flags = 0};
     const int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0); /* any kind serves */
-    strncpy(asked.ifr_name, interface, sizeof asked.ifr_name - 1);
-    const bool up = fd >= 0 && ioctl(fd, SIOCGIFFLAGS, &asked) == 0 && asked.ifr_flags & IFF_UP;
+    strncpy(query.ifr_name, interface, sizeof query.ifr_name - 1);
+    const bool up = fd >= 0 && ioctl(fd, SIOCGIFFLAGS, &query) == 0 && query.ifr_flags & IFF_UP;
     close_if_any(fd);
     return up;
 }

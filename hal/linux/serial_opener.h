@@ -2,8 +2,8 @@
  * A thread that opens and closes a serial device for a loop that must not be late: open() and
  * close() of a USB adapter depend on its driver, and take seconds if it hangs.
  *
- *   IDLE ──loop: ask / give back──► ASKED ──thread: opened, or why not──► DONE ──loop: take──► IDLE
- *                                     └──thread: closed only──► IDLE
+ *   IDLE ──loop: open or close──► REQUESTED ──thread: opened, or error──► DONE ──loop: take──► IDLE
+ *                                     └──thread: only closed──► IDLE
  *
  * The state determines the owner of all other fields. */
 #ifndef COMPBOX_HAL_LINUX_SERIAL_OPENER_H

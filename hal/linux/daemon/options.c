@@ -39,7 +39,7 @@ static const char help[] =
     "  --watchdog-timeout S  … which resets the machine after S seconds, 1 to 60 (default: 10)\n"
     "  --help, --version\n"
     "\n"
-    "SIGTERM and SIGINT end it: outputs ramp to zero, the status register says STOPPED. SIGHUP, "
+    "SIGTERM and SIGINT end it: outputs ramp to zero, the status register has STOPPED. SIGHUP, "
     "or\n"
     "a change of the coefficient file, makes it take over the new one without a step.\n"
     "Exit codes: 0 stopped in good order, 1 a file is bad or the PLC never confirmed the stop,\n"

@@ -65,10 +65,10 @@ static void read_boot_id(char *boot_id) {
 }
 
 void cb_state_clock_read(struct cb_state_clock *clock) {
-    struct timex asked = {.modes = 0};
+    struct timex query = {.modes = 0};
     memset(clock, 0, sizeof *clock);
-    const int state = adjtimex(&asked);
-    clock->synchronised = state >= 0 && state != TIME_ERROR && (asked.status & STA_UNSYNC) == 0;
+    const int state = adjtimex(&query);
+    clock->synchronised = state >= 0 && state != TIME_ERROR && (query.status & STA_UNSYNC) == 0;
     read_boot_id(clock->boot_id);
     clock->boottime_us = cb_boottime_us();
     clock->unix_us = cb_unix_us();
