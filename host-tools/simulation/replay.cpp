@@ -76,14 +76,7 @@ class recorded_line {
     // out: the float behind its name; from 0 to 1e6
     float named(std::size_t which, const std::string &name) const {
         if (fields_[which] != name) fail("has no " + name);
-        float value = 0.0f;
-        const std::string &text = fields_[which + 1];
-        const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
-        if (result.ec != std::errc() || result.ptr != text.data() + text.size() ||
-            !(value >= 0.0f && value <= 1e6f)) {
-            fail("'" + text + "' is not a number that can stand here");
-        }
-        return value;
+        return parsed<float>(fields_[which + 1], 10, 1e6f);
     }
 
     // Hexadecimal numbers of `digits` each; exactly `count`, or none where none_too.
@@ -126,8 +119,13 @@ class recorded_line {
     kind parsed(const std::string &text, int base, kind most) const {
         kind value = 0;
         const char *end = text.data() + text.size();
-        const auto result = std::from_chars(text.data(), end, value, base);
-        if (result.ec != std::errc() || result.ptr != end || value < 0 || value > most) {
+        std::from_chars_result result;
+        if constexpr (std::is_floating_point_v<kind>) {
+            result = std::from_chars(text.data(), end, value);
+        } else {
+            result = std::from_chars(text.data(), end, value, base);
+        }
+        if (result.ec != std::errc() || result.ptr != end || !(value >= 0 && value <= most)) {
             fail("'" + text + "' is not a number that can stand here");
         }
         return value;
