@@ -64,9 +64,4 @@ static inline float cb_lag_step_to(struct cb_lag *lag, struct cb_lag_gains gains
     return lag->hi;
 }
 
-/* As cb_lag_step_to, for any u: a non-finite u is replaced by the last input. */
-static inline float cb_lag_step(struct cb_lag *lag, struct cb_lag_gains gains, float u) {
-    return cb_lag_step_to(lag, gains, cb_is_finite(u) ? u : lag->input);
-}
-
 #endif

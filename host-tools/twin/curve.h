@@ -34,8 +34,6 @@ class random_curve {
     // Error in µm. Cost: one multiply-add chain per harmonic, no table.
     double operator()(double position_mm) const;
 
-    int harmonics() const { return static_cast<int>(cosines_.size()); }
-
   private:
     double raw(double position_mm) const;
     void refer_to_line(double amplitude_um);

@@ -6,6 +6,7 @@
 
 #include "models/num.h"
 #include "tests/conformance/check.h"
+#include "tests/support/lag_step.h"
 
 struct gain_row {
     float dt_s, tau_s;
@@ -42,7 +43,7 @@ static void run_walk(struct check *check, const struct walk *walk) {
         const struct walk_row *row = &walk->rows[i];
         const struct cb_lag_gains gains = cb_lag_gains_for(row->dt_s, walk->tau_s);
         check->row = (uint32_t)i;
-        check_number(check, "output", cb_lag_step(&lag, gains, row->u), row->y, row->bound);
+        check_number(check, "output", lag_step(&lag, gains, row->u), row->y, row->bound);
         check_hash(check, cb_bits_of(lag.lo));
     }
 }
@@ -56,7 +57,7 @@ static void run_course(struct check *check, const struct course *course) {
     for (unsigned k = 0; k < LENGTH(course->pieces); ++k) {
         const float to = course->pieces[k].u, steps = (float)course->pieces[k].steps;
         for (uint32_t i = 1; i <= course->pieces[k].steps; ++i)
-            cb_lag_step(&lag, gains, from + (to - from) * ((float)i / steps));
+            lag_step(&lag, gains, from + (to - from) * ((float)i / steps));
         check->row = k;
         check_number(check, "output", lag.hi, course->pieces[k].y, course->pieces[k].bound);
         check_hash(check, cb_bits_of(lag.lo));

@@ -9,6 +9,7 @@
 #include "models/lag.h"
 #include "models/training_range.h"
 #include "models/volumetric.h"
+#include "tests/support/lag_step.h"
 #include "tests/support/training_range_hold.h"
 
 enum { INPUTS = SUBJECT_INPUTS, HIDDEN = SUBJECT_HIDDEN, OUTPUTS = SUBJECT_OUTPUTS };
@@ -150,7 +151,7 @@ void subject_spline(void *unused) {
 
 void subject_lag(void *unused) {
     (void)unused;
-    sink = cb_lag_step(&lags[0], gains, position);
+    sink = lag_step(&lags[0], gains, position);
 }
 
 void subject_lag_gains(void *unused) {
@@ -179,7 +180,7 @@ void subject_reference_load(void *unused) {
     for (int k = 0; k < CB_CURVE_ERRORS; ++k)
         state.error[k] = cb_ppoly_evaluate(&curve, state.position_mm[k / CB_AXIS_ERRORS]).value;
     subject_volumetric(unused);
-    for (int i = 0; i < SUBJECT_LAGS; ++i) sink = cb_lag_step(&lags[i], gains, position);
+    for (int i = 0; i < SUBJECT_LAGS; ++i) sink = lag_step(&lags[i], gains, position);
     subject_training_range(unused);
     cb_bpnet_evaluate(&plain, inside, y);
 }

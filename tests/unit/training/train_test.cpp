@@ -17,6 +17,7 @@
 
 extern "C" {
 #include "models/lag.h"
+#include "tests/support/lag_step.h"
 }
 
 namespace compbox {
@@ -153,8 +154,8 @@ TEST(Lags, are_those_of_the_box) {
             if (inputs[c].tau_s > 0.0 && r == 0) cb_lag_start(&lag, want);
             if (inputs[c].tau_s > 0.0 && r > 0) {
                 const auto dt = static_cast<float>(data.time_s[r] - data.time_s[r - 1]);
-                want = cb_lag_step(&lag, cb_lag_gains_for(dt, static_cast<float>(inputs[c].tau_s)),
-                                   want);
+                want =
+                    lag_step(&lag, cb_lag_gains_for(dt, static_cast<float>(inputs[c].tau_s)), want);
             }
             EXPECT_NEAR(rows.x(at, static_cast<Eigen::Index>(c)), want, 2e-6) << inputs[c].name;
         }

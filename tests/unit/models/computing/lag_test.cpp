@@ -10,6 +10,7 @@
 
 extern "C" {
 #include "models/lag.h"
+#include "tests/support/lag_step.h"
 }
 
 namespace {
@@ -44,10 +45,10 @@ TEST_P(lag_courses, follows_a_step_and_settles_exactly) {
     cb_lag lag;
     cb_lag_start(&lag, 20.3f);
     exact_lag exact{tau, 20.3f, 20.3f};
-    cb_lag_step(&lag, gains, 80.7f);
+    lag_step(&lag, gains, 80.7f);
     exact.straight_to(80.7f, dt);
     for (int k = 1; k <= 20; ++k) {
-        for (std::int64_t i = 0; i < steps_per_tau; ++i) cb_lag_step(&lag, gains, 80.7f);
+        for (std::int64_t i = 0; i < steps_per_tau; ++i) lag_step(&lag, gains, 80.7f);
         exact.straight_to(80.7f, (long double)dt * steps_per_tau);
         ASSERT_NEAR(lag.hi, (double)exact.y, 3e-7 * 80.7) << "after " << k << " tau";
     }
@@ -68,7 +69,7 @@ TEST_P(lag_courses, follows_a_day_of_ramps) {
         float u = from;
         for (int i = 1; i <= per_piece; ++i) {
             const float next = from + (to - from) * (float(i) / float(per_piece));
-            cb_lag_step(&lag, gains, next);
+            lag_step(&lag, gains, next);
             u = next;
         }
         exact.straight_to(to, (long double)dt * per_piece);
@@ -106,7 +107,7 @@ TEST(lag, any_step_lengths_any_input) {
             if (i % 997 == 0) dt = 3 * dt;
             if (i % 50021 == 0) dt = 400;
             if (i % 3 == 0) u = std::min(90.0f, std::max(-10.0f, u + change(random)));
-            cb_lag_step(&lag, cb_lag_gains_for(dt, tau), u);
+            lag_step(&lag, cb_lag_gains_for(dt, tau), u);
             exact.straight_to(u, dt);
             ASSERT_NEAR(lag.hi, (double)exact.y, 3e-7 * 90) << i;
         }
@@ -121,7 +122,7 @@ TEST(lag, of_a_square_and_in_a_chain) {
     cb_lag_start(&second, 0);
     const float square = 24000.0f * 24000.0f;
     const int steps = 400000;
-    for (int i = 0; i < steps; ++i) cb_lag_step(&second, slow, cb_lag_step(&first, fast, square));
+    for (int i = 0; i < steps; ++i) lag_step(&second, slow, lag_step(&first, fast, square));
     // two lags in series, step response; the step itself is a ramp over the first 30 ms
     const double t = steps * 0.03 - 0.015, a = 600, b = 3600;
     const double y = square * (1 - (a * std::exp(-t / a) - b * std::exp(-t / b)) / (a - b));
@@ -160,17 +161,17 @@ TEST(lag, time_that_stands_still_or_never_ends) {
     EXPECT_EQ(gains.ramp, 1.0f);
     cb_lag lag;
     cb_lag_start(&lag, 20);
-    EXPECT_EQ(cb_lag_step(&lag, gains, 35.5f), 35.5f);
+    EXPECT_EQ(lag_step(&lag, gains, 35.5f), 35.5f);
 }
 
 TEST(lag, nothing_that_is_not_finite_enters) {
     const cb_lag_gains gains = cb_lag_gains_for(10, 600);
     cb_lag lag, same;
     cb_lag_start(&lag, 20);
-    cb_lag_step(&lag, gains, 40);
+    lag_step(&lag, gains, 40);
     same = lag;
     for (float u : {NAN, INFINITY, -INFINITY}) {
-        EXPECT_EQ(cb_lag_step(&lag, gains, u), cb_lag_step(&same, gains, 40));
+        EXPECT_EQ(lag_step(&lag, gains, u), lag_step(&same, gains, 40));
         EXPECT_EQ(lag.input, 40.0f);
     }
 }
@@ -182,7 +183,7 @@ TEST(lag, arrives_everywhere) {
         for (float start : {-40.0f, 0.0f, 95.0f}) {
             cb_lag lag;
             cb_lag_start(&lag, start);
-            for (int i = 0; i < 2000 * 120; ++i) cb_lag_step(&lag, gains, u);
+            for (int i = 0; i < 2000 * 120; ++i) lag_step(&lag, gains, u);
             EXPECT_EQ(lag.hi, u);
             EXPECT_EQ(lag.lo, 0.0f);
         }
@@ -199,7 +200,7 @@ TEST(lag, never_overshoots) {
         cb_lag_start(&lag, start);
         const cb_lag_gains gains = cb_lag_gains_for(std::pow(10.0f, exponent(random)), 1);
         for (int k = 0; k < 3; ++k) {
-            const float y = cb_lag_step(&lag, gains, u);
+            const float y = lag_step(&lag, gains, u);
             ASSERT_GE(y, std::min(start, u));
             ASSERT_LE(y, std::max(start, u));
         }
