@@ -76,7 +76,9 @@ def test_a_plc_too_slow_for_two_requests_hears_of_it_in_a_last_write(plc, port, 
     """20 ms for each request, after a quick start: writes take effect and are confirmed too late."""
     received = []
 
-    def closed_twice(_, server):
+    def closed_twice(steps, server):
+        if steps and not ran(steps, server):
+            return True                     # once more
         last = [r.connection for r in received if r.is_write]
         return last and server.connections > last[-1] and plc.writes and plc.writes[-1].mode != ACTIVE
 
@@ -111,7 +113,8 @@ def test_a_plc_too_slow_from_the_start_is_never_compensated(plc, port, start_box
     steps = box.steps
     prompt = next((i for i in range(1, len(steps)) if not ran(steps[:i + 1], server)), len(steps))
     assert ACTIVE not in {step.mode for step in steps[:prompt]}
-    assert len(lines(box, 'plc.exchange "fc3+fc16" needs cycle.period_ms of ')) == 1, box.log
+    slow_lines = lines(box, 'plc.exchange "fc3+fc16" needs cycle.period_ms of ')
+    assert len(slow_lines) == 1 or slow_lines and prompt < len(steps), box.log
 
 
 def test_replies_to_something_else_are_named_once(plc, port, start_box):
