@@ -62,7 +62,7 @@ struct fixture {
         });
     }
     // What is wrong with the words; "" for nothing.
-    std::string fault(std::vector<std::string> words) {
+    std::string usage_error(std::vector<std::string> words) {
         words.insert(words.begin(), "measure");
         try {
             program.parse(std::move(words));
@@ -73,13 +73,13 @@ struct fixture {
     }
 };
 
-std::string fault(const std::vector<std::string> &words) {
-    return fixture().fault(words);
+std::string usage_error(const std::vector<std::string> &words) {
+    return fixture().usage_error(words);
 }
 
 TEST(CommandLine, SetsVariablesOfEveryKind) {
     fixture all;
-    ASSERT_EQ(all.fault({"a.csv",
+    ASSERT_EQ(all.usage_error({"a.csv",
                          "-o",
                          "b.csv",
                          "--count",
@@ -116,7 +116,7 @@ TEST(CommandLine, SetsVariablesOfEveryKind) {
 
 TEST(CommandLine, LeavesWhatIsNotGiven) {
     fixture all;
-    ASSERT_EQ(all.fault({"a.csv", "--revision", "4294967295"}), "");
+    ASSERT_EQ(all.usage_error({"a.csv", "--revision", "4294967295"}), "");
     EXPECT_EQ(all.revision, 4294967295u);
     EXPECT_EQ(all.output, "out.csv");
     EXPECT_EQ(all.count, 3);
@@ -126,22 +126,22 @@ TEST(CommandLine, LeavesWhatIsNotGiven) {
 }
 
 TEST(CommandLine, NamesWhatIsWrong) {
-    EXPECT_EQ(fault({}), "file is required");
-    EXPECT_EQ(fault({"a", "--bogus"}), "The following argument was not expected: --bogus");
-    EXPECT_EQ(fault({"a", "--count"}), "--count: 1 required INT missing");
-    EXPECT_EQ(fault({"a", "--paint"}), "--paint: 1 required ENUM missing");
-    EXPECT_EQ(fault({"a", "--limit", "x"}), "Could not convert: --limit = x");
-    EXPECT_EQ(fault({"a", "--vector", "1,2"}), "--vector: At least 3 required but received 2");
-    EXPECT_EQ(fault({"a", "--seed", "1"}), "--seed requires --count");
-    EXPECT_EQ(fault({"a", "--count", "1", "--revision", "1"}), "--count excludes --revision");
-    EXPECT_EQ(fault({"a", "--paint", "blue"}), "--paint: must be one of green, red, not blue");
-    EXPECT_EQ(fault({"a", "--unit", "0"}), "--unit: Value 0 not in range 1 to 247");
-    EXPECT_EQ(fault({"bad"}), "--count: is not for this file");
+    EXPECT_EQ(usage_error({}), "file is required");
+    EXPECT_EQ(usage_error({"a", "--bogus"}), "The following argument was not expected: --bogus");
+    EXPECT_EQ(usage_error({"a", "--count"}), "--count: 1 required INT missing");
+    EXPECT_EQ(usage_error({"a", "--paint"}), "--paint: 1 required ENUM missing");
+    EXPECT_EQ(usage_error({"a", "--limit", "x"}), "Could not convert: --limit = x");
+    EXPECT_EQ(usage_error({"a", "--vector", "1,2"}), "--vector: At least 3 required but received 2");
+    EXPECT_EQ(usage_error({"a", "--seed", "1"}), "--seed requires --count");
+    EXPECT_EQ(usage_error({"a", "--count", "1", "--revision", "1"}), "--count excludes --revision");
+    EXPECT_EQ(usage_error({"a", "--paint", "blue"}), "--paint: must be one of green, red, not blue");
+    EXPECT_EQ(usage_error({"a", "--unit", "0"}), "--unit: Value 0 not in range 1 to 247");
+    EXPECT_EQ(usage_error({"bad"}), "--count: is not for this file");
 }
 
 TEST(CommandLine, DoesNotRunWhatIsWrong) {
     fixture all;
-    ASSERT_NE(all.fault({"a.csv", "--count", "0"}), "");
+    ASSERT_NE(all.usage_error({"a.csv", "--count", "0"}), "");
     EXPECT_FALSE(all.run);
 }
 
