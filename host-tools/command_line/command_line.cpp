@@ -13,24 +13,61 @@ streams standard_streams() {
     return {STDIN_FILENO, std::cout, std::cerr, ::isatty(STDERR_FILENO) == 1};
 }
 
-value_check one_of_numbers(std::initializer_list<int> numbers) {
-    return [check = CLI::IsMember(numbers)](const std::string &text) { return check(text); };
+namespace {
+
+// "-o,--output F.json" are the names "-o,--output" and the placeholder "F.json".
+std::string names_of(const std::string &text) {
+    return text.substr(0, text.find(' '));
+}
+std::string placeholder_of(const std::string &text) {
+    return text.substr(std::min(text.find(' '), text.size()));
 }
 
-value_check in_range(int least, int most) {
-    return [check = CLI::Range(least, most)](const std::string &text) { return check(text); };
+// Shows "--degree N", "--port N=1502" or "--name NAME REQUIRED", without CLI11's type names.
+class formatter : public CLI::Formatter {
+    std::string make_option_name(const CLI::Option *one, bool positional) const override {
+        return names_of(CLI::Formatter::make_option_name(one, positional).append(" "));
+    }
+    std::string make_option_opts(const CLI::Option *one) const override {
+        const std::string initial = one->get_default_str();
+        return one->get_option_text() + (initial.empty() ? "" : "=" + initial) +
+               (one->get_required() ? " REQUIRED" : "");
+    }
+};
+
+// in : text "X: 3 required TEXT missing" or "X: At least 3 required but received 2"
+std::string mismatch_of(const std::string &text) {
+    const std::size_t colon = text.find(": "), received = text.find("received ");
+    if (colon == std::string::npos) return "--" + names_of(text) + " takes no value";
+    const std::string count = names_of(text.substr(text.find_first_of("0123456789", colon)));
+    return text.substr(0, colon) + " needs " + count + (count == "1" ? " value" : " values") +
+           (received == std::string::npos ? "" : ", not " + text.substr(received + 9));
 }
+
+// out: what is wrong and where, in place of CLI11's own sentence
+std::string sentence_of(const CLI::ParseError &error) {
+    const std::string text = error.what(), kind = error.get_name();
+    const auto replaced = [&text](const std::string &from, const std::string &to) {
+        const std::size_t at = text.find(from);
+        return at == std::string::npos ? text : std::string(text).replace(at, from.size(), to);
+    };
+    if (text == "A subcommand is required") return "a command is missing";
+    if (kind == "RequiredError") return replaced(" is required", " is missing");
+    if (kind == "RequiresError") return replaced(" requires ", " needs ");
+    if (kind == "ExcludesError") return replaced(" excludes ", " cannot be combined with ");
+    if (kind == "ExtrasError") return "unknown argument " + text.substr(text.find(": ") + 2);
+    if (kind == "ConversionError") return replaced("Could not convert: ", "not a number: ");
+    return kind == "ArgumentMismatch" ? mismatch_of(text) : text;
+}
+
+}  // namespace
 
 option option::required() {
     return option(is_->required());
 }
 
-option option::check(const value_check &fault, const std::string &shown_in_help) {
-    return option(is_->check(fault, shown_in_help));
-}
-
-option option::option_text(const std::string &instead_of_type) {
-    return option(is_->option_text(instead_of_type));
+option option::check(const value_check &fault) {
+    return option(is_->check(fault));
 }
 
 option option::delimiter(char between_values) {
@@ -53,14 +90,11 @@ option option::capture_default_str() {
     return option(is_->capture_default_str());
 }
 
-option option::type_name(const std::string &name) {
-    return option(is_->type_name(name));
-}
-
 template <typename Value>
 option command::add_option(const std::string &names, Value &variable,
                            const std::string &description) {
-    return option(is_->add_option(names, variable, description));
+    const auto is = is_->add_option(names_of(names), variable, description);
+    return option(is->option_text(placeholder_of(names)));
 }
 
 using phrase = const std::string &;
@@ -78,11 +112,12 @@ template option command::add_option(phrase, std::vector<double> &, phrase);
 option command::add_option_function(const std::string &names,
                                     const std::function<void(const std::string &)> &take,
                                     const std::string &description) {
-    return option(is_->add_option_function<std::string>(names, take, description));
+    const auto is = is_->add_option_function<std::string>(names_of(names), take, description);
+    return option(is->option_text(placeholder_of(names)));
 }
 
 option command::add_flag(const std::string &names, bool &variable, const std::string &description) {
-    // else --flag=text is read as a number, and a long one ends in an exception of no kind of usage
+    // Without this, CLI11 reads --flag=text as a number; a long one throws an unrelated exception.
     return option(is_->add_flag(names, variable, description)->disable_flag_override());
 }
 
@@ -112,8 +147,11 @@ void command::callback(const std::function<void(const streams &)> &run) {
 }
 
 program::program(const std::string &description, const streams &io)
-    : command(nullptr, nullptr), owned_(std::make_unique<CLI::App>(description)), streams_(io) {
+    : command(nullptr, nullptr),
+      owned_(std::make_unique<CLI::App>(description, description.substr(0, description.find(':')))),
+      streams_(io) {
     is_ = owned_.get();
+    is_->formatter(std::make_shared<formatter>());
     io_ = &streams_;
 }
 
@@ -124,23 +162,28 @@ void program::set_version_flag(const std::string &name, const std::string &versi
 }
 
 std::optional<int> program::parse(int argc, const char *const *argv) {
+    std::string sentence;
     try {
         owned_->parse(argc, argv);
         return std::nullopt;
+    } catch (const CLI::Success &printed) {
+        return owned_->exit(printed, streams_.out, streams_.err);
     } catch (const CLI::ParseError &error) {
-        return owned_->exit(error, streams_.out, streams_.err) == 0 ? 0 : 2;
+        sentence = sentence_of(error);
     } catch (const usage_error &error) {
-        owned_->exit(CLI::ValidationError(error.what()), streams_.out, streams_.err);
-        return 2;
+        sentence = error.what();
     }
+    streams_.err << owned_->get_name() << ": " << sentence
+                 << "\nRun with --help for more information.\n";
+    return 2;
 }
 
 void program::parse(std::vector<std::string> words) {
-    std::reverse(words.begin(), words.end());  // as CLI11 wants them
+    std::reverse(words.begin(), words.end());  // CLI11 takes the last word first
     try {
         owned_->parse(std::move(words));
     } catch (const CLI::ParseError &error) {
-        throw usage_error(error.what());
+        throw usage_error(sentence_of(error));
     }
 }
 

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: MIT
-// Options, sub-commands, help and wrong usage of the programs. CLI11 does the work, in
-// command_line.cpp alone: its headers take a compiler longer than a command of ours.
+// Options, sub-commands, help and usage errors of the programs. Only command_line.cpp includes
+// CLI11, because its headers are slow to compile.
 #pragma once
 
 #include <functional>
-#include <initializer_list>
 #include <iosfwd>
 #include <map>
 #include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -22,53 +20,48 @@ class Option;
 
 namespace compbox::cli {
 
-// What was typed makes no sense: the sentence names the option and the remedy.
+// Wrong usage; the sentence names the option and the remedy.
 struct usage_error : std::runtime_error {
     explicit usage_error(const std::string &sentence) : std::runtime_error(sentence) {}
     usage_error(const std::string &option, const std::string &sentence)
         : usage_error(option + ": " + sentence) {}
 };
 
-// What a program reads and prints. Nothing else writes to a stream of the process.
+// Input and outputs of a program. No other code writes to a stream of the process.
 struct streams {
-    int in;  // a descriptor: commands ask questions while the cycle of a box goes on
+    int in;  // a descriptor, because `commission` polls it while the box's cycle runs
     std::ostream &out, &err;
     bool shows_progress = false;  // err is a terminal
 };
 streams standard_streams();
 
-// in : one value as typed. out: what is wrong with it in a few words, "" for nothing.
+// in : one value as typed. out: what is wrong with it in a few words, "" for a valid one.
+// option_checks.h has the usual ones.
 using value_check = std::function<std::string(const std::string &)>;
-
-// Whole numbers, as CLI11 reads them (0x10 is one too). More checks: option_checks.h.
-value_check one_of_numbers(std::initializer_list<int> numbers);
-value_check in_range(int least, int most);  // both included
 
 // A handle; the program owns the option. Each call returns the same option.
 class option {
   public:
     option required();
-    option check(const value_check &fault, const std::string &shown_in_help = "");
-    option option_text(const std::string &instead_of_type);  // in help
+    option check(const value_check &fault);
     option delimiter(char between_values);
     option expected(int values);
     option needs(option other);
     option excludes(option other);
-    option capture_default_str();  // help shows the variable's value of now
+    option capture_default_str();  // help shows the variable's present value
 
   private:
     friend class command;
     explicit option(CLI::Option *is) : is_(is) {}
-    option type_name(const std::string &name);
     CLI::Option *is_;
 };
 
 // A handle; the program owns the command. Variables must live until the program has parsed.
 class command {
   public:
-    // in : names "-o,--output", or "file" for a value by its place. Kinds of variables:
-    // std::string, int, unsigned, std::size_t, double; std::optional of the last three;
-    // std::vector of std::string or double.
+    // in : names "-o,--output F.json" with the placeholder for help, or "FILE" for a positional;
+    // a variable of std::string, int, unsigned, std::size_t, double, std::optional of the last
+    // three, std::vector of std::string or double.
     template <typename Value>
     option add_option(const std::string &names, Value &variable,
                       const std::string &description = "");
@@ -78,12 +71,12 @@ class command {
                                const std::function<void(const std::string &)> &take,
                                const std::string &description);
 
-    // The value whose name was given; wrong usage lists the names.
+    // Sets the variable to the choice with the given name. The usage error lists the names.
     template <typename Choice>
     option add_choice(const std::string &names, Choice &variable,
                       const std::map<std::string, Choice> &choices, const std::string &description);
 
-    // in : names "--json"; "!--apart" makes the variable false; it takes no value
+    // in : names "--json"; "!--apart" makes the variable false; it takes no value.
     option add_flag(const std::string &names, bool &variable, const std::string &description);
 
     command add_subcommand(const std::string &name, const std::string &description);
@@ -93,7 +86,7 @@ class command {
     void footer(const std::string &text);
     void set_help_all_flag(const std::string &name, const std::string &description);
 
-    // What to do where all options are right. It may throw usage_error for what they mean together.
+    // Runs if all options are valid. It may throw usage_error for an invalid combination.
     void callback(const std::function<void(const streams &)> &run);
 
   protected:
@@ -104,6 +97,7 @@ class command {
 
 class program : public command {
   public:
+    // in : description "NAME: what it does"; NAME begins each usage error
     program(const std::string &description, const streams &io);
     ~program();
     program(const program &) = delete;
@@ -111,13 +105,13 @@ class program : public command {
 
     void set_version_flag(const std::string &name, const std::string &version);
 
-    // Sets the variables, then runs the commands' callbacks. out: nothing where the program may go
-    // on; else its exit code: 0 where help or the version was printed, 2 for wrong usage, printed
-    // to streams.err. What callbacks throw beside usage_error comes out.
+    // Sets the variables, then runs the commands' callbacks.
+    // out: nothing: the program goes on; else its exit code: 0 after help or the version, 2 after
+    // a usage error, which is printed to streams.err. Other exceptions of callbacks pass through.
     std::optional<int> parse(int argc, const char *const *argv);
 
-    // The same of words, in order and without the program's name. Prints nothing of its own: wrong
-    // usage and calls for help throw usage_error.
+    // in : the words in order, without the program's name. Prints nothing; throws usage_error for
+    // wrong usage and for --help.
     void parse(std::vector<std::string> words);
 
   private:
@@ -138,9 +132,7 @@ option command::add_choice(const std::string &names, Choice &variable,
         for (const auto &choice : choices) all += (all.empty() ? "" : ", ") + choice.first;
         return "must be one of " + all + ", not " + text;
     };
-    return add_option_function(names, take, description)
-        .type_name(std::is_enum_v<Choice> ? "ENUM" : "BOOLEAN")
-        .check(fault);
+    return add_option_function(names, take, description).check(fault);
 }
 
 }  // namespace compbox::cli

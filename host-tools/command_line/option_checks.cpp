@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/command_line/option_checks.h"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
@@ -47,16 +47,11 @@ void different_files(const std::vector<std::pair<std::string, std::string>> &out
     }
 }
 
-std::string listed(const std::vector<std::string> &words) {
-    std::string all;
-    for (const auto &word : words) all += (all.empty() ? "{" : ",") + word;
-    return all + "}";
-}
-
 cli::value_check one_of(const std::vector<std::string> &words) {
     return [words](const std::string &text) {
         const bool there = std::count(words.begin(), words.end(), text) > 0;
-        return there ? std::string() : fmt::format("{} not in {}", text, listed(words));
+        return there ? std::string()
+                     : fmt::format("must be one of {}, not {}", fmt::join(words, ", "), text);
     };
 }
 
@@ -73,7 +68,7 @@ cli::value_check zero_or_more() {
 }
 
 cli::value_check between(double least, double most) {
-    return check(fmt::format("must be from {} to {}", least, most),
+    return check(fmt::format("must be from {:.10g} to {:.10g}", least, most),
                  [=](double value) { return value >= least && value <= most; });
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Checks of what is typed. CLI11's own ones of numbers let a NaN pass and print an open end as a
-// number of 309 digits: these refuse, in a few words, what is no finite decimal number too.
+// Checks of an option's value. They reject a value that is not a finite decimal number; CLI11's own
+// range check accepts NaN.
 #pragma once
 
 #include <string>
@@ -18,9 +18,8 @@ cli::value_check between(double least, double most);  // both included
 cli::value_check whole_between(long least, long most);
 
 cli::value_check one_of(const std::vector<std::string> &words);
-std::string listed(const std::vector<std::string> &words);  // "{X,Y,Z}"
 
-// Wrong usage where two of {option, file it writes} name the same file.
+// in : pairs of option and the file that it writes. Throws usage_error if two files are the same.
 void different_files(const std::vector<std::pair<std::string, std::string>> &outputs);
 
 }  // namespace compbox

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/command_line/progress.h"
 
+#include <fmt/core.h>
+
 #include <cmath>
 #include <memory>
 #include <ostream>
-
-#include "host-tools/formats/numbers.h"
 
 namespace compbox {
 

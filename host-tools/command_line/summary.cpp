@@ -9,7 +9,7 @@
 namespace compbox {
 
 void add_json(cli::command &command, bool &as_json) {
-    command.add_flag("--json", as_json, "Print what was done as JSON");
+    command.add_flag("--json", as_json, "Print the result as JSON");
 }
 
 void print_summary(std::ostream &out, const std::vector<std::string> &files, const json &figures,

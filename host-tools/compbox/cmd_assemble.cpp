@@ -24,12 +24,11 @@ struct assemble_arguments {
 };
 
 constexpr const char *assemble_example =
-    "Example:\n"
-    "  compbox assemble P1x.rtl P1y.rtl P1z.rtl P2x.rtl P2y.rtl P2z.rtl P3x.rtl P3y.rtl P3z.rtl "
-    "-o X.csv\n"
-    "Nine files of one axis, point by point and x, y, z within a point; .rtl or CSV. Runs of a "
-    "file "
-    "are averaged.";
+    R"(Averages the runs of each file. The nine files (.rtl or CSV) belong to one axis, point by point,
+and x, y, z within a point.
+
+Example:
+  compbox assemble P1x.rtl P1y.rtl P1z.rtl P2x.rtl P2y.rtl P2z.rtl P3x.rtl P3y.rtl P3z.rtl -o X.csv)";
 
 constexpr double same_position_mm = 1e-3;
 
@@ -48,7 +47,7 @@ void check_positions(const measurement &first, const measurement &other) {
     }
 }
 
-// A file in two places is a slip of the hand, whatever path it is called by.
+// Throws input_error for a file that is given twice, also by different paths.
 void check_no_file_twice(const std::vector<std::string> &files) {
     for (std::size_t i = 0; i < files.size(); ++i) {
         for (std::size_t k = 0; k < i; ++k) {
@@ -67,7 +66,7 @@ void check_no_file_twice(const std::vector<std::string> &files) {
     }
 }
 
-// Reads the nine files, which must have the same positions, and writes one table of their means.
+// Reads nine files with equal positions and writes one table of their means.
 void run_assemble(const assemble_arguments &arguments, const cli::streams &io) {
     check_no_file_twice(arguments.files);
     std::vector<measurement> lines;
@@ -100,8 +99,8 @@ void add_assemble(cli::command &app) {
     auto arguments = std::make_shared<assemble_arguments>();
     cli::command assemble = app.add_subcommand("assemble", "Nine instrument files to one table");
     assemble.footer(assemble_example);
-    assemble.add_option("files", arguments->files, "P1x P1y P1z P2x … P3z").required().expected(9);
-    assemble.add_option("-o,--output", arguments->output, "Table to write, MEASURED.csv")
+    assemble.add_option("FILE", arguments->files, "P1x P1y P1z P2x … P3z").required().expected(9);
+    assemble.add_option("-o,--output F.csv", arguments->output, "Table to write, MEASURED.csv")
         .required();
     add_json(assemble, arguments->as_json);
     assemble.callback([arguments](const cli::streams &io) { run_assemble(*arguments, io); });

@@ -42,10 +42,11 @@ void add_build(cli::command &app) {
     command.add_option("MACHINE", options->machine, "Machine file, see init").required();
     command.add_option("TERM", options->terms, "Term files, see fit");
     command
-        .add_option("--revision", options->revision,
+        .add_option("--revision N", options->revision,
                     "Revision of the new file (else the machine file's)")
         .check(whole_between(0, 4294967295));
-    command.add_option("-o,--output", options->output, "Coefficient file to write").required();
+    command.add_option("-o,--output F.json", options->output, "Coefficient file to write")
+        .required();
     add_json(command, options->as_json);
     command.footer(
         "Where the machine file has null, build fills in: a channel's sum (terms with ISO 230-1\n"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// compbox check: what the box itself says to a coefficient file.
+// compbox check: loads a coefficient file with the box's own loader.
 #include <memory>
 #include <ostream>
 #include <string>
@@ -20,7 +20,7 @@ struct check_options {
     bool as_json = false;
 };
 
-// For a serial line: what there is of the period, and what each baud rate needs of it.
+// out: budget of the exchange on a serial line, and the time that each baud rate needs, ms
 json serial_figures(const cb_config &config) {
     json rates = json::array();
     for (const auto &row : coefficients::baud_table(config)) {
@@ -56,7 +56,7 @@ void check(const check_options &options, const cli::streams &io) {
 }  // namespace
 
 void add_check(cli::command &app) {
-    auto command = app.add_subcommand("check", "Ask the box's own loader about a file");
+    auto command = app.add_subcommand("check", "Check a coefficient file as the box does");
     const auto options = std::make_shared<check_options>();
     command.add_option("FILE", options->path, "Coefficient file").required();
     add_json(command, options->as_json);

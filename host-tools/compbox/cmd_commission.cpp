@@ -17,7 +17,6 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
-#include "host-tools/formats/numbers.h"
 
 namespace compbox {
 
@@ -109,7 +108,7 @@ class commissioning {
         measure(live, update_ms);
     }
 
-    // The displacement, from the command line or from the person.
+    // out: the measured displacement, µm, from --measured or from the prompt
     double measure_axis(commission::live_box &live, const commission::test_axis &axis) {
         const auto given = options_.measured_um.find(axis.name);
         const auto wait = [&live] { commission::stay_active(live, 0.0); };
@@ -138,10 +137,10 @@ class commissioning {
         }
         say(fmt::format("   measured {:.4g} µm: sign {}{}", measured_um,
                         result_.signs[axis.channels.front()].sign,
-                        reversed ? ", turned round" : ", as in the file"));
+                        reversed ? ", reversed" : ", as in the file"));
     }
 
-    // On the first chosen channel of which the PLC returns what it applies.
+    // Measures times on the first chosen channel with `applied`.
     void measure(commission::live_box &live, double update_ms) {
         for (const auto &axis : setup_.axes) {
             const bool alone = axis.channels.size() == 1;
@@ -199,7 +198,7 @@ class commissioning {
     commission::findings result_;
 };
 
-// "X=+19.8"; several in one or in more options.
+// in : "X=+19.8", several in one or more options. out: µm by axis
 std::map<std::string, double> measured_of(const std::vector<std::string> &texts) {
     std::map<std::string, double> measured;
     for (std::string text : texts) {
@@ -220,24 +219,29 @@ void add_commission(cli::command &app) {
         "commission", "Check registers, find signs and times on the machine, with its PLC");
     const auto options = std::make_shared<commission_options>();
     command.add_option("FILE", options->path, "Machine or coefficient file").required();
-    command.add_option("--axis", options->axes,
+    command.add_option("--axis AXIS", options->axes,
                        "Only this channel (X) or pair (X1+X2); repeatable");
-    command.add_option("--measured", options->measured_text,
-                       "What the instrument shows at the offset, in µm: X=+19.8; asks otherwise");
-    command.add_option("--offset-um", options->offset_um, "Offset of the sign test")
+    command.add_option(
+        "--measured X=D", options->measured_text,
+        "Reading of the instrument at the offset, um: X=+19.8 (else the command asks)");
+    command.add_option("--offset-um D", options->offset_um, "Offset of the sign test, 1 to 200")
         .capture_default_str()
-        .check(between(1, 200), "in [1 - 200]");
-    command.add_option("--rate-um-per-s", options->rate_um_per_s, "No offset moves faster")
+        .check(between(1, 200));
+    command
+        .add_option("--rate-um-per-s V", options->rate_um_per_s,
+                    "Maximum rate of the offset, 1 to 1000")
         .capture_default_str()
-        .check(between(1, 1000), "in [1 - 1000]");
-    command.add_option("--steps", options->steps, "Small steps for the times")
+        .check(between(1, 1000));
+    command.add_option("--steps N", options->steps, "Small steps for the times, 5 to 1000")
         .capture_default_str()
-        .check(whole_between(5, 1000), "in [5 - 1000]");
-    command.add_option("-o,--output", options->output, "File to write (default: FILE itself)");
+        .check(whole_between(5, 1000));
+    command.add_option("-o,--output F.json", options->output,
+                       "File to write (default: FILE itself)");
     add_json(command, options->as_json);
-    command.footer(
-        "Example:\n  compbox commission machine.json --axis X --measured X=+19.8\n"
-        "Ctrl-C brings the offset back to zero and writes nothing.");
+    command.footer(R"(Ctrl-C brings the offset back to zero and writes nothing.
+
+Example:
+  compbox commission machine.json --axis X --measured X=+19.8)");
     command.callback([options](const cli::streams &io) {
         options->measured_um = measured_of(options->measured_text);
         commissioning(*options, io).run();

@@ -41,12 +41,13 @@ void add_eval(cli::command &app) {
     auto command = app.add_subcommand("eval", "Run the box on a table of inputs");
     const auto options = std::make_shared<eval_options>();
     command.add_option("COEFFICIENTS", options->coefficients, "Coefficient file").required();
-    command.add_option("--inputs", options->samples, "CSV: time_s and a column for each signal")
+    command
+        .add_option("--inputs F.csv", options->samples, "CSV: time_s and a column for each signal")
         .required();
     command.add_flag(
         "--raw", options->raw,
         "Channels as plain negative sums: no limits, slew, deadband, lead or plausibility");
-    command.add_option("-o,--output", options->output, "CSV to write").required();
+    command.add_option("-o,--output F.csv", options->output, "CSV to write").required();
     add_json(command, options->as_json);
     command.footer(
         "Inputs are physical values (mm, degC), taken after the registers' decoding; ranges, "

@@ -52,14 +52,14 @@ struct export_arguments {
 };
 
 constexpr const char *export_example =
-    "Example:\n"
-    "  compbox export coefficients.json --format sinumerik-cec --step-mm 50 -o cec\n"
-    "  compbox export coefficients.json --format twincat-cam --master X --path \"Y=0.5*X+10\" -o "
-    "cams\n"
-    "  compbox export coefficients.json --format plc-db -o plc\n"
-    "Values are in mm. Signs, and how surely each is known: docs/export.md; make a sign test.";
+    R"(Values are in mm. docs/export.md lists the signs and their sources; make a sign test.
 
-// "NAME=text" apart; wrong usage where there is no name or no text.
+Example:
+  compbox export coefficients.json --format sinumerik-cec --step-mm 50 -o cec
+  compbox export coefficients.json --format twincat-cam --master X --path "Y=0.5*X+10" -o cams
+  compbox export coefficients.json --format plc-db -o plc)";
+
+// out: name and text of "NAME=text"; throws usage_error if one is empty
 std::pair<std::string, std::string> pair_of(const std::string &option, const std::string &text) {
     const auto equals = text.find('=');
     if (equals == 0 || equals == std::string::npos || equals + 1 == text.size()) {
@@ -90,7 +90,7 @@ std::map<std::string, std::string> texts_of(const std::string &option,
     return all;
 }
 
-// "X=0:1000", several at once or apart.
+// in : "X=0:1000", several in one or more options
 std::map<std::string, coefficients::travel_range> ranges_of(const std::vector<std::string> &texts) {
     std::map<std::string, coefficients::travel_range> all;
     for (const auto &text : texts) {
@@ -122,7 +122,7 @@ void take_options(export_arguments &arguments) {
     arguments.text.source = arguments.input.substr(arguments.input.find_last_of('/') + 1);
 }
 
-// A name in an option that the file does not have is a mistake, never silently ignored.
+// Throws usage_error for a name that the file lacks.
 void check_names(const exports::channel_model &model, const export_arguments &arguments) {
     const auto known = [&](const std::string &name, bool channels) {
         for (unsigned i = 0; channels && i < model.config().channels_count; ++i) {
@@ -191,8 +191,8 @@ void export_cams(const exports::channel_model &model, const export_arguments &ar
             exports::cam_loss_lines(model, set, how), io);
 }
 
-// Lost motion by hand goes with a curve that is the mean of both directions, in a table of the
-// channel's own axis; where there is none it would be ignored, so it is refused.
+// --lost-motion-um applies to a mean curve in a table of the channel's own axis. Throws usage_error
+// without such a table.
 void check_lost_motion(const exports::channel_model &model, const export_arguments &arguments,
                        const exports::table_set &tables) {
     for (const auto &[name, um] : arguments.text.lost_motion_um) {
@@ -234,7 +234,7 @@ void export_table(const exports::channel_model &model, export_arguments &argumen
             exports::loss_lines(model, tables), io);
 }
 
-// The registers, not the curves: a machine file will do, as it is before anything was measured.
+// Exports the registers. A machine file without curves suffices.
 void export_registers(const export_arguments &arguments, const cli::streams &io) {
     const json file = read_json(arguments.input);
     const bool has_terms = file.contains("terms") && file["terms"] != json::array();
@@ -258,30 +258,24 @@ void run_export(export_arguments &arguments, const cli::streams &io) {
 // Options of a table: step, tolerance, fixed signals, directions.
 void add_table_options(cli::command &command, export_arguments &arguments) {
     command
-        .add_option("--step-mm", arguments.step_mm,
+        .add_option("--step-mm S", arguments.step_mm,
                     "Distance of the points (else the widest round one within the tolerance)")
-        .check(above_zero())
-        .option_text("S");
+        .check(above_zero());
     command
-        .add_option("--tolerance-um", arguments.table.tolerance_um,
+        .add_option("--tolerance-um E", arguments.table.tolerance_um,
                     "Largest table step error wanted (0.1)")
-        .check(above_zero())
-        .option_text("E");
+        .check(above_zero());
     command
-        .add_option("--most-points", arguments.most_points,
+        .add_option("--most-points N", arguments.most_points,
                     "Points that the control's table holds (linuxcnc-comp and heidenhain-com 256, "
                     "sinumerik-lec 5000, sinumerik-cec 2000, twincat-cam 10000)")
-        .check(whole_between(2, 100000))
-        .option_text("N");
-    command
-        .add_option("--range", arguments.ranges, "Positions from where to where (else the curves')")
-        .option_text("X=0:1000 …");
-    command.add_option("--at", arguments.at, "Values of signals that the table cannot follow")
-        .option_text("T1=20 …");
-    command
-        .add_option("--axis", arguments.axes,
-                    "Position signal of a channel, where its name does not say")
-        .option_text("CHANNEL=SIGNAL …");
+        .check(whole_between(2, 100000));
+    command.add_option("--range X=0:1000 …", arguments.ranges,
+                       "Positions from where to where (else the curves')");
+    command.add_option("--at T1=20 …", arguments.at,
+                       "Values of signals that the table cannot follow");
+    command.add_option("--axis CHANNEL=SIGNAL …", arguments.axes,
+                       "Position signal of a channel, where its name does not say");
 }
 
 }  // namespace
@@ -291,50 +285,43 @@ void add_export(cli::command &app) {
     cli::command command =
         app.add_subcommand("export", "Tables for controls that compensate themselves");
     command.footer(export_example);
-    command.add_option("coefficients", arguments->input, "Coefficient file").required();
+    command.add_option("COEFFICIENTS", arguments->input, "Coefficient file").required();
     command
-        .add_option("--format", arguments->format,
+        .add_option("--format FORMAT", arguments->format,
                     "linuxcnc-comp, sinumerik-lec, sinumerik-cec, heidenhain-com, twincat-cam; "
                     "plc-db: the registers for the PLC program")
         .required()
         .check(one_of({"linuxcnc-comp", "sinumerik-lec", "sinumerik-cec", "heidenhain-com",
-                       "twincat-cam", "plc-db"}))
-        .option_text("FORMAT");
+                       "twincat-cam", "plc-db"}));
     add_table_options(command, *arguments);
+    command.add_option("--name X=AX1 …", arguments->names,
+                       "The control's name of an axis (SINUMERIK else X1, Y1 …)");
+    command.add_option("--lost-motion-um X=3 …", arguments->lost_motion,
+                       "Mean of forward - backward error of a channel's own axis, as report prints "
+                       "it (B mean)");
     command
-        .add_option("--name", arguments->names,
-                    "The control's name of an axis (SINUMERIK else X1, Y1 …)")
-        .option_text("X=AX1 …");
+        .add_option("--sign 1|-1", arguments->text.sign,
+                    "1 (default) or -1: inverts every value, if the sign test fails with 1")
+        .check(one_of({"1", "-1"}));
     command
-        .add_option("--lost-motion-um", arguments->lost_motion,
-                    "Mean of forward - backward error of a channel's own axis, as report prints "
-                    "it (B mean)")
-        .option_text("X=3 …");
-    command
-        .add_option("--sign", arguments->text.sign,
-                    "-1 turns every value round, where the sign test says so")
-        .check(cli::one_of_numbers({1, -1}))
-        .option_text("1|-1");
-    command
-        .add_option("--first-table", arguments->text.first_table,
+        .add_option("--first-table T", arguments->text.first_table,
                     "sinumerik-cec: index of the first table (0)")
-        .check(whole_between(0, 1000))
-        .option_text("T");
+        .check(whole_between(0, 1000));
     command.add_flag("--trims", arguments->text.trims,
                      "linuxcnc-comp: COMP_FILE_TYPE 1, trims instead of positions");
-    command.add_option("--master", arguments->master, "twincat-cam: signal of the master axis (X)")
-        .option_text("SIGNAL");
+    command.add_option("--master SIGNAL", arguments->master,
+                       "twincat-cam: signal of the master axis (X)");
+    command.add_option(
+        "--path Y=0.5*X | FILE.csv", arguments->path,
+        "twincat-cam: another axis along the path, Y=formula of the master, or a CSV "
+        "file with a column for each axis");
     command
-        .add_option("--path", arguments->path,
-                    "twincat-cam: another axis along the path, Y=formula of the master, or a CSV "
-                    "file with a column for each axis")
-        .option_text("Y=0.5*X | FILE.csv");
-    command
-        .add_option("--pmc-base", arguments->pmc_base, "plc-db, fanuc: D address of register 0 (0)")
-        .check(whole_between(0, 100000))
-        .option_text("D");
+        .add_option("--pmc-base D", arguments->pmc_base,
+                    "plc-db, fanuc: D address of register 0 (0)")
+        .check(whole_between(0, 100000));
     command.add_flag("--json", arguments->as_json, "Print files and losses as JSON");
-    command.add_option("-o,--output", arguments->folder, "Folder for the tables, DIR").required();
+    command.add_option("-o,--output DIR", arguments->folder, "Folder for the tables, DIR")
+        .required();
     command.callback([arguments](const cli::streams &io) { run_export(*arguments, io); });
 }
 

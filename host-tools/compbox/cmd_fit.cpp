@@ -27,14 +27,13 @@ struct fit_arguments {
 };
 
 constexpr const char *fit_example =
-    "Example:\n"
-    "  compbox fit EZX.csv --name EZX --signal X --plot EZX.svg -o EZX.term.json\n"
-    "reads position_mm,error_um (or error_urad) with optional columns run, direction and sigma,\n"
-    "finds the curve that the readings tell from their noise, and writes it as a term for "
-    "`compbox build`.\n"
-    "With --tolerance-um every residual is brought inside it, noise or not. Where no curve reaches "
-    "it\nthe closest one is written, a warning says so, the provenance has \"converged\": false, "
-    "and the\nexit code is 0 all the same.";
+    R"(Reads position_mm,error_um (or error_urad) with optional columns run, direction and sigma.
+Finds the curve that exceeds the noise of the readings and writes it as a term for `compbox build`.
+With --tolerance-um, brings every residual within the tolerance. If no curve does, it writes the
+closest one with a warning and "converged": false in the provenance, and exits with 0.
+
+Example:
+  compbox fit EZX.csv --name EZX --signal X --plot EZX.svg -o EZX.term.json)";
 
 void run_fit(const fit_arguments &arguments, const cli::streams &io) {
     const fit_result result =
@@ -49,7 +48,7 @@ void run_fit(const fit_arguments &arguments, const cli::streams &io) {
     io.out << (arguments.as_json ? json_text(fragment) : report_of(result));
 }
 
-// The value whose name was given, or wrong usage that lists the choices.
+// Sets the value with the given name; throws usage_error that lists the choices.
 template <typename kind>
 std::function<void(const std::string &)> choice(kind &into, const std::string &option,
                                                 std::initializer_list<kind> all) {
@@ -63,11 +62,11 @@ std::function<void(const std::string &)> choice(kind &into, const std::string &o
             }
             names += std::string(names.empty() ? "" : ", ") + name_of(one);
         }
-        throw cli::usage_error(option, fmt::format("'{}' is none of {}", text, names));
+        throw cli::usage_error(option, fmt::format("must be one of {}, not {}", names, text));
     };
 }
 
-// A name as the box's loader takes it.
+// Throws usage_error for a name that the box's loader rejects.
 void check_name(const std::string &option, const std::string &name) {
     const auto fits = [](char c) {
         return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-' || c == '.';
@@ -81,11 +80,11 @@ void check_name(const std::string &option, const std::string &name) {
     if (!std::all_of(name.begin(), name.end(), fits)) {
         throw cli::usage_error(
             option,
-            fmt::format("'{}' is no name: use letters A to Z, digits and _ - . only", name));
+            fmt::format("'{}' is not a name: use letters A to Z, digits and _ - . only", name));
     }
 }
 
-// What options by themselves cannot say.
+// Throws usage_error for invalid combinations of options.
 void check_usage(const fit_arguments &arguments) {
     const fit_options &options = arguments.options;
     check_name("--name", options.name);
@@ -107,53 +106,48 @@ void add_fit(cli::command &app) {
     fit_options &options = arguments->options;
     cli::command fit = app.add_subcommand("fit", "Fit a curve to a measured error of one axis");
     fit.footer(fit_example);
-    fit.add_option("data", arguments->data, "Measurement, DATA.csv").required();
-    fit.add_option("--name", options.name, "Name of the term, e.g. EZX").required();
-    fit.add_option("--signal", options.signal, "Signal the curve depends on, e.g. X").required();
+    fit.add_option("DATA", arguments->data, "Measurement, DATA.csv").required();
+    fit.add_option("--name NAME", options.name, "Name of the term, e.g. EZX").required();
+    fit.add_option("--signal SIGNAL", options.signal, "Signal the curve depends on, e.g. X")
+        .required();
     fit.add_option_function(
-           "--method",
-           choice(options.method, "--method",
-                  {fit_method::bspline, fit_method::bspline_lmc, fit_method::polynomial,
-                   fit_method::polyline}),
-           "bspline (default): fewest knots that lose nothing; bspline-lmc: key points "
-           "by curvature; polynomial; polyline")
-        .option_text("METHOD");
-    fit.add_option("--degree", options.degree, "Degree (B-spline 3, polynomial 7)")
-        .check(whole_between(1, 15))
-        .option_text("N");
-    fit.add_option("--tolerance-um", options.tolerance_um,
+        "--method METHOD",
+        choice(options.method, "--method",
+               {fit_method::bspline, fit_method::bspline_lmc, fit_method::polynomial,
+                fit_method::polyline}),
+        "bspline (default): fewest knots that lose nothing; bspline-lmc: key points "
+        "by curvature; polynomial; polyline");
+    fit.add_option("--degree N", options.degree, "Degree (B-spline 3, polynomial 7)")
+        .check(whole_between(1, 15));
+    fit.add_option("--tolerance-um E", options.tolerance_um,
                    "Largest residual allowed at a measured position, um (urad for angles); without "
                    "it the noise decides")
-        .check(above_zero())
-        .option_text("E");
+        .check(above_zero());
     fit.add_option_function(
-           "--line",
-           choice(options.line, "--line",
-                  {reference_line::keep, reference_line::end_point, reference_line::least_squares}),
-           "Straight line taken off first: keep (none, default), end-point, least-squares")
-        .option_text("LINE");
-    fit.add_option("--zero-at", options.zero_at_mm,
+        "--line LINE",
+        choice(options.line, "--line",
+               {reference_line::keep, reference_line::end_point, reference_line::least_squares}),
+        "Straight line taken off first: keep (none, default), end-point, least-squares");
+    fit.add_option("--zero-at POSITION", options.zero_at_mm,
                    "Position, mm, where the curve is to be zero (its forward branch)")
-        .check(any_number())
-        .option_text("POSITION");
+        .check(any_number());
     const cli::option branches = fit.add_flag("--branches", options.branches,
                                               "Forward and backward readings to a branch each");
-    fit.add_option("--reversal-mm", options.reversal_mm,
+    fit.add_option("--reversal-mm R", options.reversal_mm,
                    "With --branches: way after a reversal until the other branch counts alone, mm "
                    "(0.1)")
         .needs(branches)
-        .check(between(0.001, 1000))
-        .option_text("R");
-    fit.add_option("--band", arguments->band,
+        .check(between(0.001, 1000));
+    fit.add_option("--band F.csv", arguments->band,
                    "Curve and its standard deviation as a table, F.csv: "
                    "position_mm,curve_um,sigma_um");
-    fit.add_option("--columns", arguments->columns,
+    fit.add_option("--columns position_mm,error_um,run,…", arguments->columns,
                    "Names of the columns of a file without a header")
-        .delimiter(',')
-        .option_text("position_mm,error_um,run,…");
-    fit.add_option("--plot", arguments->plot, "Figure, F.svg, F.png or F.pdf");
+        .delimiter(',');
+    fit.add_option("--plot F.svg", arguments->plot, "Figure, F.svg, F.png or F.pdf");
     fit.add_flag("--json", arguments->as_json, "Report as JSON (the fragment with its findings)");
-    fit.add_option("-o,--output", arguments->output, "Term to write, TERM.json").required();
+    fit.add_option("-o,--output TERM.json", arguments->output, "Term to write, TERM.json")
+        .required();
     fit.callback([arguments](const cli::streams &io) {
         check_usage(*arguments);
         run_fit(*arguments, io);

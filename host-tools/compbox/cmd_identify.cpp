@@ -36,10 +36,11 @@ struct identify_arguments {
 };
 
 constexpr const char *identify_example =
-    "Example:\n"
-    "  compbox identify X.csv --axis X --points plan.json -o identified\n"
-    "reads position_mm,dx1_um,dy1_um,dz1_um,dx2_um,…,dz3_um and writes EXX.csv, EYX.csv, EZX.csv,\n"
-    "EAX.csv, EBX.csv, ECX.csv and report.json.";
+    R"(Reads position_mm,dx1_um,dy1_um,dz1_um,dx2_um,…,dz3_um. Writes EXX.csv, EYX.csv, EZX.csv,
+EAX.csv, EBX.csv, ECX.csv and report.json.
+
+Example:
+  compbox identify X.csv --axis X --points plan.json -o identified)";
 
 const char *const line_names[9] = {"dx1_um", "dy1_um", "dz1_um", "dx2_um", "dy2_um",
                                    "dz2_um", "dx3_um", "dy3_um", "dz3_um"};
@@ -68,7 +69,7 @@ nine_lines read_lines(const std::string &path) {
     return lines;
 }
 
-// A scale warmer than 20 degC is longer and moves the axis too far: taken off the axis' own lines.
+// Subtracts the expansion of a scale that is warmer than 20 degC from the axis' own lines.
 void correct_scale(nine_lines &lines, const identify_arguments &arguments) {
     const double per_mm = arguments.scale_ppm_per_degC * (arguments.temperature_degC - 20.0) * 1e-3;
     for (std::size_t r = 0; r < lines.position_mm.size(); ++r) {
@@ -96,7 +97,7 @@ void write_curves(const identify_arguments &arguments, const six_curves &curves)
     }
 }
 
-// out: range and mean sigma of each error in its unit, remarks, and readings that stand out
+// out: range and mean sigma of each error in its unit, remarks, and outliers
 json report_json(const identify_arguments &arguments, const six_curves &curves) {
     const auto names = error_names(arguments.options.axis);
     const bool improved = arguments.options.how == nine_line_method::improved;
@@ -158,8 +159,7 @@ std::string report_text(const json &report) {
     return text;
 }
 
-// Both methods at these points, with errors of the size that was found and the noise that was
-// found.
+// Compares both methods at these points, with the errors and the noise that were found.
 json compare_methods(const identify_arguments &arguments, const triple_mm &points,
                      const six_curves &curves, const cli::streams &io) {
     monte_carlo_options options;
@@ -206,54 +206,46 @@ void run_identify(identify_arguments &arguments, const cli::streams &io) {
     }
 }
 
-// Where the readings belong: the axis' frame, and the temperature of its scale.
+// Options of the axis' frame and of the temperature of its scale.
 void add_frame(cli::command &identify, identify_arguments &arguments) {
     identify
-        .add_option("--frame-offset-mm", arguments.frame_offset_mm,
+        .add_option("--frame-offset-mm X,Y,Z", arguments.frame_offset_mm,
                     "Origin of the axis' frame in the points' coordinates, x,y,z")
         .expected(3)
         .delimiter(',')
-        .check(any_number())
-        .option_text("X,Y,Z");
+        .check(any_number());
     const std::map<std::string, bool> sides = {{"tool", false}, {"workpiece", true}};
+    identify.add_choice("--side SIDE", arguments.table_readings, sides,
+                        "tool (default): readings are of the tool relative to the workpiece; "
+                        "workpiece: of a table that moved, so their signs are inverted");
     identify
-        .add_choice("--side", arguments.table_readings, sides,
-                    "tool (default): readings are of the tool relative to the workpiece; "
-                    "workpiece: of a table that moved, so their signs are turned round")
-        .option_text("SIDE");
-    identify
-        .add_option("--reference-point", arguments.reference_point_mm,
+        .add_option("--reference-point X,Y,Z", arguments.reference_point_mm,
                     "The same origin in machine coordinates with all axes at 0, noted in "
                     "report.json for `volumetric`")
         .expected(3)
         .delimiter(',')
-        .check(any_number())
-        .option_text("X,Y,Z");
+        .check(any_number());
     identify
-        .add_option("--scale-ppm-per-degC", arguments.scale_ppm_per_degC,
+        .add_option("--scale-ppm-per-degC A", arguments.scale_ppm_per_degC,
                     "Expansion of the axis' scale, corrected to 20 degC")
-        .check(any_number())
-        .option_text("A");
-    identify.add_option("--temperature-degC", arguments.temperature_degC, "Its temperature (20)")
-        .check(any_number())
-        .option_text("T");
+        .check(any_number());
+    identify.add_option("--temperature-degC T", arguments.temperature_degC, "Its temperature (20)")
+        .check(any_number());
 }
 
-// Monte Carlo: what is known of the errors and of the noise.
+// Options of the errors and the noise of Monte Carlo.
 void add_trials(cli::command &identify, identify_arguments &arguments) {
     add_monte_carlo(identify, arguments.monte_carlo);
     identify
-        .add_option("--preset", arguments.preset,
+        .add_option("--preset DX,DY,DZ,EX,EY,EZ", arguments.preset,
                     "Monte Carlo: the true errors, um and urad (else the ranges found)")
         .expected(6)
         .delimiter(',')
-        .check(any_number())
-        .option_text("DX,DY,DZ,EX,EY,EZ");
+        .check(any_number());
     identify
-        .add_option("--sigma-um", arguments.sigma_um,
+        .add_option("--sigma-um S", arguments.sigma_um,
                     "Monte Carlo: standard deviation of a reading (else the noise found)")
-        .check(above_zero())
-        .option_text("S");
+        .check(above_zero());
 }
 
 }  // namespace
@@ -262,31 +254,28 @@ void add_identify(cli::command &app) {
     auto arguments = std::make_shared<identify_arguments>();
     cli::command identify = app.add_subcommand("identify", "Six errors of an axis from nine lines");
     identify.footer(identify_example);
-    identify.add_option("data", arguments->data, "Table, MEASURED.csv").required();
-    identify.add_option("--axis", arguments->axis, "Axis that moved: X, Y or Z")
+    identify.add_option("DATA", arguments->data, "Table, MEASURED.csv").required();
+    identify.add_option("--axis AXIS", arguments->axis, "Axis that moved: X, Y or Z")
         .required()
-        .check(one_of({"X", "Y", "Z"}))
-        .option_text("AXIS");
-    identify.add_option("--points", arguments->points, "Measuring points, plan.json").required();
+        .check(one_of({"X", "Y", "Z"}));
+    identify.add_option("--points PLAN.json", arguments->points, "Measuring points, plan.json")
+        .required();
     const std::map<std::string, nine_line_method> methods = {
         {"improved", nine_line_method::improved}, {"traditional", nine_line_method::traditional}};
-    identify
-        .add_choice("--method", arguments->options.how, methods,
-                    "improved (default) or traditional")
-        .option_text("METHOD");
+    identify.add_choice("--method METHOD", arguments->options.how, methods,
+                        "improved (default) or traditional");
     const std::map<std::string, setups> kinds = {{"separate", setups::separate},
                                                  {"common", setups::common}};
-    identify
-        .add_choice("--setups", arguments->options.lines, kinds,
-                    "separate (default): each line has its own offset and slope; common: all "
-                    "lines share one frame")
-        .option_text("KIND");
+    identify.add_choice("--setups KIND", arguments->options.lines, kinds,
+                        "separate (default): each line has its own offset and slope; common: all "
+                        "lines share one frame");
     add_frame(identify, *arguments);
     add_trials(identify, *arguments);
-    identify.add_option("--plot", arguments->plot,
+    identify.add_option("--plot F.svg", arguments->plot,
                         "Six curves with their 2 sigma bands, F.svg, F.png or F.pdf");
     identify.add_flag("--json", arguments->as_json, "Print the report as JSON");
-    identify.add_option("-o,--output", arguments->folder, "Folder for the curves, DIR").required();
+    identify.add_option("-o,--output DIR", arguments->folder, "Folder for the curves, DIR")
+        .required();
     identify.callback([arguments](const cli::streams &io) { run_identify(*arguments, io); });
 }
 

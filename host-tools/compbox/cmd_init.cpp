@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// compbox init: a machine file with sane defaults, for a person to complete.
+// compbox init: a machine file with default values, for a person to complete.
 #include <memory>
 #include <ostream>
 #include <string>
@@ -27,7 +27,7 @@ struct init_options {
     bool as_json = false;
 };
 
-// What is still to be done by hand, for the person who ran the command.
+// out: the values that the user has to complete
 std::vector<std::string> hints(const coefficients::machine_options &options) {
     std::string unset;
     for (const char axis : options.axes) {
@@ -44,7 +44,7 @@ std::vector<std::string> hints(const coefficients::machine_options &options) {
     return all;
 }
 
-// Throws cli::usage_error for axes and travels that make no sense.
+// Throws cli::usage_error for invalid axes and travels.
 json machine_of(init_options &options) {
     try {
         if (!options.travel.empty())
@@ -68,33 +68,34 @@ void init(init_options &options, const cli::streams &io) {
 }  // namespace
 
 void add_init(cli::command &app) {
-    auto command = app.add_subcommand("init", "Write a machine file with sane defaults");
+    auto command = app.add_subcommand("init", "Write a machine file with default values");
     const auto options = std::make_shared<init_options>();
     auto &machine = options->machine;
-    const std::vector<std::string> profiles = {"generic", "sinumerik-840d", "fanuc"};
-    command.add_option("--axes", machine.axes, "Axis letters, as in XYZ").required();
-    command.add_option("--profile", machine.profile, "Kind of control")
+    command.add_option("--axes XYZ", machine.axes, "Axis letters").required();
+    command
+        .add_option("--profile KIND", machine.profile,
+                    "Kind of control: generic, sinumerik-840d or fanuc")
         .required()
-        .check(one_of(profiles), listed(profiles));
-    command.add_option("--name", machine.name, "Name of the machine").capture_default_str();
-    command.add_option("--travel", options->travel, "Travels in mm: X=14300,Y=-1500:1500");
-    command.add_option("--host", machine.host, "PLC's IP address")
+        .check(one_of({"generic", "sinumerik-840d", "fanuc"}));
+    command.add_option("--name NAME", machine.name, "Name of the machine").capture_default_str();
+    command.add_option("--travel X=A:B,…", options->travel, "Travels in mm: X=14300,Y=-1500:1500");
+    command.add_option("--host IP", machine.host, "PLC's IP address")
         .capture_default_str()
         .check([](const std::string &text) {
             return cb_is_numeric_address(text.c_str())
                        ? std::string()
-                       : fmt::format("'{}' is no IP address in numbers, as 192.168.0.10", text);
+                       : fmt::format("'{}' is not a numeric IP address such as 192.168.0.10", text);
         });
-    command.add_option("--port", machine.port, "PLC's TCP port")
+    command.add_option("--port N", machine.port, "PLC's TCP port, 1 to 65535")
         .capture_default_str()
-        .check(whole_between(1, 65535), "in [1 - 65535]");
-    command.add_option("--unit", machine.unit, "Modbus unit id")
+        .check(whole_between(1, 65535));
+    command.add_option("--unit N", machine.unit, "Modbus unit id, 0 to 255")
         .capture_default_str()
-        .check(whole_between(0, 255), "in [0 - 255]");
-    command.add_option("--period-ms", machine.period_ms, "Period of the box")
+        .check(whole_between(0, 255));
+    command.add_option("--period-ms T", machine.period_ms, "Period of the box, 1 to 1000")
         .capture_default_str()
-        .check(between(1, 1000), "in [1 - 1000]");
-    command.add_option("-o,--output", options->output, "Machine file to write").required();
+        .check(between(1, 1000));
+    command.add_option("-o,--output F.json", options->output, "Machine file to write").required();
     add_json(command, options->as_json);
     command.footer(
         "Example:\n  compbox init --axes XYZ --profile sinumerik-840d "

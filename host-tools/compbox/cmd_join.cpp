@@ -23,11 +23,12 @@ struct join_arguments {
 };
 
 constexpr const char *join_example =
-    "Example:\n"
-    "  compbox join record.csv probe.csv -o data.csv\n"
-    "record.csv is what compboxd --record wrote; probe.csv has time_s or positions (X,Y,Z), and\n"
-    "error_X_um … for the channels X …, as probed with the box at work: error = machine's error +\n"
-    "compensation, so comp_X_um is taken off it again.";
+    R"(RECORD is a file of compboxd --record. PROBE has time_s or positions (X,Y,Z), and error_X_um … for
+the channels X …, probed while the box compensates. The result is the machine's own error:
+comp_X_um is subtracted from the probed error.
+
+Example:
+  compbox join record.csv probe.csv -o data.csv)";
 
 // Joins recording and probed errors row by row, writes the table, and prints remarks.
 void run_join(const join_arguments &arguments, const cli::streams &io) {
@@ -64,27 +65,24 @@ void add_join(cli::command &app) {
     cli::command join =
         app.add_subcommand("join", "The box's recording and probed errors to one table");
     join.footer(join_example);
-    join.add_option("record", arguments->record, "Recording of compboxd, RECORD.csv").required();
-    join.add_option("probe", arguments->probe, "Probed errors, PROBE.csv").required();
-    join.add_option("--time-offset-s", options.time_offset_s,
+    join.add_option("RECORD", arguments->record, "Recording of compboxd, RECORD.csv").required();
+    join.add_option("PROBE", arguments->probe, "Probed errors, PROBE.csv").required();
+    join.add_option("--time-offset-s S", options.time_offset_s,
                     "What to add to the probe's time to get the record's (0)")
-        .check(any_number())
-        .option_text("S");
-    join.add_option("--longest-gap-s", options.longest_gap_s,
+        .check(any_number());
+    join.add_option("--longest-gap-s S", options.longest_gap_s,
                     "Refuse a probed time in a longer gap of the recording (1)")
-        .check(above_zero())
-        .option_text("S");
-    join.add_option("--tolerance-mm", options.tolerance_mm, "By position: as near as this (0.05)")
-        .check(above_zero())
-        .option_text("T");
-    join.add_option("--signals", options.signals,
+        .check(above_zero());
+    join.add_option("--tolerance-mm T", options.tolerance_mm, "By position: as near as this (0.05)")
+        .check(above_zero());
+    join.add_option("--signals X,T1,…", options.signals,
                     "Columns of the record to take (else all but outputs: comp_…, EXX … ECZ)")
-        .delimiter(',')
-        .option_text("X,T1,…");
+        .delimiter(',');
     join.add_flag("!--keep-compensated", options.add_back,
                   "Leave the errors as probed: the compensation was not applied");
     join.add_flag("--json", arguments->as_json, "Print what was done as JSON");
-    join.add_option("-o,--output", arguments->output, "Table to write, DATA.csv").required();
+    join.add_option("-o,--output DATA.csv", arguments->output, "Table to write, DATA.csv")
+        .required();
     join.callback([arguments](const cli::streams &io) { run_join(*arguments, io); });
 }
 

@@ -24,9 +24,8 @@ struct pack_arguments {
     bool as_json = false;
 };
 
-// What hal/stm32f405/app/load.c says of its target. A file for compboxd is packed all the same, for
-// other microcontrollers and because its slot is sound; but whoever flashes it should not learn it
-// at the machine.
+// Equal to the target of hal/stm32f405/app/load.c. A file for compboxd is packed too, with a
+// remark, because other microcontrollers may run it.
 constexpr cb_target stm32f405 = {"the STM32F405", 1u << CB_SOURCE_PLC | 1u << CB_SOURCE_BUS,
                                  1u << CB_TRANSPORT_RTU};
 
@@ -42,7 +41,7 @@ std::vector<std::string> remarks_on(const std::string &path, const std::string &
                         message.text, message.line, message.column)};
 }
 
-// Where a box that cannot run the text says so.
+// out: remark for a file that the target rejects; "": none
 void add_report(const cb_plc_config &plc, std::uint8_t *header) {
     if (plc.transport != CB_TRANSPORT_RTU) return;
     const cb_rtu_line &line = plc.serial.line;
@@ -56,7 +55,7 @@ constexpr unsigned most_bytes = unsigned{CB_SLOT_HEADER_BYTES} + CB_MAX_TEXT_BYT
 
 // Writes the slot, header and text, of a file that the MCU's loader takes. Throws input_error.
 void run_pack(const pack_arguments &arguments, const cli::streams &io) {
-    const auto config = coefficients::load_coefficients(arguments.input);  // the box would take it
+    const auto config = coefficients::load_coefficients(arguments.input);  // checks the file
     const std::string text = read_file(arguments.input, CB_MAX_TEXT_BYTES);
     std::string slot(CB_SLOT_HEADER_BYTES, '\0');
     cb_slot_header(config->revision, text.data(), static_cast<std::uint32_t>(text.size()),
@@ -83,12 +82,14 @@ void add_pack(cli::command &app) {
     const auto arguments = std::make_shared<pack_arguments>();
     cli::command pack = app.add_subcommand("pack", "A coefficient file for the MCU's flash");
     pack.footer(
-        "Example:\n  compbox pack coefficients.json -o slot.bin\n"
-        "checks the file as the box would and puts a header with revision, length and CRC-32 "
-        "before "
-        "it;\nof its two slots the box loads the newest revision that is whole.");
-    pack.add_option("coefficients", arguments->input, "Coefficient file").required();
-    pack.add_option("-o,--output", arguments->output, "Image of one slot, slot.bin").required();
+        R"(Checks the file as the box does and puts a header with revision, length and CRC-32 before it. The
+box loads the newest valid revision of its two slots.
+
+Example:
+  compbox pack coefficients.json -o slot.bin)");
+    pack.add_option("COEFFICIENTS", arguments->input, "Coefficient file").required();
+    pack.add_option("-o,--output SLOT.bin", arguments->output, "Image of one slot, slot.bin")
+        .required();
     add_json(pack, arguments->as_json);
     pack.callback([arguments](const cli::streams &io) { run_pack(*arguments, io); });
 }

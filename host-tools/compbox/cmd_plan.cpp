@@ -33,10 +33,11 @@ struct plan_arguments {
 };
 
 constexpr const char *plan_example =
-    "Example:\n"
-    "  compbox plan --box=-300:300:10,-200:200:10,-100:150:10 -o plan.json\n"
-    "looks at every triple of the 1000 nodes where a reflector can be mounted, in the axis' own "
-    "frame.";
+    R"(Evaluates every triple of nodes where a reflector can be mounted, in the axis' own frame. The box
+of the example has 1000 nodes.
+
+Example:
+  compbox plan --box=-300:300:10,-200:200:10,-100:150:10 -o plan.json)";
 
 // "x0:x1:nx,y0:y1:ny,z0:z1:nz" in mm.
 grid parse_box(const std::string &text) {
@@ -198,33 +199,32 @@ void add_plan(cli::command &app) {
     auto arguments = std::make_shared<plan_arguments>();
     cli::command plan = app.add_subcommand("plan", "Choose the points of a nine-line measurement");
     plan.footer(plan_example);
-    plan.add_option("--box", arguments->box, "Grid of nodes, x0:x1:nx,y0:y1:ny,z0:z1:nz in mm")
+    plan.add_option("--box x0:x1:nx,…", arguments->box,
+                    "Grid of nodes, x0:x1:nx,y0:y1:ny,z0:z1:nz in mm")
         .required();
-    plan.add_option("--sigma-um", arguments->sigma_um, "Standard deviation of one reading")
-        .check(above_zero())
-        .option_text("S");
-    plan.add_option("--axis", arguments->axis, "Axis that will move (order of the points), X")
-        .check(one_of({"X", "Y", "Z"}))
-        .option_text("AXIS");
+    plan.add_option("--sigma-um S", arguments->sigma_um, "Standard deviation of one reading")
+        .check(above_zero());
+    plan.add_option("--axis AXIS", arguments->axis,
+                    "Axis that will move, which orders the points (X)")
+        .check(one_of({"X", "Y", "Z"}));
     const std::map<std::string, criterion> criteria = {
         {"mean-cv", criterion::mean_cv}, {"a", criterion::a}, {"d", criterion::d}};
-    plan.add_choice("--criterion", arguments->options.rank_by, criteria,
+    plan.add_choice("--criterion C", arguments->options.rank_by, criteria,
                     "mean-cv (default): mean of sigma over preset error; a: its mean square; "
-                    "d: volume of the confidence ellipsoid")
-        .option_text("C");
-    plan.add_option("--preset", arguments->preset,
+                    "d: volume of the confidence ellipsoid");
+    plan.add_option("--preset DX,DY,DZ,EX,EY,EZ", arguments->preset,
                     "Size of the six errors looked for, um and urad (1 each)")
         .expected(6)
         .delimiter(',')
-        .check(any_number())
-        .option_text("DX,DY,DZ,EX,EY,EZ");
-    plan.add_option("--forbid", arguments->forbidden, "Nodes to leave out, CSV x_mm,y_mm,z_mm");
-    plan.add_option("--best", arguments->options.best, "How many triples to list (10)")
-        .check(whole_between(1, 1000))
-        .option_text("N");
+        .check(any_number());
+    plan.add_option("--forbid F.csv", arguments->forbidden,
+                    "Nodes to leave out, CSV x_mm,y_mm,z_mm");
+    plan.add_option("--best N", arguments->options.best, "How many triples to list (10)")
+        .check(whole_between(1, 1000));
     add_monte_carlo(plan, arguments->monte_carlo);
     plan.add_flag("--json", arguments->as_json, "Print the plan as JSON");
-    plan.add_option("-o,--output", arguments->output, "Plan to write, plan.json").required();
+    plan.add_option("-o,--output PLAN.json", arguments->output, "Plan to write, plan.json")
+        .required();
     plan.callback([arguments](const cli::streams &io) { run_plan(*arguments, io); });
 }
 

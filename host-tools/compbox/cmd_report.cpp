@@ -24,10 +24,11 @@ struct report_arguments {
 };
 
 constexpr const char *report_example =
-    "Example:\n"
-    "  compbox report before.rtl --after after.rtl --plot report.svg\n"
-    "Positioning by ISO 230-2 and straightness by ISO 230-1 of the same readings: take the one "
-    "that the set-up measured.";
+    R"(Computes positioning by ISO 230-2 and straightness by ISO 230-1 from the same readings; use the
+one that the set-up measured.
+
+Example:
+  compbox report before.rtl --after after.rtl --plot report.svg)";
 
 json number(const std::optional<double> &value) {
     return value ? json(*value) : json(nullptr);
@@ -104,8 +105,7 @@ json report_of_file(const std::string &path, const std::vector<std::string> &col
     return report;
 }
 
-// Every figure grows with the travel it was measured over, so a shorter one looks like a better
-// machine.
+// Every figure grows with the travel, so different travels are not comparable.
 void compare_travel(const json &before, json &after) {
     const auto ends = [](const json &report) {
         const auto x = report["positioning"]["targets_mm"].get<std::vector<double>>();
@@ -127,7 +127,7 @@ std::string cell_of(const json &value) {
                            : fmt::format("{:12.3f}", value.get<double>());
 }
 
-// A row of the table: a figure of the first file, of the second where there is one.
+// out: a row of the table: a figure of the first file, and of the second if there is one
 std::string row_of(const std::string &name, const json &before, const json *after) {
     std::string row = fmt::format("  {:34}{}", name, cell_of(before));
     if (after != nullptr) row += cell_of(*after);
@@ -218,16 +218,15 @@ void add_report(cli::command &app) {
     cli::command report =
         app.add_subcommand("report", "ISO 230-1 and 230-2 figures, before and after");
     report.footer(report_example);
-    report.add_option("data", arguments->before, "Measurement, DATA.csv or DATA.rtl").required();
-    report.add_option("--after", arguments->after, "The same after compensation");
-    report.add_option("--plot", arguments->plot, "Figure, F.svg, F.png or F.pdf");
+    report.add_option("DATA", arguments->before, "Measurement, DATA.csv or DATA.rtl").required();
+    report.add_option("--after DATA.csv", arguments->after, "The same after compensation");
+    report.add_option("--plot F.svg", arguments->plot, "Figure, F.svg, F.png or F.pdf");
     report
-        .add_option("--columns", arguments->columns,
+        .add_option("--columns position_mm,error_um,run,…", arguments->columns,
                     "Names of the columns of a file without a header")
-        .delimiter(',')
-        .option_text("position_mm,error_um,run,…");
+        .delimiter(',');
     report.add_flag("--json", arguments->as_json, "Print the figures as JSON");
-    report.add_option("-o,--output", arguments->output, "Write the figures as JSON, F.json");
+    report.add_option("-o,--output F.json", arguments->output, "Write the figures as JSON, F.json");
     report.callback([arguments](const cli::streams &io) { run_report(*arguments, io); });
 }
 

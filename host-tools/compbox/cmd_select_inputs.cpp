@@ -23,14 +23,12 @@ struct select_arguments {
 };
 
 constexpr const char *select_inputs_example =
-    "Example:\n"
-    "  compbox select-inputs warmup.csv --outputs ez_um --candidates 't*_degC' --count 4\n"
-    "groups sensors that tell the same story (fuzzy clustering of their correlations), grades each "
-    "by its\n"
-    "grey relational grade to the errors, and chooses the best of each group. --check and "
-    "--by-runs "
-    "judge\n"
-    "by whole runs that were left out of a linear map, with the lags it will have.";
+    R"(Groups sensors with similar readings by fuzzy clustering of their correlations, grades each by its
+grey relational grade to the errors, and chooses the best of each group. --check and --by-runs
+judge by whole runs that were left out of a linear map, with the model's lags.
+
+Example:
+  compbox select-inputs warmup.csv --outputs ez_um --candidates 't*_degC' --count 4)";
 
 void run_select(select_arguments &arguments, const cli::streams &io) {
     select_options &options = arguments.options;
@@ -46,7 +44,7 @@ void run_select(select_arguments &arguments, const cli::streams &io) {
     io.out << (arguments.as_json ? json_text(report) : report_of(result));
 }
 
-// What options by themselves cannot say.
+// Throws usage_error for invalid combinations of options.
 void check_usage(const select_arguments &arguments) {
     const select_options &options = arguments.options;
     if ((options.check || options.by_runs) && arguments.columns.run_column.empty()) {
@@ -58,23 +56,19 @@ void check_usage(const select_arguments &arguments) {
 // Options of the model that is to be trained: runs, lags, squares.
 void add_model(cli::command &select, select_arguments &arguments) {
     train_options &model = arguments.options.model;
+    select.add_option("--run-column NAME", arguments.columns.run_column,
+                      "A new run begins where this column changes");
+    select.add_option("--time-column NAME", arguments.columns.time_column, "Seconds (time_s)");
     select
-        .add_option("--run-column", arguments.columns.run_column,
-                    "A new run begins where this column changes")
-        .option_text("NAME");
-    select.add_option("--time-column", arguments.columns.time_column, "Seconds (time_s)")
-        .option_text("NAME");
-    select.add_option("--lags", model.lags.lags_s, "Time constants, s, that the model will have")
+        .add_option("--lags TAU,TAU", model.lags.lags_s,
+                    "Time constants, s, that the model will have")
         .delimiter(',')
-        .check(between(0.001, 86400))
-        .option_text("TAU,TAU");
-    select.add_option("--squares", model.lags.squares, "Inputs whose square it will have")
-        .delimiter(',')
-        .option_text("C,D");
+        .check(between(0.001, 86400));
+    select.add_option("--squares C,D", model.lags.squares, "Inputs whose square it will have")
+        .delimiter(',');
     const std::map<std::string, lag_starts> starts = {
         {"run", lag_starts::each_run}, {"once", lag_starts::once}, {"both", lag_starts::both}};
-    select.add_choice("--lags-start", model.starts_of_lags, starts, "As for compbox train")
-        .option_text("HOW");
+    select.add_choice("--lags-start HOW", model.starts_of_lags, starts, "As for compbox train");
 }
 
 }  // namespace
@@ -84,41 +78,33 @@ void add_select_inputs(cli::command &app) {
     select_options &options = arguments->options;
     cli::command select = app.add_subcommand("select-inputs", "Choose the inputs of a model");
     select.footer(select_inputs_example);
-    select.add_option("data", arguments->data, "Rows, DATA.csv").required();
-    select.add_option("--outputs", arguments->columns.outputs, "Columns with errors")
+    select.add_option("DATA", arguments->data, "Rows, DATA.csv").required();
+    select.add_option("--outputs A,B", arguments->columns.outputs, "Columns with errors")
         .required()
-        .delimiter(',')
-        .option_text("A,B");
-    select.add_option("--candidates", arguments->columns.inputs, "Columns to choose from")
+        .delimiter(',');
+    select.add_option("--candidates C,D", arguments->columns.inputs, "Columns to choose from")
         .required()
-        .delimiter(',')
-        .option_text("C,D");
+        .delimiter(',');
     select
-        .add_option("--count", options.count,
+        .add_option("--count K", options.count,
                     "How many to choose; without it the validity index decides")
-        .check(whole_between(1, 64))
-        .option_text("K");
+        .check(whole_between(1, 64));
     const std::map<std::string, cluster_method> methods = {{"c-means", cluster_method::c_means},
                                                            {"closure", cluster_method::closure}};
-    select
-        .add_choice("--method", options.method, methods,
-                    "c-means (default): fuzzy c-means, Xie-Beni index; closure: transitive "
-                    "closure, F statistic")
-        .option_text("M");
-    select.add_option("--keep", options.keep, "Inputs that the model has in any case")
-        .delimiter(',')
-        .option_text("C,D");
+    select.add_choice("--method M", options.method, methods,
+                      "c-means (default): fuzzy c-means, Xie-Beni index; closure: transitive "
+                      "closure, F statistic");
+    select.add_option("--keep C,D", options.keep, "Inputs that the model has in any case")
+        .delimiter(',');
     select.add_flag("--check", options.check,
                     "Compare the choice with all candidates on runs left out");
     select.add_flag(
         "--by-runs", options.by_runs,
         "Choose by leaving candidates away one after the other, judged on runs left out");
     add_model(select, *arguments);
-    select.add_option("--plot", arguments->plot, "Figure, F.svg, F.png or F.pdf")
-        .option_text("F.svg");
+    select.add_option("--plot F.svg", arguments->plot, "Figure, F.svg, F.png or F.pdf");
     select.add_flag("--json", arguments->as_json, "Report as JSON");
-    select.add_option("-o,--output", arguments->output, "Report to write, CHOICE.json")
-        .option_text("F.json");
+    select.add_option("-o,--output F.json", arguments->output, "Report to write, CHOICE.json");
     select.callback([arguments](const cli::streams &io) {
         check_usage(*arguments);
         run_select(*arguments, io);

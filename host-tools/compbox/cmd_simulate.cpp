@@ -45,7 +45,7 @@ std::vector<std::uint64_t> parse_seeds(const std::string &text) {
     return seeds;
 }
 
-// A folder that is there until the object goes.
+// A temporary folder, removed with the object.
 class temporary_folder {
   public:
     temporary_folder() {
@@ -71,7 +71,7 @@ void show_progress(const std::string &text, const cli::streams &io) {
     if (io.shows_progress) io.err << "\r\033[K" << text << std::flush;
 }
 
-// in : the plots of the scenario itself are there. out: what was written
+// in : the scenario's plots exist. out: files written
 std::vector<std::string> write_results(const simulate_options &options,
                                        const simulation::simulate_outcome &result,
                                        const cli::streams &io) {
@@ -109,7 +109,7 @@ simulation::simulate_request request_of(const simulate_options &options, const s
     return request;
 }
 
-// A recording of the inputs instead of a scenario; differences are a mistake.
+// Replays a recording of inputs; throws input_error for a different output.
 void run_replay(const simulate_options &options, const cli::streams &io) {
     if (!options.seeds.empty() || !options.statistics.empty() || !options.log.empty() ||
         options.plots || !options.folder.empty()) {
@@ -162,14 +162,14 @@ void add_simulate(cli::command &app) {
         .add_option("SCENARIO", options->scenario,
                     "Scenario file, see docs/report.md; with --replay the coefficient file")
         .required();
-    command.add_option("--seeds", options->seeds, "Machines to try: 7 or 1-20");
-    command.add_option("--stats", options->statistics,
+    command.add_option("--seeds N|A-B", options->seeds, "Machines to try: 7 or 1-20");
+    command.add_option("--stats F.json", options->statistics,
                        "Statistics of a compboxd run, to go into the report");
-    command.add_option("--log", options->log, "fakeplc's log of that run, likewise");
+    command.add_option("--log F.csv", options->log, "fakeplc's log of that run, likewise");
     command.add_flag("--plots", options->plots, "Figures too (FOLDER/plots/*.svg)");
-    command.add_option("-o,--output", options->folder,
+    command.add_option("-o,--output DIR", options->folder,
                        "Folder for the report, measurements and coefficient files");
-    command.add_option("--replay", options->recording,
+    command.add_option("--replay F.bin", options->recording,
                        "Step through what compboxd --record-inputs wrote; outputs must be the same "
                        "to the bit");
     add_json(command, options->as_json);

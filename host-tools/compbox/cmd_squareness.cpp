@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// compbox squareness: what straightness alone cannot tell.
+// compbox squareness: the angle between two axes.
 #include <cmath>
 #include <memory>
 #include <ostream>
@@ -26,16 +26,14 @@ struct squareness_arguments {
 };
 
 constexpr const char *squareness_example =
-    "Example:\n"
-    "  compbox squareness --name C0Y --optical EYX.rtl EXY.rtl --square-error-urad 1.5 -o "
-    "C0Y.json\n"
-    "  compbox squareness --name B0Z --diagonals 500,400,-6.1,4.2 --sigma-um 0.5 -o B0Z.json\n"
-    "C0Y > 0 opens the angle between +X and +Y, A0Z > 0 that between +Y and +Z, B0Z > 0 closes "
-    "that\n"
-    "between +X and +Z. The files go to volumetric --squareness C0Y.json.";
+    R"(C0Y > 0 opens the angle between +X and +Y, A0Z > 0 that between +Y and +Z, B0Z > 0 closes that
+between +X and +Z. Pass the file to volumetric --squareness C0Y.json.
 
-// The slope of a straightness and its standard deviation, from the repeats where there are any,
-// else from what is left about the line.
+Example:
+  compbox squareness --name C0Y --optical EYX.rtl EXY.rtl --square-error-urad 1.5 -o C0Y.json
+  compbox squareness --name B0Z --diagonals 500,400,-6.1,4.2 --sigma-um 0.5 -o B0Z.json)";
+
+// out: slope of a straightness and its standard deviation, from repeats, else from the residuals
 squareness slope_of(const std::string &path) {
     const measurement data = read_measurement(path);
     if (data.unit != "um") throw input_error(path, 0, 0, "holds angles; a straightness is in um");
@@ -123,42 +121,36 @@ void add_squareness(cli::command &app) {
     cli::command command =
         app.add_subcommand("squareness", "Squareness from set-ups with one reference");
     command.footer(squareness_example);
-    command.add_option("--name", arguments->name, "C0Y (Y to X), B0Z (Z to X) or A0Z (Z to Y)")
+    command.add_option("--name NAME", arguments->name, "C0Y (Y to X), B0Z (Z to X) or A0Z (Z to Y)")
         .required()
-        .check(one_of({"C0Y", "B0Z", "A0Z"}))
-        .option_text("NAME");
+        .check(one_of({"C0Y", "B0Z", "A0Z"}));
     command
-        .add_option("--optical", arguments->optical,
+        .add_option("--optical FIRST SECOND", arguments->optical,
                     "Straightness of the first axis towards the second, and of the second towards "
                     "the first behind the optical square; first and second are X Y, X Z or Y Z")
-        .expected(2)
-        .option_text("FIRST SECOND");
+        .expected(2);
     command
-        .add_option("--square-error-urad", arguments->square_error_urad,
+        .add_option("--square-error-urad Q", arguments->square_error_urad,
                     "The square's angle less 90 degrees (0)")
-        .check(any_number())
-        .option_text("Q");
+        .check(any_number());
     command
-        .add_option("--diagonals", arguments->diagonals,
+        .add_option("--diagonals A,B,R,F", arguments->diagonals,
                     "Sides of a rectangle in mm along the first and the second axis; measured "
                     "less nominal length in um of the diagonal on which both rise, and of the "
                     "other")
         .expected(4)
         .delimiter(',')
-        .check(any_number())
-        .option_text("A,B,R,F");
+        .check(any_number());
     command
-        .add_option("--ball-bar", arguments->ball_bar,
+        .add_option("--ball-bar D,R,F", arguments->ball_bar,
                     "Diameter in mm; deviations in um of the diameters at 45 and 135 degrees")
         .expected(3)
         .delimiter(',')
-        .check(any_number())
-        .option_text("D,R,F");
-    command.add_option("--sigma-um", arguments->sigma_um, "Standard deviation of one length (0)")
-        .check(zero_or_more())
-        .option_text("S");
+        .check(any_number());
+    command.add_option("--sigma-um S", arguments->sigma_um, "Standard deviation of one length (0)")
+        .check(zero_or_more());
     command.add_flag("--json", arguments->as_json, "Print the result as JSON");
-    command.add_option("-o,--output", arguments->output, "File to write").required();
+    command.add_option("-o,--output F.json", arguments->output, "File to write").required();
     command.callback([arguments](const cli::streams &io) { run_squareness(*arguments, io); });
 }
 

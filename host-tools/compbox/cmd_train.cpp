@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// compbox train: rows of inputs and errors to a network, or to the linear map that beats it.
+// compbox train: rows of inputs and errors to a network or a linear map, whichever is better.
 #include <fmt/core.h>
 
 #include <limits>
@@ -30,16 +30,15 @@ struct train_arguments {
 };
 
 constexpr const char *train_example =
-    "Example:\n"
-    "  compbox train warmup.csv --outputs ez_um --inputs 't*_degC,rpm' --lags 600,1800 "
-    "--run-column run --name net -o net.json\n"
-    "leaves out one run after the other to choose the weight decay, prints what is left of the "
-    "runs left\n"
-    "out by the network and by a linear map of the same inputs, and writes the better one, with "
-    "its lags,\n"
-    "as a term for `compbox build`. * in a name matches any text.";
+    R"(Leaves out one run after the other to choose the weight decay. Prints the residual of the left-out
+runs for the network and for a linear map of the same inputs. Writes the better one, with its lags,
+as a term for `compbox build`. * in a name matches any text.
 
-// "X:T1,T2" taken apart; "" along where there is no colon.
+Example:
+  compbox train warmup.csv --outputs ez_um --inputs 't*_degC,rpm' --lags 600,1800 --run-column run \
+      --name net -o net.json)";
+
+// in : "X:T1,T2". out: `along` is "" without a colon
 slope_option parse_slope(const std::string &text) {
     slope_option slope;
     const std::size_t colon = text.find(':');
@@ -50,7 +49,7 @@ slope_option parse_slope(const std::string &text) {
     return slope;
 }
 
-// "T*,rpm:3" taken apart; nothing where it is not of that form.
+// in : "T*,rpm:3". out: nothing for another form
 std::optional<margin_option> margin_of(const std::string &text) {
     margin_option margin;
     const std::size_t colon = text.rfind(':');
@@ -83,7 +82,7 @@ void run_train(train_arguments &arguments, const cli::streams &io) {
     io.out << (arguments.as_json ? json_text(fragment) : report_of(result));
 }
 
-// What options by themselves cannot say.
+// Throws usage_error for invalid combinations of options.
 void check_usage(const train_arguments &arguments) {
     const lag_options &lags = arguments.options.lags;
     different_files({{"-o", arguments.output},
@@ -126,78 +125,62 @@ void check_usage(const train_arguments &arguments) {
 // Options that name inputs, outputs, time and runs.
 void add_columns(cli::command &train, train_arguments &arguments) {
     data_options &columns = arguments.columns;
-    train.add_option("data", arguments.data, "Rows to train on, DATA.csv").required();
-    train.add_option("--outputs", columns.outputs, "Columns with errors, um: the term's outputs")
-        .required()
-        .delimiter(',')
-        .option_text("A,B");
-    train.add_option("--inputs", columns.inputs, "Columns that the box will have as signals")
-        .required()
-        .delimiter(',')
-        .option_text("C,D");
+    train.add_option("DATA", arguments.data, "Rows to train on, DATA.csv").required();
     train
-        .add_option(
-            "--run-column", columns.run_column,
-            "A new run begins where this column changes: lags start anew (--lags-start), and "
-            "decay is chosen by leaving out whole runs")
-        .option_text("NAME");
-    train.add_option("--time-column", columns.time_column, "Seconds (time_s); lags need it")
-        .option_text("NAME");
+        .add_option("--outputs A,B", columns.outputs, "Columns with errors, um: the term's outputs")
+        .required()
+        .delimiter(',');
+    train.add_option("--inputs C,D", columns.inputs, "Columns that the box will have as signals")
+        .required()
+        .delimiter(',');
+    train.add_option(
+        "--run-column NAME", columns.run_column,
+        "A new run begins where this column changes: lags start anew (--lags-start), and "
+        "decay is chosen by leaving out whole runs");
+    train.add_option("--time-column NAME", columns.time_column, "Seconds (time_s); lags need it");
     train
-        .add_option("--hold-out", arguments.options.hold_out,
+        .add_option("--hold-out RUN,RUN", arguments.options.hold_out,
                     "Runs that are never trained on, only judged by: values of the run column "
                     "(#2: where it comes back)")
-        .delimiter(',')
-        .option_text("RUN,RUN");
+        .delimiter(',');
 }
 
 // Options of lagged and squared inputs, record and slopes; time constants in s.
 void add_lags(cli::command &train, train_arguments &arguments) {
     lag_options &lags = arguments.options.lags;
-    train.add_option("--lags", lags.lags_s, "Time constants, s: inputs are taken lagged as well")
-        .delimiter(',')
-        .check(between(0.001, 86400))
-        .option_text("TAU,TAU");
-    train.add_option("--lag-only", lags.only, "Inputs that lag (all)")
-        .delimiter(',')
-        .option_text("C,D");
-    train.add_option("--squares", lags.squares, "Inputs whose square is taken too, and lagged")
-        .delimiter(',')
-        .option_text("C,D");
     train
-        .add_option("--record", arguments.columns.record,
-                    "What the box recorded around the rows: lags follow it from its beginning")
-        .option_text("RECORD.csv");
-    train
-        .add_option(
-            "--slope", arguments.slopes,
-            "The error's slope along a position is linear in these inputs, as the control's "
-            "tan beta is in temperature; may be given several times")
-        .option_text("X:T1,T2");
+        .add_option("--lags TAU,TAU", lags.lags_s,
+                    "Time constants, s: inputs are taken lagged as well")
+        .delimiter(',')
+        .check(between(0.001, 86400));
+    train.add_option("--lag-only C,D", lags.only, "Inputs that lag (all)").delimiter(',');
+    train.add_option("--squares C,D", lags.squares, "Inputs whose square is taken too, and lagged")
+        .delimiter(',');
+    train.add_option("--record RECORD.csv", arguments.columns.record,
+                     "What the box recorded around the rows: lags follow it from its beginning");
+    train.add_option(
+        "--slope X:T1,T2", arguments.slopes,
+        "The error's slope along a position is linear in these inputs, as the control's "
+        "tan beta is in temperature; may be given several times");
     const std::map<std::string, lag_starts> starts = {
         {"run", lag_starts::each_run}, {"once", lag_starts::once}, {"both", lag_starts::both}};
-    train
-        .add_choice("--lags-start", arguments.options.starts_of_lags, starts,
-                    "run (default): lags start anew with each run; once: the runs are one record; "
-                    "both: each row counts both ways")
-        .option_text("HOW");
+    train.add_choice("--lags-start HOW", arguments.options.starts_of_lags, starts,
+                     "run (default): lags start anew with each run; once: the runs are one record; "
+                     "both: each row counts both ways");
 }
 
 // Options of the network beside the linear map.
 void add_network(cli::command &train, train_arguments &arguments) {
     train_options &options = arguments.options;
-    train.add_option("--hidden", options.hidden, "Hidden units (10); 0: the linear map alone")
-        .check(whole_between(0, 64))
-        .option_text("N");
+    train.add_option("--hidden N", options.hidden, "Hidden units (10); 0: the linear map alone")
+        .check(whole_between(0, 64));
     train
-        .add_option("--hidden-inputs", options.hidden_inputs,
+        .add_option("--hidden-inputs C,D", options.hidden_inputs,
                     "What the hidden layer sees (all); the others go to the linear path alone")
-        .delimiter(',')
-        .option_text("C,D");
+        .delimiter(',');
     const std::map<std::string, activation> kinds = {{"tansig", activation::tansig},
                                                      {"logsig", activation::logsig}};
-    train.add_choice("--activation", options.kind, kinds, "tansig (default) or logsig")
-        .option_text("F");
+    train.add_choice("--activation F", options.kind, kinds, "tansig (default) or logsig");
     train.add_flag("--no-linear-path", arguments.no_linear_path,
                    "Network without the linear path beside its hidden layer");
     train.add_flag("--keep-network", options.keep_network,
@@ -205,56 +188,44 @@ void add_network(cli::command &train, train_arguments &arguments) {
     const std::map<std::string, regularisation> ways = {{"auto", regularisation::automatic},
                                                         {"runs", regularisation::folds},
                                                         {"evidence", regularisation::evidence}};
-    train
-        .add_choice("--regularise", options.regularise, ways,
-                    "Weight decay by runs (leaving them out), evidence, or auto: runs where there "
-                    "are three")
-        .option_text("WAY");
+    train.add_choice("--regularise WAY", options.regularise, ways,
+                     "Weight decay by runs (leaving them out), evidence, or auto: runs where there "
+                     "are three");
 }
 
-// How its weights are sought.
+// Options of the optimiser.
 void add_search(cli::command &train, train_arguments &arguments) {
     train_options &options = arguments.options;
     const std::map<std::string, optimiser> optimisers = {
         {"l-bfgs", optimiser::lbfgs}, {"levenberg-marquardt", optimiser::levenberg_marquardt}};
+    train.add_choice("--optimiser WAY", options.way, optimisers,
+                     "l-bfgs (default), or levenberg-marquardt for a small network on data almost "
+                     "without noise, with --regularise evidence");
+    train.add_option("--starts N", options.starts, "Random starts (5)")
+        .check(whole_between(1, 1000));
+    train.add_option("--seed N", options.seed, "Of the starts (1): the same seed, the same term")
+        .check(whole_between(0, std::numeric_limits<long>::max()));
     train
-        .add_choice("--optimiser", options.way, optimisers,
-                    "l-bfgs (default), or levenberg-marquardt for a small network on data almost "
-                    "without noise, with --regularise evidence")
-        .option_text("WAY");
-    train.add_option("--starts", options.starts, "Random starts (5)")
-        .check(whole_between(1, 1000))
-        .option_text("N");
-    train.add_option("--seed", options.seed, "Of the starts (1): the same seed, the same term")
-        .check(whole_between(0, std::numeric_limits<long>::max()))
-        .option_text("N");
-    train
-        .add_option("--threads", options.threads,
+        .add_option("--threads N", options.threads,
                     "Threads (as many as there are processors); the result does not depend on it")
-        .check(whole_between(0, 256))
-        .option_text("N");
-    train.add_option("--iterations", options.max_iterations, "At most so many (300)")
-        .check(whole_between(1, 100000))
-        .option_text("N");
+        .check(whole_between(0, 256));
+    train.add_option("--iterations N", options.max_iterations, "At most so many (300)")
+        .check(whole_between(1, 100000));
     train
-        .add_option("--rows", options.max_rows,
+        .add_option("--rows N", options.max_rows,
                     "The network is trained on at most so many rows, spread over all (2000)")
-        .check(whole_between(10, 1000000))
-        .option_text("N");
+        .check(whole_between(10, 1000000));
 }
 
-// How far it is believed beyond what was trained.
+// Options of extrapolation beyond the trained range.
 void add_margins(cli::command &train, train_arguments &arguments) {
     train
-        .add_option("--margin", arguments.options.margin,
+        .add_option("--margin PART", arguments.options.margin,
                     "Extrapolate an input no further than this part of its trained range (0.1)")
-        .check(between(0, 10))
-        .option_text("PART");
-    train
-        .add_option("--margin-of", arguments.margins,
-                    "Another margin for some inputs (* matches any text); may be given several "
-                    "times, the last that fits counts")
-        .option_text("C,D:PART");
+        .check(between(0, 10));
+    train.add_option("--margin-of C,D:PART", arguments.margins,
+                     "Another margin for some inputs (* matches any text); may be given several "
+                     "times, the last that fits counts");
 }
 
 }  // namespace
@@ -269,19 +240,13 @@ void add_train(cli::command &app) {
     add_network(train, *arguments);
     add_search(train, *arguments);
     add_margins(train, *arguments);
-    train.add_option("--name", arguments->options.name, "Name of the term")
-        .required()
-        .option_text("NAME");
-    train
-        .add_option("--predictions", arguments->predictions,
-                    "CSV with the prediction for every row")
-        .option_text("F.csv");
-    train.add_option("--plot", arguments->plot, "Figure, F.svg, F.png or F.pdf")
-        .option_text("F.svg");
+    train.add_option("--name NAME", arguments->options.name, "Name of the term").required();
+    train.add_option("--predictions F.csv", arguments->predictions,
+                     "CSV with the prediction for every row");
+    train.add_option("--plot F.svg", arguments->plot, "Figure, F.svg, F.png or F.pdf");
     train.add_flag("--json", arguments->as_json, "Report as JSON (the fragment with its findings)");
-    train.add_option("-o,--output", arguments->output, "Term to write, TERM.json")
-        .required()
-        .option_text("TERM.json");
+    train.add_option("-o,--output TERM.json", arguments->output, "Term to write, TERM.json")
+        .required();
     train.callback([arguments](const cli::streams &io) {
         check_usage(*arguments);
         run_train(*arguments, io);

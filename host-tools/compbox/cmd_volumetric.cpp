@@ -31,19 +31,20 @@ struct volumetric_arguments {
 };
 
 constexpr const char *volumetric_example =
-    "Example:\n"
-    "  compbox volumetric X Y Z --chain fXYZ --squareness C0Y=12.5,B0Z=-4 --tool-length-mm 150 "
-    "--name vol -o vol.json\n"
-    "takes EXX.csv … ECZ.csv from the folders that identify wrote. Errors are those of the tool\n"
-    "relative to the workpiece. C0Y > 0 opens the angle between +X and +Y, A0Z > 0 that between\n"
-    "+Y and +Z, B0Z > 0 closes that between +X and +Z. A missing one is zero, with a remark.";
+    R"(Reads EXX.csv … ECZ.csv from the folders of identify. Errors are those of the tool relative to the
+workpiece. C0Y > 0 opens the angle between +X and +Y, A0Z > 0 that between +Y and +Z, B0Z > 0
+closes that between +X and +Z. A missing squareness is zero; a remark names it.
+
+Example:
+  compbox volumetric X Y Z --chain fXYZ --squareness C0Y=12.5,B0Z=-4 --tool-length-mm 150 \
+      --name vol -o vol.json)";
 
 void put_squareness(volumetric_arguments &arguments, const std::string &name, double urad) {
     if (arguments.options.squareness_urad.insert({name, urad}).second) return;
     throw cli::usage_error("--squareness", name + " is given twice");
 }
 
-// What `compbox squareness` wrote.
+// Reads a file of `compbox squareness`.
 void read_squareness(volumetric_arguments &arguments, const std::string &path) {
     const json file = read_json(path);
     const json values = get<json>(file, "squareness_urad", path);
@@ -179,38 +180,33 @@ void run_volumetric(volumetric_arguments &arguments, const cli::streams &io) {
 // Options of chain, squareness, reference points and tool: µrad and mm.
 void add_geometry(cli::command &command, volumetric_arguments &arguments) {
     coefficients::volumetric_options &options = arguments.options;
+    command.add_option("--squareness C0Y=U,… | FILE.json", arguments.squareness,
+                       "C0Y, B0Z, A0Z in urad, or files of `compbox squareness`; else zero");
+    command.add_option("--reference-point X=x,y,z …", arguments.reference_points,
+                       "Origin of the frame in which an axis' errors were identified, in machine "
+                       "coordinates with all axes at 0 (else its report.json's, else 0,0,0)");
     command
-        .add_option("--squareness", arguments.squareness,
-                    "C0Y, B0Z, A0Z in urad, or files of `compbox squareness`; else zero")
-        .option_text("C0Y=U,… | FILE.json");
-    command
-        .add_option("--reference-point", arguments.reference_points,
-                    "Origin of the frame in which an axis' errors were identified, in machine "
-                    "coordinates with all axes at 0 (else its report.json's, else 0,0,0)")
-        .option_text("X=x,y,z …");
-    command
-        .add_option("--tool-offset-mm", arguments.tool_offset_mm,
+        .add_option("--tool-offset-mm x,y,z", arguments.tool_offset_mm,
                     "Spindle's gauge point, all axes at 0")
         .expected(3)
         .delimiter(',')
-        .check(any_number())
-        .option_text("x,y,z");
-    command.add_option("--tool-direction", arguments.tool_direction, "From it to the tip (0,0,-1)")
-        .expected(3)
-        .delimiter(',')
-        .check(any_number())
-        .option_text("x,y,z");
-    auto length = command.add_option("--tool-length-mm", options.tool_length_mm, "Tool length (0)")
-                      .check(between(-10000, 10000))
-                      .option_text("L");
+        .check(any_number());
     command
-        .add_option("--tool-length", options.tool_length_signal, "Signal with the tool length, mm")
-        .excludes(length)
-        .option_text("SIGNAL");
-    command.add_option("--positions", arguments.positions, "Signals of the axes (X,Y,Z)")
+        .add_option("--tool-direction x,y,z", arguments.tool_direction,
+                    "From it to the tip (0,0,-1)")
         .expected(3)
         .delimiter(',')
-        .option_text("X,Y,Z");
+        .check(any_number());
+    auto length =
+        command.add_option("--tool-length-mm L", options.tool_length_mm, "Tool length (0)")
+            .check(between(-10000, 10000));
+    command
+        .add_option("--tool-length SIGNAL", options.tool_length_signal,
+                    "Signal with the tool length, mm")
+        .excludes(length);
+    command.add_option("--positions X,Y,Z", arguments.positions, "Signals of the axes (X,Y,Z)")
+        .expected(3)
+        .delimiter(',');
 }
 
 // Options of the curves, as `compbox fit` has them.
@@ -219,15 +215,12 @@ void add_fit_options(cli::command &command, fit_options &fit) {
                                                        {"bspline-lmc", fit_method::bspline_lmc},
                                                        {"polynomial", fit_method::polynomial},
                                                        {"polyline", fit_method::polyline}};
+    command.add_choice("--method METHOD", fit.method, methods,
+                       "As in fit: bspline (default), bspline-lmc, polynomial, polyline");
     command
-        .add_choice("--method", fit.method, methods,
-                    "As in fit: bspline (default), bspline-lmc, polynomial, polyline")
-        .option_text("METHOD");
-    command
-        .add_option("--tolerance-um", fit.tolerance_um,
+        .add_option("--tolerance-um E", fit.tolerance_um,
                     "As in fit, for all curves (urad for angles)")
-        .check(above_zero())
-        .option_text("E");
+        .check(above_zero());
 }
 
 }  // namespace
@@ -237,15 +230,17 @@ void add_volumetric(cli::command &app) {
     cli::command command =
         app.add_subcommand("volumetric", "Identified curves to a volumetric term");
     command.footer(volumetric_example);
-    command.add_option("folders", arguments->folders, "Folders of identify, DIR…").required();
-    command.add_option("--chain", arguments->options.chain, "Kinematic chain, such as fXYZ or YfXZ")
-        .required()
-        .option_text("CHAIN");
+    command.add_option("DIR", arguments->folders, "Folders of identify, DIR…").required();
+    command
+        .add_option("--chain CHAIN", arguments->options.chain,
+                    "Kinematic chain, such as fXYZ or YfXZ")
+        .required();
     add_geometry(command, *arguments);
     add_fit_options(command, arguments->options.fit);
-    command.add_option("--name", arguments->options.name, "Name of the term").required();
+    command.add_option("--name NAME", arguments->options.name, "Name of the term").required();
     command.add_flag("--json", arguments->as_json, "Print the findings as JSON");
-    command.add_option("-o,--output", arguments->output, "Term to write, TERM.json").required();
+    command.add_option("-o,--output TERM.json", arguments->output, "Term to write, TERM.json")
+        .required();
     command.callback([arguments](const cli::streams &io) { run_volumetric(*arguments, io); });
 }
 

@@ -25,9 +25,9 @@ void add_computing_commands(cli::command &app) {
 
 void add_commands(cli::command &app) {
     add_computing_commands(app);
-    app.set_help_all_flag("--help-all", "Help of every command");
     add_simulate(app);
     add_commission(app);
+    app.set_help_all_flag("--help-all", "Help of every command");
 }
 
 }  // namespace compbox

@@ -15,6 +15,7 @@ void add_computing_commands(cli::command &app);
 // All of them, of which one is required.
 void add_commands(cli::command &app);
 
+// Each registers one command with its options; the callback runs when `app` parses it.
 void add_init(cli::command &app);
 void add_fit(cli::command &app);
 void add_report(cli::command &app);

@@ -10,20 +10,21 @@
 #include "host-tools/compbox/commands.h"
 #include "host-tools/formats/error.h"
 
-// Whether all output was written. A stdout that was closed before the start counts as written.
+// out: whether all output was written; true if stdout was closed before the start
 static bool is_printed(std::ostream &out) {
     const bool open = ::fcntl(STDOUT_FILENO, F_GETFD) >= 0;
     return out.flush().good() || !open;
 }
 
-// A first word that is no command; parsing would only say that one is missing.
+// out: whether the first word is an unknown command, which the parser would report as missing
 static bool is_unknown(const compbox::cli::command &app, const std::string &word) {
     return !word.empty() && word[0] != '-' && !app.has_subcommand(word);
 }
 
+// out: 0 done, 1 the input is bad, 2 wrong usage, 70 a fault of the program
 int main(int argc, char **argv) {
     const auto io = compbox::cli::standard_streams();
-    std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is reported like a full disk
+    std::signal(SIGXFSZ, SIG_IGN);  // report a file at its size limit like a full disk
     compbox::cli::program app{
         "compbox: from measurements of a machine tool to the coefficients of its box", io};
     app.set_version_flag("--version", "compbox " CB_VERSION);

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/compbox/monte_carlo_report.h"
 
+#include <fmt/core.h>
+
 #include <cmath>
 
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/formats/json.h"
-#include "host-tools/formats/numbers.h"
 #include "host-tools/identification/identify.h"
 
 namespace compbox {
@@ -20,7 +21,7 @@ json statistics_json(const method_statistics &statistics, std::size_t k) {
     return one;
 }
 
-// By how many per cent `now` is below `before`; null where there is nothing to be below of.
+// out: reduction from `before` to `now`, %; null if `before` is 0
 json less_percent(double now, double before) {
     return before == 0.0 ? json(nullptr) : json(100.0 * (1.0 - now / before));
 }
@@ -35,13 +36,13 @@ std::string cell(const json &value, int width, int places) {
 
 void add_monte_carlo(cli::command &command, monte_carlo_arguments &arguments) {
     command
-        .add_option("--monte-carlo", arguments.runs,
+        .add_option("--monte-carlo N", arguments.runs,
                     "Compare both methods over N runs with noise, as a check of the closed form")
-        .check(whole_between(2, 100000000))
-        .option_text("N");
-    command.add_option("--seed", arguments.seed, "Of the noise (1)").option_text("K");
+        .check(whole_between(2, 100000000));
+    command.add_option("--seed K", arguments.seed, "Of the noise (1)");
 }
 
+// out: mean, sigma and closed-form sigma of each error, µm or µrad; percentages against traditional
 json monte_carlo_json(const monte_carlo_result &result, const monte_carlo_options &options) {
     const auto names = error_names(options.axis);
     json report;

@@ -9,7 +9,7 @@
 namespace compbox {
 
 struct monte_carlo_arguments {
-    unsigned runs = 0;  // 0: not asked for
+    unsigned runs = 0;  // 0: off
     std::uint64_t seed = 1;
 };
 

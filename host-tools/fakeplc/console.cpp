@@ -48,6 +48,8 @@ bool on_off(const words &line, std::size_t at, const char *usage) {
     return whole(line[at], 0, 1) == 1;
 }
 
+// in : words of "move X=1 Y=2 Z=3 feed=1000", mm and mm/min
+// Throws input_error with the usage.
 twin_step step_of(const words &line) {
     twin_step step;
     for (std::size_t i = 1; i < line.size(); ++i) {
@@ -173,6 +175,8 @@ std::string for_log(const words &line) {
     return text;
 }
 
+// in : a command with its arguments, at least one word
+// out: the answer, "ok" for a command without data; throws input_error for wrong usage
 std::string run_words(const words &line, console &self) {
     fake_plc &plc = self.plc;
     const std::string &command = line[0];
@@ -237,16 +241,18 @@ std::string_view console_help() {
            "  enable 0|1, reference 0|1, permit 0|1   the control bits; reset presses its bit for "
            "0.5 s\n"
            "  move X=.. Y=.. Z=.. feed=..             mm and mm/min along the path; queued\n"
-           "  position, status, error                 where, how it is, and the truth (for "
-           "reports)\n"
-           "  signal NAME VALUE|auto                  shows another value than the true one\n"
-           "  alarms, restart                         what stands; the PLC's power goes and comes\n"
+           "  position, status, error                 prints positions, state, true errors of the "
+           "machine\n"
+           "  signal NAME VALUE|auto                  replaces the measured value; auto: ends "
+           "that\n"
+           "  alarms                                  prints the active alarms\n"
+           "  restart                                 switches the PLC's power off and on\n"
            "  freeze heartbeat 0|1                    NC coupling lost: positions and heartbeat "
-           "stand\n"
+           "freeze\n"
            "  fault late MS | dribble MS | exception CODE | drop | wrong-id | truncate | torn |\n"
            "        short | long   [COUNT] [read|write]   of the next replies;\n"
-           "  fault close | away MS | clear           connections cut; cut and refused; none "
-           "waits\n"
+           "  fault close | away MS | clear           cuts connections; refuses new ones too; "
+           "removes pending faults\n"
            "  quit\n";
 }
 

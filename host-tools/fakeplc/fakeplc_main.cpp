@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// fakeplc: a control, its PLC and the machine behind them, in real time behind Modbus/TCP.
+// fakeplc: a control, its PLC and a machine in real time, with a Modbus server.
 #include <fcntl.h>
 #include <poll.h>
 
@@ -23,7 +23,7 @@
 namespace compbox {
 namespace {
 
-// One log row for each scan, flushed once a second so that others can follow it.
+// Writes one log row for each scan and flushes once a second, so that other programs can follow it.
 class scan_log {
   public:
     scan_log(const std::string &path, const register_map &map) {
@@ -92,7 +92,7 @@ void run(const options &chosen, const cli::streams &io) {
     const plc_setup setup = prepare(chosen.plc);
     refuse_given(chosen.log, "the log");
     const sigset_t in_poll = mind_signals();
-    // The log after the port: a second fakeplc must not empty the log of the first.
+    // Open the log after the port, because a second fakeplc must not empty the log of the first.
     const auto server = open_wire(chosen, setup);
     scan_log log(chosen.log, setup.map);
     fake_plc plc(setup.twin, setup.map, setup.profile, now_us());
@@ -101,37 +101,38 @@ void run(const options &chosen, const cli::streams &io) {
     if (!log.finish()) throw input_error(chosen.log, 0, 0, "the log could not be written whole");
 }
 
+// Adds the options to app, which sets `chosen` when it parses.
 void add_options(cli::command &app, options &chosen) {
-    app.add_option("--profile", chosen.plc.profile,
+    app.add_option("--profile KIND", chosen.plc.profile,
                    "Kind of control: generic, sinumerik-840d or fanuc (default: the map's)")
-        .check(one_of(plc_profile::names()), listed(plc_profile::names()));
-    app.add_option("--listen", chosen.listen,
-                   "HOST:PORT (port 0 takes a free one); rtu:/LINK: Modbus RTU on a new "
-                   "pseudo-terminal with a "
-                   "link there; unix:/PATH: RTU at a socket")
+        .check(one_of(plc_profile::names()));
+    app.add_option("--listen ADDRESS", chosen.listen,
+                   "HOST:PORT (port 0: any free one); rtu:/LINK: Modbus RTU on a new "
+                   "pseudo-terminal, to which LINK points; unix:/PATH: RTU on a socket")
         .capture_default_str()
         .check([](const std::string &address) {
             return serial_server::takes(address) ? "" : modbus_server::fault_in(address);
         });
-    app.add_option("--unit", chosen.serial.unit, "RTU: unit id that is answered")
+    app.add_option("--unit N", chosen.serial.unit, "RTU: own unit id, 1 to 247")
         .capture_default_str()
-        .check(cli::in_range(1, 247), "INT in [1 - 247]");
-    app.add_option("--baud", chosen.serial.baud,
-                   "RTU: bytes take the time of this rate, 11 bits a character; 0: none")
+        .check(whole_between(1, 247));
+    app.add_option(
+           "--baud N", chosen.serial.baud,
+           "RTU: simulated baud rate, 11 bits a character, up to 921600; 0: replies take no time")
         .capture_default_str()
-        .check(cli::in_range(0, 921600), "INT in [0 - 921600]");
-    app.add_option("--machine", chosen.plc.machine,
+        .check(whole_between(0, 921600));
+    app.add_option("--machine TWIN.json", chosen.plc.machine,
                    "Twin file (default: X, Y, Z without errors, with the ranges of the map's "
                    "signals or 0 to 1000 mm)");
-    app.add_option("--map", chosen.plc.map,
+    app.add_option("--map F.json", chosen.plc.map,
                    "Coefficient or machine file with the registers (default: the one the twin "
                    "file names, or the map that compbox init lays out)");
-    app.add_option("--seed", chosen.plc.seed, "Instead of the twin file's seed");
-    app.add_option("--size-um", chosen.plc.size_um,
-                   "Largest offset of an axis that the PLC program takes over, whatever the box "
-                   "writes; of every axis (default: plc.size_um of the twin file, or 500)")
-        .check(between(0.0, 1e6), "NUMBER in [0 - 1e6]");
-    app.add_option("--log", chosen.log, "CSV file with one row for each PLC scan");
+    app.add_option("--seed K", chosen.plc.seed, "Seed (else the twin file's)");
+    app.add_option("--size-um D", chosen.plc.size_um,
+                   "Largest offset, um, that the PLC program applies to an axis, 0 to 1000000 "
+                   "(default: plc.size_um of the twin file, or 500)")
+        .check(between(0.0, 1e6));
+    app.add_option("--log F.csv", chosen.log, "CSV file with one row for each PLC scan");
     app.footer(std::string(console_help()) +
                "Example: fakeplc --profile generic --listen 127.0.0.1:1502\n"
                "         fakeplc --profile generic --listen 127.0.0.1:1502 "
@@ -141,6 +142,7 @@ void add_options(cli::command &app, options &chosen) {
 }  // namespace
 }  // namespace compbox
 
+// out: 0 after quit or a signal, 1 for bad input, 2 for wrong usage, 70 for a fault of the program
 int main(int argc, char **argv) {
     const auto io = compbox::cli::standard_streams();
     compbox::cli::program app{

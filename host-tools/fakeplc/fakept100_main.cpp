@@ -5,6 +5,7 @@
 #include <ostream>
 
 #include "host-tools/command_line/command_line.h"
+#include "host-tools/command_line/option_checks.h"
 #include "host-tools/fakeplc/live.h"
 #include "host-tools/fakeplc/pt100.h"
 #include "host-tools/formats/error.h"
@@ -49,6 +50,7 @@ void run(const std::string &listen, const std::vector<std::string> &texts,
 }  // namespace
 }  // namespace compbox
 
+// out: 0 after quit or a signal, 1 for bad input, 2 for wrong usage
 int main(int argc, char **argv) {
     const auto io = compbox::cli::standard_streams();
     compbox::cli::program app{"fakept100: Pt100 modules on a serial line", io};
@@ -57,7 +59,7 @@ int main(int argc, char **argv) {
     std::vector<std::string> modules;
     compbox::serial_options options;
     options.delay_us = 2000;
-    app.add_option("--listen", listen,
+    app.add_option("--listen ADDRESS", listen,
                    "rtu:/LINK: a new pseudo-terminal with a link there; unix:/PATH: a socket")
         .required()
         .check([](const std::string &address) {
@@ -65,11 +67,12 @@ int main(int argc, char **argv) {
                        ? ""
                        : fmt::format("'{}' is neither rtu:/LINK nor unix:/PATH", address);
         });
-    app.add_option("--module", modules, "UNIT=DEGC[,DEGC…]: register 0 first, 0.1 °C each")
+    app.add_option("--module UNIT=T,…", modules, "UNIT=DEGC[,DEGC…]: register 0 first, 0.1 °C each")
         .required();
-    app.add_option("--baud", options.baud, "Bytes take the time of this rate; 0: none")
+    app.add_option("--baud N", options.baud,
+                   "Simulated baud rate, up to 921600; 0: replies take no time")
         .capture_default_str()
-        .check(compbox::cli::in_range(0, 921600), "INT in [0 - 921600]");
+        .check(compbox::whole_between(0, 921600));
     app.footer(
         "Commands on stdin, each answered by one line:\n"
         "  set UNIT REGISTER DEGC, silent UNIT 0|1, late UNIT MS, quit\n"

@@ -25,6 +25,8 @@ void add_laser(cli::command &app, const twin_machine &twin) {
     command.callback([output, &twin](const cli::streams &) { measure_all(twin, *output); });
 }
 
+// in : the twin outlives app
+// out: app has the command nine-line, which writes nine instrument files to a folder
 void add_nine_line(cli::command &app, const twin_machine &twin) {
     struct arguments {
         std::string axis, points, output;
@@ -32,7 +34,7 @@ void add_nine_line(cli::command &app, const twin_machine &twin) {
     };
     cli::command command = app.add_subcommand("nine-line", "P1x.rtl … P3z.rtl of one axis");
     const auto given = std::make_shared<arguments>();
-    command.add_option("--axis", given->axis).required().check(one_of({"X", "Y", "Z"}), "{X,Y,Z}");
+    command.add_option("--axis", given->axis).required().check(one_of({"X", "Y", "Z"}));
     command.add_option("--points", given->points).required();
     command.add_option("--scale-ppm-per-degC", given->options.scale_ppm_per_degC);
     command.add_option("--temperature-degC", given->options.temperature_degC);
@@ -47,6 +49,8 @@ void add_nine_line(cli::command &app, const twin_machine &twin) {
     });
 }
 
+// in : the twin outlives app
+// out: app has the command diagonals, which measures both diagonals of a face, in mm and µm
 void add_diagonals(cli::command &app, const twin_machine &twin) {
     struct arguments {
         std::vector<double> corner, sides;
@@ -58,7 +62,7 @@ void add_diagonals(cli::command &app, const twin_machine &twin) {
     const auto given = std::make_shared<arguments>();
     command.add_option("--name", given->rectangle.name)
         .required()
-        .check(one_of({"C0Y", "B0Z", "A0Z"}), "{C0Y,B0Z,A0Z}");
+        .check(one_of({"C0Y", "B0Z", "A0Z"}));
     command.add_option("--corner-mm", given->corner).required().expected(3).delimiter(',');
     command.add_option("--sides-mm", given->sides).required().expected(2).delimiter(',');
     command.add_option("--compensated", given->compensated);
@@ -76,8 +80,8 @@ void add_diagonals(cli::command &app, const twin_machine &twin) {
                           : state_at(place);
         });
         write_file(given->output,
-                   shortest(rectangle.first_mm) + "," + shortest(rectangle.second_mm) + "," +
-                       shortest(found.rising_um) + "," + shortest(found.falling_um) + "\n");
+                   fmt::format("{},{},{},{}\n", rectangle.first_mm, rectangle.second_mm,
+                               found.rising_um, found.falling_um));
     });
 }
 

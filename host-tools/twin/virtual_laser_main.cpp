@@ -17,9 +17,10 @@ int main(int argc, char **argv) {
         "Example: virtual-laser --machine machine_twin.json --seed 7 -o measurements");
     std::string machine, folder;
     std::optional<std::uint64_t> seed;
-    app.add_option("--machine", machine, "The twin file").required();
-    app.add_option("--seed", seed, "Another machine of the same kind (instead of the file's seed)");
-    app.add_option("-o", folder, "Folder for the measurements, made where missing").required();
+    app.add_option("--machine TWIN.json", machine, "The twin file").required();
+    app.add_option("--seed K", seed,
+                   "Another machine of the same kind (instead of the file's seed)");
+    app.add_option("-o DIR", folder, "Folder for the measurements, made where missing").required();
     try {
         if (const auto end = app.parse(argc, argv)) return *end;
         compbox::twin_config config = compbox::load_twin(machine);

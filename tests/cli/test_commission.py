@@ -202,7 +202,7 @@ def test_a_machine_of_which_one_axis_moves_the_other_way(compbox, plc):
     fake = plc(TWIN)
     code, out, said = commission(compbox, fake, "--axis", "X", "--axis", "Y")
     assert code == 0, said
-    assert "sign -1, turned round" in out and "sign 1, as in the file" in out
+    assert "sign -1, reversed" in out and "sign 1, as in the file" in out
     machine = compbox.read("machine.json")
     assert [c["sign"] for c in machine["channels"]] == [-1, 1, 1]
     kept = machine["provenance"]["commissioning"]
@@ -252,7 +252,7 @@ def test_a_scale_ten_times_too_large(compbox, plc):
             channel.pop("applied")
     fake = plc(change=coarse)
     said = refusal(compbox, fake, "--axis", "X")
-    assert re.match(r"axis X: asked for 20 µm, measured 2\S* µm: wrong by a factor of 10; the scale of "
+    assert re.match(r"axis X: commanded 20 µm, measured 2\S* µm: wrong by a factor of 10; the scale of "
                     "the channel is too large for what the control takes", said), said
     is_at_rest(fake)
 
@@ -366,7 +366,7 @@ def test_nobody_there(compbox, plc):
     fake = plc()
     fake.end()
     said = refusal(compbox, fake)
-    assert said.startswith(f"plc.transport.tcp: no answer from 127.0.0.1:{fake.port}: ")
+    assert said.startswith(f"plc.transport.tcp: no reply from 127.0.0.1:{fake.port}: ")
 
 
 @LONG
