@@ -13,7 +13,7 @@ namespace {
 
 constexpr double eval_step_s = 1.0;
 
-// Positions as a table of samples for the box.
+// out: positions as a table of samples for the box
 csv_table samples_at(const cb_config &config, const std::vector<xyz> &positions) {
     csv_table table;
     table.file = "positions";
@@ -33,7 +33,7 @@ csv_table samples_at(const cb_config &config, const std::vector<xyz> &positions)
     return table;
 }
 
-// Adds a channel to where it acts: one drive, or both of an axis.
+// Adds a channel to its drive, or to both drives of its axis.
 void add_channel(const std::string &name, const twin_config &machine, double um,
                  twin_state &state) {
     if (const auto drive = find_drive(machine, name)) {

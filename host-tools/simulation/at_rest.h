@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a coefficient file does to the machine at rest: −Σ of its terms in each drive.
+// The effect of a coefficient file on the machine at rest: −Σ of its terms in each drive.
 #pragma once
 
 #include <vector>

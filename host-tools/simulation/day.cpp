@@ -14,13 +14,13 @@ namespace compbox::simulation {
 
 namespace {
 
-constexpr double run_up_mm = 10.0;     // before and behind a line of cut
+constexpr double run_up_mm = 10.0;     // before and after a line of cut
 constexpr double clearance_mm = 20.0;  // from the wall, when moving to the next line
 constexpr double rapid_mm_per_min = 5000.0;
-constexpr double inside = 0.2;  // part of a travel that stays free when axes run idle
+constexpr double inside = 0.2;  // share of a travel at each end that idle axes leave free
 constexpr double s_per_min = 60.0;
-constexpr double most_moves = 1e6;   // of the axes when they run idle
-constexpr double after_cut_s = 5.0;  // so long the record stays dense
+constexpr double most_moves = 1e6;   // of idle axes
+constexpr double after_cut_s = 5.0;  // with dense rows in the record
 
 // ---- the program
 
@@ -68,8 +68,8 @@ class programmer {
         push(step);
     }
 
-    // Lines from the foot upwards. The moves of a line meet between the probed points, so that the
-    // tool passes these at full feed.
+    // Cuts lines from the foot upwards. Moves of a line meet between the probed points, so that the
+    // tool passes the points at full feed.
     void cut_surface(const part_work &work, const part_surface &surface) {
         const double step_mm = (surface.x_mm[1] - surface.x_mm[0]) / (surface.columns - 1);
         for (int row = 0; row < surface.rows; ++row) {
@@ -89,7 +89,7 @@ class programmer {
         }
     }
 
-    // To and fro along the diagonal of the middle of the machine, for so many minutes.
+    // Moves to and fro along the diagonal of the travels for work.minutes.
     void run_axes(const part_work &work) {
         xyz low = {}, high = {};
         double length_mm = 0.0;
@@ -102,9 +102,9 @@ class programmer {
         const double wanted = work.minutes * work.travel_mm_per_min / length_mm;
         if (!(wanted < most_moves)) {
             throw input_error(machine_.file, 0, 0,
-                              "the axes would move to and fro more than a million times in " +
-                                  shortest(work.minutes) + " minutes at travel_mm_per_min " +
-                                  shortest(work.travel_mm_per_min) + ": their travel is too short");
+                              "the axes would move to and fro more than a million times in {} "
+                              "minutes at travel_mm_per_min {}: their travel is too short",
+                              work.minutes, work.travel_mm_per_min);
         }
         const int times = std::max(1, static_cast<int>(std::lround(wanted)));
         for (int i = 0; i < times; ++i) move_to(i % 2 ? low : high, work.travel_mm_per_min, 0.0);
@@ -131,10 +131,10 @@ class point_watch {
 
     bool done() const { return next_ == expected_.size(); }
     std::string next_name() const {
-        return expected_[next_].part + ", " + expected_[next_].surface;
+        return fmt::format("{}, {}", expected_[next_].part, expected_[next_].surface);
     }
 
-    // Looks whether the tool has just passed the next point.
+    // Records the next point if the tool has just passed it.
     void look(const fake_plc &plc, std::vector<cut_point> &passed) {
         if (done() || plc.nc().state().depth_of_cut_mm <= 0.0) return;
         const cut_point &point = expected_[next_];
@@ -188,39 +188,38 @@ double seconds(std::int64_t us) {
 std::string record_header(const cb_config &config) {
     std::string text = "time_s";
     for (unsigned i = 0; i < config.signals_count; ++i)
-        text += std::string(",") + config.signals[i].name;
+        text += fmt::format(",{}", config.signals[i].name);
     for (unsigned i = 0; i < config.outputs_count; ++i)
-        text += std::string(",") + config.outputs[i].name;
+        text += fmt::format(",{}", config.outputs[i].name);
     for (unsigned i = 0; i < config.channels_count; ++i) {
-        text += std::string(",comp_") + config.channels[i].name + "_um";
+        text += fmt::format(",comp_{}_um", config.channels[i].name);
     }
     return text + ",mode,reason\n";
 }
 
 std::string record_row(const world &at) {
     const cb_box &box = at.box();
-    std::string text = shortest(seconds(at.now_us()));
+    std::string text = fmt::format("{}", seconds(at.now_us()));
     for (unsigned i = 0; i < box.config.signals_count; ++i) {
-        text += ",";
-        if (box.signals[i].known) text += shortest_float(box.signals[i].value);
+        text += box.signals[i].known ? fmt::format(",{}", box.signals[i].value) : ",";
     }
     for (unsigned i = 0; i < box.config.outputs_count; ++i) {
-        text += "," + shortest_float(box.outputs[i]);
+        text += fmt::format(",{}", box.outputs[i]);
     }
     for (unsigned i = 0; i < box.config.channels_count; ++i) {
-        text += "," + shortest_float(at.outputs().channel_um[i]);
+        text += fmt::format(",{}", at.outputs().channel_um[i]);
     }
-    return text + "," + std::to_string(box.mode.mode) + "," + std::to_string(box.mode.reason) +
-           "\n";
+    return fmt::format("{},{},{}\n", text, static_cast<int>(box.mode.mode),
+                       static_cast<int>(box.mode.reason));
 }
 
-// Rows while time passes: dense while a part is cut, and for a moment behind it.
+// Adds rows to the record: dense while a part is cut and for after_cut_s after it.
 class recorder {
   public:
     recorder(const cb_config &config, const part_pace &pace)
         : pace_(pace), text_(record_header(config)) {}
 
-    // After each cycle of the box.
+    // Called after each cycle of the box.
     void look(world &at) {
         const double time_s = seconds(at.now_us());
         if (at.plc().nc().state().depth_of_cut_mm > 0.0) cut_s_ = time_s;
@@ -239,7 +238,8 @@ class recorder {
     std::string text_;
 };
 
-// The same file with a slower cycle; what depends on the cycle goes with it.
+// Writes the coefficient file with the period of the pace, and lead and heartbeat timeout to match.
+// out: path of the new file
 std::string slowed(const std::string &coefficients, const part_pace &pace,
                    const std::string &folder) {
     json file = read_json(coefficients);
@@ -278,7 +278,8 @@ worked_day work_a_day(const part_scenario &plan, const part_day &day, const twin
     for (const auto &step : program.steps()) at.plc().move(step);
     while (at.plc().moving()) at.cycle();
     if (!watch.done()) {
-        throw input_error(plan.file, 0, 0, "the tool never passed a point of " + watch.next_name());
+        throw input_error(plan.file, 0, 0, "the tool never passed a point of {}",
+                          watch.next_name());
     }
     result.record = std::move(record).text();
     return result;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A day of work on the simulated machine with the box at it, in virtual time: what the box
-// recorded, and what became of each point of the parts.
+// A day of work on the simulated machine with the box, in virtual time: the record of the box and
+// the error of each point of the parts.
 #pragma once
 
 #include <string>
@@ -15,28 +15,27 @@ extern "C" {
 
 namespace compbox::simulation {
 
-// A point of a surface, at the moment the tool passed it: its error stays in the part. Truth, for
-// the virtual probe and for reports after the fact.
+// A point of a surface when the tool passes it; its error remains in the part. True values, for the
+// virtual probe and for reports.
 struct cut_point {
     std::string part, surface;
     double time_s = 0.0;  // of the PLC's and the record's clock
     xyz position_mm = {};
-    xyz before_um = {}, after_um = {};  // error without and with what compensation did
+    xyz before_um = {}, after_um = {};  // error without and with compensation
     xyz unexplained_um = {};
 };
 
 struct worked_day {
-    std::string record;  // CSV as compboxd --record writes it, but fewer rows
+    std::string record;  // CSV like compboxd --record, with fewer rows
     std::vector<cut_point> points;
 };
 
-// in : a coefficient file for the box, for the machine that `machine` with its seed stands for; its
-//      period is replaced by that of the pace
-// Throws input_error, in words, when the box does not become ACTIVE or a point is never passed.
+// in : a coefficient file for the box on `machine` with its seed; the pace replaces its period
+// Throws input_error if the box does not become ACTIVE or the tool never passes a point.
 worked_day work_a_day(const part_scenario &plan, const part_day &day, const twin_config &machine,
                       const std::string &coefficients, const std::string &folder);
 
-// What a touch probe says of a point: noisy and rounded.
+// Readings of a touch probe: with noise and rounding.
 class touch_probe {
   public:
     touch_probe(const part_probe &probe, std::uint64_t seed, const std::string &purpose)

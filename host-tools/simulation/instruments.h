@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The virtual instruments as commands, for the steps of a scenario: what a person would measure
-// on the machine, written to files (docs/report.md, "Steps").
+// The virtual instruments as commands for the steps of a scenario (docs/report.md, "Steps"). They
+// write measurement files.
 #pragma once
 
 #include "host-tools/command_line/command_line.h"

@@ -24,17 +24,16 @@ simulate_outcome run_scenario(const simulate_request &request) {
         throw input_error(request.scenario, 0, 0,
                           "is not a scenario (format is not compbox-scenario/1)");
     }
-    // A scenario may come from a stranger: the outputs that it names are written here or refused.
+    // A scenario is untrusted: it may write only below these folders.
     const writes_below guard(
         {request.folder, std::filesystem::absolute(request.scenario).parent_path().string()});
     const auto name = get_or(value, "kind", std::string(kinds[0].name), request.scenario);
     std::string there;
     for (const auto &one : kinds) {
         if (name == one.name) return one.run(request);
-        there += std::string(there.empty() ? "" : ", ") + one.name;
+        there += fmt::format("{}{}", there.empty() ? "" : ", ", one.name);
     }
-    throw input_error(request.scenario, 0, 0,
-                      "kind: there is no '" + name + "' (there are " + there + ")");
+    throw input_error(request.scenario, 0, 0, "kind: there is no '{}' (there are {})", name, there);
 }
 
 }  // namespace compbox::simulation

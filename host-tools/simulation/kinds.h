@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What `compbox simulate` can do with a scenario: each kind reads its own keys and judges in its
-// own way; report.json has the same keys at the top (docs/report.md, docs/report.schema.json).
+// The kinds of scenarios of `compbox simulate`. Each kind has its own keys and figures; the
+// top-level keys of report.json are common (docs/report.md, docs/report.schema.json).
 #pragma once
 
 #include <cstdint>
@@ -14,19 +14,19 @@
 
 namespace compbox::simulation {
 
-// What is known of a run of compboxd and fakeplc in real time.
+// Results of a run of compboxd and fakeplc in real time.
 struct real_time_run {
-    json statistics;        // what compboxd wrote with --stats; null: none
+    json statistics;        // file of compboxd --stats; null: none
     motion_figures motion;  // from fakeplc's log; duration 0: none
 };
 
 struct simulate_request {
     std::string scenario;              // path of the file
-    std::string folder;                // for all that the run makes
-    std::vector<std::uint64_t> seeds;  // empty: as the scenario says
-    std::string plots;                 // folder for figures, there already; "": none
+    std::string folder;                // for all files of the run
+    std::vector<std::uint64_t> seeds;  // empty: the scenario's
+    std::string plots;                 // existing folder for figures; "": none
     real_time_run real;
-    step_commands commands = nullptr;  // of steps beside measure; not null
+    step_commands commands = nullptr;  // for steps besides measure; not null
     std::function<void(const std::string &)> progress;
 };
 
@@ -36,8 +36,8 @@ struct simulate_outcome {
     std::vector<std::string> warnings;
 };
 
-// Runs the scenario by its "kind" ("paths" where it has none). Writes below request.folder and the
-// scenario's own folder only. Throws input_error.
+// Runs the scenario by its "kind" (default: "paths"). Writes only below request.folder and the
+// scenario's folder. Throws input_error.
 simulate_outcome run_scenario(const simulate_request &request);
 
 // The kinds, one file each.

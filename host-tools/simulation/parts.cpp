@@ -11,7 +11,7 @@ namespace compbox::simulation {
 
 namespace {
 
-// Reads one object of the file; the place goes before every message.
+// Reads one object of the file; each error message begins with its place.
 struct source {
     const json &value;
     const std::string &file;
@@ -22,7 +22,7 @@ struct source {
         if (!value.is_object()) fail("must be an object");
     }
     [[noreturn]] void fail(const std::string &why) const {
-        throw input_error(file, 0, 0, place + ": " + why);
+        throw input_error(file, 0, 0, "{}: {}", place, why);
     }
     void keys(std::initializer_list<const char *> allowed) const {
         only_keys(value, allowed, file, place);
@@ -33,13 +33,13 @@ struct source {
     }
     double number(const char *key, double otherwise, double low, double high) const {
         const double found = get_or(value, key, otherwise, file);
-        if (!(found >= low && found <= high)) fail(std::string(key) + " is out of range");
+        if (!(found >= low && found <= high)) fail(fmt::format("{} is out of range", key));
         return found;
     }
     std::array<double, 2> range(const char *key) const {
         const auto list = get<std::vector<double>>(value, key, file);
         if (list.size() != 2 || !(list[0] < list[1])) {
-            fail(std::string(key) + " must be [from, to], ascending");
+            fail(fmt::format("{} must be [from, to], ascending", key));
         }
         return {list[0], list[1]};
     }
@@ -74,6 +74,7 @@ part_work work_of(const source &from) {
     return work;
 }
 
+// in : air of a day without "air". Throws input_error for an unknown key or a value out of range.
 part_day day_of(const source &from, const thermal_air &usual) {
     from.keys({"air", "work"});
     part_day day;
@@ -101,7 +102,7 @@ void read_days(const source &root, const thermal_air &usual, part_scenario &plan
             const std::string other = value["work"];
             if (!days.contains(other) || !days[other].contains("work") ||
                 !days[other]["work"].is_array()) {
-                root.fail("days." + name + ".work: there is no work of a day '" + other + "'");
+                root.fail(fmt::format("days.{}.work: there is no work of a day '{}'", name, other));
             }
             value["work"] = days[other]["work"];
         }
@@ -114,6 +115,7 @@ bool has_part(const part_day &day, const std::string &name) {
                        [&](const part_work &work) { return work.part == name; });
 }
 
+// out: parts and surfaces of a day; throws input_error for one that the scenario lacks
 part_choice choice_of(const source &from, const part_scenario &plan) {
     from.keys({"name", "day", "parts", "surfaces"});
     part_choice choice;
@@ -122,14 +124,14 @@ part_choice choice_of(const source &from, const part_scenario &plan) {
     choice.parts = from.texts("parts");
     choice.surfaces = from.texts("surfaces");
     const auto day = plan.days.find(choice.day);
-    if (day == plan.days.end()) from.fail("there is no day '" + choice.day + "'");
+    if (day == plan.days.end()) from.fail(fmt::format("there is no day '{}'", choice.day));
     for (const auto &part : choice.parts) {
-        if (!has_part(day->second, part)) from.fail("that day has no part '" + part + "'");
+        if (!has_part(day->second, part)) from.fail(fmt::format("that day has no part '{}'", part));
     }
     for (const auto &name : choice.surfaces) {
         const bool known = std::any_of(plan.surfaces.begin(), plan.surfaces.end(),
                                        [&](const auto &surface) { return surface.name == name; });
-        if (!known) from.fail("there is no surface '" + name + "'");
+        if (!known) from.fail(fmt::format("there is no surface '{}'", name));
     }
     return choice;
 }
@@ -144,6 +146,7 @@ part_method method_of(const source &from) {
     return method;
 }
 
+// in : plan with days and surfaces. Throws input_error, also for a protocol without a method.
 part_protocol protocol_of(const source &from, const part_scenario &plan) {
     from.keys({"name", "train", "steps", "methods", "judge", "also", "outside"});
     part_protocol protocol;
@@ -167,6 +170,7 @@ part_protocol protocol_of(const source &from, const part_scenario &plan) {
     return protocol;
 }
 
+// Reads "probe" and "pace", both optional. Throws input_error for a value out of range.
 void read_probe_and_pace(const source &root, part_scenario &plan) {
     if (root.value.contains("probe")) {
         const source probe(root.value["probe"], root.file, "probe");

@@ -42,11 +42,11 @@ struct part_choice {
 
 struct part_method {
     std::string name;
-    std::vector<std::string> steps;  // they make $out/coefficients.json
+    std::vector<std::string> steps;  // write $out/coefficients.json
     bool mean_only = false;          // instead of steps: the mean error, as a constant
 };
 
-// The first protocol gives the headline figures, its first method is the product's.
+// The first protocol gives the headline figures; its first method is the product's.
 struct part_protocol {
     std::string name;
     part_choice train;
@@ -55,7 +55,7 @@ struct part_protocol {
     std::vector<part_method> methods;
     part_choice judge;
     std::vector<part_choice> also;     // judged by the first method only
-    std::vector<part_choice> outside;  // likewise, far from what was trained
+    std::vector<part_choice> outside;  // likewise, far from the training range
 };
 
 struct part_probe {
@@ -64,10 +64,10 @@ struct part_probe {
     double resolution_um = 0.1;
 };
 
-// How the time is thinned, so that days pass in seconds.
+// Coarser time steps, with which a day takes seconds.
 struct part_pace {
     double period_ms = 600.0, scan_ms = 200.0, interpolation_ms = 100.0;
-    double record_s = 1.2, idle_record_s = 12.0;  // rows of the record, while a part is cut and not
+    double record_s = 1.2, idle_record_s = 12.0;  // interval of rows, with and without a cut
 };
 
 struct part_scenario {

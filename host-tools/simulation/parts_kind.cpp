@@ -2,7 +2,6 @@
 // The kind "parts": parts cut and probed on a machine that warms up; its report.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 
 #include "host-tools/formats/file.h"
@@ -85,7 +84,7 @@ json figures_json(const series &some) {
     return all;
 }
 
-// One protocol: the judged parts by its first method, the other methods beside it.
+// out: the figures of the first method; the other methods are baselines
 json protocol_json(const part_protocol &protocol, const part_results &results) {
     const std::string own = protocol.methods.front().name;
     json all = figures_json(of(results, protocol.name, own, protocol.judge.name));
@@ -106,6 +105,7 @@ json protocol_json(const part_protocol &protocol, const part_results &results) {
     return all;
 }
 
+// out: the figures of one run for report.json, in µm and %
 json run_json(const part_result &run) {
     json one = {{"seed", run.seed},
                 {"method", run.method},
@@ -128,6 +128,7 @@ json run_json(const part_result &run) {
     return one;
 }
 
+// out: report.json (docs/report.schema.json); the first protocol gives the headline figures
 json report_of(const part_scenario &plan, const part_results &results,
                const std::vector<std::uint64_t> &seeds) {
     const part_protocol &first = plan.protocols.front();
@@ -150,48 +151,40 @@ json report_of(const part_scenario &plan, const part_results &results,
     return report;
 }
 
-// ---- for a person
-
-std::string format(const char *pattern, double a, double b, double c) {
-    char text[96];
-    std::snprintf(text, sizeof text, pattern, a, b, c);
-    return text;
-}
-
 std::string row_of(const std::string &title, const series &some) {
-    std::string text = title;
-    text.resize(std::max<std::size_t>(text.size(), 34), ' ');
+    std::string text = fmt::format("{:34}", title);
     for (std::size_t i = 0; i < 4; ++i) {
         const auto before = [](const part_figures &f, std::size_t k) { return f.before_um[k]; };
-        text += format("  %6.1f %5.1f %5.1f", some.median(before, i), some.median(percent, i),
-                       some.worst(percent, i));
+        text += fmt::format("  {:6.1f} {:5.1f} {:5.1f}", some.median(before, i),
+                            some.median(percent, i), some.worst(percent, i));
     }
     return text + "\n";
 }
 
+// out: one protocol as a table: medians and worst values over the seeds, in µm and %
 std::string table_of(const part_protocol &protocol, const part_results &results) {
-    std::string text = "\nprotocol " + protocol.name + ": trained on " + protocol.train.day +
-                       ", judged by " + protocol.judge.name +
-                       "\nlargest error before, µm; reduction, %; the same at worst\n" +
-                       std::string(36, ' ') + "X" + std::string(19, ' ') + "Y" +
-                       std::string(19, ' ') + "Z" + std::string(19, ' ') + "in space\n";
+    std::string text = fmt::format(
+        "\nprotocol {}: trained on {}, judged by {}\n"
+        "largest error before, µm; median and lowest reduction, %\n{:>37}{:>20}{:>20}{:>27}\n",
+        protocol.name, protocol.train.day, protocol.judge.name, "X", "Y", "Z", "in space");
     for (const auto &method : protocol.methods) {
         text += row_of(method.name, of(results, protocol.name, method.name, protocol.judge.name));
     }
     const std::string own = protocol.methods.front().name;
     for (const auto *list : {&protocol.also, &protocol.outside}) {
         for (const auto &choice : *list) {
-            text += row_of(own + ": " + choice.name, of(results, protocol.name, own, choice.name));
+            text += row_of(fmt::format("{}: {}", own, choice.name),
+                           of(results, protocol.name, own, choice.name));
         }
     }
     const series judged = of(results, protocol.name, own, protocol.judge.name);
     text += "ceiling by the unexplained part:   ";
     for (std::size_t i = 0; i < 4; ++i) {
-        text += format(i ? "%20.1f" : "%13.1f", judged.median(ceiling, i), 0.0, 0.0);
+        text += fmt::format("{:{}.1f}", judged.median(ceiling, i), i ? 20 : 13);
     }
     text += "\nas the touch probe shows it:       ";
     for (std::size_t i = 0; i < 4; ++i) {
-        text += format(i ? "%20.1f" : "%13.1f", judged.median(touched, i), 0.0, 0.0);
+        text += fmt::format("{:{}.1f}", judged.median(touched, i), i ? 20 : 13);
     }
     return text + "\n";
 }
@@ -206,7 +199,7 @@ simulate_outcome run_parts(const simulate_request &request) {
     part_results results;
     for (const std::uint64_t seed : seeds) {
         machine.seed = seed;
-        run_part_protocols(plan, machine, request.folder + "/seed-" + std::to_string(seed),
+        run_part_protocols(plan, machine, fmt::format("{}/seed-{}", request.folder, seed),
                            request.commands, request.progress, results);
     }
     if (!request.plots.empty()) plot_parts(plan, results, request.plots);

@@ -15,8 +15,8 @@ namespace compbox::simulation {
 
 namespace {
 
-// The measurement files of this machine: the committed ones of the twin file's own seed, else new
-// ones by the virtual laser.
+// out: folder of the measurements: the scenario's for the twin file's own seed, else new ones of
+//      the virtual laser
 std::string measurements_of(const scenario &plan, const twin_machine &twin, std::uint64_t own_seed,
                             const std::string &folder) {
     if (twin.config().seed == own_seed && !plan.measurements.empty()) return plan.measurements;
@@ -26,7 +26,7 @@ std::string measurements_of(const scenario &plan, const twin_machine &twin, std:
     return measurements;
 }
 
-// Throws where an end of a path cannot be reached: names file and path.
+// Throws input_error, naming file and path, if an end of a path is beyond the travels.
 void check_travel(const scenario &plan, const twin_config &config) {
     for (const auto &path : plan.paths) {
         for (std::size_t a = 0; a < 3; ++a) {
@@ -35,11 +35,9 @@ void check_travel(const scenario &plan, const twin_config &config) {
                 if (axis.present && position_mm >= axis.min_mm && position_mm <= axis.max_mm)
                     continue;
                 if (!axis.present && position_mm == 0.0) continue;
-                throw input_error(plan.file, 0, 0,
-                                  "the path " + path.name + " goes to " +
-                                      std::string(1, axis_letters[a]) + " = " +
-                                      shortest(position_mm) + " mm, where the machine has " +
-                                      shortest(axis.min_mm) + " to " + shortest(axis.max_mm));
+                throw input_error(
+                    plan.file, 0, 0, "the path {} goes to {} = {} mm, but the machine has {} to {}",
+                    path.name, axis_letters[a], position_mm, axis.min_mm, axis.max_mm);
             }
         }
     }
@@ -62,17 +60,17 @@ void run_steps(const std::vector<std::string> &steps, const step_world &world, s
     }
 }
 
-// One machine; the results are appended.
+// Runs the scenario on one machine and appends the results.
 class seed_run {
   public:
-    // once: folder of what the steps before the first seed made.
+    // in : once: folder of the steps before the first seed
     seed_run(const scenario &plan, const twin_config &config, const std::string &once,
              step_commands commands)
         : plan_(plan),
           config_(config),
           commands_(commands),
           once_(once),
-          folder_(once + "/seed-" + std::to_string(config.seed)),
+          folder_(fmt::format("{}/seed-{}", once, config.seed)),
           twin_(config_) {
         make_folder(folder_);
         for (const auto &path : plan.paths) paths_.emplace_back(twin_, path);
@@ -86,7 +84,7 @@ class seed_run {
         }
     }
 
-    // shipped: the product's method, which is judged in motion too.
+    // in : shipped: the product's method, which is judged in motion too
     void try_method(const scenario_method &method, bool shipped, simulation &result) {
         const coefficients::fitted_files fit = coefficients_of(method, result);
         const auto config = coefficients::load_coefficients(fit.coefficients);
@@ -147,15 +145,14 @@ class seed_run {
         result.moving.push_back(one);
     }
 
-    // What goes wrong in a run is told with its place in the scenario.
+    // Adds seed, method and path to the message of an error.
     template <typename work>
     void tell_place(const std::string &method, const remeasured_path &path, work run) const {
         try {
             run();
         } catch (const input_error &error) {
-            throw input_error(plan_.file, 0, 0,
-                              "seed " + std::to_string(config_.seed) + ", method " + method +
-                                  ", path " + path.name() + ": " + error.what());
+            throw input_error(plan_.file, 0, 0, "seed {}, method {}, path {}: {}", config_.seed,
+                              method, path.name(), error.what());
         }
     }
 
@@ -186,7 +183,7 @@ simulation simulate(const scenario &plan, const std::string &folder, step_comman
                   result);
     }
     for (const std::uint64_t seed : seeds) {
-        const std::string name = "seed " + std::to_string(seed);
+        const std::string name = fmt::format("seed {}", seed);
         progress(name + ": measure");
         config.seed = seed;
         seed_run run(plan, config, folder, commands);

@@ -51,6 +51,7 @@ plc_log read_plc_log(const std::string &path) {
     return log;
 }
 
+// Uses the rows in which a position changed; fewer than three give zeros.
 motion_figures figures_in_motion(const plc_log &log) {
     motion_figures result;
     std::vector<xyz> positions, before, after;

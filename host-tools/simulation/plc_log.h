@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// fakeplc's log (docs/fakeplc.md) of a run with compboxd: what compensation did in real time.
+// fakeplc's log (docs/fakeplc.md) of a run with compboxd: the compensation in real time.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ namespace compbox::simulation {
 
 struct plc_log {
     std::vector<double> time_s;
-    std::vector<bool> active;  // the box said ACTIVE
+    std::vector<bool> active;  // the status of the box was ACTIVE
     std::vector<xyz> position_mm, displacement_um, before_um, after_um;
 };
 

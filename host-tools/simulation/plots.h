@@ -12,7 +12,7 @@ namespace compbox::simulation {
 // FOLDER/PATH.svg for each path of the first seed: true error along it, before and after.
 void plot_paths(const scenario &plan, const simulation &result, const std::string &folder);
 
-// The compensation over time: what was wanted and what the axes were moved by; what is left.
+// The compensation over time: target, displacement of the axes, residual error.
 void plot_log(const plc_log &log, const std::string &file);
 
 }  // namespace compbox::simulation

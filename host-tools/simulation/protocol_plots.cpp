@@ -16,6 +16,8 @@ std::vector<double> column_of(const std::vector<cut_point> &points, std::size_t 
     return values;
 }
 
+// in : runs of the judged choice, one for each method. Writes one figure with a panel for each
+// axis.
 void plot_protocol(const part_protocol &protocol, const std::vector<const part_result *> &runs,
                    const std::string &path) {
     std::string script =
@@ -31,23 +33,22 @@ void plot_protocol(const part_protocol &protocol, const std::vector<const part_r
         for (const auto *run : runs) {
             columns.push_back(column_of(run->points, a, &cut_point::after_um));
         }
-        const std::string data = "axis" + std::to_string(a);
+        const std::string data = fmt::format("axis{}", a);
         script += plot_data(data, columns);
-        script +=
-            "set ylabel " + plot_text(std::string("error in ") + axis_letters[a] + ", µm") + "\n";
+        script += fmt::format("set ylabel 'error in {}, µm'\n", axis_letters[a]);
         if (a == 0) {
-            script += "set title " +
-                      plot_text(protocol.name + ", " + protocol.judge.name +
-                                ": true error of each probed point, as cut") +
-                      "\n";
+            script +=
+                fmt::format("set title {}\n",
+                            plot_text(fmt::format("{}, {}: true error of each probed point, as cut",
+                                                  protocol.name, protocol.judge.name)));
         }
         if (a == 2) script += "set xlabel 'point'\n";
-        script += "plot $" + data + " using 1:2 with lines lw 1.4 lc rgb '" + plot_colour::grey +
-                  "' " + (a ? "notitle" : "title 'without'");
+        script += fmt::format("plot ${} using 1:2 with lines lw 1.4 lc rgb '{}' {}", data,
+                              plot_colour::grey, a ? "notitle" : "title 'without'");
         for (std::size_t m = runs.size(); m-- > 0;) {
-            script += ", $" + data + " using 1:" + std::to_string(m + 3) + " with lines lw " +
-                      (m ? "0.8" : "1.6") + " lc rgb '" + colours[m % std::size(colours)] + "' " +
-                      (a ? std::string("notitle") : "title " + plot_text(runs[m]->method));
+            script += fmt::format(", ${} using 1:{} with lines lw {} lc rgb '{}' {}", data, m + 3,
+                                  m ? "0.8" : "1.6", colours[m % std::size(colours)],
+                                  a ? "notitle" : "title " + plot_text(runs[m]->method));
         }
         script += "\nunset title\n";
     }
@@ -65,7 +66,7 @@ void plot_parts(const part_scenario &plan, const part_results &results, const st
                 runs.push_back(&run);
             }
         }
-        plot_protocol(protocol, runs, folder + "/" + protocol.name + ".svg");
+        plot_protocol(protocol, runs, fmt::format("{}/{}.svg", folder, protocol.name));
     }
 }
 

@@ -29,14 +29,15 @@ std::vector<cut_point> chosen(const std::vector<cut_point> &points, const part_c
     return some;
 }
 
-// What the person writes down who probes the finished parts: the moment each point was cut, as the
-// NC program logs it, and the error that the part has there.
+// out: CSV of the probed parts: the time at which each point was cut, as the NC program logs it,
+// and
+//      the error of the part there
 std::string probe_csv(const std::vector<cut_point> &points, touch_probe probe) {
     std::string text = "time_s,run,error_X_um,error_Y_um,error_Z_um\n";
     for (const auto &point : points) {
         const xyz shown = probe.touch(point.after_um);
-        text += shortest(point.time_s) + "," + point.part;
-        for (const double um : shown) text += "," + shortest(um);
+        text += fmt::format("{},{}", point.time_s, point.part);
+        for (const double um : shown) text += fmt::format(",{}", um);
         text += "\n";
     }
     return text;
@@ -72,12 +73,12 @@ json constant_term(const std::string &output, const std::string &signal, double 
             {"constant", um}};
 }
 
-// A fragment whose errors are constants.
+// Writes a fragment whose errors are constants.
 void write_constants(const std::string &path, const std::array<double, 3> &um) {
     json terms = json::array();
     for (std::size_t a = 0; a < 3; ++a) {
         const std::string axis(1, axis_letters[a]);
-        terms.push_back(constant_term("error_" + axis + "_um", axis, um[a]));
+        terms.push_back(constant_term(fmt::format("error_{}_um", axis), axis, um[a]));
     }
     write_file(path, json_text({{"terms", terms}}));
 }
@@ -96,12 +97,13 @@ class machine_protocols {
           progress_(progress),
           results_(results) {
         make_folder(folder);
-        // A box that compensates nothing: it records.
+        // The recorder is a box without compensation.
         write_constants(folder + "/nothing.json", {0.0, 0.0, 0.0});
         coefficients::build_file(plan.machine, {folder + "/nothing.json"}, {},
                                  folder + "/recorder.json");
     }
 
+    // Measures, trains and judges each method of a protocol; writes below folder_/NAME.
     void run(const part_protocol &protocol) {
         const std::string here = folder_ + "/" + protocol.name;
         make_folder(here);
@@ -110,7 +112,7 @@ class machine_protocols {
         for (const auto &method : protocol.methods) {
             const std::string out = here + "/" + method.name;
             make_folder(out);
-            tell(protocol.name + ": " + method.name);
+            progress(fmt::format("{}: {}", protocol.name, method.name));
             if (method.mean_only) {
                 write_mean(here, out);
             } else {
@@ -121,13 +123,13 @@ class machine_protocols {
     }
 
   private:
-    void tell(const std::string &what) const {
-        progress_("seed " + std::to_string(machine_.seed) + ": " + what);
+    void progress(const std::string &what) const {
+        progress_(fmt::format("seed {}: {}", machine_.seed, what));
     }
 
-    // The parts to train on, cut without compensation, recorded and probed.
+    // Cuts the training parts without compensation; writes record.csv and probe.csv.
     void measure(const part_protocol &protocol, const std::string &here) {
-        tell(protocol.name + ": " + protocol.train.day);
+        progress(fmt::format("{}: {}", protocol.name, protocol.train.day));
         const worked_day day = work_a_day(plan_, plan_.days.at(protocol.train.day), machine_,
                                           folder_ + "/recorder.json", here);
         write_file(here + "/record.csv", day.record);
@@ -135,6 +137,8 @@ class machine_protocols {
         write_file(here + "/probe.csv", probe_csv(chosen(day.points, protocol.train), probe));
     }
 
+    // in : here: folder of the protocol; out: folder of the method
+    // Runs the steps in order. Their warnings go to the results.
     void steps(const std::vector<std::string> &lines, const part_protocol &protocol,
                const std::string &here, const std::string &out) {
         const std::string beside = std::filesystem::path(plan_.file).parent_path().string();
@@ -148,8 +152,8 @@ class machine_protocols {
                                 {"here", beside.empty() ? "." : beside}},
                                commands_};
         for (const auto &line : lines) {
-            for (const auto &said : run_step(line, world)) {
-                results_.warnings.push_back(protocol.name + ": " + said);
+            for (const auto &warning : run_step(line, world)) {
+                results_.warnings.push_back(fmt::format("{}: {}", protocol.name, warning));
             }
         }
     }
@@ -158,7 +162,7 @@ class machine_protocols {
         const csv_table probe = read_csv(here + "/probe.csv", {"run"});
         std::array<double, 3> mean = {};
         for (std::size_t a = 0; a < 3; ++a) {
-            const auto column = probe.values(std::string("error_") + axis_letters[a] + "_um");
+            const auto column = probe.values(fmt::format("error_{}_um", axis_letters[a]));
             for (const double um : column) mean[a] += um / static_cast<double>(column.size());
         }
         write_constants(out + "/mean.json", mean);
@@ -175,13 +179,15 @@ class machine_protocols {
         }
     }
 
+    // in : out: folder with the method's coefficients.json; a day that the last call worked is
+    // reused Appends one result with the true and probed errors of the choice, in µm.
     void judge_by(const part_protocol &protocol, const part_method &method, const std::string &out,
                   const part_choice &choice, part_role role) {
-        tell(protocol.name + ": " + method.name + ": " + choice.name);
+        progress(fmt::format("{}: {}: {}", protocol.name, method.name, choice.name));
         if (last_day_ != choice.day || last_method_ != out) {
             day_ = work_a_day(plan_, plan_.days.at(choice.day), machine_,
                               out + "/coefficients.json", out);
-            write_file(out + "/record-" + choice.day + ".csv", day_.record);
+            write_file(fmt::format("{}/record-{}.csv", out, choice.day), day_.record);
             last_day_ = choice.day, last_method_ = out;
         }
         part_result result;
@@ -202,7 +208,7 @@ class machine_protocols {
     step_commands commands_;
     const std::function<void(const std::string &)> &progress_;
     part_results &results_;
-    worked_day day_;  // the last one that was judged
+    worked_day day_;  // judged last
     std::string last_day_, last_method_;
 };
 

@@ -14,56 +14,60 @@ using namespace table;
 
 namespace {
 
-// What the report takes over from compboxd's statistics.
+// Keys of compboxd's statistics that the report repeats.
 constexpr const char *real_time_keys[] = {"cycles",      "overruns",    "period_us", "jitter_us",
                                           "interval_us", "exchange_us", "step_us",   "drift_us",
                                           "realtime",    "box",         "plc"};
 
 std::string motion_table(const motion_figures &motion) {
     if (motion.duration_s == 0.0) return "";
-    std::string text = format("\nin real time, %.1f s at %.1f m/min; true error while moving\n\n",
-                              motion.duration_s, 1e-3 * motion.feed_mm_per_min);
+    std::string text =
+        fmt::format("\nin real time, {:.1f} s at {:.1f} m/min; true error while moving\n\n",
+                    motion.duration_s, 1e-3 * motion.feed_mm_per_min);
     const std::string all = axis_letters;
     return text + headings(all) + row("compboxd", all, [&](std::size_t a) {
                const double before = motion.before_um[a], after = motion.after_um[a];
-               return format("%6.1f  %6.2f %s", before, after,
-                             percent(direction_figures::reduction(before, after)).c_str());
+               return fmt::format("{:6.1f}  {:6.2f} {}", before, after,
+                                  percent(direction_figures::reduction(before, after)));
            });
 }
 
-// What stands under a key of somebody's statistics, where it is of that kind.
+// out: the number of a key of an untrusted statistics file, 0 for another type
 double number_at(const json &object, const char *key) {
     const json value = object.is_object() ? object.value(key, json()) : json();
     return value.is_number() ? value.get<double>() : 0.0;
 }
 
+// out: the text of a key, "" for another type
 std::string text_at(const json &object, const char *key) {
     const json value = object.is_object() ? object.value(key, json()) : json();
     return value.is_string() ? value.get<std::string>() : "";
 }
 
-// "p50 75, p99 118, max 4078": one line of a statistic in µs.
+// out: "p50 75, p99 118, max 4078": one statistic in µs
 std::string spread(const json &statistics, const char *key) {
     const auto value = statistics.find(key);
     if (value == statistics.end() || !value->is_object()) return "not recorded";
     const auto part = [&](const char *name) { return number_at(*value, name); };
-    return format("p50 %7.1f   p99 %7.1f   max %7.1f", part("p50"), part("p99"), part("max"));
+    return fmt::format("p50 {:7.1f}   p99 {:7.1f}   max {:7.1f}", part("p50"), part("p99"),
+                       part("max"));
 }
 
 std::string statistics_table(const json &statistics) {
     if (!statistics.is_object()) return "";
     const auto number = [&](const char *key) { return number_at(statistics, key); };
-    std::string text =
-        format("\ncompboxd: %.0f cycles of %.1f ms, %.0f overrun%s\n\n", number("cycles"),
-               1e-3 * number("period_us"), number("overruns"), number("overruns") == 1 ? "" : "s");
-    text += "  wake-up jitter, µs       " + spread(statistics, "jitter_us") + "\n";
-    text += "  exchange with PLC, µs    " + spread(statistics, "exchange_us") + "\n";
-    text += "  one step of the box, µs  " + spread(statistics, "step_us") + "\n";
-    return text;
+    std::string text = fmt::format("\ncompboxd: {:.0f} cycles of {:.1f} ms, {:.0f} overrun{}\n\n",
+                                   number("cycles"), 1e-3 * number("period_us"), number("overruns"),
+                                   number("overruns") == 1 ? "" : "s");
+    return text + fmt::format(
+                      "  wake-up jitter, µs       {}\n  exchange with PLC, µs    {}\n"
+                      "  one step of the box, µs  {}\n",
+                      spread(statistics, "jitter_us"), spread(statistics, "exchange_us"),
+                      spread(statistics, "step_us"));
 }
 
-// Why the row of the real-time run is not the model's doing, if compensation was interrupted: when
-// compboxd left ACTIVE after it had been there, other than when it was asked to stop.
+// out: a line for each time compboxd left ACTIVE before its stop; such an interruption, not the
+//      model, explains the error in motion
 std::string interruptions(const json &statistics) {
     if (!statistics.is_object() || !statistics.contains("history")) return "";
     std::string text;
@@ -72,8 +76,7 @@ std::string interruptions(const json &statistics) {
         const std::string mode = text_at(entry, "mode"), reason = text_at(entry, "reason");
         if (reason == cb_reason_text(CB_REASON_STOP)) break;
         if (was_active && mode != "ACTIVE") {
-            text += format("  at %.1f s %s: %s\n", number_at(entry, "time_s"), mode.c_str(),
-                           reason.c_str());
+            text += fmt::format("  at {:.1f} s {}: {}\n", number_at(entry, "time_s"), mode, reason);
         }
         was_active = was_active || mode == "ACTIVE";
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What is known of a run in real time, as tables and in report.json.
+// Results of a run in real time, as tables and in report.json.
 #pragma once
 
 #include <string>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a compensation is worth along a path: by the twin's truth, after the fact, and as a laser
-// would show it.
+// The effect of a compensation along a path: by the twin's true errors and by a laser's readings.
 #pragma once
 
 #include <array>

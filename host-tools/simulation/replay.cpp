@@ -94,6 +94,7 @@ class recorded_line {
         return values;
     }
 
+    // in : number of signals of the file. out: samples of the line; throws input_error for others
     std::vector<cb_sample> sensor_samples(unsigned signals) const {
         std::vector<cb_sample> list;
         std::istringstream text(fields_[samples]);
@@ -136,6 +137,7 @@ class recorded_line {
     std::vector<std::string> fields_;
 };
 
+// out: inputs of the recorded cycle; throws input_error for a value out of range
 cb_inputs inputs_of(const recorded_line &line, const cb_config &config) {
     cb_inputs in = {};
     in.read_us = line.whole<std::int64_t>(read_us, latest_us);
@@ -165,8 +167,8 @@ std::string difference(const recorded_line &line, const cb_box &box, const cb_ou
         float recorded = 0.0f;
         std::memcpy(&recorded, &um[c], sizeof recorded);
         return std::string("channel ") + box.config.channels[c].name + " is " +
-               shortest_float(out.channel_um[c]) + " um where the box had " +
-               shortest_float(recorded);
+               fmt::format("{}", out.channel_um[c]) + " um where the box had " +
+               fmt::format("{}", recorded);
     }
     const auto words = line.words(written, 4, box.config.plc.write.count, false);
     for (unsigned r = 0; r < box.config.plc.write.count; ++r) {

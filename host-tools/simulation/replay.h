@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What `compboxd --record-inputs` wrote, stepped through the same core again: the same inputs at
-// the same times must give the same outputs, to the bit.
+// Replays a file of `compboxd --record-inputs` through the core: the same inputs at the same times
+// must give bit-identical outputs.
 #pragma once
 
 #include <string>

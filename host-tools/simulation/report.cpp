@@ -86,21 +86,22 @@ const char *figure_text(path_figure judged) {
     return "range along the path, straightness across it";
 }
 
+// out: a row for each method: median error before and after, µm, and reduction, %
 std::string path_table(const scenario &plan, const simulation &result, const scenario_path &path) {
     const auto own = runs_of(result, plan.methods.front().name, path.name);
     const auto percent_of = [](const direction_figures &f) { return f.percent(); };
     const bool many = own.size() > 1;
-    std::string text = "\n" + path.name + ", " + std::to_string(own.front()->stops_mm.size()) +
-                       " stops at standstill; true error, " + figure_text(path.figure) +
-                       (many ? ", median of " + std::to_string(own.size()) + " machines" : "") +
-                       "\n\n" + headings(plan.directions);
+    std::string text = fmt::format(
+        "\n{}, {} stops at standstill; true error, {}{}\n\n{}", path.name,
+        own.front()->stops_mm.size(), figure_text(path.figure),
+        many ? fmt::format(", median of {} machines", own.size()) : "", headings(plan.directions));
     for (const auto &method : plan.methods) {
         const auto runs = runs_of(result, method.name, path.name);
         text += row(method.name, plan.directions, [&](std::size_t a) {
-            return format("%6.1f  %6.2f %s",
-                          median(runs, a, [](const auto &f) { return f.before_um; }),
-                          median(runs, a, [](const auto &f) { return f.after_um; }),
-                          percent(median(runs, a, percent_of)).c_str());
+            return fmt::format("{:6.1f}  {:6.2f} {}",
+                               median(runs, a, [](const auto &f) { return f.before_um; }),
+                               median(runs, a, [](const auto &f) { return f.after_um; }),
+                               percent(median(runs, a, percent_of)));
         });
         if (many) {
             text += percent_row("  worst machine", plan.directions,
@@ -110,6 +111,7 @@ std::string path_table(const scenario &plan, const simulation &result, const sce
     return text;
 }
 
+// out: reductions of the product's method, %: ceiling, between the stops, by laser, the paper's
 std::string remeasured_table(const scenario &plan, const simulation &result,
                              const scenario_path &path) {
     const auto own = runs_of(result, plan.methods.front().name, path.name);
@@ -117,7 +119,7 @@ std::string remeasured_table(const scenario &plan, const simulation &result,
         return percent_row(name, plan.directions,
                            [&](std::size_t a) { return median(own, a, what); });
     };
-    std::string text = "\n  " + plan.methods.front().name + ", looked at more closely\n";
+    std::string text = fmt::format("\n  {}, looked at more closely\n", plan.methods.front().name);
     text += line("its ceiling", [](const auto &f) { return f.ceiling_percent; });
     text += line("between the stops too", [](const auto &f) { return f.between_percent(); });
     text += line("remeasured by laser", [](const auto &f) { return f.remeasured_percent(); });
@@ -131,17 +133,17 @@ std::string remeasured_table(const scenario &plan, const simulation &result,
     return text;
 }
 
-// S1's Table 1: what is left after compensation.
+// out: S1's Table 1, the residual after compensation
 std::string residual_table(const scenario &plan, const simulation &result,
                            const scenario_path &path) {
     std::string text = "\n  residual after compensation: range µm, mean µm, variance µm²\n";
     for (const auto &method : plan.methods) {
         const auto runs = runs_of(result, method.name, path.name);
         text += row(method.name, plan.directions, [&](std::size_t a) {
-            return format("%7.2f %7.2f %8.2f",
-                          median(runs, a, [](const auto &f) { return f.after_um; }),
-                          median(runs, a, [](const auto &f) { return f.mean_um; }),
-                          median(runs, a, [](const auto &f) { return f.variance_um2; }));
+            return fmt::format("{:7.2f} {:7.2f} {:8.2f}",
+                               median(runs, a, [](const auto &f) { return f.after_um; }),
+                               median(runs, a, [](const auto &f) { return f.mean_um; }),
+                               median(runs, a, [](const auto &f) { return f.variance_um2; }));
         });
     }
     return text;
@@ -165,31 +167,33 @@ std::vector<double> moving_percent(const std::vector<const moving_run *> &runs, 
     return values;
 }
 
+// out: a row for each path and feed: median ranges in motion, µm; "" without feeds
 std::string moving_table(const scenario &plan, const simulation &result) {
     std::string text;
     for (const auto &path : plan.paths) {
         for (const double feed : plan.moving_mm_per_min) {
             const auto runs = moving_runs(result, path.name, feed);
             if (text.empty()) {
-                text = "\nin motion, virtual time; true error on the way, " +
-                       plan.methods.front().name + "\n\n" + headings(plan.directions);
+                text = fmt::format("\nin motion, virtual time; true error on the way, {}\n\n{}",
+                                   plan.methods.front().name, headings(plan.directions));
             }
-            text += row(format("%s, %.1f m/min", path.name.c_str(), 1e-3 * feed), plan.directions,
+            text += row(fmt::format("{}, {:.1f} m/min", path.name, 1e-3 * feed), plan.directions,
                         [&](std::size_t a) {
                             std::vector<double> before, after;
                             for (const auto *run : runs) {
                                 before.push_back(run->before_um[a]);
                                 after.push_back(run->after_um[a]);
                             }
-                            return format("%6.1f  %6.2f %s", median_of(before), median_of(after),
-                                          percent(median_of(moving_percent(runs, a))).c_str());
+                            return fmt::format("{:6.1f}  {:6.2f} {}", median_of(before),
+                                               median_of(after),
+                                               percent(median_of(moving_percent(runs, a))));
                         });
         }
     }
     return text;
 }
 
-// The figures of one method on one path: the median over the seeds, and the lowest.
+// out: median and lowest figures of the product's method over the seeds; medians of the others
 json path_json(const scenario &plan, const simulation &result, const std::string &path) {
     const auto runs = runs_of(result, plan.methods.front().name, path);
     const auto percent_of = [](const direction_figures &f) { return f.percent(); };
@@ -215,6 +219,7 @@ json path_json(const scenario &plan, const simulation &result, const std::string
     return object;
 }
 
+// out: an object for each path and feed: median and lowest reduction, %
 json moving_json(const scenario &plan, const simulation &result) {
     json list = json::array();
     for (const auto &path : plan.paths) {
@@ -240,6 +245,7 @@ json moving_json(const scenario &plan, const simulation &result) {
 
 }  // namespace
 
+// out: report.json (docs/report.schema.json); the first path and method give the headline figures
 json report_json(const scenario &plan, const simulation &result, const real_time_run &real) {
     const std::string path = plan.paths.front().name, own = plan.methods.front().name;
     json seeds = json::array();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a simulation found, for people and for programs (docs/report.md, docs/report.schema.json).
+// Results of a simulation as text and JSON (docs/report.md, docs/report.schema.json).
 #pragma once
 
 #include <string>

@@ -16,7 +16,7 @@ namespace {
 constexpr double mm_per_min = 1.0 / 60.0;
 constexpr double slowest_mm_per_min = 1e-3, fastest_mm_per_min = 1e7;  // feeds
 
-// A path in the scenario file is relative to that file.
+// out: a path of the scenario file, which is relative to that file
 std::string beside(const std::string &file, const std::string &path) {
     return (std::filesystem::path(file).parent_path() / path).string();
 }
@@ -30,7 +30,7 @@ xyz position_of(const json &value, const std::string &file, const std::string &p
     return position;
 }
 
-// A method's name is also that of its folder.
+// A method's name is the name of its folder too.
 void check_folder_name(const std::string &name, const std::string &file) {
     const auto fits = [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; };
     if (!name.empty() && std::all_of(name.begin(), name.end(), fits)) return;
@@ -59,7 +59,7 @@ scenario_method method_of(const json &value, const std::string &file) {
     if (method.steps.empty()) {
         method.recipe = recipe_of(value, file);
     } else if (value.size() != 2) {
-        throw input_error(file, 0, 0, "methods[]: " + method.name + " has steps and a recipe");
+        throw input_error(file, 0, 0, "methods[]: {} has steps and a recipe", method.name);
     }
     return method;
 }
@@ -72,6 +72,7 @@ path_figure figure_of(const json &value, const std::string &file) {
     throw input_error(file, 0, 0, "paths[].figure must be straightness, range or axis");
 }
 
+// Reads one element of "paths". Throws input_error for unknown keys or a path without travel.
 scenario_path path_of(const json &value, const std::string &file) {
     only_keys(value, {"name", "from_mm", "to_mm", "every_mm", "along", "figure"}, file, "paths[]");
     scenario_path path;
@@ -85,9 +86,8 @@ scenario_path path_of(const json &value, const std::string &file) {
     if (path.along < 0) throw input_error(file, 0, 0, "paths[].along must be X, Y or Z");
     const auto axis = static_cast<std::size_t>(path.along);
     if (!(path.every_mm > 0.0) || path.from_mm[axis] == path.to_mm[axis]) {
-        throw input_error(
-            file, 0, 0,
-            "the path " + path.name + " needs every_mm > 0 and a travel along " + along);
+        throw input_error(file, 0, 0, "the path {} needs every_mm > 0 and a travel along {}",
+                          path.name, along);
     }
     return path;
 }
@@ -102,6 +102,7 @@ void read_files(const json &value, const std::string &path, scenario &result) {
     if (!measurements.empty()) result.measurements = beside(path, measurements);
 }
 
+// Reads feeds, exchange times and directions. Throws input_error for a value out of range.
 void read_run(const json &value, const std::string &path, scenario &result) {
     result.feed_mm_per_s = get<double>(value, "feed_mm_per_min", path) * mm_per_min;
     result.moving_mm_per_min = get_or(value, "moving_mm_per_min", result.moving_mm_per_min, path);
@@ -123,6 +124,7 @@ void read_run(const json &value, const std::string &path, scenario &result) {
     }
 }
 
+// Throws input_error if a key is missing that the other keys require.
 void check(const scenario &plan) {
     const bool recipes = std::any_of(plan.methods.begin(), plan.methods.end(),
                                      [](const auto &m) { return m.steps.empty(); });
@@ -136,8 +138,7 @@ void check(const scenario &plan) {
     }
     for (const auto &curve : plan.curves) {
         if (!parse_error_name(curve)) {
-            throw input_error(plan.file, 0, 0,
-                              "'" + curve + "' is not an ISO 230-1 name, as EZX is");
+            throw input_error(plan.file, 0, 0, "'{}' is not an ISO 230-1 name such as EZX", curve);
         }
     }
 }
@@ -173,9 +174,9 @@ void check_stops(const scenario &plan) {
     for (const auto &path : plan.paths) {
         const auto axis = static_cast<std::size_t>(path.along);
         if (std::abs(path.to_mm[axis] - path.from_mm[axis]) / path.every_mm < most) continue;
-        throw input_error(
-            plan.file, 0, 0,
-            "the path " + path.name + " has more than 100000 stops: make every_mm larger");
+        throw input_error(plan.file, 0, 0,
+                          "the path {} has more than 100000 stops: make every_mm larger",
+                          path.name);
     }
 }
 

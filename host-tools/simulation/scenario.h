@@ -13,8 +13,8 @@
 
 namespace compbox::simulation {
 
-// What is judged along a path: the range of the errors about their own least-squares line, their
-// plain range, or the plain range in the direction of the path's axis and the other across it.
+// Figure of a path: the range of the errors about their own least-squares line, their plain range,
+// or the plain range along the path's axis and the former across it.
 enum class path_figure { straightness, range, axis };
 
 // A straight line in space, with stops at equal steps of one axis and at both ends.

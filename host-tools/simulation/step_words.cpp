@@ -18,14 +18,14 @@ bool is_name(char c) {
 
 [[noreturn]] void refuse(const std::string &step, const step_world &world, const std::string &why) {
     constexpr std::size_t shown = 60;
-    throw input_error(
-        world.file, 0, 0,
-        "step '" + step.substr(0, shown) + (step.size() > shown ? "…" : "") + "': " + why);
+    throw input_error(world.file, 0, 0, "step '{}{}': {}", step.substr(0, shown),
+                      step.size() > shown ? "…" : "", why);
 }
 
-// A word as a row of places with one or several choices each: a{b,c}d is (a)(b c)(d).
+// The parts of a word with their choices: a{b,c}d is (a)(b c)(d).
 using places = std::vector<std::vector<std::string>>;
 
+// Splits a word at its braces. Throws input_error for braces within braces.
 places places_of(const std::string &word, const std::string &step, const step_world &world) {
     places all;
     std::size_t at = 0;
@@ -44,14 +44,14 @@ places places_of(const std::string &word, const std::string &step, const step_wo
     return all;
 }
 
-// How many words the places make, at most one more than most_words.
+// out: number of words of the places, at most most_words + 1
 std::size_t count_of(const places &all) {
     std::size_t count = 1;
     for (const auto &place : all) count = std::min(count * place.size(), most_words + 1);
     return count;
 }
 
-// The words, the last place changing first.
+// out: the words; the last place changes first
 std::vector<std::string> choices_of(const places &all) {
     std::vector<std::string> words{""};
     for (const auto &place : all) {
@@ -64,6 +64,7 @@ std::vector<std::string> choices_of(const places &all) {
     return words;
 }
 
+// out: the word with each $NAME replaced; throws input_error for an unknown name
 std::string with_names(const std::string &word, const step_world &world) {
     std::string result;
     for (std::size_t i = 0; i < word.size();) {
@@ -76,7 +77,7 @@ std::string with_names(const std::string &word, const step_world &world) {
         const std::string name = word.substr(start, i - start);
         const auto found = world.names.find(name);
         if (found == world.names.end()) {
-            throw input_error(world.file, 0, 0, "steps: there is no '$" + name + "'");
+            throw input_error(world.file, 0, 0, "steps: there is no '${}'", name);
         }
         result += found->second;
     }
@@ -95,16 +96,16 @@ std::string with_files(const std::string &word) {
 
 std::vector<std::string> words_of(const std::string &step, const step_world &world) {
     if (step.size() > longest_step) {
-        refuse(step, world, "is longer than " + std::to_string(longest_step) + " characters");
+        refuse(step, world, fmt::format("is longer than {} characters", longest_step));
     }
     std::vector<std::string> words;
     std::istringstream text(step);
     for (std::string word; text >> word;) {
         const places choices = places_of(word, step, world);
         if (words.size() + count_of(choices) > most_words) {
-            refuse(step, world,
-                   "its braces make more than " + std::to_string(most_words) +
-                       " words: write fewer choices");
+            refuse(
+                step, world,
+                fmt::format("its braces make more than {} words: write fewer choices", most_words));
         }
         for (const auto &one : choices_of(choices)) {
             words.push_back(with_files(with_names(one, world)));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A step of a scenario (tool_steps.h), taken apart as a shell would.
+// Words of a step of a scenario (tool_steps.h), split as by a shell.
 #pragma once
 
 #include <map>
@@ -11,8 +11,8 @@
 
 namespace compbox::simulation {
 
-// Adds the commands that a step may run. A scenario may come from a stranger: none of them opens a
-// network connection or a device.
+// Adds the commands that a step may run. A scenario is untrusted: none of them opens a network
+// connection or a device.
 using step_commands = void (*)(cli::command &app);
 
 struct step_world {

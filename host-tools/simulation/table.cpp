@@ -2,20 +2,18 @@
 #include "host-tools/simulation/table.h"
 
 #include "host-tools/formats/json.h"
-#include "host-tools/formats/numbers.h"
 #include "host-tools/twin/twin_file.h"
 
 namespace compbox::simulation::table {
 
 std::string percent(double value) {
-    return format("%6.1f %%", value);
+    return fmt::format("{:6.1f} %", value);
 }
 
 std::string row(const std::string &name, const std::string &letters, const cell &text_of) {
-    std::string line = format("  %-30s", name.c_str());
+    std::string line = fmt::format("  {:30}", name);
     for (const char letter : letters) {
-        const std::string text = text_of(static_cast<std::size_t>(axis_index(letter)));
-        line += format("  %26s", text.c_str());
+        line += fmt::format("  {:>26}", text_of(static_cast<std::size_t>(axis_index(letter))));
     }
     return line + "\n";
 }

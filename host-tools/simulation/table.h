@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Lines and numbers of the tables and reports of a simulation.
+// Rows and numbers of the tables and reports of a simulation.
 #pragma once
 
-#include <cstdio>
+#include <fmt/core.h>
+
 #include <functional>
 #include <string>
 
@@ -12,21 +13,13 @@ namespace compbox::simulation::table {
 
 constexpr const char *heading = "before   after     less";
 
-// printf, as a string of at most 255 bytes.
-template <typename... arguments>
-std::string format(const char *pattern, arguments... values) {
-    char text[256];
-    std::snprintf(text, sizeof text, pattern, values...);
-    return text;
-}
-
 std::string percent(double value);
 
 // The text or number of a direction, 0 to 2 for X to Z.
 using cell = std::function<std::string(std::size_t)>;
 using number = std::function<double(std::size_t)>;
 
-// One line with a column for each letter of `directions`, each as wide as the heading above it.
+// out: one line with a column for each letter of `directions`
 std::string row(const std::string &name, const std::string &directions, const cell &text_of);
 std::string headings(const std::string &directions);
 std::string percent_row(const std::string &name, const std::string &directions,

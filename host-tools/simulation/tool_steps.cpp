@@ -18,7 +18,7 @@ std::vector<std::string> lines_of(const std::string &all) {
     return lines;
 }
 
-// The parser of a step knows the instruments or the allowed commands, and nothing else.
+// Accepts only the instruments or the allowed commands.
 void run_words(std::vector<std::string> words, const step_world &world, const cli::streams &io) {
     cli::program app{"a step", io};
     if (words.front() == "measure") {
@@ -27,9 +27,10 @@ void run_words(std::vector<std::string> words, const step_world &world, const cl
     } else {
         world.commands(app);
         if (!app.has_subcommand(words.front())) {
-            throw cli::usage_error("'" + words.front() +
-                                   "' is not a step: a step is measure or a command that computes, "
-                                   "such as fit or build");
+            throw cli::usage_error(fmt::format(
+                "'{}' is not a step: a step is measure or a command that computes, such "
+                "as fit or build",
+                words.front()));
         }
     }
     app.parse(std::move(words));
@@ -39,7 +40,7 @@ void run_words(std::vector<std::string> words, const step_world &world, const cl
 
 std::vector<std::string> run_step(const std::string &step, const step_world &world) {
     const auto fail = [&](const std::string &why) {
-        throw input_error(world.file, 0, 0, "step '" + step + "': " + why);
+        throw input_error(world.file, 0, 0, "step '{}': {}", step, why);
     };
     const std::vector<std::string> words = words_of(step, world);
     if (words.empty()) fail("is empty");

@@ -11,8 +11,8 @@
 
 namespace compbox::simulation {
 
-// Runs the step within this process; out: what it printed to its err stream, by lines. Its other
-// output is dropped. Throws input_error naming the step.
+// Runs the step within this process and drops its standard output. out: lines of its err stream.
+// Throws input_error naming the step.
 std::vector<std::string> run_step(const std::string &step, const step_world &world);
 
 }  // namespace compbox::simulation

@@ -12,7 +12,7 @@ namespace {
 constexpr std::int64_t longest_stop_us = 10000000;
 constexpr std::int64_t longest_move_us = 7200000000;
 constexpr double rapid_mm_per_s = 1e3;  // or as fast as the axes go
-constexpr int quiet_cycles = 10;        // nothing moved for so long: at rest
+constexpr int quiet_cycles = 10;        // without motion: at rest
 
 void travel_to(world &at, const xyz &position_mm, double feed_mm_per_s) {
     twin_step step;
@@ -29,7 +29,7 @@ void travel_to(world &at, const xyz &position_mm, double feed_mm_per_s) {
     } while (at.plc().moving());
 }
 
-// Until neither the box's outputs nor the tool have moved for a while.
+// Waits until the box's outputs and the tool have not moved for quiet_cycles.
 void rest(world &at) {
     const std::int64_t latest_us = at.now_us() + longest_stop_us;
     for (int quiet = 0; quiet < quiet_cycles;) {
@@ -51,8 +51,8 @@ twin_state go_to(world &at, const xyz &position_mm, double feed_mm_per_s) {
     return at.plc().nc().state();
 }
 
-// out: one state in so many cycles of the NC is kept; not in step with the box: each phase of its
-//      period shall be seen
+// out: number of NC cycles per kept state; not a multiple of the box's period, so that all phases
+// occur
 long long keep_every(const travel &way, double cycle_s, int most_states) {
     double squares = 0.0;
     for (std::size_t a = 0; a < 3; ++a) squares += std::pow(way.to_mm[a] - way.from_mm[a], 2.0);

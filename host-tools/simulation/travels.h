@@ -14,9 +14,9 @@ struct travel {
     double feed_mm_per_s = 0.0;
 };
 
-// Waits until the box is ACTIVE, moves to each position in turn and waits there until the
-// compensation stands still. out: the state at each position. Throws input_error, in words, when
-// the box does not become or stay ACTIVE or does not come to rest.
+// Waits until the box is ACTIVE, moves to each position and waits until the compensation is
+// constant. out: the state at each position. Throws input_error if the box does not become or stay
+// ACTIVE or does not settle.
 std::vector<twin_state> states_at(world &at, const std::vector<xyz> &positions_mm,
                                   double feed_mm_per_s);
 

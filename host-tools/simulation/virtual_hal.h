@@ -37,12 +37,12 @@ class virtual_hal {
 
     wire_times wire;  // from the next request on
 
-    // The operations of hal.h on this object, without sensors and never asked to stop. Time passes
-    // in wait_tick and in requests; a request that cannot end by its deadline is not sent.
+    // The operations of hal.h on this object, without sensors and without a stop request. Time
+    // passes in wait_tick and in requests; a request that cannot end by its deadline is not sent.
     cb_hal operations();
 
     std::int64_t now_us() const { return now_us_; }
-    // Lets time pass; a time before now changes nothing.
+    // Advances the time; a time before now changes nothing.
     void pass(std::int64_t until_us);
 
   private:

@@ -11,7 +11,7 @@ constexpr std::int64_t longest_start_us = 60000000;
 
 fake_plc plc_of(twin_config machine, const register_map &map) {
     const auto profile = plc_profile::find(map.profile);
-    if (!profile) throw input_error(map.file, 0, 0, "unknown profile '" + map.profile + "'");
+    if (!profile) throw input_error(map.file, 0, 0, "unknown profile '{}'", map.profile);
     machine.program.clear();
     return fake_plc(machine, map, *profile, 0);
 }
@@ -51,9 +51,8 @@ double world::lead_ms() const {
 }
 
 void world::refuse(const std::string &what) const {
-    throw input_error(plc_.map().file, 0, 0,
-                      "the box " + what + " (it is in " + cb_mode_name(box_->mode.mode) + ": " +
-                          cb_reason_text(box_->mode.reason) + ")");
+    throw input_error(plc_.map().file, 0, 0, "the box {} (it is in {}: {})", what,
+                      cb_mode_name(box_->mode.mode), cb_reason_text(box_->mode.reason));
 }
 
 }  // namespace compbox::simulation

@@ -23,7 +23,7 @@ class world {
     world(const cb_config &config, const twin_config &machine, const register_map &map,
           const wire_times &wire = {});
 
-    // What a scenario looks at while time passes; each may be empty.
+    // Callbacks of a scenario; each may be empty.
     struct {
         std::function<void()> after_nc_cycle, after_box_cycle;
         std::function<void(const plc_state &)> after_scan;
@@ -31,7 +31,7 @@ class world {
 
     // One cycle of the box.
     void cycle();
-    // Cycles until the box is ACTIVE. Throws input_error when it is not within a minute.
+    // Cycles until the box is ACTIVE. Throws input_error after a minute.
     void wait_until_active();
 
     std::int64_t now_us() const { return hal_.now_us(); }
@@ -39,7 +39,7 @@ class world {
     const cb_box &box() const { return *box_; }
     const cb_outputs &outputs() const { return cycle_.out; }
     bool is_active() const { return box_->mode.mode == CB_MODE_ACTIVE; }
-    double lead_ms() const;  // that the box looks ahead
+    double lead_ms() const;  // lead of the box
 
     // Throws input_error: "FILE: the box WHAT (it is in MODE: REASON)".
     [[noreturn]] void refuse(const std::string &what) const;
