@@ -3,6 +3,7 @@
 // that stay well inside its uncertainty. With a tolerance: the fewest knots that keep every
 // residual inside, also if that follows the noise, which causes a warning.
 #include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 

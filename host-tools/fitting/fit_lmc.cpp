@@ -9,6 +9,7 @@
 // control points do, so the finished curve is written as a function of x on the images of its
 // knots, halved until the loss is negligible.
 #include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 

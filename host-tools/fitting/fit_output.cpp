@@ -14,7 +14,7 @@ namespace {
 
 // A float32 whose decimals are the shortest that read back as the same float32.
 json number(double value) {
-    return json(std::stod(shortest_float(static_cast<float>(value))));
+    return json(std::stod(fmt::format("{}", static_cast<float>(value))));
 }
 
 json numbers(const std::vector<double> &values) {

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The figure of a fit: readings of each run, mean and curve above, residuals below.
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "host-tools/fitting/fit.h"
 #include "host-tools/formats/csv.h"
-#include "host-tools/formats/numbers.h"
 #include "host-tools/formats/plot.h"
 
 namespace compbox {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Warnings about a fit, one sentence each.
 #include <fmt/core.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cmath>

@@ -148,8 +148,8 @@ void check_units(const csv_table &table) {
         const bool position = no_position && is_position_without_unit(name);
         if (!position && !(no_error && is_error_without_unit(name))) continue;
         throw input_error(table.file, table.header_line, 0,
-                          "the column '{}' has no unit; append it, as in '{}{}",
-                          name, name, position ? " (mm)'" : " (um)'");
+                          "the column '{}' has no unit; append it, as in '{}{}", name, name,
+                          position ? " (mm)'" : " (um)'");
     }
 }
 

@@ -31,7 +31,7 @@ std::vector<std::string_view> lines_of(std::string_view text) {
     return lines;
 }
 
-// The separator of a first line: a tab or semicolon wherever one stands, else a comma, else blanks.
+// out: the separator of a first line: a tab or semicolon if it has one, else a comma, else blanks
 char separator_of(std::string_view header) {
     for (const char separator : {'\t', ';', ','}) {
         if (header.find(separator) != std::string_view::npos) return separator;
@@ -49,7 +49,7 @@ struct place {
     long column;
 };
 
-// A cell as a message shows it: on one line, and not all of it where it is long.
+// out: a cell for a message: on one line, shortened
 std::string shown(std::string_view cell) {
     std::size_t length = std::min<std::size_t>(cell.size(), 40);
     const auto inside = [](char c) { return (static_cast<unsigned char>(c) & 0xC0u) == 0x80u; };
@@ -72,8 +72,8 @@ double number(std::string_view cell, char separator, bool gaps, const place &at)
         shown(text) + (beyond ? " is beyond what a number can hold" : " is not a finite number"));
 }
 
-// What the comma of a quoted number is among columns that commas separate: a decimal mark, unless
-// every such number in the file could also be in thousands; then nobody knows.
+// Meaning of the comma in a quoted number of a comma-separated file: a decimal mark, or ambiguous
+// if every such number could also have thousands separators.
 class comma_in_quotes {
   public:
     comma_in_quotes(const std::vector<std::string_view> &lines, char separator)
@@ -91,7 +91,7 @@ class comma_in_quotes {
     bool doubtful_;
 };
 
-// The same; where it is none, NaN and, if it is the first in its column, the mistake.
+// out: the number; for another text NaN, and its message if it is the first of the column
 double number_or_mistake(std::string_view cell, char separator, bool gaps,
                          const comma_in_quotes &comma, const place &at, std::string &mistake) {
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
@@ -113,14 +113,14 @@ bool all_numbers(const std::vector<std::string_view> &cells, char separator) {
     });
 }
 
-// What spreadsheets leave of a row without content: nothing but separators.
+// out: whether the row has separators only, as spreadsheets write an empty row
 bool all_empty(const std::vector<std::string_view> &cells) {
     return cells.size() > 1 && std::all_of(cells.begin(), cells.end(), [](std::string_view cell) {
                return trim(cell).empty();
            });
 }
 
-// The number of a word in its list, added where it is new; `known` has the numbers of the list.
+// out: index of the word in the list, to which a new word is added; `known` has the indices
 using word_numbers = std::unordered_map<std::string, std::size_t>;
 double word(std::string_view cell, std::vector<std::string> &list, word_numbers &known) {
     const auto [place, is_new] = known.try_emplace(std::string(trim(cell)), list.size());
@@ -142,7 +142,7 @@ void read_header(csv_table &table, std::string_view line, char separator, long l
     }
 }
 
-// The header's names, or those given by hand, which then stand for every column of the first line.
+// out: the names of the header, or the given names, one for each column of the first line
 void name_columns(csv_table &table, std::string_view line, char separator,
                   const std::vector<std::string> &given, bool header, long line_number) {
     if (given.empty() && !header) {
@@ -170,14 +170,14 @@ void rename(csv_table &table, const csv_reading &how) {
     }
 }
 
-// An empty line, a comment, or the line "sep=;" that spreadsheets write for one another.
+// out: whether the line is empty, a comment, or the line "sep=;" of a spreadsheet
 bool is_passed_over(std::string_view line) {
     const std::string_view text = trim(line);
     return text.empty() || text.front() == '#' ||
            (text.size() <= 5 && text.compare(0, 4, "sep=") == 0);
 }
 
-// Index of the line that is the header; 0 where no line is.
+// out: index of the header line; 0 without one
 std::size_t header_of(const std::vector<std::string_view> &lines, const csv_reading &how) {
     constexpr std::size_t furthest = 200;
     for (std::size_t i = 0; how.is_header && i < std::min(lines.size(), furthest); ++i) {
@@ -226,6 +226,7 @@ csv_table read_csv(const std::string &path, const std::vector<std::string> &word
 csv_table read_csv(const std::string &path, const csv_reading &how,
                    std::vector<std::vector<std::string>> *word_lists) {
     const std::string content = to_utf8(read_file(path));
+    if (content.rfind("{", 0) == 0) throw input_error(path, 0, 0, "is JSON, not a table in CSV");
     csv_table table;
     table.file = path;
     std::vector<std::vector<std::string>> lists;
@@ -277,21 +278,14 @@ csv_table read_csv(const std::string &path, const csv_reading &how,
     return table;
 }
 
-std::string shortest(double value) {
-    return fmt::format("{}", value);
-}
-
-std::string shortest_float(float value) {
-    return fmt::format("{}", value);
-}
-
 std::string csv_text(const std::vector<std::string> &names,
                      const std::vector<std::vector<double>> &rows) {
     std::string text;
     for (std::size_t c = 0; c < names.size(); ++c) text += (c ? "," : "") + names[c];
     text += '\n';
     for (const auto &row : rows) {
-        for (std::size_t c = 0; c < row.size(); ++c) text += (c ? "," : "") + shortest(row[c]);
+        for (std::size_t c = 0; c < row.size(); ++c)
+            text += fmt::format("{}{}", c ? "," : "", row[c]);
         text += '\n';
     }
     return text;

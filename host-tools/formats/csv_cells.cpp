@@ -30,7 +30,7 @@ std::vector<std::string_view> split(std::string_view text, char separator) {
         if (separator != ' ' || i > start) parts.push_back(text.substr(start, i - start));
         start = i + 1;
     }
-    if (quoted) parts = {text};  // a quote that never ends: the number of columns will be wrong
+    if (quoted) parts = {text};  // an open quote; the count of columns reports it
     return parts;
 }
 
@@ -45,7 +45,7 @@ bool to_number(std::string_view cell, char separator, double &value, bool &beyon
     if (separator != ',' || cell.find('"') != std::string_view::npos) {
         std::replace(text.begin(), text.end(), ',', '.');
     }
-    const std::string minus = "\u2212";  // as typesetting programs write it
+    const std::string minus = "\u2212";  // typographic minus
     if (text.compare(0, minus.size(), minus) == 0) text.replace(0, minus.size(), "-");
     const char *begin = text.data() + (!text.empty() && text[0] == '+' ? 1 : 0);
     const char *end = text.data() + text.size();

@@ -8,27 +8,27 @@
 
 namespace compbox::csv_cells {
 
-// Without blanks around, then without quotes around.
+// out: the text without surrounding blanks, then without surrounding quotes
 std::string_view trim(std::string_view text);
 
-// Cells of a line. A blank as separator counts once, however many there are. Within quotes no
-// separator separates.
+// out: cells of a line. Consecutive blanks are one separator. Separators within quotes do not
+// count.
 std::vector<std::string_view> split(std::string_view text, char separator);
 
-// The same without what spreadsheets put behind the last column: separators with nothing between.
+// out: the cells without empty ones behind the last column, which spreadsheets add
 std::vector<std::string_view> without_empty_end(std::vector<std::string_view> cells,
                                                 std::size_t columns);
 
-// A cell as a finite number; a decimal comma is read where the comma does not separate columns.
-// beyond: it is a number, but none that a double holds.
+// out: a cell as a finite number; a decimal comma is allowed if commas do not separate columns.
+// beyond: a number outside double's range
 bool to_number(std::string_view cell, char separator, double &value, bool &beyond);
 
-// A quoted "1,500" or "12,345,678" as a spreadsheet in English writes it; "0,5" and "12,34" are
-// none.
+// out: whether a quoted number can have thousands separators: "1,500", "12,345,678"; not "0,5" or
+// "12,34"
 bool is_in_thousands(std::string_view cell);
 
-// Where commas separate columns, one quoted number that cannot be in thousands shows that the comma
-// is this file's decimal mark.
+// In a comma-separated file, one quoted number that cannot have thousands separators shows that the
+// comma is the decimal mark.
 bool has_decimal_commas(const std::vector<std::string_view> &lines);
 
 }  // namespace compbox::csv_cells

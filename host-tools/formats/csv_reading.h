@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Tables that are not quite as read_csv() wants them: without a header, with gaps.
+// Options of read_csv() for tables without a header or with gaps.
 #pragma once
 
 #include <functional>
@@ -10,16 +10,16 @@ namespace compbox {
 
 struct csv_reading {
     std::vector<std::string> words;    // columns whose cells are texts
-    std::vector<std::string> columns;  // names of the columns; a header line then only says so too
-    bool gaps = false;                 // an empty cell is a NaN and not a mistake
-    // Other names for columns, before all else; one that is taken already changes nothing.
+    std::vector<std::string> columns;  // names of the columns; an equal header line is allowed
+    bool gaps = false;                 // an empty cell is NaN, not a fault
+    // New names of columns, applied first; a name in use is not changed.
     std::function<std::string(const std::string &)> rename = {};
-    // Which line is the header, told by the (renamed) names: what a program wrote above it is
-    // passed over. Where no line is, or without this, it is the first.
+    // Finds the header by the (renamed) names; lines above it are skipped. Default, and without a
+    // match: the first line.
     std::function<bool(const std::vector<std::string> &)> is_header = {};
 };
 
-// As read_csv of csv.h, which calls it.
+// Like read_csv of csv.h, which calls it.
 csv_table read_csv(const std::string &path, const csv_reading &how,
                    std::vector<std::vector<std::string>> *word_lists = nullptr);
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Mistakes that a person can make and mend; every tool turns them into one sentence and exit 1.
-// Brings libfmt for the sentences. Numbers in them: "{:.4g}" for reading, "{}" to read back
-// exactly.
+// Errors that the user can correct; every tool prints one sentence and exits with 1. Includes
+// libfmt for the sentences. Numbers: "{:.4g}" for reading, "{}" for an exact value.
 #pragma once
 
 #include <fmt/core.h>
@@ -14,8 +13,8 @@
 
 namespace compbox {
 
-// What is wrong, where, and what to do. `what()` is the whole sentence, without a full stop, and
-// printable (text.h), whatever it quotes.
+// Fault, place and remedy. `what()` is the whole sentence, without a full stop and printable
+// (text.h).
 class input_error : public std::runtime_error {
   public:
     explicit input_error(const std::string &sentence) : std::runtime_error(printable(sentence)) {}
@@ -24,7 +23,7 @@ class input_error : public std::runtime_error {
         : input_error(fmt::format("{}{}{}: {}", file, line > 0 ? fmt::format(":{}", line) : "",
                                   line > 0 && column > 0 ? fmt::format(":{}", column) : "",
                                   sentence)) {}
-    // The same; the values replace the {} of the sentence.
+    // The values replace the {} of the sentence.
     template <typename Value, typename... Values>
     input_error(const std::string &file, long line, long column,
                 fmt::format_string<Value, Values...> sentence, Value &&value, Values &&...values)

@@ -22,7 +22,7 @@ namespace compbox {
 
 namespace {
 
-// Which files this program was given: those it read and had not written itself. Threads may ask.
+// The input files of this program: files that it read and had not written. Thread-safe.
 class given_files {
   public:
     void note_read(const std::string &path) {
@@ -34,7 +34,7 @@ class given_files {
         const std::lock_guard<std::mutex> lock(mutex_);
         const auto file = identity_of(path);
         made_.insert(file);
-        read_.erase(file);  // a number that was freed by a rename comes back
+        read_.erase(file);  // an inode that a rename freed may be used again
     }
     bool hold(const std::string &path) {
         const std::lock_guard<std::mutex> lock(mutex_);
@@ -57,13 +57,13 @@ given_files &given() {
     return files;
 }
 
-// Of writes_below; empty: everywhere.
+// folders of writes_below; empty: no limit
 std::vector<std::filesystem::path> &allowed_folders() {
     static std::vector<std::filesystem::path> folders;
     return folders;
 }
 
-// Absolute, without links and dots as far as it exists.
+// out: the absolute path; links and dots of its existing part are resolved
 std::filesystem::path real_path(const std::string &path) {
     std::error_code error;
     const auto real = std::filesystem::weakly_canonical(std::filesystem::absolute(path), error);
@@ -101,8 +101,8 @@ void sync_folder_of(const std::string &path) {
     ::close(fd);
 }
 
-// in : any path, as given. Throws input_error where it is empty, forbidden by writes_below, no
-//      regular file, or cannot be written; what stood there before then stays.
+// in : any path. Throws input_error if it is empty, forbidden by writes_below, not a regular file,
+// or not writable; an existing file is then unchanged.
 void replace_file(const std::string &path, const std::string &content) {
     if (path.empty()) throw input_error("the name of the file to write is empty");
     refuse_outside(path);

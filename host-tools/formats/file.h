@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whole files in and out. Nothing is ever left half-written.
+// Reads and writes whole files. No file is ever left incomplete.
 #pragma once
 
 #include <iosfwd>
@@ -8,24 +8,23 @@
 
 namespace compbox {
 
-// The file's bytes. Throws input_error when it cannot be read or is larger than max_bytes.
+// out: the file's bytes. Throws input_error if it cannot be read or exceeds max_bytes.
 std::string read_file(const std::string &path, std::size_t max_bytes = 256u << 20);
 
-// Writes a temporary file beside `path`, syncs it and renames it over `path`, so that a reader
-// sees the old or the new file and never a part. Throws input_error when that fails; the temporary
-// file is then gone. Devices are refused, and so is a file that this program has read: what was
-// made of a measurement is not written over it. Where `out` is given, the paths "-" and
-// "/dev/stdout" print to it instead.
+// Writes a temporary file beside `path`, syncs it and renames it to `path`, so that a reader sees
+// the old or the new file, never a part. Throws input_error on failure and removes the temporary
+// file. Rejects devices and files that this program has read, so that no result overwrites its
+// measurement. With `out`, the paths "-" and "/dev/stdout" print to it.
 void write_file(const std::string &path, const std::string &content, std::ostream *out = nullptr);
 
-// The last of these checks alone, for what is written row by row: throws input_error that asks for
-// another name for `what`.
+// The last of these checks, for files written row by row: throws input_error that asks for another
+// name for `what`.
 void refuse_given(const std::string &path, const std::string &what);
 
-// As write_file for a file that is brought up to date: it may have been read.
+// Like write_file, but for a file that may have been read.
 void update_file(const std::string &path, const std::string &content, std::ostream *out = nullptr);
 
-// Creates the folder and its parents where missing. Throws input_error.
+// Creates missing folders of the path. Throws input_error.
 void make_folder(const std::string &path);
 
 // While one lives, write_file, update_file, make_folder and run_gnuplot throw input_error for a
@@ -39,7 +38,7 @@ class writes_below {
     writes_below &operator=(const writes_below &) = delete;
 };
 
-// Throws input_error where writes_below forbids the path.
+// Throws input_error if writes_below forbids the path.
 void refuse_outside(const std::string &path);
 
 }  // namespace compbox

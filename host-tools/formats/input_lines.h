@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Lines typed by a person or sent by a script, for a program that must not wait for them.
+// Lines of an input, read without blocking.
 #pragma once
 
 #include <optional>
@@ -10,10 +10,10 @@ namespace compbox {
 class input_lines {
   public:
     explicit input_lines(int descriptor) : descriptor_(descriptor) {}
-    // Reads once; false at the end of the input. Waits where nothing is there: poll before. Drops
-    // a line that is longer than 64 kB.
+    // Reads once; false at the end of the input. Blocks without data: poll first. Discards a line
+    // longer than 64 kB.
     bool read_more();
-    // The next whole line without its end; nothing where none has been read.
+    // out: the next complete line without its end; nothing: none yet
     std::optional<std::string> next();
 
   private:

@@ -29,9 +29,9 @@ line_column place_of(const std::string &text, std::size_t byte) {
     return {line, static_cast<long>(std::max<std::size_t>(column, 1))};
 }
 
-// in : text as read, possibly no JSON at all
-// out: the byte of the first bracket beyond json_max_depth; npos where there is none. Brackets
-//      within texts do not count.
+// in : any text
+// out: index of the first bracket beyond json_max_depth; npos: none. Brackets within strings do not
+// count.
 std::size_t too_deep_at(const std::string &text) {
     int depth = 0;
     bool quoted = false;
@@ -46,7 +46,7 @@ std::size_t too_deep_at(const std::string &text) {
     return std::string::npos;
 }
 
-// Copying and writing a value recurses, so its depth is limited before it is parsed.
+// Limits the depth before parsing, because copying and writing a value recurse.
 void refuse_deep(const std::string &path, const std::string &text) {
     const std::size_t at = too_deep_at(text);
     if (at == std::string::npos) return;
@@ -60,7 +60,7 @@ bool is_flat(const json &value) {
                         [](const json &v) { return v.is_structured(); });
 }
 
-// A text in quotes. The name of a file or of a machine may come in another code page than UTF-8.
+// out: a JSON string. Names of files and machines may have another encoding than UTF-8.
 std::string quoted(const std::string &text) {
     try {
         return json(text).dump();
@@ -95,7 +95,7 @@ void append(std::string &out, const json &value, int depth) {
     } else if (value.is_number_float()) {
         const double number = value.get<double>();
         if (!std::isfinite(number)) throw std::logic_error("a number to be written is not finite");
-        out += shortest(number);
+        out += fmt::format("{}", number);
     } else if (value.is_string()) {
         out += quoted(value.get<std::string>());
     } else {

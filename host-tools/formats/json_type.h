@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
-// The name of the JSON type alone, for headers whose functions take or return it: the whole
-// library costs every file that includes it a second of the compiler's time.
+// Declares the JSON type for headers; including the whole library takes the compiler a second.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
 
 namespace compbox {
 
-// Keeps the order of keys, so that files stay as people wrote them.
+// Keeps the order of keys.
 using json = nlohmann::ordered_json;
 
 }  // namespace compbox

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Numbers as people read them.
+// Numbers for reports.
 #pragma once
 
 #include <fmt/core.h>
@@ -8,7 +8,7 @@
 
 namespace compbox {
 
-// A finding for reading: value to five digits, which are more than any finding carries.
+// out: value rounded to five significant digits
 inline double five_digits(double value) {
     return std::stod(fmt::format("{:.5g}", value));
 }

@@ -23,7 +23,7 @@ namespace compbox {
 
 namespace {
 
-// A file that is gone when its owner is; the name is unique from the start.
+// A temporary file with a unique name; its owner removes it.
 class temporary_file {
   public:
     explicit temporary_file(const std::string &stem, const std::string &suffix = "") {
@@ -47,7 +47,7 @@ std::string suffix_of(const std::string &path) {
     return suffix;
 }
 
-// The `set terminal` line for a picture's suffix.
+// out: the `set terminal` line for a suffix
 std::string terminal_of(const std::string &path, int width, int height) {
     const std::string suffix = suffix_of(path);
     if (suffix == ".svg") {
@@ -67,10 +67,10 @@ std::string terminal_of(const std::string &path, int width, int height) {
     throw input_error(path, 0, 0, "a figure is written as .svg, .png or .pdf; give it such a name");
 }
 
-// gnuplot says nothing of a full disk, so the figure itself is looked at: what each kind ends with.
+// gnuplot does not report a full disk, so the end of the figure is checked by its format.
 bool is_whole(const std::string &picture, const std::string &suffix) {
     const std::string end = suffix == ".svg" ? "</svg>" : suffix == ".png" ? "IEND" : "%%EOF";
-    constexpr std::size_t behind = 16;  // a line's end, a check sum
+    constexpr std::size_t behind = 16;  // line end, check sum
     const std::string bytes = read_file(picture);
     const std::size_t found = bytes.rfind(end);
     return found != std::string::npos && bytes.size() - found - end.size() <= behind;
@@ -109,7 +109,8 @@ std::string plot_data(const std::string &name, const std::vector<std::vector<dou
     for (std::size_t r = 0; r < rows; ++r) {
         for (std::size_t c = 0; c < columns.size(); ++c) {
             const double value = columns[c].at(r);
-            text += (c ? " " : "") + (std::isfinite(value) ? shortest(value) : "NaN");
+            text += fmt::format("{}{}", c ? " " : "",
+                                std::isfinite(value) ? fmt::format("{}", value) : "NaN");
         }
         text += '\n';
     }

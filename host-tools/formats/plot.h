@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Figures by gnuplot: a script is written, gnuplot runs it, the picture appears whole or not at
-// all.
+// Figures by gnuplot. A figure is written completely or not at all.
 #pragma once
 
 #include <string>
@@ -9,12 +8,12 @@
 
 namespace compbox {
 
-// A gnuplot data block `$name` of equally long columns, NaN as a gap ("NaN" is gnuplot's own
-// missing value). Put it before the commands that plot '$name'.
+// out: a gnuplot data block `$name` of equally long columns; NaN is a gap. Put it before the
+// commands that plot '$name'.
 std::string plot_data(const std::string &name, const std::vector<std::vector<double>> &columns);
 
-// Text as a gnuplot string in single quotes, with quotes doubled; the terminal takes it as plain
-// text (noenhanced), so file names with _ and ^ stay what they are.
+// out: text as a gnuplot string in single quotes, quotes doubled. The terminal is noenhanced, so _
+// and ^ of file names are plain characters.
 std::string plot_text(const std::string &text);
 
 // Runs gnuplot on `script`, with the terminal chosen by the suffix of `path` (.svg, .png or .pdf),

@@ -34,7 +34,7 @@ bool ends_in(const std::string &path, const std::string &ending) {
            lower(path).substr(path.size() - ending.size()) == ending;
 }
 
-// One line of the file: its number and, where there is a colon, what stands before and behind it.
+// One line of the file: its number, and key and value if it has a colon.
 struct text_line {
     long number;
     std::string_view text;
@@ -42,7 +42,7 @@ struct text_line {
     std::string_view value;  // trimmed
 };
 
-// Takes the file apart in one pass: a section's name, then its lines, each handed to its reader.
+// Parses the file in one pass: a section name, then its lines, each with the section's reader.
 class laser_reader {
   public:
     laser_reader(const std::string &path, std::string_view text) : path_(path), text_(text) {
@@ -50,6 +50,7 @@ class laser_reader {
         result_.angular = ends_in(path, ".rta");
     }
 
+    // Reads all sections and checks them against each other. Throws input_error with the line.
     laser_file read() {
         for (text_line line; next(line);) {
             const std::string_view ending = "::";
@@ -76,7 +77,7 @@ class laser_reader {
         throw input_error(path_, line.number, 0, sentence);
     }
 
-    // The next line that is not empty; false at the end.
+    // out: the next line that is not empty; false at the end
     bool next(text_line &line) {
         while (at_ < text_.size()) {
             const std::size_t end = std::min(text_.find('\n', at_), text_.size());
@@ -93,7 +94,7 @@ class laser_reader {
         return false;
     }
 
-    // All numbers of a text, separated by blanks; a comma is a decimal point.
+    // out: all numbers of a text, separated by blanks; a comma is a decimal point
     std::vector<double> numbers(const text_line &line, std::string_view text) const {
         std::vector<double> values;
         while (!(text = trim(text)).empty()) {
@@ -117,7 +118,7 @@ class laser_reader {
         const auto values = numbers(line, line.value);
         if (values.size() != 1 || values[0] < 1 || values[0] > 100000 ||
             values[0] != std::floor(values[0])) {
-            fail(line, "a count from 1 to 100000 must stand here");
+            fail(line, "expected a count from 1 to 100000");
         }
         return static_cast<std::size_t>(values[0]);
     }
@@ -163,7 +164,7 @@ class laser_reader {
     void deviation_line(const text_line &line) {
         if (!line.key.empty()) return;  // "Run Target Data:"
         const auto values = numbers(line, line.text);
-        if (values.size() != 3) fail(line, "run, target and deviation must stand here");
+        if (values.size() != 3) fail(line, "expected run, target and deviation");
         const std::size_t run = index(line, values[0], std::max<std::size_t>(run_count_, 1), "run");
         const std::size_t target = index(line, values[1], result_.targets_mm.size(), "target");
         if (result_.runs.size() <= run) result_.runs.resize(run + 1);
@@ -186,18 +187,19 @@ class laser_reader {
         return static_cast<std::size_t>(value) - 1;
     }
 
+    // Throws input_error if targets or runs are missing or differ from the counts of the header.
     void check_whole() {
         const text_line end{number_, {}, {}, {}};
         if (result_.targets_mm.size() < 2) {
             fail(end, "fewer than two targets were found in TARGET DATA::");
         }
         if (target_count_ != 0 && target_count_ != result_.targets_mm.size()) {
-            fail(end, fmt::format("Target-count says {}, but there are {} targets", target_count_,
+            fail(end, fmt::format("Target-count is {}, but there are {} targets", target_count_,
                                   result_.targets_mm.size()));
         }
         if (result_.runs.empty()) fail(end, "no readings were found in DEVIATIONS::");
         if (run_count_ != 0 && run_count_ != result_.runs.size()) {
-            fail(end, fmt::format("Run-count says {}, but there are {} runs", run_count_,
+            fail(end, fmt::format("Run-count is {}, but there are {} runs", run_count_,
                                   result_.runs.size()));
         }
         check_end(end);
@@ -207,7 +209,7 @@ class laser_reader {
         }
     }
 
-    // Without EOF:: a file may have been cut off: in a line, or in a run.
+    // A file without EOF:: may be truncated, in a line or in a run.
     void check_end(const text_line &end) const {
         if (ended_) return;
         if (text_.back() != '\n') fail(end, "the file ends within a line, without EOF::");
@@ -218,7 +220,7 @@ class laser_reader {
         }
     }
 
-    // Targets from 0 to -1000 are turned round; run 1 is then a backward one.
+    // Reverses descending targets, such as 0 to -1000; run 1 is then a backward run.
     void ascend() {
         auto &targets = result_.targets_mm;
         if (targets[1] > targets[0]) return;
@@ -228,7 +230,7 @@ class laser_reader {
         }
     }
 
-    // A run goes through the targets upward or downward; backward runs make a bidirectional file.
+    // Checks that a run ascends or descends. A backward run makes the file bidirectional.
     void check_run(const text_line &end, laser_run &run, std::size_t number) {
         if (run.target.empty()) fail(end, fmt::format("run {} has no readings", number));
         const bool up = std::is_sorted(run.target.begin(), run.target.end());

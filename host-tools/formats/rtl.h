@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Laser interferometer files of Renishaw's text format: .rtl (linear, straightness: µm) and
-// .rta (angles: mrad, which become µrad here). Read by sections, so that headers of other program
-// versions pass; written in the plain form that several public readers accept.
+// Laser interferometer files of Renishaw's text format: .rtl (linear, straightness: µm) and .rta
+// (angles: mrad, converted to µrad). Unknown sections of other program versions are skipped.
+// Written in the plain form that several public readers accept.
 #pragma once
 
 #include <string>
@@ -9,12 +9,12 @@
 
 namespace compbox {
 
-// One journey along the targets, in the order in which they were measured.
+// One run along the targets, in the order of measurement.
 struct laser_run {
     int direction = 1;                // +1 forward, -1 backward
     std::vector<std::size_t> target;  // index into laser_file::targets_mm
     std::vector<double> deviation;    // µm, or µrad for .rta
-    std::vector<long> line;           // of each reading in the file; empty when not read from one
+    std::vector<long> line;           // line of each reading; empty if not read from a file
 };
 
 struct laser_file {
@@ -26,11 +26,11 @@ struct laser_file {
     std::vector<laser_run> runs;
 };
 
-// Whether the name ends in .rtl or .rta, in any case.
+// out: whether the name ends in .rtl or .rta, in any case
 bool is_laser_file(const std::string &path);
 
 // Reads a .rtl or .rta file (UTF-8, UTF-16, GBK or Windows-1252; texts become UTF-8; a decimal
-// comma is read). A file whose name ends in .rta is angular. Targets that descend are turned round.
+// comma is read). A file whose name ends in .rta is angular. Descending targets are reversed.
 // Throws input_error with file and line: missing sections, counts that disagree with what follows,
 // text in numbers, targets out of order or out of range, a target twice in one run, a run without
 // readings.

@@ -16,7 +16,7 @@ bool starts_with(const std::string &text, std::string_view start) {
     return text.compare(0, start.size(), start) == 0;
 }
 
-// Length of the UTF-8 character at `at`, 0 where there is none (overlong forms and surrogates).
+// out: length of the UTF-8 character at `at`; 0 if it is invalid (overlong, surrogate)
 std::size_t utf8_length(const std::string &text, std::size_t at) {
     const auto byte = [&](std::size_t i) {
         return i < text.size() ? static_cast<std::uint8_t>(text[i]) : std::uint8_t{0};
@@ -60,6 +60,7 @@ bool looks_like_gbk(const std::string &text) {
     return pairs > lonely;
 }
 
+// out: the bytes as UTF-8, "?" for an invalid byte; the bytes themselves for an unknown code page
 std::string converted(const std::string &bytes, const char *code_page) {
     const iconv_t converter = iconv_open("UTF-8", code_page);
     if (converter == reinterpret_cast<iconv_t>(-1)) return bytes;
@@ -74,7 +75,7 @@ std::string converted(const std::string &bytes, const char *code_page) {
         const int reason = errno;
         out.append(piece, sizeof piece - room);
         if (ok || reason == E2BIG) continue;
-        out += '?';  // no character there: one byte further
+        out += '?';  // invalid byte
         ++from;
         --left;
     }
@@ -128,7 +129,7 @@ std::string printable(const std::string &text) {
 
 std::string to_utf8(const std::string &bytes) {
     std::string text = decoded(bytes);
-    std::replace(text.begin(), text.end(), '\0', '?');  // it would cut messages short
+    std::replace(text.begin(), text.end(), '\0', '?');  // a zero byte would truncate messages
     return text;
 }
 

@@ -6,7 +6,6 @@
 #include <set>
 
 #include "host-tools/formats/error.h"
-#include "host-tools/formats/numbers.h"
 
 namespace compbox {
 
@@ -242,7 +241,7 @@ std::string joined_text(const joined_rows &joined) {
         for (std::size_t c = 0; c < row.size(); ++c) {
             if (c > 0) text += ',';
             if (joined.names[c] != "run") {
-                text += shortest(row[c]);
+                text += fmt::format("{}", row[c]);
                 continue;
             }
             const std::string &name = joined.run_names[static_cast<std::size_t>(row[c])];

@@ -94,8 +94,8 @@ found_runs runs_of(training_data &data, const csv_table &table, const data_optio
     const found_runs found = find_runs(table.values(column), time_s, column);
     for (std::size_t k = 0; k < found.values.size(); ++k) {
         const double value = found.values[k];
-        std::string name =
-            words[index].empty() ? shortest(value) : words[index][static_cast<std::size_t>(value)];
+        std::string name = words[index].empty() ? fmt::format("{}", value)
+                                                : words[index][static_cast<std::size_t>(value)];
         if (found.times[k] > 1) name += fmt::format("#{}", found.times[k]);
         data.run_names.push_back(name);
     }

@@ -33,7 +33,7 @@ void plot_selection(const selection &result, const std::string &path) {
         at += 1.0;
         if (result.clusters.cluster[c] != cluster) {
             cluster = result.clusters.cluster[c];
-            const std::string x = shortest(at - 0.1);
+            const std::string x = fmt::format("{}", at - 0.1);
             borders += fmt::format(
                 "set arrow from {}, graph 0 to {}, graph 1 nohead lw 0.8 lc rgb '#444444'\n", x, x);
             at += 0.8;

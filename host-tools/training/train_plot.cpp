@@ -2,6 +2,7 @@
 // The figure of a training: for each output the measured values, the written model's predictions,
 // and those of a model trained without the run.
 #include <fmt/core.h>
+
 #include <cmath>
 #include <limits>
 

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/training/verdict.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "host-tools/formats/csv.h"
-#include "host-tools/formats/numbers.h"
 #include "host-tools/training/gain.h"
 
 namespace compbox {

@@ -115,9 +115,9 @@ def test_laser_files(compbox, reference, content):
 
 
 @pytest.mark.parametrize("change, message", [
-    (("Target-count: 6", "Target-count: 7"), "d.rtl:26: Target-count says 7, but there are 6 targets"),
+    (("Target-count: 6", "Target-count: 7"), "d.rtl:26: Target-count is 7, but there are 6 targets"),
     (("1 3 2.0", "1 3 2.0.1"), "d.rtl:16: '2.0.1' is not a number"),
-    (("1 3 2.0", "1 3"), "d.rtl:16: run, target and deviation must stand here"),
+    (("1 3 2.0", "1 3"), "d.rtl:16: expected run, target and deviation"),
     (("1 3 2.0", "1 9 2.0"), "d.rtl:16: the target must be a number from 1 to 6"),
     (("200.0000", "50.0000"), "d.rtl:6: the targets must ascend (or descend), and one of them does not"),
     (("2 6 -1.0\r\nEOF::\r\n", ""), "d.rtl:24: the file ends within run 2 (5 of 6 targets), without EOF::"),

@@ -99,19 +99,19 @@ TEST(rtl, round_trip) {
 
 TEST(rtl, mistakes_name_their_line) {
     EXPECT_EQ(message_of(with("Target-count: 3", "Target-count: 4")),
-              "29: Target-count says 4, but there are 3 targets");
+              "29: Target-count is 4, but there are 3 targets");
     EXPECT_EQ(message_of(with("Run-count: 2", "Run-count: 3")),
-              "29: Run-count says 3, but there are 2 runs");
+              "29: Run-count is 3, but there are 2 runs");
     EXPECT_EQ(message_of(with("1 2 -1.5", "1 2 x")), "22: 'x' is not a number");
     EXPECT_EQ(message_of(with("1 2 -1.5", "1 2 nan")), "22: 'nan' is not a number");
-    EXPECT_EQ(message_of(with("1 2 -1.5", "1 2")), "22: run, target and deviation must stand here");
+    EXPECT_EQ(message_of(with("1 2 -1.5", "1 2")), "22: expected run, target and deviation");
     EXPECT_EQ(message_of(with("1 2 -1.5", "1 4 1")), "22: the target must be a number from 1 to 3");
     EXPECT_EQ(message_of(with("1 2 -1.5", "9 2 1")), "22: the run must be a number from 1 to 2");
     EXPECT_EQ(message_of(with("1 2 -1.5", "1 1 1")), "22: target 1 is there twice in run 1");
     EXPECT_EQ(message_of(with("100.00000", "0.00000")),
               "7: the targets must ascend (or descend), and one of them does not");
     EXPECT_EQ(message_of(with("Target-count: 3", "Target-count: 0")),
-              "5: a count from 1 to 100000 must stand here");
+              "5: expected a count from 1 to 100000");
     EXPECT_EQ(message_of("1 2 3\n"), "1: a section such as HEADER:: must come first");
     EXPECT_EQ(message_of(with("2 2 -1\r\n2 1 0", "2 1 0\r\n2 2 -1")),
               "24: run 2 goes through its targets neither upward nor downward");

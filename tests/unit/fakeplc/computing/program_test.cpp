@@ -139,7 +139,7 @@ class trace {
   public:
     void add(const std::string &name, double value) {
         if (!named_) names_ += (names_.empty() ? "" : ",") + name;
-        row_ += (row_.empty() ? "" : ",") + shortest(value);
+        row_ += (row_.empty() ? "" : ",") + fmt::format("{}", value);
     }
     void end_row() {
         rows_ += row_ + "\n";
