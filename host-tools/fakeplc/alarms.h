@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The alarm list of the control: which alarms stand, since when, and what only a reset clears.
+// The alarm list of the control: active alarms, their start, and those that only a reset clears.
 #pragma once
 
 #include <string>
@@ -15,16 +15,16 @@ struct alarm {
 
 class alarm_list {
   public:
-    // The cause is there (comes, or stands) or not (goes, unless it needs a reset). Each coming and
-    // going is told once by take_events().
+    // in : whether the cause of the alarm is present. An alarm that needs a reset stays active
+    // without its cause. take_events() reports each start and end once.
     void set(const std::string &name, const std::string &text, bool there, double now_s,
              bool needs_reset = false);
-    // Alarms that need a reset go.
+    // Clears alarms that need a reset.
     void reset();
 
     const std::vector<alarm> &standing() const { return standing_; }
     bool stands(const std::string &name) const;
-    int total() const { return total_; }  // that came since the start
+    int total() const { return total_; }  // alarms since the start
     std::vector<std::string> take_events();
 
   private:

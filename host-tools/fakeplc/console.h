@@ -15,11 +15,11 @@ struct console {
     wire_server &server;
     bool quit = false;
 
-    // The answer, without a line end: "ok", "ok …" or "error: …". Any text is allowed.
+    // in : any text. out: the answer without a line end: "ok", "ok …" or "error: …"
     std::string run(const std::string &line);
 };
 
-// Every command, for --help.
+// out: help for every command
 std::string_view console_help();
 
 }  // namespace compbox

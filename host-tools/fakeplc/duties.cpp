@@ -56,11 +56,11 @@ std::vector<std::string> plc_duties::take_events() {
     return std::exchange(events_, {});
 }
 
-// [watchdog] A heartbeat that stands still for long is a box that is not there.
+// [watchdog] The box is lost if its heartbeat does not change for watchdog_s.
 void plc_duties::watch_box(const std::vector<std::uint16_t> &registers, std::int64_t now_us) {
     const std::uint16_t heartbeat = registers[static_cast<std::size_t>(map_.box_heartbeat)];
     status_ = registers[static_cast<std::size_t>(map_.status)];
-    if (!scanned_) box_heartbeat_ = heartbeat;  // what was there before says nothing
+    if (!scanned_) box_heartbeat_ = heartbeat;  // a value from before the start is no reference
     scanned_ = true;
     if (heartbeat != box_heartbeat_) {
         box_heartbeat_ = heartbeat;
@@ -74,12 +74,12 @@ void plc_duties::watch_box(const std::vector<std::uint16_t> &registers, std::int
     if (box_alive_ && now_us - box_moved_us_ >= to_us(limits_.watchdog_s)) {
         box_alive_ = false;
         box_lost_ = mode() != box_mode::stopped;
-        events_.push_back(box_lost_ ? "watchdog: box heartbeat stands still; ramping to zero"
+        events_.push_back(box_lost_ ? "watchdog: box heartbeat does not change; ramping to zero"
                                     : "box heartbeat ended after a clean stop");
     }
 }
 
-// [torn] First and last register of a block that was written as one carry the same count.
+// [torn] The first and last register of a complete block have the same count.
 bool plc_duties::block_is_whole(const std::vector<std::uint16_t> &registers, std::int64_t now_us) {
     const auto first = static_cast<std::size_t>(map_.write.start);
     const auto last = static_cast<std::size_t>(map_.write.end() - 1);
@@ -89,8 +89,8 @@ bool plc_duties::block_is_whole(const std::vector<std::uint16_t> &registers, std
     return whole;
 }
 
-// A block with a value that is not a number is not taken over, no part of it: of two motors on a
-// stage one would go on without the other.
+// Rejects a whole block if one of its values is not a number. Otherwise one of a stage's two motors
+// would move without the other.
 void plc_duties::take_over(const std::vector<std::uint16_t> &registers, std::int64_t now_us) {
     std::vector<correction> values;
     for (const auto &channel : map_.channels) values.push_back(written(channel, registers));
@@ -100,17 +100,17 @@ void plc_duties::take_over(const std::vector<std::uint16_t> &registers, std::int
     numbers_us_ = now_us;
 }
 
-// [line] Every block begins a straight line that ends at its values. All channels go the same share
-// of their ways, so two motors never stand further apart than in one block or the other.
+// [line] Interpolates linearly from the present values to those of the new block. All channels use
+// the same fraction, so two motors never differ by more than in one of the two blocks.
 double plc_duties::share_of_line(double dt_s) {
     const double share = dt_s < line_left_s_ ? dt_s / line_left_s_ : 1.0;
     line_left_s_ = std::max(line_left_s_ - dt_s, 0.0);
     return share;
 }
 
-// [slope] [ramp] The correction where the axis stands moves towards the commanded one, along the
-// commanded slope, by a limited step. Without permission it goes to zero, and the slope is gone at
-// once. An axis that the NC does not know is taken to be at the reference.
+// [slope] [ramp] Moves the correction at the axis position towards the commanded one by a limited
+// step, along the commanded slope. Without permission, the target is zero and the slope is zero at
+// once. An axis without a known position counts as at the reference.
 void plc_duties::take_channel(std::size_t c, bool apply, const std::optional<double> &position_mm,
                               double dt_s, double share) {
     correction target = commanded_[c];
@@ -125,14 +125,14 @@ void plc_duties::take_channel(std::size_t c, bool apply, const std::optional<dou
     note_limited(c, apply && beyond(target, at_mm, sizes_um_[c]));
 }
 
-// The NC follows a slope by itself until its next set, ahead_mm at most: that counts as well.
+// The NC follows a slope until its next set, over ahead_mm at most; the size includes that.
 bool plc_duties::beyond(const correction &line, double position_mm, double size_um) const {
     const double ahead_um = std::fabs(1e3 * line.slope) * limits_.ahead_mm;
     return std::fabs(line.um) > size_um || std::fabs(line.at_um(position_mm)) + ahead_um > size_um;
 }
 
-// [size] in : target, whose slope and reference are wanted; here_um, wanted at position_mm.
-// out: the line through here_um, held to the size; without a slope where that leads beyond.
+// [size] in : target with slope and reference; here_um: wanted correction at position_mm
+// out: the line through here_um, limited to the size; without a slope if it would lead beyond
 correction plc_duties::held_to_size(const correction &target, double here_um, double position_mm,
                                     double size_um) const {
     const double held_um = std::clamp(here_um, -size_um, size_um);
@@ -146,8 +146,8 @@ void plc_duties::note_limited(std::size_t c, bool limited) {
     limited_[c] = limited;
 }
 
-// [permission] Takes over only while the control permits it, and the box is there, writes numbers,
-// and says that it compensates or is on its way to zero.
+// [permission] Applies values only while the control permits it, the box is alive, its values are
+// numbers, and its status is a compensating or ramping mode.
 void plc_duties::scan(const std::vector<std::uint16_t> &registers, bool permitted,
                       const std::vector<std::optional<double>> &position_mm, std::int64_t now_us,
                       double dt_s) {

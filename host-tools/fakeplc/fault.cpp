@@ -15,7 +15,7 @@ bool meets(const fault &what, std::uint8_t function) {
            (what.on_writes && modbus::writes(function));
 }
 
-// A reading's reply with one register more or fewer, all lengths stated as they then are.
+// out: the reply of a reading with one register more or fewer and matching lengths
 byte_string resized(byte_string frame, int registers) {
     constexpr std::size_t byte_count_at = modbus::header_size + 1;
     const bool reading = frame.size() > byte_count_at + 2 && modbus::reads(frame[7]);

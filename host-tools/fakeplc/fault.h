@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Ill-behaved replies, on command: what can go wrong between a box and its PLC.
+// Faults of replies on command, as they occur between a box and its PLC.
 #pragma once
 
 #include <cstdint>
@@ -13,26 +13,26 @@
 namespace compbox {
 
 enum class fault_kind {
-    late,       // the reply comes `value` ms late; later ones queue behind it
-    drop,       // the request is obeyed, no reply comes
-    exception,  // the request is not obeyed; exception code `value`
-    wrong_id,   // the reply carries another transaction id; serial: another unit id
-    truncate,   // the first half of the reply's bytes, and nothing more of it
+    late,       // the reply is `value` ms late; later replies wait for it
+    drop,       // the request is executed without a reply
+    exception,  // the request is not executed; exception code `value`
+    wrong_id,   // the reply has another transaction id; serial: another unit id
+    truncate,   // only the first half of the reply's bytes
     dribble,    // one byte of the reply every `value` ms
     torn,       // a reading shows two updates of the PLC's block
-    too_short,  // a well-formed frame with one register fewer than asked
+    too_short,  // a valid frame with one register fewer than requested
     too_long,   // … with one register more
-    crc,        // serial: the check sum does not fit
+    crc,        // serial: a wrong check sum
     noise,      // serial: `value` bytes of noise before the reply
 };
 
 struct fault {
     fault_kind kind = fault_kind::drop;
     int value = 0;
-    bool on_reads = true, on_writes = true;  // which requests it meets; 23 is both
+    bool on_reads = true, on_writes = true;  // which requests it affects; 23 is both
 };
 
-// The faults ordered so far; each request takes the first one that meets it.
+// Queue of faults; each request takes the first one that applies to it.
 class fault_plan {
   public:
     void add(const fault &what, int count) { waiting_.push_back({what, count}); }
@@ -53,7 +53,7 @@ struct timed_bytes {
     byte_string bytes;
 };
 
-// What goes on the wire in place of a reply. frame: a whole reply.
+// in : frame: a complete reply. out: the bytes to send in its place
 std::vector<timed_bytes> spoil(const byte_string &frame, const std::optional<fault> &what);
 
 }  // namespace compbox

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a program needs that plays a device in real time until it is told to stop.
+// Time and signals for a program that simulates a device in real time until SIGTERM.
 #pragma once
 
 #include <signal.h>
@@ -15,12 +15,11 @@ std::int64_t now_us();
 // For ppoll: the time from now to then, 0 to 1 s.
 timespec time_until(std::int64_t due_us);
 
-// From now on SIGTERM and SIGINT ask to stop, and arrive only inside ppoll with the mask that this
-// returns. A reader that went away, a file at its limit, and a background process's read of the
-// terminal give errors instead of ends.
+// Makes SIGTERM and SIGINT request a stop; they arrive only inside ppoll with the returned mask.
+// Ignores SIGPIPE, SIGXFSZ and SIGTTIN, so that these conditions are reported as errors.
 sigset_t mind_signals();
 
-// Whether SIGTERM or SIGINT came.
+// out: whether SIGTERM or SIGINT arrived
 bool stop_requested();
 
 }  // namespace compbox

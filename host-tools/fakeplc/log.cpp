@@ -13,9 +13,9 @@ namespace compbox {
 
 namespace {
 
-// Enough digits for a nanometre, short enough to read.
+// Rounded to 0.1 nm.
 std::string rounded(double value) {
-    return shortest(std::round(value * 1e4) / 1e4 + 0.0);
+    return fmt::format("{}", std::round(value * 1e4) / 1e4 + 0.0);
 }
 
 void append(std::string &row, const xyz &values) {

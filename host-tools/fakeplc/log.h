@@ -16,7 +16,7 @@ class plc_log {
     plc_log(const std::string &path, const register_map &map);
 
     void add(const plc_state &state);
-    // Writes out what is buffered; false when the disk refused some of it.
+    // Writes the buffered rows; false if a write failed.
     bool flush();
 
   private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The server side of Modbus as pure functions of bytes; whoever owns the wire calls them.
+// The server side of Modbus as pure functions of bytes, without I/O.
 #pragma once
 
 #include <cstdint>
@@ -20,27 +20,26 @@ constexpr std::size_t header_size = 7;  // MBAP: transaction, protocol, length, 
 // Holding registers, address 0 first.
 struct bank {
     std::vector<std::uint16_t> now;
-    // The registers before the PLC's last update: what a torn reading shows behind its middle.
+    // The registers before the PLC's last update, for the second half of a torn reading.
     std::vector<std::uint16_t> before;
 };
 
-// What stands at the start of received bytes.
+// The frame at the start of received bytes.
 struct frame_state {
     enum { incomplete, complete, broken } what;
     std::size_t size;  // of the frame, when complete
 };
 frame_state frame_at_start(const byte_string &received);
 
-// A request's PDU to the reply's PDU. Any bytes are allowed; lengths are checked before use.
-// Checked in this order, as in the protocol's state diagrams: function (01), counts and lengths
-// (03), addresses (02); nothing is written unless all are good. torn: a reading takes the half
-// behind its middle from bank.before.
+// in : a request's PDU, any bytes; torn: a reading takes its second half from bank.before
+// out: the reply's PDU. Checks function (01), counts and lengths (03) and addresses (02) in this
+// order, as in the protocol's state diagrams; writes only if all are valid.
 byte_string answer(const byte_string &request, const plc_profile &profile, bank &registers,
                    bool torn = false);
 
 byte_string exception_reply(std::uint8_t function, std::uint8_t code);
 
-// Does this request read, write (both for 23)?
+// out: whether the request reads, writes (both for 23)
 bool reads(std::uint8_t function);
 bool writes(std::uint8_t function);
 

@@ -11,7 +11,7 @@ namespace compbox {
 
 namespace {
 
-// Far beyond every NC's alarm, and differences fit.
+// beyond every NC's alarm limit; differences do not overflow
 constexpr double most_units = 1e9;
 
 enum handshake_bit : unsigned { bit_estb = 1u << 8, bit_erend = 1u << 9, bit_alarm = 1u << 15 };
@@ -33,8 +33,8 @@ nc_handshake::nc_handshake(const nc_interface &nc, const std::vector<taken_chann
     }
 }
 
-// [changed] The channels that are handed over next: the first from next_ on whose value in the NC
-// is another one, or all of them together.
+// [changed] out: the next channels to write: the first from next_ on whose value differs from the
+// NC's, or all channels together
 void nc_handshake::choose(const std::vector<correction> &wanted) {
     const std::size_t count = held_.size();
     for (std::size_t c = 0; c < count; ++c) {
@@ -52,8 +52,8 @@ void nc_handshake::choose(const std::vector<correction> &wanted) {
     }
 }
 
-// [handshake] One step of the ladder. Between `address` and the end of the handshake ED and EA
-// stand still.
+// [handshake] One step of the ladder. ED and EA do not change between `address` and the end of the
+// handshake.
 void nc_handshake::scan(const std::vector<correction> &wanted,
                         const std::vector<std::optional<double>> &, std::int64_t) {
     switch (step_) {
@@ -75,8 +75,7 @@ void nc_handshake::scan(const std::vector<correction> &wanted,
     }
 }
 
-// The NC takes a value over, and the axis moves at once; what is out of range is an alarm, and
-// stays where it was.
+// The NC applies a value at once. A value out of range raises an alarm and changes nothing.
 void nc_handshake::take(std::size_t c) {
     const bool too_large = std::labs(data_[c]) > nc_.alarm_units;
     const bool too_far = std::labs(data_[c] - units_[c]) >= nc_.alarm_units;
@@ -92,7 +91,7 @@ void nc_handshake::take(std::size_t c) {
     written_[c] = true;
 }
 
-// The NC's part: it looks at ESTB in its own cycles, and answers some cycles later.
+// The NC's part: reads ESTB in its own cycles and answers some cycles later.
 void nc_handshake::cycle(std::int64_t) {
     if (!estb_) {
         erend_ = false;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// FANUC: the ladder hands the machine zero-point shift to the NC by external data input, one axis
-// after the other: ED (the value) and EA (the axis) in one scan, ESTB in the next, until EREND says
-// that the NC has it; then ESTB goes, EREND goes, and the next axis may come: four scans an axis.
-// The axis moves at once. A control with the extended shift takes all axes in one go.
+// FANUC: the ladder writes the machine zero-point shift by external data input, one axis after the
+// other. It sets ED (the value) and EA (the axis) in one scan and ESTB in the next. EREND confirms;
+// then ESTB and EREND are reset, which makes four scans an axis. The axis moves at once. A control
+// with the extended shift takes all axes together.
 #pragma once
 
 #include "host-tools/fakeplc/nc_side.h"
@@ -24,7 +24,7 @@ class nc_handshake : public nc_side {
     std::string alarm() const override { return alarm_; }
     void reset() override { alarm_.clear(); }
     void restart_plc() override;
-    // ED as the ladder sets it when a handshake begins, of each channel.
+    // out: ED of each channel at the beginning of a handshake
     const std::vector<long> &data() const { return data_; }
 
   private:

@@ -9,9 +9,9 @@ namespace compbox {
 namespace {
 
 constexpr double um_per_mm = 1e3;
-constexpr double reach_mm = 5.0;  // a slope counts by what it makes of so much way
+constexpr double reach_mm = 5.0;  // a change of slope is weighted by its effect over this distance
 
-// The part of a step that costs at most budget_um when all of it costs cost_um.
+// out: the share of a step of cost_um that costs at most budget_um
 double affordable(double cost_um, double budget_um) {
     return cost_um > budget_um ? budget_um / cost_um : 1.0;
 }
@@ -30,10 +30,10 @@ nc_setting_data::nc_setting_data(const nc_interface &nc, const std::vector<taken
     for (const auto &channel : channels) tangent_.push_back(channel.tangent.has_value());
 }
 
-// [steps] Written first, the reference changes the correction at the position by (old slope) x (its
-// step). Then the value brings it to within (step of the slope) x (way from the new reference) of
-// the end. The set is exact where the axis stands, not at the reference: from a reference far away
-// a slope that is not yet the wanted one would lead anywhere.
+// [steps] The reference is written first and changes the correction at the position by (old slope)
+// x (its step). The value then leaves an error of (step of the slope) x (distance from the new
+// reference). The set is exact at the axis position, not at the reference, because an intermediate
+// slope has a large effect far from the reference.
 correction nc_setting_data::planned(const correction &held, const correction &wanted,
                                     double position_mm, double way_mm, double tear_um) {
     correction set = held;
@@ -51,9 +51,9 @@ correction nc_setting_data::planned(const correction &held, const correction &wa
     return set;
 }
 
-// [deadband] The PLC writes when the NC is off by the deadband near the axis' position, or the
-// reference is so far behind that moving it begins to show; and once at its start, because setting
-// data survive power-off.
+// [deadband] The PLC writes if the NC's correction near the axis position is wrong by the deadband,
+// or if the reference is so far away that moving it has an effect. It also writes once at its
+// start, because setting data survive a power-off.
 bool nc_setting_data::is_due(std::size_t c, const correction &wanted, double position_mm) const {
     if (!written_[c]) return true;
     const correction &held = known_[c];
@@ -70,7 +70,7 @@ std::int64_t nc_setting_data::put_us() {
                         (nc_.put_shortest_s + share * (nc_.put_longest_s - nc_.put_shortest_s)));
 }
 
-// A request is made in one scan, its end seen in a later one, the next one made after that.
+// A request, its completion and the next request take separate scans.
 void nc_setting_data::scan(const std::vector<correction> &wanted,
                            const std::vector<std::optional<double>> &position_mm,
                            std::int64_t now_us) {

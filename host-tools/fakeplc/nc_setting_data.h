@@ -23,15 +23,16 @@ class nc_setting_data : public nc_side {
     const std::vector<correction> &applied() const override { return applied_; }
     void restart_plc() override;
 
-    // The next set to write over `held`, towards `wanted`, for an axis at position_mm that has gone
-    // way_mm since its last set. Written in the order reference, value, slope, the correction at
-    // position_mm is always within half of tear_um of what it was or what it will be; of a moving
-    // axis within slope x way_mm, which is what a value without slope lags behind. Once it is whole
-    // it is exact at position_mm.
+    // in : held: the set in the NC; wanted: its target; an axis at position_mm that has moved
+    // way_mm since its last set
+    // out: the next set, to be written in the order reference, value, slope. Meanwhile the
+    // correction at position_mm stays within half of tear_um of its old or new value; on a moving
+    // axis within slope x way_mm, the lag of a value without a slope. The complete set is exact at
+    // position_mm.
     static correction planned(const correction &held, const correction &wanted, double position_mm,
                               double way_mm, double tear_um);
 
-    // A PUT that runs; its set is in the NC as far as `next` says.
+    // A PUT in progress; the variables before `next` are in the NC.
     enum variable { reference, value, slope, end };
     struct job {
         std::size_t channel;
@@ -50,9 +51,9 @@ class nc_setting_data : public nc_side {
     std::vector<bool> tangent_, written_;
     std::vector<double> last_set_mm_;
     std::vector<correction> held_;             // in the NC
-    std::vector<correction> known_, applied_;  // what the PLC knows to be there; what it wants
+    std::vector<correction> known_, applied_;  // the PLC's copy of the NC's values; its targets
     std::optional<job> job_;
-    std::size_t next_ = 0;  // the channel to look at first
+    std::size_t next_ = 0;  // the channel to check first
     random_stream random_;
 };
 

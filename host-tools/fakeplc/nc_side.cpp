@@ -8,7 +8,7 @@ namespace compbox {
 
 namespace {
 
-// A control that takes over whatever the PLC has, in the scan.
+// A control that applies the PLC's values within the scan.
 class nc_direct : public nc_side {
   public:
     explicit nc_direct(std::size_t channels) : held_(channels) {}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The way of a compensation from the PLC program into the NC: what the PLC does in a scan and what
-// the NC does with it in an interpolation cycle. One implementation for each nc_way.
+// Transfer of a compensation from the PLC program to the NC: the part of a PLC scan and the part of
+// an interpolation cycle. One implementation for each nc_way.
 #pragma once
 
 #include <cstdint>
@@ -25,17 +25,17 @@ class nc_side {
                       std::int64_t now_us) = 0;
     // An interpolation cycle of the NC at now_us.
     virtual void cycle(std::int64_t now_us) = 0;
-    // What the NC has of each channel, this moment.
+    // out: the NC's present value of each channel
     virtual const std::vector<correction> &held() const = 0;
 
-    // What the PLC returns as applied: what it handed over.
+    // out: the value that the PLC reports as applied
     virtual const std::vector<correction> &applied() const = 0;
-    // The handshake register (docs/coefficient-file.md); 0 where there is none.
+    // out: the handshake register (docs/coefficient-file.md); 0 without one
     virtual std::uint16_t handshake() const { return 0; }
-    // The NC's alarm, in words; "": none.
+    // out: text of the NC's alarm; "": none
     virtual std::string alarm() const { return {}; }
     virtual void reset() {}
-    // The PLC starts anew; the NC keeps what it has.
+    // Restarts the PLC; the NC keeps its values.
     virtual void restart_plc() {}
 };
 

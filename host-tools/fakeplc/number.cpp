@@ -13,7 +13,7 @@ namespace {
 
 using byte_order = number_format::order;
 
-// Where byte i of the big-endian number stands on the wire.
+// out: position on the wire of byte i of the big-endian number
 std::size_t place_of(std::size_t i, std::size_t size, byte_order order) {
     if (order == byte_order::dcba) return size - 1 - i;
     if (order == byte_order::cdab && size == 4) return i ^ 2u;

@@ -18,14 +18,14 @@ std::int64_t to_us(double seconds) {
     return std::llround(seconds * 1e6);
 }
 
-// A control that does not spread compensation lets an axis take any step at once.
+// A control without interpolation of the compensation applies any step at once.
 twin_config with_nc_of(const plc_profile &profile, const twin_config &config) {
     twin_config result = config;
     if (!profile.nc.spreads) result.nc.comp_add_velo_factor = 1e9;
     return result;
 }
 
-// The index of the axis that a channel moves; nothing where the machine says that it moves none.
+// out: index of the axis that a channel moves; nothing if the machine maps it to none
 std::optional<std::size_t> axis_of(const taken_channel &channel, const twin_config &config,
                                    const std::string &file) {
     const auto mapped = config.channels.find(channel.name);
@@ -125,9 +125,9 @@ void fake_plc::nc_cycle() {
     nc_due_us_ += nc_cycle_us_;
 }
 
-// What the NC has of each channel, as it computes with it: slopes beyond MD32760 are held there,
-// without an alarm. Several channels of one axis act by their mean; those of a stage's two drives
-// yaw it as well.
+// out: effective correction of each channel: the NC limits slopes to MD32760 without an alarm.
+// Several channels of one axis act by their mean; a difference between a stage's two drives yaws
+// it.
 void fake_plc::enter_compensation() {
     const xyz position_mm = nc_.position_mm();
     const double most = config_.nc.comp_add_velo_factor;
@@ -154,7 +154,7 @@ void fake_plc::enter_compensation() {
     nc_.set_drive_difference_um(difference_um);
 }
 
-// Read the box's outputs, do the duties, hand over to the NC, show the new state.
+// Reads the box's outputs, performs the duties, writes to the NC and updates the registers.
 void fake_plc::scan() {
     since_start_us_ = scan_due_us_ - start_us_;
     registers_.before = registers_.now;
@@ -174,7 +174,7 @@ void fake_plc::scan() {
     plan_next_scan();
 }
 
-// The scans keep their pace; each one is early or late by itself.
+// Jitter of a scan does not shift the following scans.
 void fake_plc::plan_next_scan() {
     last_scan_us_ = scan_due_us_;
     ++scans_;
@@ -182,7 +182,7 @@ void fake_plc::plan_next_scan() {
     scan_due_us_ = clock_us_ + scans_ * scan_us_ + to_us(jitter_.symmetric(most_s));
 }
 
-// References the axes, then enables, unless somebody has taken that over by hand.
+// References the axes, then enables, unless a command has done so.
 void fake_plc::start_up() {
     const double time_s = static_cast<double>(since_start_us_ - power_on_us_) * 1e-6;
     if (!reference_by_hand_ && time_s >= config_.plc.reference_s) referenced_ = true;
@@ -194,7 +194,7 @@ void fake_plc::start_up() {
 void fake_plc::watch_alarms() {
     const double now_s = seconds_since_start();
     const std::string reason = std::to_string(duties_.status() >> 8);
-    alarms_.set("box-lost", "the box's heartbeat stands still", duties_.box_lost(), now_s);
+    alarms_.set("box-lost", "the box's heartbeat does not change", duties_.box_lost(), now_s);
     alarms_.set("box-fault", "the box is in FAULT, reason " + reason,
                 duties_.box_alive() && duties_.mode() == box_mode::fault, now_s);
     alarms_.set("box-torn", "the box's blocks are torn", duties_.torn_for_long(), now_s);
@@ -208,7 +208,7 @@ void fake_plc::watch_sizes() {
     for (std::size_t c = 0; c < map_.channels.size(); ++c) {
         const std::string &name = map_.channels[c].name;
         alarms_.set("size-" + name,
-                    fmt::format("the box asks for more of {} than the PLC's own size of {} um",
+                    fmt::format("the box requests more of {} than the PLC's own size of {} um",
                                 name, duties_.sizes_um()[c]),
                     duties_.limited()[c], seconds_since_start(), true);
     }
@@ -241,13 +241,13 @@ void fake_plc::press_reset() {
     alarms_.reset();
 }
 
-// [start] Nothing of what was applied before survives in the PLC, and the NC, which does
-// remember, is written anew.
+// [start] The PLC forgets all applied values. The NC keeps its values, so the PLC writes them
+// again.
 void fake_plc::restart() {
     registers_.now.assign(registers_.now.size(), 0);
     registers_.before = registers_.now;
     duties_ = plc_duties(map_, config_.plc, duties_.sizes_um(), since_start_us_);
-    alarms_.reset();  // the NC's own comes again
+    alarms_.reset();  // the NC raises its own alarm again
     side_->restart_plc();
     power_on_us_ = since_start_us_;
     reset_until_us_ = -1;

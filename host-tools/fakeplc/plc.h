@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The control, its PLC and the machine, without any wire: interpolation cycles of the NC and scans
-// of the PLC (docs/fakeplc.md). What the PLC program owes the machine is in duties.h, how it
-// reaches the NC in nc_side.h. Time is passed in.
+// The control, its PLC and the machine, without a wire: interpolation cycles of the NC and scans of
+// the PLC (docs/fakeplc.md). duties.h has the duties of the PLC program, nc_side.h the transfer to
+// the NC. Time is an argument.
 #pragma once
 
 #include <cstdint>
@@ -24,27 +24,27 @@
 
 namespace compbox {
 
-// What the PLC knows after a scan; for the log and for `status`.
+// State after a scan, for the log and for `status`.
 struct plc_state {
     double time_s = 0.0;
-    xyz position_mm = {};              // as the control shows it
+    xyz position_mm = {};              // as displayed by the control
     std::vector<double> commanded_um;  // of each channel, as the box wrote it
     std::vector<double> applied_um;    // of each channel, as the PLC hands it to the NC
     std::vector<correction> held;      // of each channel, as the NC has it
-    xyz displacement_um = {};          // of the tool, by what has entered the axes
-    xyz error_before_um = {};          // the twin's truth without …
+    xyz displacement_um = {};          // of the tool, by the compensation in the axes
+    xyz error_before_um = {};          // true error without …
     xyz error_after_um = {};           // … and with the compensation
     std::uint16_t control = 0, status = 0, plc_heartbeat = 0, box_heartbeat = 0;
     std::uint16_t handshake = 0;
-    int alarms = 0;  // that stand
+    int alarms = 0;  // active
     bool box_alive = false;
-    std::vector<std::string> events;  // in words, since the scan before
+    std::vector<std::string> events;  // since the previous scan
 };
 
 class fake_plc {
   public:
-    // At power-on, now_us: registers zero, axes at start_mm and not referenced. Throws input_error
-    // when a channel moves no axis of the twin.
+    // State at power-on at now_us: registers zero, axes at start_mm and not referenced. Throws
+    // input_error for a channel without an axis of the twin.
     fake_plc(const twin_config &config, const register_map &map, const plc_profile &profile,
              std::int64_t now_us);
 
@@ -53,8 +53,8 @@ class fake_plc {
     void run_to(std::int64_t now_us,
                 const std::function<void(const plc_state &)> &on_scan = nullptr,
                 const std::function<void()> &on_nc_cycle = nullptr);
-    // In real time, before run_to: behind by more than a second (a process that was stopped), the
-    // control goes on from now instead of catching up.
+    // Call in real time before run_to: after a pause of more than a second, as of a stopped
+    // process, the control continues from now instead of catching up.
     void forget_standstill(std::int64_t now_us);
     // When the next cycle or scan is due.
     std::int64_t next_due_us() const;
@@ -67,32 +67,32 @@ class fake_plc {
     const register_map &map() const { return map_; }
     const twin_machine &twin() const { return twin_; }
     const nc_motion &nc() const { return nc_; }
-    // What the NC has of each channel, this moment.
+    // out: the NC's present value of each channel
     const std::vector<correction> &held() const { return side_->held(); }
     const plc_duties &duties() const { return duties_; }
     const nc_side &side() const { return *side_; }
     const alarm_list &alarms() const { return alarms_; }
-    // The machine as it is now, for reports after the fact: twin().true_error_um(machine_state()).
+    // out: the present state of the machine, for reports: twin().true_error_um(machine_state())
     twin_state machine_state() const;
     bool moving() const { return nc_.moving(); }
 
-    // For runs that ask the twin themselves: state() without its errors, which cost time.
+    // Leaves the errors out of state(); computing them takes time.
     void leave_truth_out() { with_truth_ = false; }
 
-    // By hand, from the next scan on. enable and reference given by hand also end their part of
-    // the start-up.
+    // Commands, effective from the next scan. enable and reference also end their part of the
+    // start-up.
     void set_enable(bool on);
     void set_referenced(bool on);
     void set_permit(bool on);
-    void press_reset();                // sets the bit for half a second; alarms that wait for it go
-    void restart();                    // the PLC's power goes and comes; the NC keeps what it has
-    void freeze_nc(bool frozen);       // NC coupling lost: positions and heartbeat stand still
+    void press_reset();  // sets the bit for half a second and clears alarms that wait for it
+    void restart();      // switches the PLC off and on; the NC keeps its values
+    void freeze_nc(bool frozen);       // NC coupling lost: positions and heartbeat freeze
     void move(const twin_step &step);  // queued; throws input_error
-    // The PLC shows this instead of the true value of a signal; false when there is no such one.
+    // Replaces the measured value of a signal; false for an unknown name.
     bool force_signal(const std::string &name, double value);
     bool release_signal(const std::string &name);
 
-    // An event for the log, from outside.
+    // Adds an event to the log.
     void note(const std::string &words) { event(words); }
 
   private:
@@ -135,7 +135,7 @@ class fake_plc {
 
     std::int64_t start_us_, nc_due_us_, scan_due_us_;
     std::int64_t nc_cycle_us_, scan_us_;
-    std::int64_t scans_ = 0, last_scan_us_;  // clocked scans; when the last one really ran
+    std::int64_t scans_ = 0, last_scan_us_;  // clocked scans; actual time of the last one
     std::int64_t clock_us_;                  // when scan 0 was due
     std::int64_t since_start_us_ = 0;        // time of the scan
     std::int64_t power_on_us_ = 0;           // of the PLC, since the start

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the control shows: its registers, its log, and the events in words.
+// Outputs of the control: registers, log and events.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -46,7 +46,7 @@ void fake_plc::write_number(int address, const number_format &format, double raw
     std::copy(words.begin(), words.end(), registers_.now.begin() + address);
 }
 
-// [heartbeat] It counts only what is fresh: a scan without a new NC position does not move it.
+// [heartbeat] Counts only scans with a new NC position.
 void fake_plc::show_signals() {
     const bool fresh = !frozen_ && nc_cycles_ != nc_cycles_shown_;
     for (const auto &signal : map_.signals) {
@@ -102,6 +102,7 @@ void fake_plc::note_changes() {
     last_noted_control_ = control;
 }
 
+// Copies the values of this scan to state_ and moves the events there.
 void fake_plc::keep_state() {
     state_.time_s = seconds_since_start();
     state_.position_mm = nc_.position_mm();

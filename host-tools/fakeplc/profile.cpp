@@ -7,7 +7,7 @@ namespace compbox {
 
 namespace {
 
-// All times are from memory; docs/fakeplc.md says which of the rest is, too.
+// All times are estimates; docs/fakeplc.md lists the sources of the other values.
 nc_interface by_setting_data() {
     nc_interface nc;
     nc.way = nc_way::setting_data;

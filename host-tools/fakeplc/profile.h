@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What each kind of control can do, as data: its Modbus server, its PLC's scan, and the way from
-// the PLC to the NC (docs/fakeplc.md).
+// Properties of each kind of control as data: its Modbus server, its PLC's scan, and the transfer
+// from the PLC to the NC (docs/fakeplc.md).
 #pragma once
 
 #include <optional>
@@ -9,23 +9,23 @@
 
 namespace compbox {
 
-// How a compensation gets from the PLC into the NC.
+// Transfer of a compensation from the PLC to the NC.
 enum class nc_way {
-    direct,        // as it is, in the scan
+    direct,        // unchanged, in the scan
     setting_data,  // SINUMERIK: K0, tan beta and P0 of one axis after the other, by FB3 PUT
     handshake,     // FANUC: EA/ED/ESTB/EREND, machine zero-point shift
 };
 
 struct nc_interface {
     nc_way way = nc_way::direct;
-    double deadband_um = 0.0;  // the NC is written when it is off by so much
-    // setting_data: from the request, or the variable before it, until a variable is in the NC; and
-    // how far a half-written set may be off.
+    double deadband_um = 0.0;  // smallest difference that is written to the NC
+    // setting_data: time until a variable is in the NC, from the request or from the previous
+    // variable; largest error of an incomplete set.
     double put_shortest_s = 0.0, put_longest_s = 0.0, tear_um = 0.0;
     // handshake: interpolation cycles until the NC answers; largest value, and first change that
     // is an alarm, in increments of the channel's register.
     int answer_shortest_cycles = 0, answer_longest_cycles = 0, alarm_units = 0;
-    // MD32760: compensation enters with a part of the axis' velocity. Else at once.
+    // MD32760: limits compensation to a share of the axis velocity; else it enters at once.
     bool spreads = true;
 };
 
@@ -33,10 +33,10 @@ struct plc_profile {
     std::string name;
     // Function codes that are served from the holding registers.
     std::vector<int> registers;
-    // Function codes that exist, but for tables without any address here: exception 02, not 01.
+    // Function codes of tables without addresses: exception 02, not 01.
     std::vector<int> empty_tables;
     int max_clients;
-    double scan_jitter_s;  // a scan is longer or shorter by up to this
+    double scan_jitter_s;  // largest deviation of a scan
     nc_interface nc;
 
     bool serves(int function) const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Pt100 modules on a bus: holding registers of temperatures, 0.1 °C each, and how they misbehave.
+// Pt100 modules on a bus: holding registers of temperatures, 0.1 °C each, and their faults.
 #pragma once
 
 #include <map>
@@ -15,10 +15,10 @@ class pt100_modules {
     // "5=20.1,21.5": the temperatures of unit 5 in °C, register 0 first. Throws input_error.
     void add(const std::string &text);
 
-    // A reading by function 3 or 4; anything else is refused by an exception.
+    // Answers readings by function 3 or 4; replies with an exception to any other request.
     unit_reply answer(int unit, const byte_string &request) const;
 
-    // One command to one line that begins with "ok" or "error:". Any text is allowed.
+    // in : a command, any text. out: one line that begins with "ok" or "error:"
     std::string run(const std::string &line);
 
   private:

@@ -65,7 +65,7 @@ register_block read_block(const section &plc, const char *key) {
     return result;
 }
 
-// An address whose `registers` registers all lie in the block.
+// out: an address; throws input_error unless all its registers are in the block
 int address_in(const section &owner, const char *key, const register_block &block, int registers) {
     const int address = owner.integer(key, 0, register_space - 1);
     if (address < block.start || address + registers > block.end()) {
@@ -88,6 +88,8 @@ double scale_of(const section &owner) {
     return scale;
 }
 
+// in : the object "plc" of a machine or coefficient file
+// out: blocks and addresses of the map; throws input_error for a value out of range
 void read_plc(const section &plc, register_map &map) {
     map.profile = plc.has("profile") ? plc.text("profile") : "generic";
     map.read = read_block(plc, "read");

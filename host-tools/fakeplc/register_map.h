@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The registers of the PLC, as the coefficient (or machine) file states them: what the integrator
-// would lay out in a data block. Only the PLC's part of the file is read, by code of its own.
+// The register map of the PLC by a coefficient or machine file, which an integrator would lay out
+// in a data block. Reads only the PLC's part of the file, with code independent of the box.
 #pragma once
 
 #include <cstdint>
@@ -19,13 +19,13 @@ struct register_block {
     int end() const { return start + count; }
 };
 
-// A number that the PLC shows: value = raw * scale + zero.
+// A number in the PLC's registers: value = raw * scale + zero.
 struct shown_signal {
     std::string name;
     int address = 0;
     number_format format;
     double scale = 1.0, zero = 0.0;
-    std::optional<double> min, max;  // plausible range, where the file states it
+    std::optional<double> min, max;  // plausible range, if the file has one
 };
 
 // The slope and the reference position beside a value, for the temperature compensation of the
@@ -49,22 +49,22 @@ struct taken_channel {
 
 struct register_map {
     std::string file, profile;
-    register_block read, write;  // as the box sees it: the PLC shows `read` and obeys `write`
+    register_block read, write;  // from the view of the box
     int control = 0, plc_heartbeat = 0, status = 0, box_heartbeat = 0;
     std::uint16_t referenced_mask = 1u << 1;
     std::optional<int> detail;     // in the write block: the cause of the box's reason
     std::optional<int> handshake;  // of the profile fanuc: where the state of EA/ED/ESTB/EREND is
     bool axes_at_once = false;     // … and whether one handshake takes all axes
-    std::optional<double> deadband_um;  // with which the PLC program writes the NC
-    double interpolate_s = 0.0;  // in which the PLC program goes to each new value; 0: at once
+    std::optional<double> deadband_um;  // of the PLC program's writes to the NC
+    double interpolate_s = 0.0;         // interpolation time to a new value; 0: at once
     std::vector<shown_signal> signals;
     std::vector<taken_channel> channels;
 
-    // Registers from 0 that the PLC has.
+    // out: number of registers from 0
     int size() const { return read.end() > write.end() ? read.end() : write.end(); }
 };
 
-// Throws input_error with file and key where the PLC could not serve such a map.
+// Throws input_error with file and key for a map that the PLC cannot serve.
 register_map load_register_map(const std::string &path);
 
 }  // namespace compbox

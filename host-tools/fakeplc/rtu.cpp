@@ -16,7 +16,7 @@ byte_string resized(byte_string pdu, int registers) {
     return pdu;
 }
 
-// Bytes that an open line makes up; never the same as a request's or a reply's head.
+// Noise of an open line; it never equals the beginning of a request or reply.
 byte_string noise(int count) {
     byte_string bytes;
     for (int i = 0; i < count; ++i) bytes.push_back(static_cast<std::uint8_t>(0xF8 | i % 7));

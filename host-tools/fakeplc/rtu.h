@@ -17,13 +17,13 @@ std::uint16_t crc(const byte_string &bytes);
 // Unit id, PDU and check sum as a frame.
 byte_string frame(std::uint8_t unit, const byte_string &pdu);
 
-// true: long enough for a frame, and its check sum fits.
+// out: whether the bytes are a frame with the right check sum
 bool is_frame(const byte_string &bytes);
 
-// Bytes of the request that begins here, by its function and counts; 0: not known yet.
+// out: length of the request in bytes by its function and counts; 0: not known yet
 std::size_t request_size(const byte_string &received);
 
-// What goes on the line in place of the reply to a unit.
+// out: the bytes to send in place of the reply to a unit
 std::vector<timed_bytes> spoil(std::uint8_t unit, byte_string pdu,
                                const std::optional<fault> &what);
 

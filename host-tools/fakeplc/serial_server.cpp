@@ -22,8 +22,8 @@ namespace compbox {
 namespace {
 
 constexpr int bits_a_character = 11;
-constexpr std::size_t lump = 8;            // characters that a driver hands over at once
-constexpr std::int64_t lost_us = 20000;    // an unfinished request after this silence is noise
+constexpr std::size_t lump = 8;            // characters per chunk of a driver
+constexpr std::int64_t lost_us = 20000;    // silence that discards an incomplete request
 constexpr std::int64_t again_us = 200000;  // between two attempts to connect
 constexpr std::size_t longest_frame = 256;
 
@@ -75,14 +75,15 @@ std::int64_t serial_server::silence_us() const {
     return options_.baud > 19200 ? 1750 : characters_us(7) / 2;
 }
 
-// A pair of ends; ours is the master, the box opens the other by the link's name. A link of ours
-// that is left over is replaced, anything else is not.
+// Opens a pseudo-terminal; the box opens its other end through the link. Replaces a link, but no
+// other file.
 void serial_server::open_terminal() {
     struct stat there;
     if (::lstat(path_.c_str(), &there) == 0) {
         if (!S_ISLNK(there.st_mode)) {
             throw input_error(
-                fmt::format("cannot listen on {}: {} is there and is no link", address_, path_));
+                fmt::format("cannot listen on {}: {} exists and is not a link; use another path",
+                            address_, path_));
         }
         ::unlink(path_.c_str());
     }
@@ -94,7 +95,7 @@ void serial_server::open_terminal() {
         fd_ = -1;
         return;
     }
-    // Held open, so that a box that closes and opens it does not hang the line up.
+    // Kept open, so that the line does not hang up while the box closes and reopens it.
     held_ = ::open(name, O_RDWR | O_NOCTTY | O_CLOEXEC);
     termios raw = {};
     if (held_ < 0 || ::tcgetattr(held_, &raw) != 0) return;
@@ -102,7 +103,7 @@ void serial_server::open_terminal() {
     ::tcsetattr(held_, TCSANOW, &raw);
 }
 
-// Somebody listens there (QEMU): connects. Nobody does: listens.
+// Connects if a program (QEMU) listens there; else listens.
 void serial_server::open_socket(std::int64_t now_us) {
     const sockaddr_un at = socket_address(path_);
     const auto *address = reinterpret_cast<const sockaddr *>(&at);
@@ -111,7 +112,7 @@ void serial_server::open_socket(std::int64_t now_us) {
         fd_ = fd;
         return;
     }
-    const bool left_over = errno == ECONNREFUSED;  // its listener is gone
+    const bool left_over = errno == ECONNREFUSED;  // left over from an ended listener
     if (left_over) ::unlink(path_.c_str());
     if (::bind(fd, address, sizeof at) == 0 && ::listen(fd, 1) == 0) {
         listener_ = fd;
@@ -145,7 +146,7 @@ void serial_server::go_away(int duration_ms) {
     unplug();
     away_ = true;
     away_ms_ = duration_ms;
-    back_us_ = 0;  // the time runs from the next process() on
+    back_us_ = 0;  // the next process() starts the time
 }
 
 void serial_server::append_poll_set(std::vector<pollfd> &set) const {
@@ -179,6 +180,8 @@ void serial_server::process_units(const std::vector<pollfd> &, std::int64_t now_
     if (fd_ >= 0) send_due(now_us);
 }
 
+// Reads all bytes that have arrived. A pause of lost_us discards an incomplete request; a closed
+// socket is opened again after again_us.
 void serial_server::receive(std::int64_t now_us) {
     std::uint8_t block[512];
     for (;;) {
@@ -199,8 +202,8 @@ void serial_server::receive(std::int64_t now_us) {
     }
 }
 
-// A request ends where its counts say; one whose check sum does not fit is nobody's, and all that
-// came with it is dropped, as a slave does that waits for the next silence.
+// The counts of a request give its length. If the check sum is wrong, all received bytes are
+// discarded, as by a slave that waits for the next silence.
 void serial_server::answer_request(std::int64_t now_us, const unit_handler &answer) {
     const std::size_t size = rtu::request_size(received_);
     if (size == 0 || received_.size() < size) {
@@ -225,7 +228,7 @@ void serial_server::answer_request(std::int64_t now_us, const unit_handler &answ
     const std::int64_t begin_us = now_us + characters_us(size) + silence_us() + options_.delay_us;
     for (auto &part : rtu::spoil(frame[0], reply.pdu, fault)) {
         const std::int64_t from_us = begin_us + std::int64_t{part.delay_ms} * 1000;
-        // one slave's replies keep their order; another module's late one is not waited for
+        // replies of one slave keep their order; a late reply of another module does not delay them
         if (reply.delay_ms > 0) {
             queue(part.bytes, from_us + std::int64_t{reply.delay_ms} * 1000);
         } else {
@@ -234,7 +237,7 @@ void serial_server::answer_request(std::int64_t now_us, const unit_handler &answ
     }
 }
 
-// In lumps, each when its last character is through. Returns when all of it is.
+// Sends in chunks, each at the time of its last character. out: time of the last character
 std::int64_t serial_server::queue(const byte_string &bytes, std::int64_t from_us) {
     for (std::size_t at = 0; at < bytes.size(); at += lump) {
         const std::size_t count = std::min(lump, bytes.size() - at);
@@ -252,7 +255,7 @@ std::int64_t serial_server::queue(const byte_string &bytes, std::int64_t from_us
 void serial_server::send_due(std::int64_t now_us) {
     while (!to_send_.empty() && to_send_.front().due_us <= now_us) {
         const byte_string &bytes = to_send_.front().bytes;
-        // what the line does not take is lost, as it is when nobody listens
+        // bytes that the line does not accept are lost
         if (::write(fd_, bytes.data(), bytes.size()) < 0 && errno == EINTR) continue;
         to_send_.pop_front();
     }

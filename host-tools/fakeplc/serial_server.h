@@ -12,12 +12,12 @@
 namespace compbox {
 
 struct serial_options {
-    int unit = 1;       // answered; a handler with units answers others too
+    int unit = 1;       // own unit id; a handler with units answers other ids too
     int baud = 115200;  // 11 bits a character; 0: bytes take no time
     int delay_us = 0;   // from a request to its reply, beyond 3.5 characters
 };
 
-// What a unit says; an empty PDU: nobody of that id is there.
+// A unit's reply; empty PDU: unknown unit id.
 struct unit_reply {
     byte_string pdu;
     int delay_ms = 0;
@@ -34,7 +34,7 @@ class serial_server : public wire_server {
     serial_server(const serial_server &) = delete;
     serial_server &operator=(const serial_server &) = delete;
 
-    // true: of a form that this server takes, "rtu:…" or "unix:…".
+    // out: whether the address has a form of this server, "rtu:…" or "unix:…"
     static bool takes(const std::string &address);
 
     std::string address() const override { return address_; }
@@ -68,13 +68,13 @@ class serial_server : public wire_server {
     std::string address_, path_;
     bool terminal_;
     serial_options options_;
-    int fd_ = -1, listener_ = -1, held_ = -1;  // held_: our own hold of the terminal's other side
+    int fd_ = -1, listener_ = -1, held_ = -1;  // held_: keeps the terminal's other end open
     bool away_ = false;
     int away_ms_ = 0;
-    std::int64_t back_us_ = 0;  // when to try again, while there is no line
+    std::int64_t back_us_ = 0;  // time of the next attempt while there is no line
     byte_string received_;
-    std::int64_t received_us_ = 0;  // when the last byte came
-    std::int64_t end_us_ = 0;       // when the last byte of all that was queued is through
+    std::int64_t received_us_ = 0;  // time of the last byte
+    std::int64_t end_us_ = 0;       // time of the last queued byte
     std::deque<pending> to_send_;
     fault_plan faults_;
 };

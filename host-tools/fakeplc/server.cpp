@@ -26,7 +26,7 @@ struct endpoint {
     std::string host, port;
 };
 
-// "HOST:PORT" taken apart; both are empty when it is not of that form.
+// out: host and port of "HOST:PORT"; both empty for another form
 endpoint split(const std::string &address) {
     const auto colon = address.rfind(':');
     if (colon == std::string::npos || colon == 0) return {};
@@ -52,6 +52,8 @@ int listen_at(const addrinfo &info) {
     return -1;
 }
 
+// in : HOST:PORT; port 0: any free one
+// out: a listening socket; throws input_error if the address is wrong or in use
 int open_listener(const std::string &address) {
     const endpoint at = split(address);
     if (at.port.empty()) throw input_error(modbus_server::fault_in(address));
@@ -168,7 +170,7 @@ void modbus_server::answer_all(client &who, std::int64_t now_us, const handler &
         const auto frame = modbus::frame_at_start(who.received);
         if (frame.what == modbus::frame_state::incomplete) return;
         if (frame.what == modbus::frame_state::broken || who.waiting_bytes > most_waiting_bytes) {
-            who.open = false;  // nobody knows where the next frame would begin
+            who.open = false;  // the beginning of the next frame is unknown
             return;
         }
         const auto end = who.received.begin() + static_cast<std::ptrdiff_t>(frame.size);
@@ -187,7 +189,7 @@ void modbus_server::answer_one(client &who, const byte_string &frame, std::int64
         refuse ? modbus::exception_reply(request[0], static_cast<std::uint8_t>(fault->value))
                : answer(request, torn);
     for (auto &part : spoil(modbus::frame(frame, reply), fault)) {
-        // Replies keep their order, however late one is.
+        // Replies keep their order.
         const std::int64_t after_us = who.to_send.empty() ? now_us : who.to_send.back().due_us;
         const std::int64_t due_us = now_us + std::int64_t{part.delay_ms} * 1000;
         who.waiting_bytes += part.bytes.size();

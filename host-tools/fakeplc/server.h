@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Modbus/TCP connections over poll(): never blocks, tolerates clients of any manners.
+// Modbus/TCP connections over poll(): never blocks, tolerates any client.
 #pragma once
 
 #include <poll.h>
@@ -16,30 +16,30 @@ namespace compbox {
 
 class modbus_server : public wire_server {
   public:
-    // Listens on "HOST:PORT", "[IPv6]:PORT"; port 0 takes a free one. Clients beyond max_clients
-    // are turned away. Throws input_error.
+    // Listens on "HOST:PORT" or "[IPv6]:PORT"; port 0: any free one. Rejects clients beyond
+    // max_clients. Throws input_error.
     modbus_server(const std::string &address, int max_clients);
     ~modbus_server() override;
     modbus_server(const modbus_server &) = delete;
     modbus_server &operator=(const modbus_server &) = delete;
 
-    // What is wrong with the form of such an address; "" when nothing is.
+    // out: what is wrong with the form of the address; "": nothing
     static std::string fault_in(const std::string &address);
 
-    // Where it listens, as "127.0.0.1:1502".
+    // out: the address in use, such as "127.0.0.1:1502"
     std::string address() const override;
     std::size_t clients() const override { return clients_.size(); }
 
-    // What to poll for, appended to `set`; process() takes the same entries back.
+    // Appends its descriptors to `set`; process() takes the same entries.
     void append_poll_set(std::vector<pollfd> &set) const override;
-    // Accepts, reads, answers and sends what is due. Entries of other files are ignored.
+    // Accepts, reads, answers and sends due replies. Ignores entries of other files.
     void process(const std::vector<pollfd> &set, std::int64_t now_us,
                  const handler &answer) override;
-    // When something delayed is to be sent; INT64_MAX: nothing is.
+    // out: time of the next delayed part; INT64_MAX: none
     std::int64_t next_due_us() const override;
 
     void close_all_clients() override;
-    // Closes all connections, and every new one at once, for so long.
+    // Closes all connections and, for this time, every new one.
     void go_away(int duration_ms) override;
     fault_plan &faults() override { return faults_; }
 
@@ -66,7 +66,7 @@ class modbus_server : public wire_server {
 
     int listener_ = -1;
     int max_clients_;
-    int away_ms_ = 0;  // asked for, not begun
+    int away_ms_ = 0;  // requested, not begun
     std::int64_t away_until_us_ = 0;
     std::vector<client> clients_;
     fault_plan faults_;

@@ -16,14 +16,14 @@ std::size_t index_of_axis(const std::string &name) {
     return static_cast<std::size_t>(name.size() == 1 ? axis_index(name[0]) : -1);
 }
 
-// The axis that a channel moves by its name: Z, or Z1 and Z2 of a stage with two motors.
+// out: axis of a channel by its name: Z, or Z1 and Z2 of a stage with two motors
 char axis_moved_by(const std::string &channel) {
     const bool named = axis_index(channel[0]) >= 0 &&
                        channel.find_first_not_of("0123456789", 1) == std::string::npos;
     return named ? channel[0] : no_axis;
 }
 
-// X, Y and Z without errors, with the ranges of the signals of that name; every channel is served.
+// out: machine with X, Y and Z without errors, with the ranges of the signals of these names
 twin_config plain_machine(const register_map &map) {
     twin_config config;
     config.machine = "a machine without errors";
@@ -56,7 +56,7 @@ std::string axes_of(const twin_config &config) {
     return axes;
 }
 
-// The registers that the user named, or else the usual ones for the machine's axes.
+// out: the register map that the user named, else the usual one for the machine's axes
 register_map registers_for(const plc_options &options, const twin_config &twin) {
     const std::string path = options.map.empty() ? twin.coefficients : options.map;
     if (!path.empty()) return load_register_map(path);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From what the user names on the command line to a machine, its registers and its kind of control.
+// Makes machine, registers and kind of control from the command line.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The registers of a PLC that nobody described: what compbox init lays out (docs/fakeplc.md).
+// The default register map, which compbox init lays out (docs/fakeplc.md).
 #pragma once
 
 #include <string>

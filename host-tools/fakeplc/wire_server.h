@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the PLC is reached through, whatever the wire: TCP (server.h) or a serial line
-// (serial_server.h).
+// Interface of the PLC's servers: TCP (server.h) or a serial line (serial_server.h).
 #pragma once
 
 #include <poll.h>
@@ -16,24 +15,24 @@ namespace compbox {
 
 class wire_server {
   public:
-    // A request's PDU, and the fault that it meets, to the reply's PDU.
+    // in : a request's PDU and its fault. out: the reply's PDU
     using handler = std::function<byte_string(const byte_string &, bool torn)>;
 
     virtual ~wire_server() = default;
 
-    // Where it is reached, as for --listen.
+    // out: the address, as for --listen
     virtual std::string address() const = 0;
     virtual std::size_t clients() const = 0;
-    // What to poll for, appended to `set`; process() takes the same entries back.
+    // Appends its descriptors to `set`; process() takes the same entries.
     virtual void append_poll_set(std::vector<pollfd> &set) const = 0;
-    // Reads, answers and sends what is due. Entries of other files are ignored.
+    // Reads, answers and sends due replies. Ignores entries of other files.
     virtual void process(const std::vector<pollfd> &set, std::int64_t now_us,
                          const handler &answer) = 0;
-    // When something is to be done without anything coming; INT64_MAX: nothing is.
+    // out: time of the next work without input; INT64_MAX: none
     virtual std::int64_t next_due_us() const = 0;
 
     virtual void close_all_clients() = 0;
-    // Not to be reached for so long: nobody listens, or the line is unplugged.
+    // Unreachable for this time: no listener, or an unplugged line.
     virtual void go_away(int duration_ms) = 0;
     virtual fault_plan &faults() = 0;
 };

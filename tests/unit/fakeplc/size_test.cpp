@@ -53,7 +53,7 @@ TEST(Size, OfAForeignValueIsThePlcsOwnWithAnAlarm) {
         }
         EXPECT_TRUE(r.plc.alarms().stands("size-X"));
         EXPECT_TRUE(
-            r.had("alarm size-X came: the box asks for more of X than the PLC's own size "
+            r.had("alarm size-X came: the box requests more of X than the PLC's own size "
                   "of 90 um"));
         EXPECT_EQ(r.plc.duties().times_limited(), 1);
         r.box_runs_ms(600, active, 20.0);
