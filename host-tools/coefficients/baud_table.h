@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the exchange with the PLC takes on a serial line, at each usual baud rate.
+// Duration of the exchange with the PLC on a serial line at each usual baud rate.
 #pragma once
 
 #include <cstdint>

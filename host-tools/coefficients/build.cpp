@@ -11,8 +11,8 @@ namespace compbox::coefficients {
 
 namespace {
 
-// Says in the words of the file that an entry came from what the loader says of the merged one:
-// "terms[3].knots[7]: …" becomes "terms[0].knots[7]: … (EZX)". Returns where nothing fits.
+// Throws the loader's error about the merged file with the place in the source file:
+// "terms[3].knots[7]: …" becomes "terms[0].knots[7]: … (EZX)". Returns if no entry matches.
 void refuse_entry(const std::string &message, const std::string &key,
                   const std::vector<entry_home> &homes, const json &entries) {
     const std::string start = key + "[";
@@ -28,8 +28,8 @@ void refuse_entries(const merged_file &merged, const std::string &message) {
     refuse_entry(message, "signals", merged.signal_homes, merged.file["signals"]);
 }
 
-// Says what is wrong with a term in itself, where something is: with a mistake in it there may be
-// nothing to fill in, and that is not what the user has to mend. Any range does for the loader.
+// Throws input_error for an invalid term. It runs before ranges are filled in, because an invalid
+// term can hide its range; the loader gets any range.
 void refuse_bad_terms(merged_file merged) {
     for (auto &signal : merged.file["signals"]) {
         for (const auto &[key, value] : {std::pair("min", 0), std::pair("max", 1)}) {
@@ -63,7 +63,7 @@ std::vector<std::string> build_file(const std::string &machine,
         refuse_bad_terms(as_given);
         throw input_error(machine, 0, 0, message.text);
     }
-    // A coefficient file may be built upon; a term is not written over.
+    // The output may replace a coefficient file, but not a term.
     if (output == machine)
         update_file(output, text, out);
     else

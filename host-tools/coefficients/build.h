@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What `compbox build` does, for other commands too.
+// `compbox build` for other commands.
 #pragma once
 
 #include <iosfwd>
@@ -9,9 +9,9 @@
 
 namespace compbox::coefficients {
 
-// Joins the files (merge.h), asks the box's loader, and only then writes `output`, to *out where
-// that is given and the path means standard output. Returns remarks, one line each. Throws
-// input_error naming the file at fault.
+// Joins the files (merge.h), checks the result with the box's loader, then writes `output`, or *out
+// if it is not null and the path means standard output.
+// out: remarks, one line each. Throws input_error naming the file with the error.
 std::vector<std::string> build_file(const std::string &machine,
                                     const std::vector<std::string> &terms,
                                     std::optional<unsigned> revision, const std::string &output,

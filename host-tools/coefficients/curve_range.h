@@ -10,10 +10,10 @@
 
 namespace compbox::coefficients {
 
-// A term's own range; from >= to where it has none.
+// out: a term's own range; from >= to: none
 travel_range range_of_curve(const json &term);
 
-// From the lowest to the highest end of all curves over a signal; nothing where there is none.
+// out: from the lowest to the highest end of all curves over a signal; nothing without a curve
 std::optional<travel_range> range_of_curves(const json &terms, const std::string &signal);
 
 }  // namespace compbox::coefficients

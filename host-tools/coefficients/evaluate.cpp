@@ -17,14 +17,14 @@ namespace compbox::coefficients {
 
 namespace {
 
-constexpr int64_t start_us = 1000000;  // of the first row, in the box's clock
+constexpr int64_t start_us = 1000000;  // box time of the first row
 constexpr double longest_gap_s = 86400.0;
 constexpr float largest_value = 1e9f;  // docs/coefficient-file.md: signals lie within ±1e9
 constexpr uint16_t enabled = 1u << 0, permit_resume = 1u << 3;
 
-// The configuration with every measured signal taken as a physical value from a sensor of the box:
-// what a table holds. Ranges, rates, ages and lead stay; only the registers' quantisation is left
-// out. raw asks for the models: without lead, and at any value that the loader lets a signal have.
+// out: the configuration with every measured signal as a physical value from a sensor of the box.
+// Ranges, rates, ages and lead are unchanged; the registers' quantisation is omitted. raw: models
+// without lead, at any value that the loader permits for a signal.
 cb_config for_samples(const cb_config &file, bool raw) {
     cb_config config = file;
     for (const unsigned i : measured_signals(config)) {
@@ -41,7 +41,7 @@ cb_config for_samples(const cb_config &file, bool raw) {
     return config;
 }
 
-// A box whose PLC is always there, enabled and referenced, and takes every write.
+// A box with a PLC that is always connected, enabled and referenced, and accepts every write.
 class box_on_table {
   public:
     box_on_table(const cb_config &file, bool raw)
@@ -69,17 +69,17 @@ class box_on_table {
         remember();
     }
 
-    // The cycles between the last row and this one see the last row's values, standing still; what
-    // lags make of that is undone by step_on_row.
+    // Cycles between two rows have the values of the first, without motion; step_on_row undoes the
+    // effect on lags.
     void hold_until(int64_t row_us) {
         while (row_us - box_->life.now_us > box_->config.period_us) {
             step(box_->life.now_us + box_->config.period_us);
         }
     }
 
-    // A plausible value follows the last row's, not the copies of it that were held in between: so
-    // its rate and velocity are those from row to row, and its lags go straight between rows, as
-    // in training (host-tools/training/lagged.cpp): one step, exact for the straight line.
+    // A plausible value follows the value of the last row, not its copies in the cycles between. So
+    // rate and velocity are those from row to row, and lags follow the straight line between rows
+    // in one exact step, as in training (host-tools/training/lagged.cpp).
     void step_on_row(int64_t row_us) {
         bool follows[CB_MAX_SIGNALS] = {};
         for (std::size_t k = 0; k < measured_.size(); ++k) {
@@ -122,7 +122,7 @@ class box_on_table {
         inputs_.last_write = CB_TRANSFER_OK;
     }
 
-    // The PLC applies what was written, and says so in the next reading.
+    // The PLC applies the written values and returns them in the next reading.
     void apply() {
         for (unsigned i = 0; i < box_->config.channels_count; ++i) {
             const cb_channel_config &channel = box_->config.channels[i];
@@ -153,7 +153,7 @@ std::vector<std::size_t> signal_columns(const cb_config &config, const csv_table
     return columns;
 }
 
-// Microseconds since the first row. Throws where rows do not follow one another.
+// out: microseconds since the first row. Throws input_error if times do not ascend.
 std::vector<int64_t> row_times(const csv_table &samples, const std::vector<double> &time_s) {
     std::vector<int64_t> times;
     for (std::size_t r = 0; r < time_s.size(); ++r) {
@@ -163,7 +163,7 @@ std::vector<int64_t> row_times(const csv_table &samples, const std::vector<doubl
             throw input_error(samples.file, samples.lines[r], 0,
                               "time_s is more than a day after the row before");
         }
-        const bool falls = gap_s < 0.0;  // by how much is not known: no integer may hold it
+        const bool falls = gap_s < 0.0;  // the gap may exceed the range of an integer
         times.push_back(falls ? 0 : static_cast<int64_t>(std::llround(since_first_s * 1e6)));
         if (r > 0 && (falls || times[r] <= times[r - 1])) {
             throw input_error(samples.file, samples.lines[r], 0,
@@ -182,16 +182,15 @@ std::vector<std::string> column_names(const cb_config &config) {
     return names;
 }
 
-// in : what the box wrote, units * scale in float32
-// out: the same number of units in the scale as the file has it in decimal: -0.99 and not
-// -0.98999995
+// in : written value, units * scale in float32
+// out: the units times the decimal scale of the file: -0.99, not -0.98999995
 float written_um(const cb_channel_config &channel, float output_um) {
     if (!cb_number_is_integer(static_cast<cb_number_type>(channel.type))) return output_um;
     const double units = std::nearbyint(static_cast<double>(output_um / channel.scale));
-    return static_cast<float>(units * std::stod(shortest_float(channel.scale)));
+    return static_cast<float>(units * std::stod(fmt::format("{}", channel.scale)));
 }
 
-// What the box says after a step; a zero is never negative.
+// out: outputs after a step; a zero is never negative
 std::vector<float> row_of(const box_on_table &table, bool raw) {
     const cb_box &box = table.box();
     std::vector<float> row(box.outputs, box.outputs + box.config.outputs_count);
@@ -238,7 +237,7 @@ std::string evaluation_csv(const evaluation &result) {
     for (const auto &name : result.names) text += (text.empty() ? "" : ",") + name;
     text += '\n';
     for (std::size_t r = 0; r < result.rows.size(); ++r) {
-        text += shortest(result.time_s[r]);
+        text += fmt::format("{}", result.time_s[r]);
         for (const float value : result.rows[r]) text += fmt::format(",{}", value);
         text += '\n';
     }

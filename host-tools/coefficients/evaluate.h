@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The box on a table of inputs: what it would write, sample by sample.
+// The box on a table of inputs: its outputs for each row.
 #pragma once
 
 #include <string>

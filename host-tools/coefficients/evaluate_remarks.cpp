@@ -18,8 +18,7 @@ bool is_lag(const cb_signal_config &signal) {
     return signal.source == CB_SOURCE_LAG;
 }
 
-// What the box counts of its models and outputs, as a person would say it. With --raw there are no
-// limits.
+// Counters of the box about models and outputs, with their text. --raw has no limits.
 constexpr struct {
     std::uint32_t cb_counters::*counter;
     const char *text;
@@ -38,7 +37,7 @@ bool accepted(const cb_box &box, unsigned signal) {
     return box.signals[signal].known && box.signals[signal].time_us == box.life.now_us;
 }
 
-// A column for a computed signal looks like an input and is none.
+// Adds a remark for a column of a computed signal, which is not an input.
 void remark_computed_columns(const cb_config &config, const csv_table &samples,
                              std::vector<std::string> &remarks) {
     for (unsigned i = 0; i < config.signals_count; ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a person should know about the rows that compbox eval ran.
+// Remarks on the rows of compbox eval.
 #pragma once
 
 #include <cstddef>

@@ -11,7 +11,7 @@ namespace compbox::coefficients {
 
 namespace {
 
-// The value whose name is `text`. Throws where there is none.
+// out: the value with the name `text`; throws input_error for an unknown name
 template <typename kind>
 kind named(const std::string &text, std::initializer_list<kind> all, const std::string &file) {
     for (const kind one : all) {

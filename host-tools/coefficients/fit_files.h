@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// From measurement files to a coefficient file, as a person does it with `compbox fit` and
-// `compbox build`. It is given paths and nothing else: it includes nothing of twin/, so that no
-// truth can reach a fit (a gate and tests/cli/test_simulate.py see to it).
+// From measurement files to a coefficient file, like `compbox fit` and `compbox build`. It gets
+// paths only and includes nothing of twin/, so that no true error can reach a fit (a gate and
+// tests/cli/test_simulate.py check this).
 #pragma once
 
 #include <map>

@@ -8,7 +8,7 @@ namespace compbox::coefficients {
 
 namespace {
 
-// What at least one of our targets can do.
+// Functions of at least one target.
 constexpr cb_target any_target = {"the box",
                                   1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN | 1u << CB_SOURCE_BUS,
                                   1u << CB_TRANSPORT_TCP | 1u << CB_TRANSPORT_RTU};
@@ -32,6 +32,9 @@ std::unique_ptr<cb_config> load_coefficients(const std::string &path) {
     auto config = load_coefficient_text(read_file(path), &message);
     if (config != nullptr) return config;
     std::string sentence = message.text;
+    if (sentence == "the key terms is missing") {
+        sentence += " (of a machine file, make a coefficient file with compbox build)";
+    }
     if (message.line > 0) sentence += fmt::format(", line {}", message.line);
     if (message.line > 0 && message.column > 0) {
         sentence += fmt::format(", column {}", message.column);

@@ -11,8 +11,8 @@ extern "C" {
 
 namespace compbox::coefficients {
 
-// The file as the box would hold it. Throws input_error with the loader's own words:
-// "FILE: terms[3].knots[7]: sentence, line L, column C".
+// out: the file's configuration. Throws input_error with the loader's message: "FILE:
+// terms[3].knots[7]: sentence, line L, column C".
 std::unique_ptr<cb_config> load_coefficients(const std::string &path);
 
 // The same for text that is not in a file yet; the message has neither file nor place.

@@ -19,7 +19,7 @@ constexpr int first_applied = 24;
 constexpr int first_write = 100;
 constexpr int first_output = 104;
 constexpr std::size_t max_axes = 8;   // (first_applied - first_position) / 2
-constexpr std::size_t max_name = 39;  // what the box has room for
+constexpr std::size_t max_name = 39;  // CB_NAME_SIZE - 1
 const std::string linear_axes = "XYZUVW";
 const std::string rotary_axes = "ABC";
 
@@ -27,7 +27,7 @@ bool is_linear(char axis) {
     return linear_axes.find(axis) != std::string::npos;
 }
 
-// How a control takes its offsets. FANUC's shift is in increments of 0.1 µm up to ±9999.
+// Number format of a control's offsets. FANUC's shift has increments of 0.1 µm up to ±9999.
 struct register_format {
     const char *type;
     double scale_um;

@@ -15,7 +15,7 @@ namespace compbox::coefficients {
 
 namespace {
 
-// The order in which a person reads a coefficient file.
+// Order of the keys of a coefficient file.
 constexpr const char *key_order[] = {"format",  "revision", "machine",  "cycle", "plc",   "can",
                                      "signals", "terms",    "channels", "pairs", "safety"};
 
@@ -41,8 +41,8 @@ json named_array(const json &holder, const std::string &key, const std::string &
 // Signals and terms of several files, each name once.
 class collection {
   public:
-    // Takes over a file's signals and terms. Throws input_error where a name exists already, or
-    // an entry is no object with a name.
+    // Adds the signals and terms of a file. Throws input_error for a name that exists already and
+    // for an entry that is not an object with a name.
     void add(const json &from, const std::string &file) {
         const std::size_t first_term = terms_.size();
         const json signals = named_array(from, "signals", file);
@@ -71,7 +71,7 @@ class collection {
   private:
     using files_by_name = std::map<std::string, std::string>;
 
-    // Two networks may follow the same lags: written alike in two files, they are one signal.
+    // Equal lags in two files are one signal, because two networks may use the same lags.
     bool is_shared_lag(const json &signal, const std::string &file) const {
         const auto taken = signal_names_.find(signal["name"].get<std::string>());
         return signal.contains("lag_of") && taken != signal_names_.end() && taken->second != file &&
@@ -103,7 +103,8 @@ bool is_automatic(const json &channel) {
     return sum.is_null() || (sum.is_array() && sum.empty()) || sum == "auto";
 }
 
-// What `compbox join` and `compbox train` name after a channel: error_X_um, error_X_um_by_Y.
+// out: whether the name is error_X_um or error_X_um_by_Y of a channel, as `compbox join` and
+// `compbox train` write it
 bool is_error_of(const std::string &channel, const std::string &output) {
     const std::string own = fmt::format("error_{}_um", channel);
     return output == own || output.compare(0, own.size() + 4, own + "_by_") == 0;
@@ -117,7 +118,7 @@ char direction_of(const std::string &output) {
     return iso ? output[1] : '\0';
 }
 
-// Where output k of a term acts: as its ISO name says; X, Y, Z for a volumetric term.
+// out: direction of output k of a term: by its ISO name; X, Y, Z for a volumetric term
 char direction_of(const json &term, std::size_t k, const std::string &name) {
     const bool volumetric = term.value("type", json()) == "volumetric" && k < 3;
     return volumetric ? "XYZ"[k] : direction_of(name);
@@ -213,7 +214,8 @@ bool is_used(const json &file, const std::string &signal) {
     });
 }
 
-// Before anything is left out or filled in: a signal that a term needs and nobody has.
+// Throws input_error for a signal that a term needs and no file has. Call it before signals are
+// dropped or filled in.
 void check_signals(const merged_file &merged, const std::string &machine_path) {
     std::set<std::string> known;
     for (const auto &signal : merged.file["signals"])
@@ -231,7 +233,7 @@ void check_signals(const merged_file &merged, const std::string &machine_path) {
     }
 }
 
-// min and max of a signal from the curves over it. Throws where there is none.
+// out: min and max of a signal from the curves over it; throws input_error without a curve
 void take_range(json &signal, const merged_file &merged, const std::string &file) {
     const auto range = range_of_curves(merged.file["terms"], signal["name"].get<std::string>());
     const std::string name = signal["name"];
@@ -244,7 +246,7 @@ void take_range(json &signal, const merged_file &merged, const std::string &file
 }
 
 std::string json_number(const json &value) {
-    return value.is_number() ? shortest(value.get<double>()) : value.dump();
+    return value.is_number() ? fmt::format("{}", value.get<double>()) : value.dump();
 }
 
 // Fills in min and max, in the signal's unit, from the curves that use it, and drops signals that
@@ -279,7 +281,7 @@ void add_provenance(json &all, const json &fragment, const std::string &file) {
     if (!own.is_object()) refuse(file, "provenance must be an object");
     for (const auto &[key, value] : own.items()) {
         if (all.contains(key) && all[key] != value) {
-            refuse(file, fmt::format("provenance.{} differs from what another file says", key));
+            refuse(file, fmt::format("provenance.{} differs from another file's", key));
         }
         all[key] = value;
     }

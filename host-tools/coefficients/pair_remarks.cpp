@@ -13,7 +13,7 @@ namespace compbox::coefficients {
 namespace {
 
 constexpr int places = 201;
-constexpr double seen_um = 0.005;  // less is rounding of what both have in common
+constexpr double seen_um = 0.005;  // less is rounding of the common part
 
 double between(const cb_signal_config &signal, double share) {
     const double low = static_cast<double>(signal.min), high = static_cast<double>(signal.max);

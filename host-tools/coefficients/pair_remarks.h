@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whether the curves of two motors of one stage ask for more than their pair allows.
+// Checks whether the curves of two motors of one stage exceed the limit of their pair.
 #pragma once
 
 #include <string>
@@ -9,9 +9,9 @@ struct cb_config;
 
 namespace compbox::coefficients {
 
-// One sentence for each pair whose curves demand a larger difference than max_difference_um
-// somewhere: the box holds them back there, and the stage yaws by the rest. Looked at are 201
-// places along each measured signal, the others in the middle of their ranges.
+// out: one sentence for each pair whose curves have a larger difference than max_difference_um, at
+// 201 places along each measured signal with the others in the middle of their ranges. The box
+// limits the difference there, and the stage yaws by the rest.
 std::vector<std::string> pair_remarks(const cb_config &config);
 
 }  // namespace compbox::coefficients

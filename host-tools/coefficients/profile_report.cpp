@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/coefficients/profile_report.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "host-tools/coefficients/load.h"
 #include "host-tools/formats/json.h"
-#include "host-tools/formats/numbers.h"
 
 extern "C" {
 #include "firmware/config/profile.h"
@@ -16,7 +17,7 @@ namespace compbox::coefficients {
 
 namespace {
 
-// Six digits of a float, without those that only its binary form has.
+// out: six digits of a float
 double tidy(double value) {
     return std::stod(fmt::format("{:.6g}", value));
 }
@@ -52,7 +53,7 @@ json channel_figures(const cb_config &config, const cb_channel_config &channel) 
     return figures;
 }
 
-// What the lead is at least, before any exchange is counted.
+// out: the smallest lead, without the exchange, ms
 double least_lead_ms(const cb_config &config) {
     const uint32_t held_us = (config.period_us + config.plc.interpolate_us) / 2;
     return (held_us + cb_profile_lead_us(&config)) / 1000.0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the control of a coefficient file allows, and what follows for this file.
+// Limits of the control of a coefficient file and their consequences for this file.
 #pragma once
 
 #include <string>
@@ -14,12 +14,11 @@ namespace compbox::coefficients {
 // {"profile", "functions", "exchange", "registers", "update_ms", …, "channels": {NAME: …}}
 json profile_figures(const cb_config &config);
 
-// The same in lines for a person.
+// out: the same as text
 std::string profile_text(const cb_config &config);
 
-// One sentence for each channel whose control alarms at too large a step, and where that an output
-// is never so far from what the NC has hangs on the NC taking values often enough: it has no
-// `applied`, and a limit_um that lets two of its values be further apart.
+// out: one sentence for each channel whose control raises an alarm at a large step, that has no
+// `applied`, and whose limit_um permits a larger difference of two values.
 std::vector<std::string> profile_remarks(const cb_config &config);
 
 }  // namespace compbox::coefficients

@@ -138,7 +138,8 @@ json term_of(const volumetric_options &options, const volumetric_result &result)
     return term;
 }
 
-// A squareness given by hand beside a straightness curve that still has its slope counts twice.
+// Adds a remark for a squareness option together with a straightness curve that has a slope, which
+// counts twice.
 void judge_squareness(const volumetric_options &options, volumetric_result &result) {
     std::string absent;
     for (std::size_t k = 0; k < 3; ++k) {

@@ -26,7 +26,7 @@ struct volumetric_options {
     fit_options fit;  // name and signal are set for each
 };
 
-// What became of one curve, for the report.
+// Result of one curve, for the report.
 struct fitted_error {
     std::string name, file, unit;
     std::size_t positions = 0, coefficients = 0;

@@ -6,7 +6,6 @@
 
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/json.h"
-#include "host-tools/formats/numbers.h"
 
 extern "C" {
 #include "firmware/box/box.h"
@@ -35,7 +34,7 @@ std::string exception_words(int code) {
     return fmt::format(" (exception {}{})", code, code < 4 ? words[code] : "");
 }
 
-// "register 1" of an index in the read block.
+// out: "register N" for an index in the read block
 std::string register_name(const live_box &live, unsigned index) {
     return fmt::format("register {}", live.config().plc.read.start + index);
 }
@@ -58,7 +57,7 @@ std::string out_of_range(const live_box &live, const cb_signal_config &signal) {
         signal.min, signal.max);
 }
 
-// Reads until the signal is in range for a whole second, or says so.
+// Reads until the signal has been in range for a second; throws input_error otherwise.
 void check_signals(live_box &live, const box_setup &setup, json &found) {
     const cb_config &config = live.config();
     for (unsigned i = 0; i < config.signals_count; ++i) {
@@ -82,7 +81,9 @@ void must_answer(live_box &live) {
                                       registers_of(plc.read), exception_words(code)));
     }
     throw input_error(
-        fmt::format("plc.transport.tcp: no answer from {}: {}", who, live.connection()));
+        fmt::format("plc.transport.tcp: no reply from {}: {}; check address, port, cable and the "
+                    "PLC's Modbus server",
+                    who, live.connection()));
 }
 
 // The heartbeat over some seconds; out: ms from one count to the next.
@@ -134,7 +135,7 @@ void must_accept_writes(live_box &live) {
                   : "look at address, count and access rights of its server"));
 }
 
-// Why permission is needed at the start of a commissioning.
+// out: cause of a missing permission at the start
 std::string pending_by_read_back(const live_box &live) {
     if (live.found_read_back() != read_back::refused) return "";
     return fmt::format(
@@ -143,7 +144,7 @@ std::string pending_by_read_back(const live_box &live) {
         registers_of(live.config().plc.write), exception_words(live.read_back_exception()));
 }
 
-// Why the box is not, or no longer, ACTIVE.
+// out: cause of a mode other than ACTIVE
 std::string why(const live_box &live) {
     const cb_plc_config &plc = live.config().plc;
     const unsigned control = live.registers()[plc.control];
@@ -176,7 +177,7 @@ std::string why(const live_box &live) {
                        cb_reason_text(static_cast<std::uint8_t>(live.reason())), live.reason());
 }
 
-// How far from what was written an applied value may be.
+// out: largest difference of an applied value from the written one, µm
 double tolerance_um(const live_box &live, std::size_t channel) {
     return live.config().plc.deadband_um + 1.01 * live.config().channels[channel].scale;
 }
@@ -185,7 +186,7 @@ bool is_member(const test_axis &axis, std::size_t channel) {
     return std::count(axis.channels.begin(), axis.channels.end(), channel) > 0;
 }
 
-// The channel that is not where it should be; none: all are.
+// out: a channel that differs from its target; nothing: none
 std::optional<std::size_t> not_applied(const live_box &live, const test_axis &axis,
                                        double offset_um) {
     for (std::size_t c = 0; c < live.config().channels_count; ++c) {
@@ -197,7 +198,7 @@ std::optional<std::size_t> not_applied(const live_box &live, const test_axis &ax
 }
 
 // in : a channel whose applied value differs from the offset, in µm
-// Throws input_error that distinguishes mixed-up registers from a value that was not taken over.
+// Throws input_error that distinguishes exchanged registers from a value that was not applied.
 [[noreturn]] void refuse_applied(const live_box &live, const test_axis &axis, std::size_t channel,
                                  double offset_um) {
     const cb_channel_config &of = live.config().channels[channel];

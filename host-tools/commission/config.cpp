@@ -17,7 +17,7 @@ namespace {
 constexpr double any_position = 1e6;
 constexpr double largest_offset_um = 1e6;
 
-// PLC by network; the offsets come as samples of a bus of ours.
+// The PLC is on the network; the offsets are samples of the box's own bus.
 constexpr cb_target commissioning = {
     "compbox commission", 1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN, 1u << CB_TRANSPORT_TCP};
 

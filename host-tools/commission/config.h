@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The configuration with which `compbox commission` runs the box: the registers, limits and safety
-// of the file, but what its channels write comes from the person who commissions.
+// The configuration of the box for `compbox commission`: registers, limits and safety functions of
+// the file; the channels write the offsets of the sign test.
 #pragma once
 
 #include <memory>
@@ -15,7 +15,7 @@ extern "C" {
 
 namespace compbox::commission {
 
-// What is moved together: a channel, or the two of a pair.
+// Channels that move together: one, or the two of a pair.
 struct test_axis {
     std::string name;                   // "X"; of a pair "X1+X2"
     std::vector<std::size_t> channels;  // indices in the file
@@ -28,10 +28,10 @@ struct box_setup {
     std::vector<std::string> remarks;
 };
 
-// in : a machine or coefficient file; the rate at which offsets may move. Sums, terms, tangents and
-//      signals that do not come from the PLC are left out; no channel or ramp is faster than the
-//      rate; ranges that are still null are taken as anything, with a remark.
-// Throws input_error with the loader's words where the rest of the file is not right.
+// in : a machine or coefficient file; the maximum rate of offsets, µm/s
+// out: the configuration without sums, terms, tangents and signals from elsewhere than the PLC. No
+// channel or ramp exceeds the rate. A range that is null accepts any value, with a remark.
+// Throws input_error with the loader's message for an error in the rest of the file.
 box_setup make_box_setup(const json &document, const std::string &file, double rate_um_per_s);
 
 }  // namespace compbox::commission

@@ -6,18 +6,17 @@
 
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/json.h"
-#include "host-tools/formats/numbers.h"
 
 namespace compbox::commission {
 
 namespace {
 
-constexpr double still = 0.04;  // of the offset: less is no movement, but noise
-constexpr double off = 0.3;     // an indicator, backlash and drift may be off by so much
+constexpr double still = 0.04;  // share of the offset; less is noise, not motion
+constexpr double off = 0.3;     // tolerance for indicator, backlash and drift
 
 [[noreturn]] void refuse(const std::string &axis, double offset_um, double measured_um,
                          const std::string &reason) {
-    throw input_error(fmt::format("axis {}: asked for {:.4g} µm, measured {:.4g} µm: {}", axis,
+    throw input_error(fmt::format("axis {}: commanded {:.4g} µm, measured {:.4g} µm: {}", axis,
                                   offset_um, measured_um, reason));
 }
 

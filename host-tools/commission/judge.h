@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a measured displacement says about the sign and scale of a channel, and what measured times
-// say about lead and period. No PLC in here.
+// Sign and scale of a channel from a measured displacement, lead and period from measured times.
+// Independent of the PLC.
 #pragma once
 
 #include <cstdint>
@@ -11,9 +11,9 @@
 
 namespace compbox::commission {
 
-// in : the displacement of the tool that was asked for and the one that was measured, of `axis`
-// out: true: the tool moves the other way, so the sign has to be turned round
-// Throws input_error where the two are no sign apart: nothing moved, a power of ten, another
+// in : commanded and measured displacement of the tool, µm, of `axis`
+// out: true: the tool moves the other way and the sign must be inverted
+// Throws input_error if the two differ by more than the sign: no motion, a power of ten, another
 // factor.
 bool is_reversed(const std::string &axis, double offset_um, double measured_um);
 
@@ -25,16 +25,16 @@ struct spread {
 spread spread_of(std::vector<std::int64_t> times_us);
 json json_of(const spread &times);
 
-// What was measured of the way of a value, for lead and period.
+// Measured times of a value's transfer, for lead and period.
 struct loop_times {
-    spread exchange;         // from asking for a reading to the confirmed write
+    spread exchange;         // from the request of a reading to the confirmed write
     spread write;            // of that the write itself
     spread taken_over;       // from sending a write to its value being applied
     double update_ms = 0.0;  // the PLC's own, by its heartbeat
     double period_ms = 0.0;
     double round_ms =
         0.0;               // of the handshakes of all axes, one step alone does not see it; 0: none
-    double line_ms = 0.0;  // in which the PLC goes to each value; what is seen is its first step
+    double line_ms = 0.0;  // interpolation time of the PLC; only its first step is visible
 };
 // A position waits half of an update in the PLC; a value is on the average half a period old before
 // the next one comes, and where axes take turns it waits half a round (firmware/signals/lead.h).

@@ -15,15 +15,15 @@ namespace compbox::commission {
 
 namespace {
 
-constexpr double patience_s = 3.0;  // for one value to be applied
+constexpr double patience_s = 3.0;  // until one value is applied
 
-// One step of the channel and its way, as writes and readings pass by.
+// One step of the channel and its progress through writes and readings.
 struct step_watch {
-    double from_um = 0.0;      // what was applied before it
-    double notable_um = 0.0;   // a smaller change of a write is not handed on by the PLC
-    double visible_um = 0.0;   // a smaller change of `applied` is none
-    std::int64_t sent_us = 0;  // the first write that the PLC has to hand on; 0: not yet
-    std::int64_t seen_us = 0;  // the reading that first shows it
+    double from_um = 0.0;      // applied value before the step
+    double notable_um = 0.0;   // the PLC ignores a smaller change of a write
+    double visible_um = 0.0;   // a smaller change of `applied` is noise
+    std::int64_t sent_us = 0;  // the first write that exceeds notable_um; 0: not yet
+    std::int64_t seen_us = 0;  // the first reading that shows it
 };
 
 struct watcher {
@@ -52,7 +52,7 @@ struct watcher {
     }
 };
 
-// in : where the channel goes; out: µs from write to applied; none: it was not in time.
+// in : target of the channel. out: µs from write to applied; nothing: not within patience_s
 std::optional<std::int64_t> time_step(watcher &watch, double to_um) {
     live_box &live = watch.live;
     const cb_channel_config &channel = live.config().channels[watch.channel];
@@ -78,7 +78,7 @@ std::optional<std::int64_t> time_step(watcher &watch, double to_um) {
                       "PLC program larger than plc.deadband_um?");
 }
 
-// Large enough to be handed on, small enough to be nothing to the machine.
+// out: a step that the PLC applies and the machine tolerates, µm
 double step_um(const cb_config &config, const cb_channel_config &channel) {
     return std::max(4.0 * config.plc.deadband_um, 2.0 * channel.scale);
 }
@@ -89,7 +89,7 @@ loop_times measure_times(live_box &live, std::size_t channel, int steps, double 
     const double high_um = step_um(live.config(), live.config().channels[channel]);
     std::vector<std::int64_t> taken_us, exchanges_us;
     std::mt19937 random(1);
-    int lost = 0;  // a step now and then, on a busy line
+    int lost = 0;  // steps lost on a busy line
     watcher watch{live, channel, {}, {}};
     watch.attach();
     live.read_between_cycles(true);

@@ -56,14 +56,14 @@ struct live_box::inside {
     static inside &of(void *context) { return *static_cast<inside *>(context); }
     std::int64_t now_us() const { return linux_hal.now_us(linux_hal.context); }
 
-    // A reading that is there, for whoever listens.
+    // Passes a complete reading to on_reading.
     void tell(cb_transfer result, std::int64_t asked_us, const std::uint16_t *registers) {
         if (result != CB_TRANSFER_OK || !owner->on_reading) return;
         const std::uint16_t count = box.config.plc.read.count;
         owner->on_reading({asked_us, now_us(), {registers, registers + count}});
     }
 
-    // How the read-back ended, its exceptions apart from those of the cycle.
+    // Result of the read-back; counts its exceptions apart from those of the cycle.
     void note_read_back(cb_transfer result, const std::uint32_t *before) {
         const std::uint32_t *now = target.tcp.counters.exceptions_by_code;
         for (std::size_t code = 0; code < read_back_exceptions.size(); ++code)
@@ -72,7 +72,7 @@ struct live_box::inside {
         if (result == CB_TRANSFER_REFUSED) found = read_back::refused;
     }
 
-    // As many readings as fit before the next tick.
+    // Reads as often as possible before the next tick.
     void read_until_tick() {
         const cb_tick &tick = target.tick;
         const std::int64_t next_us =

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The box itself, on this computer and against a live PLC: the cycle, the client and the last stage
-// that will run in the cabinet, with an offset for each channel in place of models.
+// The box on this computer with a live PLC: cycle, client and last stage as in the cabinet, with an
+// offset for each channel in place of models.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ struct plc_reading {
     std::vector<std::uint16_t> registers;
 };
 
-// What the PLC did when the box read the write block back.
+// Reply of the PLC to the read-back of the write block.
 enum class read_back { unanswered, answered, refused };
 
 // One write of the box.
@@ -32,20 +32,20 @@ struct box_write {
 
 class live_box {
   public:
-    // Nothing is sent before the first cycle. Throws input_error where the address is none.
+    // Sends nothing before the first cycle. Throws input_error for an invalid address.
     explicit live_box(const box_setup &setup);
     ~live_box();
     live_box(const live_box &) = delete;
 
     // One period of the box. Throws input_error after SIGINT or SIGTERM.
     void cycle();
-    // Cycles until it is true or the time is over; out: whether it is.
+    // Cycles until the condition is true or the time is over. out: the condition
     bool cycle_until(double timeout_s, const std::function<bool()> &done);
 
-    // Where the channel goes, at its slew rate, as soon as the box is ACTIVE.
+    // Sets the target of the channel, which moves at its slew rate while the box is ACTIVE.
     void set_offset_um(std::size_t channel, double um);
-    // Ramps to zero, says STOPPED, closes the connection. out: the PLC confirmed it, or no offset
-    // was ever written. Called at the end, whatever happened; no signal interrupts it.
+    // Ramps to zero, writes STOPPED, closes the connection. out: whether the PLC confirmed it or no
+    // offset was ever written. Called at the end in every case; no signal interrupts it.
     bool stop();
 
     // Between two cycles, reads the PLC as often as it answers; each reading goes to on_reading.
@@ -60,12 +60,12 @@ class live_box {
     bool read_ok() const;       // in this cycle
     const std::uint16_t *registers() const;
     double output_um(std::size_t channel) const;
-    // What the PLC says it applies; none where the file has no register for it.
+    // out: applied value that the PLC reports; nothing: no register for it
     std::optional<double> applied_um(std::size_t channel) const;
     std::optional<double> applied_um(std::size_t channel, const plc_reading &reading) const;
     // The exchange of the last cycle: from asking for the reading to the confirmed write, µs.
     std::uint32_t exchange_us() const;
-    std::int64_t read_us() const;  // when the last reading was asked for
+    std::int64_t read_us() const;  // request time of the last reading
     std::uint32_t writes_refused() const;
     std::uint32_t reads_torn() const;
     std::uint32_t handshakes() const;
@@ -74,8 +74,8 @@ class live_box {
     int last_exception() const;
     read_back found_read_back() const;  // the last one that was answered or refused
     int read_back_exception() const;    // its code; 0: it was not refused
-    std::string write_remedy() const;  // what to set where the PLC does not have the write function
-    std::string connection() const;    // why there is none, in words
+    std::string write_remedy() const;   // remedy if the PLC lacks the write function
+    std::string connection() const;     // text of the cause of a lost connection
 
   private:
     struct inside;
@@ -83,8 +83,8 @@ class live_box {
     bool reading_between_ = false;
 };
 
-// From now on SIGINT and SIGTERM make cycle() throw; where that is permitted, the process goes
-// before all others, as the box's loop does.
+// Makes cycle() throw on SIGINT and SIGTERM; if permitted, sets the real-time priority of the box's
+// loop.
 void prepare_process();
 
 }  // namespace compbox::commission

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Questions to a person, or to a script behind a pipe, that do not stop the cycle.
+// Questions to a person or a script that do not stop the cycle.
 #pragma once
 
 #include <functional>
@@ -15,11 +15,11 @@ class prompt {
     // in : a descriptor for the answers, a stream for the questions
     prompt(int in, std::ostream &err) : in_(in), err_(err), lines_(in) {}
 
-    // Prints the question and calls wait() again and again until a line came; out: the line without
-    // blanks at its end. Throws input_error when the input ends.
+    // Prints the question and calls wait() until a line is complete. out: the line without trailing
+    // blanks. Throws input_error at the end of the input.
     std::string ask(const std::string &question, const std::function<void()> &wait);
 
-    // The same until the line is a finite number.
+    // Repeats the question until the line is a finite number.
     double ask_number(const std::string &question, const std::function<void()> &wait);
 
   private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What commissioning found, and how it gets into the file.
+// Results of commissioning, and their place in the file.
 #pragma once
 
 #include <map>
@@ -13,20 +13,20 @@ namespace compbox::commission {
 
 struct sign_result {
     double offset_um = 0.0, measured_um = 0.0;
-    int sign = 1;  // as the channels of the axis are to have it
+    int sign = 1;  // new sign of the channels of the axis
 };
 
 struct findings {
-    json registers;                            // as check_registers found them
+    json registers;                            // result of check_registers
     std::map<std::size_t, sign_result> signs;  // by channel
     std::optional<loop_times> times;
 };
 
-// The document with signs, lead_ms (unless it says "measured") and provenance.commissioning; of a
-// file with terms also the next revision. Throws input_error where provenance is no object.
+// out: the document with signs, lead_ms (unless it is "measured") and provenance.commissioning;
+// with terms, also the next revision. Throws input_error if provenance is not an object.
 json with_result(const json &document, const std::string &file, const findings &result);
 
-// What is in provenance.commissioning, and under --json.
+// out: the figures of provenance.commissioning, also for --json
 json figures_of(const json &document, const findings &result);
 
 }  // namespace compbox::commission

@@ -15,7 +15,7 @@ namespace {
 
 using function = std::function<double(double)>;
 
-// Positions of all signals along the path, as functions of the master's.
+// Positions of all signals as functions of the master position.
 std::map<unsigned, function> read_path(const channel_model &model, const cam_options &options) {
     std::map<unsigned, function> path;
     path[model.signal(options.master)] = [](double x) { return x; };
@@ -83,7 +83,7 @@ struct cam_shop {
     }
 };
 
-// Throws input_error where a channel depends on a signal that is neither on the path nor fixed.
+// Throws input_error if a channel depends on a signal that is neither on the path nor fixed.
 void check_path(const cam_shop &shop) {
     std::vector<bool> known(shop.model.config().signals_count);
     for (const auto &[signal, along] : shop.path) known[signal] = true;
@@ -112,7 +112,7 @@ bool fill(const cam_shop &shop, const coefficients::travel_range &range, double 
           cam_set &set) {
     set.step_mm = step;
     set.master_mm.clear();
-    for (std::size_t k = 0;; ++k) {  // the last step is shorter where the travel is no multiple
+    for (std::size_t k = 0;; ++k) {  // the last step may be shorter
         const double x = range.from_mm + static_cast<double>(k) * step;
         if (x > range.to_mm - 1e-6 * step) break;
         set.master_mm.push_back(x);
@@ -197,6 +197,7 @@ cam_set make_cams(const channel_model &model, const cam_options &options) {
     return set;
 }
 
+// out: lines for a person: the path, the largest table step error of each cam, held signals
 std::vector<std::string> cam_loss_lines(const channel_model &model, const cam_set &set,
                                         const cam_options &how) {
     std::string path;

@@ -14,7 +14,7 @@ namespace compbox::exports {
 
 namespace {
 
-// The signal that a chain of lags begins with.
+// out: the signal at the beginning of a chain of lags
 unsigned source_of(const cb_config &config, unsigned signal) {
     while (config.signals[signal].source == CB_SOURCE_LAG) signal = config.signals[signal].lag_of;
     return signal;
@@ -25,7 +25,7 @@ unsigned source_of(const cb_config &config, unsigned signal) {
 channel_model::channel_model(const std::string &path)
     : path_(path), json_(read_json(path)), config_(coefficients::load_coefficients(path)) {
     depends_.resize(config_->outputs_count);
-    for (unsigned t = 0; t < config_->terms_count; ++t) {  // each behind those that it uses
+    for (unsigned t = 0; t < config_->terms_count; ++t) {  // each after those that it uses
         const auto &term = config_->terms[t];
         std::set<unsigned> found;
         unsigned count = 0;

@@ -37,16 +37,15 @@ class channel_model {
     // Index of a signal. Throws input_error naming the signals that are there.
     unsigned signal(const std::string &name) const;
 
-    // All term outputs in steady state; µm, µrad. Curves with a branch for each direction of
-    // travel: all axes have come forward (1), backward (-1), or nothing is known and it is the mean
-    // (0).
+    // out: all term outputs in steady state; µm, µrad. in : direction of all axes for curves with
+    // branches: forward (1), backward (-1), or unknown (0: the mean)
     std::vector<double> outputs(const values &at, int direction = 0) const;
-    // Whether a channel, or what the position of a signal does to it, knows directions.
+    // out: whether a channel, or its part from a signal, has curves with branches
     bool has_branches(unsigned channel, unsigned signal) const;
-    // What a channel wants: minus the sum of its outputs, µm.
+    // out: displacement of a channel: minus the sum of its outputs, µm
     double wanted_um(unsigned channel, const values &at) const;
 
-    // The signals that are read (no lags) on which an output depends, whatever the way.
+    // out: the measured signals on which an output depends, directly or through others
     const std::set<unsigned> &dependencies(unsigned output) const { return depends_[output]; }
     // A position of an axis: unit mm or deg, and not the length of the tool.
     bool is_position(unsigned signal) const;

@@ -8,9 +8,9 @@
 namespace compbox::exports {
 
 // in : + - * / ^ ( ), numbers, the variable by its name, pi, and sin cos tan asin acos atan sqrt
-//      exp log abs of one argument; angles in radians
-// out: the function; where it is not defined (root of a negative number) it gives a NaN
-// Throws input_error that says at which character the formula cannot be read.
+// exp log abs of one argument; angles in radians
+// out: the function; NaN where it is undefined, as for the root of a negative number
+// Throws input_error with the position of the first invalid character.
 std::function<double(double)> parse_expression(const std::string &text,
                                                const std::string &variable);
 

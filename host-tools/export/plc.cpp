@@ -45,7 +45,7 @@ std::string spare(int from, int to) {
                 fmt::format("register {}, byte {}", from, 2 * from));
 }
 
-// Register n is byte 2 n of the block, so it begins with register 0, whatever the file uses first.
+// Register n is byte 2 n of the block, so the block begins with register 0.
 std::string s7_block(const register_map &map, const std::vector<laid_register> &laid,
                      const std::string &source) {
     std::string text = fmt::format(

@@ -71,9 +71,12 @@ std::string scaled(double scale, const char *unit) {
 void add_counters(layout &to, const register_block &block, const std::string &name,
                   const std::string &who) {
     if (!block.counters) return;
-    to.add_word(block.start, name + "_count_first", who + " counts updates: equal to the last one");
-    to.add_word(block.end() - 1, name + "_count_last",
-                who + " counts updates: equal to the first one");
+    to.add_word(
+        block.start, name + "_count_first",
+        who + " increments it by one per update; consistent block: equal to the last register");
+    to.add_word(
+        block.end() - 1, name + "_count_last",
+        who + " increments it by one per update; consistent block: equal to the first register");
 }
 
 void add_signal(layout &to, const shown_signal &signal) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The registers of a coefficient (or machine) file as the integrator has to lay them out.
+// The registers of a coefficient or machine file for the integrator.
 #pragma once
 
 #include <map>
@@ -24,12 +24,12 @@ struct laid_register {
 // AHEAD_MM of docs/plc/sinumerik-840d.scl.
 constexpr double usual_ahead_mm = 40.0;
 
-// By channel, the smallest of the sizes that the PLC program may hold it to (docs/plc/README.md,
-// "The largest offset"), um: with a smaller one it would cut what the box may write. Of channels
-// whose limits the file (coefficients or machine) states.
+// out: by channel, the smallest size for the PLC program (docs/plc/README.md, "The largest
+// offset"), um; a smaller one would limit permitted outputs of the box. Only channels with limits
+// in the file.
 std::map<std::string, double> least_sizes_um(const json &file);
 
-// Everything that the file uses, by address. Two signals that read one number are one register.
+// out: all registers of the file by address. Two signals of one number share a register.
 std::vector<laid_register> lay_out(const register_map &map,
                                    const std::map<std::string, double> &least_sizes_um);
 

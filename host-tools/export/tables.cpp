@@ -15,7 +15,7 @@ namespace {
 
 constexpr unsigned places_in_space = 4000;
 
-// Everything that the making of tables needs to know.
+// Inputs of the computation of tables.
 struct workshop {
     const channel_model &model;
     const table_options &options;
@@ -31,7 +31,7 @@ struct workshop {
             all.begin(), all.end(), [&](unsigned s) { return model.is_position(s); }));
     }
 
-    // What channel c wants from the position of an axis; see make_tables.
+    // out: displacement of channel c by the position of an axis, µm; see make_tables
     std::function<double(double)> function(unsigned c, unsigned axis, int direction = 0) const {
         const auto rest = model.outputs(at);
         return [this, c, axis, direction, rest](double position) {
@@ -60,7 +60,7 @@ struct workshop {
     }
 };
 
-// Signals that do not move: from `at`, positions else in the middle of their range.
+// out: values of constant signals: from `at`, else the middle of a position's range
 channel_model::values standing(const channel_model &model, const table_options &options,
                                table_set &result) {
     channel_model::values at = model.middle();
@@ -101,14 +101,14 @@ coefficients::travel_range range_of(const workshop &shop, unsigned axis) {
     return {signal.min, signal.max};
 }
 
-// At most a billion: no control holds as many.
+// out: number of points, at most a billion
 std::size_t points_for(const coefficients::travel_range &range, double step) {
     const double steps = std::ceil((range.to_mm - range.from_mm) / step - 1e-9);
     return static_cast<std::size_t>(std::clamp(steps, 0.0, 1e9)) + 1;
 }
 
-// The values as they are written. A last point beyond the end of the travel lies on the straight
-// line through the point before it and the curve at the end.
+// out: the values to write. A last point beyond the travel is extrapolated from the point before it
+// and the curve at the end of the travel.
 std::vector<double> values_of(const axis_table &table,
                               const std::function<double(double)> &wanted) {
     std::vector<double> all;
@@ -123,7 +123,7 @@ std::vector<double> values_of(const axis_table &table,
     return all;
 }
 
-// Looks between the points for the largest distance of the column's straight lines from a curve.
+// out: the largest difference between the linear interpolation of the column and a curve
 void judge_steps(const axis_table &table, const std::vector<double> &written,
                  const std::function<double(double)> &wanted, table_column &column) {
     for (std::size_t k = 0; k + 1 < table.position_mm.size(); ++k) {
@@ -138,7 +138,7 @@ void judge_steps(const axis_table &table, const std::vector<double> &written,
     }
 }
 
-// Values and step error of one column, of both directions where it knows them.
+// Computes values and step error of one column, by direction if its curves have branches.
 void fill_column(const workshop &shop, const axis_table &table, table_column &column) {
     column.step_error_um = column.step_error_at_mm = 0.0;
     column.half_um.clear();
@@ -231,8 +231,7 @@ double halton(unsigned k, unsigned base) {
     return value;
 }
 
-// Everywhere in the space of the positions: the channel as the box would have it against the sum
-// of its tables.
+// out: largest difference in the working space between the box's channel and the sum of its tables
 std::vector<channel_loss> measure_losses(const workshop &shop,
                                          const std::vector<axis_table> &tables) {
     static const unsigned bases[] = {2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53};
@@ -266,7 +265,7 @@ std::vector<channel_loss> measure_losses(const workshop &shop,
     return losses;
 }
 
-// Curves that know directions, in a table that does not.
+// Adds a remark for curves with branches in a table without directions.
 void judge_directions(const workshop &shop, table_set &result) {
     for (const auto &table : result.tables) {
         for (const auto &column : table.columns) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Equidistant compensation tables from a coefficient file, and what is lost on the way.
+// Equidistant compensation tables from a coefficient file, and their losses.
 #pragma once
 
 #include <map>
@@ -25,7 +25,7 @@ struct table_options {
     std::map<std::string, std::string> axis_of;  // signal by channel, where the name does not say
 };
 
-// What one channel gets from the position of one axis.
+// Displacement of one channel by the position of one axis.
 struct table_column {
     unsigned channel = 0;
     bool own = false;               // the channel moves the axis that the table runs over
@@ -37,13 +37,13 @@ struct table_column {
 
 struct axis_table {
     unsigned signal = 0;
-    double step_mm = 0.0, from_mm = 0.0, to_mm = 0.0;  // to: end of the travel asked for
+    double step_mm = 0.0, from_mm = 0.0, to_mm = 0.0;  // to: end of the requested travel
     std::vector<double> position_mm;                   // from + k step; the last is >= to
     std::vector<table_column> columns;
     bool tolerance_met = true;
 };
 
-// What the tables together miss of a channel, anywhere in the working space.
+// Largest error of a channel's tables in the working space.
 struct channel_loss {
     unsigned channel = 0;
     double largest_um = 0.0;
@@ -62,14 +62,14 @@ struct table_set {
 unsigned axis_of_channel(const channel_model &model, unsigned channel,
                          const std::map<std::string, std::string> &named);
 
-// A channel is the sum of functions of one position each, as far as its terms are; of a term that
-// knows several positions a table takes its change along one axis, the others standing at `at`
-// (or in the middle of their ranges). What a term wants at that place belongs to the channel's own
-// axis. Throws input_error for a signal that is not a position and not in `at`, a step that needs
-// more points than the control holds, and a file in which nothing fits into a table.
+// Approximates a channel by a sum of functions of one position each. For a term of several
+// positions, a table has its change along one axis, with the others at `at` or in the middle of
+// their ranges; the term's value there is in the table of the channel's own axis. Throws
+// input_error for a signal that is neither a position nor in `at`, a step that needs more points
+// than the control holds, and a file without any table.
 table_set make_tables(const channel_model &model, const table_options &options);
 
-// Linear between the points, held outside: what every control does.
+// Linear between the points, constant outside, as in every control.
 double interpolate(const std::vector<double> &x, const std::vector<double> &y, double at);
 
 }  // namespace compbox::exports

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double um_per_mm = 1000.0;
 
-// The shortest decimals of a position to 1e-6 mm: 0.1 and not 0.100000.
+// out: a position to 1e-6 mm without trailing zeros: 0.1, not 0.100000
 std::string position(double mm) {
     std::string text = fixed6(mm);
     text.erase(text.find_last_not_of('0') + 1);
@@ -44,14 +44,14 @@ double lost_motion_um(const channel_model &model, const text_options &options,
     return found == options.lost_motion_um.end() || !column.own ? 0.0 : found->second;
 }
 
-// Whether the column has other values forward than backward.
+// out: whether the column has different values forward and backward
 bool directed(const channel_model &model, const text_options &options, const table_column &column) {
     return !column.half_um.empty() || lost_motion_um(model, options, column) != 0.0;
 }
 
-// What is wanted in mm at point k while the axis moves forward (+1), backward (-1) or either way
-// (0). Lost motion given by hand: the curve is the mean of both directions, and going forward the
-// tool is half of it further forward.
+// out: displacement in mm at point k for an axis that moves forward (+1), backward (-1) or either
+// way (0). With --lost-motion-um the curve is the mean of both directions, and the tool is half of
+// the lost motion further forward on the way forward.
 double wanted_mm(const table_column &column, std::size_t k, double lost_um, int direction) {
     const double half = column.half_um.empty() ? -0.5 * lost_um : column.half_um[k];
     return (column.wanted_um[k] + direction * half) / um_per_mm;
@@ -169,7 +169,7 @@ std::vector<std::string> loss_lines(const channel_model &model, const table_set 
     return lines;
 }
 
-// LinuxCNC stops reading at the first line that is not three numbers: comments go to the end.
+// LinuxCNC stops reading at the first line without three numbers, so comments are at the end.
 std::vector<output_file> linuxcnc_comp(const channel_model &model, const table_set &tables,
                                        const text_options &options) {
     std::vector<output_file> files;
@@ -194,6 +194,8 @@ std::vector<output_file> linuxcnc_comp(const channel_model &model, const table_s
     return files;
 }
 
+// in : tables along the corrected axis itself
+// out: AX_EEC.INI with values in mm, negated because the control adds them
 std::vector<output_file> sinumerik_lec(const channel_model &model, const table_set &tables,
                                        const text_options &options) {
     std::string text =

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The tables in the words of each control. What is known of these formats, and how surely, is
-// in docs/export.md.
+// The tables in the format of each control. docs/export.md lists the sources of these formats.
 #pragma once
 
 #include <map>
@@ -13,7 +12,7 @@ namespace compbox::exports {
 
 struct text_options {
     std::string source;                            // name of the coefficient file, for comments
-    int sign = 1;                                  // -1 turns every value round
+    int sign = 1;                                  // -1 inverts every value
     int first_table = 0;                           // sinumerik-cec: index of the first table
     bool trims = false;                            // linuxcnc-comp: COMP_FILE_TYPE = 1
     std::map<std::string, std::string> axis_name;  // the control's name by channel or signal
@@ -24,7 +23,7 @@ struct output_file {
     std::string name, text;
 };
 
-// What is lost, one sentence each: table step, what the format cannot hold, what is held constant.
+// out: losses, one sentence each: table step, limits of the format, constant signals
 std::vector<std::string> loss_lines(const channel_model &model, const table_set &tables);
 
 std::vector<output_file> linuxcnc_comp(const channel_model &, const table_set &,

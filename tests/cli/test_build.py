@@ -173,7 +173,7 @@ REFUSED = {  # terms.json: message
                      "t: the signal X is already in machine.json; give one of them another name "
                      "or leave one out"),
     "provenance clash": ({**term(), "provenance": {"site": 2}},
-                         "t: provenance.site differs from what another file says"),
+                         "t: provenance.site differs from another file's"),
 }
 
 

@@ -42,7 +42,7 @@ TEST(commission, refuses_what_is_no_sign) {
     for (const double um : {0.0, 0.5, -0.7})
         EXPECT_TRUE(says(refusal(um), "the axis did not move")) << um;
     EXPECT_EQ(refusal(203.0),
-              "axis X: asked for 20 µm, measured 203 µm: wrong by a factor of 10; the scale of the "
+              "axis X: commanded 20 µm, measured 203 µm: wrong by a factor of 10; the scale of the "
               "channel is too small for what the control takes");
     EXPECT_TRUE(says(refusal(-1.9), "factor of 10; the scale of the channel is too large"));
     EXPECT_TRUE(says(refusal(2100.0), "factor of 100; the scale of the channel is too small"));
