@@ -18,7 +18,7 @@
 /* X(name, value, text): the high byte of the status register; 16 and above are faults. */
 #define CB_REASONS(X)                                                                           \
     X(CB_REASON_NONE, 0, "all is well")                                                         \
-    X(CB_REASON_NO_PLC, 1, "no answer from the PLC")                                            \
+    X(CB_REASON_NO_PLC, 1, "the PLC does not reply")                                            \
     X(CB_REASON_NOT_ENABLED, 2, "the PLC has not set enable")                                   \
     X(CB_REASON_NOT_REFERENCED, 3, "an axis is not referenced")                                 \
     X(CB_REASON_HEARTBEAT, 4, "the PLC's heartbeat does not change")                            \

@@ -56,7 +56,7 @@ def test_the_newest_good_slot_runs(tmp_path, text_of, a, b, loaded, said):
         name = "A" if loaded == a[0] else "B"
         text = text_of(loaded, None)
         box.console.wait(f"runs revision {loaded} of slot {name}: .*, CRC-32 {zlib.crc32(text.encode()):08x}$")
-        box.console.wait("STANDBY: no answer from the PLC")
+        box.console.wait("STANDBY: the PLC does not reply")
 
 
 @pytest.mark.parametrize("text, text_sum", [("{}", 1), ('{"format": 7}', None)], ids=["broken", "refused"])

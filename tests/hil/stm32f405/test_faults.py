@@ -159,7 +159,7 @@ def test_a_line_that_is_never_silent(plc, rtu, start_box):
         wait_for(lambda: len(active(plc)) > 10)
         since = box.console.mark()
         server.client.sendall(b"\x55\xaa" * 5000)     # takes the emulator some time
-        box.console.wait("now HOLD: no answer from the PLC", since)
+        box.console.wait("now HOLD: the PLC does not reply", since)
         mark = len(plc.writes)
         wait_for(lambda: len(plc.writes) > mark and plc.last().mode == ACTIVE)
 
@@ -171,7 +171,7 @@ def test_a_plc_that_no_longer_answers(plc, rtu, start_box):
         wait_for(lambda: len(active(plc)) > 30)
         mark, since = len(plc.writes), box.console.mark()
         server.fault = silent
-        box.console.wait("now STANDBY: no answer from the PLC", since)
+        box.console.wait("now STANDBY: the PLC does not reply", since)
         server.fault = None
         wait_for(lambda: len(plc.writes) > mark and plc.last().mode == ACTIVE)
         box.console.wait("now ACTIVE", since)
@@ -188,7 +188,7 @@ def test_a_plc_that_restarts(plc, rtu, start_box):
         with rtu():
             wait_for(lambda: len(active(plc)) > 30)
             since = box.console.mark()
-        box.console.wait("now HOLD: no answer from the PLC", since)
+        box.console.wait("now HOLD: the PLC does not reply", since)
         plc.set(machine.WRITE[0], [0] * machine.WRITE[1])
         mark = len(plc.writes)
         with rtu():
