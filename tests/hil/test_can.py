@@ -168,7 +168,7 @@ def test_a_byte_of_a_j1939_message_from_any_source(plc, can_box, tmp_path):
 def test_a_frame_that_is_too_short_is_named(plc, can_box, tmp_path):
     with Interface(tmp_path) as can, can_box(with_can()) as box:
         can.every[0x181] = [0, 0, 0x5F]
-        wait(lambda: "short_frames (the last of 0x181)" in said(box))
+        wait(lambda: "short frames: " in said(box) and "(the last of 0x181)" in said(box))
         plc.wait(at_um(WITHOUT_UM))
         ends_well(box)
     assert box.stats["can"]["short_frames"] > 3

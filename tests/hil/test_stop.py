@@ -84,7 +84,7 @@ def test_a_plc_that_was_never_there_is_told_at_once(start_box):
         box.stop()
     assert box.code == 1
     assert sum(step.reason == 10 for step in box.steps) <= 1
-    assert "before the PLC was ever heard" in box.log
+    assert "ended without any reply of the PLC" in box.log
     assert box.stats["finished"]
 
 

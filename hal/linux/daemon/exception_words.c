@@ -15,14 +15,22 @@ static const char *name_of(unsigned code) {
     return code < count && names[code] != NULL ? names[code] : names[0];
 }
 
-void cb_add_exceptions(const uint32_t *logged, const uint32_t *now, unsigned codes, char *text,
+void cb_add_exceptions(const uint32_t *before, const uint32_t *now, unsigned codes, char *text,
                        size_t size) {
     for (unsigned code = 0; code < codes; code++) {
         const size_t used = strlen(text);
-        if (now[code] == logged[code]) continue;
+        if (now[code] == before[code]) continue;
         if (code == 0)
             snprintf(text + used, size - used, "; exceptions %s", name_of(code));
         else
             snprintf(text + used, size - used, "; exception %u (%s)", code, name_of(code));
     }
+}
+
+void cb_add_counter(const char *name, uint32_t count, char *text, size_t size) {
+    const size_t used = strlen(text);
+    if (count == 0) return;
+    snprintf(text + used, size - used, "%s%s: %u", used == 0 ? "" : ", ", name, (unsigned)count);
+    for (char *at = text + used; *at != '\0'; at++)
+        if (*at == '_') *at = ' ';
 }

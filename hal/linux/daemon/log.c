@@ -184,26 +184,21 @@ static void log_link(struct cb_log *log, const struct cb_row *row) {
     log->link = *now;
 }
 
-/* Lists the errors on the wire since the last line about them: "3 timeouts, 2 exceptions; exception
- * 2 (illegal data address)", or "". */
-#define CB_X(name)                                                                           \
-    if (used < size && now->name != logged->name)                                            \
-        used += (size_t)snprintf(text + used, size - used, "%s%u %s", used == 0 ? "" : ", ", \
-                                 (unsigned)(now->name - logged->name), #name);
+/* Lists the errors on the wire since the last line about them: "timeouts: 3, exceptions: 2;
+ * exception 2 (illegal data address)", or "". */
+#define CB_X(name) cb_add_counter(#name, now->name - before->name, text, size);
 
-static void describe_tcp(const struct cb_tcp_counters *logged, const struct cb_tcp_counters *now,
+static void describe_tcp(const struct cb_tcp_counters *before, const struct cb_tcp_counters *now,
                          char *text, size_t size) {
-    size_t used = 0;
     CB_TCP_ERRORS(CB_X)
-    cb_add_exceptions(logged->exceptions_by_code, now->exceptions_by_code, CB_TCP_EXCEPTIONS, text,
+    cb_add_exceptions(before->exceptions_by_code, now->exceptions_by_code, CB_TCP_EXCEPTIONS, text,
                       size);
 }
 
-static void describe_rtu(const struct cb_rtu_counters *logged, const struct cb_rtu_counters *now,
+static void describe_rtu(const struct cb_rtu_counters *before, const struct cb_rtu_counters *now,
                          char *text, size_t size) {
-    size_t used = 0;
     CB_RTU_ERRORS(CB_X)
-    cb_add_exceptions(logged->exceptions_by_code, now->exceptions_by_code, CB_RTU_EXCEPTIONS, text,
+    cb_add_exceptions(before->exceptions_by_code, now->exceptions_by_code, CB_RTU_EXCEPTIONS, text,
                       size);
 }
 #undef CB_X

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "hal/linux/daemon/can_words.h"
+#include "hal/linux/daemon/exception_words.h"
 #include "hal/linux/daemon/log.h"
 
 enum { ERRORS_EVERY_US = 1000000 };
@@ -28,17 +29,13 @@ static void log_node(struct cb_log *log, const struct cb_can_config *can, unsign
 /* At most once a second, so that a series of errors is one line. */
 static void log_errors(struct cb_log *log, const char *interface, const struct cb_row *row) {
     if (row->time_us - log->can_errors_us < ERRORS_EVERY_US) return;
-    const struct cb_can_counters *now = &row->can.counters, *logged = &log->can_errors;
+    const struct cb_can_counters *now = &row->can.counters, *before = &log->can_errors;
     char text[200] = "";
-    size_t used = 0;
-#define CB_X(name)                                                                              \
-    if (used < sizeof text && now->name != logged->name)                                        \
-        used +=                                                                                 \
-            (size_t)snprintf(text + used, sizeof text - used, "%s%u %s", used == 0 ? "" : ", ", \
-                             (unsigned)(now->name - logged->name), #name);
+#define CB_X(name) cb_add_counter(#name, now->name - before->name, text, sizeof text);
     CB_CAN_ERRORS(CB_X)
 #undef CB_X
-    if (used > 0 && used < sizeof text && now->short_frames != logged->short_frames)
+    const size_t used = strlen(text);
+    if (now->short_frames != before->short_frames)
         snprintf(text + used, sizeof text - used, " (the last of 0x%x)",
                  (unsigned)(row->can.short_id & CB_CAN_ID_BITS));
     if (used == 0) return;

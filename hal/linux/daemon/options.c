@@ -15,35 +15,32 @@ static const char help[] =
     "usage: compboxd --config FILE [options]\n"
     "\n"
     "  --config FILE         coefficient file (compbox build makes it, compbox check checks it)\n"
-    "  --check               only check the file: exit 0, or a sentence and exit 1\n"
-    "  --most-um U           the site's ceiling: no output is larger than U µm (a slope: µm/m), "
-    "whatever\n"
-    "                        the file states, 0.001 to 1000000\n"
-    "  --most-um-per-s V     … and none moves faster than V µm/s, 0.001 to 1000000\n"
-    "  --allow-older         a reload may take a file of a lower revision than the running one\n"
-    "  --cycles N            stop by itself after N cycles, as on SIGTERM: outputs go to zero "
-    "first\n"
+    "  --check               check the file and exit: 0, or 1 after an error message\n"
+    "  --most-um U           the site's ceiling of outputs, µm (a slope: µm/m), 0.001 to 1000000;\n"
+    "                        a larger limit of the file is lowered to it\n"
+    "  --most-um-per-s V     the site's ceiling of their rate, µm/s, 0.001 to 1000000\n"
+    "  --allow-older         a reload accepts a file of a lower revision than the running one\n"
+    "  --cycles N            stop after N cycles like on SIGTERM\n"
     "  --stats FILE          write statistics as JSON, every 5 s and at the end\n"
     "  --record FILE         write one CSV row for each cycle: signals, terms, outputs, mode\n"
-    "  --record-inputs FILE  write the exact inputs of each cycle (compbox simulate "
-    "--replay)\n"
+    "  --record-inputs FILE  write the exact inputs of each cycle for compbox simulate --replay\n"
     "  --state FILE          keep lags and how the run ended across restarts in this file\n"
     "  --state-every S       write it every S seconds, 1 to 3600 (default: 10), and at the end\n"
     "  --priority P          run the loop under SCHED_FIFO with this priority, 1 to 99\n"
     "  --cpu-latency on|off  hold /dev/cpu_dma_latency at 0 (default: on, where permitted)\n"
     "  --cpu N               run the loop on processor N only\n"
-    "  --clock C             ticks by CLOCK_MONOTONIC (monotonic, the default) or by one that "
-    "counts\n"
-    "                        suspend (boottime): ticks slept through then count as missed\n"
+    "  --clock C             clock of the ticks: monotonic (default), or boottime, which counts\n"
+    "                        ticks during a suspend as missed\n"
     "  --watchdog DEVICE     feed this hardware watchdog, with completed cycles only\n"
-    "  --watchdog-timeout S  … which resets the machine after S seconds, 1 to 60 (default: 10)\n"
+    "  --watchdog-timeout S  time after which the watchdog resets, 1 to 60 s (default: 10)\n"
     "  --help, --version\n"
     "\n"
-    "SIGTERM and SIGINT end it: outputs ramp to zero, the status register has STOPPED. SIGHUP, "
-    "or\n"
-    "a change of the coefficient file, makes it take over the new one without a step.\n"
-    "Exit codes: 0 stopped in good order, 1 a file is bad or the PLC never confirmed the stop,\n"
-    "2 wrong usage.\n"
+    "On SIGTERM or SIGINT, compboxd ramps outputs to zero, writes STOPPED to the status register\n"
+    "and exits. On SIGHUP, or when the coefficient file changes, it loads the file without a "
+    "step.\n"
+    "Exit codes: 0 the PLC confirmed the stop, 1 a file is bad or the PLC did not confirm, 2 "
+    "wrong\n"
+    "usage.\n"
     "\n"
     "example: compboxd --config coefficients.json --stats stats.json --priority 80\n";
 
@@ -52,7 +49,7 @@ enum {
     MOST_UM,
     MOST_UM_PER_S,
     ALLOW_OLDER
-}; /* no letter, because the first word that is no option must not look like one */
+}; /* values beyond characters, which getopt_long returns for unknown options */
 
 static const struct option known[] = {
     {"config", required_argument, NULL, 'c'},
@@ -204,8 +201,7 @@ static void refuse(int letter, const char *word) {
     else if (optopt != 0)
         fprintf(stderr, "compboxd: unknown option -%c; see compboxd --help\n", optopt);
     else
-        fprintf(stderr, "compboxd: %s is no option, or short for several; see compboxd --help\n",
-                word);
+        fprintf(stderr, "compboxd: unknown or ambiguous option %s; see compboxd --help\n", word);
 }
 
 /* out: whether two paths are one file, by name or by a link. A device may be named twice: /dev/null

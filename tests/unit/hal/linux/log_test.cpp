@@ -158,7 +158,7 @@ TEST_F(log_lines, a_function_that_the_plc_does_not_have_is_one_sentence) {
     row->tcp.exceptions++;
     row->tcp.exceptions_by_code[2]++;
     step(20 * s);
-    EXPECT_NE(said().find("1 exceptions; exception 2 (illegal data address)"), std::string::npos);
+    EXPECT_NE(said().find("exceptions: 1; exception 2 (illegal data address)"), std::string::npos);
 }
 
 TEST_F(log_lines, an_odd_reply_is_named_once_for_each_kind_and_connection) {
