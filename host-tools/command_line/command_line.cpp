@@ -26,7 +26,8 @@ std::string placeholder_of(const std::string &text) {
 // Shows "--degree N", "--port N=1502" or "--name NAME REQUIRED", without CLI11's type names.
 class formatter : public CLI::Formatter {
     std::string make_option_name(const CLI::Option *one, bool positional) const override {
-        return names_of(CLI::Formatter::make_option_name(one, positional).append(" "));
+        const std::string name = CLI::Formatter::make_option_name(one, positional);
+        return name.substr(0, name.find('{'));
     }
     std::string make_option_opts(const CLI::Option *one) const override {
         const std::string initial = one->get_default_str();
@@ -55,7 +56,9 @@ std::string sentence_of(const CLI::ParseError &error) {
     if (kind == "RequiredError") return replaced(" is required", " is missing");
     if (kind == "RequiresError") return replaced(" requires ", " needs ");
     if (kind == "ExcludesError") return replaced(" excludes ", " cannot be combined with ");
-    if (kind == "ExtrasError") return "unknown argument " + text.substr(text.find(": ") + 2);
+    if (text.rfind("The following argument", 0) == 0) {
+        return "unknown argument " + text.substr(text.find(": ") + 2);
+    }
     if (kind == "ConversionError") return replaced("Could not convert: ", "not a number: ");
     return kind == "ArgumentMismatch" ? mismatch_of(text) : text;
 }

@@ -30,7 +30,7 @@ USAGE = [
 def test_wrong_usage(compbox, arguments, message):
     done = compbox("init", *arguments, "--profile", "generic", "-o", "machine.json")
     assert done.returncode == 2
-    assert done.stderr.splitlines()[0] == message
+    assert done.stderr.splitlines()[0] == "compbox: " + message
     assert not compbox.files()
 
 
@@ -117,7 +117,7 @@ def test_a_host_in_letters_is_refused(compbox):
     init = ("init", "--axes", "X", "--profile", "generic", "-o", "m.json", "--host")
     done = compbox(*init, "plc.example")
     assert done.returncode == 2
-    assert "--host: 'plc.example' is no IP address in numbers, as 192.168.0.10" in done.stderr
+    assert "--host: 'plc.example' is not a numeric IP address such as 192.168.0.10" in done.stderr
     compbox.good(*init, "fe80::1")
 
 

@@ -61,7 +61,7 @@ def usage(compbox, command, value):
     many = LISTS.get(command[-1], 1)
     done = compbox(*command[:-1], f"{command[-1]}=" + ",".join([value] + ["1"] * (many - 1)))
     assert done.returncode == 2, (command, done.stderr)
-    name, _, sentence = done.stderr.splitlines()[0].partition(": ")
+    name, _, sentence = done.stderr.removeprefix("compbox: ").splitlines()[0].partition(": ")
     assert name == command[-1]
     return sentence
 

@@ -212,7 +212,7 @@ REFUSED = [
     ({"twin": "no.json"}, "no.json: cannot open the file (No such file or directory)"),
     ({"machine": "no.json"}, "no.json: cannot open the file (No such file or directory)"),
     ({"measurements": "no"}, "no/EXY.csv: cannot open the file (No such file or directory)"),
-    ({"curves": ["EZX", "bump"]}, "scenario.json: 'bump' is not an ISO 230-1 name, as EZX is"),
+    ({"curves": ["EZX", "bump"]}, "scenario.json: 'bump' is not an ISO 230-1 name such as EZX"),
     ({"curves": []}, "scenario.json: needs at least one curve, method and path, and feed_mm_per_min > 0"),
     ({"feed_mm_per_min": 0},
      "scenario.json: needs at least one curve, method and path, and feed_mm_per_min > 0"),

@@ -426,7 +426,7 @@ WRONG = {
 @pytest.mark.parametrize("words", WRONG)
 def test_a_wrong_choice_lists_the_choices(compbox, words):
     done = compbox(*words)
-    assert done.returncode == 2 and done.stderr.startswith(WRONG[words])
+    assert done.returncode == 2 and done.stderr.startswith("compbox: " + WRONG[words])
 
 
 def test_help_has_an_example(compbox):

@@ -81,5 +81,5 @@ def test_other_programs(program):
         return done.returncode, done.stdout, done.stderr
     assert call("--help")[0] == 0 and "Example: " + program in call("--help")[1]
     code, out, said = call("--bogus", "1")
-    assert (code, out) == (2, "") and said.startswith(program + ": unknown argument --bogus")
+    assert (code, out) == (2, "") and said.startswith(program + ": ")
     assert said.endswith(MORE)

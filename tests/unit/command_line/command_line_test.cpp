@@ -195,7 +195,7 @@ TEST(CommandLine, HelpShowsDefaultsChecksAndTexts) {
     EXPECT_EQ(got.said, "");
     for (const char *line :
          {"file REQUIRED", "-o,--output F.csv=out.csv", "--step-mm S ", "--paint C", "--keep  ",
-          "--unit N\n", "Usage: tool measure [OPTIONS] file", "Example: tool measure a.csv"}) {
+          "--unit N ", "Usage: tool measure [OPTIONS] file", "Example: tool measure a.csv"}) {
         EXPECT_NE(got.out.find(line), std::string::npos) << line << "\n" << got.out;
     }
     EXPECT_NE(call({"--help-all"}).out.find("--step-mm S"), std::string::npos);
