@@ -4,42 +4,26 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <vector>
+#include <set>
+#include <utility>
 
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/json.h"
+#include "host-tools/formats/register_layout.h"
 
 namespace compbox::coefficients {
 
 namespace {
 
-constexpr int handshake_register = 2;
-constexpr int first_position = 8;
-constexpr int first_applied = 24;
-constexpr int first_write = 100;
-constexpr int first_output = 104;
-constexpr std::size_t max_axes = 8;   // (first_applied - first_position) / 2
+constexpr std::size_t max_axes = 8;
 constexpr std::size_t max_name = 39;  // CB_NAME_SIZE - 1
+constexpr double pair_difference_um = 20.0;
 const std::string linear_axes = "XYZUVW";
 const std::string rotary_axes = "ABC";
 
-bool is_linear(char axis) {
-    return linear_axes.find(axis) != std::string::npos;
-}
-
-// Number format of a control's offsets. FANUC's shift has increments of 0.1 µm up to ±9999.
-struct register_format {
-    const char *type;
-    double scale_um;
-};
-
-register_format output_format(const std::string &profile) {
-    if (profile == "fanuc") return {"int16", 0.1};
-    return {"int32", 0.01};
-}
-
-[[noreturn]] void refuse(const std::string &sentence) {
-    throw input_error(sentence);
+template <typename... Values>
+[[noreturn]] void refuse(fmt::format_string<Values...> sentence, Values &&...values) {
+    throw input_error(fmt::format(sentence, std::forward<Values>(values)...));
 }
 
 double travel_number(const std::string &text, const std::string &whole) {
@@ -47,110 +31,171 @@ double travel_number(const std::string &text, const std::string &whole) {
     const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
     if (text.empty() || result.ec != std::errc() || result.ptr != text.data() + text.size() ||
         !std::isfinite(value)) {
-        refuse("--travel: '" + whole + "' is not AXIS=LENGTH or AXIS=FROM:TO in mm, as in X=14300");
+        refuse("--travel: '{}' is not AXIS=LENGTH or AXIS=FROM:TO in mm, as in X=14300", whole);
     }
     return value;
 }
 
-// Throws input_error that names the option where the name, an axis or a travel is not possible.
-void check_axes(const machine_options &options) {
-    const std::string &axes = options.axes;
+// out: the pieces between the separators, one at least; a piece may be empty
+std::vector<std::string> split(const std::string &text, char separator) {
+    std::vector<std::string> pieces;
+    std::size_t start = 0;
+    for (std::size_t end; (end = text.find(separator, start)) != std::string::npos; start = end + 1)
+        pieces.push_back(text.substr(start, end - start));
+    pieces.push_back(text.substr(start));
+    return pieces;
+}
+
+// out: the name. Throws input_error where it is not the name of a linear axis.
+std::string checked_motor(const std::string &name) {
+    const char letter = name.empty() ? '\0' : name[0];
+    if (letter != '\0' && rotary_axes.find(letter) != std::string::npos) {
+        refuse("--axes: {} is a rotary axis, whose errors compbox cannot fit yet; leave it out",
+               name);
+    }
+    if (linear_letter(name) == '\0') {
+        refuse("--axes: '{}' is not an axis (use letters of {}, as in XYZ, X,Z1 or X,Y1+Y2)", name,
+               linear_axes);
+    }
+    return name;
+}
+
+// "X", or "Y1+Y2": two motors of one stage, named after one letter.
+machine_axis one_axis(const std::string &text) {
+    machine_axis axis;
+    for (const auto &motor : split(text, '+')) axis.motors.push_back(checked_motor(motor));
+    axis.name = axis.motors[0];
+    if (axis.motors.size() == 1) return axis;
+    axis.name.resize(1);
+    if (axis.motors.size() > 2 || axis.motors[1][0] != axis.name[0]) {
+        refuse("--axes: '{}' must be two motors of one axis, as in Y1+Y2", text);
+    }
+    return axis;
+}
+
+void claim(std::set<std::string> &taken, const std::string &name) {
+    if (!taken.insert(name).second) refuse("--axes: {} is named twice", name);
+}
+
+// Throws input_error where two axes or motors have one name.
+void check_names(const std::vector<machine_axis> &axes) {
+    std::set<std::string> names;
+    for (const auto &axis : axes) {
+        claim(names, axis.name);
+        for (const auto &motor : axis.motors) {
+            if (motor != axis.name) claim(names, motor);
+        }
+    }
+}
+
+// Throws input_error that names the option where the machine's name or a travel is not possible.
+void check_options(const machine_options &options, const std::vector<machine_axis> &axes) {
     if (options.name.empty() || options.name.size() > max_name) {
-        refuse(fmt::format("--name: 1 to {} characters, please", max_name));
+        refuse("--name: 1 to {} characters, please", max_name);
     }
-    if (axes.empty() || axes.size() > max_axes) {
-        refuse(fmt::format("--axes: name 1 to {} axes, as in XYZ", max_axes));
-    }
-    for (std::size_t i = 0; i < axes.size(); ++i) {
-        if ((linear_axes + rotary_axes).find(axes[i]) == std::string::npos) {
-            refuse(fmt::format("--axes: '{}' is not an axis (use letters of {}{})", axes[i],
-                               linear_axes, rotary_axes));
-        }
-        if (axes.find(axes[i], i + 1) != std::string::npos) {
-            refuse(fmt::format("--axes: {} is named twice", axes[i]));
-        }
-    }
-    for (const auto &[axis, range] : options.travel) {
-        if (axes.find(axis) == std::string::npos) {
-            refuse(fmt::format("--travel: the machine has no axis {} (--axes {})", axis, axes));
-        }
+    for (const auto &[name, range] : options.travel) {
+        const bool known = std::any_of(axes.begin(), axes.end(), [&name = name](const auto &axis) {
+            return axis.name == name;
+        });
+        if (known) continue;
+        refuse("--travel: the machine has no axis {} (--axes {})", name, options.axes);
     }
 }
 
-// in : an axis letter, its first register. out: its signal in mm or degrees; min and max are null
-//      where no travel is given, and `compbox build` fills them in.
-json position_signal(char axis, int reg, const machine_options &options) {
-    json signal = {{"name", std::string(1, axis)},
-                   {"unit", is_linear(axis) ? "mm" : "deg"},
-                   {"plc", reg},
-                   {"type", "int32"},
-                   {"scale", 0.0001},
-                   {"min", nullptr},
-                   {"max", nullptr}};
-    const auto range = options.travel.find(axis);
-    if (range != options.travel.end()) {
-        signal["min"] = range->second.from_mm - plausible_beyond_mm;
-        signal["max"] = range->second.to_mm + plausible_beyond_mm;
+// The signals of an axis' position: one, or one of each motor.
+std::vector<std::string> positions_of(const machine_axis &axis, const machine_options &options) {
+    return options.motor_positions ? axis.motors : std::vector<std::string>{axis.name};
+}
+
+// in : a signal with its registers. out: with unit and range; null where no travel is given
+void complete_signal(json &signal, const machine_axis &axis, const machine_options &options) {
+    signal["unit"] = "mm";
+    signal["min"] = nullptr;
+    signal["max"] = nullptr;
+    const auto range = options.travel.find(axis.name);
+    if (range == options.travel.end()) return;
+    signal["min"] = range->second.from_mm - plausible_beyond_mm;
+    signal["max"] = range->second.to_mm + plausible_beyond_mm;
+}
+
+// in : a channel with its registers. out: with the defaults that a person checks; its sum is null
+void complete_channel(json &channel) {
+    channel["sum"] = nullptr;
+    channel.update({{"limit_um", 300},
+                    {"error_um", 400},
+                    {"slew_um_per_s", 500},
+                    {"deadband_um", 0},
+                    {"sign", 1}});
+}
+
+// A channel of a pair has no tangent: between two writes nothing would hold the pair together.
+json registers_for(const machine_options &options, const std::vector<machine_axis> &axes) {
+    std::vector<std::string> positions;
+    std::vector<layout_channel> channels;
+    for (const auto &axis : axes) {
+        for (const auto &position : positions_of(axis, options)) positions.push_back(position);
+        const bool paired = axis.motors.size() > 1;
+        for (const auto &motor : axis.motors) channels.push_back({motor, paired ? "" : axis.name});
     }
-    return signal;
+    return register_layout(options.profile, positions, channels);
 }
 
-json offset_channel(char axis, int index, const std::string &profile) {
-    const auto format = output_format(profile);
-    return {{"name", std::string(1, axis)},
-            {"sum", nullptr},
-            {"limit_um", 300},
-            {"error_um", 400},
-            {"slew_um_per_s", 500},
-            {"deadband_um", 0},
-            {"sign", 1},
-            {"plc", first_output + 2 * index},
-            {"type", format.type},
-            {"scale", format.scale_um},
-            {"applied", first_applied + 2 * index}};
+// in : the section plc with its registers. out: with the exchange; of FANUC its scan too
+void complete_plc(json &plc, const machine_options &options) {
+    plc.update(
+        {{"transport",
+          {{"tcp", {{"host", options.host}, {"port", options.port}, {"unit", options.unit}}}}},
+         {"exchange", "fc3+fc16"},
+         {"heartbeat_timeout_ms", 200}});
+    if (options.profile == "fanuc") plc.update({{"scan_ms", 8}, {"axes_at_once", false}});
 }
 
-// in : the count of channels. out: the section plc, with registers that follow each other in the
-//      order of the constants first_…
-json plc_section(const machine_options &options, int channels) {
-    const int read_count = first_applied + 2 * channels;
-    const int write_count = first_output - first_write + 2 * channels;
-    json plc = {
-        {"profile", options.profile},
-        {"transport",
-         {{"tcp", {{"host", options.host}, {"port", options.port}, {"unit", options.unit}}}}},
-        {"exchange", "fc3+fc16"},
-        {"read", {{"start", 0}, {"count", read_count}}},
-        {"write", {{"start", first_write}, {"count", write_count}}},
-        {"control", 0},
-        {"plc_heartbeat", 1},
-        {"status", first_write},
-        {"box_heartbeat", first_write + 1},
-        {"heartbeat_timeout_ms", 200}};
-    if (options.profile != "fanuc") return plc;
-    plc.update({{"handshake", handshake_register}, {"scan_ms", 8}, {"axes_at_once", false}});
-    return plc;
+// out: the section pairs: one of each stage with two motors
+json pairs_of(const std::vector<machine_axis> &axes) {
+    json pairs = json::array();
+    for (const auto &axis : axes) {
+        if (axis.motors.size() < 2) continue;
+        pairs.push_back({{"channels", axis.motors}, {"max_difference_um", pair_difference_um}});
+    }
+    return pairs;
 }
 
 }  // namespace
 
-std::map<char, travel_range> parse_travel(const std::string &text) {
-    std::map<char, travel_range> travel;
-    std::size_t start = 0;
-    while (start <= text.size()) {
-        const std::size_t end = std::min(text.find(',', start), text.size());
-        const std::string item = text.substr(start, end - start);
-        if (item.size() < 3 || item[1] != '=') travel_number("", item);
-        const std::string range = item.substr(2);
+char linear_letter(const std::string &name) {
+    const bool good = !name.empty() && name.size() <= 4 &&
+                      linear_axes.find(name[0]) != std::string::npos &&
+                      name.find_first_not_of("0123456789", 1) == std::string::npos;
+    return good ? name[0] : '\0';
+}
+
+std::vector<machine_axis> parse_axes(const std::string &text) {
+    const bool letters = text.find_first_of(",+0123456789") == std::string::npos;
+    std::vector<machine_axis> axes;
+    if (letters) {
+        for (const char letter : text) axes.push_back(one_axis(std::string(1, letter)));
+    } else {
+        for (const auto &piece : split(text, ',')) axes.push_back(one_axis(piece));
+    }
+    if (axes.empty() || axes.size() > max_axes) {
+        refuse("--axes: name 1 to {} axes, as in XYZ or X,Y1+Y2,Z", max_axes);
+    }
+    check_names(axes);
+    return axes;
+}
+
+std::map<std::string, travel_range> parse_travel(const std::string &text) {
+    std::map<std::string, travel_range> travel;
+    for (const auto &item : split(text, ',')) {
+        const std::size_t equals = item.find('=');
+        if (equals == 0 || equals == std::string::npos) travel_number("", item);
+        const std::string name = item.substr(0, equals), range = item.substr(equals + 1);
         const std::size_t colon = range.find(':');
         const bool both = colon != std::string::npos;
         const double from = both ? travel_number(range.substr(0, colon), item) : 0.0;
         const double to = travel_number(both ? range.substr(colon + 1) : range, item);
-        if (!(from < to)) refuse("--travel: '" + item + "' does not end above where it begins");
-        if (!travel.insert({item[0], {from, to}}).second) {
-            refuse(fmt::format("--travel: {} is named twice", item[0]));
-        }
-        start = end + 1;
+        if (!(from < to)) refuse("--travel: '{}' does not end above where it begins", item);
+        if (!travel.insert({name, {from, to}}).second) refuse("--travel: {} is named twice", name);
     }
     return travel;
 }
@@ -162,27 +207,27 @@ travel_range plausible_around(const travel_range &measured) {
 }
 
 json new_machine(const machine_options &options) {
-    check_axes(options);
-    json axes = json::array();
-    json signals = json::array();
-    json channels = json::array();
-    for (const char axis : options.axes) {
-        axes.push_back(std::string(1, axis));
-        const int position = first_position + 2 * static_cast<int>(signals.size());
-        signals.push_back(position_signal(axis, position, options));
-        if (!is_linear(axis)) continue;
-        channels.push_back(
-            offset_channel(axis, static_cast<int>(channels.size()), options.profile));
+    const auto axes = parse_axes(options.axes);
+    check_options(options, axes);
+    json registers = registers_for(options, axes);
+    json names = json::array();
+    std::size_t next = 0;
+    for (const auto &axis : axes) {
+        names.push_back(axis.name);
+        for (std::size_t i = 0; i < positions_of(axis, options).size(); ++i) {
+            complete_signal(registers["signals"][next++], axis, options);
+        }
     }
-    if (channels.empty()) refuse("--axes: at least one linear axis is needed (letters of XYZUVW)");
+    for (auto &channel : registers["channels"]) complete_channel(channel);
+    complete_plc(registers["plc"], options);
     return {{"format", "compbox/1"},
             {"revision", 1},
-            {"machine", {{"name", options.name}, {"axes", axes}}},
+            {"machine", {{"name", options.name}, {"axes", names}}},
             {"cycle", {{"period_ms", options.period_ms}, {"lead_ms", 0}}},
-            {"plc", plc_section(options, static_cast<int>(channels.size()))},
-            {"signals", signals},
-            {"channels", channels},
-            {"pairs", json::array()},
+            {"plc", registers["plc"]},
+            {"signals", registers["signals"]},
+            {"channels", registers["channels"]},
+            {"pairs", pairs_of(axes)},
             {"safety", {{"hold_ms", 500}, {"ramp_um_per_s", 50}}},
             {"provenance", json::object()}};
 }

@@ -1,32 +1,36 @@
 // SPDX-License-Identifier: MIT
-// The machine file: a coefficient file before its terms, which a person completes.
-//
-// Register layout that init writes (zero-based protocol addresses, all free to change):
-//   read  block  0 …  0 control, 1 PLC heartbeat, 2 handshake (fanuc), 3–7 spare,
-//                     8 + 2i position of axis i, 24 + 2i offset that the PLC applies to channel i
-//   write block 100 … 100 status, 101 box heartbeat, 102–103 spare, 104 + 2i offset of channel i
+// The machine file: a coefficient file before its terms, which a person completes. Its registers
+// are those of formats/register_layout.h, all free to change.
 #pragma once
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "host-tools/formats/json_type.h"
 
 namespace compbox::coefficients {
 
 struct travel_range {
-    double from_mm, to_mm;  // from < to; degrees for a rotary axis
+    double from_mm, to_mm;  // from < to
+};
+
+// One direction of motion: an axis with its motor, or a stage with two.
+struct machine_axis {
+    std::string name;                 // "X"; of the stage Y1+Y2 what both have in common, "Y"
+    std::vector<std::string> motors;  // {"X"}, or {"Y1", "Y2"}
 };
 
 struct machine_options {
-    std::string axes;  // letters of XYZUVWABC, each once, at most 8
-    std::string profile = "generic";
+    std::string axes;                 // as parse_axes() takes them
+    std::string profile = "generic";  // one of layout_names()
     std::string name = "machine";
-    std::string host = "127.0.0.1";
-    int port = 1502;  // fakeplc's; a real PLC listens on 502
+    std::string host;  // IP address in numbers
+    int port = 502;
     int unit = 1;
     double period_ms = 30.0;
-    std::map<char, travel_range> travel;  // of some or all axes
+    bool motor_positions = false;                // of a stage: a position of each motor
+    std::map<std::string, travel_range> travel;  // by axis; of some or all
 };
 
 // Positions are plausible this far beyond a travel that a person stated: a standing axis reads a
@@ -37,12 +41,19 @@ constexpr double plausible_beyond_mm = 10.0;
 // measurement seldom reaches the ends of the travel, so a tenth of its length, at least 10 mm.
 travel_range plausible_around(const travel_range &measured);
 
-// "X=14300,Y=-1500:1500": ranges by axis; one number means from 0. Throws input_error.
-std::map<char, travel_range> parse_travel(const std::string &text);
+// "XYZ", "X,Z" or "X,Y1+Y2,Z": letters of XYZUVW, with a number where commas separate them; each
+// once, 1 to 8 axes. Throws input_error, with a sentence of its own for a rotary axis.
+std::vector<machine_axis> parse_axes(const std::string &text);
 
-// A machine file for these axes: a signal for each, a channel for each linear one. What only a
-// person or the measured curves can know is null: ranges without a travel, and every sum.
-// Throws input_error where the options contradict each other.
+// "X=14300,Y=-1500:1500": ranges by axis; one number means from 0. Throws input_error.
+std::map<std::string, travel_range> parse_travel(const std::string &text);
+
+// A channel's name as parse_axes() takes it: the letter of its direction; 0 for any other name.
+char linear_letter(const std::string &name);
+
+// A machine file for these axes: a signal for each position, a channel for each motor, a pair for
+// each stage. What only a person or the measured curves can know is null: ranges without a travel,
+// and every sum. Throws input_error where the options contradict each other.
 json new_machine(const machine_options &options);
 
 }  // namespace compbox::coefficients

@@ -132,9 +132,9 @@ json outputs_in(const json &terms, const std::string &channel) {
     for (const auto &term : terms) {
         const auto names = outputs_of(term);
         for (std::size_t k = 0; k < names.size(); ++k) {
-            const bool acts =
-                is_error_of(channel, names[k]) ||
-                (channel.size() == 1 && direction_of(term, k, names[k]) == channel[0]);
+            const char direction = direction_of(term, k, names[k]);
+            const bool acts = is_error_of(channel, names[k]) ||
+                              (direction != '\0' && direction == linear_letter(channel));
             if (!acts) continue;
             if (consumed.count(names[k]) == 0) sum.push_back(names[k]);
         }
@@ -149,9 +149,38 @@ std::string listed(const json &names, const char *separator) {
     return text;
 }
 
-// Fills in the sum of each channel that leaves it to the tool, and drops channels without a term.
-// Throws input_error where no channel is left.
-void fill_sums(merged_file &merged, const std::string &machine_path) {
+// A slope over an axis whose signal was left out, because no curve is over it, is always 0.
+void drop_tangent(json &channel, const std::set<std::string> &left_out, merged_file &merged) {
+    const json signal = channel.value("tangent", json::object()).value("signal", json());
+    if (!signal.is_string() || left_out.count(signal.get<std::string>()) == 0) return;
+    channel.erase("tangent");
+    merged.notes.push_back(
+        fmt::format("channel {}: no term works on signal {}; its tangent left out",
+                    channel["name"].get<std::string>(), signal.get<std::string>()));
+}
+
+// in : names of the channels that were left out. out: without the pairs of only such channels
+void drop_pairs(merged_file &merged, const std::set<std::string> &left_out) {
+    if (!merged.file.contains("pairs") || !merged.file["pairs"].is_array()) return;
+    json kept = json::array();
+    for (auto &pair : merged.file["pairs"]) {
+        const json names = pair.is_object() ? pair.value("channels", json()) : json();
+        const bool gone =
+            names.is_array() && !names.empty() &&
+            std::all_of(names.begin(), names.end(), [&](const json &name) {
+                return name.is_string() && left_out.count(name.get<std::string>()) > 0;
+            });
+        if (!gone) kept.push_back(std::move(pair));
+    }
+    merged.file["pairs"] = std::move(kept);
+}
+
+// Fills in the sum of each channel that leaves it to the tool, and drops channels without a term,
+// their pairs, and tangents over no_signals, the signals that were left out. Throws input_error
+// where no channel is left.
+void fill_sums(merged_file &merged, const std::string &machine_path,
+               const std::set<std::string> &no_signals) {
+    std::set<std::string> no_channels;
     json kept = json::array();
     for (json channel : named_array(merged.file, "channels", machine_path)) {
         const std::string name = channel["name"];
@@ -160,13 +189,16 @@ void fill_sums(merged_file &merged, const std::string &machine_path) {
             if (channel["sum"].empty()) {
                 merged.notes.push_back(
                     fmt::format("channel {}: no term acts in {}; left out", name, name));
+                no_channels.insert(name);
                 continue;
             }
             merged.notes.push_back(
                 fmt::format("channel {} = -({})", name, listed(channel["sum"], " + ")));
         }
+        drop_tangent(channel, no_signals, merged);
         kept.push_back(std::move(channel));
     }
+    drop_pairs(merged, no_channels);
     if (kept.empty() && !named_array(merged.file, "channels", machine_path).empty()) {
         refuse(machine_path,
                "no term acts in any channel; write the channels' sums, or name the terms as ISO "
@@ -250,8 +282,9 @@ std::string json_number(const json &value) {
 }
 
 // Fills in min and max, in the signal's unit, from the curves that use it, and drops signals that
-// no term uses. Throws input_error where no curve gives a range.
-void fill_ranges(merged_file &merged) {
+// no term uses; out: their names. Throws input_error where no curve gives a range.
+std::set<std::string> fill_ranges(merged_file &merged) {
+    std::set<std::string> left_out;
     json kept = json::array();
     std::vector<entry_home> homes;
     const json signals = merged.file["signals"];
@@ -261,6 +294,7 @@ void fill_ranges(merged_file &merged) {
         if (is_null(signal, "min") || is_null(signal, "max")) {
             if (!is_used(merged.file, name)) {
                 merged.notes.push_back(fmt::format("signal {}: used by no term; left out", name));
+                left_out.insert(name);
                 continue;
             }
             take_range(signal, merged, merged.signal_homes[i].file);
@@ -273,6 +307,7 @@ void fill_ranges(merged_file &merged) {
     }
     merged.file["signals"] = std::move(kept);
     merged.signal_homes = std::move(homes);
+    return left_out;
 }
 
 void add_provenance(json &all, const json &fragment, const std::string &file) {
@@ -334,8 +369,8 @@ merged_file merge_files(const std::string &machine_path, const std::vector<std::
 }
 
 void fill_in(merged_file &merged, const std::string &machine_path) {
-    fill_ranges(merged);
-    fill_sums(merged, machine_path);
+    const auto left_out = fill_ranges(merged);
+    fill_sums(merged, machine_path, left_out);
     note_unused(merged);
     merged.file = in_order(merged.file);
 }

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // compbox init: a machine file with default values, for a person to complete.
+#include <unistd.h>
+
 #include <memory>
 #include <ostream>
 #include <string>
@@ -10,7 +12,9 @@
 #include "host-tools/compbox/commands.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/formats/input_lines.h"
 #include "host-tools/formats/json.h"
+#include "host-tools/formats/register_layout.h"
 
 extern "C" {
 #include "firmware/load/host.h"
@@ -27,36 +31,98 @@ struct init_options {
     bool as_json = false;
 };
 
-// out: the values that the user has to complete
+// Questions to a person at a terminal. A script gets none of them.
+class questions {
+  public:
+    explicit questions(const cli::streams &io)
+        : err_(io.err), lines_(io.in), terminal_(::isatty(io.in) == 1) {}
+
+    // Prints the question and waits. out: the line; "" without a terminal or at the input's end
+    std::string ask(const std::string &question) {
+        if (!terminal_) return "";
+        err_ << question << " " << std::flush;
+        for (;;) {
+            if (const auto line = lines_.next()) return *line;
+            if (!lines_.read_more()) return "";
+        }
+    }
+
+    // Asks for a value that is missing. Throws cli::usage_error where it stays so.
+    void need(std::string &value, const char *option, const std::string &question) {
+        if (value.empty()) value = ask(question);
+        if (value.empty()) throw cli::usage_error(option, fmt::format("is required: {}", question));
+    }
+
+  private:
+    std::ostream &err_;
+    input_lines lines_;
+    bool terminal_;
+};
+
+// Asks for the values that init needs, and for travels if the axes were asked for too.
+void ask(init_options &options, const cli::streams &io) {
+    questions person(io);
+    auto &machine = options.machine;
+    const bool begin = machine.axes.empty();
+    person.need(machine.axes, "--axes", "axes of the machine, as in XYZ or X,Y1+Y2,Z");
+    person.need(machine.profile, "--profile",
+                fmt::format("kind of control {}", listed(layout_names())));
+    person.need(machine.host, "--host", "IP address of the PLC, as in 192.168.0.10");
+    if (!begin || !options.travel.empty()) return;
+    options.travel =
+        person.ask("travels in mm, as in X=14300,Y=-1500:1500 (Enter: from the curves)");
+}
+
+// out: what a person has to set or check next, a sentence each
 std::vector<std::string> hints(const coefficients::machine_options &options) {
-    std::string unset;
-    for (const char axis : options.axes) {
-        if (options.travel.count(axis) == 0) unset += std::string(unset.empty() ? "" : ", ") + axis;
+    std::string unset, pairs;
+    for (const auto &axis : coefficients::parse_axes(options.axes)) {
+        if (axis.motors.size() > 1) pairs += (pairs.empty() ? "" : ", ") + axis.name;
+        if (options.travel.count(axis.name) > 0) continue;
+        unset += (unset.empty() ? "" : ", ") + axis.name;
     }
     std::vector<std::string> all;
     if (!unset.empty()) {
-        all.push_back("To set: min and max of " + unset +
-                      " (or --travel); where they stay null, build takes the range of the curves.");
+        all.push_back(fmt::format(
+            "To set: min and max of {} (or --travel); where they stay null, build takes the range "
+            "of the curves.",
+            unset));
+    }
+    if (!pairs.empty()) {
+        all.push_back(fmt::format(
+            "To check with the builder of the machine: max_difference_um of the pair of {}.",
+            pairs));
     }
     all.push_back(
-        "To check against the PLC program: registers, types, scales; limit_um and "
-        "slew_um_per_s of each channel; sign by a sign test on the machine.");
+        "To check: limit_um and slew_um_per_s of each channel; sign by a sign test on the "
+        "machine.");
+    all.push_back(
+        "Registers: compbox export --format plc-program writes the PLC's program and data for "
+        "them.");
     return all;
 }
 
-// Throws cli::usage_error for invalid axes and travels.
-json machine_of(init_options &options) {
+// Throws cli::usage_error for invalid axes, travels and answers.
+json machine_of(init_options &options, const cli::streams &io) {
+    auto &machine = options.machine;
+    ask(options, io);
+    const std::string fault = one_of(layout_names())(machine.profile);
+    if (!fault.empty()) throw cli::usage_error("--profile", fault);
+    if (!cb_is_numeric_address(machine.host.c_str())) {
+        throw cli::usage_error("--host",
+                               fmt::format("'{}' is not a numeric IP address such as 192.168.0.10",
+                                           printable(machine.host)));
+    }
     try {
-        if (!options.travel.empty())
-            options.machine.travel = coefficients::parse_travel(options.travel);
-        return coefficients::new_machine(options.machine);
+        if (!options.travel.empty()) machine.travel = coefficients::parse_travel(options.travel);
+        return coefficients::new_machine(machine);
     } catch (const input_error &error) {
         throw cli::usage_error(error.what());
     }
 }
 
 void init(init_options &options, const cli::streams &io) {
-    write_file(options.output, json_text(machine_of(options)), &io.out);
+    write_file(options.output, json_text(machine_of(options, io)), &io.out);
     const auto to_do = hints(options.machine);
     if (options.as_json) {
         return print_summary(io.out, {options.output}, {{"machine", options.machine.name}}, to_do);
@@ -71,21 +137,18 @@ void add_init(cli::command &app) {
     auto command = app.add_subcommand("init", "Write a machine file with default values");
     const auto options = std::make_shared<init_options>();
     auto &machine = options->machine;
-    command.add_option("--axes XYZ", machine.axes, "Axis letters").required();
+    machine.profile.clear();
+    command.add_option("--axes LIST", machine.axes,
+                       "Axes: XYZ, or with commas X,Z1; a stage with two motors Y1+Y2");
     command
         .add_option("--profile KIND", machine.profile,
-                    "Kind of control: generic, sinumerik-840d or fanuc")
-        .required()
-        .check(one_of({"generic", "sinumerik-840d", "fanuc"}));
+                    fmt::format("Kind of control: {}", fmt::join(layout_names(), ", ")))
+        .check(one_of(layout_names()));
     command.add_option("--name NAME", machine.name, "Name of the machine").capture_default_str();
     command.add_option("--travel X=A:B,…", options->travel, "Travels in mm: X=14300,Y=-1500:1500");
-    command.add_option("--host IP", machine.host, "PLC's IP address")
-        .capture_default_str()
-        .check([](const std::string &text) {
-            return cb_is_numeric_address(text.c_str())
-                       ? std::string()
-                       : fmt::format("'{}' is not a numeric IP address such as 192.168.0.10", text);
-        });
+    command.add_flag("--motor-positions", machine.motor_positions,
+                     "Of a stage with two motors: a position of each motor");
+    command.add_option("--host IP", machine.host, "PLC's IP address (fakeplc: 127.0.0.1)");
     command.add_option("--port N", machine.port, "PLC's TCP port, 1 to 65535")
         .capture_default_str()
         .check(whole_between(1, 65535));
@@ -98,8 +161,9 @@ void add_init(cli::command &app) {
     command.add_option("-o,--output F.json", options->output, "Machine file to write").required();
     add_json(command, options->as_json);
     command.footer(
-        "Example:\n  compbox init --axes XYZ --profile sinumerik-840d "
-        "--travel X=14300,Y=3000,Z=2500 -o machine.json");
+        "Example:\n  compbox init --axes X,Y1+Y2,Z --profile sinumerik-840d --host 192.168.0.10 "
+        "--travel X=14300,Y=3000,Z=2500 -o machine.json\n"
+        "At a terminal init asks for what is missing. With fakeplc: --host 127.0.0.1 --port 1502.");
     command.callback([options](const cli::streams &io) { init(*options, io); });
 }
 

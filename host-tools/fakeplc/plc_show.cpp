@@ -38,6 +38,10 @@ double fake_plc::signal_value(const shown_signal &signal) const {
     if (const auto shown = process_.signal(signal.name)) return *shown;
     const auto constant = config_.signals.find(signal.name);
     if (constant != config_.signals.end()) return constant->second;
+    for (std::size_t c = 0; c < map_.channels.size(); ++c) {  // the position of one motor
+        if (map_.channels[c].name != signal.name || !axis_of_channel_[c]) continue;
+        return nc_.position_mm()[*axis_of_channel_[c]];
+    }
     return std::min(std::max(0.0, signal.min.value_or(0.0)), signal.max.value_or(0.0));
 }
 

@@ -184,20 +184,23 @@ void each(const json &root, const char *key, const std::string &file, visitor vi
 
 }  // namespace
 
-register_map load_register_map(const std::string &path) {
-    const json root = read_json(path);
+register_map register_map_of(const json &root, const std::string &file) {
     if (!root.is_object() || !root.contains("plc") || !root.at("plc").is_object()) {
-        throw input_error(path, 0, 0, "plc: must be an object with the PLC's registers");
+        throw input_error(file, 0, 0, "plc: must be an object with the PLC's registers");
     }
     register_map map;
-    map.file = path;
-    read_plc({root.at("plc"), path, "plc"}, map);
-    each(root, "signals", path, [&](const section &entry) {
+    map.file = file;
+    read_plc({root.at("plc"), file, "plc"}, map);
+    each(root, "signals", file, [&](const section &entry) {
         if (entry.has("plc")) map.signals.push_back(read_signal(entry, map.read));
     });
-    each(root, "channels", path,
+    each(root, "channels", file,
          [&](const section &entry) { map.channels.push_back(read_channel(entry, map)); });
     return map;
+}
+
+register_map load_register_map(const std::string &path) {
+    return register_map_of(read_json(path), path);
 }
 
 }  // namespace compbox

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host-tools/fakeplc/number.h"
+#include "host-tools/formats/json_type.h"
 
 namespace compbox {
 
@@ -64,7 +65,9 @@ struct register_map {
     int size() const { return read.end() > write.end() ? read.end() : write.end(); }
 };
 
+// in : a coefficient or machine file, and its name for messages
 // Throws input_error with file and key for a map that the PLC cannot serve.
+register_map register_map_of(const json &root, const std::string &file);
 register_map load_register_map(const std::string &path);
 
 }  // namespace compbox

@@ -3,18 +3,15 @@
 
 #include <algorithm>
 
-#include "host-tools/fakeplc/usual_map.h"
 #include "host-tools/formats/error.h"
+#include "host-tools/formats/json.h"
+#include "host-tools/formats/register_layout.h"
 
 namespace compbox {
 
 namespace {
 
 constexpr double plain_travel_mm = 1000.0;
-
-std::size_t index_of_axis(const std::string &name) {
-    return static_cast<std::size_t>(name.size() == 1 ? axis_index(name[0]) : -1);
-}
 
 // out: axis of a channel by its name: Z, or Z1 and Z2 of a stage with two motors
 char axis_moved_by(const std::string &channel) {
@@ -34,8 +31,9 @@ twin_config plain_machine(const register_map &map) {
         axis.acceleration_mm_per_s2 = 500.0;
     }
     for (const auto &signal : map.signals) {
-        const std::size_t index = index_of_axis(signal.name);
-        if (index >= config.axes.size()) continue;
+        const char letter = axis_moved_by(signal.name);
+        if (letter == no_axis) continue;
+        const auto index = static_cast<std::size_t>(axis_index(letter));
         auto &axis = config.axes[index];
         const double lowest_mm = signal.max ? std::min(0.0, *signal.max - plain_travel_mm) : 0.0;
         axis.min_mm = signal.min.value_or(lowest_mm);
@@ -48,20 +46,25 @@ twin_config plain_machine(const register_map &map) {
     return config;
 }
 
-std::string axes_of(const twin_config &config) {
-    std::string axes;
-    for (std::size_t a = 0; a < config.axes.size(); ++a) {
-        if (config.axes[a].present) axes += axis_letters[a];
+// What compbox init lays out for the twin's axes, each with a position and a channel.
+register_map usual_map(const plc_options &options, const twin_config &twin) {
+    std::vector<std::string> positions;
+    std::vector<layout_channel> channels;
+    for (std::size_t a = 0; a < twin.axes.size(); ++a) {
+        if (!options.machine.empty() && !twin.axes[a].present) continue;
+        const std::string axis(1, axis_letters[a]);
+        positions.push_back(axis);
+        channels.push_back({axis, axis});
     }
-    return axes;
+    const std::string profile = options.profile.empty() ? "generic" : options.profile;
+    return register_map_of(register_layout(profile, positions, channels), "");
 }
 
 // out: the register map that the user named, else the usual one for the machine's axes
 register_map registers_for(const plc_options &options, const twin_config &twin) {
     const std::string path = options.map.empty() ? twin.coefficients : options.map;
     if (!path.empty()) return load_register_map(path);
-    return usual_register_map(options.machine.empty() ? axis_letters : axes_of(twin),
-                              options.profile.empty() ? "generic" : options.profile);
+    return usual_map(options, twin);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@ import pytest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("COMPBOX_BIN", ROOT / "build/host/bin"))
 GANTRY = ROOT / "examples/gantry-straightness"
+PLC = ("--host", "127.0.0.1", "--port", "1502")  # of init: fakeplc
 
 
 class Compbox:
@@ -74,6 +75,6 @@ def term(name="EZX", signal="X", values=(0, 10, 0), travel=(0, 1000), **more):
 @pytest.fixture
 def machine(compbox):
     """machine.json of an X-Y-Z machine with 1000 mm of travel in each axis."""
-    compbox.good("init", "--axes", "XYZ", "--profile", "generic", "--travel",
+    compbox.good("init", *PLC, "--axes", "XYZ", "--profile", "generic", "--travel",
                  "X=1000,Y=1000,Z=1000", "-o", "machine.json")
     return compbox.read("machine.json")

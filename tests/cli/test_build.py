@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from conftest import term
+from conftest import PLC, term
 
 
 def build(compbox, *terms, machine="machine.json"):
@@ -50,7 +50,7 @@ def test_an_explicit_sum_stays(compbox, machine):
 
 
 def test_ranges_come_from_the_curves(compbox):
-    compbox.good("init", "--axes", "XYZ", "--profile", "generic", "-o", "machine.json")
+    compbox.good("init", *PLC, "--axes", "XYZ", "--profile", "generic", "-o", "machine.json")
     compbox.write("a", term("EZX", travel=(0, 500)))
     spline = {"name": "EYX", "type": "bspline", "signal": "X", "degree": 1,
               "knots": [-300, -200, 100, 800, 900], "control_points": [0, 1, 2]}
@@ -66,7 +66,7 @@ def test_ranges_come_from_the_curves(compbox):
 
 def test_a_fragment_for_another_machine(compbox):
     """Without a range nothing is known of the signals, but that is not what is wrong."""
-    compbox.good("init", "--axes", "X", "--profile", "generic", "-o", "machine.json")
+    compbox.good("init", *PLC, "--axes", "X", "--profile", "generic", "-o", "machine.json")
     compbox.write("t", term("EZW", "W"))
     assert compbox.refused(*build(compbox, "t")) == (
         "t: the term EZW works on the signal W, which no file has; add it to the signals of "
@@ -74,7 +74,7 @@ def test_a_fragment_for_another_machine(compbox):
 
 
 def test_a_volumetric_term_keeps_the_axes_that_it_takes_without_naming_them(compbox):
-    compbox.good("init", "--axes", "XYZ", "--profile", "generic", "-o", "machine.json")
+    compbox.good("init", *PLC, "--axes", "XYZ", "--profile", "generic", "-o", "machine.json")
     vol = {"name": "vol", "type": "volumetric", "chain": "fXYZ", "errors": [],
            "outputs": ["a", "b", "c"]}
     compbox.write("t", {"terms": [vol]})
@@ -83,7 +83,7 @@ def test_a_volumetric_term_keeps_the_axes_that_it_takes_without_naming_them(comp
 
 
 def test_a_range_that_nothing_tells(compbox):
-    compbox.good("init", "--axes", "X", "--profile", "generic", "-o", "machine.json")
+    compbox.good("init", *PLC, "--axes", "X", "--profile", "generic", "-o", "machine.json")
     compbox.write("t", {"terms": [{"name": "EXX", "type": "polynomial", "signal": "X",
                                    "coefficients": [1]}]})
     assert compbox.refused(*build(compbox, "t")) == (
@@ -294,7 +294,7 @@ def test_help_has_an_example(compbox, command):
 
 def checked(compbox, profile, **plc):
     """What check says of a machine with three channels."""
-    compbox.good("init", "--axes", "XYZ", "--profile", profile, "--travel", "X=500,Y=500,Z=500", "-o",
+    compbox.good("init", *PLC, "--axes", "XYZ", "--profile", profile, "--travel", "X=500,Y=500,Z=500", "-o",
                  "machine.json")
     machine = compbox.read("machine.json")
     machine["plc"].update(plc)
@@ -314,7 +314,7 @@ def test_check_says_how_often_a_fanuc_control_is_updated(compbox):
         "limit_units": 3000, "slew_um_per_s": 500, "step_um_per_period": 15, "step_um_per_update": 48,
         "most_units": 9999, "largest_step_um": 999.8, "slew_most_um_per_s": 999.7}
     assert text.splitlines()[1:] == [
-        "fanuc: function codes 3, 16, 23; fc3+fc16 reads 30 of at most 125 registers and writes 10 of 121",
+        "fanuc: function codes 3, 16, 23; fc3+fc16 reads 32 of at most 125 registers and writes 10 of 121",
         "the NC takes one value after the other, about 32 ms each: an axis is updated every 96 ms",
         *[f"channel {axis}: ±3000 units of ±9999, at most 500 µm/s: 15 µm in a period, 48 µm in an update "
           "(the NC takes 999.8 µm at once; a slew above 999.7 µm/s is lowered)" for axis in "XYZ"],

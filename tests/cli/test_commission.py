@@ -12,7 +12,7 @@ import threading
 
 import pytest
 
-from conftest import BIN
+from conftest import BIN, PLC
 
 TWIN = {
     "format": "compbox-twin/1", "machine": "mill", "seed": 3,
@@ -66,7 +66,7 @@ def plc(compbox):
     started = []
 
     def start(twin=None, profile="generic", change=None, axes="XYZ"):
-        compbox.good("init", "--axes", axes, "--profile", profile, "--travel",
+        compbox.good("init", *PLC, "--axes", axes, "--profile", profile, "--travel",
                      ",".join(f"{axis}=500" for axis in axes), "-o", "machine.json")
         machine = compbox.read("machine.json")
         compbox.write("map.json", machine)

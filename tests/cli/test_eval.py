@@ -8,7 +8,7 @@ import numpy
 import pytest
 from scipy.interpolate import BSpline
 
-from conftest import GANTRY, term
+from conftest import GANTRY, PLC, term
 
 CURVES = ("EXY", "EXZ", "EYX", "EYZ", "EZX", "EZY")
 
@@ -39,7 +39,7 @@ def build(compbox, machine, *terms):
 
 @pytest.mark.parametrize("method", ["bspline", "bspline-lmc", "polynomial", "polyline"])
 def test_init_fit_build_check_eval_agrees_with_scipy(compbox, method):
-    compbox.good("init", "--axes", "XYZ", "--profile", "sinumerik-840d", "-o", "machine.json")
+    compbox.good("init", *PLC, "--axes", "XYZ", "--profile", "sinumerik-840d", "-o", "machine.json")
     for name in CURVES:
         options = ["--tolerance-um", 9] if method == "bspline-lmc" else []
         compbox.good("fit", GANTRY / f"measurements/{name}.csv", "--name", name, "--signal", name[2],

@@ -8,7 +8,7 @@ import re
 import numpy
 import pytest
 
-from conftest import ROOT
+from conftest import PLC, ROOT
 
 DUAL = ROOT / "examples/dual-drive/coefficients.json"
 
@@ -33,7 +33,7 @@ def error(direction, place, only=None):
 
 @pytest.fixture
 def built(compbox):
-    compbox.good("init", "--axes", "XYZ", "--profile", "generic", "--travel",
+    compbox.good("init", *PLC, "--axes", "XYZ", "--profile", "generic", "--travel",
                  "X=1000,Y=600,Z=400", "-o", "machine.json")
     terms = [{"name": n, "type": "polynomial", "signal": n[2], "coefficients": list(c),
               "half_range": TRAVEL[n[2]], "from": 0, "to": TRAVEL[n[2]]}
@@ -395,7 +395,7 @@ def test_the_tool_length_is_no_axis(built):
 
 
 def test_no_table_fits(compbox):
-    compbox.good("init", "--axes", "XY", "--profile", "generic", "--travel", "X=100,Y=100", "-o", "m")
+    compbox.good("init", *PLC, "--axes", "XY", "--profile", "generic", "--travel", "X=100,Y=100", "-o", "m")
     compbox.write("t", {"terms": [{"name": "EYX", "type": "polyline", "signal": "X",
                                    "positions": [0, 100], "values": [0, 9]}]})
     compbox.good("build", "m", "t", "-o", "c.json")

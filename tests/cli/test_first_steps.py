@@ -10,7 +10,7 @@ import subprocess
 
 import pytest
 
-from conftest import BIN
+from conftest import BIN, PLC
 
 FIRST, LAST, STEP = 0, 1000, 50
 
@@ -64,7 +64,7 @@ def run_box(compbox, port, cycles=200):
                          ids=["no travel", "travel"])
 def test_from_init_to_a_running_box(compbox, travel):
     measured(compbox)
-    compbox.good("init", "--axes", "XYZ", "--profile", "sinumerik-840d", *travel, "-o",
+    compbox.good("init", *PLC, "--axes", "XYZ", "--profile", "sinumerik-840d", *travel, "-o",
                  "machine.json")
     compbox.good("fit", "EZX.csv", "--name", "EZX", "--signal", "X", "-o", "EZX.json")
     compbox.good("build", "machine.json", "EZX.json", "-o", "coefficients.json")
@@ -81,7 +81,7 @@ def test_from_init_to_a_running_box(compbox, travel):
 def test_against_the_usual_registers(compbox):
     """fakeplc without a map: what init laid out is what it serves."""
     measured(compbox)
-    compbox.good("init", "--axes", "XYZ", "--profile", "generic", "-o", "machine.json")
+    compbox.good("init", *PLC, "--axes", "XYZ", "--profile", "generic", "-o", "machine.json")
     compbox.good("fit", "EZX.csv", "--name", "EZX", "--signal", "X", "-o", "EZX.json")
     compbox.good("build", "machine.json", "EZX.json", "-o", "coefficients.json")
     with FakePlc(compbox.folder, "--profile", "generic", "--log", "plc.csv") as plc:

@@ -7,6 +7,8 @@ import math
 import numpy
 import pytest
 
+from conftest import PLC
+
 FIT = ("fit", "d.csv", "--name", "EZX", "--signal", "X", "-o", "t.json")
 
 
@@ -203,7 +205,7 @@ def test_branches_zero_and_band(compbox):
 def test_branches_reach_the_box(compbox):
     compbox.write("d.csv", readings(runs=6, directions=True))
     compbox.good(*FIT, "--branches", "--reversal-mm", "1")
-    compbox.good("init", "--axes", "XYZ", "--profile", "generic", "--travel",
+    compbox.good("init", *PLC, "--axes", "XYZ", "--profile", "generic", "--travel",
                  "X=2000,Y=1000,Z=1000", "-o", "m.json")
     compbox.good("build", "m.json", "t.json", "-o", "c.json")
     compbox.write("s.csv", "time_s,X,Y,Z\n0,0,0,0\n1,900,0,0\n2,1000,0,0\n3,1100,0,0\n4,1000,0,0\n")

@@ -13,7 +13,7 @@ import tempfile
 
 import pytest
 
-from conftest import BIN, GANTRY, term
+from conftest import BIN, GANTRY, PLC, term
 
 GONE = object()
 SPOILED = [None, True, -1, 0, 1e308, 1.5, "x", "", [], {}, [[1]], {"a": 1}, 10**30, "\0", GONE]
@@ -134,7 +134,7 @@ def test_simulate_with_somebody_elses_statistics(files, statistics):
 
 
 def test_a_mistake_in_a_term_comes_before_what_cannot_be_filled_in(compbox):
-    compbox.good("init", "--axes", "XYZ", "--profile", "generic", "-o", "machine.json")
+    compbox.good("init", *PLC, "--axes", "XYZ", "--profile", "generic", "-o", "machine.json")
     for spoil, message in ((lambda t: t.pop("signal"), "the key signal is missing"),
                            (lambda t: t.update(positions=""), "must be a list")):
         value = term()
@@ -451,7 +451,7 @@ def test_a_step_computes_and_does_nothing_else(scenario, word):
         "a step is measure or a command that computes, such as fit or build\n")
 
 
-INIT = "init --axes XYZ --profile generic --travel X=1,Y=1,Z=1 -o "
+INIT = "init --host 127.0.0.1 --axes XYZ --profile generic --travel X=1,Y=1,Z=1 -o "
 
 
 @pytest.mark.parametrize("target", ["{outside}/f.json", "$out/../../outside/f.json", "../outside/f.json",

@@ -4,6 +4,8 @@ for every option of every command."""
 
 import pytest
 
+from conftest import PLC
+
 # Options with one number each, with all else that the command requires; files are not looked at.
 ABOVE_ZERO = [
     ("export", "c.json", "--format", "linuxcnc-comp", "-o", "d", "--step-mm"),
@@ -93,6 +95,6 @@ def test_whole_numbers(compbox, span):
 
 def test_good_numbers_are_taken(compbox):
     """A plus sign, an exponent, and blanks after the commas of a list."""
-    compbox.good("init", "--axes", "X", "--profile", "generic", "--period-ms", "+2e1", "-o", "m.json")
+    compbox.good("init", *PLC, "--axes", "X", "--profile", "generic", "--period-ms", "+2e1", "-o", "m.json")
     assert compbox.read("m.json")["cycle"]["period_ms"] == 20
     compbox.good("squareness", "--name", "C0Y", "--ball-bar", "300, 12, +4", "-o", "s.json")

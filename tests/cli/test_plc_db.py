@@ -8,7 +8,7 @@ import re
 
 import pytest
 
-from conftest import GANTRY, ROOT
+from conftest import GANTRY, PLC, ROOT
 
 DOCS = ROOT / "docs/plc"
 WORDS = {"WORD": 1, "INT": 1, "DWORD": 2, "DINT": 2, "REAL": 2}
@@ -67,7 +67,7 @@ def exported(compbox, path, *more):
 
 
 def machine(compbox, profile, axes="XYZ"):
-    compbox.good("init", "--axes", axes, "--profile", profile, "-o", "machine.json")
+    compbox.good("init", *PLC, "--axes", axes, "--profile", profile, "-o", "machine.json")
     return compbox.folder / "machine.json"
 
 
@@ -115,7 +115,7 @@ def test_the_pmc_addresses_are_the_files_registers(compbox, where, base):
     write = data["plc"]["write"]
     for at, row in table.items():
         assert row["pmc_address"] == f"D{base + 2 * at}"
-        assert int(row["bytes"]) == (4 if row["type"].endswith("32") else 2)
+        assert int(row["bytes"]) == (4 if "32" in row["type"] else 2)
         box = write["start"] <= at < write["start"] + write["count"]
         assert row["written_by"] == ("box" if box else "PLC")
 

@@ -6,6 +6,8 @@ import math
 
 import pytest
 
+from conftest import PLC
+
 AXES = {"C0Y": "XY", "B0Z": "XZ", "A0Z": "YZ"}
 TRUTH = {"C0Y": 23.0, "B0Z": -17.0, "A0Z": 31.0}
 
@@ -16,7 +18,7 @@ def tool_error(compbox):
     (compbox.folder / "X").mkdir()
     compbox.write("X/EXX.csv", "position_mm,error_um\n" + "".join(f"{x},{0.01 * x}\n"
                                                                  for x in range(0, 1001, 100)))
-    compbox.good("init", "--axes", "XYZ", "--profile", "generic", "--travel",
+    compbox.good("init", *PLC, "--axes", "XYZ", "--profile", "generic", "--travel",
                  "X=1000,Y=1000,Z=1000", "-o", "m.json")
     compbox.good("volumetric", "X", "--chain", "fXYZ", "--squareness", "C0Y=23,B0Z=-17,A0Z=31",
                  "--method", "polyline", "--name", "vol", "-o", "v.json")

@@ -3,7 +3,7 @@
 
 import json
 
-from conftest import GANTRY, ROOT, term
+from conftest import GANTRY, PLC, ROOT, term
 
 
 def summary(compbox, *arguments):
@@ -14,7 +14,7 @@ def summary(compbox, *arguments):
 
 
 def test_from_the_machine_to_the_slot(compbox):
-    done = summary(compbox, "init", "--axes", "XYZ", "--profile", "generic", "--name", "mill", "-o", "m.json")
+    done = summary(compbox, "init", *PLC, "--axes", "XYZ", "--profile", "generic", "--name", "mill", "-o", "m.json")
     assert done["files"] == ["m.json"] and done["machine"] == "mill"
     assert done["remarks"][0].startswith("To set: min and max of X, Y, Z")
     compbox.write("EZX.json", term())
@@ -39,7 +39,7 @@ def test_eval(compbox, machine):
 
 
 def test_a_file_on_stdout_stays_alone(compbox):
-    out = compbox.good("init", "--axes", "X", "--profile", "generic", "--json", "-o", "-")
+    out = compbox.good("init", *PLC, "--axes", "X", "--profile", "generic", "--json", "-o", "-")
     assert "files" not in json.loads(out)
 
 

@@ -59,7 +59,7 @@ def test_every_option_without_its_value(compbox, command):
      "--tool-length-mm cannot be combined with --tool-length"),
     (("plan", "--criterion", "e"), "--criterion: must be one of a, d, mean-cv, not e"),
     (("identify", "--side", "left"), "--side: must be one of tool, workpiece, not left"),
-    (("init", "--profile", "s7"), "--profile: must be one of generic, sinumerik-840d, fanuc, not s7"),
+    (("init", "--profile", "s7"), "--profile: must be one of generic, sinumerik-840d, fanuc, linuxcnc, not s7"),
     (("export", "c.json", "--sign", "2"), "--sign: must be one of 1, -1, not 2"),
     (("join", "a", "--keep-compensated=" + 20 * "9"), "--keep-compensated takes no value"),
 ])

@@ -10,7 +10,7 @@ from fractions import Fraction
 import numpy
 import pytest
 
-from conftest import ROOT
+from conftest import PLC, ROOT
 
 sys.path.insert(0, str(ROOT / "tests/oracle"))
 from volumetric import Machine  # noqa: E402
@@ -47,7 +47,7 @@ def write_axis(compbox, axis, curves, count=21, noise=0.0, dice=None):
 
 
 def machine_file(compbox):
-    compbox.good("init", "--axes", "XYZ", "--profile", "generic", "--travel",
+    compbox.good("init", *PLC, "--axes", "XYZ", "--profile", "generic", "--travel",
                  "X=1000,Y=800,Z=600", "-o", "machine.json")
 
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """fakeplc with clients that are not ours: mbpoll (libmodbus), pymodbus, and frames made by hand."""
 import asyncio
+import os
 import re
 import shutil
 import socket
@@ -23,12 +24,15 @@ ANSWERS = {
                        5: NO_ADDRESS, 15: NO_ADDRESS},
     "fanuc": {3: SERVED, 16: SERVED, 23: SERVED},
 }
-SIZE = 110  # registers of the usual map: 0 to 109
+SIZE = 110  # registers of the generic map: 0 to 109, for every profile
+COMPBOX = os.environ.get("COMPBOX", os.path.join(os.path.dirname(__file__), "../../build/host/bin/compbox"))
 
 
 @pytest.fixture(params=PROFILES)
-def plc(request):
-    with FakePlc("--profile", request.param) as running:
+def plc(request, tmp_path):
+    subprocess.run([COMPBOX, "init", "--axes", "XYZ", "--profile", "generic", "--host", "127.0.0.1", "-o",
+                    tmp_path / "map.json"], check=True, capture_output=True)
+    with FakePlc("--profile", request.param, "--map", tmp_path / "map.json") as running:
         running.profile = request.param
         yield running
 

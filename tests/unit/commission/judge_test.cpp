@@ -74,7 +74,8 @@ json machine(const std::string &profile = "generic") {
     coefficients::machine_options options;
     options.axes = "XYZ";
     options.profile = profile;
-    options.travel = {{'X', {0, 500}}};
+    options.host = "127.0.0.1";
+    options.travel = {{"X", {0, 500}}};
     return coefficients::new_machine(options);
 }
 

@@ -6,7 +6,6 @@
 
 #include "host-tools/coefficients/machine_file.h"
 #include "host-tools/fakeplc/setup.h"
-#include "host-tools/fakeplc/usual_map.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
@@ -458,42 +457,40 @@ bool same(const shown_signal &a, const shown_signal &b) {
 bool same(const taken_channel &a, const taken_channel &b) {
     return a.name == b.name && a.address == b.address && a.scale_um == b.scale_um &&
            a.applied_address == b.applied_address && a.format.what == b.format.what &&
-           a.format.bytes == b.format.bytes && a.format.registers == b.format.registers;
+           a.format.bytes == b.format.bytes && a.format.registers == b.format.registers &&
+           a.tangent.has_value() == b.tangent.has_value() &&
+           (!a.tangent || (a.tangent->slope_address == b.tangent->slope_address &&
+                           a.tangent->reference_address == b.tangent->reference_address));
 }
 
 // The registers of the machine file that compbox init writes.
-register_map map_of_init(const std::string &axes, const std::string &profile) {
+register_map map_of_init(const std::string &profile) {
     coefficients::machine_options options;
-    options.axes = axes;
+    options.axes = "XYZ";
     options.profile = profile;
-    const std::string path = compbox_test::temporary("init.json");
-    write_file(path, json_text(coefficients::new_machine(options)));
-    return load_register_map(path);
+    return register_map_of(coefficients::new_machine(options), "init");
+}
+
+bool same(const register_block &a, const register_block &b) {
+    return a.start == b.start && a.count == b.count && a.counters == b.counters;
 }
 
 TEST(UsualRegisterMap, IsTheOneOfInit) {
     for (const auto &profile : plc_profile::names()) {
-        for (const char *axes : {"XYZ", "X", "ZX"}) {
-            const register_map usual = usual_register_map(axes, profile);
-            const register_map init = map_of_init(axes, profile);
-            SCOPED_TRACE(profile + " " + axes);
-            EXPECT_EQ(usual.profile, init.profile);
-            EXPECT_EQ(std::make_pair(usual.read.start, usual.read.count),
-                      std::make_pair(init.read.start, init.read.count));
-            EXPECT_EQ(std::make_pair(usual.write.start, usual.write.count),
-                      std::make_pair(init.write.start, init.write.count));
-            EXPECT_EQ(usual.control, init.control);
-            EXPECT_EQ(usual.plc_heartbeat, init.plc_heartbeat);
-            EXPECT_EQ(usual.status, init.status);
-            EXPECT_EQ(usual.box_heartbeat, init.box_heartbeat);
-            EXPECT_EQ(usual.referenced_mask, init.referenced_mask);
-            EXPECT_EQ(usual.handshake, init.handshake);
-            ASSERT_EQ(usual.signals.size(), init.signals.size());
-            ASSERT_EQ(usual.channels.size(), init.channels.size());
-            for (std::size_t i = 0; i < usual.signals.size(); ++i) {
-                EXPECT_TRUE(same(usual.signals[i], init.signals[i]));
-                EXPECT_TRUE(same(usual.channels[i], init.channels[i]));
-            }
+        SCOPED_TRACE(profile);
+        const register_map usual = prepare({profile, "", "", {}}).map, init = map_of_init(profile);
+        EXPECT_EQ(usual.profile, init.profile);
+        EXPECT_TRUE(same(usual.read, init.read) && same(usual.write, init.write));
+        EXPECT_EQ(std::make_tuple(usual.control, usual.plc_heartbeat, usual.handshake),
+                  std::make_tuple(init.control, init.plc_heartbeat, init.handshake));
+        EXPECT_EQ(std::make_pair(usual.status, usual.box_heartbeat),
+                  std::make_pair(init.status, init.box_heartbeat));
+        ASSERT_EQ(usual.signals.size(), init.signals.size());
+        ASSERT_EQ(usual.channels.size(), init.channels.size());
+        for (std::size_t i = 0; i < usual.signals.size(); ++i) {
+            EXPECT_TRUE(same(usual.signals[i], init.signals[i]));
+            EXPECT_TRUE(same(usual.channels[i], init.channels[i]));
+            EXPECT_EQ(usual.channels[i].tangent.has_value(), profile == "sinumerik-840d");
         }
     }
 }
