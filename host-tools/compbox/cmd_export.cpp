@@ -9,6 +9,7 @@
 #include "host-tools/compbox/commands.h"
 #include "host-tools/export/cam.h"
 #include "host-tools/export/plc.h"
+#include "host-tools/export/program.h"
 #include "host-tools/export/tables.h"
 #include "host-tools/export/text.h"
 #include "host-tools/formats/error.h"
@@ -57,7 +58,7 @@ constexpr const char *export_example =
 Example:
   compbox export coefficients.json --format sinumerik-cec --step-mm 50 -o cec
   compbox export coefficients.json --format twincat-cam --master X --path "Y=0.5*X+10" -o cams
-  compbox export coefficients.json --format plc-db -o plc)";
+  compbox export coefficients.json --format plc-program -o plc)";
 
 // out: name and text of "NAME=text"; throws usage_error if one is empty
 std::pair<std::string, std::string> pair_of(const std::string &option, const std::string &text) {
@@ -234,19 +235,23 @@ void export_table(const exports::channel_model &model, export_arguments &argumen
             exports::loss_lines(model, tables), io);
 }
 
-// Exports the registers. A machine file without curves suffices.
+// Exports registers and program. A machine file without curves suffices.
 void export_registers(const export_arguments &arguments, const cli::streams &io) {
     const json file = read_json(arguments.input);
     const bool has_terms = file.contains("terms") && file["terms"] != json::array();
     if (has_terms) coefficients::load_coefficients(arguments.input);
     const register_map map = load_register_map(arguments.input);
-    deliver(arguments,
-            {exports::plc_registers(map, file, arguments.text.source, arguments.pmc_base)}, {}, io);
+    const std::string &source = arguments.text.source;
+    if (arguments.format == "plc-program") {
+        return deliver(arguments, exports::plc_program(map, file, source, arguments.pmc_base), {},
+                       io);
+    }
+    deliver(arguments, {exports::plc_registers(map, file, source, arguments.pmc_base)}, {}, io);
 }
 
 void run_export(export_arguments &arguments, const cli::streams &io) {
     take_options(arguments);
-    if (arguments.format == "plc-db") return export_registers(arguments, io);
+    if (arguments.format.compare(0, 4, "plc-") == 0) return export_registers(arguments, io);
     const exports::channel_model model(arguments.input);
     check_names(model, arguments);
     for (const auto &format : formats) {
@@ -289,10 +294,10 @@ void add_export(cli::command &app) {
     command
         .add_option("--format FORMAT", arguments->format,
                     "linuxcnc-comp, sinumerik-lec, sinumerik-cec, heidenhain-com, twincat-cam; "
-                    "plc-db: the registers for the PLC program")
+                    "plc-program: the PLC's program and registers; plc-db: the registers alone")
         .required()
         .check(one_of({"linuxcnc-comp", "sinumerik-lec", "sinumerik-cec", "heidenhain-com",
-                       "twincat-cam", "plc-db"}));
+                       "twincat-cam", "plc-program", "plc-db"}));
     add_table_options(command, *arguments);
     command.add_option("--name X=AX1 …", arguments->names,
                        "The control's name of an axis (SINUMERIK else X1, Y1 …)");
@@ -317,7 +322,7 @@ void add_export(cli::command &app) {
         "file with a column for each axis");
     command
         .add_option("--pmc-base D", arguments->pmc_base,
-                    "plc-db, fanuc: D address of register 0 (0)")
+                    "plc-program and plc-db, fanuc: D address of register 0 (0)")
         .check(whole_between(0, 100000));
     command.add_flag("--json", arguments->as_json, "Print files and losses as JSON");
     command.add_option("-o,--output DIR", arguments->folder, "Folder for the tables, DIR")

@@ -25,15 +25,6 @@ std::string s7_type(const laid_register &one, const register_map &map) {
     return integer ? "INT" : "WORD";
 }
 
-std::string number_type(const number_format &format) {
-    const bool integer = format.what == kind::signed_integer;
-    const std::string base = format.what == kind::floating ? "float" : integer ? "int" : "uint";
-    const std::string order = format.bytes == number_format::order::cdab   ? "cdab"
-                              : format.bytes == number_format::order::dcba ? "le"
-                                                                           : "";
-    return base + std::to_string(16 * format.registers) + order;
-}
-
 std::string line(const std::string &declaration, const std::string &comment) {
     std::string text = "    " + declaration;
     if (text.size() < 44) text.resize(44, ' ');

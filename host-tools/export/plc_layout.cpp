@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <optional>
 
 #include "host-tools/formats/csv.h"
@@ -85,21 +86,23 @@ void add_signal(layout &to, const shown_signal &signal) {
     to.add(signal.address, signal.format, "signal_" + signal.name, meaning);
 }
 
-std::string size_of(const taken_channel &channel, const std::map<std::string, double> &least_um) {
+std::string size_of(const taken_channel &channel, const std::map<std::string, double> &least_um,
+                    double ahead_mm) {
     const auto found = least_um.find(channel.name);
     if (found == least_um.end()) return "";
     const std::string ahead =
-        channel.tangent ? fmt::format(" with AHEAD_MM {}", usual_ahead_mm) : std::string();
+        channel.tangent ? fmt::format(" with AHEAD_MM {}", ahead_mm) : std::string();
     return fmt::format("; largest offset in the PLC program: at least {} um{}", found->second,
                        ahead);
 }
 
 // Adds the channel's value, and its applied value, slope and reference where it has them.
 void add_channel(layout &to, const taken_channel &channel,
-                 const std::map<std::string, double> &least_um) {
+                 const std::map<std::string, double> &least_um, double ahead_mm) {
     const std::string scale = scaled(channel.scale_um, "um");
     to.add(channel.address, channel.format, "value_" + channel.name,
-           fmt::format("compensation of {} {}{}", channel.name, scale, size_of(channel, least_um)));
+           fmt::format("compensation of {} {}{}", channel.name, scale,
+                       size_of(channel, least_um, ahead_mm)));
     if (channel.applied_address) {
         to.add(*channel.applied_address, channel.format, "applied_" + channel.name,
                fmt::format("what the PLC applies of {} {}", channel.name, scale));
@@ -114,6 +117,21 @@ void add_channel(layout &to, const taken_channel &channel,
 
 }  // namespace
 
+double usual_ahead_mm(std::size_t channels) {
+    return std::ceil(40.0 / 3.0 * static_cast<double>(std::max<std::size_t>(channels, 3)) - 1e-6);
+}
+
+std::string number_type(const number_format &format) {
+    const bool integer = format.what == number_format::kind::signed_integer;
+    const std::string base = format.what == number_format::kind::floating ? "float"
+                             : integer                                    ? "int"
+                                                                          : "uint";
+    const std::string order = format.bytes == number_format::order::cdab   ? "cdab"
+                              : format.bytes == number_format::order::dcba ? "le"
+                                                                           : "";
+    return fmt::format("{}{}{}", base, 16 * format.registers, order);
+}
+
 std::map<std::string, double> least_sizes_um(const json &file) {
     const auto number = [](const json &of, const char *key) {
         return of.is_object() && of.contains(key) && of.at(key).is_number()
@@ -121,11 +139,13 @@ std::map<std::string, double> least_sizes_um(const json &file) {
                    : std::nullopt;
     };
     std::map<std::string, double> least_um;
-    for (const auto &channel : file.value("channels", json::array())) {
+    const json channels = file.value("channels", json::array());
+    const double ahead_mm = usual_ahead_mm(channels.size());
+    for (const auto &channel : channels) {
         const auto limit_um = number(channel, "limit_um");
         if (!limit_um || !channel.contains("name") || !channel.at("name").is_string()) continue;
         const json tangent = channel.value("tangent", json::object());
-        const double ahead_um = 1e3 * number(tangent, "slope_limit").value_or(0.0) * usual_ahead_mm;
+        const double ahead_um = 1e3 * number(tangent, "slope_limit").value_or(0.0) * ahead_mm;
         least_um[channel.at("name").get<std::string>()] = *limit_um + ahead_um;
     }
     return least_um;
@@ -145,7 +165,9 @@ std::vector<laid_register> lay_out(const register_map &map,
     add_counters(all, map.read, "read", "PLC");
     add_counters(all, map.write, "write", "box");
     for (const auto &signal : map.signals) add_signal(all, signal);
-    for (const auto &channel : map.channels) add_channel(all, channel, least_sizes_um);
+    for (const auto &channel : map.channels) {
+        add_channel(all, channel, least_sizes_um, usual_ahead_mm(map.channels.size()));
+    }
     return all.by_address();
 }
 

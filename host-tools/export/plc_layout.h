@@ -21,8 +21,12 @@ struct laid_register {
     int end() const { return address + format.registers; }
 };
 
-// AHEAD_MM of docs/plc/sinumerik-840d.scl.
-constexpr double usual_ahead_mm = 40.0;
+// AHEAD_MM of the program of the 840D: 40 ms from one PUT of an axis to the next for each channel,
+// at 20 m/min; three at least.
+double usual_ahead_mm(std::size_t channels);
+
+// The name of a format: "int16", "uint32le", "float32cdab".
+std::string number_type(const number_format &format);
 
 // out: by channel, the smallest size for the PLC program (docs/plc/README.md, "The largest
 // offset"), um; a smaller one would limit permitted outputs of the box. Only channels with limits

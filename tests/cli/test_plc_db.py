@@ -8,7 +8,7 @@ import re
 
 import pytest
 
-from conftest import GANTRY, PLC, ROOT
+from conftest import GANTRY, PLC, ROOT, term
 
 DOCS = ROOT / "docs/plc"
 WORDS = {"WORD": 1, "INT": 1, "DWORD": 2, "DINT": 2, "REAL": 2}
@@ -86,15 +86,28 @@ def test_the_data_block_is_the_files_registers(compbox, where):
     assert size == max(ends), "the server answers for both blocks as a whole"
 
 
-def test_the_program_of_the_840d_uses_only_what_the_block_has(compbox):
-    block, _ = read_block(exported(compbox, DOCS / "sinumerik-840d.json"))
+def program_of(compbox, path, *more):
+    """Program and registers of one file, by --format plc-program."""
+    files = compbox.good("export", path, "--format", "plc-program", *more, "-o", "plc").split()
+    return [(compbox.folder / name).read_text() for name in files]
+
+
+OWN = {"840d": "sinumerik-840d", "840d X,Z": "X,Z", "840d stages": "X,Y1+Y2,Z1+Z2"}
+
+
+@pytest.mark.parametrize("which", OWN)
+def test_the_program_of_the_840d_uses_only_what_the_block_has(compbox, which):
+    path = DOCS / "sinumerik-840d.json" if which == "840d" else machine(compbox, "sinumerik-840d", OWN[which])
+    program, registers = program_of(compbox, path)
+    assert registers == exported(compbox, path)
+    block, _ = read_block(registers)
     kinds = dict(block.values())
-    program = re.sub("//.*", "", (DOCS / "sinumerik-840d.scl").read_text())
+    program = re.sub("//.*", "", program)
     used = set(re.findall(r'"CompBoxRegisters"\.(\w+)', program))
     assert used == set(kinds), used ^ set(kinds)
     for name in re.findall(r'DINT_TO_REAL\("CompBoxRegisters"\.(\w+)\)', program):
         assert kinds[name] == "DINT"
-    file = json.loads((DOCS / "sinumerik-840d.json").read_text())
+    file = json.loads(path.read_text())
     for constant, value in (("UM", file["channels"][0]["scale"]),
                             ("MM", file["signals"][0]["scale"]),
                             ("PER_MM", file["channels"][0]["tangent"]["slope_scale"])):
@@ -120,11 +133,15 @@ def test_the_pmc_addresses_are_the_files_registers(compbox, where, base):
         assert row["written_by"] == ("box" if box else "PLC")
 
 
-def test_the_ladder_uses_only_addresses_of_the_table(compbox):
-    table = read_table(exported(compbox, DOCS / "fanuc.json"))
+@pytest.mark.parametrize("axes, base", [("XYZ", 0), ("X,Z", 400), ("X,Y1+Y2,Z,W", 1000)])
+def test_the_ladder_uses_only_addresses_of_the_table(compbox, axes, base):
+    path = DOCS / "fanuc.json" if axes == "XYZ" else machine(compbox, "fanuc", axes)
+    ladder, registers = program_of(compbox, path, "--pmc-base", base)
+    assert registers == exported(compbox, path, "--pmc-base", base)
+    table = read_table(registers)
     bytes_ = {int(row["pmc_address"][1:]) + i: row for row in table.values()
               for i in range(int(row["bytes"]))}
-    program = re.sub("//.*", "", (DOCS / "fanuc.txt").read_text())
+    program = re.sub("//.*", "", ladder)
     used = {int(a) for a in re.findall(r"\bD(\d+)", program)}
     assert used and used <= set(bytes_), used - set(bytes_)
     touched = {bytes_[a]["name"] for a in used}
@@ -159,6 +176,34 @@ def test_a_machine_file_without_limits_has_no_sizes(compbox):
             channel.pop("limit_um", None)
     path = changed(compbox, change)
     assert "largest offset in the PLC program" not in exported(compbox, path)
+
+
+def test_the_program_is_of_the_coefficient_file_too(compbox):
+    """After build: without the channels and signals that no curve needs."""
+    machine(compbox, "sinumerik-840d", "X,Y1+Y2,Z")
+    compbox.write("t.json", term("EZX", "X"))
+    compbox.good("build", "machine.json", "t.json", "-o", "c.json")
+    program, _ = program_of(compbox, "c.json")
+    assert set(re.findall(r"SIZE_(\w+)_UM :=", program)) == {"Z"}
+    assert 'CompBoxRegisters".signal_X := signal_X;' in program, "Z has no position, X no channel"
+
+
+@pytest.mark.parametrize("axes", ["XYZ", "X,Z", "X,Y1+Y2,Z,W"])
+@pytest.mark.parametrize("profile", ["linuxcnc", "generic"])
+def test_the_program_of_linuxcnc_has_the_files_registers(compbox, profile, axes):
+    """tests/linuxcnc runs it; here: each number of the file, joints and signals in their order."""
+    path = machine(compbox, profile, axes)
+    data = json.loads(path.read_text())
+    hal, component = program_of(compbox, path)
+    compile(component, "compbox_plc.py", "exec")
+    shown = re.findall(r'\("(signal-\d)", (\d+), "(\w+)", ([\d.e-]+), 0\),', component)
+    assert shown == [(f"signal-{i}", str(s["plc"]), s["type"], "0.0001") for i, s in enumerate(data["signals"])]
+    taken = re.findall(r'\((\d), (\d+), "(\w+)", 1e-05, (\d+)\),', component)
+    assert taken == [(str(i), str(c["plc"]), c["type"], str(c["applied"])) for i, c in enumerate(data["channels"])]
+    for i, channel in enumerate(data["channels"]):
+        size = float(re.search(rf"setp compbox-limit-{i}.max (\S+)", hal)[1])
+        assert size == pytest.approx(1.1e-3 * channel["limit_um"])
+    assert "@" not in hal + component
 
 
 def test_json_names_the_file(compbox):

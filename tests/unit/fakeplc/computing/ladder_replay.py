@@ -1,12 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: MIT
-"""Runs the ladder of docs/plc on a trace of fakeplc: same inputs, same outputs?
+"""Runs a ladder of compbox export on a trace of fakeplc: same inputs, same outputs?
 
-usage: ladder_replay.py PROGRAM.txt TRACE.csv   (exit 0: in every scan)
+usage: ladder_replay.py PROGRAM.txt ADDRESSES.csv TRACE.csv   (exit 0: in every scan)
 
-The columns are those of scl_replay.py, with F60.0 as `in_erend`. Bytes of the PMC are little-endian; what
-the list has beyond the instructions below is refused. An arithmetic instruction leaves its error
-output, so what hangs behind it without an RD of its own never runs."""
+The columns are those of scl_replay.py, with F60.0 as `in_erend`; ADDRESSES gives the D address of register
+0. Bytes of the PMC are little-endian; what the list has beyond the instructions below is refused. An
+arithmetic instruction leaves its error output, so what hangs behind it without an RD of its own never runs."""
 import csv
 import functools
 import operator
@@ -92,47 +92,65 @@ class Pmc:
         raise SystemExit(f"not a function this can run: {name}")
 
 
+def base_of(path):
+    """The D address of register 0."""
+    row = next(csv.DictReader(open(path)))
+    return int(row["pmc_address"][1:]) - 2 * int(row["register"])
+
+
+def words_of(row, block, base):
+    """(column, D address) of the registers of a block, w or r."""
+    return [(key, f"D{base + 2 * int(key[1:])}") for key in row if re.fullmatch(block + r"\d+", key)]
+
+
+def set_inputs(pmc, row, written, sources):
+    pmc.bit("R81.7", not row["in_first_scan"])
+    for i, name in enumerate(("enable_key", "referenced", "reset_key", "permit_key", "nc_fresh")):
+        pmc.bit(f"R80.{i}", bool(row["in_" + name]))
+    pmc.bit("F60.0", bool(row["in_erend"]))
+    for s, (address, count) in enumerate(sources):
+        pmc.poke(address, int(count), int(row[f"in_signal_{s}"]))
+    for key, address in written:
+        pmc.poke(address, 2, int(row[key]))
+
+
+def results(pmc, axes):
+    """What fakeplc has as `out_*`."""
+    ours = {"box_alive": pmc.bit("R100.1"), "size_count": pmc.peek("R174", 2)}
+    for i in range(axes):
+        ours |= {f"wanted_{i + 1}": 0.1 * pmc.peek(f"R{130 + 2 * i}", 2),
+                 f"size_acts_{i + 1}": pmc.bit(f"R103.{i}"), f"size_alarm_{i + 1}": pmc.bit(f"R111.{i}")}
+    return ours
+
+
 def main():
-    program, trace = sys.argv[1:]
-    pmc, scans, handed, acting, steps = Pmc(open(program).read()), 0, 0, 0, set()
-    for row in csv.DictReader(open(trace)):
+    program, addresses, trace = sys.argv[1:]
+    text, base = open(program).read(), base_of(addresses)
+    sources = re.findall(r"^//   (R\d+)  \S+, (\d) bytes", text, re.M)
+    pmc, scans, handed, acting, steps = Pmc(text), 0, 0, 0, set()
+    rows = list(csv.DictReader(open(trace)))
+    written, shown = (words_of(rows[0], block, base) for block in "wr")
+    axes = sum(key.startswith("out_wanted_") for key in rows[0])
+    for row in rows:
         row = {key: float(value) for key, value in row.items()}
-        flag = lambda name: bool(row["in_" + name])
-        pmc.bit("R81.7", not flag("first_scan"))
-        for i, name in enumerate(("enable_key", "referenced", "reset_key", "permit_key", "nc_fresh")):
-            pmc.bit(f"R80.{i}", flag(name))
-        pmc.bit("F60.0", flag("erend"))
-        for i, axis in enumerate("XYZ"):
-            pmc.poke(f"R{180 + 4 * i}", 4, int(row[f"in_position_{axis}"]))
-            pmc.poke(f"D{208 + 4 * i}", 2, int(row[f"reg_value_{axis}"]))
-        pmc.poke("D200", 2, int(row["reg_status"]))
-        pmc.poke("D202", 2, int(row["reg_box_heartbeat"]))
+        set_inputs(pmc, row, written, sources)
         pmc.scan()
         scans += 1
-        ours = {"box_alive": pmc.bit("R100.1"), "size_count": pmc.peek("R174", 2), "control": pmc.peek("D6", 1),
-                "plc_heartbeat": pmc.peek("D2", 2, signed=False),
-                "handshake": pmc.peek("D4", 2, signed=False),
-                "read_count_first": pmc.peek("D0", 2, signed=False),
-                "read_count_last": pmc.peek("D62", 2, signed=False)}
-        for i, axis in enumerate("XYZ"):
-            ours[f"wanted_{axis}"] = 0.1 * pmc.peek(f"R{130 + 2 * i}", 2)
-            ours[f"applied_{axis}"] = 0.1 * pmc.peek(f"D{48 + 4 * i}", 2)
-            ours[f"position_{axis}"] = pmc.peek(f"D{16 + 4 * i}", 4)
-            ours[f"size_acts_{axis}"] = pmc.bit(f"R103.{i}")
-            ours[f"size_alarm_{axis}"] = pmc.bit(f"R111.{i}")
-        if ours["handshake"] >> 8 & 1:
+        for key, address in shown:
+            word = pmc.peek(address, 2, signed=False)
+            assert word == row[key], f"scan {scans}: register {key[1:]} is {word}, fakeplc has {row[key]}"
+        ours = results(pmc, axes)
+        if pmc.bit("G2.7"):
             handed += 1
-            axis = "XYZ"[int(ours["handshake"] & 0xFF) - 1]
-            ours["data"] = pmc.peek("G0", 2)
-            row["out_data"] = row[f"out_data_{axis}"]
-            assert pmc.peek("G2", 1) & 0x7F == 0x31 + "XYZ".index(axis)
-        acting += any(pmc.bit(f"R103.{i}") for i in range(3))
-        steps.add(int(ours["handshake"]) >> 8 & 3)
+            axis = pmc.peek("R162", 2)
+            ours[f"data_{axis}"] = pmc.peek("G0", 2)
+            assert pmc.peek("G2", 1) & 0x7F == 0x30 + axis
+        acting += any(pmc.bit(f"R103.{i}") for i in range(axes))
+        steps.add((pmc.bit("G2.7"), pmc.bit("F60.0")))
         for key, value in ours.items():
-            off = abs(float(value) - row.get("out_" + key, row.get("in_" + key)))
-            assert off <= 1e-3, f"scan {scans}: {key} is {value}, fakeplc has {row.get('out_' + key)}"
-    assert scans > 1000 and handed > 500 and acting > 100 and steps == {0, 1, 2}, (
-        scans, handed, acting, steps)
+            assert abs(float(value) - row["out_" + key]) <= 1e-3, (
+                f"scan {scans}: {key} is {value}, fakeplc has {row['out_' + key]}")
+    assert scans > 1000 and handed > 500 and acting > 100 and len(steps) == 3, (scans, handed, acting, steps)
     print(f"{scans} scans, ESTB in {handed} of them, a size acts in {acting}: the same")
 
 

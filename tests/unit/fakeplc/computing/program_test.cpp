@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// fakeplc does what the PLC programs of docs/plc do: traces of it are replayed through the
+// fakeplc does what the PLC programs of compbox export do: traces of it are replayed through the
 // programs.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -7,42 +7,94 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
+#include <map>
+#include <regex>
 
+#include "host-tools/coefficients/machine_file.h"
+#include "host-tools/export/program.h"
 #include "host-tools/fakeplc/nc_handshake.h"
 #include "host-tools/fakeplc/nc_setting_data.h"
 #include "host-tools/fakeplc/plc.h"
 #include "host-tools/fakeplc/setup.h"
 #include "host-tools/formats/csv.h"
+#include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/formats/json.h"
 #include "host-tools/twin/random.h"
 #include "tests/support/temporary.h"
 
 namespace compbox {
 namespace {
 
-const std::string folder = CB_SOURCE_DIR "/docs/plc/";
+// Of one machine: its file, and the program and registers that compbox export makes of it.
+struct exported {
+    json file;
+    std::string program, registers;
+};
 
-// The sizes of the replays, one for each axis; a program with other numbers is one with constants
-// replaced (with_sizes).
-constexpr std::array<double, 3> sizes_um = {150.0, 90.0, 200.0};
+exported export_of(const json &file, int pmc_base = 0) {
+    const auto files =
+        exports::plc_program(register_map_of(file, "machine"), file, "machine.json", pmc_base);
+    return {file, files.at(0).text, files.at(1).text};
+}
+
+// A machine file as compbox init writes it, with limits of its own: other sizes for each axis.
+json machine_file(const std::string &axes, const std::string &profile,
+                  const std::map<char, double> &limits_um, bool motor_positions = false) {
+    coefficients::machine_options options;
+    options.motor_positions = motor_positions;
+    options.axes = axes;
+    options.profile = profile;
+    options.host = "10.0.0.1";
+    json file = coefficients::new_machine(options);
+    for (auto &channel : file["channels"])
+        channel["limit_um"] = limits_um.at(channel["name"].get<std::string>()[0]);
+    return file;
+}
+
+// The largest offsets in the order of the channels, as the program has them.
+std::vector<double> sizes_in(const std::string &program) {
+    const std::regex size("(?:SIZE_\\w+_UM := |// \\[size\\] At most \\d+ increments, )([0-9.]+)");
+    std::vector<double> sizes_um;
+    for (std::sregex_iterator at(program.begin(), program.end(), size), end; at != end; ++at)
+        sizes_um.push_back(std::stod((*at)[1]));
+    return sizes_um;
+}
 
 // A box that writes whatever comes to its mind, over a machine that moves; now and then it is
 // silent, writes half a block, another client writes numbers of any size, or the operator presses
 // something.
 class restless {
   public:
-    explicit restless(const std::string &map, double interpolate_s = 0.0)
-        : setup_(prepared(map, interpolate_s)),
+    explicit restless(const exported &of)
+        : sizes_um_(sizes_in(of.program)),
+          setup_(prepared(of, sizes_um_)),
           plc_(setup_.twin, setup_.map, setup_.profile, 0),
-          random_(5, map) {}
+          random_(5, setup_.map.profile) {
+        for (const auto &signal : setup_.map.signals)
+            if (signal.name == "T1") plc_.force_signal(signal.name, 23.4);
+    }
 
     // The ladder counts scans, so here each is as long as the other.
-    static plc_setup prepared(const std::string &map, double interpolate_s) {
-        plc_setup setup = prepare({"", "", folder + map, {}});
-        setup.map.interpolate_s = interpolate_s;
-        for (std::size_t a = 0; a < 3; ++a) setup.twin.plc.axis_size_um[a] = sizes_um[a];
+    static plc_setup prepared(const exported &of, const std::vector<double> &sizes_um) {
+        const std::string path = compbox_test::temporary("map.json");
+        write_file(path, json_text(of.file));
+        plc_setup setup = prepare({"", "", path, {}});
+        auto &limits = setup.twin.plc;
+        EXPECT_EQ(sizes_um.size(), setup.map.channels.size());
+        for (std::size_t c = 0; c < sizes_um.size(); ++c) {
+            const int axis = axis_index(setup.map.channels[c].name[0]);
+            if (axis < 0) limits.size_um = sizes_um[c];
+            if (axis >= 0) limits.axis_size_um[static_cast<std::size_t>(axis)] = sizes_um[c];
+        }
+        limits.ahead_mm = exports::usual_ahead_mm(sizes_um.size());
         if (setup.profile.nc.way == nc_way::handshake) setup.profile.scan_jitter_s = 0.0;
         return setup;
+    }
+    // The position of a channel's axis; 0 where fakeplc has none.
+    double position_mm(std::size_t channel) const {
+        const int axis = axis_index(setup_.map.channels[channel].name[0]);
+        return axis < 0 ? 0.0 : plc_.nc().position_mm()[static_cast<std::size_t>(axis)];
     }
     fake_plc &plc() { return plc_; }
     const register_map &map() const { return setup_.map; }
@@ -106,8 +158,8 @@ class restless {
         ++count_;
         for (std::size_t c = 0; c < map.channels.size(); ++c) {
             const auto &channel = map.channels[c];
-            const double x = plc_.nc().position_mm()[c];
-            const double um = 60.0 * std::sin(turn * x + static_cast<double>(c));
+            const double x = position_mm(c);
+            const double um = 0.4 * sizes_um_[c] * std::sin(turn * x + static_cast<double>(c));
             put(channel.address, channel.format, any_or(um) / channel.scale_um);
             if (!channel.tangent) continue;
             const auto &tangent = *channel.tangent;
@@ -125,6 +177,7 @@ class restless {
         set(map.write.end() - 1, torn_ ? count_ - 1 : count_);
     }
 
+    std::vector<double> sizes_um_;
     plc_setup setup_;
     fake_plc plc_;
     random_stream random_;
@@ -162,39 +215,42 @@ void add_common(trace &to, restless &of, const plc_state &state, double dt_s, bo
     to.add("in_reset_key", state.control & 4 ? 1 : 0);
     to.add("in_permit_key", state.control & 8 ? 1 : 0);
     to.add("in_nc_fresh", fresh ? 1 : 0);
-    for (std::size_t a = 0; a < 3; ++a) {
-        to.add(std::string("in_position_") + axis_letters[a],
-               static_cast<double>(std::llround(state.position_mm[a] / 1e-4)));
+    const register_map &map = of.map();
+    for (std::size_t s = 0; s < map.signals.size(); ++s) {
+        const auto &signal = map.signals[s];
+        std::vector<std::uint16_t> words;
+        for (int r = 0; r < signal.format.registers; ++r)
+            words.push_back(of.reg(signal.address + r));
+        to.add("in_signal_" + std::to_string(s), signal.format.decode(words.data()));
     }
-    to.add("reg_status", of.reg(of.map().status));
-    to.add("reg_box_heartbeat", of.reg(of.map().box_heartbeat));
+    for (int r = map.read.start; r < map.read.end(); ++r)
+        to.add("r" + std::to_string(r), of.reg(r));
+    for (int r = map.write.start; r < map.write.end(); ++r)
+        to.add("w" + std::to_string(r), of.reg(r));
     to.add("out_box_alive", state.box_alive ? 1 : 0);
-    to.add("out_control", state.control);
-    to.add("out_plc_heartbeat", state.plc_heartbeat);
-    to.add("out_read_count_first", of.reg(of.map().read.start));
-    to.add("out_read_count_last", of.reg(of.map().read.end() - 1));
-    for (std::size_t c = 0; c < 3; ++c) {
-        const std::string axis(1, axis_letters[c]);
-        const plc_duties &duties = of.plc().duties();
-        to.add("out_wanted_" + axis, duties.wanted()[c].um);
-        to.add("out_size_acts_" + axis, duties.limited()[c] ? 1 : 0);
-        to.add("out_size_alarm_" + axis, of.plc().alarms().stands("size-" + axis) ? 1 : 0);
+    const plc_duties &duties = of.plc().duties();
+    for (std::size_t c = 0; c < map.channels.size(); ++c) {
+        const std::string i = std::to_string(c + 1);
+        to.add("in_position_" + i, static_cast<double>(std::llround(of.position_mm(c) / 1e-4)));
+        to.add("out_wanted_" + i, duties.wanted()[c].um);
+        to.add("out_size_acts_" + i, duties.limited()[c] ? 1 : 0);
+        to.add("out_size_alarm_" + i,
+               of.plc().alarms().stands("size-" + map.channels[c].name) ? 1 : 0);
     }
-    to.add("out_size_count", of.plc().duties().times_limited());
-}
-
-double number_at(restless &of, int address) {
-    return static_cast<std::int32_t>(static_cast<std::uint32_t>(of.reg(address)) << 16 |
-                                     of.reg(address + 1));
+    to.add("out_size_count", duties.times_limited());
 }
 
 // Runs the interpreter on the trace; its words, and "" when it found a difference is a failure.
-void replay(const char *interpreter, const std::string &program, const trace &rows) {
-    const std::string path = compbox_test::temporary("trace.csv");
-    write_file(path, rows.text());
-    const std::string command =
-        std::string("/usr/bin/python3 " CB_SOURCE_DIR "/tests/unit/fakeplc/computing/") +
-        interpreter + " " + program + " " + path + " 2>&1";
+void replay(const char *interpreter, const exported &of, const trace &rows) {
+    std::string command =
+        std::string("/usr/bin/python3 " CB_SOURCE_DIR "/tests/unit/fakeplc/computing/") + interpreter;
+    int file = 0;
+    for (const std::string &text : {of.program, of.registers, rows.text()}) {
+        const std::string path = compbox_test::temporary("replay" + std::to_string(file++));
+        write_file(path, text);
+        command += " " + path;
+    }
+    command += " 2>&1";
     std::string said;
     char block[512];
     FILE *pipe = ::popen(command.c_str(), "r");
@@ -204,8 +260,8 @@ void replay(const char *interpreter, const std::string &program, const trace &ro
     std::printf("%s", said.c_str());
 }
 
-trace trace_of_840d(double interpolate_s) {
-    restless box("sinumerik-840d.json", interpolate_s);
+trace trace_of_840d(const exported &of) {
+    restless box(of);
     trace rows;
     double before_s = -0.008;
     std::uint16_t heartbeat = 0;
@@ -216,14 +272,6 @@ trace trace_of_840d(double interpolate_s) {
         add_common(rows, box, state, state.time_s - before_s, state.plc_heartbeat != heartbeat);
         before_s = state.time_s;
         heartbeat = state.plc_heartbeat;
-        for (const auto &channel : box.map().channels) {
-            rows.add("reg_value_" + channel.name, number_at(box, channel.address));
-            rows.add("reg_slope_" + channel.name, number_at(box, channel.tangent->slope_address));
-            rows.add("reg_reference_" + channel.name,
-                     number_at(box, channel.tangent->reference_address));
-        }
-        rows.add("reg_write_count_first", box.reg(box.map().write.start));
-        rows.add("reg_write_count_last", box.reg(box.map().write.end() - 1));
         rows.add("put_done", running && !job && !box.restarted ? 1 : 0);
         running = job.has_value();
         rows.add("out_torn", box.plc().alarms().stands("box-torn") ? 1 : 0);
@@ -237,61 +285,8 @@ trace trace_of_840d(double interpolate_s) {
     return rows;
 }
 
-// The program with other constants: each text has to be there exactly once.
-std::string with_constants(const std::string &name,
-                           const std::vector<std::array<std::string, 2>> &constants) {
-    std::string program = read_file(folder + name);
-    for (const auto &[from, to] : constants) {
-        const auto at = program.find(from);
-        EXPECT_TRUE(at != std::string::npos && program.find(from, at + 1) == std::string::npos)
-            << from;
-        if (at != std::string::npos) program.replace(at, from.size(), to);
-    }
-    const std::string path = compbox_test::temporary(name);
-    write_file(path, program);
-    return path;
-}
-
-std::string scl_of(const char *interpolate_s) {
-    return with_constants(
-        "sinumerik-840d.scl",
-        {{"SIZE_X_UM := 500.0;", "SIZE_X_UM := 150.0;"},
-         {"SIZE_Y_UM := 500.0;", "SIZE_Y_UM := 90.0;"},
-         {"SIZE_Z_UM := 500.0;", "SIZE_Z_UM := 200.0;"},
-         {"INTERPOLATE_S := 0.0;", std::string("INTERPOLATE_S := ") + interpolate_s + ";"}});
-}
-
-TEST(PlcProgram, OfThe840DIsWhatFakeplcDoes) {
-    replay("scl_replay.py", scl_of("0.0"), trace_of_840d(0.0));
-}
-
-TEST(PlcProgram, OfThe840DGoesInLinesAsFakeplcDoes) {
-    replay("scl_replay.py", scl_of("0.03"), trace_of_840d(0.03));
-}
-
-// The ladder has the sizes in the lines behind [take-over] of each axis, four times each.
-std::string ladder() {
-    std::string program = read_file(folder + "fanuc.txt");
-    const auto begin = [&](char axis) {
-        return program.find(std::string("// [take-over] ") + axis);
-    };
-    for (std::size_t a = 0; a < 3; ++a) {
-        const std::string size = std::to_string(std::lround(10.0 * sizes_um[a]));
-        int found = 0;
-        for (auto at = program.find("5000", begin(axis_letters[a]));
-             at < (a < 2 ? begin(axis_letters[a + 1]) : program.size());
-             at = program.find("5000", at + size.size()), ++found) {
-            program.replace(at, 4, size);
-        }
-        EXPECT_GE(found, 4);
-    }
-    const std::string path = compbox_test::temporary("fanuc.txt");
-    write_file(path, program);
-    return path;
-}
-
-TEST(PlcProgram, OfTheFanucIsWhatFakeplcDoes) {
-    restless box("fanuc.json");
+trace trace_of_fanuc(const exported &of) {
+    restless box(of);
     trace rows;
     std::uint16_t heartbeat = 0;
     box.run(30.0, [&](const plc_state &state) {
@@ -299,18 +294,110 @@ TEST(PlcProgram, OfTheFanucIsWhatFakeplcDoes) {
         add_common(rows, box, state, 0.008, state.plc_heartbeat != heartbeat);
         heartbeat = state.plc_heartbeat;
         rows.add("in_erend", state.handshake >> 9 & 1);
-        rows.add("out_handshake", state.handshake);
-        for (std::size_t c = 0; c < 3; ++c) {
-            const auto &channel = box.map().channels[c];
-            rows.add("reg_value_" + channel.name,
-                     static_cast<std::int16_t>(box.reg(channel.address)));
-            rows.add("out_applied_" + channel.name, state.applied_um[c]);
-            rows.add("out_data_" + channel.name, static_cast<double>(side.data()[c]));
-        }
+        for (std::size_t c = 0; c < box.map().channels.size(); ++c)
+            rows.add("out_data_" + std::to_string(c + 1), static_cast<double>(side.data()[c]));
         rows.end_row();
         box.restarted = false;
     });
-    replay("ladder_replay.py", ladder(), rows);
+    return rows;
+}
+
+void replay_840d(const json &file) {
+    const exported of = export_of(file);
+    replay("scl_replay.py", of, trace_of_840d(of));
+}
+
+void replay_fanuc(const json &file, int pmc_base) {
+    const exported of = export_of(file, pmc_base);
+    replay("ladder_replay.py", of, trace_of_fanuc(of));
+}
+
+const std::map<char, double> limits_um = {{'X', 100.0}, {'Y', 45.0}, {'Z', 150.0}, {'W', 80.0}};
+
+TEST(PlcProgram, OfThe840DIsWhatFakeplcDoes) {
+    replay_840d(machine_file("XYZ", "sinumerik-840d", limits_um));
+}
+
+TEST(PlcProgram, OfThe840DGoesInLinesAsFakeplcDoes) {
+    json file = machine_file("XYZ", "sinumerik-840d", limits_um);
+    file["plc"]["interpolate_ms"] = 30;
+    replay_840d(file);
+}
+
+TEST(PlcProgram, OfALatheWithAThermometer) {
+    json file = machine_file("X,Z", "sinumerik-840d", {{'X', 6.0}, {'Z', 2500.0}});
+    file["signals"].push_back({{"name", "T1"}, {"plc", 20}, {"type", "int16"}, {"scale", 0.1}});
+    replay_840d(file);
+    file = machine_file("X,Z", "fanuc", {{'X', 6.0}, {'Z', 900.0}});
+    file["signals"].push_back({{"name", "T1"}, {"plc", 20}, {"type", "int16"}, {"scale", 0.1}});
+    file["signals"][1]["type"] = "int32";  // the high word first, as a file by hand may have it
+    replay_fanuc(file, 0);
+}
+
+TEST(PlcProgram, OfStagesWithTwoMotors) {
+    replay_840d(machine_file("X,Y1+Y2,Z1+Z2", "sinumerik-840d", limits_um));
+    replay_840d(machine_file("X,Y1+Y2", "sinumerik-840d", limits_um, true));
+    replay_fanuc(machine_file("X,Y1+Y2,Z,W", "fanuc", limits_um), 1000);
+}
+
+TEST(PlcProgram, OfThe840DWithoutTangents) {
+    json file = machine_file("X,Y1+Y2,Z", "sinumerik-840d", limits_um);
+    for (auto &channel : file["channels"]) channel.erase("tangent");
+    file["plc"]["write"].erase("counters");
+    file["plc"]["read"].erase("counters");
+    replay_840d(file);
+    for (const char *gone : {"commanded_slope[1] := INT", "TEMP_COMP_SLOPE", "read_count"})
+        EXPECT_EQ(export_of(file).program.find(gone), std::string::npos) << gone;
+}
+
+TEST(PlcProgram, OfTheFanucIsWhatFakeplcDoes) {
+    replay_fanuc(machine_file("XYZ", "fanuc", limits_um), 0);
+}
+
+// The programs of docs/plc are those of the files beside them.
+TEST(PlcProgram, OfTheDocumentsIsMadeByExport) {
+    const std::string folder = CB_SOURCE_DIR "/docs/plc/";
+    for (const char *name : {"sinumerik-840d", "fanuc"}) {
+        const json file = read_json(folder + name + ".json");
+        const auto made =
+            exports::plc_program(register_map_of(file, name), file, name + std::string(".json"), 0);
+        EXPECT_TRUE(made[0].text == read_file(folder + made[0].name))
+            << "run: compbox export docs/plc/" << name << ".json --format plc-program -o docs/plc";
+    }
+}
+
+std::string refusal(json file, const std::function<void(json &)> &change) {
+    change(file);
+    try {
+        export_of(file);
+    } catch (const input_error &error) {
+        return error.what();
+    }
+    return "";
+}
+
+TEST(PlcProgram, RefusesWhatItCannotHave) {
+    const json siemens = machine_file("XYZ", "sinumerik-840d", limits_um);
+    const json ladder = machine_file("XYZ", "fanuc", limits_um);
+    const auto channel = [](const char *key, const json &value) {
+        return [=](json &file) { file["channels"][1][key] = value; };
+    };
+    EXPECT_EQ(refusal(siemens, channel("scale", 0.1)),
+              "machine: channel Y has another type or scale than channel X; the program has one "
+              "for all offsets");
+    EXPECT_EQ(refusal(siemens, channel("limit_um", nullptr)),
+              "machine: channels[1].limit_um: the program needs a number above 0 for its largest "
+              "offset");
+    EXPECT_EQ(refusal(ladder, channel("limit_um", 950)),
+              "machine: channel Y: its largest offset, 1100 um, is beyond 9999 increments of 0.1 "
+              "um");
+    EXPECT_EQ(refusal(siemens, [](json &file) { file["signals"][0]["scale"] = 0.001; }),
+              "machine: channel X: the program needs the position and the reference of its tangent "
+              "as int32 in the scale of all others, without zero");
+    EXPECT_EQ(refusal(ladder, [](json &file) { file["plc"]["axes_at_once"] = true; }),
+              "machine: plc.axes_at_once: the ladder hands over one axis after the other");
+    EXPECT_EQ(refusal(siemens, [](json &file) { file["plc"]["profile"] = "generic"; }),
+              "machine: channel X: LinuxCNC has no slope; leave out its tangent");
 }
 
 }  // namespace
