@@ -366,6 +366,15 @@ TEST(PlcProgram, OfTheDocumentsIsMadeByExport) {
     }
 }
 
+// The sizes are defaults; a comment in the file that has them names who sets them.
+TEST(PlcProgram, NamesWhoSetsTheLargestOffsets) {
+    for (const char *profile : {"sinumerik-840d", "fanuc", "linuxcnc"}) {
+        const std::string text = export_of(machine_file("XYZ", profile, limits_um)).program;
+        EXPECT_NE(text.find("The builder of the machine sets"), std::string::npos) << profile;
+        EXPECT_NE(text.find("1.1 times the least"), std::string::npos) << profile;
+    }
+}
+
 std::string refusal(json file, const std::function<void(json &)> &change) {
     change(file);
     try {
