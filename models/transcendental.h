@@ -3,7 +3,7 @@
  *
  * Every operation is one IEEE 754 rounding in a fixed order, so the bits are the same on every
  * target (round to nearest, subnormals on, no contraction). The bounds below are of all 2^32
- * arguments (tests/unit/models/computing/transcendental_test.cpp, exhaustive with COMPBOX_LONG_TESTS=1); an
+ * arguments (transcendental_test.cpp, exhaustive with COMPBOX_LONG_TESTS=1); an
  * ulp is the spacing of float32 at the exact result. A NaN argument gives a NaN of unspecified sign
  * and payload, which the caller makes canonical (cb_canonical in num.h). */
 #ifndef COMPBOX_MODELS_TRANSCENDENTAL_H

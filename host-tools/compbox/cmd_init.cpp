@@ -66,7 +66,7 @@ void ask(init_options &options, const cli::streams &io) {
     const bool begin = machine.axes.empty();
     person.need(machine.axes, "--axes", "axes of the machine, as in XYZ or X,Y1+Y2,Z");
     person.need(machine.profile, "--profile",
-                fmt::format("kind of control {}", fmt::to_string(fmt::join(layout_names(), ", "))));
+                fmt::format("kind of control: {}", fmt::join(layout_names(), ", ")));
     person.need(machine.host, "--host", "IP address of the PLC, as in 192.168.0.10");
     if (!begin || !options.travel.empty()) return;
     options.travel =

@@ -190,7 +190,7 @@ def test_a_host_in_letters_is_refused(compbox):
 
 @pytest.mark.parametrize("missing, sentence", [
     ("--axes", "axes of the machine, as in XYZ or X,Y1+Y2,Z"),
-    ("--profile", "kind of control {generic,sinumerik-840d,fanuc,linuxcnc}"),
+    ("--profile", "kind of control: generic, sinumerik-840d, fanuc, linuxcnc"),
     ("--host", "IP address of the PLC, as in 192.168.0.10")])
 def test_nothing_is_guessed_that_only_a_person_knows(compbox, missing, sentence):
     given = {"--axes": "X,Z", "--profile": "fanuc", "--host": "192.168.0.10", "-o": "m.json"}
