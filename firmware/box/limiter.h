@@ -20,7 +20,7 @@ struct cb_channel_state {
     float output_um; /* value of the registers */
     float carry_um;  /* progress towards the next grid value: |carry| < one unit */
     float possible_min_um, possible_max_um; /* the PLC holds a value in this interval */
-    float late_min_um, late_max_um;   /* values of writes without a reply: each may take effect … */
+    float late_min_um, late_max_um; /* values of writes without a reply: each may take effect … */
     float older_min_um, older_max_um; /* … and those of the previous turn; min > max: none */
     uint32_t late_us; /* … within this time in which the PLC is alive; 0: there are none */
     uint32_t turn_us; /* … or in this turn and the next, while the PLC serves requests */

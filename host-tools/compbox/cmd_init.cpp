@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // compbox init: a machine file with default values, for a person to complete.
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <memory>

@@ -27,7 +27,7 @@ class virtual_registers : public simulation::virtual_hal {
 
     std::uint32_t watchdog_fed = 0, reads = 0, writes = 0;  // how often
     bool stop = false;                                      // answers stop_requested()
-    std::vector<cb_sample> samples;                     // waiting to be fetched, oldest first
+    std::vector<cb_sample> samples;                         // waiting to be fetched, oldest first
     std::uint16_t *registers() { return bank_.now.data(); }
 
     cb_hal hal() {

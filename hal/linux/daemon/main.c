@@ -526,13 +526,13 @@ static int finish(struct daemon *daemon) {
     bool confirmed = run->stopped && daemon->loop.box->life.wrote;
     if (!daemon->loop.box->life.wrote)
         cb_log_line(&daemon->log, now_us,
-                   "ended without any reply of the PLC; nothing was written: check %s",
-                   daemon->plc);
+                    "ended without any reply of the PLC; nothing was written: check %s",
+                    daemon->plc);
     else if (!confirmed)
         cb_log_line(&daemon->log, now_us,
-                   "ended without the PLC's confirmation of zero: its own watchdog must remove "
-                   "the offset; check %s",
-                   daemon->plc);
+                    "ended without the PLC's confirmation of zero: its own watchdog must remove "
+                    "the offset; check %s",
+                    daemon->plc);
     cb_log_catch_up(&daemon->log, now_us, true);
     cb_supervise_finish(&daemon->supervise);
     const bool written = record_error == 0 && inputs_error == 0 && stats_error == 0;

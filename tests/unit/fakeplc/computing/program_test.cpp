@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // fakeplc does what the PLC programs of compbox export do: traces of it are replayed through the
 // programs.
+#include "host-tools/export/program.h"
+
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
@@ -11,7 +13,6 @@
 #include <regex>
 
 #include "host-tools/coefficients/machine_file.h"
-#include "host-tools/export/program.h"
 #include "host-tools/fakeplc/nc_handshake.h"
 #include "host-tools/fakeplc/nc_setting_data.h"
 #include "host-tools/fakeplc/plc.h"
@@ -243,7 +244,8 @@ void add_common(trace &to, restless &of, const plc_state &state, double dt_s, bo
 // Runs the interpreter on the trace; its words, and "" when it found a difference is a failure.
 void replay(const char *interpreter, const exported &of, const trace &rows) {
     std::string command =
-        std::string("/usr/bin/python3 " CB_SOURCE_DIR "/tests/unit/fakeplc/computing/") + interpreter;
+        std::string("/usr/bin/python3 " CB_SOURCE_DIR "/tests/unit/fakeplc/computing/") +
+        interpreter;
     int file = 0;
     for (const std::string &text : {of.program, of.registers, rows.text()}) {
         const std::string path = compbox_test::temporary("replay" + std::to_string(file++));
