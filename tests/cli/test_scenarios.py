@@ -114,7 +114,8 @@ def nine_line():
 
 @pytest.mark.parametrize("axis", "XYZ")
 def test_the_committed_plans_are_what_the_scenario_plans(compbox, axis):
-    (step,) = (step for step in scenario_of("nine-line")["once"] if step.startswith("plan") and f"--axis {axis}" in step)
+    steps = scenario_of("nine-line")["once"]
+    (step,) = (step for step in steps if step.startswith("plan") and f"--axis {axis}" in step)
     compbox.good(*step.replace("$once/", "").split())
     made = json.loads((compbox.folder / f"{axis}.plan.json").read_text())
     assert made == json.loads((EXAMPLES / f"nine-line/{axis}.plan.json").read_text())

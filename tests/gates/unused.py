@@ -106,7 +106,8 @@ PLANTED = {
     "a.c": "int used_by_b(void);\nint used_here(void);\nint dead(void);\nint by_the_mcu(void);\n"
            "extern const int dead_table[2];\n"
            "int used_by_b(void) {\n    return used_here();\n}\nint used_here(void) {\n    return 2; /* dead() */\n}\n"
-           "int dead(void) {\n    return 1;\n}\nint by_the_mcu(void) {\n    return 1;\n}\nconst int dead_table[2] = {1};\n",
+           "int dead(void) {\n    return 1;\n}\nint by_the_mcu(void) {\n    return 1;\n}\n"
+           "const int dead_table[2] = {1};\n",
     "b.h": "struct thing {\n    int gone(int x);\n};\n",
     "b.cpp": "#include \"b.h\"\nextern \"C\" int used_by_b();\nnamespace n {\nint alive(int x);\nint alive(int x) {\n"
              "    return x;\n}\n}\nint thing::gone(int x) {\n    return x;\n}\n"

@@ -3,6 +3,7 @@
 // programs.
 #include "host-tools/export/program.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
