@@ -104,12 +104,12 @@ def test_fakeplc_empties_no_file_that_it_reads(files):
 
 @pytest.mark.parametrize("spoil, message", [
     (lambda s: s["paths"][0]["to_mm"].update(X=1e30),
-     "the path diagonal goes to X = 1e+30 mm, where the machine has 0 to 14300"),
+     "the path diagonal goes to X = 1e+30 mm, but the machine has 0 to 14300"),
     (lambda s: s["methods"][0].update(method="spline"),
      "there is no method or line 'spline' (there are bspline, bspline-lmc, polynomial, polyline)"),
     (lambda s: s["methods"][0].update(name="../x"),
      "methods[].name must be letters, digits, '_' and '-': a folder is named so"),
-    (lambda s: s.update(curves=["QQQ"]), "'QQQ' is not an ISO 230-1 name, as EZX is"),
+    (lambda s: s.update(curves=["QQQ"]), "'QQQ' is not an ISO 230-1 name such as EZX"),
     (lambda s: s.update(seeds="all"), "the key 'seeds' has the wrong type (string)"),
 ])
 def test_simulate_with_a_spoiled_scenario(files, spoil, message):

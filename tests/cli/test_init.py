@@ -85,7 +85,7 @@ def test_registers_do_not_overlap_and_fit_their_blocks(compbox, axes, profile, p
     channels = MACHINES[axes]
     if channels is None:
         done = compbox("init", *PLC, "--axes", axes, "--profile", profile, "-o", "m.json")
-        assert done.stderr.startswith("--axes: X is named twice")
+        assert done.stderr.startswith("compbox: --axes: X is named twice")
         axes = axes[:-4]
         channels = axes.replace("+", ",").split(",")
     compbox.good("init", *PLC, "--axes", axes, "--profile", profile, *positions, "-o", "m.json")

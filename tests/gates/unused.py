@@ -27,6 +27,8 @@ def product_objects(root, build):
     objects, compiled = {}, set()
     for entry in json.loads((build / "compile_commands.json").read_text()):
         source = pathlib.Path(entry["file"])
+        if source.suffix not in (".c", ".cpp"):
+            continue  # a precompiled header
         base = build if build in source.parents else root
         if base not in source.parents or source.relative_to(base).parts[0] not in FOLDERS:
             continue

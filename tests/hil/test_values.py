@@ -92,7 +92,7 @@ def test_heartbeat_and_status_of_every_write(plc, port, start_box, exchange):
 
 
 def steps_on_the_way(steps):
-    """out: (before, after) wherever Z moves freely to -124 µm: ACTIVE, and no recent write was lost, which would hold it
+    """out: (before, after) where Z moves freely to -124 µm: ACTIVE, and no recent write was lost, which would hold it
     back (firmware/box/limiter.c)"""
     late = 20
     return [(steps[i - 1], steps[i]) for i in range(late, len(steps))

@@ -23,7 +23,7 @@ const testing::KilledBySignal aborts(SIGABRT);
 
 TEST(assertion, names_its_place_and_aborts) {
     EXPECT_EXIT(cb_assertion_failed("firmware/box/box.c", 7), aborts,
-                "^assert_test: assertion failed at firmware/box/box.c:7: the program has a "
+                "^base_test: assertion failed at firmware/box/box.c:7: the program has a "
                 "mistake, please report it\n$");
 }
 
