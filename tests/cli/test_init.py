@@ -197,7 +197,7 @@ def test_nothing_is_guessed_that_only_a_person_knows(compbox, missing, sentence)
     del given[missing]
     done = compbox("init", *itertools.chain(*given.items()))
     assert done.returncode == 2 and not compbox.files()
-    assert done.stderr.splitlines()[0] == f"{missing}: is required: {sentence}"
+    assert done.stderr.splitlines()[0] == f"compbox: {missing}: is required: {sentence}"
 
 
 def test_a_real_file_has_no_address_of_a_simulator(compbox):

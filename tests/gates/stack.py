@@ -44,7 +44,7 @@ HAL = ["stm32f405/box_hal.c:" + name for name in ("now_us", "wait_tick", "read",
                                         "feed_watchdog", "stop_requested")]
 COMMANDS = ["cb_dump_ask", "cb_status_counters", "cb_status_fault", "cb_status_start", "cb_status_wires"] + [
     "app/commands.c:" + name for name in (
-        "end_trace", "help", "restart", "restart_with_trace", "say_trace", "show_slots", "stop")] + [
+        "end_trace", "help", "restart", "restart_with_trace", "begin_trace", "show_slots", "stop")] + [
     "variant/test.c:crash_" + name for name in (
         "address", "assertion", "canary", "hang", "stack", "undefined")]  # of the test image
 IMAGE_INDIRECT = {

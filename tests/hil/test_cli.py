@@ -35,7 +35,7 @@ def test_wrong_usage_is_exit_2(config, arguments):
 
 
 @pytest.mark.parametrize("arguments, word", [
-    (["--nonsense"], " --nonsense "), (["--st", "a"], " --st "), (["--config"], " --config needs"),
+    (["--nonsense"], " --nonsense;"), (["--st", "a"], " --st;"), (["--config"], " --config needs"),
     (["--help=3"], '"--help=3"'), (["--cpu-latency=on", "-xy"], " -x;"),
 ])
 def test_wrong_usage_names_the_word(arguments, word):
