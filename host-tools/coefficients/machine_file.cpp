@@ -10,6 +10,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/json.h"
 #include "host-tools/formats/register_layout.h"
+#include "host-tools/formats/text.h"
 
 namespace compbox::coefficients {
 
@@ -34,16 +35,6 @@ double travel_number(const std::string &text, const std::string &whole) {
         refuse("--travel: '{}' is not AXIS=LENGTH or AXIS=FROM:TO in mm, as in X=14300", whole);
     }
     return value;
-}
-
-// out: the pieces between the separators, one at least; a piece may be empty
-std::vector<std::string> split(const std::string &text, char separator) {
-    std::vector<std::string> pieces;
-    std::size_t start = 0;
-    for (std::size_t end; (end = text.find(separator, start)) != std::string::npos; start = end + 1)
-        pieces.push_back(text.substr(start, end - start));
-    pieces.push_back(text.substr(start));
-    return pieces;
 }
 
 // out: the name. Throws input_error where it is not the name of a linear axis.

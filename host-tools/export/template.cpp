@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "host-tools/formats/json.h"
+#include "host-tools/formats/text.h"
 
 namespace compbox::exports {
 
@@ -13,11 +14,10 @@ namespace {
 
 using lines = std::vector<std::string>;
 
+// out: the lines that end; what is behind the last end is no line
 lines lines_of(const std::string &text) {
-    lines all;
-    std::size_t start = 0;
-    for (std::size_t end; (end = text.find('\n', start)) != std::string::npos; start = end + 1)
-        all.push_back(text.substr(start, end - start));
+    lines all = split(text, '\n');
+    all.pop_back();
     return all;
 }
 

@@ -133,4 +133,13 @@ std::string to_utf8(const std::string &bytes) {
     return text;
 }
 
+std::vector<std::string> split(const std::string &text, char separator) {
+    std::vector<std::string> pieces;
+    std::size_t start = 0;
+    for (std::size_t end; (end = text.find(separator, start)) != std::string::npos; start = end + 1)
+        pieces.push_back(text.substr(start, end - start));
+    pieces.push_back(text.substr(start));
+    return pieces;
+}
+
 }  // namespace compbox

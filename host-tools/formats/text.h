@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Text files of other programs as UTF-8.
+// Texts: files of other programs as UTF-8, what a terminal may show, pieces.
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace compbox {
 
@@ -16,5 +17,8 @@ std::string to_utf8(const std::string &bytes);
 // and changes of text direction. A terminal or log shows it on one line. docs/coefficient-file.md
 // lists the characters; the box's own loader rejects them (firmware/json/text.h).
 std::string printable(const std::string &text);
+
+// out: the pieces between the separators, at least one; a piece may be empty
+std::vector<std::string> split(const std::string &text, char separator);
 
 }  // namespace compbox
