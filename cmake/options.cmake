@@ -21,7 +21,7 @@ target_compile_options(cb_core_flags INTERFACE -Wdouble-promotion $<$<C_COMPILER
 # (tests/gates/hardening.py). _FORTIFY_SOURCE needs optimisation, and the sanitizers look closer than it does.
 if(CMAKE_SYSTEM_NAME STREQUAL "Linux")
     target_compile_options(cb_flags INTERFACE -fstack-protector-strong -fPIE)
-    target_link_options(cb_flags INTERFACE -pie -Wl,-z,relro,-z,now,-z,noexecstack)
+    target_link_options(cb_flags INTERFACE -pie -Wl,-z,relro,-z,now,-z,noexecstack -Wl,--as-needed)
     if(NOT CMAKE_BUILD_TYPE STREQUAL "Debug")
         target_compile_options(cb_flags INTERFACE -U_FORTIFY_SOURCE -D_FORTIFY_SOURCE=2)
     endif()
