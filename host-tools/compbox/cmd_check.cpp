@@ -60,7 +60,12 @@ void add_check(cli::command &app) {
     const auto options = std::make_shared<check_options>();
     command.add_option("FILE", options->path, "Coefficient file").required();
     add_json(command, options->as_json);
-    command.footer("Example:\n  compbox check coefficients.json");
+    command.footer(
+        R"(Loads the file with the box's own loader and prints what it found, the abilities of the PLC's
+profile and remarks. The first mistake is reported with its place and line; the exit code is then 1.
+
+Example:
+  compbox check coefficients.json)");
     command.callback([options](const cli::streams &io) { check(*options, io); });
 }
 

@@ -21,6 +21,18 @@ static bool is_unknown(const compbox::cli::command &app, const std::string &word
     return !word.empty() && word[0] != '-' && !app.has_subcommand(word);
 }
 
+constexpr const char *overview =
+    R"(The usual order is init, fit, build, check and, at the machine, commission; then compboxd runs the
+coefficient file. compbox COMMAND --help prints the options of a command.
+
+Exit codes: 0 done, 1 the input is bad, 2 wrong usage.
+
+Example:
+  compbox init --axes X,Y,Z --profile sinumerik-840d --host 192.168.0.10 -o machine.json
+  compbox fit EZX.csv --name EZX --signal X -o EZX.json
+  compbox build machine.json EZX.json -o coefficients.json
+  compbox check coefficients.json)";
+
 // out: 0 done, 1 the input is bad, 2 wrong usage, 70 a fault of the program
 int main(int argc, char **argv) {
     const auto io = compbox::cli::standard_streams();
@@ -28,6 +40,7 @@ int main(int argc, char **argv) {
     compbox::cli::program app{
         "compbox: from measurements of a machine tool to the coefficients of its box", io};
     app.set_version_flag("--version", "compbox " CB_VERSION);
+    app.footer(overview);
     compbox::add_commands(app);
     if (argc > 1 && is_unknown(app, argv[1])) {
         io.err << "compbox: there is no command '" << argv[1] << "'; compbox --help lists them\n";

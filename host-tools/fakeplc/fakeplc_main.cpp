@@ -134,8 +134,9 @@ void add_options(cli::command &app, options &chosen) {
         .check(between(0.0, 1e6));
     app.add_option("--log F.csv", chosen.log, "CSV file with one row for each PLC scan");
     app.footer(std::string(console_help()) +
-               "Example: fakeplc --profile generic --listen 127.0.0.1:1502\n"
-               "         fakeplc --profile generic --listen 127.0.0.1:1502 "
+               "Example:\n"
+               "  fakeplc --profile generic --listen 127.0.0.1:1502\n"
+               "  fakeplc --profile generic --listen 127.0.0.1:1502 "
                "--machine machine_twin.json --map coefficients.json --log plc.csv");
 }
 

@@ -76,7 +76,8 @@ int main(int argc, char **argv) {
     app.footer(
         "Commands on stdin, each answered by one line:\n"
         "  set UNIT REGISTER DEGC, silent UNIT 0|1, late UNIT MS, quit\n"
-        "Example: fakept100 --listen rtu:/tmp/bus --module 5=20.1,21.5 --module 6=19.8");
+        "Example:\n"
+        "  fakept100 --listen rtu:/tmp/bus --module 5=20.1,21.5 --module 6=19.8");
     try {
         if (const auto end = app.parse(argc, argv)) return *end;
         compbox::run(listen, modules, options, io);

@@ -12,9 +12,11 @@
 int main(int argc, char **argv) {
     const auto io = compbox::cli::standard_streams();
     compbox::cli::program app{"virtual-laser: measures the axes of a simulated machine", io};
+    app.set_version_flag("--version", "virtual-laser " CB_VERSION);
     app.footer(
-        "Writes DIR/EZX.csv … (position_mm,error_um,run), one file for each error of the twin.\n"
-        "Example: virtual-laser --machine machine_twin.json --seed 7 -o measurements");
+        "Writes DIR/EZX.csv … (position_mm,error_um,run), one file for each error of the twin.\n\n"
+        "Example:\n"
+        "  virtual-laser --machine machine_twin.json --seed 7 -o measurements");
     std::string machine, folder;
     std::optional<std::uint64_t> seed;
     app.add_option("--machine TWIN.json", machine, "The twin file").required();

@@ -15,7 +15,8 @@ FIT = ("fit", "d.csv", "--name", "EZX", "--signal", "X", "-o", "t")
 
 def commands():
     text = subprocess.run([BIN / "compbox", "--help"], capture_output=True, text=True).stdout
-    return re.findall(r"^  ([\w-]+) ", text.split("Subcommands:\n")[1], re.MULTILINE)
+    listed = text.split("Subcommands:\n")[1].split("\n\n")[0]
+    return re.findall(r"^  ([\w-]+) ", listed, re.MULTILINE)
 
 
 @pytest.fixture(params=commands())
@@ -79,7 +80,7 @@ def test_other_programs(program):
     def call(*arguments):
         done = subprocess.run([BIN / program, *arguments], capture_output=True, text=True, timeout=10)
         return done.returncode, done.stdout, done.stderr
-    assert call("--help")[0] == 0 and "Example: " + program in call("--help")[1]
+    assert call("--help")[0] == 0 and "Example:\n  " + program in call("--help")[1]
     code, out, said = call("--bogus", "1")
     assert (code, out) == (2, "") and said.startswith(program + ": ")
     assert said.endswith(MORE)
