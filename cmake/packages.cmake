@@ -14,8 +14,35 @@ function(cb_documents component)
     file(WRITE ${debian} "${component} (${PROJECT_VERSION}-1) unstable; urgency=medium\n\n  * Version ${PROJECT_VERSION}; see changelog.gz.\n\n -- The compbox authors <maintainers@users.noreply.github.com>  ${date}\n")
     execute_process(COMMAND gzip -9nc ${debian} OUTPUT_FILE ${debian}.gz)
     install(FILES ${changelog} ${debian}.gz DESTINATION ${folder} COMPONENT ${component})
-    install(FILES ${packaging}/debian/copyright DESTINATION ${folder} COMPONENT ${component})
+    set(copyright ${CMAKE_BINARY_DIR}/packaging/${component}/copyright)
+    file(READ ${packaging}/debian/copyright text)
+    if(EXISTS ${packaging}/debian/copyright.${component}) # the licences of what is compiled into its programs
+        file(READ ${packaging}/debian/copyright.${component} others)
+        string(APPEND text "${others}")
+    endif()
+    file(WRITE ${copyright} "${text}")
+    install(FILES ${copyright} DESTINATION ${folder} COMPONENT ${component})
     install(FILES ${ARGN} DESTINATION ${folder} COMPONENT ${component})
+    install(FILES ${packaging}/debian/${component}.lintian-overrides DESTINATION share/lintian/overrides
+        RENAME ${component} COMPONENT ${component})
+endfunction()
+
+# Man pages come from the programs' own help (packaging/manual.py). A cross build takes those of the preset host, so
+# no foreign program runs.
+if(CMAKE_CROSSCOMPILING)
+    set(manual ${CMAKE_SOURCE_DIR}/build/host/manual)
+else()
+    set(manual ${CMAKE_BINARY_DIR}/manual)
+    set(make_manual ${packaging}/manual.py ${PROJECT_VERSION} ${manual})
+    add_custom_target(manual VERBATIM
+        COMMAND ${make_manual}/compbox 1 $<TARGET_FILE:compbox> $<TARGET_FILE:fakeplc> $<TARGET_FILE:fakept100>
+            $<TARGET_FILE:virtual-laser> ${packaging}/compbox-demo
+        COMMAND ${make_manual}/compboxd 8 $<TARGET_FILE:compboxd>)
+endif()
+
+# cb_manual(COMPONENT)
+function(cb_manual component)
+    install(DIRECTORY ${manual}/${component}/ DESTINATION share/man COMPONENT ${component})
 endfunction()
 
 install(TARGETS compboxd RUNTIME DESTINATION sbin COMPONENT compboxd)
@@ -23,11 +50,18 @@ install(FILES ${packaging}/compboxd.service DESTINATION /lib/systemd/system COMP
 install(FILES ${packaging}/compboxd.default DESTINATION /etc/default RENAME compboxd COMPONENT compboxd)
 install(DIRECTORY DESTINATION /etc/compbox COMPONENT compboxd)
 cb_documents(compboxd docs/compboxd.md docs/coefficient-file.md docs/faults.md)
+cb_manual(compboxd)
 set(CPACK_COMPONENTS_ALL compboxd compbox)
 
-install(TARGETS compbox fakeplc RUNTIME DESTINATION bin COMPONENT compbox)
+install(TARGETS compbox fakeplc fakept100 virtual-laser RUNTIME DESTINATION bin COMPONENT compbox)
+install(PROGRAMS ${packaging}/compbox-demo DESTINATION bin COMPONENT compbox)
 install(FILES docs/coefficients.schema.json DESTINATION share/compbox COMPONENT compbox)
+# compbox-demo needs the examples, and Debian's policy permits a system without /usr/share/doc.
+install(DIRECTORY examples DESTINATION share/compbox COMPONENT compbox PATTERN LICENSE EXCLUDE)
+file(CREATE_LINK ../../compbox/examples ${CMAKE_BINARY_DIR}/packaging/compbox/examples SYMBOLIC)
+install(FILES ${CMAKE_BINARY_DIR}/packaging/compbox/examples DESTINATION share/doc/compbox COMPONENT compbox)
 cb_documents(compbox README.md docs/coefficient-file.md docs/coefficients.schema.json docs/fakeplc.md)
+cb_manual(compbox)
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_VENDOR "compbox")
@@ -36,6 +70,8 @@ set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_PACKAGE_DIRECTORY ${CMAKE_BINARY_DIR}/packages)
 set(CPACK_STRIP_FILES ON)
+set(CPACK_COMPBOX_STRIP ${CMAKE_STRIP})
+set(CPACK_PRE_BUILD_SCRIPTS ${CMAKE_SOURCE_DIR}/cmake/strip.cmake)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ
     GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
@@ -58,6 +94,7 @@ set(CPACK_DEBIAN_COMPBOXD_PACKAGE_CONTROL_EXTRA ${packaging}/debian/conffiles
     ${packaging}/debian/postinst ${packaging}/debian/prerm ${packaging}/debian/postrm)
 set(CPACK_DEBIAN_COMPBOXD_PACKAGE_RECOMMENDS "iproute2")
 set(CPACK_DEBIAN_COMPBOX_PACKAGE_RECOMMENDS "gnuplot-nox | gnuplot")
+set(CPACK_DEBIAN_COMPBOX_PACKAGE_SUGGESTS "compboxd") # for compbox-demo
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 if(CMAKE_SYSROOT) # whose libraries are in packages that the host's dpkg does not know
     set(CPACK_DEBIAN_PACKAGE_ARCHITECTURE arm64)

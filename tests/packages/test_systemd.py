@@ -20,6 +20,7 @@ CAP_IPC_LOCK, CAP_SYS_NICE = 14, 23
 FIFO = 1
 FIRST_UM = g.wanted_um(0, 0, 0)
 OTHER_UM = g.wanted_um(0, 0, 0, 25)
+BLAS = "update-alternatives --get-selections | grep -E 'blas|lapack'"
 NOW = "/mnt/compboxd_{0}-1_arm64.deb /mnt/compbox_{0}-1_arm64.deb"
 
 
@@ -51,6 +52,9 @@ def box(pair):
 
 
 def test_installing_enables_and_waits_for_a_coefficient_file(box):
+    assert "atlas" not in box.run("dpkg-query -W -f '${Package} '")
+    blas = box.run(BLAS)
+    assert "/libblas.so.3" in blas and "/liblapack.so.3" in blas
     out = box.run(f"dpkg -i {NOW.format(VERSION)} 2>&1", 90)
     assert "Setting up compboxd" in out and "Setting up compbox " in out
     assert box.run("dpkg --audit") == ""
@@ -58,12 +62,20 @@ def test_installing_enables_and_waits_for_a_coefficient_file(box):
     assert box.unit("ActiveState", "ConditionResult", "NRestarts") == ["inactive", "no", "0"]
     status = box.run("systemctl status compboxd || true")
     assert "ConditionPathExists=/etc/compbox/coefficients.json was not met" in status
+    assert box.run(BLAS) == blas, "the BLAS of all programs stays as it was"
 
 
 def test_the_tools_work_with_debians_libraries(box):
     assert "2 terms" in box.run("compbox check /mnt/first.json", 60)
     assert "not found" not in box.run("ldd /usr/bin/compbox /usr/bin/fakeplc")
     assert box.run("compboxd --version") == f"compboxd {VERSION}\n"
+
+
+def test_the_demo_runs_without_a_compiler(box):
+    assert box.run("command -v cc gcc g++ c++ clang cmake || true") == ""
+    out = box.run("compbox-demo /root/demo 2>&1 | tail -n 25; ls /root/demo/report.json", 900)
+    assert "in real time" in out and "/root/demo/report.json\n" in out
+    box.run("rm -r /root/demo")
 
 
 def test_it_starts_and_compensates(plc, box):
