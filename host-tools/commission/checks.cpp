@@ -75,15 +75,11 @@ void must_answer(live_box &live) {
     const cb_plc_config &plc = live.config().plc;
     if (live.cycle_until(looking_s, [&] { return live.read_ok(); })) return;
     const int code = live.last_exception();
-    const std::string who = fmt::format("{}:{}", plc.host, plc.port);
     if (code > 0) {
-        throw input_error(fmt::format("plc.read: {} refuses to read {}{}", who,
+        throw input_error(fmt::format("plc.read: {} refuses to read {}{}", live.peer(),
                                       registers_of(plc.read), exception_words(code)));
     }
-    throw input_error(
-        fmt::format("plc.transport.tcp: no reply from {}: {}; check address, port, cable and the "
-                    "PLC's Modbus server",
-                    who, live.connection()));
+    throw input_error(live.no_reply());
 }
 
 // The heartbeat over some seconds; out: ms from one count to the next.
@@ -231,6 +227,7 @@ json check_registers(live_box &live, const box_setup &setup) {
             "and again; the PLC has to write both in each update");
     }
     found["control"] = live.registers()[live.config().plc.control];
+    found["exchange"] = live.config().plc.exchange == CB_EXCHANGE_FC23 ? "fc23" : "fc3+fc16";
     found["update_ms"] = update_ms;
     found["read_back"] = live.found_read_back() == read_back::refused ? "refused" : "answered";
     return found;

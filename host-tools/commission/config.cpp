@@ -18,8 +18,9 @@ constexpr double any_position = 1e6;
 constexpr double largest_offset_um = 1e6;
 
 // The PLC is on the network; the offsets are samples of the box's own bus.
-constexpr cb_target commissioning = {
-    "compbox commission", 1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN, 1u << CB_TRANSPORT_TCP};
+constexpr cb_target commissioning = {"compbox commission",
+                                     1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN,
+                                     1u << CB_TRANSPORT_TCP | 1u << CB_TRANSPORT_RTU};
 
 const json &list_of(const json &document, const char *key, const std::string &file) {
     const auto found = document.find(key);
@@ -117,7 +118,7 @@ std::unique_ptr<cb_config> load(const json &document, const std::string &file) {
 std::vector<test_axis> axes_of(const cb_config &config) {
     std::vector<test_axis> axes;
     for (std::size_t c = 0; c < config.channels_count; ++c) {
-        test_axis axis{config.channels[c].name, {c}};
+        test_axis axis{config.channels[c].name, {c}, 0.0};
         bool second = false;
         for (unsigned p = 0; p < config.pairs_count; ++p) {
             const std::size_t a = config.pairs[p].a, b = config.pairs[p].b;
@@ -126,6 +127,7 @@ std::vector<test_axis> axes_of(const cb_config &config) {
             second = other < c;
             axis.name += std::string("+") + config.channels[other].name;
             axis.channels.push_back(other);
+            axis.max_difference_um = config.pairs[p].max_difference_um;
         }
         if (!second) axes.push_back(axis);
     }

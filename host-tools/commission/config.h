@@ -19,6 +19,7 @@ namespace compbox::commission {
 struct test_axis {
     std::string name;                   // "X"; of a pair "X1+X2"
     std::vector<std::size_t> channels;  // indices in the file
+    double max_difference_um = 0.0;     // of a pair; 0: one channel
 };
 
 struct box_setup {

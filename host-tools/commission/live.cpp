@@ -13,6 +13,7 @@
 
 extern "C" {
 #include "firmware/box/box.h"
+#include "firmware/config/rtu_budget.h"
 #include "firmware/wire/modbus.h"
 #include "hal/cycle.h"
 #include "hal/linux/box_hal.h"
@@ -26,6 +27,7 @@ namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
 
+static_assert(static_cast<int>(CB_TCP_EXCEPTIONS) == static_cast<int>(CB_RTU_EXCEPTIONS));
 constexpr std::int64_t before_tick_us = 6000;  // no reading between cycles begins later than this
 
 }  // namespace
@@ -49,7 +51,7 @@ struct live_box::inside {
     std::vector<double> offsets_um;
     std::vector<std::size_t> offset_signal;
     bool stopped = false, confirmed = false, moved = false;
-    std::int64_t active_us = 0;
+    std::int64_t active_us = 0, answered_us = 0;
     read_back found = read_back::unanswered;
     std::array<std::uint32_t, CB_TCP_EXCEPTIONS> read_back_exceptions{};  // by their code
 
@@ -63,9 +65,15 @@ struct live_box::inside {
         owner->on_reading({asked_us, now_us(), {registers, registers + count}});
     }
 
+    bool on_serial_line() const { return target.transport == CB_TRANSPORT_RTU; }
+    const std::uint32_t *exceptions_by_code() const {
+        return on_serial_line() ? target.rtu.counters.exceptions_by_code
+                                : target.tcp.counters.exceptions_by_code;
+    }
+
     // Result of the read-back; counts its exceptions apart from those of the cycle.
     void note_read_back(cb_transfer result, const std::uint32_t *before) {
-        const std::uint32_t *now = target.tcp.counters.exceptions_by_code;
+        const std::uint32_t *now = exceptions_by_code();
         for (std::size_t code = 0; code < read_back_exceptions.size(); ++code)
             read_back_exceptions[code] += now[code] - before[code];
         if (result == CB_TRANSFER_OK) found = read_back::answered;
@@ -103,26 +111,35 @@ struct live_box::inside {
         return result;
     }
 
-    // Starts box, cycle and wire from the beginning. Throws input_error where the PLC's host is no
-    // address; connects to nothing yet.
+    // This thread opens a serial device itself: before the first cycle nothing moves that could
+    // wait for it. Throws input_error where the PLC's host is no address.
+    void start_wire() {
+        const cb_plc_config &plc = box.config.plc;
+        std::memset(&target, 0, sizeof target);
+        target.transport = plc.transport;
+        if (on_serial_line()) {
+            const cb_rtu_manners manners = cb_rtu_manners_of(&plc);
+            return cb_rtu_start(&target.rtu, &plc.serial, &manners, nullptr);
+        }
+        if (!cb_tcp_start(&target.tcp, plc.host, plc.port, plc.unit)) {
+            throw input_error(fmt::format("plc.transport.tcp.host: {} is no address", plc.host));
+        }
+    }
+
+    // Starts box, cycle and wire from the beginning; connects to nothing yet.
     void start(live_box *of_whom, const box_setup &setup) {
         owner = of_whom;
         std::memset(&box, 0, sizeof box);
         box.config = *setup.config;
         offsets_um.assign(setup.config->channels_count, 0.0);
         offset_signal = setup.offset_signal;
-        const cb_plc_config &plc = box.config.plc;
-        std::memset(&target, 0, sizeof target);
-        target.transport = CB_TRANSPORT_TCP;
-        if (!cb_tcp_start(&target.tcp, plc.host, plc.port, plc.unit)) {
-            throw input_error(fmt::format("plc.transport.tcp.host: {} is no address", plc.host));
-        }
+        start_wire();
         linux_hal = cb_linux_hal(&target);
         hal = {this, now, wait_tick, read, write, write_read, nullptr, samples, feed, is_stopping};
         cb_box_start(&box);
         cb_cycle_start(&cycle);
         cb_tick_start(&target.tick, CLOCK_MONOTONIC, box.config.period_us);
-        active_us = now_us();
+        active_us = answered_us = now_us();
     }
 
     // ---- hal.h, passed on; samples are the offsets
@@ -137,12 +154,13 @@ struct live_box::inside {
                             std::uint16_t *registers, std::int64_t deadline_us) {
         inside &self = of(context);
         const std::int64_t asked_us = self.now_us();
-        const cb_tcp_counters before = self.target.tcp.counters;
+        std::array<std::uint32_t, CB_TCP_EXCEPTIONS> before{};
+        std::copy_n(self.exceptions_by_code(), before.size(), before.begin());
         const cb_transfer result =
             self.linux_hal.read(self.linux_hal.context, start, count, registers, deadline_us);
         const bool cyclic = start == self.box.config.plc.read.start;
         if (cyclic) self.tell(result, asked_us, registers);
-        if (!cyclic) self.note_read_back(result, before.exceptions_by_code);
+        if (!cyclic) self.note_read_back(result, before.data());
         return result;
     }
     static cb_transfer write(void *context, std::uint16_t start, std::uint16_t count,
@@ -197,6 +215,7 @@ live_box::~live_box() {
 void live_box::cycle() {
     if (interrupted) throw input_error("interrupted; nothing was written to the file");
     cb_cycle_run(&inside_->cycle, &inside_->box, &inside_->hal);
+    if (read_ok()) inside_->answered_us = read_us();
     if (mode() == CB_MODE_ACTIVE) inside_->active_us = inside_->now_us();
 }
 
@@ -229,7 +248,7 @@ bool live_box::stop() {
     do {
         cb_cycle_run(&self.cycle, &self.box, &self.hal);
     } while (!self.cycle.out.stopped && self.now_us() < until_us);
-    cb_link_close(&self.target.tcp.link);
+    cb_linux_close(&self.target);
     self.stopped = true;
     self.confirmed = self.cycle.out.stopped || !self.moved;
     return self.confirmed;
@@ -249,6 +268,12 @@ bool live_box::read_ok() const {
 }
 const std::uint16_t *live_box::registers() const {
     return inside_->cycle.in.registers;
+}
+const std::uint16_t *live_box::written() const {
+    return inside_->cycle.out.registers;
+}
+double live_box::age_s() const {
+    return static_cast<double>(inside_->now_us() - inside_->answered_us) * 1e-6;
 }
 double live_box::inactive_s() const {
     return static_cast<double>(inside_->now_us() - inside_->active_us) * 1e-6;
@@ -285,10 +310,10 @@ std::optional<double> live_box::applied_um(std::size_t channel, const plc_readin
 }
 
 int live_box::last_exception() const {
-    const cb_tcp_counters &counters = inside_->target.tcp.counters;
+    const std::uint32_t *counts = inside_->exceptions_by_code();
     for (int code = 1; code < CB_TCP_EXCEPTIONS; ++code) {
         const auto at = static_cast<std::size_t>(code);
-        if (counters.exceptions_by_code[at] > inside_->read_back_exceptions[at]) return code;
+        if (counts[at] > inside_->read_back_exceptions[at]) return code;
     }
     return 0;
 }
@@ -308,6 +333,28 @@ std::string live_box::write_remedy() const {
     return cb_peer_remedy(combined ? CB_MODBUS_WRITE_READ : CB_MODBUS_WRITE);
 }
 
+std::string live_box::peer() const {
+    const cb_plc_config &plc = config().plc;
+    return inside_->on_serial_line() ? plc.serial.device : fmt::format("{}:{}", plc.host, plc.port);
+}
+
+std::string live_box::no_reply() const {
+    const cb_serial &serial = inside_->target.rtu.serial;
+    if (!inside_->on_serial_line()) {
+        return fmt::format(
+            "plc.transport.tcp: no reply from {}: {}; check address, port, cable and the PLC's "
+            "Modbus server",
+            peer(), connection());
+    }
+    return fmt::format(
+        "plc.transport.rtu: no reply on {}: {}; check device, unit, baud, parity, wires and the "
+        "PLC's Modbus server",
+        peer(),
+        serial.fd < 0 ? cb_serial_error(serial.error_number)
+                      : "the device is open, but no valid reply came");
+}
+
+// out: the cause of a TCP connection that is lost or without a valid reply
 std::string live_box::connection() const {
     const cb_link &link = inside_->target.tcp.link;
     if (link.state == CB_LINK_UP) return "connected, but no valid reply came";

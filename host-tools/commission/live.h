@@ -56,9 +56,11 @@ class live_box {
     const cb_config &config() const;
     int mode() const;
     int reason() const;
-    double inactive_s() const;  // since the box was ACTIVE, or started
-    bool read_ok() const;       // in this cycle
-    const std::uint16_t *registers() const;
+    double inactive_s() const;               // since the box was ACTIVE, or started
+    bool read_ok() const;                    // in this cycle
+    const std::uint16_t *registers() const;  // of the read block, as last read
+    const std::uint16_t *written() const;    // of the write block
+    double age_s() const;                    // of the last good reading; without one, since start
     double output_um(std::size_t channel) const;
     // out: applied value that the PLC reports; nothing: no register for it
     std::optional<double> applied_um(std::size_t channel) const;
@@ -75,9 +77,11 @@ class live_box {
     read_back found_read_back() const;  // the last one that was answered or refused
     int read_back_exception() const;    // its code; 0: it was not refused
     std::string write_remedy() const;   // remedy if the PLC lacks the write function
-    std::string connection() const;     // text of the cause of a lost connection
+    std::string peer() const;           // the PLC's address and port, or the device
+    std::string no_reply() const;       // sentence with place, cause and remedy
 
   private:
+    std::string connection() const;  // text of the cause of a lost connection
     struct inside;
     std::unique_ptr<inside> inside_;
     bool reading_between_ = false;

@@ -35,14 +35,25 @@ json times_of(const loop_times &times) {
 
 }  // namespace
 
+json earlier_figures(const json &document) {
+    const json none = json::object();
+    const json &provenance = document.contains("provenance") ? document["provenance"] : none;
+    if (!provenance.is_object() || !provenance.contains("commissioning")) return none;
+    return provenance["commissioning"].is_object() ? provenance["commissioning"] : none;
+}
+
 json figures_of(const json &document, const findings &result) {
-    json figures = {{"date", now_text()}, {"signs", json::object()}};
+    json figures = earlier_figures(document);
+    figures["date"] = now_text();
+    if (!figures["signs"].is_object()) figures["signs"] = json::object();
     for (const auto &[channel, found] : result.signs) {
-        figures["signs"][document["channels"][channel]["name"].get<std::string>()] = {
-            {"offset_um", found.offset_um},
-            {"measured_um", found.measured_um},
-            {"sign", found.sign}};
+        json &sign = figures["signs"][document["channels"][channel]["name"].get<std::string>()];
+        sign = {{"offset_um", found.offset_um},
+                {"measured_um", found.measured_um},
+                {"sign", found.sign}};
+        if (found.alone_um) sign["measured_alone_um"] = *found.alone_um;
     }
+    figures["positions"] = result.positions;
     if (result.times) figures["times"] = times_of(*result.times);
     return figures;
 }

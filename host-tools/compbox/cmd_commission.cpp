@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: MIT
 // compbox commission: register map, signs and times, against a live PLC.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <memory>
 #include <ostream>
 #include <string>
+#include <utility>
 
-#include "host-tools/command_line/key_values.h"
 #include "host-tools/command_line/option_checks.h"
+#include "host-tools/command_line/prompt.h"
 #include "host-tools/command_line/summary.h"
 #include "host-tools/commission/checks.h"
-#include "host-tools/commission/prompt.h"
+#include "host-tools/commission/questions.h"
 #include "host-tools/commission/write.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/formats/error.h"
@@ -26,21 +29,25 @@ constexpr double settling_s = 1.0;  // before a person or script reads an instru
 
 struct commission_options {
     std::string path, output;
-    std::vector<std::string> axes, measured_text;
+    std::vector<std::string> axes, measured_text, shows_text, together_text;
     std::map<std::string, double> measured_um;
+    commission::position_options positions;
     double offset_um = 20.0, rate_um_per_s = 50.0;
     int steps = 50;
-    bool as_json = false;
+    bool as_json = false, watch = false, only_registers = false;
 };
 
 class commissioning {
   public:
     commissioning(const commission_options &options, const cli::streams &io)
         : io_(io),
+          questions_(io, options.watch),
           options_(options),
           document_(read_json(options.path)),
-          setup_(commission::make_box_setup(document_, options.path, options.rate_um_per_s)) {
+          setup_(commission::make_box_setup(document_, options.path, options.rate_um_per_s)),
+          map_(setup_) {
         check_choice();
+        check_positions();
         commission::with_result(document_, options.path, {});  // before anything moves
     }
 
@@ -73,18 +80,64 @@ class commissioning {
                std::count(options_.axes.begin(), options_.axes.end(), axis.name) > 0;
     }
 
+    std::string channel_name(std::size_t channel) const {
+        return setup_.config->channels[channel].name;
+    }
+
     void check_choice() const {
-        std::string known;
-        for (const auto &axis : setup_.axes) known += (known.empty() ? "" : ", ") + axis.name;
-        const auto must_be_known = [&](const std::string &option, const std::string &name) {
-            for (const auto &axis : setup_.axes) {
-                if (axis.name == name && is_chosen(axis)) return;
-            }
-            throw cli::usage_error(option,
-                                   fmt::format("no axis {} to test; there is {}", name, known));
-        };
-        for (const auto &name : options_.axes) must_be_known("--axis", name);
-        for (const auto &[name, um] : options_.measured_um) must_be_known("--measured", name);
+        std::vector<std::string> axes, tests;
+        for (const auto &axis : setup_.axes) {
+            axes.push_back(axis.name);
+            if (!is_chosen(axis)) continue;
+            tests.push_back(axis.name);
+            if (axis.channels.size() == 1) continue;
+            for (const std::size_t channel : axis.channels) tests.push_back(channel_name(channel));
+        }
+        for (const auto &name : options_.axes) must_be_known("--axis", "axis", name, axes);
+        for (const auto &[name, um] : options_.measured_um)
+            must_be_known("--measured", "axis", name, tests);
+    }
+
+    static void must_be_known(const std::string &option, const std::string &kind,
+                              const std::string &name, const std::vector<std::string> &known) {
+        if (std::count(known.begin(), known.end(), name) > 0) return;
+        throw cli::usage_error(option, fmt::format("no {} {} to test; there is {}", kind, name,
+                                                   fmt::join(known, ", ")));
+    }
+
+    // Checks --shows and --together, adds the motors of pairs, and finds what an earlier run saw.
+    void check_positions() {
+        std::vector<std::string> names;
+        for (const auto *row : map_.signals()) names.push_back(row->name);
+        for (const auto *row : map_.signals()) {
+            const auto shown = options_.positions.shows.find(row->name);
+            const std::size_t needed = commission::is_position(*row) ? 2 : 1;
+            if (shown == options_.positions.shows.end() || shown->second.size() == needed) continue;
+            throw cli::usage_error("--shows", needed == 2
+                                                  ? "two values of a position, before and "
+                                                    "after the jog: " +
+                                                        row->name + "=0:12.5"
+                                                  : "one value, please: " + row->name + "=23.4");
+        }
+        for (const auto &[name, values] : options_.positions.shows)
+            must_be_known("--shows", "signal", name, names);
+        for (const auto &stage : options_.positions.together) {
+            for (const auto &name : stage) must_be_known("--together", "signal", name, names);
+        }
+        for (const auto &axis : setup_.axes) {
+            std::vector<std::string> motors;
+            for (const std::size_t channel : axis.channels) motors.push_back(channel_name(channel));
+            options_.positions.together.push_back(motors);
+        }
+        if (!options_.axes.empty()) {
+            options_.positions.seen_before =
+                commission::earlier_figures(document_).value("positions", json());
+        }
+        try {
+            commission::check_ranges(setup_, map_.signals());
+        } catch (const input_error &error) {
+            throw input_error(options_.path, 0, 0, error.what());
+        }
     }
 
     // Registers, then the sign of each chosen axis, then times. Throws input_error at the first
@@ -101,6 +154,8 @@ class commissioning {
             "   the heartbeat counts every {:.4g} ms, writes are accepted, {}", update_ms,
             refused.empty() ? "the write block is read back" : "its read-back is refused"));
         if (!refused.empty()) setup_.remarks.push_back(refused);
+        compare(live);
+        if (options_.only_registers) return;
         commission::become_active(live);
         for (const auto &axis : setup_.axes) {
             if (is_chosen(axis)) test_sign(live, axis);
@@ -108,36 +163,89 @@ class commissioning {
         measure(live, update_ms);
     }
 
-    // out: the measured displacement, µm, from --measured or from the prompt
-    double measure_axis(commission::live_box &live, const commission::test_axis &axis) {
-        const auto given = options_.measured_um.find(axis.name);
-        const auto wait = [&live] { commission::stay_active(live, 0.0); };
-        if (given == options_.measured_um.end()) {
-            prompt_.ask(
-                fmt::format("   {}: set the indicator to zero, + as the axis counts; then Enter: ",
-                            axis.name),
-                wait);
-        }
-        commission::go_to(live, axis, options_.offset_um);
-        commission::stay_active(live, settling_s);
-        if (given != options_.measured_um.end()) return given->second;
-        return prompt_.ask_number(
-            fmt::format("   {}: what does the indicator show, in µm? ", axis.name), wait);
+    // Compares the signals with the control's display, each position before and after a jog.
+    void compare(commission::live_box &live) {
+        map_.observe(live);
+        std::ostream &requests = options_.as_json ? io_.err : io_.out;
+        const auto dialog = questions_.about_positions(
+            live, map_, [&requests](const auto &line) { requests << line << std::endl; });
+        result_.positions = commission::check_positions(live, map_, dialog, options_.positions);
     }
 
-    void test_sign(commission::live_box &live, const commission::test_axis &axis) {
-        say(fmt::format("2. Sign of {}: {:.4g} µm", axis.name, options_.offset_um));
-        commission::go_to(live, axis, 0.0);
-        const double measured_um = measure_axis(live, axis);
-        commission::go_to(live, axis, 0.0);
-        const bool reversed = commission::is_reversed(axis.name, options_.offset_um, measured_um);
-        for (const std::size_t channel : axis.channels) {
-            const int sign = setup_.config->channels[channel].sign * (reversed ? -1 : 1);
-            result_.signs[channel] = {options_.offset_um, measured_um, sign};
+    // out: the measured displacement, µm, from --measured or from the prompt
+    double measure_axis(commission::live_box &live, const commission::test_axis &axis,
+                        double offset_um) {
+        const auto given = options_.measured_um.find(axis.name);
+        const bool asks = given == options_.measured_um.end();
+        const auto wait = [&live] { commission::stay_active(live, 0.0); };
+        const std::string option = fmt::format("--measured {}=UM", axis.name);
+        if (asks) {
+            questions_.line(
+                fmt::format("   {}: set the indicator to zero, + as the axis counts; then Enter: ",
+                            axis.name),
+                option, wait);
         }
-        say(fmt::format("   measured {:.4g} µm: sign {}{}", measured_um,
+        commission::go_to(live, axis, offset_um);
+        commission::stay_active(live, settling_s);
+        if (!asks) return given->second;
+        return questions_.micrometres(
+            fmt::format("   {}: what does the indicator show, in µm? ", axis.name), option, wait);
+    }
+
+    // Displacement of the tool by these channels; reversed: it is against the offset
+    struct motion {
+        double measured_um;
+        bool reversed;
+    };
+    motion test_motion(commission::live_box &live, const commission::test_axis &axis,
+                       double offset_um) {
+        say(fmt::format("2. Sign of {}: {:.4g} µm", axis.name, offset_um));
+        commission::go_to(live, axis, 0.0);
+        const double measured_um = measure_axis(live, axis, offset_um);
+        commission::go_to(live, axis, 0.0);
+        return {measured_um, commission::is_reversed(axis.name, offset_um, measured_um)};
+    }
+
+    // Each motor of a pair by itself, within the pair's difference. Throws input_error if one does
+    // not move, or if both do not move the same way: together they would twist the stage.
+    std::vector<motion> test_motors(commission::live_box &live, const commission::test_axis &axis) {
+        std::vector<motion> all;
+        if (axis.channels.size() == 1) return all;
+        const double offset_um = std::min(options_.offset_um, axis.max_difference_um);
+        say(fmt::format("   the motors of {} one after the other: put the indicator at the motor",
+                        axis.name));
+        for (const std::size_t channel : axis.channels) {
+            all.push_back(test_motion(live, {channel_name(channel), {channel}, 0.0}, offset_um));
+        }
+        if (all[0].reversed == all[1].reversed) return all;
+        const std::string other = channel_name(axis.channels[all[0].reversed ? 0 : 1]);
+        throw input_error(fmt::format(
+            "axis {}: {} moves the tool the other way than its partner; invert channels.{}.sign in "
+            "the file and begin again",
+            axis.name, other, other));
+    }
+
+    // Finds the sign of the channels of an axis and prints it. Throws input_error where its motors
+    // together move otherwise than each alone.
+    void test_sign(commission::live_box &live, const commission::test_axis &axis) {
+        const auto motors = test_motors(live, axis);
+        const motion whole = test_motion(live, axis, options_.offset_um);
+        if (!motors.empty() && motors[0].reversed != whole.reversed) {
+            throw input_error(fmt::format(
+                "axis {}: both motors together move the tool the other way than each by itself; "
+                "measure again",
+                axis.name));
+        }
+        for (std::size_t i = 0; i < axis.channels.size(); ++i) {
+            const std::size_t channel = axis.channels[i];
+            const int sign = setup_.config->channels[channel].sign * (whole.reversed ? -1 : 1);
+            auto &found = result_.signs[channel];
+            found = {options_.offset_um, whole.measured_um, sign};
+            if (!motors.empty()) found.alone_um = motors[i].measured_um;
+        }
+        say(fmt::format("   measured {:.4g} µm: sign {}{}", whole.measured_um,
                         result_.signs[axis.channels.front()].sign,
-                        reversed ? ", reversed" : ", as in the file"));
+                        whole.reversed ? ", reversed" : ", as in the file"));
     }
 
     // Measures times on the first chosen channel with `applied`.
@@ -184,32 +292,73 @@ class commissioning {
         if (output == "-") return;
         for (const auto &remark : setup_.remarks) say("Remark: " + remark);
         say(fmt::format(
-            "Written to {}: sign of each tested channel{}, provenance.commissioning", output,
+            "Written to {}: {}{}provenance.commissioning", output,
+            options_.only_registers ? "" : "sign of each tested channel, ",
             result_.times && changed["cycle"]["lead_ms"].is_number()
-                ? fmt::format(", lead_ms {:.4g}", changed["cycle"]["lead_ms"].get<double>())
+                ? fmt::format("lead_ms {:.4g}, ", changed["cycle"]["lead_ms"].get<double>())
                 : ""));
     }
 
     const cli::streams &io_;
-    commission::prompt prompt_{io_.in, io_.err};
+    commission::questions questions_;
     commission_options options_;
     json document_;
     commission::box_setup setup_;
+    commission::register_map map_;
     commission::findings result_;
 };
 
-// in : "X=+19.8", several in one or more options. out: µm by axis
+// in : "NAME=…". out: the name and the text behind it
+std::pair<std::string, std::string> split_option(const std::string &option, const std::string &text,
+                                                 const char *example) {
+    const std::size_t equals = text.rfind('=');
+    if (equals == 0 || equals == std::string::npos) {
+        throw cli::usage_error(option, fmt::format("'{}' must read {}", text, example));
+    }
+    return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+cli::typed_number number_of(const std::string &option, const std::string &text,
+                            const std::string &whole, const char *example) {
+    if (const auto number = cli::number_in(text)) return *number;
+    throw cli::usage_error(option, fmt::format("'{}' must read {}", whole, example));
+}
+
+// in : "X=+19.8" or "X=19,8", several in one or more options. out: µm by axis
 std::map<std::string, double> measured_of(const std::vector<std::string> &texts) {
     std::map<std::string, double> measured;
-    for (std::string text : texts) {
-        const std::size_t plus = text.find("=+");
-        if (plus != std::string::npos) text.erase(plus + 1, 1);
-        const key_values pair = parse_key_values("--measured", text);
-        if (pair.values.size() != 1 || !measured.insert({pair.key, pair.values[0]}).second) {
+    for (const std::string &text : texts) {
+        const auto [name, value] = split_option("--measured", text, "NAME=number");
+        const double um = number_of("--measured", value, text, "NAME=number").value;
+        if (!measured.insert({name, um}).second) {
             throw cli::usage_error("--measured", "one number for each axis, please: " + text);
         }
     }
     return measured;
+}
+
+// in : "X=0:12.5", "T1=23,4". out: what the display shows, by signal
+commission::statements shows_of(const std::vector<std::string> &texts) {
+    commission::statements shows;
+    for (const std::string &text : texts) {
+        const auto [name, values] = split_option("--shows", text, "NAME=number or NAME=from:to");
+        if (shows.count(name) > 0) {
+            throw cli::usage_error("--shows", "once for each signal, please: " + text);
+        }
+        for (const auto &value : split(values, ':')) {
+            const auto number = number_of("--shows", value, text, "NAME=number or NAME=from:to");
+            shows[name].push_back(commission::shown_as(number.value, number.decimals));
+        }
+    }
+    return shows;
+}
+
+// Completes the options from the texts that they came as.
+void take_texts(commission_options &options) {
+    options.measured_um = measured_of(options.measured_text);
+    options.positions.shows = shows_of(options.shows_text);
+    for (const auto &text : options.together_text)
+        options.positions.together.push_back(split(text, '+'));
 }
 
 }  // namespace
@@ -224,6 +373,20 @@ void add_commission(cli::command &app) {
     command.add_option(
         "--measured X=D", options->measured_text,
         "Reading of the instrument at the offset, um: X=+19.8 (else the command asks)");
+    command.add_flag("--watch", options->watch,
+                     "Show all registers in a live table; Enter where it agrees with the control");
+    command.add_option("--shows X=A:B", options->shows_text,
+                       "Display of the control before and after the jog: X=0:12.5; of another "
+                       "signal T1=23.4 (else the command asks)");
+    command
+        .add_option("--wait-s S", options->positions.wait_s,
+                    "Time for each jog of --shows, 1 to 3600")
+        .capture_default_str()
+        .check(between(1, 3600));
+    command.add_option("--together A+B", options->together_text,
+                       "Positions that move together: two motors of one stage");
+    command.add_flag("--registers", options->only_registers,
+                     "Only compare registers and signals; move nothing");
     command.add_option("--offset-um D", options->offset_um, "Offset of the sign test, 1 to 200")
         .capture_default_str()
         .check(between(1, 200));
@@ -241,9 +404,9 @@ void add_commission(cli::command &app) {
     command.footer(R"(Ctrl-C brings the offset back to zero and writes nothing.
 
 Example:
-  compbox commission machine.json --axis X --measured X=+19.8)");
+  compbox commission --watch machine.json)");
     command.callback([options](const cli::streams &io) {
-        options->measured_um = measured_of(options->measured_text);
+        take_texts(*options);
         commissioning(*options, io).run();
     });
 }

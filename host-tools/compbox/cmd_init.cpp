@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // compbox init: a machine file with default values, for a person to complete.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <memory>
 #include <ostream>
@@ -9,11 +8,11 @@
 
 #include "host-tools/coefficients/machine_file.h"
 #include "host-tools/command_line/option_checks.h"
+#include "host-tools/command_line/prompt.h"
 #include "host-tools/command_line/summary.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
-#include "host-tools/formats/input_lines.h"
 #include "host-tools/formats/json.h"
 #include "host-tools/formats/register_layout.h"
 
@@ -32,46 +31,30 @@ struct init_options {
     bool as_json = false;
 };
 
-// Questions to a person at a terminal. A script gets none of them.
-class questions {
-  public:
-    explicit questions(const cli::streams &io)
-        : err_(io.err), lines_(io.in), terminal_(::isatty(io.in) == 1) {}
+// out: the answer of a person at a terminal; "" from a script, which gets no question
+std::string ask(cli::prompt &person, const std::string &question) {
+    return person.at_terminal() ? person.ask(question + " ").value_or("") : "";
+}
 
-    // Prints the question and waits. out: the line; "" without a terminal or at the input's end
-    std::string ask(const std::string &question) {
-        if (!terminal_) return "";
-        err_ << question << " " << std::flush;
-        for (;;) {
-            if (const auto line = lines_.next()) return *line;
-            if (!lines_.read_more()) return "";
-        }
-    }
-
-    // Asks for a value that is missing. Throws cli::usage_error where it stays so.
-    void need(std::string &value, const char *option, const std::string &question) {
-        if (value.empty()) value = ask(question);
-        if (value.empty()) throw cli::usage_error(option, fmt::format("is required: {}", question));
-    }
-
-  private:
-    std::ostream &err_;
-    input_lines lines_;
-    bool terminal_;
-};
+// Asks for a value that is missing. Throws cli::usage_error where it stays so.
+void need(cli::prompt &person, std::string &value, const char *option,
+          const std::string &question) {
+    if (value.empty()) value = ask(person, question);
+    if (value.empty()) throw cli::usage_error(option, fmt::format("is required: {}", question));
+}
 
 // Asks for the values that init needs, and for travels if the axes were asked for too.
-void ask(init_options &options, const cli::streams &io) {
-    questions person(io);
+void complete(init_options &options, const cli::streams &io) {
+    cli::prompt person(io);
     auto &machine = options.machine;
     const bool begin = machine.axes.empty();
-    person.need(machine.axes, "--axes", "axes of the machine, as in XYZ or X,Y1+Y2,Z");
-    person.need(machine.profile, "--profile",
-                fmt::format("kind of control: {}", fmt::join(layout_names(), ", ")));
-    person.need(machine.host, "--host", "IP address of the PLC, as in 192.168.0.10");
+    need(person, machine.axes, "--axes", "axes of the machine, as in XYZ or X,Y1+Y2,Z");
+    need(person, machine.profile, "--profile",
+         fmt::format("kind of control: {}", fmt::join(layout_names(), ", ")));
+    need(person, machine.host, "--host", "IP address of the PLC, as in 192.168.0.10");
     if (!begin || !options.travel.empty()) return;
     options.travel =
-        person.ask("travels in mm, as in X=14300,Y=-1500:1500 (Enter: from the curves)");
+        ask(person, "travels in mm, as in X=14300,Y=-1500:1500 (Enter: from the curves)");
 }
 
 // out: what a person has to set or check next, a sentence each
@@ -106,7 +89,7 @@ std::vector<std::string> hints(const coefficients::machine_options &options) {
 // Throws cli::usage_error for invalid axes, travels and answers.
 json machine_of(init_options &options, const cli::streams &io) {
     auto &machine = options.machine;
-    ask(options, io);
+    complete(options, io);
     const std::string fault = one_of(layout_names())(machine.profile);
     if (!fault.empty()) throw cli::usage_error("--profile", fault);
     if (!cb_is_numeric_address(machine.host.c_str())) {

@@ -43,7 +43,7 @@ host-tools/coefficients   : models base wire config json signals terms box load 
     fitting
 host-tools/export         : models base wire config json signals terms box load formats algebra metrology \
     fitting twin fakeplc coefficients
-host-tools/commission     : models base wire config json signals terms box load hal hal/linux formats
+host-tools/commission     : models base wire config json signals terms box load hal hal/linux formats command_line
 host-tools/simulation     : models base wire config json signals terms box load hal formats command_line algebra \
     metrology identification fitting twin fakeplc coefficients
 host-tools/compbox        : models base wire config json signals terms box load hal formats command_line algebra \

@@ -3,13 +3,9 @@
 #include "host-tools/commission/judge.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
-
-#include <sstream>
 
 #include "host-tools/coefficients/machine_file.h"
 #include "host-tools/commission/config.h"
-#include "host-tools/commission/prompt.h"
 #include "host-tools/commission/write.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/json.h"
@@ -102,6 +98,8 @@ TEST(commission, the_motors_of_a_pair_move_together) {
     ASSERT_EQ(setup.axes.size(), 2u);
     EXPECT_EQ(setup.axes[0].name, "X+Z");
     EXPECT_EQ(setup.axes[0].channels, (std::vector<std::size_t>{0, 2}));
+    EXPECT_EQ(setup.axes[0].max_difference_um, 5.0);
+    EXPECT_EQ(setup.axes[1].max_difference_um, 0.0);
 }
 
 TEST(commission, leaves_models_sensors_and_tangents_out) {
@@ -147,6 +145,20 @@ TEST(commission, writes_what_it_found_and_leaves_the_rest) {
     EXPECT_EQ(changed["provenance"]["commissioning"]["times"]["lead_ms"], 32.2);
 }
 
+TEST(commission, what_one_run_did_not_repeat_stays) {
+    commission::findings first = result_of(), second;
+    first.positions = {{"X", {{"plc", 8}}}};
+    const json before = commission::with_result(machine(), "m.json", first);
+    second.signs[1] = {20.0, 20.0, 1, 19.0};
+    second.positions = first.positions;
+    const json found =
+        commission::with_result(before, "m.json", second)["provenance"]["commissioning"];
+    EXPECT_EQ(found["signs"]["X"]["measured_um"], -19.5);
+    EXPECT_EQ(found["signs"]["Y"]["measured_alone_um"], 19.0);
+    EXPECT_EQ(found["positions"]["X"]["plc"], 8);
+    EXPECT_EQ(found["times"]["lead_ms"], 32.2);
+}
+
 TEST(commission, a_file_with_terms_gets_its_next_revision_and_keeps_a_measured_lead) {
     json document = machine();
     document["terms"] = json::array({1});
@@ -154,42 +166,6 @@ TEST(commission, a_file_with_terms_gets_its_next_revision_and_keeps_a_measured_l
     const json changed = commission::with_result(document, "m.json", result_of());
     EXPECT_EQ(changed["revision"].get<int>(), document["revision"].get<int>() + 1);
     EXPECT_EQ(changed["cycle"]["lead_ms"], "measured");
-}
-
-// A prompt at a pipe into which wait() writes the next of these pieces; after the last it ends.
-struct asked {
-    int ends[2] = {-1, -1};
-    std::ostringstream err;
-    std::vector<std::string> pieces;
-    std::size_t waits = 0;
-
-    explicit asked(std::vector<std::string> texts) : pieces(std::move(texts)) {
-        EXPECT_EQ(::pipe(ends), 0);
-    }
-    ~asked() {
-        ::close(ends[0]);
-        if (waits <= pieces.size()) ::close(ends[1]);
-    }
-    void wait() {
-        if (waits < pieces.size()) {
-            EXPECT_GT(::write(ends[1], pieces[waits].data(), pieces[waits].size()), 0);
-        } else if (waits == pieces.size()) {
-            ::close(ends[1]);
-        }
-        ++waits;
-    }
-};
-
-TEST(commission, a_prompt_asks_until_a_number_comes_and_the_cycle_goes_on) {
-    asked person({"4 mm\n\n", "-19", ".8 \r\n7\n"});
-    commission::prompt prompt(person.ends[0], person.err);
-    EXPECT_EQ(prompt.ask_number("X: ", [&] { person.wait(); }), -19.8);
-    EXPECT_EQ(person.waits, 3u);
-    EXPECT_EQ(prompt.ask_number("Y: ", [&] { person.wait(); }), 7.0);
-    EXPECT_EQ(person.waits, 3u) << "the second answer was there already";
-    const std::string again = "A number in µm, please, as in -19.8\n";
-    EXPECT_EQ(person.err.str(), "X: \n" + again + "X: \n" + again + "X: \nY: \n");
-    EXPECT_THROW(prompt.ask("Z: ", [&] { person.wait(); }), input_error) << "the input ends";
 }
 
 }  // namespace
