@@ -70,7 +70,9 @@ std::optional<std::string> prompt::ask(const std::string &question,
         if (wait) call(wait);
         pollfd input = {in_, POLLIN, 0};
         if (wait && ::poll(&input, 1, 0) <= 0) continue;
-        if (!lines_.read_more()) return std::nullopt;
+        if (lines_.read_more()) continue;
+        err_ << std::endl;
+        return std::nullopt;
     }
 }
 

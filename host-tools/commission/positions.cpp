@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "host-tools/formats/error.h"
-#include "host-tools/formats/json.h"
 
 namespace compbox::commission {
 

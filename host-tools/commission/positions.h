@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "host-tools/commission/register_map.h"
-#include "host-tools/formats/json_type.h"
+#include "host-tools/formats/json.h"
 
 namespace compbox::commission {
 

@@ -104,17 +104,18 @@ std::optional<shown_value> questions::ask(live_box &live, register_map &map, con
     }
 }
 
+void questions::again(const std::string &fault) {
+    if (!prompt_.at_terminal()) throw input_error(fault);
+    io_.err << "   " << fault << "\n";
+}
+
 dialog questions::about_positions(live_box &live, register_map &map,
                                   const std::function<void(const std::string &)> &say) {
     return {[this, &live, &map] { step(live, map); },
             [this, &live, &map](const map_row &row, const std::string &task) {
                 return ask(live, map, row, task);
             },
-            [this](const std::string &fault) {
-                if (!prompt_.at_terminal()) throw input_error(fault);
-                io_.err << "   " << fault << "\n";
-            },
-            say};
+            [this](const std::string &fault) { again(fault); }, say};
 }
 
 }  // namespace compbox::commission

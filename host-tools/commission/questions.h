@@ -3,6 +3,7 @@
 // a script that answers through a pipe. The cycle of the box goes on meanwhile.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 
@@ -27,6 +28,10 @@ class questions {
     double micrometres(const std::string &question, const std::string &option,
                        const std::function<void()> &wait);
 
+    // Reports a fault, for another answer. Throws it as input_error where no person is at a
+    // terminal.
+    void again(const std::string &fault);
+
     // in : all outlive the result; say prints a line of the result
     // out: steps of the box with the questions of check_positions
     dialog about_positions(live_box &live, register_map &map,
@@ -47,7 +52,7 @@ class questions {
     const map_row *current_ = nullptr;  // the row of the pending question
     std::string task_;                  // before its comparison
     std::vector<double> printed_;       // positions as last printed, without a terminal
-    int cycles_ = 0;                    // since the table was drawn
+    std::uint32_t cycles_ = 0;          // since the table was drawn
 };
 
 }  // namespace compbox::commission

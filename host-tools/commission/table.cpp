@@ -17,6 +17,8 @@ namespace {
 
 using cli::padded;
 
+constexpr std::size_t value_width = 18, seen_width = 26;
+
 const char *mode_word(int mode) {
     switch (mode) {
 #define CB_X(name, value, text) \
@@ -85,11 +87,12 @@ std::string headline(const live_box &live) {
 std::string table_line(const live_box &live, const map_row &row, const map_row *current) {
     const bool pointed = current == &row;
     const std::string age = row.written ? "" : fmt::format("{:.0f} ms", 1000.0 * live.age_s());
-    return fmt::format("{} {}{}{}{}{}{}{}{}{}", pointed ? ">" : " ", padded(register_text(row), 9),
+    const std::string value = padded(value_text(row), value_width) + seen_text(row);
+    return fmt::format("{} {}{}{}{}{}{}{}{}", pointed ? ">" : " ", padded(register_text(row), 9),
                        padded(type_word(row.type), 12), padded(row.name, 16),
-                       padded(raw_text(row), 11), padded(value_text(row), 20),
-                       padded(seen_text(row), 26), padded(age, 8),
-                       padded(state_of(row, current), 11), display_of(live.config(), row));
+                       padded(raw_text(row), 11), padded(value, value_width + seen_width),
+                       padded(age, 8), padded(state_of(row, current), 11),
+                       display_of(live.config(), row));
 }
 
 std::string value_text(const map_row &row) {
@@ -124,8 +127,9 @@ std::vector<std::string> table_lines(const live_box &live, const register_map &m
     std::vector<std::string> lines = {
         headline(live),
         fmt::format("  {}{}{}{}{}{}{}{}{}", padded("register", 9), padded("type", 12),
-                    padded("name", 16), padded("raw", 11), padded("value", 20), padded("seen", 26),
-                    padded("age", 8), padded("state", 11), "the control shows it at")};
+                    padded("name", 16), padded("raw", 11), padded("value", value_width),
+                    padded("seen", seen_width), padded("age", 8), padded("state", 11),
+                    "the control shows it at")};
     bool written = false;
     for (const auto &row : map.rows()) {
         if (row.written && !written) lines.push_back("  from the box:");

@@ -1,20 +1,18 @@
 // SPDX-License-Identifier: MIT
 // compbox commission: register map, signs and times, against a live PLC.
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <memory>
 #include <ostream>
 #include <string>
-#include <utility>
 
 #include "host-tools/command_line/option_checks.h"
-#include "host-tools/command_line/prompt.h"
 #include "host-tools/command_line/summary.h"
 #include "host-tools/commission/checks.h"
 #include "host-tools/commission/questions.h"
+#include "host-tools/commission/statements.h"
 #include "host-tools/commission/write.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/formats/error.h"
@@ -93,44 +91,24 @@ class commissioning {
             if (axis.channels.size() == 1) continue;
             for (const std::size_t channel : axis.channels) tests.push_back(channel_name(channel));
         }
-        for (const auto &name : options_.axes) must_be_known("--axis", "axis", name, axes);
+        for (const auto &name : options_.axes)
+            commission::must_be_known("--axis", "axis", name, axes);
         for (const auto &[name, um] : options_.measured_um)
-            must_be_known("--measured", "axis", name, tests);
+            commission::must_be_known("--measured", "axis", name, tests);
     }
 
-    static void must_be_known(const std::string &option, const std::string &kind,
-                              const std::string &name, const std::vector<std::string> &known) {
-        if (std::count(known.begin(), known.end(), name) > 0) return;
-        throw cli::usage_error(option, fmt::format("no {} {} to test; there is {}", kind, name,
-                                                   fmt::join(known, ", ")));
-    }
-
-    // Checks --shows and --together, adds the motors of pairs, and finds what an earlier run saw.
+    // Checks --shows, --together and the ranges, adds the motors of pairs, and finds what an
+    // earlier run saw.
     void check_positions() {
-        std::vector<std::string> names;
-        for (const auto *row : map_.signals()) names.push_back(row->name);
-        for (const auto *row : map_.signals()) {
-            const auto shown = options_.positions.shows.find(row->name);
-            const std::size_t needed = commission::is_position(*row) ? 2 : 1;
-            if (shown == options_.positions.shows.end() || shown->second.size() == needed) continue;
-            throw cli::usage_error("--shows", needed == 2
-                                                  ? "two values of a position, before and "
-                                                    "after the jog: " +
-                                                        row->name + "=0:12.5"
-                                                  : "one value, please: " + row->name + "=23.4");
-        }
-        for (const auto &[name, values] : options_.positions.shows)
-            must_be_known("--shows", "signal", name, names);
-        for (const auto &stage : options_.positions.together) {
-            for (const auto &name : stage) must_be_known("--together", "signal", name, names);
-        }
+        commission::position_options &positions = options_.positions;
+        commission::check_statements(positions, map_.signals());
         for (const auto &axis : setup_.axes) {
             std::vector<std::string> motors;
             for (const std::size_t channel : axis.channels) motors.push_back(channel_name(channel));
-            options_.positions.together.push_back(motors);
+            positions.together.push_back(motors);
         }
         if (!options_.axes.empty()) {
-            options_.positions.seen_before =
+            positions.seen_before =
                 commission::earlier_figures(document_).value("positions", json());
         }
         try {
@@ -172,38 +150,53 @@ class commissioning {
         result_.positions = commission::check_positions(live, map_, dialog, options_.positions);
     }
 
-    // out: the measured displacement, µm, from --measured or from the prompt
-    double measure_axis(commission::live_box &live, const commission::test_axis &axis,
-                        double offset_um) {
-        const auto given = options_.measured_um.find(axis.name);
-        const bool asks = given == options_.measured_um.end();
-        const auto wait = [&live] { commission::stay_active(live, 0.0); };
-        const std::string option = fmt::format("--measured {}=UM", axis.name);
-        if (asks) {
-            questions_.line(
-                fmt::format("   {}: set the indicator to zero, + as the axis counts; then Enter: ",
-                            axis.name),
-                option, wait);
-        }
-        commission::go_to(live, axis, offset_um);
-        commission::stay_active(live, settling_s);
-        if (!asks) return given->second;
-        return questions_.micrometres(
-            fmt::format("   {}: what does the indicator show, in µm? ", axis.name), option, wait);
-    }
-
-    // Displacement of the tool by these channels; reversed: it is against the offset
+    // Displacement of the tool by an offset; reversed: it is against it
     struct motion {
         double measured_um;
         bool reversed;
     };
+
+    // in : the channels are at the offset. out: the reading of the instrument, from --measured or
+    // from the prompt. Throws input_error for one that is no sign, unless a person can read again.
+    motion read_instrument(const commission::test_axis &axis, double offset_um,
+                           const std::function<void()> &wait) {
+        const auto given = options_.measured_um.find(axis.name);
+        for (;;) {
+            const double measured_um =
+                given != options_.measured_um.end()
+                    ? given->second
+                    : questions_.micrometres(
+                          fmt::format("   {}: what does the indicator show, in µm? ", axis.name),
+                          measured_option(axis), wait);
+            try {
+                return {measured_um, commission::is_reversed(axis.name, offset_um, measured_um)};
+            } catch (const input_error &error) {
+                if (given != options_.measured_um.end()) throw;
+                questions_.again(error.what());
+            }
+        }
+    }
+
+    static std::string measured_option(const commission::test_axis &axis) {
+        return fmt::format("--measured {}=UM", axis.name);
+    }
+
     motion test_motion(commission::live_box &live, const commission::test_axis &axis,
                        double offset_um) {
+        const auto wait = [&live] { commission::stay_active(live, 0.0); };
         say(fmt::format("2. Sign of {}: {:.4g} µm", axis.name, offset_um));
         commission::go_to(live, axis, 0.0);
-        const double measured_um = measure_axis(live, axis, offset_um);
+        if (options_.measured_um.count(axis.name) == 0) {
+            questions_.line(
+                fmt::format("   {}: set the indicator to zero, + as the axis counts; then Enter: ",
+                            axis.name),
+                measured_option(axis), wait);
+        }
+        commission::go_to(live, axis, offset_um);
+        commission::stay_active(live, settling_s);
+        const motion found = read_instrument(axis, offset_um, wait);
         commission::go_to(live, axis, 0.0);
-        return {measured_um, commission::is_reversed(axis.name, offset_um, measured_um)};
+        return found;
     }
 
     // Each motor of a pair by itself, within the pair's difference. Throws input_error if one does
@@ -308,55 +301,10 @@ class commissioning {
     commission::findings result_;
 };
 
-// in : "NAME=…". out: the name and the text behind it
-std::pair<std::string, std::string> split_option(const std::string &option, const std::string &text,
-                                                 const char *example) {
-    const std::size_t equals = text.rfind('=');
-    if (equals == 0 || equals == std::string::npos) {
-        throw cli::usage_error(option, fmt::format("'{}' must read {}", text, example));
-    }
-    return {text.substr(0, equals), text.substr(equals + 1)};
-}
-
-cli::typed_number number_of(const std::string &option, const std::string &text,
-                            const std::string &whole, const char *example) {
-    if (const auto number = cli::number_in(text)) return *number;
-    throw cli::usage_error(option, fmt::format("'{}' must read {}", whole, example));
-}
-
-// in : "X=+19.8" or "X=19,8", several in one or more options. out: µm by axis
-std::map<std::string, double> measured_of(const std::vector<std::string> &texts) {
-    std::map<std::string, double> measured;
-    for (const std::string &text : texts) {
-        const auto [name, value] = split_option("--measured", text, "NAME=number");
-        const double um = number_of("--measured", value, text, "NAME=number").value;
-        if (!measured.insert({name, um}).second) {
-            throw cli::usage_error("--measured", "one number for each axis, please: " + text);
-        }
-    }
-    return measured;
-}
-
-// in : "X=0:12.5", "T1=23,4". out: what the display shows, by signal
-commission::statements shows_of(const std::vector<std::string> &texts) {
-    commission::statements shows;
-    for (const std::string &text : texts) {
-        const auto [name, values] = split_option("--shows", text, "NAME=number or NAME=from:to");
-        if (shows.count(name) > 0) {
-            throw cli::usage_error("--shows", "once for each signal, please: " + text);
-        }
-        for (const auto &value : split(values, ':')) {
-            const auto number = number_of("--shows", value, text, "NAME=number or NAME=from:to");
-            shows[name].push_back(commission::shown_as(number.value, number.decimals));
-        }
-    }
-    return shows;
-}
-
 // Completes the options from the texts that they came as.
 void take_texts(commission_options &options) {
-    options.measured_um = measured_of(options.measured_text);
-    options.positions.shows = shows_of(options.shows_text);
+    options.measured_um = commission::measured_of(options.measured_text);
+    options.positions.shows = commission::shows_of(options.shows_text);
     for (const auto &text : options.together_text)
         options.positions.together.push_back(split(text, '+'));
 }

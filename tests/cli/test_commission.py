@@ -453,7 +453,7 @@ def test_questions_need_somebody_who_answers(compbox, plc):
     fake = plc()
     done = compbox("commission", "machine.json", "--axis", "X")
     assert done.returncode == 1
-    assert "no answer: standard input has ended; give --measured AXIS=UM instead" in done.stderr
+    assert "no answer: standard input has ended; give --shows X=… instead" in done.stderr
     is_at_rest(fake)
 
 

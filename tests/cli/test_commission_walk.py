@@ -146,8 +146,8 @@ class SerialPlc(FakePlc):
 
 @pytest.fixture
 def serial_plc(compbox, line):
-    compbox.good("init", *PLC, "--axes", "XY", "--profile", "generic", "--travel", "X=500,Y=500", "-o",
-                 "machine.json")
+    compbox.good("init", *PLC, "--axes", "XY", "--profile", "generic", "--travel", "X=500,Y=500",
+                 "--period-ms", "60", "-o", "machine.json")
     machine = compbox.read("machine.json")
     compbox.write("map.json", machine)
     machine["plc"]["transport"] = {"rtu": {"device": line, "baud": 115200, "parity": "none"}}
@@ -283,6 +283,22 @@ def test_the_live_table_at_a_terminal(compbox, plc):  # noqa: F811
     terminal.until("X: 0.0000 to 12.5000 mm, as the control shows")
     assert terminal.end() == 0, terminal.text
     assert compbox.read("machine.json")["provenance"]["commissioning"]["positions"]["X"]["to"] == 12.5
+
+
+def test_a_reading_that_is_no_sign_is_asked_for_again_at_a_terminal(compbox, plc):  # noqa: F811
+    fake = plc(axes="X")
+    terminal = Terminal(compbox.folder, "--shows", "X=0:12.5", "--steps", "6")
+    terminal.until("jog this axis")
+    fake.jog("X", 12.5)
+    terminal.until("then Enter: ")
+    terminal.type("\n")
+    terminal.until("in µm? ")
+    terminal.type("198\n")
+    assert "measured 198 µm: wrong by a factor of 10" in terminal.until("in µm? ")
+    terminal.type("19,8\n")
+    terminal.until("sign 1, as in the file")
+    assert terminal.end() == 0, terminal.text
+    assert compbox.read("machine.json")["provenance"]["commissioning"]["signs"]["X"]["measured_um"] == 19.8
 
 
 def test_a_small_terminal_keeps_the_question(compbox, plc):  # noqa: F811

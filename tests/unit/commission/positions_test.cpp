@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "host-tools/coefficients/machine_file.h"
 #include "host-tools/commission/table.h"
 #include "host-tools/formats/error.h"
