@@ -50,7 +50,7 @@ class FakePlc:
         """out: what the control shows after the move"""
         there_mm = self.position_mm(axis) + way_mm
         self.say(f"move {axis}={there_mm} feed=20000")
-        while self.status()["moving"] == "1":
+        while abs(self.position_mm(axis) - there_mm) > 0.0005:  # the display follows the program's end
             time.sleep(0.02)
         return self.position_mm(axis)
 
