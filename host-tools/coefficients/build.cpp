@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/coefficients/build.h"
 
+#include "host-tools/coefficients/compare.h"
+#include "host-tools/coefficients/demand_plot.h"
 #include "host-tools/coefficients/load.h"
 #include "host-tools/coefficients/merge.h"
-#include "host-tools/coefficients/pair_remarks.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 
@@ -41,36 +42,73 @@ void refuse_bad_terms(merged_file merged) {
     refuse_entry(message.text, "terms", merged.term_homes, merged.file["terms"]);
 }
 
-}  // namespace
+// out: the file of a term, or `machine` where no term has this name
+std::string home_of_term(const merged_file &merged, const std::string &term,
+                         const std::string &machine) {
+    for (std::size_t i = 0; i < merged.term_homes.size(); ++i) {
+        if (!term.empty() && merged.file["terms"][i]["name"] == term)
+            return merged.term_homes[i].file;
+    }
+    return machine;
+}
 
-std::vector<std::string> build_file(const std::string &machine,
-                                    const std::vector<std::string> &terms,
-                                    std::optional<unsigned> revision, const std::string &output,
-                                    std::ostream *out) {
-    const merged_file as_given = merge_files(machine, terms, revision);
-    merged_file merged = as_given;
+// Throws input_error for the first refusal, or makes remarks of all where they are accepted.
+void judge(const build_request &request, const merged_file &merged, comparison &found) {
+    std::vector<std::string> accepted;
+    for (const auto &refusal : found.refusals) {
+        if (!request.accept_range) {
+            const std::size_t more = found.refusals.size() - 1;
+            throw input_error(home_of_term(merged, refusal.term, request.machine), 0, 0,
+                              "{}{}; --accept-range builds the file nevertheless", refusal.sentence,
+                              more == 0 ? "" : fmt::format(" ({} more like it)", more));
+        }
+        accepted.push_back("accepted by --accept-range: " + refusal.sentence);
+    }
+    found.remarks.insert(found.remarks.begin(), accepted.begin(), accepted.end());
+}
+
+// out: the configuration of the merged file. Throws input_error where the box would refuse it.
+std::unique_ptr<cb_config> load_merged(merged_file &merged, const std::string &machine,
+                                       std::string &text) {
+    const merged_file as_given = merged;
     try {
         fill_in(merged, machine);
     } catch (const input_error &) {
         refuse_bad_terms(as_given);
         throw;
     }
-    const std::string text = json_text(merged.file);
+    text = json_text(merged.file);
     cb_message message = {};
-    const auto config = load_coefficient_text(text, &message);
-    if (config == nullptr) {
-        refuse_entries(merged, message.text);
-        refuse_bad_terms(as_given);
-        throw input_error(machine, 0, 0, message.text);
+    auto config = load_coefficient_text(text, &message);
+    if (config != nullptr) return config;
+    refuse_entries(merged, message.text);
+    refuse_bad_terms(as_given);
+    throw input_error(machine, 0, 0, message.text);
+}
+
+}  // namespace
+
+built_file build_file(const build_request &request, std::ostream *out) {
+    merged_file merged = merge_files(request.machine, request.terms, request.revision);
+    refuse_given(request.output, "what it writes");
+    std::string text;
+    const auto config = load_merged(merged, request.machine, text);
+    comparison found = compare(*config, merged.file);
+    judge(request, merged, found);
+    built_file built;
+    if (!request.plot.empty()) {
+        built.files = plot_demand(*config, home_of(*config, merged.file), request.plot);
     }
-    // The output may replace a coefficient file, but not a term.
-    if (output == machine)
-        update_file(output, text, out);
-    else
-        write_file(output, text, out);
-    for (const auto &remark : pair_remarks(*config)) merged.notes.push_back(remark);
-    merged.notes.push_back(fmt::format("revision {}: {}", config->revision, summary(*config)));
-    return merged.notes;
+    write_file(request.output, text, out);
+    built.files.insert(built.files.begin(), request.output);
+    built.notes = std::move(merged.notes);
+    built.notes.insert(built.notes.end(), found.lines.begin(), found.lines.end());
+    built.notes.push_back(fmt::format("revision {}: {}{}", config->revision, summary(*config),
+                                      found.refusals.empty() ? "" : ", range accepted"));
+    built.remarks = std::move(found.remarks);
+    built.channels = std::move(found.channels);
+    built.curves = std::move(found.curves);
+    return built;
 }
 
 }  // namespace compbox::coefficients

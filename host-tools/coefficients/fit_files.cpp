@@ -59,7 +59,7 @@ fitted_files fit_files(const std::string &measurements, const std::vector<std::s
         for (const auto &warning : fit.warnings) result.warnings.push_back(data + ": " + warning);
     }
     result.coefficients = folder + "/coefficients.json";
-    build_file(machine, terms, {}, result.coefficients);
+    build_file({machine, terms, {}, result.coefficients, "", true});
     return result;
 }
 

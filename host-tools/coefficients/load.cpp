@@ -27,9 +27,11 @@ std::unique_ptr<cb_config> load_coefficient_text(const std::string &text, cb_mes
     return error == CB_OK ? std::move(config) : nullptr;
 }
 
-std::unique_ptr<cb_config> load_coefficients(const std::string &path) {
+std::unique_ptr<cb_config> load_coefficients(const std::string &path, std::string *text) {
     cb_message message = {};
-    auto config = load_coefficient_text(read_file(path), &message);
+    const std::string content = read_file(path);
+    auto config = load_coefficient_text(content, &message);
+    if (text != nullptr) *text = content;
     if (config != nullptr) return config;
     std::string sentence = message.text;
     if (sentence == "the key terms is missing") {

@@ -12,8 +12,8 @@ extern "C" {
 namespace compbox::coefficients {
 
 // out: the file's configuration. Throws input_error with the loader's message: "FILE:
-// terms[3].knots[7]: sentence, line L, column C".
-std::unique_ptr<cb_config> load_coefficients(const std::string &path);
+// terms[3].knots[7]: sentence, line L, column C". text: set to the file's text, if not null.
+std::unique_ptr<cb_config> load_coefficients(const std::string &path, std::string *text = nullptr);
 
 // The same for text that is not in a file yet; the message has neither file nor place.
 // Returns null and fills in *message where the box would refuse it.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // compbox build: machine file and terms to the coefficient file, if the box would take it.
 #include <memory>
-#include <optional>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -17,21 +16,27 @@ namespace compbox {
 namespace {
 
 struct build_options {
-    std::string machine;
-    std::vector<std::string> terms;
-    std::optional<unsigned> revision;
-    std::string output;
+    coefficients::build_request request;
     bool as_json = false;
 };
 
+// Builds the file, and prints notes and remarks: to io.err where the file goes to io.out.
 void run_build(const build_options &options, const cli::streams &io) {
-    const auto notes = coefficients::build_file(options.machine, options.terms, options.revision,
-                                                options.output, &io.out);
+    const auto &request = options.request;
+    const auto built = coefficients::build_file(request, &io.out);
     if (options.as_json) {
-        return print_summary(io.out, {options.output}, {{"terms", options.terms}}, notes);
+        auto remarks = built.notes;
+        remarks.insert(remarks.end(), built.remarks.begin(), built.remarks.end());
+        return print_summary(io.out, built.files,
+                             {{"terms", request.terms},
+                              {"demand", built.channels},
+                              {"curves", built.curves},
+                              {"range_accepted", request.accept_range}},
+                             remarks);
     }
-    auto &out = options.output == "-" ? io.err : io.out;
-    for (const auto &note : notes) out << note << "\n";
+    auto &out = request.output == "-" ? io.err : io.out;
+    for (const auto &note : built.notes) out << note << "\n";
+    for (const auto &remark : built.remarks) out << "Remark: " << remark << "\n";
 }
 
 }  // namespace
@@ -39,21 +44,31 @@ void run_build(const build_options &options, const cli::streams &io) {
 void add_build(cli::command &app) {
     auto command = app.add_subcommand("build", "Join a machine file and terms for the box");
     const auto options = std::make_shared<build_options>();
-    command.add_option("MACHINE", options->machine, "Machine file, see init").required();
-    command.add_option("TERM", options->terms, "Term files, see fit");
+    auto &request = options->request;
+    command.add_option("MACHINE", request.machine, "Machine file, see init").required();
+    command.add_option("TERM", request.terms, "Term files, see fit");
     command
-        .add_option("--revision N", options->revision,
+        .add_option("--revision N", request.revision,
                     "Revision of the new file (else the machine file's)")
         .check(whole_between(0, 4294967295));
-    command.add_option("-o,--output F.json", options->output, "Coefficient file to write")
+    command.add_option("-o,--output F.json", request.output, "Coefficient file to write")
         .required();
+    command.add_option("--plot F.svg|DIR", request.plot,
+                       "Demand of each channel over the travel: one figure, or a folder of them");
+    command.add_flag("--accept-range", request.accept_range,
+                     "Build even if a demand exceeds error_um or a curve leaves travel uncovered");
     add_json(command, options->as_json);
     command.footer(
         "Where the machine file has null, build fills in: a channel's sum (terms with ISO 230-1\n"
         "names: EZX and EZY go to channel Z) and a signal's min and max (the range of its\n"
-        "curves and a tenth of it, at least 10 mm, beyond). It prints what it filled in.\n\n"
+        "curves and a tenth of it, at least 10 mm, beyond). It prints what it filled in, what "
+        "each\n"
+        "channel demands over the travel, and a remark on what hardly belongs together.\n\n"
         "Example:\n  compbox build machine.json EZX.json EZY.json -o coefficients.json");
-    command.callback([options](const cli::streams &io) { run_build(*options, io); });
+    command.callback([options](const cli::streams &io) {
+        different_files({{"-o", options->request.output}, {"--plot", options->request.plot}});
+        run_build(*options, io);
+    });
 }
 
 }  // namespace compbox

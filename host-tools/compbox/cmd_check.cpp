@@ -3,8 +3,10 @@
 #include <memory>
 #include <ostream>
 #include <string>
+#include <vector>
 
 #include "host-tools/coefficients/baud_table.h"
+#include "host-tools/coefficients/compare.h"
 #include "host-tools/coefficients/load.h"
 #include "host-tools/coefficients/profile_report.h"
 #include "host-tools/command_line/summary.h"
@@ -35,22 +37,42 @@ json serial_figures(const cb_config &config) {
             {"rates", rates}};
 }
 
+// out: a sentence for each consequence of the profile and each part that hardly belongs to another
+std::vector<std::string> remarks_of(const cb_config &config,
+                                    const coefficients::comparison &found) {
+    auto remarks = coefficients::profile_remarks(config);
+    for (const auto &refusal : found.refusals) {
+        const std::string term = refusal.term.empty() ? "" : "term ";
+        remarks.push_back(term + refusal.sentence);
+    }
+    remarks.insert(remarks.end(), found.remarks.begin(), found.remarks.end());
+    return remarks;
+}
+
 // Prints what the box's loader reads from the file. Throws input_error with the loader's message.
 void check(const check_options &options, const cli::streams &io) {
-    const auto config = coefficients::load_coefficients(options.path);
+    std::string text;
+    const auto config = coefficients::load_coefficients(options.path, &text);
+    const json file = json::parse(text, nullptr, false);  // provenance may have any number
+    const auto found = coefficients::compare(*config, file.is_object() ? file : json::object());
+    const auto remarks = remarks_of(*config, found);
     if (options.as_json) {
-        json figures = {
-            {"machine", config->machine},         {"revision", config->revision},
-            {"signals", config->signals_count},   {"terms", config->terms_count},
-            {"channels", config->channels_count}, {"plc", coefficients::profile_figures(*config)}};
+        json figures = {{"machine", config->machine},
+                        {"revision", config->revision},
+                        {"signals", config->signals_count},
+                        {"terms", config->terms_count},
+                        {"channels", config->channels_count},
+                        {"demand", found.channels},
+                        {"curves", found.curves},
+                        {"plc", coefficients::profile_figures(*config)}};
         if (config->plc.transport == CB_TRANSPORT_RTU) figures["serial"] = serial_figures(*config);
-        return print_summary(io.out, {}, figures, coefficients::profile_remarks(*config));
+        return print_summary(io.out, {}, figures, remarks);
     }
     io.out << config->machine << ", revision " << config->revision << ": "
            << coefficients::summary(*config) << "\n"
            << coefficients::profile_text(*config) << coefficients::baud_table_text(*config);
-    for (const auto &remark : coefficients::profile_remarks(*config))
-        io.out << "Remark: " << remark << "\n";
+    for (const auto &line : found.lines) io.out << line << "\n";
+    for (const auto &remark : remarks) io.out << "Remark: " << remark << "\n";
 }
 
 }  // namespace

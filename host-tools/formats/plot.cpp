@@ -125,6 +125,7 @@ std::string plot_text(const std::string &text) {
 
 void run_gnuplot(const std::string &path, const std::string &script, int width, int height) {
     refuse_outside(path);
+    refuse_given(path, "the figure");
     const std::string terminal = terminal_of(path, width, height);
     const std::string folder = std::filesystem::temp_directory_path().string();
     const temporary_file program(folder + "/compbox-plot", ".gp");

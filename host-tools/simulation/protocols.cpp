@@ -99,8 +99,8 @@ class machine_protocols {
         make_folder(folder);
         // The recorder is a box without compensation.
         write_constants(folder + "/nothing.json", {0.0, 0.0, 0.0});
-        coefficients::build_file(plan.machine, {folder + "/nothing.json"}, {},
-                                 folder + "/recorder.json");
+        coefficients::build_file(
+            {plan.machine, {folder + "/nothing.json"}, {}, folder + "/recorder.json", "", true});
     }
 
     // Measures, trains and judges each method of a protocol; writes below folder_/NAME.
@@ -166,8 +166,8 @@ class machine_protocols {
             for (const double um : column) mean[a] += um / static_cast<double>(column.size());
         }
         write_constants(out + "/mean.json", mean);
-        coefficients::build_file(plan_.machine, {out + "/mean.json"}, {},
-                                 out + "/coefficients.json");
+        coefficients::build_file(
+            {plan_.machine, {out + "/mean.json"}, {}, out + "/coefficients.json", "", true});
     }
 
     void judge(const part_protocol &protocol, const part_method &method, const std::string &out) {

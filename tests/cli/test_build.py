@@ -23,6 +23,11 @@ def test_sums_follow_iso_names(compbox, machine):
         "channel Z = -(EZX)",
         "term EAX: in no channel",
         "term net: in no channel",
+        "X from -10 to 1010 mm: curves EZX 0 to 1000",
+        "Y from -10 to 1010 mm: curves EXY 0 to 1000",
+        "Z from -10 to 1010 mm: curves EXZ 0 to 1000",
+        "channel X: demand -20.0 to 0.0 µm over the travel of Y, Z (limit_um 300, error_um 400)",
+        "channel Z: demand -10.0 to 0.0 µm over the travel of X (limit_um 300, error_um 400)",
         "revision 1: 3 signals, 5 terms, 2 channels, coefficients 35 of 8192",
     ]
     assert compbox.good("check", "c.json").splitlines()[0] == (
@@ -51,7 +56,7 @@ def test_an_explicit_sum_stays(compbox, machine):
 
 def test_ranges_come_from_the_curves(compbox):
     compbox.good("init", *PLC, "--axes", "XYZ", "--profile", "generic", "-o", "machine.json")
-    compbox.write("a", term("EZX", travel=(0, 500)))
+    compbox.write("a", term("EZX", travel=(-190, 790)))
     spline = {"name": "EYX", "type": "bspline", "signal": "X", "degree": 1,
               "knots": [-300, -200, 100, 800, 900], "control_points": [0, 1, 2]}
     compbox.write("b", {"terms": [spline]})
@@ -105,7 +110,7 @@ def test_a_pair_whose_curves_ask_for_more_than_it_allows(compbox, machine):
     compbox.write("machine.json", machine)
     for name, values in (("own_x", (0, 50, 0)), ("own_y", (0, -4, 0))):
         compbox.write(name, term(name, "X", values))
-    compbox.write("common", term("common", "Z", (0, 900)))
+    compbox.write("common", term("common", "Z", (0, 300)))
     said = "pairs[0]: the curves of X and Y differ by 54.0 µm at X = 500, and max_difference_um is 40: "
     assert said in compbox.good(*build(compbox, "own_x", "own_y", "common"))
     machine["pairs"][0]["max_difference_um"] = 55
@@ -300,7 +305,7 @@ def checked(compbox, profile, **plc):
     machine["plc"].update(plc)
     compbox.write("machine.json", machine)
     for number, axis in enumerate("XYZ"):
-        compbox.write(f"{number}.json", term("E" + axis + "X"))
+        compbox.write(f"{number}.json", term("E" + axis + "X", travel=(0, 500)))
     compbox.good(*build(compbox, "0.json", "1.json", "2.json"))
     return json.loads(compbox.good("check", "c.json", "--json"))["plc"], compbox.good("check", "c.json")
 
@@ -318,7 +323,10 @@ def test_check_says_how_often_a_fanuc_control_is_updated(compbox):
         "the NC takes one value after the other, about 32 ms each: an axis is updated every 96 ms",
         *[f"channel {axis}: ±3000 units of ±9999, at most 500 µm/s: 15 µm in a period, 48 µm in an update "
           "(the NC takes 999.8 µm at once; a slew above 999.7 µm/s is lowered)" for axis in "XYZ"],
-        "lead: at least 79 ms and the exchange; the file has 0 ms"]
+        "lead: at least 79 ms and the exchange; the file has 0 ms",
+        "X from -10 to 510 mm: curves EXX 0 to 500, EYX 0 to 500, EZX 0 to 500",
+        *[f"channel {axis}: demand -10.0 to 0.0 µm over the travel of X (limit_um 300, error_um 400)"
+          for axis in "XYZ"]]
     figures, text = checked(compbox, "fanuc", axes_at_once=True)
     assert (figures["update_ms"], figures["least_lead_ms"]) == (32, 47)
     assert "the NC takes all values in one handshake, about 32 ms each: " in text

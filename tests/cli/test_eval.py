@@ -30,10 +30,10 @@ def value_of(curve, x):
     return sum(c * u**k for k, c in enumerate(curve["coefficients"]))
 
 
-def build(compbox, machine, *terms):
+def build(compbox, machine, *terms, options=()):
     compbox.write("machine.json", machine)
     names = [compbox.write(f"{i}.term", one) for i, one in enumerate(terms)]
-    compbox.good("build", "machine.json", *names, "-o", "c.json")
+    compbox.good("build", "machine.json", *names, *options, "-o", "c.json")
     return compbox.read("c.json")
 
 
@@ -88,7 +88,7 @@ def test_standstill_gives_the_wanted_value_rounded_to_the_register(compbox, mach
 
 
 def test_slew_is_that_of_the_box_between_the_rows(compbox, machine):
-    build(compbox, machine, term(values=[0, 200]))
+    build(compbox, machine, term(values=[0, 200]), options=["--accept-range"])
     samples(compbox, [[0, 0, 0, 0], [0.03, 1000, 0, 0], [0.06, 1000, 0, 0], [0.061, 1000, 0, 0],
                       [0.121, 1000, 0, 0], [10, 1000, 0, 0]])
     compbox.good("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
@@ -98,7 +98,7 @@ def test_slew_is_that_of_the_box_between_the_rows(compbox, machine):
 
 
 def test_a_first_row_is_steady_state(compbox, machine):
-    build(compbox, machine, term(values=[0, 200]))
+    build(compbox, machine, term(values=[0, 200]), options=["--accept-range"])
     samples(compbox, [[-3.5, 500, 0, 0]])
     compbox.good("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
     assert compbox.table("out.csv") == {"time_s": [-3.5], "EZX": [100], "comp_Z_um": [-100]}
@@ -120,7 +120,7 @@ def test_motors_that_are_held_together(compbox, machine):
 
 def test_limit_and_raw(compbox, machine):
     machine["channels"][2]["limit_um"] = 50
-    build(compbox, machine, term(values=[0, 200]))
+    build(compbox, machine, term(values=[0, 200]), options=["--accept-range"])
     samples(compbox, [[i, 250.0 + 100 * i, 0, 0] for i in range(3)])
     done = compbox("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
     assert done.stderr == "s.csv: a channel held at its limit_um: 2 rows, first line 3\n"
@@ -155,7 +155,7 @@ def test_the_plc_of_eval_applies_what_is_written(compbox, machine, profile):
             machine["plc"]["max_step_units"] = 500
         if applied:
             machine["channels"][2]["applied"] = 24
-        build(compbox, machine, term(values=[0, 200]))
+        build(compbox, machine, term(values=[0, 200]), options=["--accept-range"])
         samples(compbox, [[3.0 * i, x, 0, 0] for i, x in enumerate([1000, 1000, 0, 0, 0, 800, 800])])
         compbox.good("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
         results.append(compbox.table("out.csv"))
@@ -164,7 +164,7 @@ def test_the_plc_of_eval_applies_what_is_written(compbox, machine, profile):
 
 def test_a_demand_beyond_the_error_limit_is_said(compbox, machine):
     machine["channels"][2].update(limit_um=50, error_um=60)
-    build(compbox, machine, term(values=[0, 200]))
+    build(compbox, machine, term(values=[0, 200]), options=["--accept-range"])
     samples(compbox, [[0, 250, 0, 0], [1, 400, 0, 0], [2, 400, 0, 0]])
     done = compbox("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
     assert done.returncode == 0
@@ -192,7 +192,7 @@ def test_a_network_beyond_its_training_is_said(compbox, machine):
 
 def test_deadband(compbox, machine):
     machine["channels"][2]["deadband_um"] = 5
-    build(compbox, machine, term(values=[0, 200]))
+    build(compbox, machine, term(values=[0, 200]), options=["--accept-range"])
     samples(compbox, [[0.9 * i, x, 0, 0] for i, x in enumerate([100, 120, 130, 110, 0, 0])])
     compbox.good("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
     # 4 µm more is not written, 6 is, 4 back is not, zero always is (15 µm in the first cycle)
@@ -202,7 +202,7 @@ def test_deadband(compbox, machine):
 
 def test_lead_looks_ahead_of_the_motion(compbox, machine):
     machine["cycle"]["lead_ms"] = 60
-    build(compbox, machine, term(values=[0, 200]))
+    build(compbox, machine, term(values=[0, 200]), options=["--accept-range"])
     rows = [[0.03 * i, 100 + 0.03 * i * 100, 0, 0] for i in range(100)]  # 100 mm/s, 20 µm/s
     samples(compbox, rows)
     compbox.good("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
@@ -214,7 +214,7 @@ def test_lead_looks_ahead_of_the_motion(compbox, machine):
 
 def test_lead_does_not_take_far_rows_for_motion(compbox, machine):
     machine["cycle"]["lead_ms"] = 60
-    build(compbox, machine, term(values=[0, 200]))
+    build(compbox, machine, term(values=[0, 200]), options=["--accept-range"])
     samples(compbox, [[i, 10.0 * i, 0, 0] for i in range(50)])
     compbox.good("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
     assert compbox.table("out.csv")["comp_Z_um"] == pytest.approx([-2.0 * i for i in range(50)],
@@ -222,7 +222,7 @@ def test_lead_does_not_take_far_rows_for_motion(compbox, machine):
 
 
 def test_an_implausible_position_is_held_and_said(compbox, machine):
-    build(compbox, machine, term(values=[0, 200]))
+    build(compbox, machine, term(values=[0, 200]), options=["--accept-range"])
     samples(compbox, [[0, 500, 0, 0], [1, 5000, 0, 0], [1.06, 600, 0, 0], [2, 600, 0, 0]])
     done = compbox("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
     assert done.returncode == 0
@@ -249,7 +249,7 @@ def test_raw_shows_the_model_beyond_the_plausible_range(compbox, machine):
 
 def test_rates_are_those_from_row_to_row(compbox, machine):
     machine["signals"][0]["max_rate_per_s"] = 100
-    build(compbox, machine, term(values=[0, 200]))
+    build(compbox, machine, term(values=[0, 200]), options=["--accept-range"])
     samples(compbox, [[0, 0, 0, 0], [2, 199, 0, 0], [4, 200, 0, 0], [4.03, 250, 0, 0]])
     done = compbox("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
     assert done.stderr == ("s.csv: X implausible, last value held: 1 row, first line 5: 250 "
@@ -306,7 +306,7 @@ FIRST = ("the first row has no value before it to hold, but {} is implausible th
 
 
 def test_a_first_row_that_the_box_cannot_stand_in_is_refused(compbox, machine):
-    build(compbox, machine, term(values=[0, 200]))
+    build(compbox, machine, term(values=[0, 200]), options=["--accept-range"])
     compbox.write("s.csv", "# by hand\ntime_s,X,Y,Z\n0,5000,0,0\n1,500,0,0\n")
     eval_ = ("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
     assert compbox.refused(*eval_) == "s.csv:3: " + FIRST.format(
@@ -391,7 +391,7 @@ def test_bad_samples(compbox, machine, case):
     ('"1,000","0,5"', 1), ('"1,0",500', 1), ('"0,500","1,000"', 0.5), ('"1,0000",1', 1)])
 def test_a_quoted_comma_that_may_be_of_thousands_is_no_guess(compbox, machine, rows, x):
     """A spreadsheet in English writes 1000 so: a thousandth of it would be taken without a word."""
-    build(compbox, machine, term(values=[0, 1000]))
+    build(compbox, machine, term(values=[0, 1000]), options=["--accept-range"])
     compbox.write("s.csv", f"sep=,\ntime_s,X,Y,Z\n0,{rows},0\n")
     call = ("eval", "c.json", "--inputs", "s.csv", "--raw", "-o", "out.csv")
     if x is None:
@@ -404,7 +404,7 @@ def test_a_quoted_comma_that_may_be_of_thousands_is_no_guess(compbox, machine, r
 
 
 def test_columns_that_are_not_asked_for_may_hold_anything(compbox, machine):
-    build(compbox, machine, term(values=[0, 200]))
+    build(compbox, machine, term(values=[0, 200]), options=["--accept-range"])
     compbox.write("s.csv", 'time_s,note,X,Y,Z,serial\n0,"by hand, hot",500,0,0,1e999\n1,,600,0,0,nan\n')
     compbox.good("eval", "c.json", "--inputs", "s.csv", "--raw", "-o", "out.csv")
     assert compbox.table("out.csv")["EZX"] == pytest.approx([100, 120])
