@@ -192,11 +192,11 @@ void judge_reach(const cb_config &config, const cb_channel_config &channel,
             {"", fmt::format("{}, and beyond error_um {:.6g} the box stops with a fault; check "
                              "that the curves are in µm, or set limit_um and error_um to it",
                              reach_text(config, channel, all, demand.travel), error_um)});
-    } else if (demand.alone.largest_um() > error_um) {
+    } else if (demand.single.largest_um() > error_um) {
         result.remarks.push_back(fmt::format(
             "{}, and beyond error_um {:.6g} the box stops with a fault; narrow min and max of the "
             "signals to what they can be, or check the term",
-            reach_text(config, channel, all, demand.alone), error_um));
+            reach_text(config, channel, all, demand.single), error_um));
     }
     if (demand.travel.largest_um() > limit_um && demand.travel.largest_um() <= error_um &&
         limit_um > least_limit_um) {
@@ -281,7 +281,7 @@ std::vector<double> home_of(const cb_config &config, const json &file) {
     std::vector<double> home;
     for (unsigned s = 0; s < config.signals_count; ++s) {
         const cb_signal_config &signal = config.signals[s];
-        home.push_back(rest_value(signal));
+        home.push_back(rest_value(config, s));
         if (!is_position(config, s)) continue;
         const json own = stated.is_object() ? stated.value(signal.name, json()) : json();
         const auto zero = common_zero(config, provenance, s);

@@ -23,6 +23,18 @@ unsigned root_of(const cb_config &config, unsigned signal) {
     return signal;
 }
 
+// out: the value nearest to `value` that a network saw of a signal, or of a lag of it, in training
+double trained_near(const cb_config &config, const cb_bpnet_config &net, unsigned signal,
+                    double value) {
+    const float *range = config.pool + net.ranges;  // as struct cb_training_range
+    for (unsigned i = 0; i < net.inputs.count; ++i, range += 4) {
+        const unsigned input = config.links[net.inputs.link + i];
+        if (root_of(config, input) != signal || config.signals[input].power == 2) continue;
+        value = std::clamp(value, static_cast<double>(range[0]), static_cast<double>(range[1]));
+    }
+    return value;
+}
+
 std::vector<double> evenly(double from, double to, int count) {
     std::vector<double> all;
     for (int i = 0; i < count; ++i) all.push_back(from + (to - from) * i / (count - 1));
@@ -46,9 +58,14 @@ bool is_position(const cb_config &config, unsigned signal) {
     return config.signals[signal].source != CB_SOURCE_LAG && (unit == "mm" || unit == "deg");
 }
 
-double rest_value(const cb_signal_config &signal) {
-    const double usual = std::string(signal.unit) == "degC" ? reference_degC : 0.0;
-    return std::clamp(usual, static_cast<double>(signal.min), static_cast<double>(signal.max));
+double rest_value(const cb_config &config, unsigned signal) {
+    const cb_signal_config &own = config.signals[signal];
+    double value = std::string(own.unit) == "degC" ? reference_degC : 0.0;
+    for (unsigned t = 0; t < config.terms_count; ++t) {
+        if (config.terms[t].type == CB_TERM_BPNET)
+            value = trained_near(config, config.terms[t].as.bpnet, signal, value);
+    }
+    return std::clamp(value, static_cast<double>(own.min), static_cast<double>(own.max));
 }
 
 std::set<unsigned> signals_of_output(const cb_config &config, unsigned output) {
@@ -226,7 +243,7 @@ demand_range demand_model::each_alone(const group &terms, const demand_range &tr
 // out: the ranges of the groups of the channel, added
 channel_demand demand_model::of(unsigned channel) {
     channel_demand demand;
-    for (demand_range *range : {&demand.travel, &demand.alone}) {
+    for (demand_range *range : {&demand.travel, &demand.alone, &demand.single}) {
         range->at_low = range->at_high = home_;
     }
     for (const group &terms : groups_of(channel)) {
@@ -234,7 +251,9 @@ channel_demand demand_model::of(unsigned channel) {
         std::vector<unsigned> signals = terms.positions;
         signals.insert(signals.end(), terms.others.begin(), terms.others.end());
         add(demand.travel, travel, signals);
-        add(demand.alone, each_alone(terms, travel), signals);
+        const demand_range alone = each_alone(terms, travel);
+        add(demand.alone, alone, signals);
+        add(demand.single, terms.others.size() == 1 ? alone : travel, signals);
         if (terms.others.empty()) demand.home_um += value(terms, home_, 0);
         demand.positions.insert(demand.positions.end(), terms.positions.begin(),
                                 terms.positions.end());

@@ -26,16 +26,20 @@ struct demand_range {
 
 // Demand of one channel: -sum of its terms, before limits.
 struct channel_demand {
-    demand_range travel;   // all positions of the travel, all combinations; other signals at rest
-    demand_range alone;    // … and each other signal alone over its range, its lags with it
-    double home_um = 0.0;  // at home, of the terms of positions alone
+    demand_range travel;  // all positions of the travel, all combinations; other signals at rest
+    demand_range alone;   // … and each other signal alone over its range, its lags with it
+    // The same, but terms of several other signals at rest: thermometers that warm up together say
+    // nothing about one of them alone.
+    demand_range single;
+    double home_um = 0.0;                     // at home, of the terms of positions alone
     std::vector<unsigned> positions, others;  // signals that it depends on, without lags
 };
 
 // Positions have the unit mm or deg. At rest a thermometer (degC) shows 20, any other signal 0, or
-// what is nearest in its range.
+// what is nearest in its range and in the range that networks of it were trained on: beyond that a
+// network fades to zero.
 bool is_position(const cb_config &config, unsigned signal);
-double rest_value(const cb_signal_config &signal);
+double rest_value(const cb_config &config, unsigned signal);
 
 // out: the signals, without lags, that an output depends on, also by the terms that it uses
 std::set<unsigned> signals_of_output(const cb_config &config, unsigned output);
