@@ -260,16 +260,23 @@ json figures_of(const cb_config &config, const cb_channel_config &channel,
     return figures;
 }
 
-// Adds a remark for each name of home_mm that is no position of the file.
+// Adds a remark for each entry of home_mm that is no place on the travel of an axis.
 void judge_home_names(const cb_config &config, const json &file, comparison &result) {
     const json home = provenance_of(file).value("home_mm", json::object());
     for (const auto &[name, value] : home.items()) {
         bool known = false;
-        for (unsigned s = 0; s < config.signals_count; ++s)
-            known = known || (config.signals[s].name == name && is_position(config, s));
-        if (known && value.is_number()) continue;
+        for (unsigned s = 0; s < config.signals_count && value.is_number(); ++s) {
+            const cb_signal_config &signal = config.signals[s];
+            const auto mm = value.get<double>();
+            known = known || (signal.name == name && is_position(config, s) &&
+                              mm >= static_cast<double>(signal.min) &&
+                              mm <= static_cast<double>(signal.max));
+        }
+        if (known) continue;
         result.remarks.push_back(fmt::format(
-            "provenance.home_mm: {} is not a position of this file with a number", name));
+            "provenance.home_mm: {} is no place on the travel of an axis of this file; name "
+            "positions, with numbers in mm",
+            name));
     }
 }
 

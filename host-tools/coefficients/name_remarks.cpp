@@ -79,6 +79,21 @@ void judge_axis(const cb_config &config, const cb_term_config &term, const std::
                     name, iso->axis, signal, iso->axis, iso->direction, letter));
 }
 
+// A volumetric term takes the positions of X, Y and Z in this order.
+void judge_positions(const cb_config &config, const cb_term_config &term, const std::string &name,
+                     sentences &remarks) {
+    for (unsigned a = 0; term.type == CB_TERM_VOLUMETRIC && a < 3; ++a) {
+        const std::string signal = config.signals[term.as.volumetric.signals[a]].name;
+        const char letter = linear_letter(signal), own = "XYZ"[a];
+        if (letter < 'X' || letter == own) continue;
+        remarks.push_back(fmt::format(
+            "volumetric term of {}: its position of {} is the signal {}; correct the order of its "
+            "positions",
+            name, own, signal));
+        return;
+    }
+}
+
 // What the fit noted of the data: its unit, and a file that is named after another error.
 void judge_origin(const json &file, const std::string &name, sentences &remarks) {
     const auto iso = iso_of(name);
@@ -153,6 +168,20 @@ void judge_register(const cb_signal_config &signal, sentences &remarks) {
         signal.name, low, high, signal.unit, min, max));
 }
 
+// Two positions that the PLC's program keeps in one register are one axis, read twice.
+void judge_shared(const cb_config &config, unsigned i, sentences &remarks) {
+    for (unsigned k = 0; k < i; ++k) {
+        const cb_signal_config &a = config.signals[k], &b = config.signals[i];
+        const bool shared = a.source == CB_SOURCE_PLC && b.source == CB_SOURCE_PLC &&
+                            a.reg == b.reg && is_position(config, k);
+        if (!shared) continue;
+        remarks.push_back(
+            fmt::format("signals {} and {}: both are read from the register {}; give each axis its "
+                        "own",
+                        a.name, b.name, config.plc.read.start + a.reg));
+    }
+}
+
 void judge_signals(const cb_config &config, sentences &remarks) {
     for (unsigned i = 0; i < config.signals_count; ++i) {
         const cb_signal_config &signal = config.signals[i];
@@ -164,7 +193,9 @@ void judge_signals(const cb_config &config, sentences &remarks) {
                             "and set unit to mm",
                             signal.name, unit.empty() ? "\"\"" : unit));
         }
-        if (is_position(config, i)) judge_register(signal, remarks);
+        if (!is_position(config, i)) continue;
+        judge_register(signal, remarks);
+        judge_shared(config, i, remarks);
     }
 }
 
@@ -229,10 +260,29 @@ void judge_limit(const cb_channel_config &channel, sentences &remarks) {
     }
 }
 
+// The slope of a channel is that by its own axis.
+void judge_tangent(const cb_config &config, const cb_channel_config &channel, sentences &remarks) {
+    if (!channel.tangent) return;
+    const std::string signal = config.signals[channel.tangent_signal].name;
+    const char own = linear_letter(channel.name), other = linear_letter(signal);
+    if (own == 0 || other == 0 || own == other) return;
+    remarks.push_back(fmt::format(
+        "channel {}: its tangent is by the position of {}; the control applies it to {}, so set "
+        "tangent.signal to that axis",
+        channel.name, signal, channel.name));
+}
+
+// Remarks motors of a stage with different limits or signs.
 void judge_pairs(const cb_config &config, sentences &remarks) {
     for (unsigned p = 0; p < config.pairs_count; ++p) {
         const cb_channel_config &a = config.channels[config.pairs[p].a];
         const cb_channel_config &b = config.channels[config.pairs[p].b];
+        if (a.limit_um != b.limit_um || a.slew_um_per_s != b.slew_um_per_s) {
+            remarks.push_back(fmt::format(
+                "pairs[{}]: {} has limit_um {:.6g} and slew_um_per_s {:.6g}, but {} has {:.6g} and "
+                "{:.6g}; give both motors of the stage the same",
+                p, a.name, a.limit_um, a.slew_um_per_s, b.name, b.limit_um, b.slew_um_per_s));
+        }
         if (a.sign == b.sign) continue;
         remarks.push_back(fmt::format(
             "pairs[{}]: {} has sign {} and {} has sign {}, so one motor of the stage would move "
@@ -318,6 +368,7 @@ std::vector<std::string> name_remarks(const cb_config &config, const json &file)
         const cb_term_config &term = config.terms[i];
         const std::string name = config.outputs[term.first_output].name;
         judge_axis(config, term, name, remarks);
+        judge_positions(config, term, name, remarks);
         judge_origin(file, name, remarks);
     }
     judge_copies(config, remarks);
@@ -325,6 +376,7 @@ std::vector<std::string> name_remarks(const cb_config &config, const json &file)
     for (unsigned i = 0; i < config.channels_count; ++i) {
         judge_sum(config, config.channels[i], remarks);
         judge_limit(config.channels[i], remarks);
+        judge_tangent(config, config.channels[i], remarks);
         judge_temperature(config, config.channels[i], file, remarks);
     }
     judge_pairs(config, remarks);

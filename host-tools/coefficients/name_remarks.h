@@ -17,8 +17,9 @@ constexpr double least_limit_um = 1.0;  // a smaller limit_um is one in mm
 // out: one sentence with place and remedy for each
 //   - term that is named after another axis, direction, kind (length, angle) or data file than it
 //     has, that a sum holds twice, or that repeats another one number by number
-//   - axis whose unit is not its own, or whose register cannot hold its range
-//   - channel whose limit looks like mm, and pair whose motors have different signs
+//   - axis whose unit is not its own, or whose register cannot hold its range or is another's
+//   - channel whose limit looks like mm or whose tangent is by another axis, and pair whose motors
+//     have different signs or limits
 //   - curve of positions that was measured with the instrument's correction of the temperature,
 //     beside a term that corrects the temperature again
 std::vector<std::string> name_remarks(const cb_config &config, const json &file);

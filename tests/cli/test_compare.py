@@ -184,7 +184,9 @@ def test_home_is_stated_by_the_machine_file_or_by_the_fit(compbox, machine):
     assert "at X = 500 is -40.0 µm" in only(built(compbox, provenance(curve, "EZX", zero_at_mm=1000)))
     change(compbox, lambda file: file.update(provenance={"home_mm": {"X": 1000, "W": 0}}))
     assert only(built(compbox, curve)) == (
-        "provenance.home_mm: W is not a position of this file with a number")
+        "provenance.home_mm: W is no place on the travel of an axis of this file; name positions, with numbers in mm")
+    change(compbox, lambda file: file.update(provenance={"home_mm": {"X": 4290}}))
+    assert "provenance.home_mm: X is no place on the travel" in only(built(compbox, curve))
 
 
 def test_the_demo_starts_near_zero(compbox):
@@ -291,6 +293,24 @@ MISTAKES = {  # change of the machine file, fragments, what the one remark conta
              lambda file: file.update(pairs=[{"channels": ["X", "Y"], "max_difference_um": 20}])),
         [term("a", values=(0, 40, 0)), term("b", values=(0, -40, 0))],
         "pairs[0]: the curves of X and Y differ by 80.0 µm at X = 500"),
+    "motors of a pair with different limits": (
+        both(channel(0, sum=["a"]), channel(1, sum=["a"], limit_um=30),
+             lambda file: file.update(pairs=[{"channels": ["X", "Y"], "max_difference_um": 20}])), [term("a")],
+        "pairs[0]: X has limit_um 300 and slew_um_per_s 500, but Y has 30 and 500"),
+    "two axes in one register": (
+        lambda file: file["signals"][1].update(plc=file["signals"][0]["plc"]), [term("EZX")],
+        "signals X and Y: both are read from the register 8; give each axis its own"),
+    "a tangent by another axis": (
+        lambda file: (file["plc"]["write"].update(counters=True, start=99, count=40), file["channels"][2].update(
+            tangent={"signal": "Y", "slope_plc": 120, "slope_type": "int32", "slope_scale": 1e-9,
+                     "slope_limit": 0.001, "slope_slew_per_s": 0.01, "reference_plc": 122,
+                     "reference_type": "int32", "reference_scale": 0.0001})), [term("EZX")],
+        "channel Z: its tangent is by the position of Y"),
+    "positions of a volumetric term in another order": (
+        None, [{"terms": [*term("EXX")["terms"], {"name": "vol", "type": "volumetric", "chain": "fXYZ",
+                                                  "errors": ["EXX"], "outputs": ["vx", "vy", "vz"],
+                                                  "positions": ["X", "Z", "Y"]}]}],
+        "volumetric term of vx: its position of Y is the signal Z; correct the order"),
     "a temperature that the instrument corrected": (
         thermometer, [growth(environment={"expansion_um_per_m_K": 11.7, "material_degC": [[23.1, 23.4]]})],
         "channel X: EXX was measured with the instrument's correction of the material's temperature (11.7 µm/m/K), "
