@@ -7,6 +7,7 @@
 
 #include "host-tools/command_line/summary.h"
 #include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/reading_arguments.h"
 #include "host-tools/fitting/measurement.h"
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
@@ -20,6 +21,7 @@ namespace {
 struct assemble_arguments {
     std::vector<std::string> files;
     std::string output;
+    reading_options reading;
     bool as_json = false;
 };
 
@@ -70,7 +72,8 @@ void check_no_file_twice(const std::vector<std::string> &files) {
 void run_assemble(const assemble_arguments &arguments, const cli::streams &io) {
     check_no_file_twice(arguments.files);
     std::vector<measurement> lines;
-    for (const auto &file : arguments.files) lines.push_back(read_measurement(file));
+    for (const auto &file : arguments.files)
+        lines.push_back(read_measurement(file, arguments.reading));
     for (const auto &line : lines) check_positions(lines.front(), line);
     std::vector<std::string> names = {"position_mm"};
     for (const char *point : {"1", "2", "3"}) {
@@ -102,6 +105,7 @@ void add_assemble(cli::command &app) {
     assemble.add_option("FILE", arguments->files, "P1x P1y P1z P2x … P3z").required().expected(9);
     assemble.add_option("-o,--output F.csv", arguments->output, "Table to write, MEASURED.csv")
         .required();
+    add_unit(assemble, arguments->reading);
     add_json(assemble, arguments->as_json);
     assemble.callback([arguments](const cli::streams &io) { run_assemble(*arguments, io); });
 }

@@ -11,6 +11,7 @@
 #include "firmware/base/limits.h"
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/reading_arguments.h"
 #include "host-tools/fitting/fit.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
@@ -21,7 +22,7 @@ namespace {
 
 struct fit_arguments {
     std::string data, output, plot, band;
-    std::vector<std::string> columns;  // of a file without a header
+    reading_options reading;
     fit_options options;
     bool as_json = false;
 };
@@ -37,7 +38,7 @@ Example:
 
 void run_fit(const fit_arguments &arguments, const cli::streams &io) {
     const fit_result result =
-        fit_curve(read_measurement(arguments.data, arguments.columns), arguments.options);
+        fit_curve(read_measurement(arguments.data, arguments.reading), arguments.options);
     if (!arguments.plot.empty()) plot_fit(result, arguments.plot);
     const json fragment = fragment_of(result);
     if (!arguments.band.empty()) write_file(arguments.band, band_of(result), &io.out);
@@ -141,9 +142,10 @@ void add_fit(cli::command &app) {
     fit.add_option("--band F.csv", arguments->band,
                    "Curve and its standard deviation as a table, F.csv: "
                    "position_mm,curve_um,sigma_um");
-    fit.add_option("--columns position_mm,error_um,run,…", arguments->columns,
+    fit.add_option("--columns position_mm,error_um,run,…", arguments->reading.columns,
                    "Names of the columns of a file without a header")
         .delimiter(',');
+    add_unit(fit, arguments->reading);
     fit.add_option("--plot F.svg", arguments->plot, "Figure, F.svg, F.png or F.pdf");
     fit.add_flag("--json", arguments->as_json, "Report as JSON (the fragment with its findings)");
     fit.add_option("-o,--output TERM.json", arguments->output, "Term to write, TERM.json")

@@ -6,6 +6,7 @@
 #include <ostream>
 
 #include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/reading_arguments.h"
 #include "host-tools/fitting/measurement.h"
 #include "host-tools/fitting/report_plot.h"
 #include "host-tools/formats/error.h"
@@ -19,7 +20,7 @@ namespace {
 
 struct report_arguments {
     std::string before, after, plot, output;
-    std::vector<std::string> columns;  // of files without a header
+    reading_options reading;
     bool as_json = false;
 };
 
@@ -94,12 +95,13 @@ json straightness_json(const measurement &data) {
     return one;
 }
 
-json report_of_file(const std::string &path, const std::vector<std::string> &columns) {
-    const measurement data = read_measurement(path, columns);
+json report_of_file(const std::string &path, const reading_options &reading) {
+    const measurement data = read_measurement(path, reading);
     if (data.position.size() < 2) throw input_error(path, 0, 0, "needs at least two positions");
     json report;
     report["file"] = path;
     report["unit"] = data.unit;
+    if (data.environment) report["environment"] = environment_text(*data.environment);
     report["positioning"] = positioning_json(readings_of(data));
     report["straightness"] = straightness_json(data);
     return report;
@@ -177,6 +179,10 @@ std::string report_text(const json &before, const json *after) {
     }
     for (const json *report : {&before, after}) {
         if (report == nullptr) continue;
+        if (report->contains("environment")) {
+            text += fmt::format("\n  {}: {}", (*report)["file"].get<std::string>(),
+                                (*report)["environment"].get<std::string>());
+        }
         for (const auto &remark : (*report)["positioning"]["remarks"]) {
             text += fmt::format("\n  {}: {}", (*report)["file"].get<std::string>(),
                                 remark.get<std::string>());
@@ -189,18 +195,18 @@ std::string report_text(const json &before, const json *after) {
 // units differ.
 void run_report(const report_arguments &arguments, const cli::streams &io) {
     json report;
-    report["before"] = report_of_file(arguments.before, arguments.columns);
+    report["before"] = report_of_file(arguments.before, arguments.reading);
     const bool both = !arguments.after.empty();
     if (both) {
-        report["after"] = report_of_file(arguments.after, arguments.columns);
+        report["after"] = report_of_file(arguments.after, arguments.reading);
         if (report["after"]["unit"] != report["before"]["unit"]) {
             throw input_error(arguments.after, 0, 0, "is in another unit than " + arguments.before);
         }
         compare_travel(report["before"], report["after"]);
     }
     if (!arguments.plot.empty()) {
-        std::vector<measurement> data{read_measurement(arguments.before, arguments.columns)};
-        if (both) data.push_back(read_measurement(arguments.after, arguments.columns));
+        std::vector<measurement> data{read_measurement(arguments.before, arguments.reading)};
+        if (both) data.push_back(read_measurement(arguments.after, arguments.reading));
         plot_report(data, arguments.plot);
     }
     if (!arguments.output.empty()) write_file(arguments.output, json_text(report), &io.out);
@@ -220,9 +226,10 @@ void add_report(cli::command &app) {
     report.footer(report_example);
     report.add_option("DATA", arguments->before, "Measurement, DATA.csv or DATA.rtl").required();
     report.add_option("--after DATA.csv", arguments->after, "The same after compensation");
+    add_unit(report, arguments->reading);
     report.add_option("--plot F.svg", arguments->plot, "Figure, F.svg, F.png or F.pdf");
     report
-        .add_option("--columns position_mm,error_um,run,…", arguments->columns,
+        .add_option("--columns position_mm,error_um,run,…", arguments->reading.columns,
                     "Names of the columns of a file without a header")
         .delimiter(',');
     report.add_flag("--json", arguments->as_json, "Print the figures as JSON");

@@ -89,6 +89,28 @@ std::string noise_source(const measurement &data) {
                             : "residuals, and what instruments usually have";
 }
 
+// out: what the instrument recorded: pairs are start and end
+json environment_of(const laser_environment &environment) {
+    const auto pair = [](const start_and_end &values) {
+        return json::array({five_digits(values.start), five_digits(values.end)});
+    };
+    json found;
+    if (environment.air_degC) found["air_degC"] = pair(*environment.air_degC);
+    if (environment.air_kPa) found["air_kPa"] = pair(*environment.air_kPa);
+    if (environment.humidity_percent) {
+        found["humidity_percent"] = pair(*environment.humidity_percent);
+    }
+    for (const auto &material : environment.material_degC) {
+        found["material_degC"].push_back(pair(material));
+    }
+    if (environment.expansion_um_per_m_K) {
+        found["expansion_um_per_m_K"] = five_digits(*environment.expansion_um_per_m_K);
+    }
+    if (!environment.times.empty()) found["times"] = environment.times;
+    found["material_compensated"] = environment.material_compensated();
+    return found;
+}
+
 // out: the member "provenance" of the fragment; numbers with five digits, in the unit of the data
 json findings_of(const fit_result &result) {
     const measurement &data = result.data;
@@ -96,6 +118,7 @@ json findings_of(const fit_result &result) {
     found["data"] = file_name(data.file);
     found["method"] = name_of(result.options.method);
     found["unit"] = data.unit;
+    if (data.environment) found["environment"] = environment_of(*data.environment);
     found["line"] = name_of(result.options.line);
     if (result.options.line != reference_line::keep) {
         found["line_offset"] = five_digits(result.line_offset);
@@ -173,6 +196,8 @@ std::string data_lines(const fit_result &result, const std::string &unit) {
             line("mean lost motion", fmt::format("{:.3f} {}", data.mean_lost_motion, unit) +
                                          (result.backward.empty() ? " (directions averaged)" : ""));
     }
+    const std::string environment = data.environment ? environment_text(*data.environment) : "";
+    if (!environment.empty()) text += line("environment", environment);
     const std::string noise =
         fmt::format("{:.3f} {}", result.noise, data.sigma_given ? "of its sigma" : unit);
     return text + line("noise of one reading", fmt::format("{} ({})", noise, noise_source(data)));

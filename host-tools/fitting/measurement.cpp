@@ -8,7 +8,8 @@
 #include "host-tools/fitting/columns.h"
 #include "host-tools/formats/csv_reading.h"
 #include "host-tools/formats/error.h"
-#include "host-tools/formats/rtl.h"
+#include "host-tools/formats/table_text.h"
+#include "host-tools/formats/units.h"
 
 namespace compbox {
 
@@ -37,20 +38,11 @@ columns find_columns(const csv_table &table, measurement &data) {
     return found;
 }
 
-int direction_of(const std::string &word, const std::string &file, long line) {
-    static const std::map<std::string, int> words = {
-        {"1", 1},     {"+1", 1},  {"+", 1},        {"up", 1}, {"f", 1},     {"forward", 1},
-        {"fwd", 1},   {"-1", -1}, {"-", -1},       {"b", -1}, {"down", -1}, {"backward", -1},
-        {"bwd", -1},  {"r", -1},  {"reverse", -1}, {"正", 1}, {"正向", 1},  {"反", -1},
-        {"反向", -1}, {"vor", 1}, {"zurück", -1}};
-    std::string small = word;
-    for (char &c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    const auto match = words.find(small);
-    if (match == words.end()) {
-        throw input_error(file, line, 0, "direction '{}' is neither +1 (forward) nor -1 (backward)",
-                          word);
-    }
-    return match->second;
+int known_direction(const std::string &word, const std::string &file, long line) {
+    const int direction = direction_of(word);
+    if (direction != 0) return direction;
+    throw input_error(file, line, 0, "direction '{}' is neither +1 (forward) nor -1 (backward)",
+                      word);
 }
 
 // A run with the line number of each reading, for messages.
@@ -110,9 +102,9 @@ void read_rows(measurement &data, const csv_table &table, const columns &where,
             return words[c][static_cast<std::size_t>(row[c])];
         };
         const double run = where.run < 0 ? 0.0 : row[static_cast<std::size_t>(where.run)];
-        const int direction = where.direction < 0
-                                  ? 0
-                                  : direction_of(word(where.direction), data.file, table.lines[r]);
+        const int direction =
+            where.direction < 0 ? 0
+                                : known_direction(word(where.direction), data.file, table.lines[r]);
         const auto [place, is_new] = known.try_emplace({run, direction}, runs.size());
         if (is_new) {
             runs.emplace_back();
@@ -136,8 +128,8 @@ void read_rows(measurement &data, const csv_table &table, const columns &where,
     refuse_near_positions(data, lines, where.run >= 0);
 }
 
-// Throws if a required column is present without its unit.
-void check_units(const csv_table &table) {
+// Throws if a required column is present without its unit, or with an unknown one.
+void check_units(const csv_table &table, bool unit_option) {
     const auto missing = [&](const std::string &start) {
         return std::none_of(table.names.begin(), table.names.end(), [&](const auto &name) {
             return name.compare(0, start.size(), start) == 0;
@@ -145,12 +137,35 @@ void check_units(const csv_table &table) {
     };
     const bool no_position = missing("position_"), no_error = missing("error_");
     for (const auto &name : table.names) {
-        const bool position = no_position && is_position_without_unit(name);
-        if (!position && !(no_error && is_error_without_unit(name))) continue;
+        const name_and_unit parts = split_brackets(name);
+        const bool position = no_position && is_position_word(parts.name);
+        if (!position && !(no_error && is_error_word(parts.name))) continue;
+        if (!parts.unit.empty()) {
+            throw input_error(table.file, table.header_line, 0,
+                              "the column '{}' has a unit that is not known; known are {}", name,
+                              known_units());
+        }
         throw input_error(table.file, table.header_line, 0,
-                          "the column '{}' has no unit; append it, as in '{}{}", name, name,
-                          position ? " (mm)'" : " (um)'");
+                          "the column '{}' has no unit; append it, as in '{}{}{}", name, name,
+                          position ? " (mm)'" : " (um)'",
+                          unit_option ? ", or give --unit mm,um (position, error)" : "");
     }
+}
+
+// Whether a line of the file is the header: it names a position with its unit, or a position and an
+// error.
+bool names_a_curve(const std::vector<std::string> &names) {
+    const auto any = [&](bool (*is)(const std::string &)) {
+        return std::any_of(names.begin(), names.end(), is);
+    };
+    const auto with_unit = [](const std::string &name) {
+        return name.compare(0, 9, "position_") == 0 || name.compare(0, 8, "nominal_") == 0;
+    };
+    const auto error_with_unit = [](const std::string &name) {
+        return name.compare(0, 6, "error_") == 0 || name.compare(0, 7, "actual_") == 0;
+    };
+    return any(with_unit) ||
+           (any(is_position_word) && (any(is_error_word) || any(error_with_unit)));
 }
 
 bool has_run_columns(const csv_table &table) {
@@ -231,18 +246,22 @@ void check_reading(const std::string &file, long line, double position, double e
     }
 }
 
-measurement read_measurement(const std::string &path, const std::vector<std::string> &columns) {
-    if (is_laser_file(path)) return read_laser_measurement(path);
+measurement read_measurement(const std::string &path, const reading_options &options) {
+    const std::string text = read_table_text(path);
+    if (is_laser_text(path, text)) {
+        const std::string unit = units_of_option(options.unit).error;
+        return measurement_of_laser(read_laser_text(path, text, unit));
+    }
+    const column_units missing = units_of_option(options.unit);
     std::vector<std::vector<std::string>> words;
-    const auto has_position = [](const std::vector<std::string> &names) {
-        return std::any_of(names.begin(), names.end(), [](const std::string &name) {
-            return name == "position_mm" || name == "position_m" || name == "position_um";
-        });
-    };
-    csv_table table = read_csv(
-        path, {{"run", "direction"}, columns, false, canonical_column, has_position}, &words);
-    to_standard_units(table);
-    check_units(table);
+    csv_reading how;
+    how.words = {"run", "direction"};
+    how.columns = options.columns;
+    how.rename = [&](const std::string &name) { return canonical_column(name, missing); };
+    how.is_header = names_a_curve;
+    csv_table table = read_csv_text(path, text, how, &words);
+    to_standard_units(table, missing);
+    check_units(table, options.unit_option);
     measurement data;
     data.file = path;
     if (has_run_columns(table)) {

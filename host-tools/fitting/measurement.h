@@ -3,8 +3,11 @@
 // repeats.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "host-tools/formats/rtl.h"
 
 namespace compbox {
 
@@ -22,6 +25,7 @@ struct measurement {
     std::string file;
     std::string unit = "um";  // "um" or "urad"
     std::vector<measured_run> runs;
+    std::optional<laser_environment> environment;  // of a laser file
 
     std::vector<double> position;  // strictly ascending, mm
     std::vector<double> mean;      // of the runs (of both directions' means), at each position
@@ -42,15 +46,22 @@ struct measurement {
     double centre() const { return 0.5 * (from() + to()); }
 };
 
+// How to read a file beyond its content.
+struct reading_options {
+    std::vector<std::string> columns;  // names of the columns of a file without a header
+    // Units where the file states none: "um", or "mm,um" for position and error.
+    std::string unit;
+    bool unit_option = false;  // the command has the option --unit, which messages may name
+};
+
 // Reads position_mm and error_um or error_urad, with optional run, direction (+1/-1,
 // forward/backward) and sigma (or sigma_um, sigma_urad). Throws input_error with file and line for
 // missing columns, text in numbers, positions out of order in a run (a backward run may descend),
-// repeated positions in a run, an unknown direction, a sigma that is not positive. Accepts other
-// programs' names and units of columns (columns.h), and one column per run. `columns` names the
-// columns of a file without a header. A path that ends in .rtl or .rta is read as a laser file
-// (formats/rtl.h).
-measurement read_measurement(const std::string &path, const std::vector<std::string> &columns = {});
-measurement read_laser_measurement(const std::string &path);
+// repeated positions in a run, an unknown direction, a sigma that is not positive, an unknown unit.
+// Accepts other programs' names and units of columns (columns.h), and one column per run. A laser
+// file is recognised by its content (formats/rtl.h).
+measurement read_measurement(const std::string &path, const reading_options &options = {});
+measurement measurement_of_laser(const laser_file &laser);
 
 // Throws input_error for values beyond any machine: a position beyond 1 km, an error beyond 1 m (or
 // 1 rad) or a sigma outside 10^-6 … 10^6. line 0: unknown.

@@ -3,15 +3,14 @@
 #include <algorithm>
 
 #include "host-tools/fitting/measurement.h"
-#include "host-tools/formats/rtl.h"
 
 namespace compbox {
 
-measurement read_laser_measurement(const std::string &path) {
-    const laser_file laser = read_laser(path);
+measurement measurement_of_laser(const laser_file &laser) {
     measurement data;
-    data.file = path;
+    data.file = laser.file;
     data.unit = laser.angular ? "urad" : "um";
+    data.environment = laser.environment;
     std::vector<std::vector<long>> lines;
     for (std::size_t number = 0; number < laser.runs.size(); ++number) {
         const laser_run &from = laser.runs[number];
@@ -30,7 +29,7 @@ measurement read_laser_measurement(const std::string &path) {
         }
         run.sigma.assign(run.position.size(), 1.0);
         for (std::size_t i = 0; i < run.position.size(); ++i) {
-            check_reading(path, 0, run.position[i], run.error[i], run.sigma[i]);
+            check_reading(laser.file, 0, run.position[i], run.error[i], run.sigma[i]);
         }
         data.runs.push_back(std::move(run));
     }

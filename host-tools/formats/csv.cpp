@@ -11,8 +11,7 @@
 #include "host-tools/formats/csv_cells.h"
 #include "host-tools/formats/csv_reading.h"
 #include "host-tools/formats/error.h"
-#include "host-tools/formats/file.h"
-#include "host-tools/formats/text.h"
+#include "host-tools/formats/table_text.h"
 
 namespace compbox {
 
@@ -220,13 +219,18 @@ std::vector<double> csv_table::values(const std::string &name) const {
 
 csv_table read_csv(const std::string &path, const std::vector<std::string> &words,
                    std::vector<std::vector<std::string>> *word_lists) {
-    return read_csv(path, csv_reading{words, {}, false, {}, {}}, word_lists);
+    csv_reading how;
+    how.words = words;
+    return read_csv(path, how, word_lists);
 }
 
 csv_table read_csv(const std::string &path, const csv_reading &how,
                    std::vector<std::vector<std::string>> *word_lists) {
-    const std::string content = to_utf8(read_file(path));
-    if (content.rfind("{", 0) == 0) throw input_error(path, 0, 0, "is JSON, not a table in CSV");
+    return read_csv_text(path, read_table_text(path), how, word_lists);
+}
+
+csv_table read_csv_text(const std::string &path, const std::string &content, const csv_reading &how,
+                        std::vector<std::vector<std::string>> *word_lists) {
     csv_table table;
     table.file = path;
     std::vector<std::vector<std::string>> lists;

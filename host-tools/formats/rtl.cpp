@@ -7,14 +7,15 @@
 #include <string_view>
 
 #include "host-tools/formats/error.h"
-#include "host-tools/formats/file.h"
-#include "host-tools/formats/text.h"
+#include "host-tools/formats/table_text.h"
+#include "host-tools/formats/units.h"
 
 namespace compbox {
 
 namespace {
 
 constexpr double urad_per_mrad = 1000.0;
+constexpr double hPa_per_kPa = 10.0;
 
 std::string_view trim(std::string_view text) {
     const char *blank = " \t\r";
@@ -34,6 +35,54 @@ bool ends_in(const std::string &path, const std::string &ending) {
            lower(path).substr(path.size() - ending.size()) == ending;
 }
 
+bool starts_with(std::string_view text, std::string_view start) {
+    return text.substr(0, start.size()) == start;
+}
+
+bool contains(std::string_view text, std::string_view part) {
+    return text.find(part) != std::string_view::npos;
+}
+
+std::string without_quotes(std::string_view text) {
+    std::string result(text);
+    result.erase(std::remove(result.begin(), result.end(), '"'), result.end());
+    return result;
+}
+
+// out: a finite number; a comma is a decimal point
+std::optional<double> number_of(std::string_view word) {
+    if (!word.empty() && word[0] == '+') word.remove_prefix(1);
+    std::string digits(word);
+    std::replace(digits.begin(), digits.end(), ',', '.');
+    double value = 0.0;
+    const char *end = digits.data() + digits.size();
+    const auto result = std::from_chars(digits.data(), end, value);
+    if (result.ec != std::errc() || result.ptr != end || !std::isfinite(value)) return {};
+    return value;
+}
+
+// out: the numbers up to the first other word, which `rest` receives
+std::vector<double> leading_numbers(std::string_view text, std::string_view *rest = nullptr) {
+    std::vector<double> values;
+    std::string_view word;
+    while (!(text = trim(text)).empty()) {
+        word = text.substr(0, text.find_first_of(" \t"));
+        const auto value = number_of(word);
+        if (!value) break;
+        values.push_back(*value);
+        text.remove_prefix(word.size());
+    }
+    if (rest != nullptr) *rest = text.empty() ? text : word;
+    return values;
+}
+
+// "20.3" or "20.3 to 20.8", with one decimal.
+std::string span_of(const start_and_end &values) {
+    const std::string start = fmt::format("{:.1f}", values.start);
+    const std::string end = fmt::format("{:.1f}", values.end);
+    return start == end ? start : start + " to " + end;
+}
+
 // One line of the file: its number, and key and value if it has a colon.
 struct text_line {
     long number;
@@ -42,12 +91,35 @@ struct text_line {
     std::string_view value;  // trimmed
 };
 
+enum class content { unknown, length, angle, rotary };
+
+struct content_word {
+    const char *word;
+    content means;
+};
+
+// Words of "File type" and "Owner" in the header, and endings of names.
+constexpr content_word header_words[] = {
+    {"rotary", content::rotary},       {"angular", content::angle}, {"angle", content::angle},
+    {"rta", content::angle},           {"linear", content::length}, {"rtl", content::length},
+    {"straightness", content::length}, {"rts", content::length},    {"flatness", content::length},
+    {"position", content::length}};
+constexpr content_word endings[] = {
+    {".rta", content::angle}, {".rtl", content::length}, {".rts", content::length}};
+
+content content_of_name(const std::string &path) {
+    for (const auto &ending : endings) {
+        if (ends_in(path, ending.word)) return ending.means;
+    }
+    return content::unknown;
+}
+
 // Parses the file in one pass: a section name, then its lines, each with the section's reader.
 class laser_reader {
   public:
-    laser_reader(const std::string &path, std::string_view text) : path_(path), text_(text) {
+    laser_reader(const std::string &path, std::string_view text, const std::string &unit)
+        : path_(path), text_(text), unit_(unit) {
         result_.file = path;
-        result_.angular = ends_in(path, ".rta");
     }
 
     // Reads all sections and checks them against each other. Throws input_error with the line.
@@ -63,12 +135,15 @@ class laser_reader {
                 continue;
             }
             if (section_.empty()) fail(line, "a section such as HEADER:: must come first");
+            if (section_ == "header") header_line(line);
             if (section_ == "target data") target_line(line);
             if (section_ == "user-text") user_line(line);
             if (section_ == "runs") run_line(line);
             if (section_ == "deviations") deviation_line(line);
+            if (section_ == "environment") environment_line(line);
         }
         check_whole();
+        scale_deviations();
         return std::move(result_);
     }
 
@@ -96,21 +171,9 @@ class laser_reader {
 
     // out: all numbers of a text, separated by blanks; a comma is a decimal point
     std::vector<double> numbers(const text_line &line, std::string_view text) const {
-        std::vector<double> values;
-        while (!(text = trim(text)).empty()) {
-            const std::size_t length = std::min(text.find_first_of(" \t"), text.size());
-            std::string digits(
-                text.substr(text[0] == '+' ? 1 : 0, text[0] == '+' ? length - 1 : length));
-            std::replace(digits.begin(), digits.end(), ',', '.');
-            double value = 0.0;
-            const char *end = digits.data() + digits.size();
-            const auto result = std::from_chars(digits.data(), end, value);
-            if (result.ec != std::errc() || result.ptr != end || !std::isfinite(value)) {
-                fail(line, fmt::format("'{}' is not a number", text.substr(0, length)));
-            }
-            values.push_back(value);
-            text.remove_prefix(length);
-        }
+        std::string_view rest;
+        const std::vector<double> values = leading_numbers(text, &rest);
+        if (!rest.empty()) fail(line, fmt::format("'{}' is not a number", rest));
         return values;
     }
 
@@ -121,6 +184,51 @@ class laser_reader {
             fail(line, "expected a count from 1 to 100000");
         }
         return static_cast<std::size_t>(values[0]);
+    }
+
+    void header_line(const text_line &line) {
+        if (line.key != "file type" && line.key != "filetype" && line.key != "owner") return;
+        for (const auto &one : header_words) {
+            if (!contains(lower(line.value), one.word)) continue;
+            header_ = one.means;
+            return;
+        }
+    }
+
+    // out: what the deviations are, by the header and the name's ending; throws where they differ
+    content stated_content() const {
+        const content by_name = content_of_name(path_);
+        if (header_ == content::rotary) {
+            throw input_error(path_, 0, 0, "holds a rotary axis; these are not read yet");
+        }
+        if (header_ != content::unknown && by_name != content::unknown && header_ != by_name) {
+            throw input_error(path_, 0, 0,
+                              "holds {} by its header and {} by its name: give --unit um or --unit "
+                              "mrad",
+                              header_ == content::angle ? "angles" : "lengths",
+                              by_name == content::angle ? "angles" : "lengths");
+        }
+        return header_ != content::unknown ? header_ : by_name;
+    }
+
+    // out: result_.angular, and the deviations in µm or µrad
+    void scale_deviations() {
+        const content stated = unit_.empty() ? stated_content() : content::unknown;
+        if (stated == content::unknown && unit_.empty()) {
+            throw input_error(path_, 0, 0,
+                              "states neither in its header nor by its name whether it holds "
+                              "lengths or angles: give --unit um or --unit mrad");
+        }
+        const measuring_unit *in = find_unit(!unit_.empty()             ? unit_
+                                             : stated == content::angle ? "mrad"
+                                                                        : "um");
+        if (in == nullptr || (in->of != quantity::length && in->of != quantity::angle)) {
+            throw input_error("--unit: '" + unit_ + "' is no unit of a length or an angle");
+        }
+        result_.angular = in->of == quantity::angle;
+        for (auto &run : result_.runs) {
+            for (double &deviation : run.deviation) deviation *= in->factor;
+        }
     }
 
     void target_line(const text_line &line) {
@@ -174,8 +282,36 @@ class laser_reader {
             fail(line, fmt::format("target {} is there twice in run {}", target + 1, run + 1));
         }
         readings.target.push_back(target);
-        readings.deviation.push_back(values[2] * (result_.angular ? urad_per_mrad : 1.0));
+        readings.deviation.push_back(values[2]);
         readings.line.push_back(line.number);
+    }
+
+    // "Air temp : 20.1 20.3 0": start, end, and a unit's number. Lines of other programs are
+    // skipped.
+    void environment_line(const text_line &line) {
+        if (!result_.environment) result_.environment.emplace();
+        laser_environment &into = *result_.environment;
+        if (starts_with(line.key, "date")) into.times = without_quotes(line.value);
+        const auto values = leading_numbers(line.value);
+        if (values.empty()) return;
+        const start_and_end pair{values[0], values.size() > 1 ? values[1] : values[0]};
+        const auto plausible = [&](double low, double high) {
+            return std::min(pair.start, pair.end) > low && std::max(pair.start, pair.end) < high;
+        };
+        if (starts_with(line.key, "air temp") && plausible(-9.0, 80.0)) into.air_degC = pair;
+        if (starts_with(line.key, "air press") && plausible(50.0, 120.0)) into.air_kPa = pair;
+        if (starts_with(line.key, "air press") && plausible(500.0, 1200.0)) {
+            into.air_kPa = start_and_end{pair.start / hPa_per_kPa, pair.end / hPa_per_kPa};
+        }
+        if (starts_with(line.key, "air humid") && plausible(0.0, 100.1)) {
+            into.humidity_percent = pair;
+        }
+        if (starts_with(line.key, "mat") && contains(line.key, "temp") && plausible(-9.0, 80.0)) {
+            into.material_degC.push_back(pair);
+        }
+        if (contains(line.key, "exp") && contains(line.key, "coeff")) {
+            into.expansion_um_per_m_K = pair.start;
+        }
     }
 
     // A 1-based number of the file as a 0-based index below `size`.
@@ -246,6 +382,8 @@ class laser_reader {
 
     const std::string &path_;
     std::string_view text_;
+    const std::string &unit_;
+    content header_ = content::unknown;
     std::size_t at_ = 0;
     long number_ = 0;
     std::string section_;
@@ -256,13 +394,39 @@ class laser_reader {
 
 }  // namespace
 
-bool is_laser_file(const std::string &path) {
-    return ends_in(path, ".rtl") || ends_in(path, ".rta");
+bool is_laser_text(const std::string &path, const std::string &text) {
+    if (content_of_name(path) != content::unknown) return true;
+    const std::size_t start = text.find_first_not_of(" \t\n");
+    if (start == std::string::npos) return false;
+    const std::string line = lower(std::string_view(text).substr(start, 16));
+    return starts_with(line, "header::") || starts_with(line, "target data::");
+}
+
+laser_file read_laser_text(const std::string &path, const std::string &text,
+                           const std::string &unit) {
+    return laser_reader(path, text, unit).read();
 }
 
 laser_file read_laser(const std::string &path) {
-    const std::string text = to_utf8(read_file(path));
-    return laser_reader(path, text).read();
+    return read_laser_text(path, read_table_text(path));
+}
+
+std::string environment_text(const laser_environment &environment) {
+    std::string text;
+    const auto add = [&](const std::string &part) { text += (text.empty() ? "" : ", ") + part; };
+    if (environment.air_degC) add(fmt::format("air {} °C", span_of(*environment.air_degC)));
+    if (environment.air_kPa) add(fmt::format("{} kPa", span_of(*environment.air_kPa)));
+    if (environment.humidity_percent) {
+        add(fmt::format("{} % humidity", span_of(*environment.humidity_percent)));
+    }
+    for (const auto &material : environment.material_degC) {
+        add(fmt::format("material {} °C", span_of(material)));
+    }
+    if (environment.material_compensated()) {
+        add(fmt::format("readings converted to 20 °C by {:g} um/m per K",
+                        *environment.expansion_um_per_m_K));
+    }
+    return text;
 }
 
 std::string laser_text(const laser_file &file) {

@@ -180,7 +180,7 @@ def test_angles(compbox):
     ("position_mm,error_um\n", "d.csv: has a header but no rows"),
     ("position_mm,error_um\n0,1\n", "d.csv: needs at least two positions"),
     ("position_mm,error\n0,1\n1,2\n", "d.csv:1: the column 'error' has no unit; "
-     "append it, as in 'error (um)'"),
+     "append it, as in 'error (um)', or give --unit mm,um (position, error)"),
     ("position_mm,error_um\n0,1\n0,2\n", "d.csv:3: position 0 mm is there already in line 2; name the "
      "runs in a column 'run'"),
     ("position_mm,error_um,run\n0,1,a\n1,1,a\n0,1,b\n", "d.csv: run 'b' has 1 of the 2 targets; the "
@@ -206,8 +206,8 @@ def test_help(compbox):
 
 
 @pytest.mark.parametrize("header, message", [
-    ("位置,误差", "the column '位置' has no unit; append it, as in '位置 (mm)'"),
-    ("Position (mm),Error", "the column 'Error' has no unit; append it, as in 'Error (um)'")])
+    ("位置,误差", "the column '位置' has no unit; append it, as in '位置 (mm)', or give --unit mm,um (position, error)"),
+    ("Position (mm),Error", "the column 'Error' has no unit; append it, as in 'Error (um)', or give --unit mm,um (position, error)")])
 def test_a_column_without_its_unit_is_named(compbox, header, message):
     compbox.write("m.csv", header + "\n0,1\n100,2\n")
     assert compbox.refused("report", "m.csv") == "m.csv:1: " + message

@@ -94,7 +94,7 @@ std::string mutated(std::string text, std::mt19937 &dice) {
 
 TEST(formats_fuzz, the_seeds_themselves_are_read) {
     EXPECT_TRUE(reads(rtl_text, ".rtl"));
-    EXPECT_TRUE(reads(rtl_text, ".rta"));
+    EXPECT_TRUE(reads(rtl_text, ".rts"));
     for (std::size_t k = 0; k + 1 < std::size(csv_texts); ++k) {
         EXPECT_TRUE(reads(csv_texts[k], ".csv")) << k;
     }
@@ -176,10 +176,10 @@ TEST(text, code_pages) {
 TEST(columns, names_of_other_programs) {
     const std::pair<const char *, const char *> names[] = {
         {"position_mm", "position_mm"},
-        {"Target [mm]", "position_mm"},
+        {"Target [mm]", "nominal_mm"},
         {"Pos. (mm)", "position_mm"},
         {"位置(毫米)", "position_mm"},
-        {"目标位置（mm）", "position_mm"},
+        {"目标位置（mm）", "nominal_mm"},
         {"Position/m", "position_m"},
         {"error_um", "error_um"},
         {"Deviation (µm)", "error_um"},

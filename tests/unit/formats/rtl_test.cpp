@@ -62,8 +62,37 @@ TEST(rtl, reads_a_file_written_by_hand) {
     EXPECT_EQ(file.runs[1].line[0], 24);
 }
 
+TEST(rtl, the_environment_is_read_where_an_instrument_measured_it) {
+    const auto file = parse(with("anything: 20\r\n",
+                                 "Air temp   : 20.337280 20.384956 0\r\n"
+                                 "Air press  : 99.039005 99.049346 1\r\n"
+                                 "Air humid  : 46.954897 46.893887\r\n"
+                                 "Mat temp 1 : 20.203292 20.321342 0\r\n"
+                                 "Mat temp 2 : -10.000000 -10.000000 0\r\n"
+                                 "Exp coeff  : 8.000000 8.000000 0\r\n"
+                                 "Date Time  : \"10:46 Dec 12 2016\" \"11:01 Dec 12 2016\"\r\n"));
+    ASSERT_TRUE(file.environment);
+    EXPECT_DOUBLE_EQ(file.environment->air_degC->end, 20.384956);
+    ASSERT_EQ(file.environment->material_degC.size(), 1u);
+    EXPECT_TRUE(file.environment->material_compensated());
+    EXPECT_EQ(file.environment->times, "10:46 Dec 12 2016 11:01 Dec 12 2016");
+    EXPECT_EQ(environment_text(*file.environment),
+              "air 20.3 to 20.4 °C, 99.0 kPa, 47.0 to 46.9 % humidity, material 20.2 to 20.3 °C, "
+              "readings converted to 20 °C by 8 um/m per K");
+}
+
+TEST(rtl, without_an_expansion_coefficient_nothing_was_compensated) {
+    for (const char *line :
+         {"Exp coeff : 0.000000 0.000000 0\r\n", "Mat temp 1 : 20 20 0\r\n", ""}) {
+        const auto file = parse(with("anything: 20\r\n", line));
+        ASSERT_TRUE(file.environment.has_value() == !std::string(line).empty());
+        if (!file.environment) continue;
+        EXPECT_FALSE(file.environment->material_compensated());
+    }
+}
+
 TEST(rtl, angles_are_milliradians_in_the_file) {
-    const auto file = parse(by_hand, ".rta");
+    const auto file = parse(with("Type: Linear", "Type: Angular"), ".rta");
     EXPECT_TRUE(file.angular);
     EXPECT_DOUBLE_EQ(file.runs[0].deviation[1], -1500.0);
 }
