@@ -30,13 +30,16 @@ struct table_format {
     std::size_t most_points;
     bool lost_motion;
     writer write;
+    const char *remark;  // what is left to do by hand; null: nothing
 };
 
 constexpr table_format formats[] = {
-    {"linuxcnc-comp", false, 256, true, exports::linuxcnc_comp},
-    {"sinumerik-lec", false, 5000, false, exports::sinumerik_lec},
-    {"sinumerik-cec", true, 2000, true, exports::sinumerik_cec},
-    {"heidenhain-com", true, 256, true, exports::heidenhain_com},
+    {"linuxcnc-comp", false, 256, true, exports::linuxcnc_comp, nullptr},
+    {"sinumerik-lec", false, 5000, false, exports::sinumerik_lec, nullptr},
+    {"sinumerik-cec", true, 2000, true, exports::sinumerik_cec, nullptr},
+    {"heidenhain-com", true, 256, true, exports::heidenhain_com,
+     "write the control's .CMA table by hand: it assigns each .COM to its axis, and the control "
+     "uses a .COM only if the active line of the .CMA names it"},
 };
 constexpr std::size_t most_cam_points = 10000;
 
@@ -229,7 +232,8 @@ void export_table(const exports::channel_model &model, export_arguments &argumen
                                "this table has one direction; set the control's backlash "
                                "machine data instead (SINUMERIK: MD32450)");
     }
-    const exports::table_set tables = exports::make_tables(model, arguments.table);
+    exports::table_set tables = exports::make_tables(model, arguments.table);
+    if (format.remark != nullptr) tables.remarks.push_back(format.remark);
     check_lost_motion(model, arguments, tables);
     deliver(arguments, format.write(model, tables, arguments.text),
             exports::loss_lines(model, tables), io);
@@ -251,6 +255,9 @@ void export_registers(const export_arguments &arguments, const cli::streams &io)
 
 void run_export(export_arguments &arguments, const cli::streams &io) {
     take_options(arguments);
+    if (arguments.text.unit != "mm" && arguments.format != "linuxcnc-comp") {
+        throw cli::usage_error("--unit", "only linuxcnc-comp can be in inch");
+    }
     if (arguments.format.compare(0, 4, "plc-") == 0) return export_registers(arguments, io);
     const exports::channel_model model(arguments.input);
     check_names(model, arguments);
@@ -314,6 +321,10 @@ void add_export(cli::command &app) {
         .check(whole_between(0, 1000));
     command.add_flag("--trims", arguments->text.trims,
                      "linuxcnc-comp: COMP_FILE_TYPE 1, trims instead of positions");
+    command
+        .add_option("--unit mm|inch", arguments->text.unit,
+                    "linuxcnc-comp: LINEAR_UNITS of the machine's INI file (mm)")
+        .check(one_of({"mm", "inch"}));
     command.add_option("--master SIGNAL", arguments->master,
                        "twincat-cam: signal of the master axis (X)");
     command.add_option(

@@ -65,6 +65,16 @@ std::string comment_lines(const channel_model &model, const table_set &tables,
     return text;
 }
 
+// ---- LinuxCNC ----
+
+// out: a length in the unit of LinuxCNC's INI file; 1e-8 inch is 0.25 nm
+std::string machine_length(const text_options &options, double mm) {
+    constexpr double mm_per_inch = 25.4;
+    if (options.unit == "mm") return fixed6(mm);
+    const std::string text = fmt::format("{:.8f}", mm / mm_per_inch);
+    return text == "-0.00000000" ? text.substr(1) : text;
+}
+
 // ---- SINUMERIK ----
 
 struct cec_table {
@@ -179,14 +189,15 @@ std::vector<output_file> linuxcnc_comp(const channel_model &model, const table_s
             std::string text;
             for (std::size_t k = 0; k < table.position_mm.size(); ++k) {
                 const double nominal = table.position_mm[k];
-                text += fixed6(nominal);
+                text += machine_length(options, nominal);
                 for (const int direction : {1, -1}) {
                     const double trim = options.sign * wanted_mm(column, k, lost, direction);
-                    text += " " + fixed6(options.trims ? trim : nominal - trim);
+                    text += " " + machine_length(options, options.trims ? trim : nominal - trim);
                 }
                 text += "\n";
             }
-            text += fmt::format("# COMP_FILE_TYPE = {}\n{}", options.trims ? "1" : "0",
+            text += fmt::format("# COMP_FILE_TYPE = {}\n# values in {}: LINEAR_UNITS = {}\n{}",
+                                options.trims ? "1" : "0", options.unit, options.unit,
                                 comment_lines(model, tables, options, "# "));
             files.push_back({control_name(options, channel_name(model, column)) + ".comp", text});
         }

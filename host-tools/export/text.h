@@ -15,6 +15,7 @@ struct text_options {
     int sign = 1;                                  // -1 inverts every value
     int first_table = 0;                           // sinumerik-cec: index of the first table
     bool trims = false;                            // linuxcnc-comp: COMP_FILE_TYPE = 1
+    std::string unit = "mm";                       // linuxcnc-comp: mm or inch
     std::map<std::string, std::string> axis_name;  // the control's name by channel or signal
     std::map<std::string, double> lost_motion_um;  // forward - backward, by channel
 };

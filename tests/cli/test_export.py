@@ -99,6 +99,10 @@ def test_linuxcnc(built, trims):
         assert 1e3 * numpy.interp(at, nominal, trim) == pytest.approx(
             -curve(f"E{axis}{axis}", at) + stated, abs=0.002)
         assert f"largest table step error {stated:.3f} um" in texts[f"{axis}.comp"]
+        inches = export(built, "linuxcnc-comp", "--step-mm", 50, "--unit", "inch",
+                        *(["--trims"] if trims else []))[0][f"{axis}.comp"]
+        in_mm = read_linuxcnc(texts[f"{axis}.comp"])
+        assert abs(25.4 * read_linuxcnc(inches) - in_mm).max() < 1e-6 and "LINEAR_UNITS = inch" in inches
     # what a screw table cannot hold is stated: the cross errors of the other axes
     stated = [float(re.search(r"miss up to (\S+) um", line)[1]) for line in losses
               if line.startswith("channel Y: all tables")][0]
@@ -236,6 +240,9 @@ def read_com(text, name):
 
 def test_heidenhain(built):
     texts, losses = export(built, "heidenhain-com", "--step-mm", 25, "--lost-motion-um", "X=5")
+    assert any("write the control's .CMA table by hand" in line for line in losses)
+    assert ".CMA" in texts["EXPORT.TXT"]
+    assert built("export", "c.json", "--format", "heidenhain-com", "--unit", "inch", "-o", "o").returncode == 2
     assert sorted(texts) == ["EXPORT.TXT", "X.COM", "Y.COM", "Z.COM"]
     tables = {a: read_com(texts[f"{a}.COM"], f"{a}.COM") for a in "XYZ"}
     assert list(tables["X"][0]) == ["AXISPOS", "BACKLASH", "X", "Y", "Z"]
