@@ -17,6 +17,14 @@ least_squares solve_least_squares(const Eigen::MatrixXd &a, const Eigen::MatrixX
     return {solver.solve(b), solver.rank()};
 }
 
+Eigen::MatrixXd triangular_factor(const Eigen::MatrixXd &a) {
+    const Eigen::HouseholderQR<Eigen::MatrixXd> decomposition(a);
+    Eigen::MatrixXd factor = Eigen::MatrixXd::Zero(a.cols(), a.cols());
+    const Eigen::Index rows = std::min(a.rows(), a.cols());
+    factor.topRows(rows) = decomposition.matrixQR().topRows(rows).triangularView<Eigen::Upper>();
+    return factor;
+}
+
 symmetric_eigen eigen_of_symmetric(const Eigen::MatrixXd &a) {
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(a);
     return {solver.eigenvalues(), solver.eigenvectors()};

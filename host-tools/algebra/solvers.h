@@ -18,6 +18,12 @@ struct least_squares {
 least_squares solve_least_squares(const Eigen::MatrixXd &a, const Eigen::MatrixXd &b,
                                   double threshold = 0.0);
 
+// out: the square upper triangle r of a = q r with q orthogonal, padded with zeros where a has
+// fewer
+//      rows than columns. Rows of a may be given in pieces: the factor of the last factor above the
+//      next rows is that of all.
+Eigen::MatrixXd triangular_factor(const Eigen::MatrixXd &a);
+
 struct symmetric_eigen {
     Eigen::VectorXd values;   // ascending
     Eigen::MatrixXd vectors;  // columns, of length 1

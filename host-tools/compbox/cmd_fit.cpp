@@ -10,6 +10,7 @@
 
 #include "firmware/base/limits.h"
 #include "host-tools/command_line/option_checks.h"
+#include "host-tools/command_line/progress.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/reading_arguments.h"
 #include "host-tools/fitting/fit.h"
@@ -37,8 +38,10 @@ Example:
   compbox fit EZX.csv --name EZX --signal X --plot EZX.svg -o EZX.term.json)";
 
 void run_fit(const fit_arguments &arguments, const cli::streams &io) {
+    fit_options options = arguments.options;
+    options.progress = progress_of(io, "models");
     const fit_result result =
-        fit_curve(read_measurement(arguments.data, arguments.reading), arguments.options);
+        fit_curve(read_measurement(arguments.data, arguments.reading), options);
     if (!arguments.plot.empty()) plot_fit(result, arguments.plot);
     const json fragment = fragment_of(result);
     if (!arguments.band.empty()) write_file(arguments.band, band_of(result), &io.out);

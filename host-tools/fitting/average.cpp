@@ -67,20 +67,6 @@ struct group_sums {
     }
 };
 
-// sqrt(weight) times (value - weighted mean of its group), for one quantity of the readings.
-template <typename Quantity>
-Eigen::VectorXd within_groups(const std::vector<reading> &all, std::size_t groups,
-                              const Quantity &quantity) {
-    group_sums sums(groups);
-    for (const auto &one : all) sums.add(one, quantity(one));
-    Eigen::VectorXd result(static_cast<Eigen::Index>(all.size()));
-    for (std::size_t i = 0; i < all.size(); ++i) {
-        result[static_cast<Eigen::Index>(i)] =
-            std::sqrt(all[i].weight) * (quantity(all[i]) - sums.mean(all[i].group));
-    }
-    return result;
-}
-
 struct alignment {
     Eigen::VectorXd offset, slope;  // of each run, minimum norm: they sum to zero over the runs
     double left = 0.0;              // weighted sum of squares between repeats after the alignment
@@ -88,41 +74,100 @@ struct alignment {
     int freedom_before = 0, freedom = 0;
 };
 
-// The matrix of align() has two columns per run, and the solver copies it.
+// The effort of align() and its memory grow with the square of the runs.
 void refuse_many_runs(const measurement &data, std::size_t readings) {
-    constexpr std::size_t most = 5000000;
-    const std::size_t runs = data.runs.size();
-    if (readings <= most / runs) return;
+    constexpr double most = 5e9;
+    const auto runs = static_cast<double>(data.runs.size());
+    if (static_cast<double>(readings) * runs * runs <= most) return;
     throw input_error(data.file, 0, 0,
                       "has {} readings in {} runs, too many to align: all readings of one traverse "
-                      "carry the same name in the column 'run' (readings times runs: at most {})",
-                      readings, runs, most);
+                      "carry the same name in the column 'run' (so many readings: at most {:.0f} "
+                      "runs)",
+                      readings, data.runs.size(),
+                      std::floor(std::sqrt(most / static_cast<double>(readings))));
 }
 
-// Least squares of each run's own offset and slope against the other runs at the same positions.
-alignment align(const std::vector<reading> &all, std::size_t groups, int filled, std::size_t runs,
-                double centre, double half_range) {
-    const auto n = static_cast<Eigen::Index>(all.size()), m = static_cast<Eigen::Index>(runs);
-    Eigen::MatrixXd design(n, 2 * m);
-    for (Eigen::Index r = 0; r < m; ++r) {
-        const auto mine = [r](const reading &one) {
-            return static_cast<Eigen::Index>(one.run) == r;
-        };
-        design.col(r) =
-            within_groups(all, groups, [&](const reading &one) { return mine(one) ? 1.0 : 0.0; });
-        design.col(m + r) = within_groups(all, groups, [&](const reading &one) {
-            return mine(one) ? (one.x - centre) / half_range : 0.0;
-        });
+// Rows of a least-squares problem, of which only the triangular factor is kept.
+class factored_rows {
+  public:
+    explicit factored_rows(Eigen::Index columns)
+        : kept_(columns), rows_(Eigen::MatrixXd::Zero(columns + most_rows, columns)) {}
+
+    // out: a new row of zeros
+    auto add() {
+        if (used_ == most_rows) fold();
+        return rows_.row(kept_ + used_++);
     }
-    const Eigen::VectorXd y = within_groups(all, groups, [](const reading &one) { return one.y; });
-    const least_squares solved = solve_least_squares(design, y, 1e-9);
+    // out: the factor of all rows; columns x columns
+    Eigen::MatrixXd factor() {
+        fold();
+        return rows_.topRows(kept_);
+    }
+
+  private:
+    void fold() {
+        rows_.topRows(kept_) = triangular_factor(rows_.topRows(kept_ + used_));
+        rows_.bottomRows(most_rows).setZero();
+        used_ = 0;
+    }
+
+    static constexpr Eigen::Index most_rows = 4096;
+    Eigen::Index kept_, used_ = 0;
+    Eigen::MatrixXd rows_;
+};
+
+// in : all, by group; readings from begin to end are of one group; columns: an offset for each run,
+//      a slope for each run, the value
+// out: sqrt(weight) times (quantity - weighted mean of the group), a row for each reading
+void add_group(const std::vector<const reading *> &all, std::size_t begin, std::size_t end,
+               Eigen::Index runs, double centre, double half_range, factored_rows &rows) {
+    Eigen::RowVectorXd mean = Eigen::RowVectorXd::Zero(2 * runs + 1);
+    const auto add = [&](const reading &one, double factor, auto &&row) {
+        const auto run = static_cast<Eigen::Index>(one.run);
+        row[run] += factor;
+        row[runs + run] += factor * (one.x - centre) / half_range;
+        row[2 * runs] += factor * one.y;
+    };
+    double weight = 0.0;
+    for (std::size_t i = begin; i < end; ++i) {
+        add(*all[i], all[i]->weight, mean);
+        weight += all[i]->weight;
+    }
+    mean /= weight;
+    for (std::size_t i = begin; i < end; ++i) {
+        const double root = std::sqrt(all[i]->weight);
+        auto row = rows.add();
+        row = -root * mean;
+        add(*all[i], root, row);
+    }
+}
+
+// Least squares of each run's own offset and slope against the other runs at the same positions. A
+// reading alone in its group says nothing about them.
+alignment align(const std::vector<reading> &all, const group_sums &sums, std::size_t runs,
+                double centre, double half_range) {
+    const auto m = static_cast<Eigen::Index>(runs);
+    std::vector<const reading *> repeated;
+    for (const auto &one : all) {
+        if (sums.count[one.group] > 1) repeated.push_back(&one);
+    }
+    std::stable_sort(repeated.begin(), repeated.end(),
+                     [](const reading *a, const reading *b) { return a->group < b->group; });
+    factored_rows rows(2 * m + 1);
+    for (std::size_t begin = 0, end = 0; begin < repeated.size(); begin = end) {
+        while (end < repeated.size() && repeated[end]->group == repeated[begin]->group) ++end;
+        add_group(repeated, begin, end, m, centre, half_range, rows);
+    }
+    const Eigen::MatrixXd factor = rows.factor();
+    const Eigen::VectorXd y = factor.col(2 * m);
+    const least_squares solved = solve_least_squares(factor.leftCols(2 * m), y, 1e-9);
     const Eigen::VectorXd parts = solved.x;
     alignment result;
     result.offset = parts.head(m);
     result.slope = parts.tail(m);
     result.before = y.squaredNorm();
-    result.left = (y - design * parts).squaredNorm();
-    result.freedom_before = static_cast<int>(all.size()) - filled;
+    result.left = (y - factor.leftCols(2 * m) * parts).squaredNorm();
+    result.freedom_before = static_cast<int>(all.size()) - sums.filled();
     result.freedom = result.freedom_before - static_cast<int>(solved.rank);
     return result;
 }
@@ -206,12 +251,16 @@ void average_runs(measurement &data) {
     for (const auto &one : all) sums.add(one, one.y);
     refuse_many_runs(data, all.size());
     const double half_range = std::max(0.5 * (data.to() - data.from()), 1e-9);
-    alignment found =
-        align(all, groups, sums.filled(), data.runs.size(), data.centre(), half_range);
+    const alignment found = align(all, sums, data.runs.size(), data.centre(), half_range);
     data.runs_aligned = beyond_doubt(found);
     data.repeat_freedom = data.runs_aligned ? found.freedom : found.freedom_before;
     data.repeat_variance = data.runs_aligned ? found.left : found.before;
-    if (data.repeat_freedom > 0) data.repeat_variance /= data.repeat_freedom;
+    if (data.repeat_freedom > 0) {
+        data.repeat_variance /= data.repeat_freedom;
+    } else if (data.cells.freedom > 0) {
+        data.repeat_freedom = data.cells.freedom;
+        data.repeat_variance = data.cells.variance;
+    }
     if (data.runs_aligned) {
         take_off_alignment(data, all, found, data.centre(), half_range);
         sums = group_sums(groups);

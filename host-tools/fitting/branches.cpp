@@ -19,6 +19,7 @@ measurement runs_of(const measurement &data, int direction) {
     part.file = data.file;
     part.unit = data.unit;
     part.sigma_given = data.sigma_given;
+    part.cells = data.cells;
     for (const auto &run : data.runs) {
         if (run.direction != direction) continue;
         part.runs.push_back(run);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "firmware/base/limits.h"
+#include "host-tools/fitting/cells.h"
 #include "host-tools/fitting/methods.h"
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
@@ -43,6 +44,18 @@ void summarize(fit_result &result) {
     sum.lowest = *low;
     sum.highest = *high;
     sum.range = *high - *low;
+}
+
+// The mean of a curve over a cell less its value at the centre, where the curve bends most.
+void find_cell_loss(fit_result &result) {
+    if (result.data.cells.readings == 0) return;
+    const double half = 0.5 * result.data.cells.width_mm;
+    for (const double x : result.data.position) {
+        if (x - half < result.data.from() || x + half > result.data.to()) continue;
+        const double bend = result.curve.value(x - half) - 2.0 * result.curve.value(x) +
+                            result.curve.value(x + half);
+        result.cell_loss = std::max(result.cell_loss, std::abs(bend) / 6.0);
+    }
 }
 
 // A baseline is fitted without the tolerance, but judged by it.
@@ -104,7 +117,8 @@ double band_sigma(const fit_result &result, std::size_t i) {
 void find_estimate(fit_result &result) {
     if (result.data.position.size() < 3) return;
     const int intervals = static_cast<int>(result.data.position.size()) - 1;
-    result.best = smooth(result.data, std::clamp(dense_points / intervals, 1, 12));
+    result.best =
+        smooth(result.data, std::clamp(dense_points / intervals, 1, 12), result.options.progress);
     result.noise = std::max(result.best.noise, least_noise);
 }
 
@@ -129,7 +143,7 @@ void fit_one(fit_result &result) {
 fit_result fit_curve(const measurement &data, const fit_options &options) {
     fit_result result;
     result.options = options;
-    result.data = data;
+    result.data = in_cells(data);
     if (data.position.size() < 2) {
         throw input_error(data.file, 0, 0, "has a single position; a curve needs at least two");
     }
@@ -151,6 +165,7 @@ fit_result fit_curve(const measurement &data, const fit_options &options) {
         summarize(backward);
         judge_baseline(backward);
     }
+    find_cell_loss(result);
     add_warnings(result);
     return result;
 }

@@ -2,6 +2,7 @@
 // A measured error curve to a term of the coefficient file.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,6 +28,7 @@ struct fit_options {
     bool branches = false;             // separate curves forward and backward
     double reversal_mm = 0.1;          // with branches: distance of a reversal from one branch to
                                        // the other
+    std::function<void(double)> progress;  // called with 0 … 1; may be empty
 };
 
 // One polynomial over the range, ascending powers of u = (x - centre) / half_range.
@@ -59,10 +61,11 @@ struct fit_result {
     fitted_curve curve;
     std::vector<double> residuals;  // at data.position
     residual_summary summary;
-    smooth_curve best;      // the best estimate before the choice of a form, with its band
-    double noise = 0.0;     // standard deviation of one reading
-    bool constant = false;  // all readings of the file are equal
-    bool converged = true;  // false: a tolerance is set and not met
+    smooth_curve best;       // the best estimate before the choice of a form, with its band
+    double noise = 0.0;      // standard deviation of one reading (of a cell's mean)
+    double cell_loss = 0.0;  // largest change of the curve by averaging in cells
+    bool constant = false;   // all readings of the file are equal
+    bool converged = true;   // false: a tolerance is set and not met
     std::vector<std::string> warnings;
     std::size_t key_points = 0;        // bspline-lmc only
     std::vector<fit_result> backward;  // with branches: the backward curve, and this is the forward

@@ -83,6 +83,9 @@ std::size_t largest_run_count(const measurement &data) {
 
 // The source of the noise figure.
 std::string noise_source(const measurement &data) {
+    if (data.repeat_freedom > 0 && data.repeat_freedom == data.cells.freedom) {
+        return "readings within cells, and residuals";
+    }
     if (data.repeat_freedom > 0 && data.sigma_given) return "repeats, sigma column and residuals";
     if (data.repeat_freedom > 0) return "repeats and residuals";
     return data.sigma_given ? "sigma column and residuals"
@@ -130,6 +133,11 @@ json findings_of(const fit_result &result) {
     }
     found["positions"] = data.position.size();
     found["runs"] = data.runs.size();
+    if (data.cells.readings > 0) {
+        found["averaged_in_cells"] = {{"readings", data.cells.readings},
+                                      {"cell_mm", five_digits(data.cells.width_mm)},
+                                      {"largest_change_of_curve", five_digits(result.cell_loss)}};
+    }
     found["readings_per_position"] = largest_run_count(data);
     if (data.runs_aligned) found["run_offsets_and_slopes_evened_out"] = true;
     if (data.bidirectional) {
@@ -182,6 +190,12 @@ std::string data_lines(const fit_result &result, const std::string &unit) {
     const std::size_t runs =
         data.runs.size() + (result.backward.empty() ? 0 : result.backward.front().data.runs.size());
     std::string text = line("positions, runs", fmt::format("{}, {}", data.position.size(), runs));
+    if (data.cells.readings > 0) {
+        text +=
+            line("", fmt::format("{} readings, averaged in cells of {:.4g} mm (changes the curve "
+                                 "by {:.1g} {} at most)",
+                                 data.cells.readings, data.cells.width_mm, result.cell_loss, unit));
+    }
     if (data.runs_aligned) text += line("", "each run's own offset and slope were evened out");
     if (result.options.line != reference_line::keep) {
         text += line("line taken off", fmt::format("{}, {:.3f} {}", name_of(result.options.line),
@@ -200,7 +214,8 @@ std::string data_lines(const fit_result &result, const std::string &unit) {
     if (!environment.empty()) text += line("environment", environment);
     const std::string noise =
         fmt::format("{:.3f} {}", result.noise, data.sigma_given ? "of its sigma" : unit);
-    return text + line("noise of one reading", fmt::format("{} ({})", noise, noise_source(data)));
+    return text + line(data.cells.readings > 0 ? "noise of a cell's mean" : "noise of one reading",
+                       fmt::format("{} ({})", noise, noise_source(data)));
 }
 
 std::string curve_lines(const fit_result &result, const std::string &unit) {

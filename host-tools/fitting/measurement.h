@@ -21,11 +21,21 @@ struct measured_run {
     double offset = 0.0, slope = 0.0;  // subtracted line: offset + slope (position - centre)
 };
 
+// Readings averaged in cells of equal width, for files of very many positions (cells.h).
+struct cell_averages {
+    std::size_t readings = 0;  // of the file; 0: not averaged
+    std::size_t cells = 0;
+    double width_mm = 0.0;
+    double variance = 0.0;  // noise^2 of a cell's mean by the readings within cells
+    int freedom = 0;        // its degrees of freedom
+};
+
 struct measurement {
     std::string file;
     std::string unit = "um";  // "um" or "urad"
     std::vector<measured_run> runs;
     std::optional<laser_environment> environment;  // of a laser file
+    cell_averages cells;
 
     std::vector<double> position;  // strictly ascending, mm
     std::vector<double> mean;      // of the runs (of both directions' means), at each position

@@ -22,6 +22,8 @@ constexpr double usual_noise = 0.2, noise_doubt = 0.15;
 // of a machine bend, they do not jitter.
 constexpr double rough_kind = -2.0;
 // Models whose likelihood is below the best one's by this power of e are left out.
+// Part of the time, for the progress.
+constexpr double part_of_weighing = 0.7;
 constexpr double worth_a_look = 9.0, worth_a_share = 6.0;
 
 // Lattice of models for one kind: length scales by factors of 1.6, and the "drive" ratio *
@@ -109,10 +111,12 @@ double median_step(const std::vector<double> &x) {
 }
 
 // The relevant models, with weights that sum to one.
-std::vector<node> weigh_models(const process_points &points, double shortest, double longest) {
+std::vector<node> weigh_models(const process_points &points, double shortest, double longest,
+                               const std::function<void(double)> &progress) {
     std::vector<node> nodes;
     double best = -std::numeric_limits<double>::infinity();
     for (int kind = 0; kind < matern_kinds; ++kind) {
+        if (progress) progress(part_of_weighing * kind / matern_kinds);
         const lattice net{kind, shortest, longest, 0.6 * (kind + 1.0)};
         const double log_share = net.log_cell() + (kind == 0 ? rough_kind : 0.0);
         for (const auto &[place, log_likelihood] : explore(points, net)) {
@@ -186,11 +190,12 @@ void add_share(smooth_curve &sum, const matern_curve &one, const process_points 
 
 }  // namespace
 
-smooth_curve smooth(const measurement &data, int between) {
+smooth_curve smooth(const measurement &data, int between,
+                    const std::function<void(double)> &progress) {
     const process_points points = measured_points(data);
     const double range = data.to() - data.from();
     const double shortest = median_step(data.position);
-    const auto nodes = weigh_models(points, shortest, 4.0 * range);
+    const auto nodes = weigh_models(points, shortest, 4.0 * range, progress);
     smooth_curve curve;
     const process_points dense = with_points_between(points, between, curve.measured);
     curve.x = dense.x;
@@ -198,8 +203,10 @@ smooth_curve smooth(const measurement &data, int between) {
     curve.sigma.assign(dense.x.size(), 0.0);
     curve.left_out.assign(curve.measured.size(), 0.0);
     curve.left_out_variance.assign(curve.measured.size(), 0.0);
-    for (const auto &one : nodes) {
-        add_share(curve, regress(dense, one.model), dense, std::exp(one.log_weight));
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+        add_share(curve, regress(dense, nodes[k].model), dense, std::exp(nodes[k].log_weight));
+        const double done = static_cast<double>(k + 1) / static_cast<double>(nodes.size());
+        if (progress) progress(part_of_weighing + (1.0 - part_of_weighing) * done);
     }
     for (std::size_t i = 0; i < curve.x.size(); ++i) {
         curve.sigma[i] = std::sqrt(std::max(curve.sigma[i] - curve.mean[i] * curve.mean[i], 0.0));

@@ -3,6 +3,7 @@
 // weighted by how well each explains the readings (docs/fitting.md).
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "host-tools/fitting/measurement.h"
@@ -25,10 +26,11 @@ struct smooth_curve {
 };
 
 // in : a measurement of at least 3 positions; between: number of additional points in each interval
-//      (0 …)
+//      (0 …); progress: called with 0 … 1, may be empty
 // out: the average over Matern processes of five smoothnesses and of all length scales and signal
 //      sizes, weighted by restricted likelihood and, without other knowledge of the noise, by the
 //      usual noise of instruments; deterministic
-smooth_curve smooth(const measurement &data, int between);
+smooth_curve smooth(const measurement &data, int between,
+                    const std::function<void(double)> &progress = {});
 
 }  // namespace compbox

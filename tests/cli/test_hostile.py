@@ -321,7 +321,7 @@ def test_a_counter_in_the_run_column(files):
         done = bounded("compbox", files.folder, *command)
         assert (done.returncode, done.stderr) == (
             1, "compbox: runs.csv: has 20000 readings in 20000 runs, too many to align: all readings of "
-               "one traverse carry the same name in the column 'run' (readings times runs: at most 5000000)\n")
+               "one traverse carry the same name in the column 'run' (so many readings: at most 500 runs)\n")
 
 
 # ---- numbers that no integer holds
