@@ -11,7 +11,7 @@
 #include "host-tools/command_line/progress.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/monte_carlo_report.h"
-#include "host-tools/formats/csv.h"
+#include "host-tools/formats/csv_reading.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
 #include "host-tools/identification/identify.h"
@@ -47,7 +47,11 @@ const char *const line_names[9] = {"dx1_um", "dy1_um", "dz1_um", "dx2_um", "dy2_
 
 // out: readings in µm, a row for each position, which ascend; throws input_error with the line
 nine_lines read_lines(const std::string &path) {
-    const csv_table table = read_csv(path);
+    std::vector<std::string> names(std::begin(line_names), std::end(line_names));
+    names.push_back("position_mm");
+    csv_reading how;
+    how.units = units_of_names(names);
+    const csv_table table = read_csv(path, how);
     const std::size_t position = table.column("position_mm");
     nine_lines lines;
     lines.file = path;

@@ -30,13 +30,22 @@ comp_X_um is subtracted from the probed error.
 Example:
   compbox join record.csv probe.csv -o data.csv)";
 
+// "error_X [mm]" -> error_X_um; else the unit of the machine.
+wanted_column unit_of_probe(const std::string &name, const measuring_unit &is) {
+    const bool error = name.compare(0, 6, "error_") == 0 && is.of == quantity::length;
+    return error ? wanted_column{name + "_um", find_unit("um")} : machine_unit(name, is);
+}
+
 // Joins recording and probed errors row by row, writes the table, and prints remarks.
 void run_join(const join_arguments &arguments, const cli::streams &io) {
     csv_reading with_gaps;
     with_gaps.gaps = true;
     std::vector<std::vector<std::string>> words;  // by column
     const csv_table record = read_csv(arguments.record, with_gaps);
-    const csv_table probe = read_csv(arguments.probe, {"run"}, &words);
+    csv_reading of_probe;
+    of_probe.words = {"run"};
+    of_probe.units = unit_of_probe;
+    const csv_table probe = read_csv(arguments.probe, of_probe, &words);
     const int run = probe.find("run");
     const joined_rows joined = join_rows(
         record, probe, run < 0 ? std::vector<std::string>() : words[static_cast<std::size_t>(run)],

@@ -13,7 +13,7 @@
 #include "host-tools/command_line/progress.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/monte_carlo_report.h"
-#include "host-tools/formats/csv.h"
+#include "host-tools/formats/csv_reading.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
 #include "host-tools/identification/plan.h"
@@ -33,8 +33,9 @@ struct plan_arguments {
 };
 
 constexpr const char *plan_example =
-    R"(Evaluates every triple of nodes where a reflector can be mounted, in the axis' own frame. The box
-of the example has 1000 nodes.
+    R"(Evaluates every triple of nodes where a reflector can be mounted, in the axis' own frame. The third
+number of each axis is how many nodes it has, ends included, not their distance: -300:300:10 has a
+node every 66.7 mm. A box has at most 4000 nodes; that of the example has 1000.
 
 Example:
   compbox plan --box=-300:300:10,-200:200:10,-100:150:10 -o plan.json)";
@@ -51,24 +52,42 @@ grid parse_box(const std::string &text) {
             const bool last = k == 2 && value == &count;
             if (result.ec != std::errc() || !std::isfinite(*value) ||
                 (last ? result.ptr != end : result.ptr == end || *result.ptr != *separator)) {
-                throw cli::usage_error("--box", "must read x0:x1:nx,y0:y1:ny,z0:z1:nz");
+                throw cli::usage_error("--box",
+                                       "must read x0:x1:nx,y0:y1:ny,z0:z1:nz: from and to in mm, "
+                                       "and how many nodes, for each axis");
             }
             at = result.ptr + (last ? 0 : 1);
         }
         if (!(count >= 1 && count <= 1000) || count != std::floor(count) ||
             (count > 1 && !(box.low_mm[k] < box.high_mm[k]))) {
-            throw cli::usage_error("--box", "needs low < high and 1 to 1000 nodes a side");
+            throw cli::usage_error("--box",
+                                   "needs low < high, and as third number 1 to 1000 nodes (their "
+                                   "count, not a step)");
         }
         box.counts[k] = static_cast<int>(count);
     }
     return box;
 }
 
+// Throws input_error for a box with more nodes than the search takes, before any of them is made.
+void check_nodes(const grid &box) {
+    constexpr double most = 4000.0;
+    const double count = 1.0 * box.counts[0] * box.counts[1] * box.counts[2];
+    const double largest = std::floor(std::cbrt(most));
+    if (count <= most) return;
+    throw input_error(fmt::format(
+        "--box has {} x {} x {} = {:.0f} nodes, and 3 to {:.0f} can be searched. The third number "
+        "of each axis is its count of nodes, not a step: {:.0f} for each axis are enough",
+        box.counts[0], box.counts[1], box.counts[2], count, most, largest));
+}
+
 // The grid's nodes less those of the forbidden file (columns x_mm, y_mm, z_mm).
 std::vector<point_mm> allowed_nodes(const grid &box, const std::string &forbidden) {
     auto nodes = box.nodes();
     if (forbidden.empty()) return nodes;
-    const csv_table table = read_csv(forbidden);
+    csv_reading how;
+    how.units = units_of_names({"x_mm", "y_mm", "z_mm"});
+    const csv_table table = read_csv(forbidden, how);
     const std::size_t x = table.column("x_mm"), y = table.column("y_mm"), z = table.column("z_mm");
     for (std::size_t r = 0; r < table.rows.size(); ++r) {
         const auto &row = table.rows[r];
@@ -164,10 +183,13 @@ std::string plan_text(const json &plan) {
 // Searches the nodes that are allowed for the best three points, and writes and prints the plan.
 void run_plan(plan_arguments &arguments, const cli::streams &io) {
     const grid box = parse_box(arguments.box);
+    check_nodes(box);
     const auto nodes = allowed_nodes(box, arguments.forbidden);
-    if (nodes.size() < 3 || nodes.size() > 4000) {
-        throw input_error(
-            fmt::format("--box leaves {} nodes; 3 to 4000 can be searched", nodes.size()));
+    if (nodes.size() < 3) {
+        throw input_error(fmt::format(
+            "--box leaves {} nodes and three are needed: give more nodes for an axis, its third "
+            "number",
+            nodes.size()));
     }
     for (std::size_t k = 0; k < arguments.preset.size(); ++k) {
         if (arguments.preset[k] == 0.0) {
@@ -200,7 +222,8 @@ void add_plan(cli::command &app) {
     cli::command plan = app.add_subcommand("plan", "Choose the points of a nine-line measurement");
     plan.footer(plan_example);
     plan.add_option("--box x0:x1:nx,…", arguments->box,
-                    "Grid of nodes, x0:x1:nx,y0:y1:ny,z0:z1:nz in mm")
+                    "Grid of nodes: for X, Y and Z from and to in mm and the number of nodes, "
+                    "x0:x1:nx,y0:y1:ny,z0:z1:nz")
         .required();
     plan.add_option("--sigma-um S", arguments->sigma_um, "Standard deviation of one reading")
         .check(above_zero());

@@ -6,6 +6,7 @@
 
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/reading_arguments.h"
 #include "host-tools/fitting/measurement.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
@@ -19,6 +20,7 @@ namespace {
 
 struct squareness_arguments {
     std::string name, output;
+    reading_options reading;
     std::vector<std::string> optical;
     std::vector<double> diagonals, ball_bar;
     double square_error_urad = 0.0, sigma_um = 0.0;
@@ -34,8 +36,8 @@ Example:
   compbox squareness --name B0Z --diagonals 500,400,-6.1,4.2 --sigma-um 0.5 -o B0Z.json)";
 
 // out: slope of a straightness and its standard deviation, from repeats, else from the residuals
-squareness slope_of(const std::string &path) {
-    const measurement data = read_measurement(path);
+squareness slope_of(const std::string &path, const reading_options &reading) {
+    const measurement data = read_measurement(path, reading);
     if (data.unit != "um") throw input_error(path, 0, 0, "holds angles; a straightness is in um");
     if (data.position.size() < 3) throw input_error(path, 0, 0, "needs at least three positions");
     if (data.runs_aligned) {
@@ -62,8 +64,8 @@ squareness squareness_of(const squareness_arguments &arguments, std::string &sou
     const auto &d = arguments.diagonals, &b = arguments.ball_bar;
     if (!arguments.optical.empty()) {
         source = "optical square, " + arguments.optical[0] + " and " + arguments.optical[1];
-        const squareness first = slope_of(arguments.optical[0]);
-        const squareness second = slope_of(arguments.optical[1]);
+        const squareness first = slope_of(arguments.optical[0], arguments.reading);
+        const squareness second = slope_of(arguments.optical[1], arguments.reading);
         if (arguments.optical[0] == arguments.optical[1]) {
             throw input_error(arguments.optical[0], 0, 0,
                               "is given for both axes; each of the two has a file of its own");
@@ -149,6 +151,7 @@ void add_squareness(cli::command &app) {
         .check(any_number());
     command.add_option("--sigma-um S", arguments->sigma_um, "Standard deviation of one length (0)")
         .check(zero_or_more());
+    add_unit(command, arguments->reading);
     command.add_flag("--json", arguments->as_json, "Print the result as JSON");
     command.add_option("-o,--output F.json", arguments->output, "File to write").required();
     command.callback([arguments](const cli::streams &io) { run_squareness(*arguments, io); });

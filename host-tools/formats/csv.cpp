@@ -90,14 +90,43 @@ class comma_in_quotes {
     bool doubtful_;
 };
 
+// One decimal mark for the whole file: where both occur, one of them separates thousands.
+class decimal_mark {
+  public:
+    // in : a cell that is a number
+    void check(std::string_view cell, const place &at) {
+        const std::string_view text = trim(cell);
+        const std::size_t found = text.find_first_of(",.");
+        if (found == std::string_view::npos) return;
+        if (mark_ == 0) {
+            mark_ = text[found];
+            first_ = std::string(text);
+            line_ = at.line;
+        }
+        if (text[found] == mark_) return;
+        throw input_error(at.file, at.line, at.column,
+                          "{} and '{}' of line {} have different decimal marks: write all numbers "
+                          "with one mark, and without thousands",
+                          shown(text), first_, line_);
+    }
+
+  private:
+    char mark_ = 0;
+    std::string first_;
+    long line_ = 0;
+};
+
 // out: the number; for another text NaN, and its message if it is the first of the column
 double number_or_mistake(std::string_view cell, char separator, bool gaps,
-                         const comma_in_quotes &comma, const place &at, std::string &mistake) {
+                         const comma_in_quotes &comma, decimal_mark &mark, const place &at,
+                         std::string &mistake) {
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
     if (!mistake.empty()) return none;
     try {
         comma.check(cell, at);
-        return number(cell, separator, gaps, at);
+        const double value = number(cell, separator, gaps, at);
+        if (std::isfinite(value)) mark.check(cell, at);
+        return value;
     } catch (const input_error &error) {
         mistake = error.what();
         return none;
@@ -165,7 +194,51 @@ void rename(csv_table &table, const csv_reading &how) {
     if (!how.rename) return;
     for (auto &name : table.names) {
         const std::string other = how.rename(name);
-        if (table.find(other) < 0) name = other;
+        if (std::count(table.names.begin(), table.names.end(), other) == 0) name = other;
+    }
+}
+
+// out: whether a row below the header has units, or nothing, in all of its cells
+bool is_row_of_units(const std::vector<std::string_view> &cells) {
+    bool any = false;
+    for (const auto cell : cells) {
+        const std::string text(trim(cell));
+        const bool none = text.empty() || text == "-" || text == "[-]" || text == "()";
+        const bool unit = !none && find_unit(text) != nullptr;
+        if (!none && !unit) return false;
+        any = any || unit;
+    }
+    return any;
+}
+
+// Appends the units of a second header line to the names without brackets.
+void append_units(csv_table &table, const std::vector<std::string_view> &cells) {
+    for (std::size_t c = 0; c < std::min(cells.size(), table.names.size()); ++c) {
+        const std::string unit(trim(cells[c]));
+        if (find_unit(unit) == nullptr || !split_brackets(table.names[c]).unit.empty()) continue;
+        const std::string bare =
+            unit.front() == '[' || unit.front() == '(' ? unit.substr(1, unit.size() - 2) : unit;
+        table.names[c] = fmt::format("{} [{}]", table.names[c], bare);
+    }
+}
+
+// Takes the units in brackets from the names, and converts the values.
+void take_units(csv_table &table, const csv_reading &how) {
+    if (how.rename) return;
+    for (std::size_t c = 0; c < table.names.size(); ++c) {
+        const name_and_unit parts = split_brackets(table.names[c]);
+        if (parts.unit.empty()) continue;
+        const measuring_unit *is = find_unit(parts.unit);
+        const wanted_column wanted =
+            is == nullptr ? wanted_column{parts.name, nullptr} : how.units(parts.name, *is);
+        if (std::count(table.names.begin(), table.names.end(), wanted.name) > 0) {
+            throw input_error(table.file, table.header_line, 0,
+                              "the columns {} and {} have one name; rename one of them",
+                              shown(wanted.name), shown(table.names[c]));
+        }
+        table.names[c] = wanted.name;
+        if (is == nullptr || wanted.in == is) continue;
+        for (auto &row : table.rows) row[c] = converted(row[c], *is, *wanted.in);
     }
 }
 
@@ -190,6 +263,96 @@ std::size_t header_of(const std::vector<std::string_view> &lines, const csv_read
     }
     return 0;
 }
+
+// Reads the lines of one file: header, units, rows.
+class table_reader {
+  public:
+    table_reader(const std::string &path, const std::string &text, const csv_reading &how)
+        : how_(how), lines_(lines_of(text)) {
+        table_.file = path;
+    }
+
+    // out: the table; word_lists: the texts of its columns of words, or null. Throws input_error.
+    csv_table read(std::vector<std::vector<std::string>> *word_lists) {
+        for (std::size_t i = header_of(lines_, how_); i < lines_.size(); ++i) {
+            if (is_passed_over(lines_[i])) continue;
+            if (!table_.names.empty()) {
+                read_row(lines_[i], static_cast<long>(i) + 1);
+                continue;
+            }
+            if (!read_names(i)) read_row(lines_[i], static_cast<long>(i) + 1);
+        }
+        if (table_.names.empty()) {
+            throw input_error(table_.file, 0, 0, "is empty: a header line is missing");
+        }
+        if (table_.rows.empty()) throw input_error(table_.file, 0, 0, "has a header but no rows");
+        take_units(table_, how_);
+        if (word_lists != nullptr) *word_lists = std::move(lists_);
+        return std::move(table_);
+    }
+
+  private:
+    // in : i: the first line of the table; moved to the line of units, if there is one
+    // out: whether it is a header; false where the names were given and it has numbers
+    bool read_names(std::size_t &i) {
+        const std::string_view line = lines_[i];
+        separator_ = separator_of(line);
+        comma_.emplace(lines_, separator_);
+        const bool header = !all_numbers(without_empty_end(split(line, separator_), 1), separator_);
+        table_.header_line = static_cast<long>(i) + 1;
+        name_columns(table_, line, separator_, how_.columns, header, table_.header_line);
+        if (header) read_units(i);
+        rename(table_, how_);
+        lists_.resize(table_.names.size());
+        known_.resize(table_.names.size());
+        table_.mistakes.resize(table_.names.size());
+        for (const auto &name : table_.names) {
+            is_word_.push_back(std::count(how_.words.begin(), how_.words.end(), name) > 0);
+        }
+        return header;
+    }
+
+    void read_units(std::size_t &i) {
+        std::size_t next = i + 1;
+        while (next < lines_.size() && is_passed_over(lines_[next])) ++next;
+        if (next == lines_.size()) return;
+        const auto cells = split(lines_[next], separator_);
+        if (!is_row_of_units(cells)) return;
+        append_units(table_, cells);
+        i = next;
+    }
+
+    // Appends a row; throws input_error for another number of cells than the header has.
+    void read_row(std::string_view line, long number) {
+        const auto cells = without_empty_end(split(line, separator_), table_.names.size());
+        if (all_empty(cells)) return;
+        if (cells.size() != table_.names.size()) {
+            throw input_error(table_.file, number, 0, "has {}, the header has {}",
+                              counted(cells.size(), "column"), table_.names.size());
+        }
+        std::vector<double> row;
+        row.reserve(cells.size());
+        for (std::size_t c = 0; c < cells.size(); ++c) {
+            const long column = static_cast<long>(cells[c].data() - line.data()) + 1;
+            row.push_back(is_word_[c] ? word(cells[c], lists_[c], known_[c])
+                                      : number_or_mistake(cells[c], separator_, how_.gaps, *comma_,
+                                                          mark_, {table_.file, number, column},
+                                                          table_.mistakes[c]));
+        }
+        table_.rows.push_back(std::move(row));
+        table_.lines.push_back(number);
+    }
+
+    const csv_reading &how_;
+    std::vector<std::string_view> lines_;
+    csv_table table_;
+    char separator_ = ',';
+    std::optional<comma_in_quotes> comma_;
+    decimal_mark mark_;
+    std::vector<std::vector<std::string>> lists_;
+    std::vector<word_numbers> known_;
+    std::vector<bool> is_word_;
+};
 
 }  // namespace
 
@@ -229,57 +392,9 @@ csv_table read_csv(const std::string &path, const csv_reading &how,
     return read_csv_text(path, read_table_text(path), how, word_lists);
 }
 
-csv_table read_csv_text(const std::string &path, const std::string &content, const csv_reading &how,
+csv_table read_csv_text(const std::string &path, const std::string &text, const csv_reading &how,
                         std::vector<std::vector<std::string>> *word_lists) {
-    csv_table table;
-    table.file = path;
-    std::vector<std::vector<std::string>> lists;
-    std::vector<word_numbers> known;
-    std::vector<bool> is_word;
-    char separator = ',';
-    const auto lines = lines_of(content);
-    std::optional<comma_in_quotes> comma;
-    for (std::size_t i = header_of(lines, how); i < lines.size(); ++i) {
-        const std::string_view raw = lines[i];
-        const long line_number = static_cast<long>(i) + 1;
-        if (is_passed_over(raw)) continue;
-        if (table.names.empty()) {
-            separator = separator_of(raw);
-            comma.emplace(lines, separator);
-            const bool header =
-                !all_numbers(without_empty_end(split(raw, separator), 1), separator);
-            name_columns(table, raw, separator, how.columns, header, line_number);
-            rename(table, how);
-            lists.resize(table.names.size());
-            known.resize(table.names.size());
-            table.mistakes.resize(table.names.size());
-            table.header_line = line_number;
-            for (const auto &name : table.names) {
-                is_word.push_back(std::count(how.words.begin(), how.words.end(), name) > 0);
-            }
-            if (header) continue;
-        }
-        const auto cells = without_empty_end(split(raw, separator), table.names.size());
-        if (all_empty(cells)) continue;
-        if (cells.size() != table.names.size()) {
-            throw input_error(path, line_number, 0, "has {}, the header has {}",
-                              counted(cells.size(), "column"), table.names.size());
-        }
-        std::vector<double> row;
-        for (std::size_t c = 0; c < cells.size(); ++c) {
-            const long column = static_cast<long>(cells[c].data() - raw.data()) + 1;
-            row.push_back(is_word[c]
-                              ? word(cells[c], lists[c], known[c])
-                              : number_or_mistake(cells[c], separator, how.gaps, *comma,
-                                                  {path, line_number, column}, table.mistakes[c]));
-        }
-        table.rows.push_back(std::move(row));
-        table.lines.push_back(line_number);
-    }
-    if (table.names.empty()) throw input_error(path, 0, 0, "is empty: a header line is missing");
-    if (table.rows.empty()) throw input_error(path, 0, 0, "has a header but no rows");
-    if (word_lists != nullptr) *word_lists = std::move(lists);
-    return table;
+    return table_reader(path, text, how).read(word_lists);
 }
 
 std::string csv_text(const std::vector<std::string> &names,

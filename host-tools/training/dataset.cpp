@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "host-tools/formats/csv.h"
+#include "host-tools/formats/csv_reading.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/training/runs.h"
 
@@ -34,6 +34,19 @@ std::vector<std::string> matching(const csv_table &table, const std::string &ent
     }
     if (found.empty()) throw input_error(table.file, 0, 0, "no column matches " + entry);
     return found;
+}
+
+// Units of columns with brackets: outputs in um or urad, as channels need them; else the machine's.
+unit_choice units_for(const data_options &options) {
+    return [&options](const std::string &name, const measuring_unit &is) -> wanted_column {
+        const bool output = std::any_of(options.outputs.begin(), options.outputs.end(),
+                                        [&](const std::string &entry) {
+                                            return ::fnmatch(entry.c_str(), name.c_str(), 0) == 0;
+                                        });
+        if (output && is.of == quantity::length) return {name, find_unit("um")};
+        if (output && is.of == quantity::angle) return {name, find_unit("urad")};
+        return machine_unit(name, is);
+    };
 }
 
 // All columns of a list, in its order. Throws if one is repeated or the box rejects its name.
@@ -167,7 +180,10 @@ training_data read_training_data(const std::string &path, const data_options &op
                                         options.run_column) != options.inputs.end();
     std::vector<std::string> word_columns;
     if (!options.run_column.empty() && !run_is_input) word_columns.push_back(options.run_column);
-    const csv_table table = read_csv(path, word_columns, &words);
+    csv_reading how;
+    how.words = word_columns;
+    how.units = units_for(options);
+    const csv_table table = read_csv(path, how, &words);
     training_data data;
     data.file = path;
     std::vector<std::string> others{options.time_column, options.run_column};

@@ -193,3 +193,12 @@ def test_help(compbox, command):
 def test_a_box_that_is_a_line_says_its_option(compbox):
     assert compbox.refused("plan", "--box", "0:1:1,0:1:1,0:1:5", "-o", "p.json") == (
         "--box: every triple of its nodes lies on one line: give it more nodes")
+
+
+def test_too_many_nodes_are_refused_before_they_are_made(compbox):
+    message = compbox.refused("plan", "--box=0:1000:500,0:500:250,0:500:500", "-o", "p.json")
+    assert message == (
+        "--box has 500 x 250 x 500 = 62500000 nodes, and 3 to 4000 can be searched. The third number of each "
+        "axis is its count of nodes, not a step: 15 for each axis are enough")
+    assert "not a step" in compbox("plan", "--box=0:1:0,0:1:2,0:1:2", "-o", "p.json").stderr
+    assert "how many nodes" in compbox.good("plan", "--help")

@@ -206,8 +206,10 @@ def test_help(compbox):
 
 
 @pytest.mark.parametrize("header, message", [
-    ("位置,误差", "the column '位置' has no unit; append it, as in '位置 (mm)', or give --unit mm,um (position, error)"),
-    ("Position (mm),Error", "the column 'Error' has no unit; append it, as in 'Error (um)', or give --unit mm,um (position, error)")])
+    ("位置,误差",
+     "the column '位置' has no unit; append it, as in '位置 (mm)', or give --unit mm,um (position, error)"),
+    ("Position (mm),Error",
+     "the column 'Error' has no unit; append it, as in 'Error (um)', or give --unit mm,um (position, error)")])
 def test_a_column_without_its_unit_is_named(compbox, header, message):
     compbox.write("m.csv", header + "\n0,1\n100,2\n")
     assert compbox.refused("report", "m.csv") == "m.csv:1: " + message
