@@ -7,7 +7,6 @@
 #include <string_view>
 
 #include "host-tools/formats/error.h"
-#include "host-tools/formats/table_text.h"
 #include "host-tools/formats/units.h"
 
 namespace compbox {
@@ -405,10 +404,6 @@ bool is_laser_text(const std::string &path, const std::string &text) {
 laser_file read_laser_text(const std::string &path, const std::string &text,
                            const std::string &unit) {
     return laser_reader(path, text, unit).read();
-}
-
-laser_file read_laser(const std::string &path) {
-    return read_laser_text(path, read_table_text(path));
 }
 
 std::string environment_text(const laser_environment &environment) {

@@ -61,7 +61,6 @@ bool is_laser_text(const std::string &path, const std::string &text);
 // header nor the name's ending states or that they state differently.
 laser_file read_laser_text(const std::string &path, const std::string &text,
                            const std::string &unit = "");
-laser_file read_laser(const std::string &path);
 
 // The text of a file that read_laser reads back to the same numbers (three decimals of a µm or of
 // a µrad are kept; targets to 1e-5 mm).

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "host-tools/formats/error.h"
+#include "host-tools/formats/table_text.h"
 #include "tests/support/temporary.h"
 
 namespace {
@@ -29,7 +30,7 @@ std::string laser_path(const std::string &ending = ".rtl") {
 // Without write_file, which syncs: thousands of broken files need not survive a power cut.
 laser_file parse(const std::string &text, const std::string &ending = ".rtl") {
     std::ofstream(laser_path(ending), std::ios::binary) << text;
-    return read_laser(laser_path(ending));
+    return read_laser_text(laser_path(ending), read_table_text(laser_path(ending)));
 }
 
 std::string message_of(const std::string &text) {

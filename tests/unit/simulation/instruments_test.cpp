@@ -8,6 +8,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/rtl.h"
+#include "host-tools/formats/table_text.h"
 #include "host-tools/simulation/step_words.h"
 #include "host-tools/twin/diagonals.h"
 #include "host-tools/twin/nine_line.h"
@@ -17,6 +18,10 @@ namespace compbox {
 namespace {
 
 const std::string example = CB_SOURCE_DIR "/examples/nine-line/machine_twin.json";
+
+laser_file read_laser(const std::string &path) {
+    return read_laser_text(path, read_table_text(path));
+}
 
 // The example's machine, and a laser and a person who are perfect.
 twin_config noiseless() {
