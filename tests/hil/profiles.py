@@ -187,7 +187,8 @@ class Run:
 
 def reaction(rows, begin, end):
     """Seconds from `begin` (a command, or a time) until the box or the PLC notices, until everything is
-    at zero; and from `end` until the box is ACTIVE and what it wants is applied. None: it was not."""
+    at zero; and from `end` until the box is ACTIVE and what it wants is applied. None: it was not. from_um: what was
+    applied at `begin`."""
     def at(row, what):
         return (float(row["time_s"]) >= what if isinstance(what, float) else
                 f"command {what}" in row["event"].split(" | "))
@@ -196,6 +197,7 @@ def reaction(rows, begin, end):
     start = next(i for i, row in enumerate(rows) if at(row, begin))
     t0 = float(rows[start]["time_s"])
     found = dict.fromkeys(("noticed_s", "zero_s", "active_s", "back_s"))
+    found["from_um"] = max(map(abs, um(rows[start], "applied")))
     stop = start
     if end is not None:
         stop = next(i for i in range(start + 1, len(rows)) if at(rows[i], end))
@@ -282,7 +284,8 @@ def table(found):
     lines += ["", "| fault, until it is removed | noticed s | at zero s | ACTIVE again s | as before s |",
               "|---|---|---|---|---|"]
     for command, times in found["faults"].items():
-        lines.append(f"| `{command}` | " + " | ".join(map(seconds_text, times.values())) + " |")
+        shown = [seconds_text(value) for key, value in times.items() if key.endswith("_s")]
+        lines.append(f"| `{command}` | " + " | ".join(shown) + " |")
     lines += ["", "| fault of one request | stayed ACTIVE | movement of the applied value, µm |", "|---|---|---|"]
     for command, (stayed, moved) in found["once"].items():
         lines.append(f"| `{command}` | {'yes' if stayed else 'no'} | {moved:.2f} |")

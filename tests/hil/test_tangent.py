@@ -15,7 +15,7 @@ import pytest
 import box as box_module
 from box import until
 from fakeplc import FakePlc
-from machine import ACTIVE, HOLD, RAMP
+from machine import ACTIVE, HOLD, RAMP, STANDBY
 
 SLOPE = 0.2                    # error, µm/mm
 ZERO_MM = 500                  # where it is zero
@@ -135,30 +135,21 @@ def is_right(row):
     return abs(row["um"] - law_um(row["X_mm"])) <= 2 * ROUNDING_UM
 
 
-def longest(rows, condition):
-    """The longest run of rows that meet the condition."""
-    best, run = [], []
-    for row in rows:
-        run = run + [row] if condition(row) else []
-        best = max(best, run, key=len)
-    return best
-
-
-def undisturbed(rows):
-    """The longest run of rows in ACTIVE without an alarm, from its second second on, in which every scan came in time
-    and the box's heartbeat moved: else the PLC may have taken the box for lost."""
-    best, run, beat, beat_s, before_s = [], [], None, 0, 0
+def undisturbed(rows, modes=(ACTIVE,), settle_s=1, coupled=True):
+    """The runs of rows in these modes in which every scan came in time and the box's heartbeat moved, else the PLC may
+    have taken the box for lost; each without its first settle_s. coupled: and without an alarm."""
+    runs, run, beat, beat_s, before_s = [], [], None, 0, 0
     for row in rows + [None]:
         if row and row["box_heartbeat"] != beat:
             beat, beat_s = row["box_heartbeat"], row["time_s"]
-        if (row and row["mode"] == ACTIVE and row["alarms"] == "0" and
+        if (row and row["mode"] in modes and (row["alarms"] == "0" or not coupled) and
                 row["time_s"] - min(before_s, beat_s) < 0.1):
             run.append(row)
         else:
-            best = max(best, [r for r in run if r["time_s"] > run[0]["time_s"] + 1], key=len)
+            runs.append([r for r in run if r["time_s"] > run[0]["time_s"] + settle_s])
             run = []
         before_s = row["time_s"] if row else 0
-    return best
+    return runs
 
 
 def test_what_the_nc_adds_is_the_tangent_wherever_the_axis_is(rig):
@@ -166,7 +157,7 @@ def test_what_the_nc_adds_is_the_tangent_wherever_the_axis_is(rig):
 
     def on_the_way():
         rows = [row for row in rig.rows() if row["time_s"] >= begin_s]
-        active = undisturbed(rows)
+        active = max(undisturbed(rows), key=len)
         pairs = list(zip(active, active[1:]))
         return active, [b for a, b in pairs if abs(b["X_mm"] - a["X_mm"]) > 0.5]
 
@@ -201,29 +192,39 @@ def test_what_the_nc_adds_is_the_tangent_wherever_the_axis_is(rig):
 
 
 def test_hold_keeps_what_is_applied_then_ramps_and_comes_back(rig):
+    """The PLC's heartbeat stops for as long as the box needs to come to zero, until a run had HOLD and RAMP while box
+    and PLC ran: a PLC that takes a stopped box for lost ramps by itself."""
+    def held_and_ramped():
+        rig.wait_settled()
+        rig.plc.say("freeze heartbeat 1")
+        rig.plc.wait(lambda status: status["mode"] == STANDBY and abs(status["applied_X"]) < GRAIN_UM)
+        rig.plc.say("freeze heartbeat 0")
+        rig.wait_settled()
+        return stretch()
+
+    def stretch():
+        """out: rows of HOLD and of RAMP of one run, behind 0.2 s in which the PLC applied what the box wrote"""
+        for run in undisturbed(rig.rows(), (ACTIVE, HOLD, RAMP), settle_s=0.2, coupled=False):
+            parts = [[row for row in run if row["mode"] == mode] for mode in (HOLD, RAMP)]
+            if all(len(part) > 10 for part in parts):
+                return parts
+        return None
+
     with rig.start_box() as box:
         rig.wait_settled()
         at_mm = rig.position()
-        rig.plc.say("freeze heartbeat 1")
-        rig.wait_mode(HOLD)
-        rig.wait_mode(RAMP)
-        rig.plc.say("freeze heartbeat 0")
-        rig.wait_settled()
+        until(held_and_ramped)
         rig.move(500, feed=10000)
         rig.wait_stand()
         rig.wait_settled()
         box.stop()
         assert box.code == 0, box.log
     rig.plc.say("quit")
-    rows = rig.rows()
-    held = longest(rows, lambda row: row["mode"] == HOLD)
-    assert len(held) > 10
+    held, ramp = stretch()
     for row in held:
         assert abs(row["um"] - law_um(at_mm)) <= GRAIN_UM + ROUNDING_UM, row
-    ramp = longest(rows, lambda row: row["mode"] == RAMP)
-    assert all(abs(after["um"]) <= abs(before["um"]) + GRAIN_UM for before, after in
-               zip(ramp, ramp[1:]))
-    check_continuous(rows)
+    assert all(abs(after["um"]) <= abs(before["um"]) + GRAIN_UM for before, after in zip(ramp, ramp[1:]))
+    check_continuous(rig.rows())
 
 
 def test_enable_withdrawn_on_the_way_takes_value_and_slope_to_zero(rig):
