@@ -6,7 +6,7 @@ mark_as_advanced(COMPBOX_CCACHE_PROGRAM)
 if(COMPBOX_CCACHE AND EXISTS "${COMPBOX_CCACHE_PROGRAM}")
     # Paths below the project count as relative, so that a fresh clone hits what another one compiled; times of headers
     # do not count, only what is in them, for which precompiled headers need it.
-    set(launcher ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} CCACHE_NOHASHDIR=1
+    set(launcher env CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} CCACHE_NOHASHDIR=1
         CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime ${COMPBOX_CCACHE_PROGRAM})
     foreach(language C CXX)
         if(NOT CMAKE_${language}_COMPILER_LAUNCHER)

@@ -59,10 +59,10 @@ json pins_of(const program_parts &parts) {
     return all;
 }
 
-std::string names_of(const std::string &kind, std::size_t count) {
+std::string names_of(const std::string &stem, std::size_t count) {
     std::string names;
     for (std::size_t c = 0; c < count; ++c)
-        names += fmt::format("{}compbox-{}-{}", c > 0 ? "," : "", kind, c);
+        names += fmt::format("{}compbox-{}-{}", c > 0 ? "," : "", stem, c);
     return names;
 }
 
