@@ -66,7 +66,7 @@ bool cb_bus_turns_next(struct cb_bus_turns *turns, int64_t now_us, uint8_t *unit
         struct cb_bus_turn *turn = &turns->turns[index];
         if (turn->due_us > now_us) continue;
         turns->current = index;
-        turns->asked_us = now_us;
+        turns->requested_us = now_us;
         turn->due_us = now_us + ((int64_t)turns->every_us << turn->silent);
         if (turn->silent < CB_BUS_BACKOFF_MAX) ++turn->silent;
         *unit = turn->unit;
@@ -79,7 +79,7 @@ bool cb_bus_turns_next(struct cb_bus_turns *turns, int64_t now_us, uint8_t *unit
 void cb_bus_turns_refused(struct cb_bus_turns *turns) {
     struct cb_bus_turn *turn = &turns->turns[turns->current];
     turn->silent = 0;
-    turn->due_us = turns->asked_us + turns->every_us;
+    turn->due_us = turns->requested_us + turns->every_us;
 }
 
 static bool is_of(const struct cb_bus_turn *turn, const struct cb_signal_config *signal) {
@@ -100,7 +100,7 @@ size_t cb_bus_turns_take(struct cb_bus_turns *turns, const struct cb_config *con
         samples[count++] =
             (struct cb_sample){.signal = (uint8_t)i,
                                .raw = cb_number_decode((enum cb_number_type)signal->type, at),
-                               .time_us = turns->asked_us};
+                               .time_us = turns->requested_us};
     }
     return count;
 }

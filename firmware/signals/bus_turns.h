@@ -32,7 +32,7 @@ struct cb_bus_turns {
     uint8_t count;
     uint8_t current; /* the last turn returned */
     uint32_t every_us;
-    int64_t asked_us;
+    int64_t requested_us;
     struct cb_bus_turn turns[CB_MAX_SIGNALS];
 };
 _Static_assert(CB_MAX_SIGNALS <= 255, "a turn for each signal at most, counted in uint8_t");

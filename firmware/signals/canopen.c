@@ -59,7 +59,7 @@ void cb_canopen_watch(const struct cb_can_config *can, struct cb_canopen_node *n
 static bool is_due(const struct cb_can_node_config *config, const struct cb_canopen_node *node,
                    int64_t now_us) {
     if (!config->start || node->state == CB_CANOPEN_OPERATIONAL) return false;
-    if (node->starts > 0 && now_us - node->asked_us < CB_CANOPEN_AGAIN_US) return false;
+    if (node->starts > 0 && now_us - node->commanded_us < CB_CANOPEN_AGAIN_US) return false;
     const bool disobeys = config->heartbeat_timeout_ms > 0 && node->state != CB_CANOPEN_UNKNOWN;
     return !node->commanded || disobeys;
 }
@@ -69,7 +69,7 @@ bool cb_canopen_due(const struct cb_can_config *can, struct cb_canopen_node *nod
     for (unsigned i = 0; i < can->nodes_count; ++i) {
         if (!is_due(&can->nodes[i], &nodes[i], now_us)) continue;
         nodes[i].commanded = true;
-        nodes[i].asked_us = now_us;
+        nodes[i].commanded_us = now_us;
         ++nodes[i].starts;
         *frame = (struct cb_can_frame){.id = NMT_ID,
                                        .length = NMT_BYTES,

@@ -21,15 +21,15 @@ enum cb_canopen_state {
 enum { CB_CANOPEN_AGAIN_US = 1000000 };
 
 struct cb_canopen_node {
-    uint8_t state;    /* enum cb_canopen_state, as last received */
-    bool commanded;   /* a start command was sent since its last possible reset */
-    bool waits;       /* heard_us is valid: a heartbeat is awaited since then … */
-    bool lost;        /* … the wait exceeded the timeout, and the loss was counted */
-    uint32_t boots;   /* boot-up messages received */
-    uint32_t losses;  /* heartbeats later than the timeout */
-    uint32_t starts;  /* start commands sent */
-    int64_t heard_us; /* last heartbeat; before the first: start of the wait for it */
-    int64_t asked_us; /* time of the last start command */
+    uint8_t state;        /* enum cb_canopen_state, as last received */
+    bool commanded;       /* a start command was sent since its last possible reset */
+    bool waits;           /* heard_us is valid: a heartbeat is awaited since then … */
+    bool lost;            /* … the wait exceeded the timeout, and the loss was counted */
+    uint32_t boots;       /* boot-up messages received */
+    uint32_t losses;      /* heartbeats later than the timeout */
+    uint32_t starts;      /* start commands sent */
+    int64_t heard_us;     /* last heartbeat; before the first: start of the wait for it */
+    int64_t commanded_us; /* time of the last start command */
 };
 
 /* Before the first frame: the state of every node is unknown. */
