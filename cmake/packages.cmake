@@ -58,6 +58,7 @@ install(PROGRAMS ${packaging}/compbox-demo DESTINATION bin COMPONENT compbox)
 install(FILES docs/coefficients.schema.json DESTINATION share/compbox COMPONENT compbox)
 # compbox-demo needs the examples, and Debian's policy permits a system without /usr/share/doc.
 install(DIRECTORY examples DESTINATION share/compbox COMPONENT compbox PATTERN LICENSE EXCLUDE)
+file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/packaging/compbox)
 file(CREATE_LINK ../../compbox/examples ${CMAKE_BINARY_DIR}/packaging/compbox/examples SYMBOLIC)
 install(FILES ${CMAKE_BINARY_DIR}/packaging/compbox/examples DESTINATION share/doc/compbox COMPONENT compbox)
 cb_documents(compbox README.md docs/coefficient-file.md docs/coefficients.schema.json docs/fakeplc.md)

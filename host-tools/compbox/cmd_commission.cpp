@@ -12,6 +12,7 @@
 #include "host-tools/command_line/summary.h"
 #include "host-tools/commission/checks.h"
 #include "host-tools/commission/questions.h"
+#include "host-tools/commission/second_opinion.h"
 #include "host-tools/commission/statements.h"
 #include "host-tools/commission/write.h"
 #include "host-tools/compbox/commands.h"
@@ -51,9 +52,10 @@ class commissioning {
 
     void run() {
         commission::prepare_process();
+        const auto by_libmodbus = commission::ask_libmodbus(setup_.config->plc);
         commission::live_box live(setup_);
         try {
-            walk(live);
+            walk(live, by_libmodbus);
         } catch (const input_error &error) {
             const bool at_zero = live.stop();
             throw input_error(options_.path, 0, 0,
@@ -120,7 +122,7 @@ class commissioning {
 
     // Registers, then the sign of each chosen axis, then times. Throws input_error at the first
     // that fails; the caller brings the offsets back to zero.
-    void walk(commission::live_box &live) {
+    void walk(commission::live_box &live, const commission::second_opinion &by_libmodbus) {
         say("1. Registers");
         result_.registers = commission::check_registers(live, setup_);
         for (const auto &[name, value] : result_.registers["signals"].items()) {
@@ -132,6 +134,7 @@ class commissioning {
             "   the heartbeat counts every {:.4g} ms, writes are accepted, {}", update_ms,
             refused.empty() ? "the write block is read back" : "its read-back is refused"));
         if (!refused.empty()) setup_.remarks.push_back(refused);
+        add_second_opinion(commission::compare(by_libmodbus, live));
         compare(live);
         if (options_.only_registers) return;
         commission::become_active(live);
@@ -148,6 +151,16 @@ class commissioning {
         const auto dialog = questions_.about_positions(
             live, map_, [&requests](const auto &line) { requests << line << std::endl; });
         result_.positions = commission::check_positions(live, map_, dialog, options_.positions);
+    }
+
+    // in : the box's readings beside libmodbus', or null
+    void add_second_opinion(const json &readings) {
+        if (readings.is_null()) return;
+        result_.registers["libmodbus"] = readings;
+        const std::string text = commission::comparison_text(readings);
+        const std::string remark = commission::comparison_remark(readings);
+        if (!text.empty()) say(text);
+        if (!remark.empty()) setup_.remarks.push_back(remark);
     }
 
     // Displacement of the tool by an offset; reversed: it is against it

@@ -27,6 +27,7 @@ void add_commands(cli::command &app) {
     add_computing_commands(app);
     add_simulate(app);
     add_commission(app);
+    add_plc(app);
     app.set_help_all_flag("--help-all", "Help of every command");
 }
 

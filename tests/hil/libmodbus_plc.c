@@ -4,7 +4,7 @@
  * "address value" lines on stdin for the first registers. Register 1 counts up with each request.
  * Each written block 100 … 115 becomes a line on stdout. */
 #include <errno.h>
-#include <modbus.h>
+#include <modbus/modbus.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
