@@ -8,63 +8,38 @@
 
 namespace compbox::commission {
 
-namespace {
-
-constexpr double comparing_s = 0.5;
-
-// The box's readings of half a second.
-struct readings {
-    std::vector<std::uint16_t> last;
-    std::vector<bool> changed;
-};
-
-// Cycles for comparing_s. out: the newest reading, and which registers changed; empty: none came
-readings take_readings(live_box &live) {
-    readings taken;
-    const std::size_t count = live.config().plc.read.count;
-    live.cycle_until(comparing_s, [&] {
-        if (!live.read_ok()) return false;
-        const std::uint16_t *now = live.registers();
-        if (taken.last.empty()) {
-            taken.last.assign(now, now + count);
-            taken.changed.assign(count, false);
-        }
-        for (std::size_t i = 0; i < count; ++i) {
-            taken.changed[i] = taken.changed[i] || taken.last[i] != now[i];
-            taken.last[i] = now[i];
-        }
-        return false;
-    });
-    return taken;
-}
-
-}  // namespace
-
-second_opinion ask_libmodbus(const cb_plc_config &plc) {
-    second_opinion found;
-    if (plc.transport != CB_TRANSPORT_TCP) return found;
+second_opinion::second_opinion(const cb_plc_config &plc) {
+    if (plc.transport != CB_TRANSPORT_TCP) return;
     plc::wire to;
     to.host = plc.host;
     to.port = plc.port;
     to.unit = plc.unit;
     try {
         plc::client client(to);
-        found.registers = client.read(plc::table::holding, plc.read.start, plc.read.count);
+        by_libmodbus_ = client.read(plc::table::holding, plc.read.start, plc.read.count);
     } catch (const input_error &error) {
-        found.fault = error.what();
+        fault_ = error.what();
     }
-    return found;
 }
 
-json compare(const second_opinion &by_libmodbus, live_box &live) {
-    if (by_libmodbus.registers.empty())
-        return by_libmodbus.fault.empty() ? json() : json{{"fault", by_libmodbus.fault}};
-    const readings own = take_readings(live);
+void second_opinion::observe(live_box &live) {
+    live.on_reading = [this](const plc_reading &reading) {
+        if (own_.empty()) changed_.assign(reading.registers.size(), false);
+        for (std::size_t i = 0; i < own_.size(); ++i) {
+            changed_[i] = changed_[i] || own_[i] != reading.registers[i];
+        }
+        own_ = reading.registers;
+    };
+}
+
+json second_opinion::compare(live_box &live) const {
+    live.on_reading = nullptr;
+    if (by_libmodbus_.empty()) return fault_.empty() ? json() : json{{"fault", fault_}};
     std::vector<int> differing;
     int compared = 0, changing = 0;
-    for (std::size_t i = 0; i < own.last.size(); ++i) {
-        ++(own.changed[i] ? changing : compared);
-        if (!own.changed[i] && own.last[i] != by_libmodbus.registers[i])
+    for (std::size_t i = 0; i < own_.size(); ++i) {
+        ++(changed_[i] ? changing : compared);
+        if (!changed_[i] && own_[i] != by_libmodbus_[i])
             differing.push_back(live.config().plc.read.start + static_cast<int>(i));
     }
     return {{"compared", compared}, {"changing", changing}, {"differing", differing}};

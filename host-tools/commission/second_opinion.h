@@ -12,18 +12,25 @@
 
 namespace compbox::commission {
 
-// One reading by libmodbus. Made before the box connects, because an 840D's server takes one
-// client; closed at once.
-struct second_opinion {
-    std::vector<std::uint16_t> registers;  // empty: none
-    std::string fault;                     // why there is none; "" on a serial line
-};
-second_opinion ask_libmodbus(const cb_plc_config &plc);
+class second_opinion {
+  public:
+    // One reading by libmodbus, before the box connects, because an 840D's server takes one client.
+    // Over TCP only.
+    explicit second_opinion(const cb_plc_config &plc);
 
-// Cycles for a moment. Registers that stay the same in the box's readings are compared; the others
-// change too fast.
-// out: {"compared", "changing", "differing": [address …], "fault"}; null without an opinion
-json compare(const second_opinion &by_libmodbus, live_box &live);
+    // Looks at each reading of the box from now on, by live.on_reading.
+    void observe(live_box &live);
+
+    // Ends that. Registers that stayed the same in all readings are compared; the others change.
+    // out: {"compared", "changing", "differing": [address …]}, or {"fault"}; null on a serial line
+    json compare(live_box &live) const;
+
+  private:
+    std::vector<std::uint16_t> by_libmodbus_;  // empty: none
+    std::string fault_;                        // why there is none; "" on a serial line
+    std::vector<std::uint16_t> own_;           // the box's newest
+    std::vector<bool> changed_;                // of its registers
+};
 
 // out: one line for a person, and the remark about differing registers; "": none
 std::string comparison_text(const json &comparison);

@@ -52,7 +52,7 @@ class commissioning {
 
     void run() {
         commission::prepare_process();
-        const auto by_libmodbus = commission::ask_libmodbus(setup_.config->plc);
+        commission::second_opinion by_libmodbus(setup_.config->plc);
         commission::live_box live(setup_);
         try {
             walk(live, by_libmodbus);
@@ -122,8 +122,9 @@ class commissioning {
 
     // Registers, then the sign of each chosen axis, then times. Throws input_error at the first
     // that fails; the caller brings the offsets back to zero.
-    void walk(commission::live_box &live, const commission::second_opinion &by_libmodbus) {
+    void walk(commission::live_box &live, commission::second_opinion &by_libmodbus) {
         say("1. Registers");
+        by_libmodbus.observe(live);
         result_.registers = commission::check_registers(live, setup_);
         for (const auto &[name, value] : result_.registers["signals"].items()) {
             say(fmt::format("   {} = {:.4g}", name, value.get<double>()));
@@ -134,7 +135,7 @@ class commissioning {
             "   the heartbeat counts every {:.4g} ms, writes are accepted, {}", update_ms,
             refused.empty() ? "the write block is read back" : "its read-back is refused"));
         if (!refused.empty()) setup_.remarks.push_back(refused);
-        add_second_opinion(commission::compare(by_libmodbus, live));
+        add_second_opinion(by_libmodbus.compare(live));
         compare(live);
         if (options_.only_registers) return;
         commission::become_active(live);
