@@ -36,16 +36,6 @@ static void read_back(struct cb_cycle *cycle, const struct cb_box *box,
                                         cycle->in.held_registers, exchange->deadline_us);
 }
 
-/* FC3 of the read block. */
-static void read_inputs(struct cb_cycle *cycle, const struct exchange *exchange) {
-    const struct cb_hal *hal = exchange->hal;
-    const struct cb_block_config *read = &exchange->plc->read;
-    cycle->in.read_us = now(hal);
-    cycle->read = hal->read(hal->context, read->start, read->count, cycle->in.registers,
-                            exchange->deadline_us);
-    cycle->in.read_ok = cycle->read == CB_TRANSFER_OK;
-}
-
 /* Records the time from a reading to the confirmation of the outputs computed from it.
  * in : read_us, time of the reading; 0: none */
 static void note_exchange(struct cb_cycle *cycle, int64_t read_us, int64_t confirmed_us) {
@@ -58,6 +48,30 @@ static void note_exchange(struct cb_cycle *cycle, int64_t read_us, int64_t confi
 static void leave_behind_last(const struct cb_cycle *cycle, const struct cb_hal *hal) {
     if (cycle->out.last && cycle->write == CB_TRANSFER_UNKNOWN && hal->leave)
         hal->leave(hal->context);
+}
+
+/* Takes the results of a client beside the loop: the fate of the previous step's outputs, and the
+ * time of the reading.
+ * in : made_from_us, of the reading behind those outputs; 0: none */
+static void take_handed(struct cb_cycle *cycle, const struct cb_hal *hal, int64_t made_from_us) {
+    const struct cb_handed handed = hal->handed(hal->context);
+    if (handed.write != CB_TRANSFER_NONE) cycle->write = (enum cb_transfer)handed.write;
+    cycle->in.last_write = handed.write;
+    leave_behind_last(cycle, hal);
+    note_exchange(cycle, made_from_us, handed.written_us);
+    if (cycle->in.read_ok) cycle->in.read_us = handed.read_us;
+}
+
+/* FC3 of the read block. */
+static void read_inputs(struct cb_cycle *cycle, const struct exchange *exchange) {
+    const struct cb_hal *hal = exchange->hal;
+    const int64_t made_from_us = cycle->in.read_ok ? cycle->in.read_us : 0;
+    const struct cb_block_config *read = &exchange->plc->read;
+    cycle->in.read_us = now(hal);
+    cycle->read = hal->read(hal->context, read->start, read->count, cycle->in.registers,
+                            exchange->deadline_us);
+    cycle->in.read_ok = cycle->read == CB_TRANSFER_OK;
+    if (hal->handed) take_handed(cycle, hal, made_from_us);
 }
 
 /* FC23: the previous step's outputs, then this step's inputs. */
@@ -79,6 +93,11 @@ static void write_then_read(struct cb_cycle *cycle, const struct exchange *excha
 static void write_outputs(struct cb_cycle *cycle, const struct exchange *exchange) {
     const struct cb_hal *hal = exchange->hal;
     const struct cb_block_config *write = &exchange->plc->write;
+    if (hal->handed) { /* the next cycle has its result */
+        (void)hal->write(hal->context, write->start, write->count, cycle->out.registers,
+                         exchange->deadline_us);
+        return;
+    }
     if (now(hal) < exchange->deadline_us)
         cycle->write = hal->write(hal->context, write->start, write->count, cycle->out.registers,
                                   exchange->deadline_us);
@@ -107,7 +126,9 @@ void cb_cycle_run(struct cb_cycle *cycle, struct cb_box *box, const struct cb_ha
         .plc = &box->config.plc,
         .deadline_us = cycle->tick_us + cb_exchange_budget_us(box->config.period_us)};
     /* With no outputs yet, or no contact to the PLC, the inputs are read first, even with FC23. */
-    const bool combined = box->config.plc.exchange == CB_EXCHANGE_FC23 && cycle->out.write;
+    const bool beside = hal->handed != NULL;
+    const bool with_fc23 = box->config.plc.exchange == CB_EXCHANGE_FC23 && !beside;
+    const bool combined = with_fc23 && cycle->out.write;
 
     cycle->read = cycle->write = CB_TRANSFER_FAILED;
     cycle->in.held = CB_TRANSFER_NONE;
@@ -131,8 +152,7 @@ void cb_cycle_run(struct cb_cycle *cycle, struct cb_box *box, const struct cb_ha
     const int64_t step_done_us = now(hal);
 
     cycle->in.last_write = CB_TRANSFER_NONE;
-    if (box->config.plc.exchange == CB_EXCHANGE_FC3_FC16 && cycle->out.write)
-        write_outputs(cycle, &exchange);
+    if (!with_fc23 && cycle->out.write) write_outputs(cycle, &exchange);
     cycle->step_us = step_done_us - step_from_us;
     cycle->exchange_us = (read_done_us - cycle->tick_us) + (now(hal) - step_done_us);
     hal->feed_watchdog(hal->context);

@@ -10,6 +10,13 @@
 
 #include "firmware/base/io.h"
 
+/* Results of a client that works beside the loop, one cycle late. */
+struct cb_handed {
+    int64_t read_us;    /* request time of the reading that read() returned last */
+    uint8_t write;      /* enum cb_transfer, of the write of the previous cycle; NONE: none */
+    int64_t written_us; /* time of its reply, where OK */
+};
+
 struct cb_hal {
     void *context; /* passed to every operation */
 
@@ -47,6 +54,11 @@ struct cb_hal {
 
     /* out: whether a stop of the box was requested */
     bool (*stop_requested)(void *context);
+
+    /* NULL: read and write do their request and return its result. Else a client works beside the
+     * loop: they return at once with results of the previous cycle's requests, and this operation,
+     * called after read, has the rest. write_read is not called then. */
+    struct cb_handed (*handed)(void *context);
 };
 
 #endif

@@ -187,6 +187,7 @@ struct cb_pair_config {
 enum cb_profile { CB_PROFILE_GENERIC, CB_PROFILE_SINUMERIK_840D, CB_PROFILE_FANUC };
 enum cb_exchange { CB_EXCHANGE_FC3_FC16, CB_EXCHANGE_FC23 };
 enum cb_transport { CB_TRANSPORT_TCP, CB_TRANSPORT_RTU };
+enum cb_tcp_client { CB_CLIENT_COMPBOX, CB_CLIENT_LIBMODBUS };
 
 /* A block of holding registers, zero-based protocol address. With counters, its first and last
  * register carry the same number, incremented with every update; a block where they differ is
@@ -227,6 +228,7 @@ struct cb_plc_config {
     /* connection to the PLC: used at start, by no step */
     char host[40]; /* TCP: numeric IPv4 or IPv6 address, no resolver in the loop */
     uint16_t port;
+    uint8_t client;                 /* TCP: enum cb_tcp_client */
     struct cb_serial_config serial; /* RTU */
 };
 

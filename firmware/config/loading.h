@@ -14,6 +14,7 @@ struct cb_target {
     const char *name;   /* for messages: "compboxd", "compbox-stm32f405" */
     uint8_t sources;    /* bit set of 1 << enum cb_signal_source */
     uint8_t transports; /* bit set of 1 << enum cb_transport */
+    uint8_t lacks;      /* bit set of 1 << enum cb_tcp_client: not in this build */
 };
 
 /* One sentence for a person: `terms[3].knots[7]: 1.25 is below the knot before it (1.30)`. The

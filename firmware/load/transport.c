@@ -15,7 +15,10 @@ static const struct cb_field TRANSPORT_FIELDS[TRANSPORT_KEYS] = {
 };
 const struct cb_object cb_transport_object = {TRANSPORT_FIELDS, TRANSPORT_KEYS};
 
-enum { TCP_HOST, TCP_PORT, TCP_UNIT, TCP_KEYS };
+static const struct cb_word CLIENT_WORDS[] = {
+    {"compbox", CB_CLIENT_COMPBOX}, {"libmodbus", CB_CLIENT_LIBMODBUS}, {0, 0}};
+
+enum { TCP_HOST, TCP_PORT, TCP_UNIT, TCP_CLIENT, TCP_KEYS };
 static const struct cb_field TCP_FIELDS[TCP_KEYS] = {
     [TCP_HOST] = {"host", CB_FIELD_TEXT, true, TCP_AT(host),
                   .size = sizeof(((struct cb_plc_config *)0)->host)},
@@ -23,6 +26,8 @@ static const struct cb_field TCP_FIELDS[TCP_KEYS] = {
                   .otherwise = "502"},
     [TCP_UNIT] = {"unit", CB_FIELD_UINT8, false, TCP_AT(unit), .least = "0", .most = "255",
                   .otherwise = "1"},
+    [TCP_CLIENT] = {"client", CB_FIELD_WORD, false, TCP_AT(client), .words = CLIENT_WORDS,
+                    .otherwise = "compbox"},
 };
 const struct cb_object cb_tcp_object = {TCP_FIELDS, TCP_KEYS};
 
@@ -121,6 +126,10 @@ static bool read_tcp(struct cb_loader *loader, uint32_t at) {
         return cb_fail(loader, CB_ERROR_RANGE, slots[TCP_HOST],
                        "%o is not a numeric IPv4 or IPv6 address; names are not resolved",
                        slots[TCP_HOST]);
+    if (loader->target->lacks & 1u << plc->client)
+        return cb_fail(loader, CB_ERROR_PROFILE, slots[TCP_CLIENT],
+                       "%s was built without %o; omit it, or install the Debian package",
+                       loader->target->name, slots[TCP_CLIENT]);
     return true;
 }
 

@@ -63,17 +63,69 @@ static bool stop_requested(void *context) {
     return cb_flag_is_raised(&target->stop);
 }
 
+#if CB_HAS_LIBMODBUS
+static enum cb_transfer read_beside(void *context, uint16_t start, uint16_t count,
+                                    uint16_t *registers, int64_t deadline_us) {
+    struct cb_linux *target = context;
+    (void)deadline_us;
+    return cb_libmodbus_read(&target->libmodbus, start, count, registers);
+}
+
+static enum cb_transfer write_beside(void *context, uint16_t start, uint16_t count,
+                                     const uint16_t *registers, int64_t deadline_us) {
+    struct cb_linux *target = context;
+    (void)deadline_us;
+    return cb_libmodbus_write(&target->libmodbus, start, count, registers);
+}
+
+static struct cb_handed handed(void *context) {
+    struct cb_linux *target = context;
+    return cb_libmodbus_handed(&target->libmodbus);
+}
+
+static void leave_beside(void *context) {
+    struct cb_linux *target = context;
+    cb_libmodbus_leave(&target->libmodbus);
+}
+
+/* out: time of the loop's next tick, by the clock of ages */
+static int64_t next_tick_us(const struct cb_tick *tick) {
+    const int64_t tick_ns = tick->start_ns + (tick->index + 1) * tick->period_ns;
+    return cb_boottime_us() + (tick_ns - cb_clock_ns(tick->clock)) / 1000;
+}
+
+static void end_cycle(void *context) {
+    struct cb_linux *target = context;
+    cb_libmodbus_post(&target->libmodbus, next_tick_us(&target->tick));
+    feed_watchdog(context);
+}
+
+/* Exchanges the operations of the wire. */
+static void put_beside(struct cb_hal *hal) {
+    hal->read = read_beside;
+    hal->write = write_beside;
+    hal->write_read = NULL;
+    hal->leave = leave_beside;
+    hal->handed = handed;
+    hal->feed_watchdog = end_cycle;
+}
+#endif
+
 struct cb_hal cb_linux_hal(struct cb_linux *target) {
-    return (struct cb_hal){.context = target,
-                           .now_us = now_us,
-                           .wait_tick = wait_tick,
-                           .read = read,
-                           .write = write,
-                           .write_read = write_read,
-                           .leave = leave,
-                           .samples = samples,
-                           .feed_watchdog = feed_watchdog,
-                           .stop_requested = stop_requested};
+    struct cb_hal hal = {.context = target,
+                         .now_us = now_us,
+                         .wait_tick = wait_tick,
+                         .read = read,
+                         .write = write,
+                         .write_read = write_read,
+                         .leave = leave,
+                         .samples = samples,
+                         .feed_watchdog = feed_watchdog,
+                         .stop_requested = stop_requested};
+#if CB_HAS_LIBMODBUS
+    if (target->beside) put_beside(&hal);
+#endif
+    return hal;
 }
 
 void cb_linux_close(struct cb_linux *target) {
@@ -85,4 +137,7 @@ void cb_linux_close(struct cb_linux *target) {
 
 void cb_linux_stop(struct cb_linux *target) {
     if (target->transport == CB_TRANSPORT_RTU) (void)cb_serial_opener_stop(&target->opener);
+#if CB_HAS_LIBMODBUS
+    if (target->beside) (void)cb_libmodbus_stop(&target->libmodbus);
+#endif
 }

@@ -9,6 +9,7 @@
 
 #include "hal/hal.h"
 #include "hal/linux/can_source.h"
+#include "hal/linux/libmodbus.h"
 #include "hal/linux/rtu.h"
 #include "hal/linux/sample_ring.h"
 #include "hal/linux/tcp.h"
@@ -17,7 +18,9 @@
 struct cb_linux {
     struct cb_tick tick;
     uint8_t transport; /* enum cb_transport: the wire in use */
-    struct cb_tcp tcp;
+    bool beside;       /* TCP by libmodbus, in a thread of its own */
+    struct cb_tcp tcp; /* with libmodbus: its counters */
+    struct cb_libmodbus libmodbus;
     struct cb_rtu rtu;
     struct cb_serial_opener opener; /* of the device for RTU */
     struct cb_can_source can;

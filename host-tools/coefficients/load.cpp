@@ -11,7 +11,7 @@ namespace {
 // Functions of at least one target.
 constexpr cb_target any_target = {"the box",
                                   1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN | 1u << CB_SOURCE_BUS,
-                                  1u << CB_TRANSPORT_TCP | 1u << CB_TRANSPORT_RTU};
+                                  1u << CB_TRANSPORT_TCP | 1u << CB_TRANSPORT_RTU, 0};
 
 std::string counted(int count, const char *noun) {
     return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");

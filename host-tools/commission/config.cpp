@@ -20,7 +20,7 @@ constexpr double largest_offset_um = 1e6;
 // The PLC is on the network; the offsets are samples of the box's own bus.
 constexpr cb_target commissioning = {"compbox commission",
                                      1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN,
-                                     1u << CB_TRANSPORT_TCP | 1u << CB_TRANSPORT_RTU};
+                                     1u << CB_TRANSPORT_TCP | 1u << CB_TRANSPORT_RTU, 0};
 
 const json &list_of(const json &document, const char *key, const std::string &file) {
     const auto found = document.find(key);

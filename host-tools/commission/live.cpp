@@ -135,7 +135,8 @@ struct live_box::inside {
         offset_signal = setup.offset_signal;
         start_wire();
         linux_hal = cb_linux_hal(&target);
-        hal = {this, now, wait_tick, read, write, write_read, nullptr, samples, feed, is_stopping};
+        hal = {this,    now,     wait_tick, read,        write,  write_read,
+               nullptr, samples, feed,      is_stopping, nullptr};
         cb_box_start(&box);
         cb_cycle_start(&cycle);
         cb_tick_start(&target.tick, CLOCK_MONOTONIC, box.config.period_us);

@@ -27,7 +27,7 @@ struct pack_arguments {
 // Equal to the target of hal/stm32f405/app/load.c. A file for compboxd is packed too, with a
 // remark, because other microcontrollers may run it.
 constexpr cb_target stm32f405 = {"the STM32F405", 1u << CB_SOURCE_PLC | 1u << CB_SOURCE_BUS,
-                                 1u << CB_TRANSPORT_RTU};
+                                 1u << CB_TRANSPORT_RTU, 0};
 
 std::vector<std::string> remarks_on(const std::string &path, const std::string &text) {
     const auto config = std::make_unique<cb_config>();

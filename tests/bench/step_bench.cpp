@@ -20,7 +20,7 @@ extern "C" {
 namespace {
 
 constexpr cb_target target = {"step_bench", 1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN,
-                              1u << CB_TRANSPORT_TCP};
+                              1u << CB_TRANSPORT_TCP, 0};
 
 std::string numbers(const std::vector<double> &values) {
     std::string text;

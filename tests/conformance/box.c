@@ -148,7 +148,7 @@ static void check_outputs(struct check *check) {
 
 void run_box(struct check *check) {
     static const struct cb_target target = {
-        "conformance", 1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN, 1u << CB_TRANSPORT_TCP};
+        "conformance", 1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN, 1u << CB_TRANSPORT_TCP, 0};
     struct cb_message message;
     struct world world = {.random = 2463534242u, .control = 0xB, .t1 = 215, .now_us = 1000000};
     check->subject = "loading";

@@ -48,6 +48,21 @@ def fc23(data):
     data["plc"]["exchange"] = "fc23"
 
 
+def libmodbus(data):
+    data["plc"]["transport"]["tcp"]["client"] = "libmodbus"
+
+
+@pytest.fixture(params=["compbox fc3+fc16", "compbox fc23", "libmodbus fc3+fc16", "libmodbus fc23"])
+def way(request):
+    """Both clients with both ways to exchange, as an edit of the coefficient file."""
+    client, exchange_of_it = request.param.split()
+
+    def edit(data):
+        data["plc"]["transport"]["tcp"]["client"] = client
+        data["plc"]["exchange"] = exchange_of_it
+    return edit
+
+
 @pytest.fixture(params=["fc3+fc16", "fc23"])
 def exchange(request):
     """Both ways to exchange, as an edit of the coefficient file."""

@@ -52,9 +52,9 @@ def check(box, blocks):
     assert blocks[-1][0] & 0xFF == machine.STOPPED
 
 
-def test_values_and_stop_against_libmodbus(port, start_box, exchange):
+def test_values_and_stop_against_libmodbus(port, start_box, way):
     with Libmodbus(port) as plc:
-        with start_box("--cycles", "40", change=exchange) as box:
+        with start_box("--cycles", "40", change=way) as box:
             box.wait()
         check(box, plc.blocks)
 

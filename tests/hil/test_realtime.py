@@ -7,6 +7,7 @@ import time
 import pytest
 
 import laws
+from conftest import libmodbus
 from machine import ACTIVE, PERIOD_S
 from pymodbus_plc import PymodbusPlc
 from raw_plc import RawPlc
@@ -17,10 +18,10 @@ SPY = os.environ.get("SPY", os.path.join(os.path.dirname(__file__),
 AT_REST = {"X": 4000, "Y": 200, "Z": 1500, "T1": 35}
 
 
-def spied(start_box, tmp_path, scenario, **env):
+def spied(start_box, tmp_path, scenario, change=None, **env):
     """Runs the scenario under the spy; out: what it counted, and the box."""
     told = tmp_path / "spy.txt"
-    with start_box(env=dict(env, LD_PRELOAD=SPY, SPY_FILE=str(told))) as box:
+    with start_box(change=change, env=dict(env, LD_PRELOAD=SPY, SPY_FILE=str(told))) as box:
         scenario(box)
     return {name: int(count) for name, count in map(str.split, told.read_text().splitlines())}, box
 
@@ -42,8 +43,9 @@ def eventful(plc, port):
     return scenario
 
 
-def test_the_loop_allocates_nothing_and_touches_no_file_or_lock(start_box, tmp_path, eventful):
-    counts, box = spied(start_box, tmp_path, eventful)
+@pytest.mark.parametrize("change", [None, libmodbus], ids=["compbox", "libmodbus"])
+def test_the_loop_allocates_nothing_and_touches_no_file_or_lock(start_box, tmp_path, eventful, change):
+    counts, box = spied(start_box, tmp_path, eventful, change)
     assert box.code == 0, box.log
     assert counts["cycles"] > 50, "the spy did not see the loop"
     for name in ("allocations", "frees", "files", "writes", "locks"):

@@ -48,10 +48,10 @@ def judged(steps, values_of):
     return found
 
 
-def test_values_are_those_of_the_models_while_the_axes_move(plc, port, start_box, exchange):
+def test_values_are_those_of_the_models_while_the_axes_move(plc, port, start_box, way):
     """Of the reading that the step before each write had."""
     plc.motion = program
-    with PymodbusPlc(plc, port), start_box(change=exchange) as box:
+    with PymodbusPlc(plc, port), start_box(change=way) as box:
         until(lambda: len(judged(box.steps, plc.readings)) > 40, every_s=0.3)
         box.stop()
     assert box.code == 0, box.log
@@ -78,8 +78,8 @@ def values_at(plc, step):
     return plc.readings[step.reading - 1]
 
 
-def test_heartbeat_and_status_of_every_write(plc, port, start_box, exchange):
-    with PymodbusPlc(plc, port), start_box(change=exchange) as box:
+def test_heartbeat_and_status_of_every_write(plc, port, start_box, way):
+    with PymodbusPlc(plc, port), start_box(change=way) as box:
         plc.wait_mode(ACTIVE)
         plc.wait_writes(15)
         box.stop()
@@ -100,9 +100,9 @@ def steps_on_the_way(steps):
             and not LOST & {step.last_write for step in steps[i - late:i + 1]}]
 
 
-def test_the_way_to_the_wanted_value_has_the_slew_rate(plc, port, start_box, exchange):
+def test_the_way_to_the_wanted_value_has_the_slew_rate(plc, port, start_box, way):
     plc.values = {"X": 6500, "Y": 200, "Z": 1500, "T1": 35}      # Z wants -124 µm
-    with PymodbusPlc(plc, port), start_box(change=exchange) as box:
+    with PymodbusPlc(plc, port), start_box(change=way) as box:
         def moved_freely():
             plc.wait(lambda w: w.mode == ACTIVE and w.um["Z"] < -124)
             plc.control &= ~ENABLE

@@ -91,6 +91,7 @@ class invariants {
             must(ends(p.host) && std::strlen(p.host) >= 2, "host");
             must(std::strspn(p.host, "0123456789abcdefABCDEF.:") == std::strlen(p.host), "host");
             must(p.port >= 1, "port");
+            must(p.client <= CB_CLIENT_LIBMODBUS, "client");
         }
         must(c.buses_count <= CB_MAX_BUSES, "buses");
         for (int i = 0; i < c.buses_count && broken.empty(); ++i) serial(c.buses[i].serial);

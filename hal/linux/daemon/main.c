@@ -116,6 +116,23 @@ static bool start_serial_plc(struct daemon *daemon) {
     return error == 0;
 }
 
+#if CB_HAS_LIBMODBUS
+/* Its thread runs right behind the loop, which waits for none of its calls. */
+static bool start_libmodbus(struct daemon *daemon) {
+    struct cb_linux *target = &daemon->loop.target;
+    const int before = daemon->options.priority;
+    const struct cb_schedule schedule = {before > 1 ? before - 1 : before, -1};
+    const struct cb_config *config = config_now(daemon);
+    const int error = cb_libmodbus_start(&target->libmodbus, &config->plc, config->period_us,
+                                         &schedule, &target->tcp);
+    target->beside = error == 0;
+    if (error != 0)
+        fprintf(stderr, "compboxd: cannot start the thread of libmodbus: %s%s\n", strerror(error),
+                error == EPERM ? "; without --priority it needs no permission" : "");
+    return error == 0;
+}
+#endif
+
 static bool start_plc(struct daemon *daemon) {
     const struct cb_plc_config *plc = &config_now(daemon)->plc;
     daemon->loop.target.transport = plc->transport;
@@ -123,6 +140,9 @@ static bool start_plc(struct daemon *daemon) {
     bool v6 = strchr(plc->host, ':') != NULL;
     snprintf(daemon->plc, sizeof daemon->plc, v6 ? "[%s]:%u" : "%s:%u", plc->host,
              (unsigned)plc->port);
+#if CB_HAS_LIBMODBUS
+    if (plc->client == CB_CLIENT_LIBMODBUS) return start_libmodbus(daemon);
+#endif
     if (cb_tcp_start(&daemon->loop.target.tcp, plc->host, plc->port, plc->unit)) return true;
     fprintf(stderr, "compboxd: %s: plc.transport.tcp.host: \"%s\" is not a numeric address\n",
             daemon->options.config, plc->host);

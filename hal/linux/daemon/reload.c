@@ -57,7 +57,8 @@ static bool serial_differs(const struct cb_serial_config *a, const struct cb_ser
 static const char *needs_restart(const struct cb_config *now, const struct cb_config *fresh) {
     const struct cb_plc_config *a = &now->plc, *b = &fresh->plc;
     if (a->transport != b->transport || a->unit != b->unit || a->port != b->port ||
-        memcmp(a->host, b->host, sizeof a->host) != 0 || serial_differs(&a->serial, &b->serial))
+        a->client != b->client || memcmp(a->host, b->host, sizeof a->host) != 0 ||
+        serial_differs(&a->serial, &b->serial))
         return "plc.transport";
     if (a->exchange != b->exchange) return "plc.exchange";
     if (a->read.start != b->read.start || a->read.count != b->read.count) return "plc.read";

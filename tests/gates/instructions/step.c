@@ -39,7 +39,7 @@ static bool happens(uint32_t per_mille) {
 bool step_load(bool shared) {
     const char *const text = shared ? shared_breaks : own_breaks;
     const size_t length = shared ? sizeof shared_breaks : sizeof own_breaks;
-    static const struct cb_target target = {"gate", 1u << CB_SOURCE_PLC, 1u << CB_TRANSPORT_TCP};
+    static const struct cb_target target = {"gate", 1u << CB_SOURCE_PLC, 1u << CB_TRANSPORT_TCP, 0};
     struct cb_message message;
     return cb_config_load(&box.config, text, length, &target, &scratch, &message) == CB_OK;
 }

@@ -45,7 +45,7 @@ static char *next_word(char **rest) {
 static bool load(const char *path) {
     static char text[CB_MAX_TEXT_BYTES];
     static const struct cb_target target = {"replay", 1u << CB_SOURCE_PLC | 1u << CB_SOURCE_BUS,
-                                            1u << CB_TRANSPORT_RTU};
+                                            1u << CB_TRANSPORT_RTU, 0};
     struct cb_message message;
     FILE *file = fopen(path, "rb");
     if (!file) return false;

@@ -97,6 +97,65 @@ struct plant {
     int64_t after(int64_t us) const { return sim.now_us() + us; }
 };
 
+// ---- a client beside the loop (hal.h, handed)
+
+struct beside {
+    static inline plant *of = nullptr;
+    static inline cb_transfer fate = CB_TRANSFER_OK;
+    static constexpr int64_t read_before_us = 4000, written_before_us = 1000;
+
+    static cb_handed handed(void *) {
+        const int64_t now_us = of->sim.now_us();
+        return {now_us - read_before_us, static_cast<uint8_t>(fate), now_us - written_before_us};
+    }
+    static void on(plant &p) {
+        of = &p;
+        fate = CB_TRANSFER_OK;
+        p.sim.wire = {0, 0};
+        p.hal = p.sim.hal();
+        p.hal.write_read = nullptr;  // never called
+        p.hal.handed = handed;
+    }
+};
+
+TEST(cycle, a_client_beside_the_loop_gives_the_time_of_the_reading_and_the_fate_of_the_write) {
+    for (cb_exchange exchange : {CB_EXCHANGE_FC3_FC16, CB_EXCHANGE_FC23}) {
+        plant p(simple(exchange));
+        beside::on(p);
+        p.run(20);
+        ASSERT_EQ(p.mode(), CB_MODE_ACTIVE);
+        EXPECT_EQ(p.cycle.tick_us - p.cycle.in.read_us, beside::read_before_us);
+        EXPECT_EQ(p.cycle.in.exchange_us, static_cast<uint32_t>(period_us + beside::read_before_us -
+                                                                beside::written_before_us));
+        EXPECT_EQ(p.cycle.write, CB_TRANSFER_OK);
+        EXPECT_GT(p.sim.writes, 10u);
+        beside::fate = CB_TRANSFER_REFUSED;
+        const uint32_t refused = p.box->counters.writes_refused;
+        p.run(2);
+        EXPECT_EQ(p.box->counters.writes_refused, refused + 2);
+        EXPECT_EQ(p.cycle.step_last_write, CB_TRANSFER_REFUSED);
+    }
+}
+
+TEST(cycle, a_last_write_of_a_client_beside_the_loop_is_left_behind_when_its_fate_is_unknown) {
+    static int left;
+    plant p;
+    beside::on(p);
+    left = 0;
+    p.hal.leave = [](void *) { ++left; };
+    p.run(20);
+    beside::fate = CB_TRANSFER_UNKNOWN;
+    bool last = false;
+    for (int i = 0; i < 20 && !last; ++i) {
+        p.run(1);
+        last = p.cycle.out.last;
+    }
+    ASSERT_TRUE(last);
+    EXPECT_EQ(left, 0) << "its result comes with the next cycle";
+    p.run(1);
+    EXPECT_EQ(left, 1);
+}
+
 // ---- a configuration that has changed in memory
 
 // Its addresses, lengths and times are not used for another exchange, with either request.

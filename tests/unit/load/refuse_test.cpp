@@ -119,16 +119,24 @@ TEST(config_refuse, long_messages_are_cut_between_characters) {
 TEST(config_refuse, what_the_target_does_not_have) {
     const uint8_t all = every_target.sources, plc = 1u << CB_SOURCE_PLC;
     const cb_target no_can = {"little-box", static_cast<uint8_t>(all & ~(1u << CB_SOURCE_CAN)),
-                              1u << CB_TRANSPORT_TCP};
+                              1u << CB_TRANSPORT_TCP, 0};
     const cb_target no_bus = {"little-box", static_cast<uint8_t>(all & ~(1u << CB_SOURCE_BUS)),
-                              1u << CB_TRANSPORT_TCP};
-    const cb_target no_net = {"little-box", plc, 1u << CB_TRANSPORT_RTU};
+                              1u << CB_TRANSPORT_TCP, 0};
+    const cb_target no_net = {"little-box", plc, 1u << CB_TRANSPORT_RTU, 0};
+    const cb_target no_stack = {"little-box", all, 1u << CB_TRANSPORT_TCP,
+                                1u << CB_CLIENT_LIBMODBUS};
     EXPECT_EQ(said(load(full_example, no_can)),
               "16:43 CB_ERROR_PROFILE signals[1].can: little-box reads no CAN bus in this version");
     EXPECT_EQ(said(load(full_example, no_bus)),
               "38:77 CB_ERROR_PROFILE buses[0]: little-box reads no sensor bus in this version");
     EXPECT_EQ(said(load(full_example, no_net)),
               "8:26 CB_ERROR_PROFILE plc.transport.tcp: little-box has no network");
+    EXPECT_EQ(load(with("\"unit\": 1}}", "\"unit\": 1, \"client\": \"compbox\"}}"), no_stack).error,
+              CB_OK);
+    EXPECT_EQ(
+        said(load(with("\"unit\": 1}}", "\"unit\": 1, \"client\": \"libmodbus\"}}"), no_stack)),
+        "8:83 CB_ERROR_PROFILE plc.transport.tcp.client: little-box was built without "
+        "\"libmodbus\"; omit it, or install the Debian package");
 }
 
 TEST(config_refuse, counters_and_nothing_else_in_the_read_block) {

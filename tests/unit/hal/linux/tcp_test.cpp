@@ -1,19 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The client against a server of raw sockets that misbehaves on purpose. Frames are written by
 // hand.
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <netinet/tcp.h>
 #include <poll.h>
-#include <unistd.h>
 
-#include <atomic>
-#include <chrono>
-#include <functional>
-#include <mutex>
-#include <stdexcept>
-#include <thread>
-#include <vector>
+#include "tests/support/raw_server.h"
 
 extern "C" {
 #include "hal/linux/clock.h"
@@ -23,111 +14,13 @@ extern "C" {
 namespace tcp_client {
 namespace {
 
-using bytes = std::vector<uint8_t>;
-
-void sleep_ms(int ms) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(ms));
-}
-
-// One accepted connection, as the handler of a test sees it.
-struct peer {
-    int fd;
-    int number;  // 0 for the first connection
-    std::atomic<int> &requests;
-
-    // The next request, or empty when the client is gone.
-    bytes request() const {
-        bytes frame(6);
-        if (recv(fd, frame.data(), 6, MSG_WAITALL) != 6) return {};
-        const size_t rest = static_cast<size_t>(frame[4]) << 8 | frame[5];
-        frame.resize(6 + rest);
-        if (recv(fd, frame.data() + 6, rest, MSG_WAITALL) != static_cast<ssize_t>(rest)) return {};
-        requests++;
-        return frame;
-    }
-    void reply(const bytes &frame) const { send(fd, frame.data(), frame.size(), MSG_NOSIGNAL); }
-    bool gone() const {
-        char byte;
-        return recv(fd, &byte, 1, 0) <= 0;
-    }
-};
-
-// A server whose every connection is handled by the test's function, one after the other.
-class server {
-  public:
-    explicit server(std::function<void(peer &)> handler, uint16_t port = 0)
-        : handler_(std::move(handler)) {
-        listening_ = socket(AF_INET, SOCK_STREAM, 0);
-        const int on = 1;
-        setsockopt(listening_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-        sockaddr_in address{};
-        address.sin_family = AF_INET;
-        address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-        address.sin_port = htons(port);
-        socklen_t size = sizeof address;
-        if (bind(listening_, reinterpret_cast<sockaddr *>(&address), size) != 0 ||
-            listen(listening_, 8) != 0)
-            throw std::runtime_error("cannot listen");
-        getsockname(listening_, reinterpret_cast<sockaddr *>(&address), &size);
-        port_ = ntohs(address.sin_port);
-        thread_ = std::thread([this] { serve(); });
-    }
-    ~server() {
-        shutdown(listening_, SHUT_RDWR);
-        {
-            const std::lock_guard<std::mutex> guard(mutex_);
-            closing_ = true;
-            if (connection_ >= 0) shutdown(connection_, SHUT_RDWR);
-        }
-        thread_.join();
-        close(listening_);
-    }
-    uint16_t port() const { return port_; }
-    int connections() const { return connections_; }
-    int requests() const { return requests_; }
-
-  private:
-    void serve() {
-        for (;;) {
-            const int fd = accept(listening_, nullptr, nullptr);
-            if (fd < 0) return;
-            const int on = 1;
-            setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-            {
-                const std::lock_guard<std::mutex> guard(mutex_);
-                connection_ = fd;
-                if (closing_) shutdown(fd, SHUT_RDWR);
-            }
-            peer p{fd, connections_++, requests_};
-            handler_(p);
-            const std::lock_guard<std::mutex> guard(mutex_);
-            connection_ = -1;
-            close(fd);
-        }
-    }
-    std::function<void(peer &)> handler_;
-    int listening_ = -1, connection_ = -1;
-    bool closing_ = false;
-    uint16_t port_ = 0;
-    std::atomic<int> connections_{0}, requests_{0};
-    std::mutex mutex_;
-    std::thread thread_;
-};
-
-// The reply to a read of two registers: id of the request, values v and v + 1.
-bytes two_registers(const bytes &request, uint8_t v) {
-    return {request[0], request[1], 0, 0, 0, 7, request[6], 3, 4, 0, v, 0, uint8_t(v + 1)};
-}
-
-bytes two_written(const bytes &request) {
-    return {request[0], request[1], 0, 0, 0, 6, request[6], 16, 0, 100, 0, 2};
-}
-
-// Answers well, with the number of the request as value, until the client is gone.
-void behave(peer &p) {
-    for (bytes r = p.request(); !r.empty(); r = p.request())
-        p.reply(two_registers(r, static_cast<uint8_t>(p.requests)));
-}
+using raw_server::behave;
+using raw_server::bytes;
+using raw_server::peer;
+using raw_server::server;
+using raw_server::sleep_ms;
+using raw_server::two_registers;
+using raw_server::two_written;
 
 // A client and its registers, asked with a deadline some ms away.
 struct client {

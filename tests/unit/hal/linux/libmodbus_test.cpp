@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: MIT
+// libmodbus beside the loop, against a server of raw sockets that misbehaves on purpose. The test
+// is the loop: it runs cycles until what it waits for is there.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <memory>
+
+#include "tests/support/raw_server.h"
+
+extern "C" {
+#include "hal/linux/clock.h"
+#include "hal/linux/libmodbus.h"
+}
+
+namespace libmodbus_client {
+namespace {
+
+using raw_server::behave;
+using raw_server::bytes;
+using raw_server::peer;
+using raw_server::server;
+using raw_server::sleep_ms;
+using raw_server::two_registers;
+using raw_server::two_written;
+
+constexpr uint32_t period_us = 20000;
+
+// What one cycle of the loop was given.
+struct cycle {
+    cb_transfer read;
+    cb_handed handed;
+    uint16_t registers[2];
+    int64_t at_us;
+};
+
+class loop {
+  public:
+    explicit loop(uint16_t port, cb_exchange exchange = CB_EXCHANGE_FC3_FC16) {
+        cb_plc_config plc = {};
+        std::strcpy(plc.host, "127.0.0.1");
+        plc.port = port;
+        plc.unit = 1;
+        plc.exchange = exchange;
+        EXPECT_EQ(cb_libmodbus_start(client.get(), &plc, period_us, &cb_no_hurry, shown.get()), 0);
+    }
+    ~loop() { EXPECT_TRUE(cb_libmodbus_stop(client.get())); }
+
+    // in : writes: registers 100 and 101 are written, to the number of the cycle
+    cycle run(bool writes = false) {
+        cycle now = {};
+        now.at_us = cb_boottime_us();
+        now.read = cb_libmodbus_read(client.get(), 8, 2, now.registers);
+        now.handed = cb_libmodbus_handed(client.get());
+        if (at_handed) at_handed(now);
+        const uint16_t block[2] = {++cycles, cycles};
+        if (writes) cb_libmodbus_write(client.get(), 100, 2, block);
+        cb_libmodbus_post(client.get(), cb_boottime_us() + period_us);
+        sleep_ms(period_us / 1000);
+        return now;
+    }
+    // Runs cycles until one is as wanted.
+    template <typename condition>
+    cycle until(bool writes, condition wanted) {
+        for (int i = 0; i < 1000; ++i) {
+            const cycle now = run(writes);
+            if (wanted(now)) return now;
+        }
+        ADD_FAILURE() << "not within 1000 cycles";
+        return {};
+    }
+    cycle until_read() {
+        return until(false, [](const cycle &c) { return c.read == CB_TRANSFER_OK; });
+    }
+    cycle until_fate(cb_transfer fate) {
+        return until(true, [fate](const cycle &c) { return c.handed.write == fate; });
+    }
+
+    std::function<void(const cycle &)> at_handed;  // before the cycle posts
+    std::unique_ptr<cb_libmodbus> client = std::make_unique<cb_libmodbus>();
+    std::unique_ptr<cb_tcp> shown = std::make_unique<cb_tcp>();
+    uint16_t cycles = 0;
+};
+
+bytes reply_to(const bytes &request, uint8_t value = 7) {
+    return request[7] == 3 ? two_registers(request, value) : two_written(request);
+}
+
+void serve(peer &p) {
+    for (bytes r = p.request(); !r.empty(); r = p.request()) p.reply(reply_to(r));
+}
+
+TEST(libmodbus, a_reading_of_one_cycle_is_returned_in_the_next_with_the_time_of_its_request) {
+    server plc(behave);
+    loop box(plc.port());
+    const cycle first = box.run();
+    EXPECT_EQ(first.read, CB_TRANSFER_FAILED) << "nothing was requested before";
+    int64_t before_us = 0;
+    const cycle found = box.until(false, [&](const cycle &c) {
+        if (c.read == CB_TRANSFER_OK) return true;
+        before_us = c.at_us;
+        return false;
+    });
+    EXPECT_EQ(found.registers[1], found.registers[0] + 1);
+    EXPECT_GT(found.handed.read_us, first.at_us);
+    EXPECT_LT(found.handed.read_us, found.at_us);
+    EXPECT_EQ(found.handed.write, CB_TRANSFER_NONE);
+    EXPECT_EQ(box.shown->link.state, CB_LINK_UP);
+    EXPECT_EQ(box.shown->link.connects, 1u);
+}
+
+TEST(libmodbus, each_reading_is_returned_once) {
+    std::atomic<bool> mute{false};
+    server plc([&](peer &p) {
+        for (bytes r = p.request(); !r.empty(); r = p.request())
+            if (!mute) p.reply(reply_to(r));
+    });
+    loop box(plc.port());
+    const int64_t read_us = box.until_read().handed.read_us;
+    EXPECT_GT(box.until_read().handed.read_us, read_us);
+    mute = true;
+    box.until(false, [](const cycle &c) { return c.read != CB_TRANSFER_OK; });
+    EXPECT_NE(box.run().read, CB_TRANSFER_OK);
+}
+
+TEST(libmodbus, a_write_is_reported_in_the_next_cycle_with_the_time_of_its_reply) {
+    server plc(serve);
+    loop box(plc.port());
+    const cycle done = box.until_fate(CB_TRANSFER_OK);
+    EXPECT_LT(done.handed.written_us, done.at_us);
+    EXPECT_GE(box.shown->counters.replies, 1u);
+}
+
+// Also the readings behind it, which wait for the end of the period, do not delay the report.
+TEST(libmodbus, a_write_is_reported_while_the_reading_behind_it_is_pending) {
+    server plc([](peer &p) {
+        for (bytes r = p.request(); !r.empty(); r = p.request())
+            if (r[7] == 16) p.reply(two_written(r));
+    });
+    loop box(plc.port());
+    const cycle done = box.until_fate(CB_TRANSFER_OK);
+    EXPECT_NE(done.read, CB_TRANSFER_OK);
+}
+
+TEST(libmodbus, without_a_reply_a_write_is_unknown_and_the_next_ones_are_certainly_not_sent) {
+    std::atomic<bool> mute{false};
+    std::atomic<int> writes{0};
+    server plc([&](peer &p) {
+        for (bytes r = p.request(); !r.empty(); r = p.request()) {
+            writes += r[7] == 16;
+            if (!mute) p.reply(reply_to(r));
+        }
+    });
+    loop box(plc.port());
+    box.until_fate(CB_TRANSFER_OK);
+    mute = true;
+    box.until_fate(CB_TRANSFER_UNKNOWN);
+    const int sent = writes;
+    const cycle blocked = box.run(true);
+    EXPECT_EQ(blocked.handed.write, CB_TRANSFER_FAILED);
+    EXPECT_EQ(blocked.read, CB_TRANSFER_FAILED);
+    EXPECT_EQ(writes, sent);
+    mute = false;
+    box.until_fate(CB_TRANSFER_OK);
+    EXPECT_GE(box.shown->counters.timeouts, 1u);
+    EXPECT_EQ(box.shown->link.connects, 2u) << "after a timeout the connection is a new one";
+    EXPECT_GE(box.shown->counters.blocked, 1u);
+}
+
+TEST(libmodbus, a_late_reply_is_not_taken_for_the_next_one) {
+    std::atomic<int> readings{0};
+    server plc([&](peer &p) {
+        for (bytes r = p.request(); !r.empty(); r = p.request()) {
+            const int number = ++readings;
+            if (number == 3) sleep_ms(5 * period_us / 1000);  // longer than the time for a reply
+            p.reply(two_registers(r, static_cast<uint8_t>(number)));
+        }
+    });
+    loop box(plc.port());
+    std::vector<uint16_t> values;
+    while (values.size() < 6) values.push_back(box.until_read().registers[0]);
+    for (size_t i = 1; i < values.size(); ++i) EXPECT_GT(values[i], values[i - 1]);
+    EXPECT_EQ(std::count(values.begin(), values.end(), 3), 0);
+    EXPECT_EQ(plc.connections(), 2);
+}
+
+TEST(libmodbus, an_exception_refuses_the_request_and_keeps_the_connection) {
+    server plc([](peer &p) {
+        for (bytes r = p.request(); !r.empty(); r = p.request()) {
+            if (r[7] == 16)
+                p.reply({r[0], r[1], 0, 0, 0, 3, r[6], 0x90, 6});
+            else
+                p.reply(two_registers(r, 1));
+        }
+    });
+    loop box(plc.port());
+    box.until_fate(CB_TRANSFER_REFUSED);
+    box.until_fate(CB_TRANSFER_REFUSED);
+    EXPECT_EQ(plc.connections(), 1);
+    EXPECT_GE(box.shown->counters.exceptions_by_code[6], 1u);
+}
+
+TEST(libmodbus, a_missing_function_is_shown_to_the_log) {
+    server plc([](peer &p) {
+        for (bytes r = p.request(); !r.empty(); r = p.request())
+            p.reply({r[0], r[1], 0, 0, 0, 3, r[6], static_cast<uint8_t>(r[7] | 0x80), 1});
+    });
+    loop box(plc.port());
+    box.until_fate(CB_TRANSFER_REFUSED);
+    EXPECT_EQ(box.shown->peer.refused_functions & 1u << 16, 1u << 16);
+}
+
+TEST(libmodbus, a_closed_connection_is_made_again) {
+    server plc([](peer &p) {
+        for (int i = 0; i < 6; ++i) {
+            const bytes r = p.request();
+            if (r.empty()) return;
+            p.reply(reply_to(r));
+        }
+    });
+    loop box(plc.port());
+    box.until(true, [&](const cycle &) { return plc.connections() >= 3; });
+    box.until_fate(CB_TRANSFER_OK);
+    EXPECT_GE(box.shown->link.disconnects, 2u);
+    EXPECT_GE(box.shown->counters.closed_by_peer, 2u);
+}
+
+TEST(libmodbus, garbage_costs_the_connection) {
+    server plc([](peer &p) {
+        const bytes r = p.request();
+        if (p.number == 0)
+            p.reply(bytes(13, 0x55));
+        else if (!r.empty())
+            p.reply(reply_to(r));
+        serve(p);
+    });
+    loop box(plc.port());
+    box.until_read();
+    EXPECT_EQ(plc.connections(), 2);
+    EXPECT_EQ(box.shown->counters.invalid_replies + box.shown->counters.timeouts, 1u);
+}
+
+TEST(libmodbus, with_fc23_a_write_and_a_reading_are_one_request) {
+    std::atomic<int> combined{0}, others{0};
+    server plc([&](peer &p) {
+        for (bytes r = p.request(); !r.empty(); r = p.request()) {
+            ++(r[7] == 23 ? combined : others);
+            p.reply({r[0], r[1], 0, 0, 0, 7, r[6], r[7], 4, 0, 1, 0, 2});
+        }
+    });
+    loop box(plc.port(), CB_EXCHANGE_FC23);
+    const cycle done = box.until_fate(CB_TRANSFER_OK);
+    EXPECT_EQ(done.read, CB_TRANSFER_OK);
+    EXPECT_EQ(done.registers[1], 2);
+    EXPECT_EQ(others, 0);
+}
+
+TEST(libmodbus, without_a_server_nothing_is_sent_and_the_attempts_back_off) {
+    uint16_t port = 0;
+    {
+        server gone(serve);
+        port = gone.port();
+    }
+    loop box(port);
+    box.until(true, [&](const cycle &c) {
+        return c.handed.write == CB_TRANSFER_FAILED && box.shown->link.failures >= 2;
+    });
+    EXPECT_EQ(box.shown->link.error_number, ECONNREFUSED);
+    EXPECT_GT(box.shown->counters.not_connected, box.shown->link.failures);
+    server back(serve, port);
+    box.until_fate(CB_TRANSFER_OK);
+}
+
+// The server sees the end of the stream, and no reset, behind the last write.
+TEST(libmodbus, leaving_ends_the_stream_behind_the_pending_write) {
+    std::atomic<ssize_t> end{-2};
+    std::atomic<bool> left{false};
+    server plc([&](peer &p) {
+        if (p.number > 0) return serve(p);
+        bytes r = p.request();
+        while (!r.empty() && r[7] != 16) {
+            p.reply(reply_to(r));
+            r = p.request();
+        }
+        while (!left) sleep_ms(1);
+        p.reply(two_written(r));
+        char byte;
+        end = recv(p.fd, &byte, 1, 0);
+    });
+    loop box(plc.port());
+    box.at_handed = [&](const cycle &c) {
+        if (left || c.handed.write != CB_TRANSFER_UNKNOWN) return;
+        cb_libmodbus_leave(box.client.get());
+        left = true;
+    };
+    box.until_fate(CB_TRANSFER_UNKNOWN);
+    box.until(false, [&](const cycle &) { return box.shown->link.connects >= 2; });
+    EXPECT_EQ(end, 0);
+    EXPECT_EQ(box.shown->link.cause, CB_LINK_CAUSE_LEFT);
+}
+
+// A job that the thread has not begun is taken back, so its write certainly has no effect.
+TEST(libmodbus, a_write_that_was_not_begun_is_withdrawn) {
+    auto client = std::make_unique<cb_libmodbus>();
+    std::memset(client.get(), 0, sizeof *client);
+    sem_init(&client->wake, 0, 0);
+    const uint16_t block[2] = {1, 2};
+    uint16_t registers[2];
+    cb_libmodbus_write(client.get(), 100, 2, block);
+    cb_libmodbus_post(client.get(), 0);
+    EXPECT_EQ(client->state, static_cast<uint32_t>(CB_JOB_POSTED));
+    EXPECT_EQ(cb_libmodbus_read(client.get(), 8, 2, registers), CB_TRANSFER_FAILED);
+    EXPECT_EQ(cb_libmodbus_handed(client.get()).write, CB_TRANSFER_FAILED);
+    EXPECT_EQ(client->state, static_cast<uint32_t>(CB_JOB_IDLE));
+    sem_destroy(&client->wake);
+}
+
+// A read-back that was not requested in the cycle before counts as no request.
+TEST(libmodbus, a_second_reading_is_none_until_it_was_requested) {
+    server plc(serve);
+    loop box(plc.port());
+    box.until_read();
+    uint16_t held[2];
+    cb_transfer first = CB_TRANSFER_OK, second = CB_TRANSFER_NONE;
+    for (int i = 0; i < 1000 && second != CB_TRANSFER_OK; ++i) {
+        uint16_t registers[2];
+        cb_libmodbus_read(box.client.get(), 8, 2, registers);
+        second = cb_libmodbus_read(box.client.get(), 100, 2, held);
+        if (i == 0) first = second;
+        cb_libmodbus_post(box.client.get(), cb_boottime_us() + period_us);
+        sleep_ms(period_us / 1000);
+    }
+    EXPECT_EQ(first, CB_TRANSFER_NONE);
+    EXPECT_EQ(held[0], 7);
+}
+
+}  // namespace
+}  // namespace libmodbus_client
