@@ -37,9 +37,14 @@ WHOLE = {
     "0 to 64": ("train", "r.csv", "--name", "t", "--outputs", "a", "--inputs", "b", "-o", "t",
                 "--hidden"),
     "5 to 1000": ("commission", "m.json", "--steps"),
+    "10 to 60000": ("plc", "read", "h", "0", "--timeout-ms"),
+    "1 to 2": ("plc", "read", "/dev/ttyS0", "0", "--stop-bits"),
+    "1 to 3600000": ("plc", "watch", "h", "0", "--every-ms"),
+    "1 to 1000000000": ("plc", "watch", "h", "0", "--count"),
     "2 to 100000000": ("plan", "--box", "0:1:2,0:1:2,0:1:2", "-o", "p.json", "--monte-carlo"),
 }
 ANY = [
+    ("plc", "read", "h", "0", "--scale"),
     ("fit", "d.csv", "--name", "EZX", "--signal", "X", "-o", "t", "--zero-at"),
     ("identify", "m.csv", "--axis", "X", "--points", "p.json", "-o", "d", "--scale-ppm-per-degC"),
     ("identify", "m.csv", "--axis", "X", "--points", "p.json", "-o", "d", "--temperature-degC"),

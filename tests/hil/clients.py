@@ -132,7 +132,8 @@ def main():
     runs = {}
     for fault, name in FAULTS:
         for client in CLIENTS:
-            runs[client, name] = run = Run(client, fault, arguments.seconds)
+            seconds = arguments.seconds if fault else 3 * arguments.seconds
+            runs[client, name] = run = Run(client, fault, seconds)
             print(f"{client}, {name}: {run.spoilt} faults, {run.cells()}", file=sys.stderr)
     lines = age_table(runs) + [""] + fault_table(runs)
     print("\n".join(lines))
