@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "host-tools/export/program_parts.h"
-#include "host-tools/export/template.h"
+#include "host-tools/formats/template.h"
 
 namespace compbox::exports {
 

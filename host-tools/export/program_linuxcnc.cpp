@@ -4,7 +4,7 @@
 
 #include "host-tools/coefficients/machine_file.h"
 #include "host-tools/export/program_parts.h"
-#include "host-tools/export/template.h"
+#include "host-tools/formats/template.h"
 
 namespace compbox::exports {
 

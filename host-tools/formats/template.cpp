@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "host-tools/export/template.h"
+#include "host-tools/formats/template.h"
 
 #include <stdexcept>
 #include <utility>
@@ -8,7 +8,7 @@
 #include "host-tools/formats/json.h"
 #include "host-tools/formats/text.h"
 
-namespace compbox::exports {
+namespace compbox {
 
 namespace {
 
@@ -27,6 +27,7 @@ const json &at(const json &values, const std::string &key) {
 }
 
 bool truth(const json &value) {
+    if (value.is_string()) return !value.get<std::string>().empty();
     return value.is_boolean() ? value.get<bool>() : !value.empty();
 }
 
@@ -98,4 +99,4 @@ std::string expanded(const std::string &text, const json &values) {
     return expanded(all, 0, all.size(), values);
 }
 
-}  // namespace compbox::exports
+}  // namespace compbox
