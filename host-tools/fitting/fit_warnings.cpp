@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "host-tools/fitting/methods.h"
+#include "host-tools/fitting/signs.h"
 #include "host-tools/formats/csv.h"
 
 namespace compbox {
@@ -170,9 +171,15 @@ void add_warnings(fit_result &result) {
     warn_of_lost_motion(result);
     warn_of_outliers(result);
     warn_of_disagreement(result);
+    for (const auto &warning : mirrored_run_warnings(result.data)) {
+        result.warnings.push_back(warning);
+    }
     for (auto &backward : result.backward) {
         warn_of_outliers(backward);
         warn_of_disagreement(backward);
+        for (const auto &warning : mirrored_run_warnings(backward.data)) {
+            result.warnings.push_back(warning);
+        }
         for (const auto &warning : backward.warnings) {
             result.warnings.push_back("backward: " + warning);
         }
