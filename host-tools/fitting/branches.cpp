@@ -18,6 +18,7 @@ measurement runs_of(const measurement &data, int direction) {
     measurement part;
     part.file = data.file;
     part.unit = data.unit;
+    part.about = data.about;
     part.sigma_given = data.sigma_given;
     part.cells = data.cells;
     for (const auto &run : data.runs) {

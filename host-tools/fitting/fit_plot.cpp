@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "host-tools/fitting/fit.h"
 #include "host-tools/formats/csv.h"
@@ -64,14 +65,21 @@ std::string all_blocks(const fit_result &result, const std::string &branch) {
            readings_block(result, branch);
 }
 
+// Readings of both directions differ in colour and marker; each is named once.
 std::string plot_runs(const fit_result &result, const std::string &branch, int column) {
     std::string text;
+    bool titled[2] = {false, false};
     for (std::size_t r = 0; r < result.data.runs.size(); ++r) {
-        const bool backward = result.data.runs[r].direction < 0;
-        const bool titled = r == 0 && branch.empty();
-        text += fmt::format("$run{}{} using 1:{} with points pt {} ps 0.7 lw 1 lc rgb '{}' {}, ",
-                            branch, r, column, backward ? "10" : "8", plot_colour::grey,
-                            titled ? "title 'readings'" : "notitle");
+        const int direction = result.data.runs[r].direction;
+        bool &named = titled[direction < 0];
+        text += fmt::format("$run{}{} using 1:{} with points pt {} ps 0.6 lw 1 lc rgb '{}' {}, ",
+                            branch, r, column, direction < 0 ? "10" : "8",
+                            direction < 0 ? plot_colour::backward : plot_colour::forward,
+                            named           ? "notitle"
+                            : direction < 0 ? "title 'readings backward'"
+                            : direction > 0 ? "title 'readings forward'"
+                                            : "title 'readings'");
+        named = true;
     }
     return text;
 }
@@ -86,10 +94,11 @@ std::string plot_curve(const fit_result &result, const std::string &branch) {
     const bool knots = result.curve.method == fit_method::bspline ||
                        result.curve.method == fit_method::bspline_lmc;
     const std::string colour = branch.empty() ? plot_colour::curve : plot_colour::second;
-    const std::string title =
-        !branch.empty() ? "backward" : (result.backward.empty() ? "curve" : "forward");
-    std::string text =
-        fmt::format("$curve{} with lines lw 2.2 lc rgb '{}' title '{}', ", branch, colour, title);
+    const std::string title = !branch.empty()           ? "curve backward"
+                              : result.backward.empty() ? "curve"
+                                                        : "curve forward";
+    std::string text = fmt::format("$curve{} with lines lw 2.2 dt {} lc rgb '{}' title '{}', ",
+                                   branch, branch.empty() ? 1 : 2, colour, title);
     if (knots) {
         text += fmt::format("$knots{} with points pt 2 ps 0.7 lw 1.2 lc rgb '{}' {}", branch,
                             plot_colour::second, branch.empty() ? "title 'knots', " : "notitle, ");
@@ -99,18 +108,37 @@ std::string plot_curve(const fit_result &result, const std::string &branch) {
 }
 
 // One branch in the lower panel: residuals of the means.
-std::string plot_residuals(const std::string &branch) {
-    return fmt::format("$mean{} using 1:3 with linespoints pt 7 ps 0.45 lw 0.8 lc rgb '{}' {}",
-                       branch, plot_colour::mean,
-                       branch.empty() ? "title 'mean of readings'" : "notitle");
+std::string plot_residuals(const fit_result &result, const std::string &branch) {
+    const bool one = result.backward.empty() && branch.empty();
+    return fmt::format(
+        "$mean{} using 1:3 with linespoints pt {} ps 0.6 lw 1 dt {} lc rgb '{}' title 'mean{}'",
+        branch,
+        one              ? 7
+        : branch.empty() ? 9
+                         : 11,
+        branch.empty() ? 1 : 2,
+        one              ? plot_colour::mean
+        : branch.empty() ? plot_colour::curve
+                         : plot_colour::second,
+        one              ? ""
+        : branch.empty() ? " forward"
+                         : " backward");
+}
+
+// "Größe 5, axis X, EXX.rtl": what the file states, and its name.
+std::string source_of(const measurement &data) {
+    std::string text = data.about.machine;
+    if (!data.about.axis.empty()) text += (text.empty() ? "axis " : ", axis ") + data.about.axis;
+    const std::string file = std::filesystem::path(data.file).filename().string();
+    return text.empty() ? file : text + ", " + file;
 }
 
 std::string title_of(const fit_result &result, const std::string &unit) {
     std::size_t runs = result.data.runs.size();
     for (const auto &backward : result.backward) runs += backward.data.runs.size();
-    return fmt::format("{}({}), {}, {}{}{}{}, noise {:.2f} {} a reading", result.options.name,
-                       result.options.signal, name_of(result.options.method),
-                       result.curve.coefficient_count(),
+    return fmt::format("{} over {}: {}; {}, {}{}{}{}, noise {:.2f} {} a reading",
+                       result.options.name, result.options.signal, source_of(result.data),
+                       name_of(result.options.method), result.curve.coefficient_count(),
                        result.curve.coefficient_count() == 1 ? " coefficient; " : " coefficients; ",
                        runs, runs == 1 ? " run" : " runs", result.noise,
                        result.data.sigma_given ? "of its sigma" : unit);
@@ -122,7 +150,7 @@ void plot_fit(const fit_result &result, const std::string &path) {
     const std::string unit = result.data.unit == "urad" ? "µrad" : "µm";
     std::string script = all_blocks(result, "");
     std::string upper = plot_band("", "1:2:3"), lower = plot_band("", "1:4:5");
-    std::string upper_end = plot_curve(result, ""), lower_end = plot_residuals("");
+    std::string upper_end = plot_curve(result, ""), lower_end = plot_residuals(result, "");
     upper += plot_runs(result, "", 2);
     lower += fmt::format("0 with lines lw 1.2 lc rgb '{}' notitle, {}", plot_colour::curve,
                          plot_runs(result, "", 3));
@@ -131,7 +159,7 @@ void plot_fit(const fit_result &result, const std::string &path) {
         upper += plot_band("b", "1:2:3") + plot_runs(backward, "b", 2);
         lower += plot_runs(backward, "b", 3);
         upper_end += ", " + plot_curve(backward, "b");
-        lower_end += ", " + plot_residuals("b");
+        lower_end += ", " + plot_residuals(result, "b");
     }
     script += fmt::format(
         "set multiplot layout 2,1\n"

@@ -11,6 +11,7 @@ measurement measurement_of_laser(const laser_file &laser) {
     data.file = laser.file;
     data.unit = laser.angular ? "urad" : "um";
     data.environment = laser.environment;
+    data.about = laser;
     std::vector<std::vector<long>> lines;
     for (std::size_t number = 0; number < laser.runs.size(); ++number) {
         const laser_run &from = laser.runs[number];

@@ -123,35 +123,55 @@ std::string plot_text(const std::string &text) {
     return quoted + "'";
 }
 
-void run_gnuplot(const std::string &path, const std::string &script, int width, int height) {
-    refuse_outside(path);
-    refuse_given(path, "the figure");
+namespace {
+
+// Draws into the file `picture`, whose suffix chooses the terminal; messages name `path`.
+// Throws input_error as run_gnuplot does.
+void draw(const std::string &path, const std::string &picture, const std::string &script, int width,
+          int height) {
     const std::string terminal = terminal_of(path, width, height);
     const std::string folder = std::filesystem::temp_directory_path().string();
     const temporary_file program(folder + "/compbox-plot", ".gp");
     const temporary_file messages(folder + "/compbox-plot", ".log");
-    const temporary_file picture(path + ".tmp", suffix_of(path));
     std::ofstream(program.name()) << "set encoding utf8\n"
-                                  << terminal << "set output " << plot_text(picture.name()) << "\n"
+                                  << terminal << "set output " << plot_text(picture) << "\n"
                                   << script << "\nunset output\n";
     const int code = spawn_gnuplot(program.name(), messages.name());
     if (code == -ENOENT || code == 127) {
         throw input_error(
             path, 0, 0,
             "no figure without gnuplot: install it (apt install gnuplot-nox) or leave "
-            "--plot out");
+            "the figure out");
     }
     if (code != 0) {
         throw input_error(path, 0, 0, "gnuplot could not draw the figure ({})",
                           first_line(read_file(messages.name())));
     }
-    if (!is_whole(picture.name(), suffix_of(path))) {
+    if (!is_whole(picture, suffix_of(path))) {
         throw input_error(path, 0, 0, "the figure could not be written whole (is the disk full?)");
     }
+}
+
+}  // namespace
+
+void run_gnuplot(const std::string &path, const std::string &script, int width, int height) {
+    refuse_outside(path);
+    refuse_given(path, "the figure");
+    terminal_of(path, width, height);  // refuses the name before it makes a file
+    const temporary_file picture(path + ".tmp", suffix_of(path));
+    draw(path, picture.name(), script, width, height);
     ::chmod(picture.name().c_str(), 0644);
     if (::rename(picture.name().c_str(), path.c_str()) != 0) {
         throw input_error(path, 0, 0, "cannot write the figure there");
     }
+}
+
+std::string gnuplot_svg(const std::string &script, int width, int height) {
+    const std::string folder = std::filesystem::temp_directory_path().string();
+    const temporary_file picture(folder + "/compbox-plot", ".svg");
+    draw(picture.name(), picture.name(), script, width, height);
+    const std::string text = read_file(picture.name());
+    return text.substr(text.find("<svg"));
 }
 
 }  // namespace compbox

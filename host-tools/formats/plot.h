@@ -23,6 +23,9 @@ std::string plot_text(const std::string &text);
 void run_gnuplot(const std::string &path, const std::string &script, int width = 1000,
                  int height = 700);
 
+// Likewise: out: the figure as an <svg> element, for a page.
+std::string gnuplot_svg(const std::string &script, int width, int height);
+
 // The line colours of every figure: readable in print and by colour-blind eyes.
 namespace plot_colour {
 inline constexpr const char *curve = "#0b6fb8";
@@ -30,6 +33,9 @@ inline constexpr const char *band = "#bcd9ee";
 inline constexpr const char *mean = "#111111";
 inline constexpr const char *second = "#c8501e";
 inline constexpr const char *grey = "#9aa0a6";
+// Readings of a direction, paler than the lines `curve` and `second` through them.
+inline constexpr const char *forward = "#7fb2dc";
+inline constexpr const char *backward = "#e3a184";
 }  // namespace plot_colour
 
 }  // namespace compbox

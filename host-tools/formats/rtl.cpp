@@ -137,6 +137,7 @@ class laser_reader {
             if (section_ == "header") header_line(line);
             if (section_ == "target data") target_line(line);
             if (section_ == "user-text") user_line(line);
+            if (section_ == "equipment") equipment_line(line);
             if (section_ == "runs") run_line(line);
             if (section_ == "deviations") deviation_line(line);
             if (section_ == "environment") environment_line(line);
@@ -262,6 +263,13 @@ class laser_reader {
         for (const auto &field : fields) {
             if (line.key == field.key) field.place = std::string(line.value);
         }
+    }
+
+    // "Laser : XL-80", "Serial: 12": the words behind the colon in one text.
+    void equipment_line(const text_line &line) {
+        if (line.value.empty()) return;
+        if (!result_.instrument.empty()) result_.instrument += ", ";
+        result_.instrument += line.value;
     }
 
     void run_line(const text_line &line) {

@@ -37,11 +37,16 @@ struct laser_environment {
     }
 };
 
-struct laser_file {
-    std::string file;            // for messages
-    bool angular = false;        // deviations are µrad
-    bool bidirectional = false;  // odd runs forward, even runs backward
+// What a file states about its measurement, as texts; "" where it does not.
+struct laser_particulars {
     std::string machine, serial, date, by, axis, location, title;
+    std::string instrument;  // the lines of EQUIPMENT::, in order
+};
+
+struct laser_file : laser_particulars {
+    std::string file;                // for messages
+    bool angular = false;            // deviations are µrad
+    bool bidirectional = false;      // odd runs forward, even runs backward
     std::vector<double> targets_mm;  // strictly ascending
     std::vector<laser_run> runs;
     std::optional<laser_environment> environment;

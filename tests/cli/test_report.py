@@ -222,3 +222,86 @@ def test_a_slope_is_named_by_its_unit(compbox):
         for line in "end_point", "least_squares", "minimum_zone":
             assert list(found[line]) == ["deviation", key]
             assert found[line][key] == pytest.approx(slope)
+
+
+def write_named(compbox, name, forward, backward, x, machine="Fräse <Größe 5> & Co"):
+    """A laser file with the particulars that a page shows, in Windows-1252."""
+    write_rtl(compbox, x, forward, backward, name)
+    text = (compbox.folder / name).read_bytes().decode()
+    text = text.replace("Machine:m", f"Machine:{machine}\r\nDate:2026-03-17\r\nBy:Jürgen Müßig\r\nAxis:X")
+    text = text.replace("EOF::", "EQUIPMENT::\r\nLaser:Interferometer 12\r\nENVIRONMENT::\r\n"
+                                 "Air temp : 20.1 20.4 0\r\nEOF::")
+    (compbox.folder / name).write_bytes(text.encode("cp1252"))
+
+
+def test_a_page_has_the_particulars_of_the_files_and_is_escaped(compbox):
+    x, forward, backward = readings(12, 5, 11, 1000)
+    write_named(compbox, "EXX_before.rtl", forward, backward, x)
+    write_named(compbox, "EXX_after.rtl", forward / 4, backward / 4, x)
+    compbox.good("report", "EXX_before.rtl", "--after", "EXX_after.rtl", "--page", "p.html",
+                 "--limit-um", "A=20,B=1", "--uncertainty-um", "A=1,B=0.1", "--number", "P<1>")
+    page = (compbox.folder / "p.html").read_text()
+    for text in ("Positioning of axis X, EXX", "Fräse &lt;Größe 5&gt; &amp; Co", "Jürgen Müßig", "2026-03-17",
+                 "Interferometer 12", "air 20.1 to 20.4 °C", "EXX_before.rtl", "EXX_after.rtl", "P&lt;1&gt;",
+                 "11 from 0 to 1000 mm", "5 forward, 5 backward", "<svg", "size: A4", "ISO 14253-1"):
+        assert text in page, text
+    assert "<Größe" not in page and "P<1>" not in page
+    assert "http" not in page.split("</svg>")[1] and "<script" not in page and "<link" not in page
+    both = report(compbox, "EXX_before.rtl", "--after", "EXX_after.rtl")
+    for when in "before", "after":
+        for name in "AREMB":
+            assert f"<td>{both[when]['positioning'][name]:.2f}</td>" in page
+
+
+def test_an_option_outweighs_the_file(compbox):
+    x, forward, backward = readings(12, 5, 11, 1000)
+    write_named(compbox, "d.rtl", forward, backward, x)
+    compbox.good("report", "d.rtl", "--page", "p.html", "--name", "EZX", "--operator", "Zoë")
+    page = (compbox.folder / "p.html").read_text()
+    assert "Zoë" in page and "Müßig" not in page
+    assert "Straightness of axis X in Z, EZX" in page and "Minimum zone" in page
+    assert "The measurement uncertainty is not stated." in page
+
+
+def test_many_targets_go_to_a_second_page(compbox):
+    for targets, more in (21, 0), (41, 1):
+        x, forward, backward = readings(3, 5, targets, 2000)
+        write_csv(compbox, x, forward, backward)
+        compbox.good("report", "d.csv", "--page", "p.html")
+        assert (compbox.folder / "p.html").read_text().count('class="long more"') == more
+
+
+def test_conformity(compbox):
+    """Limits around the figure: the uncertainty counts against whoever proves."""
+    x, forward, backward = readings(12, 5, 11, 1000)
+    write_csv(compbox, x, forward, backward)
+    A = figures(forward, backward)["A"]
+    for limit, uncertainty, verdict in ((A + 1.1, 1, "conforms"), (A + 0.9, 1, "undecided"),
+                                        (A - 0.9, 1, "undecided"), (A - 1.1, 1, "does not conform"),
+                                        (A + 0.1, None, "conforms"), (A - 0.1, None, "does not conform")):
+        known = ("--uncertainty-um", f"A={uncertainty}") if uncertainty else ()
+        found = report(compbox, "d.csv", "--limit-um", f"A={limit}", *known)["conformity"]
+        assert found["verdict"] == found["figures"][0]["verdict"] == verdict
+    assert compbox.refused("report", "d.csv", "--limit-um", "Q=1").startswith("d.csv: 'Q' is no figure")
+    done = compbox("report", "d.csv", "--limit-um", "A=-1")
+    assert done.returncode == 2 and "must be one number above zero" in done.stderr
+
+
+def test_a_turned_run_is_named(compbox):
+    x, forward, backward = readings(12, 5, 11, 1000)
+    forward[2] *= -1
+    write_csv(compbox, x, forward, backward)
+    found = report(compbox, "d.csv")["before"]["warnings"]
+    assert len(found) == 1 and found[0].startswith("run 3 forward is the mirror image of the other runs")
+    assert found[0] in compbox.good("report", "d.csv")
+    fit = compbox("fit", "d.csv", "--name", "EXX", "--signal", "X", "-o", "t.json")
+    assert fit.returncode == 0 and found[0] in fit.stderr
+
+
+def test_a_doubled_error_after_compensation_is_named(compbox):
+    x, forward, backward = readings(12, 5, 11, 1000)
+    write_csv(compbox, x, forward, backward)
+    for factor, named in (2, True), (1, False), (0.1, False), (-1, False):
+        write_csv(compbox, x, numpy.round(factor * forward, 3), numpy.round(factor * backward, 3), "a.csv")
+        text = compbox.good("report", "d.csv", "--after", "a.csv")
+        assert ("a.csv: the compensation acts the wrong way round" in text) == named, factor

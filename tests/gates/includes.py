@@ -36,6 +36,7 @@ host-tools/algebra        :
 host-tools/metrology      : formats
 host-tools/identification : formats algebra
 host-tools/fitting        : models base formats algebra metrology
+host-tools/test_report    : models base formats algebra metrology fitting
 host-tools/training       : formats algebra
 host-tools/twin           : formats
 host-tools/fakeplc        : formats twin
@@ -48,7 +49,7 @@ host-tools/commission     : models base wire config json signals terms box load 
 host-tools/simulation     : models base wire config json signals terms box load hal formats command_line algebra \
     metrology identification fitting twin fakeplc coefficients
 host-tools/compbox        : models base wire config json signals terms box load hal formats command_line algebra \
-    metrology identification fitting training twin fakeplc coefficients export plc commission simulation
+    metrology identification fitting test_report training twin fakeplc coefficients export plc commission simulation
 """
 FREESTANDING = ["<float.h>", "<limits.h>", "<stdarg.h>", "<stdbool.h>", "<stddef.h>", "<stdint.h>",
                 "<string.h>"]  # string.h: memcpy, memset, memcmp, which the compiler itself emits
