@@ -18,13 +18,14 @@
 #include "host-tools/formats/json.h"
 #include "host-tools/identification/plan.h"
 #include "host-tools/identification/plan_file.h"
+#include "host-tools/identification/plot.h"
 
 namespace compbox {
 
 namespace {
 
 struct plan_arguments {
-    std::string box, forbidden, axis = "X", output;
+    std::string box, forbidden, axis = "X", output, plot;
     double sigma_um = 1.0;
     std::vector<double> preset;
     plan_options options;
@@ -182,6 +183,7 @@ std::string plan_text(const json &plan) {
 
 // Searches the nodes that are allowed for the best three points, and writes and prints the plan.
 void run_plan(plan_arguments &arguments, const cli::streams &io) {
+    different_files({{"-o", arguments.output}, {"--plot", arguments.plot}});
     const grid box = parse_box(arguments.box);
     check_nodes(box);
     const auto nodes = allowed_nodes(box, arguments.forbidden);
@@ -204,6 +206,11 @@ void run_plan(plan_arguments &arguments, const cli::streams &io) {
     }
     json plan = plan_json(arguments, box, result);
     if (arguments.monte_carlo.runs > 0) plan["monte_carlo"] = check_by_runs(arguments, plan, io);
+    if (!arguments.plot.empty()) {
+        triple_mm points = result.best.front().points;
+        order_for_traditional(points, axis_of(arguments.axis));
+        plot_plan(points, nodes, arguments.axis, arguments.plot);
+    }
     write_file(arguments.output, json_text(plan), &io.out);
     if (arguments.as_json) {
         io.out << json_text(plan);
@@ -244,6 +251,7 @@ void add_plan(cli::command &app) {
                     "Nodes to leave out, CSV x_mm,y_mm,z_mm");
     plan.add_option("--best N", arguments->options.best, "How many triples to list (10)")
         .check(whole_between(1, 1000));
+    plan.add_option("--plot F.svg", arguments->plot, "Points in the box, F.svg, F.png or F.pdf");
     add_monte_carlo(plan, arguments->monte_carlo);
     plan.add_flag("--json", arguments->as_json, "Print the plan as JSON");
     plan.add_option("-o,--output PLAN.json", arguments->output, "Plan to write, plan.json")

@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <cmath>
+#include <filesystem>
 #include <limits>
 
 #include "host-tools/formats/csv.h"
@@ -58,6 +59,18 @@ panel panel_of(const train_result &result, const model_rows &all, const Eigen::M
     return lines;
 }
 
+// The measured less the predicted values, on an axis of their own.
+std::string residual_panel(const std::string &name, const std::string &output,
+                           const std::string &x_label) {
+    return fmt::format(
+        "set xlabel '{}'\nset ylabel {}\n"
+        "plot 0 with lines lw 0.8 lc rgb '#444444' notitle, {} using 1:($2-$4) with points pt 7 ps "
+        "0.18 lc rgb '{}' title 'left by the model that never saw this run', {} using 1:($2-$3) "
+        "with lines lw 1.2 lc rgb '{}' title 'left by the model'\n",
+        x_label, plot_text(output + ", residual"), name, plot_colour::second, name,
+        plot_colour::curve);
+}
+
 }  // namespace
 
 void plot_training(const train_result &result, const std::string &path) {
@@ -73,16 +86,14 @@ void plot_training(const train_result &result, const std::string &path) {
         const std::string name = fmt::format("$output{}", k);
         script += plot_data(fmt::format("output{}", k),
                             {lines.x, lines.measured, lines.predicted, lines.left_out});
-        panels += fmt::format("set ylabel {}\n", plot_text(result.data.outputs[k]));
-        if (k + 1 == outputs) {
-            panels +=
-                fmt::format("set xlabel '{}'\n", result.data.time_s.empty() ? "row" : "time, s");
-        }
+        panels += fmt::format("unset xlabel\nset ylabel {}\n", plot_text(result.data.outputs[k]));
         panels += fmt::format(
             "plot {} using 1:2 with lines lw 2.4 lc rgb '{}' title 'measured', {} using 1:3 with "
             "lines lw 1.4 lc rgb '{}' title 'model', {} using 1:4 with points pt 7 ps 0.18 lc rgb "
             "'{}' title 'model that never saw this run'\n",
             name, plot_colour::grey, name, plot_colour::curve, name, plot_colour::second);
+        panels += residual_panel(name, result.data.outputs[k],
+                                 result.data.time_s.empty() ? "row" : "time, s");
     }
     script += fmt::format(
         "set multiplot layout {},1 title {}\n"
@@ -93,9 +104,11 @@ void plot_training(const train_result &result, const std::string &path) {
         "set lmargin 10\n"
         "set rmargin 3\n"
         "{}unset multiplot\n",
-        outputs, plot_text(fmt::format("{} from {}", result.options.name, result.data.file)),
+        2 * outputs,
+        plot_text(fmt::format("{}: measured values, model and residuals, {}", result.options.name,
+                              std::filesystem::path(result.data.file).filename().string())),
         panels);
-    run_gnuplot(path, script, 1000, 120 + 220 * static_cast<int>(outputs));
+    run_gnuplot(path, script, 1000, 120 + 400 * static_cast<int>(outputs));
 }
 
 }  // namespace compbox
