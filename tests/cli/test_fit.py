@@ -237,7 +237,8 @@ def test_plots_are_made(compbox):
     for options in ((), ("--branches",), ("--method", "polynomial")):
         compbox.good(*FIT, *options, "--plot", "f.svg")
         text = (compbox.folder / "f.svg").read_text()
-        assert "<svg" in text and ("backward" in text) == ("--branches" in options)
+        assert "<svg" in text and "readings backward" in text
+        assert ("curve backward" in text) == ("--branches" in options)
 
 
 def test_the_least_squares_line_is_the_plain_one_that_report_states(compbox):
