@@ -1,0 +1,75 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: MIT
+"""Copies the pages of navigation.txt, and the files that they link to, into a folder for Sphinx. The tree stays the
+same, so links need no change. The first page gets the table of contents.
+  stage.py ROOT FOLDER"""
+
+import pathlib
+import re
+import shutil
+import sys
+
+LINK = re.compile(r"\]\(([^()\s#]+)")
+
+
+def navigation(root):
+    """out: {group: [page]} in the order of the file, and {page: [pages below it]}."""
+    groups, below = {}, {}
+    for line in (root / "docs/site/navigation.txt").read_text().splitlines():
+        page = line.removesuffix(" *")
+        if page.endswith(".md"):
+            pages.append(page)
+        elif line and not line.startswith("#"):
+            pages = groups.setdefault(line, [])
+        if line.endswith(" *"):
+            folder = (root / page).parent
+            below[page] = [str(other.relative_to(root)) for other in sorted(folder.glob("*.md")) if other != root / page]
+    return groups, below
+
+
+def contents(pages, caption=None):
+    """out: a hidden table of contents."""
+    lines = [f"/{page[:-3]}" for page in pages]
+    return "\n".join(["", "```{toctree}", ":hidden:", *([f":caption: {caption}"] if caption else []), "", *lines, "```", ""])
+
+
+def linked_files(root, page, text):
+    """out: the files, not pages, that a page links to."""
+    for target in LINK.findall(text):
+        path = (root / page).parent / target
+        if ":" not in target and path.is_file() and path.suffix != ".md":
+            yield path.resolve().relative_to(root)
+
+
+def additions(groups, below):
+    """out: {page: text behind it}: the first page is the root of all."""
+    first = next(iter(groups.values()))[0]
+    text = {page: contents(pages) for page, pages in below.items()}
+    text[first] = "".join(contents([page for page in pages if page != first], group) for group, pages in groups.items())
+    return text
+
+
+def stage(root, folder):
+    groups, below = navigation(root)
+    behind = additions(groups, below)
+    pages = [page for pages in [*groups.values(), *below.values()] for page in pages]
+    files = set()
+    for page in pages:
+        text = (root / page).read_text()
+        files.update(linked_files(root, page, text))
+        there = folder / page
+        there.parent.mkdir(parents=True, exist_ok=True)
+        there.write_text(text + behind.get(page, ""))
+    for name in sorted(files):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(root / name, folder / name)
+    for name in ("conf.py", "_static"):
+        there = root / "docs/site" / name
+        (shutil.copytree if there.is_dir() else shutil.copyfile)(there, folder / name)
+    return len(pages)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    print(f"{stage(pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]))} pages")

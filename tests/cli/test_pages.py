@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: MIT
+"""The commands of the pages, run from the pages themselves in a copy of the source tree, as a reader types them.
+A fenced block runs if its language has a further word or is sh:
+  sh                a shell that stays the same for the whole page; each command has to succeed
+  sh build          is not run: the programs are built already; its targets and presets have to exist
+  sh terminal-2     a second terminal, which has to listen before the page goes on
+  sh until-ctrl-c   runs until the next block of the shell, or the end; Ctrl-C has to end it with 0
+  text type-2       lines typed into the second terminal; a move is waited for; each answer has to be ok
+  json FILE         keys that the reader sets in FILE; entries of lists are found by their name"""
+
+import json
+import os
+import pathlib
+import re
+import signal
+import socket
+import subprocess
+import time
+
+import pytest
+
+from conftest import BIN, ROOT
+
+FENCE = re.compile(r"^```(\w+)(?: ([\w.-]+))?\n(.*?)^```", re.M | re.S)
+PAGES = ("README.md", "docs/install.md", "docs/ten-minutes.md", "docs/machine-lathe.md", "docs/machine-portal.md",
+         "docs/machine-spindle.md")
+PAGE_PORT = "1502"
+REAL_PLC = "--host 192.168.0.10"
+PATIENCE_S = 60
+
+
+def free_port():
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return str(listener.getsockname()[1])
+
+
+def blocks(page):
+    """out: (language, further word or "", text) of each block that a reader acts on."""
+    for language, word, text in FENCE.findall((ROOT / page).read_text()):
+        if language == "sh" or word:
+            yield language, word, text
+
+
+@pytest.fixture
+def tree(tmp_path):
+    """A source tree with the files of this one, where commands may write into out/."""
+    for name in ("README.md", "docs", "examples", "scripts", "CMakePresets.json"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    (tmp_path / "build/host").mkdir(parents=True)
+    (tmp_path / "build/host/bin").symlink_to(BIN)
+    return tmp_path
+
+
+def merged(into, keys):
+    """The keys of a page in a file: objects key by key, entries of lists by name, anything else as it is."""
+    for key, value in keys.items():
+        if isinstance(value, dict):
+            merged(into.setdefault(key, {}), value)
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
+            entries = into.setdefault(key, [])
+            for entry in value:
+                same = [old for old in entries if old.get("name") == entry["name"]]
+                if same:
+                    merged(same[0], entry)
+                else:
+                    entries.append(entry)
+        else:
+            into[key] = value
+
+
+class Reader:
+    """A person with two terminals."""
+
+    def __init__(self, tree):
+        self.tree, self.port, self.answers, self.running, self.second = tree, free_port(), [], None, None
+        environment = dict(os.environ, PATH=f"{BIN}:{os.environ['PATH']}")
+        self.shell = subprocess.Popen(["bash", "-e"], cwd=tree, env=environment, text=True, stdin=subprocess.PIPE,
+                                      stdout=subprocess.PIPE, stderr=(tree / "shell.err").open("w"))
+
+    def act(self, language, word, text):
+        text = text.replace(PAGE_PORT, self.port).replace(REAL_PLC, f"--host 127.0.0.1 --port {self.port}")
+        if language == "json":
+            return self.edit(word, json.loads(text))
+        if (language, word) == ("text", "type-2"):
+            return self.type(text)
+        if word == "build":
+            return self.check_build(text)
+        self.interrupt()
+        if word == "terminal-2":
+            return self.open_second(text)
+        return self.run_on(text) if word == "until-ctrl-c" else self.run(text)
+
+    def run(self, text):
+        """out: what the commands print."""
+        self.shell.stdin.write(f"{text}\necho\necho end-of-block\n")
+        self.shell.stdin.flush()
+        lines = []
+        for line in self.shell.stdout:
+            if line == "end-of-block\n":
+                return "".join(lines)
+            lines.append(line)
+        raise AssertionError(f"{text}{''.join(lines)}{(self.tree / 'shell.err').read_text()}")
+
+    def here(self):
+        return self.run("pwd").strip()
+
+    def edit(self, name, keys):
+        path = pathlib.Path(self.here()) / name
+        document = json.loads(path.read_text())
+        merged(document, keys)
+        path.write_text(json.dumps(document, indent=2))
+
+    def check_build(self, text):
+        for target in re.search(r"--target ([\w -]+)", text)[1].split():
+            assert (BIN / target).exists(), target
+        presets = {preset["name"] for preset in json.loads((ROOT / "CMakePresets.json").read_text())["buildPresets"]}
+        assert set(re.findall(r"--preset ([\w-]+)", text)) <= presets
+
+    def open_second(self, text):
+        *before, command = text.strip().split("\n")
+        self.second = subprocess.Popen(
+            ["bash", "-e", "-c", "\n".join([*before, f"exec {command}"])], cwd=self.tree, text=True,
+            env=dict(os.environ, PATH=f"{BIN}:{os.environ['PATH']}"), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE)
+        line = self.second.stdout.readline()
+        assert " listening on " in line, (line, self.second.communicate()[1])
+
+    def ask(self, line):
+        self.second.stdin.write(line + "\n")
+        self.second.stdin.flush()
+        answer = self.second.stdout.readline().strip()
+        assert answer.startswith("ok"), (line, answer)
+        return answer
+
+    def wait_for(self, word):
+        until = time.monotonic() + PATIENCE_S
+        while word not in self.ask("status"):
+            assert time.monotonic() < until, f"no {word} in {self.ask('status')}"
+            time.sleep(0.05)
+
+    def type(self, text):
+        self.wait_for(" mode=1 ")
+        for line in text.strip().split("\n"):
+            self.answers.append(self.ask(line))
+            self.wait_for(" moving=0 ")
+
+    def run_on(self, text):
+        command = text.strip()
+        self.running = subprocess.Popen(["bash", "-c", f"exec {command}"], cwd=self.here(), text=True,
+                                        env=dict(os.environ, PATH=f"{BIN}:{os.environ['PATH']}"),
+                                        stderr=subprocess.PIPE)
+
+    def interrupt(self):
+        if self.running is None:
+            return
+        program, self.running = self.running, None
+        program.send_signal(signal.SIGINT)
+        errors = program.communicate(timeout=PATIENCE_S)[1]
+        assert program.returncode == 0, errors
+
+    def leave(self):
+        for program in (self.running, self.second, self.shell):
+            if program and program.poll() is None:
+                program.terminate()
+                program.communicate(timeout=PATIENCE_S)
+
+
+@pytest.fixture
+def reader(tree):
+    person = Reader(tree)
+    yield person
+    person.leave()
+
+
+def errors(answer):
+    """out: ({axis: µm} without the box, with it) of an answer of fakeplc to `error`."""
+    without, with_box = answer.split(" after ")
+    return [dict((axis, float(um)) for axis, um in re.findall(r"([XYZ])=(\S+)", part)) for part in (without, with_box)]
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_the_commands_of_a_page_work_as_printed(reader, page):
+    found = list(blocks(page))
+    assert found, page
+    for block in found:
+        reader.act(*block)
+    reader.interrupt()
+    compensated = [errors(answer) for answer in reader.answers if " after " in answer]
+    assert bool(compensated) == any(word == "type-2" for _, word, _ in found)
+    for before, after in compensated:
+        assert max(map(abs, before.values())) > 10, before
+        assert max(map(abs, after.values())) < 0.1 * max(map(abs, before.values())), (before, after)
+
+
+REHEARSED = {
+    "docs/machine-lathe.md": ("sinumerik-840d", "lathe", "--measured X=-20 --measured Z=-20", "X=300 Z=1500"),
+    "docs/machine-portal.md": ("fanuc", "portal", "--measured X=20 --measured Y1+Y2=20 --measured Z=20",
+                               "X=1500 Y=2500 Z=900")}
+
+
+@pytest.mark.parametrize("page", REHEARSED)
+def test_the_file_of_a_page_compensates_its_machine(reader, page):
+    profile, example, measured, place = REHEARSED[page]
+    for block in blocks(page):
+        reader.act(*block)
+    folder = pathlib.Path(reader.here())
+    reader.act("sh", "terminal-2", f"cd {folder}\nfakeplc --profile {profile} --listen 127.0.0.1:{reader.port} "
+               f"--machine {ROOT}/examples/{example}/machine_twin.json --map coefficients.json")
+    reader.act("sh", "", f"compbox commission coefficients.json {measured}")
+    reader.act("sh", "until-ctrl-c", "compboxd --config coefficients.json")
+    reader.act("text", "type-2", f"move {place} feed=20000\nerror")
+    reader.interrupt()
+    before, after = errors(reader.answers[-1])
+    for axis, um in before.items():
+        assert abs(after[axis]) < max(1.0, 0.1 * abs(um)), (before, after)
+
+
+def test_both_pages_of_the_ten_minutes_have_the_same_commands():
+    """The page shows a plot beside those of the README."""
+    readme, page = ([block for block in blocks(name) if block[1] != "build"] for name in (PAGES[0], PAGES[2]))
+    assert readme == [block for block in page if "gnuplot" not in block[2]]
