@@ -39,7 +39,8 @@ def column(block, all_entries, x):
     """out: SVG of one block, and its lowest edge."""
     first, last = block["start"], block["start"] + block["count"] - 1
     parts, y, at = [], TOP, first
-    for address, size, text, kind in sorted(entry for entry in all_entries if first <= entry[0] <= last) + [(last + 1, 0, "", "")]:
+    inside = sorted(entry for entry in all_entries if first <= entry[0] <= last)
+    for address, size, text, kind in [*inside, (last + 1, 0, "", "")]:
         if address > at:
             name = f"{at}" if address == at + 1 else f"{at} … {address - 1}"
             parts.append(cell(x, y, name, "spare", "#ffffff", "#888888"))
@@ -72,8 +73,9 @@ def svg(machine):
         '<g font-size="14" font-weight="bold"><text x="110" y="30">The box reads (function 3)</text>'
         '<text x="520" y="30">The box writes (function 16)</text></g>',
         '<g font-size="12" fill="#555555"><text x="110" y="50">The PLC program fills these registers.</text>'
-        '<text x="520" y="50">The PLC program moves the axes by these.</text>'
-        '<text x="102" y="70" text-anchor="end">address</text><text x="512" y="70" text-anchor="end">address</text></g>',
+        '<text x="520" y="50">The PLC program moves the axes by these.</text></g>',
+        '<g font-size="12" fill="#555555" text-anchor="end"><text x="102" y="70">address</text>'
+        '<text x="512" y="70">address</text></g>',
         *left, *right, "</svg>", ""])
 
 

@@ -46,7 +46,7 @@ def difference(made, there):
     for number, (line, their) in enumerate(zip(lines, theirs), 1):
         if line != their:
             return f"line {number} is {their!r}, the programs print {line!r}: run scripts/docs --commands"
-    return None if len(lines) == len(theirs) else "the programs print another number of lines: run scripts/docs --commands"
+    return None if len(lines) == len(theirs) else "another number of lines: run scripts/docs --commands"
 
 
 if __name__ == "__main__":

@@ -23,14 +23,15 @@ def navigation(root):
             pages = groups.setdefault(line, [])
         if line.endswith(" *"):
             folder = (root / page).parent
-            below[page] = [str(other.relative_to(root)) for other in sorted(folder.glob("*.md")) if other != root / page]
+            others = (str(other.relative_to(root)) for other in sorted(folder.glob("*.md")))
+            below[page] = [other for other in others if other != page]
     return groups, below
 
 
 def contents(pages, caption=None):
     """out: a hidden table of contents."""
-    lines = [f"/{page[:-3]}" for page in pages]
-    return "\n".join(["", "```{toctree}", ":hidden:", *([f":caption: {caption}"] if caption else []), "", *lines, "```", ""])
+    options = [":hidden:", *([f":caption: {caption}"] if caption else [])]
+    return "\n".join(["", "```{toctree}", *options, "", *(f"/{page[:-3]}" for page in pages), "```", ""])
 
 
 def linked_files(root, page, text):

@@ -48,7 +48,7 @@ def methods(report):
     rows += [[name] + [percent(values.get(a)) for a in axes]
              for name, values in report["baselines"].items()]
     rows.append(["the paper, on its machine"] + [percent(report["paper_percent"].get(a)) for a in axes])
-    return table(["less on: " + report["path"]] + axes, rows)
+    return table(["part gone on: " + report["path"]] + axes, rows)
 
 
 def moving(report):
@@ -111,13 +111,13 @@ def page(scenario, report, paper, name):
         "over the machines, and the worst machine. *Ceiling*: a compensation of the whole part that a model can "
         "explain. *Its ceiling*: the same as the remeasurement by the noisy laser would show it.")
     text += paragraph(f"Paper: {paper['source']}. {paper['result']}")
-    text += f"![what is left, ours and the paper's]({name}.svg)\n\n"
+    text += f"![part of the error that is left, ours and the paper's]({name}.svg)\n\n"
     text += "## Ours and the paper's\n\n" + methods(report)
     text += "\n## Every path\n\n" + headline(report)
     text += (f"\n![{report['path']}, before and after]({name}-path.svg)\n\n"
              f"True error along {report['path']} of the first machine.\n")
     if "residual" in paper:
-        text += f"\n## What is left on the {paper['residual_path']}\n\n" + residual(report, paper)
+        text += f"\n## Errors with compensation on the {paper['residual_path']}\n\n" + residual(report, paper)
         text += "\nThe paper's means are those of amplitudes on its machine; ours count with their sign.\n"
     if "moving" in report:
         text += "\n## In motion\n\n" + paragraph(

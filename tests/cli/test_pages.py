@@ -220,3 +220,15 @@ def test_both_pages_of_the_ten_minutes_have_the_same_commands():
     """The page shows a plot beside those of the README."""
     readme, page = ([block for block in blocks(name) if block[1] != "build"] for name in (PAGES[0], PAGES[2]))
     assert readme == [block for block in page if "gnuplot" not in block[2]]
+
+
+def test_the_page_of_commands_is_what_the_programs_print():
+    done = subprocess.run(["/usr/bin/python3", ROOT / "docs/site/commands.py", BIN, ROOT / "docs/commands.md"],
+                          capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
+
+
+def test_the_figure_of_the_registers_is_that_of_init():
+    done = subprocess.run(["/usr/bin/python3", ROOT / "docs/figures/registers.py", BIN / "compbox"],
+                          capture_output=True, text=True, check=True)
+    assert done.stdout == (ROOT / "docs/figures/registers.svg").read_text(), "run scripts/docs --figures"

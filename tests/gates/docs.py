@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: MIT
 """Gate: what the documents point at is there. Every relative link of a Markdown file, with its anchor;
 every scripts/NAME that a document or script mentions, which must be executable too, and every scripts/report NAME;
-every path of the sources in `code quotes` that ends like a file. Each table has a header.
+every path of the sources in `code quotes` that ends like a file. Each table has a header. Each page is in the order of
+the site, docs/site/navigation.txt, and each figure has all words of its .dot source and is on a page.
   docs.py [ROOT]       prints how many links were looked at, or every one that leads nowhere
   docs.py --self-test  plants one broken link after the other; each must be caught"""
 
+import html
 import os
 import pathlib
 import re
@@ -81,6 +83,33 @@ def look_at(root, path):
         yield prose[:match.start()].count("\n") + 1, wrong
 
 
+def not_in_order(root):
+    """out: what is wrong with the order of the pages, a line each."""
+    order = root / "docs/site/navigation.txt"
+    listed = re.findall(r"^(\S+\.md)( \*)?$", order.read_text(), re.M) if order.exists() else []
+    named = {root / page for page, _ in listed}
+    for page, below in listed:
+        named.update((root / page).parent.glob("*.md") if below else ())
+    for page in files(root):
+        outside = page.parent != root and root / "docs" not in page.parents and root / "examples" not in page.parents
+        if listed and page.suffix == ".md" and not outside and page not in named:
+            yield f"{page.relative_to(root)} is not in docs/site/navigation.txt"
+    yield from (f"{page} of docs/site/navigation.txt is not there" for page, _ in listed if not (root / page).exists())
+
+
+def figures_wrong(root):
+    """out: what is wrong with the figures, a line each."""
+    pages = "".join(page.read_text() for page in files(root) if page.suffix == ".md")
+    for figure in sorted((root / "docs/figures").glob("*.svg")):
+        name, drawn = f"docs/figures/{figure.name}", html.unescape(figure.read_text())
+        if f"figures/{figure.name})" not in pages:
+            yield f"{name} is on no page"
+        for source in (root / "docs" / f"{figure.stem}.dot", figure.with_suffix(".dot")):
+            for label in re.findall(r'\blabel="([^"]+)"', source.read_text()) if source.exists() else ():
+                missing = [line for line in label.split("\\n") if f">{line}</text>" not in drawn]
+                yield from (f"{name} does not show {line!r}: run scripts/docs --figures" for line in missing)
+
+
 def files(root):
     for folder, folders, names in os.walk(root):
         folders[:] = sorted(name for name in folders if name not in SKIPPED)
@@ -93,7 +122,7 @@ def files(root):
 
 def check(root):
     """out: how many pointers there are, and a line of text for each that is wrong."""
-    count, wrong = 0, []
+    count, wrong = 0, [*not_in_order(root), *figures_wrong(root)]
     for path in files(root):
         for line, problem in look_at(root, path):
             count += 1
@@ -134,7 +163,20 @@ def self_test():
             (root / "docs/a.md").write_text(GOOD + planted + "\n")
             if len(check(root)[1]) != 1:
                 sys.exit(f"docs.py: the planted {planted!r} gave {check(root)[1]}")
-    print(f"{len(PLANTED)} of {len(PLANTED)} planted mistakes caught")
+        (root / "docs/a.md").write_text(GOOD)
+        (root / "docs/site").mkdir()
+        (root / "docs/figures").mkdir()
+        order = "README.md\ndocs/a.md\n"
+        for name, planted in (("site/navigation.txt", "README.md\n"), ("site/navigation.txt", order + "b.md\n"),
+                              ("figures/x.svg", ""), ("a.md", GOOD + "![x](figures/x.svg)\n![y](figures/x.svg)\n")):
+            (root / "docs" / name).write_text(planted)
+            if name == "a.md":
+                (root / "docs/x.dot").write_text('a [label="gone"];')
+            if len(check(root)[1]) != 1:
+                sys.exit(f"docs.py: the planted {name} gave {check(root)[1]}")
+            if name.startswith("site"):
+                (root / "docs" / name).write_text(order)
+    print(f"{len(PLANTED) + 4} of {len(PLANTED) + 4} planted mistakes caught")
 
 
 def main():

@@ -30,8 +30,8 @@ def row(title, runs):
     return f"| {title} | " + " | ".join(cells) + " |"
 
 
-HEAD = ("| | X: before, µm | less, % | worst | Y: before | less | worst | Z: before | less | worst | "
-        "in space: before | less | worst |\n|---|" + "---|" * 12)
+HEAD = ("| | X: before, µm | gone, % | worst | Y: before | gone | worst | Z: before | gone | worst | "
+        "in space: before | gone | worst |\n|---|" + "---|" * 12)
 
 
 def by_key(report, title, key, path, method):
@@ -53,7 +53,7 @@ def page(report):
         "The example is [examples/bpnet-840d](../../examples/bpnet-840d/README.md); what is done, and at which pace, "
         "is in [report.md](../report.md).", "",
         "Largest error over all points of the judged parts by the twin's truth, as a median over the machines; "
-        "how much less of it is left with compensation, as a median and on the worst machine. In space: length "
+        "part of it that is gone with compensation, as a median and on the worst machine. In space: length "
         "of the error.", "",
         "## Practical protocol", "",
         "Trained on 12 parts of one day (200 points each) over warm-ups and cool-downs; judged by 6 parts of another "
@@ -65,8 +65,9 @@ def page(report):
               "min, slopes along X, Y and Z, and a hidden layer of 8 for the wall. static-ridge: the same 19 "
               "inputs without memory, a straight map; static-network: 19-20-3 of them, without memory (S3's "
               "structure); mean-only: the mean error of the trained parts as a constant.", "",
-              f"S3 reports {report['paper_percent']['largest']} % of its own machine, by its own protocol.", "",
-              "| median, % less | X | Y | Z | in space |", "|---|---|---|---|---|",
+              f"S3 reports {report['paper_percent']['largest']} % in Y of its own machine, by its own protocol. Compare it "
+              "with the column Y, not with the length in space.", "",
+              "| median, % gone | X | Y | Z | in space |", "|---|---|---|---|---|",
               by_key(report, "by the truth", "reduction_percent", judged, own),
               by_key(report, "ceiling: all but the unexplained part removed", "ceiling_percent", judged, own),
               by_key(report, "as the touch probe shows it (1 µm, 0.5 µm)", "remeasured_percent", judged, own),

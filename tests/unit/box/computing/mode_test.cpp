@@ -208,6 +208,11 @@ TEST(mode, the_page_on_faults_names_everything) {
     CB_MODES(CB_X)
     CB_REASONS(CB_X)
 #undef CB_X
+    const std::string remedies = text_of("docs/when-it-stops.md");
+#define CB_X(name, value, text) \
+    EXPECT_NE(remedies.find("\n### " #value " " text "\n"), std::string::npos) << text;
+    CB_REASONS(CB_X)
+#undef CB_X
     for (unsigned i = 0; i < CB_COUNTERS_COUNT; ++i)
         EXPECT_TRUE(has("| `" + std::string(cb_counter_name(i)) + "` |")) << cb_counter_name(i);
 }
