@@ -118,7 +118,7 @@ class Reader:
         assert set(re.findall(r"--preset ([\w-]+)", text)) <= presets
 
     def open_second(self, text):
-        *before, command = text.strip().split("\n")
+        *before, command = text.replace("\\\n", " ").strip().split("\n")
         self.second = subprocess.Popen(
             ["bash", "-e", "-c", "\n".join([*before, f"exec {command}"])], cwd=self.tree, text=True,
             env=dict(os.environ, PATH=f"{BIN}:{os.environ['PATH']}"), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
@@ -188,6 +188,9 @@ def test_the_commands_of_a_page_work_as_printed(reader, page):
     reader.interrupt()
     compensated = [errors(answer) for answer in reader.answers if " after " in answer]
     assert bool(compensated) == any(word == "type-2" for _, word, _ in found)
+    printed = [errors(line) for line in re.findall(r"^ok before .*$", (ROOT / page).read_text(), re.M)]
+    for (stated, _), (before, _) in zip(printed, compensated):
+        assert stated == {axis: pytest.approx(um, abs=0.06) for axis, um in before.items()}
     for before, after in compensated:
         assert max(map(abs, before.values())) > 10, before
         assert max(map(abs, after.values())) < 0.1 * max(map(abs, before.values())), (before, after)

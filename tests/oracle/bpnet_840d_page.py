@@ -65,8 +65,8 @@ def page(report):
               "min, slopes along X, Y and Z, and a hidden layer of 8 for the wall. static-ridge: the same 19 "
               "inputs without memory, a straight map; static-network: 19-20-3 of them, without memory (S3's "
               "structure); mean-only: the mean error of the trained parts as a constant.", "",
-              f"S3 reports {report['paper_percent']['largest']} % in Y of its own machine, by its own protocol. Compare it "
-              "with the column Y, not with the length in space.", "",
+              f"S3 reports {report['paper_percent']['largest']} % in Y of its own machine, by its own protocol. "
+              "Compare it with the column Y, not with the length in space.", "",
               "| median, % gone | X | Y | Z | in space |", "|---|---|---|---|---|",
               by_key(report, "by the truth", "reduction_percent", judged, own),
               by_key(report, "ceiling: all but the unexplained part removed", "ceiling_percent", judged, own),
