@@ -13,25 +13,27 @@ LINK = re.compile(r"\]\(([^()\s#]+)")
 
 
 def navigation(root):
-    """out: {group: [page]} in the order of the file, and {page: [pages below it]}."""
+    """out: {group: {page: short title or ""}} in the order of the file, and {page: [pages below it]}."""
     groups, below = {}, {}
     for line in (root / "docs/site/navigation.txt").read_text().splitlines():
-        page = line.removesuffix(" *")
-        if page.endswith(".md"):
-            pages.append(page)
-        elif line and not line.startswith("#"):
-            pages = groups.setdefault(line, [])
-        if line.endswith(" *"):
-            folder = (root / page).parent
-            others = (str(other.relative_to(root)) for other in sorted(folder.glob("*.md")))
-            below[page] = [other for other in others if other != page]
+        entry = re.fullmatch(r"(\S+\.md)(?:: (.*?))?( \*)?", line)
+        if not entry:
+            if line and not line.startswith("#"):
+                pages = groups.setdefault(line, {})
+            continue
+        page, title, star = entry.groups()
+        pages[page] = title or ""
+        if star:
+            others = (str(other.relative_to(root)) for other in sorted((root / page).parent.glob("*.md")))
+            below[page] = {other: "" for other in others if other != page}
     return groups, below
 
 
 def contents(pages, caption=None):
     """out: a hidden table of contents."""
     options = [":hidden:", *([f":caption: {caption}"] if caption else [])]
-    return "\n".join(["", "```{toctree}", *options, "", *(f"/{page[:-3]}" for page in pages), "```", ""])
+    lines = (f"{title} </{page[:-3]}>" if title else f"/{page[:-3]}" for page, title in pages.items())
+    return "\n".join(["", "```{toctree}", *options, "", *lines, "```", ""])
 
 
 def linked_files(root, page, text):
@@ -44,9 +46,11 @@ def linked_files(root, page, text):
 
 def additions(groups, below):
     """out: {page: text behind it}: the first page is the root of all."""
-    first = next(iter(groups.values()))[0]
+    first = next(iter(next(iter(groups.values()))))
     text = {page: contents(pages) for page, pages in below.items()}
-    text[first] = "".join(contents([page for page in pages if page != first], group) for group, pages in groups.items())
+    for group, pages in groups.items():
+        others = {page: title for page, title in pages.items() if page != first}
+        text[first] = text.get(first, "") + contents(others, group)
     return text
 
 

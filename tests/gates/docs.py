@@ -86,7 +86,7 @@ def look_at(root, path):
 def not_in_order(root):
     """out: what is wrong with the order of the pages, a line each."""
     order = root / "docs/site/navigation.txt"
-    listed = re.findall(r"^(\S+\.md)( \*)?$", order.read_text(), re.M) if order.exists() else []
+    listed = re.findall(r"^(\S+\.md)(?:: .*?)?( \*)?$", order.read_text(), re.M) if order.exists() else []
     named = {root / page for page, _ in listed}
     for page, below in listed:
         named.update((root / page).parent.glob("*.md") if below else ())
