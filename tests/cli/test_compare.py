@@ -192,7 +192,7 @@ def test_home_is_stated_by_the_machine_file_or_by_the_fit(compbox, machine):
 def test_the_demo_starts_near_zero(compbox):
     """The start of the demo's machine is the home of its machine file and the zero of its curves."""
     home = compbox.read(GANTRY / "machine.json")["provenance"]["home_mm"]
-    script = (ROOT / "scripts/demo").read_text()
+    script = (ROOT / "packaging/compbox-demo").read_text()
     assert home == json.loads((GANTRY / "machine_twin.json").read_text())["start_mm"]
     assert home == {axis: float(mm) for axis, mm in re.findall(
         r"\[([XYZ])\]=(\d+)", re.search(r"home_mm=\((.*)\)", script)[1])}

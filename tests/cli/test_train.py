@@ -120,6 +120,7 @@ def rows_of_a_screw(runs=8, rows=40, seed=5):
     return record, probed
 
 
+SCREW_RANGES = (("X", 0, 400), ("Z", 0, 40), ("t1", 10, 60), ("rpm", 0, 5000))
 SCREW = ("train", "probed.csv", "--outputs", "error_X_um", "--inputs", "X,Z,t1,rpm", "--lags",
          "1800", "--lag-only", "rpm", "--run-column", "run", "--name", "net", "--starts", "1",
          "--hidden", "6", "--iterations", "200", "-o", "net.json")
@@ -152,8 +153,8 @@ def test_the_box_computes_slopes_and_the_memory_of_a_record(compbox, machine):
     record, probed = write_screw(compbox)
     compbox.good(*SCREW, *WITH_ALL, "--predictions", "p.csv")
     machine["signals"] = [{"name": n, "unit": "mm" if i < 2 else "1", "plc": 8 + 2 * i, "type": "float32",
-                           "min": -100, "max": 10000, "max_age_ms": 86400000}
-                          for i, n in enumerate(("X", "Z", "t1", "rpm"))]
+                           "min": low, "max": high, "max_age_ms": 86400000}
+                          for i, (n, low, high) in enumerate(SCREW_RANGES)]
     machine["channels"] = [c for c in machine["channels"] if c["name"] == "X"]
     machine["channels"][0]["sum"] = None
     machine["cycle"]["period_ms"] = 1000

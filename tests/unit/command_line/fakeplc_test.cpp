@@ -89,7 +89,7 @@ TEST(FakeplcProgram, RefusesWithOneSentenceAndTheRightCode) {
         {map + "--listen " + occupied.address(), 1, "is in use"},
         {"--map missing.json --listen 127.0.0.1:0", 1, "missing.json: cannot open the file"},
         {map + "--listen 127.0.0.1:0 --log /nonexistent/l.csv", 1, "cannot create the log"},
-        {"--help", 0, "Example: fakeplc"},
+        {"--help", 0, "Example:\n  fakeplc"},
     };
     for (const auto &[arguments, expected, words] : cases) {
         int code = -1;
