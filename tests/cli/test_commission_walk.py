@@ -224,12 +224,12 @@ def test_motors_of_a_pair_that_move_against_each_other(compbox, plc):  # noqa: F
 
 
 class Terminal:
-    """compbox commission at a pseudo-terminal. .text is all that it has written, with its control codes."""
+    """A command at a pseudo-terminal. .text is all that it has written, with its control codes."""
 
-    def __init__(self, folder, *arguments, size=(40, 150)):
+    def __init__(self, folder, *arguments, size=(40, 150), command=(BIN / "compbox", "commission", "machine.json")):
         self.master, slave = pty.openpty()
         fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", *size, 0, 0))
-        self.run = subprocess.Popen([BIN / "compbox", "commission", "machine.json", *arguments], cwd=folder,
+        self.run = subprocess.Popen([*command, *arguments], cwd=folder,
                                     stdin=slave, stdout=slave, stderr=slave, start_new_session=True,
                                     preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0))
         os.close(slave)

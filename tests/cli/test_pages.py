@@ -5,6 +5,8 @@ A fenced block runs if its language has a further word or is sh:
   sh build          is not run: the programs are built already; its targets and presets have to exist
   sh terminal-2     a second terminal, which has to listen before the page goes on
   sh until-ctrl-c   runs until the next block of the shell, or the end; Ctrl-C has to end it with 0
+  sh walk           a command that asks, at a terminal of its own. The table behind it has the questions in their order, what
+                    is typed into the second terminal, and the answer. After `error` the answer has to be its difference
   text type-2       lines typed into the second terminal; a move is waited for; each answer has to be ok
   json FILE         keys that the reader sets in FILE; entries of lists are found by their name"""
 
@@ -20,8 +22,9 @@ import time
 import pytest
 
 from conftest import BIN, ROOT
+from test_commission_walk import Terminal
 
-FENCE = re.compile(r"^```(\w+)(?: ([\w.-]+))?\n(.*?)^```", re.M | re.S)
+FENCE = re.compile(r"^```(\w+)(?: ([\w.-]+))?\n(.*?)^```\n(?:\n((?:\|[^\n]*\n)+))?", re.M | re.S)
 PAGES = ("README.md", "docs/install.md", "docs/ten-minutes.md", "docs/machine-spindle.md")  # others: REHEARSED
 PAGE_PORT = "1502"
 REAL_PLC = "--host 192.168.0.10"
@@ -35,10 +38,10 @@ def free_port():
 
 
 def blocks(page):
-    """out: (language, further word or "", text) of each block that a reader acts on."""
-    for language, word, text in FENCE.findall((ROOT / page).read_text()):
+    """out: (language, further word or "", text) of each block that a reader acts on; a walk with the rows behind it."""
+    for language, word, text, table in FENCE.findall((ROOT / page).read_text()):
         if language == "sh" or word:
-            yield language, word, text
+            yield language, word, text + table if word == "walk" else text
 
 
 @pytest.fixture
@@ -86,6 +89,8 @@ class Reader:
         if word == "build":
             return self.check_build(text)
         self.interrupt()
+        if word == "walk":
+            return self.walk(*text.split("\n", 1))
         if word == "terminal-2":
             return self.open_second(text)
         return self.run_on(text) if word == "until-ctrl-c" else self.run(text)
@@ -144,6 +149,20 @@ class Reader:
             self.answers.append(self.ask(line))
             self.wait_for(" moving=0 ")
 
+    def walk(self, command, table):
+        terminal = Terminal(self.here(), command=["bash", "-c", f"PATH={BIN}:$PATH; exec {command}"])
+        for row in table.strip().split("\n")[2:]:
+            question, typed, answer = (cell.strip().strip("`") for cell in row.strip("|").split("|"))
+            terminal.until(question, PATIENCE_S)
+            if typed.startswith("move"):
+                self.type(typed)
+            elif typed:
+                before, after = errors(self.ask(typed))
+                axis = question[0]
+                assert round(after[axis] - before[axis]) == int(answer), (before, after)
+            terminal.type("\n" if answer == "Enter" else answer + "\n")
+        assert terminal.end() == 0, terminal.text
+
     def run_on(self, text):
         command = text.strip()
         self.running = subprocess.Popen(["bash", "-c", f"exec {command}"], cwd=self.here(), text=True,
@@ -195,10 +214,20 @@ def test_the_commands_of_a_page_work_as_printed(reader, page):
         assert max(map(abs, after.values())) < 0.1 * max(map(abs, before.values())), (before, after)
 
 
-REHEARSED = {
-    "docs/machine-lathe.md": ("sinumerik-840d", "lathe", "--measured X=-20 --measured Z=-20", "X=300 Z=1500"),
-    "docs/machine-portal.md": ("fanuc", "portal", "--measured X=20 --measured Y1+Y2=20 --measured Z=20",
+REHEARSED = {  # profile, example, what an indicator shows, a place
+    "docs/machine-lathe.md": ("sinumerik-840d", "lathe", {"X": -20, "Z": -20}, "X=300 Z=1500"),
+    "docs/machine-portal.md": ("fanuc", "portal", {"X": 20, "Y1": 20, "Y2": 20, "Y1+Y2": 20, "Z": 20},
                                "X=1500 Y=2500 Z=900")}
+
+
+def walk_of(command, axes, measured):
+    """out: a walk in which each axis is jogged to 50 mm."""
+    rows = [row for axis in axes for row in (
+        f"| `{axis}: what does the control show` | | Enter |",
+        f"| `{axis}: jog this axis alone` | `move {axis}=50 feed=5000` | `50` |")]
+    rows += [row for name, um in measured.items() for row in (
+        f"| `{name}: set the indicator to zero` | | Enter |", f"| `{name}: what does the indicator show` | | `{um}` |")]
+    return "sh", "walk", "\n".join([command, "| | | |", "|---|---|---|", *rows])
 
 
 @pytest.mark.parametrize("page", REHEARSED)
@@ -209,7 +238,9 @@ def test_the_file_that_a_page_makes_compensates_its_machine(reader, page):
     folder = pathlib.Path(reader.here())
     reader.act("sh", "terminal-2", f"cd {folder}\nfakeplc --profile {profile} --listen 127.0.0.1:{reader.port} "
                f"--machine {ROOT}/examples/{example}/machine_twin.json --map coefficients.json")
-    reader.act("sh", "", f"compbox commission coefficients.json {measured}")
+    walk, build = re.search(r"^    (compbox commission .*)\n    (compbox build .*)$", (ROOT / page).read_text(), re.M).groups()
+    reader.act(*walk_of(walk.replace(" --watch", ""), re.findall(r"([XYZ])=", place), measured))
+    reader.act("sh", "", build)
     reader.act("sh", "until-ctrl-c", "compboxd --config coefficients.json")
     reader.act("text", "type-2", f"move {place} feed=20000\nerror")
     reader.interrupt()
@@ -228,6 +259,16 @@ def test_the_page_of_commands_is_what_the_programs_print():
     done = subprocess.run(["/usr/bin/python3", ROOT / "docs/site/commands.py", BIN, ROOT / "docs/commands.md"],
                           capture_output=True, text=True)
     assert done.returncode == 0, done.stdout
+
+
+def test_the_example_of_a_test_report_is_what_its_script_makes(tmp_path):
+    """All that a page shows but its figure, whose coordinates gnuplot rounds."""
+    made = tmp_path / "page.html"
+    subprocess.run(["/usr/bin/python3", ROOT / "examples/lathe/test_report.py", BIN, made], check=True)
+    shown, stated = (re.sub(r"<svg.*?</svg>", "", page.read_text(), flags=re.S)
+                     for page in (made, ROOT / "examples/lathe/test-report.html"))
+    assert shown == stated, "run scripts/report test-report"
+    assert stated.count(">conforms</td>") == 2
 
 
 def test_the_figure_of_the_registers_is_that_of_init():

@@ -3,6 +3,9 @@
 from CSV and from laser files, and what it says about too few runs and long axes."""
 
 import json
+import re
+import shutil
+import subprocess
 import sys
 
 import numpy
@@ -269,6 +272,29 @@ def test_many_targets_go_to_a_second_page(compbox):
         write_csv(compbox, x, forward, backward)
         compbox.good("report", "d.csv", "--page", "p.html")
         assert (compbox.folder / "p.html").read_text().count('class="long more"') == more
+
+
+def printed_pages(folder, page):
+    """out: width and height in mm of each page that Chromium prints."""
+    subprocess.run(["chromium", "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder / 'browser'}",
+                    "--print-to-pdf=page.pdf", page], cwd=folder, check=True, capture_output=True, timeout=120)
+    pdf = (folder / "page.pdf").read_bytes()
+    boxes = re.findall(rb"/MediaBox *\[0 0 ([\d.]+) ([\d.]+)\]", pdf)
+    assert len(boxes) == len(re.findall(rb"/Type */Page\b", pdf))
+    return [tuple(round(float(side) / 72 * 25.4) for side in box) for box in boxes]
+
+
+@pytest.mark.skipif(not shutil.which("chromium"), reason="scripts/test --system installs Chromium")
+def test_a_full_page_prints_on_one_A4_and_more_targets_on_two(compbox):
+    """26 targets are the most beside the figures; with two measurements, limits, and both kinds of warning."""
+    for targets, pages in (26, 1), (27, 2):
+        x, forward, backward = readings(12, 5, targets, 1000)
+        forward[2] *= -1
+        write_named(compbox, "EXX_before.rtl", forward, backward, x)
+        write_named(compbox, "EXX_after.rtl", 2 * forward, 2 * backward, x)
+        compbox.good("report", "EXX_before.rtl", "--after", "EXX_after.rtl", "--page", "p.html", "--limit-um",
+                     "A=20,R=9,E=9,M=9,B=1", "--uncertainty-um", "A=1,B=0.1")
+        assert printed_pages(compbox.folder, "p.html") == [(210, 297)] * pages
 
 
 def test_conformity(compbox):
