@@ -22,7 +22,8 @@ const char *const page_text =
 #include "host-tools/test_report/page.html.in"
     ;
 
-constexpr std::size_t most_targets_beside = 26;  // rows that fit beside the figures
+// Rows that fit beside the figures, with one warning above them, and rows as high as a further warning.
+constexpr std::size_t most_targets_beside = 26, rows_of_warning = 3;
 
 std::string file_name(const measurement &data) {
     return std::filesystem::path(data.file).filename().string();
@@ -306,7 +307,10 @@ void add_tables(json &values, const json &report, const particulars &about,
         if (!row.is_null()) values["figures"].push_back(row);
     }
     const json &judged = both ? report["after"] : report["before"];
-    const bool fits = judged["positioning"]["targets_mm"].size() <= most_targets_beside;
+    const std::size_t warnings = values["warnings"].size();
+    const std::size_t rows = judged["positioning"]["targets_mm"].size() +
+                             rows_of_warning * (warnings > 1 ? warnings - 1 : 0);
+    const bool fits = rows <= most_targets_beside;
     values["beside"] = values["more"] = json::array();
     if (fits) {
         values["beside"].push_back(table_of(judged, "after", unit, both));

@@ -286,14 +286,17 @@ def printed_pages(folder, page):
 
 @pytest.mark.skipif(not shutil.which("chromium"), reason="scripts/test --system installs Chromium")
 def test_a_full_page_prints_on_one_A4_and_more_targets_on_two(compbox):
-    """26 targets are the most beside the figures; with two measurements, limits, and both kinds of warning."""
-    for targets, pages in (26, 1), (27, 2):
+    """With two measurements, limits and all figures. A run is turned for two warnings more."""
+    for targets, turned, warnings, pages in (26, False, 1, 1), (27, False, 1, 2), (20, True, 3, 1), (26, True, 3, 2):
         x, forward, backward = readings(12, 5, targets, 1000)
-        forward[2] *= -1
+        forward[2] *= -1 if turned else 1
         write_named(compbox, "EXX_before.rtl", forward, backward, x)
         write_named(compbox, "EXX_after.rtl", 2 * forward, 2 * backward, x)
         compbox.good("report", "EXX_before.rtl", "--after", "EXX_after.rtl", "--page", "p.html", "--limit-um",
                      "A=20,R=9,E=9,M=9,B=1", "--uncertainty-um", "A=1,B=0.1")
+        page = (compbox.folder / "p.html").read_text()
+        assert page.count('class="warning"') == warnings
+        assert page.count('class="long more"') == pages - 1, "a page that overflows breaks where its writer decides"
         assert printed_pages(compbox.folder, "p.html") == [(210, 297)] * pages
 
 
