@@ -5,8 +5,8 @@ A fenced block runs if its language has a further word or is sh:
   sh build          is not run: the programs are built already; its targets and presets have to exist
   sh terminal-2     a second terminal, which has to listen before the page goes on
   sh until-ctrl-c   runs until the next block of the shell, or the end; Ctrl-C has to end it with 0
-  sh walk           a command that asks, at a terminal of its own. The table behind it has the questions in their order, what
-                    is typed into the second terminal, and the answer. After `error` the answer has to be its difference
+  sh walk           a command that asks, at a terminal of its own. The table behind it has the questions in their order,
+                    what is typed into the second terminal, and the answer. After `error` it has to be the difference
   text type-2       lines typed into the second terminal; a move is waited for; each answer has to be ok
   json FILE         keys that the reader sets in FILE; entries of lists are found by their name"""
 
@@ -238,7 +238,8 @@ def test_the_file_that_a_page_makes_compensates_its_machine(reader, page):
     folder = pathlib.Path(reader.here())
     reader.act("sh", "terminal-2", f"cd {folder}\nfakeplc --profile {profile} --listen 127.0.0.1:{reader.port} "
                f"--machine {ROOT}/examples/{example}/machine_twin.json --map coefficients.json")
-    walk, build = re.search(r"^    (compbox commission .*)\n    (compbox build .*)$", (ROOT / page).read_text(), re.M).groups()
+    walk, build = re.search(r"^    (compbox commission .*)\n    (compbox build .*)$", (ROOT / page).read_text(),
+                            re.M).groups()
     reader.act(*walk_of(walk.replace(" --watch", ""), re.findall(r"([XYZ])=", place), measured))
     reader.act("sh", "", build)
     reader.act("sh", "until-ctrl-c", "compboxd --config coefficients.json")
@@ -269,6 +270,46 @@ def test_the_example_of_a_test_report_is_what_its_script_makes(tmp_path):
                      for page in (made, ROOT / "examples/lathe/test-report.html"))
     assert shown == stated, "run scripts/report test-report"
     assert stated.count(">conforms</td>") == 2
+
+
+QUOTED_OF_OTHERS = ("compbox ", "ConditionPathExists", "Connection refused")  # commands, systemd, the operating system
+# In a quoted line; a message has a place for each.
+VALUE = re.compile(r"…|\d.*|[XZ]|T1|net|mm|FILE|LINE|coefficients\.json|terms\[3\].*")
+
+
+def words_of(text):
+    return re.split(r"[\s:;,()]+", text.strip(" :;,()"))
+
+
+def messages():
+    """out: the words of each string literal of the box, between the places of its values."""
+    for source in (path for room in ("firmware", "hal") for path in (ROOT / room).rglob("*.[ch]")):
+        joined = re.sub(r'"\s*(?:PRI\w+\s*)?"', "", source.read_text())
+        for literal in re.findall(r'"((?:[^"\\\n]|\\.)+)"', joined):
+            for piece in re.split(r"%[-+ 0-9.*]*[a-zA-Z]+|\\n", literal.replace('\\"', '"')):
+                yield words_of(piece)
+
+
+def unknown_words(line, texts, phrases):
+    """out: the words of a line that are neither a whole text of a message nor beside their neighbour in one."""
+    words = [word for word in words_of(line) if not VALUE.fullmatch(word)]
+    beside = [pair in phrases for pair in zip(words, words[1:])]
+    return [word for i, word in enumerate(words)
+            if (word,) not in texts and not any(beside[max(i - 1, 0):i + 1])]
+
+
+def test_each_line_that_when_it_stops_quotes_is_one_of_the_box():
+    texts = {tuple(text) for text in messages()}
+    phrases = {pair for text in texts for pair in zip(text, text[1:])}
+    page = (ROOT / "docs/when-it-stops.md").read_text()
+    quoted = re.findall(r"`([^`\n]+)`", page) + re.findall(r"^    (compboxd: .*)$", page, re.M)
+    lines = [line for line in quoted if len(line.split()) >= 3 and not line.startswith(QUOTED_OF_OTHERS)]
+    assert len(lines) > 20
+    for line in lines:
+        for others in QUOTED_OF_OTHERS:
+            line = line.replace(others, "")
+        assert unknown_words(line, texts, phrases) == [], line
+    assert unknown_words("signal X is 120 ms old and its age_limit is 90", texts, phrases) == ["age_limit"]
 
 
 def test_the_figure_of_the_registers_is_that_of_init():

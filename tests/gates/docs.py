@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Gate: what the documents point at is there. Every relative link of a Markdown file, with its anchor;
 every scripts/NAME that a document or script mentions, which must be executable too, and every scripts/report NAME;
-every path of the sources in `code quotes` that ends like a file. Each table has a header. Each page is in the order of
+every path of the sources in `code quotes` that ends like a file. Each table has a header. No commands belong to a list. Each page is in the order of
 the site, docs/site/navigation.txt, and each figure has all words of its .dot source and is on a page.
   docs.py [ROOT]       prints how many links were looked at, or every one that leads nowhere
   docs.py --self-test  plants one broken link after the other; each must be caught"""
@@ -64,6 +64,12 @@ def torn_tables(prose):
                 yield number
 
 
+def lost_code(prose):
+    """out: line number of each command that is text of the list item above it, because nothing is between them."""
+    for match in re.finditer(r"^(?:\d+\.|[-*]) .*\n(?: +\S.*\n)*\n(?= {4}\S)", prose, re.M):
+        yield prose[:match.end()].count("\n") + 1
+
+
 def look_at(root, path):
     """out: (line number, what it points at, what is wrong or None) of each pointer of a file."""
     text = path.read_text()
@@ -73,6 +79,8 @@ def look_at(root, path):
         yield prose[:match.start()].count("\n") + 1, link_wrong(root, path, match[1])
     for number in torn_tables(prose):
         yield number, "a table without a header: a blank line in its middle?"
+    for number in lost_code(prose):
+        yield number, "commands behind a list lose their form: put a line of text between"
     for match in SCRIPT.finditer(text):
         yield text[:match.start()].count("\n") + 1, script_wrong(root, match[1])
     for match in REPORT.finditer(text):
@@ -142,7 +150,8 @@ GOOD = """# A title, `quoted`
 """
 PLANTED = ["[gone](gone.md)", "[gone](../docs/gone/)", "[anchor](../README.md#three-words)",
            "[anchor](#nothing)", "[out](../../elsewhere.md)", "`scripts/gone`", "run scripts/plain now",
-           "`scripts/report gone`", "`firmware/gone.c`", "| a |\n|---|\n| b |\n\n| c |\n"]
+           "`scripts/report gone`", "`firmware/gone.c`", "| a |\n|---|\n| b |\n\n| c |\n",
+           "1. one\n   more\n\n    make it\n"]
 
 
 def self_test():
