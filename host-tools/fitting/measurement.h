@@ -36,7 +36,7 @@ struct measurement {
     std::vector<measured_run> runs;
     std::optional<laser_environment> environment;  // of a laser file
     cell_averages cells;
-    laser_particulars about;                       // of a laser file
+    laser_particulars about;  // of a laser file
 
     std::vector<double> position;  // strictly ascending, mm
     std::vector<double> mean;      // of the runs (of both directions' means), at each position

@@ -216,7 +216,8 @@ TEST(libmodbus, an_exception_refuses_the_request_and_keeps_the_connection) {
     loop box(plc.port());
     box.until_fate(CB_TRANSFER_REFUSED);
     box.until_fate(CB_TRANSFER_REFUSED);
-    EXPECT_EQ(box.shown->link.disconnects, box.shown->counters.timeouts) << "of a slow machine alone";
+    EXPECT_EQ(box.shown->link.disconnects, box.shown->counters.timeouts)
+        << "of a machine that stood still";
     EXPECT_GE(box.shown->counters.exceptions_by_code[6], 1u);
 }
 
