@@ -22,7 +22,7 @@ const char *const page_text =
 #include "host-tools/test_report/page.html.in"
     ;
 
-// Rows that fit beside the figures, with one warning above them, and rows as high as a further warning.
+// Rows that fit beside the figures with one warning above them; rows as high as another warning.
 constexpr std::size_t most_targets_beside = 26, rows_of_warning = 3;
 
 std::string file_name(const measurement &data) {
