@@ -20,8 +20,8 @@ LIMITS = ("--limit-um", "A+=6,R+=4", "--uncertainty-um", "A+=1,R+=0.6")
 
 def after_um(folder, run):
     """out: the rows of the second measurement with the box."""
-    run("compbox", "init", "--axes", "X,Z", "--profile", "sinumerik-840d", "--name", "lathe 3", "--travel", "X=400,Z=2000",
-        "--host", "127.0.0.1", "-o", "machine.json")
+    run("compbox", "init", "--axes", "X,Z", "--profile", "sinumerik-840d", "--name", "lathe 3", "--travel",
+        "X=400,Z=2000", "--host", "127.0.0.1", "-o", "machine.json")
     run("compbox", "fit", HERE / "measurements/EZZ.csv", "--name", "EZZ", "--signal", "Z", "--zero-at", "0", "-o",
         "EZZ.json")
     run("compbox", "build", "machine.json", "EZZ.json", "-o", "coefficients.json")

@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: MIT
 """Gate: what the documents point at is there. Every relative link of a Markdown file, with its anchor;
 every scripts/NAME that a document or script mentions, which must be executable too, and every scripts/report NAME;
-every path of the sources in `code quotes` that ends like a file. Each table has a header. No commands belong to a list. Each page is in the order of
-the site, docs/site/navigation.txt, and each figure has all words of its .dot source and is on a page.
+every path of the sources in `code quotes` that ends like a file. Each table has a header. No commands belong to a
+list. Each page is in the order of the site, docs/site/navigation.txt, and each figure has all words of its .dot source
+and is on a page.
   docs.py [ROOT]       prints how many links were looked at, or every one that leads nowhere
   docs.py --self-test  plants one broken link after the other; each must be caught"""
 
