@@ -199,16 +199,17 @@ static void do_reads(struct cb_libmodbus *client, unsigned first) {
     client->reading_us = took_us > faded_us ? took_us : faded_us;
 }
 
-/* Does the job's requests in their order; after an error those that follow are not sent.
+/* Does the job's requests in their order; after an error those that follow are not sent. Nor is the
+ * write sent after the next tick, which a slow connect may reach: its outputs are too old then.
  * in : RUNNING, results FAILED */
 static void work(struct cb_libmodbus *client) {
     struct cb_job *job = &client->job;
-    const bool writes = job->write.count > 0;
-    const bool combined = client->combined && writes && job->reads[0].count > 0;
     if (!is_connected(client)) {
         client->counters.not_connected++;
         return;
     }
+    const bool writes = job->write.count > 0 && cb_boottime_us() < job->due_us;
+    const bool combined = client->combined && writes && job->reads[0].count > 0;
     if (combined)
         do_both(client, &job->write, &job->reads[0]);
     else if (writes)
