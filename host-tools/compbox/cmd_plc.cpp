@@ -158,6 +158,15 @@ class plc_command {
         print_summary(io_.out, {}, figures);
     }
 
+    // Throws usage_error for a named register that the PLC's program writes.
+    static void must_be_of_box(const plc::item &one) {
+        if (!one.by_plc) return;
+        throw cli::usage_error(fmt::format(
+            "{} is a register that the PLC writes; the box writes value_CHANNEL, status and "
+            "box_heartbeat (to test the PLC give the address {})",
+            one.name, one.address));
+    }
+
     // out: one item for each value, and its words behind those of the others
     std::vector<plc::item> values_to_write(std::vector<std::uint16_t> &words) const {
         std::vector<plc::item> items;
@@ -165,6 +174,7 @@ class plc_command {
             items.push_back(i == 1 ? item_of(options_.words[0]) : plain_item(items.back().end()));
             if (i > 1 && !items[0].name.empty())
                 throw cli::usage_error(fmt::format("{} takes one value", items[0].name));
+            must_be_of_box(items.back());
             const auto encoded = plc::encode(items.back(), options_.words[i]);
             words.insert(words.end(), encoded.begin(), encoded.end());
         }

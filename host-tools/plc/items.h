@@ -19,8 +19,9 @@ struct item {
     int address = 0;
     number_format format;
     double scale = 1.0, zero = 0.0;
-    std::string unit;  // "mm"; "": none
-    int block = -1;    // items of one block share a request; -1: of none
+    std::string unit;     // "mm"; "": none
+    int block = -1;       // items of one block share a request; -1: of none
+    bool by_plc = false;  // of the block that the PLC writes and the box reads
 
     int end() const { return address + format.registers; }
     std::string place() const;  // "8 (X)", "8"

@@ -23,8 +23,10 @@ int parse_port(const std::string &text, const std::string &whole) {
     const auto result = std::from_chars(text.data(), text.data() + text.size(), port);
     const bool number = result.ec == std::errc() && result.ptr == text.data() + text.size();
     if (!number || port < 1 || port > 65535)
-        throw input_error(fmt::format(
-            "{}: the port must be a number from 1 to 65535, as in 192.168.0.10:502", whole));
+        throw input_error(
+            fmt::format("{}: the port must be a number from 1 to 65535, as in 192.168.0.10:502 or "
+                        "[fd00::1]:502",
+                        whole));
     return port;
 }
 
@@ -117,7 +119,8 @@ wire parse_wire(const std::string &text) {
     } else if (bracketed) {
         const std::size_t close = text.find(']');
         to.host = text.substr(1, close - 1);
-        if (close + 1 < text.size()) to.port = parse_port(text.substr(close + 2), text);
+        if (close + 1 < text.size())
+            to.port = parse_port(text[close + 1] == ':' ? text.substr(close + 2) : "", text);
     } else if (colon == std::string::npos || text.find(':') != colon) {
         to.host = text;  // without a port, or an IPv6 address
     } else {
@@ -137,6 +140,7 @@ machine::machine(const std::string &path) : path_(path) {
     for (auto &one : items_) {
         const bool read = one.address >= map.read.start && one.end() <= map.read.end();
         one.block = read ? map.read.start : map.write.start;
+        one.by_plc = read;
     }
     std::stable_sort(items_.begin(), items_.end(),
                      [](const item &a, const item &b) { return a.address < b.address; });

@@ -298,3 +298,11 @@ def test_a_serial_line(compbox, tmp_path):
                 line + ": another program has it open, such as compboxd: stop that first")
         finally:
             os.close(holder)
+
+
+def test_a_named_register_of_the_plc_is_not_written(compbox, machine_at):
+    machine_at("127.0.0.1:1")
+    done = compbox("plc", "write", "machine.json", "Z", "12")
+    assert (done.returncode, done.stderr.splitlines()[0]) == (
+        2, "compbox: Z is a register that the PLC writes; the box writes value_CHANNEL, status and box_heartbeat (to "
+        "test the PLC give the address 12)")

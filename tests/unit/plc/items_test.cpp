@@ -151,10 +151,11 @@ TEST(plc_wire, a_server_is_a_host_with_or_without_port_or_a_device) {
     EXPECT_EQ(parse_wire("[fe80::2]:1502").name(), "[fe80::2]:1502");
     EXPECT_EQ(parse_wire("[::1]").name(), "[::1]:502");
     EXPECT_TRUE(parse_wire("/dev/ttyUSB0").is_serial());
-    for (const char *text : {"plc:", "plc:0", "plc:65536", "plc:x", "[::1]:"}) {
+    for (const char *text : {"plc:", "plc:0", "plc:65536", "plc:x", "[::1]:", "[::1]502"}) {
         EXPECT_EQ(wire_fault(text),
                   std::string(text) +
-                      ": the port must be a number from 1 to 65535, as in 192.168.0.10:502");
+                      ": the port must be a number from 1 to 65535, as in 192.168.0.10:502 or "
+                      "[fd00::1]:502");
     }
 }
 
