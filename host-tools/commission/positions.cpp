@@ -198,9 +198,16 @@ class walk {
                 shown = person_.ask(row, task);
             const std::string wrong = fault_of(row, shown, after);
             if (wrong.empty()) return;
-            if (by_script) throw input_error(wrong);
+            if (by_script) throw input_error(wrong + standstill(row, after));
             person_.again(wrong);
         }
+    }
+
+    // out: the end of a sentence about a script whose axis did not move; else ""
+    std::string standstill(const map_row &row, const jog *after) const {
+        if (after == nullptr || std::abs(row.value - after->from[after->which]) > standing)
+            return "";
+        return fmt::format("; or was it not jogged within {:.4g} s (--wait-s)?", options_.wait_s);
     }
 
     // Steps until the register agrees with the statement or the time for it is over.

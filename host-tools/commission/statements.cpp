@@ -84,6 +84,8 @@ void check_statements(const position_options &options,
     for (const auto &[name, values] : options.shows)
         must_be_known("--shows", "signal", name, names);
     for (const auto &stage : options.together) {
+        if (stage.size() < 2)
+            throw cli::usage_error("--together", "two positions of one stage, please: Y1+Y2");
         for (const auto &name : stage) must_be_known("--together", "signal", name, names);
     }
 }

@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: MIT
 // compbox commission: register map, signs and times, against a live PLC.
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
@@ -46,6 +51,7 @@ class commissioning {
           setup_(commission::make_box_setup(document_, options.path, options.rate_um_per_s)),
           map_(setup_) {
         check_choice();
+        check_output();
         check_positions();
         commission::with_result(document_, options.path, {});  // before anything moves
     }
@@ -85,6 +91,8 @@ class commissioning {
     }
 
     void check_choice() const {
+        if (options_.only_registers && !options_.measured_um.empty())
+            throw cli::usage_error("--measured", "--registers ends before the signs are tested");
         std::vector<std::string> axes, tests;
         for (const auto &axis : setup_.axes) {
             axes.push_back(axis.name);
@@ -97,6 +105,17 @@ class commissioning {
             commission::must_be_known("--axis", "axis", name, axes);
         for (const auto &[name, um] : options_.measured_um)
             commission::must_be_known("--measured", "axis", name, tests);
+    }
+
+    const std::string &output() const {
+        return options_.output.empty() ? options_.path : options_.output;
+    }
+
+    // Throws input_error if the result could not be written after the walk.
+    void check_output() const {
+        const auto folder = std::filesystem::path(output()).parent_path();
+        if (output() == "-" || ::access(folder.empty() ? "." : folder.c_str(), W_OK) == 0) return;
+        throw input_error(output(), 0, 0, "cannot create a file there ({})", std::strerror(errno));
     }
 
     // Checks --shows, --together and the ranges, adds the motors of pairs, and finds what an
@@ -288,18 +307,18 @@ class commissioning {
 
     // Writes the file with signs, lead and provenance, and prints remarks or the summary.
     void finish() {
-        const std::string &output = options_.output.empty() ? options_.path : options_.output;
+        const std::string &path = output();
         const json changed = commission::with_result(document_, options_.path, result_);
-        update_file(output, json_text(changed), &io_.out);
+        update_file(path, json_text(changed), &io_.out);
         if (options_.as_json) {
             json figures = commission::figures_of(document_, result_);
             figures["registers"] = result_.registers;
-            return print_summary(io_.out, {output}, figures, setup_.remarks);
+            return print_summary(io_.out, {path}, figures, setup_.remarks);
         }
-        if (output == "-") return;
+        if (path == "-") return;
         for (const auto &remark : setup_.remarks) say("Remark: " + remark);
         say(fmt::format(
-            "Written to {}: {}{}provenance.commissioning", output,
+            "Written to {}: {}{}provenance.commissioning", path,
             options_.only_registers ? "" : "sign of each tested channel, ",
             result_.times && changed["cycle"]["lead_ms"].is_number()
                 ? fmt::format("lead_ms {:.4g}, ", changed["cycle"]["lead_ms"].get<double>())

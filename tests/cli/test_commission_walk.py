@@ -337,3 +337,15 @@ def test_a_plc_that_vanishes_during_the_comparison(compbox, plc):  # noqa: F811
     fake = plc(axes="X")
     sentence = refusal(compbox, fake, at=("jog this axis", lambda run: fake.say("fault away 600000")))
     assert sentence.startswith(f"plc.transport.tcp: no reply from 127.0.0.1:{fake.port}: ")
+
+
+@pytest.mark.parametrize("options, sentence", [
+    (("--together", "X"), "--together: two positions of one stage, please: Y1+Y2"),
+    (("--registers", "--measured", "X=20"), "--measured: --registers ends before the signs are tested"),
+    (("-o", "missing/m.json"), "missing/m.json: cannot create a file there (No such file or directory)"),
+])
+def test_what_would_fail_at_the_end_is_refused_before_the_walk(compbox, options, sentence):
+    compbox.good("init", *PLC, "--axes", "XYZ", "--profile", "generic", "-o", "machine.json")
+    done = compbox("commission", "machine.json", *options)
+    assert done.returncode != 0 and done.stderr.splitlines()[0] == "compbox: " + sentence
+    assert done.stdout == ""
