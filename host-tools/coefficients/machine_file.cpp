@@ -91,6 +91,11 @@ void check_options(const machine_options &options, const std::vector<machine_axi
         if (known) continue;
         refuse("--travel: the machine has no axis {} (--axes {})", name, options.axes);
     }
+    const bool pairs = std::any_of(axes.begin(), axes.end(),
+                                   [](const auto &axis) { return axis.motors.size() > 1; });
+    if (options.motor_positions && !pairs) {
+        refuse("--motor-positions: --axes {} has no stage with two motors, as Y1+Y2", options.axes);
+    }
 }
 
 // The signals of an axis' position: one, or one of each motor.

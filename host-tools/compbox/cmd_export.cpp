@@ -239,8 +239,27 @@ void export_table(const exports::channel_model &model, export_arguments &argumen
             exports::loss_lines(model, tables), io);
 }
 
+// Throws usage_error for an option that acts on tables alone.
+void refuse_table_options(const export_arguments &arguments) {
+    const std::pair<const char *, bool> given[] = {
+        {"--step-mm", arguments.step_mm.has_value()},
+        {"--range", !arguments.ranges.empty()},
+        {"--at", !arguments.at.empty()},
+        {"--axis", !arguments.axes.empty()},
+        {"--name", !arguments.names.empty()},
+        {"--lost-motion-um", !arguments.lost_motion.empty()},
+        {"--path", !arguments.path.empty() || !arguments.path_file.empty()},
+        {"--most-points", arguments.most_points != 0}};
+    for (const auto &[option, is_given] : given) {
+        if (is_given)
+            throw cli::usage_error(
+                option, fmt::format("it is for tables; --format {} has none", arguments.format));
+    }
+}
+
 // Exports registers and program. A machine file without curves suffices.
 void export_registers(const export_arguments &arguments, const cli::streams &io) {
+    refuse_table_options(arguments);
     const json file = read_json(arguments.input);
     const bool has_terms = file.contains("terms") && file["terms"] != json::array();
     if (has_terms) coefficients::load_coefficients(arguments.input);

@@ -24,6 +24,8 @@ namespace compbox {
 
 namespace {
 
+constexpr double least_travel_mm = 20.0, most_travel_mm = 100000.0;  // of a machine tool, about
+
 struct init_options {
     coefficients::machine_options machine;
     std::string travel;
@@ -66,6 +68,13 @@ std::vector<std::string> hints(const coefficients::machine_options &options) {
         unset += (unset.empty() ? "" : ", ") + axis.name;
     }
     std::vector<std::string> all;
+    for (const auto &[axis, range] : options.travel) {
+        if (range.to_mm - range.from_mm >= least_travel_mm &&
+            range.to_mm - range.from_mm <= most_travel_mm)
+            continue;
+        all.push_back(fmt::format("To check: the travel of {} is {:.6g} mm; --travel is in mm.",
+                                  axis, range.to_mm - range.from_mm));
+    }
     if (!unset.empty()) {
         all.push_back(fmt::format(
             "To set: min and max of {} (or --travel); where they stay null, build takes the range "

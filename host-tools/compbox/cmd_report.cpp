@@ -60,10 +60,26 @@ void check_name(const particulars &about) {
     }
 }
 
+// Throws usage_error for texts and uncertainties that no output has.
+void check_use(const report_arguments &arguments) {
+    const particulars &about = arguments.about;
+    const bool texts = !(about.number + about.machine + about.serial + about.axis + about.location +
+                         about.date + about.by + about.instrument + about.environment)
+                            .empty();
+    if (!arguments.page.empty()) return;
+    if (texts && arguments.plot.empty()) {
+        throw cli::usage_error("texts such as --machine and --operator are for --page F.html");
+    }
+    if (!arguments.uncertainties.empty() && arguments.limits.empty()) {
+        throw cli::usage_error("--uncertainty-um", "it needs --limit-um or --page");
+    }
+}
+
 // Reports one file, or two and their difference, as text, JSON, figure or page. Throws input_error
 // where the units differ.
 void run_report(const report_arguments &arguments, const cli::streams &io) {
     check_name(arguments.about);
+    check_use(arguments);
     different_files(
         {{"-o", arguments.output}, {"--plot", arguments.plot}, {"--page", arguments.page}});
     const by_figure limits = parse_figures("--limit-um", arguments.limits);

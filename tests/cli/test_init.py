@@ -30,6 +30,8 @@ USAGE = [
      "--travel: 'X=100:0' does not end above where it begins"),
     (["--axes", "X", "--travel", "X=0"], "--travel: 'X=0' does not end above where it begins"),
     (["--axes", "X", "--travel", "X=1,X=2"], "--travel: X is named twice"),
+    (["--axes", "X,Z", "--motor-positions"],
+     "--motor-positions: --axes X,Z has no stage with two motors, as Y1+Y2"),
     (["--axes", "X", "--name", "x" * 40], "--name: 1 to 39 characters, please"),
 ] + [(["--axes", "X", "--travel", bad], f"--travel: '{bad}' is not AXIS=LENGTH or AXIS=FROM:TO "
       "in mm, as in X=14300") for bad in ("X", "X=", "X=nan", "X=inf", "X=1e999", "X=1;Y=2", "X=1:")]
@@ -88,6 +90,7 @@ def test_registers_do_not_overlap_and_fit_their_blocks(compbox, axes, profile, p
         assert done.stderr.startswith("compbox: --axes: X is named twice")
         axes = axes[:-4]
         channels = axes.replace("+", ",").split(",")
+    positions = positions if "+" in axes else []
     compbox.good("init", *PLC, "--axes", axes, "--profile", profile, *positions, "-o", "m.json")
     m = compbox.read("m.json")
     used = used_registers(m)
@@ -175,7 +178,7 @@ def test_options_reach_the_file(compbox):
 
 
 def test_it_says_what_is_still_to_be_set(compbox):
-    out = compbox.good("init", *PLC, "--axes", "XYZ", "--profile", "generic", "--travel", "Y=5", "-o", "m")
+    out = compbox.good("init", *PLC, "--axes", "XYZ", "--profile", "generic", "--travel", "Y=50", "-o", "m")
     assert out.splitlines()[0].startswith("To set: min and max of X, Z ")
 
 
@@ -228,3 +231,11 @@ def test_names_in_another_code_page(compbox):
     done = subprocess.run([BIN / "compbox", "init", *PLC, "--axes", "X", "--profile", "generic", "--json",
                            "-o", name + ".json"], cwd=compbox.folder, capture_output=True)
     assert done.returncode == 0 and json.loads(done.stdout)["files"] == ["Fräse.json"]
+
+
+def test_travels_in_metres_and_in_micrometres_are_named(compbox):
+    out = compbox.good("init", *PLC, "--axes", "XYZ", "--profile", "generic", "--travel", "X=0.5,Y=500,Z=2000000", "-o",
+                       "m.json")
+    assert [line for line in out.splitlines() if "--travel is in mm" in line] == [
+        "To check: the travel of X is 0.5 mm; --travel is in mm.",
+        "To check: the travel of Z is 2e+06 mm; --travel is in mm."]

@@ -245,6 +245,15 @@ def test_wrong_usage(compbox):
     assert done.returncode == 2, done.stderr
 
 
+@pytest.mark.parametrize("option", [("--step-mm", "5"), ("--range", "X=0:5"), ("--name", "X=AX1"), ("--at", "T=20"),
+                                    ("--axis", "X=X"), ("--most-points", "9"), ("--lost-motion-um", "X=3")])
+def test_options_of_tables_are_refused(compbox, option):
+    done = compbox("export", DOCS / "fanuc.json", "--format", "plc-program", *option, "-o", "plc")
+    assert (done.returncode, done.stderr.splitlines()[0]) == (
+        2, f"compbox: {option[0]}: it is for tables; --format plc-program has none")
+    assert not (compbox.folder / "plc").exists()
+
+
 def test_names_stay_apart_and_plain(compbox):
     def change(data):
         data["signals"][0]["name"], data["signals"][1]["name"] = "T-1", "T.1"

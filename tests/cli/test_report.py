@@ -334,3 +334,13 @@ def test_a_doubled_error_after_compensation_is_named(compbox):
         write_csv(compbox, x, numpy.round(factor * forward, 3), numpy.round(factor * backward, 3), "a.csv")
         text = compbox.good("report", "d.csv", "--after", "a.csv")
         assert ("a.csv: the compensation acts the wrong way round" in text) == named, factor
+
+
+@pytest.mark.parametrize("options, sentence", [
+    (("--machine", "mill 3"), "texts such as --machine and --operator are for --page F.html"),
+    (("--uncertainty-um", "A=1"), "--uncertainty-um: it needs --limit-um or --page"),
+])
+def test_an_option_without_its_output_is_refused(compbox, options, sentence):
+    (compbox.folder / "a.csv").write_text("position_mm,error_um\n0,1\n100,2\n")
+    done = compbox("report", "a.csv", *options)
+    assert (done.returncode, done.stderr.splitlines()[0]) == (2, "compbox: " + sentence)
