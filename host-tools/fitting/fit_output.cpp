@@ -225,8 +225,8 @@ std::string curve_lines(const fit_result &result, const std::string &unit) {
     text += line("residual range", fmt::format("{:.3f} {}", sum.range, unit));
     text += line("residual mean, variance",
                  fmt::format("{:.3f} {}, {:.3f} {}", sum.mean, unit, sum.variance, unit + "²"));
-    text +=
-        line("worst point", fmt::format("{:.3f} {} at {} mm", sum.worst, unit, sum.worst_at_mm));
+    text += line("worst point",
+                 fmt::format("{:.3f} {} at {:.10g} mm", sum.worst, unit, sum.worst_at_mm));
     text += line("left-out rms", fmt::format("{:.3f} {}", result.best.left_out_rms, unit));
     return text + line("inner knots", list_of_knots(result.curve));
 }

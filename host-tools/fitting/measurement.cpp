@@ -60,8 +60,9 @@ struct run_with_lines {
 
 [[noreturn]] void refuse_order(const std::string &file, double before, double here, long line) {
     throw input_error(file, line, 0,
-                      "positions must ascend within a run, but {} mm comes after {} mm", here,
-                      before);
+                      "positions must ascend within a run, but {} mm comes after {} mm; list them "
+                      "upwards, or mark a backward run in a column 'direction' with -1",
+                      here, before);
 }
 
 // in : one run in file order; a backward one may descend

@@ -363,3 +363,10 @@ def test_runs_of_very_many_positions_keep_their_offsets(compbox):
     compbox.write("d.csv", "position_mm,error_um,run\n" + rows)
     text = compbox.good("fit", "d.csv", "--name", "EXX", "--signal", "X", "-o", "t.json")
     assert "each run's own offset and slope were evened out" in text and "50000 readings" in text
+
+
+def test_a_run_from_above_without_a_direction_gets_the_remedy(compbox):
+    (compbox.folder / "a.csv").write_text("Soll;Ist;Lauf\nmm;mm;\n0;0,001;1\n50;50,002;1\n50;50,001;2\n0;0,002;2\n")
+    assert compbox.refused("report", "a.csv") == (
+        "a.csv:6: positions must ascend within a run, but 0 mm comes after 50 mm; list them upwards, or mark a "
+        "backward run in a column 'direction' with -1")
