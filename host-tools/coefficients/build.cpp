@@ -105,7 +105,8 @@ built_file build_file(const build_request &request, std::ostream *out) {
     built.notes.insert(built.notes.end(), found.lines.begin(), found.lines.end());
     built.notes.push_back(fmt::format("revision {}: {}{}", config->revision, summary(*config),
                                       found.refusals.empty() ? "" : ", range accepted"));
-    built.remarks = std::move(found.remarks);
+    built.remarks = std::move(merged.remarks);
+    built.remarks.insert(built.remarks.end(), found.remarks.begin(), found.remarks.end());
     built.channels = std::move(found.channels);
     built.curves = std::move(found.curves);
     return built;

@@ -3,6 +3,7 @@
 
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/formats/json.h"
 
 namespace compbox::coefficients {
 
@@ -33,9 +34,15 @@ std::unique_ptr<cb_config> load_coefficients(const std::string &path, std::strin
     auto config = load_coefficient_text(content, &message);
     if (text != nullptr) *text = content;
     if (config != nullptr) return config;
+    const std::string remedy = remedy_of_json(content);
+    if (!remedy.empty() && message.line > 0)
+        throw input_error(path, 0, 0, "is not a coefficient file{}", remedy);
     std::string sentence = message.text;
     if (sentence == "the key terms is missing") {
         sentence += " (of a machine file, make a coefficient file with compbox build)";
+    }
+    if (sentence == "the key format is missing" && content.find("\"terms\"") != std::string::npos) {
+        sentence += " (of a term file, make a coefficient file with compbox build)";
     }
     if (message.line > 0) sentence += fmt::format(", line {}", message.line);
     if (message.line > 0 && message.column > 0) {

@@ -207,8 +207,8 @@ void fill_sums(merged_file &merged, const std::string &machine_path,
     merged.file["channels"] = std::move(kept);
 }
 
-// Adds a note for each output of a term that no channel sums and no term uses.
-void note_unused(merged_file &merged) {
+// Adds a remark for each output of a term that no channel sums and no term uses.
+void remark_unused(merged_file &merged) {
     std::set<std::string> used = consumed_outputs(merged.file["terms"]);
     for (const auto &channel : merged.file["channels"]) {
         if (!channel["sum"].is_array()) continue;
@@ -219,7 +219,10 @@ void note_unused(merged_file &merged) {
     for (const auto &term : merged.file["terms"]) {
         for (const auto &name : outputs_of(term)) {
             if (used.count(name) == 0)
-                merged.notes.push_back(fmt::format("term {}: in no channel", name));
+                merged.remarks.push_back(fmt::format(
+                    "term {}: no channel sums it, so the box does not correct it; write "
+                    "it into sum of its channel in the machine file, or leave it out",
+                    name));
         }
     }
 }
@@ -371,7 +374,7 @@ merged_file merge_files(const std::string &machine_path, const std::vector<std::
 void fill_in(merged_file &merged, const std::string &machine_path) {
     const auto left_out = fill_ranges(merged);
     fill_sums(merged, machine_path, left_out);
-    note_unused(merged);
+    remark_unused(merged);
     merged.file = in_order(merged.file);
 }
 

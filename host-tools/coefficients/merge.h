@@ -16,8 +16,9 @@ struct entry_home {
 };
 
 struct merged_file {
-    json file;                       // what the box will read
-    std::vector<std::string> notes;  // what was filled in or left out, one line each
+    json file;                         // what the box will read
+    std::vector<std::string> notes;    // what was filled in or left out, one line each
+    std::vector<std::string> remarks;  // terms without effect, one sentence each
     // Where each entry came from, in the order of file["signals"] and file["terms"].
     std::vector<entry_home> signal_homes, term_homes;
 };

@@ -283,11 +283,39 @@ void judge_pairs(const cb_config &config, sentences &remarks) {
                 "{:.6g}; give both motors of the stage the same",
                 p, a.name, a.limit_um, a.slew_um_per_s, b.name, b.limit_um, b.slew_um_per_s));
         }
+        if (config.pairs[p].max_difference_um >= std::max(a.limit_um, b.limit_um)) {
+            remarks.push_back(fmt::format(
+                "pairs[{}]: max_difference_um {:.6g} lets {} and {} differ by a whole limit_um "
+                "({:.6g}); ask the builder of the machine for the number, in µm",
+                p, config.pairs[p].max_difference_um, a.name, b.name,
+                std::max(a.limit_um, b.limit_um)));
+        }
         if (a.sign == b.sign) continue;
         remarks.push_back(fmt::format(
             "pairs[{}]: {} has sign {} and {} has sign {}, so one motor of the stage would move "
             "against the other; repeat the sign test of both",
             p, a.name, a.sign, b.name, b.sign));
+    }
+}
+
+bool is_paired(const cb_config &config, unsigned channel) {
+    return std::any_of(config.pairs, config.pairs + config.pairs_count,
+                       [&](const auto &pair) { return pair.a == channel || pair.b == channel; });
+}
+
+// Remarks two channels of one axis, as Y1 and Y2, that no pair keeps together.
+void judge_unpaired(const cb_config &config, sentences &remarks) {
+    for (unsigned b = 1; b < config.channels_count; ++b) {
+        for (unsigned a = 0; a < b; ++a) {
+            const std::string first = config.channels[a].name, second = config.channels[b].name;
+            const char letter = linear_letter(first);
+            if (letter == 0 || letter != linear_letter(second)) continue;
+            if (is_paired(config, a) || is_paired(config, b)) continue;
+            remarks.push_back(fmt::format(
+                "channels {} and {}: no pair limits their difference; if they move one stage, add "
+                "them to pairs with its max_difference_um",
+                first, second));
+        }
     }
 }
 
@@ -380,6 +408,7 @@ std::vector<std::string> name_remarks(const cb_config &config, const json &file)
         judge_temperature(config, config.channels[i], file, remarks);
     }
     judge_pairs(config, remarks);
+    judge_unpaired(config, remarks);
     return remarks;
 }
 

@@ -105,6 +105,12 @@ void append(std::string &out, const json &value, int depth) {
 
 }  // namespace
 
+std::string remedy_of_json(const std::string &text) {
+    const std::size_t first = text.find_first_not_of(" \t\r\n\xef\xbb\xbf");
+    const bool object = first == std::string::npos || text[first] == '{';
+    return object ? "" : "; compbox fit makes such a file of a measurement";
+}
+
 json read_json(const std::string &path) {
     const std::string text = read_file(path);
     refuse_deep(path, text);
@@ -127,7 +133,8 @@ json read_json(const std::string &path) {
         return value;
     } catch (const json::parse_error &error) {
         const auto at = place_of(text, error.byte == 0 ? 0 : error.byte);
-        throw input_error(path, at.line, at.column, "is not valid JSON here");
+        throw input_error(path, at.line, at.column, "is not valid JSON here{}",
+                          remedy_of_json(text));
     } catch (const json::exception &) {
         throw input_error(path, 0, 0, "holds a number or text that cannot be read");
     }

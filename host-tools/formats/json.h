@@ -20,6 +20,10 @@ json read_json(const std::string &path);
 // numbers; NaN or infinity throws std::logic_error (a programmer's error).
 std::string json_text(const json &value);
 
+// out: the end of a sentence about a text that is no JSON object, such as a table; "" if it may be
+// one
+std::string remedy_of_json(const std::string &text);
+
 // out: value[key] as T. Throws input_error, naming file and path, if it is missing or of another
 // type. Integers, also in a list, must be whole and in the range of T: 3.0 is 3, 1e300 is rejected.
 // Texts have no control characters (text.h).

@@ -21,14 +21,14 @@ def test_sums_follow_iso_names(compbox, machine):
         "channel X = -(EXZ + EXY)",
         "channel Y: no term acts in Y; left out",
         "channel Z = -(EZX)",
-        "term EAX: in no channel",
-        "term net: in no channel",
         "X from -10 to 1010 mm: curves EZX 0 to 1000",
         "Y from -10 to 1010 mm: curves EXY 0 to 1000",
         "Z from -10 to 1010 mm: curves EXZ 0 to 1000",
         "channel X: demand -20.0 to 0.0 µm over the travel of Y, Z (limit_um 300, error_um 400)",
         "channel Z: demand -10.0 to 0.0 µm over the travel of X (limit_um 300, error_um 400)",
         "revision 1: 3 signals, 5 terms, 2 channels, coefficients 35 of 8192",
+        *(f"Remark: term {name}: no channel sums it, so the box does not correct it; write it into sum of its channel "
+          "in the machine file, or leave it out" for name in ("EAX", "net")),
     ]
     assert compbox.good("check", "c.json").splitlines()[0] == (
         "machine, revision 1: 3 signals, 5 terms, 2 channels, coefficients 35 of 8192")
@@ -354,3 +354,17 @@ def test_check_says_what_an_840d_allows(compbox):
     assert text.splitlines()[1].endswith("; one client at a time")
     assert text.splitlines()[2] == (
         "channel X: ±30000 units, at most 500 µm/s: 15 µm in a period, 15 µm in an update")
+
+
+@pytest.mark.parametrize("command, sentence", [
+    (("build", "machine.json", "readings.csv", "-o", "c.json"), "readings.csv:1:1: is not valid JSON here; compbox fit "
+     "makes such a file of a measurement"),
+    (("check", "readings.csv"), "readings.csv: is not a coefficient file; compbox fit makes such a file of a "
+     "measurement"),
+    (("check", "EZX"), "EZX: the key format is missing (of a term file, make a coefficient file with compbox build)"),
+])
+def test_a_file_of_another_kind_gets_the_command_that_is_missing(compbox, machine, command, sentence):
+    (compbox.folder / "readings.csv").write_text("Nominal (in),Error (thou)\n0,1\n")
+    compbox.write("EZX", term("EZX"))
+    assert compbox.refused(*command).startswith(sentence)
+    assert not (compbox.folder / "c.json").exists()
