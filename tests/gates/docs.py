@@ -3,8 +3,8 @@
 """Gate: what the documents point at is there. Every relative link of a Markdown file, with its anchor;
 every scripts/NAME that a document or script mentions, which must be executable too, and every scripts/report NAME;
 every path of the sources in `code quotes` that ends like a file. Each table has a header. No commands belong to a
-list. Each page is in the order of the site, docs/site/navigation.txt, and each figure has all words of its .dot source
-and is on a page.
+list. Each page is once in the order of the site, docs/site/navigation.txt, and each figure has all words of its
+.dot source and is on a page.
   docs.py [ROOT]       prints how many links were looked at, or every one that leads nowhere
   docs.py --self-test  plants one broken link after the other; each must be caught"""
 
@@ -104,6 +104,8 @@ def not_in_order(root):
         if listed and page.suffix == ".md" and not outside and page not in named:
             yield f"{page.relative_to(root)} is not in docs/site/navigation.txt"
     yield from (f"{page} of docs/site/navigation.txt is not there" for page, _ in listed if not (root / page).exists())
+    pages = [page for page, _ in listed]
+    yield from (f"{page} is in docs/site/navigation.txt twice" for page in sorted(set(pages)) if pages.count(page) > 1)
 
 
 def figures_wrong(root):
@@ -178,6 +180,7 @@ def self_test():
         (root / "docs/figures").mkdir()
         order = "README.md\ndocs/a.md\n"
         for name, planted in (("site/navigation.txt", "README.md\n"), ("site/navigation.txt", order + "b.md\n"),
+                              ("site/navigation.txt", order + "docs/a.md: Again\n"),
                               ("figures/x.svg", ""), ("a.md", GOOD + "![x](figures/x.svg)\n![y](figures/x.svg)\n")):
             (root / "docs" / name).write_text(planted)
             if name == "a.md":
@@ -186,7 +189,7 @@ def self_test():
                 sys.exit(f"docs.py: the planted {name} gave {check(root)[1]}")
             if name.startswith("site"):
                 (root / "docs" / name).write_text(order)
-    print(f"{len(PLANTED) + 4} of {len(PLANTED) + 4} planted mistakes caught")
+    print(f"{len(PLANTED) + 5} of {len(PLANTED) + 5} planted mistakes caught")
 
 
 def main():
