@@ -66,7 +66,14 @@ void check_use(const report_arguments &arguments) {
     const bool texts = !(about.number + about.machine + about.serial + about.axis + about.location +
                          about.date + about.by + about.instrument + about.environment)
                             .empty();
-    if (!arguments.page.empty()) return;
+    const std::string &page = arguments.page;
+    if (page.find(".html", page.size() < 5 ? 0 : page.size() - 5) == std::string::npos &&
+        !page.empty() && page != "-") {
+        throw cli::usage_error("--page", fmt::format("'{}': a page is written as .html; print it "
+                                                     "to PDF in a browser",
+                                                     page));
+    }
+    if (!page.empty()) return;
     if (texts && arguments.plot.empty()) {
         throw cli::usage_error("texts such as --machine and --operator are for --page F.html");
     }

@@ -338,6 +338,7 @@ def test_a_doubled_error_after_compensation_is_named(compbox):
 
 @pytest.mark.parametrize("options, sentence", [
     (("--machine", "mill 3"), "texts such as --machine and --operator are for --page F.html"),
+    (("--page", "x.pdf"), "--page: 'x.pdf': a page is written as .html; print it to PDF in a browser"),
     (("--uncertainty-um", "A=1"), "--uncertainty-um: it needs --limit-um or --page"),
 ])
 def test_an_option_without_its_output_is_refused(compbox, options, sentence):
