@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <regex>
 
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
@@ -171,7 +172,7 @@ std::string gnuplot_svg(const std::string &script, int width, int height) {
     const temporary_file picture(folder + "/compbox-plot", ".svg");
     draw(picture.name(), picture.name(), script, width, height);
     const std::string text = read_file(picture.name());
-    return text.substr(text.find("<svg"));
+    return std::regex_replace(text.substr(text.find("<svg")), std::regex(" +\n"), "\n");
 }
 
 }  // namespace compbox
