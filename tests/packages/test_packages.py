@@ -21,7 +21,7 @@ VERSION = re.search(r"project\(compbox VERSION ([\d.]+)", (ROOT / "CMakeLists.tx
 DAEMONS = [f"compboxd_{VERSION}-1_amd64.deb", f"compboxd_{VERSION}-1_arm64.deb"]
 TOOLS = [f"compbox_{VERSION}-1_amd64.deb", f"compbox_{VERSION}-1_arm64.deb"]
 ALL = [*DAEMONS, *TOOLS]
-EMULATED = {"arm64": ["qemu-aarch64", "-L", "/usr/aarch64-linux-gnu"], "amd64": []}
+EMULATED = {"arm64": ["qemu-aarch64", "-L", str(ROOT / "build/debian/sysroot")], "amd64": []}  # with libmodbus
 
 sys.path.insert(0, str(ROOT / "tests/hil"))
 import machine  # noqa: E402
