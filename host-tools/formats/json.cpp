@@ -107,8 +107,8 @@ void append(std::string &out, const json &value, int depth) {
 
 std::string remedy_of_json(const std::string &text) {
     const std::size_t first = text.find_first_not_of(" \t\r\n\xef\xbb\xbf");
-    const bool object = first == std::string::npos || text[first] == '{';
-    return object ? "" : "; compbox fit makes such a file of a measurement";
+    const bool brackets = first == std::string::npos || text[first] == '{' || text[first] == '[';
+    return brackets ? "" : "; compbox fit makes such a file of a measurement";
 }
 
 json read_json(const std::string &path) {

@@ -20,8 +20,7 @@ json read_json(const std::string &path);
 // numbers; NaN or infinity throws std::logic_error (a programmer's error).
 std::string json_text(const json &value);
 
-// out: the end of a sentence about a text that is no JSON object, such as a table; "" if it may be
-// one
+// out: the end of a sentence about a text that is no JSON, such as a table; "" if it may be JSON
 std::string remedy_of_json(const std::string &text);
 
 // out: value[key] as T. Throws input_error, naming file and path, if it is missing or of another
