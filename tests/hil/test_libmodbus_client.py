@@ -54,9 +54,8 @@ def test_the_loop_waits_for_no_call_of_libmodbus(plc, port, start_box):
         box.stop()
     assert box.code == 0, box.log
     laws.check_slew(box.steps)
-    laws.check_period(box)
     counters = box.stats["plc"]
-    assert counters["blocked"] >= 2, "cycles that ran while a call was pending"
+    assert counters["blocked"] >= 2, "cycles that ran while a call was pending; a loop that waits has none"
     assert counters["timeouts"] >= 2 and counters["disconnects"] >= 2
 
 
