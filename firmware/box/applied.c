@@ -3,6 +3,7 @@
 
 #include "firmware/base/duration.h"
 #include "firmware/box/channels.h"
+#include "firmware/config/config.h"
 #include "firmware/config/grid.h"
 #include "firmware/wire/number.h"
 #include "models/num.h"

@@ -8,7 +8,8 @@
 
 #include "firmware/base/counters.h"
 #include "firmware/box/limiter.h"
-#include "firmware/config/config.h"
+
+struct cb_config;
 
 /* The PLC may follow with a delay of four quarters (config->applied_quarter_us): it may apply any
  * value that was sent in this time. */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/box/ceiling.h"
 
+#include "firmware/config/config.h"
 #include "firmware/config/grid.h"
 
 _Static_assert(CB_MAX_CHANNELS <= 32, "one bit for each channel");

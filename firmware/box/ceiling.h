@@ -6,7 +6,7 @@
 
 #include <stdint.h>
 
-#include "firmware/config/config.h"
+struct cb_config;
 
 /* For a slope the same numbers apply per metre of travel: µm/m and µm/m/s. */
 struct cb_ceiling {

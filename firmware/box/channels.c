@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/box/channels.h"
 
+#include "firmware/config/config.h"
 #include "firmware/config/grid.h"
 #include "firmware/wire/number.h"
 #include "models/num.h"

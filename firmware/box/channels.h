@@ -7,7 +7,9 @@
 #include <stdint.h>
 
 #include "firmware/box/limiter.h"
-#include "firmware/config/config.h"
+
+struct cb_config;
+struct cb_channel_config;
 
 /* Summary of the demands of all channels. */
 struct cb_demand {

@@ -64,6 +64,7 @@
 #include "firmware/box/limiter.h"
 
 #include "firmware/base/assert.h"
+#include "firmware/config/config.h"
 #include "firmware/config/grid.h"
 #include "firmware/wire/number.h"
 #include "models/num.h"

@@ -12,7 +12,8 @@
 
 #include "firmware/base/counters.h"
 #include "firmware/base/io.h"
-#include "firmware/config/config.h"
+
+struct cb_config;
 
 /* One output. All values are in µm on the grid of the register: whole multiples of its unit. */
 struct cb_channel_state {

@@ -2,6 +2,7 @@
 #include "firmware/box/plc.h"
 
 #include "firmware/base/duration.h"
+#include "firmware/config/config.h"
 
 void cb_plc_forget(struct cb_plc_state *state) {
     state->readable = false;

@@ -9,7 +9,8 @@
 
 #include "firmware/base/counters.h"
 #include "firmware/base/io.h"
-#include "firmware/config/config.h"
+
+struct cb_config;
 
 /* Bits of the control word. */
 enum {

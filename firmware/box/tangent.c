@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/box/tangent.h"
 
+#include "firmware/config/config.h"
 #include "firmware/wire/number.h"
 #include "models/num.h"
 

@@ -12,9 +12,10 @@
 #define COMPBOX_FIRMWARE_BOX_TANGENT_H
 
 #include "firmware/box/channels.h"
-#include "firmware/config/config.h"
 #include "firmware/signals/signals.h"
 #include "firmware/terms/terms.h"
+
+struct cb_config;
 
 /* State of all tangents. */
 struct cb_tangent_state {

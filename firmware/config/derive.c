@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/config/derive.h"
 
+#include "firmware/config/config.h"
 #include "firmware/config/grid.h"
 #include "firmware/config/profile.h"
 #include "firmware/wire/number.h"

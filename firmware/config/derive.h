@@ -4,7 +4,7 @@
 #ifndef COMPBOX_FIRMWARE_CONFIG_DERIVE_H
 #define COMPBOX_FIRMWARE_CONFIG_DERIVE_H
 
-#include "firmware/config/config.h"
+struct cb_config;
 
 /* in : config, complete except for its derived fields
  * out: the derived fields. The loader ends with this call, and cb_box_start() repeats it for a

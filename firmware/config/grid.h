@@ -3,7 +3,7 @@
 #ifndef COMPBOX_FIRMWARE_CONFIG_GRID_H
 #define COMPBOX_FIRMWARE_CONFIG_GRID_H
 
-#include "firmware/config/config.h"
+#include "firmware/config/channel.h"
 #include "firmware/wire/number.h"
 #include "models/num.h"
 

@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #include "firmware/base/error.h"
-#include "firmware/config/config.h"
+#include "firmware/base/limits.h"
 
 /* Abilities of the target; the loader rejects a file that needs more. */
 struct cb_target {

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/config/profile.h"
 
+#include "firmware/config/config.h"
+#include "firmware/wire/number.h"
+
 #define FC(code) (1u << (code))
 #define TYPE(name) (1u << CB_NUMBER_##name)
 #define EVERY_TYPE (TYPE(FLOAT32_LE) * 2u - 1u)

@@ -8,7 +8,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "firmware/config/config.h"
+#include "firmware/config/plc.h"
+
+struct cb_channel_config;
+struct cb_config;
 
 enum {
     CB_PROFILE_INCREMENTS = 5, /* number of least increments of a control */

@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "firmware/config/config.h"
+#include "firmware/config/plc.h"
 #include "firmware/wire/rtu_dialog.h"
 
 /* The usual baud rates, those with a name in Linux, ascending, ended by 0. */

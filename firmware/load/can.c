@@ -2,6 +2,7 @@
  * The section "can": the interface, and the supervised CANopen nodes. */
 #include <string.h>
 
+#include "firmware/config/config.h"
 #include "firmware/load/sections.h"
 
 enum { INTERFACE, NODES, CAN_KEYS };

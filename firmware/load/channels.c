@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * The sections "channels" and "pairs". */
+#include "firmware/config/config.h"
 #include "firmware/config/grid.h"
 #include "firmware/load/control.h"
 #include "firmware/load/registers.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/load/control.h"
 
+#include "firmware/config/config.h"
 #include "firmware/config/profile.h"
 #include "models/num.h"
 

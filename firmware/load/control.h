@@ -5,6 +5,8 @@
 
 #include "firmware/json/reader.h"
 
+struct cb_channel_config;
+
 /* Checks return true, or false with a message. */
 
 /* in : at, the section plc, loaded with its blocks

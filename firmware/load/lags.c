@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * Lags of the section "signals": the signal that each follows, their order, and their ranges. */
+#include "firmware/config/config.h"
 #include "firmware/load/sections.h"
 #include "models/num.h"
 

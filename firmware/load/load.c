@@ -5,6 +5,7 @@
 
 #include <string.h>
 
+#include "firmware/config/config.h"
 #include "firmware/config/derive.h"
 #include "firmware/load/sections.h"
 #include "firmware/terms/load.h"

@@ -8,6 +8,8 @@
 
 #include "firmware/config/loading.h"
 
+struct cb_config;
+
 /* in : text[length], any bytes, without a terminating 0; target, scratch and message not NULL
  * out: CB_OK and *config complete; or an error, *message with the first mistake and its place, and
  *      *config undefined: do not run it

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT
  * The section "plc": the control, its two blocks, and the fixed registers. */
+#include "firmware/config/config.h"
 #include "firmware/config/profile.h"
 #include "firmware/load/control.h"
 #include "firmware/load/registers.h"
 #include "firmware/load/sections.h"
+#include "firmware/wire/number.h"
 
 #define AT(member) .offset = offsetof(struct cb_plc_config, member)
 #define BLOCK_AT(member) .offset = offsetof(struct cb_block_config, member)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/load/registers.h"
 
+#include "firmware/config/config.h"
 #include "firmware/wire/number.h"
 
 const struct cb_word cb_number_words[] = {

@@ -2,6 +2,7 @@
  * The section "signals". */
 #include <string.h>
 
+#include "firmware/config/config.h"
 #include "firmware/json/text.h"
 #include "firmware/load/control.h"
 #include "firmware/load/registers.h"

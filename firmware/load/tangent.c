@@ -2,6 +2,7 @@
  * The object "tangent" of a channel: slope and reference position, written with its value. */
 #include <string.h>
 
+#include "firmware/config/config.h"
 #include "firmware/config/profile.h"
 #include "firmware/load/control.h"
 #include "firmware/load/registers.h"

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * The wires: plc.transport, and the section "buses". */
+#include "firmware/config/config.h"
 #include "firmware/config/rtu_budget.h"
 #include "firmware/load/host.h"
 #include "firmware/load/sections.h"

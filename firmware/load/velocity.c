@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * Velocities of the section "signals": which signal is the velocity of a position. */
+#include "firmware/config/config.h"
 #include "firmware/load/sections.h"
 
 /* Units of a velocity by the unit of its position, and their factors to that unit per second. */

@@ -2,6 +2,7 @@
 #include "firmware/signals/bus_turns.h"
 
 #include "firmware/base/assert.h"
+#include "firmware/config/config.h"
 #include "firmware/wire/number.h"
 
 enum { MOST_REGISTERS = 125 };

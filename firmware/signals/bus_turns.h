@@ -14,8 +14,10 @@
 #include <stdint.h>
 
 #include "firmware/base/io.h"
-#include "firmware/config/config.h"
+#include "firmware/base/limits.h"
 #include "firmware/wire/modbus.h"
+
+struct cb_config;
 
 enum { CB_BUS_BACKOFF_MAX = 5 }; /* a silent module is polled every 2^5 = 32 turns */
 

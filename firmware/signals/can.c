@@ -2,6 +2,7 @@
 #include "firmware/signals/can.h"
 
 #include "firmware/base/assert.h"
+#include "firmware/config/config.h"
 #include "firmware/wire/number.h"
 
 void cb_can_map_of(struct cb_can_map *map, const struct cb_config *config) {

@@ -9,7 +9,9 @@
 #include <stdint.h>
 
 #include "firmware/base/io.h"
-#include "firmware/config/config.h"
+#include "firmware/config/signal.h"
+
+struct cb_config;
 
 /* A data frame. */
 struct cb_can_frame {

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/signals/canopen.h"
 
+
 enum {
     NMT_ID = 0,
     NMT_START = 1,

@@ -7,6 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/config/buses.h"
 #include "firmware/signals/can.h"
 
 enum cb_canopen_state {

@@ -2,6 +2,7 @@
 #include "firmware/signals/lags.h"
 
 #include "firmware/base/duration.h"
+#include "firmware/config/config.h"
 #include "models/num.h"
 
 /* Gains of the previous lag. Lags with one time constant are adjacent (load/lags.c), and mostly

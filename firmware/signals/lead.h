@@ -30,7 +30,7 @@
 
 #include <stdint.h>
 
-#include "firmware/config/config.h"
+struct cb_config;
 
 enum { CB_MAX_LEAD_US = 500000 };
 

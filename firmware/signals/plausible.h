@@ -5,7 +5,7 @@
 
 #include <stdbool.h>
 
-#include "firmware/config/config.h"
+#include "firmware/config/signal.h"
 #include "models/num.h"
 
 /* Within min … max. The roundings of raw, scale, their product and the sum with zero, 2^-24 each,

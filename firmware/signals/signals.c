@@ -3,6 +3,7 @@
 
 #include "firmware/base/assert.h"
 #include "firmware/base/duration.h"
+#include "firmware/config/config.h"
 #include "firmware/signals/lags.h"
 #include "firmware/signals/plausible.h"
 #include "firmware/wire/number.h"

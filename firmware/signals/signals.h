@@ -9,8 +9,9 @@
 #include "firmware/base/cause.h"
 #include "firmware/base/counters.h"
 #include "firmware/base/io.h"
-#include "firmware/config/config.h"
 #include "models/lag.h"
+
+struct cb_config;
 
 struct cb_signal_state {
     float value;       /* last accepted value, unit of the signal */

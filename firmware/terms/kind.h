@@ -4,6 +4,7 @@
 #ifndef COMPBOX_FIRMWARE_TERMS_KIND_H
 #define COMPBOX_FIRMWARE_TERMS_KIND_H
 
+#include "firmware/config/config.h"
 #include "firmware/json/reader.h"
 #include "firmware/terms/terms.h"
 

@@ -5,6 +5,8 @@
 
 #include "firmware/json/reader.h"
 
+struct cb_term_inputs;
+
 /* All functions: out: true; or false and the first mistake as a message with its place. */
 
 /* Loads the section "terms". in: at, its list; all signals are loaded */

@@ -7,9 +7,11 @@
 #include <stdint.h>
 
 #include "firmware/base/counters.h"
-#include "firmware/config/config.h"
 #include "firmware/signals/signals.h"
 #include "models/direction.h"
+
+struct cb_config;
+struct cb_term_config;
 
 struct cb_term_state {
     struct cb_direction direction; /* of a curve with two branches */

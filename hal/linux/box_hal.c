@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "hal/linux/box_hal.h"
 
+#include "firmware/config/plc.h"
 #include "hal/linux/clock.h"
 #include "hal/linux/mailbox.h"
 

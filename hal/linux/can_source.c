@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+#include "firmware/config/config.h"
+
 bool cb_can_source_used(const struct cb_can_source *source) {
     return source->map.count > 0 || source->config.nodes_count > 0;
 }

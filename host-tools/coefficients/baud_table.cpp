@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 extern "C" {
+#include "firmware/config/config.h"
 #include "firmware/config/rtu_budget.h"
 }
 

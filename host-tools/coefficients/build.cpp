@@ -8,6 +8,10 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 
+extern "C" {
+#include "firmware/config/config.h"
+}
+
 namespace compbox::coefficients {
 
 namespace {

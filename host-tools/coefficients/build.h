@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "host-tools/formats/json_type.h"
+#include "host-tools/formats/json.h"
 
 namespace compbox::coefficients {
 

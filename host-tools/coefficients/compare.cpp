@@ -16,6 +16,10 @@
 #include "host-tools/formats/json.h"
 #include "host-tools/formats/numbers.h"
 
+extern "C" {
+#include "firmware/config/config.h"
+}
+
 namespace compbox::coefficients {
 
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "host-tools/formats/json_type.h"
+#include "host-tools/formats/json.h"
 
 struct cb_config;
 

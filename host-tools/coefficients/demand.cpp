@@ -6,6 +6,7 @@
 #include <string>
 
 extern "C" {
+#include "firmware/config/config.h"
 #include "firmware/terms/kinds.h"
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 extern "C" {
+#include "firmware/config/term.h"
 #include "firmware/terms/terms.h"
 }
 

@@ -10,6 +10,10 @@
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/plot.h"
 
+extern "C" {
+#include "firmware/config/config.h"
+}
+
 namespace compbox::coefficients {
 
 namespace {

@@ -5,6 +5,10 @@
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
 
+extern "C" {
+#include "firmware/config/config.h"
+}
+
 namespace compbox::coefficients {
 
 namespace {

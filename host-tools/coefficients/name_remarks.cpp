@@ -14,6 +14,7 @@
 #include "host-tools/formats/json.h"
 
 extern "C" {
+#include "firmware/config/config.h"
 #include "firmware/terms/kinds.h"
 }
 

@@ -10,6 +10,7 @@
 #include "host-tools/formats/json.h"
 
 extern "C" {
+#include "firmware/config/config.h"
 #include "firmware/config/profile.h"
 }
 

@@ -9,9 +9,7 @@
 
 #include "host-tools/formats/json_type.h"
 
-extern "C" {
-#include "firmware/config/config.h"
-}
+struct cb_config;
 
 namespace compbox::commission {
 

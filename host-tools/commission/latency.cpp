@@ -8,6 +8,7 @@
 #include "host-tools/formats/error.h"
 
 extern "C" {
+#include "firmware/config/config.h"
 #include "firmware/config/profile.h"
 }
 

@@ -12,6 +12,8 @@
 #include "host-tools/commission/register_map.h"
 #include "host-tools/formats/json.h"
 
+struct cb_signal_config;
+
 namespace compbox::commission {
 
 // What the control's display shows of a signal.

@@ -8,6 +8,10 @@
 #include "host-tools/commission/table.h"
 #include "host-tools/formats/error.h"
 
+extern "C" {
+#include "firmware/config/config.h"
+}
+
 namespace compbox::commission {
 
 namespace {

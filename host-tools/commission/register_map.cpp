@@ -12,6 +12,10 @@ extern "C" {
 #include "firmware/load/registers.h"
 #pragma GCC diagnostic pop
 #include "firmware/signals/plausible.h"
+
+extern "C" {
+#include "firmware/config/config.h"
+}
 }
 
 namespace compbox::commission {

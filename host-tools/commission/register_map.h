@@ -9,6 +9,10 @@
 
 #include "host-tools/commission/live.h"
 
+extern "C" {
+#include "firmware/wire/number.h"
+}
+
 namespace compbox::commission {
 
 // A number of the read or write block, and its newest observation.

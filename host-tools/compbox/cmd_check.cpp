@@ -13,6 +13,10 @@
 #include "host-tools/compbox/commands.h"
 #include "host-tools/formats/json.h"
 
+extern "C" {
+#include "firmware/config/config.h"
+}
+
 namespace compbox {
 
 namespace {

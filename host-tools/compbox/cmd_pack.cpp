@@ -12,6 +12,7 @@
 #include "host-tools/formats/json.h"
 
 extern "C" {
+#include "firmware/config/config.h"
 #include "firmware/load/slot.h"
 }
 

@@ -9,6 +9,10 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
 
+extern "C" {
+#include "firmware/config/config.h"
+}
+
 namespace compbox::exports {
 
 namespace {

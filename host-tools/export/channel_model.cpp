@@ -7,6 +7,7 @@
 #include "host-tools/formats/error.h"
 
 extern "C" {
+#include "firmware/config/config.h"
 #include "firmware/terms/terms.h"
 }
 
@@ -49,6 +50,8 @@ void channel_model::set(values &at, unsigned signal, double value) const {
         at[lag] = own.power == 2 ? at[own.lag_of] * at[own.lag_of] : at[own.lag_of];
     }
 }
+
+channel_model::~channel_model() = default;
 
 channel_model::values channel_model::middle() const {
     values at(config_->signals_count, 0.0);

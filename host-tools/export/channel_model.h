@@ -11,9 +11,7 @@
 
 #include "host-tools/formats/json.h"
 
-extern "C" {
-#include "firmware/config/config.h"
-}
+struct cb_config;
 
 namespace compbox::exports {
 
@@ -21,6 +19,7 @@ class channel_model {
   public:
     // Loads the file with the box's loader. Throws input_error.
     explicit channel_model(const std::string &path);
+    ~channel_model();
 
     const std::string &path() const { return path_; }
     const cb_config &config() const { return *config_; }

@@ -5,6 +5,10 @@
 
 #include "host-tools/formats/csv.h"
 
+extern "C" {
+#include "firmware/config/config.h"
+}
+
 namespace compbox::exports {
 
 namespace {

@@ -9,10 +9,6 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/simulation/parts.h"
 
-extern "C" {
-#include "firmware/config/config.h"
-}
-
 namespace compbox::simulation {
 
 // A point of a surface when the tool passes it; its error remains in the part. True values, for the

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/simulation/instruments.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <memory>
 
@@ -13,6 +15,10 @@
 #include "host-tools/twin/diagonals.h"
 #include "host-tools/twin/laser.h"
 #include "host-tools/twin/nine_line.h"
+
+extern "C" {
+#include "firmware/config/config.h"
+}
 
 namespace compbox::simulation {
 

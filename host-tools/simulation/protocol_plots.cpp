@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/simulation/protocol_plots.h"
 
+#include <fmt/core.h>
+
 #include "host-tools/formats/plot.h"
 
 namespace compbox::simulation {

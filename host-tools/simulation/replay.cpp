@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/simulation/replay.h"
 
+#include <fmt/core.h>
+
 #include <charconv>
 #include <cstring>
 #include <memory>

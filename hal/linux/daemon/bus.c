@@ -6,6 +6,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "firmware/config/config.h"
 #include "hal/linux/clock.h"
 #include "hal/linux/realtime.h"
 

@@ -7,8 +7,9 @@
 #include <stdio.h>
 
 #include "firmware/box/ceiling.h"
-#include "firmware/config/config.h"
 #include "hal/linux/daemon/row.h"
+
+struct cb_config;
 
 struct cb_input_record {
     FILE *file; /* NULL: no record */

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "firmware/base/crc32.h"
+#include "firmware/config/config.h"
 #include "firmware/load/load.h"
 
 /* in : fd of a regular file

@@ -8,7 +8,8 @@
 #include <stdint.h>
 
 #include "firmware/box/ceiling.h"
-#include "firmware/config/config.h"
+
+struct cb_config;
 
 enum { CB_LOAD_MESSAGE_BYTES = 512 };
 

@@ -8,8 +8,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "firmware/config/config.h"
 #include "hal/linux/daemon/row.h"
+
+struct cb_config;
 
 enum { CB_RECORD_BUFFER = 65536, CB_RECORD_LINE = 8192 };
 

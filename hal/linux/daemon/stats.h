@@ -9,10 +9,12 @@
 #include <stdio.h>
 
 #include "firmware/box/ceiling.h"
-#include "firmware/config/config.h"
 #include "hal/linux/daemon/bus.h"
 #include "hal/linux/daemon/histogram.h"
 #include "hal/linux/daemon/row.h"
+
+struct cb_config;
+struct cb_can_config;
 
 enum { CB_STATS_HISTORY = 256 }; /* changes of mode or reason kept; the oldest are dropped */
 

@@ -5,6 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "firmware/config/config.h"
+
 /* out: the channel or slope of the same name; NULL: none */
 static const struct cb_channel_config *find(const struct cb_config *config,
                                             const struct cb_channel_config *like) {

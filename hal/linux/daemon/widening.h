@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "firmware/config/config.h"
+struct cb_config;
 
 /* Compares channels and slopes by name, and pairs by their channels: a larger limit_um, error_um,
  * slew_um_per_s, largest step or max_difference_um; another register, type, scale or sign, of

@@ -2,6 +2,7 @@
 #include "hal/stm32f405/app/load.h"
 
 #include "firmware/box/ceiling.h"
+#include "firmware/config/config.h"
 #include "hal/stm32f405/mcu.h"
 
 static const struct cb_target target = {.name = "compbox-stm32f405",

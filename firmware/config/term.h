@@ -1,0 +1,97 @@
+/* SPDX-License-Identifier: MIT
+ * The section "terms" in memory: one struct for each kind of term, the outputs, and the grids that
+ * curves share. Coefficients are offsets into the pool of struct cb_config. */
+#ifndef COMPBOX_FIRMWARE_CONFIG_TERM_H
+#define COMPBOX_FIRMWARE_CONFIG_TERM_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/base/limits.h"
+
+/* A curve of one signal. Pool layout: B-spline and polyline: breaks[spans+1], coefficients
+ * [spans*(degree+1)]; polynomial: coefficients[degree+1]. With reversal_mm > 0 it is the branch for
+ * a rising position, and branches[backward] is the branch for a falling one. */
+struct cb_curve_config {
+    uint8_t signal; /* index of its signal */
+    uint8_t degree;
+    uint16_t spans;                             /* polynomial: 1 */
+    uint16_t pool;                              /* offset of the first float */
+    uint8_t backward;                           /* index into branches, where reversal_mm > 0 */
+    float spans_per_unit;                       /* see cb_ppoly */
+    float center, inverse_half_range, from, to; /* polynomial only */
+    float reversal_mm; /* distance of a reversal from one branch to the other; 0: no branches */
+};
+
+/* Signals that a term uses: config->links[link + i]. */
+struct cb_term_inputs {
+    uint16_t link;
+    uint8_t count;
+};
+
+/* A weighted sum of signals. Pool: weights[inputs.count], constant. */
+struct cb_linear_config {
+    struct cb_term_inputs inputs;
+    uint16_t pool;
+};
+
+/* Another term's output times (signal - origin). */
+struct cb_product_config {
+    uint8_t output; /* index into outputs: the slope */
+    uint8_t signal;
+    float origin; /* unit of the signal */
+};
+
+/* Pool: cb_bpnet_floats() weights; a cb_training_range of each input. */
+struct cb_bpnet_config {
+    struct cb_term_inputs inputs;
+    uint8_t hidden;
+    bool linear;
+    uint16_t weights, ranges;
+};
+
+/* Pool: a struct cb_volumetric; constant tool length. */
+struct cb_volumetric_config {
+    uint8_t signals[4]; /* positions of X, Y, Z; tool length, or CB_NONE */
+    bool complete;      /* no error is CB_NONE */
+    uint8_t error[18];  /* outputs of the errors in the order of cb_volumetric_state; or CB_NONE */
+    uint16_t pool;
+};
+
+/* A term comes after those whose outputs it uses, whatever their order in the file. */
+struct cb_term_config {
+    uint8_t type;         /* enum cb_term_type (terms/kinds.h) */
+    uint8_t first_output; /* index into outputs; the term's outputs are consecutive */
+    uint8_t outputs;      /* >= 1 */
+    union {
+        struct cb_curve_config curve;
+        struct cb_linear_config linear;
+        struct cb_product_config product;
+        struct cb_bpnet_config bpnet;
+        struct cb_volumetric_config volumetric;
+    } as;
+};
+
+/* Terms of type B-spline or polyline without branches, which most are. Derived: terms with the same
+ * signal, breaks and degree are adjacent and share a grid, so that one search finds the span for
+ * all of them. */
+struct cb_grid {
+    uint8_t signal, degree;
+    uint8_t curves;       /* number of its entries in config->plain_curves, after the previous
+                             grid's */
+    uint8_t term;         /* its first term, whose breaks are searched */
+    float spans_per_unit; /* see cb_ppoly, as the next two */
+    uint16_t spans;
+    uint16_t breaks; /* offset in the pool */
+};
+struct cb_plain_curve {
+    uint16_t coefficients; /* offset in the pool */
+    uint8_t term, output;
+};
+
+struct cb_output_config {
+    char name[CB_NAME_SIZE]; /* a one-output term's own name, or a name from its "outputs" */
+    uint8_t term;
+};
+
+#endif
