@@ -411,16 +411,28 @@ void cb_box_step(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,
     emit(box, out);
 }
 
+/* out: lowest rate of a ramp to zero, µm/s. A step at the slew rate moves whole units only, so it
+ *      loses up to one unit, or up to half of its way where that is less than two units. A step
+ *      that never allows a unit loses nothing (limiter.c, "The grid"). */
+static float lowest_rate(const struct cb_config *config, const struct cb_channel_config *channel) {
+    const float slew = channel->slew_um_per_s, period_s = (float)config->period_us * 1e-6f;
+    const bool whole_units = 2.0f * slew * period_s >= channel->unit_um;
+    const float lost = whole_units ? cb_min(channel->unit_um / period_s, 0.5f * slew) : 0.0f;
+    return channel->is_slope ? slew - lost : cb_min(slew - lost, config->ramp_um_per_s);
+}
+
 int64_t cb_box_stop_us(const struct cb_box *box) {
+    const struct cb_config *config = &box->config;
     float longest_s = 0.0f;
-    for (unsigned i = 0; i < CB_MAX_CHANNELS && i < cb_all_channels(&box->config); ++i) {
-        const struct cb_channel_config *channel = &box->config.channels[i];
-        const float slew = channel->slew_um_per_s, ramp = box->config.ramp_um_per_s;
-        const float rate_um_per_s = channel->is_slope ? slew : cb_min(slew, ramp);
+    bool late = false;
+    for (unsigned i = 0; i < CB_MAX_CHANNELS && i < cb_all_channels(config); ++i) {
+        const struct cb_channel_config *channel = &config->channels[i];
         const float way_um = cb_max(channel->limit_um, cb_abs(box->channels[i].output_um));
-        longest_s = cb_max(longest_s, way_um / rate_um_per_s);
+        longest_s = cb_max(longest_s, way_um / lowest_rate(config, channel));
+        late = late || box->channels[i].late_us > 0;
     }
-    return (int64_t)(cb_min(longest_s, 1e9f) * 1e6f);
+    const int64_t turns_us = late ? 4 * (int64_t)cb_limiter_late_us(config) : 0;
+    return turns_us + (int64_t)(cb_min(longest_s, 1e9f) * 1e6f);
 }
 
 void cb_box_settle(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,

@@ -133,8 +133,11 @@ void cb_box_settle(struct cb_box *box, const struct cb_inputs *in, int64_t now_u
  *      of old has changed in memory. */
 bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old);
 
-/* out: time to ramp all outputs to zero: of the slowest channel, max(limit, |output|) at the lower
- *      one of slew and ramp. Add the time of a few exchanges for the confirmation. */
+/* out: longest time to ramp all outputs to zero, µs, if each cycle is on time and each write
+ *      confirmed from now on: max(limit, |output|) of the slowest channel at the lower one of slew
+ *      and ramp, with the part of the slew that its register cannot represent taken off. Writes
+ *      without a reply may hold the outputs for two turns first (limiter.c, "Arrival").
+ * Add the time of a few exchanges for the confirmation. */
 int64_t cb_box_stop_us(const struct cb_box *box);
 
 /* out: true if a configuration with other limits or registers may take over: the mode is STANDBY

@@ -804,6 +804,31 @@ TEST(box_fault, stop_is_at_zero_written_and_confirmed_in_time) {
     EXPECT_EQ(rig.written(4), 0);
 }
 
+// A write without a reply may still take effect, so it holds the output until two turns are over.
+TEST(box_fault, the_stated_time_of_a_stop_includes_late_writes) {
+    config_builder b = simple();
+    b.config->channels[0].sum_count = 3;
+    b.config->plc.heartbeat_timeout_ms = 2000;
+    box_rig rig(b);
+    rig.position(8, 1000);
+    rig.steps(50);
+    const std::int64_t moving_us = cb_box_stop_us(rig.box.get());
+    rig.write = CB_TRANSFER_UNKNOWN;
+    rig.step();
+    rig.write = CB_TRANSFER_OK;
+    rig.beating = false;
+    rig.in.stop = true;
+    rig.step();
+    const std::int64_t stated_us = cb_box_stop_us(rig.box.get());
+    std::int64_t took_us = 0;
+    while (!rig.out.stopped && took_us < 100000000) {
+        rig.step();
+        took_us += 30000;
+    }
+    EXPECT_GT(took_us, moving_us + 1000000);
+    EXPECT_LE(took_us, stated_us + 1000000);
+}
+
 TEST(box_fault, stopped_means_that_the_plc_confirmed_it) {
     running_rig rig;
     rig.in.stop = true;
