@@ -61,11 +61,10 @@ void complete(init_options &options, const cli::streams &io) {
 
 // out: what a person has to set or check next, a sentence each
 std::vector<std::string> hints(const coefficients::machine_options &options) {
-    std::string unset, pairs;
+    std::vector<std::string> unset, pairs;
     for (const auto &axis : coefficients::parse_axes(options.axes)) {
-        if (axis.motors.size() > 1) pairs += (pairs.empty() ? "" : ", ") + axis.name;
-        if (options.travel.count(axis.name) > 0) continue;
-        unset += (unset.empty() ? "" : ", ") + axis.name;
+        if (axis.motors.size() > 1) pairs.push_back(axis.name);
+        if (options.travel.count(axis.name) == 0) unset.push_back(axis.name);
     }
     std::vector<std::string> all;
     for (const auto &[axis, range] : options.travel) {
@@ -79,12 +78,12 @@ std::vector<std::string> hints(const coefficients::machine_options &options) {
         all.push_back(fmt::format(
             "To set: min and max of {} (or --travel); where they stay null, build takes the range "
             "of the curves.",
-            unset));
+            fmt::join(unset, ", ")));
     }
     if (!pairs.empty()) {
         all.push_back(fmt::format(
             "To check with the builder of the machine: max_difference_um of the pair of {}.",
-            pairs));
+            fmt::join(pairs, ", ")));
     }
     all.push_back(
         "To check: limit_um and slew_um_per_s of each channel; sign by a sign test on the "

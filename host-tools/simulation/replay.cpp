@@ -12,6 +12,7 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
+#include "host-tools/formats/text.h"
 
 extern "C" {
 #include "firmware/box/box.h"
@@ -54,13 +55,7 @@ class recorded_line {
   public:
     recorded_line(const std::string &file, long line, const std::string &text,
                   std::size_t fields = columns)
-        : file_(file), line_(line) {
-        std::size_t start = 0;
-        for (std::size_t comma; (comma = text.find(',', start)) != std::string::npos;) {
-            fields_.push_back(text.substr(start, comma - start));
-            start = comma + 1;
-        }
-        fields_.push_back(text.substr(start));
+        : file_(file), line_(line), fields_(split(text, ',')) {
         if (fields_.size() != fields) fail("has " + std::to_string(fields_.size()) + " columns");
     }
 
