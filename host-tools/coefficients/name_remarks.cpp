@@ -16,6 +16,7 @@
 extern "C" {
 #include "firmware/config/config.h"
 #include "firmware/terms/kinds.h"
+#include "firmware/wire/number.h"
 }
 
 namespace compbox::coefficients {

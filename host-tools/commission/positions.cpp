@@ -10,6 +10,7 @@
 
 extern "C" {
 #include "firmware/config/config.h"
+#include "firmware/wire/number.h"
 }
 
 namespace compbox::commission {

@@ -15,6 +15,7 @@ extern "C" {
 
 extern "C" {
 #include "firmware/config/config.h"
+#include "firmware/wire/number.h"
 }
 }
 

@@ -9,6 +9,7 @@
 
 extern "C" {
 #include "firmware/box/box.h"
+#include "firmware/wire/number.h"
 }
 
 namespace compbox::commission {
