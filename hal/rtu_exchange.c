@@ -8,12 +8,12 @@ enum cb_transfer cb_rtu_exchange_on(const struct cb_rtu_wire *wire, struct cb_rt
     int64_t until_us;
     cb_rtu_dialog_begin(dialog, request, deadline_us);
     for (;;) {
-        const enum cb_rtu_ask what =
+        const enum cb_rtu_send what =
             cb_rtu_dialog_next(dialog, wire->now_us(wire->context), &until_us);
-        if (what == CB_RTU_ASK_NOTHING) return (enum cb_transfer)dialog->outcome;
-        const bool probe = what == CB_RTU_ASK_PROBE;
-        cb_rtu_dialog_ended(dialog,
-                            wire->ask(wire->context, what, probe ? cb_rtu_probe(dialog) : request,
-                                      probe ? probed : registers, until_us));
+        if (what == CB_RTU_SEND_NOTHING) return (enum cb_transfer)dialog->outcome;
+        const bool probe = what == CB_RTU_SEND_PROBE;
+        cb_rtu_dialog_ended(
+            dialog, wire->exchange(wire->context, what, probe ? cb_rtu_probe(dialog) : request,
+                                   probe ? probed : registers, until_us));
     }
 }

@@ -15,11 +15,11 @@ struct cb_rtu_wire {
     int64_t (*now_us)(void *context);
 
     /* Sends one request when the line is silent and waits for its reply, at most until until_us.
-     * in : what: CB_RTU_ASK_REQUEST, or _PROBE, which skips all but its reply
+     * in : what: CB_RTU_SEND_REQUEST, or _PROBE, which skips all but its reply
      * out: registers unchanged unless CB_RTU_END_REPLY */
-    enum cb_rtu_end (*ask)(void *context, enum cb_rtu_ask what,
-                           const struct cb_modbus_request *request, uint16_t *registers,
-                           int64_t until_us);
+    enum cb_rtu_end (*exchange)(void *context, enum cb_rtu_send what,
+                                const struct cb_modbus_request *request, uint16_t *registers,
+                                int64_t until_us);
 };
 
 /* Returns by deadline_us. out: as the operations of hal.h */

@@ -1,4 +1,5 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ * Whether the text of plc.host is an address: without a resolver, which could block. */
 #ifndef COMPBOX_FIRMWARE_LOAD_HOST_H
 #define COMPBOX_FIRMWARE_LOAD_HOST_H
 

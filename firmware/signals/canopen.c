@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/signals/canopen.h"
 
-
 enum {
     NMT_ID = 0,
     NMT_START = 1,

@@ -46,16 +46,16 @@ static bool has_time(const struct cb_rtu_dialog *dialog, int64_t now_us) {
            (int64_t)(dialog->doubtful ? dialog->probe_us : dialog->request_us);
 }
 
-enum cb_rtu_ask cb_rtu_dialog_next(struct cb_rtu_dialog *dialog, int64_t now_us,
-                                   int64_t *until_us) {
-    dialog->asked = CB_RTU_ASK_NOTHING;
+enum cb_rtu_send cb_rtu_dialog_next(struct cb_rtu_dialog *dialog, int64_t now_us,
+                                    int64_t *until_us) {
+    dialog->sending = CB_RTU_SEND_NOTHING;
     if (dialog->over || dialog->sent >= CB_RTU_TRIES || !has_time(dialog, now_us))
-        return CB_RTU_ASK_NOTHING;
+        return CB_RTU_SEND_NOTHING;
     const int64_t once_more_us = dialog->again_until_us - all_us(dialog, true) - LATE_US;
     const bool twice = once_more_us - now_us >= all_us(dialog, dialog->doubtful);
     *until_us = twice ? once_more_us : dialog->deadline_us;
-    dialog->asked = dialog->doubtful ? CB_RTU_ASK_PROBE : CB_RTU_ASK_REQUEST;
-    return (enum cb_rtu_ask)dialog->asked;
+    dialog->sending = dialog->doubtful ? CB_RTU_SEND_PROBE : CB_RTU_SEND_REQUEST;
+    return (enum cb_rtu_send)dialog->sending;
 }
 
 static void end_with(struct cb_rtu_dialog *dialog, enum cb_transfer outcome) {
@@ -92,7 +92,7 @@ void cb_rtu_dialog_ended(struct cb_rtu_dialog *dialog, enum cb_rtu_end end) {
         dialog->over = true;
     else if (end == CB_RTU_END_STRAY)
         cb_rtu_dialog_doubt(dialog);
-    else if (dialog->asked == CB_RTU_ASK_PROBE)
+    else if (dialog->sending == CB_RTU_SEND_PROBE)
         probe_ended(dialog, end);
     else
         request_ended(dialog, end);

@@ -28,10 +28,10 @@ enum {
 };
 
 /* The next frame to send. */
-enum cb_rtu_ask {
-    CB_RTU_ASK_NOTHING, /* none, the exchange is over: cb_rtu_dialog.outcome */
-    CB_RTU_ASK_REQUEST,
-    CB_RTU_ASK_PROBE, /* replies that do not match it are skipped while there is time */
+enum cb_rtu_send {
+    CB_RTU_SEND_NOTHING, /* none, the exchange is over: cb_rtu_dialog.outcome */
+    CB_RTU_SEND_REQUEST,
+    CB_RTU_SEND_PROBE, /* replies that do not match it are skipped while there is time */
 };
 
 /* Result of one frame. */
@@ -66,7 +66,7 @@ struct cb_rtu_dialog {
     uint32_t request_us; /* its shortest time */
     int64_t deadline_us, again_until_us;
     uint8_t sent, requests; /* frames; requests among them */
-    uint8_t asked;          /* enum cb_rtu_ask */
+    uint8_t sending;        /* enum cb_rtu_send */
     uint8_t outcome;        /* enum cb_transfer, of the whole exchange */
     bool over;
 };
@@ -76,7 +76,7 @@ struct cb_rtu_dialog {
 void cb_rtu_dialog_start(struct cb_rtu_dialog *dialog, const struct cb_rtu_manners *manners,
                          uint32_t grace_us);
 
-/* The request for CB_RTU_ASK_PROBE. */
+/* The request for CB_RTU_SEND_PROBE. */
 static inline const struct cb_modbus_request *cb_rtu_probe(const struct cb_rtu_dialog *dialog) {
     return &dialog->manners.probes[dialog->probe];
 }
@@ -90,7 +90,8 @@ void cb_rtu_dialog_begin(struct cb_rtu_dialog *dialog, const struct cb_modbus_re
 
 /* out: the next frame to send; *until_us: end of the wait for its reply, which leaves time for
  *      another try where possible */
-enum cb_rtu_ask cb_rtu_dialog_next(struct cb_rtu_dialog *dialog, int64_t now_us, int64_t *until_us);
+enum cb_rtu_send cb_rtu_dialog_next(struct cb_rtu_dialog *dialog, int64_t now_us,
+                                    int64_t *until_us);
 
 /* Takes the result of the last frame. */
 void cb_rtu_dialog_ended(struct cb_rtu_dialog *dialog, enum cb_rtu_end end);

@@ -119,7 +119,7 @@ static void note_odd(struct cb_rtu *rtu) {
 }
 
 /* Counts bytes that ended and are not the reply, by their kind. */
-static enum cb_rtu_end note_spoilt(struct cb_rtu *rtu, enum cb_rtu_ask what) {
+static enum cb_rtu_end note_spoilt(struct cb_rtu *rtu, enum cb_rtu_send what) {
     uint8_t exception = 0;
     switch (cb_rtu_receiver_take(&rtu->receiver, NULL, &exception)) {
         case CB_RTU_UNIT:
@@ -127,9 +127,9 @@ static enum cb_rtu_end note_spoilt(struct cb_rtu *rtu, enum cb_rtu_ask what) {
             note_odd(rtu);
             break;
         case CB_RTU_INVALID: /* a complete frame of the slave, but for an earlier request */
-            rtu->counters.late_replies += what == CB_RTU_ASK_PROBE;
-            rtu->counters.invalid_replies += what != CB_RTU_ASK_PROBE;
-            if (what != CB_RTU_ASK_PROBE) note_odd(rtu);
+            rtu->counters.late_replies += what == CB_RTU_SEND_PROBE;
+            rtu->counters.invalid_replies += what != CB_RTU_SEND_PROBE;
+            if (what != CB_RTU_SEND_PROBE) note_odd(rtu);
             break;
         case CB_RTU_OK:
         case CB_RTU_EXCEPTION:
@@ -166,7 +166,7 @@ static bool hear(struct cb_rtu *rtu, const uint8_t *bytes, size_t count, int64_t
 }
 
 /* Waits for the reply. For a probe, other bytes before the reply are skipped. */
-static enum cb_rtu_end listen(struct cb_rtu *rtu, enum cb_rtu_ask what, uint16_t *registers,
+static enum cb_rtu_end listen(struct cb_rtu *rtu, enum cb_rtu_send what, uint16_t *registers,
                               int64_t until_us) {
     for (;;) {
         uint8_t bytes[CB_RTU_MAX_FRAME];
@@ -175,7 +175,7 @@ static enum cb_rtu_end listen(struct cb_rtu *rtu, enum cb_rtu_ask what, uint16_t
         const size_t got = receive(rtu, bytes, sizeof bytes, now_us);
         if (is_spoilt(rtu, now_us)) {
             const enum cb_rtu_end end = note_spoilt(rtu, what);
-            if (what != CB_RTU_ASK_PROBE || end == CB_RTU_END_DAMAGED)
+            if (what != CB_RTU_SEND_PROBE || end == CB_RTU_END_DAMAGED)
                 return drop(rtu, got) ? CB_RTU_END_RUBBISH : end;
             cb_rtu_receiver_expect(&rtu->receiver, rtu->unit, cb_rtu_probe(&rtu->dialog), now_us);
         }
@@ -193,9 +193,9 @@ static enum cb_rtu_end listen(struct cb_rtu *rtu, enum cb_rtu_ask what, uint16_t
 }
 
 /* Sends one frame and waits for its result. */
-static enum cb_rtu_end ask(struct cb_rtu *rtu, enum cb_rtu_ask what, uint8_t unit,
-                           const struct cb_modbus_request *request, uint16_t *registers,
-                           int64_t until_us) {
+static enum cb_rtu_end exchange_once(struct cb_rtu *rtu, enum cb_rtu_send what, uint8_t unit,
+                                     const struct cb_modbus_request *request, uint16_t *registers,
+                                     int64_t until_us) {
     if (!cb_serial_ready(&rtu->serial, cb_boottime_us())) {
         rtu->counters.not_connected++;
         return CB_RTU_END_NOT_SENT;
@@ -206,7 +206,7 @@ static enum cb_rtu_end ask(struct cb_rtu *rtu, enum cb_rtu_ask what, uint8_t uni
         rtu->counters.out_of_time += rtu->serial.fd >= 0;
         return silence;
     }
-    if (silence == CB_RTU_END_STRAY && rtu->has_dialog && what == CB_RTU_ASK_REQUEST)
+    if (silence == CB_RTU_END_STRAY && rtu->has_dialog && what == CB_RTU_SEND_REQUEST)
         return silence;
     if (!send_request(rtu, unit, request)) return CB_RTU_END_NOT_SENT;
     const uint32_t noise = rtu->receiver.noise;
@@ -220,31 +220,32 @@ static int64_t now_of(void *context) {
     return cb_boottime_us();
 }
 
-static enum cb_rtu_end ask_plc(void *context, enum cb_rtu_ask what,
-                               const struct cb_modbus_request *request, uint16_t *registers,
-                               int64_t until_us) {
+static enum cb_rtu_end exchange_with_plc(void *context, enum cb_rtu_send what,
+                                         const struct cb_modbus_request *request,
+                                         uint16_t *registers, int64_t until_us) {
     struct cb_rtu *rtu = context;
     const uint32_t sent = rtu->counters.requests;
-    const bool again = what == CB_RTU_ASK_REQUEST && rtu->dialog.requests > 0;
-    const enum cb_rtu_end end = ask(rtu, what, rtu->unit, request, registers, until_us);
-    rtu->counters.probes += what == CB_RTU_ASK_PROBE && rtu->counters.requests != sent;
+    const bool again = what == CB_RTU_SEND_REQUEST && rtu->dialog.requests > 0;
+    const enum cb_rtu_end end = exchange_once(rtu, what, rtu->unit, request, registers, until_us);
+    rtu->counters.probes += what == CB_RTU_SEND_PROBE && rtu->counters.requests != sent;
     rtu->counters.retries += again && rtu->counters.requests != sent;
     return end;
 }
 
 enum cb_transfer cb_rtu_exchange(struct cb_rtu *rtu, const struct cb_modbus_request *request,
                                  uint16_t *registers, int64_t deadline_us) {
-    const struct cb_rtu_wire wire = {.context = rtu, .now_us = now_of, .ask = ask_plc};
+    const struct cb_rtu_wire wire = {
+        .context = rtu, .now_us = now_of, .exchange = exchange_with_plc};
     const enum cb_transfer done =
         cb_rtu_exchange_on(&wire, &rtu->dialog, request, registers, deadline_us);
     rtu->counters.out_of_time += rtu->dialog.sent == 0;
     return done;
 }
 
-enum cb_transfer cb_rtu_ask_module(struct cb_rtu *rtu, uint8_t unit,
-                                   const struct cb_modbus_request *request, uint16_t *registers,
-                                   int64_t deadline_us) {
-    switch (ask(rtu, CB_RTU_ASK_REQUEST, unit, request, registers, deadline_us)) {
+enum cb_transfer cb_rtu_read_module(struct cb_rtu *rtu, uint8_t unit,
+                                    const struct cb_modbus_request *request, uint16_t *registers,
+                                    int64_t deadline_us) {
+    switch (exchange_once(rtu, CB_RTU_SEND_REQUEST, unit, request, registers, deadline_us)) {
         case CB_RTU_END_REPLY:
             return CB_TRANSFER_OK;
         case CB_RTU_END_REFUSED:

@@ -73,8 +73,8 @@ void cb_rtu_start_bus(struct cb_rtu *rtu, const struct cb_serial_config *config,
                       struct cb_serial_opener *opener);
 
 /* One request to one module, sent once. */
-enum cb_transfer cb_rtu_ask_module(struct cb_rtu *rtu, uint8_t unit,
-                                   const struct cb_modbus_request *request, uint16_t *registers,
-                                   int64_t deadline_us);
+enum cb_transfer cb_rtu_read_module(struct cb_rtu *rtu, uint8_t unit,
+                                    const struct cb_modbus_request *request, uint16_t *registers,
+                                    int64_t deadline_us);
 
 #endif

@@ -52,7 +52,7 @@ static void take(struct cb_serial *serial, const struct cb_serial_opened *opened
 /* Starts an attempt; without an opener it ends at once. */
 static void attempt(struct cb_serial *serial, int64_t now_us) {
     if (serial->opener) {
-        serial->opening = cb_serial_opener_ask(serial->opener);
+        serial->opening = cb_serial_opener_request(serial->opener);
         return;
     }
     const struct cb_serial_opened opened = cb_serial_open(&serial->config);

@@ -56,7 +56,7 @@ static int set_line(int fd, const struct cb_rtu_line *line) {
 
 /* USB adapters hold bytes back for up to 16 ms by default. Not every driver supports this
  * request. */
-static void ask_for_low_latency(int fd) {
+static void request_low_latency(int fd) {
     struct serial_struct settings;
     if (ioctl(fd, TIOCGSERIAL, &settings) != 0) return;
     settings.flags |= (int)ASYNC_LOW_LATENCY;
@@ -98,7 +98,7 @@ struct cb_serial_opened cb_serial_open(const struct cb_serial_config *config) {
     if (taken != 0) return not_taken(fd, taken);
     const int error = set_line(fd, &config->line);
     if (error != 0) return failed(fd, error);
-    ask_for_low_latency(fd);
+    request_low_latency(fd);
     const int rs485_error = config->rs485 ? switch_driver_by_rts(fd) : 0;
     tcflush(fd, TCIOFLUSH);
     return (struct cb_serial_opened){.fd = fd, .rs485_error = rs485_error};

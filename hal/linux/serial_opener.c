@@ -60,22 +60,22 @@ bool cb_serial_opener_stop(struct cb_serial_opener *opener) {
     return true;
 }
 
-static void ask(struct cb_serial_opener *opener, int shut, bool wanted) {
+static void post(struct cb_serial_opener *opener, int shut, bool wanted) {
     opener->shut = shut;
     opener->wanted = wanted;
     hand_over(opener, CB_OPENER_REQUESTED);
     sem_post(&opener->wake);
 }
 
-bool cb_serial_opener_ask(struct cb_serial_opener *opener) {
+bool cb_serial_opener_request(struct cb_serial_opener *opener) {
     if (state_of(opener) != CB_OPENER_IDLE) return false;
-    ask(opener, -1, true);
+    post(opener, -1, true);
     return true;
 }
 
 /* in: state IDLE, because a loop with a descriptor has no pending request */
 void cb_serial_opener_give_back(struct cb_serial_opener *opener, int fd) {
-    ask(opener, fd, false);
+    post(opener, fd, false);
 }
 
 bool cb_serial_opener_take(struct cb_serial_opener *opener, struct cb_serial_opened *opened) {

@@ -57,12 +57,12 @@ bool cb_serial_opener_stop(struct cb_serial_opener *opener);
 /* ---- the loop: none of these waits ---- */
 
 /* out: false: it is still busy, the request was not accepted */
-bool cb_serial_opener_ask(struct cb_serial_opener *opener);
+bool cb_serial_opener_request(struct cb_serial_opener *opener);
 
 /* Has the device closed that it opened; the loop must not use the descriptor any more. */
 void cb_serial_opener_give_back(struct cb_serial_opener *opener, int fd);
 
-/* out: true, once for each cb_serial_opener_ask: *opened is the result */
+/* out: true, once for each cb_serial_opener_request: *opened is the result */
 bool cb_serial_opener_take(struct cb_serial_opener *opener, struct cb_serial_opened *opened);
 
 #endif

@@ -58,13 +58,13 @@ void cb_board_start_plc(struct cb_board *board, uint8_t unit, const struct cb_rt
 }
 
 /* Sends one frame and waits for its result, or for the end of its time. */
-static enum cb_rtu_end ask(void *context, enum cb_rtu_ask what,
-                           const struct cb_modbus_request *request, uint16_t *registers,
-                           int64_t until_us) {
+static enum cb_rtu_end exchange_once(void *context, enum cb_rtu_send what,
+                                     const struct cb_modbus_request *request, uint16_t *registers,
+                                     int64_t until_us) {
     struct cb_board *board = context;
     struct cb_wire *wire = &board->plc;
     const uint32_t sent = wire->counters.requests;
-    cb_wire_ask(wire, what, board->plc_unit, request, registers, until_us);
+    cb_wire_send(wire, what, board->plc_unit, request, registers, until_us);
     for (;;) {
         const uint32_t seen = cb_time_interrupts();
         if (cb_wire_poll(wire, cb_time_us())) break;
@@ -73,14 +73,14 @@ static enum cb_rtu_end ask(void *context, enum cb_rtu_ask what,
         if (wire->state != CB_WIRE_QUIET && until_us - cb_time_us() > SLEEP_US) cb_time_sleep(seen);
     }
     if (wire->counters.requests == sent) return wire->end;
-    wire->counters.probes += what == CB_RTU_ASK_PROBE;
-    wire->counters.retries += what == CB_RTU_ASK_REQUEST && board->dialog.requests > 0;
+    wire->counters.probes += what == CB_RTU_SEND_PROBE;
+    wire->counters.retries += what == CB_RTU_SEND_REQUEST && board->dialog.requests > 0;
     return wire->end;
 }
 
 static enum cb_transfer exchange(struct cb_board *board, const struct cb_modbus_request *request,
                                  uint16_t *registers, int64_t deadline_us) {
-    const struct cb_rtu_wire wire = {.context = board, .now_us = now_us, .ask = ask};
+    const struct cb_rtu_wire wire = {.context = board, .now_us = now_us, .exchange = exchange_once};
     return cb_rtu_exchange_on(&wire, &board->dialog, request, registers, deadline_us);
 }
 

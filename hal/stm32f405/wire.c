@@ -21,8 +21,8 @@ static bool finish(struct cb_wire *wire, enum cb_rtu_end end) {
     return true;
 }
 
-void cb_wire_ask(struct cb_wire *wire, enum cb_rtu_ask what, uint8_t unit,
-                 const struct cb_modbus_request *request, uint16_t *registers, int64_t until_us) {
+void cb_wire_send(struct cb_wire *wire, enum cb_rtu_send what, uint8_t unit,
+                  const struct cb_modbus_request *request, uint16_t *registers, int64_t until_us) {
     wire->what = what;
     wire->dropped = 0;
     wire->unit = unit;
@@ -56,7 +56,7 @@ static void drain(struct cb_wire *wire, int64_t now_us) {
 
 /* A frame's worth of bytes may have been a reply, and more may follow. */
 static bool is_stray(const struct cb_wire *wire) {
-    return wire->wary && wire->what == CB_RTU_ASK_REQUEST && wire->dropped >= CB_RTU_MIN_FRAME;
+    return wire->wary && wire->what == CB_RTU_SEND_REQUEST && wire->dropped >= CB_RTU_MIN_FRAME;
 }
 
 /* out: whether it is DONE */
@@ -114,7 +114,7 @@ static bool take_rubbish(struct cb_wire *wire, int64_t now_us) {
             break;
     }
     if (cb_rtu_receiver_damaged(&wire->receiver)) return finish(wire, CB_RTU_END_DAMAGED);
-    if (wire->what != CB_RTU_ASK_PROBE) return finish(wire, CB_RTU_END_RUBBISH);
+    if (wire->what != CB_RTU_SEND_PROBE) return finish(wire, CB_RTU_END_RUBBISH);
     expect(wire, now_us);
     return false;
 }

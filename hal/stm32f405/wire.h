@@ -2,7 +2,7 @@
  * A Modbus RTU master on one serial port: one request at a time, never waiting. Its owner calls
  * cb_wire_poll() repeatedly.
  *
- *   IDLE ──ask──► QUIET ──3.5 characters of silence──► SENDING ──last bit──► LISTENING ──► DONE
+ *   IDLE ──send──► QUIET ──3.5 characters of silence──► SENDING ──last bit──► LISTENING ──► DONE
  *                   └───────────────────── until_us is over ──────────────────────────────┘ */
 #ifndef COMPBOX_HAL_STM32F405_WIRE_H
 #define COMPBOX_HAL_STM32F405_WIRE_H
@@ -48,9 +48,9 @@ struct cb_wire {
     struct cb_wire_counters counters;
     enum cb_usart port;
     enum cb_wire_state state;
-    enum cb_rtu_end end;  /* in DONE */
-    enum cb_rtu_ask what; /* REQUEST, or PROBE, which skips all but its reply */
-    bool wary;            /* a REQUEST is not sent after unrequested bytes: STRAY */
+    enum cb_rtu_end end;   /* in DONE */
+    enum cb_rtu_send what; /* REQUEST, or PROBE, which skips all but its reply */
+    bool wary;             /* a REQUEST is not sent after unrequested bytes: STRAY */
     uint8_t unit, exception;
     uint16_t frame_bytes;
     uint16_t dropped;    /* bytes received before the request was sent */
@@ -69,8 +69,8 @@ void cb_wire_start(struct cb_wire *wire, enum cb_usart port, const struct cb_rtu
 /* in : state IDLE or DONE; what: not NOTHING; the request's registers are read only during this
  *      call; registers for the reply, unchanged unless CB_RTU_END_REPLY, NULL if it has none
  * out: QUIET, or DONE with NOT_SENT for a request that cannot be encoded */
-void cb_wire_ask(struct cb_wire *wire, enum cb_rtu_ask what, uint8_t unit,
-                 const struct cb_modbus_request *request, uint16_t *registers, int64_t until_us);
+void cb_wire_send(struct cb_wire *wire, enum cb_rtu_send what, uint8_t unit,
+                  const struct cb_modbus_request *request, uint16_t *registers, int64_t until_us);
 
 /* Does the work that is due now. out: whether it is DONE */
 bool cb_wire_poll(struct cb_wire *wire, int64_t now_us);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Time from writing a step of a channel until the PLC reports it applied.
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -43,7 +44,7 @@ struct watcher {
             const double applied_um = *live.applied_um(channel, reading);
             const bool moved = std::abs(applied_um - step.from_um) > step.visible_um;
             if (step.sent_us != 0 && step.seen_us == 0 && moved)
-                step.seen_us = (reading.asked_us + reading.came_us) / 2;
+                step.seen_us = (reading.requested_us + reading.received_us) / 2;
         };
     }
     void detach() {

@@ -59,10 +59,10 @@ struct live_box::inside {
     std::int64_t now_us() const { return linux_hal.now_us(linux_hal.context); }
 
     // Passes a complete reading to on_reading.
-    void tell(cb_transfer result, std::int64_t asked_us, const std::uint16_t *registers) {
+    void report(cb_transfer result, std::int64_t requested_us, const std::uint16_t *registers) {
         if (result != CB_TRANSFER_OK || !owner->on_reading) return;
         const std::uint16_t count = box.config.plc.read.count;
-        owner->on_reading({asked_us, now_us(), {registers, registers + count}});
+        owner->on_reading({requested_us, now_us(), {registers, registers + count}});
     }
 
     bool on_serial_line() const { return target.transport == CB_TRANSPORT_RTU; }
@@ -154,13 +154,13 @@ struct live_box::inside {
     static cb_transfer read(void *context, std::uint16_t start, std::uint16_t count,
                             std::uint16_t *registers, std::int64_t deadline_us) {
         inside &self = of(context);
-        const std::int64_t asked_us = self.now_us();
+        const std::int64_t requested_us = self.now_us();
         std::array<std::uint32_t, CB_TCP_EXCEPTIONS> before{};
         std::copy_n(self.exceptions_by_code(), before.size(), before.begin());
         const cb_transfer result =
             self.linux_hal.read(self.linux_hal.context, start, count, registers, deadline_us);
         const bool cyclic = start == self.box.config.plc.read.start;
-        if (cyclic) self.tell(result, asked_us, registers);
+        if (cyclic) self.report(result, requested_us, registers);
         if (!cyclic) self.note_read_back(result, before.data());
         return result;
     }
@@ -177,13 +177,13 @@ struct live_box::inside {
                                   std::uint16_t read_start, std::uint16_t read_count,
                                   std::uint16_t *read_registers, std::int64_t deadline_us) {
         inside &self = of(context);
-        const std::int64_t asked_us = self.now_us();
+        const std::int64_t requested_us = self.now_us();
         const cb_transfer result = self.written([&] {
             return self.linux_hal.write_read(self.linux_hal.context, write_start, write_count,
                                              write_registers, read_start, read_count,
                                              read_registers, deadline_us);
         });
-        self.tell(result, asked_us, read_registers);
+        self.report(result, requested_us, read_registers);
         return result;
     }
     static std::size_t samples(void *context, cb_sample *list, std::size_t max) {

@@ -16,7 +16,7 @@ namespace compbox::commission {
 
 // One reading of the PLC's read block.
 struct plc_reading {
-    std::int64_t asked_us = 0, came_us = 0;  // one clock for all times
+    std::int64_t requested_us = 0, received_us = 0;  // one clock for all times
     std::vector<std::uint16_t> registers;
 };
 

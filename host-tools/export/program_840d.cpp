@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// PLC program of the SINUMERIK 840D, in SCL.
 #include <algorithm>
 #include <cmath>
 

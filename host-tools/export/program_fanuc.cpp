@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// PMC ladder of a FANUC control.
 #include <algorithm>
 #include <cmath>
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// PLC program of LinuxCNC: compbox.hal and compbox_plc.py.
 #include <array>
 #include <cctype>
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Plot of the six identified errors of an axis.
 #pragma once
 
 #include <string>

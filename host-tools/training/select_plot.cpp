@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Plot of a selection: the grade of each candidate, cluster by cluster.
 #include <fmt/core.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Start weights of a training: random, with the path of a linear map.
 #pragma once
 
 #include "host-tools/training/network.h"

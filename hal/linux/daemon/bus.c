@@ -57,7 +57,7 @@ static bool take_turn(struct cb_bus *bus) {
     if (!cb_bus_turns_next(&bus->turns, now_us, &unit, &request)) return false;
     const int64_t deadline_us =
         now_us + cb_rtu_exchange_us(&line->line, &request, line->slave_delay_us) + MARGIN_US;
-    switch (cb_rtu_ask_module(&bus->rtu, unit, &request, registers, deadline_us)) {
+    switch (cb_rtu_read_module(&bus->rtu, unit, &request, registers, deadline_us)) {
         case CB_TRANSFER_OK:
             hand_over(bus, registers);
             break;

@@ -1,4 +1,5 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ * The slow bus in the log and in the statistics. */
 #ifndef COMPBOX_HAL_LINUX_DAEMON_BUS_WORDS_H
 #define COMPBOX_HAL_LINUX_DAEMON_BUS_WORDS_H
 

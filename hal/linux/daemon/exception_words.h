@@ -1,4 +1,5 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ * Modbus exceptions and counters in the log. */
 #ifndef COMPBOX_HAL_LINUX_DAEMON_EXCEPTION_WORDS_H
 #define COMPBOX_HAL_LINUX_DAEMON_EXCEPTION_WORDS_H
 

@@ -1,4 +1,5 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ * Log of CAN: the state of the bus, nodes that start or fall silent, errors. */
 #include <stdio.h>
 #include <string.h>
 

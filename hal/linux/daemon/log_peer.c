@@ -1,4 +1,5 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ * Log of the PLC's limitations: refused requests, replies that do not match, slow replies. */
 #include <math.h>
 #include <stdio.h>
 

@@ -58,7 +58,7 @@ struct daemon {
     bool record_reported;      /* the loss of rows is logged */
     bool resumed;              /* the box went on from the state file */
     struct cb_can_sockets can;
-    bool reload_asked;       /* by SIGHUP */
+    bool reload_requested;   /* by SIGHUP */
     uint32_t status;         /* mode, reason and generation last reported to systemd … */
     uint32_t status_refused; /* … and the functions that the PLC does not support */
     bool status_reported;
@@ -432,7 +432,7 @@ static void mind_signals(struct daemon *daemon) {
     sigset_t signals;
     sigemptyset(&signals);
     sigaddset(&signals, SIGHUP);
-    if (sigtimedwait(&signals, NULL, &wait) == SIGHUP) daemon->reload_asked = true;
+    if (sigtimedwait(&signals, NULL, &wait) == SIGHUP) daemon->reload_requested = true;
 }
 
 /* in : reload->last, a sentence */
@@ -458,9 +458,9 @@ static void mind_the_file(struct daemon *daemon, int64_t now_us) {
     char rest[60];
     if (cb_reload_taken(reload, &daemon->loop)) follow_taken(daemon, now_us);
     if (cb_flag_is_raised(&daemon->loop.target.stop)) return;
-    if (cb_reload_file_changed(reload, now_us)) daemon->reload_asked = true;
-    if (!daemon->reload_asked || !cb_reload_ready(reload, &daemon->loop)) return;
-    daemon->reload_asked = false;
+    if (cb_reload_file_changed(reload, now_us)) daemon->reload_requested = true;
+    if (!daemon->reload_requested || !cb_reload_ready(reload, &daemon->loop)) return;
+    daemon->reload_requested = false;
     const bool goes_on = !cb_loop_is_corrupt(&daemon->loop);
     snprintf(rest, sizeof rest, "; revision %u goes on", (unsigned)config_now(daemon)->revision);
     switch (cb_reload_offer(reload, &daemon->loop)) {

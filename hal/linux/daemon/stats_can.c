@@ -1,4 +1,5 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ * The member "can" of the statistics. */
 #include "hal/linux/daemon/can_words.h"
 #include "hal/linux/daemon/stats.h"
 

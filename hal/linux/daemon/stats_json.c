@@ -1,4 +1,5 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ * The file of statistics, as JSON. */
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>

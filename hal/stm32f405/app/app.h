@@ -65,7 +65,7 @@ void cb_status_fault(struct cb_app *app);
 void cb_status_wires(struct cb_app *app);
 
 /* dump.c: continues a requested dump as far as the console has room; prints the trace's line. */
-void cb_dump_ask(struct cb_app *app);
+void cb_dump_request(struct cb_app *app);
 void cb_dump_go_on(struct cb_app *app);
 void cb_trace_note(struct cb_app *app);
 

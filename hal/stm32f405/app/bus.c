@@ -41,15 +41,15 @@ static void end_turn(struct cb_app *app) {
     }
 }
 
-static void ask_next(struct cb_app *app, int64_t now_us) {
+static void send_next(struct cb_app *app, int64_t now_us) {
     const struct cb_serial_config *serial = &app->box.config.buses[FIRST_BUS].serial;
     struct cb_modbus_request request;
     uint8_t unit;
     if (!cb_bus_turns_next(&app->bus.turns, now_us, &unit, &request)) return;
     const uint32_t patience_us =
         cb_rtu_exchange_us(&serial->line, &request, serial->slave_delay_us) + cb_app_lumps_us(app);
-    cb_wire_ask(&app->bus.wire, CB_RTU_ASK_REQUEST, unit, &request, app->bus.registers,
-                now_us + patience_us);
+    cb_wire_send(&app->bus.wire, CB_RTU_SEND_REQUEST, unit, &request, app->bus.registers,
+                 now_us + patience_us);
 }
 
 void cb_bus_poll(struct cb_app *app) {
@@ -58,7 +58,7 @@ void cb_bus_poll(struct cb_app *app) {
     if (!app->bus.present) return;
     const int64_t now_us = cb_time_us();
     if (wire->state == CB_WIRE_IDLE) {
-        ask_next(app, now_us);
+        send_next(app, now_us);
     } else if (cb_wire_poll(wire, now_us)) {
         end_turn(app);
         wire->state = CB_WIRE_IDLE;

@@ -38,7 +38,7 @@ static const struct cb_command commands[] = {
     {"counters", "all counters that are not 0", cb_status_counters},
     {"wires", "counters of the serial lines", cb_status_wires},
     {"fault", "registers of the last processor fault", cb_status_fault},
-    {"dump", "the flight recorder, oldest cycle first", cb_dump_ask},
+    {"dump", "the flight recorder, oldest cycle first", cb_dump_request},
     {"trace on", "a line about each cycle", begin_trace},
     {"trace off", "no more of them", end_trace},
     {"trace start", "restart, with a trace from the first cycle on", restart_with_trace},

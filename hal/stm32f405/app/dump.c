@@ -28,7 +28,7 @@ static void put_registers(struct cb_text *line, const char *name, const uint16_t
     for (unsigned i = 0; i < count; ++i) cb_text_put_hex(line, registers[i], 4);
 }
 
-void cb_dump_ask(struct cb_app *app) {
+void cb_dump_request(struct cb_app *app) {
     app->dump_left = app->recorder.count;
     cb_console_say(&app->console,
                    "dump: cycle time_us mode reason control counters detail channels");

@@ -16,8 +16,8 @@ static void start_wire(struct cb_app *app, const struct cb_slot_report *report) 
 static void write_status(struct cb_app *app, const struct cb_slot_report *report) {
     const uint16_t status = (uint16_t)(CB_MODE_STANDBY | CB_REASON_NO_FILE << 8);
     const struct cb_modbus_request request = cb_modbus_write(report->status, 1, &status);
-    cb_wire_ask(&app->board.plc, CB_RTU_ASK_REQUEST, report->unit, &request, 0,
-                cb_time_us() + ANSWER_US);
+    cb_wire_send(&app->board.plc, CB_RTU_SEND_REQUEST, report->unit, &request, 0,
+                 cb_time_us() + ANSWER_US);
 }
 
 _Noreturn void cb_standby_run(struct cb_app *app) {

@@ -1,4 +1,5 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ * Status lines of the console, and its commands start, counters, wires and fault. */
 #include <string.h>
 
 #include "hal/stm32f405/app/app.h"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// The only source that includes Ceres.
 #include "host-tools/training/optimise.h"
 
 #include <ceres/cost_function.h>

@@ -29,7 +29,7 @@ config_builder simple(cb_exchange exchange = CB_EXCHANGE_FC3_FC16) {
     return b;
 }
 
-// A PLC program and a machine: heartbeat every 10 ms, X as told, and the slope of what arrives
+// A PLC program and a machine: heartbeat every 10 ms, X as commanded, and the slope of what arrives
 // in the channel's register is watched.
 struct plant {
     virtual_registers sim{period_us, 5000000};

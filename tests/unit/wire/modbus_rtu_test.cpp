@@ -288,7 +288,7 @@ TEST(rtu_receiver, a_cut_reply_is_spoilt_once_it_is_silent) {
 }
 
 // Then the slave has had its say. Anything else may be followed by more.
-TEST(rtu_receiver, a_damaged_reply_is_told_from_other_rubbish) {
+TEST(rtu_receiver, a_damaged_reply_is_distinguished_from_other_rubbish) {
     const auto request = read_request(5, 2);
     const bytes reply = reply_to(17, request);
     const auto damaged = [&](const bytes &came) {

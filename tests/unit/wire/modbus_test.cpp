@@ -111,7 +111,7 @@ TEST(modbus, refuses_to_encode_counts_the_protocol_forbids) {
     EXPECT_TRUE(encode(request).empty());
 }
 
-TEST(modbus, an_exception_is_told_with_its_code) {
+TEST(modbus, an_exception_is_reported_with_its_code) {
     const decoded refused = decode(read_request(0, 2), {0x83, 0x02});
     EXPECT_EQ(refused.answer, CB_MODBUS_EXCEPTION);
     EXPECT_EQ(refused.exception, 2);

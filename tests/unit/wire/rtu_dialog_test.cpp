@@ -54,7 +54,7 @@ struct steps {
         dialog.doubtful = false;
         cb_rtu_dialog_begin(&dialog, &READING, DEADLINE_US);
     }
-    cb_rtu_ask next(std::int64_t now_us) { return cb_rtu_dialog_next(&dialog, now_us, &until_us); }
+    cb_rtu_send next(std::int64_t now_us) { return cb_rtu_dialog_next(&dialog, now_us, &until_us); }
     void ended(cb_rtu_end end) { cb_rtu_dialog_ended(&dialog, end); }
 };
 
@@ -62,23 +62,23 @@ TEST(rtu_dialog, nobody_knows_what_was_asked_before_the_start) {
     cb_rtu_dialog dialog = started();
     std::int64_t until_us;
     cb_rtu_dialog_begin(&dialog, &READING, DEADLINE_US);
-    EXPECT_EQ(cb_rtu_dialog_next(&dialog, 0, &until_us), CB_RTU_ASK_PROBE);
+    EXPECT_EQ(cb_rtu_dialog_next(&dialog, 0, &until_us), CB_RTU_SEND_PROBE);
     EXPECT_EQ(cb_rtu_probe(&dialog)->function, CB_MODBUS_READ);
     EXPECT_EQ(cb_rtu_probe(&dialog)->read_count, 1);
     cb_rtu_dialog_ended(&dialog, CB_RTU_END_REPLY);
-    EXPECT_EQ(cb_rtu_dialog_next(&dialog, 5000, &until_us), CB_RTU_ASK_REQUEST);
+    EXPECT_EQ(cb_rtu_dialog_next(&dialog, 5000, &until_us), CB_RTU_SEND_REQUEST);
     cb_rtu_dialog_ended(&dialog, CB_RTU_END_REPLY);
-    EXPECT_EQ(cb_rtu_dialog_next(&dialog, 14000, &until_us), CB_RTU_ASK_NOTHING);
+    EXPECT_EQ(cb_rtu_dialog_next(&dialog, 14000, &until_us), CB_RTU_SEND_NOTHING);
     EXPECT_EQ(dialog.outcome, CB_TRANSFER_OK);
 }
 
 TEST(rtu_dialog, a_damaged_reply_is_asked_for_again_at_once) {
     steps s;
-    EXPECT_EQ(s.next(0), CB_RTU_ASK_REQUEST);
+    EXPECT_EQ(s.next(0), CB_RTU_SEND_REQUEST);
     s.ended(CB_RTU_END_DAMAGED);
-    EXPECT_EQ(s.next(11000), CB_RTU_ASK_REQUEST);
+    EXPECT_EQ(s.next(11000), CB_RTU_SEND_REQUEST);
     s.ended(CB_RTU_END_DAMAGED);
-    EXPECT_EQ(s.next(22000), CB_RTU_ASK_NOTHING);
+    EXPECT_EQ(s.next(22000), CB_RTU_SEND_NOTHING);
     EXPECT_EQ(s.dialog.outcome, CB_TRANSFER_UNKNOWN);
     EXPECT_FALSE(s.dialog.doubtful);
 }
@@ -86,15 +86,15 @@ TEST(rtu_dialog, a_damaged_reply_is_asked_for_again_at_once) {
 TEST(rtu_dialog, whatever_else_came_or_did_not_is_followed_by_a_probe) {
     for (const auto end : {CB_RTU_END_RUBBISH, CB_RTU_END_SILENT, CB_RTU_END_STRAY}) {
         steps s;
-        EXPECT_EQ(s.next(0), CB_RTU_ASK_REQUEST);
+        EXPECT_EQ(s.next(0), CB_RTU_SEND_REQUEST);
         s.ended(end);
-        EXPECT_EQ(s.next(1000), CB_RTU_ASK_PROBE);
+        EXPECT_EQ(s.next(1000), CB_RTU_SEND_PROBE);
         s.ended(CB_RTU_END_SILENT);
         EXPECT_TRUE(s.dialog.doubtful);
         cb_rtu_dialog_begin(&s.dialog, &WRITING, PERIOD_US + DEADLINE_US);
-        EXPECT_EQ(s.next(PERIOD_US), CB_RTU_ASK_PROBE);
+        EXPECT_EQ(s.next(PERIOD_US), CB_RTU_SEND_PROBE);
         s.ended(CB_RTU_END_DAMAGED);  // is an answer all the same
-        EXPECT_EQ(s.next(PERIOD_US + 6000), CB_RTU_ASK_REQUEST);
+        EXPECT_EQ(s.next(PERIOD_US + 6000), CB_RTU_SEND_REQUEST);
     }
 }
 
@@ -117,11 +117,11 @@ TEST(rtu_dialog, each_doubt_has_its_own_probe) {
     for (int doubts = 0; doubts < 4; ++doubts) {
         s.next(0);
         s.ended(CB_RTU_END_SILENT);
-        EXPECT_EQ(s.next(0), CB_RTU_ASK_PROBE);
+        EXPECT_EQ(s.next(0), CB_RTU_SEND_PROBE);
         EXPECT_NE(cb_rtu_probe(&s.dialog)->read_count, before);
         before = cb_rtu_probe(&s.dialog)->read_count;
         s.ended(CB_RTU_END_SILENT);
-        EXPECT_EQ(s.next(0), CB_RTU_ASK_PROBE);
+        EXPECT_EQ(s.next(0), CB_RTU_SEND_PROBE);
         EXPECT_EQ(cb_rtu_probe(&s.dialog)->read_count, before);
         s.ended(CB_RTU_END_REPLY);
         cb_rtu_dialog_begin(&s.dialog, &READING, DEADLINE_US);
@@ -131,9 +131,9 @@ TEST(rtu_dialog, each_doubt_has_its_own_probe) {
 TEST(rtu_dialog, an_exception_to_the_probe_leaves_the_doubt) {
     steps s;
     s.dialog.doubtful = true;
-    EXPECT_EQ(s.next(0), CB_RTU_ASK_PROBE);
+    EXPECT_EQ(s.next(0), CB_RTU_SEND_PROBE);
     s.ended(CB_RTU_END_REFUSED);
-    EXPECT_EQ(s.next(1000), CB_RTU_ASK_NOTHING);
+    EXPECT_EQ(s.next(1000), CB_RTU_SEND_NOTHING);
     EXPECT_EQ(s.dialog.outcome, CB_TRANSFER_REFUSED);
     EXPECT_TRUE(s.dialog.doubtful);
 }
@@ -141,11 +141,11 @@ TEST(rtu_dialog, an_exception_to_the_probe_leaves_the_doubt) {
 // A first try may have been done: only when nothing was sent before is a refusal one.
 TEST(rtu_dialog, a_refusal_after_a_try_says_little) {
     steps s;
-    EXPECT_EQ(s.next(0), CB_RTU_ASK_REQUEST);
+    EXPECT_EQ(s.next(0), CB_RTU_SEND_REQUEST);
     s.ended(CB_RTU_END_DAMAGED);
-    EXPECT_EQ(s.next(1000), CB_RTU_ASK_REQUEST);
+    EXPECT_EQ(s.next(1000), CB_RTU_SEND_REQUEST);
     s.ended(CB_RTU_END_REFUSED);
-    EXPECT_EQ(s.next(2000), CB_RTU_ASK_NOTHING);
+    EXPECT_EQ(s.next(2000), CB_RTU_SEND_NOTHING);
     EXPECT_EQ(s.dialog.outcome, CB_TRANSFER_UNKNOWN);
 }
 
@@ -162,27 +162,27 @@ TEST(rtu_dialog, waits_for_a_reply_only_as_long_as_there_is_time_to_ask_again) {
 
 TEST(rtu_dialog, what_could_not_be_answered_in_time_is_not_asked) {
     steps s;
-    EXPECT_EQ(s.next(DEADLINE_US - 8000), CB_RTU_ASK_NOTHING);
+    EXPECT_EQ(s.next(DEADLINE_US - 8000), CB_RTU_SEND_NOTHING);
     EXPECT_EQ(s.dialog.outcome, CB_TRANSFER_FAILED);
-    EXPECT_EQ(s.next(DEADLINE_US - 9500), CB_RTU_ASK_REQUEST);
+    EXPECT_EQ(s.next(DEADLINE_US - 9500), CB_RTU_SEND_REQUEST);
 }
 
 TEST(rtu_dialog, a_repetition_leaves_the_time_of_the_write) {
     steps s(8000);
     s.next(0);
     s.ended(CB_RTU_END_DAMAGED);
-    EXPECT_EQ(s.next(7000), CB_RTU_ASK_NOTHING);
+    EXPECT_EQ(s.next(7000), CB_RTU_SEND_NOTHING);
     steps t(8000);
     t.next(0);
     t.ended(CB_RTU_END_DAMAGED);
-    EXPECT_EQ(t.next(5500), CB_RTU_ASK_REQUEST);
+    EXPECT_EQ(t.next(5500), CB_RTU_SEND_REQUEST);
 }
 
 TEST(rtu_dialog, a_line_that_spoils_everything_is_asked_so_often_and_no_more) {
     steps s;
     cb_rtu_dialog_begin(&s.dialog, &READING, INT64_C(1) << 40);
     int asked = 0;
-    while (s.next(asked) != CB_RTU_ASK_NOTHING) {
+    while (s.next(asked) != CB_RTU_SEND_NOTHING) {
         ++asked;
         s.ended(CB_RTU_END_RUBBISH);
     }
@@ -225,10 +225,10 @@ struct enemy {
         if (!chance(10)) line.push_back({said_us, what, sent, chance(10), chance(5)});
     }
 
-    cb_rtu_end ask(cb_rtu_ask what, shape wanted, std::int64_t until_us) {
+    cb_rtu_end ask(cb_rtu_send what, shape wanted, std::int64_t until_us) {
         bool stray = false;
         while (!line.empty() && line.front().at_us <= now_us) line.pop_front(), stray = true;
-        if (stray && what == CB_RTU_ASK_REQUEST) return CB_RTU_END_STRAY;
+        if (stray && what == CB_RTU_SEND_REQUEST) return CB_RTU_END_STRAY;
         ++sent;
         answer(wanted);
         while (!line.empty() && line.front().at_us <= until_us) {
@@ -238,15 +238,15 @@ struct enemy {
             const bool writes = came.what == shape::written;
             const bool refuses = came.refused && writes == (wanted == shape::written);
             if (refuses && !came.damaged) {
-                if (what == CB_RTU_ASK_REQUEST) refused_by = came.of;
+                if (what == CB_RTU_SEND_REQUEST) refused_by = came.of;
                 return CB_RTU_END_REFUSED;
             }
             if (came.refused || came.what != wanted) {
-                if (what == CB_RTU_ASK_PROBE) continue;
+                if (what == CB_RTU_SEND_PROBE) continue;
                 return CB_RTU_END_RUBBISH;
             }
             if (came.damaged) return CB_RTU_END_DAMAGED;
-            if (what == CB_RTU_ASK_REQUEST) {
+            if (what == CB_RTU_SEND_REQUEST) {
                 wrong += came.of != sent;
                 ++good;
             }
@@ -259,14 +259,14 @@ struct enemy {
     cb_transfer exchange(const cb_modbus_request &request, std::int64_t deadline_us) {
         const cb_rtu_wire wire = {
             this, [](void *self) { return static_cast<enemy *>(self)->now_us; },
-            [](void *self, cb_rtu_ask what, const cb_modbus_request *sent_now, std::uint16_t *,
+            [](void *self, cb_rtu_send what, const cb_modbus_request *sent_now, std::uint16_t *,
                std::int64_t until_us) {
                 auto *const me = static_cast<enemy *>(self);
                 const bool writes = sent_now->function == CB_MODBUS_WRITE;
                 const auto end = me->ask(what,
-                                         what == CB_RTU_ASK_PROBE ? me->probe()
-                                         : writes                 ? shape::written
-                                                                  : shape::reading,
+                                         what == CB_RTU_SEND_PROBE ? me->probe()
+                                         : writes                  ? shape::written
+                                                                   : shape::reading,
                                          until_us);
                 if (me->believes_everything) me->dialog.doubtful = false;
                 return end;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a person reads: every kind of line has its own limit, and what is left out is said.
+// What a person reads: every kind of line has its own limit, and what is left out is reported.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -19,7 +19,7 @@ namespace {
 
 constexpr int64_t s = 1000000;
 
-// stderr is a pipe meanwhile; its reader is said().
+// stderr is a pipe meanwhile; log_text() reads it.
 struct log_lines : ::testing::Test {
     log_lines() {
         EXPECT_EQ(pipe(ends), 0);
@@ -42,7 +42,7 @@ struct log_lines : ::testing::Test {
         cb_log_catch_up(log.get(), time_us, false);
     }
     // Everything since the last call.
-    std::string said() {
+    std::string log_text() {
         fflush(stderr);
         const char end = '\0';
         EXPECT_EQ(write(ends[1], &end, 1), 1);
@@ -70,7 +70,7 @@ TEST_F(log_lines, a_bus_that_flickers_hides_no_change_of_mode) {
         row->mode = i < 150 ? CB_MODE_ACTIVE : CB_MODE_HOLD;
         step(i * 30000);
     }
-    const std::string text = said();
+    const std::string text = log_text();
     EXPECT_EQ(count(text, "ACTIVE: "), 1u);
     EXPECT_EQ(count(text, "HOLD: "), 1u) << text;
     const unsigned lines = count(text, "node 5 is ");
@@ -91,41 +91,41 @@ TEST_F(log_lines, a_change_of_mode_names_its_cause) {
     row->cause.cause.value = 1001;
     step(30000);
     EXPECT_EQ(
-        said(),
+        log_text(),
         "compboxd:     0.000 s: HOLD: an essential signal is missing or implausible: signal Y "
         "reads 1000.5 mm and its max is 1000\n");
     row->cause = {{CB_CAUSE_NEVER, 0, 0, 90}, "X", ""};
     step(60000);
-    EXPECT_EQ(count(said(), "signal X has had no plausible value yet\n"), 1u);
+    EXPECT_EQ(count(log_text(), "signal X has had no plausible value yet\n"), 1u);
     row->mode = CB_MODE_FAULT;
     row->reason = CB_REASON_DEMAND;
     row->cause = {{CB_CAUSE_DEMAND, 2, -412.25f, 400}, "Z", ""};
     step(90000);
-    EXPECT_EQ(count(said(), "error limit: channel Z wants -412.25 um and its error_um is 400\n"),
-              1u);
+    EXPECT_EQ(
+        count(log_text(), "error limit: channel Z wants -412.25 um and its error_um is 400\n"), 1u);
 }
 
-TEST_F(log_lines, what_was_left_out_is_said_by_itself_and_once) {
+TEST_F(log_lines, what_was_left_out_is_reported_by_itself_and_once) {
     start();
     for (int i = 0; i < 100; ++i) cb_log_limited(log.get(), CB_LOG_FILES, 0, "line %d", i);
-    EXPECT_EQ(count(said(), "line"), 20u);
+    EXPECT_EQ(count(log_text(), "line"), 20u);
     cb_log_catch_up(log.get(), s, false);
-    EXPECT_EQ(said(), "") << "it may go on";
+    EXPECT_EQ(log_text(), "") << "it may go on";
     cb_log_catch_up(log.get(), 2 * s, false);
-    EXPECT_EQ(said(), "compboxd:     2.000 s: (80 lines about files left out)\n");
+    EXPECT_EQ(log_text(), "compboxd:     2.000 s: (80 lines about files left out)\n");
     cb_log_catch_up(log.get(), 9 * s, true);
-    EXPECT_EQ(said(), "");
+    EXPECT_EQ(log_text(), "");
 }
 
 TEST_F(log_lines, the_end_says_what_was_left_out) {
     start();
     for (int i = 0; i < 21; ++i) cb_log_limited(log.get(), CB_LOG_MODE, 0, "line");
-    said();
+    log_text();
     cb_log_catch_up(log.get(), 1, true);
-    EXPECT_EQ(said(), "compboxd:     0.000 s: (1 line about the mode left out)\n");
+    EXPECT_EQ(log_text(), "compboxd:     0.000 s: (1 line about the mode left out)\n");
 }
 
-TEST_F(log_lines, a_reader_that_does_not_read_keeps_nobody_and_is_told_later) {
+TEST_F(log_lines, a_reader_that_does_not_read_stalls_nothing_and_is_reported_later) {
     start();
     const std::string full(4096, '.');
     fcntl(ends[1], F_SETFL, O_NONBLOCK);
@@ -135,7 +135,7 @@ TEST_F(log_lines, a_reader_that_does_not_read_keeps_nobody_and_is_told_later) {
     std::string dots(1 << 16, ' ');
     EXPECT_GT(read(ends[0], dots.data(), dots.size()), 0);
     cb_log_line(log.get(), s, "but this");
-    const std::string text = said();
+    const std::string text = log_text();
     EXPECT_EQ(text,
               "compboxd:     1.000 s: (1 line about start and end left out)\n"
               "compboxd:     1.000 s: but this\n");
@@ -148,7 +148,7 @@ TEST_F(log_lines, a_function_that_the_plc_does_not_have_is_one_sentence) {
         row->peer.refused_functions = 1u << 23;
         step(i * 30000);
     }
-    const std::string text = said();
+    const std::string text = log_text();
     EXPECT_EQ(count(text,
                     "function 23 (exception 1, illegal function): set plc.exchange to "
                     "\"fc3+fc16\""),
@@ -158,7 +158,8 @@ TEST_F(log_lines, a_function_that_the_plc_does_not_have_is_one_sentence) {
     row->tcp.exceptions++;
     row->tcp.exceptions_by_code[2]++;
     step(20 * s);
-    EXPECT_NE(said().find("exceptions: 1; exception 2 (illegal data address)"), std::string::npos);
+    EXPECT_NE(log_text().find("exceptions: 1; exception 2 (illegal data address)"),
+              std::string::npos);
 }
 
 TEST_F(log_lines, an_odd_reply_is_named_once_for_each_kind_and_connection) {
@@ -167,7 +168,7 @@ TEST_F(log_lines, an_odd_reply_is_named_once_for_each_kind_and_connection) {
     const auto odd = [&](cb_odd kind, uint16_t got, uint16_t asked, int64_t time_us) {
         row->peer.odd[kind] = {row->peer.odd[kind].count + 1, got, asked};
         step(time_us);
-        return said();
+        return log_text();
     };
     EXPECT_NE(odd(CB_ODD_UNIT, 1, 255, 0).find("a reply from unit 1 to a request for unit 255"),
               std::string::npos);
@@ -178,16 +179,16 @@ TEST_F(log_lines, an_odd_reply_is_named_once_for_each_kind_and_connection) {
     EXPECT_NE(odd(CB_ODD_LENGTH, 10, 26, 4 * s).find("10 bytes"), std::string::npos);
     row->link.connects = 2;
     step(5 * s);
-    said();
+    log_text();
     EXPECT_EQ(odd(CB_ODD_UNIT, 1, 255, 6 * s), "") << "the same, a few seconds later";
     EXPECT_NE(odd(CB_ODD_UNIT, 7, 255, 7 * s).find("from unit 7"), std::string::npos);
     row->link.connects = 3;
     step(200 * s);
-    said();
+    log_text();
     EXPECT_NE(odd(CB_ODD_UNIT, 7, 255, 201 * s).find("from unit 7"), std::string::npos);
 }
 
-TEST_F(log_lines, slow_replies_are_told_with_the_period_that_fits) {
+TEST_F(log_lines, slow_replies_are_reported_with_the_period_that_fits) {
     start();
     box_config->period_us = 30000;
     box_config->plc.exchange = CB_EXCHANGE_FC3_FC16;
@@ -195,11 +196,11 @@ TEST_F(log_lines, slow_replies_are_told_with_the_period_that_fits) {
     row->mode = CB_MODE_ACTIVE;
     row->peer.reply_us[3] = 20100;
     step(0);
-    EXPECT_EQ(count(said(), "replies take"), 0u) << "contact is not lost";
+    EXPECT_EQ(count(log_text(), "replies take"), 0u) << "contact is not lost";
     row->mode = CB_MODE_HOLD;
     row->reason = CB_REASON_UNCONFIRMED;
     for (int i = 1; i < 100; ++i) step(i * 30000);
-    const std::string text = said();
+    const std::string text = log_text();
     EXPECT_EQ(count(text,
                     "replies take up to 20.1 ms: plc.exchange \"fc3+fc16\" needs "
                     "cycle.period_ms of 51 at least, or \"fc23\" and 26"),
@@ -210,14 +211,14 @@ TEST_F(log_lines, slow_replies_are_told_with_the_period_that_fits) {
     row->peer.reply_us[3] = 4000;
     row->reason = CB_REASON_UNCONFIRMED;
     step(5 * s);
-    EXPECT_EQ(count(said(), "replies take"), 0u) << "they are fast enough";
+    EXPECT_EQ(count(log_text(), "replies take"), 0u) << "they are fast enough";
 }
 
 TEST_F(log_lines, a_long_sentence_comes_whole) {
     start();
     const std::string sentence(560, 'x');
     cb_log_line(log.get(), 0, "%s", sentence.c_str());
-    EXPECT_NE(said().find(sentence + "\n"), std::string::npos);
+    EXPECT_NE(log_text().find(sentence + "\n"), std::string::npos);
 }
 
 // systemd says which device and file its journal is; another stderr is not it.
@@ -228,11 +229,11 @@ TEST_F(log_lines, the_journal_has_time_and_name_already) {
     setenv("JOURNAL_STREAM", (device + std::to_string(there.st_ino)).c_str(), 1);
     start();
     cb_log_line(log.get(), 0, "a line");
-    EXPECT_EQ(said(), "a line\n");
+    EXPECT_EQ(log_text(), "a line\n");
     setenv("JOURNAL_STREAM", (device + std::to_string(there.st_ino + 1)).c_str(), 1);
     start();
     cb_log_line(log.get(), 0, "a line");
-    EXPECT_EQ(said(), "compboxd:     0.000 s: a line\n");
+    EXPECT_EQ(log_text(), "compboxd:     0.000 s: a line\n");
 }
 
 }  // namespace

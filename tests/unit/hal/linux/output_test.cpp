@@ -101,10 +101,10 @@ TEST_F(output, state_is_not_read_through_a_link) {
     fs::rename(path, folder / "real");
     fs::create_symlink("real", path);
     cb_state state;
-    char said[512];
+    char printed[512];
     const cb_state_clock now{};
-    EXPECT_FALSE(cb_state_read(&state, config(), path.c_str(), &now, said, sizeof said));
-    EXPECT_NE(std::string(said).find("is a symbolic link"), std::string::npos) << said;
+    EXPECT_FALSE(cb_state_read(&state, config(), path.c_str(), &now, printed, sizeof printed));
+    EXPECT_NE(std::string(printed).find("is a symbolic link"), std::string::npos) << printed;
 }
 
 TEST_F(output, record_follows_no_link) {

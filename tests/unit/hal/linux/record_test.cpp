@@ -117,7 +117,7 @@ TEST(record, a_full_disk_leaves_whole_lines_and_a_count) {
     EXPECT_GT(f.record->rows, 0u);
 }
 
-TEST(record, a_folder_that_is_not_there_is_told) {
+TEST(record, a_folder_that_is_not_there_is_reported) {
     files f;
     EXPECT_EQ(cb_record_start(f.record.get(), "/nowhere/at/all.csv", f.config.get()), ENOENT);
 }

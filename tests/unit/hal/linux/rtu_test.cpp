@@ -204,7 +204,7 @@ TEST(rtu, what_is_on_the_wire_is_what_the_specification_says) {
     EXPECT_EQ(plc.probes(), 1);
 }
 
-TEST(rtu, a_refusal_is_told_apart) {
+TEST(rtu, a_refusal_is_distinguished) {
     uint8_t code = 2;
     slave plc([&](slave &s, const bytes &, int) { s.send(with_crc({17, 0x83, code})); });
     client c(plc);
@@ -382,7 +382,7 @@ TEST(rtu, modules_of_a_bus_do_not_wait_for_each_other) {
     uint16_t registers[2];
     const cb_modbus_request request = cb_modbus_read(8, 2);
     const auto ask = [&](uint8_t unit, int ms) {
-        return cb_rtu_ask_module(&bus, unit, &request, registers, cb_boottime_us() + ms * 1000);
+        return cb_rtu_read_module(&bus, unit, &request, registers, cb_boottime_us() + ms * 1000);
     };
     EXPECT_EQ(ask(17, 30), CB_TRANSFER_UNKNOWN);
     EXPECT_EQ(ask(18, 150), CB_TRANSFER_OK);
@@ -523,7 +523,7 @@ TEST(rtu_opener, a_driver_that_hangs_is_left_behind) {
     opening = opened = 0;
     ASSERT_EQ(cb_serial_opener_start(&left, &config), 0);
     left.open = open_slowly;
-    ASSERT_TRUE(cb_serial_opener_ask(&left));
+    ASSERT_TRUE(cb_serial_opener_request(&left));
     for (int i = 0; i < 2000 && opening == 0; ++i) sleep_ms(1);
     EXPECT_FALSE(cb_serial_opener_stop(&left));
     EXPECT_EQ(opened, 0);

@@ -46,7 +46,7 @@ config_builder lags() {
 struct state_file : testing::Test {
     std::string path = compbox_test::temporary("lags.state");
     cb_state state{};
-    char said[512] = "";
+    char message[512] = "";
 
     ~state_file() override { std::remove(path.c_str()); }
 
@@ -75,7 +75,7 @@ struct state_file : testing::Test {
         ASSERT_EQ(write(rig, clock(rig.now_us, unix_us, "boot", synchronised), path.c_str()), 0);
     }
     bool read_at(const cb_config &config, const cb_state_clock &now) {
-        return cb_state_read(&state, &config, path.c_str(), &now, said, sizeof said);
+        return cb_state_read(&state, &config, path.c_str(), &now, message, sizeof message);
     }
     // After another boot, whose wall clock is right.
     bool read(const cb_config &config, int64_t boottime_us, int64_t unix_us) {
@@ -86,8 +86,8 @@ struct state_file : testing::Test {
         for (const cb_lag_state &lag : state.lags) count += lag.settled;
         return count;
     }
-    bool told(const std::string &words) const {
-        return std::string(said).find(words) != std::string::npos;
+    bool reports(const std::string &words) const {
+        return std::string(message).find(words) != std::string::npos;
     }
     std::string bytes() {
         std::ifstream file(path, std::ios::binary);
@@ -101,10 +101,10 @@ TEST_F(state_file, a_short_pause_is_bridged_as_if_the_box_had_run) {
     save(rig, 1000 * second);
     box_rig again(lags());
     again.now_us = 3 * second;  // the machine was booted meanwhile
-    ASSERT_TRUE(read(again.box->config, again.now_us, 1010 * second)) << said;
-    EXPECT_NE(std::string(said).find("3 of 3 lags go on after a pause of 11.0 s"),
+    ASSERT_TRUE(read(again.box->config, again.now_us, 1010 * second)) << message;
+    EXPECT_NE(std::string(message).find("3 of 3 lags go on after a pause of 11.0 s"),
               std::string::npos)
-        << said;
+        << message;
     cb_state_give(&state, again.box.get());
     again.position(8, 100);
     again.sample(1, 350);  // 10 s after the last value by the wall clock
@@ -135,8 +135,8 @@ TEST_F(state_file, a_pause_by_a_wall_clock_that_is_not_synchronised_is_unknown) 
         ASSERT_TRUE(
             read_at(rig.box->config, clock(3 * second, 1012 * second, "another boot", !then)));
         EXPECT_EQ(settled(), 0u);
-        EXPECT_TRUE(told(then ? "is not synchronised" : "was not synchronised")) << said;
-        EXPECT_TRUE(told("lags start steady")) << said;
+        EXPECT_TRUE(reports(then ? "is not synchronised" : "was not synchronised")) << message;
+        EXPECT_TRUE(reports("lags start steady")) << message;
     }
     save(rig, 1000 * second, false);
     ASSERT_TRUE(read_at(rig.box->config, clock(3 * second, 1012 * second, "another boot", false)));
@@ -149,8 +149,8 @@ TEST_F(state_file, within_one_boot_the_wall_clock_does_not_count) {
         save(rig, 1000 * second, false);
         ASSERT_TRUE(
             read_at(rig.box->config, clock(rig.now_us + 9 * second, unix_us, "boot", false)));
-        EXPECT_EQ(settled(), 3u) << said;
-        EXPECT_TRUE(told("after a pause of 10.0 s")) << said;
+        EXPECT_EQ(settled(), 3u) << message;
+        EXPECT_TRUE(reports("after a pause of 10.0 s")) << message;
         EXPECT_EQ(state.lags[3].time_us, rig.box->signals[3].time_us);
         ASSERT_TRUE(
             read_at(rig.box->config, clock(rig.now_us + 9000 * second, unix_us, "boot", true)));
@@ -163,7 +163,7 @@ TEST_F(state_file, a_boot_without_an_id_is_another_one) {
     ASSERT_EQ(write(rig, clock(rig.now_us, 1000 * second, "", false), path.c_str()), 0);
     ASSERT_TRUE(read_at(rig.box->config, clock(rig.now_us + second, 1001 * second, "", true)));
     EXPECT_EQ(settled(), 0u);
-    EXPECT_TRUE(told("unknown")) << said;
+    EXPECT_TRUE(reports("unknown")) << message;
 }
 
 TEST_F(state_file, the_kernels_clocks_are_read) {
@@ -194,7 +194,7 @@ TEST_F(state_file, a_run_that_goes_on_has_not_ended_stopped) {
     save(rig, 1000 * second);
     ASSERT_TRUE(read(rig.box->config, rig.now_us, 1001 * second));
     EXPECT_FALSE(state.stopped);
-    EXPECT_TRUE(told("; the previous run did not end STOPPED")) << said;
+    EXPECT_TRUE(reports("; the previous run did not end STOPPED")) << message;
 }
 
 TEST_F(state_file, a_run_that_the_plc_confirmed_stopped_is_known_to_the_next) {
@@ -214,7 +214,7 @@ TEST_F(state_file, a_run_that_the_plc_confirmed_stopped_is_known_to_the_next) {
         ASSERT_TRUE(
             read_at(rig.box->config, clock(second, 400000 * second, "another boot", synchronised)));
         EXPECT_TRUE(state.stopped);
-        EXPECT_TRUE(told("; the previous run ended STOPPED")) << said;
+        EXPECT_TRUE(reports("; the previous run ended STOPPED")) << message;
     }
     box_rig again(lags());
     cb_state_give(&state, again.box.get());
@@ -234,7 +234,7 @@ TEST_F(state_file, a_machine_without_lags_keeps_it_too) {
     ASSERT_EQ(cb_state_write(&taken, &rig.box->config, path.c_str(), &now), 0);
     ASSERT_TRUE(read_at(rig.box->config, now));
     EXPECT_TRUE(state.stopped);
-    EXPECT_STREQ(said, (path + ": no lags; the previous run ended STOPPED").c_str());
+    EXPECT_STREQ(message, (path + ": no lags; the previous run ended STOPPED").c_str());
 }
 
 // A heartbeat that went back is that of a PLC that has restarted, while 16 bits can show it.
@@ -244,7 +244,7 @@ TEST_F(state_file, the_plcs_heartbeat_outlives_a_short_pause_alone) {
     save(rig, 1000 * second);
     const int64_t read_us = rig.box->plc.read_us;
     const auto given = [&](const cb_state_clock &now) {
-        EXPECT_TRUE(read_at(rig.box->config, now)) << said;
+        EXPECT_TRUE(read_at(rig.box->config, now)) << message;
         box_rig again(lags());
         cb_state_give(&state, again.box.get());
         EXPECT_EQ(again.box->plc.beat, state.beat);
@@ -269,7 +269,7 @@ TEST_F(state_file, a_plc_that_restarted_during_the_pause_is_noticed) {
         save(before, 1000 * second);
         box_rig rig(lags());
         rig.now_us = before.now_us + second;
-        ASSERT_TRUE(read_at(rig.box->config, clock(rig.now_us, 0, "boot", false))) << said;
+        ASSERT_TRUE(read_at(rig.box->config, clock(rig.now_us, 0, "boot", false))) << message;
         cb_state_give(&state, rig.box.get());
         rig.heartbeat =
             static_cast<uint16_t>(before.box->plc.plc_heartbeat + (restarted ? -20 : 20));
@@ -289,10 +289,10 @@ TEST_F(state_file, a_file_of_the_version_before_counts_as_not_stopped) {
     const uint32_t crc = cb_crc32(0, old.data(), static_cast<uint32_t>(old.size()));
     old.append(reinterpret_cast<const char *>(&crc), sizeof crc);
     put(old);
-    ASSERT_TRUE(read(rig.box->config, rig.now_us, 1001 * second)) << said;
+    ASSERT_TRUE(read(rig.box->config, rig.now_us, 1001 * second)) << message;
     EXPECT_EQ(settled(), 3u);
     EXPECT_FALSE(state.stopped || state.beat);
-    EXPECT_TRUE(told("did not end STOPPED")) << said;
+    EXPECT_TRUE(reports("did not end STOPPED")) << message;
 }
 
 // Format 1 had the wall clock alone and did not say how good it was.
@@ -303,7 +303,7 @@ TEST_F(state_file, a_file_of_the_first_version_is_refused) {
     old[8] = 1;
     put(old);
     EXPECT_FALSE(read(rig.box->config, rig.now_us, 1001 * second));
-    EXPECT_TRUE(told("is of another version and is not used; lags start steady")) << said;
+    EXPECT_TRUE(reports("is of another version and is not used; lags start steady")) << message;
     EXPECT_EQ(settled(), 0u);
 }
 
@@ -313,10 +313,10 @@ TEST_F(state_file, each_lag_is_judged_by_its_own_time_constant) {
     ASSERT_TRUE(read(rig.box->config, rig.now_us, 1016 * second));
     EXPECT_FALSE(state.lags[2].settled) << "16 s are more than a quarter of 60 s";
     EXPECT_TRUE(state.lags[3].settled);
-    EXPECT_NE(std::string(said).find("2 of 3"), std::string::npos) << said;
+    EXPECT_NE(std::string(message).find("2 of 3"), std::string::npos) << message;
     ASSERT_TRUE(read(rig.box->config, rig.now_us, 2801 * second));
     EXPECT_FALSE(state.lags[3].settled);
-    EXPECT_NE(std::string(said).find("0 of 3"), std::string::npos) << said;
+    EXPECT_NE(std::string(message).find("0 of 3"), std::string::npos) << message;
 }
 
 TEST_F(state_file, a_lag_that_is_another_one_now_starts_steady) {
@@ -330,12 +330,12 @@ TEST_F(state_file, a_lag_that_is_another_one_now_starts_steady) {
     for (unsigned i = 0; i < CB_MAX_SIGNALS; ++i) EXPECT_FALSE(state.lags[i].settled) << i;
 }
 
-TEST_F(state_file, what_is_no_good_is_told_and_not_used) {
+TEST_F(state_file, what_is_no_good_is_reported_and_not_used) {
     const box_rig rig = warm();
     const cb_config &config = rig.box->config;
     const auto refused = [&](const std::string &why) {
         EXPECT_FALSE(read(config, rig.now_us, 1001 * second));
-        EXPECT_NE(std::string(said).find(why), std::string::npos) << said;
+        EXPECT_NE(std::string(message).find(why), std::string::npos) << message;
         for (const cb_lag_state &lag : state.lags) EXPECT_FALSE(lag.settled);
     };
     refused("is not there yet");
@@ -359,9 +359,9 @@ TEST_F(state_file, what_is_no_good_is_told_and_not_used) {
     config_builder other = lags();
     std::strcpy(other.config->machine, "lathe");
     EXPECT_FALSE(read(*other.config, rig.now_us, 1001 * second));
-    EXPECT_NE(std::string(said).find("is of another machine"), std::string::npos) << said;
+    EXPECT_NE(std::string(message).find("is of another machine"), std::string::npos) << message;
     EXPECT_TRUE(read(config, rig.now_us, 900 * second));
-    EXPECT_NE(std::string(said).find("from the future"), std::string::npos) << said;
+    EXPECT_NE(std::string(message).find("from the future"), std::string::npos) << message;
     EXPECT_FALSE(state.lags[3].settled);
 }
 
@@ -382,8 +382,8 @@ TEST_F(state_file, a_time_that_no_clock_shows_is_not_used) {
             put(bad);
             for (const char *boot : {"boot", "another boot"}) {
                 const cb_state_clock now = clock(rig.now_us, 1001 * second, boot);
-                ASSERT_TRUE(read_at(rig.box->config, now)) << said;
-                EXPECT_TRUE(told("0 of 3")) << time_us << ": " << said;
+                ASSERT_TRUE(read_at(rig.box->config, now)) << message;
+                EXPECT_TRUE(reports("0 of 3")) << time_us << ": " << message;
                 EXPECT_FALSE(state.beat);
             }
             bad = good;

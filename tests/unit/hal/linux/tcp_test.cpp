@@ -294,7 +294,7 @@ REPEATED_TEST(a_flood_of_replies_nobody_asked_for_delays_nothing_past_the_deadli
     WANT(c.overdue_us < tolerated_us);
 }
 
-TEST(tcp, exceptions_are_told_and_counted_by_code) {
+TEST(tcp, exceptions_are_reported_and_counted_by_code) {
     server plc([](peer &p) {
         for (const uint8_t code : bytes{1, 2, 4, 0xE0}) {
             const bytes r = p.request();

@@ -126,8 +126,8 @@ struct rig {
     }
 
     void ask(std::int64_t patience_us) {
-        cb_wire_ask(&wire, CB_RTU_ASK_REQUEST, 5, &request, registers,
-                    the_port.now_us + patience_us);
+        cb_wire_send(&wire, CB_RTU_SEND_REQUEST, 5, &request, registers,
+                     the_port.now_us + patience_us);
     }
 
     // Bytes on the line from `at_us` on, one after the other.
@@ -292,7 +292,7 @@ TEST(wire, a_byte_that_the_hardware_calls_bad_is_not_believed) {
     EXPECT_EQ(r.registers[0], 7);
 }
 
-TEST(wire, another_units_reply_and_a_refusal_are_told_apart) {
+TEST(wire, another_units_reply_and_a_refusal_are_distinguished) {
     rig r;
     r.ask(20000);
     r.receive(framed({6, 3, 4, 0x12, 0x34, 0xAB, 0xCD}), the_port.now_us + 3000);
@@ -485,7 +485,7 @@ TEST(board, bytes_that_nobody_asked_for_are_followed_by_a_probe) {
     EXPECT_EQ(r.board.plc.counters.probes, 1u);
 }
 
-TEST(board, what_is_refused_and_what_has_no_time_is_told_apart) {
+TEST(board, what_is_refused_and_what_has_no_time_is_distinguished) {
     board_rig r;
     r.tick();
     r.change = [](std::vector<std::uint8_t> &bytes) { bytes = framed({5, 0x83, 2}); };

@@ -134,7 +134,7 @@ constexpr std::uint32_t power = CB_RCC_CSR_PORRSTF, brown_out = CB_RCC_CSR_BORRS
                         low_power = CB_RCC_CSR_LPWRRSTF;
 
 // As the hardware sets them: the pin's flag with every reset, brown-out's with power-on.
-TEST(stm32f405_chip, the_reset_cause_is_told_apart_and_the_flags_are_cleared) {
+TEST(stm32f405_chip, the_reset_cause_is_distinguished_and_the_flags_are_cleared) {
     const struct {
         std::uint32_t flags;
         cb_start_cause cause;
