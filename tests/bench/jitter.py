@@ -60,8 +60,8 @@ def compboxd(program, plc, seconds, planted):
             subprocess.run([program, "--config", config, "--stats", stats, "--cycles",
                             str(int(seconds * 1e6 / PERIOD_US)), *how],
                            check=True, stderr=subprocess.DEVNULL)
-        told = json.loads(stats.read_text())
-    return told["jitter_us"], told
+        reported = json.loads(stats.read_text())
+    return reported["jitter_us"], reported
 
 
 def cyclictest(seconds):
@@ -88,11 +88,11 @@ def compare(name, options):
     """Prints one block of the table; out: whether it is inside the limits."""
     ours, theirs, worst_drift, overruns = [], [], 0, 0
     for _ in range(options.rounds):
-        jitter, told = compboxd(options.compboxd, options.plc, options.seconds,
+        jitter, reported = compboxd(options.compboxd, options.plc, options.seconds,
                                 options.planted)
         ours.append(jitter)
-        worst_drift = max(worst_drift, abs(told["drift_us"]) - jitter["max"])
-        overruns += told["overruns"]
+        worst_drift = max(worst_drift, abs(reported["drift_us"]) - jitter["max"])
+        overruns += reported["overruns"]
         theirs.append(cyclictest(options.seconds))
 
     def figures(runs):

@@ -111,8 +111,8 @@ def test_a_pair_whose_curves_ask_for_more_than_it_allows(compbox, machine):
     for name, values in (("own_x", (0, 50, 0)), ("own_y", (0, -4, 0))):
         compbox.write(name, term(name, "X", values))
     compbox.write("common", term("common", "Z", (0, 300)))
-    said = "pairs[0]: the curves of X and Y differ by 54.0 µm at X = 500, and max_difference_um is 40: "
-    assert said in compbox.good(*build(compbox, "own_x", "own_y", "common"))
+    printed = "pairs[0]: the curves of X and Y differ by 54.0 µm at X = 500, and max_difference_um is 40: "
+    assert printed in compbox.good(*build(compbox, "own_x", "own_y", "common"))
     machine["pairs"][0]["max_difference_um"] = 55
     compbox.write("machine.json", machine)
     assert "pairs[0]" not in compbox.good(*build(compbox, "own_x", "own_y", "common"))
@@ -340,11 +340,11 @@ def test_check_says_where_a_fanuc_control_has_to_take_values_in_time(compbox, ap
     if not applied:
         del file["channels"][1]["applied"]
     compbox.write("c.json", file)
-    said = ("channel Y: that the NC never sees a change above 999.8 µm at once holds only while it takes a value "
+    printed = ("channel Y: that the NC never sees a change above 999.8 µm at once holds only while it takes a value "
             "every 1 s; give the channel an applied register, or a limit_um of 499.9 at most")
-    told = json.loads(compbox.good("check", "c.json", "--json"))
-    assert told.get("remarks", []) == ([said] if remark else [])
-    assert ("Remark: " + said in compbox.good("check", "c.json").splitlines()) == remark
+    reported = json.loads(compbox.good("check", "c.json", "--json"))
+    assert reported.get("remarks", []) == ([printed] if remark else [])
+    assert ("Remark: " + printed in compbox.good("check", "c.json").splitlines()) == remark
 
 
 def test_check_says_what_an_840d_allows(compbox):

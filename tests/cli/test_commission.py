@@ -212,10 +212,10 @@ def commission(compbox, plc, *arguments, answer=None, at=None, person=None):
 def refusal(compbox, plc, *arguments, **how):
     """It must refuse, leave the file as it was and the PLC at zero; returns the sentence."""
     before = compbox.files()
-    code, _, said = commission(compbox, plc, *arguments, **how)
-    assert code == 1, said
+    code, _, printed = commission(compbox, plc, *arguments, **how)
+    assert code == 1, printed
     assert compbox.files() == before
-    return said.rstrip("\n").split("compbox: machine.json: ")[1]
+    return printed.rstrip("\n").split("compbox: machine.json: ")[1]
 
 
 def is_at_rest(plc, axes="XYZ"):
@@ -232,8 +232,8 @@ def is_at_rest(plc, axes="XYZ"):
 @LONG
 def test_a_machine_as_it_should_be(compbox, plc):
     fake = plc()
-    code, out, said = commission(compbox, fake, "--json")
-    assert code == 0, said
+    code, out, printed = commission(compbox, fake, "--json")
+    assert code == 0, printed
     figures = json.loads(out)
     machine = compbox.read("machine.json")
     assert [channel["sign"] for channel in machine["channels"]] == [1, 1, 1]
@@ -253,8 +253,8 @@ def test_a_machine_as_it_should_be(compbox, plc):
 
 def test_a_machine_of_which_one_axis_moves_the_other_way(compbox, plc):
     fake = plc(TWIN)
-    code, out, said = commission(compbox, fake, "--axis", "X", "--axis", "Y")
-    assert code == 0, said
+    code, out, printed = commission(compbox, fake, "--axis", "X", "--axis", "Y")
+    assert code == 0, printed
     assert "sign -1, reversed" in out and "sign 1, as in the file" in out
     machine = compbox.read("machine.json")
     assert [c["sign"] for c in machine["channels"]] == [-1, 1, 1]
@@ -270,8 +270,8 @@ def test_a_machine_of_which_one_axis_moves_the_other_way(compbox, plc):
 def test_the_way_into_a_real_control_is_in_the_lead(compbox, plc, profile, round_ms):
     """Three FANUC handshakes, one after the other, take 96 ms: a value waits for half of that."""
     fake = plc(profile=profile)
-    code, out, said = commission(compbox, fake, "--axis", "Z", "--measured", "Z=20", "--json")
-    assert code == 0, said
+    code, out, printed = commission(compbox, fake, "--axis", "Z", "--measured", "Z=20", "--json")
+    assert code == 0, printed
     times = json.loads(out)["times"]
     assert times["handshake_round_ms"] == round_ms
     least_ms = times["write_to_applied_ms"]["p50"] + 15 + round_ms / 2
@@ -283,8 +283,8 @@ def test_the_way_into_a_real_control_is_in_the_lead(compbox, plc, profile, round
 @LONG
 def test_a_sign_that_was_turned_round_stays(compbox, plc):
     fake = plc(TWIN, change=lambda machine: machine["channels"][0].update(sign=-1))
-    code, out, said = commission(compbox, fake, "--axis", "X")
-    assert code == 0 and "sign -1, as in the file" in out, said
+    code, out, printed = commission(compbox, fake, "--axis", "X")
+    assert code == 0 and "sign -1, as in the file" in out, printed
     assert compbox.read("machine.json")["channels"][0]["sign"] == -1
 
 
@@ -304,9 +304,9 @@ def test_a_scale_ten_times_too_large(compbox, plc):
             channel["scale"] = 0.1
             channel.pop("applied")
     fake = plc(change=coarse)
-    said = refusal(compbox, fake, "--axis", "X")
+    printed = refusal(compbox, fake, "--axis", "X")
     assert re.match(r"axis X: commanded 20 µm, measured 2\S* µm: wrong by a factor of 10; the scale of "
-                    "the channel is too large for what the control takes", said), said
+                    "the channel is too large for what the control takes", printed), printed
     is_at_rest(fake)
 
 
@@ -368,8 +368,8 @@ REFUSED = ("the PLC refuses the read-back of registers 100 to 109 (exception 2: 
 def test_a_plc_that_refuses_the_read_back(compbox, plc):
     fake = plc(TWIN)
     behind(compbox, Refuser(fake, refuse_read_back))
-    code, out, said = commission(compbox, fake, "--axis", "X", "--json")
-    assert code == 0, said
+    code, out, printed = commission(compbox, fake, "--axis", "X", "--json")
+    assert code == 0, printed
     result = json.loads(out)
     assert result["registers"]["read_back"] == "refused"
     remark, = [text for text in result["remarks"] if "read-back" in text]
@@ -418,8 +418,8 @@ def test_a_position_that_is_none(compbox, plc):
 def test_nobody_there(compbox, plc):
     fake = plc()
     fake.end()
-    said = refusal(compbox, fake)
-    assert said.startswith(f"plc.transport.tcp: no reply from 127.0.0.1:{fake.port}: ")
+    printed = refusal(compbox, fake)
+    assert printed.startswith(f"plc.transport.tcp: no reply from 127.0.0.1:{fake.port}: ")
 
 
 @LONG
@@ -441,8 +441,8 @@ def test_ctrl_c_goes_back_to_zero(compbox, plc, which):
     def press(run):
         seen.append(fake.displacement_um("X"))
         run.send_signal(which)
-    said = refusal(compbox, fake, at=("in µm? ", press))
-    assert said == "interrupted; nothing was written to the file"
+    printed = refusal(compbox, fake, at=("in µm? ", press))
+    assert printed == "interrupted; nothing was written to the file"
     assert seen[0] == pytest.approx(20, abs=1)
     is_at_rest(fake)
     assert fake.displacement_um("X") == pytest.approx(0, abs=0.1)

@@ -17,9 +17,9 @@ def built(compbox, *terms, options=(), machine="machine.json"):
     """Builds c.json of these fragments. Returns the remarks of build, which are those of check. Terms without a channel
     are a remark of build alone."""
     names = [compbox.write(f"{number}.json", one) for number, one in enumerate(terms)]
-    said = compbox.good("build", machine, *names, *options, "-o", "c.json").splitlines()
+    printed = compbox.good("build", machine, *names, *options, "-o", "c.json").splitlines()
     checked = compbox.good("check", "c.json").splitlines()
-    remarks = [line for line in said if line.startswith("Remark: ") and "no channel sums it" not in line]
+    remarks = [line for line in printed if line.startswith("Remark: ") and "no channel sums it" not in line]
     accepted = "Remark: accepted by --accept-range: "
     assert [line for line in checked if line.startswith("Remark: ")] == [
         line if not line.startswith(accepted) else
@@ -31,9 +31,9 @@ def built(compbox, *terms, options=(), machine="machine.json"):
 def refused(compbox, *terms, machine="machine.json"):
     """build's sentence without the file and the remedy of --accept-range."""
     names = [compbox.write(f"{number}.json", one) for number, one in enumerate(terms)]
-    said = compbox.refused("build", machine, *names, "-o", "c.json")
-    assert said.endswith(ACCEPT)
-    return said[:-len(ACCEPT)]
+    printed = compbox.refused("build", machine, *names, "-o", "c.json")
+    assert printed.endswith(ACCEPT)
+    return printed[:-len(ACCEPT)]
 
 
 def only(remarks):
@@ -60,8 +60,8 @@ def test_a_demand_beyond_error_um_is_refused_and_named_by_check(compbox, machine
         "a fault; check that the curves are in µm, or set limit_um and error_um to it")
     remark = only(built(compbox, curve, options=["--accept-range"]))
     assert remark.startswith("accepted by --accept-range: channel Z: the demand reaches 900.0 µm")
-    said = compbox.good("build", "machine.json", "0.json", "--accept-range", "-o", "c.json")
-    assert "revision 1: 3 signals, 1 term, 1 channel, coefficients 7 of 8192, range accepted" in said.splitlines()
+    printed = compbox.good("build", "machine.json", "0.json", "--accept-range", "-o", "c.json")
+    assert "revision 1: 3 signals, 1 term, 1 channel, coefficients 7 of 8192, range accepted" in printed.splitlines()
 
 
 def test_curves_that_are_good_alone_meet_in_a_corner(compbox, machine):
@@ -111,8 +111,8 @@ def test_a_volumetric_term_is_searched_in_space(compbox, machine):
     roll = term("EAX", "X", values=(0, 0, 0, 0, 400, 0, 0, 0))
     change(compbox, lambda file: file["signals"][2].update(max=400))
     vol = {"name": "vol", "type": "volumetric", "chain": "fXYZ", "errors": ["EAX"], "outputs": ["vx", "vy", "vz"]}
-    said = refused(compbox, {"terms": [*roll["terms"], vol]})
-    assert re.search(r"channel Z: the demand reaches 404\.0 µm at X = 571\.4\d*, Y = 1010, Z = ", said)
+    printed = refused(compbox, {"terms": [*roll["terms"], vol]})
+    assert re.search(r"channel Z: the demand reaches 404\.0 µm at X = 571\.4\d*, Y = 1010, Z = ", printed)
 
 
 def test_a_network_is_swept_and_what_is_not_covered_is_named(compbox, machine):
@@ -201,13 +201,13 @@ def test_the_demo_starts_near_zero(compbox):
     for name in CURVES:
         compbox.good("fit", GANTRY / f"measurements/{name}.csv", "--name", name, "--signal", name[2], "--line",
                      "least-squares", "--zero-at", home[name[2]], "-o", f"{name}.json")
-    said = compbox.good("build", GANTRY / "machine.json", *[f"{name}.json" for name in CURVES], "-o", "c.json")
-    assert "Remark" not in said + compbox.good("check", "c.json")
+    printed = compbox.good("build", GANTRY / "machine.json", *[f"{name}.json" for name in CURVES], "-o", "c.json")
+    assert "Remark" not in printed + compbox.good("check", "c.json")
     demand = json.loads(compbox.good("check", "c.json", "--json"))["demand"]
     assert [abs(demand[axis]["home_um"]) < 0.01 for axis in "XYZ"] == [True] * 3
 
 
-# ---- mistakes of every kind: what is changed, and what is said
+# ---- mistakes of every kind: what is changed, and what is reported
 
 def signal(**what):
     return lambda file: file["signals"][0].update(what)
@@ -347,17 +347,17 @@ REFUSED = {
 
 @pytest.mark.parametrize("case", MISTAKES)
 def test_a_mistake_gets_one_remark(compbox, machine, case):
-    what, terms, said = MISTAKES[case]
+    what, terms, printed = MISTAKES[case]
     change(compbox, what or (lambda file: None))
-    assert said in only(built(compbox, *terms))
+    assert printed in only(built(compbox, *terms))
 
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_a_mistake_is_refused(compbox, machine, case):
-    what, terms, said = REFUSED[case]
+    what, terms, printed = REFUSED[case]
     change(compbox, what or (lambda file: None))
-    assert said in refused(compbox, *terms)
-    assert said.split(": ")[-1] in only(built(compbox, *terms, options=["--accept-range"]))
+    assert printed in refused(compbox, *terms)
+    assert printed.split(": ")[-1] in only(built(compbox, *terms, options=["--accept-range"]))
 
 
 @pytest.mark.parametrize("environment", [{}, {"expansion_um_per_m_K": 0}, {"material_degC": [[24, 24]]},
@@ -368,8 +368,8 @@ def test_an_environment_that_proves_nothing_is_quiet(compbox, machine, environme
 
 
 def test_every_refusal_counts(compbox, machine):
-    said = refused(compbox, term("EZX", travel=(0, 1)), term("EZY", "Y", travel=(0, 1)))
-    assert said.startswith("0.json: EZX is a curve") and said.endswith(" (1 more like it)")
+    printed = refused(compbox, term("EZX", travel=(0, 1)), term("EZY", "Y", travel=(0, 1)))
+    assert printed.startswith("0.json: EZX is a curve") and printed.endswith(" (1 more like it)")
     assert len(built(compbox, *[term(f"EZ{axis}", axis, travel=(0, 1)) for axis in "XY"],
                      options=["--accept-range"])) == 2
 

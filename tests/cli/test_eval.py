@@ -162,7 +162,7 @@ def test_the_plc_of_eval_applies_what_is_written(compbox, machine, profile):
     assert results[0] == results[1] and results[0]["comp_Z_um"][4] == 0
 
 
-def test_a_demand_beyond_the_error_limit_is_said(compbox, machine):
+def test_a_demand_beyond_the_error_limit_is_reported(compbox, machine):
     machine["channels"][2].update(limit_um=50, error_um=60)
     build(compbox, machine, term(values=[0, 200]), options=["--accept-range"])
     samples(compbox, [[0, 250, 0, 0], [1, 400, 0, 0], [2, 400, 0, 0]])
@@ -175,7 +175,7 @@ def test_a_demand_beyond_the_error_limit_is_said(compbox, machine):
     assert out[0] == -50 and -50 < out[1] <= -48 and out[2] == 0
 
 
-def test_a_network_beyond_its_training_is_said(compbox, machine):
+def test_a_network_beyond_its_training_is_reported(compbox, machine):
     """Trained from 100 to 300 mm: held from 320 mm on, faded to nothing at 420."""
     net = {"name": "net", "type": "bpnet", "outputs": ["EZX"], "inputs": ["X"], "activation": "tansig",
            "hidden_weights": [[0.0]], "hidden_bias": [0.0], "output_weights": [[0.0]],
@@ -221,7 +221,7 @@ def test_lead_does_not_take_far_rows_for_motion(compbox, machine):
                                                                   abs=0.006)
 
 
-def test_an_implausible_position_is_held_and_said(compbox, machine):
+def test_an_implausible_position_is_held_and_reported(compbox, machine):
     build(compbox, machine, term(values=[0, 200]), options=["--accept-range"])
     samples(compbox, [[0, 500, 0, 0], [1, 5000, 0, 0], [1.06, 600, 0, 0], [2, 600, 0, 0]])
     done = compbox("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
@@ -330,7 +330,7 @@ def test_a_first_row_without_an_essential_sensor_is_refused(compbox, machine):
 
 
 def test_a_sensor_that_the_box_runs_without_may_be_missing_at_first(compbox, machine):
-    """Then nothing was held, and that is not said."""
+    """Then nothing was held, and that is not reported."""
     build(compbox, *thermal(machine))
     samples(compbox, [[0, 0, 0, 0, 850], [1, 0, 0, 0, 850], [2, 0, 0, 0, 20], [3, 0, 0, 0, 850]], NAMES)
     done = compbox("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
@@ -344,7 +344,7 @@ def test_a_sensor_that_the_box_runs_without_may_be_missing_at_first(compbox, mac
     assert out["slow"][2:] == [20, 20]  # it starts settled on the first value that there is
 
 
-def test_a_column_named_like_a_lag_is_not_taken_and_that_is_said(compbox, machine):
+def test_a_column_named_like_a_lag_is_not_taken_and_that_is_reported(compbox, machine):
     build(compbox, *thermal(machine))
     samples(compbox, [[0, 0, 0, 0, 20, 80], [100, 0, 0, 0, 20, 80]], (*NAMES, "T1_slow"))
     done = compbox("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")

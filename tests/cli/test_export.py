@@ -432,8 +432,8 @@ def test_no_table_fits(compbox):
      "c.json: at X 0 the path has Y -nan, outside -10 to 610")])
 def test_refused(built, options, message):
     built.write("down.csv", "X,Y\n5,1\n4,2\n")
-    said = built.refused("export", "c.json", "--format", *options, "--step-mm", 10, "-o", "o")
-    assert said.replace("Y nan", "Y -nan") == message
+    reported = built.refused("export", "c.json", "--format", *options, "--step-mm", 10, "-o", "o")
+    assert reported.replace("Y nan", "Y -nan") == message
 
 
 @pytest.mark.parametrize("wrong", [

@@ -97,12 +97,12 @@ def test_against_the_usual_registers(compbox):
 
 
 def test_a_command_that_is_none_and_the_version():
-    def said(*arguments):
+    def printed(*arguments):
         done = subprocess.run(list(map(str, arguments)), capture_output=True, text=True)
         return done.returncode, done.stdout, done.stderr
-    assert said(BIN / "compbox", "biuld", "x.json") == (
+    assert printed(BIN / "compbox", "biuld", "x.json") == (
         2, "", "compbox: there is no command 'biuld'; compbox --help lists them\n")
     project = (pathlib.Path(__file__).parents[2] / "CMakeLists.txt").read_text()
     version = re.search(r"^project\(compbox VERSION ([\d.]+)", project, re.M)[1]
     for name in ("compbox", "compboxd", "fakeplc", "fakept100"):
-        assert said(BIN / name, "--version") == (0, f"{name} {version}\n", "")
+        assert printed(BIN / name, "--version") == (0, f"{name} {version}\n", "")

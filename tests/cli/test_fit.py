@@ -123,8 +123,8 @@ def test_readings_without_noise_have_the_least_that_an_instrument_has(compbox):
     rows = [f"{100 * i},{2 * i}\n" for i in range(7)]
     compbox.write("d.csv", "position_mm,error_um\n" + "".join(rows))
     for line in ("keep", "end-point"):  # all zero once the line is off, but not in the file
-        said = compbox(*FIT, "--line", line).stderr
-        assert "about 0.001 um is assumed" in said and "every reading" not in said
+        printed = compbox(*FIT, "--line", line).stderr
+        assert "about 0.001 um is assumed" in printed and "every reading" not in printed
         assert compbox.read("t.json")["provenance"]["EZX"]["noise"] == 0.001
 
 
@@ -165,7 +165,7 @@ def test_one_run_says_that_the_noise_is_unknown(compbox):
     assert "could not be measured" not in compbox(*FIT).stderr
 
 
-def test_a_tolerance_that_is_not_reached_is_written_and_said(compbox):
+def test_a_tolerance_that_is_not_reached_is_written_and_reported(compbox):
     done = compbox(*FIT, "--method", "polynomial", "--tolerance-um", "0.001")
     assert done.returncode == 0
     assert "did not converge" in done.stderr
@@ -214,7 +214,7 @@ def test_branches_reach_the_box(compbox):
     assert values[2] - values[4] == pytest.approx(4, abs=0.5)
 
 
-def test_kept_slope_is_said(compbox):
+def test_kept_slope_is_reported(compbox):
     compbox.good(*FIT)
     assert compbox.read("t.json")["provenance"]["EZX"]["line"] == "keep"
 

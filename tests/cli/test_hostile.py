@@ -51,11 +51,11 @@ def drawn(value):
 
 def check(program, done, *names):
     """Exit 0, or 1 with one sentence that names one of the files."""
-    said = (done.returncode, done.stderr)
-    assert done.returncode in (0, 1), said
+    printed = (done.returncode, done.stderr)
+    assert done.returncode in (0, 1), printed
     if done.returncode == 1:
-        assert done.stderr.startswith(program + ": ") and done.stderr.count("\n") == 1, said
-        assert any(name in done.stderr for name in names), said
+        assert done.stderr.startswith(program + ": ") and done.stderr.count("\n") == 1, printed
+        assert any(name in done.stderr for name in names), printed
 
 
 @pytest.fixture
@@ -140,8 +140,8 @@ def test_a_mistake_in_a_term_comes_before_what_cannot_be_filled_in(compbox):
         value = term()
         spoil(value["terms"][0])
         compbox.write("t.json", value)
-        said = compbox.refused("build", "machine.json", "t.json", "-o", "c.json")
-        assert said.startswith("t.json: terms[0]") and message in said, said
+        printed = compbox.refused("build", "machine.json", "t.json", "-o", "c.json")
+        assert printed.startswith("t.json: terms[0]") and message in printed, printed
 
 
 def test_streams_that_break(files):
@@ -358,8 +358,8 @@ def test_a_whole_number_may_have_a_decimal_point(files):
 @pytest.mark.parametrize("status", ["1e300", "-1", "65536", "-1e300"])
 def test_a_log_with_a_status_that_no_register_holds(files, status):
     files.write("log.csv", f"time_s,event,status\n0,,1\n1,,{status}\n")
-    said = files.refused("simulate", "scenario.json", "--log", "log.csv", "-o", "out")
-    assert said == "log.csv:3: status must be from 0 to 65535"
+    printed = files.refused("simulate", "scenario.json", "--log", "log.csv", "-o", "out")
+    assert printed == "log.csv:3: status must be from 0 to 65535"
 
 
 # The first two lines of a recording: what the box had beside its file, and the columns.
@@ -368,16 +368,16 @@ RECORDED = ("number,generation,now_us,read_us,exchange_us,read_ok,last_write,hel
             "registers,held_registers,mode,channels,written")
 
 
-@pytest.mark.parametrize("line, said", [
+@pytest.mark.parametrize("line, printed", [
     (SITE.replace("300", "nan"), "'nan' is not a number that can stand here"),
     (SITE.replace("300", "2e6"), "'2e6' is not a number that can stand here"),
     (SITE.replace("300", ""), "'' is not a number that can stand here"),
     (SITE.replace("most_um,", "least_um,"), "has no most_um"),
     ("most_um,300\n", "has 2 columns")])
-def test_a_recording_with_a_ceiling_that_no_site_has(files, line, said):
+def test_a_recording_with_a_ceiling_that_no_site_has(files, line, printed):
     files.write("r.csv", line + RECORDED + "\n")
     assert files.refused("simulate", "good.json", "--replay", "r.csv") == (
-        f"r.csv:1: {said}; it is not what compboxd --record-inputs writes")
+        f"r.csv:1: {printed}; it is not what compboxd --record-inputs writes")
 
 
 @pytest.mark.parametrize("column", [2, 3])
@@ -411,8 +411,8 @@ def test_a_formula_without_end(files, formula):
 def test_messages_repeat_no_control_character(files):
     for hidden in "\x7f\u009b\u202e\u2028\u2066":
         files.write("d.csv", f"position_mm,error_um,a{hidden}b,a{hidden}b\n0,1,2,3\n")
-        said = files.refused("fit", "d.csv", "--name", "EZX", "--signal", "X", "-o", "t.json")
-        assert "'a?b'" in said and hidden not in said, ascii(said)
+        printed = files.refused("fit", "d.csv", "--name", "EZX", "--signal", "X", "-o", "t.json")
+        assert "'a?b'" in printed and hidden not in printed, ascii(printed)
 
 
 # ---- a scenario from a stranger

@@ -120,7 +120,7 @@ def test_one_bad_reading_is_one(compbox, points):
     text = compbox.good("identify", "m.csv", "--axis", "X", "--points", points, "-o", "d")
     bad = compbox.read("d/report.json")["outliers"]
     assert len(bad) == 1 and bad[0]["position_mm"] == 700
-    # at these points, two and two of which share a coordinate, the two cannot be told apart
+    # at these points, two and two of which share a coordinate, the two cannot be distinguished
     assert {bad[0]["line"], *bad[0]["or_lines"]} == {"dy2_um", "dz1_um"}
     assert f"stands out: {bad[0]['line']} or {bad[0]['or_lines'][0]} at 700 mm" in text
 

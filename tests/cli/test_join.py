@@ -109,7 +109,7 @@ def test_outputs_are_taken_where_they_are_named(compbox):
     assert compbox.table("data.csv")["EXX"] == [1.5]
 
 
-def test_rows_before_a_signal_was_received_are_left_out_and_said(compbox):
+def test_rows_before_a_signal_was_received_are_left_out_and_reported(compbox):
     record(compbox, blind_s=10)
     probe(compbox, [5.0, 15.0])
     out = compbox.good("join", "record.csv", "probe.csv", "-o", "data.csv")

@@ -53,7 +53,7 @@ def test_help(compbox):
     assert "compbox pack " in compbox.good("pack", "--help").split("Example:")[1]
 
 
-def test_what_the_microcontroller_will_not_run_is_said(compbox, machine):
+def test_what_the_microcontroller_will_not_run_is_reported(compbox, machine):
     """A file for compboxd is a sound slot, but nobody should learn at the machine that it is not run."""
     built(compbox, machine)
     done = compbox("pack", "c.json", "-o", "slot.bin")

@@ -207,9 +207,9 @@ def test_the_program_of_linuxcnc_has_the_files_registers(compbox, profile, axes)
 
 
 def test_json_names_the_file(compbox):
-    told = json.loads(compbox.good("export", DOCS / "fanuc.json", "--format", "plc-db", "--json",
+    reported = json.loads(compbox.good("export", DOCS / "fanuc.json", "--format", "plc-db", "--json",
                                    "-o", "plc"))
-    assert told["files"] == ["plc/pmc_addresses.csv"]
+    assert reported["files"] == ["plc/pmc_addresses.csv"]
 
 
 def changed(compbox, change, profile="generic"):

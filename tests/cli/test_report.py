@@ -155,19 +155,19 @@ def test_before_and_after_side_by_side(compbox):
     assert all(word in svg for word in ("d.csv", "after.rtl", "±2s forward", "mean backward", "runs"))
 
 
-@pytest.mark.parametrize("from_mm, to_mm, said", [(0, 1000, False), (20, 990, False), (0, 800, True),
+@pytest.mark.parametrize("from_mm, to_mm, printed", [(0, 1000, False), (20, 990, False), (0, 800, True),
                                                   (-100, 1000, True)])
-def test_before_and_after_over_another_travel(compbox, from_mm, to_mm, said):
+def test_before_and_after_over_another_travel(compbox, from_mm, to_mm, printed):
     """Half the travel halves most figures without any compensation."""
     x, forward, backward = readings(14, 5, 11, 1000)
     write_csv(compbox, x, forward, backward)
     write_csv(compbox, numpy.linspace(from_mm, to_mm, 11), forward, backward, "after.csv")
     both = report(compbox, "d.csv", "--after", "after.csv")
     want = [f"measured from {from_mm} to {to_mm} mm, before from 0 to 1000 mm: "
-            "what is less is not by the compensation alone"] if said else []
+            "what is less is not by the compensation alone"] if printed else []
     assert both["after"]["positioning"]["remarks"] == want
     assert both["before"]["positioning"]["remarks"] == []
-    assert ("what is less" in compbox.good("report", "d.csv", "--after", "after.csv")) == said
+    assert ("what is less" in compbox.good("report", "d.csv", "--after", "after.csv")) == printed
 
 
 def test_angles(compbox):

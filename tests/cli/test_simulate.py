@@ -229,8 +229,8 @@ REFUSED = [
 @pytest.mark.parametrize("change, message", REFUSED)
 def test_bad_scenarios(compbox, gantry, change, message):
     compbox.write("scenario.json", {**gantry, **change})
-    said = compbox.refused("simulate", "scenario.json", "-o", "out")
-    assert said == message or message.endswith((" ", ": ")) and said.startswith(message)
+    printed = compbox.refused("simulate", "scenario.json", "-o", "out")
+    assert printed == message or message.endswith((" ", ": ")) and printed.startswith(message)
     assert not (compbox.folder / "out/report.json").exists()
 
 

@@ -33,6 +33,6 @@ def test_a_speed_that_was_never_seen(compbox, runs):
     begin, end = HELD_OUT[runs]
     for name, aim in AIM.items():
         largest = max(abs(row[name]) for row in rows)
-        worst = max(abs(row[name] - said) for row, said in zip(rows, box[name])
+        worst = max(abs(row[name] - printed) for row, printed in zip(rows, box[name])
                     if begin <= row["time_s"] <= end)
         assert 100 * worst / largest <= aim, name

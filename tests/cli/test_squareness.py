@@ -73,8 +73,8 @@ def test_diagonals_and_ball_bar(compbox, tool_error, name):
 
 
 def test_a_squareness_that_cannot_be_says_which(compbox):
-    said = compbox.refused("squareness", "--name", "C0Y", "--ball-bar=1,1e6,0", "-o", "q.json")
-    assert said == ("ball bar: C0Y comes out as -1000000000 urad, which cannot be: check the order "
+    printed = compbox.refused("squareness", "--name", "C0Y", "--ball-bar=1,1e6,0", "-o", "q.json")
+    assert printed == ("ball bar: C0Y comes out as -1000000000 urad, which cannot be: check the order "
                     "of the numbers")
 
 

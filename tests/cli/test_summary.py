@@ -18,9 +18,9 @@ def test_from_the_machine_to_the_slot(compbox):
     assert done["files"] == ["m.json"] and done["machine"] == "mill"
     assert done["remarks"][0].startswith("To set: min and max of X, Y, Z")
     compbox.write("EZX.json", term())
-    said = compbox.good("build", "m.json", "EZX.json", "-o", "c.json")
+    printed = compbox.good("build", "m.json", "EZX.json", "-o", "c.json")
     done = summary(compbox, "build", "m.json", "EZX.json", "-o", "c.json")
-    assert done["terms"] == ["EZX.json"] and done["remarks"] == said.splitlines() != []
+    assert done["terms"] == ["EZX.json"] and done["remarks"] == printed.splitlines() != []
     done = summary(compbox, "check", "c.json")
     assert done["files"] == [] and done["machine"] == "mill"
     assert (done["revision"], done["signals"], done["terms"], done["channels"]) == (1, 1, 1, 1)
@@ -32,10 +32,10 @@ def test_eval(compbox, machine):
     compbox.write("EZX.json", term())
     compbox.good("build", "machine.json", "EZX.json", "-o", "c.json")
     compbox.write("in.csv", "time_s,X,Y,Z\n0,100,0,0\n1,90000,0,0\n")
-    told = compbox("eval", "c.json", "--inputs", "in.csv", "-o", "out.csv").stderr
+    reported = compbox("eval", "c.json", "--inputs", "in.csv", "-o", "out.csv").stderr
     done = summary(compbox, "eval", "c.json", "--inputs", "in.csv", "-o", "out.csv")
     assert done["rows"] == 2 and done["columns"] == list(compbox.table("out.csv"))
-    assert [f"in.csv: {remark}" for remark in done["remarks"]] == told.splitlines() != []
+    assert [f"in.csv: {remark}" for remark in done["remarks"]] == reported.splitlines() != []
 
 
 def test_a_file_on_stdout_stays_alone(compbox):

@@ -160,8 +160,8 @@ def test_the_box_computes_slopes_and_the_memory_of_a_record(compbox, machine):
     machine["cycle"]["period_ms"] = 1000
     machine["plc"]["heartbeat_timeout_ms"] = 5000
     compbox.write("machine.json", machine)
-    said = compbox.good("build", "machine.json", "net.json", "-o", "c.json")
-    assert "channel X = -(error_X_um + error_X_um_by_X)" in said
+    printed = compbox.good("build", "machine.json", "net.json", "-o", "c.json")
+    assert "channel X = -(error_X_um + error_X_um_by_X)" in printed
     compbox.good("eval", "c.json", "--inputs", "record.csv", "--raw", "-o", "out.csv")
     out, at = compbox.table("out.csv"), {row[0]: i for i, row in enumerate(record)}
     lines = (compbox.folder / "p.csv").read_text().splitlines()[1:]

@@ -45,8 +45,8 @@ def test_every_option_without_its_value(compbox, command):
     options = re.findall(r"^  (?:-\w,)?(--[\w-]+) \S", compbox.good(command, "--help"), re.MULTILINE)
     assert options or command == "check"
     for option in options:
-        said = says(compbox, command, option)
-        assert re.fullmatch("(-o,)?" + option + " needs [1-9] values?", said), said
+        printed = says(compbox, command, option)
+        assert re.fullmatch("(-o,)?" + option + " needs [1-9] values?", printed), printed
 
 
 @pytest.mark.parametrize("arguments, sentence", [
@@ -81,6 +81,6 @@ def test_other_programs(program):
         done = subprocess.run([BIN / program, *arguments], capture_output=True, text=True, timeout=10)
         return done.returncode, done.stdout, done.stderr
     assert call("--help")[0] == 0 and "Example:\n  " + program in call("--help")[1]
-    code, out, said = call("--bogus", "1")
-    assert (code, out) == (2, "") and said.startswith(program + ": ")
-    assert said.endswith(MORE)
+    code, out, printed = call("--bogus", "1")
+    assert (code, out) == (2, "") and printed.startswith(program + ": ")
+    assert printed.endswith(MORE)

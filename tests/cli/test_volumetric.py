@@ -135,7 +135,7 @@ def test_the_tool_length_may_be_a_signal(compbox):
     assert evaluate(compbox, [place], ",240")[0][:3] == pytest.approx(want, abs=bound + 1e-3)
 
 
-def test_what_is_missing_is_zero_and_said(compbox):
+def test_what_is_missing_is_zero_and_reported(compbox):
     dice = random.Random(1)
     curves = {axis: [curve(dice, "um") for _ in range(6)] for axis in "XYZ"}
     write_axis(compbox, "X", curves)
@@ -148,7 +148,7 @@ def test_what_is_missing_is_zero_and_said(compbox):
     assert term["squareness_urad"] == {"C0Y": 0.0, "B0Z": 0.0, "A0Z": 0.0}
 
 
-def test_a_slope_and_its_squareness_count_twice_and_that_is_said(compbox):
+def test_a_slope_and_its_squareness_count_twice_and_that_is_reported(compbox):
     folder = compbox.folder / "Y"
     folder.mkdir()
     rows = "".join(f"{y},{0.02 * y}\n" for y in range(0, 801, 100))

@@ -95,7 +95,7 @@ class Interface:
         self._put(struct.pack("<ii", errno.ENODEV, errno.ENODEV))
 
     def starts(self, node):
-        """How often the box told this node to start."""
+        """How often the box commanded this node to start."""
         return self.sent.count((0, bytes([1, node])))
 
 

@@ -123,7 +123,7 @@ class RawPlc:
                 self._serve()
             except OSError:
                 pass
-            except Exception as failure:  # told when the context closes
+            except Exception as failure:  # reported when the context closes
                 self.failure = failure
             # As a process that is killed: no orderly goodbye.
             self.connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))

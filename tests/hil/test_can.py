@@ -40,7 +40,7 @@ def can_box(plc, port, start_box, tmp_path):
                                        env={"LD_PRELOAD": SHIM, "CAN_BUS": str(tmp_path)})
 
 
-def said(box):
+def log_of(box):
     return (box.folder / "log.txt").read_text(encoding="utf-8")
 
 
@@ -51,7 +51,7 @@ def reload(box, port, change):
 
 def ends_well(box):
     box.stop()
-    assert box.code == 0, said(box)
+    assert box.code == 0, log_of(box)
 
 
 def test_filters_are_those_of_the_file_and_nothing_else_passes(plc, can_box, tmp_path):
@@ -82,7 +82,7 @@ def test_an_interface_that_comes_later_goes_and_comes_again(plc, can_box, tmp_pa
             plc.wait(at_um(WITHOUT_UM))
         ends_well(box)
     assert box.stats["can"]["went_away"] == 2
-    assert said(box).count("can0: no CAN bus: No such device; trying again every second") == 2
+    assert log_of(box).count("can0: no CAN bus: No such device; trying again every second") == 2
 
 
 def test_a_node_that_lost_its_power_with_the_interface_is_started_when_that_is_up(plc, can_box, tmp_path):
@@ -95,10 +95,10 @@ def test_a_node_that_lost_its_power_with_the_interface_is_started_when_that_is_u
         can.every.clear()
         can.go(up=False)
         plc.wait(at_um(WITHOUT_UM))
-        wait(lambda: "can0: CAN bus is down" in said(box))
-        told = can.starts(5)
+        wait(lambda: "can0: CAN bus is down" in log_of(box))
+        starts_before = can.starts(5)
         can.go(up=True)
-        wait(lambda: can.starts(5) == told + 1)
+        wait(lambda: can.starts(5) == starts_before + 1)
         can.every[0x181] = [0, 0, 0x5F, 0x01]
         plc.wait(at_um(WHOLE_UM))
         ends_well(box)
@@ -109,12 +109,12 @@ def test_an_interface_that_is_down_at_the_start_is_waited_for(plc, can_box, tmp_
     with Interface(tmp_path) as can:
         can.go(up=False)
         with can_box(with_can({"nodes": [{"node": 5, "start": True}]})) as box:
-            wait(lambda: "can0: CAN bus is down" in said(box))
+            wait(lambda: "can0: CAN bus is down" in log_of(box))
             plc.wait(at_um(WITHOUT_UM))
             can.go(up=True)
             wait(lambda: can.starts(5) == 1)
             ends_well(box)
-    assert "not_sent" not in said(box) and box.stats["can"]["not_sent"] == 0
+    assert "not_sent" not in log_of(box) and box.stats["can"]["not_sent"] == 0
 
 
 def test_a_bus_without_nodes_is_up_when_its_interface_is(plc, can_box, tmp_path):
@@ -123,11 +123,11 @@ def test_a_bus_without_nodes_is_up_when_its_interface_is(plc, can_box, tmp_path)
         plc.wait(at_um(WHOLE_UM))
         can.every.clear()
         can.go(up=False)
-        wait(lambda: "can0: CAN bus is down" in said(box))
+        wait(lambda: "can0: CAN bus is down" in log_of(box))
         can.go(up=True)
-        wait(lambda: said(box).count("can0: CAN bus is up") == 2)
+        wait(lambda: log_of(box).count("can0: CAN bus is up") == 2)
         ends_well(box)
-    assert "can0: CAN bus is down" in said(box) and "can0: CAN bus is up" in said(box)
+    assert "can0: CAN bus is down" in log_of(box) and "can0: CAN bus is up" in log_of(box)
 
 
 def test_another_interface_takes_over_also_where_it_comes_later(plc, port, can_box, tmp_path):
@@ -141,7 +141,7 @@ def test_another_interface_takes_over_also_where_it_comes_later(plc, port, can_b
             other.every[0x181] = [0, 0, 0x5F, 0x01]
             plc.wait(at_um(WHOLE_UM))
             ends_well(box)
-    assert "can1: no CAN bus: No such device; trying again every second" in said(box)
+    assert "can1: no CAN bus: No such device; trying again every second" in log_of(box)
 
 
 def test_a_new_file_has_its_own_filters(plc, port, can_box, tmp_path):
@@ -168,7 +168,7 @@ def test_a_byte_of_a_j1939_message_from_any_source(plc, can_box, tmp_path):
 def test_a_frame_that_is_too_short_is_named(plc, can_box, tmp_path):
     with Interface(tmp_path) as can, can_box(with_can()) as box:
         can.every[0x181] = [0, 0, 0x5F]
-        wait(lambda: "short frames: " in said(box) and "(the last of 0x181)" in said(box))
+        wait(lambda: "short frames: " in log_of(box) and "(the last of 0x181)" in log_of(box))
         plc.wait(at_um(WITHOUT_UM))
         ends_well(box)
     assert box.stats["can"]["short_frames"] > 3
@@ -181,13 +181,13 @@ def test_the_log_says_of_nodes_what_is_so(plc, port, can_box, tmp_path):
     lost = "can0: node {}: no heartbeat for 300 ms"
     with Interface(tmp_path) as can, can_box(watched(5, 6)) as box:
         can.every = {0x181: [0, 0, 0x5F, 0x01], 0x706: [5]}
-        wait(lambda: lost.format(5) in said(box) and "can0: node 6 is operational" in said(box))
+        wait(lambda: lost.format(5) in log_of(box) and "can0: node 6 is operational" in log_of(box))
         del can.every[0x706]
-        wait(lambda: lost.format(6) in said(box))
+        wait(lambda: lost.format(6) in log_of(box))
         can.every = {0x181: [0, 0, 0x5F, 0x01], 0x707: [5], 0x708: [127]}
         reload(box, port, watched(7, 8))
-        wait(lambda: "can0: node 7 is operational" in said(box))
-        wait(lambda: "can0: node 8 is pre-operational" in said(box))
+        wait(lambda: "can0: node 7 is operational" in log_of(box))
+        wait(lambda: "can0: node 8 is pre-operational" in log_of(box))
         ends_well(box)
-    assert [said(box).count(lost.format(node)) for node in (5, 6, 7, 8)] == [1, 1, 0, 0], said(box)
+    assert [log_of(box).count(lost.format(node)) for node in (5, 6, 7, 8)] == [1, 1, 0, 0], log_of(box)
     assert [(n["node"], n["losses"]) for n in box.stats["can"]["nodes"]] == [(7, 0), (8, 0)]

@@ -79,8 +79,8 @@ def active(plc, port, start_box, tmp_path):
 def test_a_foreign_file_is_refused_by_its_revision(plc, port, active):
     box, path = active()
     hup(box, path, port, attack)
-    said = stats(box, lambda s: s["reloads"]["refused"] == 1)["reloads"]["last"]
-    assert "revision 0 is older than the running one, 7" in said and "--allow-older" in said
+    printed = stats(box, lambda s: s["reloads"]["refused"] == 1)["reloads"]["last"]
+    assert "revision 0 is older than the running one, 7" in printed and "--allow-older" in printed
     box.stop()
     assert box.code == 0 and largest_um(plc.writes) < 301
     assert box.log.count("revision 0 is older") == 1
@@ -130,8 +130,8 @@ def test_another_register_is_pending(plc, port, active):
         grown(0)(data)
         data["channels"][1]["plc"] = 112
     hup(box, path, port, elsewhere)
-    said = stats(box, lambda s: s["reloads"]["pending"])["reloads"]["last"]
-    assert "channel Y: plc differs from the running file's" in said
+    printed = stats(box, lambda s: s["reloads"]["pending"])["reloads"]["last"]
+    assert "channel Y: plc differs from the running file's" in printed
     plc.control = REFERENCED
     stats(box, lambda s: s["reloads"]["taken"] == 1)
     plc.control = ALL_ON
@@ -216,7 +216,7 @@ def test_no_output_is_beyond_the_ceiling_nor_faster(plc, port, active):
     assert "no site ceiling" not in box.log
 
 
-@pytest.mark.parametrize("options, said", [
+@pytest.mark.parametrize("options, printed", [
     ([], "no site ceiling for sizes and rates: the coefficient file alone limits them; set "
          "--most-um and --most-um-per-s"),
     (["--most-um", "1000"], "no site ceiling for rates: the coefficient file alone limits them; "
@@ -224,12 +224,12 @@ def test_no_output_is_beyond_the_ceiling_nor_faster(plc, port, active):
     (["--most-um-per-s=1e3"], "no site ceiling for sizes: the coefficient file alone limits them; "
                               "set --most-um"),
     (["--most-um", "300", "--most-um-per-s", "500"], None)])
-def test_one_line_says_what_has_no_ceiling(start_box, options, said):
+def test_one_line_says_what_has_no_ceiling(start_box, options, printed):
     with start_box(*options, "--cycles", "2") as box:
         box.wait()
     lines = [line for line in box.log.splitlines() if "ceiling" in line]
-    assert len(lines) == (1 if said else 0), lines
-    assert said is None or lines[0].endswith(said)
+    assert len(lines) == (1 if printed else 0), lines
+    assert printed is None or lines[0].endswith(printed)
     assert box.stats["ceiling"]["lowers"] == ""
 
 

@@ -70,7 +70,7 @@ def test_a_folder_instead_of_a_file(tmp_path):
     (lambda d: d["plc"]["transport"]["tcp"].__setitem__("host", "plc.local"), r"host"),
     (lambda d: d.__setitem__("format", "compbox/9"), r"format"),
 ])
-def test_a_mistake_in_the_file_is_told_with_its_place(tmp_path, port, spoil, place):
+def test_a_mistake_in_the_file_is_reported_with_its_place(tmp_path, port, spoil, place):
     path = machine.write_coefficients(tmp_path / "c.json", port, spoil)
     code, _, err = run("--config", str(path))
     assert code == 1
@@ -92,7 +92,7 @@ def test_what_is_no_coefficient_file(tmp_path, text):
 
 
 @pytest.mark.parametrize("option", ["--stats", "--record"])
-def test_an_output_that_cannot_be_written_is_told_before_the_start(config, tmp_path, option):
+def test_an_output_that_cannot_be_written_is_reported_before_the_start(config, tmp_path, option):
     path = tmp_path / "no" / "folder" / "f"
     code, _, err = run("--config", str(config), option, str(path))
     assert code == 1 and one_sentence(err) and str(path) in err

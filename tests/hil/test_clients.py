@@ -40,7 +40,7 @@ def plc(request, tmp_path):
 # ---- mbpoll
 
 def mbpoll(plc, *arguments):
-    """Runs it once, zero-based addresses; out: exit code, {address: text}, what else it said."""
+    """Runs it once, zero-based addresses; out: exit code, {address: text}, what else it printed."""
     done = subprocess.run(["mbpoll", "-1", "-0", "-p", str(plc.port), "-o", "2", *arguments[:-1],
                            "127.0.0.1", *arguments[-1]], capture_output=True, text=True, timeout=60)
     values = {int(a): v for a, v in re.findall(r"^\[(\d+)\]:\s*(\S+)", done.stdout, re.M)}
@@ -55,46 +55,46 @@ def test_mbpoll_reads_what_the_control_shows(plc):
     plc.say("signal X 123.4567")
     plc.say("signal Y -0.5")
     plc.wait(lambda status: status["time_s"] > 1.2)
-    code, values, said = mbpoll(plc, "-t", "4:int", "-B", "-r", "8", "-c", "2", [])
-    assert code == 0, said
+    code, values, printed = mbpoll(plc, "-t", "4:int", "-B", "-r", "8", "-c", "2", [])
+    assert code == 0, printed
     assert values == {8: "1234567", 10: "-5000"}, "0.0001 mm, big-endian words"
-    code, values, said = mbpoll(plc, "-t", "4", "-r", "0", "-c", "1", [])
-    assert code == 0 and int(values[0]) == 1 | 2 | 8, said
+    code, values, printed = mbpoll(plc, "-t", "4", "-r", "0", "-c", "1", [])
+    assert code == 0 and int(values[0]) == 1 | 2 | 8, printed
     first, second = (int(mbpoll(plc, "-t", "4", "-r", "1", [])[1][1]) for _ in range(2))
     assert 0 < (second - first) % 65536 < 500, "the heartbeat counts"
 
 
 @needs_mbpoll
 def test_mbpoll_writes_what_the_box_would(plc):
-    code, _, said = mbpoll(plc, "-t", "4", "-r", "100", ["1", "7", "0", "0", "0", "250"])
-    assert code == 0 and "Written 6 references" in said, said
-    code, values, said = mbpoll(plc, "-t", "4", "-r", "100", "-c", "6", [])
-    assert [values[a] for a in range(100, 106)] == ["1", "7", "0", "0", "0", "250"], said
+    code, _, printed = mbpoll(plc, "-t", "4", "-r", "100", ["1", "7", "0", "0", "0", "250"])
+    assert code == 0 and "Written 6 references" in printed, printed
+    code, values, printed = mbpoll(plc, "-t", "4", "-r", "100", "-c", "6", [])
+    assert [values[a] for a in range(100, 106)] == ["1", "7", "0", "0", "0", "250"], printed
 
 
 @needs_mbpoll
 @pytest.mark.parametrize("code, how", [(1, ["-t", "0"]), (2, ["-t", "1"]), (4, ["-t", "3"])])
 def test_mbpoll_is_refused_what_the_control_does_not_have(plc, code, how):
-    failed, _, said = mbpoll(plc, *how, "-r", "8", "-c", "2", [])
+    failed, _, printed = mbpoll(plc, *how, "-r", "8", "-c", "2", [])
     expected = {SERVED: "[8]:", NO_ADDRESS: "Illegal data address", NO_FUNCTION: "Illegal function"}
-    assert expected[ANSWERS[plc.profile].get(code, NO_FUNCTION)] in said, said
+    assert expected[ANSWERS[plc.profile].get(code, NO_FUNCTION)] in printed, printed
     assert failed in (0, 1)
 
 
 @needs_mbpoll
 def test_mbpoll_writes_one_register_by_function_6_which_fanuc_refuses(plc):
-    _, _, said = mbpoll(plc, "-t", "4", "-r", "102", ["99"])
-    assert ("Illegal function" in said) == (plc.profile == "fanuc"), said
-    _, values, said = mbpoll(plc, "-t", "4", "-r", "102", [])
-    assert values[102] == ("0" if plc.profile == "fanuc" else "99"), said
+    _, _, printed = mbpoll(plc, "-t", "4", "-r", "102", ["99"])
+    assert ("Illegal function" in printed) == (plc.profile == "fanuc"), printed
+    _, values, printed = mbpoll(plc, "-t", "4", "-r", "102", [])
+    assert values[102] == ("0" if plc.profile == "fanuc" else "99"), printed
 
 
 @needs_mbpoll
 def test_mbpoll_finds_the_end_of_the_registers(plc):
-    _, values, said = mbpoll(plc, "-t", "4", "-r", "0", "-c", str(SIZE), [])
-    assert len(values) == SIZE, said
-    _, _, said = mbpoll(plc, "-t", "4", "-r", "0", "-c", str(SIZE + 1), [])
-    assert "Illegal data address" in said
+    _, values, printed = mbpoll(plc, "-t", "4", "-r", "0", "-c", str(SIZE), [])
+    assert len(values) == SIZE, printed
+    _, _, printed = mbpoll(plc, "-t", "4", "-r", "0", "-c", str(SIZE + 1), [])
+    assert "Illegal data address" in printed
 
 
 # ---- pymodbus

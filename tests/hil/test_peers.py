@@ -98,9 +98,9 @@ def test_a_plc_too_slow_for_two_requests_hears_of_it_in_a_last_write(plc, port, 
     assert any(w.mode == ACTIVE for w in plc.writes), "else there is nothing to take back"
     assert last.mode != ACTIVE and last.reason == 12
     assert last.um == before.um
-    said = next(r for r in reversed(received) if r.is_write)
-    assert [r for r in received if r.connection == said.connection][-1] is said, "nothing follows it"
-    assert server.connections > said.connection, "it is asked again"
+    printed = next(r for r in reversed(received) if r.is_write)
+    assert [r for r in received if r.connection == printed.connection][-1] is printed, "nothing follows it"
+    assert server.connections > printed.connection, "it is asked again"
     assert lines(box, "closed by the box behind its last write"), box.log
     slow_lines = lines(box, 'plc.exchange "fc3+fc16" needs cycle.period_ms of ')
     assert len(slow_lines) == 1, box.log

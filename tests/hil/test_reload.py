@@ -213,7 +213,7 @@ def test_a_flood_of_requests_fills_no_log_and_delays_no_stop(plc, running):
     assert "lines about files left out)" in box.log
 
 
-def test_a_record_that_cannot_grow_is_told_and_stops_nothing(plc, port, start_box):
+def test_a_record_that_cannot_grow_is_reported_and_stops_nothing(plc, port, start_box):
     plc.values = dict(AT_REST)
     with PymodbusPlc(plc, port), start_box() as box:
         plc.wait_mode(ACTIVE)
@@ -228,7 +228,7 @@ def test_a_record_that_cannot_grow_is_told_and_stops_nothing(plc, port, start_bo
     assert text.endswith("\n") and 2000 < len(text) <= 4096, "whole lines only"
 
 
-def test_a_disk_that_is_full_is_told_once_and_when_it_is_not(plc, port, start_box, tmp_path):
+def test_a_disk_that_is_full_is_reported_once_and_when_it_is_not(plc, port, start_box, tmp_path):
     """A folder that goes and comes again stands for it."""
     plc.values = dict(AT_REST)
     folder = tmp_path / "kept"
@@ -266,6 +266,6 @@ def test_check_says_whether_a_file_is_good(tmp_path):
     path = machine.write_coefficients(tmp_path / "c.json", 1502)
     assert run("--config", str(path), "--check") == (0, "", "")
     machine.write_coefficients(path, 1502, lambda data: data["channels"][0].update(limit_um=-1))
-    code, _, said = run("--config", str(path), "--check")
+    code, _, printed = run("--config", str(path), "--check")
     assert code == 1
-    assert said.startswith(f"compboxd: {path}: channels[0].limit_um: -1 is outside the range")
+    assert printed.startswith(f"compboxd: {path}: channels[0].limit_um: -1 is outside the range")

@@ -138,7 +138,7 @@ def test_a_run_with_a_reload_ends_at_the_take_over(plc, port, start_box, tmp_pat
     assert done.returncode == 0 and "another coefficient file took over at line" in done.stderr
 
 
-def test_what_differs_is_told_with_its_line(recording, tmp_path):
+def test_what_differs_is_reported_with_its_line(recording, tmp_path):
     config, lines = tmp_path / "coefficients.json", recording.read_text().splitlines()
     names, rows = recorded(tmp_path)
     middle = next(i for i, row in enumerate(rows) if row[names.index("mode")] == str(ACTIVE)) + 10
@@ -235,5 +235,5 @@ def test_a_scenario_on_real_processes(name, tmp_path):
 
 def test_a_file_that_cannot_be_written(tmp_path, port):
     config = machine.write_coefficients(tmp_path / "coefficients.json", port)
-    code, _, said = run("--config", str(config), "--record-inputs", str(tmp_path / "no/inputs.csv"))
-    assert code == 1 and "cannot be written" in said
+    code, _, printed = run("--config", str(config), "--record-inputs", str(tmp_path / "no/inputs.csv"))
+    assert code == 1 and "cannot be written" in printed

@@ -48,7 +48,7 @@ class FakePlc:
         self._process = subprocess.Popen([FAKEPLC, "--listen", listen, *arguments], text=True,
                                          stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                          preexec_fn=box_module.run_before_others)
-        self.said = self._process.stdout.readline().strip()
+        self.printed = self._process.stdout.readline().strip()
 
     def __enter__(self):
         return self
@@ -84,7 +84,7 @@ def rig(tmp_path_factory, lines):
     device = lines + "/line"
     map_file.write_text(json.dumps(coefficients(device)))
     with FakePlc("rtu:" + device, "--map", str(map_file)) as plc:
-        assert plc.said == "fakeplc: listening on rtu:" + device
+        assert plc.printed == "fakeplc: listening on rtu:" + device
         with box_module.Box(map_file) as box:
             assert reaches(plc, -20), plc.ask("status")
             yield plc, box
@@ -179,8 +179,8 @@ def test_a_device_that_is_unplugged_is_not_opened_by_the_loop(tmp_path, lines):
     device = lines + "/spied"
     map_file = tmp_path / "coefficients.json"
     map_file.write_text(json.dumps(coefficients(device)))
-    told = tmp_path / "spy.txt"
-    with box_module.Box(map_file, env={"LD_PRELOAD": str(SPY), "SPY_FILE": str(told)}) as box:
+    calls = tmp_path / "spy.txt"
+    with box_module.Box(map_file, env={"LD_PRELOAD": str(SPY), "SPY_FILE": str(calls)}) as box:
         for _ in range(3):                   # first it is not even there
             with FakePlc("rtu:" + device, "--map", str(map_file)) as plc:
                 assert reaches(plc, -20), plc.ask("status")
@@ -190,7 +190,7 @@ def test_a_device_that_is_unplugged_is_not_opened_by_the_loop(tmp_path, lines):
             box.stop()
     assert box.code == 0, box.log
     assert box.stats["plc"]["connects"] == 4 and box.stats["plc"]["disconnects"] == 3, box.stats["plc"]
-    counts = {name: int(count) for name, count in map(str.split, told.read_text().splitlines())}
+    counts = {name: int(count) for name, count in map(str.split, calls.read_text().splitlines())}
     assert counts["cycles"] > 50 and counts["writes"] > 50, counts
     for name in ("files", "terminals", "locks", "allocations", "frees"):
         assert counts[name] == 0, counts
@@ -201,7 +201,7 @@ def test_a_socket_serves_the_same_frames(tmp_path):
     path = str(tmp_path / "line.sock")
     request = with_crc([1, 3, 0, 0, 0, 2])
     with FakePlc("unix:" + path) as plc:
-        assert plc.said == "fakeplc: listening on unix:" + path
+        assert plc.printed == "fakeplc: listening on unix:" + path
         for _ in range(2):                    # a client may leave and another come
             with socket.socket(socket.AF_UNIX) as client:
                 client.settimeout(5)

@@ -94,7 +94,7 @@ def test_a_long_pause_starts_steady(plc, port, start_box, tmp_path):
     assert again[0] == 40
 
 
-def test_a_damaged_file_is_told_and_replaced(plc, port, start_box, tmp_path):
+def test_a_damaged_file_is_reported_and_replaced(plc, port, start_box, tmp_path):
     state = tmp_path / "lags.state"
     with PymodbusPlc(plc, port):
         run_for(2.5, start_box, state, with_lag(), plc, 20)
@@ -116,7 +116,7 @@ def test_a_clean_stop_saves_the_last_state(plc, port, start_box, tmp_path):
     assert state.exists()
 
 
-def test_a_path_that_cannot_be_written_is_told_at_once(start_box, tmp_path):
+def test_a_path_that_cannot_be_written_is_reported_at_once(start_box, tmp_path):
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     for path, words in ((tmp_path / "no" / "lags.state", "No such file or directory"),

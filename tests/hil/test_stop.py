@@ -77,7 +77,7 @@ def test_cycles_end_by_the_same_clean_stop(plc, port, start_box):
     check_ramp(steps[39:])
 
 
-def test_a_plc_that_was_never_there_is_told_at_once(start_box):
+def test_a_plc_that_was_never_there_is_reported_at_once(start_box):
     """There is nothing to take back."""
     with start_box() as box:
         until(lambda: len(box.steps) > 5)
@@ -88,7 +88,7 @@ def test_a_plc_that_was_never_there_is_told_at_once(start_box):
     assert box.stats["finished"]
 
 
-def test_a_plc_that_dies_before_the_stop_is_told_after_the_bound(plc, port, start_box):
+def test_a_plc_that_dies_before_the_stop_is_reported_after_the_bound(plc, port, start_box):
     plc.values = dict(AT_REST)
     with start_box() as box:
         with RawPlc(plc, port):

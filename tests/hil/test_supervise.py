@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Who watches over the daemon is told by completed cycles only: systemd, and the hardware watchdog."""
+"""Only completed cycles feed the daemon's watchdogs: systemd and the hardware watchdog."""
 import os
 import pathlib
 import re
@@ -30,7 +30,7 @@ class Systemd:
         self.socket.setblocking(False)
         self.env = {"NOTIFY_SOCKET": self.path, "WATCHDOG_USEC": str(int(WATCH_S * 1e6))}
 
-    def said(self):
+    def received(self):
         """What came since the last call."""
         messages = []
         while True:
@@ -45,24 +45,24 @@ def systemd(tmp_path):
     return Systemd(tmp_path)
 
 
-def test_systemd_is_told_ready_alive_and_stopping(plc, port, start_box, systemd):
+def test_systemd_is_notified_ready_alive_and_stopping(plc, port, start_box, systemd):
     with PymodbusPlc(plc, port), start_box(env=systemd.env) as box:
         plc.wait_mode(ACTIVE)
-        said = []
-        until(lambda: said.extend(systemd.said()) or said.count("WATCHDOG=1") >= 3)
-        assert said[0] == "READY=1"
-        assert said.count("READY=1") == 1
-        assert "STATUS=ACTIVE: all is well; revision 7" in said
+        received = []
+        until(lambda: received.extend(systemd.received()) or received.count("WATCHDOG=1") >= 3)
+        assert received[0] == "READY=1"
+        assert received.count("READY=1") == 1
+        assert "STATUS=ACTIVE: all is well; revision 7" in received
         box.stop()
         assert box.code == 0, box.log
-    end = "\n".join(systemd.said())
+    end = "\n".join(systemd.received())
     assert "STOPPING=1" in end and re.search(r"EXTEND_TIMEOUT_USEC=\d{7}", end)
 
 
 def test_a_plc_that_is_not_there_is_no_reason_to_be_killed(start_box, systemd):
     with start_box(env=systemd.env) as box:
-        said = []
-        until(lambda: said.extend(systemd.said()) or said.count("WATCHDOG=1") >= 3)
+        received = []
+        until(lambda: received.extend(systemd.received()) or received.count("WATCHDOG=1") >= 3)
         box.stop()
 
 
@@ -76,11 +76,11 @@ def test_a_loop_that_hangs_feeds_nobody(plc, port, start_box, systemd, tmp_path)
         until(lambda: drain(reader))
         with stopped_thread(box.process.pid, "compboxd-loop"):
             time.sleep(1)  # what was completed before still counts when it is time to feed
-            systemd.said(), drain(reader)
+            systemd.received(), drain(reader)
             time.sleep(3 * WATCH_S)
-            assert systemd.said() == []
+            assert systemd.received() == []
             assert drain(reader) == b""
-        until(lambda: "WATCHDOG=1" in systemd.said())
+        until(lambda: "WATCHDOG=1" in systemd.received())
         until(lambda: drain(reader))
         box.stop()
 
@@ -93,9 +93,9 @@ def test_a_slow_disk_is_no_reason_to_be_killed(plc, port, start_box, systemd, tm
     with PymodbusPlc(plc, port), start_box("--watchdog", str(fifo), env=systemd.env) as box:
         plc.wait_mode(ACTIVE)
         with stopped_thread(box.process.pid, "compboxd"):
-            systemd.said(), drain(reader)
-            said, fed = [], []
-            until(lambda: said.extend(systemd.said()) or said.count("WATCHDOG=1") >= 4)
+            systemd.received(), drain(reader)
+            received, fed = [], []
+            until(lambda: received.extend(systemd.received()) or received.count("WATCHDOG=1") >= 4)
             until(lambda: fed.extend(drain(reader)) or len(fed) >= 3)
             plc.wait_mode(ACTIVE)
         box.stop()
@@ -163,7 +163,7 @@ def test_a_start_that_fails_leaves_the_watchdog_disarmed(start_box, tmp_path, wo
 
 
 @pytest.mark.parametrize("most_s, words", [(15, "/watchdog: resets the machine after 15 s, not 60"), (60, None)])
-def test_what_the_watchdog_makes_of_its_timeout_is_told(start_box, tmp_path, most_s, words):
+def test_what_the_watchdog_makes_of_its_timeout_is_reported(start_box, tmp_path, most_s, words):
     (tmp_path / "watchdog").touch()
     with start_box("--watchdog", str(tmp_path / "watchdog"), "--watchdog-timeout", "60",
                    env={"LD_PRELOAD": SHIM, "WATCHDOG_MOST_S": str(most_s)}) as box:
@@ -172,14 +172,14 @@ def test_what_the_watchdog_makes_of_its_timeout_is_told(start_box, tmp_path, mos
     assert (words in box.log) if words else ("resets the machine" not in box.log), box.log
 
 
-def test_a_watchdog_that_is_not_there_is_told(plc, port, start_box):
+def test_a_watchdog_that_is_not_there_is_reported(plc, port, start_box):
     with PymodbusPlc(plc, port), start_box("--watchdog", "/nowhere/watchdog") as box:
         plc.wait_mode(ACTIVE)
         box.stop()
     assert "/nowhere/watchdog: no hardware watchdog: No such file or directory" in box.log
 
 
-def test_the_loop_runs_where_it_is_told_to(plc, port, start_box):
+def test_the_loop_runs_where_it_is_configured_to(plc, port, start_box):
     with PymodbusPlc(plc, port), start_box("--cpu", "0", "--clock", "boottime") as box:
         plc.wait_mode(ACTIVE)
         threads = pathlib.Path(f"/proc/{box.process.pid}/task").iterdir()

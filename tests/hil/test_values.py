@@ -200,6 +200,6 @@ def test_record_and_plc_tell_the_same(plc, port, start_box):
             value = machine.term_value(term, position[term["signal"]])
             assert abs(row[term["name"]] - value) < 2e-3
     seen = [[round(w.um[n], 2) for n in "XYZ"] for w in plc.writes]
-    told = [[round(r[f"comp_{n}_um"], 2) for n in "XYZ"] for r in rows]
-    rest = iter(told)
+    recorded = [[round(r[f"comp_{n}_um"], 2) for n in "XYZ"] for r in rows]
+    rest = iter(recorded)
     assert all(um in rest for um in seen), "row by row the same; what never arrived is left out"

@@ -137,7 +137,7 @@ class Guest:
             except (OSError, subprocess.TimeoutExpired):
                 self.qemu.kill()
         self.qemu.wait()
-        self.listener.join()  # what the guest said last counts too
+        self.listener.join()  # what the guest printed last counts too
 
     def cpu_s(self):
         """Processor time that the emulator took so far: does not depend on who else computes."""
@@ -156,7 +156,7 @@ class Guest:
         return found
 
     def now(self):
-        """This moment, as a place in the text: what is said from here on."""
+        """This moment, as a place in the text: what is logged from here on."""
         with self.lock:
             return len(self.text)
 

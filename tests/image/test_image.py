@@ -75,9 +75,9 @@ def test_compboxd_has_a_user_of_its_own_and_two_capabilities(machine):
     "modprobe vcan", "reboot -f"])
 def test_compboxd_may_not(machine, command):
     _, guest = machine
-    said = guest.run(f"{AS_COMPBOXD} {command} && echo DONE || echo refused")
-    assert said.splitlines()[-1] == "refused"
-    assert re.search("not permitted|ermission denied|Read-only", said)
+    printed = guest.run(f"{AS_COMPBOXD} {command} && echo DONE || echo refused")
+    assert printed.splitlines()[-1] == "refused"
+    assert re.search("not permitted|ermission denied|Read-only", printed)
 
 
 def test_compboxd_may(machine):
@@ -197,8 +197,8 @@ def test_a_new_file_takes_over_and_a_bad_one_does_not(machine, port):
     plc.wait_um(g.wanted_um(30, 30, 20, 25))
     bad = g.coefficients(port, 3)
     bad["channels"][0]["limit_um"] = -1
-    said = put(guest, bad, expect="1")
-    assert "limit_um: -1 is outside the range" in said
+    printed = put(guest, bad, expect="1")
+    assert "limit_um: -1 is outside the range" in printed
     assert guest.wait_stats(lambda s: s["reloads"]["taken"] == 1)["revision"] == 2
     assert '"revision": 2' in guest.run("cat /data/coefficients.json")
     guest.run("compbox-put - </data/coefficients.json.old")  # revision 1: a running box takes no older one
@@ -258,11 +258,11 @@ def put_text(guest, path, text):
 
 
 def put(guest, data, expect="0"):
-    """A new coefficient file, as a technician brings it; out: what compbox-put said."""
+    """A new coefficient file, as a technician brings it; out: what compbox-put printed."""
     put_text(guest, "/tmp/new.json", json.dumps(data))
-    said = guest.run("compbox-put - </tmp/new.json; echo put:$?")
-    assert f"put:{expect}" in said, said
-    return said
+    printed = guest.run("compbox-put - </tmp/new.json; echo put:$?")
+    assert f"put:{expect}" in printed, printed
+    return printed
 
 
 def test_the_same_bits_as_on_every_other_target(machine):

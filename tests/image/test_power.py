@@ -17,13 +17,13 @@ from figures import note
 CUTS = int(os.environ.get("COMPBOX_CUTS", "50"))
 MACHINES = 2  # at the same time, one for each processor
 
-# New files one after the other; what is said on the console is known to the host at once.
+# New files one after the other; what is printed on the console is known to the host at once.
 WRITER = r"""i=%d; while :; do i=$((i+1)); echo "writing $i"; sed "s/\"revision\": [0-9]*/\"revision\": $i/" """ \
          r"""/data/coefficients.json >/tmp/next; compbox-put - </tmp/next && echo "written $i"; done"""
 
 
 class Box:
-    """A box whose power is cut again and again, and what it said it had done."""
+    """A box whose power is cut again and again, and what it reported."""
 
     def __init__(self, image, folder, seed, ignores_flush=False):
         folder.mkdir()

@@ -55,10 +55,10 @@ def apt_installs(folder, package, *others):
     environment = dict(os.environ)
     if "_arm64" in package:  # of the lists that scripts/arm64-sysroot fetched
         environment["APT_CONFIG"] = str(ROOT / "build/debian/apt/conf")
-    said = run("apt-get", "-s", "-o", f"Dir::State::status={folder}/status", "-o", "APT::Install-Recommends=false",
+    printed = run("apt-get", "-s", "-o", f"Dir::State::status={folder}/status", "-o", "APT::Install-Recommends=false",
                "install", PACKAGES / package, *others, env=environment)
-    names = re.findall(r"^Inst (\S+)", said, re.MULTILINE)
-    assert package.split("_")[0] in {name.split(":")[0] for name in names}, said
+    names = re.findall(r"^Inst (\S+)", printed, re.MULTILINE)
+    assert package.split("_")[0] in {name.split(":")[0] for name in names}, printed
     return {name.split(":")[0] for name in names if BLAS.search(name)}
 
 
@@ -143,8 +143,8 @@ def test_the_demo_runs_from_the_packages(tmp_path, draws):
     words = [root / "bin/compbox-demo", out]
     environment = {"PATH": f"{root}/bin:{root}/sbin:{tmp_path}/bin", "LC_ALL": "C.UTF-8",
                    "COMPBOX_EXAMPLES": str(root / "share/compbox/examples")}
-    said = run(*words, env=environment, cwd=tmp_path)
-    assert "STOPPED: a stop was requested" in said
+    printed = run(*words, env=environment, cwd=tmp_path)
+    assert "STOPPED: a stop was requested" in printed
     reported = json.loads((out / "report.json").read_text())
     assert all(percent > 90 for percent in reported["reduction_percent"].values()), "in virtual time"
     assert reported["in_motion"]["before_um"]["Z"] > 30 and reported["plc"]["replies"] > 100
@@ -243,8 +243,8 @@ def test_the_units_command_starts_and_stops(tmp_path):
         try:
             assert systemd.recv(100) == b"READY=1"
             daemon.terminate()
-            while not (said := systemd.recv(500)).startswith(b"STOPPING=1"):
-                assert said.startswith((b"STATUS=", b"WATCHDOG=1")), said
+            while not (printed := systemd.recv(500)).startswith(b"STOPPING=1"):
+                assert printed.startswith((b"STATUS=", b"WATCHDOG=1")), printed
             daemon.wait(20)
         finally:
             daemon.kill()

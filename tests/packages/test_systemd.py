@@ -110,8 +110,8 @@ def test_its_system_is_read_only_and_its_tmp_its_own(box):
 
 
 def test_what_systemd_thinks_of_it(box):
-    said = box.run("systemd-analyze security compboxd --no-pager", 60)
-    exposure = float(re.search(r"Overall exposure level for compboxd.service: ([\d.]+)", said)[1])
+    printed = box.run("systemd-analyze security compboxd --no-pager", 60)
+    exposure = float(re.search(r"Overall exposure level for compboxd.service: ([\d.]+)", printed)[1])
     note("`systemd-analyze security compboxd`, exposure of 10", exposure)
     assert exposure <= 2.5
 
@@ -168,7 +168,7 @@ def test_it_starts_with_the_system(plc, box):
     assert box.unit("ActiveState", "NRestarts") == ["active", "0"]
 
 
-def test_a_bad_file_is_told_and_a_good_one_starts_it(plc, box):
+def test_a_bad_file_is_reported_and_a_good_one_starts_it(plc, box):
     box.run("cp /etc/compbox/coefficients.json /root/good && echo '{' >/etc/compbox/coefficients.json"
             " && ! systemctl restart compboxd", 60)
     assert "/etc/compbox/coefficients.json" in box.journal(5)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """compbox for arm64, as its package installs it, under qemu-user: the figures of amd64. The box's own arithmetic
-gives the same bits; what else is computed adds up in another order there and agrees as closely as said here."""
+gives the same bits; what else is computed adds up in another order there and agrees as closely as stated here."""
 import csv
 import json
 import math
@@ -123,13 +123,13 @@ def test_the_box_computes_the_same_bits(both):
     assert answers[0] == answers[1]
 
 
-def test_what_is_wrong_is_said_the_same_way(both):
-    said = []
+def test_mistakes_are_reported_the_same_way(both):
+    printed = []
     for tools in both:
         (tools.folder / "broken.json").write_text('{"format": "compbox/1"')
         done = subprocess.run([*map(str, tools.emulator), tools.folder / "usr/bin/compbox", "check", "broken.json"],
                               cwd=tools.folder, capture_output=True, text=True)
-        said.append((done.returncode, done.stdout, done.stderr))
-    assert said[0] == said[1] and said[0][0] == 1
+        printed.append((done.returncode, done.stdout, done.stderr))
+    assert printed[0] == printed[1] and printed[0][0] == 1
     assert subprocess.run([*map(str, both[1].emulator), both[1].folder / "usr/bin/fakeplc", "--help"],
                           capture_output=True, text=True).stdout.startswith("fakeplc")

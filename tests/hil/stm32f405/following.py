@@ -50,9 +50,9 @@ def start_with_trace(box):
 def replayed(box, folder):
     """The console's trace and dump, replayed by the host's core."""
     lines = [line for line in box.console.lines if line[:2] in ("T ", "D ")]
-    told = replay(lines, folder)
-    assert told.returncode == 0, told.stdout + told.stderr
-    return json.loads(told.stdout)
+    reported = replay(lines, folder)
+    assert reported.returncode == 0, reported.stdout + reported.stderr
+    return json.loads(reported.stdout)
 
 
 def replay(lines, folder):

@@ -27,7 +27,7 @@ FAULTS = [
      "if (whole[other] && ", "if (!whole[other] && ",
      SLOTS),
     ("image: the status register says nothing", "hal/stm32f405/app/standby.c", "CB_REASON_NO_FILE << 8", "0",
-     ["test_boot.py::test_without_a_file_the_plc_is_told_in_its_status_register"]),
+     ["test_boot.py::test_without_a_file_the_plc_is_informed_in_its_status_register"]),
     ("image: the guard is not armed", "hal/stm32f405/guard.c", "ctrl, MPU_ENABLE_WITH_DEFAULT_MAP)", "ctrl, 0)",
      CRASHES),
     ("image: a fault's frame is not read", "hal/stm32f405/fault.c", "fault->pc = frame[6];", "", CRASHES),

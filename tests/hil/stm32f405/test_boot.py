@@ -26,14 +26,14 @@ def test_no_file_is_standby_with_the_reason(tmp_path):
         box.console.wait("no such command")
 
 
-@pytest.mark.parametrize("wrong, said", [
+@pytest.mark.parametrize("wrong, printed", [
     (packed("{}", 3, text_sum=1), "BROKEN"), (packed("{}", 3, header_sum=1), "BROKEN"),
     (packed("{}", 3)[:20], "BROKEN"), (packed('{"format": 1}', 3), "REFUSED.*line 1"),
 ], ids=["text", "header", "cut", "refused"])
-def test_a_bad_slot_is_reported(tmp_path, wrong, said):
+def test_a_bad_slot_is_reported(tmp_path, wrong, printed):
     with Box(tmp_path, {"B": wrong}) as box:
         box.console.wait("slot A: empty")
-        box.console.wait(f"slot B: {said}")
+        box.console.wait(f"slot B: {printed}")
         box.console.wait("STANDBY: there is no coefficient file")
 
 
@@ -42,17 +42,17 @@ def needs_can(data):
                             "min": 0, "max": 90})
 
 
-@pytest.mark.parametrize("a, b, loaded, said", [
+@pytest.mark.parametrize("a, b, loaded, printed", [
     ((7, None, None), (8, None, None), 8, "slot B: revision 8"),
     ((9, None, None), (8, None, None), 9, "slot B: revision 8"),
     ((9, None, 1), (8, None, None), 8, "slot A: BROKEN"),
     ((9, needs_can, None), (8, None, None), 8, "slot A: REFUSED.*signals\\[4\\]"),
 ], ids=["B-is-newer", "A-is-newer", "newest-broken", "newest-refused"])
-def test_the_newest_good_slot_runs(tmp_path, text_of, a, b, loaded, said):
+def test_the_newest_good_slot_runs(tmp_path, text_of, a, b, loaded, printed):
     slots = {name: packed(text_of(revision, change), revision, text_sum)
              for name, (revision, change, text_sum) in {"A": a, "B": b}.items()}
     with Box(tmp_path, slots) as box:
-        box.console.wait(said)
+        box.console.wait(printed)
         name = "A" if loaded == a[0] else "B"
         text = text_of(loaded, None)
         box.console.wait(f"runs revision {loaded} of slot {name}: .*, CRC-32 {zlib.crc32(text.encode()):08x}$")
@@ -60,7 +60,7 @@ def test_the_newest_good_slot_runs(tmp_path, text_of, a, b, loaded, said):
 
 
 @pytest.mark.parametrize("text, text_sum", [("{}", 1), ('{"format": 7}', None)], ids=["broken", "refused"])
-def test_without_a_file_the_plc_is_told_in_its_status_register(tmp_path, plc, rtu, text, text_sum):
+def test_without_a_file_the_plc_is_informed_in_its_status_register(tmp_path, plc, rtu, text, text_sum):
     slot = packed(text, 3, text_sum, report=(machine.STATUS, 1, 0x11, 115200))
     plc.registers[machine.STATUS - 1:machine.STATUS + 2] = [7, 7, 7]
     with rtu(), Box(tmp_path, {"B": slot}, plc=tmp_path / "plc.sock"):

@@ -71,8 +71,8 @@ def test_temperatures_arrive_and_a_lost_module_costs_its_term_alone(plc, rtu, st
         counters, since = counters_of(box), box.console.mark()
         box.console.say("wires")
         line = box.console.wait("bus:", since)
-    told = {name: int(count) for name, count in re.findall(r"(\w+)=(\d+)", line)}
-    assert told["timeouts"] > 3 and told["replies"] > 20, line
+    reported = {name: int(count) for name, count in re.findall(r"(\w+)=(\d+)", line)}
+    assert reported["timeouts"] > 3 and reported["replies"] > 20, line
     assert "missed_ticks" not in counters, counters
     since_s = active(plc)[0].time_s
     others = [w for w in plc.writes if w.time_s > since_s and w.mode != ACTIVE]

@@ -99,12 +99,12 @@ def sometimes(fault, every):
 def planted(server, box, fault):
     """The fault in every fourth of EXCHANGES, and longer until the box has counted half of them: where a
     busy machine lets the emulator stand still in the middle of a reply, that reply is something else."""
-    def told():
+    def reported():
         return counters_of(box, "wires").get(SHOWN[fault], 0)
-    before = told()
+    before = reported()
     server.fault, count = sometimes(fault, 4)
-    wait_for(lambda: count["all"] >= EXCHANGES and told() - before >= (count["faulty"] + 1) // 2,
-             or_say=lambda: f"{fault.__name__}: {told() - before} of {count}")
+    wait_for(lambda: count["all"] >= EXCHANGES and reported() - before >= (count["faulty"] + 1) // 2,
+             or_say=lambda: f"{fault.__name__}: {reported() - before} of {count}")
     server.fault = None
 
 
@@ -175,9 +175,9 @@ def test_a_plc_that_no_longer_answers(plc, rtu, start_box):
         server.fault = None
         wait_for(lambda: len(plc.writes) > mark and plc.last().mode == ACTIVE)
         box.console.wait("now ACTIVE", since)
-        told = [line.split()[2].rstrip(":") for line in box.console.lines[since:] if " now " in line]
-    modes = [mode for mode, before in zip(told, [None, *told]) if mode != before]
-    assert modes[:4] == ["HOLD", "RAMP", "STANDBY", "ACTIVE"], told
+        reported = [line.split()[2].rstrip(":") for line in box.console.lines[since:] if " now " in line]
+    modes = [mode for mode, before in zip(reported, [None, *reported]) if mode != before]
+    assert modes[:4] == ["HOLD", "RAMP", "STANDBY", "ACTIVE"], reported
     laws.check_writes(plc.writes)
 
 

@@ -58,8 +58,8 @@ def test_compensation_arrives_while_the_axes_move(plc, rtu, start_box, tmp_path,
     assert len(stale) <= lost + wires.get("retries", 0) + wires["probes"], (len(stale), counters, wires)
     assert all(max(abs(w.um[name]) for w in settled) > 5 for name in machine.CHANNELS)
     laws.check_writes(plc.writes)
-    told = replayed(box, tmp_path)
-    assert told["active"] > 60 and told["records"] > 60, told
+    reported = replayed(box, tmp_path)
+    assert reported["active"] > 60 and reported["records"] > 60, reported
 
 
 class ReferenceMachine:
@@ -99,15 +99,15 @@ def test_the_reference_load_has_the_hosts_bits(tmp_path):
         start_with_trace(box)
         device.status.clear()
         wait_for(lambda: sum(status & 0xFF == ACTIVE for status in device.status) > 90)
-    told = replayed(box, tmp_path)
-    assert told["active"] > 80, told
+    reported = replayed(box, tmp_path)
+    assert reported["active"] > 80, reported
     # The replay sees one bit, of an output or of an input, and a line that is missing.
     lines = [line for line in box.console.lines if line.startswith("T ")]
     at = next(i for i in range(60, len(lines)) if " R" in lines[i])
-    for pattern, said in ((r"( W.*)(.)( C)", "registers differ"), (r"( R.{35})(.)(.*)", "differ"),
+    for pattern, printed in ((r"( W.*)(.)( C)", "registers differ"), (r"( R.{35})(.)(.*)", "differ"),
                           (r"(.*)(.)($)", "channels differ")):
         wrong = re.sub(pattern, lambda m: f"{m[1]}{int(m[2], 16) ^ 1:x}{m[3]}", lines[at], count=1)
         done = replay([*lines[:at], wrong, *lines[at + 1:]], tmp_path)
-        assert done.returncode == 1 and said in done.stdout, (pattern, done.stdout)
+        assert done.returncode == 1 and printed in done.stdout, (pattern, done.stdout)
     done = replay([*lines[:at], *lines[at + 1:]], tmp_path)
     assert done.returncode == 1 and "line of the trace is missing" in done.stdout

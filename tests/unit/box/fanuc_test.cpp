@@ -198,7 +198,7 @@ TEST(box_applied, within_the_deadband_is_applied) {
     }
 }
 
-TEST(box_applied, is_told_after_a_second_and_only_while_active) {
+TEST(box_applied, is_reported_after_a_second_and_only_while_active) {
     box_rig rig(from_text(sinumerik(0.5)));
     rig.position(8, 0.01);
     rig.control(2);

@@ -159,7 +159,7 @@ TEST(CommandLine, ChecksSayWhatMustBe) {
 
 // What a program called so prints, and its exit code; -1: it goes on.
 struct printed {
-    std::string out, said;
+    std::string out, reported;
     int exit;
 };
 printed call(std::vector<const char *> words) {
@@ -173,7 +173,7 @@ TEST(CommandLine, GoesOnWhereAllIsRight) {
     const printed got = call({"measure", "a.csv"});
     EXPECT_EQ(got.exit, -1);
     EXPECT_EQ(got.out, "a.csv");
-    EXPECT_EQ(got.said, "out.csv");
+    EXPECT_EQ(got.reported, "out.csv");
 }
 
 TEST(CommandLine, WrongUsageIsExit2AndASentence) {
@@ -184,7 +184,7 @@ TEST(CommandLine, WrongUsageIsExit2AndASentence) {
         const printed got = call({"measure", file});
         EXPECT_EQ(got.exit, 2);
         EXPECT_EQ(got.out, "");
-        EXPECT_EQ(got.said, std::string("tool: ") + sentence + more);
+        EXPECT_EQ(got.reported, std::string("tool: ") + sentence + more);
     }
     EXPECT_EQ(call({}).exit, 2);
 }
@@ -192,7 +192,7 @@ TEST(CommandLine, WrongUsageIsExit2AndASentence) {
 TEST(CommandLine, HelpShowsDefaultsChecksAndTexts) {
     const printed got = call({"measure", "--help", "--bogus"});
     EXPECT_EQ(got.exit, 0);
-    EXPECT_EQ(got.said, "");
+    EXPECT_EQ(got.reported, "");
     for (const char *line :
          {"file REQUIRED", "-o,--output F.csv=out.csv", "--step-mm S ", "--paint C", "--keep  ",
           "--unit N ", "Usage: tool measure [OPTIONS] file", "Example: tool measure a.csv"}) {

@@ -102,21 +102,21 @@ TEST(rtu_budget, fc23_needs_time_to_read_both_blocks_after_a_loss) {
     EXPECT_NEAR(cb_rtu_longest_us(&one.config->plc, line), 122 * 95.486 + 4 * 1750, 4);
 }
 
-TEST(rtu_budget, the_slowest_rate_that_is_told_is_taken_and_the_next_slower_is_not) {
+TEST(rtu_budget, the_slowest_rate_that_is_reported_is_taken_and_the_next_slower_is_not) {
     for (const std::string exchange : {"fc3+fc16", "fc23"}) {
-        uint32_t told = 0;
+        uint32_t recommended = 0;
         for (const uint32_t *baud = cb_usual_bauds; *baud != 0; ++baud) {
             const auto got = load(on_line("\"baud\": " + std::to_string(*baud), exchange));
-            if (told == 0 && got.error != CB_OK) {
+            if (recommended == 0 && got.error != CB_OK) {
                 const auto at = got.text.find("; ");
                 ASSERT_NE(at, std::string::npos) << got.text;
                 EXPECT_EQ(got.text.substr(at), "; 115200 baud is fast enough");
             } else {
-                told = told == 0 ? *baud : told;
+                recommended = recommended == 0 ? *baud : recommended;
                 EXPECT_EQ(got.error, CB_OK) << got.text;
             }
         }
-        EXPECT_EQ(told, 115200u);
+        EXPECT_EQ(recommended, 115200u);
     }
 }
 

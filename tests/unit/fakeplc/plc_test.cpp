@@ -254,7 +254,7 @@ TEST(Plc, TwoChannelsOnOneAxisActByTheirMean) {
     map.write.count = 8;
     map.channels.push_back({"X2", 14, std::nullopt, map.channels[0].format, 0.01});
     twin_config config = small_machine();
-    EXPECT_THROW(rig(config, map), input_error);  // nobody said what X2 moves
+    EXPECT_THROW(rig(config, map), input_error);  // nobody printed what X2 moves
     config.channels["X2"] = 'X';
     rig r(config, map);
     r.run_ms(1100);

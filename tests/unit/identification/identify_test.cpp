@@ -138,7 +138,7 @@ TEST(plan, finds_the_papers_rule) {
               "opposite edge");
 }
 
-TEST(plan, other_triangles_are_told_by_their_places) {
+TEST(plan, other_triangles_are_reported_by_their_places) {
     const grid box{{-250, -300, 75}, {250, 300, 325}, {10, 10, 10}};
     const triple_mm points{{{125, 300, 75}, {250, -300, 325}, {-250, -300, 75}}};
     EXPECT_EQ(describe(points, box),
@@ -283,7 +283,7 @@ TEST(identify, finds_a_wild_reading) {
     EXPECT_EQ(curves.outliers[0].row, 13u);
 }
 
-// One bad reading is one, two are two: what leans on its neighbours is not told as theirs.
+// One bad reading is one, two are two: what leans on its neighbours is not reported as theirs.
 TEST(identify, a_bad_reading_does_not_accuse_its_neighbours) {
     const auto x = positions(21);
     const triple_mm points{{{-300, -100, -150}, {300, 140, -110}, {20, 130, 170}}};

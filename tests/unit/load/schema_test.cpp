@@ -228,8 +228,8 @@ TEST(config_schema, the_manual_explains_every_key_with_range_and_default) {
             const std::string otherwise = std::string("| ") + field.otherwise + " |";
             EXPECT_NE(row.find(otherwise), std::string::npos) << pair.name << ": " << row;
         }
-        const bool said = row.find("| required |") != std::string::npos;
-        EXPECT_EQ(said, field.required) << pair.name << row;
+        const bool printed = row.find("| required |") != std::string::npos;
+        EXPECT_EQ(printed, field.required) << pair.name << row;
     });
 }
 

@@ -199,18 +199,18 @@ struct canopen : ::testing::Test {
         config.nodes[2] = {3, false, 1000};  // watched only
         cb_canopen_start(nodes);
     }
-    // Numbers of the nodes that are told to start at this moment, in order.
+    // Numbers of the nodes that are commanded to start at this moment, in order.
     std::string due(int64_t now_us) {
         cb_can_frame f = {};
-        std::string told;
+        std::string starts;
         while (cb_canopen_due(&config, nodes, now_us, &f)) {
             EXPECT_EQ(f.id, 0u);
             EXPECT_EQ(f.length, 2);
             EXPECT_EQ(f.data[0], 1);
-            told += std::to_string(f.data[1]);
+            starts += std::to_string(f.data[1]);
             last = f;
         }
-        return told;
+        return starts;
     }
     bool hear(uint8_t node, int state, int64_t now_us) {
         const cb_can_frame f = frame(0x700u + node, {state}, now_us);
@@ -223,13 +223,13 @@ struct canopen : ::testing::Test {
 
 constexpr int64_t s = 1000000;
 
-TEST_F(canopen, every_node_to_be_started_is_told_once) {
+TEST_F(canopen, every_node_to_be_started_is_commanded_once) {
     EXPECT_EQ(due(0), "12");
     EXPECT_EQ(due(0), "");
     EXPECT_EQ(due(10 * s), "");
 }
 
-TEST_F(canopen, a_node_that_boots_is_told_again) {
+TEST_F(canopen, a_node_that_boots_is_commanded_again) {
     due(0);
     EXPECT_TRUE(hear(2, 0, 5 * s));
     EXPECT_EQ(nodes[1].boots, 1u);
@@ -237,7 +237,7 @@ TEST_F(canopen, a_node_that_boots_is_told_again) {
     EXPECT_EQ(due(7 * s), "") << "its heartbeat is not watched, so nobody knows that it disobeys";
 }
 
-TEST_F(canopen, a_watched_node_is_told_until_it_obeys) {
+TEST_F(canopen, a_watched_node_is_commanded_until_it_obeys) {
     due(0);
     hear(1, 127, s / 2);
     EXPECT_EQ(due(s / 2), "") << "not more often than once a second";
@@ -271,7 +271,7 @@ TEST_F(canopen, a_node_that_was_never_heard_is_lost_once) {
     EXPECT_EQ(nodes[0].losses, 2u);
 }
 
-TEST_F(canopen, after_the_bus_was_away_nodes_are_told_anew) {
+TEST_F(canopen, after_the_bus_was_away_nodes_are_commanded_anew) {
     due(0);
     hear(1, 5, s);
     cb_canopen_bus_is_back(nodes);

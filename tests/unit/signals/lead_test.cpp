@@ -103,7 +103,7 @@ TEST(lead, counts_the_plc_by_its_heartbeat) {
 // An axis at 100 mm/s with an error of 1 µm/mm; the reading says x, the box computes x + v lead.
 struct moving_axis : box_rig {
     double x = 100, v = 100;
-    double told = 6000;  // mm/min
+    double reported = 6000;  // mm/min
     explicit moving_axis(bool velocity, bool lead_measured = false)
         : box_rig(builder(velocity, lead_measured)) {}
     static config_builder builder(bool velocity, bool lead_measured) {
@@ -123,7 +123,7 @@ struct moving_axis : box_rig {
     }
     double ahead() {
         position(8, x += v * 0.03);
-        put_int32(in.registers + 10, told);
+        put_int32(in.registers + 10, reported);
         step();
         return box->outputs[0] - x;
     }
@@ -135,7 +135,7 @@ TEST(lead, takes_the_velocity_of_the_plc_at_once) {
     EXPECT_NEAR(without.ahead(), 0, 1e-3);
     for (int i = 0; i < 30; ++i) without.ahead();
     EXPECT_NEAR(without.ahead(), 4, 1e-3);
-    rig.told = -3000;
+    rig.reported = -3000;
     EXPECT_NEAR(rig.ahead(), -2, 1e-3);
 }
 
@@ -193,7 +193,7 @@ TEST(lead, nor_does_a_heartbeat_that_counts_something_else) {
 TEST(lead, falls_back_to_differences_while_the_velocity_is_missing) {
     moving_axis rig(true);
     for (int i = 0; i < 30; ++i) rig.ahead();
-    rig.told = 1e6;  // implausible: the last value serves for three periods
+    rig.reported = 1e6;  // implausible: the last value serves for three periods
     rig.v = 50;
     EXPECT_NEAR(rig.ahead(), 4, 1e-3);
     for (int i = 0; i < 30; ++i) rig.ahead();
@@ -213,7 +213,7 @@ TEST(lead, measured_in_the_box) {
     EXPECT_EQ(fresh.box->life.lead.exchange_us, rig.box->life.lead.exchange_us);
 }
 
-// The cycle measures what the box is told, on a wire where each request takes 4 ms.
+// The cycle measures what the box receives, on a wire where each request takes 4 ms.
 TEST(lead, the_cycle_measures_from_reading_to_confirmation) {
     for (const bool fc23 : {false, true}) {
         virtual_registers sim(30000, 1000000);

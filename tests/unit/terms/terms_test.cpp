@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Models in the box: what each gives for signals, when it fades, and what the PLC is told about it.
+// Models in the box: what each gives for signals, when it fades, and what the PLC is informed of.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -56,7 +56,7 @@ TEST(SelectInputs, both_methods_find_the_groups_by_themselves) {
     }
 }
 
-// A group of five sensors for each of three stories, told with more or less noise.
+// A group of five sensors for each of three stories, measured with more or less noise.
 TEST(SelectInputs, three_groups_of_five_are_three_clusters) {
     for (const double noise : {0.02, 0.1, 0.3}) {
         std::mt19937 engine(5);

@@ -321,7 +321,7 @@ TEST(Train, runs_held_out_are_never_trained_on) {
     EXPECT_NEAR(result.chosen_figures.held_out.worst[0], 1000.0, 1.0);
 }
 
-TEST(Train, a_run_beyond_the_others_is_said) {
+TEST(Train, a_run_beyond_the_others_is_reported) {
     training_data data = made_of(
         400, 4, [](const Eigen::RowVectorXd &x) { return x[0] + x[1]; }, 0.02);
     data.x.bottomRows(100).col(0).array() += 10.0;

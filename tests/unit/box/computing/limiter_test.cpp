@@ -126,10 +126,10 @@ struct limiter_rig {
             uint16_t registers[2];
             const float units = states[i].output_um / c.scale;
             ASSERT_TRUE(cb_number_encode(static_cast<cb_number_type>(c.type), units, registers));
-            const double said = static_cast<double>(cb_number_decode(
-                                    static_cast<cb_number_type>(c.type), registers)) *
-                                static_cast<double>(c.scale);
-            ASSERT_LE(std::fabs(said), c.limit_um * (1 + 1e-7));
+            const double printed = static_cast<double>(cb_number_decode(
+                                       static_cast<cb_number_type>(c.type), registers)) *
+                                   static_cast<double>(c.scale);
+            ASSERT_LE(std::fabs(printed), c.limit_um * (1 + 1e-7));
             if (c.unit_um > 0) {
                 ASSERT_EQ(
                     cb_number_decode(static_cast<cb_number_type>(c.type), registers) * c.scale,

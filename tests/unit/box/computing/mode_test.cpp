@@ -288,7 +288,7 @@ TEST(mode, a_plc_that_confirms_no_write_is_a_loss) {
     s.e.writes_ok = false;
     EXPECT_EQ(s.step(), CB_MODE_HOLD);
     EXPECT_EQ(s.state.reason, CB_REASON_UNCONFIRMED);
-    s.e.plc_ok = false;  // the same cause is told while the connection is made anew
+    s.e.plc_ok = false;  // the same cause is reported while the connection is made anew
     EXPECT_EQ(s.step(), CB_MODE_HOLD);
     EXPECT_EQ(s.state.reason, CB_REASON_UNCONFIRMED);
     s.e.plc_ok = s.e.permit_resume = true;
@@ -316,7 +316,7 @@ TEST(mode, an_alarm_of_the_nc_is_a_fault_only_while_it_is_compensated) {
     EXPECT_EQ(s.step(), CB_MODE_ACTIVE);
 }
 
-TEST(mode, a_plc_that_applies_something_else_is_told_and_goes_on) {
+TEST(mode, a_plc_that_applies_something_else_is_reported_and_goes_on) {
     story s;
     s.run();
     s.e.unapplied = s.e.degraded = s.e.limited = true;

@@ -254,13 +254,13 @@ void replay(const char *interpreter, const exported &of, const trace &rows) {
         command += " " + path;
     }
     command += " 2>&1";
-    std::string said;
+    std::string printed;
     char block[512];
     FILE *pipe = ::popen(command.c_str(), "r");
-    while (const std::size_t n = std::fread(block, 1, sizeof block, pipe)) said.append(block, n);
+    while (const std::size_t n = std::fread(block, 1, sizeof block, pipe)) printed.append(block, n);
     const int code = WEXITSTATUS(::pclose(pipe));
-    EXPECT_EQ(code, 0) << said;
-    std::printf("%s", said.c_str());
+    EXPECT_EQ(code, 0) << printed;
+    std::printf("%s", printed.c_str());
 }
 
 trace trace_of_840d(const exported &of) {
