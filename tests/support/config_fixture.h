@@ -3,6 +3,7 @@
 #pragma once
 
 extern "C" {
+#include "firmware/config/config.h"
 #include "firmware/load/load.h"
 }
 

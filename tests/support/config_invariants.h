@@ -7,6 +7,7 @@ extern "C" {
 #include "firmware/config/config.h"
 #include "firmware/config/rtu_budget.h"
 #include "firmware/terms/kinds.h"
+#include "firmware/wire/number.h"
 }
 
 #include <cmath>

@@ -9,6 +9,7 @@
 
 extern "C" {
 #include "firmware/terms/kinds.h"
+#include "firmware/wire/number.h"
 #include "tests/support/ppoly_search.h"
 }
 

@@ -9,7 +9,9 @@
 #include <vector>
 
 extern "C" {
+#include "firmware/config/config.h"
 #include "firmware/signals/bus_turns.h"
+#include "firmware/wire/number.h"
 }
 
 namespace {

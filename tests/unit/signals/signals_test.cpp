@@ -8,8 +8,10 @@
 #include <memory>
 
 extern "C" {
+#include "firmware/config/config.h"
 #include "firmware/config/derive.h"
 #include "firmware/signals/signals.h"
+#include "firmware/wire/number.h"
 }
 
 namespace {
