@@ -3,6 +3,9 @@
 
 #include <fmt/ranges.h>
 
+extern "C" {
+#include "firmware/config/config.h"
+}
 #include "host-tools/formats/error.h"
 #include "host-tools/plc/libmodbus.h"
 

@@ -7,6 +7,9 @@
 #include <string>
 #include <vector>
 
+extern "C" {
+#include "firmware/config/plc.h"
+}
 #include "host-tools/commission/live.h"
 #include "host-tools/formats/json_type.h"
 

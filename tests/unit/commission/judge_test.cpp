@@ -4,6 +4,9 @@
 
 #include <gtest/gtest.h>
 
+extern "C" {
+#include "firmware/config/config.h"
+}
 #include "host-tools/coefficients/machine_file.h"
 #include "host-tools/commission/config.h"
 #include "host-tools/commission/write.h"

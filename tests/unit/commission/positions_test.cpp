@@ -6,6 +6,9 @@
 
 #include <cmath>
 
+extern "C" {
+#include "firmware/config/config.h"
+}
 #include "host-tools/coefficients/machine_file.h"
 #include "host-tools/commission/table.h"
 #include "host-tools/formats/error.h"
