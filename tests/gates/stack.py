@@ -53,8 +53,8 @@ IMAGE_INDIRECT = {
     "app/standby.c:cb_standby_run": HAL,
     "app/commands.c:cb_commands_serve": COMMANDS,
     "stm32f405/box_hal.c:cb_board_wait_tick": ["app/main.c:idle"],
-    "stm32f405/box_hal.c:ask": ["app/main.c:meanwhile"],
-    "hal/rtu_exchange.c:cb_rtu_exchange_on": ["stm32f405/box_hal.c:now_us", "stm32f405/box_hal.c:ask"],
+    "stm32f405/box_hal.c:exchange_once": ["app/main.c:meanwhile"],
+    "hal/rtu_exchange.c:cb_rtu_exchange_on": ["stm32f405/box_hal.c:now_us", "stm32f405/box_hal.c:exchange_once"],
 }
 
 
