@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// What must hold at every moment, by what the outside sees: requests and replies, the PLC's
+// registers, files, log, exit codes. Each invariant is a class with some of these calls and a line
+// in all_invariants(). It shares no code with the box.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "host-tools/fakeplc/plc.h"
+#include "tests/world/computer.h"
+#include "tests/world/files.h"
+#include "tests/world/machine.h"
+#include "tests/world/scheduler.h"
+
+namespace compbox::world {
+
+class run;
+
+// A request of the box as the PLC saw it.
+struct exchange {
+    time_ns now, sent;                   // by the PLC's end of the wire, and by the box's
+    int function;                        // 3, 16, 23
+    int exception;                       // of the reply; 0: none
+    std::vector<std::uint16_t> read;     // the read block or, by FC3, the write block read back
+    int read_start;
+    std::vector<std::uint16_t> written;  // the write block; empty: nothing was written
+};
+
+class invariant {
+  public:
+    invariant(run &of, const char *of_name) : name(of_name), of_(of) {}
+    virtual ~invariant() = default;
+
+    // Each comes in an event, in the order of time.
+    virtual void exchanged(const exchange &) {}
+    virtual void scanned(const plc_state &) {}      // a scan of the PLC program
+    virtual void logged(const std::string &) {}     // a line of stderr
+    virtual void file_written(const std::string &, const node &) {}
+    virtual void started() {}                       // the daemon
+    virtual void ended(const ending &) {}
+    virtual void faults_ended() {}                  // no fault comes any more
+    virtual void finished() {}                      // the run is over
+
+    const char *const name;
+
+  protected:
+    // Reports a violation at this time. A run ends at its first one.
+    void violated(const std::string &words);
+    run &of_;
+};
+
+std::vector<std::unique_ptr<invariant>> all_invariants(run &of);
+
+}  // namespace compbox::world

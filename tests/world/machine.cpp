@@ -1,0 +1,378 @@
+// SPDX-License-Identifier: MIT
+#include "tests/world/machine.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "host-tools/formats/json_type.h"
+
+namespace compbox::world {
+
+namespace {
+
+constexpr int write_start = 100;
+
+// Rounded, so that the file shows what the invariants compare with.
+double rounded(double value) {
+    return std::stod(fmt::format("{:.4g}", value));
+}
+
+std::vector<std::string> axis_signals() {
+    return {"X", "Y", "Z"};
+}
+
+struct draft {
+    dice &chance;
+    json root;
+    machine &made;
+    std::vector<std::string> outputs;  // of terms, for sums
+    std::vector<std::string> lags;     // signals
+    int read_next = 8, write_next = write_start + 4;
+
+    std::string profile() const { return made.profile.name; }
+    bool is(const char *name) const { return made.profile.name == name; }
+
+    void draw_plc() {
+        const std::uint64_t drawn = chance.below(10);
+        made.profile = *plc_profile::find(drawn < 5   ? "generic"
+                                          : drawn < 8 ? "sinumerik-840d"
+                                                      : "fanuc");
+        made.fc23 = !is("sinumerik-840d") && chance.one_in(2);
+        const double period_ms = chance.one_in(2) ? 30.0 : rounded(chance.log_between(10, 100));
+        made.period_us = std::llround(period_ms * 1000);
+        made.port = 502;
+        root["format"] = "compbox/1";
+        root["revision"] = 1;
+        root["machine"] = {{"name", "world"}, {"axes", axis_signals()}};
+        root["cycle"]["period_ms"] = period_ms;
+        if (chance.one_in(3))
+            root["cycle"]["lead_ms"] = "measured";
+        else if (chance.one_in(2))
+            root["cycle"]["lead_ms"] = chance.below(100);
+        json &plc = root["plc"];
+        plc["profile"] = profile();
+        plc["transport"]["tcp"] = {{"host", "192.168.0.1"}, {"port", made.port}};
+        plc["exchange"] = made.fc23 ? "fc23" : "fc3+fc16";
+        plc["control"] = 2;
+        plc["plc_heartbeat"] = 1;
+        plc["status"] = write_start + 1;
+        plc["box_heartbeat"] = write_start + 2;
+        if (chance.one_in(2)) plc["detail"] = write_start + 3;
+        const auto timeout_ms = static_cast<std::uint64_t>(std::max(200.0, 4 * period_ms));
+        plc["heartbeat_timeout_ms"] = timeout_ms;
+        made.heartbeat_timeout_us = static_cast<std::int64_t>(timeout_ms) * 1000;
+        if (chance.one_in(3)) plc["referenced_bits"] = {1u, 4u, 5u};
+        if (is("fanuc") && chance.one_in(2)) plc["handshake"] = 3;
+        if (is("fanuc") && chance.one_in(3)) plc["axes_at_once"] = true;
+        if (!is("fanuc") && chance.one_in(4))
+            plc["interpolate_ms"] = rounded(period_ms * chance.between(0.5, 1.0));
+    }
+
+    // Blocks end behind what was laid out; their counters are the first and the last register.
+    void close_blocks(bool read_counters, bool write_counters) {
+        json &plc = root["plc"];
+        plc["read"] = {{"start", 0}, {"count", read_next + 1}, {"counters", read_counters}};
+        plc["write"] = {{"start", write_start},
+                        {"count", write_next - write_start + 1},
+                        {"counters", write_counters}};
+    }
+
+    int next_read(int registers) { return std::exchange(read_next, read_next + registers); }
+    int next_write(int registers) { return std::exchange(write_next, write_next + registers); }
+
+    void draw_axes() {
+        for (std::size_t a = 0; a < 3; ++a) {
+            twin_axis &axis = made.twin.axes[a];
+            axis.present = true;
+            axis.max_mm = std::round(chance.log_between(300, 10000));
+            axis.max_velocity_mm_per_s = rounded(chance.log_between(50, 1000));
+            axis.acceleration_mm_per_s2 = 2 * axis.max_velocity_mm_per_s;
+            made.twin.start_mm[a] = axis.max_mm / 2;
+            json signal = {{"name", axis_signals()[a]}, {"unit", "mm"}};
+            const bool real = chance.one_in(3);
+            signal["plc"] = next_read(2);
+            signal["type"] = real ? "float32" : "int32";
+            if (!real) signal["scale"] = 0.0001;
+            signal["min"] = -10;
+            signal["max"] = axis.max_mm + 10;
+            root["signals"].push_back(signal);
+        }
+    }
+
+    void draw_temperatures() {
+        for (std::uint64_t i = 0, count = 1 + chance.below(4); i < count; ++i) {
+            const std::string name = fmt::format("T{}", i + 1);
+            json signal = {{"name", name},      {"unit", "degC"}, {"plc", next_read(1)},
+                           {"type", "int16"},   {"scale", 0.1},   {"min", -10},
+                           {"max", 90},         {"essential", chance.one_in(4)}};
+            if (chance.one_in(3)) signal["max_rate_per_s"] = 5;
+            if (chance.one_in(3)) signal["max_age_ms"] = 1000 + chance.below(5000);
+            root["signals"].push_back(signal);
+            made.temperatures.push_back(name);
+            made.twin.signals[name] = rounded(chance.between(15, 30));
+            if (!chance.one_in(2)) continue;
+            root["signals"].push_back({{"name", name + "_lag"},
+                                       {"unit", "degC"},
+                                       {"lag_of", name},
+                                       {"tau_s", rounded(chance.log_between(5, 3000))}});
+            lags.push_back(name + "_lag");
+        }
+    }
+
+    std::vector<double> values(std::size_t count, double most) {
+        std::vector<double> drawn;
+        for (std::size_t i = 0; i < count; ++i) drawn.push_back(rounded(chance.between(-most, most)));
+        return drawn;
+    }
+
+    std::string random_axis() { return axis_signals()[chance.below(3)]; }
+    double travel_of(const std::string &axis) const {
+        return made.twin.axes[static_cast<std::size_t>(axis_index(axis[0]))].max_mm;
+    }
+    std::string any_temperature() {
+        if (!lags.empty() && chance.one_in(2)) return chance.one_of(lags);
+        return chance.one_of(made.temperatures);
+    }
+
+    void add_term(json term) {
+        outputs.push_back(term["name"]);
+        root["terms"].push_back(std::move(term));
+    }
+
+    void add_polyline(const std::string &name) {
+        const std::string axis = random_axis();
+        const std::size_t points = 2 + chance.below(20);
+        std::vector<double> positions;
+        for (std::size_t i = 0; i < points; ++i)
+            positions.push_back(rounded(travel_of(axis) * static_cast<double>(i) /
+                                        static_cast<double>(points - 1)));
+        json term = {{"name", name},           {"type", "polyline"},
+                     {"signal", axis},         {"positions", positions},
+                     {"values", values(points, 30)}};
+        if (chance.one_in(3)) {
+            term["backward"] = {{"positions", positions}, {"values", values(points, 30)}};
+            term["reversal_mm"] = rounded(chance.log_between(0.01, 10));
+        }
+        add_term(term);
+    }
+
+    void add_bspline(const std::string &name) {
+        const std::string axis = random_axis();
+        const std::size_t count = 4 + chance.below(10);
+        std::vector<double> knots(4, 0.0);
+        for (std::size_t i = 1; i + 3 < count; ++i)
+            knots.push_back(rounded(travel_of(axis) * static_cast<double>(i) /
+                                    static_cast<double>(count - 3)));
+        knots.insert(knots.end(), 4, travel_of(axis));
+        add_term({{"name", name},
+                  {"type", "bspline"},
+                  {"signal", axis},
+                  {"degree", 3},
+                  {"knots", knots},
+                  {"control_points", values(count, 30)}});
+    }
+
+    void add_linear(const std::string &name, double most) {
+        std::vector<std::string> inputs = {any_temperature()};
+        const std::string other = any_temperature();
+        if (other != inputs[0]) inputs.push_back(other);
+        add_term({{"name", name},
+                  {"type", "linear"},
+                  {"inputs", inputs},
+                  {"weights", values(inputs.size(), most)},
+                  {"constant", rounded(chance.between(-most, most))}});
+    }
+
+    void add_product(const std::string &name) {
+        const std::string axis = random_axis();
+        add_linear(name + "_tan", 5.0 / travel_of(axis));
+        const std::string slope = outputs.back();
+        outputs.pop_back();  // µm/mm is not for a sum
+        add_term({{"name", name},
+                  {"type", "product"},
+                  {"signal", axis},
+                  {"term", slope},
+                  {"origin", std::round(travel_of(axis) / 2)}});
+    }
+
+    void add_network(const std::string &name) {
+        const std::string axis = random_axis();
+        const std::size_t hidden = 1 + chance.below(6);
+        std::vector<std::vector<double>> rows;
+        for (std::size_t i = 0; i < hidden; ++i) rows.push_back(values(2, 2));
+        add_term({{"name", name},
+                  {"type", "bpnet"},
+                  {"outputs", {name}},
+                  {"inputs", {axis, made.temperatures[0]}},
+                  {"activation", chance.one_in(2) ? "tansig" : "logsig"},
+                  {"hidden_weights", rows},
+                  {"hidden_bias", values(hidden, 1)},
+                  {"output_weights", std::vector<std::vector<double>>{values(hidden, 10)}},
+                  {"output_bias", values(1, 10)},
+                  {"input_center", {travel_of(axis) / 2, 22}},
+                  {"input_scale", {travel_of(axis) / 2, 10}},
+                  {"input_min", {0, 12}},
+                  {"input_max", {travel_of(axis), 35}}});
+        root["terms"].back().erase("name");
+        root["terms"].back()["name"] = name + "_net";
+    }
+
+    void draw_terms() {
+        const std::uint64_t count = 1 + chance.below(6);
+        for (std::uint64_t i = 0; i < count; ++i) {
+            const std::string name = fmt::format("E{}", i);
+            switch (chance.below(5)) {
+                case 0:
+                    add_polyline(name);
+                    break;
+                case 1:
+                    add_bspline(name);
+                    break;
+                case 2:
+                    add_linear(name, 2);
+                    break;
+                case 3:
+                    add_product(name);
+                    break;
+                default:
+                    add_network(name);
+                    break;
+            }
+        }
+    }
+
+    std::string channel_type() {
+        const std::uint64_t drawn = chance.below(3);
+        if (is("fanuc")) return drawn == 0 ? "int16" : "int32";
+        return drawn == 0 ? "int16" : drawn == 1 ? "int32" : "float32";
+    }
+
+    // in : share of a register's range. out: scale of the channel, µm
+    double channel_scale(const std::string &type, double limit_um) {
+        if (is("fanuc")) return limit_um < 90 ? 0.01 : 0.1;
+        if (type == "int16") return limit_um < 300 ? 0.01 : 0.1;
+        return type == "float32" ? 1.0 : chance.one_in(2) ? 0.01 : 0.001;
+    }
+
+    json channel(const std::string &name, const std::string &type, double limit_um) {
+        channel_facts facts;
+        facts.name = name;
+        facts.limit_um = limit_um;
+        const double scale = channel_scale(type, limit_um);
+        facts.unit_um = type == "float32" ? 0 : scale;
+        const double least = std::max(made.ramp_um_per_s, 1.5e6 * scale / static_cast<double>(made.period_us));
+        facts.slew_um_per_s = rounded(least * chance.log_between(1, 20));
+        json made_channel = {{"name", name},
+                             {"limit_um", limit_um},
+                             {"error_um", made.demands_fit ? 1e5 : rounded(limit_um * chance.log_between(1.01, 20))},
+                             {"slew_um_per_s", facts.slew_um_per_s},
+                             {"plc", next_write(type == "int16" ? 1 : 2)},
+                             {"type", type},
+                             {"scale", scale}};
+        if (chance.one_in(3)) made_channel["deadband_um"] = rounded(limit_um * 0.01);
+        if (chance.one_in(2)) made_channel["sign"] = facts.sign = -1;
+        for (const auto &output : outputs) {
+            if (made_channel.contains("sum") && !chance.one_in(2)) continue;
+            made_channel["sum"].push_back(output);
+        }
+        made.channels.push_back(facts);
+        return made_channel;
+    }
+
+    void add_applied(json &entry) {
+        made.channels.back().has_applied = true;
+        entry["applied"] = next_read(entry["type"] == "int16" ? 1 : 2);
+    }
+
+    void add_tangent(json &entry, const std::string &axis) {
+        const double limit = rounded(chance.log_between(1e-5, 1e-3));
+        entry["tangent"] = {{"signal", axis},
+                            {"slope_plc", next_write(2)},
+                            {"slope_type", "int32"},
+                            {"slope_scale", 1e-9},
+                            {"slope_limit", limit},
+                            {"slope_slew_per_s", rounded(limit * chance.between(1, 10))},
+                            {"reference_plc", next_write(2)},
+                            {"reference_type", "int32"},
+                            {"reference_scale", 0.001}};
+    }
+
+    void draw_pair() {
+        const std::string type = channel_type();
+        const double limit_um = rounded(chance.log_between(20, 300));
+        const bool applied = chance.one_in(2);
+        for (const char *name : {"Y1", "Y2"}) {
+            json entry = channel(name, type, limit_um);
+            if (applied) add_applied(entry);
+            root["channels"].push_back(entry);
+            made.twin.channels[name] = 'Y';
+        }
+        const double most = rounded(std::max(2.5 * made.channels.back().unit_um,
+                                             limit_um * chance.log_between(0.02, 1)));
+        const std::size_t last = made.channels.size() - 1;
+        made.pairs.push_back({last - 1, last, most});
+        root["pairs"].push_back({{"channels", {"Y1", "Y2"}}, {"max_difference_um", most}});
+    }
+
+    void draw_channels(bool counters) {
+        made.ramp_um_per_s = rounded(chance.log_between(20, 500));
+        made.demands_fit = !chance.one_in(4);
+        made.hold_us = static_cast<std::int64_t>(chance.below(3000)) * 1000;
+        root["safety"] = {{"hold_ms", made.hold_us / 1000}, {"ramp_um_per_s", made.ramp_um_per_s}};
+        for (const char *name : {"X", "Z"}) {
+            if (name[0] == 'Z' && chance.one_in(3)) continue;
+            json entry = channel(name, channel_type(), rounded(chance.log_between(20, 500)));
+            if (chance.one_in(2)) add_applied(entry);
+            if (counters && !is("fanuc") && chance.one_in(2)) add_tangent(entry, name);
+            root["channels"].push_back(entry);
+        }
+        if (chance.one_in(2)) draw_pair();
+    }
+
+    // The PLC's own limits never act where the box keeps its own.
+    void draw_control() {
+        made.twin.machine = "world";
+        made.twin.seed = chance.next();
+        made.twin.nc.interpolation_s = chance.one_in(2) ? 0.004 : 0.008;
+        made.twin.plc.scan_s = rounded(chance.between(0.008, 0.020));
+        made.twin.plc.size_um = 2000;
+        made.twin.plc.slope_um_per_s = 1e5;
+        made.twin.plc.watchdog_s = std::max(0.3, 6e-6 * static_cast<double>(made.period_us));
+        made.twin.plc.reference_s = chance.between(0.1, 1.0);
+        made.twin.plc.enable_s = chance.between(0.1, 2.0);
+    }
+};
+
+}  // namespace
+
+machine random_machine(dice &chance, unsigned revision) {
+    machine made;
+    draft file{chance, {}, made, {}, {}};
+    file.draw_plc();
+    file.draw_axes();
+    file.draw_temperatures();
+    file.draw_terms();
+    const bool counters = chance.one_in(2);
+    file.draw_channels(counters);
+    file.close_blocks(chance.one_in(2), counters);
+    file.draw_control();
+    file.root["revision"] = revision;
+    made.text = file.root.dump(1);
+    made.map = register_map_of(file.root, "coefficients.json");
+    return made;
+}
+
+std::string another_file(const machine &of, dice &chance, unsigned revision) {
+    json root = json::parse(of.text);
+    root["revision"] = revision;
+    for (auto &term : root["terms"]) {
+        if (!term.contains("values")) continue;
+        for (auto &value : term["values"]) value = rounded(chance.between(-30, 30));
+    }
+    return root.dump(1);
+}
+
+}  // namespace compbox::world

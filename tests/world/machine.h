@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+// The random machine of a seed: its coefficient file, and the PLC, NC and axes that belong to it.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "host-tools/fakeplc/profile.h"
+#include "host-tools/fakeplc/register_map.h"
+#include "host-tools/twin/twin_file.h"
+#include "tests/world/dice.h"
+
+namespace compbox::world {
+
+// What the file promises of a channel, for invariants.
+struct channel_facts {
+    std::string name;
+    double limit_um = 0, slew_um_per_s = 0, unit_um = 0;  // unit: of the register; float: 0
+    int sign = 1;  // of the register against the tool's displacement
+    bool has_applied = false;
+};
+struct pair_facts {
+    std::size_t first = 0, second = 0;
+    double most_um = 0;
+};
+
+struct machine {
+    std::string text;  // of the coefficient file
+    register_map map;
+    plc_profile profile;
+    twin_config twin;
+    std::int64_t period_us = 0;
+    std::uint16_t port = 0;
+    std::int64_t hold_us = 0, heartbeat_timeout_us = 0;
+    double ramp_um_per_s = 0;
+    bool fc23 = false;
+    bool demands_fit = true;  // no demand is beyond error_um, which ends in FAULT
+    std::vector<channel_facts> channels;
+    std::vector<pair_facts> pairs;
+    std::vector<std::string> temperatures;  // signals of the PLC that wander
+};
+
+// in : revision of the file. The same dice give the same machine.
+machine random_machine(dice &chance, unsigned revision = 1);
+
+// Another file for the same machine: other models and limits, a higher revision.
+std::string another_file(const machine &of, dice &chance, unsigned revision);
+
+}  // namespace compbox::world

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+#include "tests/world/plc_side.h"
+
+#include <algorithm>
+
+namespace compbox::world {
+
+namespace {
+
+constexpr time_ns operator_period = 500 * ms;
+
+}  // namespace
+
+plc_side::plc_side(const machine &of, network &net, std::uint64_t seed)
+    : control(of.twin, of.map, of.profile, net.box.time.now() / us),
+      machine_(of),
+      net_(net),
+      chance_(seed, "plc side"),
+      temperatures_(of.twin.signals) {
+    control.leave_truth_out();
+    move_axes();
+}
+
+void plc_side::catch_up() {
+    const std::int64_t now_us = net_.box.time.now() / us;
+    if (stopped_) return;
+    control.run_to(now_us, [this](const plc_state &state) {
+        if (scanned) scanned(state);
+    });
+}
+
+// The operator's part: now and then another move, and temperatures that wander. It also keeps the
+// PLC's program in time while no request comes.
+void plc_side::move_axes() {
+    catch_up();
+    if (!control.moving() && chance_.one_in(4)) {
+        twin_step step;
+        for (std::size_t a = 0; a < 3; ++a) {
+            if (chance_.one_in(2)) continue;
+            step.target_mm[a] = chance_.between(0, machine_.twin.axes[a].max_mm);
+        }
+        step.feed_mm_per_s = chance_.log_between(5, 500);
+        control.move(step);
+    }
+    for (auto &temperature : temperatures_) {
+        temperature.second =
+            std::clamp(temperature.second + chance_.between(-0.05, 0.05), 5.0, 45.0);
+        control.force_signal(temperature.first, temperature.second);
+    }
+    net_.box.time.at(net_.box.time.now() + operator_period, [this] { move_axes(); });
+}
+
+bool plc_side::accepted(const connection_ptr &from) {
+    if (clients_.size() >= static_cast<std::size_t>(machine_.profile.max_clients)) return false;
+    from->number = ++connections_made_;
+    clients_[from->number] = {from, {}};
+    return true;
+}
+
+void plc_side::closed(const connection_ptr &from, bool reset) {
+    clients_.erase(from->number);
+    if (!reset) from->finish();
+}
+
+void plc_side::close_all() {
+    const auto all = clients_;
+    for (const auto &entry : all) entry.second.link->reset();
+}
+
+void plc_side::received(const connection_ptr &from, const std::string &bytes, time_ns sent) {
+    client &who = clients_[from->number];
+    who.link = from;
+    who.received.insert(who.received.end(), bytes.begin(), bytes.end());
+    for (;;) {
+        const auto head = modbus::frame_at_start(who.received);
+        if (head.what == modbus::frame_state::incomplete) return;
+        if (head.what == modbus::frame_state::broken) {
+            from->reset();
+            return;
+        }
+        const auto end = who.received.begin() + static_cast<std::ptrdiff_t>(head.size);
+        const byte_string frame(who.received.begin(), end);
+        who.received.erase(who.received.begin(), end);
+        answer_frame(from, frame, sent);
+    }
+}
+
+void plc_side::answer_frame(const connection_ptr &from, const byte_string &frame, time_ns sent) {
+    const byte_string request(frame.begin() + modbus::header_size, frame.end());
+    const reply_fate fate = faults == nullptr ? reply_fate{} : faults->at_request(request);
+    if (stopped_) return;
+    catch_up();
+    const byte_string reply =
+        fate.exception != 0
+            ? modbus::exception_reply(request[0], static_cast<std::uint8_t>(fate.exception))
+            : control.answer(request, fate.torn);
+    if (answered) answered(sent, request, reply);
+    if (fate.lost) return;
+    const byte_string whole = modbus::frame(frame, reply);
+    const std::string bytes(whole.begin(), whole.end());
+    const time_ns duration = chance_.time_between(200 * us, 2 * ms) + fate.delay_ns;
+    from->send(bytes, duration);
+    if (fate.twice) from->send(bytes, duration + 5 * ms);
+}
+
+std::vector<std::uint16_t> plc_side::registers(int start, int count) {
+    const auto high = [](int word) { return static_cast<std::uint8_t>(word >> 8); };
+    const auto low = [](int word) { return static_cast<std::uint8_t>(word); };
+    const byte_string reply =
+        control.answer({3, high(start), low(start), high(count), low(count)});
+    std::vector<std::uint16_t> words;
+    for (std::size_t i = 2; i + 1 < reply.size(); i += 2)
+        words.push_back(static_cast<std::uint16_t>(reply[i] << 8 | reply[i + 1]));
+    return words;
+}
+
+void plc_side::write_foreign(int start, const std::vector<std::uint16_t> &values) {
+    byte_string request = {16,
+                           static_cast<std::uint8_t>(start >> 8),
+                           static_cast<std::uint8_t>(start),
+                           0,
+                           static_cast<std::uint8_t>(values.size()),
+                           static_cast<std::uint8_t>(2 * values.size())};
+    for (const std::uint16_t word : values) {
+        request.push_back(static_cast<std::uint8_t>(word >> 8));
+        request.push_back(static_cast<std::uint8_t>(word));
+    }
+    control.answer(request);
+}
+
+}  // namespace compbox::world

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+// The PLC, its NC and the axes (host-tools/fakeplc) behind a TCP socket of the world, and the
+// operator who moves the axes.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "host-tools/fakeplc/plc.h"
+#include "tests/world/dice.h"
+#include "tests/world/machine.h"
+#include "tests/world/network.h"
+
+namespace compbox::world {
+
+// What happens to a request at the PLC's server.
+struct reply_fate {
+    time_ns delay_ns = 0;   // beyond the usual time to answer
+    bool lost = false;      // executed, without a reply
+    bool twice = false;     // another copy comes later
+    int exception = 0;      // not executed; exception code
+    bool torn = false;      // a reading with two updates of the PLC's block
+};
+class plc_faults {
+  public:
+    virtual ~plc_faults() = default;
+    virtual reply_fate at_request(const byte_string &request) = 0;
+};
+
+class plc_side : public tcp_peer {
+  public:
+    plc_side(const machine &of, network &net, std::uint64_t seed);
+
+    fake_plc control;
+    plc_faults *faults = nullptr;
+    // Serves no requests, as a PLC in STOP; its program stands still too.
+    void stop_program(bool stopped) { stopped_ = stopped; }
+    void close_all();  // resets all connections
+
+    // For invariants, each in virtual time.
+    std::function<void(time_ns sent, const byte_string &request, const byte_string &reply)> answered;
+    std::function<void(const plc_state &)> scanned;
+
+    // Runs NC and PLC program to now.
+    void catch_up();
+    // out: a register of the PLC; reading it changes nothing
+    std::vector<std::uint16_t> registers(int start, int count);
+    // A write by another client than the box.
+    void write_foreign(int start, const std::vector<std::uint16_t> &values);
+
+    bool accepted(const connection_ptr &from) override;
+    void received(const connection_ptr &from, const std::string &bytes, time_ns sent) override;
+    void closed(const connection_ptr &from, bool reset) override;
+
+  private:
+    void answer_frame(const connection_ptr &from, const byte_string &frame, time_ns sent);
+    void move_axes();
+
+    const machine &machine_;
+    network &net_;
+    dice chance_;
+    struct client {
+        connection_ptr link;
+        byte_string received;
+    };
+    std::map<int, client> clients_;
+    int connections_made_ = 0;
+    bool stopped_ = false;
+    std::map<std::string, double> temperatures_;
+};
+
+}  // namespace compbox::world

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+#include "tests/world/run.h"
+
+#include <fmt/core.h>
+
+#include <cstdio>
+
+namespace compbox::world {
+
+namespace {
+
+// The longest time that the daemon may take from SIGTERM to its end: the ramps of its file are
+// shorter.
+constexpr time_ns longest_stop = 120 * second;
+constexpr time_ns restart_pause = 2 * second;
+
+machine machine_of(std::uint64_t seed) {
+    dice chance(seed, "machine");
+    return random_machine(chance);
+}
+
+}  // namespace
+
+run::run(const run_options &with)
+    : options(with),
+      box_machine(machine_of(with.seed)),
+      box(time, with.seed),
+      net(box, with.seed),
+      plc(box_machine, net, with.seed),
+      faults(*this, with.faults, with.seed),
+      chance_(with.seed, "run") {
+    box.faults = &faults;
+    net.faults = &faults;
+    plc.faults = &faults;
+    net.listen(box_machine.port, &plc);
+    box.make_socket = [this](int domain, int) -> std::shared_ptr<open_file> {
+        if (domain == AF_INET || domain == AF_INET6) return make_tcp_socket(net);
+        return nullptr;
+    };
+    invariants_ = all_invariants(*this);
+    box.ended = [this](const ending &how) { daemon_ended(how); };
+    box.ticked = [this] { count_tick(); };
+    box.logged = [this](const std::string &line) {
+        if (options.prints_log) fmt::print("{:12.6f} {}\n", static_cast<double>(time.now()) * 1e-9, line);
+        each([&](invariant &one) { one.logged(line); });
+    };
+    box.files.written = [this](const std::string &path, const node &file) {
+        each([&](invariant &one) { one.file_written(path, file); });
+    };
+    plc.answered = [this](time_ns sent, const byte_string &request, const byte_string &reply) {
+        note_exchange(sent, request, reply);
+    };
+    plc.scanned = [this](const plc_state &state) {
+        each([&](invariant &one) { one.scanned(state); });
+    };
+    box.files.replace(config_path, box_machine.text);
+}
+
+void run::start_daemon() {
+    if (box.runs()) return;
+    std::vector<std::string> words = {"compboxd", "--config", config_path, "--state", state_path,
+                                      "--stats",  stats_path};
+    if (options.seed % 4 == 0) words.insert(words.end(), {"--record", record_path});
+    if (options.seed % 3 == 0) words.insert(words.end(), {"--watchdog", "/dev/watchdog"});
+    if (options.seed % 5 == 0) words.insert(words.end(), {"--clock", "boottime"});
+    ++result_.starts;
+    each([](invariant &one) { one.started(); });
+    box.start_daemon(words);
+}
+
+void run::restart_after(time_ns pause) {
+    time.at(time.now() + pause, [this] {
+        if (!asked_to_stop) start_daemon();
+    });
+}
+
+void run::daemon_ended(const ending &how) {
+    each([&](invariant &one) { one.ended(how); });
+    if (asked_to_stop) {
+        time.stop();
+        return;
+    }
+    if (how.power_cut) box.boot();
+    restart_after(restart_pause);
+}
+
+void run::count_tick() {
+    if (++cycles != options.cycles) return;
+    time.at(time.now(), [this] { ask_to_stop(); });
+}
+
+// The end of the run: no more faults, SIGTERM, and a time within which the daemon must be gone.
+void run::ask_to_stop() {
+    if (asked_to_stop) return;
+    asked_to_stop = true;
+    faults.end();
+    each([](invariant &one) { one.faults_ended(); });
+    time.at(time.now() + longest_stop, [this] { time.stop(); });
+    if (!box.runs()) {
+        time.stop();
+        return;
+    }
+    box.send_signal(15);
+}
+
+void run::report(const char *invariant, const std::string &words) {
+    if (!result_.violations.empty()) return;
+    result_.violations.push_back({invariant, words, time.now(), cycles, faults.last()});
+    time.stop();
+}
+
+// in : PDUs
+void run::note_exchange(time_ns sent, const byte_string &request, const byte_string &reply) {
+    const auto word = [](const byte_string &bytes, std::size_t at) {
+        return static_cast<std::uint16_t>(bytes[at] << 8 | bytes[at + 1]);
+    };
+    exchange seen{time.now(), sent, request[0], 0, {}, 0, {}};
+    if (reply[0] & 0x80) {
+        seen.exception = reply[1];
+    } else {
+        if (seen.function == 3 || seen.function == 23) {
+            seen.read_start = word(request, 1);
+            for (std::size_t i = 2; i + 1 < reply.size(); i += 2)
+                seen.read.push_back(word(reply, i));
+        }
+        const std::size_t values_at = seen.function == 16 ? 6 : seen.function == 23 ? 10 : 0;
+        for (std::size_t i = values_at; values_at > 0 && i + 1 < request.size(); i += 2)
+            seen.written.push_back(word(request, i));
+    }
+    box.hash.add(reply.data(), reply.size());
+    each([&](invariant &one) { one.exchanged(seen); });
+}
+
+run_result run::go() {
+    box.boot();
+    start_daemon();
+    faults.begin();
+    // However much of the time no daemon runs, the world ends.
+    const auto period = box_machine.period_us * us;
+    time.at(60 * second + static_cast<time_ns>(2 * options.cycles) * period, [this] { ask_to_stop(); });
+    time.run();
+    if (result_.violations.empty()) each([](invariant &one) { one.finished(); });
+    result_.cycles = cycles;
+    result_.hash = box.hash.value();
+    result_.faults = faults.count();
+    result_.duration = time.now();
+    return result_;
+}
+
+}  // namespace compbox::world

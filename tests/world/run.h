@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+// One run of the world: a seed, its machine, the daemon from start to end. The same seed, cycles
+// and faults give the same bytes.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/world/computer.h"
+#include "tests/world/faults.h"
+#include "tests/world/invariants.h"
+#include "tests/world/machine.h"
+#include "tests/world/network.h"
+#include "tests/world/plc_side.h"
+
+namespace compbox::world {
+
+struct run_options {
+    std::uint64_t seed = 1, cycles = 1000;
+    fault_set faults;
+    bool prints_log = false;  // of the daemon, to stdout
+};
+
+struct violation {
+    std::string invariant, words;
+    time_ns at = 0;
+    std::uint64_t cycle = 0;
+    std::vector<std::string> last_faults;
+};
+
+struct run_result {
+    std::uint64_t cycles = 0, hash = 0, faults = 0, starts = 0;
+    time_ns duration = 0;
+    std::vector<violation> violations;  // at most one: the run ends there
+};
+
+class run {
+  public:
+    explicit run(const run_options &with);
+    run_result go();
+
+    const run_options options;
+    scheduler time;
+    machine box_machine;
+    computer box;
+    network net;
+    plc_side plc;
+    fault_injector faults;
+
+    bool asked_to_stop = false;  // SIGTERM, or --cycles
+    std::uint64_t cycles = 0;
+
+    // ---- for faults
+    // Starts the daemon again: after `pause`, as systemd does after an end that nobody asked for.
+    void restart_after(time_ns pause);
+    unsigned revision = 1;  // of the newest coefficient file
+    static constexpr const char *config_path = "/etc/compbox/coefficients.json";
+    static constexpr const char *state_path = "/var/lib/compbox/state";
+    static constexpr const char *stats_path = "/run/stats.json";
+    static constexpr const char *record_path = "/run/record.csv";
+
+    // ---- for invariants
+    void report(const char *invariant, const std::string &words);
+
+  private:
+    void start_daemon();
+    void daemon_ended(const ending &how);
+    void count_tick();
+    void ask_to_stop();
+    void note_exchange(time_ns sent, const byte_string &request, const byte_string &reply);
+    template <typename Call>
+    void each(Call call) {
+        for (auto &one : invariants_) call(*one);
+    }
+
+    std::vector<std::unique_ptr<invariant>> invariants_;
+    run_result result_;
+    dice chance_;
+};
+
+}  // namespace compbox::world

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+// world: runs compboxd's own code in virtual time against a simulated PLC, network, disk and clock,
+// with faults by the seed, and checks invariants after every step (docs/simulate.md).
+#include <fmt/core.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <ostream>
+
+#include "host-tools/command_line/command_line.h"
+#include "tests/world/run.h"
+
+namespace {
+
+using namespace compbox::world;
+
+struct order {
+    std::uint64_t first = 1, last = 1, cycles = 1000;
+    int jobs = 1;
+    std::string faults = "all";
+    bool prints_log = false, prints_hash = false, prints_file = false;
+};
+
+struct total {
+    std::uint64_t cycles = 0, seeds = 0, violations = 0;
+    double seconds = 0;  // of the world
+};
+
+// out: first and last of "A..B" or "A"; throws usage_error
+void take_seeds(const std::string &text, order &to) {
+    const auto dots = text.find("..");
+    try {
+        to.first = std::stoull(text.substr(0, dots));
+        to.last = dots == std::string::npos ? to.first : std::stoull(text.substr(dots + 2));
+    } catch (const std::exception &) {
+        throw compbox::cli::usage_error("--seeds", "must be A..B, as in 1..100");
+    }
+    if (to.last < to.first)
+        throw compbox::cli::usage_error("--seeds", "the last seed is below the first");
+}
+
+run_result run_seed(const order &with, std::uint64_t seed) {
+    run_options options;
+    options.seed = seed;
+    options.cycles = with.cycles;
+    options.faults = fault_set_of(with.faults);
+    options.prints_log = with.prints_log;
+    run world(options);
+    return world.go();
+}
+
+void print_violation(const order &with, std::uint64_t seed, const violation &found) {
+    fmt::print("violation of {} at {:.6f} s, cycle {} of seed {}: {}\n", found.invariant,
+               static_cast<double>(found.at) * 1e-9, found.cycle, seed, found.words);
+    for (const auto &fault : found.last_faults) fmt::print("  fault at {}\n", fault);
+    fmt::print("replay: scripts/simulate --seeds {}..{} --cycles {} --faults {}\n", seed, seed,
+               with.cycles, with.faults);
+}
+
+// Runs every jobs-th seed from first + job on.
+total run_seeds(const order &with, int job) {
+    total sum;
+    for (std::uint64_t seed = with.first + static_cast<std::uint64_t>(job); seed <= with.last;
+         seed += static_cast<std::uint64_t>(with.jobs)) {
+        const run_result result = run_seed(with, seed);
+        sum.cycles += result.cycles;
+        ++sum.seeds;
+        sum.violations += result.violations.size();
+        sum.seconds += static_cast<double>(result.duration) * 1e-9;
+        for (const auto &found : result.violations) print_violation(with, seed, found);
+        if (with.prints_hash) fmt::print("seed {}: hash {:016x}\n", seed, result.hash);
+        std::fflush(stdout);
+    }
+    return sum;
+}
+
+// Each job is a process of its own, which reports its sums by a pipe.
+total run_jobs(const order &with) {
+    if (with.jobs == 1) return run_seeds(with, 0);
+    total all;
+    std::vector<int> pipes;
+    for (int job = 0; job < with.jobs; ++job) {
+        int ends[2];
+        if (::pipe(ends) != 0) throw std::runtime_error("no pipe");
+        std::fflush(stdout);
+        if (::fork() == 0) {
+            const total sum = run_seeds(with, job);
+            if (::write(ends[1], &sum, sizeof sum) != static_cast<ssize_t>(sizeof sum)) ::_exit(70);
+            ::_exit(0);
+        }
+        ::close(ends[1]);
+        pipes.push_back(ends[0]);
+    }
+    for (const int from : pipes) {
+        total sum;
+        if (::read(from, &sum, sizeof sum) != static_cast<ssize_t>(sizeof sum))
+            throw std::runtime_error("a job ended by itself; run its seeds with --jobs 1");
+        ::close(from);
+        all.cycles += sum.cycles;
+        all.seeds += sum.seeds;
+        all.violations += sum.violations;
+        all.seconds += sum.seconds;
+    }
+    while (::wait(nullptr) > 0) continue;
+    return all;
+}
+
+int simulate(const order &with) {
+    const auto begin = std::chrono::steady_clock::now();
+    const total sum = run_jobs(with);
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+    fmt::print("{} cycles, {} seeds, {} violations, {:.0f} times real time\n", sum.cycles,
+               sum.seeds, sum.violations, sum.seconds / took.count());
+    return sum.violations > 0 ? 1 : 0;
+}
+
+}  // namespace
+
+int main(int argc, char **argv) {
+    const auto io = compbox::cli::standard_streams();
+    compbox::cli::program app{"world: runs compboxd in virtual time with faults by a seed", io};
+    order with;
+    app.add_option_function("--seeds A..B", [&with](const std::string &text) { take_seeds(text, with); },
+                            "The seeds to run");
+    app.add_option("--cycles N", with.cycles, "Cycles of the box for each seed");
+    app.add_option("--jobs J", with.jobs, "Processes at once");
+    app.add_option("--faults LIST", with.faults, "Kinds of faults: all, none, or names with commas");
+    app.add_flag("--log", with.prints_log, "Print the daemon's log");
+    app.add_flag("--hash", with.prints_hash, "Print a hash of all that was sent, written and logged");
+    app.add_flag("--file", with.prints_file, "Print the coefficient file of the first seed, and end");
+    try {
+        if (const auto end = app.parse(argc, argv)) return *end;
+        if (with.prints_file) {
+            dice chance(with.first, "machine");
+            io.out << random_machine(chance).text << "\n";
+            return 0;
+        }
+        (void)fault_set_of(with.faults);
+        return simulate(with);
+    } catch (const std::invalid_argument &error) {
+        io.err << "world: --faults: " << error.what() << "\n";
+        return 2;
+    } catch (const std::exception &error) {
+        io.err << "world: fault in the program itself: " << error.what() << "\n";
+        return 70;
+    }
+}
