@@ -73,8 +73,9 @@ call_fate computer::begin(const char *name, const open_file *file, const char *p
 void computer::preempt() {
     if (time.running() == nullptr || faults == nullptr) return;
     const int error_number = time.running()->error_number;
-    const time_ns duration = faults->between_lines();
-    if (duration > 0) time.pass(duration);
+    const preemption drawn = faults->between_lines();
+    lines_left = drawn.lines;
+    if (drawn.duration_ns > 0) time.pass(drawn.duration_ns);
     time.running()->error_number = error_number;
 }
 

@@ -40,13 +40,19 @@ struct call_fate {
     bool half = false;     // write, read and send: half of the bytes
 };
 
+// Other threads run for so long; the next such question comes after so many lines.
+struct preemption {
+    time_ns duration_ns;
+    std::int64_t lines;
+};
+
 // Whoever injects faults into calls (faults.h). It may also call computer::kill().
 class call_faults {
   public:
     virtual ~call_faults() = default;
     virtual call_fate at_call(const call_site &site) = 0;
-    // Between two lines of the daemon. out: how long other threads run there
-    virtual time_ns between_lines() = 0;
+    // Between two lines of the daemon.
+    virtual preemption between_lines() = 0;
 };
 
 class computer {
@@ -100,6 +106,7 @@ class computer {
     // Begins each call: time passes, others run, faults come in. out: its fate
     call_fate begin(const char *name, const open_file *file = nullptr, const char *path = nullptr);
     void preempt();
+    std::int64_t lines_left = 0;  // until preempt() is called
     std::shared_ptr<open_file> descriptor(int fd) const;
     int add_descriptor(std::shared_ptr<open_file> file);
     int close_descriptor(int fd);

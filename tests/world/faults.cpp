@@ -103,14 +103,12 @@ call_fate fault_injector::at_call(const call_site &site) {
     return fate;
 }
 
-time_ns fault_injector::between_lines() {
-    if (!has(fault_kind::preempt)) return 0;
-    if (lines_left_-- > 0) return 0;
+preemption fault_injector::between_lines() {
+    if (!has(fault_kind::preempt)) return {0, std::int64_t{1} << 20};
     dice &drawn = chance(fault_kind::preempt);
-    lines_left_ = drawn.below(20000);
-    const auto duration = static_cast<time_ns>(drawn.log_between(1e3, 20e6));
     ++count_;
-    return duration;
+    return {static_cast<time_ns>(drawn.log_between(1e3, 20e6)),
+            static_cast<std::int64_t>(drawn.below(20000))};
 }
 
 segment_fate fault_injector::at_segment(bool, std::size_t bytes) {

@@ -63,7 +63,7 @@ class fault_injector : public call_faults, public link_faults, public plc_faults
     std::uint64_t count() const { return count_; }
 
     call_fate at_call(const call_site &site) override;
-    time_ns between_lines() override;
+    preemption between_lines() override;
     segment_fate at_segment(bool to_box, std::size_t bytes) override;
     segment_fate at_connect() override;
     reply_fate at_request(const byte_string &request) override;
@@ -77,7 +77,6 @@ class fault_injector : public call_faults, public link_faults, public plc_faults
     std::map<fault_kind, dice> chances_;
     std::vector<std::string> last_;
     std::uint64_t count_ = 0;
-    std::uint64_t lines_left_ = 0;
     bool active_ = true;
 };
 
