@@ -11,7 +11,9 @@
 #include <ostream>
 
 #include "host-tools/command_line/command_line.h"
+#include "tests/world/end_of_program.h"
 #include "tests/world/run.h"
+#include "tests/world/shrink.h"
 
 namespace {
 
@@ -42,22 +44,36 @@ void take_seeds(const std::string &text, order &to) {
         throw compbox::cli::usage_error("--seeds", "the last seed is below the first");
 }
 
-run_result run_seed(const order &with, std::uint64_t seed) {
+run_options options_of(const order &with, std::uint64_t seed) {
     run_options options;
     options.seed = seed;
     options.cycles = with.cycles;
     options.faults = fault_set_of(with.faults);
     options.prints_log = with.prints_log;
-    run world(options);
-    return world.go();
+    return options;
 }
 
-void print_violation(const order &with, std::uint64_t seed, const violation &found) {
+std::string replay_of(const run_options &options) {
+    return fmt::format("replay: scripts/simulate --seeds {}..{} --cycles {} --faults {}\n",
+                       options.seed, options.seed, options.cycles, text_of(options.faults));
+}
+
+run_result run_seed(const run_options &options) {
+    static std::string replay;
+    replay = replay_of(options);
+    run world(options);
+    report_end_of_program(replay, &world.time);
+    const run_result result = world.go();
+    report_end_of_program(replay, nullptr);
+    return result;
+}
+
+void print_violation(const failing_run &failing) {
+    const violation &found = failing.found;
     fmt::print("violation of {} at {:.6f} s, cycle {} of seed {}: {}\n", found.invariant,
-               static_cast<double>(found.at) * 1e-9, found.cycle, seed, found.words);
+               static_cast<double>(found.at) * 1e-9, found.cycle, failing.options.seed, found.words);
     for (const auto &fault : found.last_faults) fmt::print("  fault at {}\n", fault);
-    fmt::print("replay: scripts/simulate --seeds {}..{} --cycles {} --faults {}\n", seed, seed,
-               with.cycles, with.faults);
+    fmt::print("{}", replay_of(failing.options));
 }
 
 // Runs every jobs-th seed from first + job on.
@@ -65,12 +81,13 @@ total run_seeds(const order &with, int job) {
     total sum;
     for (std::uint64_t seed = with.first + static_cast<std::uint64_t>(job); seed <= with.last;
          seed += static_cast<std::uint64_t>(with.jobs)) {
-        const run_result result = run_seed(with, seed);
+        const run_options options = options_of(with, seed);
+        const run_result result = run_seed(options);
         sum.cycles += result.cycles;
         ++sum.seeds;
         sum.violations += result.violations.size();
         sum.seconds += static_cast<double>(result.duration) * 1e-9;
-        for (const auto &found : result.violations) print_violation(with, seed, found);
+        for (const auto &found : result.violations) print_violation(shrunk({options, found}));
         if (with.prints_hash) fmt::print("seed {}: hash {:016x}\n", seed, result.hash);
         std::fflush(stdout);
     }
@@ -97,7 +114,7 @@ total run_jobs(const order &with) {
     for (const int from : pipes) {
         total sum;
         if (::read(from, &sum, sizeof sum) != static_cast<ssize_t>(sizeof sum))
-            throw std::runtime_error("a job ended by itself; run its seeds with --jobs 1");
+            sum.violations = 1;  // it has printed why it ended (end_of_program.h)
         ::close(from);
         all.cycles += sum.cycles;
         all.seeds += sum.seeds;
