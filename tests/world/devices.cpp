@@ -2,10 +2,13 @@
 #include "tests/world/devices.h"
 
 #include <linux/watchdog.h>
+#include <net/if.h>
+#include <sys/ioctl.h>
 
 #include <algorithm>
 #include <cstring>
 #include <string>
+#include <utility>
 
 #include "tests/world/computer.h"
 
@@ -68,7 +71,15 @@ class boot_id_file : public open_file {
 // A datagram socket to the supervisor.
 class notify_socket : public null_device {
   public:
-    explicit notify_socket(computer &of) : of_(of) { path = "systemd"; }
+    notify_socket(computer &of, std::function<bool()> can_is_up)
+        : of_(of), can_is_up_(std::move(can_is_up)) {
+        path = "systemd";
+    }
+    int control(unsigned long request, void *argument) override {
+        if (request != SIOCGIFFLAGS) return -ENOTTY;
+        static_cast<ifreq *>(argument)->ifr_flags = can_is_up_() ? IFF_UP : 0;
+        return 0;
+    }
     long send(const void *from, std::size_t count) override {
         of_.hash.add(from, count);
         return static_cast<long>(count);
@@ -76,6 +87,7 @@ class notify_socket : public null_device {
 
   private:
     computer &of_;
+    std::function<bool()> can_is_up_;
 };
 
 }  // namespace
@@ -84,8 +96,8 @@ std::shared_ptr<open_file> make_terminal(computer &of, int fd) {
     return std::make_shared<terminal>(of, fd);
 }
 
-std::shared_ptr<open_file> make_notify_socket(computer &of) {
-    return std::make_shared<notify_socket>(of);
+std::shared_ptr<open_file> make_notify_socket(computer &of, std::function<bool()> can_is_up) {
+    return std::make_shared<notify_socket>(of, std::move(can_is_up));
 }
 
 void add_system_devices(computer &of) {

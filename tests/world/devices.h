@@ -3,6 +3,7 @@
 // wake-ups, the boot id, systemd's socket.
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include "tests/world/open_file.h"
@@ -12,7 +13,8 @@ namespace compbox::world {
 class computer;
 
 std::shared_ptr<open_file> make_terminal(computer &of, int fd);
-std::shared_ptr<open_file> make_notify_socket(computer &of);
+// A datagram socket: to systemd, or to ask whether the CAN interface is up.
+std::shared_ptr<open_file> make_notify_socket(computer &of, std::function<bool()> can_is_up);
 
 // Makes /dev/watchdog, /dev/cpu_dma_latency, /proc/sys/kernel/random/boot_id and /dev/null.
 void add_system_devices(computer &of);

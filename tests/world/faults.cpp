@@ -77,6 +77,7 @@ void fault_injector::repeat(fault_kind kind, time_ns mean, const std::function<v
 
 void fault_injector::begin() {
     plan_operator();
+    plan_wires();
     repeat(fault_kind::reset, 20 * second, [this] {
         note(fault_kind::reset, "the PLC resets its connections");
         of_.plc.close_all();

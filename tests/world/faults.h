@@ -16,6 +16,7 @@
 #include "tests/world/dice.h"
 #include "tests/world/network.h"
 #include "tests/world/plc_side.h"
+#include "tests/world/serial_line.h"
 
 namespace compbox::world {
 
@@ -29,7 +30,9 @@ class run;
     X(reset, "connections reset, refused, closed")                    \
     X(twice, "replies that come twice")                               \
     X(exception, "Modbus exceptions, torn readings")                  \
-    X(enable, "the operator takes enable away, presses reset")
+    X(enable, "the operator takes enable away, presses reset") \
+    X(line, "serial lines lose bytes, flip bits, pause, are unplugged")        \
+    X(can, "CAN goes down, off the bus, away; nodes fall silent, boot again")
 
 enum class fault_kind {
 #define X(name, words) name,
@@ -45,7 +48,8 @@ fault_set fault_set_of(const std::string &text);
 std::string name_of(fault_kind kind);
 std::string text_of(const fault_set &kinds);
 
-class fault_injector : public call_faults, public link_faults, public plc_faults {
+class fault_injector : public call_faults, public link_faults, public plc_faults,
+                       public line_faults {
   public:
     fault_injector(run &of, const fault_set &kinds, std::uint64_t seed);
 
@@ -59,6 +63,7 @@ class fault_injector : public call_faults, public link_faults, public plc_faults
     dice &chance(fault_kind kind) { return chances_.at(kind); }
     // Remembers it for the report of a violation.
     void note(fault_kind kind, const std::string &words);
+    void count_one() { ++count_; }  // one that is too frequent for the report
     const std::vector<std::string> &last() const { return last_; }
     std::uint64_t count() const { return count_; }
 
@@ -67,10 +72,12 @@ class fault_injector : public call_faults, public link_faults, public plc_faults
     segment_fate at_segment(bool to_box, std::size_t bytes) override;
     segment_fate at_connect() override;
     reply_fate at_request(const byte_string &request) override;
+    line_fate at_line(bool to_box) override;
 
   private:
     void repeat(fault_kind kind, time_ns mean, const std::function<void()> &what);
     void plan_operator();
+    void plan_wires();  // faults_wires.cpp
 
     run &of_;
     fault_set kinds_;

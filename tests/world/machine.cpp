@@ -29,7 +29,7 @@ struct draft {
     json root;
     machine &made;
     std::vector<std::string> outputs;  // of terms, for sums
-    std::vector<std::string> lags;     // signals
+    std::vector<std::string> lags;     // and sensors on wires of their own: other inputs
     int read_next = 8, write_next = write_start + 4;
 
     std::string profile() const { return made.profile.name; }
@@ -54,7 +54,7 @@ struct draft {
             root["cycle"]["lead_ms"] = chance.below(100);
         json &plc = root["plc"];
         plc["profile"] = profile();
-        plc["transport"]["tcp"] = {{"host", "192.168.0.1"}, {"port", made.port}};
+        draw_transport(plc["transport"]);
         plc["exchange"] = made.fc23 ? "fc23" : "fc3+fc16";
         plc["control"] = 2;
         plc["plc_heartbeat"] = 1;
@@ -69,6 +69,59 @@ struct draft {
         if (is("fanuc") && chance.one_in(3)) plc["axes_at_once"] = true;
         if (!is("fanuc") && chance.one_in(4))
             plc["interpolate_ms"] = rounded(period_ms * chance.between(0.5, 1.0));
+    }
+
+    // A serial line needs a period that its exchange fits into.
+    void draw_transport(json &transport) {
+        if (made.period_us < 30000 || !chance.one_in(4)) {
+            transport["tcp"] = {{"host", chance.one_in(4) ? "fd00::1" : "192.168.0.1"},
+                                {"port", made.port}};
+            return;
+        }
+        made.plc_device = "/dev/ttyS0";
+        transport["rtu"] = {{"device", made.plc_device},
+                            {"baud", made.period_us < 60000 ? 460800 : 230400}};
+        if (chance.one_in(2)) transport["rtu"]["parity"] = "none";
+    }
+
+    // Modules on the box's own bus, and CANopen nodes.
+    void draw_sensors() {
+        for (std::uint64_t i = 0, count = chance.one_in(3) ? 1 + chance.below(3) : 0; i < count; ++i) {
+            const std::string name = fmt::format("B{}", i + 1);
+            root["signals"].push_back({{"name", name},     {"unit", "degC"}, {"bus", "pt100"},
+                                       {"unit_id", 5 + i}, {"register", 0},  {"type", "int16"},
+                                       {"scale", 0.1},     {"min", -10},     {"max", 90},
+                                       {"max_age_ms", 5000}});
+            made.modules.push_back(fmt::format("{}=20.0", 5 + i));
+            lags.push_back(name);
+        }
+        if (!made.modules.empty())
+            root["buses"].push_back({{"name", "pt100"},
+                                     {"rtu", {{"device", "/dev/ttyS1"}, {"baud", 38400}}},
+                                     {"every_ms", 200 + chance.below(500)}});
+        for (std::uint64_t i = 0, count = chance.one_in(3) ? 1 + chance.below(3) : 0; i < count; ++i)
+            draw_node(static_cast<int>(i) + 1);
+    }
+
+    void draw_node(int number) {
+        can_node node;
+        node.number = number;
+        node.starts_itself = chance.one_in(2);
+        node.every = chance.time_between(50, 500) * ms;
+        made.nodes.push_back(node);
+        const std::string name = fmt::format("C{}", number);
+        root["signals"].push_back({{"name", name},
+                                   {"unit", "degC"},
+                                   {"can", fmt::format("{:#x}", 0x180 + number)},
+                                   {"type", "int16le"},
+                                   {"scale", 0.1},
+                                   {"min", -10},
+                                   {"max", 90}});
+        const bool start = !node.starts_itself || chance.one_in(2);
+        json entry = {{"node", number}, {"start", start}};
+        if (!start || chance.one_in(2)) entry["heartbeat_timeout_ms"] = 1000;
+        root["can"]["nodes"].push_back(entry);
+        lags.push_back(name);
     }
 
     // Blocks end behind what was laid out; their counters are the first and the last register.
@@ -354,6 +407,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_plc();
     file.draw_axes();
     file.draw_temperatures();
+    file.draw_sensors();
     file.draw_terms();
     const bool counters = chance.one_in(2);
     file.draw_channels(counters);

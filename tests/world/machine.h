@@ -9,6 +9,7 @@
 #include "host-tools/fakeplc/profile.h"
 #include "host-tools/fakeplc/register_map.h"
 #include "host-tools/twin/twin_file.h"
+#include "tests/world/can_bus.h"
 #include "tests/world/dice.h"
 
 namespace compbox::world {
@@ -38,6 +39,9 @@ struct machine {
     bool demands_fit = true;  // no demand is beyond error_um, which ends in FAULT
     std::vector<channel_facts> channels;
     std::vector<pair_facts> pairs;
+    std::string plc_device;            // of a serial line to the PLC; "": TCP
+    std::vector<std::string> modules;  // on the bus of the box, as pt100_modules::add takes them
+    std::vector<can_node> nodes;
     std::vector<std::string> temperatures;  // signals of the PLC that wander
 };
 

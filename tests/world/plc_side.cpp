@@ -85,22 +85,27 @@ void plc_side::received(const connection_ptr &from, const std::string &bytes, ti
     }
 }
 
-void plc_side::answer_frame(const connection_ptr &from, const byte_string &frame, time_ns sent) {
-    const byte_string request(frame.begin() + modbus::header_size, frame.end());
+plc_side::served plc_side::serve(const byte_string &request, time_ns sent) {
     const reply_fate fate = faults == nullptr ? reply_fate{} : faults->at_request(request);
-    if (stopped_) return;
+    if (stopped_) return {};
     catch_up();
     const byte_string reply =
         fate.exception != 0
             ? modbus::exception_reply(request[0], static_cast<std::uint8_t>(fate.exception))
             : control.answer(request, fate.torn);
     if (answered) answered(sent, request, reply);
-    if (fate.lost) return;
-    const byte_string whole = modbus::frame(frame, reply);
+    if (fate.lost) return {};
+    return {reply, chance_.time_between(200 * us, 2 * ms) + fate.delay_ns, fate.twice};
+}
+
+void plc_side::answer_frame(const connection_ptr &from, const byte_string &frame, time_ns sent) {
+    const byte_string request(frame.begin() + modbus::header_size, frame.end());
+    const served done = serve(request, sent);
+    if (done.reply.empty()) return;
+    const byte_string whole = modbus::frame(frame, done.reply);
     const std::string bytes(whole.begin(), whole.end());
-    const time_ns duration = chance_.time_between(200 * us, 2 * ms) + fate.delay_ns;
-    from->send(bytes, duration);
-    if (fate.twice) from->send(bytes, duration + 5 * ms);
+    from->send(bytes, done.duration);
+    if (done.twice) from->send(bytes, done.duration + 5 * ms);
 }
 
 std::vector<std::uint16_t> plc_side::registers(int start, int count) {

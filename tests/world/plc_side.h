@@ -51,6 +51,14 @@ class plc_side : public tcp_peer {
     // A write by another client than the box.
     void write_foreign(int start, const std::vector<std::uint16_t> &values);
 
+    // What one request leads to, on any wire.
+    struct served {
+        byte_string reply;      // PDU; empty: none
+        time_ns duration = 0;   // from the request to the reply
+        bool twice = false;
+    };
+    served serve(const byte_string &request, time_ns sent);
+
     bool accepted(const connection_ptr &from) override;
     void received(const connection_ptr &from, const std::string &bytes, time_ns sent) override;
     void closed(const connection_ptr &from, bool reset) override;

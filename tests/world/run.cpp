@@ -2,8 +2,12 @@
 #include "tests/world/run.h"
 
 #include <fmt/core.h>
+#include <linux/can.h>
+#include <sys/socket.h>
 
 #include <cstdio>
+
+#include "tests/world/devices.h"
 
 namespace compbox::world {
 
@@ -33,10 +37,8 @@ run::run(const run_options &with)
     net.faults = &faults;
     plc.faults = &faults;
     net.listen(box_machine.port, &plc);
-    box.make_socket = [this](int domain, int) -> std::shared_ptr<open_file> {
-        if (domain == AF_INET || domain == AF_INET6) return make_tcp_socket(net);
-        return nullptr;
-    };
+    box.make_socket = [this](int domain, int) { return make_socket(domain); };
+    connect_wires();
     invariants_ = all_invariants(*this);
     box.ended = [this](const ending &how) { daemon_ended(how); };
     box.ticked = [this] { count_tick(); };
@@ -56,6 +58,47 @@ run::run(const run_options &with)
     box.files.replace(config_path, box_machine.text);
 }
 
+std::shared_ptr<open_file> run::make_socket(int domain) {
+    if (domain == AF_INET || domain == AF_INET6) return make_tcp_socket(net);
+    if (domain == AF_UNIX) return make_notify_socket(box, [this] {
+        return can != nullptr && can->state() == can_bus::interface_state::up;
+    });
+    if (domain == AF_CAN && can != nullptr) return can->make_socket();
+    return nullptr;
+}
+
+void run::connect_wires() {
+    const std::uint64_t seed = options.seed;
+    if (!box_machine.plc_device.empty()) {
+        plc_line = std::make_unique<serial_line>(box, box_machine.plc_device, seed);
+        plc_line->faults = &faults;
+        plc_slave_ = std::make_unique<rtu_slaves>(
+            *plc_line, time, [this](int unit, const byte_string &request, time_ns sent) {
+                if (unit != 1) return unit_reply{};
+                const auto done = plc.serve(request, sent);
+                return unit_reply{done.reply, static_cast<int>(done.duration / ms)};
+            });
+    }
+    if (!box_machine.modules.empty()) {
+        bus_line = std::make_unique<serial_line>(box, "/dev/ttyS1", seed);
+        bus_line->faults = &faults;
+        for (const auto &module : box_machine.modules) modules_.add(module);
+        bus_slaves_ = std::make_unique<rtu_slaves>(
+            *bus_line, time, [this](int unit, const byte_string &request, time_ns) {
+                return modules_.answer(unit, request);
+            });
+        wander_modules();
+    }
+    if (!box_machine.nodes.empty()) can = std::make_unique<can_bus>(box, box_machine.nodes, seed);
+}
+
+// The temperatures of the modules on the bus.
+void run::wander_modules() {
+    for (std::size_t i = 0; i < box_machine.modules.size(); ++i)
+        modules_.run(fmt::format("set {} 0 {:.1f}", 5 + i, 20 + chance_.between(-1, 1)));
+    time.at(time.now() + second, [this] { wander_modules(); });
+}
+
 void run::start_daemon() {
     if (box.runs()) return;
     std::vector<std::string> words = {"compboxd", "--config", config_path, "--state", state_path,
@@ -63,6 +106,8 @@ void run::start_daemon() {
     if (options.seed % 4 == 0) words.insert(words.end(), {"--record", record_path});
     if (options.seed % 3 == 0) words.insert(words.end(), {"--watchdog", "/dev/watchdog"});
     if (options.seed % 5 == 0) words.insert(words.end(), {"--clock", "boottime"});
+    if (options.seed % 2 == 0)
+        box.environment = {{"NOTIFY_SOCKET", "/run/systemd/notify"}, {"WATCHDOG_USEC", "10000000"}};
     ++result_.starts;
     each([](invariant &one) { one.started(); });
     box.start_daemon(words);

@@ -8,12 +8,15 @@
 #include <string>
 #include <vector>
 
+#include "host-tools/fakeplc/pt100.h"
+#include "tests/world/can_bus.h"
 #include "tests/world/computer.h"
 #include "tests/world/faults.h"
 #include "tests/world/invariants.h"
 #include "tests/world/machine.h"
 #include "tests/world/network.h"
 #include "tests/world/plc_side.h"
+#include "tests/world/serial_line.h"
 
 namespace compbox::world {
 
@@ -47,6 +50,8 @@ class run {
     computer box;
     network net;
     plc_side plc;
+    std::unique_ptr<serial_line> plc_line, bus_line;  // null: the machine has none
+    std::unique_ptr<can_bus> can;
     fault_injector faults;
 
     bool asked_to_stop = false;  // SIGTERM, or --cycles
@@ -65,6 +70,9 @@ class run {
     void report(const char *invariant, const std::string &words);
 
   private:
+    void connect_wires();
+    void wander_modules();
+    std::shared_ptr<open_file> make_socket(int domain);
     void start_daemon();
     void daemon_ended(const ending &how);
     void count_tick();
@@ -75,6 +83,8 @@ class run {
         for (auto &one : invariants_) call(*one);
     }
 
+    std::unique_ptr<rtu_slaves> plc_slave_, bus_slaves_;
+    pt100_modules modules_;
     std::vector<std::unique_ptr<invariant>> invariants_;
     run_result result_;
     dice chance_;

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: MIT
+#include "tests/world/can_bus.h"
+
+#include <linux/can/error.h>
+#include <linux/can/raw.h>
+#include <net/if.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace compbox::world {
+
+namespace {
+
+constexpr std::size_t queue_frames = 500;
+
+}  // namespace
+
+class can_socket : public open_file {
+  public:
+    explicit can_socket(can_bus &of) : of_(of) { path = "can"; }
+
+    int bind(const sockaddr *, socklen_t) override {
+        if (of_.state_ == can_bus::interface_state::gone) return -ENODEV;
+        bound_ = true;
+        if (of_.state_ == can_bus::interface_state::down) fail(ENETDOWN);
+        return 0;
+    }
+    int set_option(int level, int option, const void *value, socklen_t size) override {
+        if (level != SOL_CAN_RAW) return 0;
+        if (option == CAN_RAW_ERR_FILTER) errors_ = *static_cast<const can_err_mask_t *>(value);
+        if (option != CAN_RAW_FILTER) return 0;
+        const auto *filters = static_cast<const can_filter *>(value);
+        filters_.assign(filters, filters + size / sizeof *filters);
+        return 0;
+    }
+    short ready() const override {
+        return static_cast<short>(queue_.empty() && error_ == 0 ? POLLOUT : POLLIN | POLLOUT);
+    }
+    long receive_message(msghdr *to) override {
+        if (error_ != 0) return -std::exchange(error_, 0);
+        if (queue_.empty()) return -EAGAIN;
+        const entry next = queue_.front();
+        queue_.pop_front();
+        std::memcpy(to->msg_iov[0].iov_base, &next.frame, sizeof next.frame);
+        put_control(to, next);
+        return sizeof next.frame;
+    }
+    long send(const void *from, std::size_t count) override {
+        if (of_.state_ != can_bus::interface_state::up) return -ENETDOWN;
+        can_frame frame;
+        if (count != sizeof frame) return -EINVAL;
+        std::memcpy(&frame, from, sizeof frame);
+        of_.sent_by_box(frame);
+        return sizeof frame;
+    }
+
+    void take(const can_frame &frame, time_ns wall) {
+        if (!bound_ || !wants(frame)) return;
+        if (queue_.size() >= queue_frames)
+            ++lost_;
+        else
+            queue_.push_back({frame, wall, lost_});
+    }
+    void fail(int error) { error_ = error; }
+
+  private:
+    struct entry {
+        can_frame frame;
+        time_ns wall;
+        std::uint32_t lost;
+    };
+    bool wants(const can_frame &frame) const {
+        if (frame.can_id & CAN_ERR_FLAG) return (frame.can_id & errors_) != 0;
+        return std::any_of(filters_.begin(), filters_.end(), [&frame](const can_filter &filter) {
+            return (frame.can_id & filter.can_mask) == (filter.can_id & filter.can_mask);
+        });
+    }
+    static void put_control(msghdr *to, const entry &next) {
+        const timespec stamp = {next.wall / second, next.wall % second};
+        cmsghdr *at = CMSG_FIRSTHDR(to);
+        at->cmsg_level = SOL_SOCKET;
+        at->cmsg_type = SCM_TIMESTAMPNS;
+        at->cmsg_len = CMSG_LEN(sizeof stamp);
+        std::memcpy(CMSG_DATA(at), &stamp, sizeof stamp);
+        std::size_t used = CMSG_SPACE(sizeof stamp);
+        if (next.lost > 0) {
+            at = reinterpret_cast<cmsghdr *>(static_cast<char *>(to->msg_control) + used);
+            at->cmsg_level = SOL_SOCKET;
+            at->cmsg_type = SO_RXQ_OVFL;
+            at->cmsg_len = CMSG_LEN(sizeof next.lost);
+            std::memcpy(CMSG_DATA(at), &next.lost, sizeof next.lost);
+            used += CMSG_SPACE(sizeof next.lost);
+        }
+        to->msg_controllen = used;
+    }
+
+    can_bus &of_;
+    std::vector<can_filter> filters_;
+    can_err_mask_t errors_ = 0;
+    std::deque<entry> queue_;
+    std::uint32_t lost_ = 0;
+    int error_ = 0;
+    bool bound_ = false;
+};
+
+can_bus::can_bus(computer &of, const std::vector<can_node> &all, std::uint64_t seed)
+    : nodes(all), of_(of), chance_(seed, "CAN nodes") {
+    for (std::size_t node = 0; node < nodes.size(); ++node) {
+        nodes[node].operational = nodes[node].starts_itself;
+        send_values(node);
+        send_heartbeats(node);
+    }
+}
+
+std::shared_ptr<open_file> can_bus::make_socket() {
+    auto made = std::make_shared<can_socket>(*this);
+    sockets_.erase(std::remove_if(sockets_.begin(), sockets_.end(),
+                                  [](const auto &one) { return one.expired(); }),
+                   sockets_.end());
+    sockets_.push_back(made);
+    return made;
+}
+
+void can_bus::put(const can_frame &frame) {
+    if (state_ != interface_state::up) return;
+    of_.hash.add(&frame, sizeof frame);
+    for (const auto &one : sockets_) {
+        if (const auto open = one.lock()) open->take(frame, of_.wall());
+    }
+    of_.changed();
+}
+
+void can_bus::set_interface(interface_state state) {
+    if (state == state_) return;
+    state_ = state;
+    const int error = state == interface_state::down   ? ENETDOWN
+                      : state == interface_state::gone ? ENODEV
+                                                       : 0;
+    for (const auto &one : sockets_) {
+        const auto open = one.lock();
+        if (open && error != 0) open->fail(error);
+    }
+    of_.changed();
+}
+
+void can_bus::reboot(std::size_t node) {
+    can_node &of = nodes[node];
+    of.operational = of.starts_itself;
+    can_frame boot_up = {};
+    boot_up.can_id = static_cast<canid_t>(0x700 + of.number);
+    boot_up.can_dlc = 1;
+    put(boot_up);
+}
+
+void can_bus::send_values(std::size_t node) {
+    can_node &of = nodes[node];
+    of_.time.at(of_.time.now() + of.every + chance_.time_between(0, ms),
+                [this, node] { send_values(node); });
+    of.temperature_degC =
+        std::clamp(of.temperature_degC + chance_.between(-0.02, 0.02), 5.0, 45.0);
+    if (!of.operational || of.silent) return;
+    can_frame frame = {};
+    frame.can_id = static_cast<canid_t>(0x180 + of.number);
+    frame.can_dlc = 2;
+    const auto raw = static_cast<std::int16_t>(std::lround(of.temperature_degC * 10));
+    frame.data[0] = static_cast<std::uint8_t>(raw & 0xFF);
+    frame.data[1] = static_cast<std::uint8_t>(raw >> 8 & 0xFF);
+    put(frame);
+}
+
+void can_bus::send_heartbeats(std::size_t node) {
+    const can_node &of = nodes[node];
+    of_.time.at(of_.time.now() + of.heartbeat, [this, node] { send_heartbeats(node); });
+    if (of.silent) return;
+    can_frame frame = {};
+    frame.can_id = static_cast<canid_t>(0x700 + of.number);
+    frame.can_dlc = 1;
+    frame.data[0] = of.operational ? 5 : 127;
+    put(frame);
+}
+
+// NMT: start, of one node or of all.
+void can_bus::sent_by_box(const can_frame &frame) {
+    of_.hash.add(&frame, sizeof frame);
+    if (frame.can_id != 0 || frame.can_dlc != 2 || frame.data[0] != 1) return;
+    for (can_node &node : nodes) {
+        if (frame.data[1] == 0 || frame.data[1] == node.number) node.operational = true;
+    }
+}
+
+}  // namespace compbox::world

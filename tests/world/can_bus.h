@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+// A CAN bus: its interface in the box's computer, and CANopen nodes with a thermometer each.
+#pragma once
+
+#include <linux/can.h>
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <vector>
+
+#include "tests/world/computer.h"
+#include "tests/world/dice.h"
+
+namespace compbox::world {
+
+// A node sends its temperature in TPDO 0x180 + node, int16le, 0.1 °C, and heartbeats, once it is
+// started by NMT or by itself.
+struct can_node {
+    int number = 1;
+    bool starts_itself = true;
+    time_ns every = 100 * ms;        // of its TPDO
+    time_ns heartbeat = 200 * ms;
+    double temperature_degC = 20;
+    bool operational = false, silent = false;
+};
+
+class can_bus {
+  public:
+    can_bus(computer &of, const std::vector<can_node> &nodes, std::uint64_t seed);
+
+    enum class interface_state { up, down, gone };
+    void set_interface(interface_state state);
+    interface_state state() const { return state_; }
+    // A frame on the bus, an error frame too: all sockets with a fitting filter get it.
+    void put(const can_frame &frame);
+    void reboot(std::size_t node);  // it boots and waits for its start again
+    std::vector<can_node> nodes;
+
+    std::shared_ptr<open_file> make_socket();
+
+  private:
+    friend class can_socket;
+    void send_values(std::size_t node);
+    void send_heartbeats(std::size_t node);
+    void sent_by_box(const can_frame &frame);
+
+    computer &of_;
+    dice chance_;
+    interface_state state_ = interface_state::up;
+    std::vector<std::weak_ptr<class can_socket>> sockets_;
+};
+
+}  // namespace compbox::world

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+// Faults of serial lines and of the CAN bus.
+#include <linux/can/error.h>
+
+#include "tests/world/faults.h"
+#include "tests/world/run.h"
+
+namespace compbox::world {
+
+namespace {
+
+can_frame error_frame(canid_t bits) {
+    can_frame frame = {};
+    frame.can_id = CAN_ERR_FLAG | bits;
+    frame.can_dlc = CAN_ERR_DLC;
+    return frame;
+}
+
+// Off the bus; the controller restarts a second later.
+void go_off_the_bus(run &of) {
+    of.can->put(error_frame(CAN_ERR_BUSOFF));
+    of.time.at(of.time.now() + second, [&of] { of.can->put(error_frame(CAN_ERR_RESTARTED)); });
+}
+
+// The interface leaves, and is back by itself.
+void leave(run &of, can_bus::interface_state state, time_ns duration) {
+    of.can->set_interface(state);
+    of.time.at(of.time.now() + duration,
+               [&of] { of.can->set_interface(can_bus::interface_state::up); });
+}
+
+}  // namespace
+
+line_fate fault_injector::at_line(bool) {
+    line_fate fate;
+    if (!has(fault_kind::line)) return fate;
+    dice &drawn = chance(fault_kind::line);
+    fate.lost = drawn.one_in(500);
+    fate.flipped = drawn.one_in(300);
+    fate.torn = drawn.one_in(200);
+    if (fate.torn || drawn.one_in(200))
+        fate.delay_ns = static_cast<time_ns>(drawn.log_between(100e3, 300e6));
+    if (fate.lost || fate.flipped || fate.delay_ns > 0) count_one();
+    return fate;
+}
+
+void fault_injector::plan_wires() {
+    repeat(fault_kind::line, 40 * second, [this] {
+        serial_line *const line = chance(fault_kind::line).one_in(2) ? of_.plc_line.get()
+                                                                     : of_.bus_line.get();
+        if (line == nullptr) return;
+        note(fault_kind::line, "a serial adapter is unplugged");
+        line->plug(false);
+        const time_ns back = chance(fault_kind::line).time_between(0, 5 * second);
+        of_.time.at(of_.time.now() + back, [line] { line->plug(true); });
+    });
+    repeat(fault_kind::can, 15 * second, [this] {
+        if (of_.can == nullptr) return;
+        dice &drawn = chance(fault_kind::can);
+        const std::size_t node = drawn.below(of_.can->nodes.size());
+        const time_ns duration = drawn.time_between(0, 10 * second);
+        switch (drawn.below(6)) {
+            case 0:
+                note(fault_kind::can, "the interface goes down");
+                leave(of_, can_bus::interface_state::down, duration);
+                break;
+            case 1:
+                note(fault_kind::can, "the interface goes away");
+                leave(of_, can_bus::interface_state::gone, duration);
+                break;
+            case 2:
+                note(fault_kind::can, "bus off");
+                go_off_the_bus(of_);
+                break;
+            case 3:
+                note(fault_kind::can, "a node boots");
+                of_.can->reboot(node);
+                break;
+            case 4:
+                note(fault_kind::can, "a node falls silent");
+                of_.can->nodes[node].silent = true;
+                of_.time.at(of_.time.now() + duration,
+                            [this, node] { of_.can->nodes[node].silent = false; });
+                break;
+            default: {
+                note(fault_kind::can, "a flood of frames");
+                can_frame frame = {};
+                frame.can_id = static_cast<canid_t>(0x180 + of_.can->nodes[node].number);
+                frame.can_dlc = static_cast<std::uint8_t>(drawn.below(9));
+                for (std::uint64_t i = drawn.below(2000); i > 0; --i) of_.can->put(frame);
+                break;
+            }
+        }
+    });
+}
+
+}  // namespace compbox::world

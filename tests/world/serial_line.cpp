@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: MIT
+#include "tests/world/serial_line.h"
+
+#include <sys/ioctl.h>
+#include <termios.h>
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "host-tools/fakeplc/rtu.h"
+
+namespace compbox::world {
+
+namespace {
+
+constexpr time_ns lump = 3 * ms;        // the driver hands bytes over at least this often
+constexpr time_ns forgotten = 20 * ms;  // silence after which a slave drops half a request
+
+long baud_of(speed_t speed) {
+    switch (speed) {
+        case B9600:
+            return 9600;
+        case B38400:
+            return 38400;
+        case B57600:
+            return 57600;
+        case B115200:
+            return 115200;
+        case B230400:
+            return 230400;
+        case B460800:
+            return 460800;
+        case B921600:
+            return 921600;
+        default:
+            return 19200;
+    }
+}
+
+}  // namespace
+
+// An open device.
+class line_file : public open_file {
+  public:
+    explicit line_file(serial_line &of) : of_(of), plug_(of.plugs_) {}
+
+    long read(void *to, std::size_t count) override {
+        if (dead()) return 0;
+        if (of_.inbox_.empty()) return -EAGAIN;
+        count = std::min(count, of_.inbox_.size());
+        std::memcpy(to, of_.inbox_.data(), count);
+        of_.inbox_.erase(0, count);
+        return static_cast<long>(count);
+    }
+    long write(const void *from, std::size_t count) override {
+        if (dead()) return -EIO;
+        const auto *bytes = static_cast<const std::uint8_t *>(from);
+        of_.transmit(byte_string(bytes, bytes + count));
+        return static_cast<long>(count);
+    }
+    short ready() const override {
+        if (dead()) return POLLIN | POLLERR | POLLHUP;
+        return static_cast<short>(of_.inbox_.empty() ? POLLOUT : POLLIN | POLLOUT);
+    }
+    int control(unsigned long request, void *argument) override {
+        if (dead()) return -EIO;
+        if (request == TCGETS) *static_cast<termios *>(argument) = settings_;
+        if (request == TCSETS) {
+            settings_ = *static_cast<const termios *>(argument);
+            of_.baud_ = baud_of(cfgetospeed(&settings_));
+        }
+        if (request == TCFLSH) of_.inbox_.clear();
+        const bool known = request == TCGETS || request == TCSETS || request == TCFLSH ||
+                           request == static_cast<unsigned long>(TIOCEXCL);
+        return known ? 0 : -ENOTTY;
+    }
+
+  private:
+    bool dead() const { return !of_.plugged_ || plug_ != of_.plugs_; }
+    serial_line &of_;
+    std::uint64_t plug_;
+    termios settings_ = {};
+};
+
+serial_line::serial_line(computer &of, const std::string &device, std::uint64_t seed)
+    : of_(of), chance_(seed, device) {
+    of.files.make_device(device, [this]() -> std::shared_ptr<open_file> {
+        if (!plugged_) return nullptr;
+        return std::make_shared<line_file>(*this);
+    });
+}
+
+void serial_line::plug(bool in) {
+    plugged_ = in;
+    ++plugs_;
+    inbox_.clear();
+    of_.changed();
+}
+
+byte_string serial_line::spoilt(byte_string bytes, const line_fate &fate) {
+    if (fate.lost) bytes.clear();
+    if (fate.flipped && !bytes.empty())
+        bytes[chance_.below(bytes.size())] ^= static_cast<std::uint8_t>(1u << chance_.below(8));
+    return bytes;
+}
+
+// From the box: slaves hear it when the last byte ended.
+void serial_line::transmit(const byte_string &bytes) {
+    const line_fate fate = faults == nullptr ? line_fate{} : faults->at_line(false);
+    const byte_string on_wire = spoilt(bytes, fate);
+    of_.hash.add(on_wire.data(), on_wire.size());
+    of_.hash.add(of_.time.now());
+    time_ns &free = free_ns_[0];
+    free = std::max(free, of_.time.now()) + static_cast<time_ns>(bytes.size()) * character();
+    of_.time.at(free + fate.delay_ns, [this, on_wire, sent = of_.time.now(), plug = plugs_] {
+        if (plugged_ && plug == plugs_ && heard) heard(on_wire, sent);
+    });
+}
+
+void serial_line::send(const byte_string &bytes, time_ns after) {
+    const line_fate fate = faults == nullptr ? line_fate{} : faults->at_line(true);
+    const byte_string on_wire = spoilt(bytes, fate);
+    const time_ns begin = std::max(free_ns_[1], of_.time.now() + after);
+    if (!fate.torn) {
+        deliver(on_wire, begin + fate.delay_ns);
+        return;
+    }
+    const auto half = on_wire.begin() + static_cast<std::ptrdiff_t>(on_wire.size() / 2);
+    deliver(byte_string(on_wire.begin(), half), begin);
+    deliver(byte_string(half, on_wire.end()), free_ns_[1] + fate.delay_ns);
+}
+
+// To the box: the driver hands it over in lumps.
+void serial_line::deliver(const byte_string &bytes, time_ns from) {
+    const auto most = static_cast<std::size_t>(std::max<time_ns>(lump / character(), 1));
+    for (std::size_t at = 0; at < bytes.size(); at += most) {
+        const std::size_t count = std::min(most, bytes.size() - at);
+        const std::string part(bytes.begin() + static_cast<std::ptrdiff_t>(at),
+                               bytes.begin() + static_cast<std::ptrdiff_t>(at + count));
+        from += static_cast<time_ns>(count) * character();
+        of_.time.at(from, [this, part, plug = plugs_] {
+            if (!plugged_ || plug != plugs_) return;
+            inbox_ += part;
+            of_.hash.add(part);
+            of_.changed();
+        });
+    }
+    free_ns_[1] = std::max(free_ns_[1], from);
+}
+
+// ---- slaves
+
+rtu_slaves::rtu_slaves(serial_line &line, scheduler &time, handler answer)
+    : line_(line), time_(time), answer_(std::move(answer)) {
+    line.heard = [this](const byte_string &bytes, time_ns sent) { hear(bytes, sent); };
+}
+
+void rtu_slaves::hear(const byte_string &bytes, time_ns sent) {
+    if (time_.now() - received_ns_ > forgotten) received_.clear();
+    received_ns_ = time_.now();
+    received_.insert(received_.end(), bytes.begin(), bytes.end());
+    const std::size_t size = rtu::request_size(received_);
+    if (size == 0 || received_.size() < size) return;
+    const byte_string frame = std::exchange(received_, {});
+    if (frame.size() != size || !rtu::is_frame(frame)) return;
+    const int unit = frame[0];
+    const unit_reply reply =
+        answer_(unit, byte_string(frame.begin() + 1, frame.end() - 2), sent);
+    if (reply.pdu.empty()) return;
+    line_.send(rtu::frame(static_cast<std::uint8_t>(unit), reply.pdu),
+               std::max(7 * line_.character() / 2, 1750 * us) + reply.delay_ms * ms);
+}
+
+}  // namespace compbox::world

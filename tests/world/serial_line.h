@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+// A serial line of the box: a device file, and slaves that hear each byte when it ends on the wire.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "host-tools/fakeplc/modbus.h"
+#include "host-tools/fakeplc/serial_server.h"
+#include "tests/world/computer.h"
+#include "tests/world/dice.h"
+
+namespace compbox::world {
+
+// What happens to the bytes of one frame.
+struct line_fate {
+    bool lost = false;
+    bool flipped = false;       // one bit of them
+    time_ns delay_ns = 0;       // before the first, or in the middle if `torn`
+    bool torn = false;
+};
+
+class line_faults {
+  public:
+    virtual ~line_faults() = default;
+    virtual line_fate at_line(bool to_box) = 0;
+};
+
+class serial_line {
+  public:
+    // Makes the device.
+    serial_line(computer &of, const std::string &device, std::uint64_t seed);
+
+    // in : the time at which the box sent it. Called in an event when its last byte ended.
+    std::function<void(const byte_string &bytes, time_ns sent)> heard;
+    // A slave sends; the first byte leaves after `after`.
+    void send(const byte_string &bytes, time_ns after);
+    // Without an adapter the device is missing, and its descriptors fail.
+    void plug(bool in);
+    // out: of one character at the line's speed
+    time_ns character() const { return 11 * second / baud_; }
+
+    line_faults *faults = nullptr;
+
+  private:
+    friend class line_file;
+    void transmit(const byte_string &bytes);
+    void deliver(const byte_string &bytes, time_ns from);
+    byte_string spoilt(byte_string bytes, const line_fate &fate);
+
+    computer &of_;
+    dice chance_;
+    std::string inbox_;
+    long baud_ = 19200;
+    bool plugged_ = true;
+    std::uint64_t plugs_ = 0;  // descriptors of an earlier adapter are dead
+    time_ns free_ns_[2] = {0, 0};  // end of the last byte, from and to the box
+};
+
+// Slaves of a line: whole requests of a unit to replies.
+class rtu_slaves {
+  public:
+    // out: empty PDU: no unit of this number, or no reply
+    using handler = std::function<unit_reply(int unit, const byte_string &pdu, time_ns sent)>;
+    rtu_slaves(serial_line &line, scheduler &time, handler answer);
+
+  private:
+    void hear(const byte_string &bytes, time_ns sent);
+
+    serial_line &line_;
+    scheduler &time_;
+    handler answer_;
+    byte_string received_;
+    time_ns received_ns_ = 0;
+};
+
+}  // namespace compbox::world
