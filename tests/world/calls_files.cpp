@@ -196,9 +196,9 @@ int world_poll(pollfd *set, nfds_t count, int timeout_ms) {
 
 int world_ppoll(pollfd *set, nfds_t count, const timespec *timeout, const sigset_t *) {
     if (here().begin("ppoll").error != 0) return -1;
-    return poll_until(
-        set, count,
-        timeout == nullptr ? never
-                           : here().time.now() + timeout->tv_sec * second + timeout->tv_nsec);
+    return poll_until(set, count,
+                      timeout == nullptr
+                          ? never
+                          : here().time.now() + timeout->tv_sec * second + timeout->tv_nsec);
 }
 }

@@ -117,6 +117,7 @@ __attribute__((format(printf, 2, 3))) int world_fprintf(stream *to, const char *
     const int length = std::vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
     if (length < 0) return -1;
-    return put(*to, text, std::min(static_cast<std::size_t>(length), sizeof text - 1)) ? length : -1;
+    return put(*to, text, std::min(static_cast<std::size_t>(length), sizeof text - 1)) ? length
+                                                                                       : -1;
 }
 }

@@ -158,8 +158,7 @@ void can_bus::send_values(std::size_t node) {
     can_node &of = nodes[node];
     of_.time.at(of_.time.now() + of.every + chance_.time_between(0, ms),
                 [this, node] { send_values(node); });
-    of.temperature_degC =
-        std::clamp(of.temperature_degC + chance_.between(-0.02, 0.02), 5.0, 45.0);
+    of.temperature_degC = std::clamp(of.temperature_degC + chance_.between(-0.02, 0.02), 5.0, 45.0);
     if (!of.operational || of.silent) return;
     can_frame frame = {};
     frame.can_id = static_cast<canid_t>(0x180 + of.number);

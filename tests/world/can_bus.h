@@ -19,7 +19,7 @@ namespace compbox::world {
 struct can_node {
     int number = 1;
     bool starts_itself = true;
-    time_ns every = 100 * ms;        // of its TPDO
+    time_ns every = 100 * ms;  // of its TPDO
     time_ns heartbeat = 200 * ms;
     double temperature_degC = 20;
     bool operational = false, silent = false;

@@ -19,8 +19,8 @@ computer::computer(scheduler &of_world, std::uint64_t seed)
     current = this;
     wall_offset_ns_ = 1700000000 * second + chance_.time_between(0, 300000000 * second);
     time.dropped = [this] { process_dropped(); };
-    for (const char *folder : {"/dev", "/etc", "/etc/compbox", "/var", "/var/lib", "/var/lib/compbox",
-                               "/run", "/proc", "/sys"})
+    for (const char *folder : {"/dev", "/etc", "/etc/compbox", "/var", "/var/lib",
+                               "/var/lib/compbox", "/run", "/proc", "/sys"})
         files.make_folder(folder);
     add_system_devices(*this);
 }
@@ -49,8 +49,8 @@ void computer::start_daemon(const std::vector<std::string> &arguments) {
     process_->argv.push_back(nullptr);
     for (int fd = 0; fd < 3; ++fd) process_->descriptors.push_back(make_terminal(*this, fd));
     thread &first = time.start("compboxd", [this] {
-        const int code = compboxd_main(static_cast<int>(process_->arguments.size()),
-                                       process_->argv.data());
+        const int code =
+            compboxd_main(static_cast<int>(process_->arguments.size()), process_->argv.data());
         exit_process({false, code, false});
     });
     (void)first;
@@ -61,9 +61,10 @@ call_fate computer::begin(const char *name, const open_file *file, const char *p
     time.pass(1 * us + static_cast<time_ns>(bits & 0xFFF));  // up to 5 µs
     call_fate fate;
     if (faults != nullptr) {
-        fate = faults->at_call({name, file, path != nullptr  ? path
-                                            : file != nullptr ? file->path.c_str()
-                                                              : ""});
+        fate = faults->at_call({name, file,
+                                path != nullptr   ? path
+                                : file != nullptr ? file->path.c_str()
+                                                  : ""});
         if (fate.delay_ns > 0) time.pass(fate.delay_ns);
     }
     if (fate.error != 0) time.running()->error_number = fate.error;

@@ -28,9 +28,9 @@ struct ending {
 
 // A call of the daemon, where a fault may come in.
 struct call_site {
-    const char *name;              // of libc: "write"
-    const open_file *file;         // which it is about; nullptr: none
-    const char *path;              // which it is about, or that of the file; "" without one
+    const char *name;       // of libc: "write"
+    const open_file *file;  // which it is about; nullptr: none
+    const char *path;       // which it is about, or that of the file; "" without one
 };
 
 // What happens to a call.
@@ -81,7 +81,7 @@ class computer {
     // Called in an event after each end of the process.
     std::function<void(const ending &)> ended;
     std::function<void(const std::string &line)> logged;  // by stderr
-    std::function<void()> ticked;  // the loop waits for its next tick
+    std::function<void()> ticked;                         // the loop waits for its next tick
 
     // ---- clocks
     time_ns monotonic() const { return boottime() - suspended_ns_; }
@@ -97,8 +97,8 @@ class computer {
         std::vector<std::shared_ptr<open_file>> descriptors;
         std::map<std::string, std::string> environment;
         std::set<void *> heap;
-        std::set<int> ignored;          // signals
-        std::uint64_t pending = 0;      // signals, bit N for signal N
+        std::set<int> ignored;      // signals
+        std::uint64_t pending = 0;  // signals, bit N for signal N
         ending how;
         bool over = false;
     };
@@ -120,7 +120,7 @@ class computer {
     void write_log(const char *bytes, std::size_t count);
     // out: the argument of the thread with this name, as of compboxd-loop; nullptr: none
     void *argument_of(const std::string &thread_name) const;
-    std::map<std::string, std::string> environment;       // of the next start
+    std::map<std::string, std::string> environment;  // of the next start
     std::function<std::shared_ptr<open_file>(int domain, int type)> make_socket;
     std::size_t most_descriptors = 1024;
 

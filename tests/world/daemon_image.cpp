@@ -21,9 +21,11 @@ constexpr std::uintptr_t page_bytes = 4096;
 
 // Megabytes, of which a run touches few: whole pages are given back, the rest is overwritten.
 void zero(char *from, char *to) {
-    const auto first = (reinterpret_cast<std::uintptr_t>(from) + page_bytes - 1) & ~(page_bytes - 1);
+    const auto first =
+        (reinterpret_cast<std::uintptr_t>(from) + page_bytes - 1) & ~(page_bytes - 1);
     const auto last = reinterpret_cast<std::uintptr_t>(to) & ~(page_bytes - 1);
-    char *const begin = reinterpret_cast<char *>(first), *const end = reinterpret_cast<char *>(last);
+    char *const begin = reinterpret_cast<char *>(first), *const end =
+                                                             reinterpret_cast<char *>(last);
     if (begin >= end || ::madvise(begin, last - first, MADV_DONTNEED) != 0) {
         std::memset(from, 0, static_cast<std::size_t>(to - from));
         return;

@@ -99,7 +99,8 @@ call_fate fault_injector::at_call(const call_site &site) {
     if (has(fault_kind::delay) && chance(fault_kind::delay).one_in(5000)) {
         dice &drawn = chance(fault_kind::delay);
         fate.delay_ns = static_cast<time_ns>(drawn.log_between(10e3, 200e6));
-        note(fault_kind::delay, fmt::format("{} {} takes {} µs", site.name, site.path, fate.delay_ns / us));
+        note(fault_kind::delay,
+             fmt::format("{} {} takes {} µs", site.name, site.path, fate.delay_ns / us));
     }
     return fate;
 }

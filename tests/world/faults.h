@@ -22,16 +22,16 @@ namespace compbox::world {
 
 class run;
 
-#define WORLD_FAULTS(X)                                               \
-    X(preempt, "other threads run between two lines")                 \
-    X(delay, "calls and segments that take long")                     \
-    X(tear, "segments in two parts")                                  \
-    X(loss, "replies that never come, connections that stall")        \
-    X(reset, "connections reset, refused, closed")                    \
-    X(twice, "replies that come twice")                               \
-    X(exception, "Modbus exceptions, torn readings")                  \
-    X(enable, "the operator takes enable away, presses reset") \
-    X(line, "serial lines lose bytes, flip bits, pause, are unplugged")        \
+#define WORLD_FAULTS(X)                                                 \
+    X(preempt, "other threads run between two lines")                   \
+    X(delay, "calls and segments that take long")                       \
+    X(tear, "segments in two parts")                                    \
+    X(loss, "replies that never come, connections that stall")          \
+    X(reset, "connections reset, refused, closed")                      \
+    X(twice, "replies that come twice")                                 \
+    X(exception, "Modbus exceptions, torn readings")                    \
+    X(enable, "the operator takes enable away, presses reset")          \
+    X(line, "serial lines lose bytes, flip bits, pause, are unplugged") \
     X(can, "CAN goes down, off the bus, away; nodes fall silent, boot again")
 
 enum class fault_kind {
@@ -48,7 +48,9 @@ fault_set fault_set_of(const std::string &text);
 std::string name_of(fault_kind kind);
 std::string text_of(const fault_set &kinds);
 
-class fault_injector : public call_faults, public link_faults, public plc_faults,
+class fault_injector : public call_faults,
+                       public link_faults,
+                       public plc_faults,
                        public line_faults {
   public:
     fault_injector(run &of, const fault_set &kinds, std::uint64_t seed);

@@ -46,8 +46,8 @@ line_fate fault_injector::at_line(bool) {
 
 void fault_injector::plan_wires() {
     repeat(fault_kind::line, 40 * second, [this] {
-        serial_line *const line = chance(fault_kind::line).one_in(2) ? of_.plc_line.get()
-                                                                     : of_.bus_line.get();
+        serial_line *const line =
+            chance(fault_kind::line).one_in(2) ? of_.plc_line.get() : of_.bus_line.get();
         if (line == nullptr) return;
         note(fault_kind::line, "a serial adapter is unplugged");
         line->plug(false);

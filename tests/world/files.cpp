@@ -34,8 +34,7 @@ class regular_file : public open_file {
     long write(const void *from, std::size_t count) override {
         if ((flags_ & O_ACCMODE) == O_RDONLY) return -EBADF;
         if (flags_ & O_APPEND) at_ = node_->bytes.size();
-        const long done =
-            tree_.write(*node_, path, at_, static_cast<const char *>(from), count);
+        const long done = tree_.write(*node_, path, at_, static_cast<const char *>(from), count);
         if (done > 0) at_ += static_cast<std::size_t>(done);
         return done;
     }
@@ -232,7 +231,8 @@ void file_tree::put(const std::string &path, const std::string &bytes) {
     auto found = find(path);
     if (found == nullptr || found->kind != node_kind::regular)
         found = make(path, node_kind::regular);
-    used_ += static_cast<std::int64_t>(bytes.size()) - static_cast<std::int64_t>(found->bytes.size());
+    used_ +=
+        static_cast<std::int64_t>(bytes.size()) - static_cast<std::int64_t>(found->bytes.size());
     found->bytes = bytes;
     touch(*found);
     sync(*found);

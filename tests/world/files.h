@@ -21,9 +21,9 @@ struct node {
     node_kind kind = node_kind::regular;
     int number = 0;  // of the inode
     std::string bytes;
-    std::string durable;          // content after a power cut …
-    bool dirty = false;           // … unless some of what was written since then survives
-    std::string target;           // of a link
+    std::string durable;  // content after a power cut …
+    bool dirty = false;   // … unless some of what was written since then survives
+    std::string target;   // of a link
     time_ns modified_ns = 0, changed_ns = 0;  // of the wall clock
     // Opens a device.
     std::function<std::shared_ptr<open_file>()> driver;
@@ -42,8 +42,8 @@ class file_tree {
     std::shared_ptr<node> find(const std::string &path, bool follow = true) const;
 
     // ---- for the world: what an operator, another program or the system does, at once and durable
-    void put(const std::string &path, const std::string &bytes);       // in place
-    void replace(const std::string &path, const std::string &bytes);   // by another file
+    void put(const std::string &path, const std::string &bytes);      // in place
+    void replace(const std::string &path, const std::string &bytes);  // by another file
     void make_folder(const std::string &path);
     void make_link(const std::string &path, const std::string &target);
     void make_fifo(const std::string &path);

@@ -40,8 +40,8 @@ class size_invariant : public invariant {
             const channel_facts &facts = of_.box_machine.channels[c];
             const double most = facts.limit_um * (1 + 1e-6) + 1e-6;
             if (std::isfinite(values[c]) && std::fabs(values[c]) <= most) continue;
-            violated(fmt::format("{} is {} µm, its limit {} µm", facts.name, values[c],
-                                 facts.limit_um));
+            violated(
+                fmt::format("{} is {} µm, its limit {} µm", facts.name, values[c], facts.limit_um));
         }
     }
 };
@@ -78,7 +78,8 @@ class slew_invariant : public invariant {
         const double early_s = of_.options.faults.empty() ? 0.0 : 0.3;
         if (before_ && seen.sent < before_ns_) return;
         if (before_) {
-            const double dt_s = static_cast<double>(seen.sent - before_ns_) * 1e-9 + 1.5 * period_s + early_s;
+            const double dt_s =
+                static_cast<double>(seen.sent - before_ns_) * 1e-9 + 1.5 * period_s + early_s;
             for (std::size_t c = 0; c < values.size(); ++c) {
                 const channel_facts &facts = of_.box_machine.channels[c];
                 const double most_um = facts.slew_um_per_s * dt_s + 1.5 * facts.unit_um + 1e-3;

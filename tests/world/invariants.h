@@ -21,10 +21,10 @@ class run;
 
 // A request of the box as the PLC saw it.
 struct exchange {
-    time_ns now, sent;                   // by the PLC's end of the wire, and by the box's
-    int function;                        // 3, 16, 23
-    int exception;                       // of the reply; 0: none
-    std::vector<std::uint16_t> read;     // the read block or, by FC3, the write block read back
+    time_ns now, sent;                // by the PLC's end of the wire, and by the box's
+    int function;                     // 3, 16, 23
+    int exception;                    // of the reply; 0: none
+    std::vector<std::uint16_t> read;  // the read block or, by FC3, the write block read back
     int read_start;
     std::vector<std::uint16_t> written;  // the write block; empty: nothing was written
 };
@@ -36,13 +36,13 @@ class invariant {
 
     // Each comes in an event, in the order of time.
     virtual void exchanged(const exchange &) {}
-    virtual void scanned(const plc_state &) {}      // a scan of the PLC program
-    virtual void logged(const std::string &) {}     // a line of stderr
+    virtual void scanned(const plc_state &) {}   // a scan of the PLC program
+    virtual void logged(const std::string &) {}  // a line of stderr
     virtual void file_written(const std::string &, const node &) {}
-    virtual void started() {}                       // the daemon
+    virtual void started() {}  // the daemon
     virtual void ended(const ending &) {}
-    virtual void faults_ended() {}                  // no fault comes any more
-    virtual void finished() {}                      // the run is over
+    virtual void faults_ended() {}  // no fault comes any more
+    virtual void finished() {}      // the run is over
 
     const char *const name;
 

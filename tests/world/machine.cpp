@@ -86,11 +86,18 @@ struct draft {
 
     // Modules on the box's own bus, and CANopen nodes.
     void draw_sensors() {
-        for (std::uint64_t i = 0, count = chance.one_in(3) ? 1 + chance.below(3) : 0; i < count; ++i) {
+        for (std::uint64_t i = 0, count = chance.one_in(3) ? 1 + chance.below(3) : 0; i < count;
+             ++i) {
             const std::string name = fmt::format("B{}", i + 1);
-            root["signals"].push_back({{"name", name},     {"unit", "degC"}, {"bus", "pt100"},
-                                       {"unit_id", 5 + i}, {"register", 0},  {"type", "int16"},
-                                       {"scale", 0.1},     {"min", -10},     {"max", 90},
+            root["signals"].push_back({{"name", name},
+                                       {"unit", "degC"},
+                                       {"bus", "pt100"},
+                                       {"unit_id", 5 + i},
+                                       {"register", 0},
+                                       {"type", "int16"},
+                                       {"scale", 0.1},
+                                       {"min", -10},
+                                       {"max", 90},
                                        {"max_age_ms", 5000}});
             made.modules.push_back(fmt::format("{}=20.0", 5 + i));
             lags.push_back(name);
@@ -99,7 +106,8 @@ struct draft {
             root["buses"].push_back({{"name", "pt100"},
                                      {"rtu", {{"device", "/dev/ttyS1"}, {"baud", 38400}}},
                                      {"every_ms", 200 + chance.below(500)}});
-        for (std::uint64_t i = 0, count = chance.one_in(3) ? 1 + chance.below(3) : 0; i < count; ++i)
+        for (std::uint64_t i = 0, count = chance.one_in(3) ? 1 + chance.below(3) : 0; i < count;
+             ++i)
             draw_node(static_cast<int>(i) + 1);
     }
 
@@ -158,9 +166,10 @@ struct draft {
     void draw_temperatures() {
         for (std::uint64_t i = 0, count = 1 + chance.below(4); i < count; ++i) {
             const std::string name = fmt::format("T{}", i + 1);
-            json signal = {{"name", name},      {"unit", "degC"}, {"plc", next_read(1)},
-                           {"type", "int16"},   {"scale", 0.1},   {"min", -10},
-                           {"max", 90},         {"essential", chance.one_in(4)}};
+            json signal = {{"name", name},        {"unit", "degC"},
+                           {"plc", next_read(1)}, {"type", "int16"},
+                           {"scale", 0.1},        {"min", -10},
+                           {"max", 90},           {"essential", chance.one_in(4)}};
             if (chance.one_in(3)) signal["max_rate_per_s"] = 5;
             if (chance.one_in(3)) signal["max_age_ms"] = 1000 + chance.below(5000);
             root["signals"].push_back(signal);
@@ -177,7 +186,8 @@ struct draft {
 
     std::vector<double> values(std::size_t count, double most) {
         std::vector<double> drawn;
-        for (std::size_t i = 0; i < count; ++i) drawn.push_back(rounded(chance.between(-most, most)));
+        for (std::size_t i = 0; i < count; ++i)
+            drawn.push_back(rounded(chance.between(-most, most)));
         return drawn;
     }
 
@@ -202,8 +212,10 @@ struct draft {
         for (std::size_t i = 0; i < points; ++i)
             positions.push_back(rounded(travel_of(axis) * static_cast<double>(i) /
                                         static_cast<double>(points - 1)));
-        json term = {{"name", name},           {"type", "polyline"},
-                     {"signal", axis},         {"positions", positions},
+        json term = {{"name", name},
+                     {"type", "polyline"},
+                     {"signal", axis},
+                     {"positions", positions},
                      {"values", values(points, 30)}};
         if (chance.one_in(3)) {
             term["backward"] = {{"positions", positions}, {"values", values(points, 30)}};
@@ -217,8 +229,8 @@ struct draft {
         const std::size_t count = 4 + chance.below(10);
         std::vector<double> knots(4, 0.0);
         for (std::size_t i = 1; i + 3 < count; ++i)
-            knots.push_back(rounded(travel_of(axis) * static_cast<double>(i) /
-                                    static_cast<double>(count - 3)));
+            knots.push_back(
+                rounded(travel_of(axis) * static_cast<double>(i) / static_cast<double>(count - 3)));
         knots.insert(knots.end(), 4, travel_of(axis));
         add_term({{"name", name},
                   {"type", "bspline"},
@@ -316,15 +328,17 @@ struct draft {
         facts.limit_um = limit_um;
         const double scale = channel_scale(type, limit_um);
         facts.unit_um = type == "float32" ? 0 : scale;
-        const double least = std::max(made.ramp_um_per_s, 1.5e6 * scale / static_cast<double>(made.period_us));
+        const double least =
+            std::max(made.ramp_um_per_s, 1.5e6 * scale / static_cast<double>(made.period_us));
         facts.slew_um_per_s = rounded(least * chance.log_between(1, 20));
-        json made_channel = {{"name", name},
-                             {"limit_um", limit_um},
-                             {"error_um", made.demands_fit ? 1e5 : rounded(limit_um * chance.log_between(1.01, 20))},
-                             {"slew_um_per_s", facts.slew_um_per_s},
-                             {"plc", next_write(type == "int16" ? 1 : 2)},
-                             {"type", type},
-                             {"scale", scale}};
+        json made_channel = {
+            {"name", name},
+            {"limit_um", limit_um},
+            {"error_um", made.demands_fit ? 1e5 : rounded(limit_um * chance.log_between(1.01, 20))},
+            {"slew_um_per_s", facts.slew_um_per_s},
+            {"plc", next_write(type == "int16" ? 1 : 2)},
+            {"type", type},
+            {"scale", scale}};
         if (chance.one_in(3)) made_channel["deadband_um"] = rounded(limit_um * 0.01);
         if (chance.one_in(2)) made_channel["sign"] = facts.sign = -1;
         for (const auto &output : outputs) {
@@ -363,8 +377,8 @@ struct draft {
             root["channels"].push_back(entry);
             made.twin.channels[name] = 'Y';
         }
-        const double most = rounded(std::max(2.5 * made.channels.back().unit_um,
-                                             limit_um * chance.log_between(0.02, 1)));
+        const double most = rounded(
+            std::max(2.5 * made.channels.back().unit_um, limit_um * chance.log_between(0.02, 1)));
         const std::size_t last = made.channels.size() - 1;
         made.pairs.push_back({last - 1, last, most});
         root["pairs"].push_back({{"channels", {"Y1", "Y2"}}, {"max_difference_um", most}});

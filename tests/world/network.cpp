@@ -133,8 +133,7 @@ void connection::reset() {
 
 void connection::connect(std::uint16_t port) {
     state = phase::connecting;
-    const segment_fate fate =
-        of_.faults == nullptr ? segment_fate{} : of_.faults->at_connect();
+    const segment_fate fate = of_.faults == nullptr ? segment_fate{} : of_.faults->at_connect();
     if (fate.lost || !of_.plugged) return;
     scheduler &time = of_.box.time;
     time.at(time.now() + 2 * of_.latency() + fate.delay_ns,

@@ -34,9 +34,9 @@ class tcp_peer {
 
 // What happens to a segment or a connection attempt.
 struct segment_fate {
-    time_ns delay_ns = 0;  // beyond the usual latency
-    bool lost = false;     // for ever: the connection stalls in this direction
-    bool reset = false;    // the connection is reset instead
+    time_ns delay_ns = 0;    // beyond the usual latency
+    bool lost = false;       // for ever: the connection stalls in this direction
+    bool reset = false;      // the connection is reset instead
     std::size_t cut_at = 0;  // > 0: the rest comes as another segment, `rest_ns` later
     time_ns rest_ns = 0;
 };

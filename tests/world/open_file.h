@@ -42,7 +42,7 @@ class open_file {
     virtual int shut_down(int) { return -ENOTSOCK; }
 
     virtual const node *file() const { return nullptr; }  // for fstat
-    std::string path;  // where it was opened; of a socket a name for messages
+    std::string path;   // where it was opened; of a socket a name for messages
     bool waits = true;  // without O_NONBLOCK and SOCK_NONBLOCK
 };
 

@@ -111,8 +111,7 @@ void plc_side::answer_frame(const connection_ptr &from, const byte_string &frame
 std::vector<std::uint16_t> plc_side::registers(int start, int count) {
     const auto high = [](int word) { return static_cast<std::uint8_t>(word >> 8); };
     const auto low = [](int word) { return static_cast<std::uint8_t>(word); };
-    const byte_string reply =
-        control.answer({3, high(start), low(start), high(count), low(count)});
+    const byte_string reply = control.answer({3, high(start), low(start), high(count), low(count)});
     std::vector<std::uint16_t> words;
     for (std::size_t i = 2; i + 1 < reply.size(); i += 2)
         words.push_back(static_cast<std::uint16_t>(reply[i] << 8 | reply[i + 1]));
@@ -120,12 +119,9 @@ std::vector<std::uint16_t> plc_side::registers(int start, int count) {
 }
 
 void plc_side::write_foreign(int start, const std::vector<std::uint16_t> &values) {
-    byte_string request = {16,
-                           static_cast<std::uint8_t>(start >> 8),
-                           static_cast<std::uint8_t>(start),
-                           0,
-                           static_cast<std::uint8_t>(values.size()),
-                           static_cast<std::uint8_t>(2 * values.size())};
+    byte_string request = {
+        16, static_cast<std::uint8_t>(start >> 8),    static_cast<std::uint8_t>(start),
+        0,  static_cast<std::uint8_t>(values.size()), static_cast<std::uint8_t>(2 * values.size())};
     for (const std::uint16_t word : values) {
         request.push_back(static_cast<std::uint8_t>(word >> 8));
         request.push_back(static_cast<std::uint8_t>(word));

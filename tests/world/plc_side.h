@@ -18,11 +18,11 @@ namespace compbox::world {
 
 // What happens to a request at the PLC's server.
 struct reply_fate {
-    time_ns delay_ns = 0;   // beyond the usual time to answer
-    bool lost = false;      // executed, without a reply
-    bool twice = false;     // another copy comes later
-    int exception = 0;      // not executed; exception code
-    bool torn = false;      // a reading with two updates of the PLC's block
+    time_ns delay_ns = 0;  // beyond the usual time to answer
+    bool lost = false;     // executed, without a reply
+    bool twice = false;    // another copy comes later
+    int exception = 0;     // not executed; exception code
+    bool torn = false;     // a reading with two updates of the PLC's block
 };
 class plc_faults {
   public:
@@ -41,7 +41,8 @@ class plc_side : public tcp_peer {
     void close_all();  // resets all connections
 
     // For invariants, each in virtual time.
-    std::function<void(time_ns sent, const byte_string &request, const byte_string &reply)> answered;
+    std::function<void(time_ns sent, const byte_string &request, const byte_string &reply)>
+        answered;
     std::function<void(const plc_state &)> scanned;
 
     // Runs NC and PLC program to now.
@@ -53,8 +54,8 @@ class plc_side : public tcp_peer {
 
     // What one request leads to, on any wire.
     struct served {
-        byte_string reply;      // PDU; empty: none
-        time_ns duration = 0;   // from the request to the reply
+        byte_string reply;     // PDU; empty: none
+        time_ns duration = 0;  // from the request to the reply
         bool twice = false;
     };
     served serve(const byte_string &request, time_ns sent);

@@ -43,7 +43,8 @@ run::run(const run_options &with)
     box.ended = [this](const ending &how) { daemon_ended(how); };
     box.ticked = [this] { count_tick(); };
     box.logged = [this](const std::string &line) {
-        if (options.prints_log) fmt::print("{:12.6f} {}\n", static_cast<double>(time.now()) * 1e-9, line);
+        if (options.prints_log)
+            fmt::print("{:12.6f} {}\n", static_cast<double>(time.now()) * 1e-9, line);
         each([&](invariant &one) { one.logged(line); });
     };
     box.files.written = [this](const std::string &path, const node &file) {
@@ -60,9 +61,9 @@ run::run(const run_options &with)
 
 std::shared_ptr<open_file> run::make_socket(int domain) {
     if (domain == AF_INET || domain == AF_INET6) return make_tcp_socket(net);
-    if (domain == AF_UNIX) return make_notify_socket(box, [this] {
-        return can != nullptr && can->state() == can_bus::interface_state::up;
-    });
+    if (domain == AF_UNIX)
+        return make_notify_socket(
+            box, [this] { return can != nullptr && can->state() == can_bus::interface_state::up; });
     if (domain == AF_CAN && can != nullptr) return can->make_socket();
     return nullptr;
 }
@@ -101,8 +102,8 @@ void run::wander_modules() {
 
 void run::start_daemon() {
     if (box.runs()) return;
-    std::vector<std::string> words = {"compboxd", "--config", config_path, "--state", state_path,
-                                      "--stats",  stats_path};
+    std::vector<std::string> words = {"compboxd", "--config", config_path, "--state",
+                                      state_path, "--stats",  stats_path};
     if (options.seed % 4 == 0) words.insert(words.end(), {"--record", record_path});
     if (options.seed % 3 == 0) words.insert(words.end(), {"--watchdog", "/dev/watchdog"});
     if (options.seed % 5 == 0) words.insert(words.end(), {"--clock", "boottime"});
@@ -182,7 +183,8 @@ run_result run::go() {
     faults.begin();
     // However much of the time no daemon runs, the world ends.
     const auto period = box_machine.period_us * us;
-    time.at(60 * second + static_cast<time_ns>(2 * options.cycles) * period, [this] { ask_to_stop(); });
+    time.at(60 * second + static_cast<time_ns>(2 * options.cycles) * period,
+            [this] { ask_to_stop(); });
     time.run();
     if (result_.violations.empty()) each([](invariant &one) { one.finished(); });
     result_.cycles = cycles;

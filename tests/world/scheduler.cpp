@@ -19,14 +19,14 @@ thread &scheduler::start(const std::string &name, std::function<void()> run) {
     fresh.id = ++threads_made_;
     fresh.name = name;
     fresh.wake_ns = now_;
-    fresh.fiber = boost::context::fiber(
-        std::allocator_arg, stacks_, [this, &fresh, run = std::move(run)](auto &&main) {
-            main_ = std::move(main);
-            run();
-            fresh.finished = true;
-            fresh.wake_ns = never;
-            return std::move(main_);
-        });
+    fresh.fiber = boost::context::fiber(std::allocator_arg, stacks_,
+                                        [this, &fresh, run = std::move(run)](auto &&main) {
+                                            main_ = std::move(main);
+                                            run();
+                                            fresh.finished = true;
+                                            fresh.wake_ns = never;
+                                            return std::move(main_);
+                                        });
     threads_.push_back(std::move(made));
     next_due_ = now_;
     return fresh;

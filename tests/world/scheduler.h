@@ -23,14 +23,14 @@ constexpr time_ns never = std::numeric_limits<time_ns>::max();
 struct thread {
     int id = 0;  // from 1 on, never used again
     std::string name;
-    int error_number = 0;         // errno
-    std::uint64_t mask = 0;       // of blocked signals, bit N for signal N
-    void *argument = nullptr;     // of the thread's function
-    void *result = nullptr;       // … and its result
+    int error_number = 0;      // errno
+    std::uint64_t mask = 0;    // of blocked signals, bit N for signal N
+    void *argument = nullptr;  // of the thread's function
+    void *result = nullptr;    // … and its result
     bool finished = false;
     time_ns wake_ns = never;
-    bool woken = false;           // by wake(), not by time
-    bool waits_for_change = false;  // … of a descriptor or semaphore (computer::changed)
+    bool woken = false;              // by wake(), not by time
+    bool waits_for_change = false;   // … of a descriptor or semaphore (computer::changed)
     bool stands_in_suspend = false;  // sleeps by a clock that does not count suspends
     boost::context::fiber fiber;
 };
@@ -94,7 +94,7 @@ class scheduler {
     void run_event();
 
     time_ns now_ = 0;
-    time_ns next_due_ = 0;  // of anything but the running thread
+    time_ns next_due_ = 0;       // of anything but the running thread
     std::vector<event> events_;  // a heap
     std::uint64_t events_made_ = 0;
     std::vector<std::unique_ptr<thread>> threads_;

@@ -165,8 +165,7 @@ void rtu_slaves::hear(const byte_string &bytes, time_ns sent) {
     const byte_string frame = std::exchange(received_, {});
     if (frame.size() != size || !rtu::is_frame(frame)) return;
     const int unit = frame[0];
-    const unit_reply reply =
-        answer_(unit, byte_string(frame.begin() + 1, frame.end() - 2), sent);
+    const unit_reply reply = answer_(unit, byte_string(frame.begin() + 1, frame.end() - 2), sent);
     if (reply.pdu.empty()) return;
     line_.send(rtu::frame(static_cast<std::uint8_t>(unit), reply.pdu),
                std::max(7 * line_.character() / 2, 1750 * us) + reply.delay_ms * ms);

@@ -17,8 +17,8 @@ namespace compbox::world {
 // What happens to the bytes of one frame.
 struct line_fate {
     bool lost = false;
-    bool flipped = false;       // one bit of them
-    time_ns delay_ns = 0;       // before the first, or in the middle if `torn`
+    bool flipped = false;  // one bit of them
+    time_ns delay_ns = 0;  // before the first, or in the middle if `torn`
     bool torn = false;
 };
 
@@ -55,7 +55,7 @@ class serial_line {
     std::string inbox_;
     long baud_ = 19200;
     bool plugged_ = true;
-    std::uint64_t plugs_ = 0;  // descriptors of an earlier adapter are dead
+    std::uint64_t plugs_ = 0;      // descriptors of an earlier adapter are dead
     time_ns free_ns_[2] = {0, 0};  // end of the last byte, from and to the box
 };
 

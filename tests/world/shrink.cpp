@@ -19,7 +19,8 @@ std::optional<failing_run> tried(const run_options &options, const failing_run &
 
 // Ends right behind the violation, or as early as one of these cycles.
 failing_run with_fewer_cycles(failing_run best) {
-    for (const std::uint64_t cycles : {best.found.cycle / 2, best.found.cycle, best.found.cycle + 1}) {
+    for (const std::uint64_t cycles :
+         {best.found.cycle / 2, best.found.cycle, best.found.cycle + 1}) {
         if (cycles == 0 || cycles >= best.options.cycles) continue;
         run_options options = best.options;
         options.cycles = cycles;

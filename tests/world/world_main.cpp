@@ -71,7 +71,8 @@ run_result run_seed(const run_options &options) {
 void print_violation(const failing_run &failing) {
     const violation &found = failing.found;
     fmt::print("violation of {} at {:.6f} s, cycle {} of seed {}: {}\n", found.invariant,
-               static_cast<double>(found.at) * 1e-9, found.cycle, failing.options.seed, found.words);
+               static_cast<double>(found.at) * 1e-9, found.cycle, failing.options.seed,
+               found.words);
     for (const auto &fault : found.last_faults) fmt::print("  fault at {}\n", fault);
     fmt::print("{}", replay_of(failing.options));
 }
@@ -151,14 +152,18 @@ int main(int argc, char **argv) {
     const auto io = compbox::cli::standard_streams();
     compbox::cli::program app{"world: runs compboxd in virtual time with faults by a seed", io};
     order with;
-    app.add_option_function("--seeds A..B", [&with](const std::string &text) { take_seeds(text, with); },
-                            "The seeds to run");
+    app.add_option_function(
+        "--seeds A..B", [&with](const std::string &text) { take_seeds(text, with); },
+        "The seeds to run");
     app.add_option("--cycles N", with.cycles, "Cycles of the box for each seed");
     app.add_option("--jobs J", with.jobs, "Processes at once");
-    app.add_option("--faults LIST", with.faults, "Kinds of faults: all, none, or names with commas");
+    app.add_option("--faults LIST", with.faults,
+                   "Kinds of faults: all, none, or names with commas");
     app.add_flag("--log", with.prints_log, "Print the daemon's log");
-    app.add_flag("--hash", with.prints_hash, "Print a hash of all that was sent, written and logged");
-    app.add_flag("--file", with.prints_file, "Print the coefficient file of the first seed, and end");
+    app.add_flag("--hash", with.prints_hash,
+                 "Print a hash of all that was sent, written and logged");
+    app.add_flag("--file", with.prints_file,
+                 "Print the coefficient file of the first seed, and end");
     try {
         if (const auto end = app.parse(argc, argv)) return *end;
         if (with.prints_file) {
