@@ -17,6 +17,7 @@ namespace {
 // shorter.
 constexpr time_ns longest_stop = 120 * second;
 constexpr time_ns restart_pause = 2 * second;
+constexpr std::uint64_t most_recorded = 20000;  // cycles of a record, which must fit on the disk
 
 machine machine_of(std::uint64_t seed) {
     dice chance(seed, "machine");
@@ -104,7 +105,8 @@ void run::start_daemon() {
     if (box.runs()) return;
     std::vector<std::string> words = {"compboxd", "--config", config_path, "--state",
                                       state_path, "--stats",  stats_path};
-    if (options.seed % 4 == 0) words.insert(words.end(), {"--record", record_path});
+    if (options.seed % 4 == 0 && options.cycles <= most_recorded)
+        words.insert(words.end(), {"--record", record_path});
     if (options.seed % 3 == 0) words.insert(words.end(), {"--watchdog", "/dev/watchdog"});
     if (options.seed % 5 == 0) words.insert(words.end(), {"--clock", "boottime"});
     if (options.seed % 2 == 0)
@@ -179,6 +181,7 @@ void run::note_exchange(time_ns sent, const byte_string &request, const byte_str
 
 run_result run::go() {
     box.boot();
+    if (options.prepare) options.prepare(*this);
     start_daemon();
     faults.begin();
     // However much of the time no daemon runs, the world ends.

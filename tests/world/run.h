@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,7 +24,8 @@ namespace compbox::world {
 struct run_options {
     std::uint64_t seed = 1, cycles = 1000;
     fault_set faults;
-    bool prints_log = false;  // of the daemon, to stdout
+    bool prints_log = false;                  // of the daemon, to stdout
+    std::function<void(run &)> prepare = {};  // called before the start, for tests
 };
 
 struct violation {

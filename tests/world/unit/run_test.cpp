@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/world/shrink.h"
+
 extern "C" {
 #include "hal/linux/daemon/loop.h"
 }
@@ -68,6 +70,22 @@ TEST(run, the_same_seed_gives_the_same_bytes_with_all_faults) {
     EXPECT_EQ(first.faults, again.faults);
     options.faults = {};
     EXPECT_NE(run(options).go().hash, first.hash);
+}
+
+TEST(run, a_violation_is_shrunk_to_the_fault_and_the_cycles_that_it_needs) {
+    run_options options = of_seed(7);
+    options.faults = fault_set_of("all");
+    options.prepare = [](run &world) {
+        world.time.at(3 * second, [&world] {
+            if (world.faults.has(fault_kind::tear)) world.report("planted", "a tear");
+        });
+    };
+    const run_result whole = run(options).go();
+    ASSERT_EQ(whole.violations.size(), 1u);
+    const failing_run small = shrunk({options, whole.violations[0]});
+    EXPECT_EQ(text_of(small.options.faults), "tear");
+    EXPECT_LT(small.options.cycles, 400u);
+    EXPECT_EQ(small.found.at, 3 * second);
 }
 
 }  // namespace
