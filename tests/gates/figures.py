@@ -28,13 +28,20 @@ COUNTED = {
         "reference load": "18 splines, volumetric, network, 24 lags",
         "`cb_box_step` with that load, at rest": "cb_box_step, reference load, at rest",
         "`cb_box_step` with that load, travelling": "cb_box_step, reference load, travelling",
-        "the same, every curve on breaks of its own": "cb_box_step, every curve on breaks of its own",
-        "`cb_box_step` with that load, the first after a start": "cb_box_step, the first after a start",
-        "`cb_box_step` with that load, in trouble": "cb_box_step, reference load, in trouble"}),
+        "the same, every curve on breaks of its own": "cb_box_step, every curve on breaks of its own"}),
+    "worst": ("docs/results/speed.md", {
+        "reference load: the first step": "reference load, first step",
+        "reference load: any later step": "reference load, any later step",
+        "reference load: a step after a reload": "reference load, step after a reload",
+        "own breaks: the first step": "own breaks, first step",
+        "own breaks: any later step": "own breaks, any later step",
+        "own breaks: a step after a reload": "own breaks, step after a reload",
+        "the dearest file found: any step": "dearest file found, any step"}),
     "cycle_conformance": ("docs/stm32f405.md", {"instructions of a cycle": "whole cycle, conformance inputs:"}),
     "cycle_reference": ("docs/stm32f405.md", {
-        "… of the reference load, travelling": "whole cycle, reference load, travelling:",
-        "… of the reference load when": "whole cycle, reference load, in trouble:"})}
+        "… of the reference load, travelling": "whole cycle, reference load, travelling:"}),
+    "cycle_worst": ("docs/stm32f405.md", {
+        "… of the reference load, the dearest found": "whole cycle, reference load, dearest step:"})}
 
 
 def numbers(text):
