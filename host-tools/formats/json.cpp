@@ -151,8 +151,9 @@ void only_keys(const json &value, std::initializer_list<const char *> allowed,
                const std::string &file, const std::string &path) {
     if (!value.is_object()) throw input_error(file, 0, 0, path + " must be an object");
     for (const auto &[key, item] : value.items()) {
-        const bool known = std::any_of(allowed.begin(), allowed.end(),
-                                       [&key = key](const char *name) { return key == name; });
+        const bool known =
+            std::any_of(allowed.begin(), allowed.end(),
+                        [&wanted = key](const char *name) { return wanted == name; });
         if (!known) throw input_error(file, 0, 0, "{}: the key '{}' is unknown", path, key);
     }
 }

@@ -14,10 +14,10 @@
 #include "hal/linux/daemon/exception_words.h"
 #include "hal/linux/serial_opener.h"
 
+/* The allowance of a kind of line; it counts as quiet after two seconds without one. */
+static const double BURST_LINES = 20, LINES_PER_S = 2, QUIET_LINES = 4;
+
 enum {
-    BURST_LINES = 20,
-    LINES_PER_S = 2,
-    QUIET_LINES = 4,  /* allowance at which a kind counts as quiet: two seconds without a line */
     LINE_BYTES = 600, /* a sentence about a coefficient file, with its path */
     ERRORS_EVERY_US = 1000000
 };

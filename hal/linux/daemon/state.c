@@ -254,7 +254,7 @@ static void resume(struct cb_lag_state *lag, const struct record *record, float 
                                                      : now->unix_us - record->unix_us;
     if (pause_us > tally->pause_us) tally->pause_us = pause_us;
     tally->future += pause_us < 0;
-    if (pause_us < 0 || (double)pause_us * 1e-6 * CB_STATE_PAUSES > (double)tau_s) return;
+    if (pause_us < 0 || (double)pause_us * 1e-6 * (double)CB_STATE_PAUSES > (double)tau_s) return;
     *lag = (struct cb_lag_state){
         {record->hi, record->lo, record->input}, now->boottime_us - pause_us, true};
     tally->resumed++;
