@@ -41,9 +41,10 @@ static void assert_counts(const struct cb_config *config) {
     CB_ASSERT(config->pairs_count <= CB_MAX_PAIRS);
     CB_ASSERT(config->plc.read.count <= CB_MAX_READ_REGISTERS);
     CB_ASSERT(config->plc.write.count <= CB_MAX_WRITE_REGISTERS);
-    for (unsigned i = 0; i < config->pairs_count; ++i)
-        CB_ASSERT(config->pairs[i].a < config->channels_count &&
-                  config->pairs[i].b < config->channels_count);
+    for (unsigned i = 0; i < config->pairs_count; ++i) {
+        CB_ASSERT(config->pairs[i].a < config->channels_count);
+        CB_ASSERT(config->pairs[i].b < config->channels_count);
+    }
 }
 
 /* The registers of a number are in the block. */
@@ -59,7 +60,7 @@ static void assert_channel(const struct cb_config *config,
     for (unsigned k = 0; k < channel->sum_count; ++k)
         CB_ASSERT(channel->sum[k] < config->outputs_count);
     CB_ASSERT(fits(&plc->write, channel->reg, channel->type));
-    CB_ASSERT(!channel->has_applied || fits(&plc->read, channel->applied_reg, channel->type));
+    if (channel->has_applied) CB_ASSERT(fits(&plc->read, channel->applied_reg, channel->type));
     if (!channel->tangent) return;
     CB_ASSERT(channel->slope < cb_all_channels(config));
     CB_ASSERT(channel->tangent_signal < config->signals_count);
@@ -395,7 +396,9 @@ static void give_up(struct cb_box *box, int64_t now_us, struct cb_outputs *out) 
 void cb_box_step(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,
                  struct cb_outputs *out) {
     struct step step = {0};
-    CB_ASSERT(box && in && out);
+    CB_ASSERT(box);
+    CB_ASSERT(in);
+    CB_ASSERT(out);
     ++box->counters.cycles;
     if (!cb_box_check(box)) {
         give_up(box, now_us, out);

@@ -27,11 +27,11 @@ static struct cb_cause of_essentials(const struct cb_box *box) {
         const struct cb_signal_config *signal = &box->config.signals[i];
         if (!signal->essential || box->signals[i].fresh) continue;
         uint8_t index = (uint8_t)i;
-        for (unsigned deep = 0; signal->source == CB_SOURCE_LAG && deep < CB_MAX_SIGNALS; ++deep) {
-            index = signal->lag_of;
-            signal = &box->config.signals[index % CB_MAX_SIGNALS];
+        for (unsigned deep = 0; deep < box->config.lags_count; ++deep) {
+            if (box->config.signals[index].source != CB_SOURCE_LAG) break;
+            index = box->config.signals[index].lag_of % CB_MAX_SIGNALS;
         }
-        return of_signal(box, index % CB_MAX_SIGNALS);
+        return of_signal(box, index);
     }
     return NO_CAUSE;
 }

@@ -323,7 +323,8 @@ void cb_limiter_step(const struct cb_config *config, struct cb_channel_state *ch
                      struct cb_counters *counters, const float *target_um,
                      const struct cb_motion *motion) {
     float target[CB_MAX_CHANNELS], goal[CB_MAX_CHANNELS], output[CB_MAX_CHANNELS];
-    CB_ASSERT(motion->elapsed_s >= 0.0f && motion->elapsed_s <= motion->max_s);
+    CB_ASSERT(motion->elapsed_s >= 0.0f);
+    CB_ASSERT(motion->elapsed_s <= motion->max_s);
     for (unsigned i = 0; i < cb_all_channels(config); ++i)
         target[i] = cb_channel_nearest(&config->channels[i], target_um[i]);
     join_targets(config, counters, target);

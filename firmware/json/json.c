@@ -44,8 +44,9 @@ static void skip_space(struct cb_json *json) {
         ++json->at;
 }
 
+/* in : depth > 0 */
 static bool in_object(const struct cb_json *json) {
-    return json->depth > 0 && ((json->objects >> (json->depth - 1)) & 1u) != 0;
+    return ((json->objects >> (json->depth - 1)) & 1u) != 0;
 }
 
 /* Completes a value; its container determines the next token. */

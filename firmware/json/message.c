@@ -199,7 +199,7 @@ static void put_path(struct writer *writer, const struct cb_loader *loader, uint
         if (is_object(&walk, i) && level->key_length > 0) {
             if (writer->used > 0) put_text(writer, ".");
             put_piece(writer, loader->text + level->key_at + 1, level->key_length - 2, KEY_BYTES);
-        } else if (!is_object(&walk, i) && level->index != NO_INDEX) {
+        } else if (!is_object(&walk, i)) {
             put_text(writer, "[");
             put_whole(writer, (uint32_t)level->index);
             put_text(writer, "]");

@@ -34,9 +34,9 @@ uint8_t cb_find_name(const void *array, size_t stride, uint32_t count, const cha
 
 /* Length of a text of the tables. */
 static uint32_t table_length(const char *text) {
-    uint32_t length = 0;
-    while (length < CB_TABLE_TEXT && text[length] != '\0') ++length;
-    return length;
+    for (uint32_t length = 0; length < CB_TABLE_TEXT; ++length)
+        if (text[length] == '\0') return length;
+    return CB_TABLE_TEXT;
 }
 
 float cb_number_of(const char *text) {
@@ -159,7 +159,8 @@ bool cb_read_word(struct cb_loader *loader, uint32_t at, const struct cb_word *w
     const uint32_t length = cb_json_text(loader->text, token, word, sizeof word - 1);
     if (length >= sizeof word) return unknown_word(loader, at, words);
     word[length] = '\0';
-    return cb_find_word(words, word, value) || unknown_word(loader, at, words);
+    if (cb_find_word(words, word, value)) return true;
+    return unknown_word(loader, at, words);
 }
 
 bool cb_read_text(struct cb_loader *loader, uint32_t at, char *buffer, uint32_t size) {
@@ -221,7 +222,6 @@ bool cb_list_has_room(struct cb_loader *loader, const struct cb_list *list, uint
 
 uint32_t cb_list_at(const struct cb_loader *loader, uint32_t at, uint32_t index) {
     struct cb_list list = cb_list(loader, at);
-    while (cb_list_next(&list) && list.index < index) {
-    }
+    for (uint32_t i = 0; i <= index; ++i) cb_list_next(&list);
     return list.at;
 }

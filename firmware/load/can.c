@@ -50,8 +50,8 @@ static bool check_interface(struct cb_loader *loader, uint32_t at) {
     const char *name = loader->config->can.interface;
     bool good = name[0] != '\0' && !cb_same_text(name, ".") && !cb_same_text(name, "..");
     for (const char *c = name; *c; ++c) good = good && *c != '/' && *c != ' ' && *c != ':';
-    return good ||
-           cb_fail(loader, CB_ERROR_NAME, at, "%o is not a name of a network interface", at);
+    if (good) return true;
+    return cb_fail(loader, CB_ERROR_NAME, at, "%o is not a name of a network interface", at);
 }
 
 bool cb_load_can(struct cb_loader *loader, uint32_t at) {

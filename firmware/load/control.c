@@ -56,8 +56,7 @@ static bool is_increment(const struct cb_profile_facts *facts, float scale) {
     if (!(facts->increments_um[0] > 0.0f)) return true;
     for (unsigned i = 0; i < CB_PROFILE_INCREMENTS; ++i) {
         const float increment_um = facts->increments_um[i];
-        if (increment_um > 0.0f && cb_abs(scale - increment_um) <= 1e-6f * increment_um)
-            return true;
+        if (cb_abs(scale - increment_um) <= 1e-6f * increment_um) return true;
     }
     return false;
 }

@@ -17,7 +17,8 @@ static bool find_followed(struct cb_loader *loader, uint32_t signals, uint32_t i
     const uint8_t found =
         cb_find_name(config->signals, sizeof config->signals[0], config->signals_count, name);
     config->signals[index].lag_of = found;
-    return found != CB_NONE || cb_fail(loader, CB_ERROR_NAME, at, "no signal is called %o", at);
+    if (found != CB_NONE) return true;
+    return cb_fail(loader, CB_ERROR_NAME, at, "no signal is called %o", at);
 }
 
 /* Sets range and maximum age of a lag from the signal that it follows. */

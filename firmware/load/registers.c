@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/load/registers.h"
 
+#include "firmware/base/assert.h"
 #include "firmware/config/config.h"
 #include "firmware/wire/number.h"
 
@@ -56,10 +57,12 @@ static bool inside(struct cb_loader *loader, uint32_t at, const struct cb_block_
     return true;
 }
 
-/* in : user, of a register. out: true if it is a signal that reads the same number at `first` */
+/* in : user, of a register, no channel: channels are loaded after signals
+ * out: true if it is a signal that reads the same number at `first` */
 static bool same_number(const struct cb_config *config, uint8_t user, uint8_t type,
                         uint32_t first) {
-    if (user < CB_USER_SIGNAL || user >= CB_USER_CHANNEL) return false;
+    CB_ASSERT(user < CB_USER_CHANNEL);
+    if (user < CB_USER_SIGNAL) return false;
     const struct cb_signal_config *signal = &config->signals[user - CB_USER_SIGNAL];
     return signal->reg == first && signal->type == type;
 }

@@ -98,8 +98,8 @@ bool cb_lags_follow(const struct cb_config *config, struct cb_signal_state *stat
                 follow_steady(link, signal, state, gains);
             } else {
                 const struct cb_signal_config *lag = &config->signals[link->lag];
-                if (!follow_any(link, lag, signal, state, &pace, counters))
-                    essentials_fresh = essentials_fresh && !lag->essential;
+                const bool fresh = follow_any(link, lag, signal, state, &pace, counters);
+                if (!fresh && lag->essential) essentials_fresh = false;
             }
         } while (++link != end_of_run);
     }

@@ -48,14 +48,16 @@ static unsigned make_grid(struct cb_config *config, unsigned term, bool *placed,
 
 static void assert_pieces(const struct cb_curve_config *curve) {
     const uint32_t rows = curve->spans * (curve->degree + 1u);
-    CB_ASSERT(curve->spans >= 1 && curve->degree <= CB_PPOLY_MAX_DEGREE);
+    CB_ASSERT(curve->spans >= 1);
+    CB_ASSERT(curve->degree <= CB_PPOLY_MAX_DEGREE);
     CB_ASSERT(curve->pool + curve->spans + 1u + rows <= CB_POOL_FLOATS);
 }
 
 /* No term is evaluated outside of the arrays, whatever loaded it. */
 static void assert_term(const struct cb_config *config, const struct cb_term_config *term) {
     CB_ASSERT(term->type < CB_TERM_TYPES);
-    CB_ASSERT(term->outputs >= 1 && term->outputs <= CB_MAX_TERM_OUTPUTS);
+    CB_ASSERT(term->outputs >= 1);
+    CB_ASSERT(term->outputs <= CB_MAX_TERM_OUTPUTS);
     CB_ASSERT(term->first_output + term->outputs <= config->outputs_count);
     const struct cb_curve_kind *kind = cb_term_kinds[term->type]->curve;
     if (!kind) return;

@@ -44,10 +44,9 @@ static bool begins(const struct cb_rtu_receiver *receiver, const uint8_t *bytes,
     return true;
 }
 
-static bool begins_exception(const struct cb_rtu_receiver *receiver, const uint8_t *bytes,
-                             size_t count) {
-    return bytes[0] == receiver->head[0] &&
-           (count < 2 || bytes[1] == (receiver->head[1] | EXCEPTION_BIT));
+/* in : bytes that do not begin the reply: two or more, if the first is the unit id */
+static bool begins_exception(const struct cb_rtu_receiver *receiver, const uint8_t *bytes) {
+    return bytes[0] == receiver->head[0] && bytes[1] == (receiver->head[1] | EXCEPTION_BIT);
 }
 
 /* in : count >= CB_RTU_MIN_FRAME */
@@ -59,7 +58,7 @@ static bool crc_fits(const uint8_t *frame, size_t count) {
 static size_t wanted_bytes(const struct cb_rtu_receiver *receiver, const uint8_t *bytes,
                            size_t count) {
     if (begins(receiver, bytes, count)) return cb_rtu_reply_bytes(&receiver->request);
-    return begins_exception(receiver, bytes, count) ? CB_RTU_EXCEPTION_FRAME : 0;
+    return begins_exception(receiver, bytes) ? CB_RTU_EXCEPTION_FRAME : 0;
 }
 
 /* in : length of the candidate; 0: not known yet */

@@ -222,6 +222,9 @@ TEST(box_adopt, refuses_what_would_step) {
         {"scale", [](cb_config &c) { c.channels[0].scale = 0.1f; }},
         {"sign", [](cb_config &c) { c.channels[0].sign = -1; }},
         {"PLC", [](cb_config &c) { std::strcpy(c.plc.host, "192.0.2.1"); }},
+        {"unit", [](cb_config &c) { c.plc.unit = 2; }},
+        {"port", [](cb_config &c) { c.plc.port = 1502; }},
+        {"wire", [](cb_config &c) { c.plc.transport = CB_TRANSPORT_RTU; }},
     };
     for (const auto &change : changes) {
         SCOPED_TRACE(change.what);

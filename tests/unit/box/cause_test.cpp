@@ -148,6 +148,30 @@ TEST(box_cause, a_channel_that_the_plc_does_not_apply) {
     EXPECT_EQ(rig.box->cause.bound, rig.box->channels[0].sent_um);
 }
 
+// Of two channels the first is named, whose value is 0 or 500 µm at the PLC.
+TEST(box_cause, the_first_channel_that_the_plc_does_not_apply) {
+    for (const double applied_um : {0.0, 500.0}) {
+        config_builder b = two_axes();
+        for (unsigned i = 0; i < 2; ++i) {
+            b.config->channels[i].has_applied = true;
+            b.config->channels[i].applied_reg = static_cast<uint16_t>(24 + 2 * i);
+        }
+        box_rig rig(b);
+        rig.position(8, 400);
+        rig.position(10, 400);
+        for (int i = 0; i < 60; ++i) {
+            put_int32(rig.in.registers + 24, applied_um / 0.01);
+            put_int32(rig.in.registers + 26, 2 * applied_um / 0.01);
+            rig.sample(2, 100);
+            rig.step();
+        }
+        ASSERT_EQ(rig.reason(), applied_um > 0 ? CB_REASON_FOREIGN : CB_REASON_UNAPPLIED);
+        EXPECT_EQ(rig.box->cause.kind, CB_CAUSE_UNAPPLIED);
+        EXPECT_EQ(rig.box->cause.index, 0);
+        EXPECT_FLOAT_EQ(rig.box->cause.value, static_cast<float>(applied_um));
+    }
+}
+
 // What the counters of signals and channels add up to is what the box counts.
 TEST(box_cause, shares_add_up_also_over_a_clock_jump) {
     cause_rig rig;

@@ -182,7 +182,7 @@ TEST(box_direction, is_that_of_the_reading_not_of_the_lead) {
 }
 
 TEST(box_direction, survives_a_reload_of_the_same_position) {
-    axis_rig rig, fresh(0.5f), other(0.5f), plain(0.5f);
+    axis_rig rig, fresh(0.5f), other(0.5f), plain(0.5f), kind(0.5f);
     rig.at(100);
     rig.at(200);
     ASSERT_TRUE(cb_box_adopt(fresh.box.get(), rig.box.get()));
@@ -194,6 +194,9 @@ TEST(box_direction, survives_a_reload_of_the_same_position) {
     plain.box->config.terms[0].as.curve.reversal_mm = 0;
     ASSERT_TRUE(cb_box_adopt(plain.box.get(), rig.box.get()));
     EXPECT_FALSE(plain.box->terms[0].directed);
+    kind.box->config.terms[0].type = CB_TERM_LINEAR;
+    ASSERT_TRUE(cb_box_adopt(kind.box.get(), rig.box.get()));
+    EXPECT_FALSE(kind.box->terms[0].directed) << "a term of this kind has no branches";
 }
 
 TEST(box_direction, outside_of_either_branch_counts) {

@@ -804,6 +804,18 @@ TEST(box_fault, stop_is_at_zero_written_and_confirmed_in_time) {
     EXPECT_EQ(rig.written(4), 0);
 }
 
+// The thread that stops the daemon asks beside the loop, whose step may not have found the damage
+// yet.
+TEST(box_fault, the_stated_time_of_a_stop_reads_no_channel_that_the_box_does_not_have) {
+    box_rig rig(simple());
+    rig.position(8, 1000);
+    rig.steps(50);
+    const std::int64_t sound_us = cb_box_stop_us(rig.box.get());
+    EXPECT_GE(sound_us, 1000000) << "100 µm at less than 50 µm/s";
+    rig.box->config.channels_count = 255;
+    EXPECT_GE(cb_box_stop_us(rig.box.get()), sound_us);
+}
+
 // A write without a reply may still take effect, so it holds the output until two turns are over.
 TEST(box_fault, the_stated_time_of_a_stop_includes_late_writes) {
     config_builder b = simple();

@@ -196,13 +196,21 @@ TEST(tangent, limits_always_hold) {
 }
 
 TEST(tangent, outlives_a_reload_and_is_not_moved_under_the_plc) {
-    tangent_rig rig, fresh,
-        other(with("\"reference_scale\": 0.001", "\"reference_scale\": 0.002", file));
+    tangent_rig rig, fresh;
     rig.go(20);
     ASSERT_TRUE(cb_box_adopt(fresh.box.get(), rig.box.get()));
     EXPECT_EQ(fresh.slope(), rig.slope());
     EXPECT_EQ(fresh.box->tangent.reference[0], rig.box->tangent.reference[0]);
-    EXPECT_FALSE(cb_box_adopt(other.box.get(), rig.box.get()));
+    const char *const others[][2] = {
+        {"\"reference_scale\": 0.001", "\"reference_scale\": 0.002"},
+        {"\"reference_plc\": 108", "\"reference_plc\": 112"},
+        {"\"reference_type\": \"int32\"", "\"reference_type\": \"float32\""},
+        {"\"tangent\": {\"signal\": \"X\"", "\"tangent\": {\"signal\": \"Y\""},
+    };
+    for (const auto &[piece, change] : others) {
+        tangent_rig other(with(piece, change, file));
+        EXPECT_FALSE(cb_box_adopt(other.box.get(), rig.box.get())) << change;
+    }
 }
 
 TEST(tangent, every_mistake_has_its_sentence) {
@@ -214,6 +222,9 @@ TEST(tangent, every_mistake_has_its_sentence) {
          "block: value, slope and reference belong together"},
         {"\"tangent\": {\"signal\": \"X\"", "\"tangent\": {\"signal\": \"T\"",
          "channels[0].tangent.signal: \"T\" is not a position in mm from the PLC, which a "
+         "tangent needs"},
+        {"{\"name\": \"X\", \"unit\": \"mm\"", "{\"name\": \"X\", \"unit\": \"deg\"",
+         "channels[0].tangent.signal: \"X\" is not a position in mm from the PLC, which a "
          "tangent needs"},
         {"\"tangent\": {\"signal\": \"X\"", "\"tangent\": {\"signal\": \"Q\"",
          "channels[0].tangent.signal: no signal is called \"Q\""},
@@ -237,6 +248,18 @@ TEST(tangent, every_mistake_has_its_sentence) {
          "channels[0].tangent.reference_type: positions of X in units of 0.001 (reference_scale) "
          "do "
          "not fit into \"int16\""},
+        {"\"scale\": 0.0001, \"min\": -2000, \"max\": 2000},\n    {\"name\": \"Y\"",
+         "\"scale\": 0.0001, \"min\": -2000, \"max\": 9e6},\n    {\"name\": \"Y\"",
+         "channels[0].tangent.reference_type: positions of X in units of 0.001 (reference_scale) "
+         "do not fit into \"int32\""},
+        {"\"slope_type\": \"int32\"", "\"slope_type\": \"int32cdab\"",
+         "channels[0].tangent.slope_type: profile sinumerik-840d has no \"int32cdab\": an S7 as "
+         "Modbus server keeps the order "
+         "ABCD; use int16, int32 or float32"},
+        {"\"reference_type\": \"int32\"", "\"reference_type\": \"int32cdab\"",
+         "channels[0].tangent.reference_type: profile sinumerik-840d has no \"int32cdab\": an S7 "
+         "as Modbus server keeps the order "
+         "ABCD; use int16, int32 or float32"},
         {"\"slope_plc\": 106", "\"slope_plc\": 105",
          "channels[0].tangent.slope_plc: register 105 already belongs to channel X"},
         {"\"reference_plc\": 108", "\"reference_plc\": 115",

@@ -312,4 +312,14 @@ TEST(json, skip_leaves_a_container) {
     EXPECT_EQ(json.at, 9u);
 }
 
+TEST(json, skip_ends_where_the_text_is_broken) {
+    const std::string text = "[1,[2,x],3]";
+    cb_json json;
+    cb_json_start(&json, text.data(), static_cast<uint32_t>(text.size()), 0);
+    cb_json_next(&json);
+    cb_json_skip(&json, 0);
+    EXPECT_EQ(json.at, 6u);
+    EXPECT_EQ(cb_json_next(&json).kind, CB_JSON_BAD);
+}
+
 }  // namespace

@@ -9,6 +9,10 @@
 #include "tests/support/config_fixture.h"
 #include "tests/support/config_invariants.h"
 
+extern "C" {
+#include "models/bpnet.h"
+}
+
 using namespace compbox_test;
 using json = nlohmann::ordered_json;
 
@@ -199,6 +203,21 @@ TEST(config_limits, the_pool) {
     file["terms"][3] = bspline("KT", 5, 3);
     EXPECT_EQ(message(file),
               "terms[3]: this term needs 11 floats, and of the box's 8192 only 2 are left");
+}
+
+// The weights of a network fit, and the ranges of its inputs no longer: 4 floats each.
+TEST(config_limits, the_pool_for_a_network) {
+    const json net = json::parse(R"({"name": "net", "type": "bpnet", "outputs": ["n"],
+        "activation": "tansig", "inputs": ["T1"], "hidden_weights": [[1]], "hidden_bias": [0],
+        "output_weights": [[1]], "output_bias": [0], "input_min": [0], "input_max": [50]})");
+    const size_t weights = cb_bpnet_floats(1, 1, 1, false);
+    json file = example();
+    file["terms"] = {polyline("EZX", 1022), polyline("EYX", 1022), polyline("KB", 680),
+                     polynomial("KT", 26 - weights - 4), net};
+    EXPECT_EQ(message(file), "");
+    file["terms"][3] = polynomial("KT", 26 - weights - 3);
+    EXPECT_EQ(message(file),
+              "terms[4]: this term needs 4 floats, and of the box's 8192 only 3 are left");
 }
 
 TEST(config_limits, a_cubic_of_twenty_points_takes_86_floats) {

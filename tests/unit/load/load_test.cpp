@@ -267,6 +267,11 @@ TEST(config_load, hosts) {
     EXPECT_EQ(plc.unit, 1);
 }
 
+TEST(config_load, devices_below_dev) {
+    for (const char *device : {"/dev/.x", "/dev/..x", "/dev/serial/by-id/a..b", "/dev/a./b"})
+        EXPECT_STREQ(loaded_config(with("/dev/ttyS1", device)).buses[0].serial.device, device);
+}
+
 TEST(config_load, extended_can_identifiers_are_marked) {
     EXPECT_EQ(loaded_config(with("0x181", "0x7ff")).signals[1].can_id, 0x7ffu);
     EXPECT_EQ(loaded_config(with("0x181", "0x800")).signals[1].can_id, 0x80000800u);

@@ -75,6 +75,12 @@ TEST(config_refuse, the_place_counts_lines_of_any_kind) {
     EXPECT_EQ(load(one_line).column, text.find("true,\n") + 1);
 }
 
+TEST(config_refuse, any_blank_before_a_comma) {
+    for (const char blank : {' ', '\t', '\r', '\n'})
+        EXPECT_EQ(load(with("240, 500]", std::string("240") + blank + ", NaN]")).text,
+                  "terms[1].positions[2]: NaN is not a number of JSON");
+}
+
 // DEL, C1, separators of lines and marks of direction: what a terminal obeys instead of showing it.
 TEST(config_refuse, no_text_has_a_control_character_and_no_message_repeats_one) {
     for (const std::string one :
@@ -159,9 +165,9 @@ TEST(config_refuse, numeric_addresses_as_inet_pton_sees_them) {
         return inet_pton(AF_INET, text.c_str(), bytes) == 1 ||
                inet_pton(AF_INET6, text.c_str(), bytes) == 1;
     };
-    const std::vector<std::string> pieces = {":",       "::",  ".",  "0", "1",    "12",
-                                             "255",     "256", "01", "f", "ffff", "12345",
-                                             "1.2.3.4", "%",   "g",  "-"};
+    const std::vector<std::string> pieces = {":",   "::",      ".", "0",    "1",     "12", "255",
+                                             "256", "01",      "f", "ffff", "12345", "AF", "G",
+                                             "@",   "1.2.3.4", "%", "g",    "-"};
     dice random(11);
     int good = 0;
     for (int i = 0; i < 300000; ++i) {

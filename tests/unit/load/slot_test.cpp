@@ -136,6 +136,17 @@ TEST(slot, a_length_beyond_the_memory_is_broken) {
     }
 }
 
+TEST(slot, a_text_longer_than_the_box_reads_is_broken) {
+    const std::size_t most = CB_MAX_TEXT_BYTES;
+    for (const std::size_t length : {most, most + 1}) {
+        const std::string text(length, 'x');
+        std::vector<uint8_t> bytes(CB_SLOT_HEADER_BYTES + length + 1, 0xFF);
+        cb_slot_header(1, text.data(), static_cast<uint32_t>(length), bytes.data());
+        std::copy(text.begin(), text.end(), bytes.begin() + CB_SLOT_HEADER_BYTES);
+        EXPECT_EQ(state_of(bytes), length > most ? CB_SLOT_BROKEN : CB_SLOT_WHOLE);
+    }
+}
+
 TEST(slot, noise_is_never_whole) {
     std::mt19937 dice(1);
     for (int round = 0; round < 20000; ++round) {

@@ -92,7 +92,7 @@ TEST(volumetric_error, names) {
     EXPECT_EQ(cb_volumetric_error("B0Z"), CB_ERROR_B0Z);
     EXPECT_EQ(cb_volumetric_error("A0Z"), CB_ERROR_A0Z);
     for (const char *name :
-         {"", "E", "EX", "EXXX", "EXA", "EDX", "exx", "C0X", "C0Z", "A0Y", "XXX"})
+         {"", "E", "EX", "EXXX", "EXA", "EDX", "exx", "C0X", "C0Z", "CXY", "A0Y", "XXX"})
         EXPECT_EQ(cb_volumetric_error(name), -1) << name;
     std::set<int> all;
     for (char kind : std::string("XYZABC"))

@@ -104,6 +104,24 @@ TEST(bus_turns, answers_become_samples_at_the_time_of_asking) {
     EXPECT_EQ(r.take({0, 0, 0}, 1).size(), 1u);
 }
 
+TEST(bus_turns, an_answer_is_for_the_signals_of_its_request_alone) {
+    rig r(500);
+    r.config->buses_count = 2;
+    r.add(1, 10);
+    r.add(1, 20);
+    r.add(2, 10);
+    r.add(1, 10);
+    r.config->signals[3].bus = 1;
+    r.start();
+    for (const auto &[request, signal] :
+         {std::pair(std::vector<int>{1, 10, 1}, 0), {{1, 20, 1}, 1}, {{2, 10, 1}, 2}}) {
+        EXPECT_EQ(r.next(0), request);
+        const auto samples = r.take({7});
+        ASSERT_EQ(samples.size(), 1u) << signal;
+        EXPECT_EQ(samples[0].signal, signal);
+    }
+}
+
 TEST(bus_turns, modules_come_in_turn_each_in_its_time) {
     rig r(300);
     for (std::uint8_t unit = 1; unit <= 3; ++unit) r.add(unit, 0);

@@ -180,6 +180,17 @@ TEST(can_section, names_interface_and_nodes) {
     EXPECT_EQ(can.nodes[1].heartbeat_timeout_ms, 3000u);
 }
 
+TEST(can_section, takes_the_names_that_the_kernel_takes) {
+    const auto text_of = [](const std::string &name) {
+        return load(with(R"("safety":)", R"("can": {"interface": ")" + name + R"("}, "safety":)"))
+            .text;
+    };
+    for (const char *name : {"c", ".c", "..c", "123456789012345"}) EXPECT_EQ(text_of(name), "");
+    for (const std::string name : {".", "..", "a/b", "a b", "a:b"})
+        EXPECT_EQ(text_of(name),
+                  "can.interface: \"" + name + "\" is not a name of a network interface");
+}
+
 TEST(can_section, is_refused_by_a_target_without_a_bus) {
     cb_target target = compbox_test::every_target;
     target.sources = 1u << CB_SOURCE_PLC;

@@ -136,6 +136,31 @@ TEST(terms, volumetric_by_hand) {
     EXPECT_NEAR(rig.term("vol_z"), ez, 1e-4);
 }
 
+// All 18 errors, and all but one that is zero.
+TEST(terms, a_volumetric_term_has_any_of_the_errors) {
+    const auto with_errors = [](bool all) {
+        std::string errors = R"("EXX", "EBX", "EAZ")", terms;
+        for (const char axis : std::string("XYZ")) {
+            for (const char kind : std::string("XYZABC")) {
+                const std::string name{'E', kind, axis};
+                if (errors.find(name) != std::string::npos) continue;
+                if (all || name != "EZZ") errors += ", \"" + name + "\"";
+                terms += R"({"name": ")" + name + R"(", "type": "polynomial", "signal": ")" + axis +
+                         R"(", "coefficients": [)" + (name == "EZZ" ? "0" : "3, 0.01") + "]}, ";
+            }
+        }
+        const std::string slope = R"({"name": "slope")";
+        return compbox_test::with(R"("EXX", "EBX", "EAZ")", errors,
+                                  compbox_test::with(slope, terms + slope, file));
+    };
+    model_rig few, most(with_errors(false)), all(with_errors(true));
+    for (model_rig *rig : {&few, &most, &all}) rig->go();
+    for (const char *output : {"vol_x", "vol_y", "vol_z"}) {
+        EXPECT_EQ(all.term(output), most.term(output));
+        EXPECT_GT(std::fabs(all.term(output) - few.term(output)), 1);
+    }
+}
+
 TEST(terms, a_little_outside_is_counted_and_goes_on) {
     model_rig rig;
     rig.go(3);

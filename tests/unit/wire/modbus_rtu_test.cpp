@@ -321,6 +321,7 @@ TEST(rtu_receiver, a_reply_with_a_hole_is_none) {
     EXPECT_EQ(wire.wait(1750), CB_RTU_SPOILT);
     EXPECT_EQ(wire.take().answer, CB_RTU_INVALID);
     EXPECT_EQ(wire.take().registers[0], 0xEEEE);
+    EXPECT_FALSE(cb_rtu_receiver_damaged(&wire.receiver)) << "its bytes are right";
 }
 
 TEST(rtu_receiver, says_why_something_is_no_reply) {

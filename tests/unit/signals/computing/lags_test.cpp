@@ -35,6 +35,13 @@ struct lag_builder : config_builder {
         s.max_age_ms = config->signals[1].max_age_ms;
         return config->signals_count - 1u;
     }
+    // T1 in register 10, read in each cycle.
+    void on_the_plc() {
+        cb_signal_config &t = config->signals[1];
+        t.source = CB_SOURCE_PLC;
+        t.reg = 10;
+        t.type = CB_NUMBER_INT16;
+    }
 };
 
 struct lag_rig : box_rig {
@@ -126,6 +133,22 @@ TEST(lags, are_stale_with_their_signal_and_go_on_over_the_gap) {
     EXPECT_TRUE(rig.box->terms[0].live);
 }
 
+// The box needs the lag, so it holds and names the thermometer, however long the chain is.
+TEST(lags, an_essential_one_stops_the_box_with_its_signal) {
+    for (const char *essential : {"slow", "slower"}) {
+        lag_builder b(600, 1, 1000);
+        b.config->signals[essential == std::string("slow") ? b.slow : b.slower].essential = true;
+        lag_rig rig(b);
+        for (int i = 0; i < 10; ++i) rig.step_at(20);
+        EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
+        rig.steps(34);
+        EXPECT_EQ(rig.mode(), CB_MODE_HOLD) << essential;
+        EXPECT_EQ(rig.reason(), CB_REASON_SIGNAL);
+        EXPECT_EQ(rig.box->cause.kind, CB_CAUSE_STALE);
+        EXPECT_STREQ(rig.box->config.signals[rig.box->cause.index].name, "T1");
+    }
+}
+
 TEST(lags, keep_their_memory_over_a_jump_of_the_clock) {
     lag_rig rig{lag_builder()};
     rig.step_at(20);
@@ -186,10 +209,7 @@ struct lag_by_itself {
 // with that it never leaves its range, although the usual way (lags.c) does not look.
 TEST(lags, of_a_plc_signal_are_the_model_whatever_becomes_of_the_readings) {
     lag_builder b;
-    cb_signal_config &t = b.config->signals[1];
-    t.source = CB_SOURCE_PLC;
-    t.reg = 10;
-    t.type = CB_NUMBER_INT16;
+    b.on_the_plc();
     const unsigned fast = b.lag("fast", 1, 0.5f, 1), square = b.lag("square", 1, 20, 2);
     for (unsigned i : {fast, square})
         b.config->lags[b.config->lags_count++] = static_cast<uint8_t>(i);
@@ -238,6 +258,56 @@ TEST(lags, survive_a_reload_by_name) {
     rig.box = reloaded(rig, lag_builder(600, 2));
     rig.step_at(50);
     EXPECT_NEAR(rig.value(), 2500, 1e-3) << "of another power: it starts anew";
+}
+
+TEST(lags, start_anew_with_another_signal) {
+    lag_rig rig{lag_builder()};
+    for (int i = 0; i < 10; ++i) rig.step_at(20);
+    lag_builder other;
+    std::strcpy(other.config->signals[1].name, "T9");
+    rig.box = reloaded(rig, other);
+    rig.step_at(50);
+    EXPECT_EQ(rig.value(), 50);
+    EXPECT_NEAR(rig.value("slower"), 20, 1e-3) << "it still follows slow";
+}
+
+// 50 °C, then a file that allows 30: the lag needs 11 minutes to fall below it.
+TEST(lags, stay_inside_a_range_that_a_reload_narrowed) {
+    lag_builder wide, narrow;
+    for (lag_builder *b : {&wide, &narrow}) b->on_the_plc();
+    for (const unsigned signal : {1u, narrow.slow, narrow.slower})
+        narrow.config->signals[signal].max = 30;
+    lag_rig rig(wide);
+    rig.in.registers[10] = 500;
+    rig.steps(10);
+    rig.box = reloaded(rig, narrow);
+    rig.in.registers[10] = 200;
+    for (double h = 0.03 / 600; h < 2; h += 0.03 / 600) {
+        rig.step();
+        ASSERT_NEAR(rig.value(), std::min(30.0, 20 + 30 * std::exp(-h)), 0.01) << h;
+    }
+}
+
+TEST(lags, the_range_of_a_square) {
+    using namespace compbox_test;
+    const std::string lag = with(R"({"name": "B", "unit")", R"({"name": "L", "unit": "K2",
+        "lag_of": "T2", "tau_s": 20, "power": 2}, {"name": "B", "unit")");
+    const struct {
+        const char *range;
+        float min, max;
+    } cases[] = {
+        {"-10, \"max\": 90", 0, 8100}, {"-9, \"max\": -2", 4, 81}, {"3, \"max\": 5", 9, 25}};
+    for (const auto &[range, min, max] : cases) {
+        const auto got = load(
+            with("-10, \"max\": 90, \"essential\"", std::string(range) + ", \"essential\"", lag));
+        ASSERT_EQ(got.error, CB_OK) << got.text;
+        EXPECT_EQ(got.config->signals[3].min, min) << range;
+        EXPECT_EQ(got.config->signals[3].max, max) << range;
+    }
+    EXPECT_EQ(
+        load(with("-10, \"max\": 90, \"essential\"", "1e-30, \"max\": 2e-30, \"essential\"", lag))
+            .text,
+        "signals[3].lag_of: the square of T2 exceeds 1e9 or is constant; see its min and max");
 }
 
 TEST(lags, are_ordered_by_the_loader) {
