@@ -53,8 +53,9 @@ bool scheduler::wait(time_ns until) {
 
 void scheduler::wake(thread &sleeper) {
     sleeper.woken = true;
-    sleeper.wake_ns = std::min(sleeper.wake_ns, now_);
-    next_due_ = now_;
+    const time_ns due_ns = std::max(now_, sleeper.stands_until_ns);
+    sleeper.wake_ns = std::min(sleeper.wake_ns, due_ns);
+    next_due_ = std::min(next_due_, due_ns);
 }
 
 void scheduler::give_way(time_ns until) {
