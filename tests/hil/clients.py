@@ -14,14 +14,14 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 import box as box_module  # noqa: E402
 import machine  # noqa: E402
-import test_faults as faults  # noqa: E402
+import plc_faults as faults  # noqa: E402
 from machine import ACTIVE  # noqa: E402
 from plc import Plc  # noqa: E402
 from raw_plc import RawPlc  # noqa: E402
 from steps import LOST  # noqa: E402
 
 CLIENTS = ("compbox", "libmodbus")
-EVERY = 20                            # cycles from one fault to the next
+FIRST, EVERY = 15, 20                 # cycles with a fault: the first, one in so many
 
 
 def no_reply(_, __):
@@ -50,11 +50,11 @@ class Run:
     def __init__(self, client, fault, seconds):
         self.spoilt = 0
         plc, port = Plc(), box_module.free_port()
-        plc.values = dict(faults.AT_REST)
+        plc.values = dict(machine.AT_REST)
         self.over = False
 
         def now_and_then(request, reply):
-            due = fault and not self.over and len(plc.reads) >= faults.FIRST and request.is_cyclic_read
+            due = fault and not self.over and len(plc.reads) >= FIRST and request.is_cyclic_read
             if not due or len(plc.reads) % EVERY:
                 return None
             self.spoilt += 1

@@ -151,6 +151,15 @@ def written_um(block):
     return result
 
 
+AT_REST = {"X": 4000, "Y": 200, "Z": 1500, "T1": 35}   # all channels are far from zero
+
+
+def at_wanted(write, values=None):
+    """in : a write, or a step; values: of the signals, else those that it knew"""
+    wanted = wanted_um(values or write.values)
+    return all(abs(um - wanted[name]) < 0.06 for name, um in write.um.items())
+
+
 def resolution_um(channel):
     """Half a step of the register, and what float32 arithmetic may add."""
     step = 0 if channel["type"] == "float32" else channel["scale"] / 2

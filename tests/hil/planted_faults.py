@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: MIT
 """Plants one fault after the other into a copy of the sources, builds compboxd from it and runs the
-hardware-in-the-loop tests named beside it: one of them has to fail. Without a fault all have to pass.
+tests of the daemon named beside it: one of them has to fail. Without a fault all have to pass.
 
   planted_faults.py ROOT [NAME…]    all faults, or those whose names contain one of the words"""
 import os
@@ -11,21 +11,21 @@ import subprocess
 import sys
 import tempfile
 
-VALUES = ["test_values.py::test_values_are_those_of_the_models_while_the_axes_move"]
-SLEW = ["test_values.py::test_the_way_to_the_wanted_value_has_the_slew_rate"]
+VALUES = ["../daemon/test_values.py::test_values_are_those_of_the_models_while_the_axes_move"]
+SLEW = ["../daemon/test_values.py::test_the_way_to_the_wanted_value_has_the_slew_rate"]
 WIRE = ["test_wire.py"]
 
 
 def reactions(*names):
-    return [f"test_reactions.py::test_{name}" for name in names]
+    return [f"../daemon/test_reactions.py::test_{name}" for name in names]
 
 
 def faults(*names):
-    return [f"test_faults.py::test_{name}" for name in names]
+    return [f"../daemon/test_faults.py::test_{name}" for name in names]
 
 
 TANGENT = ["test_tangent.py::test_what_the_nc_adds_is_the_tangent_wherever_the_axis_is"]
-STOP = ["test_stop.py::test_a_signal_ramps_to_zero_and_says_stopped"]
+STOP = ["../daemon/test_stop.py::test_a_signal_ramps_to_zero_and_says_stopped"]
 COSTS = "a_fault_costs_only_what_it_overlaps"
 
 # name, file, what stands there (once), what is planted, tests of which one must fail
@@ -50,9 +50,9 @@ FAULTS = [
     ("slew, twice as fast", "firmware/box/box.c", "step->placed ? 0.0f : seconds(box, step)",
      "step->placed ? 0.0f : 2.0f * seconds(box, step)", SLEW),
     ("ceiling twice as high", "firmware/box/ceiling.c", "*value = most;", "*value = 2.0f * most;",
-     ["test_ceiling.py::test_no_output_is_beyond_the_ceiling_nor_faster"]),
+     ["../daemon/test_ceiling.py::test_no_output_is_beyond_the_ceiling_nor_faster"]),
     ("a wider file in motion", "hal/linux/daemon/loop.c", "!loop->at_rest_only || cb_box_at_rest(loop->box)",
-     "true", ["test_ceiling.py::test_a_larger_limit_is_pending_until_enable_is_off_and_all_is_zero"]),
+     "true", ["../daemon/test_ceiling.py::test_a_larger_limit_is_pending_until_enable_is_off_and_all_is_zero"]),
     ("ramp at the slew rate", "firmware/box/limiter.c", "cb_min(ramp, slew)", "cb_max(ramp, slew)", STOP),
     ("age of a signal, tenfold", "firmware/signals/signals.c", "<= (int64_t)signal->max_age_ms * 1000;",
      "<= (int64_t)signal->max_age_ms * 10000;", reactions("a_stale_thermometer_degrades_only_its_term")),
@@ -97,18 +97,26 @@ def build(source, log):
         subprocess.run(["cmake", "-S", source, "-B", folder, "-G", "Ninja",
                         "-DCMAKE_BUILD_TYPE=RelWithDebInfo"], check=True, stdout=log, stderr=log)
     subprocess.run(["cmake", "--build", folder, "--target", "compboxd", "fakeplc",
-                    "libmodbus_plc", "hil_spy"],
+                    "libmodbus_plc", "hil_spy", "stage"],
                    check=True, stdout=log, stderr=log)
 
 
 def run(source, tests, log):
-    """out: pytest's exit code: 0 passed, 1 a test failed."""
+    """out: pytest's exit code: 0 passed, 1 a test failed. Real processes and those of the stage have each their own."""
+    staged = [test.removeprefix("../daemon/") for test in tests if test.startswith("../daemon/")]
+    real = [test for test in tests if not test.startswith("../daemon/")]
+    codes = [run_in(source, folder, some, log) for folder, some in (("daemon", staged), ("hil", real)) if some]
+    return max(codes)
+
+
+def run_in(source, tests_of, tests, log):
     folder = source / "build"
     env = dict(os.environ, COMPBOXD=str(folder / "bin/compboxd"), FAKEPLC=str(folder / "bin/fakeplc"),
+               STAGE=str(folder / "bin/stage"),
                LIBMODBUS_PLC=str(folder / "bin/libmodbus_plc"),
                SPY=str(folder / "tests/hil/libhil_spy.so"), PYTHONDONTWRITEBYTECODE="1")
     return subprocess.run([sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider",
-                           *tests], cwd=source / "tests/hil", env=env, stdout=log,
+                           *tests], cwd=source / "tests" / tests_of, env=env, stdout=log,
                           stderr=log).returncode
 
 

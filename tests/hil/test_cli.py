@@ -4,7 +4,6 @@ import json
 import os
 import re
 import resource
-import time
 
 import pytest
 
@@ -91,6 +90,18 @@ def test_what_is_no_coefficient_file(tmp_path, text):
     assert str(path) in err
 
 
+def test_a_configuration_path_that_is_no_file_is_refused_at_once(tmp_path):
+    fifo, folder = tmp_path / "fifo", tmp_path / "folder"
+    os.mkfifo(fifo)
+    folder.mkdir()
+    for path, why in ((fifo, "it is not a regular file; put the coefficient file itself there"),
+                      ("/dev/zero", "it is not a regular file; put the coefficient file itself there"),
+                      (folder, "Is a directory")):
+        for more in ([], ["--check"]):
+            assert run("--config", str(path), *more) == \
+                (1, "", f"compboxd: {path}: cannot be read: {why}\n")
+
+
 @pytest.mark.parametrize("option", ["--stats", "--record"])
 def test_an_output_that_cannot_be_written_is_reported_before_the_start(config, tmp_path, option):
     path = tmp_path / "no" / "folder" / "f"
@@ -117,19 +128,18 @@ def test_stats_are_json_whatever_the_names(tmp_path, port):
     assert json.loads(stats.read_text())["machine"] == 'gantry "14 m" \\ µ'
 
 
-def test_a_record_that_may_not_grow_ends_no_compensation(start_box):
+def test_a_record_that_may_not_grow_ends_no_compensation(start_box, tmp_path):
     """The signal that comes with it kills a program that does not mind it."""
-    with start_box() as box:
-        while not box.record_file.exists():
-            time.sleep(0.01)
+    log = tmp_path / "log.txt"
+    with open(log, "w") as stderr, start_box(stderr=stderr) as box:
+        until(box.record_file.exists)
         resource.prlimit(box.process.pid, resource.RLIMIT_FSIZE, (2000, 2000))
-        until(lambda: box.record_file.stat().st_size > 1800)
-        time.sleep(1.5)                  # rows come on
-        assert box.process.poll() is None
+        until(lambda: "File too large" in log.read_text())
         box.stop()
-    assert box.code == 1 and "ended without any reply of the PLC" in box.log  # not by a signal
-    assert box.record_file.stat().st_size <= 2000
-    assert f"{box.record_file}" in box.log and "File too large" in box.log, box.log
+    assert box.code == 1 and "ended without any reply of the PLC" in log.read_text()  # not by a signal
+    text = box.record_file.read_text()
+    assert text.endswith("\n") and 1000 < len(text) <= 2000, "whole lines only"
+    assert log.read_text().count(f"{box.record_file}: rows are lost: File too large") == 1
 
 
 @pytest.mark.parametrize("option", ["--stats", "--record", "--record-inputs", "--state"])

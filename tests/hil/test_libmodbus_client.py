@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: MIT
 """compboxd with the client "libmodbus": whatever the PLC does, the loop keeps its period, outputs keep their laws, and
 the box comes back."""
-import pytest
-
 import laws
 import machine
-import test_faults as faults
+import plc_faults as faults
 from box import run, until
 from conftest import libmodbus
-from machine import ACTIVE, STANDBY
+from machine import ACTIVE, AT_REST, STANDBY, at_wanted
 from raw_plc import RawPlc
 
 # The times of a loss are those of the box, with any client.
@@ -16,24 +14,24 @@ FAULTS = [faults.late, faults.dribble, faults.wrong_id, faults.exception, faults
           faults.closes, faults.closes_in_mid_reply, faults.garbage, faults.twice]
 
 
-@pytest.mark.parametrize("fault", FAULTS, ids=lambda f: f.__name__)
-def test_after_each_fault_the_box_reads_and_writes_again(plc, port, start_box, fault):
-    plc.values = dict(faults.AT_REST)
-    spoilt = []
+def test_after_each_fault_the_box_reads_and_writes_again(plc, port, start_box):
+    """One fault after the other, each in the first reading behind ten writes of the wanted values."""
+    plc.values = dict(AT_REST)
+    left, since = list(FAULTS), [0]
 
     def now_and_then(request, reply):
-        if not request.is_cyclic_read or len(plc.reads) < faults.FIRST or len(plc.reads) % 20 or len(spoilt) >= 4:
+        calm = plc.writes[since[0]:][-10:]
+        if not left or not request.is_cyclic_read or len(calm) < 10 or \
+                not all(write.mode == ACTIVE and at_wanted(write) for write in calm):
             return None
-        spoilt.append(len(plc.reads))
-        return fault(request, reply)
+        since[0] = len(plc.writes)
+        return left.pop(0)(request, reply)
 
     with RawPlc(plc, port, now_and_then), start_box(change=libmodbus) as box:
-        until(lambda: len(spoilt) >= 4, every_s=0.1)
-        after = len(plc.writes)
-        until(lambda: len(plc.writes) > after + 20 and plc.writes[-1].mode == ACTIVE, every_s=0.1)
+        until(lambda: not left, every_s=0.1)
+        plc.wait(lambda write: write.mode == ACTIVE and at_wanted(write))
         box.stop()
     assert box.code == 0, box.log
-    assert faults.at_wanted(plc.writes[after + 20])
     laws.check_slew(box.steps)
     laws.check_writes(plc.writes)
     assert box.stats["plc"]["requests"] > 0 and box.stats["plc"]["connects"] >= 1
@@ -42,11 +40,11 @@ def test_after_each_fault_the_box_reads_and_writes_again(plc, port, start_box, f
 def test_the_loop_waits_for_no_call_of_libmodbus(plc, port, start_box):
     """A PLC that does not reply costs the loop nothing: it steps while the call is pending, and its outputs ramp to
     zero."""
-    plc.values = dict(faults.AT_REST)
+    plc.values = dict(AT_REST)
     mute = []
     with RawPlc(plc, port, lambda request, reply: [] if mute else None), start_box(change=libmodbus) as box:
         plc.wait_mode(ACTIVE)
-        plc.wait(lambda w: faults.at_wanted(w))
+        plc.wait(lambda w: at_wanted(w))
         mute.append(True)
         until(lambda: box.steps and box.steps[-1].mode == STANDBY, every_s=0.3)
         mute.clear()

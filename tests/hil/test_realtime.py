@@ -7,15 +7,16 @@ import time
 import pytest
 
 import laws
+import machine
+from box import until
 from conftest import libmodbus
-from machine import ACTIVE, PERIOD_S
+from machine import ACTIVE, AT_REST, PERIOD_S
 from pymodbus_plc import PymodbusPlc
 from raw_plc import RawPlc
 from steps import index_of
 
 SPY = os.environ.get("SPY", os.path.join(os.path.dirname(__file__),
                                          "../../build/host/tests/hil/libhil_spy.so"))
-AT_REST = {"X": 4000, "Y": 200, "Z": 1500, "T1": 35}
 
 
 def spied(start_box, tmp_path, scenario, change=None, **env):
@@ -52,6 +53,25 @@ def test_the_loop_allocates_nothing_and_touches_no_file_or_lock(start_box, tmp_p
         assert counts[name] == 0, counts
     if box.stats["realtime"]["memory_locked"]:
         assert counts["page_faults"] == 0, counts
+
+
+def test_the_loop_allocates_nothing_while_it_takes_over(plc, port, start_box, tmp_path):
+    plc.values = dict(AT_REST)
+
+    def scenario(box):
+        with PymodbusPlc(plc, port):
+            plc.wait_mode(ACTIVE)
+            for revision in (8, 9, 10):
+                machine.write_coefficients(tmp_path / "coefficients.json", port,
+                                           lambda data: data.update(revision=revision))
+                box.process.send_signal(signal.SIGHUP)
+                until(lambda: box.stats["revision"] == revision)
+            box.stop()
+    counts, box = spied(start_box, tmp_path, scenario)
+    assert box.code == 0, box.log
+    assert box.stats["reloads"]["taken"] == 3
+    for name in ("allocations", "frees", "files", "writes", "locks"):
+        assert counts[name] == 0, counts
 
 
 @pytest.mark.parametrize("plant, name", [("malloc", "allocations"), ("open", "files"),

@@ -4,7 +4,6 @@ import csv
 import json
 import os
 import pathlib
-import signal
 import subprocess
 
 import pytest
@@ -14,9 +13,7 @@ from box import Box, run, until
 from fakeplc import FakePlc
 from machine import ACTIVE
 from pymodbus_plc import PymodbusPlc
-from raw_plc import RawPlc
-from test_faults import late
-from test_values import program
+from in_motion import program
 
 COMPBOX = os.environ.get("COMPBOX", os.path.join(
     os.path.dirname(__file__), "../../build/host/bin/compbox"))
@@ -34,11 +31,6 @@ def with_memory(data):
     data["terms"].append({"name": "SLOW", "type": "polynomial", "signal": "T1_slow",
                           "coefficients": [0, -1.5]})
     data["channels"][2]["sum"].append("SLOW")
-
-
-def other_curve(data):
-    with_memory(data)
-    data["terms"][0]["control_points"].reverse()
 
 
 def recorded(folder):
@@ -62,114 +54,6 @@ def test_a_run_in_real_time_is_stepped_again_to_the_bit(plc, port, start_box, ex
     done = replay(tmp_path / "coefficients.json", tmp_path / "inputs.csv")
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith(f"{len(rows)} cycles of ")
-
-
-def test_a_run_with_faults_too(plc, port, start_box, tmp_path):
-    plc.motion = program
-    count = iter(range(10**6))
-
-    def now_and_then(request, reply):
-        faulty = request.is_cyclic_read and next(count) % 9 == 8
-        return late(request, reply) if faulty else None
-    with RawPlc(plc, port, now_and_then), \
-            start_box(change=with_memory) as box:
-        plc.wait_mode(ACTIVE)
-        until(lambda: len(box.steps) > 40 and not all(step.read_ok for step in box.steps))
-        box.stop()
-    names, rows = recorded(tmp_path)
-    assert {row[names.index("read_ok")] for row in rows} == {"0", "1"}
-    done = replay(tmp_path / "coefficients.json", tmp_path / "inputs.csv")
-    assert done.returncode == 0, done.stderr
-
-
-@pytest.fixture
-def recording(plc, port, start_box, tmp_path):
-    plc.motion = program
-    with PymodbusPlc(plc, port), \
-            start_box(change=with_memory) as box:
-        plc.wait_mode(ACTIVE)
-        plc.wait_writes(30)
-        box.stop()
-    return tmp_path / "inputs.csv"
-
-
-def test_a_run_below_the_site_ceiling(plc, port, start_box, tmp_path):
-    """The recording has the ceiling, which lowers the file's slew rate: without it the steps are larger."""
-    plc.motion = program
-    with PymodbusPlc(plc, port), start_box("--most-um", "300", "--most-um-per-s", "100", change=with_memory) as box:
-        plc.wait_mode(ACTIVE)
-        plc.wait_writes(30)
-        box.stop()
-    recording = tmp_path / "inputs.csv"
-    done = replay(tmp_path / "coefficients.json", recording)
-    assert done.returncode == 0, done.stderr
-    text = recording.read_text()
-    assert text.startswith("most_um,300,most_um_per_s,100,resumed,0\n")
-    recording.write_text(text.replace("per_s,100,", "per_s,0,", 1))
-    done = replay(tmp_path / "coefficients.json", recording)
-    assert done.returncode == 1 and ": another coefficient file or another version" in done.stderr
-
-
-def test_a_run_that_resumed_a_state_file(plc, port, start_box, tmp_path):
-    """The state is not in the recording; the difference that it makes is not blamed on the coefficient file."""
-    plc.motion = program
-    state = tmp_path / "state"
-    for resumed in (False, True):
-        with PymodbusPlc(plc, port), start_box("--state", str(state), change=with_memory) as box:
-            plc.wait_mode(ACTIVE)
-            plc.wait_writes(30)
-            box.stop()
-        done = replay(tmp_path / "coefficients.json", tmp_path / "inputs.csv")
-        assert done.returncode == resumed, done.stderr
-    assert ": the box had resumed a state file, which the recording does not hold" in done.stderr
-
-
-def test_a_run_with_a_reload_ends_at_the_take_over(plc, port, start_box, tmp_path):
-    plc.motion = program
-    with PymodbusPlc(plc, port), \
-            start_box("--most-um", "300", "--most-um-per-s", "100", change=with_memory) as box:
-        plc.wait_mode(ACTIVE)
-        machine.write_coefficients(tmp_path / "coefficients.json", port, other_curve)
-        box.process.send_signal(signal.SIGHUP)
-        until(lambda: box.stats["reloads"]["taken"] == 1)
-        box.stop()
-    first = machine.write_coefficients(tmp_path / "first.json", port, with_memory)
-    done = replay(first, tmp_path / "inputs.csv")
-    assert done.returncode == 0 and "another coefficient file took over at line" in done.stderr
-
-
-def test_what_differs_is_reported_with_its_line(recording, tmp_path):
-    config, lines = tmp_path / "coefficients.json", recording.read_text().splitlines()
-    names, rows = recorded(tmp_path)
-    middle = next(i for i, row in enumerate(rows) if row[names.index("mode")] == str(ACTIVE)) + 10
-
-    def changed(column, edit):
-        row = list(rows[middle])
-        row[names.index(column)] = edit(row[names.index(column)])
-        other = tmp_path / "other.csv"
-        other.write_text("\n".join(lines[:middle + 2] + [",".join(row)] + lines[middle + 3:]) + "\n")
-        return replay(config, other)
-
-    def flip(text):
-        return ("1" if text[-1] == "0" else "0").join([text[:-1], ""])
-    done = changed("channels", flip)
-    assert done.returncode == 1 and f"line {middle + 3}: channel Z is " in done.stderr
-    done = changed("written", flip)
-    assert done.returncode == 1 and f"line {middle + 3}: register 115 is " in done.stderr
-    done = changed("read_us", lambda text: str(int(text) - 3000))  # a time stamp counts
-    assert done.returncode == 1 and ": channel " in done.stderr
-    done = changed("registers", lambda text: text[:-4])
-    assert done.returncode == 1 and "has 31 values where the file has 32" in done.stderr
-    done = changed("number", lambda text: str(int(text) + 1))
-    assert done.returncode == 0 and f"a cycle before line {middle + 3} is not in" in done.stderr
-    done = changed("samples", lambda _: "200:00000000:5")
-    assert done.returncode == 1 and "a sample is broken" in done.stderr
-    other = machine.write_coefficients(
-        tmp_path / "c2.json", 1502, other_curve)
-    done = replay(other, recording)
-    assert done.returncode == 1 and ": channel " in done.stderr
-    done = replay(config, config)
-    assert done.returncode == 1 and "is not what compboxd --record-inputs writes" in done.stderr
 
 
 EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "examples"

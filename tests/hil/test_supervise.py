@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Only completed cycles feed the daemon's watchdogs: systemd and the hardware watchdog."""
+"""What systemd and the kernel see of the daemon: its messages, its threads, its unit, its calls."""
 import os
 import pathlib
 import re
@@ -7,12 +7,11 @@ import shutil
 import signal
 import socket
 import subprocess
-import time
 
 import pytest
 
+import machine
 from box import run, until
-from can_bus import SHIM
 from machine import ACTIVE
 from pymodbus_plc import PymodbusPlc
 
@@ -59,126 +58,6 @@ def test_systemd_is_notified_ready_alive_and_stopping(plc, port, start_box, syst
     assert "STOPPING=1" in end and re.search(r"EXTEND_TIMEOUT_USEC=\d{7}", end)
 
 
-def test_a_plc_that_is_not_there_is_no_reason_to_be_killed(start_box, systemd):
-    with start_box(env=systemd.env) as box:
-        received = []
-        until(lambda: received.extend(systemd.received()) or received.count("WATCHDOG=1") >= 3)
-        box.stop()
-
-
-def test_a_loop_that_hangs_feeds_nobody(plc, port, start_box, systemd, tmp_path):
-    """Only the loop's thread is stopped, as a debugger does it; the normal thread goes on."""
-    fifo = tmp_path / "watchdog"
-    os.mkfifo(fifo)
-    reader = os.open(fifo, os.O_RDONLY | os.O_NONBLOCK)
-    with PymodbusPlc(plc, port), start_box("--watchdog", str(fifo), env=systemd.env) as box:
-        plc.wait_mode(ACTIVE)
-        until(lambda: drain(reader))
-        with stopped_thread(box.process.pid, "compboxd-loop"):
-            time.sleep(1)  # what was completed before still counts when it is time to feed
-            systemd.received(), drain(reader)
-            time.sleep(3 * WATCH_S)
-            assert systemd.received() == []
-            assert drain(reader) == b""
-        until(lambda: "WATCHDOG=1" in systemd.received())
-        until(lambda: drain(reader))
-        box.stop()
-
-
-def test_a_slow_disk_is_no_reason_to_be_killed(plc, port, start_box, systemd, tmp_path):
-    """The normal thread writes files and the log; it is stopped, and the loop goes on."""
-    fifo = tmp_path / "watchdog"
-    os.mkfifo(fifo)
-    reader = os.open(fifo, os.O_RDONLY | os.O_NONBLOCK)
-    with PymodbusPlc(plc, port), start_box("--watchdog", str(fifo), env=systemd.env) as box:
-        plc.wait_mode(ACTIVE)
-        with stopped_thread(box.process.pid, "compboxd"):
-            systemd.received(), drain(reader)
-            received, fed = [], []
-            until(lambda: received.extend(systemd.received()) or received.count("WATCHDOG=1") >= 4)
-            until(lambda: fed.extend(drain(reader)) or len(fed) >= 3)
-            plc.wait_mode(ACTIVE)
-        box.stop()
-        assert box.code == 0, box.log
-
-
-class stopped_thread:
-    """PTRACE_SEIZE and PTRACE_INTERRUPT stop one thread and leave the others alone."""
-
-    def __init__(self, pid, name):
-        import ctypes
-        self.libc = ctypes.CDLL(None, use_errno=True)
-        self.libc.ptrace.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p]
-        threads = pathlib.Path(f"/proc/{pid}/task").iterdir()
-        self.tid = next(int(t.name) for t in threads if (t / "comm").read_text().strip() == name)
-
-    def __enter__(self):
-        if self.libc.ptrace(0x4206, self.tid, None, None) != 0:
-            pytest.skip("this machine permits no ptrace")
-        self.libc.ptrace(0x4207, self.tid, None, None)
-
-    def __exit__(self, *_):
-        os.waitpid(self.tid, 0x40000000)  # __WALL: the stop must have been seen
-        self.libc.ptrace(17, self.tid, None, None)  # PTRACE_DETACH: it goes on
-
-
-def drain(reader):
-    try:
-        return os.read(reader, 1000)
-    except BlockingIOError:
-        return b""
-
-
-def test_a_clean_end_disarms_the_watchdog_and_a_kill_does_not(plc, port, start_box, tmp_path):
-    fifo = tmp_path / "watchdog"
-    os.mkfifo(fifo)
-    reader = os.open(fifo, os.O_RDONLY | os.O_NONBLOCK)
-    for kill in (False, True):
-        with PymodbusPlc(plc, port), start_box("--watchdog", str(fifo)) as box:
-            plc.wait_mode(ACTIVE)
-            fed = bytearray()
-            until(lambda: fed.extend(drain(reader)) or len(fed) >= 2)
-            if kill:
-                box.process.send_signal(signal.SIGKILL)
-                box.process.wait(60)
-            else:
-                box.stop()
-        fed += drain(reader)
-        assert fed.endswith(b"V") != kill
-        assert set(fed[:-1]) == {0}
-
-
-@pytest.mark.parametrize("words", [["--state", "/nowhere/lags"],
-                                   pytest.param(["--priority", "99"], marks=pytest.mark.skipif(
-                                       os.geteuid() == 0, reason="root may do that"))])
-def test_a_start_that_fails_leaves_the_watchdog_disarmed(start_box, tmp_path, words):
-    """A typing mistake must not reset the machine again and again."""
-    fifo = tmp_path / "watchdog"
-    os.mkfifo(fifo)
-    reader = os.open(fifo, os.O_RDONLY | os.O_NONBLOCK)
-    with start_box("--watchdog", str(fifo), *words) as box:
-        box.wait()
-    assert box.code == 1
-    assert drain(reader) == b"V"
-
-
-@pytest.mark.parametrize("most_s, words", [(15, "/watchdog: resets the machine after 15 s, not 60"), (60, None)])
-def test_what_the_watchdog_makes_of_its_timeout_is_reported(start_box, tmp_path, most_s, words):
-    (tmp_path / "watchdog").touch()
-    with start_box("--watchdog", str(tmp_path / "watchdog"), "--watchdog-timeout", "60",
-                   env={"LD_PRELOAD": SHIM, "WATCHDOG_MOST_S": str(most_s)}) as box:
-        until(lambda: len(box.steps) > 5)
-        box.stop()
-    assert (words in box.log) if words else ("resets the machine" not in box.log), box.log
-
-
-def test_a_watchdog_that_is_not_there_is_reported(plc, port, start_box):
-    with PymodbusPlc(plc, port), start_box("--watchdog", "/nowhere/watchdog") as box:
-        plc.wait_mode(ACTIVE)
-        box.stop()
-    assert "/nowhere/watchdog: no hardware watchdog: No such file or directory" in box.log
-
-
 def test_the_loop_runs_where_it_is_configured_to(plc, port, start_box):
     with PymodbusPlc(plc, port), start_box("--cpu", "0", "--clock", "boottime") as box:
         plc.wait_mode(ACTIVE)
@@ -188,6 +67,24 @@ def test_the_loop_runs_where_it_is_configured_to(plc, port, start_box):
         assert where["compboxd"] == os.sched_getaffinity(0)
         box.stop()
         assert box.code == 0, box.log
+
+
+def test_a_reader_of_stderr_that_stopped_reading_stops_nothing(plc, port, start_box):
+    """The pipe is full before the start: every line would block for ever."""
+    reader, writer = os.pipe()
+    os.set_blocking(writer, False)
+    try:
+        while True:
+            os.write(writer, b" " * 4096)
+    except BlockingIOError:
+        os.set_blocking(writer, True)
+    with PymodbusPlc(plc, port), start_box(stderr=writer) as box:
+        plc.wait_mode(ACTIVE)
+        box.stop()
+    os.close(reader)
+    os.close(writer)
+    assert box.code == 0
+    assert box.stats["cycles"] == len(box.rows) + box.stats["rows_lost"]
 
 
 @pytest.mark.parametrize("words, sentence", [
@@ -242,8 +139,8 @@ def test_the_units_filter_lets_pass_what_the_daemon_calls(plc, port, start_box, 
         command = ["strace", "-f", "-o", str(calls), *box.arguments]
         with subprocess.Popen(command, stderr=subprocess.PIPE) as traced:
             plc.wait_mode(ACTIVE)
-            box.folder.joinpath("coefficients.json").touch()  # and a reload
-            time.sleep(3)
+            machine.write_coefficients(box.folder / "coefficients.json", port, lambda data: data.update(revision=8))
+            until(lambda: box.stats["reloads"]["taken"] == 1)
             children = pathlib.Path(f"/proc/{traced.pid}/task/{traced.pid}/children").read_text().split()
             os.kill(int(children[0]), signal.SIGTERM)
             traced.communicate(timeout=60)

@@ -1,24 +1,18 @@
 # SPDX-License-Identifier: MIT
 """A new coefficient file while the box runs: taken over without a step, or refused with a sentence."""
+import errno
 import json
-import os
-import resource
-import shutil
 import signal
-import subprocess
-import time
 
 import pytest
 
 import laws
 import machine
 from box import run, until
-from machine import ACTIVE, PERIOD_S, STOPPED
-from pymodbus_plc import PymodbusPlc
+from machine import ACTIVE, AT_REST, PERIOD_S, STOPPED
+from raw_plc import RawPlc
 from steps import index_of
-from test_realtime import spied
 
-AT_REST = {"X": 4000, "Y": 200, "Z": 1500, "T1": 35}
 
 
 def grown(by_um):
@@ -33,14 +27,14 @@ def replace(path, port, change=None):
     """As whoever brings a new file should: written beside it and renamed over it."""
     new = path.with_name("new.json")
     machine.write_coefficients(new, port, change)
-    os.replace(new, path)
+    new.rename(path)
 
 
 @pytest.fixture
 def running(plc, port, start_box, tmp_path):
     """A box that compensates at rest, its file, and its writes so far settled."""
     plc.values = dict(AT_REST)
-    with PymodbusPlc(plc, port), start_box() as box:
+    with RawPlc(plc, port), start_box() as box:
         plc.wait_mode(ACTIVE)
         plc.wait(lambda w: abs(w.um["Z"] - machine.wanted_um(AT_REST)["Z"]) < 0.1)
         yield box, tmp_path / "coefficients.json"
@@ -51,7 +45,7 @@ def running(plc, port, start_box, tmp_path):
 
 def hup(box, path, port, change):
     machine.write_coefficients(path, port, change)
-    box.process.send_signal(signal.SIGHUP)
+    box.send_signal(signal.SIGHUP)
 
 
 def test_a_new_curve_is_gone_to_at_the_slew_rate(plc, port, running):
@@ -124,7 +118,7 @@ def test_a_file_that_is_gone_for_a_while_changes_nothing(plc, port, running):
     path.unlink()
     plc.wait_writes(70)                 # it looks once a second
     assert box.stats["reloads"]["taken"] == 0
-    box.process.send_signal(signal.SIGHUP)
+    box.send_signal(signal.SIGHUP)
     until(lambda: box.stats["reloads"]["refused"])
     path.write_text(kept)
     plc.wait_mode(ACTIVE)
@@ -168,42 +162,39 @@ def test_other_columns_begin_another_record(plc, port, running):
     assert len(old) - 1 + len(new) - 1 == box.stats["cycles"], "no cycle is missing in between"
 
 
-def resources(pid):
-    """What a program that loses some of it at each reload would have more of."""
-    status = dict(line.split(":", 1) for line in open(f"/proc/{pid}/status", encoding="utf-8"))
-    return (len(os.listdir(f"/proc/{pid}/fd")), len(os.listdir(f"/proc/{pid}/task")),
-            status["VmData"].strip(), status["VmStk"].strip())
-
-
-def test_fifty_reloads_in_a_row(plc, port, running):
+def test_fifty_reloads_in_a_row(stage, plc, port, running):
     """Up and down; what is written stays within the slew rate and comes to the last file's value."""
     box, path = running
     z = plc.last().um["Z"]
     seen = len(plc.writes)
     for k in range(50):
         replace(path, port, grown(60 if k % 2 else 0))
-        box.process.send_signal(signal.SIGHUP)
-        time.sleep(0.1)
+        box.send_signal(signal.SIGHUP)
+        stage.run_for(0.1)
         if k == 5:
-            held = resources(box.process.pid)
-    assert resources(box.process.pid) == held
+            held = stage.held()
+    assert stage.held() == held, "nothing is lost at a reload"
     plc.wait(lambda w: abs(w.um["Z"] - z + 60) < 0.1)
     box.stop()
-    assert box.stats["reloads"]["taken"] + box.stats["reloads"]["refused"] >= 40
+    assert box.stats["reloads"]["taken"] >= 40
     assert box.stats["reloads"]["refused"] == 0, box.log
     steps = [abs(b.um["Z"] - a.um["Z"]) for a, b in zip(plc.writes[seen:], plc.writes[seen + 1:])
              if b.mode == ACTIVE]
-    assert max(steps) <= machine.CHANNELS["Z"]["slew_um_per_s"] * 2 * PERIOD_S + 0.03
+    assert max(steps) <= machine.CHANNELS["Z"]["slew_um_per_s"] * 1.02 * PERIOD_S
 
 
-def test_a_flood_of_requests_fills_no_log_and_delays_no_stop(plc, running):
-    """Something sends SIGHUP as fast as it can, for two seconds and then for ever."""
+def test_a_flood_of_requests_fills_no_log_and_delays_no_stop(stage, plc, running):
+    """Something sends SIGHUP a thousand times a second, for ever."""
     box, _ = running
-    with subprocess.Popen(["sh", "-c", f"while kill -HUP {box.process.pid}; do :; done"],
-                          stderr=subprocess.DEVNULL) as flood:
-        until(lambda: box.stats["reloads"]["taken"] > 60)
-        box.stop()
-        flood.kill()
+
+    def hang_up():
+        if box.runs:
+            box.send_signal(signal.SIGHUP)
+            stage.after(0.001, hang_up)
+
+    hang_up()
+    until(lambda: box.stats["reloads"]["taken"] > 60)
+    box.stop()
     assert box.code == 0, box.log
     assert plc.last().mode == STOPPED
     lines = box.log.count("revision 7 is running now")
@@ -213,59 +204,26 @@ def test_a_flood_of_requests_fills_no_log_and_delays_no_stop(plc, running):
     assert "lines about files left out)" in box.log
 
 
-def test_a_record_that_cannot_grow_is_reported_and_stops_nothing(plc, port, start_box):
+def test_a_disk_that_is_full_is_reported_once_and_when_it_is_not(stage, plc, port, start_box, tmp_path):
     plc.values = dict(AT_REST)
-    with PymodbusPlc(plc, port), start_box() as box:
+    state = tmp_path / "lags"
+    with RawPlc(plc, port), start_box("--state", state, "--state-every", "1") as box:
         plc.wait_mode(ACTIVE)
-        resource.prlimit(box.process.pid, resource.RLIMIT_FSIZE, (4096, 4096))
-        plc.wait_writes(100)
-        plc.wait_mode(ACTIVE)
-        box.stop()
-    assert box.code == 1, "not all that was asked for was written"
-    assert plc.last().mode == STOPPED
-    assert box.log.count("record.csv: rows are lost: File too large") == 1, box.log
-    text = box.record_file.read_text()
-    assert text.endswith("\n") and 2000 < len(text) <= 4096, "whole lines only"
-
-
-def test_a_disk_that_is_full_is_reported_once_and_when_it_is_not(plc, port, start_box, tmp_path):
-    """A folder that goes and comes again stands for it."""
-    plc.values = dict(AT_REST)
-    folder = tmp_path / "kept"
-    folder.mkdir()
-    with PymodbusPlc(plc, port), start_box("--state", str(folder / "lags"), "--state-every", "1") as box:
-        plc.wait_mode(ACTIVE)
-        shutil.rmtree(folder)
-        plc.wait_writes(70)            # it is written every second
-        folder.mkdir()
-        until((folder / "lags").exists)
+        stage.fail("write", errno.ENOSPC, "lags")
+        stage.run_for(3)               # it is written every second
+        kept_ns = state.modified_ns
+        stage.heal()
+        until(lambda: state.modified_ns > kept_ns)
         box.stop()
     assert box.code == 0, box.log
-    assert box.log.count("lags: cannot be written: No such file or directory") == 1, box.log
+    assert box.log.count("lags: cannot be written: No space left on device") == 1, box.log
     assert box.log.count("lags: is written again") == 1, box.log
-
-
-def test_the_loop_allocates_nothing_while_it_takes_over(plc, port, start_box, tmp_path):
-    plc.values = dict(AT_REST)
-    def scenario(box):
-        with PymodbusPlc(plc, port):
-            plc.wait_mode(ACTIVE)
-            for by_um in (30, 0, 30):
-                z = plc.last().um["Z"]
-                hup(box, tmp_path / "coefficients.json", port, grown(by_um))
-                plc.wait(lambda w, z=z: abs(w.um["Z"] - z) > 1)
-            box.stop()
-    counts, box = spied(start_box, tmp_path, scenario)
-    assert box.code == 0, box.log
-    assert box.stats["reloads"]["taken"] == 3
-    for name in ("allocations", "frees", "files", "writes", "locks"):
-        assert counts[name] == 0, counts
 
 
 def test_check_says_whether_a_file_is_good(tmp_path):
     path = machine.write_coefficients(tmp_path / "c.json", 1502)
-    assert run("--config", str(path), "--check") == (0, "", "")
+    assert run("--config", path, "--check") == (0, "")
     machine.write_coefficients(path, 1502, lambda data: data["channels"][0].update(limit_um=-1))
-    code, _, printed = run("--config", str(path), "--check")
+    code, printed = run("--config", path, "--check")
     assert code == 1
     assert printed.startswith(f"compboxd: {path}: channels[0].limit_um: -1 is outside the range")

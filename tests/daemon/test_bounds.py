@@ -4,18 +4,16 @@ refuses the read-back, values that are not numbers. Only what was exchanged is j
 import itertools
 import math
 import signal
-import threading
-import time
 from dataclasses import dataclass, field
 
 import pytest
 
 import machine
-from machine import ACTIVE, ENABLE, FAULT, PERMIT_RESUME, RAMP, REFERENCED, STOPPED
+from box import Box, until
+from machine import ACTIVE, AT_REST, ENABLE, FAULT, PERMIT_RESUME, RAMP, REFERENCED, STOPPED
 from plc import Plc
 from raw_plc import RawPlc, frame_of
 
-AT_REST = {"X": 4000, "Y": 200, "Z": 1500, "T1": 35}
 APPLIED = {"X": 16, "Y": 18, "Z": 20}           # of the read block, type and scale of the channel
 LIMIT_UM, ERROR_UM, STEP_UM = 300, 400, 500 * 2 * machine.PERIOD_S
 INFINITE = machine.pack("float32", math.inf)
@@ -45,10 +43,9 @@ class Follower(Plc):
             self.set(APPLIED[name], self.applied.get(name, held))
 
     def write(self, start, words):
-        with self.lock:
-            super().write(start, words)
-            if self.foreign:
-                self.foreign()
+        super().write(start, words)
+        if self.foreign:
+            self.foreign()
 
     def writes_to(self, name, um):
         self.set(machine.CHANNELS[name]["plc"], raw(name, um))
@@ -76,16 +73,10 @@ def largest(writes):
     return max(abs(um) for write in writes for um in write.um.values())
 
 
-def kill(box):
-    box.process.kill()
-    box.wait()
-
-
 def kill_and_settle(box, server):
     """Nothing that the killed box sent is still waiting for the PLC."""
-    kill(box)
-    while server.connection.fileno() >= 0:
-        threading.Event().wait(0.01)
+    box.kill()
+    box.stage.run_until(lambda: server.link is None)
 
 
 def refused_read_back(request, _):
@@ -133,8 +124,7 @@ def test_a_foreign_value_in_a_register_is_counted_and_named(plc, port, start_box
     with RawPlc(plc, port) as server, start_box() as box:
         plc.wait_mode(ACTIVE)
         plc.foreign = lambda: plc.writes_to("X", 250)
-        for _ in range(100):
-            plc.wait(lambda w: True)
+        plc.wait_writes(100)
         plc.foreign = None
         box.stop()
         back = [r for r in server.requests if r.function == 3 and r.start == machine.WRITE[0]]
@@ -158,9 +148,8 @@ def crash_while_permission_is_pending(plc, server, start_box, change):
         plc.heartbeat_alive = True
         plc.wait(lambda w: w.mode == RAMP and w.reason == 7)
         kill_and_settle(box, server)
-    with plc.lock:
-        left = plc.last()
-        plc.writes.clear()
+    left = plc.last()
+    plc.writes.clear()
     assert left.mode == RAMP
     return left
 
@@ -180,14 +169,13 @@ def test_a_crash_is_no_permission(plc, port, start_box, change):
         left = crash_while_permission_is_pending(plc, server, start_box, slow)
         with start_box(change=slow) as box:
             plc.wait(reason_is(7))
-            for _ in range(30):
-                plc.wait(lambda w: True)
+            plc.wait_writes(30)
             writes = list(plc.writes)
             assert never_active(writes)
             assert writes[0].um == left.um, "no step"
             plc.control |= PERMIT_RESUME
             plc.wait_mode(ACTIVE)
-            kill(box)
+            box.kill()
 
 
 # ---- a PLC that restarted and refuses the read-back
@@ -202,16 +190,15 @@ def test_a_refused_read_back_is_met_at_applied_or_zero(plc, port, start_box, cha
         plc.writes_to(name, 200)
     with RawPlc(plc, port, refused_read_back), start_box(change=change) as box:
         plc.wait(reason_is(7))
-        for _ in range(30):
-            plc.wait(lambda w: True)
-        kill(box)
+        plc.wait_writes(30)
+        box.kill()
     first = plc.writes[0]
     assert abs(first.um["X"] - (40 if change else 0)) <= STEP_UM
     assert change or first.um == {"X": 0, "Y": 0, "Z": 0}
     assert never_active(plc.writes)
 
 
-def test_a_plc_that_restarts_and_then_refuses_the_read_back(plc, port, start_box):
+def test_a_plc_that_restarts_and_then_refuses_the_read_back(stage, plc, port, start_box):
     """While the box is ACTIVE: its registers are zero again, its heartbeat begins anew."""
     with start_box() as box:
         with RawPlc(plc, port):
@@ -220,10 +207,10 @@ def test_a_plc_that_restarts_and_then_refuses_the_read_back(plc, port, start_box
         plc.control = EVEN_WITHOUT_PERMISSION
         plc.set(machine.WRITE[0], [0] * machine.WRITE[1])
         before = len(plc.writes)
-        threading.Event().wait(0.5)     # no PLC restarts faster
+        stage.run_for(0.5)              # no PLC restarts faster
         with RawPlc(plc, port, refused_read_back):
             plc.wait(reason_is(7))
-            kill(box)
+            box.kill()
     assert plc.writes[before].um == {"X": 0, "Y": 0, "Z": 0}
     assert never_active(plc.writes[before:])
 
@@ -232,9 +219,8 @@ def run_with_state(plc, start_box, state, end):
     with start_box("--state", str(state), "--state-every", "1") as box:
         plc.wait_mode(ACTIVE)
         end(box)
-    with plc.lock:
-        last = plc.last()
-        plc.writes.clear()
+    last = plc.last()
+    plc.writes.clear()
     return last, box
 
 
@@ -242,16 +228,15 @@ def test_after_a_clean_stop_the_state_file_is_the_permission(plc, port, start_bo
     state = tmp_path / "box.state"
     plc.control = EVEN_WITHOUT_PERMISSION
     with RawPlc(plc, port) as server:
-        last, box = run_with_state(plc, start_box, state, lambda box: box.stop())
+        last, box = run_with_state(plc, start_box, state, Box.stop)
         assert last.mode == STOPPED and box.code == 0, box.log
         server.fault = refused_read_back
-        _, box = run_with_state(plc, start_box, state, kill)   # ACTIVE by the level of enable
+        _, box = run_with_state(plc, start_box, state, Box.kill)   # ACTIVE by the level of enable
         assert "; the previous run ended STOPPED" in box.log
         with start_box("--state", str(state)) as box:
             plc.wait(reason_is(7))
-            for _ in range(30):
-                plc.wait(lambda w: True)
-            kill(box)
+            plc.wait_writes(30)
+            box.kill()
     assert "; the previous run did not end STOPPED" in box.log
     assert never_active(plc.writes)
 
@@ -265,9 +250,8 @@ def test_a_heartbeat_that_went_back_starts_from_zero(plc, port, start_box, tmp_p
 
     def crash(box):
         plc.wait(lambda w: largest([w]) > 50)
-        until = state.stat().st_mtime_ns
-        while state.stat().st_mtime_ns == until:    # written with a heartbeat of now
-            plc.wait(lambda w: True)
+        before_ns = state.modified_ns
+        plc.wait(lambda w: state.modified_ns > before_ns)   # written with a heartbeat of now
         kill_and_settle(box, server)
 
     with RawPlc(plc, port) as server:
@@ -275,7 +259,7 @@ def test_a_heartbeat_that_went_back_starts_from_zero(plc, port, start_box, tmp_p
         plc.beat_back = 30000 if went_back else 0
         with start_box("--state", str(state)) as box:
             first = plc.wait(lambda w: True)
-            kill(box)
+            box.kill()
     assert first.um == ({"X": 0, "Y": 0, "Z": 0} if went_back else left.um)
 
 
@@ -286,10 +270,9 @@ def test_a_heartbeat_that_went_back_starts_from_zero(plc, port, start_box, tmp_p
 def test_an_infinite_applied_at_first_contact(plc, port, start_box, sign):
     plc.applied = {"X": machine.pack("float32", sign * math.inf)}
     with RawPlc(plc, port), start_box(change=with_applied) as box:
-        for _ in range(60):
-            plc.wait(lambda w: True)
+        plc.wait_writes(60)
         plc.applied = {}
-        kill(box)
+        box.kill()
     assert largest(plc.writes) <= LIMIT_UM
 
 
@@ -299,15 +282,12 @@ def test_an_infinite_value_in_the_read_back_after_a_loss(plc, port, start_box):
         plc.wait(lambda w: largest([w]) > 50)
         server.answering = False
         count = len(server.requests)
-        while len(server.requests) < count + 8:
-            threading.Event().wait(0.01)
+        until(lambda: len(server.requests) >= count + 8)
         plc.set(machine.CHANNELS["X"]["plc"], INFINITE)
         server.answering = True
         plc.wait_mode(ACTIVE)
-        for _ in range(30):
-            plc.wait(lambda w: True)
-        box.process.send_signal(signal.SIGTERM)
-        box.wait()
+        plc.wait_writes(30)
+        box.stop()
     assert box.code == 0, box.log
     assert all(math.isfinite(um) for w in plc.writes for um in w.um.values())
     assert largest(plc.writes) <= LIMIT_UM
@@ -316,46 +296,20 @@ def test_an_infinite_value_in_the_read_back_after_a_loss(plc, port, start_box):
 # ---- a configuration that changed in memory
 
 
-def writable(pid):
-    """(first address, bytes) of the memory that the process may write, but its stack and heap."""
-    with open(f"/proc/{pid}/maps") as maps, open(f"/proc/{pid}/mem", "rb") as memory:
-        for line in maps:
-            span, access = line.split()[:2]
-            begin, end = (int(text, 16) for text in span.split("-"))
-            if access.startswith("rw") and not line.rstrip().endswith(("[stack]", "[heap]")):
-                memory.seek(begin)
-                yield begin, memory.read(end - begin)
-
-
-def flip_a_bit(pid):
+def flip_a_bit(stage):
     """In the plc part of the configuration: the last byte before its host, in the first copy, which
     is that of the running box."""
-    host = b"127.0.0.1".ljust(16, b"\0")
-    address = min(begin + data.index(host) for begin, data in writable(pid) if host in data) - 1
-    with open(f"/proc/{pid}/mem", "r+b", buffering=0) as memory:
-        memory.seek(address)
-        was = memory.read(1)[0]
-        memory.seek(address)
-        memory.write(bytes([was ^ 0x10]))
+    stage.ask("flip", b"127.0.0.1".ljust(16, b"\0").hex(), -1, 0x10)
 
 
-def wait_for_stats(box, condition):
-    until = time.monotonic() + 60
-    while time.monotonic() < until:
-        if box.stats_file.exists() and condition(box.stats):
-            return
-        time.sleep(0.05)
-    raise AssertionError(f"never came: {box.stats}")
-
-
-def test_a_corrupt_configuration_writes_no_more_and_takes_no_file(plc, port, start_box, tmp_path):
+def test_a_corrupt_configuration_writes_no_more_and_takes_no_file(stage, plc, port, start_box):
     with RawPlc(plc, port) as server, start_box() as box:
         plc.wait_mode(ACTIVE)
-        flip_a_bit(box.process.pid)
-        wait_for_stats(box, lambda stats: stats["mode"] == "FAULT")
+        flip_a_bit(stage)
+        until(lambda: box.stats["mode"] == "FAULT")
         written, requests = len(plc.writes), len(server.requests)
-        box.process.send_signal(signal.SIGHUP)
-        wait_for_stats(box, lambda stats: "restart compboxd" in str(stats["reloads"]))
+        box.send_signal(signal.SIGHUP)
+        until(lambda: "restart compboxd" in str(box.stats["reloads"]))
         assert (len(plc.writes), len(server.requests)) == (written, requests)
         box.stop()
     assert box.code == 1

@@ -1,15 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""The memory of the lags across a restart: killed without warning, started again."""
+"""The memory of the lags across a restart: killed without warning, or without power, and started again."""
 import math
-import os
-import struct
-import time
-import zlib
 
+import pytest
 from box import until
-from can_bus import SHIM
 from machine import ACTIVE, PERIOD_S
-from pymodbus_plc import PymodbusPlc
+from raw_plc import RawPlc
 
 TAU_S = 40
 
@@ -20,30 +16,15 @@ def with_lag(tau_s=TAU_S):
     return change
 
 
-def booted_meanwhile(state, pause_s):
-    """The file as another boot would find it; the wall clock says that pause_s passed."""
-    body = bytearray(state.read_bytes()[:-4])
-    at = body.index(open("/proc/sys/kernel/random/boot_id", "rb").read(36))
-    body[at:at + 36] = b"0" * 36
-    # one record behind a header of 104 bytes, its times behind two names of 24
-    struct.pack_into("q", body, 104 + 48, int((time.time() - pause_s) * 1e6))
-    state.write_bytes(body + struct.pack("I", zlib.crc32(body)))
-
-
-def clock(synchronised):
-    return {"LD_PRELOAD": SHIM, "CLOCK_SYNCHRONISED": str(int(synchronised))}
-
-
-def run_for(seconds, start_box, state, change, plc, value, env=None):
-    """A box that is killed after it has run so long by its own stamps and kept its lags since the last second of that;
-    out: its T1_slow, row by row, its log and the stamps of its first and last step."""
+def run_for(seconds, start_box, state, change, plc, value):
+    """A box that runs so long by its own stamps and kept its lags since; out: it, its T1_slow, row by row, and the
+    stamps of its first and last step."""
     plc.values = {"X": 6500, "Y": 200, "Z": 1500, "T1": value}
-    with start_box("--state", str(state), "--state-every", "1", change=change, env=env) as box:
+    with start_box("--state", state, "--state-every", "1", change=change) as box:
         until(lambda: len(box.steps) > 1 and box.steps[-1].now_us - box.steps[0].now_us > seconds * 1e6)
-        kept = state.stat().st_mtime_ns if state.exists() else 0
-        until(lambda: state.exists() and state.stat().st_mtime_ns > kept)
-        box.process.kill()
-        box.wait()
+        kept_ns = state.modified_ns if state.exists() else 0
+        box.stage.run_until(lambda: state.exists() and state.modified_ns > kept_ns)
+        box.kill()
     steps = box.steps
     slow = [row["T1_slow"] for row in box.rows if row["T1_slow"] is not None]
     return slow, box.log, (steps[0].now_us * 1e-6, steps[-1].now_us * 1e-6)
@@ -56,7 +37,7 @@ def warmed(from_degC, seconds):
 
 def test_a_lag_goes_on_after_a_kill(plc, port, start_box, tmp_path):
     state = tmp_path / "lags.state"
-    with PymodbusPlc(plc, port):
+    with RawPlc(plc, port):
         first, log, (begin_s, _) = run_for(1.5, start_box, state, with_lag(), plc, 20)
         assert "is not there yet" in log
         assert first[0] == 20
@@ -68,27 +49,43 @@ def test_a_lag_goes_on_after_a_kill(plc, port, start_box, tmp_path):
         assert warm[-1] - 1 < again[0] <= warmed(warm[-1], again_s - end_s) + 1, "neither 20 nor 40"
 
 
-def test_across_a_boot_only_a_synchronised_clock_knows_the_pause(plc, port, start_box, tmp_path):
-    """A board without a clock restores its wall clock from a file: a stop of 60 h looks like 12 s."""
+@pytest.mark.parametrize("then, now, words", [
+    (False, True, "is unknown, because the wall clock was not synchronised"),
+    (True, False, "is unknown, because the wall clock is not synchronised"),
+    (True, True, "1 of 1 lags go on")])
+def test_across_a_boot_only_a_synchronised_clock_knows_the_pause(stage, plc, port, start_box, tmp_path, then, now,
+                                                                 words):
     state = tmp_path / "lags.state"
-    with PymodbusPlc(plc, port):
-        for then, now, words in (
-                (False, True, "is unknown, because the wall clock was not synchronised"),
-                (True, False, "is unknown, because the wall clock is not synchronised"),
-                (True, True, "1 of 1 lags go on")):
-            state.unlink(missing_ok=True)
-            _, _, (begin_s, _) = run_for(2.5, start_box, state, with_lag(), plc, 20, clock(then))
-            booted_meanwhile(state, 1)
-            again, log, (again_s, _) = run_for(1.5, start_box, state, with_lag(), plc, 40, clock(now))
-            assert words in log
-            assert again[0] <= warmed(20, again_s - begin_s + 1) + 0.1 if then and now else again[0] == 40
+    with RawPlc(plc, port):
+        stage.set_clock(0, then)
+        first, _, (_, end_s) = run_for(2.5, start_box, state, with_lag(), plc, 20)
+        stage.cut_power(off_s=5)
+        stage.set_clock(0, now)
+        again, log, (again_s, _) = run_for(1.5, start_box, state, with_lag(), plc, 40)
+    assert words in log
+    if then and now:
+        assert 20.5 < again[0] < warmed(20, again_s - end_s + 1), "as far as it warms in the pause"
+    else:
+        assert again[0] == 40
 
 
-def test_a_long_pause_starts_steady(plc, port, start_box, tmp_path):
+def test_a_clock_restored_from_a_file_hides_no_weekend(stage, plc, port, start_box, tmp_path):
+    """A board without a clock: a stop of 60 h looks like 12 s, and its lags start steady."""
     state = tmp_path / "lags.state"
-    with PymodbusPlc(plc, port):
+    with RawPlc(plc, port):
+        run_for(2.5, start_box, state, with_lag(), plc, 20)
+        stage.cut_power(off_s=60 * 3600)
+        stage.set_clock(12 - 60 * 3600, synchronised=False)
+        again, log, _ = run_for(1.5, start_box, state, with_lag(), plc, 40)
+    assert "is unknown, because the wall clock is not synchronised" in log
+    assert again[0] == 40
+
+
+def test_a_long_pause_starts_steady(stage, plc, port, start_box, tmp_path):
+    state = tmp_path / "lags.state"
+    with RawPlc(plc, port):
         run_for(2.5, start_box, state, with_lag(1), plc, 20)
-        time.sleep(1)
+        stage.run_for(1)
         again, log, _ = run_for(1, start_box, state, with_lag(1), plc, 40)
     assert "0 of 1 lags go on" in log
     assert again[0] == 40
@@ -96,7 +93,7 @@ def test_a_long_pause_starts_steady(plc, port, start_box, tmp_path):
 
 def test_a_damaged_file_is_reported_and_replaced(plc, port, start_box, tmp_path):
     state = tmp_path / "lags.state"
-    with PymodbusPlc(plc, port):
+    with RawPlc(plc, port):
         run_for(2.5, start_box, state, with_lag(), plc, 20)
         good = state.read_bytes()
         state.write_bytes(good[:-5] + bytes([good[-5] ^ 1]) + good[-4:])
@@ -109,7 +106,7 @@ def test_a_damaged_file_is_reported_and_replaced(plc, port, start_box, tmp_path)
 def test_a_clean_stop_saves_the_last_state(plc, port, start_box, tmp_path):
     state = tmp_path / "lags.state"
     plc.values = {"X": 6500, "Y": 200, "Z": 1500, "T1": 20}
-    with PymodbusPlc(plc, port), start_box("--state", str(state), change=with_lag()) as box:
+    with RawPlc(plc, port), start_box("--state", state, change=with_lag()) as box:
         plc.wait(lambda w: w.mode == ACTIVE)
         box.stop()
     assert box.code == 0, box.log
@@ -118,14 +115,14 @@ def test_a_clean_stop_saves_the_last_state(plc, port, start_box, tmp_path):
 
 def test_a_path_that_cannot_be_written_is_reported_at_once(start_box, tmp_path):
     pipe = tmp_path / "pipe"
-    os.mkfifo(pipe)
+    pipe.mkfifo()
     for path, words in ((tmp_path / "no" / "lags.state", "No such file or directory"),
                         (tmp_path, "it is not a regular file"), (pipe, "it is not a regular file")):
-        with start_box("--state", str(path)) as box:
+        with start_box("--state", path) as box:
             box.wait()
         assert box.code == 1
         assert f"{path}: cannot be written: {words}" in box.log
     for seconds in ("0", "x", "3601"):
-        with start_box("--state", str(tmp_path / "s"), "--state-every", seconds) as box:
+        with start_box("--state", tmp_path / "s", "--state-every", seconds) as box:
             box.wait()
         assert box.code == 2 and "--state-every" in box.log
