@@ -119,10 +119,7 @@ void run_replay(const simulate_options &options, const cli::streams &io) {
         simulation::replay(options.scenario, options.recording);
     if (!result.difference.empty()) {
         throw input_error(options.recording + ": " + result.difference +
-                          (result.resumed
-                               ? ": the box had resumed a state file, which the recording does not "
-                                 "hold; record without --state"
-                               : ": another coefficient file or another version"));
+                          ": another coefficient file or another version");
     }
     if (options.as_json) {
         return print_summary(io.out, {},

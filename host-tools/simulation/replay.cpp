@@ -17,6 +17,7 @@
 extern "C" {
 #include "firmware/box/box.h"
 #include "firmware/box/ceiling.h"
+#include "firmware/box/state.h"
 }
 
 namespace compbox::simulation {
@@ -70,10 +71,16 @@ class recorded_line {
         return parsed<kind>(fields_[which], 10, most);
     }
 
-    // out: the float behind its name; from 0 to 1e6
-    float named(std::size_t which, const std::string &name) const {
+    // out: the text behind its name
+    const std::string &named(std::size_t which, const std::string &name) const {
         if (fields_[which] != name) fail("has no " + name);
-        return parsed<float>(fields_[which + 1], 10, 1e6f);
+        return fields_[which + 1];
+    }
+
+    // out: the number behind its name; from least to most
+    template <typename kind>
+    kind named(std::size_t which, const std::string &name, kind most, kind least = 0) const {
+        return parsed<kind>(named(which, name), 10, most, least);
     }
 
     // Hexadecimal numbers of `digits` each; exactly `count`, or none where none_too.
@@ -96,25 +103,46 @@ class recorded_line {
         std::vector<cb_sample> list;
         std::istringstream text(fields_[samples]);
         for (std::string one; text >> one;) {
-            const auto first = one.find(':'), second = one.find(':', first + 1);
-            if (first == std::string::npos || second == std::string::npos)
-                fail("a sample is broken");
-            cb_sample sample = {};
-            sample.signal = parsed<std::uint8_t>(one.substr(0, first), 10, 255);
-            const auto bits =
-                parsed<std::uint32_t>(one.substr(first + 1, second - first - 1), 16, 0xFFFFFFFFu);
-            std::memcpy(&sample.raw, &bits, sizeof bits);
-            sample.time_us = parsed<std::int64_t>(one.substr(second + 1), 10, latest_us);
-            if (sample.signal >= signals || list.size() == CB_MAX_SAMPLES)
-                fail("a sample is broken");
-            list.push_back(sample);
+            const std::vector<std::string> parts = split(one, ':');
+            if (parts.size() != 3 || list.size() == CB_MAX_SAMPLES) fail("a sample is broken");
+            list.push_back({parsed<std::uint8_t>(parts[0], 10, 255), real(parts[1]),
+                            parsed<std::int64_t>(parts[2], 10, latest_us)});
+            if (list.back().signal >= signals) fail("a sample is broken");
         }
         return list;
     }
 
+    // in : number of signals of the file. out: the state of the line; throws input_error for others
+    cb_state state(unsigned signals) const {
+        cb_state state = {};
+        state.stopped = named(0, "stopped", 1) == 1;
+        state.beat = named(2, "beat", 1) == 1;
+        state.plc_heartbeat = named<std::uint16_t>(4, "plc_heartbeat", UINT16_MAX);
+        state.beat_us = named(6, "beat_us", latest_us, -latest_us);
+        std::istringstream text(named(8, "lags"));
+        for (std::string one; text >> one;) {
+            const std::vector<std::string> parts = split(one, ':');
+            if (parts.size() != 5) fail("a lag is broken");
+            const auto signal = parsed<std::uint32_t>(parts[0], 10, UINT8_MAX);
+            if (signal >= signals) fail("a lag is broken");
+            state.lags[signal] = {{real(parts[1]), real(parts[2]), real(parts[3])},
+                                  parsed(parts[4], 10, latest_us, -latest_us),
+                                  true};
+        }
+        return state;
+    }
+
   private:
+    // in : bits in hexadecimal
+    float real(const std::string &text) const {
+        const auto bits = parsed<std::uint32_t>(text, 16, 0xFFFFFFFFu);
+        float value = 0.0f;
+        std::memcpy(&value, &bits, sizeof value);
+        return value;
+    }
+
     template <typename kind>
-    kind parsed(const std::string &text, int base, kind most) const {
+    kind parsed(const std::string &text, int base, kind most, kind least = 0) const {
         kind value = 0;
         const char *end = text.data() + text.size();
         std::from_chars_result result;
@@ -123,7 +151,7 @@ class recorded_line {
         } else {
             result = std::from_chars(text.data(), end, value, base);
         }
-        if (result.ec != std::errc() || result.ptr != end || !(value >= 0 && value <= most)) {
+        if (result.ec != std::errc() || result.ptr != end || !(value >= least && value <= most)) {
             fail("'" + text + "' is not a number that can stand here");
         }
         return value;
@@ -176,17 +204,21 @@ std::string difference(const recorded_line &line, const cb_box &box, const cb_ou
     return line.whole<int>(mode, 255) == static_cast<int>(box.mode.mode) ? "" : "the mode differs";
 }
 
-// Takes the two lines before the first cycle. The first one has what the box had beside its file.
-// out: whether the box went on from a state file; config is under the site's ceiling
-bool take_head(const std::string &recording, std::istringstream &text, cb_config &config) {
-    std::string site, names;
-    if (!std::getline(text, site) || !std::getline(text, names) || names != header) {
+// Takes the lines before the first cycle: site's ceiling, state of the box, names of the columns.
+// in : box.config loaded. out: the box has started as the recorded one did
+void start_as_recorded(cb_box &box, const std::string &recording, std::istringstream &text) {
+    std::string site, state, names;
+    if (!std::getline(text, site) || !std::getline(text, state) || !std::getline(text, names) ||
+        names != header) {
         throw input_error(recording, 1, 0, "is not what compboxd --record-inputs writes");
     }
-    const recorded_line line(recording, 1, site, 6);
-    const cb_ceiling ceiling = {line.named(0, "most_um"), line.named(2, "most_um_per_s")};
-    cb_ceiling_apply(&config, &ceiling);
-    return line.named(4, "resumed") > 0.0f;
+    const recorded_line limits(recording, 1, site, 4);
+    const cb_ceiling ceiling = {limits.named(0, "most_um", 1e6f),
+                                limits.named(2, "most_um_per_s", 1e6f)};
+    cb_ceiling_apply(&box.config, &ceiling);
+    cb_box_start(&box);
+    const cb_state resumed = recorded_line(recording, 2, state, 10).state(box.config.signals_count);
+    cb_state_give(&resumed, &box);
 }
 
 }  // namespace
@@ -196,12 +228,11 @@ replay_result replay(const std::string &coefficients, const std::string &recordi
     box->config = *coefficients::load_coefficients(coefficients);
     std::istringstream text(read_file(recording, largest_file));
     replay_result result;
-    result.resumed = take_head(recording, text, box->config);
-    cb_box_start(box.get());
+    start_as_recorded(*box, recording, text);
     std::string row;
     cb_outputs out = {};
     std::int64_t first_us = 0;
-    for (long at = 3; std::getline(text, row); ++at) {
+    for (long at = 4; std::getline(text, row); ++at) {
         const recorded_line line(recording, at, row);
         if (line.whole<std::uint32_t>(generation, UINT32_MAX) != 0) {
             result.remarks.push_back("another coefficient file took over at line " +

@@ -11,7 +11,6 @@ namespace compbox::simulation {
 struct replay_result {
     long long cycles = 0;              // stepped and compared
     double duration_s = 0.0;           // of the recording, as far as it was stepped
-    bool resumed = false;              // the box went on from a state file, which is not recorded
     std::string difference;            // the first one, in words with its place; "": none
     std::vector<std::string> remarks;  // why not all of it was stepped
 };

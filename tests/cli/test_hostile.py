@@ -362,8 +362,9 @@ def test_a_log_with_a_status_that_no_register_holds(files, status):
     assert printed == "log.csv:3: status must be from 0 to 65535"
 
 
-# The first two lines of a recording: what the box had beside its file, and the columns.
-SITE = "most_um,300,most_um_per_s,0,resumed,0\n"
+# The first lines of a recording: the site's ceiling, the state with which the box started, and the columns.
+SITE = "most_um,300,most_um_per_s,0\n"
+STATE = "stopped,0,beat,1,plc_heartbeat,7,beat_us,-5,lags,\n"
 RECORDED = ("number,generation,now_us,read_us,exchange_us,read_ok,last_write,held,stop,missed_ticks,samples,"
             "registers,held_registers,mode,channels,written")
 
@@ -375,9 +376,22 @@ RECORDED = ("number,generation,now_us,read_us,exchange_us,read_ok,last_write,hel
     (SITE.replace("most_um,", "least_um,"), "has no most_um"),
     ("most_um,300\n", "has 2 columns")])
 def test_a_recording_with_a_ceiling_that_no_site_has(files, line, printed):
-    files.write("r.csv", line + RECORDED + "\n")
+    files.write("r.csv", line + STATE + RECORDED + "\n")
     assert files.refused("simulate", "good.json", "--replay", "r.csv") == (
         f"r.csv:1: {printed}; it is not what compboxd --record-inputs writes")
+
+
+@pytest.mark.parametrize("line, printed", [
+    (STATE.replace("-5", "-9223372036854775808"), "'-9223372036854775808' is not a number that can stand here"),
+    (STATE.replace("7", "65536"), "'65536' is not a number that can stand here"),
+    (STATE.replace("beat,1", "beat,2"), "'2' is not a number that can stand here"),
+    (STATE.replace("lags,", "lags,0:00000000:5"), "a lag is broken"),
+    (STATE.replace("lags,", "lags,200:00000000:00000000:00000000:5"), "a lag is broken"),
+    ("stopped,0\n", "has 2 columns")])
+def test_a_recording_with_a_state_that_no_box_had(files, line, printed):
+    files.write("r.csv", SITE + line + RECORDED + "\n")
+    assert files.refused("simulate", "good.json", "--replay", "r.csv") == (
+        f"r.csv:2: {printed}; it is not what compboxd --record-inputs writes")
 
 
 @pytest.mark.parametrize("column", [2, 3])
@@ -387,9 +401,9 @@ def test_a_recording_with_a_time_that_no_clock_shows(files, column, time):
     row = ["0", "0", "1000", "1000", "0", "0", "0", "0", "0", "0", "", "0000" * plc["read"]["count"], "", "0",
            "00000000" * len(files.read("good.json")["channels"]), "0000" * plc["write"]["count"]]
     row[column] = time
-    files.write("r.csv", SITE + RECORDED + "\n" + ",".join(row) + "\n")
+    files.write("r.csv", SITE + STATE + RECORDED + "\n" + ",".join(row) + "\n")
     assert files.refused("simulate", "good.json", "--replay", "r.csv") == (
-        f"r.csv:3: '{time}' is not a number that can stand here; it is not what compboxd --record-inputs writes")
+        f"r.csv:4: '{time}' is not a number that can stand here; it is not what compboxd --record-inputs writes")
 
 
 @pytest.mark.parametrize("time", ["-1e300", "-1.7e308", "-1"])

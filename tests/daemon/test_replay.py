@@ -45,7 +45,7 @@ def other_curve(data):
 
 
 def recorded(folder):
-    _, *lines = (folder / "inputs.csv").read_text().splitlines()  # the first one has the site's ceiling
+    lines = (folder / "inputs.csv").read_text().splitlines()[2:]  # before: the site's ceiling, the state
     return lines[0].split(","), [line.split(",") for line in lines[1:]]
 
 
@@ -87,24 +87,29 @@ def test_a_run_below_the_site_ceiling(plc, port, start_box, tmp_path, replay):
     done = replay(tmp_path / "coefficients.json", recording)
     assert done.returncode == 0, done.stderr
     text = recording.read_text()
-    assert text.startswith("most_um,300,most_um_per_s,100,resumed,0\n")
-    recording.write_text(text.replace("per_s,100,", "per_s,0,", 1))
+    assert text.startswith("most_um,300,most_um_per_s,100\nstopped,0,beat,0,plc_heartbeat,0,beat_us,0,lags,\n")
+    recording.write_text(text.replace("per_s,100", "per_s,0", 1))
     done = replay(tmp_path / "coefficients.json", recording)
     assert done.returncode == 1 and ": another coefficient file or another version" in done.stderr
 
 
 def test_a_run_that_resumed_a_state_file(plc, port, start_box, tmp_path, replay):
-    """The state is not in the recording; the difference that it makes is not blamed on the coefficient file."""
+    """The recording has the state: the lag goes on, and without that line the outputs differ."""
     plc.motion = program
-    state = tmp_path / "state"
-    for resumed in (False, True):
-        with RawPlc(plc, port), start_box("--state", str(state), change=with_memory) as box:
+    config, recording = tmp_path / "coefficients.json", tmp_path / "inputs.csv"
+    for before in ("stopped,0,beat,0,", "stopped,1,beat,1,"):
+        with RawPlc(plc, port), start_box("--state", str(tmp_path / "state"), change=with_memory) as box:
             plc.wait_mode(ACTIVE)
             plc.wait_writes(30)
             box.stop()
-        done = replay(tmp_path / "coefficients.json", tmp_path / "inputs.csv")
-        assert done.returncode == resumed, done.stderr
-    assert ": the box had resumed a state file, which the recording does not hold" in done.stderr
+        limits, state, *steps = recording.read_text().splitlines()
+        assert state.startswith(before), state
+        done = replay(config, recording)
+        assert done.returncode == 0, done.stderr
+    assert state.rpartition(",lags,")[2]
+    recording.write_text("\n".join([limits, "stopped,0,beat,0,plc_heartbeat,0,beat_us,0,lags,", *steps]) + "\n")
+    done = replay(config, recording)
+    assert done.returncode == 1 and ": channel Z is " in done.stderr
 
 
 def test_a_run_with_a_reload_ends_at_the_take_over(plc, port, start_box, tmp_path, replay):
@@ -130,21 +135,21 @@ def test_what_differs_is_reported_with_its_line(recording, tmp_path, replay):
         row = list(rows[middle])
         row[names.index(column)] = edit(row[names.index(column)])
         other = tmp_path / "other.csv"
-        other.write_text("\n".join(lines[:middle + 2] + [",".join(row)] + lines[middle + 3:]) + "\n")
+        other.write_text("\n".join(lines[:middle + 3] + [",".join(row)] + lines[middle + 4:]) + "\n")
         return replay(config, other)
 
     def flip(text):
         return ("1" if text[-1] == "0" else "0").join([text[:-1], ""])
     done = changed("channels", flip)
-    assert done.returncode == 1 and f"line {middle + 3}: channel Z is " in done.stderr
+    assert done.returncode == 1 and f"line {middle + 4}: channel Z is " in done.stderr
     done = changed("written", flip)
-    assert done.returncode == 1 and f"line {middle + 3}: register 115 is " in done.stderr
+    assert done.returncode == 1 and f"line {middle + 4}: register 115 is " in done.stderr
     done = changed("read_us", lambda text: str(int(text) - 3000))  # a time stamp counts
     assert done.returncode == 1 and ": channel " in done.stderr
     done = changed("registers", lambda text: text[:-4])
     assert done.returncode == 1 and "has 31 values where the file has 32" in done.stderr
     done = changed("number", lambda text: str(int(text) + 1))
-    assert done.returncode == 0 and f"a cycle before line {middle + 3} is not in" in done.stderr
+    assert done.returncode == 0 and f"a cycle before line {middle + 4} is not in" in done.stderr
     done = changed("samples", lambda _: "200:00000000:5")
     assert done.returncode == 1 and "a sample is broken" in done.stderr
     other = machine.write_coefficients(

@@ -55,7 +55,7 @@ def steps_of(path, begin_us=0):
     if not path.exists():
         return []
     whole = path.read_text().rpartition("\n")[0]
-    _, *table = whole.splitlines() or [""]  # the first line has what the box had beside its file
+    table = whole.splitlines()[2:]  # the first two lines have what the box had beside its file
     return [Step(int(row["now_us"]) + begin_us, int(row["read_us"]) + begin_us, row["read_ok"] == "1",
                  int(row["last_write"]), int(row["missed_ticks"]), words(row["registers"]), words(row["written"]))
             for row in csv.DictReader(table)]

@@ -34,7 +34,7 @@ def with_memory(data):
 
 
 def recorded(folder):
-    _, *lines = (folder / "inputs.csv").read_text().splitlines()  # the first one has the site's ceiling
+    lines = (folder / "inputs.csv").read_text().splitlines()[2:]  # before: the site's ceiling, the state
     return lines[0].split(","), [line.split(",") for line in lines[1:]]
 
 

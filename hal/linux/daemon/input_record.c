@@ -48,12 +48,28 @@ int cb_input_record_start(struct cb_input_record *record, const char *path) {
     return 0;
 }
 
+/* Writes SIGNAL:HI:LO:INPUT:TIME_US of each lag that goes on, separated by blanks. */
+static void put_state(FILE *file, const struct cb_state *state) {
+    fprintf(file, "stopped,%d,beat,%d,plc_heartbeat,%u,beat_us,%" PRId64 ",lags,", state->stopped,
+            state->beat, (unsigned)state->plc_heartbeat, state->beat_us);
+    const char *before = "";
+    for (unsigned i = 0; i < CB_MAX_SIGNALS; i++) {
+        const struct cb_lag_state *lag = &state->lags[i];
+        if (!lag->settled) continue;
+        fprintf(file, "%s%u:%08" PRIx32 ":%08" PRIx32 ":%08" PRIx32 ":%" PRId64, before, i,
+                bits_of(lag->lag.hi), bits_of(lag->lag.lo), bits_of(lag->lag.input), lag->time_us);
+        before = " ";
+    }
+    fputc('\n', file);
+}
+
 void cb_input_record_begin(struct cb_input_record *record, const struct cb_ceiling *ceiling,
-                           bool resumed) {
+                           const struct cb_state *resumed) {
     if (record->file == NULL || record->error != 0) return;
-    if (fprintf(record->file, "most_um,%.9g,most_um_per_s,%.9g,resumed,%d\n%s", (double)ceiling->um,
-                (double)ceiling->um_per_s, resumed, header) < 0)
-        record->error = errno;
+    fprintf(record->file, "most_um,%.9g,most_um_per_s,%.9g\n", (double)ceiling->um,
+            (double)ceiling->um_per_s);
+    put_state(record->file, resumed);
+    if (fputs(header, record->file) == EOF) record->error = errno;
 }
 
 void cb_input_record_add(struct cb_input_record *record, const struct cb_config *config,

@@ -7,6 +7,7 @@
 #include <stdio.h>
 
 #include "firmware/box/ceiling.h"
+#include "firmware/box/state.h"
 #include "hal/linux/daemon/row.h"
 
 struct cb_config;
@@ -19,10 +20,10 @@ struct cb_input_record {
 /* Creates the file. path NULL: no record. out: 0, or errno. */
 int cb_input_record_start(struct cb_input_record *record, const char *path);
 
-/* Writes what a replay needs beside the coefficient file: the site's ceiling, and whether the box
- * resumed a state file; then the names of the columns. Once, before the first row. */
+/* Writes what a replay needs beside the coefficient file: the site's ceiling, and the state with
+ * which the box starts; then the names of the columns. Once, before the first row. */
 void cb_input_record_begin(struct cb_input_record *record, const struct cb_ceiling *ceiling,
-                           bool resumed);
+                           const struct cb_state *resumed);
 
 /* Adds a row. config: the row's own. */
 void cb_input_record_add(struct cb_input_record *record, const struct cb_config *config,

@@ -38,7 +38,7 @@ struct cb_loop {
     struct cb_cycle cycle;
     struct cb_ring ring;
     struct cb_row rows[CB_LOOP_ROWS];
-    struct cb_state resumed;   /* lags from before the start */
+    struct cb_state resumed;   /* state from before the start */
     struct cb_ring state_ring; /* the lags, once a second … */
     struct cb_state states[CB_LOOP_STATES];
     uint32_t state_generations[CB_LOOP_STATES]; /* generation of their signals */

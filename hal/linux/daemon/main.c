@@ -56,7 +56,6 @@ struct daemon {
     int state_error;           /* errno of that write … */
     int stats_error;           /* … and of the statistics */
     bool record_reported;      /* the loss of rows is logged */
-    bool resumed;              /* the box went on from the state file */
     struct cb_can_sockets can;
     bool reload_requested;   /* by SIGHUP */
     uint32_t status;         /* mode, reason and generation last reported to systemd … */
@@ -247,8 +246,7 @@ static bool resume_state(struct daemon *daemon) {
     struct cb_state_clock now;
     if (path == NULL) return true;
     cb_state_clock_read(&now);
-    daemon->resumed = cb_state_read(&daemon->loop.resumed, config_now(daemon), path, &now, message,
-                                    sizeof message);
+    cb_state_read(&daemon->loop.resumed, config_now(daemon), path, &now, message, sizeof message);
     cb_log_line(&daemon->log, cb_boottime_us(), "%s", message);
     daemon->state = daemon->loop.resumed; /* a start that ends at once keeps the lags */
     daemon->state.stopped = false;
@@ -361,7 +359,7 @@ static bool start(struct daemon *daemon) {
     cb_can_sockets_serve(&daemon->can, config, cb_boottime_us());
     cb_sample_ring_start(&daemon->loop.target.bus);
     if (!resume_state(daemon)) return false;
-    cb_input_record_begin(&daemon->inputs, &daemon->options.ceiling, daemon->resumed);
+    cb_input_record_begin(&daemon->inputs, &daemon->options.ceiling, &daemon->loop.resumed);
     if (!start_feeding(daemon) || !start_loop(daemon)) return false;
     start_bus(daemon);
     return true;

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
- * State of the box across a restart: the lags, the ending of the run, and the PLC's last heartbeat.
- * The normal thread saves it with the time on two clocks. A lag is resumed if its pause was short
- * against its time constant (docs/compboxd.md, "State"). Within one boot CLOCK_BOOTTIME measures
- * the pause. Across boots the wall clock does, if the kernel held it synchronised both at saving
- * and at loading; otherwise the pause is unknown. */
+ * The file of the box's state (firmware/box/state.h). The normal thread saves the state with the
+ * time on two clocks. A lag is resumed if its pause was short against its time constant
+ * (docs/compboxd.md, "State"). Within one boot CLOCK_BOOTTIME measures the pause. Across boots the
+ * wall clock does, if the kernel held it synchronised both at saving and at loading; otherwise the
+ * pause is unknown. */
 #ifndef COMPBOX_HAL_LINUX_DAEMON_STATE_H
 #define COMPBOX_HAL_LINUX_DAEMON_STATE_H
 
@@ -11,7 +11,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "firmware/box/box.h"
+#include "firmware/box/state.h"
 
 /* A pause longer than this fraction of tau is not resumed: the input during the pause is unknown,
  * and the old state still has a weight of e^-1/4 = 78 %. */
@@ -23,22 +23,6 @@ enum { CB_STATE_BEAT_US = 30000000 };
 
 enum { CB_BOOT_ID_SIZE = 40 }; /* a UUID in hexadecimal, 36 characters */
 
-/* One lag at one moment. */
-struct cb_lag_state {
-    struct cb_lag lag;
-    int64_t time_us; /* of its last value; CLOCK_BOOTTIME */
-    bool settled;    /* it has started: `lag` is valid */
-};
-
-/* State that the loop publishes once a second, and that it starts with. */
-struct cb_state {
-    struct cb_lag_state lags[CB_MAX_SIGNALS]; /* by the index of their signal */
-    int64_t beat_us;                          /* time of plc_heartbeat; CLOCK_BOOTTIME */
-    uint16_t plc_heartbeat;
-    bool beat;    /* plc_heartbeat and beat_us are valid */
-    bool stopped; /* the run ended STOPPED, and the PLC confirmed it */
-};
-
 /* One moment on both clocks that measure a pause. */
 struct cb_state_clock {
     int64_t boottime_us;
@@ -49,18 +33,6 @@ struct cb_state_clock {
 
 /* out: now. Where the kernel refuses a query: not synchronised, or unknown. */
 void cb_state_clock_read(struct cb_state_clock *clock);
-
-/* Copies the box's lags and the PLC's heartbeat during a run: `stopped` is false. */
-void cb_state_take(struct cb_state *state, const struct cb_box *box);
-
-/* in : the box of a run that has ended
- * out: true if the PLC holds STOPPED: from this run's last confirmed write, or from the previous
- *      run if this run wrote nothing */
-bool cb_state_ended_stopped(const struct cb_box *box);
-
-/* Restores the state into a box that was just started. A lag that is not settled stays
- * unchanged. */
-void cb_state_give(const struct cb_state *state, struct cb_box *box);
 
 /* Writes a temporary file beside `path`, syncs it and renames it over `path`.
  * in : now: both clocks at one moment, which convert all times to wall-clock times
