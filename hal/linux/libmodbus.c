@@ -127,10 +127,10 @@ static void lose(struct cb_libmodbus *client, int error) {
     }
 }
 
-/* in : result of a call of libmodbus, function: of CB_MODBUS_…, asked_us: its begin
+/* in : result of a call of libmodbus, function: of CB_MODBUS_…, request_us: its begin
  * out: what it means for the box; without a valid reply the connection is dropped */
 static enum cb_transfer conclude(struct cb_libmodbus *client, int result, uint8_t function,
-                                 int64_t asked_us) {
+                                 int64_t request_us) {
     const int error = errno;
     const bool exception = result < 0 && error > MODBUS_ENOBASE && error <= EMBXGTAR;
     const unsigned code = exception ? (unsigned)(error - MODBUS_ENOBASE) : 0;
@@ -141,7 +141,7 @@ static enum cb_transfer conclude(struct cb_libmodbus *client, int result, uint8_
     }
     client->counters.replies++;
     client->link.backoff_us = 0;
-    cb_peer_note_time(&client->peer, cb_boottime_us() - asked_us);
+    cb_peer_note_time(&client->peer, cb_boottime_us() - request_us);
     cb_peer_note_answer(&client->peer, function, (uint8_t)code);
     if (!exception) return CB_TRANSFER_OK;
     client->counters.exceptions++;
@@ -150,31 +150,31 @@ static enum cb_transfer conclude(struct cb_libmodbus *client, int result, uint8_
 }
 
 static void do_write(struct cb_libmodbus *client, struct cb_job_write *write) {
-    const int64_t asked_us = cb_boottime_us();
+    const int64_t request_us = cb_boottime_us();
     errno = 0;
     const int result =
         modbus_write_registers(client->context, write->start, write->count, write->registers);
-    write->result = (uint8_t)conclude(client, result, CB_MODBUS_WRITE, asked_us);
+    write->result = (uint8_t)conclude(client, result, CB_MODBUS_WRITE, request_us);
     write->done_us = cb_boottime_us();
     __atomic_store_n(&client->ended, write->result, __ATOMIC_RELEASE);
 }
 
 static void do_read(struct cb_libmodbus *client, struct cb_job_read *read) {
-    read->asked_us = cb_boottime_us();
+    read->request_us = cb_boottime_us();
     errno = 0;
     const int result =
         modbus_read_registers(client->context, read->start, read->count, read->registers);
-    read->result = (uint8_t)conclude(client, result, CB_MODBUS_READ, read->asked_us);
+    read->result = (uint8_t)conclude(client, result, CB_MODBUS_READ, read->request_us);
 }
 
 static void do_both(struct cb_libmodbus *client, struct cb_job_write *write,
                     struct cb_job_read *read) {
-    read->asked_us = cb_boottime_us();
+    read->request_us = cb_boottime_us();
     errno = 0;
     const int result = modbus_write_and_read_registers(client->context, write->start, write->count,
                                                        write->registers, read->start, read->count,
                                                        read->registers);
-    const enum cb_transfer end = conclude(client, result, CB_MODBUS_WRITE_READ, read->asked_us);
+    const enum cb_transfer end = conclude(client, result, CB_MODBUS_WRITE_READ, read->request_us);
     write->result = read->result = (uint8_t)end;
     write->done_us = cb_boottime_us();
 }
@@ -331,7 +331,7 @@ enum cb_transfer cb_libmodbus_read(struct cb_libmodbus *client, uint16_t start, 
         if (read->start != start || read->count != count) continue;
         if (read->result == CB_TRANSFER_OK) {
             memcpy(registers, read->registers, count * sizeof registers[0]);
-            client->read_us = read->asked_us;
+            client->read_us = read->request_us;
         }
         return (enum cb_transfer)read->result;
     }

@@ -30,8 +30,8 @@ enum { CB_JOB_READS = 2 }; /* the read block and the read-back of the write bloc
 /* in: start, count, count 0: none. out: the rest, with the result. */
 struct cb_job_read {
     uint16_t start, count;
-    uint8_t result;   /* enum cb_transfer */
-    int64_t asked_us; /* time of the request */
+    uint8_t result;     /* enum cb_transfer */
+    int64_t request_us; /* time of the request */
     uint16_t registers[CB_MAX_READ_REGISTERS];
 };
 

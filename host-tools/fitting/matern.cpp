@@ -210,10 +210,10 @@ matern_likelihood filter<D>::sum_up() const {
     found.noise_variance =
         std::max((squares + points_.prior_freedom * points_.prior_variance) / freedom, floor);
     // If the positions do not determine the line, all models get the same share.
-    const bool told = line_determinant_ > 0.0 && std::isfinite(line_determinant_);
-    found.log_likelihood = told ? -0.5 * (freedom * std::log(found.noise_variance) +
-                                          log_determinant_ - std::log(line_determinant_))
-                                : -std::numeric_limits<double>::infinity();
+    const bool determined = line_determinant_ > 0.0 && std::isfinite(line_determinant_);
+    found.log_likelihood = determined ? -0.5 * (freedom * std::log(found.noise_variance) +
+                                                log_determinant_ - std::log(line_determinant_))
+                                      : -std::numeric_limits<double>::infinity();
     return found;
 }
 

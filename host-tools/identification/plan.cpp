@@ -249,10 +249,10 @@ plan_result plan_points(const std::vector<point_mm> &nodes, const plan_options &
     const std::size_t count = nodes.size();
     std::vector<worker> workers(std::max(1u, options.threads), worker(arrays, options));
     std::atomic<std::size_t> next{0};
-    const auto work = [&](worker &one, bool tells) {
+    const auto work = [&](worker &one, bool reports) {
         for (std::size_t i = next++; i < count; i = next++) {
             one.first_point(i);
-            if (tells && options.progress) {
+            if (reports && options.progress) {
                 const double left = 1.0 - static_cast<double>(i) / static_cast<double>(count);
                 options.progress(1.0 - left * left * left);
             }

@@ -55,8 +55,8 @@ std::map<std::string, std::string> names_of(const scenario &plan, const std::str
 
 void run_steps(const std::vector<std::string> &steps, const step_world &world, simulation &result) {
     for (const auto &step : steps) {
-        const auto said = run_step(step, world);
-        result.warnings.insert(result.warnings.end(), said.begin(), said.end());
+        const auto warnings = run_step(step, world);
+        result.warnings.insert(result.warnings.end(), warnings.begin(), warnings.end());
     }
 }
 

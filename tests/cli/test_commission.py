@@ -39,32 +39,32 @@ class FakePlc:
             pass
         self.port = int(re.search(r":(\d+)\s*$", self.process.stdout.readline()).group(1))
 
-    def say(self, command):
+    def command(self, line):
         with self.lock:
-            self.process.stdin.write(command + "\n")
+            self.process.stdin.write(line + "\n")
             answer = self.process.stdout.readline().strip()
-        assert answer.startswith("ok"), (command, answer)
+        assert answer.startswith("ok"), (line, answer)
         return answer
 
     def jog(self, axis, way_mm):
         """out: what the control shows after the move"""
         there_mm = self.position_mm(axis) + way_mm
-        self.say(f"move {axis}={there_mm} feed=20000")
+        self.command(f"move {axis}={there_mm} feed=20000")
         while abs(self.position_mm(axis) - there_mm) > 0.0005:  # the display follows the program's end
             time.sleep(0.02)
         return self.position_mm(axis)
 
     def position_mm(self, axis):
-        return float(re.search(axis + r"=(\S+)", self.say("position")).group(1))
+        return float(re.search(axis + r"=(\S+)", self.command("position")).group(1))
 
     def displacement_um(self, axis):
         """What the compensation does to the tool, as an indicator shows it."""
-        before, after = self.say("error").split(" after ")
+        before, after = self.command("error").split(" after ")
         number = lambda text: float(re.search(axis + r"=(\S+)", text).group(1))
         return number(after) - number(before)
 
     def status(self):
-        return dict(re.findall(r"(\w+)=(\S+)", self.say("status")))
+        return dict(re.findall(r"(\w+)=(\S+)", self.command("status")))
 
     def end(self):
         self.process.stdin.close()
@@ -331,7 +331,7 @@ def test_applied_registers_that_are_mixed_up(compbox, plc):
 
 def test_a_heartbeat_that_stands(compbox, plc):
     fake = plc()
-    fake.say("freeze heartbeat 1")
+    fake.command("freeze heartbeat 1")
     assert re.match(r"plc\.plc_heartbeat: register 1 stays at \d+; the PLC program has to count it up",
                     refusal(compbox, fake))
 
@@ -344,14 +344,14 @@ def test_a_heartbeat_that_stands(compbox, plc):
 def test_a_plc_that_does_not_permit_it(compbox, plc, command, sentence):
     fake = plc()
     for one in command.split(", "):
-        fake.say(one)
+        fake.command(one)
     assert refusal(compbox, fake) == sentence
 
 
 @LONG
 def test_a_plc_that_refuses_writes(compbox, plc):
     fake = plc()
-    fake.say("fault exception 2 100000 write")
+    fake.command("fault exception 2 100000 write")
     assert refusal(compbox, fake) == (
         "plc.write: the PLC refuses writes to registers 100 to 109 (exception 2: it has no such "
         "registers); look at address, count and access rights of its server")
@@ -380,7 +380,7 @@ def test_a_plc_that_refuses_the_read_back(compbox, plc):
 
 def test_a_refused_read_back_without_permission(compbox, plc):
     fake = plc()
-    fake.say("permit 0")
+    fake.command("permit 0")
     while int(fake.status()["control"]) & 3 != 3:
         pass    # an enable that goes on later is a permission
     behind(compbox, Refuser(fake, refuse_read_back))
@@ -409,7 +409,7 @@ def test_a_block_that_the_plc_does_not_have(compbox, plc):
 @LONG
 def test_a_position_that_is_none(compbox, plc):
     fake = plc(change=lambda machine: machine["signals"][1].update(type="int32cdab"))
-    fake.say("move Y=400 feed=20000")
+    fake.command("move Y=400 feed=20000")
     assert re.match(r"signals\.Y: register 10 gives \S+ mm, outside -10 to 510; look at its address",
                     refusal(compbox, fake))
 
@@ -427,7 +427,7 @@ def test_enable_taken_away_in_the_middle(compbox, plc):
     fake = plc()
 
     def press(run):
-        fake.say("enable 0")
+        fake.command("enable 0")
     assert refusal(compbox, fake, at=("in µm? ", press)).startswith(
         "plc.control: the PLC has not set enable (bit 0)")
     is_at_rest(fake)

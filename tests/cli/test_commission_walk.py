@@ -172,7 +172,7 @@ def test_a_serial_line(compbox, serial_plc, exchange):
 
 
 def test_a_serial_line_without_a_plc(compbox, serial_plc):
-    serial_plc.say("fault drop 100000")
+    serial_plc.command("fault drop 100000")
     sentence = refusal(compbox, serial_plc)
     device = compbox.read("machine.json")["plc"]["transport"]["rtu"]["device"]
     assert sentence == (f"plc.transport.rtu: no reply on {device}: the device is open, but no valid reply came; "
@@ -335,7 +335,7 @@ def test_the_table_without_a_terminal_is_plain_lines(compbox, plc):  # noqa: F81
 
 def test_a_plc_that_vanishes_during_the_comparison(compbox, plc):  # noqa: F811
     fake = plc(axes="X")
-    sentence = refusal(compbox, fake, at=("jog this axis", lambda run: fake.say("fault away 600000")))
+    sentence = refusal(compbox, fake, at=("jog this axis", lambda run: fake.command("fault away 600000")))
     assert sentence.startswith(f"plc.transport.tcp: no reply from 127.0.0.1:{fake.port}: ")
 
 

@@ -34,8 +34,8 @@ class FakePlc:
         assert line.startswith("fakeplc: listening on "), self.process.communicate()[1]
         self.port = int(line.rsplit(":", 1)[1])
 
-    def ask(self, command):
-        self.process.stdin.write(command + "\n")
+    def command(self, line):
+        self.process.stdin.write(line + "\n")
         self.process.stdin.flush()
         return self.process.stdout.readline()
 
@@ -70,9 +70,9 @@ def test_from_init_to_a_running_box(compbox, travel):
     compbox.good("build", "machine.json", "EZX.json", "-o", "coefficients.json")
     compbox.good("check", "coefficients.json")
     with FakePlc(compbox.folder, "--map", "coefficients.json") as plc:
-        assert plc.ask("move X=400 feed=20000").startswith("ok")
+        assert plc.command("move X=400 feed=20000").startswith("ok")
         stats = run_box(compbox, plc.port)
-        answer = plc.ask("status")
+        answer = plc.command("status")
     assert stats["mode"] == "STOPPED" and stats["plc"]["replies"] > 300, stats
     assert "ACTIVE" in [entry["mode"] for entry in stats["history"]]
     assert " mode=5 " in answer, answer
@@ -85,7 +85,7 @@ def test_against_the_usual_registers(compbox):
     compbox.good("fit", "EZX.csv", "--name", "EZX", "--signal", "X", "-o", "EZX.json")
     compbox.good("build", "machine.json", "EZX.json", "-o", "coefficients.json")
     with FakePlc(compbox.folder, "--profile", "generic", "--log", "plc.csv") as plc:
-        plc.ask("move X=400 feed=20000")
+        plc.command("move X=400 feed=20000")
         run_box(compbox, plc.port, cycles=150)
     header, *rows = [line.split(",") for line in
                      (compbox.folder / "plc.csv").read_text().splitlines()]

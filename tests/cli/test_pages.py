@@ -134,7 +134,7 @@ class Reader:
         line = self.second.stdout.readline()
         assert " listening on " in line, (line, self.second.communicate()[1])
 
-    def ask(self, line):
+    def command(self, line):
         self.second.stdin.write(line + "\n")
         self.second.stdin.flush()
         answer = self.second.stdout.readline().strip()
@@ -143,14 +143,14 @@ class Reader:
 
     def wait_for(self, word):
         until = time.monotonic() + PATIENCE_S
-        while word not in self.ask("status"):
-            assert time.monotonic() < until, f"no {word} in {self.ask('status')}"
+        while word not in self.command("status"):
+            assert time.monotonic() < until, f"no {word} in {self.command('status')}"
             time.sleep(0.05)
 
     def type(self, text):
         self.wait_for(" mode=1 ")
         for line in text.strip().split("\n"):
-            self.answers.append(self.ask(line))
+            self.answers.append(self.command(line))
             self.wait_for(" moving=0 ")
 
     def walk(self, command, table):
@@ -161,7 +161,7 @@ class Reader:
             if typed.startswith("move"):
                 self.type(typed)
             elif typed:
-                before, after = errors(self.ask(typed))
+                before, after = errors(self.command(typed))
                 axis = question[0]
                 assert round(after[axis] - before[axis]) == int(answer), (before, after)
             terminal.type("\n" if answer == "Enter" else answer + "\n")

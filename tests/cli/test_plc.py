@@ -181,8 +181,8 @@ def closed_port():
 ])
 def test_what_fails_gets_cause_and_remedy(compbox, answer, words):
     at = Server(answer).at
-    said = compbox.refused("plc", "read", at, "4", "2", "--unit", "3", "--timeout-ms", "100")
-    assert said == f"{at}, unit 3: reading registers 4 to 5: {words}"
+    message = compbox.refused("plc", "read", at, "4", "2", "--unit", "3", "--timeout-ms", "100")
+    assert message == f"{at}, unit 3: reading registers 4 to 5: {words}"
 
 
 def test_a_server_that_is_not_there(compbox):
@@ -221,8 +221,8 @@ def test_wrong_usage(compbox, words, sentence):
 
 def test_an_unknown_name_lists_those_of_the_file(compbox, machine_at):
     machine_at("127.0.0.1:1")
-    said = compbox.refused("plc", "read", "machine.json", "Q")
-    start, names = said.split("; there are ")
+    message = compbox.refused("plc", "read", "machine.json", "Q")
+    start, names = message.split("; there are ")
     assert start == "machine.json: no register is named Q" and {"control", "X", "value_Z"} <= set(names.split(", "))
 
 
@@ -237,8 +237,8 @@ def test_a_wrong_file_is_refused_with_its_key(compbox, machine_at, change, words
     machine = machine_at("127.0.0.1:1")
     change(machine["plc"], machine["signals"][0])
     compbox.write("machine.json", machine)
-    said = compbox.refused("plc", "read", "machine.json")
-    assert said.startswith("machine.json: ") and words in said
+    message = compbox.refused("plc", "read", "machine.json")
+    assert message.startswith("machine.json: ") and words in message
 
 
 def watch(at, *arguments):
@@ -288,8 +288,8 @@ def test_a_serial_line(compbox, tmp_path):
     with Fake(compbox.folder, "--profile", "generic", listen="rtu:" + line):
         serial = ("--baud", "115200", "--parity", "none")
         assert len(compbox.good("plc", "read", line, "0", "3", *serial).splitlines()) == 3
-        said = compbox.refused("plc", "read", line, "0", *serial, "--unit", "9", "--timeout-ms", "100")
-        assert said.endswith("no reply from unit 9 within 100 ms: check --unit, --baud, --parity, --stop-bits and the "
+        message = compbox.refused("plc", "read", line, "0", *serial, "--unit", "9", "--timeout-ms", "100")
+        assert message.endswith("no reply from unit 9 within 100 ms: check --unit, --baud, --parity, --stop-bits and the "
                              "wires A and B")
         holder = os.open(line, os.O_RDWR | os.O_NOCTTY)
         try:

@@ -32,8 +32,8 @@ class Liar:
 
 
 def opinion(compbox, fake):
-    code, out, said = commission(compbox, fake, *ONE_AXIS)
-    assert code == 0, said
+    code, out, message = commission(compbox, fake, *ONE_AXIS)
+    assert code == 0, message
     figures = json.loads(out)
     return figures["registers"]["libmodbus"], figures["remarks"]
 

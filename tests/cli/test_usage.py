@@ -24,7 +24,7 @@ def command(request):
     return request.param
 
 
-def says(compbox, *arguments):
+def refusal(compbox, *arguments):
     """Wrong usage: its sentence."""
     done = compbox(*arguments)
     assert (done.returncode, done.stdout) == (2, ""), (arguments, done.stdout, done.stderr)
@@ -45,7 +45,7 @@ def test_every_option_without_its_value(compbox, command):
     options = re.findall(r"^  (?:-\w,)?(--[\w-]+) \S", compbox.good(command, "--help"), re.MULTILINE)
     assert options or command == "check"
     for option in options:
-        printed = says(compbox, command, option)
+        printed = refusal(compbox, command, option)
         assert re.fullmatch("(-o,)?" + option + " needs [1-9] values?", printed), printed
 
 
@@ -65,7 +65,7 @@ def test_every_option_without_its_value(compbox, command):
     (("join", "a", "--keep-compensated=" + 20 * "9"), "--keep-compensated takes no value"),
 ])
 def test_sentences(compbox, arguments, sentence):
-    assert says(compbox, *arguments) == sentence
+    assert refusal(compbox, *arguments) == sentence
 
 
 @pytest.mark.parametrize("arguments", [("--help",), ("--version",), ("fit", "--help")])

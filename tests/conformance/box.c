@@ -92,8 +92,8 @@ static void read_plc(struct world *world) {
     in.registers[14] = (uint16_t)(int16_t)(world->speed[0] / 500 * (happens(world, 30) ? 100 : 1));
     in.registers[16] = world->held[3];
     in.registers[17] = world->held[4];
-    const bool asked = in.read_ok && cb_box_wants_held(&conformance_box) != CB_WANT_NOTHING;
-    in.held = asked ? CB_TRANSFER_OK : CB_TRANSFER_NONE;
+    const bool read_back = in.read_ok && cb_box_wants_held(&conformance_box) != CB_WANT_NOTHING;
+    in.held = read_back ? CB_TRANSFER_OK : CB_TRANSFER_NONE;
     memcpy(in.held_registers, world->held, sizeof in.held_registers);
 }
 

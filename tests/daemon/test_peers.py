@@ -23,7 +23,7 @@ def in_fault(box, _):
     return FAULT in box.modes
 
 
-def asked_often(_, server):
+def many_requests(_, server):
     return len(server.requests) > 30
 
 
@@ -60,7 +60,7 @@ def test_a_plc_without_fc16_is_one_sentence_and_never_active(plc, port, start_bo
 
 
 def test_a_plc_without_fc3_is_one_sentence(plc, port, start_box, exchange):
-    box, server = run_against(plc, port, start_box, without(3), asked_often, exchange)
+    box, server = run_against(plc, port, start_box, without(3), many_requests, exchange)
     check_refused(box, server, 3, "let its Modbus server answer holding registers")
 
 
@@ -80,7 +80,7 @@ def test_a_plc_too_slow_for_two_requests_hears_of_it_in_a_last_write(plc, port, 
     assert last.um == before.um
     printed = next(r for r in reversed(server.requests) if r.is_write)
     assert [r for r in server.requests if r.connection == printed.connection][-1] is printed, "nothing follows it"
-    assert server.connections > printed.connection, "it is asked again"
+    assert server.connections > printed.connection, "the client retries"
     assert lines(box, "closed by the box behind its last write"), box.log
     slow_lines = lines(box, 'plc.exchange "fc3+fc16" needs cycle.period_ms of ')
     assert len(slow_lines) == 1, box.log
@@ -89,7 +89,7 @@ def test_a_plc_too_slow_for_two_requests_hears_of_it_in_a_last_write(plc, port, 
 
 def test_a_plc_too_slow_from_the_start_is_never_compensated(plc, port, start_box):
     """The write block is not returned in time, so nothing is written."""
-    box, server = run_against(plc, port, start_box, lambda request, reply: [0.020, reply], asked_often)
+    box, server = run_against(plc, port, start_box, lambda request, reply: [0.020, reply], many_requests)
     assert box.modes == {STANDBY}
     assert len(lines(box, 'plc.exchange "fc3+fc16" needs cycle.period_ms of ')) == 1, box.log
 
@@ -109,5 +109,5 @@ def test_replies_to_something_else_are_named_once(plc, port, start_box):
     unit = server.requests[0].unit
     assert len(lines(box, f"a reply from unit 7 to a request for unit {unit}; it is not used")) == 1, box.log
     assert len(lines(box, "a reply of function 4 to a request for function 3")) == 1, box.log
-    asked = 2 + 2 * machine.READ[1]
-    assert len(lines(box, f"a reply of {asked - 2} bytes of function and data instead of {asked}")) == 1, box.log
+    expected = 2 + 2 * machine.READ[1]
+    assert len(lines(box, f"a reply of {expected - 2} bytes of function and data instead of {expected}")) == 1, box.log

@@ -34,19 +34,19 @@ class FakePlc:
         self.process.stdin.close()
         self.process.stdout.close()
 
-    def say(self, command):
+    def command(self, line):
         """A command; its answer has to be ok, and comes back without it."""
         with self.lock:
-            self.process.stdin.write(command + "\n")
+            self.process.stdin.write(line + "\n")
             self.process.stdin.flush()
             answer = self.process.stdout.readline().rstrip("\n")
-        assert answer == "ok" or answer.startswith("ok "), f"{command}: {answer}"
+        assert answer == "ok" or answer.startswith("ok "), f"{line}: {answer}"
         return answer[3:]
 
     def status(self):
         """{key: number} of the status line."""
         return {key: float(value) for key, value in
-                (word.split("=") for word in self.say("status").split())}
+                (word.split("=") for word in self.command("status").split())}
 
     def wait(self, condition, timeout_s=60):
         """Waits for a status that meets the condition; fails with the last one."""

@@ -2,7 +2,7 @@
  * Preloaded into compboxd: what the kernel of a test machine does not have.
  *
  * CAN: the interface NAME is there where CAN_BUS/NAME is a local socket of the test (can_bus.py),
- * and frames are its datagrams. What the program asks of the kernel is said to the test: the
+ * and frames are its datagrams. What the program asks of the kernel is reply to the test: the
  * filters, when it binds. What the kernel would say, the test says: a datagram {errno, errno of
  * sends} in place of a frame. Time stamps, queue and non-blocking calls are the real kernel's, of a
  * local socket.
@@ -106,11 +106,11 @@ ssize_t recvmsg(int fd, struct msghdr *message, int flags) {
     NEXT(recvmsg);
     const ssize_t got = next_recvmsg(fd, message, flags);
     if (!is_can(fd) || got != 2 * sizeof(int)) return got;
-    int said[2];
-    memcpy(said, message->msg_iov[0].iov_base, sizeof said);
-    fds[fd].send_error = said[1];
-    errno = said[0];
-    return said[0] != 0 ? -1 : recvmsg(fd, message, flags);
+    int reply[2];
+    memcpy(reply, message->msg_iov[0].iov_base, sizeof reply);
+    fds[fd].send_error = reply[1];
+    errno = reply[0];
+    return reply[0] != 0 ? -1 : recvmsg(fd, message, flags);
 }
 
 ssize_t send(int fd, const void *bytes, size_t size, int flags) {
@@ -121,13 +121,13 @@ ssize_t send(int fd, const void *bytes, size_t size, int flags) {
 }
 
 /* An interface is up where CAN_BUS/NAME.down is not there. */
-static int flags_of(struct ifreq *asked) {
+static int flags_of(struct ifreq *query) {
     struct sockaddr_un at;
     char name[IFNAMSIZ + 5];
-    snprintf(name, sizeof name, "%.*s.down", IFNAMSIZ - 1, asked->ifr_name);
-    if (if_nametoindex(asked->ifr_name) == 0) return errno = ENODEV, -1;
+    snprintf(name, sizeof name, "%.*s.down", IFNAMSIZ - 1, query->ifr_name);
+    if (if_nametoindex(query->ifr_name) == 0) return errno = ENODEV, -1;
     path_of(name, &at);
-    asked->ifr_flags = access(at.sun_path, F_OK) == 0 ? 0 : IFF_UP | IFF_RUNNING;
+    query->ifr_flags = access(at.sun_path, F_OK) == 0 ? 0 : IFF_UP | IFF_RUNNING;
     return 0;
 }
 
@@ -166,9 +166,9 @@ int fsync(int fd) {
     return next_fsync(fd);
 }
 
-int adjtimex(struct timex *asked) {
+int adjtimex(struct timex *query) {
     const int synchronised = atoi(getenv("CLOCK_SYNCHRONISED"));
-    asked->status = synchronised ? STA_PLL : STA_PLL | STA_UNSYNC;
+    query->status = synchronised ? STA_PLL : STA_PLL | STA_UNSYNC;
     return synchronised ? TIME_OK : TIME_ERROR;
 }
 

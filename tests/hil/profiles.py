@@ -108,7 +108,7 @@ class Run:
         self.box = box.Box(config, stderr=subprocess.DEVNULL)
         self.box.__enter__()
         try:
-            self.plc.say(f"move X={AT_REST_MM} Y={AT_REST_MM} Z={AT_REST_MM} feed=15000")
+            self.plc.command(f"move X={AT_REST_MM} Y={AT_REST_MM} Z={AT_REST_MM} feed=15000")
             self.plc.wait(self.at_work)
         except BaseException:
             self.__exit__()
@@ -141,9 +141,9 @@ class Run:
         until = time.monotonic() + seconds
         while time.monotonic() < until:
             way_mm = min(600, 40 * seconds)
-            self.plc.say(f"move X={AT_REST_MM + way_mm} Y={AT_REST_MM + way_mm / 2} "
+            self.plc.command(f"move X={AT_REST_MM + way_mm} Y={AT_REST_MM + way_mm / 2} "
                          f"Z={AT_REST_MM - way_mm / 4} feed=10000")
-            self.plc.say(f"move X={AT_REST_MM} Y={AT_REST_MM} Z={AT_REST_MM} feed=10000")
+            self.plc.command(f"move X={AT_REST_MM} Y={AT_REST_MM} Z={AT_REST_MM} feed=10000")
             while self.plc.status()["moving"] and time.monotonic() < until + 10:
                 time.sleep(0.05)
         self.plc.wait(self.at_work)
@@ -161,17 +161,17 @@ class Run:
 
     def suffer(self, command, end):
         """A fault that lasts: until everything is at zero, then it is taken back."""
-        self.plc.say(command)
+        self.plc.command(command)
         self.plc.wait(self.at_zero)
         if end:
-            self.plc.say(end)
+            self.plc.command(end)
             time.sleep(0.1)     # the next command comes in a scan of its own
         self.plc.wait(self.at_work)
 
     def stop_and_go(self):
         """The box's process stands still and goes on: the PLC is alone."""
         import signal
-        self.plc.say("alarms")
+        self.plc.command("alarms")
         self.stopped_s = self.plc.status()["time_s"]
         self.box.process.send_signal(signal.SIGSTOP)
         self.plc.wait(self.at_zero)
@@ -244,7 +244,7 @@ def measure(profile, seconds, lasting=LASTING, once=ONCE):
             steady = run.travel(seconds)
             kept = run.kept()
             for command in once:
-                run.plc.say(command)
+                run.plc.command(command)
                 time.sleep(0.5)
                 run.plc.wait(run.at_work)
             for command, end in lasting:
@@ -253,7 +253,7 @@ def measure(profile, seconds, lasting=LASTING, once=ONCE):
             stopped, gone_on = run.stopped_s, run.gone_on_s
             run.box.stop()
             code, stats = run.box.code, run.box.stats
-            run.plc.say("quit")
+            run.plc.command("quit")
             run.plc.process.wait(60)
             rows = list(run.rows())
         faults = {command: reaction(rows, command, end) for command, end in lasting}

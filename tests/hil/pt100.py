@@ -21,7 +21,7 @@ class Modules:
     """The modules on a line's end; .silent units do not answer, .delay_s ones answer late."""
 
     def __init__(self, device, units):
-        self.units, self.silent, self.delay_s, self.asked = units, set(), {}, []
+        self.units, self.silent, self.delay_s, self.requests = units, set(), {}, []
         self._fd = os.open(device, os.O_RDWR | os.O_NOCTTY)
         tty.setraw(self._fd)
         self._over = False
@@ -37,8 +37,8 @@ class Modules:
         os.close(self._fd)
 
     def count(self, unit):
-        """How often this one was asked so far."""
-        return sum(asked == unit for _, asked in list(self.asked))
+        """Number of requests to this one so far."""
+        return sum(other == unit for _, other in list(self.requests))
 
     def _serve(self):
         got = b""
@@ -52,7 +52,7 @@ class Modules:
                 got = b""
 
     def _answer(self, unit, function, start, count):
-        self.asked.append((time.monotonic(), unit))
+        self.requests.append((time.monotonic(), unit))
         if unit not in self.units or unit in self.silent:
             return
         time.sleep(self.delay_s.get(unit, 0.002))

@@ -13,7 +13,7 @@ class RawPlc:
 
     fault(request, reply) -> list of what to do instead of sending the reply: bytes to send, a
     number of seconds to wait, or "close"; None for the right reply. Waits are counted from the
-    request on, so that one that lasted too long shortens the next ones. It is asked for each
+    request on, so that one that lasted too long shortens the next ones. Called for each
     request; requests are counted over all connections."""
 
     def __init__(self, plc, port, fault=None, answering=True):

@@ -25,7 +25,7 @@ void *__libc_realloc(void *block, size_t size);
 void __libc_free(void *block);
 
 static atomic_long allocations, frees, files, writes, locks, terminals;
-static long cycles, faults_at_10, told[7]; /* as they stood at the latest tick */
+static long cycles, faults_at_10, published[7]; /* as they stood at the latest tick */
 static long off_grid;
 
 static int in_loop(void) {
@@ -121,11 +121,11 @@ static void do_what_is_planted(void) {
 /* The counts of this thread up to now; page faults since the tenth tick. */
 static void take_counts(void) {
     atomic_long *counted[] = {&allocations, &frees, &files, &writes, &locks, &terminals};
-    for (int i = 0; i < 6; i++) told[i] = atomic_load(counted[i]);
+    for (int i = 0; i < 6; i++) published[i] = atomic_load(counted[i]);
     struct rusage usage;
     getrusage(RUSAGE_THREAD, &usage);
     if (cycles++ == 10) faults_at_10 = usage.ru_minflt + usage.ru_majflt;
-    told[6] = cycles > 10 ? usage.ru_minflt + usage.ru_majflt - faults_at_10 : 0;
+    published[6] = cycles > 10 ? usage.ru_minflt + usage.ru_majflt - faults_at_10 : 0;
 }
 
 /* What the loop asks for, not when the machine lets it run. */
@@ -157,6 +157,6 @@ static __attribute__((destructor)) void tell(void) {
     FILE *file = path ? fopen(path, "w") : NULL;
     if (file == NULL) return;
     fprintf(file, "cycles %ld\noff_grid %ld\n", cycles, off_grid);
-    for (int i = 0; i < 7; i++) fprintf(file, "%s %ld\n", names[i], told[i]);
+    for (int i = 0; i < 7; i++) fprintf(file, "%s %ld\n", names[i], published[i]);
     fclose(file);
 }

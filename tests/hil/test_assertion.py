@@ -24,7 +24,7 @@ def test_a_failed_assertion_ends_the_program_and_the_plc_takes_the_offset_back(t
     with FakePlc("--map", registers) as plc:
         config = machine.write_coefficients(tmp_path / "coefficients.json", plc.port)
         for command in ("signal X 4000", "signal Y 200", "signal Z 1500", "enable 1", "reference 1", "permit 0"):
-            plc.say(command)
+            plc.command(command)
         box = Box(config)
         box.arguments[:len(PROGRAM)] = [PLANTED]
         with box:
@@ -37,7 +37,7 @@ def test_a_failed_assertion_ends_the_program_and_the_plc_takes_the_offset_back(t
         with Box(config) as again:
             plc.wait(lambda status: status["mode"] == RAMP and status["reason"] == 7)
             plc.wait(lambda status: status["mode"] == RAMP and largest_um(status) == 0)
-            plc.say("permit 1")
+            plc.command("permit 1")
             plc.wait(lambda status: status["mode"] == ACTIVE and largest_um(status) > 10)
             again.stop()
         assert again.code == 0, again.log

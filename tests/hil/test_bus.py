@@ -39,8 +39,8 @@ def test_modules_lost_and_back(plc, port, start_box):
         plc.wait(at_um(whole))
         modules.silent.add(5)                        # T1 fades out, the rest goes on
         plc.wait(at_um(without))
-        asked = modules.count(6)
-        until(lambda: modules.count(6) >= asked + 8)  # the other module is asked on
+        before = modules.count(6)
+        until(lambda: modules.count(6) >= before + 8)  # requests to the other module go on
         modules.silent.clear()
         plc.wait(at_um(whole))
         box.stop()
@@ -79,8 +79,8 @@ def test_one_slow_module_delays_neither_the_plc_nor_the_others(plc, port, start_
                                text=True)
     plc.values = {"X": 6500, "Y": 200, "Z": 1500, "T1": 35.1}
 
-    def ask(command):
-        modules.stdin.write(command + "\n")
+    def command(words):
+        modules.stdin.write(words + "\n")
         modules.stdin.flush()
         return modules.stdout.readline().strip()
 
@@ -88,11 +88,11 @@ def test_one_slow_module_delays_neither_the_plc_nor_the_others(plc, port, start_
         assert modules.stdout.readline() == f"fakept100: listening on rtu:{device}\n"
         with PymodbusPlc(plc, port), start_box(change=with_bus(device)) as box:
             plc.wait_mode(machine.ACTIVE)
-            assert ask("late 5 200") == "ok"
+            assert command("late 5 200") == "ok"
             plc.wait_writes(50)
-            assert ask("set 6 0 25.5") == "ok"
+            assert command("set 6 0 25.5") == "ok"
             until(lambda: is_last(box, "T3", 25.5))      # unit 6 is read while 5 is late
-            assert ask("late 5 0") == "ok"
+            assert command("late 5 0") == "ok"
             until(lambda: is_last(box, "T1", 35.1))
             box.stop()
         assert box.code == 0, box.log
@@ -100,7 +100,7 @@ def test_one_slow_module_delays_neither_the_plc_nor_the_others(plc, port, start_
             "a late answer is never another module's value"
         assert all(row["T3"] in (None, ) or abs(row["T3"] - 20.3) < 1e-4 or abs(row["T3"] - 25.5) < 1e-4
                    for row in box.rows)
-        assert ask("what") .startswith("error: usage") and ask("silent 9 1") == "error: there is no unit 9"
-        assert ask("quit") == "ok" and modules.wait(60) == 0
+        assert command("what") .startswith("error: usage") and command("silent 9 1") == "error: there is no unit 9"
+        assert command("quit") == "ok" and modules.wait(60) == 0
     finally:
         modules.kill()

@@ -52,8 +52,8 @@ needs_mbpoll = pytest.mark.skipif(not shutil.which("mbpoll"), reason="scripts/se
 
 @needs_mbpoll
 def test_mbpoll_reads_what_the_control_shows(plc):
-    plc.say("signal X 123.4567")
-    plc.say("signal Y -0.5")
+    plc.command("signal X 123.4567")
+    plc.command("signal Y -0.5")
     plc.wait(lambda status: status["time_s"] > 1.2)
     code, values, printed = mbpoll(plc, "-t", "4:int", "-B", "-r", "8", "-c", "2", [])
     assert code == 0, printed
@@ -205,7 +205,7 @@ def line(plc):
         yield connection
 
 
-def ask(line, pdu):
+def exchange(line, pdu):
     line.sendall(frame(9, pdu))
     return receive(line)[1]
 
@@ -214,29 +214,29 @@ def test_every_other_function_code_is_refused(plc, line):
     for code in range(1, 128):
         if ANSWERS[plc.profile].get(code, NO_FUNCTION) != NO_FUNCTION:
             continue
-        assert ask(line, bytes([code, 0, 0, 0, 1])) == bytes([code | 0x80, 1]), code
+        assert exchange(line, bytes([code, 0, 0, 0, 1])) == bytes([code | 0x80, 1]), code
 
 
 def test_limits_of_a_request(plc, line):
     """125 registers may be read, 123 written (121 by function 23); counts and lengths that cannot
     be are exception 3, before the addresses are looked at; nothing is written."""
     read = lambda start, count: bytes([3]) + struct.pack(">HH", start, count)
-    assert ask(line, read(0, SIZE))[1] == 2 * SIZE
-    assert ask(line, read(SIZE, 1)) == bytes([0x83, 2])
-    assert ask(line, read(65535, 125)) == bytes([0x83, 2])
-    assert ask(line, read(0, 125)) == bytes([0x83, 2]), "a legal count, beyond the end"
+    assert exchange(line, read(0, SIZE))[1] == 2 * SIZE
+    assert exchange(line, read(SIZE, 1)) == bytes([0x83, 2])
+    assert exchange(line, read(65535, 125)) == bytes([0x83, 2])
+    assert exchange(line, read(0, 125)) == bytes([0x83, 2]), "a legal count, beyond the end"
     for count in (0, 126, 65535):
-        assert ask(line, read(0, count)) == bytes([0x83, 3])
+        assert exchange(line, read(0, count)) == bytes([0x83, 3])
 
     def write(start, count, words, size=None):
         data = struct.pack(f">{len(words)}H", *words)
         return bytes([16]) + struct.pack(">HHB", start, count, (len(data) if size is None else size) & 255) + data
-    assert ask(line, write(102, 2, [11, 12])) == bytes([16, 0, 102, 0, 2])
+    assert exchange(line, write(102, 2, [11, 12])) == bytes([16, 0, 102, 0, 2])
     for bad in (write(102, 0, []), write(102, 124, [7] * 123), write(102, 2, [7, 7], size=3),
                 write(102, 2, [7])):
-        assert ask(line, bad) == bytes([0x90, 3])
-    assert ask(line, write(SIZE - 1, 2, [7, 7])) == bytes([0x90, 2])
-    assert ask(line, read(102, 2)) == bytes([3, 4, 0, 11, 0, 12])
+        assert exchange(line, bad) == bytes([0x90, 3])
+    assert exchange(line, write(SIZE - 1, 2, [7, 7])) == bytes([0x90, 2])
+    assert exchange(line, read(102, 2)) == bytes([3, 4, 0, 11, 0, 12])
 
 
 def test_pipelined_requests_are_answered_in_order(plc, line):

@@ -21,10 +21,10 @@ SPY = os.environ.get("SPY", os.path.join(os.path.dirname(__file__),
 
 def spied(start_box, tmp_path, scenario, change=None, **env):
     """Runs the scenario under the spy; out: what it counted, and the box."""
-    told = tmp_path / "spy.txt"
-    with start_box(change=change, env=dict(env, LD_PRELOAD=SPY, SPY_FILE=str(told))) as box:
+    counts = tmp_path / "spy.txt"
+    with start_box(change=change, env=dict(env, LD_PRELOAD=SPY, SPY_FILE=str(counts))) as box:
         scenario(box)
-    return {name: int(count) for name, count in map(str.split, told.read_text().splitlines())}, box
+    return {name: int(count) for name, count in map(str.split, counts.read_text().splitlines())}, box
 
 
 @pytest.fixture

@@ -100,11 +100,11 @@ def test_a_scenario_on_real_processes(name, tmp_path):
         with Box(config) as box:
             at_s = []
             for part in (0.4, 0.7, 1):
-                plc.say("move " + " ".join(f"{axis}={part * to}" for axis, to in target.items()) + f" feed={feed}")
+                plc.command("move " + " ".join(f"{axis}={part * to}" for axis, to in target.items()) + f" feed={feed}")
                 at_s.append(settle(plc))
             box.stop()
         assert box.code == 0, box.log
-        plc.say("quit")
+        plc.command("quit")
         plc.process.wait(60)
     done = replay(config, tmp_path / "inputs.csv")
     assert done.returncode == 0, done.stderr

@@ -42,7 +42,7 @@ def coefficients(device):
 
 
 class FakePlc:
-    """fakeplc at an address; ask() gives one command and returns the answer."""
+    """fakeplc at an address; command() returns the reply."""
 
     def __init__(self, listen, *arguments):
         self._process = subprocess.Popen([FAKEPLC, "--listen", listen, *arguments], text=True,
@@ -57,14 +57,14 @@ class FakePlc:
         self._process.kill()
         self._process.communicate()
 
-    def ask(self, command):
-        self._process.stdin.write(command + "\n")
+    def command(self, line):
+        self._process.stdin.write(line + "\n")
         self._process.stdin.flush()
         return self._process.stdout.readline().strip()
 
     @property
     def applied_um(self):
-        words = dict(word.split("=") for word in self.ask("status").split()[1:] if "=" in word)
+        words = dict(word.split("=") for word in self.command("status").split()[1:] if "=" in word)
         return float(words["applied_X"])
 
 
@@ -86,7 +86,7 @@ def rig(tmp_path_factory, lines):
     with FakePlc("rtu:" + device, "--map", str(map_file)) as plc:
         assert plc.printed == "fakeplc: listening on rtu:" + device
         with box_module.Box(map_file) as box:
-            assert reaches(plc, -20), plc.ask("status")
+            assert reaches(plc, -20), plc.command("status")
             yield plc, box
             box.stop()
             assert box.code == 0, box.log
@@ -99,9 +99,9 @@ def rig(tmp_path_factory, lines):
     ("dribble 2 2", None), ("away 700", "disconnects"), ("close", "disconnects")])
 def test_fault_is_survived(rig, fault, counter):
     plc, box = rig
-    assert plc.ask("fault " + fault).startswith("ok")
+    assert plc.command("fault " + fault).startswith("ok")
     time.sleep(0.3)
-    assert reaches(plc, -20), (fault, plc.ask("status"))
+    assert reaches(plc, -20), (fault, plc.command("status"))
     rig_counters.add(counter)
 
 
@@ -154,16 +154,16 @@ def test_where_there_is_time_a_request_is_repeated_in_its_period(tmp_path, lines
     map_file.write_text(json.dumps(data))
     arguments = ["--map", str(map_file), "--log", str(log)]
     with FakePlc("rtu:" + device, *arguments) as plc, box_module.Box(map_file) as box:
-        assert reaches(plc, -20), plc.ask("status")
+        assert reaches(plc, -20), plc.command("status")
 
         def judged():
-            assert plc.ask("fault " + fault).startswith("ok")
+            assert plc.command("fault " + fault).startswith("ok")
             time.sleep(0.25)
             found = met("fault " + fault, log, box.steps)
             return found if len(found) >= ENOUGH else None
 
         found = until(judged)
-        assert reaches(plc, -20), plc.ask("status")
+        assert reaches(plc, -20), plc.command("status")
         box.stop()
     assert box.code == 0, box.log
     counted = box.stats["plc"]
@@ -183,10 +183,10 @@ def test_a_device_that_is_unplugged_is_not_opened_by_the_loop(tmp_path, lines):
     with box_module.Box(map_file, env={"LD_PRELOAD": str(SPY), "SPY_FILE": str(calls)}) as box:
         for _ in range(3):                   # first it is not even there
             with FakePlc("rtu:" + device, "--map", str(map_file)) as plc:
-                assert reaches(plc, -20), plc.ask("status")
+                assert reaches(plc, -20), plc.command("status")
             os.unlink(device)
         with FakePlc("rtu:" + device, "--map", str(map_file)) as plc:
-            assert reaches(plc, -20), plc.ask("status")
+            assert reaches(plc, -20), plc.command("status")
             box.stop()
     assert box.code == 0, box.log
     assert box.stats["plc"]["connects"] == 4 and box.stats["plc"]["disconnects"] == 3, box.stats["plc"]
@@ -234,7 +234,7 @@ def test_libmodbus_as_client_reads_fakeplc(lines):
     """The other direction: libmodbus' own RTU client (mbpoll) takes fakeplc's replies."""
     device = lines + "/mbpoll"
     with FakePlc("rtu:" + device) as plc:
-        assert plc.ask("status").startswith("ok")
+        assert plc.command("status").startswith("ok")
         done = subprocess.run(["mbpoll", "-m", "rtu", "-a", "1", "-b", "115200", "-P", "none", "-t", "4",
                                "-0", "-r", "0", "-c", "4", "-1", device], capture_output=True, text=True,
                               timeout=60)

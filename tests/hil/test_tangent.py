@@ -83,7 +83,7 @@ class Rig:
         return self.plc.wait(lambda status: status["mode"] == mode)
 
     def position(self):
-        return float(self.plc.say("position").split("X=")[1].split()[0])
+        return float(self.plc.command("position").split("X=")[1].split()[0])
 
     def wait_settled(self):
         """ACTIVE, the axis stands, the correction is that of the law there."""
@@ -92,7 +92,7 @@ class Rig:
 
     def move(self, *places, feed):
         for x in places:
-            self.plc.say(f"move X={x} feed={feed}")
+            self.plc.command(f"move X={x} feed={feed}")
 
     def wait_stand(self):
         self.plc.wait(lambda status: not status["moving"])
@@ -175,7 +175,7 @@ def test_what_the_nc_adds_is_the_tangent_wherever_the_axis_is(rig):
         until(moved_long)
         box.stop()
         assert box.code == 0, box.log
-    rig.plc.say("quit")
+    rig.plc.command("quit")
     active, moving = on_the_way()
     whole = [row for row in moving if is_whole(row)]
     assert len(whole) > 0.6 * len(moving)
@@ -196,9 +196,9 @@ def test_hold_keeps_what_is_applied_then_ramps_and_comes_back(rig):
     and PLC ran: a PLC that takes a stopped box for lost ramps by itself."""
     def held_and_ramped():
         rig.wait_settled()
-        rig.plc.say("freeze heartbeat 1")
+        rig.plc.command("freeze heartbeat 1")
         rig.plc.wait(lambda status: status["mode"] == STANDBY and abs(status["applied_X"]) < GRAIN_UM)
-        rig.plc.say("freeze heartbeat 0")
+        rig.plc.command("freeze heartbeat 0")
         rig.wait_settled()
         return stretch()
 
@@ -219,7 +219,7 @@ def test_hold_keeps_what_is_applied_then_ramps_and_comes_back(rig):
         rig.wait_settled()
         box.stop()
         assert box.code == 0, box.log
-    rig.plc.say("quit")
+    rig.plc.command("quit")
     held, ramp = stretch()
     for row in held:
         assert abs(row["um"] - law_um(at_mm)) <= GRAIN_UM + ROUNDING_UM, row
@@ -232,12 +232,12 @@ def test_enable_withdrawn_on_the_way_takes_value_and_slope_to_zero(rig):
         rig.wait_settled()
         rig.move(500, feed=6000)
         rig.plc.wait(lambda status: rig.position() < 620)
-        rig.plc.say("enable 0")
+        rig.plc.command("enable 0")
         rig.wait_stand()
         rig.plc.wait(lambda status: status["applied_X"] == 0)
         box.stop()
         assert box.code == 0, box.log
-    rig.plc.say("quit")
+    rig.plc.command("quit")
     rows = rig.rows()
     assert abs(rows[-1]["um"]) <= GRAIN_UM and abs(rows[-1]["nc_X_slope"]) * 300 <= GRAIN_UM
     check_continuous(rows)
@@ -252,8 +252,8 @@ def test_a_box_that_dies_on_the_way_leaves_nothing_behind(rig):
         rig.plc.wait(lambda status: status["alarms"] > 0)
         rig.wait_stand()
         rig.plc.wait(lambda status: status["applied_X"] == 0)
-    assert "box-lost" in rig.plc.say("alarms")
-    rig.plc.say("quit")
+    assert "box-lost" in rig.plc.command("alarms")
+    rig.plc.command("quit")
     rows = rig.rows()
     assert abs(rows[-1]["um"]) <= GRAIN_UM and abs(rows[-1]["nc_X_slope"]) * 300 <= GRAIN_UM
     check_continuous(rows)

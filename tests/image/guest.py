@@ -220,8 +220,8 @@ class FakePlc:
         self.process.kill()
         self.process.wait()
 
-    def ask(self, command):
-        self.process.stdin.write(command + "\n")
+    def command(self, line):
+        self.process.stdin.write(line + "\n")
         self.process.stdin.flush()
         answer = self.process.stdout.readline().strip()
         assert answer.startswith("ok"), answer
@@ -231,7 +231,7 @@ class FakePlc:
         """Waits until the status is so; out: the status."""
         until = time.monotonic() + timeout_s * SLOW
         while time.monotonic() < until:
-            status = self.ask("status")
+            status = self.command("status")
             if condition(status):
                 return status
             time.sleep(0.02)
@@ -243,7 +243,7 @@ class FakePlc:
                          abs(float(s["applied_Z"]) - um) < within, timeout_s)
 
     def now_s(self):
-        return float(self.ask("status")["time_s"])
+        return float(self.command("status")["time_s"])
 
     def scans(self, from_s, to_s):
         """What the control did in each scan between two of its times, from its log."""

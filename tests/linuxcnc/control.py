@@ -70,7 +70,7 @@ class LinuxCnc:
     def log(self):
         return (self.folder / "log").read_text()
 
-    def ask(self, text):
+    def command(self, text):
         """A line of Python in the display: c commands, s is the status."""
         self.lines.write(text + "\n")
         self.lines.flush()
@@ -80,22 +80,22 @@ class LinuxCnc:
 
     def on(self):
         for state in ("ESTOP_RESET", "ON"):
-            self.ask(f"c.state(linuxcnc.STATE_{state})")
-            self.ask("c.wait_complete()")
+            self.command(f"c.state(linuxcnc.STATE_{state})")
+            self.command("c.wait_complete()")
 
     def home(self):
-        self.ask("c.mode(linuxcnc.MODE_MANUAL)")
-        self.ask("c.wait_complete()")
-        self.ask("c.home(-1)")
-        until(lambda: self.ask("s.homed[:3]") == "(1, 1, 1)", "homing")
+        self.command("c.mode(linuxcnc.MODE_MANUAL)")
+        self.command("c.wait_complete()")
+        self.command("c.home(-1)")
+        until(lambda: self.command("s.homed[:3]") == "(1, 1, 1)", "homing")
 
     def move(self, words):
-        self.ask("c.mode(linuxcnc.MODE_MDI)")
-        self.ask("c.wait_complete()")
-        self.ask(f"c.mdi({words!r})")
+        self.command("c.mode(linuxcnc.MODE_MDI)")
+        self.command("c.wait_complete()")
+        self.command(f"c.mdi({words!r})")
 
     def at_rest(self):
-        until(lambda: self.ask("s.interp_state == linuxcnc.INTERP_IDLE and s.inpos") == "True", "rest", 60)
+        until(lambda: self.command("s.interp_state == linuxcnc.INTERP_IDLE and s.inpos") == "True", "rest", 60)
 
     def hal(self, *words):
         """halcmd; out: what it prints."""
@@ -123,7 +123,7 @@ class Client:
     def __init__(self, port):
         self.socket, self.count = socket.create_connection(("127.0.0.1", port), timeout=10), 0
 
-    def ask(self, pdu):
+    def exchange(self, pdu):
         """A request; out: the reply's PDU."""
         self.count += 1
         self.socket.sendall(struct.pack(">HHHB", self.count, 0, len(pdu) + 1, 1) + pdu)
@@ -140,7 +140,7 @@ class Client:
         return data
 
     def write(self, start, words):
-        assert self.ask(struct.pack(f">BHHB{len(words)}H", 16, start, len(words), 2 * len(words), *words))[0] == 16
+        assert self.exchange(struct.pack(f">BHHB{len(words)}H", 16, start, len(words), 2 * len(words), *words))[0] == 16
 
     def read(self, start, count):
-        return struct.unpack(f">{count}H", self.ask(struct.pack(">BHH", 3, start, count))[2:])
+        return struct.unpack(f">{count}H", self.exchange(struct.pack(">BHH", 3, start, count))[2:])

@@ -108,7 +108,7 @@ def test_it_compensates_in_motion(cnc, box):
     assert biggest_step_um(samples) <= SLOPE_UM_PER_S * 1e-3 + 1e-6
     cnc.at_rest()
     settle(cnc, -curve_um(250))
-    assert abs(float(cnc.ask("s.joint_actual_position[0]")) - 250) < 1e-6, "feedback is without the offset"
+    assert abs(float(cnc.command("s.joint_actual_position[0]")) - 250) < 1e-6, "feedback is without the offset"
     # The box stops in good order: to zero, nothing of it stays.
     box.stop()
     settle(cnc, 0.0, 0.0)
@@ -138,8 +138,8 @@ def test_the_component_is_gone(cnc, box):
 
 @pytest.mark.parametrize("away, back", [
     (lambda cnc: cnc.hal("sets", "compbox-key-enable", "0"), lambda cnc: cnc.hal("sets", "compbox-key-enable", "1")),
-    (lambda cnc: cnc.ask("c.state(linuxcnc.STATE_OFF)"), lambda cnc: cnc.on()),
-    (lambda cnc: cnc.ask("c.state(linuxcnc.STATE_ESTOP)"), lambda cnc: cnc.on()),
+    (lambda cnc: cnc.command("c.state(linuxcnc.STATE_OFF)"), lambda cnc: cnc.on()),
+    (lambda cnc: cnc.command("c.state(linuxcnc.STATE_ESTOP)"), lambda cnc: cnc.on()),
 ], ids=["key", "machine off", "emergency stop"])
 def test_it_is_switched_off_and_on(files, cnc, box, away, back):
     cnc.move("G1 X100 F6000")
@@ -202,14 +202,14 @@ def test_another_client(files, cnc):
 
 def test_requests_that_are_not_served(files, cnc):
     client = Client(files[1])
-    assert client.ask(struct.pack(">BHH", 6, 100, 1)) == bytes([0x86, 1])
-    assert client.ask(struct.pack(">BHH", 3, 100, 13)) == bytes([0x83, 2])
-    assert client.ask(struct.pack(">BHH", 3, 0, 126)) == bytes([0x83, 3])
-    assert client.ask(struct.pack(">BHHBH", 16, 100, 2, 4, 7)) == bytes([0x90, 3])
-    assert client.ask(b"\x03\x00") == bytes([0x83, 3])
-    both = client.ask(struct.pack(">BHHHHBH", 23, 100, 4, 103, 1, 2, 77))
+    assert client.exchange(struct.pack(">BHH", 6, 100, 1)) == bytes([0x86, 1])
+    assert client.exchange(struct.pack(">BHH", 3, 100, 13)) == bytes([0x83, 2])
+    assert client.exchange(struct.pack(">BHH", 3, 0, 126)) == bytes([0x83, 3])
+    assert client.exchange(struct.pack(">BHHBH", 16, 100, 2, 4, 7)) == bytes([0x90, 3])
+    assert client.exchange(b"\x03\x00") == bytes([0x83, 3])
+    both = client.exchange(struct.pack(">BHHHHBH", 23, 100, 4, 103, 1, 2, 77))
     assert both == struct.pack(">BB4H", 23, 8, 0, 0, 0, 77)
     dice = random.Random(1)
     for _ in range(300):
-        client.ask(dice.randbytes(dice.randrange(1, 253)))
+        client.exchange(dice.randbytes(dice.randrange(1, 253)))
     assert len(client.read(0, 112)) == 112

@@ -27,7 +27,7 @@ def packed(text, revision, text_sum=None, header_sum=None, report=(0, 0, 0, 0)):
 
 
 class Console:
-    """Reads lines in the background; say() types one."""
+    """Reads lines in the background; command() types one."""
 
     def __init__(self, path):
         self.lines, self.lock = [], threading.Lock()
@@ -47,8 +47,8 @@ class Console:
             with self.lock:
                 self.lines += [line.decode("ascii", "replace").rstrip("\r") for line in whole]
 
-    def say(self, command):
-        self.socket.sendall(command.encode() + b"\n")
+    def command(self, line):
+        self.socket.sendall(line.encode() + b"\n")
 
     def wait(self, pattern, since=0, timeout_s=15):
         """The first line from `since` on that fits; fails with what came."""

@@ -35,7 +35,7 @@ def best_of_five(measure, enough):
 def counters_of(box, command="counters"):
     """{name: count} as the console tells them now; the reply to `wires` too."""
     since = box.console.mark()
-    box.console.say(command)
+    box.console.command(command)
     line = box.console.wait(r"^\d+\.\d+ (counters|plc):", since)
     return {name: int(count) for name, count in re.findall(r"(\w+)=(\d+)", line)}
 
@@ -43,7 +43,7 @@ def counters_of(box, command="counters"):
 def start_with_trace(box):
     box.console.wait("now ACTIVE")
     since = box.console.mark()
-    box.console.say("trace start")
+    box.console.command("trace start")
     box.console.wait("started: restart requested", since)
 
 

@@ -17,12 +17,12 @@ class Simulator:
         return self
 
     def __exit__(self, *_):
-        self.ask("quit")
+        self.command("quit")
         self.process.wait(10)
 
-    def ask(self, command):
+    def command(self, line):
         """A command; its answer, which has to be ok."""
-        self.process.stdin.write(command + "\n")
+        self.process.stdin.write(line + "\n")
         answer = self.process.stdout.readline()
-        assert answer.startswith("ok"), f"{command}: {answer}"
+        assert answer.startswith("ok"), f"{line}: {answer}"
         return answer

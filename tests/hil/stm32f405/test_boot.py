@@ -22,7 +22,7 @@ def test_no_file_is_standby_with_the_reason(tmp_path):
         box.console.wait("slot A: empty")
         box.console.wait("slot B: empty")
         box.console.wait("STANDBY: there is no coefficient file")
-        box.console.say("nonsense")
+        box.console.command("nonsense")
         box.console.wait("no such command")
 
 
@@ -74,7 +74,7 @@ def test_a_fault_is_recorded_and_the_box_restarts_into_standby(tmp_path, how, ex
     with Box(tmp_path, image=TEST_IMAGE) as box:
         box.console.wait("STANDBY")
         since = box.console.mark()
-        box.console.say(f"crash {how}")
+        box.console.command(f"crash {how}")
         box.console.wait("started: processor fault.*restarts by faults 1", since)
         registers, line = fault_lines(box, since)
         assert f"exception {exception} " in line
@@ -84,7 +84,7 @@ def test_a_fault_is_recorded_and_the_box_restarts_into_standby(tmp_path, how, ex
         if how != "stack":
             assert 0x08000000 <= int(registers["pc"], 16) < 0x08020000, line
         box.console.wait("STANDBY", since)
-        box.console.say("fault")
+        box.console.command("fault")
         assert fault_lines(box, since)[0] == registers
 
 
@@ -92,7 +92,7 @@ def test_a_failed_assertion_restarts_the_box_like_a_fault_and_names_its_place(tm
     with Box(tmp_path, image=TEST_IMAGE) as box:
         box.console.wait("STANDBY")
         since = box.console.mark()
-        box.console.say("crash assertion")
+        box.console.command("crash assertion")
         box.console.wait(r"started: assertion failed: .*, hal/stm32f405/variant/test\.c:\d+; .*"
                          "restarts by faults 1", since)
         box.console.wait("STANDBY", since)
@@ -102,7 +102,7 @@ def test_a_stack_at_its_end_is_seen_in_the_next_cycle(tmp_path):
     with Box(tmp_path, image=TEST_IMAGE) as box:
         box.console.wait("STANDBY")
         since = box.console.mark()
-        box.console.say("crash canary")
+        box.console.command("crash canary")
         box.console.wait("started: stack overflow.*restarts by faults 1", since)
 
 
@@ -112,7 +112,7 @@ def test_again_and_again_ends_in_standby_without_the_file(tmp_path):
         for _ in range(6):
             box.console.wait("STANDBY", since)
             since = box.console.mark()
-            box.console.say("crash address")
+            box.console.command("crash address")
             box.console.wait("started: processor fault", since)
         box.console.wait("too many restarts by faults", since)
 
@@ -122,7 +122,7 @@ def test_the_product_has_no_command_that_makes_it_fail(tmp_path):
         box.console.wait("STANDBY")
         since = box.console.mark()
         for how in ("undefined", "address", "stack", "canary", "hang"):
-            box.console.say(f"crash {how}")
-        box.console.say("start")
+            box.console.command(f"crash {how}")
+        box.console.command("start")
         box.console.wait("started: no reset flag is set", since)
         assert sum("no such command" in line for line in box.console.lines[since:]) == 5

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Pt100 modules on their own line: they are asked in turn, and none of them delays the PLC's exchange."""
+"""Pt100 modules on their own line: they are polled in turn, and none of them delays the PLC's exchange."""
 import re
 
 import machine
@@ -43,7 +43,7 @@ def holds(write, um):
 
 
 def outside_active(plc, count):
-    """How many of the next writes say another mode than ACTIVE."""
+    """Number of the next writes with another mode than ACTIVE."""
     mark = len(plc.writes)
     wait_for(lambda: len(plc.writes) > mark + count)
     return sum(w.mode != ACTIVE for w in plc.writes[mark:mark + count])
@@ -54,22 +54,22 @@ def test_temperatures_arrive_and_a_lost_module_costs_its_term_alone(plc, rtu, st
     with rtu(), Modules(tmp_path) as modules, start_box(on_bus, bus=tmp_path / "bus.sock") as box:
         start_with_trace(box)
         wait_for(lambda: plc.writes and holds(plc.last(), wanted(20, 40)))
-        modules.ask("set 3 0 26")
+        modules.command("set 3 0 26")
         wait_for(lambda: holds(plc.last(), wanted(26, 40)))
 
-        modules.ask("silent 4 1")                                # the module is lost
+        modules.command("silent 4 1")                                # the module is lost
         wait_for(lambda: plc.last().reason == DEGRADED)          # too old: its term fades out
         wait_for(lambda: holds(plc.last(), wanted(26, 20)))      # 20 degC is where WARM is zero
-        modules.ask("set 3 0 23")                                # the other one goes on
+        modules.command("set 3 0 23")                                # the other one goes on
         wait_for(lambda: holds(plc.last(), wanted(23, 20)))
-        modules.ask("silent 4 0")
+        modules.command("silent 4 0")
         wait_for(lambda: holds(plc.last(), wanted(23, 40)))
 
-        modules.ask("late 3 400")                                # slower than it may be
-        modules.ask("late 4 400")
+        modules.command("late 3 400")                                # slower than it may be
+        modules.command("late 4 400")
         assert best_of_five(lambda: outside_active(plc, 40), 4) <= 4, "the PLC's exchange waits for them"
         counters, since = counters_of(box), box.console.mark()
-        box.console.say("wires")
+        box.console.command("wires")
         line = box.console.wait("bus:", since)
     reported = {name: int(count) for name, count in re.findall(r"(\w+)=(\d+)", line)}
     assert reported["timeouts"] > 3 and reported["replies"] > 20, line

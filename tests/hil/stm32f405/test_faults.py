@@ -202,7 +202,7 @@ def test_a_processor_fault_while_active_ends_in_standby_until_permitted(plc, rtu
         wait_for(lambda: len(active(plc)) > 30)
         plc.control &= ~machine.PERMIT_RESUME
         since = box.console.mark()
-        box.console.say("crash address")
+        box.console.command("crash address")
         box.console.wait("started: processor fault", since)
         box.console.wait("STANDBY: after a loss: waiting for permit resume or a new enable edge", since)
         mark = len(plc.writes)

@@ -48,7 +48,7 @@ def test_compensation_arrives_while_the_axes_move(plc, rtu, start_box, tmp_path,
         plc.writes.clear()
         wait_for(lambda: len(active(plc)) > 75)
         counters, wires = counters_of(box), counters_of(box, "wires")
-        box.console.say("dump")
+        box.console.command("dump")
         box.console.wait("dump: end")
     settled = active(plc)[35:]
     stale = [w for w in settled if not is_of(w, w.values)]

@@ -32,7 +32,7 @@ class FakePlc(Simulator):
 
     def error_um(self):
         """((X, Y, Z) without, (X, Y, Z) with compensation), the truth."""
-        numbers = [float(number) for number in re.findall(r"=(-?[\d.]+)", self.ask("error"))]
+        numbers = [float(number) for number in re.findall(r"=(-?[\d.]+)", self.command("error"))]
         return numbers[:3], numbers[3:]
 
 
@@ -67,7 +67,7 @@ def started(plc, box):
     """The axes drive their program, and the outputs have had the time to get where they belong."""
     box.console.wait("runs revision 1 of slot B: gantry")
     box.console.wait("now ACTIVE: all is well", timeout_s=30)
-    wait_for(lambda: "moving=1" in plc.ask("status"))
+    wait_for(lambda: "moving=1" in plc.command("status"))
     time.sleep(1)
 
 
@@ -91,7 +91,7 @@ def until_counted(plc, box, fault, counter):
     before = counters_of(box, "wires").get(counter, 0)
 
     def counted():
-        plc.ask(f"fault {fault}")
+        plc.command(f"fault {fault}")
         time.sleep(0.2)  # some exchanges
         return counters_of(box, "wires").get(counter, 0) > before
     wait_for(counted)
@@ -104,8 +104,8 @@ def test_faults_of_the_plc_and_its_restart(tmp_path):
         started(plc, box)
         for fault, counter in FAULTS.items():
             until_counted(plc, box, fault, counter)
-        plc.ask("fault torn 2")
+        plc.command("fault torn 2")
         since = box.console.mark()
-        plc.ask("restart")
+        plc.command("restart")
         box.console.wait("now (HOLD|RAMP|STANDBY)", since)
-        wait_for(lambda: "mode=1" in plc.ask("status") and "alive=1" in plc.ask("status"))
+        wait_for(lambda: "mode=1" in plc.command("status") and "alive=1" in plc.command("status"))

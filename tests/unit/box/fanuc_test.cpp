@@ -330,7 +330,7 @@ TEST(box_applied, what_another_client_left_in_a_register_is_counted_and_named) {
     EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
     EXPECT_DOUBLE_EQ(rig.written(4), -40);
     rig.steps(40);
-    rig.in.held = CB_TRANSFER_UNKNOWN;  // it costs the write of a cycle: asked once
+    rig.in.held = CB_TRANSFER_UNKNOWN;  // it costs the write of a cycle: one read-back
     rig.step();
     rig.steps(200);
     EXPECT_EQ(cb_box_wants_held(rig.box.get()), CB_WANT_NOTHING);

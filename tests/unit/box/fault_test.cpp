@@ -311,7 +311,7 @@ TEST(box_fault, contact_lost_while_the_plc_is_read_ends_with_one_last_write) {
         EXPECT_EQ(status_of(rig) & 0xFF, hold_us > 0 ? CB_MODE_HOLD : CB_MODE_RAMP);
         EXPECT_EQ(status_of(rig) >> 8, CB_REASON_UNCONFIRMED);
         EXPECT_EQ(rig.written(4), before_um);
-        EXPECT_FALSE(cb_box_wants_held(rig.box.get())) << "it is asked after the last write";
+        EXPECT_FALSE(cb_box_wants_held(rig.box.get())) << "the read-back follows the last write";
         rig.write = CB_TRANSFER_UNKNOWN;
         for (int i = 0; i < 50; ++i) {
             rig.step();

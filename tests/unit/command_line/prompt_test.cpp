@@ -14,17 +14,17 @@ namespace compbox {
 namespace {
 
 // A prompt at a pipe into which wait() writes the next of these pieces; after the last it ends.
-struct asked {
+struct person_at_pipe {
     int ends[2] = {-1, -1};
     std::ostringstream out, err;
     cli::streams io() { return {ends[0], out, err}; }
     std::vector<std::string> pieces;
     std::size_t waits = 0;
 
-    explicit asked(std::vector<std::string> texts) : pieces(std::move(texts)) {
+    explicit person_at_pipe(std::vector<std::string> texts) : pieces(std::move(texts)) {
         EXPECT_EQ(::pipe(ends), 0);
     }
-    ~asked() {
+    ~person_at_pipe() {
         ::close(ends[0]);
         if (waits <= pieces.size()) ::close(ends[1]);
     }
@@ -39,7 +39,7 @@ struct asked {
 };
 
 TEST(prompt, work_goes_on_until_a_whole_line_is_there) {
-    asked person({"4 m", "m\n 19", ",8 \r\n7\n"});
+    person_at_pipe person({"4 m", "m\n 19", ",8 \r\n7\n"});
     const auto io = person.io();
     cli::prompt prompt(io);
     EXPECT_FALSE(prompt.at_terminal());
@@ -52,7 +52,7 @@ TEST(prompt, work_goes_on_until_a_whole_line_is_there) {
 }
 
 TEST(prompt, what_ends_the_work_begins_on_a_line_of_its_own) {
-    asked person({});
+    person_at_pipe person({});
     const auto io = person.io();
     cli::prompt prompt(io);
     EXPECT_THROW(prompt.ask("X? ", [] { throw std::runtime_error("end"); }), std::runtime_error);

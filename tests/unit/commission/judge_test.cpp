@@ -25,7 +25,7 @@ std::string refusal(double measured_um) {
     return "";
 }
 
-bool says(const std::string &text, const std::string &piece) {
+bool contains(const std::string &text, const std::string &piece) {
     return text.find(piece) != std::string::npos;
 }
 
@@ -39,14 +39,14 @@ TEST(commission, a_sign_is_what_an_indicator_shows_with_its_errors) {
 
 TEST(commission, refuses_what_is_no_sign) {
     for (const double um : {0.0, 0.5, -0.7})
-        EXPECT_TRUE(says(refusal(um), "the axis did not move")) << um;
+        EXPECT_TRUE(contains(refusal(um), "the axis did not move")) << um;
     EXPECT_EQ(refusal(203.0),
               "axis X: commanded 20 µm, measured 203 µm: wrong by a factor of 10; the scale of the "
               "channel is too small for what the control takes");
-    EXPECT_TRUE(says(refusal(-1.9), "factor of 10; the scale of the channel is too large"));
-    EXPECT_TRUE(says(refusal(2100.0), "factor of 100; the scale of the channel is too small"));
+    EXPECT_TRUE(contains(refusal(-1.9), "factor of 10; the scale of the channel is too large"));
+    EXPECT_TRUE(contains(refusal(2100.0), "factor of 100; the scale of the channel is too small"));
     for (const double um : {10.0, -35.0, 60.0, 5.0})
-        EXPECT_TRUE(says(refusal(um), "neither the one nor a power of ten")) << um;
+        EXPECT_TRUE(contains(refusal(um), "neither the one nor a power of ten")) << um;
     EXPECT_NE(refusal(std::nan("")), "");
 }
 

@@ -82,20 +82,20 @@ modbus::bank bank_of(word_list registers) {
     return {registers, registers};
 }
 
-byte_string ask(const byte_string &request, modbus::bank &bank,
-                const plc_profile &profile = generic) {
+byte_string reply_to(const byte_string &request, modbus::bank &bank,
+                     const plc_profile &profile = generic) {
     return modbus::answer(request, profile, bank);
 }
 
 TEST(Modbus, ExamplesOfTheSpecification) {
     modbus::bank bank = bank_of(word_list(200, 0));
     bank.now[107] = 0x022B, bank.now[108] = 0x0000, bank.now[109] = 0x0064;
-    EXPECT_EQ(ask({0x03, 0x00, 0x6B, 0x00, 0x03}, bank),
+    EXPECT_EQ(reply_to({0x03, 0x00, 0x6B, 0x00, 0x03}, bank),
               (byte_string{0x03, 0x06, 0x02, 0x2B, 0x00, 0x00, 0x00, 0x64}));
-    EXPECT_EQ(ask({0x06, 0x00, 0x01, 0x00, 0x03}, bank),
+    EXPECT_EQ(reply_to({0x06, 0x00, 0x01, 0x00, 0x03}, bank),
               (byte_string{0x06, 0x00, 0x01, 0x00, 0x03}));
     EXPECT_EQ(bank.now[1], 3);
-    EXPECT_EQ(ask({0x10, 0x00, 0x01, 0x00, 0x02, 0x04, 0x00, 0x0A, 0x01, 0x02}, bank),
+    EXPECT_EQ(reply_to({0x10, 0x00, 0x01, 0x00, 0x02, 0x04, 0x00, 0x0A, 0x01, 0x02}, bank),
               (byte_string{0x10, 0x00, 0x01, 0x00, 0x02}));
     EXPECT_EQ(bank.now[1], 0x000A);
     EXPECT_EQ(bank.now[2], 0x0102);
@@ -103,17 +103,17 @@ TEST(Modbus, ExamplesOfTheSpecification) {
 
 TEST(Modbus, WriteAndReadInOneRequestWritesFirst) {
     modbus::bank bank = bank_of({1, 2, 3, 4, 5, 6, 7, 8});
-    EXPECT_EQ(
-        ask({0x17, 0x00, 0x02, 0x00, 0x03, 0x00, 0x03, 0x00, 0x02, 0x04, 0xAA, 0xBB, 0xCC, 0xDD},
-            bank),
-        (byte_string{0x17, 0x06, 0x00, 0x03, 0xAA, 0xBB, 0xCC, 0xDD}));
+    EXPECT_EQ(reply_to({0x17, 0x00, 0x02, 0x00, 0x03, 0x00, 0x03, 0x00, 0x02, 0x04, 0xAA, 0xBB,
+                        0xCC, 0xDD},
+                       bank),
+              (byte_string{0x17, 0x06, 0x00, 0x03, 0xAA, 0xBB, 0xCC, 0xDD}));
     EXPECT_EQ(bank.now, (word_list{1, 2, 3, 0xAABB, 0xCCDD, 6, 7, 8}));
 }
 
 TEST(Modbus, RefusesWithTheRightCodeAndChangesNothing) {
     const word_list before = {1, 2, 3, 4, 5, 6, 7, 8};
     const std::pair<byte_string, byte_string> cases[] = {
-        {{0x03, 0, 0, 0, 0}, {0x83, 3}},          // nothing asked
+        {{0x03, 0, 0, 0, 0}, {0x83, 3}},          // no register
         {{0x03, 0, 0, 0, 126}, {0x83, 3}},        // too many
         {{0x03, 0, 7, 0, 2}, {0x83, 2}},          // past the end
         {{0x03, 0xFF, 0xFF, 0, 125}, {0x83, 2}},  // no wrap-around
@@ -138,7 +138,7 @@ TEST(Modbus, RefusesWithTheRightCodeAndChangesNothing) {
     };
     for (const auto &[request, reply] : cases) {
         modbus::bank bank = bank_of(before);
-        EXPECT_EQ(ask(request, bank), reply) << testing::PrintToString(request);
+        EXPECT_EQ(reply_to(request, bank), reply) << testing::PrintToString(request);
         EXPECT_EQ(bank.now, before) << testing::PrintToString(request);
     }
 }
@@ -157,7 +157,7 @@ TEST(Modbus, EachProfileServesItsFunctionCodesOnly) {
     };
     for (const auto &[profile, request, code] : cases) {
         modbus::bank bank = bank_of({0, 0});
-        const byte_string reply = ask(request, bank, profile);
+        const byte_string reply = reply_to(request, bank, profile);
         const int got = reply[0] & 0x80 ? reply[1] : 0;
         EXPECT_EQ(got, code) << profile.name << " " << int{request[0]};
     }
@@ -165,7 +165,7 @@ TEST(Modbus, EachProfileServesItsFunctionCodesOnly) {
 
 TEST(Modbus, LongestReadingFillsAWholePdu) {
     modbus::bank bank = bank_of(word_list(200, 0xABCD));
-    EXPECT_EQ(ask({3, 0, 0, 0, 125}, bank).size(), 252u);
+    EXPECT_EQ(reply_to({3, 0, 0, 0, 125}, bank).size(), 252u);
 }
 
 TEST(Modbus, ATornReadingShowsTwoUpdates) {
@@ -213,7 +213,7 @@ TEST(Frame, RandomRequestsAlwaysGetAProperReply) {
         request[0] = codes[random.next() % 7];
         modbus::bank bank = bank_of({1, 2, 3, 4, 5, 6, 7, 8});
         const modbus::bank before = bank;
-        const byte_string reply = ask(request, bank);
+        const byte_string reply = reply_to(request, bank);
         ASSERT_GE(reply.size(), 2u);
         ASSERT_LE(reply.size(), 253u);
         ASSERT_EQ(reply[0] & 0x7F, request[0]);

@@ -17,7 +17,7 @@ using namespace compbox_test;
 
 namespace {
 
-std::string said(const loaded &got) {
+std::string refusal(const loaded &got) {
     return std::to_string(got.line) + ":" + std::to_string(got.column) + " " +
            compbox_test::error_name(got.error) + " " + got.text;
 }
@@ -28,47 +28,47 @@ TEST(config_refuse, every_mistake_of_the_table) {
     for (std::string piece, other, expected; std::getline(file, piece);) {
         if (piece.empty() || piece[0] == '#') continue;
         ASSERT_TRUE(std::getline(file, other) && std::getline(file, expected)) << piece;
-        EXPECT_EQ(said(load(with(piece, other))), expected) << "instead of " << piece;
+        EXPECT_EQ(refusal(load(with(piece, other))), expected) << "instead of " << piece;
         ++cases;
     }
     EXPECT_GT(cases, 200) << "the table is not read to its end";
 }
 
 TEST(config_refuse, mistakes_of_the_file_as_a_whole) {
-    EXPECT_EQ(said(load("")), "0:0 CB_ERROR_EMPTY the file is empty");
-    EXPECT_EQ(said(load(" \r\n\t\n")), "0:0 CB_ERROR_EMPTY the file is empty");
-    EXPECT_EQ(said(load("[]")), "1:1 CB_ERROR_TYPE must be an object {…}, not a list […]");
-    EXPECT_EQ(said(load("7")), "1:1 CB_ERROR_TYPE must be an object {…}, not 7");
-    EXPECT_EQ(said(load("{}")), "1:1 CB_ERROR_KEY the key format is missing");
-    EXPECT_EQ(said(load("hello")),
+    EXPECT_EQ(refusal(load("")), "0:0 CB_ERROR_EMPTY the file is empty");
+    EXPECT_EQ(refusal(load(" \r\n\t\n")), "0:0 CB_ERROR_EMPTY the file is empty");
+    EXPECT_EQ(refusal(load("[]")), "1:1 CB_ERROR_TYPE must be an object {…}, not a list […]");
+    EXPECT_EQ(refusal(load("7")), "1:1 CB_ERROR_TYPE must be an object {…}, not 7");
+    EXPECT_EQ(refusal(load("{}")), "1:1 CB_ERROR_KEY the key format is missing");
+    EXPECT_EQ(refusal(load("hello")),
               "1:1 CB_ERROR_SYNTAX a value is expected here: an object, an array, a text in double "
               "quotes, a number, true, false or null");
-    EXPECT_EQ(said(load(full_example + "x")),
+    EXPECT_EQ(refusal(load(full_example + "x")),
               "42:1 CB_ERROR_SYNTAX the file must end after its last }");
-    EXPECT_EQ(said(load("\xEF\xBB\xBF" + full_example)),
+    EXPECT_EQ(refusal(load("\xEF\xBB\xBF" + full_example)),
               "1:1 CB_ERROR_SYNTAX a byte order mark or another stray character; save the file as "
               "plain UTF-8");
-    EXPECT_EQ(said(load(std::string("{\"a\": \0", 7))),
+    EXPECT_EQ(refusal(load(std::string("{\"a\": \0", 7))),
               "1:7 CB_ERROR_SYNTAX a: a value is expected here: an object, an array, a text in "
               "double quotes, a number, true, false or null");
-    EXPECT_EQ(said(load(with("nobody",
-                             "no\x01"
-                             "body"))),
+    EXPECT_EQ(refusal(load(with("nobody",
+                                "no\x01"
+                                "body"))),
               "40:27 CB_ERROR_SYNTAX provenance.by: a control character inside a text; is a quote "
               "missing?");
-    EXPECT_EQ(said(load(with("nobody",
-                             "no\xff"
-                             "body"))),
+    EXPECT_EQ(refusal(load(with("nobody",
+                                "no\xff"
+                                "body"))),
               "40:27 CB_ERROR_SYNTAX provenance.by: a byte that is not UTF-8; save the file as "
               "UTF-8");
 }
 
 TEST(config_refuse, the_place_counts_lines_of_any_kind) {
     std::string text = with("\"revision\": 7", "\"revision\": true");
-    EXPECT_EQ(said(load(text)), "3:15 CB_ERROR_TYPE revision: must be a whole number, not true");
+    EXPECT_EQ(refusal(load(text)), "3:15 CB_ERROR_TYPE revision: must be a whole number, not true");
     std::string windows;
     for (const char c : text) windows += c == '\n' ? std::string("\r\n") : std::string(1, c);
-    EXPECT_EQ(said(load(windows)), said(load(text)));
+    EXPECT_EQ(refusal(load(windows)), refusal(load(text)));
     std::string one_line;
     for (const char c : text) one_line += c == '\n' ? ' ' : c;
     EXPECT_EQ(load(one_line).line, 1u);
@@ -86,10 +86,10 @@ TEST(config_refuse, no_text_has_a_control_character_and_no_message_repeats_one) 
     for (const std::string one :
          {"\x7f", "\u0080", "\u0085", "\u009b", "\u009f", "\u061c", "\u200e", "\u200f", "\u2028",
           "\u2029", "\u202a", "\u202e", "\u2066", "\u2069"}) {
-        EXPECT_EQ(said(load(with("gantry 14 m", "a" + one + "b"))),
+        EXPECT_EQ(refusal(load(with("gantry 14 m", "a" + one + "b"))),
                   "4:23 CB_ERROR_NAME machine.name: \"a?b\" contains a control character");
         EXPECT_EQ(
-            said(load(with("\"name\": \"gantry", "\"a" + one + "b\": 1, \"name\": \"gantry"))),
+            refusal(load(with("\"name\": \"gantry", "\"a" + one + "b\": 1, \"name\": \"gantry"))),
             "4:15 CB_ERROR_KEY machine.a?b: unknown key");
     }
     for (const std::string one : {" ", "~", "\u00a0", "\u00b0", "\u0444", "\u061b", "\u200d",
@@ -131,27 +131,27 @@ TEST(config_refuse, what_the_target_does_not_have) {
     const cb_target no_net = {"little-box", plc, 1u << CB_TRANSPORT_RTU, 0};
     const cb_target no_stack = {"little-box", all, 1u << CB_TRANSPORT_TCP,
                                 1u << CB_CLIENT_LIBMODBUS};
-    EXPECT_EQ(said(load(full_example, no_can)),
+    EXPECT_EQ(refusal(load(full_example, no_can)),
               "16:43 CB_ERROR_PROFILE signals[1].can: little-box reads no CAN bus in this version");
-    EXPECT_EQ(said(load(full_example, no_bus)),
+    EXPECT_EQ(refusal(load(full_example, no_bus)),
               "38:77 CB_ERROR_PROFILE buses[0]: little-box reads no sensor bus in this version");
-    EXPECT_EQ(said(load(full_example, no_net)),
+    EXPECT_EQ(refusal(load(full_example, no_net)),
               "8:26 CB_ERROR_PROFILE plc.transport.tcp: little-box has no network");
     EXPECT_EQ(load(with("\"unit\": 1}}", "\"unit\": 1, \"client\": \"compbox\"}}"), no_stack).error,
               CB_OK);
     EXPECT_EQ(
-        said(load(with("\"unit\": 1}}", "\"unit\": 1, \"client\": \"libmodbus\"}}"), no_stack)),
+        refusal(load(with("\"unit\": 1}}", "\"unit\": 1, \"client\": \"libmodbus\"}}"), no_stack)),
         "8:83 CB_ERROR_PROFILE plc.transport.tcp.client: little-box was built without "
         "\"libmodbus\"; omit it, or install the Debian package");
 }
 
 TEST(config_refuse, counters_and_nothing_else_in_the_read_block) {
     const auto text = with("\"count\": 32}", "\"count\": 32, \"counters\": true}");
-    EXPECT_EQ(said(load(text)),
+    EXPECT_EQ(refusal(load(text)),
               "11:16 CB_ERROR_OVERLAP plc.control: register 0 already belongs to a block counter "
               "(counters)");
     EXPECT_EQ(
-        said(load(
+        refusal(load(
             with("\"control\": 0", "\"control\": 2", with("\"plc\": 10,", "\"plc\": 30,", text)))),
         "20:41 CB_ERROR_OVERLAP signals[3].plc: register 31 already belongs to a block counter "
         "(counters)");

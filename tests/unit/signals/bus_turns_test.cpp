@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Turns on the bus of Pt100 modules: what is asked of whom and when, and what becomes of the
+// Turns on the bus of Pt100 modules: which module gets a request and when, and the use of the
 // answers.
 #include <gtest/gtest.h>
 
@@ -137,7 +137,7 @@ TEST(bus_turns, modules_come_in_turn_each_in_its_time) {
 }
 
 // Two hours with a module that is dead in the midst of them: the others keep their pace, it is
-// asked every 32 turns, and at once at the full pace when it is back.
+// polled every 32 turns, and at once at the full pace when it is back.
 TEST(bus_turns, a_silent_module_costs_the_others_little) {
     rig r(500);
     for (std::uint8_t unit = 1; unit <= 3; ++unit) r.add(unit, 0);

@@ -62,8 +62,8 @@ bytes encode(uint8_t unit, const cb_modbus_request &request) {
 bytes reply_to(uint8_t unit, const cb_modbus_request &request) {
     bytes frame{unit, request.function};
     if (request.function == CB_MODBUS_WRITE) {
-        const bytes asked = encode(unit, request);
-        frame.insert(frame.end(), asked.begin() + 2, asked.begin() + 6);
+        const bytes whole = encode(unit, request);
+        frame.insert(frame.end(), whole.begin() + 2, whole.begin() + 6);
         return with_crc(frame);
     }
     frame.push_back(static_cast<uint8_t>(2 * request.read_count));

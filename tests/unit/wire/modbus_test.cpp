@@ -129,7 +129,7 @@ TEST(modbus, a_reply_that_states_another_length_is_invalid_and_copies_nothing) {
         {0x03, 0x04},
         {0x03, 0x04, 0x00, 0x01, 0x00},                    // one byte short
         {0x03, 0x04, 0x00, 0x01, 0x00, 0x02, 0x00},        // one too many
-        {0x03, 0x06, 0x00, 0x01, 0x00, 0x02, 0x00, 0x03},  // more registers than asked for
+        {0x03, 0x06, 0x00, 0x01, 0x00, 0x02, 0x00, 0x03},  // more registers than requested
         {0x03, 0xFF, 0x00, 0x01, 0x00, 0x02},              // a count beyond the frame
         {0x03, 0x02, 0x00, 0x01, 0x00, 0x02},              // right length, wrong count
         {0x04, 0x04, 0x00, 0x01, 0x00, 0x02},              // another function
@@ -151,7 +151,7 @@ TEST(modbus, a_write_echo_must_be_that_of_the_write) {
     EXPECT_EQ(decode(request, {0x10, 0, 100, 0, 3, 0}).answer, CB_MODBUS_INVALID);
 }
 
-// Whatever bytes come, only a reply of exactly the asked size may fill registers.
+// Whatever bytes come, only a reply of exactly the requested size may fill registers.
 TEST(modbus, random_bytes_never_fill_registers_unless_the_reply_fits) {
     std::mt19937 random(1);
     for (int i = 0; i < 200000; i++) {

@@ -181,12 +181,12 @@ TEST(rtu_dialog, a_repetition_leaves_the_time_of_the_write) {
 TEST(rtu_dialog, a_line_that_spoils_everything_is_asked_so_often_and_no_more) {
     steps s;
     cb_rtu_dialog_begin(&s.dialog, &READING, INT64_C(1) << 40);
-    int asked = 0;
-    while (s.next(asked) != CB_RTU_SEND_NOTHING) {
-        ++asked;
+    int requests = 0;
+    while (s.next(requests) != CB_RTU_SEND_NOTHING) {
+        ++requests;
         s.ended(CB_RTU_END_RUBBISH);
     }
-    EXPECT_EQ(asked, CB_RTU_TRIES);
+    EXPECT_EQ(requests, CB_RTU_TRIES);
 }
 
 // ---- against an enemy ----
@@ -205,7 +205,7 @@ struct enemy {
     dice roll{1};
     bool spiteful = true;
     bool believes_everything = false;  // a master without the rule, to see that this test can fail
-    std::int64_t now_us = 0, said_us = 0;
+    std::int64_t now_us = 0, replied_us = 0;
     unsigned sent = 0, wrong = 0, good = 0, refused_by = 0;
     std::deque<frame> line;
     cb_rtu_dialog dialog{};
@@ -221,11 +221,11 @@ struct enemy {
         const auto delay_us =
             static_cast<std::int64_t>(chance(15) ? roll(size_t{10 * PERIOD_US}) : 500u);
         const std::int64_t takes_us = what == shape::reading ? READ_US - 2500 : PROBE_US - 2500;
-        said_us = std::max(said_us, now_us + 2500 + delay_us) + takes_us;
-        if (!chance(10)) line.push_back({said_us, what, sent, chance(10), chance(5)});
+        replied_us = std::max(replied_us, now_us + 2500 + delay_us) + takes_us;
+        if (!chance(10)) line.push_back({replied_us, what, sent, chance(10), chance(5)});
     }
 
-    cb_rtu_end ask(cb_rtu_send what, shape wanted, std::int64_t until_us) {
+    cb_rtu_end send(cb_rtu_send what, shape wanted, std::int64_t until_us) {
         bool stray = false;
         while (!line.empty() && line.front().at_us <= now_us) line.pop_front(), stray = true;
         if (stray && what == CB_RTU_SEND_REQUEST) return CB_RTU_END_STRAY;
@@ -263,11 +263,11 @@ struct enemy {
                std::int64_t until_us) {
                 auto *const me = static_cast<enemy *>(self);
                 const bool writes = sent_now->function == CB_MODBUS_WRITE;
-                const auto end = me->ask(what,
-                                         what == CB_RTU_SEND_PROBE ? me->probe()
-                                         : writes                  ? shape::written
-                                                                   : shape::reading,
-                                         until_us);
+                const auto end = me->send(what,
+                                          what == CB_RTU_SEND_PROBE ? me->probe()
+                                          : writes                  ? shape::written
+                                                                    : shape::reading,
+                                          until_us);
                 if (me->believes_everything) me->dialog.doubtful = false;
                 return end;
             }};

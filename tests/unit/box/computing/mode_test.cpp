@@ -409,7 +409,7 @@ TEST(mode, too_much_is_a_fault_already_on_the_way_to_active) {
     story idle;
     idle.e.enable = false;
     idle.e.excessive = true;
-    EXPECT_EQ(idle.step(), CB_MODE_STANDBY);  // nobody asked for it
+    EXPECT_EQ(idle.step(), CB_MODE_STANDBY);  // without enable
 }
 
 TEST(mode, stop_ramps_and_waits_until_the_plc_holds_zero) {

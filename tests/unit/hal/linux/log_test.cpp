@@ -165,8 +165,8 @@ TEST_F(log_lines, a_function_that_the_plc_does_not_have_is_one_sentence) {
 TEST_F(log_lines, an_odd_reply_is_named_once_for_each_kind_and_connection) {
     start();
     row->link.connects = 1;
-    const auto odd = [&](cb_odd kind, uint16_t got, uint16_t asked, int64_t time_us) {
-        row->peer.odd[kind] = {row->peer.odd[kind].count + 1, got, asked};
+    const auto odd = [&](cb_odd kind, uint16_t got, uint16_t expected, int64_t time_us) {
+        row->peer.odd[kind] = {row->peer.odd[kind].count + 1, got, expected};
         step(time_us);
         return log_text();
     };

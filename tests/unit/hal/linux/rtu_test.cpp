@@ -52,7 +52,7 @@ bool is_probe(const bytes &request) {
 }
 
 // The far end of a serial line. The handler gets each request, with its number from 1. Probes are
-// answered by themselves, behind what the handler of the one before had to say, or given to
+// answered by themselves, behind what the handler of the one before had to send, or given to
 // `probed`.
 class slave {
   public:
@@ -217,7 +217,7 @@ TEST(rtu, a_refusal_is_distinguished) {
     EXPECT_EQ(c.rtu.peer.refused_functions, 1u << 3);
 }
 
-// Each kind of wrong reply is asked for again at once, where there is time; what is not the damaged
+// Each kind of wrong reply is retried at once, where there is time; what is not the damaged
 // reply itself only when a probe has shown that nothing else is to come.
 TEST(rtu, wrong_replies_are_asked_for_again) {
     slave plc([](slave &s, const bytes &request, int number) {
@@ -340,7 +340,7 @@ TEST(rtu, a_late_reply_is_dropped_and_the_next_request_goes_out) {
 }
 
 // The case that time alone cannot tell: the slave answers more than two periods late, and has lost
-// what it was asked since. Its reply has all that the next request's would have.
+// the requests since. Its reply has all that the next request's would have.
 TEST(rtu, a_very_late_reply_is_not_taken_though_the_next_request_is_lost) {
     slave plc([](slave &s, const bytes &request, int number) {
         if (number > 1) behave(s, request, number);
@@ -381,11 +381,11 @@ TEST(rtu, modules_of_a_bus_do_not_wait_for_each_other) {
     cb_rtu_start_bus(&bus, &config, nullptr);
     uint16_t registers[2];
     const cb_modbus_request request = cb_modbus_read(8, 2);
-    const auto ask = [&](uint8_t unit, int ms) {
+    const auto read = [&](uint8_t unit, int ms) {
         return cb_rtu_read_module(&bus, unit, &request, registers, cb_boottime_us() + ms * 1000);
     };
-    EXPECT_EQ(ask(17, 30), CB_TRANSFER_UNKNOWN);
-    EXPECT_EQ(ask(18, 150), CB_TRANSFER_OK);
+    EXPECT_EQ(read(17, 30), CB_TRANSFER_UNKNOWN);
+    EXPECT_EQ(read(18, 150), CB_TRANSFER_OK);
     EXPECT_EQ(registers[0], 2);
     EXPECT_EQ(modules.probes(), 0);
     cb_serial_close(&bus.serial);

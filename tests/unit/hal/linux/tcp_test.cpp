@@ -22,7 +22,7 @@ using raw_server::sleep_ms;
 using raw_server::two_registers;
 using raw_server::two_written;
 
-// A client and its registers, asked with a deadline some ms away.
+// A client and its registers, read with a deadline some ms away.
 struct client {
     cb_tcp tcp;
     uint16_t registers[125] = {0xEEEE, 0xEEEE, 0xEEEE};
@@ -325,9 +325,9 @@ TEST(tcp, what_answers_something_else_is_named) {
         }
     });
     client c(plc.port());
-    const auto odd = [&](cb_odd kind, uint32_t count, unsigned got, unsigned asked) {
+    const auto odd = [&](cb_odd kind, uint32_t count, unsigned got, unsigned expected) {
         const cb_odd_reply &reply = c.tcp.peer.odd[kind];
-        return reply.count == count && reply.got == got && reply.expected == asked;
+        return reply.count == count && reply.got == got && reply.expected == expected;
     };
     c.read(1000);
     EXPECT_TRUE(odd(CB_ODD_UNIT, 1, 255, 1));

@@ -125,7 +125,7 @@ struct rig {
         request.read_count = 2;
     }
 
-    void ask(std::int64_t patience_us) {
+    void send(std::int64_t patience_us) {
         cb_wire_send(&wire, CB_RTU_SEND_REQUEST, 5, &request, registers,
                      the_port.now_us + patience_us);
     }
@@ -164,7 +164,7 @@ TEST(wire, port_is_opened_as_the_line_is) {
 
 TEST(wire, a_reply_is_taken_when_its_last_byte_is_there) {
     rig r;
-    r.ask(20000);
+    r.send(20000);
     r.receive(reply, the_port.now_us + 3000);
     const auto took_us = r.run();
     EXPECT_EQ(the_port.sent, framed({5, 3, 0, 0x10, 0, 2}));
@@ -179,7 +179,7 @@ TEST(wire, a_reply_is_taken_when_its_last_byte_is_there) {
 // The low 32 bits of the clock wrap every 72 minutes.
 TEST(wire, a_reply_over_the_wrap_of_the_bytes_clock) {
     rig r((std::int64_t{1} << 33) - 3200);
-    r.ask(20000);
+    r.send(20000);
     r.receive(reply, the_port.now_us + 3000);
     r.run();
     EXPECT_EQ(r.wire.end, CB_RTU_END_REPLY);
@@ -190,7 +190,7 @@ TEST(wire, a_reply_over_the_wrap_of_the_bytes_clock) {
 TEST(wire, a_byte_after_the_look_at_the_clock_is_not_dated_71_minutes_back) {
     for (std::int64_t behind_us = 0; behind_us < byte_us; ++behind_us) {
         rig r;
-        r.ask(20000);
+        r.send(20000);
         r.receive(reply, the_port.now_us + 3000);
         bool done = false;
         while (!done) {
@@ -207,7 +207,7 @@ TEST(wire, a_byte_after_the_look_at_the_clock_is_not_dated_71_minutes_back) {
 // The same while the line is awaited to be silent: its silence begins with that byte.
 TEST(wire, silence_is_counted_from_a_byte_after_the_look_at_the_clock) {
     rig r;
-    r.ask(20000);
+    r.send(20000);
     const std::int64_t looked_us = the_port.now_us;
     r.receive({0x55}, looked_us + 3);
     the_port.now_us += 3;
@@ -223,18 +223,18 @@ TEST(wire, a_byte_of_half_an_hour_ago_is_old) {
     rig r;
     r.receive({0x55}, the_port.now_us);
     the_port.now_us += std::int64_t{32} * 60 * 1000000;
-    const std::int64_t asked_us = the_port.now_us;
-    r.ask(20000);
+    const std::int64_t begin_us = the_port.now_us;
+    r.send(20000);
     r.run();
     ASSERT_EQ(the_port.sent_us.size(), 1u);
-    EXPECT_EQ(the_port.sent_us[0], asked_us);
+    EXPECT_EQ(the_port.sent_us[0], begin_us);
 }
 
 TEST(wire, nothing_is_sent_before_the_line_was_silent) {
     rig r;
     const std::int64_t from_us = the_port.now_us;
     r.receive({1, 2, 3, 4}, from_us - 4 * byte_us);
-    r.ask(20000);
+    r.send(20000);
     r.run();
     ASSERT_EQ(the_port.sent_us.size(), 1u);
     const std::int64_t last_us = from_us - byte_us;
@@ -246,7 +246,7 @@ TEST(wire, nothing_is_sent_before_the_line_was_silent) {
 TEST(wire, a_line_that_is_never_silent_ends_with_the_time) {
     rig r;
     for (int i = 0; i < 30; ++i) r.receive({0x55}, the_port.now_us + 1000 * i);
-    r.ask(20000);
+    r.send(20000);
     EXPECT_LE(r.run(), 20010);
     EXPECT_EQ(r.wire.end, CB_RTU_END_NOT_SENT);
     EXPECT_TRUE(the_port.sent.empty());
@@ -254,7 +254,7 @@ TEST(wire, a_line_that_is_never_silent_ends_with_the_time) {
 
 TEST(wire, no_answer_ends_with_the_time) {
     rig r;
-    r.ask(20000);
+    r.send(20000);
     EXPECT_LE(r.run(), 20010);
     EXPECT_EQ(r.wire.end, CB_RTU_END_SILENT);
     EXPECT_EQ(r.wire.counters.timeouts, 1u);
@@ -263,7 +263,7 @@ TEST(wire, no_answer_ends_with_the_time) {
 
 TEST(wire, what_comes_while_sending_is_no_answer) {
     rig r;
-    r.ask(20000);
+    r.send(20000);
     r.receive(reply, the_port.now_us + 20 - byte_us);  // before the request is out
     r.run();
     EXPECT_EQ(r.wire.end, CB_RTU_END_SILENT);
@@ -274,7 +274,7 @@ TEST(wire, a_wrong_byte_spoils_the_reply_at_once_when_it_ends) {
     rig r;
     auto wrong = reply;
     wrong[4] ^= 1;
-    r.ask(20000);
+    r.send(20000);
     r.receive(wrong, the_port.now_us + 3000);
     EXPECT_LE(r.run(), 3000 + static_cast<std::int64_t>(reply.size()) * byte_us + silence_us);
     EXPECT_EQ(r.wire.end, CB_RTU_END_DAMAGED);
@@ -285,7 +285,7 @@ TEST(wire, a_wrong_byte_spoils_the_reply_at_once_when_it_ends) {
 // The hardware saw a parity or framing error in bytes that are right by luck.
 TEST(wire, a_byte_that_the_hardware_calls_bad_is_not_believed) {
     rig r;
-    r.ask(20000);
+    r.send(20000);
     r.receive(reply, the_port.now_us + 3000, true);
     r.run();
     EXPECT_EQ(r.wire.end, CB_RTU_END_RUBBISH);
@@ -294,12 +294,12 @@ TEST(wire, a_byte_that_the_hardware_calls_bad_is_not_believed) {
 
 TEST(wire, another_units_reply_and_a_refusal_are_distinguished) {
     rig r;
-    r.ask(20000);
+    r.send(20000);
     r.receive(framed({6, 3, 4, 0x12, 0x34, 0xAB, 0xCD}), the_port.now_us + 3000);
     r.run();
     EXPECT_EQ(r.wire.end, CB_RTU_END_RUBBISH);
     EXPECT_EQ(r.wire.counters.wrong_units, 1u);
-    r.ask(20000);
+    r.send(20000);
     r.receive(framed({5, 0x83, 2}), the_port.now_us + 5000);
     r.run();
     EXPECT_EQ(r.wire.end, CB_RTU_END_REFUSED);
@@ -310,11 +310,11 @@ TEST(wire, another_units_reply_and_a_refusal_are_distinguished) {
 // The reply to a request that was given up comes before the next one is sent: it is thrown away.
 TEST(wire, a_late_reply_before_the_next_request_is_not_taken) {
     rig r;
-    r.ask(5000);
+    r.send(5000);
     r.run();
     EXPECT_EQ(r.wire.end, CB_RTU_END_SILENT);
     r.receive(reply, the_port.now_us + 100);
-    r.ask(20000);
+    r.send(20000);
     r.run();
     EXPECT_EQ(r.wire.end, CB_RTU_END_SILENT);
     EXPECT_EQ(r.wire.counters.noise_bytes, reply.size());
@@ -323,7 +323,7 @@ TEST(wire, a_late_reply_before_the_next_request_is_not_taken) {
 TEST(wire, a_request_that_cannot_be_is_not_sent) {
     rig r;
     r.request.read_count = 126;
-    r.ask(20000);
+    r.send(20000);
     EXPECT_EQ(r.run(), 0);
     EXPECT_EQ(r.wire.end, CB_RTU_END_NOT_SENT);
     EXPECT_TRUE(the_port.sent.empty());
@@ -428,13 +428,13 @@ TEST(board, a_late_reply_is_not_taken_for_another) {
         r.delay_us = late_us;
         EXPECT_EQ(r.read(), CB_TRANSFER_UNKNOWN);
         r.delay_us = 1000;
-        const auto asked = r.value;
+        const auto before = r.value;
         for (int cycle = 0; cycle < 6; ++cycle) {
             r.tick();
             const bool good = r.read() == CB_TRANSFER_OK;
             EXPECT_TRUE(!good || r.registers[0] == r.value) << late_us;
         }
-        EXPECT_GE(r.value, asked + 2) << "when it has come it is asked again";
+        EXPECT_GE(r.value, before + 2) << "the next request goes out once it has come";
         EXPECT_EQ(r.registers[0], r.value);
     }
 }

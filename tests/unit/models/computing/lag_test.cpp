@@ -190,7 +190,7 @@ TEST(lag, arrives_everywhere) {
     }
 }
 
-// Between two steps the output stays between what was and what is asked: no overshoot, ever.
+// Between two steps the output stays between the old and the new input: no overshoot, ever.
 TEST(lag, never_overshoots) {
     std::mt19937 random(5);
     std::uniform_real_distribution<float> value(-50, 150), exponent(-6, 3);

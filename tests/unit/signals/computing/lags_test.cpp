@@ -94,7 +94,7 @@ TEST(lags, of_the_square) {
     EXPECT_NEAR(rig.value(), 9 + 55 * (1 - std::exp(-(600 - 0.015) / 600)), 1e-3);
 }
 
-// A thermometer that is asked now and then moves the lag as one asked in every cycle.
+// A thermometer that is polled now and then moves the lag as one polled in every cycle.
 TEST(lags, only_new_values_move_a_lag_and_over_the_whole_time_between) {
     lag_rig every{lag_builder()}, seldom{lag_builder()};
     every.step_at(20);
