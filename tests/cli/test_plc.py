@@ -289,8 +289,8 @@ def test_a_serial_line(compbox, tmp_path):
         serial = ("--baud", "115200", "--parity", "none")
         assert len(compbox.good("plc", "read", line, "0", "3", *serial).splitlines()) == 3
         message = compbox.refused("plc", "read", line, "0", *serial, "--unit", "9", "--timeout-ms", "100")
-        assert message.endswith("no reply from unit 9 within 100 ms: check --unit, --baud, --parity, --stop-bits and the "
-                             "wires A and B")
+        assert message.endswith("no reply from unit 9 within 100 ms: check --unit, --baud, --parity, --stop-bits and "
+                                "the wires A and B")
         holder = os.open(line, os.O_RDWR | os.O_NOCTTY)
         try:
             fcntl.flock(holder, fcntl.LOCK_EX)

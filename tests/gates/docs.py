@@ -4,7 +4,8 @@
 every scripts/NAME that a document or script mentions, which must be executable too, and every scripts/report NAME;
 every path of the sources in `code quotes` that ends like a file. Each table has a header. No commands belong to a
 list. Each page is once in the order of the site, docs/site/navigation.txt, and each figure has all words of its
-.dot source and is on a page.
+.dot source and is on a page. Each test in `code quotes` exists: `unit.SUITE`, `unit.SUITE.case`, `hil.NAME`,
+`cli.NAME`, `gate.NAME`. Each sentence of the README's properties has its row in docs/promises.md.
   docs.py [ROOT]       prints how many links were looked at, or every one that leads nowhere
   docs.py --self-test  plants one broken link after the other; each must be caught"""
 
@@ -20,6 +21,7 @@ LINK = re.compile(r"\[[^\]]*\]\(([^()\s]+(?:\([^()]*\))?)\)")
 SCRIPT = re.compile(r"(?<![\w./-])scripts/([a-z0-9][a-z0-9-]*)(?![\w*/-])(?!\.\w)")
 REPORT = re.compile(r"(?<![\w./-])scripts/report ([a-z0-9][a-z0-9-]*)")
 QUOTED = re.compile(r"`((?![^`]*NAME)(?:docs|models|firmware|hal|host-tools|tests|examples|cmake)/[\w./-]*\.\w+)`")
+TEST = re.compile(r"`((?:unit|hil|cli|gate|oracle)\.[a-z]\w*(?:\.\w+)*)`", re.I)
 FENCE = re.compile(r"^ {0,3}(```|~~~).*?^ {0,3}\1", re.M | re.S)
 
 
@@ -71,8 +73,43 @@ def lost_code(prose):
         yield prose[:match.end()].count("\n") + 1
 
 
-def look_at(root, path):
-    """out: (line number, what it points at, what is wrong or None) of each pointer of a file."""
+def tests_of(root):
+    """out: the names of ctest, and those of whole suites, as far as the sources have them."""
+    names = set()
+    for source in (root / "tests/unit").rglob("*_test.cpp"):
+        for suite, case in re.findall(r"^TEST\w*\(\s*(\w+),\s*(\w+)\)", source.read_text(), re.M):
+            names.update((f"unit.{suite}", f"unit.{suite}.{case}"))
+    for folder in ("hil", "cli"):
+        names.update(f"{folder}.{test.stem[5:]}" for test in (root / "tests" / folder).glob("test_*.py"))
+    for folder in ("gates", "conformance"):
+        lists = root / "tests" / folder / "CMakeLists.txt"
+        text = lists.read_text() if lists.exists() else ""
+        names.update("gate." + gate for gate in re.findall(r"\bcb_gate\((\S+)", text))
+        names.update(re.findall(r"\badd_test\(NAME ([\w.-]+)(?=\s)", text))
+        for loop, words in re.findall(r"\bforeach\((\w+) ([\w ]+)\)", text):
+            names.update(name.replace(f"${{{loop}}}", word) for word in words.split()
+                         for name in re.findall(r"\badd_test\(NAME (\S+)", text))
+    return names
+
+
+def sentences_of(text):
+    """out: the sentences of the lists of a Markdown text, without their marks."""
+    items = " ".join(re.findall(r"^- (.*(?:\n  .*)*)", text, re.M))
+    return [one.strip() for one in re.findall(r"[^.]+\.", re.sub(r"\s+", " ", items.replace("**", "")))]
+
+
+def promises_wrong(root):
+    """out: each sentence of the README's properties that docs/promises.md does not have, a line each."""
+    page, readme = root / "docs/promises.md", root / "README.md"
+    part = re.search(r"^## Properties\n(.*?)(?=^## |\Z)", readme.read_text(), re.M | re.S)
+    rows = re.findall(r"^\| ([^|]*) \|", page.read_text(), re.M) if page.exists() else []
+    for one in sentences_of(part[1]) if part else ():
+        if " " in one and one not in rows:  # a single word is a heading
+            yield f"docs/promises.md has no row for the README's {one!r}"
+
+
+def look_at(root, path, tests):
+    """in : tests: names of all. out: (line number, what is wrong or None) of each pointer of a file."""
     text = path.read_text()
     markdown = path.suffix == ".md"
     prose = FENCE.sub(lambda block: "\n" * block[0].count("\n"), text) if markdown else ""
@@ -89,6 +126,9 @@ def look_at(root, path):
         yield text[:match.start()].count("\n") + 1, None if there else f"there is no report {match[1]}"
     for match in QUOTED.finditer(prose):
         wrong = None if (root / match[1]).exists() else f"{match[1]} is not there"
+        yield prose[:match.start()].count("\n") + 1, wrong
+    for match in TEST.finditer(prose):
+        wrong = None if match[1] in tests else f"there is no test {match[1]}"
         yield prose[:match.start()].count("\n") + 1, wrong
 
 
@@ -133,9 +173,10 @@ def files(root):
 
 def check(root):
     """out: how many pointers there are, and a line of text for each that is wrong."""
-    count, wrong = 0, [*not_in_order(root), *figures_wrong(root)]
+    count, wrong = 0, [*not_in_order(root), *figures_wrong(root), *promises_wrong(root)]
+    tests = tests_of(root)
     for path in files(root):
-        for line, problem in look_at(root, path):
+        for line, problem in look_at(root, path, tests):
             count += 1
             if problem:
                 wrong.append(f"{path.relative_to(root)}:{line}: {problem}")
@@ -146,21 +187,28 @@ GOOD = """# A title, `quoted`
 
 [up](../README.md) [self](#a-title-quoted) [other](../README.md#two-words) [web](https://a.b/c)
 `scripts/good`, `scripts/good --long`, scripts/good-*, `firmware/box/box.c`, `scripts/report good`
+`unit.box`, `unit.box.is_good`, `hil.good`, `gate.good`, `gate.one.good`
 
 ```
 [no](link.md)
 ```
 """
+PROMISES = "| promise | held by |\n|---|---|\n| Always good. | x |\n"
 PLANTED = ["[gone](gone.md)", "[gone](../docs/gone/)", "[anchor](../README.md#three-words)",
            "[anchor](#nothing)", "[out](../../elsewhere.md)", "`scripts/gone`", "run scripts/plain now",
-           "`scripts/report gone`", "`firmware/gone.c`", "| a |\n|---|\n| b |\n\n| c |\n",
+           "`scripts/report gone`", "`firmware/gone.c`", "`unit.box.gone`", "`hil.gone`", "`gate.gone`",
+           "| a |\n|---|\n| b |\n\n| c |\n",
            "1. one\n   more\n\n    make it\n"]
 
 
 def self_test():
     with tempfile.TemporaryDirectory() as folder:
         root = pathlib.Path(folder).resolve() / "project"
-        for name, text in (("README.md", "# One\n\n## Two words\n"), ("docs/a.md", GOOD),
+        for name, text in (("README.md", "# One\n\n## Two words\n\n## Properties\n\n- **Good.** Always\n  good.\n"),
+                           ("docs/a.md", GOOD), ("docs/promises.md", PROMISES),
+                           ("tests/unit/box/box_test.cpp", "TEST(box, is_good) {\n"), ("tests/hil/test_good.py", ""),
+                           ("tests/gates/CMakeLists.txt",
+                            "cb_gate(good\nforeach(i one)\nadd_test(NAME gate.${i}.good COMMAND"),
                            ("scripts/good", "#!/bin/sh\n"), ("scripts/plain", ""),
                            ("scripts/report", "#!/bin/sh\n"), ("scripts/reports/good", ""),
                            ("firmware/box/box.c", ""), ("../elsewhere.md", "")):
@@ -169,7 +217,7 @@ def self_test():
         (root / "scripts/good").chmod(0o755)
         (root / "scripts/report").chmod(0o755)
         count, wrong = check(root)
-        if wrong or count != 9:
+        if wrong or count != 14:
             sys.exit(f"docs.py: {count} pointers, what is good is called wrong: {wrong}")
         for planted in PLANTED:
             (root / "docs/a.md").write_text(GOOD + planted + "\n")
@@ -178,18 +226,20 @@ def self_test():
         (root / "docs/a.md").write_text(GOOD)
         (root / "docs/site").mkdir()
         (root / "docs/figures").mkdir()
-        order = "README.md\ndocs/a.md\n"
-        for name, planted in (("site/navigation.txt", "README.md\n"), ("site/navigation.txt", order + "b.md\n"),
-                              ("site/navigation.txt", order + "docs/a.md: Again\n"),
-                              ("figures/x.svg", ""), ("a.md", GOOD + "![x](figures/x.svg)\n![y](figures/x.svg)\n")):
+        order = "README.md\ndocs/a.md\ndocs/promises.md\n"
+        for name, good, planted in (
+                ("site/navigation.txt", order, "README.md\ndocs/promises.md\n"),
+                ("site/navigation.txt", order, order + "b.md\n"),
+                ("site/navigation.txt", order, order + "docs/a.md: Again\n"),
+                ("promises.md", PROMISES, PROMISES.replace("Always", "Never")),
+                ("figures/x.svg", "", ""), ("a.md", "", GOOD + "![x](figures/x.svg)\n![y](figures/x.svg)\n")):
             (root / "docs" / name).write_text(planted)
             if name == "a.md":
                 (root / "docs/x.dot").write_text('a [label="gone"];')
             if len(check(root)[1]) != 1:
                 sys.exit(f"docs.py: the planted {name} gave {check(root)[1]}")
-            if name.startswith("site"):
-                (root / "docs" / name).write_text(order)
-    print(f"{len(PLANTED) + 5} of {len(PLANTED) + 5} planted mistakes caught")
+            (root / "docs" / name).write_text(good)
+    print(f"{len(PLANTED) + 6} of {len(PLANTED) + 6} planted mistakes caught")
 
 
 def main():
