@@ -187,6 +187,10 @@ struct box_rig {
         in.samples[in.sample_count++] = {static_cast<uint8_t>(signal), raw, now_us};
     }
 
+    // From now on readings and writes fail, or succeed again.
+    void lose_plc() { reading = false, write = CB_TRANSFER_FAILED; }
+    void find_plc() { reading = true, write = CB_TRANSFER_OK; }
+
     cb_mode mode() const { return static_cast<cb_mode>(box->mode.mode); }
     cb_reason reason() const { return static_cast<cb_reason>(box->mode.reason); }
     double output(unsigned channel = 0) const { return box->channels[channel].output_um; }

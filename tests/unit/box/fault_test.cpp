@@ -334,8 +334,7 @@ TEST(box_fault, a_last_write_that_cannot_be_sent_is_given_up) {
 // After an outage: readings come, what the PLC holds does not, so nothing is written.
 TEST(box_fault, a_box_that_may_not_write_is_not_active) {
     running_rig rig;
-    rig.reading = false;
-    rig.write = CB_TRANSFER_FAILED;
+    rig.lose_plc();
     rig.steps(10);
     EXPECT_EQ(rig.reason(), CB_REASON_NO_PLC);
     rig.control(1 | 2 | 8);
@@ -346,8 +345,7 @@ TEST(box_fault, a_box_that_may_not_write_is_not_active) {
         ASSERT_NE(rig.mode(), CB_MODE_ACTIVE) << i;
         ASSERT_EQ(rig.reason(), CB_REASON_UNCONFIRMED) << i;
     }
-    rig.reading = true;
-    rig.write = CB_TRANSFER_OK;
+    rig.find_plc();
     rig.in.held = CB_TRANSFER_OK;
     rig.step();
     EXPECT_TRUE(rig.out.write);
@@ -374,14 +372,12 @@ TEST(box_fault, a_plc_that_cannot_be_read_gets_no_last_write) {
 
 TEST(box_fault, a_restarted_plc_is_met_at_zero) {
     running_rig rig;
-    rig.reading = false;
-    rig.write = CB_TRANSFER_FAILED;
+    rig.lose_plc();
     rig.steps(10);
     EXPECT_EQ(rig.mode(), CB_MODE_HOLD);
     EXPECT_DOUBLE_EQ(rig.output(), -40);
     EXPECT_FALSE(rig.out.write);
-    rig.reading = true;
-    rig.write = CB_TRANSFER_OK;
+    rig.find_plc();
     rig.in.held = CB_TRANSFER_OK;  // all registers 0
     rig.control(1 | 2 | 8);
     rig.step();
@@ -394,14 +390,12 @@ TEST(box_fault, a_restarted_plc_is_met_at_zero) {
 // meanwhile.
 TEST(box_fault, a_plc_that_will_not_say_is_met_at_zero_and_that_is_a_loss) {
     running_rig rig;
-    rig.reading = false;
-    rig.write = CB_TRANSFER_FAILED;
+    rig.lose_plc();
     rig.steps(40);
     EXPECT_EQ(rig.mode(), CB_MODE_RAMP);
     const double virtual_um = rig.output();
     EXPECT_GT(virtual_um, -20);
-    rig.reading = true;
-    rig.write = CB_TRANSFER_OK;
+    rig.find_plc();
     rig.in.held = CB_TRANSFER_REFUSED;
     rig.step();
     EXPECT_TRUE(rig.out.write);
@@ -479,11 +473,9 @@ TEST(box_fault, a_plc_whose_heartbeat_went_back_is_met_at_zero) {
     for (bool back : {false, true}) {
         running_rig rig;
         rig.steps(100);
-        rig.reading = false;
-        rig.write = CB_TRANSFER_FAILED;
+        rig.lose_plc();
         rig.steps(10);
-        rig.reading = true;
-        rig.write = CB_TRANSFER_OK;
+        rig.find_plc();
         if (back) rig.heartbeat = 3;
         rig.in.held = CB_TRANSFER_OK;
         put_int32(rig.in.held_registers + 4, -4000);
@@ -497,8 +489,7 @@ TEST(box_fault, applied_values_are_believed_before_registers) {
     b.config->channels[0].has_applied = true;
     b.config->channels[0].applied_reg = 24;
     running_rig rig(b);
-    rig.reading = false;
-    rig.write = CB_TRANSFER_FAILED;
+    rig.lose_plc();
     rig.steps(10);
     rig.reading = true;
     rig.in.held = CB_TRANSFER_OK;
@@ -510,8 +501,7 @@ TEST(box_fault, applied_values_are_believed_before_registers) {
 
 TEST(box_fault, a_result_for_outputs_that_were_not_for_writing_is_not_believed) {
     running_rig rig;
-    rig.write = CB_TRANSFER_FAILED;
-    rig.reading = false;
+    rig.lose_plc();
     rig.steps(20);
     EXPECT_FALSE(rig.out.write);
     const cb_channel_state before = rig.box->channels[0];
@@ -622,8 +612,7 @@ TEST(box_fault, an_unconfirmed_write_in_standby_keeps_the_box_there) {
 
 TEST(box_fault, lost_track_is_counted_from_the_contact) {
     running_rig rig;
-    rig.reading = false;
-    rig.write = CB_TRANSFER_FAILED;
+    rig.lose_plc();
     rig.steps(100);
     rig.reading = true;
     rig.in.held = CB_TRANSFER_OK;
