@@ -4,7 +4,7 @@
 every scripts/NAME that a document or script mentions, which must be executable too, and every scripts/report NAME;
 every path of the sources in `code quotes` that ends like a file. Each table has a header. No commands belong to a
 list. Each page is once in the order of the site, docs/site/navigation.txt, and each figure has all words of its
-.dot source and is on a page. Each test in `code quotes` exists: `unit.SUITE`, `unit.SUITE.case`, `hil.NAME`,
+.dot source and is on a page. Each test in `code quotes` exists: `unit.SUITE`, `unit.SUITE.case`, `daemon.NAME`, `hil.NAME`,
 `cli.NAME`, `gate.NAME`. Each sentence of the README's properties has its row in docs/promises.md.
   docs.py [ROOT]       prints how many links were looked at, or every one that leads nowhere
   docs.py --self-test  plants one broken link after the other; each must be caught"""
@@ -21,7 +21,7 @@ LINK = re.compile(r"\[[^\]]*\]\(([^()\s]+(?:\([^()]*\))?)\)")
 SCRIPT = re.compile(r"(?<![\w./-])scripts/([a-z0-9][a-z0-9-]*)(?![\w*/-])(?!\.\w)")
 REPORT = re.compile(r"(?<![\w./-])scripts/report ([a-z0-9][a-z0-9-]*)")
 QUOTED = re.compile(r"`((?![^`]*NAME)(?:docs|models|firmware|hal|host-tools|tests|examples|cmake)/[\w./-]*\.\w+)`")
-TEST = re.compile(r"`((?:unit|hil|cli|gate|oracle)\.[a-z]\w*(?:\.\w+)*)`", re.I)
+TEST = re.compile(r"`((?:unit|daemon|hil|cli|gate|oracle)\.[a-z]\w*(?:\.\w+)*)`", re.I)
 FENCE = re.compile(r"^ {0,3}(```|~~~).*?^ {0,3}\1", re.M | re.S)
 
 
@@ -79,7 +79,7 @@ def tests_of(root):
     for source in (root / "tests/unit").rglob("*_test.cpp"):
         for suite, case in re.findall(r"^TEST\w*\(\s*(\w+),\s*(\w+)\)", source.read_text(), re.M):
             names.update((f"unit.{suite}", f"unit.{suite}.{case}"))
-    for folder in ("hil", "cli"):
+    for folder in ("daemon", "hil", "cli"):
         names.update(f"{folder}.{test.stem[5:]}" for test in (root / "tests" / folder).glob("test_*.py"))
     for folder in ("gates", "conformance"):
         lists = root / "tests" / folder / "CMakeLists.txt"
