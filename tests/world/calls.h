@@ -23,4 +23,18 @@ Result returned(Result result) {
     return -1;
 }
 
+// Begins a call on a descriptor. out: the file; nullptr: errno is set
+inline open_file *begin_on(int fd, const char *name, call_fate *fate) {
+    const auto file = here().descriptor(fd);
+    if (file == nullptr) {
+        error_number() = EBADF;
+        return nullptr;
+    }
+    *fate = here().begin(name, file.get());
+    if (fate->error != 0) return nullptr;
+    const auto still = here().descriptor(fd);  // another thread may have closed it meanwhile
+    if (still == nullptr) error_number() = EBADF;
+    return still.get();
+}
+
 }  // namespace compbox::world

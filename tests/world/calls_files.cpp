@@ -52,20 +52,6 @@ int stat_path(const char *name, const char *path, struct stat *to, bool follow) 
     return 0;
 }
 
-// Begins a call on a descriptor. out: the file; nullptr: errno is set
-open_file *begin_on(int fd, const char *name, call_fate *fate) {
-    const auto file = here().descriptor(fd);
-    if (file == nullptr) {
-        error_number() = EBADF;
-        return nullptr;
-    }
-    *fate = here().begin(name, file.get());
-    if (fate->error != 0) return nullptr;
-    const auto still = here().descriptor(fd);  // another thread may have closed it meanwhile
-    if (still == nullptr) error_number() = EBADF;
-    return still.get();
-}
-
 int ready_of(pollfd *set, nfds_t count) {
     int ready = 0;
     for (nfds_t i = 0; i < count; ++i) {

@@ -11,9 +11,9 @@ namespace {
 using namespace compbox::world;
 
 int control(int fd, const char *name, unsigned long request, void *argument) {
-    if (here().begin(name, here().descriptor(fd).get()).error != 0) return -1;
-    open_file *const file = here().descriptor(fd).get();
-    return file == nullptr ? returned(-EBADF) : returned(file->control(request, argument));
+    call_fate fate;
+    open_file *const file = begin_on(fd, name, &fate);
+    return file == nullptr ? -1 : returned(file->control(request, argument));
 }
 
 }  // namespace

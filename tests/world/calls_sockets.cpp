@@ -13,14 +13,6 @@ namespace {
 
 using namespace compbox::world;
 
-open_file *begin_on(int fd, const char *name, call_fate *fate) {
-    *fate = here().begin(name, here().descriptor(fd).get());
-    if (fate->error != 0) return nullptr;
-    open_file *const file = here().descriptor(fd).get();
-    if (file == nullptr) error_number() = EBADF;
-    return file;
-}
-
 struct found_address {
     addrinfo info;
     sockaddr_storage address;
