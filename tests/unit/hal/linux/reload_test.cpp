@@ -327,6 +327,70 @@ TEST_F(reload_offer, of_smaller_limits_and_a_closer_pair_is_taken_at_once) {
         << last();
 }
 
+// The connection and the ticks: one line for each key that a running box cannot change.
+TEST_F(reload_offer, of_another_connection_or_period_takes_a_restart) {
+    const std::string tcp = R"({"tcp": {"host": "127.0.0.1", "port": 1502, "unit": 1}})";
+    const std::string serial =
+        R"({"rtu": {"device": "/dev/ttyS0", "baud": 230400, "parity": "even", "stop_bits": 1}})";
+    const auto refuses = [&](const change &edits, const std::string &key) {
+        EXPECT_EQ(offer(edits), CB_RELOAD_REFUSED) << edits.back().second;
+        EXPECT_EQ(last(),
+                  path + ": " + key + " differs from the running file's, which takes a restart");
+    };
+    refuses({{tcp, serial}}, "plc.transport");
+    refuses({{"127.0.0.1", "127.0.0.2"}}, "plc.transport");
+    refuses({{"1502", "1503"}}, "plc.transport");
+    refuses({{"\"unit\": 1}}", "\"unit\": 2}}"}}, "plc.transport");
+    if (CB_HAS_LIBMODBUS)
+        refuses({{"\"unit\": 1}}", "\"unit\": 1, \"client\": \"libmodbus\"}}"}}, "plc.transport");
+    refuses({{"fc3+fc16", "fc23"}, {"sinumerik-840d", "generic"}}, "plc.exchange");
+    refuses({{"\"count\": 32", "\"count\": 33"}}, "plc.read");
+    refuses({{"{\"start\": 0, \"count\": 32}", "{\"start\": 1, \"count\": 32}"},
+             {"\"control\": 0", "\"control\": 3"}},
+            "plc.read");
+    refuses({{"\"count\": 16", "\"count\": 17"}}, "plc.write");
+    refuses({{"\"start\": 100, \"count\": 16", "\"start\": 99, \"count\": 16"}}, "plc.write");
+    refuses({{"\"period_ms\": 30", "\"period_ms\": 40"}}, "cycle.period_ms");
+
+    loop->box->config = *compbox_test::load(changed({{tcp, serial}})).config;
+    EXPECT_EQ(offer({{tcp, serial}}), CB_RELOAD_OFFERED) << last();
+    for (const auto &[piece, other] : change{{"ttyS0", "ttyS2"},
+                                             {"230400", "460800"},
+                                             {"even", "odd"},
+                                             {"\"stop_bits\": 1", "\"stop_bits\": 2"},
+                                             {"\"baud\"", "\"slave_delay_ms\": 5, \"baud\""},
+                                             {"\"baud\"", "\"rs485\": true, \"baud\""}})
+        refuses({{tcp, serial}, {piece, other}}, "plc.transport");
+}
+
+// Two motors are a pair in either order.
+TEST_F(reload_offer, of_a_pair_the_other_way_round_is_taken_at_once) {
+    EXPECT_EQ(offer({{"[\"Y1\", \"Y2\"]", "[\"Y2\", \"Y1\"]"}}), CB_RELOAD_OFFERED) << last();
+}
+
+TEST_F(reload_offer, of_another_reference_of_a_tangent_is_pending) {
+    const change tangent = {
+        {"\"sign\": -1, ",
+         "\"sign\": -1, \"tangent\": {\"signal\": \"X\", \"slope_plc\": 108, \"slope_type\": "
+         "\"int32\", \"slope_scale\": 1e-8, \"slope_limit\": 2e-4, \"slope_slew_per_s\": 1e-3, "
+         "\"reference_plc\": 110, \"reference_type\": \"int32\", \"reference_scale\": 0.001}, "},
+        {"{\"name\": \"B\", \"unit\": \"deg\"", "{\"name\": \"B\", \"unit\": \"mm\""}};
+    loop->box->config = *compbox_test::load(changed(tangent)).config;
+    EXPECT_EQ(offer(tangent), CB_RELOAD_OFFERED) << last();
+    loop->offer = CB_LOOP_OFFER_NONE;
+    for (const auto &edit :
+         change{{"\"reference_plc\": 110", "\"reference_plc\": 112"},
+                {"\"reference_type\": \"int32\"", "\"reference_type\": \"float32\""},
+                {"\"reference_scale\": 0.001", "\"reference_scale\": 0.01"},
+                {"{\"signal\": \"X\", \"slope", "{\"signal\": \"B\", \"slope"}}) {
+        change edits = tangent;
+        edits.push_back(edit);
+        EXPECT_EQ(offer(edits), CB_RELOAD_PENDING) << edit.second << ": " << last();
+        EXPECT_NE(last().find("channel Z: tangent differs"), std::string::npos) << last();
+        EXPECT_TRUE(cb_reload_ready(&reload, loop.get()));
+    }
+}
+
 void *nothing(void *) {
     return nullptr;
 }

@@ -391,6 +391,23 @@ TEST_F(state_file, a_time_that_no_clock_shows_is_not_used) {
     }
 }
 
+TEST_F(state_file, a_state_that_is_no_number_or_of_another_power_is_not_used) {
+    const box_rig rig = warm();
+    save(rig, 1000 * second);
+    const std::string good = bytes();
+    constexpr size_t header = 104, hi = 64, power = 80;
+    for (const size_t at : {hi, hi + 4, hi + 8, power}) {
+        std::string bad = good;
+        const float value = at == power ? 9 : NAN;
+        std::memcpy(&bad[header + at], &value, sizeof value);
+        const uint32_t crc = cb_crc32(0, bad.data(), static_cast<uint32_t>(bad.size() - 4));
+        std::memcpy(&bad[bad.size() - 4], &crc, sizeof crc);
+        put(bad);
+        ASSERT_TRUE(read(rig.box->config, rig.now_us, 1001 * second)) << message;
+        EXPECT_TRUE(reports("2 of 3")) << at << ": " << message;
+    }
+}
+
 TEST_F(state_file, a_file_that_cannot_be_written_leaves_the_old_one) {
     const box_rig rig = warm();
     const cb_state_clock now = clock(rig.now_us, 0, "boot");
