@@ -117,8 +117,8 @@ void world_freeaddrinfo(addrinfo *found) {
 
 unsigned world_if_nametoindex(const char *name) {
     if (here().begin("if_nametoindex", nullptr, name).error != 0) return 0;
-    if (std::strcmp(name, "can0") == 0) return 3;
-    error_number() = ENODEV;
-    return 0;
+    const unsigned index = here().interface_index(name);
+    if (index == 0) error_number() = ENODEV;
+    return index;
 }
 }

@@ -24,6 +24,7 @@ class can_socket : public open_file {
     int bind(const sockaddr *, socklen_t) override {
         if (of_.state_ == can_bus::interface_state::gone) return -ENODEV;
         bound_ = true;
+        if (of_.bound) of_.bound(filters_);
         if (of_.state_ == can_bus::interface_state::down) fail(ENETDOWN);
         return 0;
     }
@@ -183,6 +184,7 @@ void can_bus::send_heartbeats(std::size_t node) {
 // NMT: start, of one node or of all.
 void can_bus::sent_by_box(const can_frame &frame) {
     of_.hash.add(&frame, sizeof frame);
+    if (sent) sent(frame);
     if (frame.can_id != 0 || frame.can_dlc != 2 || frame.data[0] != 1) return;
     for (can_node &node : nodes) {
         if (frame.data[1] == 0 || frame.data[1] == node.number) node.operational = true;

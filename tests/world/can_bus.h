@@ -36,6 +36,9 @@ class can_bus {
     void put(const can_frame &frame);
     void reboot(std::size_t node);  // it boots and waits for its start again
     std::vector<can_node> nodes;
+    // For tests, where given: the box bound a socket with these filters, or sent a frame.
+    std::function<void(const std::vector<can_filter> &)> bound;
+    std::function<void(const can_frame &)> sent;
 
     std::shared_ptr<open_file> make_socket();
 

@@ -2,6 +2,8 @@
 #include "tests/world/stage/devices.h"
 
 #include <linux/watchdog.h>
+#include <net/if.h>
+#include <sys/ioctl.h>
 
 namespace compbox::world {
 
@@ -29,9 +31,16 @@ class watchdog : public open_file {
     listener written_;
 };
 
-class notify_socket : public open_file {
+class supervisor : public open_file {
   public:
-    explicit notify_socket(listener notified) : notified_(std::move(notified)) {}
+    supervisor(listener notified, std::function<bool(const std::string &)> is_up)
+        : notified_(std::move(notified)), is_up_(std::move(is_up)) {}
+    int control(unsigned long request, void *argument) override {
+        if (request != SIOCGIFFLAGS) return -ENOTTY;
+        ifreq &query = *static_cast<ifreq *>(argument);
+        query.ifr_flags = is_up_(query.ifr_name) ? IFF_UP : 0;
+        return 0;
+    }
     long send(const void *from, std::size_t count) override {
         notified_({static_cast<const char *>(from), count});
         return static_cast<long>(count);
@@ -39,6 +48,7 @@ class notify_socket : public open_file {
 
   private:
     listener notified_;
+    std::function<bool(const std::string &)> is_up_;
 };
 
 }  // namespace
@@ -47,8 +57,9 @@ std::shared_ptr<open_file> make_watchdog(int most_s, const listener &written) {
     return std::make_shared<watchdog>(most_s, written);
 }
 
-std::shared_ptr<open_file> make_notify_socket(const listener &notified) {
-    return std::make_shared<notify_socket>(notified);
+std::shared_ptr<open_file> make_supervisor(const listener &notified,
+                                           const std::function<bool(const std::string &)> &is_up) {
+    return std::make_shared<supervisor>(notified, is_up);
 }
 
 }  // namespace compbox::world

@@ -61,35 +61,47 @@ call_fate call_failures::at_call(const call_site &site) {
 
 // ---- commands
 
-const std::map<std::string, stage::command> stage::commands = {{"run", &stage::run},
-                                                               {"start", &stage::start},
-                                                               {"signal", &stage::signal},
-                                                               {"boot", &stage::boot},
-                                                               {"cut_power", &stage::cut_power},
-                                                               {"suspend", &stage::suspend},
-                                                               {"clocks", &stage::clocks},
-                                                               {"set_clock", &stage::set_clock},
-                                                               {"fail", &stage::fail},
-                                                               {"heal", &stage::heal},
-                                                               {"held", &stage::held},
-                                                               {"flip", &stage::flip},
-                                                               {"stall", &stage::stall},
-                                                               {"put", &stage::put},
-                                                               {"get", &stage::get},
-                                                               {"rename", &stage::rename},
-                                                               {"remove", &stage::remove},
-                                                               {"make", &stage::make},
-                                                               {"disk", &stage::disk},
-                                                               {"listen", &stage::listen},
-                                                               {"send", &stage::send},
-                                                               {"hang_up", &stage::hang_up}};
+const std::map<std::string, stage::command> stage::commands = {
+    {"run", &stage::run},
+    {"start", &stage::start},
+    {"signal", &stage::signal},
+    {"boot", &stage::boot},
+    {"cut_power", &stage::cut_power},
+    {"suspend", &stage::suspend},
+    {"clocks", &stage::clocks},
+    {"set_clock", &stage::set_clock},
+    {"fail", &stage::fail},
+    {"heal", &stage::heal},
+    {"held", &stage::held},
+    {"flip", &stage::flip},
+    {"can", &stage::set_can},
+    {"frame", &stage::put_frame},
+    {"line", &stage::set_line},
+    {"line_send", &stage::send_line},
+    {"control", &stage::start_control},
+    {"control_end", &stage::end_control},
+    {"control_say", &stage::command_control},
+    {"control_ask", &stage::ask_control},
+    {"stall", &stage::stall},
+    {"put", &stage::put},
+    {"get", &stage::get},
+    {"rename", &stage::rename},
+    {"remove", &stage::remove},
+    {"make", &stage::make},
+    {"disk", &stage::disk},
+    {"listen", &stage::listen},
+    {"send", &stage::send},
+    {"hang_up", &stage::hang_up}};
 
-stage::stage(std::uint64_t seed) : box_(time_, seed), net_(box_, seed) {
+stage::stage(std::uint64_t seed) : box_(time_, seed), net_(box_, seed), can_(box_) {
     box_.make_socket = [this](int domain, int) -> std::shared_ptr<open_file> {
+        if (domain == AF_CAN) return can_.make_socket();
         if (domain == AF_UNIX)
-            return make_notify_socket([this](const std::string &text) {
-                happened({{"event", "notified"}, {"text", text}});
-            });
+            return make_supervisor(
+                [this](const std::string &text) {
+                    happened({{"event", "notified"}, {"text", text}});
+                },
+                [this](const std::string &name) { return can_.is_up(name); });
         return domain == AF_INET || domain == AF_INET6 ? make_tcp_socket(net_) : nullptr;
     };
     box_.logged = [this](const std::string &line) { log_ += line + "\n"; };
@@ -98,6 +110,18 @@ stage::stage(std::uint64_t seed) : box_(time_, seed), net_(box_, seed) {
     };
     failures_.met = [this](const call_site &site) {
         happened({{"event", "failed"}, {"call", site.name}, {"path", site.path}});
+    };
+    can_.bound = [this](const std::string &name, const std::vector<can_filter> &filters) {
+        json list = json::array();
+        for (const auto &one : filters) list.push_back({one.can_id, one.can_mask});
+        happened({{"event", "bound"}, {"interface", name}, {"filters", list}});
+    };
+    can_.sent = [this](const std::string &name, const can_frame &frame) {
+        const std::string data(reinterpret_cast<const char *>(frame.data), frame.can_dlc);
+        happened({{"event", "frame"},
+                  {"interface", name},
+                  {"id", frame.can_id},
+                  {"data", hex_of(data)}});
     };
     box_.faults = &failures_;
     box_.boot();
@@ -289,6 +313,78 @@ void stage::hang_up(const json &arguments, json &) {
         link->reset();
     else
         link->finish();
+}
+
+// ---- other wires
+
+void stage::set_can(const json &arguments, json &) {
+    using state = can_bus::interface_state;
+    const auto word = arguments.at(1).get<std::string>();
+    can_.set(arguments.at(0).get<std::string>(), word == "up"     ? state::up
+                                                 : word == "down" ? state::down
+                                                                  : state::gone);
+}
+
+void stage::put_frame(const json &arguments, json &) {
+    const std::string data = bytes_of(arguments.at(2).get<std::string>());
+    can_frame frame = {};
+    frame.can_id = arguments.at(1).get<canid_t>();
+    frame.can_dlc = static_cast<std::uint8_t>(data.size());
+    std::copy(data.begin(), data.end(), frame.data);
+    can_.put(arguments.at(0).get<std::string>(), frame);
+}
+
+// in : a device; whether its adapter is there
+void stage::set_line(const json &arguments, json &) {
+    const auto device = arguments.at(0).get<std::string>();
+    auto &line = lines_[device];
+    if (line == nullptr) {
+        line = std::make_unique<serial_line>(box_, device, 1);
+        line->heard = [this, device](const byte_string &bytes, time_ns) {
+            happened({{"event", "heard"},
+                      {"device", device},
+                      {"bytes", hex_of({bytes.begin(), bytes.end()})}});
+        };
+    }
+    line->plug(arguments.at(1).get<bool>());
+}
+
+void stage::send_line(const json &arguments, json &) {
+    const std::string bytes = bytes_of(arguments.at(1).get<std::string>());
+    lines_.at(arguments.at(0).get<std::string>())->send(byte_string(bytes.begin(), bytes.end()), 0);
+}
+
+// ---- fakeplc
+
+// in : options of the program, {"--profile": …}; a TCP port, or the device of a serial line
+void stage::start_control(const json &arguments, json &) {
+    const json &given = arguments.at(0), &where = arguments.at(1);
+    plc_options options;
+    options.profile = given.value("--profile", "");
+    options.machine = given.value("--machine", "");
+    options.map = given.value("--map", "");
+    if (given.contains("--size-um"))
+        options.size_um = std::stod(given.at("--size-um").get<std::string>());
+    json ignored;
+    if (where.is_string()) set_line(json::array({where, true}), ignored);
+    control_ = std::make_unique<control>(
+        net_, options, given.value("--log", ""),
+        where.is_string() ? std::uint16_t{0} : where.get<std::uint16_t>(),
+        where.is_string() ? lines_.at(where.get<std::string>()).get() : nullptr);
+}
+
+void stage::end_control(const json &, json &) {
+    control_.reset();
+}
+
+void stage::command_control(const json &arguments, json &answer) {
+    answer["answer"] = control_->run(arguments.at(0).get<std::string>());
+}
+
+void stage::ask_control(const json &arguments, json &answer) {
+    const std::string request = bytes_of(arguments.at(0).get<std::string>());
+    const byte_string reply = control_->ask(byte_string(request.begin(), request.end()));
+    answer["reply"] = hex_of({reply.begin(), reply.end()});
 }
 
 bool stage::server::accepted(const connection_ptr &from) {

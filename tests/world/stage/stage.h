@@ -12,6 +12,9 @@
 #include "tests/world/computer.h"
 #include "tests/world/network.h"
 #include "tests/world/scheduler.h"
+#include "tests/world/serial_line.h"
+#include "tests/world/stage/can_interfaces.h"
+#include "tests/world/stage/control.h"
 
 namespace compbox::world {
 
@@ -28,7 +31,7 @@ class call_failures : public call_faults {
     std::function<void(const call_site &)> met;  // a rule applied
 
     call_fate at_call(const call_site &site) override;
-    time_ns between_lines() override { return 0; }
+    preemption between_lines() override { return {0, std::numeric_limits<std::int64_t>::max()}; }
 };
 
 class stage {
@@ -68,6 +71,15 @@ class stage {
     void listen(const json &arguments, json &answer);
     void send(const json &arguments, json &answer);
     void hang_up(const json &arguments, json &answer);
+    void set_can(const json &arguments, json &answer);
+    void put_frame(const json &arguments, json &answer);
+    void set_line(const json &arguments, json &answer);
+    void send_line(const json &arguments, json &answer);
+    // ---- fakeplc
+    void start_control(const json &arguments, json &answer);
+    void end_control(const json &arguments, json &answer);
+    void command_control(const json &arguments, json &answer);
+    void ask_control(const json &arguments, json &answer);
 
     // A server of the test.
     struct server : tcp_peer {
@@ -83,6 +95,9 @@ class stage {
     scheduler time_;
     computer box_;
     network net_;
+    can_interfaces can_;
+    std::map<std::string, std::unique_ptr<serial_line>> lines_;  // by their devices
+    std::unique_ptr<control> control_;
     call_failures failures_;
     std::map<std::uint16_t, server> servers_;
     std::map<int, connection_ptr> links_;
