@@ -28,6 +28,12 @@ def tmp_path(stage):
 
 
 @pytest.fixture
+def real_path(tmp_path_factory):
+    """A folder on the real disk, for fakeplc's files."""
+    return tmp_path_factory.mktemp("real")
+
+
+@pytest.fixture
 def port():
     return 502
 

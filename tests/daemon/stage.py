@@ -42,7 +42,7 @@ class Stage:
         self.now_ns, self.log, self.ended, self.failed = 0, "", [], []
         self.notified, self.written = [], {}      # by the box: to systemd; to devices, by their path
         self._events, self._timers, self._order = [], [], itertools.count()
-        self._listeners, self._links = {}, {}
+        self._listeners, self._links, self._slaves, self._interfaces = {}, {}, {}, {}
 
     def __enter__(self):
         Stage.current = self
@@ -122,6 +122,11 @@ class Stage:
         """Steps the wall clock."""
         self.ask("set_clock", round(step_s * SECOND), synchronised)
 
+    def suspend(self, duration_s):
+        """The computer sleeps so long; its monotonic clock does too."""
+        self.ask("suspend", round(duration_s * SECOND))
+        self.run_for(duration_s)
+
     def stall(self, duration_s, thread=""):
         """The process, or its thread of this name, stands still for so long, as if it were stopped."""
         self.ask("stall", round(duration_s * SECOND), thread)
@@ -174,6 +179,36 @@ class Stage:
         if of.open:
             of.open, of.finished = not reset, True
             server.closed(of)
+
+
+    # ---- other wires
+
+    def plug(self, device, slave=None):
+        """A serial line with its adapter at this device: slave.heard(bytes) from now on; None: the adapter is gone."""
+        self._slaves[device] = slave
+        self.ask("line", device, slave is not None)
+
+    def send_line(self, device, data):
+        self.ask("line_send", device, data.hex())
+
+    def _heard(self, device, bytes):
+        if self._slaves.get(device):
+            self._slaves[device].heard(bytes_of(bytes))
+
+    def can(self, name, state, listener=None):
+        """A CAN interface that is up, down or gone: listener.bound(filters) and .frame(id, bytes)."""
+        if listener:
+            self._interfaces[name] = listener
+        self.ask("can", name, state)
+
+    def send_frame(self, name, identifier, data):
+        self.ask("frame", name, identifier, bytes(data).hex())
+
+    def _bound(self, interface, filters):
+        self._interfaces[interface].bound(filters)
+
+    def _frame(self, interface, id, data):
+        self._interfaces[interface].frame(id, bytes_of(data))
 
 
 def bytes_of(text):

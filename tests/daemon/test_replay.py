@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Recorded runs, stepped through again by compbox: the same outputs to the bit, or the line that differs."""
+import csv
+import json
 import os
 import pathlib
 import signal
@@ -8,7 +10,8 @@ import subprocess
 import pytest
 
 import machine
-from box import until
+from box import Box, until
+from fakeplc import FakePlc
 from in_motion import program
 from machine import ACTIVE
 from plc_faults import late
@@ -158,3 +161,62 @@ def test_what_differs_is_reported_with_its_line(recording, tmp_path, replay):
     assert done.returncode == 1 and ": channel " in done.stderr
     done = replay(config, config)
     assert done.returncode == 1 and "is not what compboxd --record-inputs writes" in done.stderr
+
+
+EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "examples"
+# A scenario, the seed of its machine, where its axes go, and the feed.
+SCENARIOS = {"gantry-straightness": (2015, {"X": 4800, "Y": 1000, "Z": 850}, 60000),
+             "dual-drive": (120, {"X": 90, "Y": 90}, 6000)}
+
+
+def settle(plc):
+    """Waits until the axes stand and ten writes in a row changed nothing; out: the time, by the PLC."""
+    def settled():
+        before = plc.wait(lambda s: s["mode"] == ACTIVE and s["moving"] == 0)
+        after = plc.wait(lambda s: (s["box_heartbeat"] - before["box_heartbeat"]) % 65536 >= 10)
+        same = all(abs(after[key] - before[key]) < 0.02 and
+                   abs(after[key] - after[key.replace("applied", "commanded")]) < 0.02
+                   for key in after if key.startswith("applied_"))
+        return after["time_s"] if same and after["mode"] == ACTIVE else None
+    return until(settled)
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_a_scenario_with_the_whole_daemon(name, tmp_path, real_path, replay):
+    """Its machine, its coefficients, box and PLC: better than before, and replayed."""
+    seed, target, feed = SCENARIOS[name]
+    scenario = json.loads((EXAMPLES / name / "scenario.json").read_text())
+    scenario["methods"], scenario["paths"] = scenario["methods"][:1], scenario["paths"][:1]
+    scenario["moving_mm_per_min"] = []
+    scenario["machine"] = str(EXAMPLES / name / scenario["machine"])
+    scenario.pop("measurements", None)
+    twin = json.loads((EXAMPLES / name / scenario["twin"]).read_text())
+    for key in ("program", "coefficients"):     # the move is ours, the registers are those below
+        twin.pop(key, None)
+    scenario["twin"] = "twin.json"
+    (real_path / "twin.json").write_text(json.dumps(twin))
+    (real_path / "scenario.json").write_text(json.dumps(scenario))
+    subprocess.run([COMPBOX, "simulate", real_path / "scenario.json", "--seeds", str(seed), "-o",
+                    real_path / "out"], check=True, capture_output=True)
+    made = real_path / f"out/seed-{seed}/bspline/coefficients.json"
+    config = tmp_path / "coefficients.json"
+    with FakePlc("--machine", real_path / "twin.json", "--map", made, "--log", real_path / "plc.csv") as plc:
+        data = json.loads(made.read_text())
+        data["plc"]["transport"]["tcp"]["port"] = plc.port
+        config.write_text(json.dumps(data))
+        with Box(config) as box:
+            at_s = []
+            for part in (0.4, 0.7, 1):
+                plc.say("move " + " ".join(f"{axis}={part * to}" for axis, to in target.items()) + f" feed={feed}")
+                at_s.append(settle(plc))
+            box.stop()
+        assert box.code == 0, box.log
+    done = replay(config, tmp_path / "inputs.csv")
+    assert done.returncode == 0, done.stderr
+    with open(real_path / "plc.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    standing = [max((row for row in rows if float(row["time_s"]) <= s), key=lambda row: float(row["time_s"]))
+                for s in at_s]
+    for axis in "XY":
+        before, after = ([float(row[f"error_{when}_{axis}_um"]) for row in standing] for when in ("before", "after"))
+        assert max(after) - min(after) < 0.5 * (max(before) - min(before)) + 1.5

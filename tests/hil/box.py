@@ -17,31 +17,6 @@ PROGRAM = shlex.split(os.environ.get("COMPBOXD", os.path.join(
     os.path.dirname(__file__), "../../build/host/bin/compboxd")))
 
 
-def _may_be_realtime():
-    pid = os.fork()
-    if pid == 0:
-        try:
-            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(50))
-            os._exit(0)
-        except OSError:
-            os._exit(1)
-    return os.waitpid(pid, 0)[1] == 0
-
-
-# A test machine is busy: where it is permitted the loop runs before everything else, so that what
-# is late is late because of the loop.
-PRIORITY = ["--priority", "50"] if _may_be_realtime() else []
-
-
-
-
-def run_before_others():
-    """The calling thread runs before everything but the box, where it is permitted: a PLC does not
-    wait for the test machine's other work either. What it starts runs as usual."""
-    if PRIORITY:
-        os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(20))
-
-
 def free_port():
     """A port nobody listens on, below those that the kernel gives to clients."""
     while True:
@@ -63,8 +38,7 @@ class Box:
         self.record_file = self.folder / "record.csv"
         self.inputs_file = self.folder / "inputs.csv"
         self.arguments = [*PROGRAM, "--config", str(config), "--stats", str(self.stats_file),
-                          "--record", str(self.record_file), "--record-inputs", str(self.inputs_file),
-                          *PRIORITY, *arguments]
+                          "--record", str(self.record_file), "--record-inputs", str(self.inputs_file), *arguments]
         self.env = dict(os.environ, **(env or {}))
         self.stderr = stderr
         self.process, self.code, self.log = None, None, ""

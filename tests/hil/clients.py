@@ -13,6 +13,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 import box as box_module  # noqa: E402
+import realtime  # noqa: E402
 import machine  # noqa: E402
 import plc_faults as faults  # noqa: E402
 from machine import ACTIVE  # noqa: E402
@@ -64,7 +65,7 @@ class Run:
             data["plc"]["transport"]["tcp"]["client"] = client
         with tempfile.TemporaryDirectory() as folder, RawPlc(plc, port, now_and_then) as server:
             config = machine.write_coefficients(pathlib.Path(folder) / "c.json", port, with_client)
-            with box_module.Box(config) as box:
+            with box_module.Box(config, *realtime.PRIORITY) as box:
                 box_module.until(lambda: box.steps and box.steps[-1].mode == ACTIVE, every_s=0.2)
                 time.sleep(seconds)
                 self.over = True
@@ -128,7 +129,7 @@ def main():
     parser.add_argument("--seconds", type=float, default=8)
     parser.add_argument("--write", metavar="PAGE")
     arguments = parser.parse_args()
-    box_module.run_before_others()
+    realtime.run_before_others()
     runs = {}
     for fault, name in FAULTS:
         for client in CLIENTS:

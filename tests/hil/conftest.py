@@ -12,12 +12,6 @@ import machine  # noqa: E402
 import plc as plc_module  # noqa: E402
 
 
-@pytest.fixture(autouse=True, scope="session")
-def unhurried():
-    """The test itself holds Python's lock, for which the PLC's thread waits."""
-    box_module.run_before_others()
-
-
 @pytest.fixture(scope="session")
 def lines():
     """Where serial lines appear: a device is below /dev and has at most 63 characters."""

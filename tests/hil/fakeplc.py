@@ -5,8 +5,6 @@ import subprocess
 import threading
 import time
 
-import box
-
 PROGRAM = os.environ.get("FAKEPLC", os.path.join(
     os.path.dirname(__file__), "../../build/host/bin/fakeplc"))
 
@@ -20,8 +18,7 @@ class FakePlc:
 
     def __enter__(self):
         self.process = subprocess.Popen(
-            self.arguments, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1,
-            preexec_fn=box.run_before_others)
+            self.arguments, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1)
         line = self.process.stdout.readline()
         assert line.startswith("fakeplc: listening on "), line
         self.port = int(line.rsplit(":", 1)[1])

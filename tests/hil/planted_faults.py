@@ -24,7 +24,7 @@ def faults(*names):
     return [f"../daemon/test_faults.py::test_{name}" for name in names]
 
 
-TANGENT = ["test_tangent.py::test_what_the_nc_adds_is_the_tangent_wherever_the_axis_is"]
+TANGENT = ["../daemon/test_tangent.py::test_what_the_nc_adds_is_the_tangent_wherever_the_axis_is"]
 STOP = ["../daemon/test_stop.py::test_a_signal_ramps_to_zero_and_says_stopped"]
 COSTS = "a_fault_costs_only_what_it_overlaps"
 

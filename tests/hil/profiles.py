@@ -21,6 +21,7 @@ import tempfile
 import time
 
 import box
+import realtime
 from fakeplc import FakePlc
 
 DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs/plc"
@@ -51,7 +52,6 @@ LASTING = [
 ]
 ONCE = ["fault drop", "fault late 15", "fault exception 4", "fault wrong-id", "fault truncate",
         "fault short", "fault long", "fault dribble 1", "fault torn", "fault close"]
-SHORT = ["fault drop 1000000", "fault away 1500", "freeze heartbeat 1", "fault torn 1000000"]
 
 
 def coefficients(profile, port):
@@ -64,7 +64,7 @@ def coefficients(profile, port):
 
 
 def may_preempt():
-    return bool(box.PRIORITY) and shutil.which("cyclictest")
+    return bool(realtime.PRIORITY) and shutil.which("cyclictest")
 
 
 class Cyclictest:
@@ -105,7 +105,7 @@ class Run:
         self.plc.__enter__()
         config = self.folder / "coefficients.json"
         config.write_text(json.dumps(coefficients(self.profile, self.plc.port)))
-        self.box = box.Box(config, stderr=subprocess.DEVNULL)
+        self.box = box.Box(config, *realtime.PRIORITY, stderr=subprocess.DEVNULL)
         self.box.__enter__()
         try:
             self.plc.command(f"move X={AT_REST_MM} Y={AT_REST_MM} Z={AT_REST_MM} feed=15000")

@@ -1,19 +1,16 @@
 # SPDX-License-Identifier: MIT
-"""Tangent mode with two processes: compboxd writes value, slope and reference, fakeplc hands them to
+"""Tangent mode: compboxd writes value, slope and reference, fakeplc hands them to
 its NC as a SINUMERIK 840D gets them, one setting datum after the other.
 
 The axis' error is a straight line. So K0 + tanβ (P − P0) is right wherever the axis is and however
-late a set comes, on any machine however busy: what is off comes from a wrong slope or reference, or
-from a set that is torn. The box's sets are not; on its way into the NC the 840D tears each of them, and
+late a set comes: what is off comes from a wrong slope or reference, or from a set that is torn. The box's sets are not; on its way into the NC the 840D tears each of them, and
 the PLC program bounds what that can do (docs/fakeplc.md)."""
 import csv
 import json
-import time
 
 import pytest
 
 import box as box_module
-from box import until
 from fakeplc import FakePlc
 from machine import ACTIVE, HOLD, RAMP, STANDBY
 
@@ -64,19 +61,17 @@ def law_um(x_mm):
 
 
 class Rig:
-    """Both processes, and what the control has logged."""
+    """Box and control, and what the control has logged."""
 
-    def __init__(self, folder):
-        self.config, self.log = folder / "coefficients.json", folder / "plc.csv"
-        self.config.write_text(json.dumps(FILE))
+    def __init__(self, folder, config):
+        self.config, self.log = config, folder / "plc.csv"
+        (folder / "coefficients.json").write_text(json.dumps(FILE))
         twin = folder / "twin.json"
         twin.write_text(json.dumps(TWIN))
         self.plc = FakePlc("--profile", "sinumerik-840d", "--machine", twin, "--log", self.log)
 
     def start_box(self):
-        data = json.loads(self.config.read_text())
-        data["plc"]["transport"]["tcp"]["port"] = self.plc.port
-        self.config.write_text(json.dumps(data))
+        self.config.write_text(json.dumps(FILE))
         return box_module.Box(self.config)
 
     def wait_mode(self, mode):
@@ -99,8 +94,8 @@ class Rig:
 
     def rows(self):
         """The log: the NC's own numbers and what they make where the axis is, a row for each scan."""
-        whole = self.log.read_text().rpartition("\n")[0]      # the last line may still be written
-        rows = list(csv.DictReader(whole.splitlines()))
+        self.plc.say("status")          # what it has logged is written
+        rows = list(csv.DictReader(self.log.read_text().splitlines()))
         for row in rows:
             row["mode"] = int(row["status"]) & 0xFF
             for key in ("time_s", "X_mm", "nc_X_um", "nc_X_slope", "nc_X_reference_mm"):
@@ -111,8 +106,8 @@ class Rig:
 
 
 @pytest.fixture
-def rig(tmp_path):
-    rig = Rig(tmp_path)
+def rig(real_path, tmp_path):
+    rig = Rig(real_path, tmp_path / "coefficients.json")
     with rig.plc:
         yield rig
 
@@ -135,48 +130,25 @@ def is_right(row):
     return abs(row["um"] - law_um(row["X_mm"])) <= 2 * ROUNDING_UM
 
 
-def undisturbed(rows, modes=(ACTIVE,), settle_s=1, coupled=True):
-    """The runs of rows in these modes in which every scan came in time and the box's heartbeat moved, else the PLC may
-    have taken the box for lost; each without its first settle_s. coupled: and without an alarm."""
-    runs, run, beat, beat_s, before_s = [], [], None, 0, 0
-    for row in rows + [None]:
-        if row and row["box_heartbeat"] != beat:
-            beat, beat_s = row["box_heartbeat"], row["time_s"]
-        if (row and row["mode"] in modes and (row["alarms"] == "0" or not coupled) and
-                row["time_s"] - min(before_s, beat_s) < 0.1):
-            run.append(row)
-        else:
-            runs.append([r for r in run if r["time_s"] > run[0]["time_s"] + settle_s])
-            run = []
-        before_s = row["time_s"] if row else 0
-    return runs
+def since(rows, begin_s, modes=(ACTIVE,)):
+    return [row for row in rows if row["time_s"] >= begin_s and row["mode"] in modes]
 
 
-def test_what_the_nc_adds_is_the_tangent_wherever_the_axis_is(rig):
-    begin_s = None
-
-    def on_the_way():
-        rows = [row for row in rig.rows() if row["time_s"] >= begin_s]
-        active = max(undisturbed(rows), key=len)
-        pairs = list(zip(active, active[1:]))
-        return active, [b for a, b in pairs if abs(b["X_mm"] - a["X_mm"]) > 0.5]
-
-    def moved_long():
+def test_what_the_nc_adds_is_the_tangent_wherever_the_axis_is(stage, rig):
+    with rig.start_box() as box:
         rig.wait_settled()
+        stage.run_for(0.5)      # until the NC has it too
+        begin_s = rig.plc.status()["time_s"]
         rig.move(400, 700, feed=10000)
         rig.move(200, 800, feed=30000)
         rig.wait_stand()
-        return len(on_the_way()[1]) > 300
-
-    with rig.start_box() as box:
-        rig.wait_settled()
-        time.sleep(0.5)  # until the NC has it too
-        begin_s = rig.plc.status()["time_s"]
-        until(moved_long)
+        end_s = rig.plc.status()["time_s"]
         box.stop()
         assert box.code == 0, box.log
-    rig.plc.command("quit")
-    active, moving = on_the_way()
+    active = [row for row in since(rig.rows(), begin_s) if row["time_s"] <= end_s]
+    assert {row["alarms"] for row in active} == {"0"}
+    moving = [b for a, b in zip(active, active[1:]) if abs(b["X_mm"] - a["X_mm"]) > 0.5]
+    assert len(moving) > 300
     whole = [row for row in moving if is_whole(row)]
     assert len(whole) > 0.6 * len(moving)
     assert all(is_right(row) for row in whole)
@@ -192,35 +164,21 @@ def test_what_the_nc_adds_is_the_tangent_wherever_the_axis_is(rig):
 
 
 def test_hold_keeps_what_is_applied_then_ramps_and_comes_back(rig):
-    """The PLC's heartbeat stops for as long as the box needs to come to zero, until a run had HOLD and RAMP while box
-    and PLC ran: a PLC that takes a stopped box for lost ramps by itself."""
-    def held_and_ramped():
+    """The PLC's heartbeat stops for as long as the box needs to come to zero."""
+    with rig.start_box() as box:
         rig.wait_settled()
-        rig.plc.command("freeze heartbeat 1")
+        at_mm, begin_s = rig.position(), rig.plc.status()["time_s"]
+        rig.plc.say("freeze heartbeat 1")
         rig.plc.wait(lambda status: status["mode"] == STANDBY and abs(status["applied_X"]) < GRAIN_UM)
         rig.plc.command("freeze heartbeat 0")
         rig.wait_settled()
-        return stretch()
-
-    def stretch():
-        """out: rows of HOLD and of RAMP of one run, behind 0.2 s in which the PLC applied what the box wrote"""
-        for run in undisturbed(rig.rows(), (ACTIVE, HOLD, RAMP), settle_s=0.2, coupled=False):
-            parts = [[row for row in run if row["mode"] == mode] for mode in (HOLD, RAMP)]
-            if all(len(part) > 10 for part in parts):
-                return parts
-        return None
-
-    with rig.start_box() as box:
-        rig.wait_settled()
-        at_mm = rig.position()
-        until(held_and_ramped)
         rig.move(500, feed=10000)
         rig.wait_stand()
         rig.wait_settled()
         box.stop()
         assert box.code == 0, box.log
-    rig.plc.command("quit")
-    held, ramp = stretch()
+    held, ramp = (since(rig.rows(), begin_s, (mode,)) for mode in (HOLD, RAMP))
+    assert len(held) > 10 and len(ramp) > 10
     for row in held:
         assert abs(row["um"] - law_um(at_mm)) <= GRAIN_UM + ROUNDING_UM, row
     assert all(abs(after["um"]) <= abs(before["um"]) + GRAIN_UM for before, after in zip(ramp, ramp[1:]))
@@ -237,7 +195,6 @@ def test_enable_withdrawn_on_the_way_takes_value_and_slope_to_zero(rig):
         rig.plc.wait(lambda status: status["applied_X"] == 0)
         box.stop()
         assert box.code == 0, box.log
-    rig.plc.command("quit")
     rows = rig.rows()
     assert abs(rows[-1]["um"]) <= GRAIN_UM and abs(rows[-1]["nc_X_slope"]) * 300 <= GRAIN_UM
     check_continuous(rows)
@@ -248,12 +205,11 @@ def test_a_box_that_dies_on_the_way_leaves_nothing_behind(rig):
         rig.wait_settled()
         rig.move(500, feed=6000)
         rig.plc.wait(lambda status: rig.position() < 620)
-        box.process.kill()
+        box.kill()
         rig.plc.wait(lambda status: status["alarms"] > 0)
         rig.wait_stand()
         rig.plc.wait(lambda status: status["applied_X"] == 0)
-    assert "box-lost" in rig.plc.command("alarms")
-    rig.plc.command("quit")
+    assert "box-lost" in rig.plc.say("alarms")
     rows = rig.rows()
     assert abs(rows[-1]["um"]) <= GRAIN_UM and abs(rows[-1]["nc_X_slope"]) * 300 <= GRAIN_UM
     check_continuous(rows)
