@@ -21,10 +21,10 @@ class FakePlc:
     def __exit__(self, *_):
         self.stage.ask("control_end")
 
-    def say(self, command):
+    def command(self, line):
         """A command; its answer has to be ok, and comes back without it."""
-        answer = self.stage.ask("control_say", command)["answer"]
-        assert answer == "ok" or answer.startswith("ok "), f"{command}: {answer}"
+        answer = self.stage.ask("control_say", line)["answer"]
+        assert answer == "ok" or answer.startswith("ok "), f"{line}: {answer}"
         return answer[3:]
 
     def request(self, pdu):
@@ -34,7 +34,7 @@ class FakePlc:
     def status(self):
         """{key: number} of the status line."""
         return {key: float(value) for key, value in
-                (word.split("=") for word in self.say("status").split())}
+                (word.split("=") for word in self.command("status").split())}
 
     def wait(self, condition, timeout_s=60):
         """Lets time pass until a status meets the condition; fails with the last one."""

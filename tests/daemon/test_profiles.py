@@ -34,13 +34,13 @@ def test_each_fault_takes_the_offsets_to_zero_and_its_end_brings_them_back(stage
     (real_path / "map.json").write_text(json.dumps(data))
     config.write_text(json.dumps(data))
     with FakePlc("--map", real_path / "map.json", "--log", log) as plc, Box(config) as box:
-        plc.say(f"move X={AT_REST_MM} Y={AT_REST_MM} Z={AT_REST_MM} feed=15000")
+        plc.command(f"move X={AT_REST_MM} Y={AT_REST_MM} Z={AT_REST_MM} feed=15000")
         plc.wait(at_work)
         for command, end in LASTING:
-            plc.say(command)
+            plc.command(command)
             plc.wait(at_zero)
             if end:
-                plc.say(end)
+                plc.command(end)
                 stage.run_for(0.1)      # the next command comes in a scan of its own
             plc.wait(at_work)
         stopped_s = plc.status()["time_s"]
@@ -48,7 +48,7 @@ def test_each_fault_takes_the_offsets_to_zero_and_its_end_brings_them_back(stage
         plc.wait(at_zero)
         plc.wait(at_work)
         box.stop()
-        plc.say("status")
+        plc.command("status")
     rows = list(csv.DictReader(log.read_text().splitlines()))
     found = {command: profiles.reaction(rows, command, end) for command, end in LASTING}
     found["stopped"] = profiles.reaction(rows, stopped_s, stopped_s + 3)

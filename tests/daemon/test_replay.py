@@ -207,7 +207,7 @@ def test_a_scenario_with_the_whole_daemon(name, tmp_path, real_path, replay):
         with Box(config) as box:
             at_s = []
             for part in (0.4, 0.7, 1):
-                plc.say("move " + " ".join(f"{axis}={part * to}" for axis, to in target.items()) + f" feed={feed}")
+                plc.command("move " + " ".join(f"{axis}={part * to}" for axis, to in target.items()) + f" feed={feed}")
                 at_s.append(settle(plc))
             box.stop()
         assert box.code == 0, box.log

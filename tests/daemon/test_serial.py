@@ -38,7 +38,7 @@ def test_fault_is_survived(stage, real_path, tmp_path, fault, counter):
     data = coefficients(LINE)
     with Rig(real_path, data) as plc, start(tmp_path, data) as box:
         plc.wait_compensated()
-        plc.say("fault " + fault)
+        plc.command("fault " + fault)
         stage.run_for(1.5)
         plc.wait_compensated()
         box.stop()
@@ -60,7 +60,7 @@ def test_where_there_is_time_a_request_is_repeated_in_its_period(stage, real_pat
         plc.wait_compensated()
         begin_us = stage.now_s * 1e6
         for _ in range(8):
-            plc.say("fault " + fault)
+            plc.command("fault " + fault)
             stage.run_for(0.25)
         plc.wait_compensated()
         end_us = stage.now_s * 1e6

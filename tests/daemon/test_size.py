@@ -85,7 +85,7 @@ class Bench:
         self.writer.write()
 
     def rows(self):
-        self.plc.say("status")      # what it has logged is written
+        self.plc.command("status")      # what it has logged is written
         return list(csv.DictReader(self.log.open()))
 
     def largest_um(self, axis):
@@ -107,12 +107,12 @@ def test_a_foreign_value_is_held_at_the_plcs_own_size(real_path, case):
     bench.writer.value("Y", -huge)
     bench.plc.wait(lambda s: s["applied_X"] == SIZE_UM and s["applied_Y"] == -SIZE_UM)
     status = bench.plc.wait(lambda s: s["limited"] >= 2)
-    alarms = bench.plc.say("alarms")
+    alarms = bench.plc.command("alarms")
     assert "size-X" in alarms and "size-Y" in alarms and "size-Z" not in alarms
     assert status["applied_Z"] == 0
     bench.writer.value("X", 20.0)
     bench.plc.wait(lambda s: s["applied_X"] == pytest.approx(20.0))
-    assert "size-X" in bench.plc.say("alarms"), "until reset"
+    assert "size-X" in bench.plc.command("alarms"), "until reset"
     for axis in "XY":
         assert max(bench.largest_um(axis)) <= SIZE_UM + 1e-3
     assert any("alarm size-X came" in row["event"] for row in bench.rows())
@@ -122,7 +122,7 @@ def test_the_size_is_given_to_fakeplc_and_not_by_the_file(real_path):
     bench = Bench(real_path, "sinumerik-840d", "--size-um", "120")
     bench.writer.value("X", 10000.0)
     bench.plc.wait(lambda s: s["applied_X"] == 120)
-    assert "PLC's own size of 120 um" in bench.plc.say("alarms")
+    assert "PLC's own size of 120 um" in bench.plc.command("alarms")
     assert max(bench.largest_um("X")) <= 120 + 1e-3
 
 
@@ -131,13 +131,13 @@ def test_a_slope_cannot_take_the_sum_beyond_the_size(real_path, case):
     bench = Bench(real_path, case, "--size-um", "120")
     bench.writer.value("X", 90.0)
     bench.plc.wait(lambda s: s["applied_X"] == pytest.approx(90.0))
-    assert "size-X" not in bench.plc.say("alarms")
+    assert "size-X" not in bench.plc.command("alarms")
     bench.writer.line("X", 0.001, -400.0)      # 400 um more where the axis stands, at 0
     bench.plc.wait(lambda s: s["applied_X"] == 120 and s["limited"] == 1)
-    bench.plc.say("move X=900 feed=10000")
+    bench.plc.command("move X=900 feed=10000")
     bench.writer.line("X", -0.001, 1300.0)
     bench.plc.wait(lambda s: not s["moving"])
-    assert "size-X" in bench.plc.say("alarms")
+    assert "size-X" in bench.plc.command("alarms")
     applied, here = bench.largest_um("X")
     assert applied <= 120 + 1e-3
     assert here <= 120 * 1.05, "0.25 um at rest, slope times way in motion"
@@ -168,8 +168,8 @@ def test_what_is_not_a_number_is_not_taken_over(real_path, value):
     bench.writer.value("X", value)
     bench.writer.value("Y", 400.0)
     bench.plc.wait(lambda s: s["applied_X"] == 0 and s["applied_Y"] == 0)
-    assert "box-number" in bench.plc.say("alarms")
+    assert "box-number" in bench.plc.command("alarms")
     bench.writer.value("X", 50.0)
     bench.plc.wait(lambda s: s["applied_X"] == 50 and s["applied_Y"] == 400)
-    assert "box-number" not in bench.plc.say("alarms")
+    assert "box-number" not in bench.plc.command("alarms")
     assert max(bench.largest_um("X")) <= 50 + 1e-3

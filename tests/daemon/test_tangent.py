@@ -94,7 +94,7 @@ class Rig:
 
     def rows(self):
         """The log: the NC's own numbers and what they make where the axis is, a row for each scan."""
-        self.plc.say("status")          # what it has logged is written
+        self.plc.command("status")          # what it has logged is written
         rows = list(csv.DictReader(self.log.read_text().splitlines()))
         for row in rows:
             row["mode"] = int(row["status"]) & 0xFF
@@ -168,7 +168,7 @@ def test_hold_keeps_what_is_applied_then_ramps_and_comes_back(rig):
     with rig.start_box() as box:
         rig.wait_settled()
         at_mm, begin_s = rig.position(), rig.plc.status()["time_s"]
-        rig.plc.say("freeze heartbeat 1")
+        rig.plc.command("freeze heartbeat 1")
         rig.plc.wait(lambda status: status["mode"] == STANDBY and abs(status["applied_X"]) < GRAIN_UM)
         rig.plc.command("freeze heartbeat 0")
         rig.wait_settled()
@@ -209,7 +209,7 @@ def test_a_box_that_dies_on_the_way_leaves_nothing_behind(rig):
         rig.plc.wait(lambda status: status["alarms"] > 0)
         rig.wait_stand()
         rig.plc.wait(lambda status: status["applied_X"] == 0)
-    assert "box-lost" in rig.plc.say("alarms")
+    assert "box-lost" in rig.plc.command("alarms")
     rows = rig.rows()
     assert abs(rows[-1]["um"]) <= GRAIN_UM and abs(rows[-1]["nc_X_slope"]) * 300 <= GRAIN_UM
     check_continuous(rows)

@@ -76,12 +76,12 @@ def lost_code(prose):
 def tests_of(root):
     """out: the names of ctest, and those of whole suites, as far as the sources have them."""
     names = set()
-    for source in (root / "tests/unit").rglob("*_test.cpp"):
+    for source in [*(root / "tests/unit").rglob("*_test.cpp"), *(root / "tests/world/unit").glob("*_test.cpp")]:
         for suite, case in re.findall(r"^TEST\w*\(\s*(\w+),\s*(\w+)\)", source.read_text(), re.M):
             names.update((f"unit.{suite}", f"unit.{suite}.{case}"))
     for folder in ("daemon", "hil", "cli"):
         names.update(f"{folder}.{test.stem[5:]}" for test in (root / "tests" / folder).glob("test_*.py"))
-    for folder in ("gates", "conformance"):
+    for folder in ("gates", "conformance", "world"):
         lists = root / "tests" / folder / "CMakeLists.txt"
         text = lists.read_text() if lists.exists() else ""
         names.update("gate." + gate for gate in re.findall(r"\bcb_gate\((\S+)", text))
