@@ -123,8 +123,9 @@ class computer {
     std::map<std::string, std::string> environment;  // of the next start
     std::function<std::shared_ptr<open_file>(int domain, int type)> make_socket;
     // Of a network interface; 0: there is none.
-    std::function<unsigned(const std::string &name)> interface_index =
-        [](const std::string &name) { return name == "can0" ? 3U : 0U; };
+    std::function<unsigned(const std::string &name)> interface_index = [](const std::string &name) {
+        return name == "can0" ? 3U : 0U;
+    };
     std::size_t most_descriptors = 1024;
 
     static computer *current;

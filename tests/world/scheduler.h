@@ -29,9 +29,9 @@ struct thread {
     void *result = nullptr;    // … and its result
     bool finished = false;
     time_ns wake_ns = never;
-    time_ns stands_until_ns = 0;  // no wake() counts before
-    bool woken = false;           // by wake(), not by time
-    bool waits_for_change = false;  // … of a descriptor or semaphore (computer::changed)
+    bool woken = false;              // by wake(), not by time
+    bool waits_for_change = false;   // … of a descriptor or semaphore (computer::changed)
+    time_ns stands_until_ns = 0;     // no wake() counts before
     bool stands_in_suspend = false;  // sleeps by a clock that does not count suspends
     boost::context::fiber fiber;
 };
