@@ -3,7 +3,6 @@
 import pytest
 
 import laws
-import machine
 from box import until
 from conftest import fc23
 from machine import ACTIVE, AT_REST, HOLD, PERIOD_S, RAMP, STANDBY, at_wanted
