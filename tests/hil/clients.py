@@ -65,7 +65,7 @@ class Run:
             data["plc"]["transport"]["tcp"]["client"] = client
         with tempfile.TemporaryDirectory() as folder, RawPlc(plc, port, now_and_then) as server:
             config = machine.write_coefficients(pathlib.Path(folder) / "c.json", port, with_client)
-            with box_module.Box(config, *realtime.PRIORITY) as box:
+            with box_module.Box(config) as box:
                 box_module.until(lambda: box.steps and box.steps[-1].mode == ACTIVE, every_s=0.2)
                 time.sleep(seconds)
                 self.over = True

@@ -10,6 +10,13 @@ sys.path.insert(0, os.path.dirname(__file__))
 import box as box_module  # noqa: E402
 import machine  # noqa: E402
 import plc as plc_module  # noqa: E402
+import realtime  # noqa: E402
+
+
+@pytest.fixture(autouse=True, scope="session")
+def unhurried():
+    """The test itself holds Python's lock, for which the PLC's thread waits."""
+    realtime.run_before_others()
 
 
 @pytest.fixture(scope="session")

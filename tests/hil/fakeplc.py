@@ -5,6 +5,8 @@ import subprocess
 import threading
 import time
 
+from realtime import run_before_others
+
 PROGRAM = os.environ.get("FAKEPLC", os.path.join(
     os.path.dirname(__file__), "../../build/host/bin/fakeplc"))
 
@@ -18,7 +20,8 @@ class FakePlc:
 
     def __enter__(self):
         self.process = subprocess.Popen(
-            self.arguments, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1)
+            self.arguments, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1,
+            preexec_fn=run_before_others)
         line = self.process.stdout.readline()
         assert line.startswith("fakeplc: listening on "), line
         self.port = int(line.rsplit(":", 1)[1])

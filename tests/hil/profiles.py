@@ -105,7 +105,7 @@ class Run:
         self.plc.__enter__()
         config = self.folder / "coefficients.json"
         config.write_text(json.dumps(coefficients(self.profile, self.plc.port)))
-        self.box = box.Box(config, *realtime.PRIORITY, stderr=subprocess.DEVNULL)
+        self.box = box.Box(config, stderr=subprocess.DEVNULL)
         self.box.__enter__()
         try:
             self.plc.command(f"move X={AT_REST_MM} Y={AT_REST_MM} Z={AT_REST_MM} feed=15000")

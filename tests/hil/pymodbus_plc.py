@@ -8,6 +8,8 @@ from pymodbus.datastore import ModbusSequentialDataBlock, ModbusServerContext, M
 from pymodbus.server.async_io import ModbusTcpServer
 from pymodbus.transaction import ModbusSocketFramer
 
+from realtime import run_before_others
+
 logging.getLogger("pymodbus").setLevel(logging.CRITICAL)
 
 
@@ -43,6 +45,7 @@ class PymodbusPlc:
         self.thread = threading.Thread(target=self._run, daemon=True)
 
     def _run(self):
+        run_before_others()
         self.loop = asyncio.new_event_loop()
         asyncio.set_event_loop(self.loop)
         context = ModbusServerContext(ModbusSlaveContext(hr=Block(self.plc), zero_mode=True))

@@ -6,6 +6,7 @@ import threading
 import time
 
 from frames import Request, answer
+from realtime import run_before_others
 
 
 class RawPlc:
@@ -38,6 +39,7 @@ class RawPlc:
             raise self.failure
 
     def _run(self):
+        run_before_others()
         while not self.stopping:
             try:
                 self.connection, _ = self.listener.accept()

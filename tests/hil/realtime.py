@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Priorities for the reports that measure real time (profiles.py, clients.py). Tests need none: they judge no times."""
+"""Priorities of real processes: a loop that misses many periods in a row goes to FAULT, as it has to (overruns)."""
 import os
 
 

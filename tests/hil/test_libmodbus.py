@@ -7,6 +7,7 @@ import threading
 
 import machine
 from box import until
+from realtime import run_before_others
 from serial_line import NullModem, on_line
 
 PROGRAM = os.environ.get("LIBMODBUS_PLC", os.path.join(
@@ -20,7 +21,7 @@ class Libmodbus:
     def __init__(self, where):
         self.blocks = []
         self._plc = subprocess.Popen([PROGRAM, str(where)], stdin=subprocess.PIPE,
-                                     stdout=subprocess.PIPE, text=True)
+                                     stdout=subprocess.PIPE, text=True, preexec_fn=run_before_others)
         registers = machine.signal_registers(AT_REST)
         registers[machine.CONTROL] = machine.ENABLE | machine.REFERENCED | machine.PERMIT_RESUME
         self._plc.stdin.write("".join(f"{a} {v}\n" for a, v in registers.items()))

@@ -11,6 +11,7 @@ import time
 import pytest
 
 import box as box_module
+from realtime import run_before_others
 from rtu_machine import coefficients, with_crc
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -23,7 +24,8 @@ class FakePlc:
 
     def __init__(self, listen, *arguments):
         self._process = subprocess.Popen([FAKEPLC, "--listen", listen, *arguments], text=True,
-                                         stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+                                         stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                         preexec_fn=run_before_others)
         self.printed = self._process.stdout.readline().strip()
 
     def __enter__(self):

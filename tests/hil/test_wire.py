@@ -13,6 +13,7 @@ import threading
 
 import machine
 from box import Box
+from realtime import run_before_others
 
 CONFIG = {
     "format": "compbox/1", "revision": 1,
@@ -52,6 +53,7 @@ def talk(tmp_path, exchange, script):
     seen = []
 
     def serve():
+        run_before_others()
         connection, _ = listener.accept()
         with connection:
             connection.settimeout(60)
