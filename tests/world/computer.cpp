@@ -196,9 +196,16 @@ void computer::cut_power() {
     end_process({true, SIGKILL, true});
 }
 
+void computer::set_wall_clock(time_ns step) {
+    constexpr time_ns most = 7258118400 * second;
+    if (wall() + step < 0 || wall() + step > most) return;
+    wall_offset_ns_ += step;
+}
+
 void computer::suspend(time_ns duration) {
     const time_ns until = time.now() + duration;
     suspended_ns_ += duration;
+    for (const auto &one : time.threads()) time.hold(*one, until);
     time.shift_sleepers([&](const thread &one) {
         if (one.wake_ns == never) return never;
         if (one.stands_in_suspend) return one.wake_ns + duration;

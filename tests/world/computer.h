@@ -77,7 +77,8 @@ class computer {
     void cut_power();  // the process is gone, the disk keeps what is durable, peers hear nothing
     // Nothing runs for so long; CLOCK_MONOTONIC stands still.
     void suspend(time_ns duration);
-    void set_wall_clock(time_ns step) { wall_offset_ns_ += step; }
+    void set_wall_clock(time_ns step);                       // not before 1970, not after 2200
+    void grow_old(time_ns uptime) { booted_ns_ -= uptime; }  // right after boot()
     // Called in an event after each end of the process.
     std::function<void(const ending &)> ended;
     std::function<void(const std::string &line)> logged;  // by stderr

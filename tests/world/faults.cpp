@@ -3,6 +3,8 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <map>
 #include <stdexcept>
 
 #include "host-tools/formats/text.h"
@@ -12,7 +14,7 @@ namespace compbox::world {
 
 namespace {
 
-constexpr std::size_t remembered = 8;
+constexpr std::size_t remembered = 12;
 
 const std::map<std::string, fault_kind> &names() {
     static const std::map<std::string, fault_kind> all = {
@@ -21,6 +23,12 @@ const std::map<std::string, fault_kind> &names() {
 #undef X
     };
     return all;
+}
+
+fault_set every_kind() {
+    fault_set kinds;
+    for (const auto &entry : names()) kinds.insert(entry.second);
+    return kinds;
 }
 
 }  // namespace
@@ -35,10 +43,7 @@ std::string name_of(fault_kind kind) {
 fault_set fault_set_of(const std::string &text) {
     fault_set kinds;
     if (text == "none") return kinds;
-    if (text == "all") {
-        for (const auto &entry : names()) kinds.insert(entry.second);
-        return kinds;
-    }
+    if (text == "all") return every_kind();
     for (const auto &name : split(text, ',')) {
         const auto found = names().find(name);
         if (found == names().end())
@@ -55,9 +60,26 @@ std::string text_of(const fault_set &kinds) {
     return text.empty() ? "none" : text;
 }
 
-fault_injector::fault_injector(run &of, const fault_set &kinds, std::uint64_t seed)
-    : of_(of), kinds_(kinds) {
-    for (const auto &entry : names()) chances_.emplace(entry.second, dice(seed, entry.first));
+fault_set swarm_of(std::uint64_t seed) {
+    dice chance(seed, "swarm");
+    const std::uint64_t drawn = chance.below(20);
+    if (drawn == 0) return {};
+    if (drawn == 1) return every_kind();
+    const double share = chance.log_between(0.04, 0.6);
+    fault_set kinds;
+    for (const fault_kind kind : every_kind()) {
+        if (chance.chance(share)) kinds.insert(kind);
+    }
+    return kinds;
+}
+
+fault_injector::fault_injector(run &of, const fault_set &kinds, std::uint64_t seed) : of_(of) {
+    for (std::size_t k = 0; k < fault_kinds; ++k) {
+        const auto kind = static_cast<fault_kind>(k);
+        on_[k] = kinds.count(kind) > 0;
+        chances_.emplace_back(seed, name_of(kind));
+        rates_[k] = chances_[k].log_between(0.3, 3);
+    }
 }
 
 void fault_injector::note(fault_kind kind, const std::string &words) {
@@ -67,46 +89,70 @@ void fault_injector::note(fault_kind kind, const std::string &words) {
                                 name_of(kind), words));
 }
 
+bool fault_injector::due(countdown &of) {
+    if (!has(of.kind)) return false;
+    if (of.drawn && of.left-- > 0) return false;
+    const bool first = !of.drawn;
+    of.drawn = true;
+    const double most = 2 * static_cast<double>(of.mean) / rates_[index(of.kind)];
+    of.left = chance(of.kind).below(static_cast<std::uint64_t>(most) + 1);
+    return !first;
+}
+
 void fault_injector::repeat(fault_kind kind, time_ns mean, const std::function<void()> &what) {
     if (!has(kind)) return;
-    of_.time.at(of_.time.now() + chance(kind).time_between(0, 2 * mean), [this, kind, mean, what] {
+    const auto most = static_cast<time_ns>(2 * static_cast<double>(mean) / rates_[index(kind)]);
+    of_.time.at(of_.time.now() + chance(kind).time_between(0, most), [this, kind, mean, what] {
         if (has(kind)) what();
         repeat(kind, mean, what);
     });
 }
 
+void fault_injector::later(time_ns pause, const std::function<void()> &what) {
+    of_.time.at(of_.time.now() + pause, what);
+}
+
 void fault_injector::begin() {
     plan_operator();
     plan_wires();
-    repeat(fault_kind::reset, 20 * second, [this] {
-        note(fault_kind::reset, "the PLC resets its connections");
-        of_.plc.close_all();
-    });
+    plan_plc();
+    plan_foreign();
+    plan_sensors();
+    plan_ends();
+    plan_stalls();
+    plan_clock();
+    plan_memory();
+    plan_files();
+    plan_disk();
 }
 
-void fault_injector::plan_operator() {
-    repeat(fault_kind::enable, 10 * second, [this] {
-        const bool on = chance(fault_kind::enable).one_in(2);
-        note(fault_kind::enable, on ? "enable on" : "enable off");
-        of_.plc.catch_up();
-        of_.plc.control.set_enable(on);
-        if (on) of_.plc.control.press_reset();
-    });
+void fault_injector::end() {
+    active_ = false;
+    heal_plc();
+    heal_computer();
+    heal_files();
 }
 
 call_fate fault_injector::at_call(const call_site &site) {
     call_fate fate;
-    if (has(fault_kind::delay) && chance(fault_kind::delay).one_in(5000)) {
-        dice &drawn = chance(fault_kind::delay);
-        fate.delay_ns = static_cast<time_ns>(drawn.log_between(10e3, 200e6));
+    if (!active_) return fate;
+    die_if_due(lethal_calls_);
+    if (due(slow_calls_)) {
+        fate.delay_ns = static_cast<time_ns>(chance(fault_kind::delay).log_between(10e3, 200e6));
         note(fault_kind::delay,
              fmt::format("{} {} takes {} µs", site.name, site.path, fate.delay_ns / us));
     }
+    if (on_slow_disk(site)) fate.delay_ns = std::max(fate.delay_ns, hangs_until_ - of_.time.now());
+    if (due(short_calls_)) fate.half = true;
+    refuse_call(site, fate);
     return fate;
 }
 
 preemption fault_injector::between_lines() {
-    if (!has(fault_kind::preempt)) return {0, std::int64_t{1} << 20};
+    constexpr std::int64_t far = std::int64_t{1} << 20;
+    const bool lethal = lethal_lines_ >= 0;
+    if (active_ && lethal) die_if_due(lethal_lines_);
+    if (!has(fault_kind::preempt)) return {0, lethal ? 1000 : far};
     dice &drawn = chance(fault_kind::preempt);
     ++count_;
     return {static_cast<time_ns>(drawn.log_between(1e3, 20e6)),
@@ -115,19 +161,25 @@ preemption fault_injector::between_lines() {
 
 segment_fate fault_injector::at_segment(bool, std::size_t bytes) {
     segment_fate fate;
-    if (has(fault_kind::delay) && chance(fault_kind::delay).one_in(200))
+    if (due(slow_segments_))
         fate.delay_ns = static_cast<time_ns>(chance(fault_kind::delay).log_between(100e3, 500e6));
-    if (has(fault_kind::tear) && bytes > 1 && chance(fault_kind::tear).one_in(50)) {
+    if (bytes > 1 && due(torn_segments_)) {
         fate.cut_at = 1 + chance(fault_kind::tear).below(bytes - 1);
         fate.rest_ns = static_cast<time_ns>(chance(fault_kind::tear).log_between(10e3, 100e6));
     }
-    if (has(fault_kind::loss) && chance(fault_kind::loss).one_in(5000)) {
+    if (due(stalls_)) {
         fate.lost = true;
         note(fault_kind::loss, "the connection stalls");
     }
-    if (has(fault_kind::reset) && chance(fault_kind::reset).one_in(5000)) {
+    if (due(resets_)) {
         fate.reset = true;
         note(fault_kind::reset, "the connection is reset");
+    }
+    if (due(flips_)) {
+        // Of the head and the function: numbers behind them have no check on this wire.
+        fate.flips_bit =
+            static_cast<int>(chance(fault_kind::wire).below(8 * std::min<std::size_t>(bytes, 8)));
+        note(fault_kind::wire, fmt::format("bit {} of a frame flips", fate.flips_bit));
     }
     return fate;
 }
@@ -140,13 +192,15 @@ segment_fate fault_injector::at_connect() {
     return fate;
 }
 
-reply_fate fault_injector::at_request(const byte_string &) {
+reply_fate fault_injector::at_request(const byte_string &request) {
     reply_fate fate;
-    if (has(fault_kind::loss)) fate.lost = chance(fault_kind::loss).one_in(500);
-    if (has(fault_kind::twice)) fate.twice = chance(fault_kind::twice).one_in(500);
-    if (has(fault_kind::exception) && chance(fault_kind::exception).one_in(500))
+    fate.lost = due(lost_replies_);
+    fate.twice = due(twice_);
+    fate.torn = due(torn_readings_);
+    if (due(exceptions_))
         fate.exception = static_cast<int>(1 + chance(fault_kind::exception).below(11));
-    if (has(fault_kind::exception)) fate.torn = chance(fault_kind::exception).one_in(200);
+    if (active_ && of_.time.now() < refuses_until_ && request[0] == refused_function_)
+        fate.exception = refused_code_;
     return fate;
 }
 

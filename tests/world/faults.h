@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
-// The kinds of faults, and the injector that the calls, the network and the PLC ask. A kind that is
-// left out (--faults) draws nothing, so the others of the same seed stay as they were.
+// The kinds of faults, and the injector that the calls, the network and the PLC ask. Each kind has
+// dice of its own: a kind that is left out (--faults) does not change what the others draw.
 //
 // A new kind: its line in WORLD_FAULTS, and its work in faults_*.cpp: either a part of at_call,
 // at_segment, at_connect, at_request or between_lines, or an event that plans its own next one.
+// What lasts beyond an event ends in heal().
 #pragma once
 
+#include <array>
 #include <cstdint>
-#include <map>
+#include <functional>
 #include <set>
 #include <string>
 #include <vector>
@@ -22,23 +24,44 @@ namespace compbox::world {
 
 class run;
 
-#define WORLD_FAULTS(X)                                                 \
-    X(preempt, "other threads run between two lines")                   \
-    X(delay, "calls and segments that take long")                       \
-    X(tear, "segments in two parts")                                    \
-    X(loss, "replies that never come, connections that stall")          \
-    X(reset, "connections reset, refused, closed")                      \
-    X(twice, "replies that come twice")                                 \
-    X(exception, "Modbus exceptions, torn readings")                    \
-    X(enable, "the operator takes enable away, presses reset")          \
-    X(line, "serial lines lose bytes, flip bits, pause, are unplugged") \
-    X(can, "CAN goes down, off the bus, away; nodes fall silent, boot again")
+#define WORLD_FAULTS(X)                                                        \
+    X(preempt, "other threads run between two lines")                          \
+    X(delay, "calls and segments that take long")                              \
+    X(tear, "segments in two parts")                                           \
+    X(loss, "replies that never come, connections that stall")                 \
+    X(reset, "connections reset, refused, closed")                             \
+    X(twice, "replies that come twice")                                        \
+    X(exception, "Modbus exceptions, functions refused, torn readings")        \
+    X(enable, "the operator changes enable, reference, permit, presses reset") \
+    X(refuse, "system calls that fail, with each errno that they may give")    \
+    X(partial, "short reads and writes")                                       \
+    X(kill, "the process is killed, at a call or between two lines")           \
+    X(power_cut, "power cuts: what was not synchronised may be lost")          \
+    X(restart, "the operator restarts the service")                            \
+    X(disk, "disks that are full, read-only, or hang")                         \
+    X(reload, "SIGHUP floods; files replaced, half written, gone")             \
+    X(hostile, "coefficient files that chance has changed")                    \
+    X(state, "state files that are damaged, old, or no file")                  \
+    X(clock, "wall clocks that jump, and are wrong after a boot")              \
+    X(suspend, "the machine is suspended")                                     \
+    X(stall, "single threads that do not run")                                 \
+    X(memory, "bits of the configuration flip in memory")                      \
+    X(wire, "bits of frames flip")                                             \
+    X(foreign, "other clients write, or take the connections")                 \
+    X(sensors, "signals that lie")                                             \
+    X(plc_stop, "the PLC stops, starts again, is unplugged")                   \
+    X(line, "serial lines lose bytes, flip bits, pause, are unplugged")        \
+    X(can, "CAN goes down, off the bus, away; nodes fall silent, boot again")  \
+    X(boundary, "long uptimes, counters about to wrap")
 
 enum class fault_kind {
 #define X(name, words) name,
     WORLD_FAULTS(X)
 #undef X
 };
+#define X(name, words) +1
+constexpr std::size_t fault_kinds = 0 WORLD_FAULTS(X);
+#undef X
 
 using fault_set = std::set<fault_kind>;
 
@@ -47,6 +70,9 @@ using fault_set = std::set<fault_kind>;
 fault_set fault_set_of(const std::string &text);
 std::string name_of(fault_kind kind);
 std::string text_of(const fault_set &kinds);
+
+// out: the kinds of a seed: of most seeds a few, of some all, of some none
+fault_set swarm_of(std::uint64_t seed);
 
 class fault_injector : public call_faults,
                        public link_faults,
@@ -57,12 +83,15 @@ class fault_injector : public call_faults,
 
     // Plans the events of each kind. Call it once, when the world is made.
     void begin();
-    // No more faults from now on: the world must recover.
-    void end() { active_ = false; }
+    // No more faults from now on; whatever lasts is put right: the world must recover.
+    void end();
     bool active() const { return active_; }
+    // The computer has booted; the daemon is about to start.
+    void booted();
+    void starting();
 
-    bool has(fault_kind kind) const { return active_ && kinds_.count(kind) > 0; }
-    dice &chance(fault_kind kind) { return chances_.at(kind); }
+    bool has(fault_kind kind) const { return active_ && on_[index(kind)]; }
+    dice &chance(fault_kind kind) { return chances_[index(kind)]; }
     // Remembers it for the report of a violation.
     void note(fault_kind kind, const std::string &words);
     void count_one() { ++count_; }  // one that is too frequent for the report
@@ -77,16 +106,74 @@ class fault_injector : public call_faults,
     line_fate at_line(bool to_box) override;
 
   private:
+    static std::size_t index(fault_kind kind) { return static_cast<std::size_t>(kind); }
+    // Comes once in `mean` questions, by the seed's rate of the kind.
+    struct countdown {
+        fault_kind kind;
+        std::uint64_t mean;
+        std::uint64_t left = 0;
+        bool drawn = false;
+    };
+    bool due(countdown &of);
+    // Plans `what` again and again, `mean` apart by the seed's rate of the kind.
     void repeat(fault_kind kind, time_ns mean, const std::function<void()> &what);
-    void plan_operator();
+    // Calls `what` later, also when faults have ended: for the end of something that lasts.
+    void later(time_ns pause, const std::function<void()> &what);
+
     void plan_wires();  // faults_wires.cpp
 
+    void plan_operator();  // faults_plc.cpp
+    void plan_plc();
+    void plan_foreign();
+    void plan_sensors();
+    void lie_about(const shown_signal &signal);
+    void lie_on(const shown_signal &signal, int way, double value, time_ns until);
+    void lie_about_applied();
+    void heal_plc();
+
+    void plan_ends();  // faults_computer.cpp
+    void plan_stalls();
+    void plan_clock();
+    void plan_memory();
+    void die_if_due(std::int64_t &left);
+    void die();
+    void refuse_call(const call_site &site, call_fate &fate);
+    void heal_computer();
+
+    void plan_files();  // faults_files.cpp
+    void plan_disk();
+    void put_another_file();
+    void put_hostile_file();
+    void spoil_config_path();
+    void spoil_state();
+    bool on_slow_disk(const call_site &site) const;
+    void heal_files();
+
     run &of_;
-    fault_set kinds_;
-    std::map<fault_kind, dice> chances_;
+    std::array<bool, fault_kinds> on_{};
+    std::vector<dice> chances_;
+    std::array<double, fault_kinds> rates_{};
     std::vector<std::string> last_;
     std::uint64_t count_ = 0;
     bool active_ = true;
+
+    countdown slow_calls_{fault_kind::delay, 5000}, slow_segments_{fault_kind::delay, 200},
+        torn_segments_{fault_kind::tear, 50}, stalls_{fault_kind::loss, 5000},
+        resets_{fault_kind::reset, 5000}, refused_calls_{fault_kind::refuse, 3000},
+        short_calls_{fault_kind::partial, 20}, flips_{fault_kind::wire, 2000},
+        lost_replies_{fault_kind::loss, 500}, twice_{fault_kind::twice, 500},
+        exceptions_{fault_kind::exception, 500}, torn_readings_{fault_kind::exception, 200};
+    // Until then a call, a function or the disk refuses.
+    std::string stormy_call_;
+    int stormy_error_ = 0;
+    time_ns storm_until_ = 0, refuses_until_ = 0, hangs_until_ = 0;
+    int refused_function_ = 0, refused_code_ = 0;
+    // Calls and lines until the process ends; below 0: nothing is planned.
+    std::int64_t lethal_calls_ = -1, lethal_lines_ = -1;
+    bool lethal_power_ = false;
+    std::uint64_t foreign_made_ = 0;
+    std::string older_state_;
+    int lies_ = 0;
 };
 
 }  // namespace compbox::world

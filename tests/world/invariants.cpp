@@ -150,10 +150,18 @@ class permission_invariant : public invariant {
 class exit_invariant : public invariant {
   public:
     explicit exit_invariant(run &of) : invariant(of, "exit") {}
+    void started() override { has_reason_ = false; }
+    void logged(const std::string &line) override {
+        has_reason_ = has_reason_ || line.rfind("compboxd: ", 0) == 0;
+    }
     void ended(const ending &how) override {
-        if (how.by_signal && how.code != 9)
+        const bool asked = of_.asked_to_stop || of_.stop_asked;
+        const bool at_start = of_.cycles_of_daemon == 0;
+        // Before it has blocked the signals of a stop, these end it at once.
+        if (how.by_signal && how.code != 9 && !(at_start && (asked || how.code == 1)))
             violated(fmt::format("the daemon ended by signal {}", how.code));
-        if (!how.by_signal && !of_.asked_to_stop)
+        const bool refused = at_start && how.code == 1 && has_reason_ && of_.faults.count() > 0;
+        if (!how.by_signal && !asked && !refused)
             violated(fmt::format("the daemon ended with {} by itself", how.code));
         if (!how.by_signal && how.code != 0 && of_.faults.count() == 0)
             violated(fmt::format("the daemon ended with {} without a fault", how.code));
@@ -161,6 +169,9 @@ class exit_invariant : public invariant {
     void finished() override {
         if (of_.box.runs()) violated("the daemon did not end within the stated time");
     }
+
+  private:
+    bool has_reason_ = false;  // a sentence about a failed start
 };
 
 // Without faults the box becomes ACTIVE, keeps its period, and its last status is STOPPED.

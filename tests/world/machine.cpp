@@ -433,6 +433,55 @@ machine random_machine(dice &chance, unsigned revision) {
     return made;
 }
 
+namespace {
+
+channel_facts facts_of_channel(const json &entry) {
+    channel_facts facts;
+    facts.name = entry.at("name");
+    facts.limit_um = entry.at("limit_um");
+    facts.slew_um_per_s = entry.at("slew_um_per_s");
+    facts.unit_um = entry.value("type", "int32") == "float32" ? 0 : entry.value("scale", 1.0);
+    facts.sign = entry.value("sign", 1);
+    facts.has_applied = entry.contains("applied");
+    return facts;
+}
+
+pair_facts facts_of_pair(const machine &of, const json &entry) {
+    const auto index_of = [&of](const std::string &name) {
+        std::size_t i = 0;
+        while (i + 1 < of.channels.size() && of.channels[i].name != name) ++i;
+        return i;
+    };
+    const json &names = entry.at("channels");
+    return {index_of(names.at(0)), index_of(names.at(1)), entry.at("max_difference_um")};
+}
+
+}  // namespace
+
+std::optional<machine> facts_of(const machine &base, const std::string &text) {
+    machine made = base;
+    try {
+        const json root = json::parse(text);
+        made.text = text;
+        made.revision = root.value("revision", 0u);
+        made.map = register_map_of(root, "coefficients.json");
+        made.channels.clear();
+        made.pairs.clear();
+        for (const auto &entry : root.at("channels"))
+            made.channels.push_back(facts_of_channel(entry));
+        if (root.contains("pairs")) {
+            for (const auto &entry : root.at("pairs"))
+                made.pairs.push_back(facts_of_pair(made, entry));
+        }
+        made.ramp_um_per_s = root.at("safety").value("ramp_um_per_s", made.ramp_um_per_s);
+        made.hold_us = static_cast<std::int64_t>(1000 * root.at("safety").value("hold_ms", 0.0));
+        made.period_us = std::llround(1000 * root.at("cycle").value("period_ms", 30.0));
+    } catch (const std::exception &) {
+        return std::nullopt;
+    }
+    return made;
+}
+
 std::string another_file(const machine &of, dice &chance, unsigned revision) {
     json root = json::parse(of.text);
     root["revision"] = revision;

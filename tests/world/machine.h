@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,7 @@ struct machine {
     std::uint16_t port = 0;
     std::int64_t hold_us = 0, heartbeat_timeout_us = 0;
     double ramp_um_per_s = 0;
+    unsigned revision = 1;
     bool fc23 = false;
     bool demands_fit = true;  // no demand is beyond error_um, which ends in FAULT
     std::vector<channel_facts> channels;
@@ -47,6 +49,9 @@ struct machine {
 
 // in : revision of the file. The same dice give the same machine.
 machine random_machine(dice &chance, unsigned revision = 1);
+
+// out: what another file promises for the same machine; nothing if no box can run it
+std::optional<machine> facts_of(const machine &base, const std::string &text);
 
 // Another file for the same machine: other models and limits, a higher revision.
 std::string another_file(const machine &of, dice &chance, unsigned revision);

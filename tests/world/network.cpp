@@ -91,13 +91,18 @@ void connection::put_on_wire(bool to_box, const std::string &bytes, time_ns afte
                 self->peer_->received(self, part, sent);
         });
     };
+    std::string flipped = bytes;
+    if (fate.flips_bit >= 0) {
+        char &byte = flipped[static_cast<std::size_t>(fate.flips_bit) / 8 % flipped.size()];
+        byte = static_cast<char>(byte ^ (1 << fate.flips_bit % 8));
+    }
     if (fate.cut_at == 0 || fate.cut_at >= bytes.size()) {
-        arrive(last, bytes);
+        arrive(last, flipped);
         return;
     }
-    arrive(last, bytes.substr(0, fate.cut_at));
+    arrive(last, flipped.substr(0, fate.cut_at));
     last += fate.rest_ns;
-    arrive(last, bytes.substr(fate.cut_at));
+    arrive(last, flipped.substr(fate.cut_at));
 }
 
 // Calls `what` behind everything that is on its way in this direction.

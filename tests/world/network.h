@@ -39,6 +39,7 @@ struct segment_fate {
     bool reset = false;      // the connection is reset instead
     std::size_t cut_at = 0;  // > 0: the rest comes as another segment, `rest_ns` later
     time_ns rest_ns = 0;
+    int flips_bit = -1;  // ≥ 0: of its first bytes
 };
 
 class link_faults {

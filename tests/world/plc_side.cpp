@@ -8,6 +8,7 @@ namespace compbox::world {
 namespace {
 
 constexpr time_ns operator_period = 500 * ms;
+constexpr time_ns longest_idle = 20 * second;  // of a connection, when another one needs its place
 
 }  // namespace
 
@@ -51,10 +52,75 @@ void plc_side::move_axes() {
 }
 
 bool plc_side::accepted(const connection_ptr &from) {
-    if (clients_.size() >= static_cast<std::size_t>(machine_.profile.max_clients)) return false;
+    const int most = machine_.profile.max_clients - foreign_clients;
+    if (static_cast<int>(clients_.size()) >= most) drop_idle_clients();
+    if (static_cast<int>(clients_.size()) >= most) return false;
     from->number = ++connections_made_;
-    clients_[from->number] = {from, {}};
+    clients_[from->number] = {from, {}, net_.box.time.now()};
     return true;
+}
+
+// As keep-alives do: a box without power never closes its connections.
+void plc_side::drop_idle_clients() {
+    const auto all = clients_;
+    for (const auto &entry : all) {
+        if (net_.box.time.now() - entry.second.heard_ns > longest_idle) entry.second.link->reset();
+    }
+}
+
+void plc_side::stop_program(bool stopped) {
+    if (stopped_ && !stopped) control.forget_standstill(net_.box.time.now() / us);
+    stopped_ = stopped;
+}
+
+void plc_side::restart(bool keeps_registers, time_ns pause) {
+    catch_up();
+    stop_program(true);
+    serves = false;
+    net_.box.time.at(net_.box.time.now() + pause, [this, keeps_registers] {
+        const auto &block = machine_.map.write;
+        const auto kept = registers(block.start, block.count);
+        if (!stopped_) return;  // put right meanwhile
+        stop_program(false);
+        control.restart();
+        if (keeps_registers) write_foreign(block.start, kept);
+        serves = true;
+        close_all();
+    });
+}
+
+void plc_side::show(int address, const std::vector<std::uint16_t> &words) {
+    if (words.empty())
+        shown_.erase(address);
+    else
+        shown_[address] = words;
+}
+
+void plc_side::show_all() {
+    shown_.clear();
+}
+
+// Sensors that lie, and counters from another start: only readings have them.
+void plc_side::disguise(const byte_string &request, byte_string &reply) const {
+    if ((request[0] != 3 && request[0] != 23) || (reply[0] & 0x80) != 0) return;
+    if (shown_.empty() && heartbeat_offset == 0) return;
+    const int start = request[1] << 8 | request[2],
+              count = (static_cast<int>(reply.size()) - 2) / 2;
+    const auto put = [&](int address, std::uint16_t word) {
+        if (address < start || address >= start + count) return;
+        const auto at = static_cast<std::size_t>(2 + 2 * (address - start));
+        reply[at] = static_cast<std::uint8_t>(word >> 8);
+        reply[at + 1] = static_cast<std::uint8_t>(word);
+    };
+    for (const auto &entry : shown_) {
+        for (std::size_t i = 0; i < entry.second.size(); ++i)
+            put(entry.first + static_cast<int>(i), entry.second[i]);
+    }
+    const int beat = machine_.map.plc_heartbeat - start;
+    if (heartbeat_offset == 0 || beat < 0 || beat >= count) return;
+    const auto at = static_cast<std::size_t>(2 + 2 * beat);
+    put(machine_.map.plc_heartbeat,
+        static_cast<std::uint16_t>((reply[at] << 8 | reply[at + 1]) + heartbeat_offset));
 }
 
 void plc_side::closed(const connection_ptr &from, bool reset) {
@@ -70,6 +136,7 @@ void plc_side::close_all() {
 void plc_side::received(const connection_ptr &from, const std::string &bytes, time_ns sent) {
     client &who = clients_[from->number];
     who.link = from;
+    who.heard_ns = sent;
     who.received.insert(who.received.end(), bytes.begin(), bytes.end());
     for (;;) {
         const auto head = modbus::frame_at_start(who.received);
@@ -87,12 +154,13 @@ void plc_side::received(const connection_ptr &from, const std::string &bytes, ti
 
 plc_side::served plc_side::serve(const byte_string &request, time_ns sent) {
     const reply_fate fate = faults == nullptr ? reply_fate{} : faults->at_request(request);
-    if (stopped_) return {};
+    if (!serves) return {};
     catch_up();
-    const byte_string reply =
+    byte_string reply =
         fate.exception != 0
             ? modbus::exception_reply(request[0], static_cast<std::uint8_t>(fate.exception))
             : control.answer(request, fate.torn);
+    disguise(request, reply);
     if (answered) answered(sent, request, reply);
     if (fate.lost) return {};
     return {reply, chance_.time_between(200 * us, 2 * ms) + fate.delay_ns, fate.twice};
@@ -119,6 +187,7 @@ std::vector<std::uint16_t> plc_side::registers(int start, int count) {
 }
 
 void plc_side::write_foreign(int start, const std::vector<std::uint16_t> &values) {
+    foreign_write_ns = net_.box.time.now();
     byte_string request = {
         16, static_cast<std::uint8_t>(start >> 8),    static_cast<std::uint8_t>(start),
         0,  static_cast<std::uint8_t>(values.size()), static_cast<std::uint8_t>(2 * values.size())};

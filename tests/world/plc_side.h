@@ -36,9 +36,18 @@ class plc_side : public tcp_peer {
 
     fake_plc control;
     plc_faults *faults = nullptr;
-    // Serves no requests, as a PLC in STOP; its program stands still too.
-    void stop_program(bool stopped) { stopped_ = stopped; }
-    void close_all();  // resets all connections
+    bool serves = true;  // answers requests
+    // Its program stands still.
+    void stop_program(bool stopped);
+    // Switches it off and on after a pause; the box's registers are kept or zero.
+    void restart(bool keeps_registers, time_ns pause);
+    void close_all();                    // resets all connections
+    int foreign_clients = 0;             // that hold connections
+    std::uint16_t heartbeat_offset = 0;  // to the counter of fakeplc
+    // Readings show these words from an address on; none: the true ones again.
+    void show(int address, const std::vector<std::uint16_t> &words);
+    void show_all();
+    time_ns foreign_write_ns = -never;  // when another client wrote last
 
     // For invariants, each in virtual time.
     std::function<void(time_ns sent, const byte_string &request, const byte_string &reply)>
@@ -67,6 +76,8 @@ class plc_side : public tcp_peer {
   private:
     void answer_frame(const connection_ptr &from, const byte_string &frame, time_ns sent);
     void move_axes();
+    void disguise(const byte_string &request, byte_string &reply) const;
+    void drop_idle_clients();
 
     const machine &machine_;
     network &net_;
@@ -74,10 +85,12 @@ class plc_side : public tcp_peer {
     struct client {
         connection_ptr link;
         byte_string received;
+        time_ns heard_ns;
     };
     std::map<int, client> clients_;
     int connections_made_ = 0;
     bool stopped_ = false;
+    std::map<int, std::vector<std::uint16_t>> shown_;
     std::map<std::string, double> temperatures_;
 };
 

@@ -5,7 +5,12 @@
 #include <linux/can.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <cstdio>
+
+extern "C" {
+#include "hal/linux/daemon/loop.h"
+}
 
 #include "tests/world/devices.h"
 
@@ -58,6 +63,56 @@ run::run(const run_options &with)
         each([&](invariant &one) { one.scanned(state); });
     };
     box.files.replace(config_path, box_machine.text);
+    note_file(box_machine.text);
+    good_file = box_machine.text;
+    taken_ = {{0, 1}};
+}
+
+// ---- coefficient files
+
+void run::note_file(const std::string &text) {
+    if (const auto facts = facts_of(box_machine, text))
+        files_.insert_or_assign(facts->revision, *facts);
+}
+
+std::string run::good_file_of(unsigned of_revision) {
+    dice chance(options.seed + of_revision, "good file");
+    good_file = another_file(box_machine, chance, of_revision);
+    note_file(good_file);
+    return good_file;
+}
+
+// The box's own revision says which of the files it runs.
+void run::follow_file() {
+    const auto *loop = static_cast<const cb_loop *>(box.argument_of("compboxd-loop"));
+    if (loop == nullptr) return;
+    const unsigned now = loop->box->config.revision;
+    if (now == taken_.back().revision || files_.count(now) == 0) return;
+    taken_.push_back({time.now(), now});
+}
+
+const machine &run::running_at(time_ns sent) const {
+    auto at = taken_.rbegin();
+    while (at + 1 != taken_.rend() && at->at > sent) ++at;
+    return files_.at(at->revision);
+}
+
+time_ns run::rest_ns() {
+    follow_file();
+    double ramp_s = 0;
+    for (const machine *facts : {&running(), static_cast<const machine *>(&box_machine)}) {
+        for (const auto &channel : facts->channels) {
+            const double speed = std::min(channel.slew_um_per_s, facts->ramp_um_per_s);
+            ramp_s = std::max(ramp_s, std::max(channel.limit_um, 300.0) / std::max(speed, 1.0));
+        }
+        ramp_s += static_cast<double>(facts->hold_us) * 1e-6;
+    }
+    return 5 * second + static_cast<time_ns>(std::min(ramp_s, 100.0) * 1e9);
+}
+
+// To rest, then what a connection, a restart and the operator's reset may take.
+time_ns run::recovery_ns() {
+    return rest_ns() + 60 * second;
 }
 
 std::shared_ptr<open_file> run::make_socket(int domain) {
@@ -111,7 +166,10 @@ void run::start_daemon() {
     if (options.seed % 5 == 0) words.insert(words.end(), {"--clock", "boottime"});
     if (options.seed % 2 == 0)
         box.environment = {{"NOTIFY_SOCKET", "/run/systemd/notify"}, {"WATCHDOG_USEC", "10000000"}};
+    faults.starting();
     ++result_.starts;
+    cycles_of_daemon = 0;
+    stop_asked = false;
     each([](invariant &one) { one.started(); });
     box.start_daemon(words);
 }
@@ -128,21 +186,38 @@ void run::daemon_ended(const ending &how) {
         time.stop();
         return;
     }
-    if (how.power_cut) box.boot();
+    if (how.power_cut) {
+        box.boot();
+        faults.booted();
+    }
     restart_after(restart_pause);
 }
 
+void run::stop_daemon() {
+    stop_asked = true;
+    box.send_signal(15);
+}
+
 void run::count_tick() {
-    if (++cycles != options.cycles) return;
-    time.at(time.now(), [this] { ask_to_stop(); });
+    follow_file();
+    ++cycles_of_daemon;
+    ++cycles;
+    if (cycles == quiet_from_) time.at(time.now(), [this] { end_faults(); });
+    if (cycles == options.cycles) time.at(time.now(), [this] { ask_to_stop(); });
+}
+
+// The quiet end of a run: the world is put right, and must recover.
+void run::end_faults() {
+    if (!faults.active()) return;
+    faults.end();
+    each([](invariant &one) { one.faults_ended(); });
 }
 
 // The end of the run: no more faults, SIGTERM, and a time within which the daemon must be gone.
 void run::ask_to_stop() {
     if (asked_to_stop) return;
-    asked_to_stop = true;
-    faults.end();
-    each([](invariant &one) { one.faults_ended(); });
+    asked_to_stop = stop_asked = true;
+    end_faults();
     time.at(time.now() + longest_stop, [this] { time.stop(); });
     if (!box.runs()) {
         time.stop();
@@ -181,12 +256,17 @@ void run::note_exchange(time_ns sent, const byte_string &request, const byte_str
 
 run_result run::go() {
     box.boot();
+    faults.booted();
     if (options.prepare) options.prepare(*this);
     start_daemon();
     faults.begin();
+    const time_ns period_ns = box_machine.period_us * us;
+    quiet_from_ = options.cycles - std::min(options.cycles / 2,
+                                            static_cast<std::uint64_t>(recovery_ns() / period_ns));
+    time.at(30 * second + static_cast<time_ns>(3 * options.cycles / 2) * period_ns,
+            [this] { end_faults(); });
     // However much of the time no daemon runs, the world ends.
-    const auto period = box_machine.period_us * us;
-    time.at(60 * second + static_cast<time_ns>(2 * options.cycles) * period,
+    time.at(60 * second + static_cast<time_ns>(2 * options.cycles) * period_ns,
             [this] { ask_to_stop(); });
     time.run();
     if (result_.violations.empty()) each([](invariant &one) { one.finished(); });

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -62,13 +63,29 @@ class run {
     // ---- for faults
     // Starts the daemon again: after `pause`, as systemd does after an end that nobody asked for.
     void restart_after(time_ns pause);
+    // SIGTERM; when the daemon has ended, it starts again.
+    void stop_daemon();
+    std::uint64_t starts() const { return result_.starts; }
     unsigned revision = 1;  // of the newest coefficient file
+    std::string good_file;  // newest that the daemon should take
+    // Call it with each file that comes to config_path: invariants ask running() for its limits.
+    void note_file(const std::string &text);
+    std::string good_file_of(unsigned revision);
+    // out: after so long with enable off all outputs are zero
+    time_ns rest_ns();
     static constexpr const char *config_path = "/etc/compbox/coefficients.json";
     static constexpr const char *state_path = "/var/lib/compbox/state";
     static constexpr const char *stats_path = "/run/stats.json";
     static constexpr const char *record_path = "/run/record.csv";
 
     // ---- for invariants
+    // What the file promises that the daemon ran when it sent a request.
+    const machine &running_at(time_ns sent) const;
+    const machine &running() const { return running_at(time.now()); }
+    bool stop_asked = false;  // SIGTERM was sent to this daemon
+    std::uint64_t cycles_of_daemon = 0;
+    // Once faults have ended, the box is ACTIVE after at most this time.
+    time_ns recovery_ns();
     void report(const char *invariant, const std::string &words);
 
   private:
@@ -79,6 +96,8 @@ class run {
     void daemon_ended(const ending &how);
     void count_tick();
     void ask_to_stop();
+    void end_faults();
+    void follow_file();
     void note_exchange(time_ns sent, const byte_string &request, const byte_string &reply);
     template <typename Call>
     void each(Call call) {
@@ -88,6 +107,13 @@ class run {
     std::unique_ptr<rtu_slaves> plc_slave_, bus_slaves_;
     pt100_modules modules_;
     std::vector<std::unique_ptr<invariant>> invariants_;
+    std::map<unsigned, machine> files_;  // by revision, of those that a box can run
+    struct taken_file {
+        time_ns at;
+        unsigned revision;
+    };
+    std::vector<taken_file> taken_;  // by the box
+    std::uint64_t quiet_from_ = 0;   // cycle
     run_result result_;
     dice chance_;
 };

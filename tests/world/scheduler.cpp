@@ -53,9 +53,22 @@ bool scheduler::wait(time_ns until) {
 
 void scheduler::wake(thread &sleeper) {
     sleeper.woken = true;
-    const time_ns due_ns = std::max(now_, sleeper.stands_until_ns);
-    sleeper.wake_ns = std::min(sleeper.wake_ns, due_ns);
-    next_due_ = std::min(next_due_, due_ns);
+    sleeper.wanted_ns = std::min(sleeper.wanted_ns, now_);
+    sleeper.wake_ns = std::min(sleeper.wake_ns, std::max(now_, sleeper.held_until));
+    next_due_ = now_;
+}
+
+void scheduler::hold(thread &one, time_ns until) {
+    if (one.held_until <= now_) one.wanted_ns = one.wake_ns;
+    one.held_until = std::max(one.held_until, until);
+    if (one.wake_ns != never) one.wake_ns = std::max(one.wake_ns, one.held_until);
+}
+
+void scheduler::release(thread &one) {
+    if (one.held_until <= now_) return;
+    one.held_until = now_;
+    if (one.wake_ns != never) one.wake_ns = std::max(now_, one.wanted_ns);
+    next_due_ = now_;
 }
 
 void scheduler::give_way(time_ns until) {

@@ -29,9 +29,10 @@ struct thread {
     void *result = nullptr;    // … and its result
     bool finished = false;
     time_ns wake_ns = never;
+    time_ns held_until = 0;  // not scheduled before; would have woken at wanted_ns
+    time_ns wanted_ns = never;
     bool woken = false;              // by wake(), not by time
     bool waits_for_change = false;   // … of a descriptor or semaphore (computer::changed)
-    time_ns stands_until_ns = 0;     // no wake() counts before
     bool stands_in_suspend = false;  // sleeps by a clock that does not count suspends
     boost::context::fiber fiber;
 };
@@ -64,6 +65,10 @@ class scheduler {
     // In a thread: sleeps until a time or wake(). out: whether wake() ended it
     bool wait(time_ns until);
     void wake(thread &sleeper);
+    // In an event: a thread is not scheduled until a time, whatever it waits for; release() ends
+    // it.
+    void hold(thread &one, time_ns until);
+    void release(thread &one);
     // In a thread: never returns. The scheduler drops all threads, then calls `dropped`.
     [[noreturn]] void end_all_here();
 

@@ -22,7 +22,7 @@ using namespace compbox::world;
 struct order {
     std::uint64_t first = 1, last = 1, cycles = 1000;
     int jobs = 1;
-    std::string faults = "all";
+    std::string faults = "swarm";
     bool prints_log = false, prints_hash = false, prints_file = false;
 };
 
@@ -48,7 +48,7 @@ run_options options_of(const order &with, std::uint64_t seed) {
     run_options options;
     options.seed = seed;
     options.cycles = with.cycles;
-    options.faults = fault_set_of(with.faults);
+    options.faults = with.faults == "swarm" ? swarm_of(seed) : fault_set_of(with.faults);
     options.prints_log = with.prints_log;
     return options;
 }
@@ -158,7 +158,7 @@ int main(int argc, char **argv) {
     app.add_option("--cycles N", with.cycles, "Cycles of the box for each seed");
     app.add_option("--jobs J", with.jobs, "Processes at once");
     app.add_option("--faults LIST", with.faults,
-                   "Kinds of faults: all, none, or names with commas");
+                   "Kinds of faults: swarm (drawn by the seed), all, none, or names with commas");
     app.add_flag("--log", with.prints_log, "Print the daemon's log");
     app.add_flag("--hash", with.prints_hash,
                  "Print a hash of all that was sent, written and logged");
@@ -171,7 +171,7 @@ int main(int argc, char **argv) {
             io.out << random_machine(chance).text << "\n";
             return 0;
         }
-        (void)fault_set_of(with.faults);
+        if (with.faults != "swarm") (void)fault_set_of(with.faults);
         return simulate(with);
     } catch (const std::invalid_argument &error) {
         io.err << "world: --faults: " << error.what() << "\n";

@@ -220,11 +220,8 @@ void stage::flip(const json &arguments, json &) {
 void stage::stall(const json &arguments, json &) {
     const time_ns until = time_.now() + arguments.at(0).get<time_ns>();
     const auto name = arguments.at(1).get<std::string>();
-    for (const auto &one : time_.threads()) {
-        if (!name.empty() && one->name != name) continue;
-        one->stands_until_ns = until;
-        if (one->wake_ns != never) one->wake_ns = std::max(one->wake_ns, until);
-    }
+    for (const auto &one : time_.threads())
+        if (name.empty() || one->name == name) time_.hold(*one, until);
 }
 
 // What the process holds.

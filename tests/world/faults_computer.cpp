@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: MIT
+// Faults of the box's computer: calls that fail, ends of the process, power, clocks, threads,
+// memory.
+#include <fmt/core.h>
+
+#include <cerrno>
+#include <cstring>
+#include <map>
+
+#include "tests/world/faults.h"
+#include "tests/world/run.h"
+
+extern "C" {
+#include "hal/linux/daemon/loop.h"
+}
+
+namespace compbox::world {
+
+namespace {
+
+constexpr time_ns year = 31557600 * second;
+
+// The errors that each call may give on Linux, by its manual page, where the daemon can meet them.
+const std::vector<int> &errors_of(const char *call) {
+    static const std::map<std::string, std::vector<int>> all = {
+        {"open", {EACCES, EMFILE, ENFILE, ENOMEM, EINTR, EIO, ENOSPC, EROFS}},
+        {"close", {EINTR, EIO}},
+        {"read", {EINTR, EIO, EAGAIN}},
+        {"write", {EINTR, EAGAIN, ENOSPC, EIO, EPIPE, EFBIG, EDQUOT}},
+        {"stat", {EACCES, EIO, ENOMEM}},
+        {"lstat", {EACCES, EIO, ENOMEM}},
+        {"fstat", {EIO, ENOMEM}},
+        {"fsync", {EIO, ENOSPC, EROFS, EINTR}},
+        {"ftruncate", {EIO, EFBIG, EINTR, EPERM}},
+        {"rename", {EACCES, EIO, ENOSPC, EROFS, EBUSY}},
+        {"unlink", {EACCES, EIO, EROFS, EBUSY}},
+        {"access", {EACCES, EIO}},
+        {"flock", {EWOULDBLOCK, EINTR, ENOLCK}},
+        {"ioctl", {EINTR, EIO, ENOTTY, ENODEV}},
+        {"fdopen", {ENOMEM}},
+        {"poll", {EINTR, ENOMEM}},
+        {"ppoll", {EINTR, ENOMEM}},
+        {"socket", {EMFILE, ENFILE, ENOBUFS, ENOMEM, EACCES}},
+        {"bind", {ENODEV, EADDRNOTAVAIL}},
+        {"connect",
+         {ENETUNREACH, EHOSTUNREACH, ETIMEDOUT, ECONNREFUSED, EADDRNOTAVAIL, EAGAIN, EINTR}},
+        {"recv", {EAGAIN, EINTR, ECONNRESET, ENOMEM, ETIMEDOUT, EHOSTUNREACH}},
+        {"recvmsg", {EAGAIN, EINTR, ENETDOWN, ENOBUFS}},
+        {"send", {EAGAIN, EINTR, EPIPE, ECONNRESET, ENOBUFS, ENETUNREACH, ENOMEM}},
+        {"shutdown", {ENOTCONN, ENOBUFS}},
+        {"setsockopt", {ENOPROTOOPT, EINVAL, ENOBUFS}},
+        {"getsockopt", {ENOBUFS, ENOPROTOOPT}},
+        {"getaddrinfo", {ENOMEM}},
+        {"if_nametoindex", {ENODEV}},
+        {"calloc", {ENOMEM}},
+        {"pthread_attr_init", {ENOMEM}},
+        {"pthread_create", {EAGAIN, EPERM}},
+        {"sigtimedwait", {EINTR, EAGAIN}},
+        {"nanosleep", {EINTR}},
+        {"clock_nanosleep", {EINTR}},
+        {"sem_wait", {EINTR}},
+        {"mlockall", {EPERM, ENOMEM, EAGAIN}},
+        {"adjtimex", {EPERM}},
+        {"tcgetattr", {EIO, EINTR}},
+        {"tcsetattr", {EIO, EINTR}},
+        {"tcflush", {EIO}},
+    };
+    static const std::vector<int> none;
+    const auto found = all.find(call);
+    return found == all.end() ? none : found->second;
+}
+
+}  // namespace
+
+// One call in some thousands, or for a while each call of one name.
+void fault_injector::refuse_call(const call_site &site, call_fate &fate) {
+    if (of_.time.now() < storm_until_ && stormy_call_ == site.name) {
+        fate.error = stormy_error_;
+        return;
+    }
+    if (!due(refused_calls_)) return;
+    const std::vector<int> &errors = errors_of(site.name);
+    if (errors.empty()) return;
+    dice &drawn = chance(fault_kind::refuse);
+    fate.error = drawn.one_of(errors);
+    note(fault_kind::refuse,
+         fmt::format("{} {}: {}", site.name, site.path, std::strerror(fate.error)));
+    if (!drawn.one_in(10)) return;
+    stormy_call_ = site.name;
+    stormy_error_ = fate.error;
+    storm_until_ = of_.time.now() + static_cast<time_ns>(drawn.log_between(10e6, 10e9));
+    note(fault_kind::refuse,
+         fmt::format("… and each {} for {} ms", site.name, (storm_until_ - of_.time.now()) / ms));
+}
+
+// ---- ends
+
+void fault_injector::die() {
+    lethal_calls_ = lethal_lines_ = -1;
+    of_.box.lines_left = 0;
+    if (lethal_power_)
+        of_.box.cut_power();
+    else
+        of_.box.kill();
+}
+
+void fault_injector::die_if_due(std::int64_t &left) {
+    if (left < 0 || left-- > 0) return;
+    die();
+}
+
+// A kill or a power cut comes at a moment, at a call, or between two lines.
+void fault_injector::plan_ends() {
+    const auto plan = [this](fault_kind kind, time_ns mean, bool by_power) {
+        repeat(kind, mean, [this, kind, by_power] {
+            if (!of_.box.runs()) return;
+            dice &drawn = chance(kind);
+            lethal_power_ = by_power;
+            const std::uint64_t way = drawn.below(3);
+            if (way == 0) {
+                note(kind, "now");
+                die();
+            } else if (way == 1) {
+                lethal_calls_ = static_cast<std::int64_t>(drawn.below(500));
+                note(kind, fmt::format("in {} calls", lethal_calls_));
+            } else {
+                lethal_lines_ = static_cast<std::int64_t>(drawn.below(5));
+                of_.box.lines_left = static_cast<std::int64_t>(drawn.below(5000));
+                note(kind, fmt::format("in {} lines", of_.box.lines_left));
+            }
+        });
+    };
+    plan(fault_kind::kill, 20 * second, false);
+    plan(fault_kind::power_cut, 30 * second, true);
+    repeat(fault_kind::restart, 30 * second, [this] {
+        if (!of_.box.runs()) return;
+        note(fault_kind::restart, "SIGTERM");
+        of_.stop_daemon();
+    });
+}
+
+void fault_injector::booted() {
+    if (has(fault_kind::boundary)) {
+        // Counters of µs and ms of 31 and 32 bits, and of ns and µs in a double.
+        static const double ages_s[] = {2147.483648, 4294.967296, 2147483.648,
+                                        4294967.296, 9007199.25,  3.2e9};
+        dice &drawn = chance(fault_kind::boundary);
+        const double age_s = ages_s[drawn.below(std::size(ages_s))] - drawn.between(0, 60);
+        of_.box.grow_old(static_cast<time_ns>(age_s * 1e9));
+        note(fault_kind::boundary, fmt::format("the computer is up for {:.0f} s", age_s));
+    }
+    if (!has(fault_kind::clock)) return;
+    dice &drawn = chance(fault_kind::clock);
+    if (drawn.one_in(3)) return;
+    // Without a battery the clock starts anywhere, until the network comes.
+    const time_ns error = drawn.time_between(-40 * year, 2 * year);
+    note(fault_kind::clock, fmt::format("the wall clock starts {} s wrong", error / second));
+    of_.box.set_wall_clock(error);
+    of_.box.synchronised = false;
+    later(drawn.time_between(5 * second, 60 * second), [this, error] {
+        of_.box.set_wall_clock(-error);
+        of_.box.synchronised = true;
+    });
+}
+
+// ---- clocks and threads
+
+void fault_injector::plan_clock() {
+    repeat(fault_kind::clock, 15 * second, [this] {
+        dice &drawn = chance(fault_kind::clock);
+        if (drawn.one_in(4)) {
+            of_.box.synchronised = !of_.box.synchronised;
+            note(fault_kind::clock, of_.box.synchronised ? "synchronised" : "not synchronised");
+            return;
+        }
+        const auto size = static_cast<time_ns>(drawn.log_between(1e6, 1e18));
+        const time_ns step = drawn.one_in(2) ? size : -size;
+        note(fault_kind::clock, fmt::format("the wall clock jumps by {} ms", step / ms));
+        of_.box.set_wall_clock(step);
+        if (drawn.one_in(2))
+            later(drawn.time_between(0, 30 * second),
+                  [this, step] { of_.box.set_wall_clock(-step); });
+    });
+    repeat(fault_kind::suspend, 20 * second, [this] {
+        const auto pause =
+            static_cast<time_ns>(chance(fault_kind::suspend).log_between(10e6, 100e9));
+        note(fault_kind::suspend, fmt::format("for {} ms", pause / ms));
+        of_.box.suspend(pause);
+    });
+}
+
+void fault_injector::plan_stalls() {
+    repeat(fault_kind::stall, 5 * second, [this] {
+        const auto &all = of_.time.threads();
+        if (all.empty()) return;
+        dice &drawn = chance(fault_kind::stall);
+        thread &one = *all[drawn.below(all.size())];
+        const auto pause = static_cast<time_ns>(drawn.log_between(1e6, 10e9));
+        note(fault_kind::stall, fmt::format("{} for {} ms", one.name, pause / ms));
+        of_.time.hold(one, of_.time.now() + pause);
+    });
+}
+
+// ---- memory
+
+// The box must stop all writing; the operator sees it and restarts the service.
+void fault_injector::plan_memory() {
+    repeat(fault_kind::memory, 60 * second, [this] {
+        auto *const loop = static_cast<cb_loop *>(of_.box.argument_of("compboxd-loop"));
+        if (loop == nullptr) return;
+        dice &drawn = chance(fault_kind::memory);
+        auto *const bytes = reinterpret_cast<unsigned char *>(&loop->box->config);
+        const std::size_t at = drawn.below(sizeof loop->box->config);
+        bytes[at] = static_cast<unsigned char>(bytes[at] ^ (1u << drawn.below(8)));
+        note(fault_kind::memory, fmt::format("a bit of byte {} of the configuration", at));
+        later(drawn.time_between(20 * second, 60 * second), [this, start = of_.starts()] {
+            if (of_.starts() == start && of_.box.runs()) of_.stop_daemon();
+        });
+    });
+}
+
+void fault_injector::heal_computer() {
+    lethal_calls_ = lethal_lines_ = -1;
+    storm_until_ = 0;
+    of_.box.synchronised = true;
+    for (const auto &one : of_.time.threads()) of_.time.release(*one);
+    // A configuration that has changed in memory takes a restart.
+    if (on_[index(fault_kind::memory)] && of_.box.runs()) of_.stop_daemon();
+}
+
+}  // namespace compbox::world

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: MIT
+// Faults of the disk: coefficient files, state files, space, speed.
+#include <fmt/core.h>
+
+#include <cstring>
+
+#include "tests/world/faults.h"
+#include "tests/world/hostile_file.h"
+#include "tests/world/run.h"
+
+namespace compbox::world {
+
+namespace {
+
+constexpr std::int64_t whole_disk_bytes = 64 << 20;
+
+}  // namespace
+
+void fault_injector::plan_files() {
+    repeat(fault_kind::reload, 5 * second, [this] {
+        dice &drawn = chance(fault_kind::reload);
+        if (drawn.one_in(2)) put_another_file();
+        if (drawn.one_in(4)) spoil_config_path();
+        if (!drawn.one_in(2)) return;
+        const std::uint64_t signals = 1 + drawn.below(drawn.one_in(3) ? 100 : 3);
+        note(fault_kind::reload, fmt::format("{} SIGHUP", signals));
+        const time_ns apart = drawn.time_between(0, 100 * ms);
+        for (std::uint64_t i = 0; i < signals; ++i)
+            later(static_cast<time_ns>(i) * apart, [this] { of_.box.send_signal(1); });
+    });
+    repeat(fault_kind::hostile, 5 * second, [this] { put_hostile_file(); });
+    repeat(fault_kind::state, 10 * second,
+           [this] { older_state_ = of_.box.files.text(run::state_path); });
+}
+
+void fault_injector::put_another_file() {
+    dice &drawn = chance(fault_kind::reload);
+    const std::string text = another_file(of_.box_machine, drawn, ++of_.revision);
+    file_tree &files = of_.box.files;
+    switch (drawn.below(3)) {
+        case 0:
+            note(fault_kind::reload, fmt::format("revision {} by rename", of_.revision));
+            files.replace(run::config_path, text);
+            break;
+        case 1:
+            note(fault_kind::reload, fmt::format("revision {} in place", of_.revision));
+            files.put(run::config_path, text);
+            break;
+        default: {
+            note(fault_kind::reload, fmt::format("revision {} in two parts", of_.revision));
+            files.put(run::config_path, text.substr(0, drawn.below(text.size())));
+            later(drawn.time_between(1 * ms, 3 * second),
+                  [this, text] { of_.box.files.put(run::config_path, text); });
+        }
+    }
+    of_.note_file(text);
+}
+
+// For a while there is no regular file, or a link to one.
+void fault_injector::spoil_config_path() {
+    dice &drawn = chance(fault_kind::reload);
+    file_tree &files = of_.box.files;
+    const std::string path = run::config_path, before = of_.good_file;
+    files.remove(path);
+    const std::uint64_t way = drawn.below(6);
+    static const char *const words[] = {
+        "gone", "a folder", "a pipe", "a link to nothing", "a link to itself", "a link"};
+    note(fault_kind::reload, std::string("the coefficient file is ") + words[way]);
+    if (way == 1) files.make_folder(path);
+    if (way == 2) files.make_fifo(path);
+    if (way == 3) files.make_link(path, "/etc/compbox/none");
+    if (way == 4) files.make_link(path, path);
+    if (way == 5) {
+        files.put("/etc/compbox/other.json", before);
+        files.make_link(path, "/etc/compbox/other.json");
+    }
+    later(drawn.time_between(1 * ms, 10 * second),
+          [this, path, before] { of_.box.files.replace(path, before); });
+}
+
+void fault_injector::put_hostile_file() {
+    dice &drawn = chance(fault_kind::hostile);
+    const std::string text =
+        hostile_file(another_file(of_.box_machine, drawn, ++of_.revision), drawn);
+    note(fault_kind::hostile,
+         fmt::format("a file of {} bytes, from revision {}", text.size(), of_.revision));
+    if (drawn.one_in(2))
+        of_.box.files.replace(run::config_path, text);
+    else
+        of_.box.files.put(run::config_path, text);
+    of_.note_file(text);
+    if (drawn.one_in(3)) return;  // it stays
+    const std::string good = another_file(of_.box_machine, drawn, ++of_.revision);
+    of_.note_file(good);
+    later(drawn.time_between(100 * ms, 20 * second),
+          [this, good] { of_.box.files.replace(run::config_path, good); });
+}
+
+// What the daemon finds where its state was.
+void fault_injector::spoil_state() {
+    dice &drawn = chance(fault_kind::state);
+    file_tree &files = of_.box.files;
+    const std::string path = run::state_path;
+    std::string text = files.text(path);
+    const std::uint64_t way = drawn.below(9);
+    static const char *const words[] = {"has a flipped bit", "is cut off", "is longer",
+                                        "is an older one",   "is gone",    "is empty",
+                                        "is a folder",       "is a link",  "is a pipe"};
+    note(fault_kind::state, std::string("the state file ") + words[way]);
+    if (way == 0 && !text.empty()) {
+        char &byte = text[drawn.below(text.size())];
+        byte = static_cast<char>(byte ^ (1 << drawn.below(8)));
+    }
+    if (way == 1) text.resize(drawn.below(text.size() + 1));
+    if (way == 2) text += std::string(1 + drawn.below(20000), 'x');
+    if (way == 3) text = older_state_;
+    if (way == 5) text.clear();
+    files.remove(path);
+    if (way == 4) return;
+    if (way == 6) files.make_folder(path);
+    if (way == 7) files.make_link(path, "/run/elsewhere");
+    if (way == 8) files.make_fifo(path);
+    if (way < 6)
+        files.put(path, text);
+    else
+        later(drawn.time_between(0, 5 * second), [this, path] { of_.box.files.remove(path); });
+}
+
+void fault_injector::starting() {
+    if (has(fault_kind::state) && chance(fault_kind::state).one_in(2)) spoil_state();
+}
+
+void fault_injector::plan_disk() {
+    repeat(fault_kind::disk, 10 * second, [this] {
+        dice &drawn = chance(fault_kind::disk);
+        file_tree &files = of_.box.files;
+        const auto lasts = static_cast<time_ns>(drawn.log_between(10e6, 20e9));
+        switch (drawn.below(3)) {
+            case 0:
+                files.capacity_bytes = files.used_bytes() + drawn.time_between(0, 3000);
+                later(lasts, [&files] { files.capacity_bytes = whole_disk_bytes; });
+                note(fault_kind::disk, fmt::format("full for {} ms", lasts / ms));
+                break;
+            case 1:
+                files.read_only = true;
+                later(lasts, [&files] { files.read_only = false; });
+                note(fault_kind::disk, fmt::format("read-only for {} ms", lasts / ms));
+                break;
+            default:
+                hangs_until_ = of_.time.now() + lasts;
+                note(fault_kind::disk, fmt::format("hangs for {} ms", lasts / ms));
+        }
+    });
+}
+
+bool fault_injector::on_slow_disk(const call_site &site) const {
+    if (of_.time.now() >= hangs_until_) return false;
+    for (const char *folder : {"/etc/", "/var/", "/run/"}) {
+        if (std::strncmp(site.path, folder, 5) == 0) return true;
+    }
+    return false;
+}
+
+// A good file again, newer than all others.
+void fault_injector::heal_files() {
+    file_tree &files = of_.box.files;
+    files.capacity_bytes = whole_disk_bytes;
+    files.read_only = false;
+    hangs_until_ = 0;
+    const auto state = files.find(run::state_path, false);
+    if (state != nullptr && state->kind != node_kind::regular) files.remove(run::state_path);
+    if (of_.revision > 1) files.replace(run::config_path, of_.good_file_of(++of_.revision));
+}
+
+}  // namespace compbox::world

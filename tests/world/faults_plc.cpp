@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: MIT
+// Faults of the PLC, its operator, its sensors, other clients and the cable.
+#include <fmt/core.h>
+
+#include <algorithm>
+
+#include "tests/world/faults.h"
+#include "tests/world/run.h"
+
+namespace compbox::world {
+
+namespace {
+
+constexpr time_ns lie_period = 40 * ms;
+
+enum lie_way { not_a_number, stuck, jump, out_of_range, noise, drift, at_bound, lie_ways };
+
+// Words of a number that a register of this format can hold, but the sensor never means.
+std::vector<std::uint16_t> odd_words(const number_format &format, dice &chance) {
+    static const std::vector<std::vector<std::uint16_t>> odd_floats = {
+        {0x7FC0, 0},      {0x7F80, 0},      {0xFF80, 0}, {0x0000, 1},
+        {0x7F7F, 0xFFFF}, {0xFFFF, 0xFFFF}, {0x8000, 0}};
+    static const std::vector<std::uint16_t> odd = {0x0000, 0x7FFF, 0x8000, 0xFFFF};
+    if (format.what == number_format::kind::floating) return chance.one_of(odd_floats);
+    std::vector<std::uint16_t> words;
+    for (int i = 0; i < format.registers; ++i) words.push_back(chance.one_of(odd));
+    return words;
+}
+
+}  // namespace
+
+// ---- operator
+
+void fault_injector::plan_operator() {
+    repeat(fault_kind::enable, 8 * second, [this] {
+        dice &drawn = chance(fault_kind::enable);
+        const bool on = drawn.one_in(2);
+        fake_plc &control = of_.plc.control;
+        of_.plc.catch_up();
+        switch (drawn.below(5)) {
+            case 0:
+                note(fault_kind::enable, on ? "referenced" : "not referenced");
+                control.set_referenced(on);
+                break;
+            case 1:
+                note(fault_kind::enable, on ? "permit resume on" : "permit resume off");
+                control.set_permit(on);
+                break;
+            case 2:
+                note(fault_kind::enable, "reset");
+                control.press_reset();
+                break;
+            default:
+                note(fault_kind::enable, on ? "enable on" : "enable off");
+                control.set_enable(on);
+                if (on) control.press_reset();
+        }
+    });
+    repeat(fault_kind::reset, 20 * second, [this] {
+        note(fault_kind::reset, "the PLC resets its connections");
+        of_.plc.close_all();
+    });
+    repeat(fault_kind::exception, 20 * second, [this] {
+        static const std::vector<int> functions = {3, 16, 23};
+        dice &drawn = chance(fault_kind::exception);
+        refused_function_ = drawn.one_of(functions);
+        refused_code_ = static_cast<int>(1 + drawn.below(6));
+        const auto lasts = static_cast<time_ns>(drawn.log_between(50e6, 20e9));
+        refuses_until_ = of_.time.now() + lasts;
+        note(fault_kind::exception, fmt::format("function {} gives exception {} for {} ms",
+                                                refused_function_, refused_code_, lasts / ms));
+    });
+}
+
+// ---- PLC
+
+void fault_injector::plan_plc() {
+    repeat(fault_kind::plc_stop, 15 * second, [this] {
+        dice &drawn = chance(fault_kind::plc_stop);
+        const auto lasts = static_cast<time_ns>(drawn.log_between(20e6, 30e9));
+        const std::string end = fmt::format(" for {} ms", lasts / ms);
+        plc_side &plc = of_.plc;
+        plc.catch_up();
+        switch (drawn.below(6)) {
+            case 0:
+                note(fault_kind::plc_stop, "the PLC does not answer" + end);
+                plc.serves = false;
+                later(lasts, [&plc] { plc.serves = true; });
+                break;
+            case 1:
+                note(fault_kind::plc_stop, "the PLC program stops" + end);
+                plc.stop_program(true);
+                later(lasts, [&plc] { plc.stop_program(false); });
+                break;
+            case 2:
+                note(fault_kind::plc_stop, "the cable is unplugged" + end);
+                of_.net.plugged = false;
+                later(lasts, [this] { of_.net.plugged = true; });
+                break;
+            case 3:
+                note(fault_kind::plc_stop, "the NC coupling freezes" + end);
+                plc.control.freeze_nc(true);
+                later(lasts, [&plc] { plc.control.freeze_nc(false); });
+                break;
+            default: {
+                const bool keeps = drawn.one_in(2);
+                note(fault_kind::plc_stop,
+                     std::string("the PLC restarts with ") +
+                         (keeps ? "the box's registers kept" : "registers zero") + end);
+                plc.restart(keeps, lasts);
+                if (drawn.one_in(2))
+                    plc.heartbeat_offset = static_cast<std::uint16_t>(drawn.next());
+            }
+        }
+    });
+    if (!has(fault_kind::boundary)) return;
+    // Soon after the start of the run the PLC's heartbeat passes 65535.
+    of_.plc.heartbeat_offset =
+        static_cast<std::uint16_t>(65535 - chance(fault_kind::boundary).below(2000));
+}
+
+// ---- other clients
+
+void fault_injector::plan_foreign() {
+    repeat(fault_kind::foreign, 8 * second, [this] {
+        dice &drawn = chance(fault_kind::foreign);
+        const register_map &map = of_.box_machine.map;
+        const auto lasts = static_cast<time_ns>(drawn.log_between(20e6, 20e9));
+        of_.plc.catch_up();
+        switch (drawn.below(5)) {
+            case 0: {
+                const int taken = static_cast<int>(1 + drawn.below(8));
+                note(fault_kind::foreign,
+                     fmt::format("{} other clients are connected for {} ms", taken, lasts / ms));
+                of_.plc.foreign_clients = taken;
+                later(lasts, [this] { of_.plc.foreign_clients = 0; });
+                break;
+            }
+            case 1:
+                lie_about_applied();
+                break;
+            case 2: {
+                note(fault_kind::foreign, "another client writes zeros");
+                of_.plc.write_foreign(
+                    map.write.start,
+                    std::vector<std::uint16_t>(static_cast<std::size_t>(map.write.count)));
+                break;
+            }
+            case 3: {
+                const taken_channel &channel = drawn.one_of(map.channels);
+                note(fault_kind::foreign, "another client writes channel " + channel.name);
+                of_.plc.write_foreign(channel.address, odd_words(channel.format, drawn));
+                break;
+            }
+            default: {
+                const int at =
+                    map.write.start +
+                    static_cast<int>(drawn.below(static_cast<std::uint64_t>(map.write.count)));
+                const auto word = static_cast<std::uint16_t>(drawn.next());
+                note(fault_kind::foreign,
+                     fmt::format("another client writes {} to register {}", word, at));
+                of_.plc.write_foreign(at, {word});
+            }
+        }
+    });
+}
+
+// The PLC shows another value as applied than the box wrote.
+void fault_injector::lie_about_applied() {
+    dice &drawn = chance(fault_kind::foreign);
+    const taken_channel &channel = drawn.one_of(of_.box_machine.map.channels);
+    if (!channel.applied_address) return;
+    const double value_um = drawn.between(-300, 300);
+    const auto words = drawn.one_in(4) ? odd_words(channel.format, drawn)
+                                       : channel.format.encode(value_um / channel.scale_um);
+    const auto lasts = static_cast<time_ns>(drawn.log_between(20e6, 5e9));
+    note(fault_kind::foreign,
+         fmt::format("the PLC applies {} µm to {} for {} ms", value_um, channel.name, lasts / ms));
+    of_.plc.show(*channel.applied_address, words);
+    later(lasts, [this, at = *channel.applied_address] { of_.plc.show(at, {}); });
+}
+
+// ---- sensors
+
+void fault_injector::plan_sensors() {
+    repeat(fault_kind::sensors, 4 * second, [this] {
+        if (of_.box_machine.map.signals.empty()) return;
+        lie_about(chance(fault_kind::sensors).one_of(of_.box_machine.map.signals));
+    });
+}
+
+void fault_injector::lie_about(const shown_signal &signal) {
+    dice &drawn = chance(fault_kind::sensors);
+    const auto way = static_cast<lie_way>(drawn.below(lie_ways));
+    const auto lasts = static_cast<time_ns>(drawn.log_between(10e6, 20e9));
+    const auto now =
+        signal.format.decode(of_.plc.registers(signal.address, signal.format.registers).data()) *
+            signal.scale +
+        signal.zero;
+    const double low = signal.min.value_or(-1e4), high = signal.max.value_or(1e4);
+    note(fault_kind::sensors, fmt::format("{} lies in way {} for {} ms", signal.name,
+                                          static_cast<int>(way), lasts / ms));
+    if (way == not_a_number) {
+        of_.plc.show(signal.address, odd_words(signal.format, drawn));
+        later(lasts, [this, at = signal.address] { of_.plc.show(at, {}); });
+        return;
+    }
+    double value = now;
+    if (way == jump) value = drawn.between(low, high);
+    if (way == out_of_range)
+        value = drawn.one_in(2) ? low - drawn.log_between(1e-3, 1e3)
+                                : high + drawn.log_between(1e-3, 1e3);
+    if (way == at_bound)
+        value = (drawn.one_in(2) ? low : high) +
+                static_cast<double>(drawn.time_between(-1, 1)) * signal.scale;
+    lie_on(signal, way, value, of_.time.now() + lasts);
+}
+
+void fault_injector::lie_on(const shown_signal &signal, int way, double value, time_ns until) {
+    if (!active_ || of_.time.now() >= until) {
+        of_.plc.show(signal.address, {});
+        return;
+    }
+    dice &drawn = chance(fault_kind::sensors);
+    const double range = signal.max.value_or(1e4) - signal.min.value_or(-1e4);
+    const double shown = way == noise ? value + drawn.between(-0.02, 0.02) * range : value;
+    of_.plc.show(signal.address, signal.format.encode((shown - signal.zero) / signal.scale));
+    const double next = way == drift ? value + 1e-4 * range : value;
+    later(lie_period, [this, &signal, way, next, until] { lie_on(signal, way, next, until); });
+}
+
+// The operator puts all right: PLC, cable, permissions; enable goes off until a file that waits for
+// it is taken, and on again; reset where the box shows FAULT.
+void fault_injector::heal_plc() {
+    plc_side &plc = of_.plc;
+    refuses_until_ = 0;
+    of_.net.plugged = true;
+    plc.serves = true;
+    plc.stop_program(false);
+    plc.show_all();
+    plc.foreign_clients = 0;
+    plc.control.freeze_nc(false);
+    plc.catch_up();
+    plc.control.set_referenced(true);
+    plc.control.set_permit(true);
+    plc.control.set_enable(false);
+    later(of_.rest_ns(), [&plc] {
+        plc.catch_up();
+        plc.control.set_referenced(true);
+        plc.control.set_enable(true);
+    });
+    for (time_ns at = 0; at < 60 * second; at += 2 * second) {
+        later(at, [&plc] {
+            plc.catch_up();
+            if (plc.control.duties().mode() == box_mode::fault ||
+                !plc.control.side().alarm().empty())
+                plc.control.press_reset();
+        });
+    }
+}
+
+}  // namespace compbox::world
