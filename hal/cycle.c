@@ -117,6 +117,12 @@ void cb_cycle_start(struct cb_cycle *cycle) {
     cycle->read = cycle->write = CB_TRANSFER_FAILED;
 }
 
+/* out: the last step is so long ago that the next one takes all its inputs as stale: mode and
+ * outputs that it computed are not written any more */
+static bool outlived(const struct cb_cycle *cycle, const struct cb_box *box) {
+    return cycle->tick_us - cycle->step_at_us > (int64_t)CB_CLOCK_PERIODS * box->config.period_us;
+}
+
 void cb_cycle_run(struct cb_cycle *cycle, struct cb_box *box, const struct cb_hal *hal) {
     cycle->in.missed_ticks = hal->wait_tick(hal->context);
     cycle->tick_us = now(hal);
@@ -125,11 +131,14 @@ void cb_cycle_run(struct cb_cycle *cycle, struct cb_box *box, const struct cb_ha
         .hal = hal,
         .plc = &box->config.plc,
         .deadline_us = cycle->tick_us + cb_exchange_budget_us(box->config.period_us)};
-    /* With no outputs yet, or no contact to the PLC, the inputs are read first, even with FC23. */
+    /* With no outputs yet, no contact to the PLC, or outputs from before a suspend, the inputs are
+     * read first, even with FC23. */
     const bool beside = hal->handed != NULL;
     const bool with_fc23 = box->config.plc.exchange == CB_EXCHANGE_FC23 && !beside;
-    const bool combined = with_fc23 && cycle->out.write;
+    const bool has_outputs = with_fc23 && cycle->out.write;
+    const bool combined = has_outputs && !outlived(cycle, box);
 
+    if (has_outputs && !combined) cycle->in.last_write = CB_TRANSFER_FAILED;
     cycle->read = cycle->write = CB_TRANSFER_FAILED;
     cycle->in.held = CB_TRANSFER_NONE;
     if (!sound) {

@@ -29,7 +29,8 @@ void cb_cycle_start(struct cb_cycle *cycle);
  * fc3+fc16: read, step, write share one deadline, 4/5 of the period after the tick. When the read
  *   failed, the box's heartbeat and held outputs are still written while there is time.
  * fc23: one request writes the previous cycle's outputs and reads the inputs, then comes the step.
- *   While the box must not write (no contact yet, or lost: box/box.h) FC3 reads the inputs.
+ *   While the box must not write (no contact yet, or lost: box/box.h) FC3 reads the inputs, also
+ *   after a suspend: outputs of a step more than CB_CLOCK_PERIODS periods ago are not written.
  * When the box no longer knows the PLC's outputs, FC3 reads the write block back.
  * Returns when the cycle is complete, before the next tick. */
 void cb_cycle_run(struct cb_cycle *cycle, struct cb_box *box, const struct cb_hal *hal);

@@ -2,9 +2,11 @@
 // The cycle over virtual hardware: order, deadlines, both exchanges, and every fault of fault.h.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "tests/support/box_fixture.h"
 #include "tests/support/virtual_registers.h"
@@ -297,6 +299,26 @@ TEST(cycle, missed_ticks_are_skipped_and_counted) {
     EXPECT_EQ(p.cycle.in.missed_ticks, 0u);
     EXPECT_EQ(p.box->counters.missed_ticks, 2u);
     EXPECT_EQ(p.mode(), CB_MODE_ACTIVE);
+}
+
+TEST(cycle, fc23_after_a_suspend_writes_nothing_from_before_it) {
+    plant p(simple(CB_EXCHANGE_FC23));
+    p.run(20);
+    EXPECT_EQ(p.mode(), CB_MODE_ACTIVE);
+    std::vector<unsigned> modes;  // that the PLC gets
+    p.sim.written = [&](int64_t now_us) {
+        modes.push_back(p.sim.registers()[100] & 0xFFu);
+        p.written(now_us);
+    };
+    p.control = 2;  // meanwhile enable goes away
+    p.sim.pass(p.after(60 * 1000000));
+    p.run(1);
+    EXPECT_TRUE(modes.empty());
+    EXPECT_EQ(p.box->counters.writes_failed, 1u);
+    p.run(10);
+    ASSERT_FALSE(modes.empty());
+    EXPECT_EQ(std::count(modes.begin(), modes.end(), CB_MODE_ACTIVE), 0);
+    EXPECT_LE(p.steepest, 1);
 }
 
 TEST(cycle, samples_reach_the_box) {
