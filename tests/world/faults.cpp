@@ -44,7 +44,8 @@ fault_set fault_set_of(const std::string &text) {
     fault_set kinds;
     if (text == "none") return kinds;
     if (text == "all") return every_kind();
-    for (const auto &name : split(text, ',')) {
+    for (const auto &part : split(text, ',')) {
+        const std::string name = part.substr(0, part.find(':'));
         const auto found = names().find(name);
         if (found == names().end())
             throw std::invalid_argument("unknown fault '" + name + "'; see world --help");
@@ -53,10 +54,29 @@ fault_set fault_set_of(const std::string &text) {
     return kinds;
 }
 
-std::string text_of(const fault_set &kinds) {
-    if (kinds.size() == names().size()) return "all";
+fault_limits fault_limits_of(const std::string &text) {
+    fault_limits most;
+    for (const auto &part : split(text, ',')) {
+        const auto colon = part.find(':');
+        if (colon == std::string::npos) continue;
+        const auto kinds = fault_set_of(part.substr(0, colon));
+        try {
+            most[*kinds.begin()] = std::stoull(part.substr(colon + 1));
+        } catch (const std::exception &) {
+            throw std::invalid_argument("'" + part + "' needs a number behind ':'");
+        }
+    }
+    return most;
+}
+
+std::string text_of(const fault_set &kinds, const fault_limits &most) {
+    if (kinds.size() == names().size() && most.empty()) return "all";
     std::string text;
-    for (const fault_kind kind : kinds) text += (text.empty() ? "" : ",") + name_of(kind);
+    for (const fault_kind kind : kinds) {
+        text += (text.empty() ? "" : ",") + name_of(kind);
+        const auto limit = most.find(kind);
+        if (limit != most.end()) text += fmt::format(":{}", limit->second);
+    }
     return text.empty() ? "none" : text;
 }
 
@@ -73,12 +93,16 @@ fault_set swarm_of(std::uint64_t seed) {
     return kinds;
 }
 
-fault_injector::fault_injector(run &of, const fault_set &kinds, std::uint64_t seed) : of_(of) {
+fault_injector::fault_injector(run &of, const fault_set &kinds, const fault_limits &most,
+                               std::uint64_t seed)
+    : of_(of) {
     for (std::size_t k = 0; k < fault_kinds; ++k) {
         const auto kind = static_cast<fault_kind>(k);
         on_[k] = kinds.count(kind) > 0;
         chances_.emplace_back(seed, name_of(kind));
         rates_[k] = chances_[k].log_between(0.3, 3);
+        const auto limit = most.find(kind);
+        left_[k] = limit == most.end() ? ~std::uint64_t{0} : limit->second;
     }
 }
 
@@ -96,14 +120,21 @@ bool fault_injector::due(countdown &of) {
     of.drawn = true;
     const double most = 2 * static_cast<double>(of.mean) / rates_[index(of.kind)];
     of.left = chance(of.kind).below(static_cast<std::uint64_t>(most) + 1);
-    return !first;
+    return !first && takes_one(of.kind);
+}
+
+bool fault_injector::takes_one(fault_kind kind) {
+    std::uint64_t &left = left_[index(kind)];
+    if (left == 0) return false;
+    --left;
+    return true;
 }
 
 void fault_injector::repeat(fault_kind kind, time_ns mean, const std::function<void()> &what) {
     if (!has(kind)) return;
     const auto most = static_cast<time_ns>(2 * static_cast<double>(mean) / rates_[index(kind)]);
     of_.time.at(of_.time.now() + chance(kind).time_between(0, most), [this, kind, mean, what] {
-        if (has(kind)) what();
+        if (has(kind) && takes_one(kind)) what();
         repeat(kind, mean, what);
     });
 }

@@ -10,6 +10,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <set>
 #include <string>
 #include <vector>
@@ -64,12 +65,14 @@ constexpr std::size_t fault_kinds = 0 WORLD_FAULTS(X);
 #undef X
 
 using fault_set = std::set<fault_kind>;
+using fault_limits = std::map<fault_kind, std::uint64_t>;
 
-// in : "all", "none" or names with commas between them. Throws std::invalid_argument with a
-// sentence.
+// in : "all", "none" or names with commas between them, each with the most of its occurrences if
+//      fewer than all: "kill:3,delay". Throws std::invalid_argument with a sentence.
 fault_set fault_set_of(const std::string &text);
+fault_limits fault_limits_of(const std::string &text);
 std::string name_of(fault_kind kind);
-std::string text_of(const fault_set &kinds);
+std::string text_of(const fault_set &kinds, const fault_limits &most = {});
 
 // out: the kinds of a seed: of most seeds a few, of some all, of some none
 fault_set swarm_of(std::uint64_t seed);
@@ -79,7 +82,7 @@ class fault_injector : public call_faults,
                        public plc_faults,
                        public line_faults {
   public:
-    fault_injector(run &of, const fault_set &kinds, std::uint64_t seed);
+    fault_injector(run &of, const fault_set &kinds, const fault_limits &most, std::uint64_t seed);
 
     // Plans the events of each kind. Call it once, when the world is made.
     void begin();
@@ -115,6 +118,8 @@ class fault_injector : public call_faults,
         bool drawn = false;
     };
     bool due(countdown &of);
+    // out: another one of this kind may occur, which it then does
+    bool takes_one(fault_kind kind);
     // Plans `what` again and again, `mean` apart by the seed's rate of the kind.
     void repeat(fault_kind kind, time_ns mean, const std::function<void()> &what);
     // Calls `what` later, also when faults have ended: for the end of something that lasts.
@@ -153,6 +158,7 @@ class fault_injector : public call_faults,
     std::array<bool, fault_kinds> on_{};
     std::vector<dice> chances_;
     std::array<double, fault_kinds> rates_{};
+    std::array<std::uint64_t, fault_kinds> left_{};  // occurrences
     std::vector<std::string> last_;
     std::uint64_t count_ = 0;
     bool active_ = true;

@@ -74,13 +74,15 @@ const std::vector<int> &errors_of(const char *call) {
 
 // One call in some thousands, or for a while each call of one name.
 void fault_injector::refuse_call(const call_site &site, call_fate &fate) {
-    if (of_.time.now() < storm_until_ && stormy_call_ == site.name) {
+    if (of_.time.now() < storm_until_ && stormy_call_ == site.name && of_.cycles_of_daemon > 0) {
         fate.error = stormy_error_;
         return;
     }
     if (!due(refused_calls_)) return;
     const std::vector<int> &errors = errors_of(site.name);
-    if (errors.empty()) return;
+    // A daemon that cannot start needs its sentence.
+    const bool explains = of_.cycles_of_daemon == 0 && std::strcmp(site.path, "stderr") == 0;
+    if (errors.empty() || explains) return;
     dice &drawn = chance(fault_kind::refuse);
     fate.error = drawn.one_of(errors);
     note(fault_kind::refuse,

@@ -37,7 +37,7 @@ run::run(const run_options &with)
       box(time, with.seed),
       net(box, with.seed),
       plc(box_machine, net, with.seed),
-      faults(*this, with.faults, with.seed),
+      faults(*this, with.faults, with.most, with.seed),
       chance_(with.seed, "run") {
     box.faults = &faults;
     net.faults = &faults;
@@ -202,8 +202,8 @@ void run::count_tick() {
     follow_file();
     ++cycles_of_daemon;
     ++cycles;
-    if (cycles == quiet_from_) time.at(time.now(), [this] { end_faults(); });
-    if (cycles == options.cycles) time.at(time.now(), [this] { ask_to_stop(); });
+    if (cycles == options.cycles) time.at(time.now(), [this] { end_faults(); });
+    if (cycles == options.cycles + quiet_) time.at(time.now(), [this] { ask_to_stop(); });
 }
 
 // The quiet end of a run: the world is put right, and must recover.
@@ -261,12 +261,13 @@ run_result run::go() {
     start_daemon();
     faults.begin();
     const time_ns period_ns = box_machine.period_us * us;
-    quiet_from_ = options.cycles - std::min(options.cycles / 2,
-                                            static_cast<std::uint64_t>(recovery_ns() / period_ns));
+    // A short run, as one that has been shrunk, is not judged for its recovery.
+    const auto quiet = static_cast<std::uint64_t>(recovery_ns() / period_ns);
+    if (!options.faults.empty() && options.cycles >= quiet) quiet_ = quiet;
     time.at(30 * second + static_cast<time_ns>(3 * options.cycles / 2) * period_ns,
             [this] { end_faults(); });
     // However much of the time no daemon runs, the world ends.
-    time.at(60 * second + static_cast<time_ns>(2 * options.cycles) * period_ns,
+    time.at(60 * second + static_cast<time_ns>(2 * (options.cycles + quiet_)) * period_ns,
             [this] { ask_to_stop(); });
     time.run();
     if (result_.violations.empty()) each([](invariant &one) { one.finished(); });

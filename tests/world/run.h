@@ -25,6 +25,7 @@ namespace compbox::world {
 struct run_options {
     std::uint64_t seed = 1, cycles = 1000;
     fault_set faults;
+    fault_limits most;                        // occurrences of a kind; without an entry any number
     bool prints_log = false;                  // of the daemon, to stdout
     std::function<void(run &)> prepare = {};  // called before the start, for tests
 };
@@ -113,7 +114,7 @@ class run {
         unsigned revision;
     };
     std::vector<taken_file> taken_;  // by the box
-    std::uint64_t quiet_from_ = 0;   // cycle
+    std::uint64_t quiet_ = 0;        // cycles without faults, behind those of the options
     run_result result_;
     dice chance_;
 };

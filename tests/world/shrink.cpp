@@ -3,6 +3,8 @@
 
 #include <optional>
 
+#include "tests/world/isolated.h"
+
 namespace compbox::world {
 
 namespace {
@@ -11,20 +13,55 @@ namespace {
 std::optional<failing_run> tried(const run_options &options, const failing_run &like) {
     run_options silent = options;
     silent.prints_log = false;
-    const run_result result = run(silent).go();
+    const run_result result = run_isolated(silent);
     if (result.violations.empty()) return std::nullopt;
     if (result.violations[0].invariant != like.found.invariant) return std::nullopt;
     return failing_run{options, result.violations[0]};
 }
 
-// Ends right behind the violation, or as early as one of these cycles.
+// Ends right behind the violation; of a crash, whose cycle is unknown, at a half again and again.
 failing_run with_fewer_cycles(failing_run best) {
-    for (const std::uint64_t cycles :
-         {best.found.cycle / 2, best.found.cycle, best.found.cycle + 1}) {
-        if (cycles == 0 || cycles >= best.options.cycles) continue;
+    for (const std::uint64_t more : {0, 1}) {
         run_options options = best.options;
-        options.cycles = cycles;
+        options.cycles = best.found.cycle + more;
+        if (options.cycles == 0 || options.cycles >= best.options.cycles) continue;
         if (const auto smaller = tried(options, best)) return *smaller;
+    }
+    while (best.found.invariant == "crash") {
+        run_options options = best.options;
+        options.cycles /= 2;
+        const auto smaller = options.cycles == 0 ? std::nullopt : tried(options, best);
+        if (!smaller) return best;
+        best = *smaller;
+    }
+    return best;
+}
+
+failing_run with_fewer_kinds(failing_run best) {
+    const fault_set kinds = best.options.faults;
+    for (const fault_kind kind : kinds) {
+        run_options options = best.options;
+        options.faults.erase(kind);
+        if (const auto smaller = tried(options, best)) best = *smaller;
+    }
+    return best;
+}
+
+// Of each kind the first occurrences alone, as few as it takes: by halves.
+failing_run with_fewer_occurrences(failing_run best) {
+    for (const fault_kind kind : best.options.faults) {
+        std::uint64_t low = 0, high = 4096;  // occurrences: too few, enough
+        while (high - low > 1) {
+            run_options options = best.options;
+            const std::uint64_t half = low + (high - low) / 2;
+            options.most[kind] = half;
+            if (const auto smaller = tried(options, best)) {
+                best = *smaller;
+                high = half;
+            } else {
+                low = half;
+            }
+        }
     }
     return best;
 }
@@ -32,14 +69,8 @@ failing_run with_fewer_cycles(failing_run best) {
 }  // namespace
 
 failing_run shrunk(const failing_run &whole) {
-    failing_run best = with_fewer_cycles(whole);
-    const fault_set kinds = best.options.faults;
-    for (const fault_kind kind : kinds) {
-        run_options options = best.options;
-        options.faults.erase(kind);
-        if (const auto smaller = tried(options, best)) best = with_fewer_cycles(*smaller);
-    }
-    return best;
+    // Cycles last: a run without restarts makes more of them in the same time.
+    return with_fewer_cycles(with_fewer_occurrences(with_fewer_kinds(whole)));
 }
 
 }  // namespace compbox::world

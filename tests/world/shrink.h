@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A failing run made smaller: fewer cycles, then fewer kinds of faults, each tried by another run.
+// A failing run made smaller: fewer cycles, fewer kinds of faults, fewer of each kind; every step
+// is tried by another run, in a process of its own.
 #pragma once
 
 #include "tests/world/run.h"

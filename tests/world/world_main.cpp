@@ -11,8 +11,7 @@
 #include <ostream>
 
 #include "host-tools/command_line/command_line.h"
-#include "tests/world/end_of_program.h"
-#include "tests/world/run.h"
+#include "tests/world/isolated.h"
 #include "tests/world/shrink.h"
 
 namespace {
@@ -49,23 +48,15 @@ run_options options_of(const order &with, std::uint64_t seed) {
     options.seed = seed;
     options.cycles = with.cycles;
     options.faults = with.faults == "swarm" ? swarm_of(seed) : fault_set_of(with.faults);
+    if (with.faults != "swarm") options.most = fault_limits_of(with.faults);
     options.prints_log = with.prints_log;
     return options;
 }
 
 std::string replay_of(const run_options &options) {
     return fmt::format("replay: scripts/simulate --seeds {}..{} --cycles {} --faults {}\n",
-                       options.seed, options.seed, options.cycles, text_of(options.faults));
-}
-
-run_result run_seed(const run_options &options) {
-    static std::string replay;
-    replay = replay_of(options);
-    run world(options);
-    report_end_of_program(replay, &world.time);
-    const run_result result = world.go();
-    report_end_of_program(replay, nullptr);
-    return result;
+                       options.seed, options.seed, options.cycles,
+                       text_of(options.faults, options.most));
 }
 
 void print_violation(const failing_run &failing) {
@@ -83,7 +74,7 @@ total run_seeds(const order &with, int job) {
     for (std::uint64_t seed = with.first + static_cast<std::uint64_t>(job); seed <= with.last;
          seed += static_cast<std::uint64_t>(with.jobs)) {
         const run_options options = options_of(with, seed);
-        const run_result result = run_seed(options);
+        const run_result result = run_isolated(options);
         sum.cycles += result.cycles;
         ++sum.seeds;
         sum.violations += result.violations.size();
@@ -115,7 +106,7 @@ total run_jobs(const order &with) {
     for (const int from : pipes) {
         total sum;
         if (::read(from, &sum, sizeof sum) != static_cast<ssize_t>(sizeof sum))
-            sum.violations = 1;  // it has printed why it ended (end_of_program.h)
+            throw std::runtime_error("a job ended by itself");
         ::close(from);
         all.cycles += sum.cycles;
         all.seeds += sum.seeds;
@@ -171,7 +162,7 @@ int main(int argc, char **argv) {
             io.out << random_machine(chance).text << "\n";
             return 0;
         }
-        if (with.faults != "swarm") (void)fault_set_of(with.faults);
+        if (with.faults != "swarm") options_of(with, with.first);
         return simulate(with);
     } catch (const std::invalid_argument &error) {
         io.err << "world: --faults: " << error.what() << "\n";

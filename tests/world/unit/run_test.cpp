@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/world/isolated.h"
 #include "tests/world/shrink.h"
 
 extern "C" {
@@ -83,9 +84,49 @@ TEST(run, a_violation_is_shrunk_to_the_fault_and_the_cycles_that_it_needs) {
     const run_result whole = run(options).go();
     ASSERT_EQ(whole.violations.size(), 1u);
     const failing_run small = shrunk({options, whole.violations[0]});
-    EXPECT_EQ(text_of(small.options.faults), "tear");
+    EXPECT_EQ(text_of(small.options.faults, small.options.most), "tear:1");
     EXPECT_LT(small.options.cycles, 400u);
     EXPECT_EQ(small.found.at, 3 * second);
+    // The line that is printed replays it.
+    run_options again = of_seed(7);
+    again.prepare = options.prepare;
+    again.cycles = small.options.cycles;
+    const std::string faults = text_of(small.options.faults, small.options.most);
+    again.faults = fault_set_of(faults);
+    again.most = fault_limits_of(faults);
+    const run_result replayed = run_isolated(again);
+    ASSERT_EQ(replayed.violations.size(), 1u);
+    EXPECT_EQ(replayed.violations[0].cycle, small.found.cycle);
+    EXPECT_EQ(replayed.violations[0].words, small.found.words);
+}
+
+TEST(run, a_crash_is_a_violation_and_is_shrunk_as_well) {
+    run_options options = of_seed(7);
+    options.faults = fault_set_of("tear,kill");
+    options.prepare = [](run &world) {
+        world.time.at(2 * second, [&world] {
+            if (world.faults.has(fault_kind::kill)) std::abort();
+        });
+    };
+    const run_result whole = run_isolated(options);
+    ASSERT_EQ(whole.violations.size(), 1u);
+    EXPECT_EQ(whole.violations[0].invariant, "crash");
+    const failing_run small = shrunk({options, whole.violations[0]});
+    EXPECT_EQ(text_of(small.options.faults), "kill");
+    EXPECT_LE(small.options.cycles, 250u);
+}
+
+// As of a daemon that computes for ever without a call.
+TEST(run, virtual_time_that_stands_still_is_a_crash) {
+    run_options options = of_seed(7);
+    options.prepare = [](run &world) {
+        world.time.at(second, [] {
+            for (volatile int forever = 1; forever == 1;) continue;
+        });
+    };
+    const run_result stuck = run_isolated(options);
+    ASSERT_EQ(stuck.violations.size(), 1u);
+    EXPECT_EQ(stuck.violations[0].words, "virtual time stands still");
 }
 
 }  // namespace
