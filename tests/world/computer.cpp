@@ -33,7 +33,7 @@ computer::~computer() {
 
 void computer::boot() {
     booted_ns_ = time.now() - chance_.time_between(5 * second, 1000 * second);
-    suspended_ns_ = 0;
+    suspended_ns_ = suspended_until_ = 0;
     char id[40];
     std::snprintf(id, sizeof id, "%016llx-%016llx", static_cast<unsigned long long>(chance_.next()),
                   static_cast<unsigned long long>(chance_.next()));
@@ -203,14 +203,14 @@ void computer::set_wall_clock(time_ns step) {
 }
 
 void computer::suspend(time_ns duration) {
-    const time_ns until = time.now() + duration;
+    if (time.now() < suspended_until_) return;
+    const time_ns until = suspended_until_ = time.now() + duration;
     suspended_ns_ += duration;
-    for (const auto &one : time.threads()) time.hold(*one, until);
     time.shift_sleepers([&](const thread &one) {
         if (one.wake_ns == never) return never;
-        if (one.stands_in_suspend) return one.wake_ns + duration;
-        return std::max(one.wake_ns, until);
+        return one.stands_in_suspend ? one.wake_ns + duration : one.wake_ns;
     });
+    for (const auto &one : time.threads()) time.hold(*one, until);
 }
 
 }  // namespace compbox::world

@@ -75,7 +75,7 @@ class computer {
     void send_signal(int number);  // SIGKILL too
     void kill() { send_signal(9); }
     void cut_power();  // the process is gone, the disk keeps what is durable, peers hear nothing
-    // Nothing runs for so long; CLOCK_MONOTONIC stands still.
+    // Nothing runs for so long; CLOCK_MONOTONIC stands still. None begins within another.
     void suspend(time_ns duration);
     void set_wall_clock(time_ns step);                       // not before 1970, not after 2200
     void grow_old(time_ns uptime) { booted_ns_ -= uptime; }  // right after boot()
@@ -138,7 +138,7 @@ class computer {
 
     dice chance_;
     std::unique_ptr<process> process_;
-    time_ns booted_ns_ = 0, suspended_ns_ = 0, wall_offset_ns_ = 0;
+    time_ns booted_ns_ = 0, suspended_ns_ = 0, suspended_until_ = 0, wall_offset_ns_ = 0;
     std::string boot_id_, line_;
     bool dies_ = false;
 };

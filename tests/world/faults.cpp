@@ -109,8 +109,9 @@ fault_injector::fault_injector(run &of, const fault_set &kinds, const fault_limi
 void fault_injector::note(fault_kind kind, const std::string &words) {
     ++count_;
     if (last_.size() == remembered) last_.erase(last_.begin());
-    last_.push_back(fmt::format("{:.6f} s: {}: {}", static_cast<double>(of_.time.now()) * 1e-9,
-                                name_of(kind), words));
+    const double now_s = static_cast<double>(of_.time.now()) * 1e-9;
+    last_.push_back(fmt::format("{:.6f} s: {}: {}", now_s, name_of(kind), words));
+    if (of_.options.prints_log) fmt::print("{:12.6f} [{}: {}]\n", now_s, name_of(kind), words);
 }
 
 bool fault_injector::due(countdown &of) {

@@ -50,7 +50,7 @@ failing_run with_fewer_kinds(failing_run best) {
 // Of each kind the first occurrences alone, as few as it takes: by halves.
 failing_run with_fewer_occurrences(failing_run best) {
     for (const fault_kind kind : best.options.faults) {
-        std::uint64_t low = 0, high = 4096;  // occurrences: too few, enough
+        std::uint64_t low = 0, high = 256;  // occurrences: too few, enough
         while (high - low > 1) {
             run_options options = best.options;
             const std::uint64_t half = low + (high - low) / 2;
@@ -69,8 +69,8 @@ failing_run with_fewer_occurrences(failing_run best) {
 }  // namespace
 
 failing_run shrunk(const failing_run &whole) {
-    // Cycles last: a run without restarts makes more of them in the same time.
-    return with_fewer_cycles(with_fewer_occurrences(with_fewer_kinds(whole)));
+    // Kinds before cycles: a run without restarts makes more cycles in the same time.
+    return with_fewer_cycles(with_fewer_occurrences(with_fewer_cycles(with_fewer_kinds(whole))));
 }
 
 }  // namespace compbox::world
