@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: MIT
-"""Gate: each fault that scripts/test-planted-faults plants still has its place in the sources, just one, and
-the tests that have to catch it are there.
+"""Gate: each fault that scripts/test-planted-faults or scripts/report mutants plants still has its place in the
+sources, just one, and the tests that have to catch it are there.
   planted.py ROOT         prints how many faults were looked at, or every one that is wrong
   planted.py --self-test  plants mistakes into such a fault; each must be caught"""
 
@@ -11,6 +11,7 @@ import sys
 import tempfile
 
 sys.dont_write_bytecode = True  # beside the lists
+MUTANTS = "tests/world/mutants.py"
 LISTS = ("tests/hil/planted_faults.py", "tests/hil/stm32f405/planted_faults.py")
 
 
@@ -37,7 +38,12 @@ def check(root):
         count += len(faults)
         for fault in faults:
             wrong += [f"{file}: {line}" for line in wrong_with(root, (root / file).parent, fault)]
-    return count, wrong
+    mutants = runpy.run_path(str(root / MUTANTS))
+    names = [mutant[0] for mutant in mutants["MUTANTS"]]
+    wrong += [f"{MUTANTS}: {name} is {names.count(name)} times there" for name in set(names) if names.count(name) > 1]
+    for mutant in mutants["MUTANTS"]:
+        wrong += [f"{MUTANTS}: {line}" for line in mutants["wrong_with"](mutant, lambda file: (root / file).read_text())]
+    return count + len(names), wrong
 
 
 GOOD = ("slew", "firmware/box/box.c", "CB_BOX_MAX", "CB_BOX_LEAST", ["test_wire.py", "test_stop.py::test_one[of it]"])
