@@ -52,6 +52,14 @@ class invariant {
     run &of_;
 };
 
-std::vector<std::unique_ptr<invariant>> all_invariants(run &of);
+using invariants = std::vector<std::unique_ptr<invariant>>;
+
+void add_bounds(run &of, invariants &all);   // invariants_bounds.cpp
+void add_modes(run &of, invariants &all);    // invariants_modes.cpp
+void add_process(run &of, invariants &all);  // invariants_process.cpp
+void add_files(run &of, invariants &all);    // invariants_files.cpp
+void add_models(run &of, invariants &all);   // invariants_models.cpp
+
+invariants all_invariants(run &of);
 
 }  // namespace compbox::world

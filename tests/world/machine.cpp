@@ -443,7 +443,22 @@ channel_facts facts_of_channel(const json &entry) {
     facts.unit_um = entry.value("type", "int32") == "float32" ? 0 : entry.value("scale", 1.0);
     facts.sign = entry.value("sign", 1);
     facts.has_applied = entry.contains("applied");
+    facts.error_um = entry.value("error_um", 0.0);
+    facts.deadband_um = entry.value("deadband_um", 0.0);
+    if (!entry.contains("tangent")) return facts;
+    const json &tangent = entry.at("tangent");
+    facts.slope_limit = tangent.at("slope_limit");
+    facts.slope_slew_per_s = tangent.at("slope_slew_per_s");
+    facts.slope_unit = tangent.value("slope_scale", 1.0);
     return facts;
+}
+
+// Of the defaults that docs/coefficient-file.md states.
+signal_facts facts_of_signal(const json &entry, std::int64_t period_us) {
+    const std::string unit = entry.value("unit", "");
+    const double age_ms = entry.contains("plc") ? 3e-3 * static_cast<double>(period_us) : 2000.0;
+    return {entry.at("name"), entry.value("essential", unit == "mm" || unit == "deg"),
+            std::llround(1000 * entry.value("max_age_ms", age_ms))};
 }
 
 pair_facts facts_of_pair(const machine &of, const json &entry) {
@@ -457,6 +472,13 @@ pair_facts facts_of_pair(const machine &of, const json &entry) {
 }
 
 }  // namespace
+
+const signal_facts *machine::signal(const std::string &name) const {
+    for (const signal_facts &one : signals) {
+        if (one.name == name) return &one;
+    }
+    return nullptr;
+}
 
 std::optional<machine> facts_of(const machine &base, const std::string &text) {
     machine made = base;
@@ -476,6 +498,11 @@ std::optional<machine> facts_of(const machine &base, const std::string &text) {
         made.ramp_um_per_s = root.at("safety").value("ramp_um_per_s", made.ramp_um_per_s);
         made.hold_us = static_cast<std::int64_t>(1000 * root.at("safety").value("hold_ms", 0.0));
         made.period_us = std::llround(1000 * root.at("cycle").value("period_ms", 30.0));
+        const json &plc = root.at("plc");
+        made.heartbeat_timeout_us = std::llround(1000 * plc.value("heartbeat_timeout_ms", 200.0));
+        made.signals.clear();
+        for (const auto &entry : root.at("signals"))
+            made.signals.push_back(facts_of_signal(entry, made.period_us));
     } catch (const std::exception &) {
         return std::nullopt;
     }

@@ -21,6 +21,13 @@ struct channel_facts {
     double limit_um = 0, slew_um_per_s = 0, unit_um = 0;  // unit: of the register; float: 0
     int sign = 1;  // of the register against the tool's displacement
     bool has_applied = false;
+    double error_um = 0, deadband_um = 0;
+    double slope_limit = 0, slope_slew_per_s = 0, slope_unit = 0;  // of a tangent, mm/mm
+};
+struct signal_facts {
+    std::string name;
+    bool essential = false;
+    std::int64_t max_age_us = 0;
 };
 struct pair_facts {
     std::size_t first = 0, second = 0;
@@ -41,6 +48,9 @@ struct machine {
     bool demands_fit = true;  // no demand is beyond error_um, which ends in FAULT
     std::vector<channel_facts> channels;
     std::vector<pair_facts> pairs;
+    std::vector<signal_facts> signals;  // by facts_of() alone
+    // out: nullptr if there is none of that name
+    const signal_facts *signal(const std::string &name) const;
     std::string plc_device;            // of a serial line to the PLC; "": TCP
     std::vector<std::string> modules;  // on the bus of the box, as pt100_modules::add takes them
     std::vector<can_node> nodes;

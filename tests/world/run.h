@@ -83,6 +83,7 @@ class run {
     // What the file promises that the daemon ran when it sent a request.
     const machine &running_at(time_ns sent) const;
     const machine &running() const { return running_at(time.now()); }
+    std::size_t files_taken() const { return taken_.size(); }
     bool stop_asked = false;  // SIGTERM was sent to this daemon
     std::uint64_t cycles_of_daemon = 0;
     // Once faults have ended, the box is ACTIVE after at most this time.

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#include "tests/world/blocks.h"
+
+#include <algorithm>
+
+#include "tests/world/run.h"
+
+namespace compbox::world {
+
+namespace {
+
+std::uint16_t word_in(const std::vector<std::uint16_t> &block, int address, int start) {
+    return block[static_cast<std::size_t>(address - start)];
+}
+
+double number_in(const number_format &format, int address, const std::vector<std::uint16_t> &block,
+                 int start) {
+    return format.decode(&block[static_cast<std::size_t>(address - start)]);
+}
+
+}  // namespace
+
+bool written_block::is_zero() const {
+    const auto zero = [](double value) { return value == 0; };
+    return std::all_of(um.begin(), um.end(), zero) && std::all_of(slope.begin(), slope.end(), zero);
+}
+
+written_block block_of(const machine &of, const exchange &seen) {
+    const register_map &map = of.map;
+    const auto &words = seen.written;
+    const int start = map.write.start;
+    written_block block;
+    const unsigned status = word_in(words, map.status, start);
+    block.mode = status & 0xFFu;
+    block.reason = status >> 8;
+    block.detail = map.detail ? word_in(words, *map.detail, start) : 0u;
+    block.heartbeat = word_in(words, map.box_heartbeat, start);
+    block.counters_agree = !map.write.counters || words.front() == words.back();
+    for (std::size_t c = 0; c < map.channels.size(); ++c) {
+        const taken_channel &channel = map.channels[c];
+        const double raw = number_in(channel.format, channel.address, words, start);
+        block.um.push_back(of.channels[c].sign * channel.scale_um * raw);
+        const auto &tangent = channel.tangent;
+        block.slope.push_back(tangent ? tangent->slope_scale * number_in(tangent->slope_format,
+                                                                         tangent->slope_address,
+                                                                         words, start)
+                                      : 0.0);
+    }
+    return block;
+}
+
+bool read_head::references(const machine &of) const {
+    return (control & of.map.referenced_mask) == of.map.referenced_mask;
+}
+
+bool is_reading(const machine &of, const exchange &seen) {
+    return !seen.read.empty() && seen.read_start == of.map.read.start;
+}
+
+bool is_read_back(const machine &of, const exchange &seen) {
+    return !seen.read.empty() && seen.read_start == of.map.write.start;
+}
+
+read_head head_of(const machine &of, const exchange &seen) {
+    const register_map &map = of.map;
+    read_head head;
+    head.whole = !map.read.counters || seen.read.front() == seen.read.back();
+    head.control = word_in(seen.read, map.control, map.read.start);
+    head.heartbeat = word_in(seen.read, map.plc_heartbeat, map.read.start);
+    return head;
+}
+
+double signal_in(const machine &of, const shown_signal &signal, const exchange &seen) {
+    return number_in(signal.format, signal.address, seen.read, of.map.read.start) * signal.scale +
+           signal.zero;
+}
+
+bool draws(const run &of, const char *kind) {
+    const fault_set &kinds = of.options.faults;
+    return std::any_of(kinds.begin(), kinds.end(),
+                       [kind](fault_kind one) { return name_of(one) == kind; });
+}
+
+bool draws_any(const run &of, std::initializer_list<const char *> kinds) {
+    return std::any_of(kinds.begin(), kinds.end(), [&of](const char *kind) { return draws(of, kind); });
+}
+
+time_ns longest_lag(const run &of) {
+    if (draws_any(of, {"stall", "suspend"})) return never;
+    return draws_any(of, {"delay", "preempt", "disk", "refuse"}) ? second : 0;
+}
+
+}  // namespace compbox::world

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+// What invariants know of a file and of an exchange, decoded by fakeplc's numbers and by JSON: no
+// code of the box.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tests/world/machine.h"
+#include "tests/world/scheduler.h"
+
+namespace compbox::world {
+
+struct exchange;
+class run;
+
+// The low byte of the status is box_mode (host-tools/fakeplc/duties.h). Of the high byte:
+namespace box_reason {
+enum : unsigned {
+    none = 0, no_plc = 1, not_enabled = 2, not_referenced = 3, heartbeat = 4, signal = 5, clock = 6,
+    wait = 7, degraded = 8, limited = 9, stop = 10, extrapolated = 11, unconfirmed = 12,
+    unapplied = 13, demand = 16, foreign = 21
+};
+}
+
+// A written block.
+struct written_block {
+    unsigned mode = 0, reason = 0, detail = 0;
+    std::uint16_t heartbeat = 0;
+    bool counters_agree = true;
+    std::vector<double> um;     // of each channel, as the tool moves
+    std::vector<double> slope;  // of each channel, mm/mm; 0 without a tangent
+    bool is_zero() const;
+};
+// in : an exchange that writes
+written_block block_of(const machine &of, const exchange &seen);
+
+// The head of a reading of the read block.
+struct read_head {
+    bool whole = false;  // the block's counters agree
+    std::uint16_t control = 0, heartbeat = 0;
+    bool enables() const { return (control & 1u) != 0; }
+    bool resets() const { return (control & 4u) != 0; }
+    bool permits() const { return (control & 8u) != 0; }
+    bool references(const machine &of) const;
+};
+bool is_reading(const machine &of, const exchange &seen);
+bool is_read_back(const machine &of, const exchange &seen);
+read_head head_of(const machine &of, const exchange &seen);
+// out: a signal of a reading, in its unit
+double signal_in(const machine &of, const shown_signal &signal, const exchange &seen);
+
+// The longest time from a step of the box to the sending of what it made, by the faults of the run:
+// 0 if no fault makes calls or threads slow, `never` if one of them has no bound.
+time_ns longest_lag(const run &of);
+// Whether the run draws a kind of fault, by its name; unknown kinds never.
+bool draws(const run &of, const char *kind);
+bool draws_any(const run &of, std::initializer_list<const char *> kinds);
+
+}  // namespace compbox::world

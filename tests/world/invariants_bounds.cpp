@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: MIT
+// Bounds of what the PLC gets and what it applies: docs/DESIGN.md "Limits", firmware/box/limiter.c.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <optional>
+
+#include "tests/world/blocks.h"
+#include "tests/world/invariants.h"
+#include "tests/world/run.h"
+
+namespace compbox::world {
+
+namespace {
+
+// |output| <= limit, of slopes too, and finite. After a reload to a smaller limit an output walks
+// inside: it is no larger than before.
+class size_invariant : public invariant {
+  public:
+    explicit size_invariant(run &of) : invariant(of, "size") {}
+    void exchanged(const exchange &seen) override {
+        if (seen.written.empty() || of_.files_taken() > 1) return;
+        const machine &facts = of_.running_at(seen.sent);
+        const written_block block = block_of(facts, seen);
+        for (std::size_t c = 0; c < block.um.size(); ++c) {
+            const channel_facts &channel = facts.channels[c];
+            check(channel.name, block.um[c], channel.limit_um);
+            check("the slope of " + channel.name, block.slope[c], channel.slope_limit);
+        }
+    }
+
+  private:
+    void check(const std::string &of, double value, double limit) {
+        const double most = limit * (1 + 1e-6) + (limit > 0.01 ? 1e-6 : 1e-9);
+        if (std::isfinite(value) && std::fabs(value) <= most) return;
+        violated(fmt::format("{} is {}, its limit {}", of, value, limit));
+    }
+};
+
+// The two motors of a stage are never further apart than allowed.
+class pair_invariant : public invariant {
+  public:
+    explicit pair_invariant(run &of) : invariant(of, "pair") {}
+    void exchanged(const exchange &seen) override {
+        const machine &facts = of_.running_at(seen.sent);
+        if (seen.written.empty() || facts.pairs.empty() || of_.files_taken() > 1) return;
+        const written_block block = block_of(facts, seen);
+        for (const pair_facts &pair : facts.pairs) {
+            const double apart_um = std::fabs(block.um[pair.first] - block.um[pair.second]);
+            if (apart_um <= pair.most_um * (1 + 1e-6) + 1e-4) continue;  // of two float32
+            violated(fmt::format("{} and {} are {} µm apart, allowed are {} µm",
+                                 facts.channels[pair.first].name, facts.channels[pair.second].name,
+                                 apart_um, pair.most_um));
+        }
+    }
+};
+
+// Whichever writes take effect, and in whatever order: from one value of the PLC to the next at
+// most slew x 2 periods, plus a unit. And over a longer time, by the times of sending, at most
+// slew x time.
+class slew_invariant : public invariant {
+  public:
+    explicit slew_invariant(run &of) : invariant(of, "slew"), lag_ns_(longest_lag(of)) {}
+    void started() override {
+        before_.reset();
+        past_.clear();
+    }
+    void exchanged(const exchange &seen) override {
+        const machine &facts = of_.running_at(seen.sent);
+        if (places_outputs(facts, seen)) started();
+        if (seen.written.empty()) return;
+        const written_block block = block_of(facts, seen);
+        if (before_) check(facts, *before_, block, 2 * period_s(facts), "from one write to the next");
+        before_ = block;
+        sent_ns_ = std::max(sent_ns_, seen.sent);
+        if (lag_ns_ != never) look_back(facts, {seen.sent, block});
+    }
+
+  private:
+    struct sent_block {
+        time_ns sent;
+        written_block block;
+    };
+    // After lost contact the outputs go on from what the PLC applies or holds (decision 5). The box
+    // reads the block back then, and has not written for some periods.
+    bool places_outputs(const machine &facts, const exchange &seen) const {
+        const bool refused = seen.function == 3 && seen.exception != 0;
+        return (is_read_back(facts, seen) || refused) && seen.sent - sent_ns_ > 19 * facts.period_us * us / 10;
+    }
+    static double period_s(const machine &facts) { return 1e-6 * static_cast<double>(facts.period_us); }
+
+    // in : two blocks, and the time in which the box may have moved from one to the other
+    void check(const machine &facts, const written_block &from, const written_block &to, double time_s,
+               const char *words) {
+        for (std::size_t c = 0; c < to.um.size(); ++c) {
+            const channel_facts &channel = facts.channels[c];
+            const double most_um = channel.slew_um_per_s * time_s + 2.01 * channel.unit_um + 1e-3;
+            const double step_um = std::fabs(to.um[c] - from.um[c]);
+            if (step_um > most_um)
+                violated(fmt::format("{} moves by {} µm {}, allowed are {} µm", channel.name, step_um,
+                                     words, most_um));
+            const double most = channel.slope_slew_per_s * time_s + 2.01 * channel.slope_unit + 1e-9;
+            const double step = std::fabs(to.slope[c] - from.slope[c]);
+            if (step > most)
+                violated(fmt::format("the slope of {} moves by {} {}, allowed are {}", channel.name,
+                                     step, words, most));
+        }
+    }
+
+    // Compares with a block of some periods ago.
+    void look_back(const machine &facts, const sent_block &now) {
+        constexpr std::size_t remembered = 12;
+        if (!past_.empty() && now.sent < past_.back().sent) return;  // of a given-up connection
+        past_.push_back(now);
+        if (past_.size() < remembered) return;
+        const sent_block before = past_.front();
+        past_.pop_front();
+        const double time_s = 1e-9 * static_cast<double>(now.sent - before.sent + lag_ns_);
+        check(facts, before.block, now.block, time_s + 1.2 * period_s(facts), "over twelve writes");
+    }
+
+    time_ns lag_ns_, sent_ns_ = 0;
+    std::optional<written_block> before_;
+    std::deque<sent_block> past_;
+};
+
+// What the PLC hands to the NC is within the PLC's own size, whoever writes (docs/plc.md).
+class plc_size_invariant : public invariant {
+  public:
+    explicit plc_size_invariant(run &of) : invariant(of, "plc size") {}
+    void scanned(const plc_state &) override {
+        const plc_duties &duties = of_.plc.control.duties();
+        const auto &sizes = duties.sizes_um();
+        for (std::size_t c = 0; c < sizes.size(); ++c) {
+            const double um = duties.wanted()[c].um;
+            if (std::isfinite(um) && std::fabs(um) <= sizes[c] * (1 + 1e-9)) continue;
+            violated(fmt::format("the PLC applies {} µm to {}, its own size is {} µm", um,
+                                 of_.box_machine.channels[c].name, sizes[c]));
+        }
+    }
+};
+
+// A restart does not step (decision 5): the first write has what the PLC applies or holds, or zero
+// where the PLC was restarted, or refuses the read-back.
+class start_invariant : public invariant {
+  public:
+    explicit start_invariant(run &of) : invariant(of, "start") {}
+    void started() override {
+        first_ = true;
+        refused_ = false;
+    }
+    void exchanged(const exchange &seen) override {
+        const machine &facts = of_.running_at(seen.sent);
+        if (first_ && seen.function == 3 && seen.exception != 0) refused_ = true;
+        if (seen.written.empty()) return;
+        const written_block block = block_of(facts, seen);
+        if (first_ && held_ && !refused_ && !disturbed()) compare(facts, block);
+        first_ = false;
+        held_ = block;
+    }
+
+  private:
+    bool disturbed() const {
+        return draws_any(of_, {"foreign", "plc_stop", "reload", "hostile", "wire", "sensors", "boundary",
+                               "twice", "loss", "delay"});
+    }
+    void compare(const machine &facts, const written_block &block) {
+        for (std::size_t c = 0; c < block.um.size(); ++c) {
+            const channel_facts &channel = facts.channels[c];
+            const double applied = channel.sign * of_.plc.control.side().applied()[c].um;
+            const double held = held_->um[c], value = block.um[c];
+            const double reach = 2e-6 * channel.slew_um_per_s * static_cast<double>(facts.period_us);
+            const double near = reach + 2 * channel.unit_um + 1e-3;
+            const double low = channel.has_applied ? std::min(applied, held) : held;
+            const double high = channel.has_applied ? std::max(applied, held) : held;
+            if (value >= low - near && value <= high + near) continue;
+            violated(fmt::format("after a start the first write of {} is {} µm, the PLC held {} µm and "
+                                 "applied {} µm", channel.name, value, held, applied));
+        }
+    }
+
+    bool first_ = true, refused_ = false;
+    std::optional<written_block> held_;  // by the PLC
+};
+
+}  // namespace
+
+void add_bounds(run &of, invariants &all) {
+    all.push_back(std::make_unique<size_invariant>(of));
+    all.push_back(std::make_unique<pair_invariant>(of));
+    all.push_back(std::make_unique<slew_invariant>(of));
+    all.push_back(std::make_unique<plc_size_invariant>(of));
+    all.push_back(std::make_unique<start_invariant>(of));
+}
+
+}  // namespace compbox::world

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: MIT
+// Files and log are whole after every kill and power cut, and what they say is true
+// (docs/compboxd.md). The state file is decoded here by its own lines, with a check sum by its definition.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "tests/world/blocks.h"
+#include "tests/world/invariants.h"
+#include "tests/world/run.h"
+
+namespace compbox::world {
+
+namespace {
+
+// Whoever reads the statistics finds one whole JSON object, at any time.
+class stats_invariant : public invariant {
+  public:
+    explicit stats_invariant(run &of) : invariant(of, "statistics") {}
+    void started() override { check("at a start"); }
+    void file_written(const std::string &path, const node &) override {
+        if (path == run::stats_path) check("after a write");
+    }
+    void ended(const ending &how) override {
+        check("at the end");
+        if (how.by_signal || how.code != 0) return;
+        const auto all = nlohmann::json::parse(of_.box.files.text(run::stats_path), nullptr, false);
+        if (!all.is_object()) return;
+        if (!all.value("finished", false)) violated("the daemon ended with 0, its statistics are not finished");
+        check_ticks(all);
+    }
+
+  private:
+    void check(const char *when) {
+        const auto file = of_.box.files.find(run::stats_path, false);
+        if (file == nullptr || file->kind != node_kind::regular) return;
+        if (!nlohmann::json::accept(file->bytes))
+            violated(fmt::format("{} the statistics are no JSON object: {} bytes", when, file->bytes.size()));
+    }
+    // cycles + missed ticks fill the time; without faults there is no drift, and nothing is missed.
+    void check_ticks(const nlohmann::json &all) {
+        const double period_us = all.value("period_us", 0.0), elapsed_us = 1e6 * all.value("elapsed_s", 0.0);
+        const double ticks = all.value("cycles", 0.0) + all.value("overruns", 0.0);
+        const double drift_us = all.value("drift_us", 0.0);
+        if (draws_any(of_, {"suspend", "stall", "boundary", "reload", "hostile"})) return;
+        const double near_us = 3 * period_us + 1e-3 * static_cast<double>(longest_lag(of_));
+        if (std::abs(ticks * period_us - elapsed_us) > near_us)
+            violated(fmt::format("{} ticks of {} µs in {} µs", ticks, period_us, elapsed_us));
+        if (longest_lag(of_) == 0 && std::abs(drift_us) > 1000)
+            violated(fmt::format("the ticks drift by {} µs", drift_us));
+        if (longest_lag(of_) == 0 && all.value("overruns", 0) > 0)
+            violated(fmt::format("{} ticks were missed, and nothing was slow", all.value("overruns", 0)));
+        if (longest_lag(of_) == 0 && !draws_any(of_, {"kill", "power_cut", "restart"})) check_counts(all.at("box"));
+    }
+    // A PLC whose replies all arrive: what the box counted is what happened.
+    void check_counts(const nlohmann::json &box) {
+        if (draws_any(of_, {"loss", "reset", "tear", "wire", "plc_stop", "foreign", "partial", "twice", "memory"})) return;
+        compare("reads_torn", box.value("reads_torn", 0u), torn_);
+        compare("writes_refused", box.value("writes_refused", 0u), refused_);
+    }
+    void compare(const char *counter, std::uint64_t counted, std::uint64_t happened) {
+        if (counted + 1 >= happened && counted <= happened) return;  // the last may be unread
+        violated(fmt::format("{} is {}, it happened {} times", counter, counted, happened));
+    }
+    void exchanged(const exchange &seen) override {
+        const machine &facts = of_.running_at(seen.sent);
+        torn_ += is_reading(facts, seen) && !head_of(facts, seen).whole;
+        refused_ += seen.exception != 0 && seen.function != 3;
+    }
+
+    std::uint64_t torn_ = 0, refused_ = 0;
+};
+
+// The state file, by docs/compboxd.md: header, records, ending, CRC-32; numbers of the machine.
+struct state_file {
+    struct header {
+        char magic[8];
+        std::uint32_t format, count;
+        char machine_name[40], boot_id[40];
+        std::uint32_t synchronised, unused;
+    };
+    struct record {
+        char name[24], lag_of[24];
+        std::int64_t unix_us, boottime_us;
+        float hi, lo, input, tau_s;
+        std::uint32_t power, unused;
+    };
+    struct ending {
+        std::int64_t unix_us, boottime_us;
+        std::uint32_t heartbeat, beat, stopped, unused;
+    };
+    std::vector<record> records;
+    struct ending end = {};
+};
+
+// CRC-32 of IEEE 802.3, bit by bit.
+std::uint32_t crc_of(const std::string &bytes, std::size_t count) {
+    std::uint32_t crc = ~0u;
+    for (std::size_t i = 0; i < count; ++i) {
+        crc ^= static_cast<unsigned char>(bytes[i]);
+        for (int bit = 0; bit < 8; ++bit) crc = (crc & 1u) != 0 ? crc >> 1 ^ 0xEDB88320u : crc >> 1;
+    }
+    return ~crc;
+}
+
+std::optional<state_file> decoded(const std::string &bytes) {
+    state_file file;
+    state_file::header head;
+    if (bytes.size() < sizeof head + sizeof file.end + 4) return std::nullopt;
+    std::memcpy(&head, bytes.data(), sizeof head);
+    const std::size_t body = sizeof head + head.count * sizeof(state_file::record) + sizeof file.end;
+    if (head.format != 3 || head.count > 64 || bytes.size() != body + 4) return std::nullopt;
+    std::uint32_t sum = 0;
+    std::memcpy(&sum, bytes.data() + body, sizeof sum);
+    if (crc_of(bytes, body) != sum) return std::nullopt;
+    file.records.resize(head.count);
+    if (head.count > 0) std::memcpy(file.records.data(), bytes.data() + sizeof head, head.count * sizeof(state_file::record));
+    std::memcpy(&file.end, bytes.data() + body - sizeof file.end, sizeof file.end);
+    return file;
+}
+
+// The state file is whole at any time unless someone else has changed it; a file that is not whole
+// is refused. STOPPED in it is true. The pause that the log names is the true one.
+class state_invariant : public invariant {
+  public:
+    explicit state_invariant(run &of) : invariant(of, "state") {}
+    void started() override {
+        const auto file = of_.box.files.find(run::state_path, false);
+        found_ = file != nullptr && file->kind == node_kind::regular ? file->bytes : "";
+        const bool others = draws_any(of_, {"state", "disk"});
+        if (!others && !found_.empty() && !decoded(found_))
+            violated(fmt::format("a start finds a state file of {} bytes that is not whole", found_.size()));
+        runs_ = true;
+        start_ns_ = of_.time.now();
+    }
+    void file_written(const std::string &path, const node &file) override {
+        if (path != run::state_path || file.kind != node_kind::regular || draws(of_, "state")) return;
+        const auto state = decoded(file.bytes);
+        if (!state) {
+            if (!file.bytes.empty()) violated("the daemon wrote a state file that is not whole");
+            return;
+        }
+        if (state->end.stopped == 1 && !zero_)
+            violated("the state file says STOPPED, and the PLC has no STOPPED with zero");
+        remember(*state);
+    }
+    void exchanged(const exchange &seen) override {
+        if (seen.written.empty()) return;
+        const written_block block = block_of(of_.running_at(seen.sent), seen);
+        zero_ = block.mode == box_mode::stopped && block.is_zero();
+    }
+    void logged(const std::string &line) override {
+        unsigned resumed = 0, all = 0;
+        double pause_s = 0;
+        const auto at = line.find(run::state_path);
+        if (at == std::string::npos) return;
+        const char *words = line.c_str() + at + std::strlen(run::state_path);
+        if (std::sscanf(words, ": %u of %u lags go on after a pause of %lf s", &resumed, &all, &pause_s) != 3) return;
+        if (!decoded(found_)) violated("lags go on by a state file that is not whole");
+        if (resumed == 0 || draws_any(of_, {"state", "clock", "boundary", "suspend"})) return;
+        const auto known = true_ns_.find(found_);
+        if (known == true_ns_.end()) return;
+        const double true_s = 1e-9 * static_cast<double>(of_.time.now() - known->second);
+        if (std::abs(true_s - pause_s) > 0.3 + 1e-9 * static_cast<double>(std::min(longest_lag(of_), 20 * second)))
+            violated(fmt::format("the log says a pause of {} s, it was {} s", pause_s, true_s));
+    }
+
+  private:
+    // When the oldest record of this file was valid, by the world's time.
+    void remember(const state_file &file) {
+        time_ns oldest = never;
+        for (const auto &record : file.records)
+            oldest = std::min(oldest, of_.time.now() - (of_.box.boottime() - record.boottime_us * us));
+        if (true_ns_.size() > 100) true_ns_.clear();
+        if (oldest != never) true_ns_[of_.box.files.text(run::state_path)] = oldest;
+    }
+
+    bool runs_ = false, zero_ = false;
+    std::string found_;
+    time_ns start_ns_ = 0;
+    std::map<std::string, time_ns> true_ns_;
+};
+
+// The record has whole rows, in the order of time, also after a full disk. A kill may cut the last.
+class record_invariant : public invariant {
+  public:
+    explicit record_invariant(run &of) : invariant(of, "record") {}
+    void ended(const ending &how) override {
+        const std::string text = of_.box.files.text(run::record_path);
+        if (text.empty() || how.power_cut) return;
+        if (!how.by_signal && text.back() != '\n') violated("the record ends with a part of a row");
+        check(text, how.by_signal ? 1 : 0);
+    }
+
+  private:
+    void check(const std::string &text, std::size_t cut) {
+        std::size_t columns = 0, at = 0;
+        double before_s = -1;
+        while (at < text.size()) {
+            const std::size_t end = text.find('\n', at);
+            if (end == std::string::npos) {
+                if (cut == 0) violated("the record ends with a part of a row");
+                return;
+            }
+            const auto from = text.begin() + static_cast<std::ptrdiff_t>(at);
+            const auto commas = static_cast<std::size_t>(std::count(from, text.begin() + static_cast<std::ptrdiff_t>(end), ','));
+            if (at == 0) columns = commas;
+            const std::string row = text.substr(at, std::min<std::size_t>(end - at, 40));
+            if (commas != columns) violated(fmt::format("a row of the record has {} commas, not {}: {}", commas, columns, row));
+            double time_s = 0;
+            if (at > 0 && std::sscanf(row.c_str(), "%lf", &time_s) != 1) violated("a row of the record has no time: " + row);
+            if (at > 0 && time_s <= before_s) violated(fmt::format("a row of {} s behind one of {} s", time_s, before_s));
+            if (at > 0) before_s = time_s;
+            at = end + 1;
+        }
+    }
+};
+
+// Lines of the log are whole sentences of compboxd, and few: 20 at once and two a second of each
+// of some kinds.
+class log_invariant : public invariant {
+  public:
+    explicit log_invariant(run &of) : invariant(of, "log") {}
+    void started() override {
+        since_ns_ = of_.time.now();
+        lines_ = 0;
+    }
+    void logged(const std::string &line) override {
+        ++lines_;
+        if (line.rfind("compboxd: ", 0) != 0 && !draws_any(of_, {"partial", "refuse", "kill", "power_cut"}))
+            violated("a line of the log does not begin with the program's name: " + line);
+        const double elapsed_s = 1e-9 * static_cast<double>(of_.time.now() - since_ns_);
+        if (static_cast<double>(lines_) > kinds * (20 + 2 * elapsed_s) + 40)
+            violated(fmt::format("{} lines in {} s", lines_, elapsed_s));
+    }
+
+  private:
+    static constexpr double kinds = 7;
+    time_ns since_ns_ = 0;
+    std::uint64_t lines_ = 0;
+};
+
+// A symbolic link in the place of an output is never followed.
+class link_invariant : public invariant {
+  public:
+    explicit link_invariant(run &of) : invariant(of, "link") {}
+    void file_written(const std::string &path, const node &file) override {
+        if (path == "/run/elsewhere" && !file.bytes.empty())
+            violated("the daemon wrote to the file that a link in the place of its output names");
+    }
+};
+
+}  // namespace
+
+void add_files(run &of, invariants &all) {
+    all.push_back(std::make_unique<stats_invariant>(of));
+    all.push_back(std::make_unique<state_invariant>(of));
+    all.push_back(std::make_unique<record_invariant>(of));
+    all.push_back(std::make_unique<log_invariant>(of));
+    all.push_back(std::make_unique<link_invariant>(of));
+}
+
+}  // namespace compbox::world

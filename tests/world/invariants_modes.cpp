@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: MIT
+// Modes: what permits ACTIVE, and that the status is true (docs/faults.md, docs/DESIGN.md §5).
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+
+#include "tests/world/blocks.h"
+#include "tests/world/invariants.h"
+#include "tests/world/run.h"
+
+namespace compbox::world {
+
+namespace {
+
+const char *name_of_mode(unsigned mode) {
+    static const char *const names[] = {"STANDBY", "ACTIVE", "HOLD", "RAMP", "FAULT", "STOPPED"};
+    return mode < 6 ? names[mode] : "an unknown mode";
+}
+
+// What a mode may be based on: readings of at most three periods, the heartbeat of its timeout. In
+// FC23 a write carries the step before it.
+class evidence_invariant : public invariant {
+  public:
+    explicit evidence_invariant(run &of) : invariant(of, "evidence"), lag_ns_(longest_lag(of)) {}
+    void started() override {
+        permitted_ns_ = beat_ns_ = -never / 2;
+        beats_ = 0;
+    }
+    void exchanged(const exchange &seen) override {
+        if (lag_ns_ == never) return;
+        const machine &facts = of_.running_at(seen.sent);
+        if (!seen.written.empty()) judge(facts, seen);
+        if (is_reading(facts, seen)) take(facts, seen);
+    }
+
+  private:
+    void judge(const machine &facts, const exchange &seen) {
+        if (block_of(facts, seen).mode != box_mode::active) return;
+        const time_ns period_ns = facts.period_us * us;
+        const time_ns reading_ns = 5 * period_ns + lag_ns_;
+        const time_ns beat_ns = facts.heartbeat_timeout_us * us + 2 * period_ns + lag_ns_;
+        if (seen.sent - permitted_ns_ > reading_ns)
+            violated(fmt::format("ACTIVE, but the last reading with enable and all references is {} ms old",
+                                 (seen.sent - permitted_ns_) / ms));
+        if (seen.sent - beat_ns_ > beat_ns || beats_ < 2)
+            violated(fmt::format("ACTIVE, but the PLC's heartbeat has not moved for {} ms",
+                                 (seen.sent - beat_ns_) / ms));
+    }
+    void take(const machine &facts, const exchange &seen) {
+        const read_head head = head_of(facts, seen);
+        if (!head.whole) return;
+        if (beats_ == 0 || head.heartbeat != beat_) {
+            beat_ = head.heartbeat;
+            beat_ns_ = std::max(beat_ns_, seen.sent);
+            ++beats_;
+        }
+        if (head.enables() && head.references(facts)) permitted_ns_ = std::max(permitted_ns_, seen.sent);
+    }
+
+    time_ns lag_ns_, permitted_ns_ = -never / 2, beat_ns_ = -never / 2;
+    std::uint16_t beat_ = 0;
+    std::uint64_t beats_ = 0;  // different heartbeats
+};
+
+// ACTIVE ends when an essential signal was implausible for longer than its maximum age.
+class essential_invariant : public invariant {
+  public:
+    explicit essential_invariant(run &of) : invariant(of, "essential"), lag_ns_(longest_lag(of)) {}
+    void started() override { good_ns_.clear(); }
+    void exchanged(const exchange &seen) override {
+        if (lag_ns_ == never) return;
+        const machine &facts = of_.running_at(seen.sent);
+        if (!seen.written.empty() && block_of(facts, seen).mode == box_mode::active) judge(facts, seen);
+        if (is_reading(facts, seen)) take(facts, seen);
+    }
+
+  private:
+    void take(const machine &facts, const exchange &seen) {
+        good_ns_.resize(facts.map.signals.size(), -never / 2);
+        if (!head_of(facts, seen).whole) return;
+        for (std::size_t i = 0; i < facts.map.signals.size(); ++i) {
+            const shown_signal &signal = facts.map.signals[i];
+            const double value = signal_in(facts, signal, seen);
+            const double low = signal.min.value_or(-1e30), high = signal.max.value_or(1e30);
+            const double near = 1e-6 * (std::fabs(low) + std::fabs(high));
+            if (std::isfinite(value) && value >= low - near && value <= high + near)
+                good_ns_[i] = std::max(good_ns_[i], seen.sent);
+        }
+    }
+    void judge(const machine &facts, const exchange &seen) {
+        for (std::size_t i = 0; i < good_ns_.size(); ++i) {
+            const signal_facts *signal = facts.signal(facts.map.signals[i].name);
+            if (signal == nullptr || !signal->essential) continue;
+            const time_ns most = signal->max_age_us * us + 2 * facts.period_us * us + lag_ns_;
+            if (seen.sent - good_ns_[i] > most)
+                violated(fmt::format("ACTIVE, but the essential {} had no plausible value for {} ms",
+                                     signal->name, (seen.sent - good_ns_[i]) / ms));
+        }
+    }
+
+    time_ns lag_ns_;
+    std::vector<time_ns> good_ns_;
+};
+
+// After a loss ACTIVE needs permit resume, or enable off and on again: losses are HOLD, a fault, a
+// ramp with an input missing, and a start at a PLC whose status is at work (decision 4).
+class permission_invariant : public invariant {
+  public:
+    explicit permission_invariant(run &of) : invariant(of, "permission"), lag_ns_(longest_lag(of)) {}
+    void started() override { contact_ = false; }
+    void exchanged(const exchange &seen) override {
+        const machine &facts = of_.running_at(seen.sent);
+        if (!contact_ && is_read_back(facts, seen)) first_contact(facts, seen);
+        if (!seen.written.empty() && seen.sent >= newest_ns_) judge(facts, seen);
+        if (is_reading(facts, seen)) take(facts, seen);
+    }
+
+  private:
+    void first_contact(const machine &facts, const exchange &seen) {
+        const auto at = static_cast<std::size_t>(facts.map.status - facts.map.write.start);
+        const unsigned mode = seen.read[at] & 0xFFu;
+        lost_ = mode != box_mode::standby && mode != box_mode::stopped;
+    }
+    void take(const machine &facts, const exchange &seen) {
+        const read_head head = head_of(facts, seen);
+        if (!head.enables()) off_ns_ = seen.now;
+        if (head.permits() && head.enables()) permit_ns_ = std::max(permit_ns_, seen.sent);
+    }
+    static bool is_loss(const written_block &block) {
+        using namespace box_reason;
+        if (block.mode == box_mode::hold || block.mode == box_mode::fault) return true;
+        const std::set<unsigned> missing = {no_plc, heartbeat, signal, clock, unconfirmed, wait};
+        return block.mode == box_mode::ramp && missing.count(block.reason) > 0;
+    }
+    void judge(const machine &facts, const exchange &seen) {
+        const written_block block = block_of(facts, seen);
+        newest_ns_ = seen.sent;
+        contact_ = true;
+        if (block.mode != box_mode::active) {
+            lost_ = lost_ || is_loss(block);
+            return;
+        }
+        const time_ns recent = 5 * facts.period_us * us + (lag_ns_ == never ? 200 * second : lag_ns_);
+        const bool permitted = seen.sent - permit_ns_ <= recent, was_off = off_ns_ >= active_ns_;
+        if (lost_ && !permitted && !was_off)
+            violated("ACTIVE after a loss, without permit resume and without a new edge of enable");
+        lost_ = false;
+        active_ns_ = seen.sent;
+    }
+
+    time_ns lag_ns_, newest_ns_ = 0, active_ns_ = -never / 2, permit_ns_ = -never / 2, off_ns_ = -never / 2;
+    bool lost_ = false, contact_ = false;
+};
+
+// A fault ends by the reset bit going from 0 to 1, by a stop, or by a restart.
+class reset_invariant : public invariant {
+  public:
+    explicit reset_invariant(run &of) : invariant(of, "reset"), exact_(longest_lag(of) == 0) {}
+    void started() override { in_fault_ = false; }
+    void exchanged(const exchange &seen) override {
+        const machine &facts = of_.running_at(seen.sent);
+        if (!seen.written.empty() && seen.sent >= newest_ns_) judge(facts, seen);
+        if (!is_reading(facts, seen)) return;
+        const bool resets = head_of(facts, seen).resets();
+        if (resets && (!was_set_ || !seen_all())) edge_ns_ = seen.now;
+        was_set_ = resets;
+    }
+
+  private:
+    // Otherwise the box may have missed readings.
+    bool seen_all() const {
+        return exact_ && !draws_any(of_, {"loss", "reset", "tear", "exception", "wire", "plc_stop", "foreign",
+                                          "partial", "twice"});
+    }
+    void judge(const machine &facts, const exchange &seen) {
+        const written_block block = block_of(facts, seen);
+        newest_ns_ = seen.sent;
+        if (block.mode == box_mode::fault) {
+            if (!in_fault_) since_ns_ = seen.sent - 4 * facts.period_us * us;
+            in_fault_ = true;
+            return;
+        }
+        if (in_fault_ && block.mode != box_mode::stopped && edge_ns_ < since_ns_)
+            violated(fmt::format("FAULT became {} without an edge of the reset bit", name_of_mode(block.mode)));
+        in_fault_ = false;
+    }
+
+    bool exact_, in_fault_ = false, was_set_ = false;
+    time_ns newest_ns_ = 0, since_ns_ = 0, edge_ns_ = -never / 2;
+};
+
+// What the status says is what the outputs do (docs/faults.md, "Modes").
+class status_invariant : public invariant {
+  public:
+    explicit status_invariant(run &of) : invariant(of, "status"), lag_ns_(longest_lag(of)) {}
+    void started() override { before_.reset(); }
+    void exchanged(const exchange &seen) override {
+        const machine &facts = of_.running_at(seen.sent);
+        if (is_read_back(facts, seen)) before_.reset();  // the outputs may be set to the PLC's
+        if (seen.written.empty()) return;
+        const written_block block = block_of(facts, seen);
+        if (before_ && seen.sent < sent_ns_) return;  // of a given-up connection
+        judge(facts, block);
+        if (before_) compare(facts, *before_, block, seen.sent - sent_ns_);
+        watch_hold(facts, block, seen.sent);
+        before_ = block;
+        sent_ns_ = seen.sent;
+    }
+
+  private:
+    void judge(const machine &facts, const written_block &block) {
+        using namespace box_reason;
+        if (block.mode > box_mode::stopped) violated(fmt::format("the status has mode {}", block.mode));
+        const bool rests = block.mode == box_mode::standby || block.mode == box_mode::stopped;
+        if (rests && !block.is_zero())
+            violated(fmt::format("{} with an output that is not zero", name_of_mode(block.mode)));
+        if (!block.counters_agree) violated("the counters of the write block differ");
+        static const std::set<unsigned> active = {none, unapplied, degraded, limited, extrapolated};
+        if (block.mode == box_mode::active && active.count(block.reason) == 0)
+            violated(fmt::format("ACTIVE with reason {}", block.reason));
+        if ((block.mode == box_mode::fault) != (block.reason >= 16))
+            violated(fmt::format("{} with reason {}", name_of_mode(block.mode), block.reason));
+        static const std::set<unsigned> caused = {signal, limited, unapplied, demand, foreign};
+        if (facts.map.detail && block.reason != degraded && (caused.count(block.reason) > 0) != (block.detail != 0))
+            violated(fmt::format("reason {} with detail {:#06x}", block.reason, block.detail));
+    }
+    void compare(const machine &facts, const written_block &from, const written_block &to, time_ns apart) {
+        const auto beats = static_cast<std::uint16_t>(to.heartbeat - from.heartbeat);
+        const bool again = beats == 0 && !facts.plc_device.empty();  // a repetition on a serial line
+        if (beats == 0 && !again) violated("the box's heartbeat is that of the write before");
+        const auto period_ns = static_cast<double>(facts.period_us * us);
+        if (lag_ns_ != never && beats > 0) {
+            const double most = static_cast<double>(apart + lag_ns_) / period_ns + 2;
+            if (beats > most) violated(fmt::format("the box's heartbeat counts {} in {} ms", beats, apart / ms));
+        }
+        for (std::size_t c = 0; c < to.um.size(); ++c) {
+            const double was = from.um[c], is = to.um[c];
+            const bool holds = from.mode == box_mode::hold && to.mode == box_mode::hold;
+            if (holds && is != was)
+                violated(fmt::format("{} moves from {} to {} µm in HOLD", facts.channels[c].name, was, is));
+            const bool ramps = is_ramp(from) && is_ramp(to);
+            if (ramps && (std::fabs(is) > std::fabs(was) || is * was < 0))
+                violated(fmt::format("{} goes from {} to {} µm in a ramp", facts.channels[c].name, was, is));
+            if (ramps) check_ramp(facts, c, was, is, apart);
+        }
+    }
+    static bool is_ramp(const written_block &block) {
+        return block.mode == box_mode::ramp || block.mode == box_mode::fault;
+    }
+    // No faster than ramp_um_per_s, over any two writes.
+    void check_ramp(const machine &facts, std::size_t c, double was, double is, time_ns apart) {
+        if (lag_ns_ != 0) return;
+        const double time_s = 1e-9 * static_cast<double>(apart + facts.period_us * us);
+        const double most = facts.ramp_um_per_s * time_s + 2.01 * facts.channels[c].unit_um + 1e-3;
+        if (std::fabs(is - was) > most)
+            violated(fmt::format("{} ramps by {} µm in {} s, allowed are {} µm", facts.channels[c].name,
+                                 std::fabs(is - was), time_s, most));
+    }
+    void watch_hold(const machine &facts, const written_block &block, time_ns sent) {
+        if (block.mode != box_mode::hold) {
+            hold_ns_ = never;
+            return;
+        }
+        hold_ns_ = std::min(hold_ns_, sent);
+        const time_ns most = facts.hold_us * us + 8 * facts.period_us * us + (lag_ns_ == never ? 200 * second : lag_ns_);
+        if (sent - hold_ns_ > most) violated(fmt::format("HOLD for {} ms", (sent - hold_ns_) / ms));
+    }
+
+    time_ns lag_ns_, sent_ns_ = 0, hold_ns_ = never;
+    std::optional<written_block> before_;
+};
+
+// A box that no longer writes leaves no ACTIVE behind while the PLC answers its readings.
+class silence_invariant : public invariant {
+  public:
+    explicit silence_invariant(run &of) : invariant(of, "silence") {}
+    void started() override { readings_ = 0; }
+    void exchanged(const exchange &seen) override {
+        const machine &facts = of_.running_at(seen.sent);
+        if (!seen.written.empty()) {
+            readings_ = 0;
+            active_ = block_of(facts, seen).mode == box_mode::active;
+        } else if (is_reading(facts, seen) && ++readings_ > most_readings && active_ && !disturbed()) {
+            violated(fmt::format("{} readings without a write, and the status is ACTIVE", readings_));
+        }
+    }
+
+  private:
+    static constexpr std::uint64_t most_readings = 60;
+    bool disturbed() const {
+        return draws_any(of_, {"memory", "foreign", "reset", "plc_stop", "loss", "refuse", "wire", "exception"});
+    }
+    std::uint64_t readings_ = 0;
+    bool active_ = false;
+};
+
+}  // namespace
+
+void add_modes(run &of, invariants &all) {
+    all.push_back(std::make_unique<evidence_invariant>(of));
+    all.push_back(std::make_unique<essential_invariant>(of));
+    all.push_back(std::make_unique<permission_invariant>(of));
+    all.push_back(std::make_unique<reset_invariant>(of));
+    all.push_back(std::make_unique<status_invariant>(of));
+    all.push_back(std::make_unique<silence_invariant>(of));
+}
+
+}  // namespace compbox::world

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+// The process: how it ends, what it holds, that it recovers, its ticks (docs/compboxd.md).
+#include <fmt/core.h>
+
+#include <algorithm>
+
+#include "tests/world/blocks.h"
+#include "tests/world/invariants.h"
+#include "tests/world/run.h"
+
+namespace compbox::world {
+
+namespace {
+
+// The daemon ends as it was asked to: by an assertion never, with 0 exactly where the PLC confirmed
+// STOPPED and all files are complete.
+class exit_invariant : public invariant {
+  public:
+    explicit exit_invariant(run &of) : invariant(of, "exit") {}
+    void started() override {
+        has_reason_ = is_incomplete_ = has_written_ = stopped_ = false;
+    }
+    void logged(const std::string &line) override {
+        has_reason_ = has_reason_ || line.rfind("compboxd: ", 0) == 0;
+        is_incomplete_ = is_incomplete_ || line.find(" could not be written: ") != std::string::npos;
+    }
+    void exchanged(const exchange &seen) override {
+        if (seen.written.empty()) return;
+        const written_block block = block_of(of_.running_at(seen.sent), seen);
+        has_written_ = true;
+        stopped_ = block.mode == box_mode::stopped && block.is_zero();
+    }
+    void ended(const ending &how) override {
+        const bool asked = of_.asked_to_stop || of_.stop_asked;
+        const bool at_start = of_.cycles_of_daemon == 0;
+        // Before it has blocked the signals of a stop, these end it at once.
+        if (how.by_signal && how.code != 9 && !(at_start && (asked || how.code == 1)))
+            violated(fmt::format("the daemon ended by signal {}", how.code));
+        const bool refused = at_start && how.code == 1 && has_reason_ && of_.faults.count() > 0;
+        if (!how.by_signal && !asked && !refused)
+            violated(fmt::format("the daemon ended with {} by itself", how.code));
+        if (!how.by_signal && how.code != 0 && of_.faults.count() == 0)
+            violated(fmt::format("the daemon ended with {} without a fault", how.code));
+        if (how.by_signal || how.code != 0) return;
+        if (!stopped_) violated("the daemon ended with 0, but the PLC did not get STOPPED and zero");
+        if (is_incomplete_) violated("the daemon ended with 0, but a file is not complete");
+    }
+    void finished() override {
+        if (of_.box.runs()) violated("the daemon did not end within the stated time");
+    }
+
+  private:
+    bool has_reason_ = false;  // a sentence about a failed start
+    bool is_incomplete_ = false, has_written_ = false, stopped_ = false;
+};
+
+// Without faults the box becomes ACTIVE, and its last status is STOPPED. Faults that are over for
+// the time of recovery_ns() leave nothing behind.
+class service_invariant : public invariant {
+  public:
+    explicit service_invariant(run &of) : invariant(of, "service") {}
+    void exchanged(const exchange &seen) override {
+        if (seen.written.empty()) return;
+        mode_ = block_of(of_.running_at(seen.sent), seen).mode;
+        if (mode_ == box_mode::active) active_ns_ = seen.now;
+        was_active_ = was_active_ || mode_ == box_mode::active;
+        judge_recovery();
+    }
+    void scanned(const plc_state &) override { judge_recovery(); }
+    void faults_ended() override { quiet_ns_ = of_.time.now(); }
+    void finished() override {
+        if (of_.faults.count() > 0) return;
+        if (!was_active_ && of_.box_machine.demands_fit) violated("the box was never ACTIVE");
+        if (mode_ != box_mode::stopped) violated(fmt::format("the last status is {}", mode_));
+    }
+
+  private:
+    void judge_recovery() {
+        if (quiet_ns_ == never || of_.asked_to_stop || !of_.box_machine.demands_fit) return;
+        if (active_ns_ >= quiet_ns_ || of_.time.now() - quiet_ns_ < of_.recovery_ns()) return;
+        violated(fmt::format("the box is not ACTIVE {} s after the last fault, its status is {}",
+                             (of_.time.now() - quiet_ns_) / second, mode_));
+    }
+
+    unsigned mode_ = 0;
+    bool was_active_ = false;
+    time_ns quiet_ns_ = never, active_ns_ = -never / 2;
+};
+
+// Nothing grows: descriptors, blocks of memory, threads.
+class resources_invariant : public invariant {
+  public:
+    explicit resources_invariant(run &of) : invariant(of, "resources") {}
+    void exchanged(const exchange &) override {
+        if (++exchanges_ % 16 != 0 || !of_.box.runs()) return;
+        const auto &process = of_.box.current_process();
+        const auto open = std::count_if(process.descriptors.begin(), process.descriptors.end(),
+                                        [](const auto &file) { return file != nullptr; });
+        if (open > most_descriptors) violated(fmt::format("{} descriptors are open", open));
+        if (process.heap.size() > most_blocks)
+            violated(fmt::format("{} blocks of memory are in use", process.heap.size()));
+        if (of_.time.threads().size() > most_threads)
+            violated(fmt::format("{} threads", of_.time.threads().size()));
+    }
+
+  private:
+    static constexpr std::ptrdiff_t most_descriptors = 20;
+    static constexpr std::size_t most_blocks = 6, most_threads = 12;
+    std::uint64_t exchanges_ = 0;
+};
+
+// Ticks are never made up for: from a write to the one two steps later is at least a period.
+class tick_invariant : public invariant {
+  public:
+    explicit tick_invariant(run &of) : invariant(of, "tick") {}
+    void started() override { known_ = 0; }
+    void exchanged(const exchange &seen) override {
+        if (seen.written.empty()) return;
+        const machine &facts = of_.running_at(seen.sent);
+        const written_block block = block_of(facts, seen);
+        if (known_ > 0 && block.heartbeat == beat_[0]) return;
+        const auto beats = static_cast<std::uint16_t>(block.heartbeat - beat_[1]);
+        if (known_ > 1 && beats == 2 && seen.sent > sent_[0]) {
+            const time_ns least = facts.period_us * us * 9 / 10;
+            if (seen.sent - sent_[1] < least)
+                violated(fmt::format("two steps within {} µs", (seen.sent - sent_[1]) / us));
+        }
+        beat_[1] = beat_[0];
+        sent_[1] = sent_[0];
+        beat_[0] = block.heartbeat;
+        sent_[0] = seen.sent;
+        known_ = std::min(known_ + 1, 2);
+    }
+
+  private:
+    int known_ = 0;
+    std::uint16_t beat_[2] = {0, 0};
+    time_ns sent_[2] = {0, 0};
+};
+
+}  // namespace
+
+void add_process(run &of, invariants &all) {
+    all.push_back(std::make_unique<exit_invariant>(of));
+    all.push_back(std::make_unique<service_invariant>(of));
+    all.push_back(std::make_unique<resources_invariant>(of));
+    all.push_back(std::make_unique<tick_invariant>(of));
+}
+
+}  // namespace compbox::world
