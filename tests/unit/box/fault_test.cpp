@@ -843,6 +843,16 @@ TEST(box_fault, stopped_means_that_the_plc_confirmed_it) {
     EXPECT_TRUE(rig.out.stopped);
 }
 
+TEST(box_fault, a_stop_at_the_first_contact_waits_for_the_confirmation) {
+    box_rig rig(simple());
+    rig.in.stop = true;
+    rig.step();
+    EXPECT_TRUE(rig.out.write);
+    EXPECT_FALSE(rig.out.stopped);
+    rig.steps(2);
+    EXPECT_TRUE(rig.out.stopped);
+}
+
 TEST(box_fault, a_box_that_never_wrote_stops_at_once) {
     box_rig rig(simple());
     rig.reading = false;
