@@ -118,6 +118,13 @@ static enum cb_mode step_fault(struct cb_mode_state *state, const struct cb_mode
     return CB_MODE_FAULT;
 }
 
+/* Contact may be lost before the PLC has confirmed STOPPED; then the outputs start from its value. */
+static enum cb_mode step_stopped(struct cb_mode_state *state, const struct cb_mode_events *e) {
+    if (e->all_zero) return CB_MODE_STOPPED;
+    state->reason = CB_REASON_STOP;
+    return CB_MODE_RAMP;
+}
+
 /* in : events of this step, elapsed_us since the previous one
  * out: the next mode; *state has its reason. A new fault precedes the functions of the states. */
 static enum cb_mode next_mode(struct cb_mode_state *state, const struct cb_mode_events *e,
@@ -141,7 +148,7 @@ static enum cb_mode next_mode(struct cb_mode_state *state, const struct cb_mode_
         case CB_MODE_STOPPED:
             break;
     }
-    return CB_MODE_STOPPED;
+    return step_stopped(state, e);
 }
 
 void cb_mode_start(struct cb_mode_state *state) {

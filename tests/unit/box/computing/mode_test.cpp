@@ -65,7 +65,8 @@ struct rules {
     }
 
     cb_mode expected() const {
-        if (s.mode == CB_MODE_STOPPED || ends()) return CB_MODE_STOPPED;
+        if (s.mode == CB_MODE_STOPPED) return e.all_zero ? CB_MODE_STOPPED : CB_MODE_RAMP;
+        if (ends()) return CB_MODE_STOPPED;
         if (new_fault() || stays_in_fault()) return CB_MODE_FAULT;
         if (runs()) return e.excessive ? CB_MODE_FAULT : CB_MODE_ACTIVE;
         if (holds()) return CB_MODE_HOLD;
@@ -100,7 +101,8 @@ int expected_reason(const rules &before, uint8_t mode_after) {
     if (mode_after == CB_MODE_FAULT && before.alarmed() && e.fault == 0) return CB_REASON_NC_ALARM;
     if (mode_after == CB_MODE_FAULT && e.fault == 0) return CB_REASON_DEMAND;
     if (mode_after == CB_MODE_FAULT) return e.fault;
-    if (before.s.mode == CB_MODE_STOPPED) return before.s.reason;
+    if (mode_after == CB_MODE_STOPPED && before.s.mode == CB_MODE_STOPPED) return before.s.reason;
+    if (before.s.mode == CB_MODE_STOPPED) return CB_REASON_STOP;
     if (e.stop) return CB_REASON_STOP;
     if (!e.clock_ok) return CB_REASON_CLOCK;
     if (!e.writes_ok) return CB_REASON_UNCONFIRMED;
