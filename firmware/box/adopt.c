@@ -153,6 +153,17 @@ static void adopt_channels(struct cb_box *fresh, const struct cb_box *old) {
     fresh->applied.slot_us = old->applied.slot_us;
 }
 
+/* A latched fault keeps the cause of its first step, which names a channel. */
+static void adopt_cause(struct cb_box *fresh, const struct cb_box *old) {
+    const struct cb_cause *cause = &old->cause;
+    const bool of_channel = cause->kind == CB_CAUSE_DEMAND || cause->kind == CB_CAUSE_UNAPPLIED;
+    if (!of_channel || cause->index >= CB_MAX_CHANNELS) return;
+    const unsigned k = find_channel(&fresh->config, &old->config.channels[cause->index]);
+    if (k == CB_NONE) return;
+    fresh->cause = *cause;
+    fresh->cause.index = (uint8_t)k;
+}
+
 bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old) {
     CB_ASSERT(fresh != old);
     if (!cb_box_is_sound(old) || cb_box_obstacle(&fresh->config, old) != CB_NONE) return false;
@@ -163,5 +174,6 @@ bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old) {
     adopt_signals(fresh, old);
     adopt_terms(fresh, old);
     adopt_channels(fresh, old);
+    adopt_cause(fresh, old);
     return true;
 }
