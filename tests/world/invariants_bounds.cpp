@@ -74,6 +74,7 @@ class slew_invariant : public invariant {
         const written_block block = block_of(facts, seen);
         if (before_) check(facts, *before_, block, 2 * period_s(facts), "from one write to the next");
         before_ = block;
+        if (seen.sent - sent_ns_ > 4 * facts.period_us * us) gap_ns_ = seen.sent;
         sent_ns_ = std::max(sent_ns_, seen.sent);
         if (lag_ns_ != never) look_back(facts, {seen.sent, block});
     }
@@ -87,7 +88,10 @@ class slew_invariant : public invariant {
     // reads the block back then, and has not written for some periods.
     bool places_outputs(const machine &facts, const exchange &seen) const {
         const bool refused = seen.function == 3 && seen.exception != 0;
-        return (is_read_back(facts, seen) || refused) && seen.sent - sent_ns_ > 19 * facts.period_us * us / 10;
+        const time_ns period_ns = facts.period_us * us;
+        const bool lost = draws_any(of_, {"plc_stop", "line"});
+        return (is_read_back(facts, seen) || refused) &&
+               (lost || 2 * (seen.sent - sent_ns_) > 3 * period_ns || seen.sent - gap_ns_ < 5 * period_ns);
     }
     static double period_s(const machine &facts) { return 1e-6 * static_cast<double>(facts.period_us); }
 
@@ -122,6 +126,7 @@ class slew_invariant : public invariant {
     }
 
     time_ns lag_ns_, sent_ns_ = 0;
+    time_ns gap_ns_ = -never / 2;  // last write after a pause
     std::optional<written_block> before_;
     std::deque<sent_block> past_;
 };

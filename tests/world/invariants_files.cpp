@@ -189,14 +189,19 @@ class state_invariant : public invariant {
 class record_invariant : public invariant {
   public:
     explicit record_invariant(run &of) : invariant(of, "record") {}
+    void started() override { writes_ = false; }
+    void file_written(const std::string &path, const node &) override {
+        writes_ = writes_ || path == run::record_path;
+    }
     void ended(const ending &how) override {
         const std::string text = of_.box.files.text(run::record_path);
-        if (text.empty() || how.power_cut) return;
+        if (!writes_ || text.empty() || how.power_cut) return;
         if (!how.by_signal && text.back() != '\n') violated("the record ends with a part of a row");
         check(text, how.by_signal ? 1 : 0);
     }
 
   private:
+    bool writes_ = false;
     void check(const std::string &text, std::size_t cut) {
         std::size_t columns = 0, at = 0;
         double before_s = -1;

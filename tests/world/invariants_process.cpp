@@ -36,7 +36,7 @@ class exit_invariant : public invariant {
         // Before it has blocked the signals of a stop, these end it at once.
         if (how.by_signal && how.code != 9 && !(at_start && (asked || how.code == 1)))
             violated(fmt::format("the daemon ended by signal {}", how.code));
-        const bool refused = at_start && how.code == 1 && has_reason_ && of_.faults.count() > 0;
+        const bool refused = at_start && how.code == 1 && has_reason_ && !of_.options.faults.empty();
         if (!how.by_signal && !asked && !refused)
             violated(fmt::format("the daemon ended with {} by itself", how.code));
         if (!how.by_signal && how.code != 0 && of_.faults.count() == 0)

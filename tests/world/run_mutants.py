@@ -20,7 +20,7 @@ sys.dont_write_bytecode = True
 import mutants  # noqa: E402
 
 # Faults, cycles of a seed, number of seeds; again and again with further seeds.
-ROUNDS = [("none", 1000, 20), ("all", 2000, 100), ("all", 20000, 10)]
+ROUNDS = [("none", 1000, 20), ("swarm", 2000, 200), ("swarm", 20000, 20)]
 VIOLATION = re.compile(r"^violation of (\S+) at .*cycle (\d+) of seed (\d+): (.*)$")
 
 
@@ -150,7 +150,7 @@ def options():
     parser.add_argument("--build-only", action="store_true")
     parser.add_argument("--write", type=pathlib.Path)
     parser.add_argument("names", nargs="*")
-    return parser.parse_args()
+    return parser.parse_intermixed_args()
 
 
 def main():
@@ -159,19 +159,20 @@ def main():
     chosen = [m for m in mutants.MUTANTS if not with_.names or any(word in m[0] for word in with_.names)]
     folder = root / "build/mutants"
     copy_sources(root, folder)
-    results, pending, failed = {}, {}, []
+    results, failed = {}, []
+
+    def finish(name, program, outcome):
+        results[name] = outcome
+        program.unlink()
+        print(line_of(name, outcome), flush=True)
+
     with open(root / "build/mutants.log", "w") as log, concurrent.futures.ThreadPoolExecutor(with_.jobs) as pool:
         for name, program in programs(folder, chosen, log):
             if program is None:
                 failed.append(name)
                 print(f"{name:30} does not compile", flush=True)
             elif not with_.build_only:
-                pending[pool.submit(search, program, with_.first, with_.seconds)] = (name, program)
-        for done in concurrent.futures.as_completed(pending):
-            name, program = pending[done]
-            results[name] = done.result()
-            program.unlink()
-            print(line_of(name, results[name]), flush=True)
+                pool.submit(lambda n, p: finish(n, p, search(p, with_.first, with_.seconds)), name, program)
     missed = [m[0] for m in chosen if m[0] in results and not results[m[0]].invariant]
     bad = bool(results) and bool(results[""].invariant)
     if with_.write and not failed and not bad:
