@@ -8,7 +8,6 @@
 #include <unistd.h>
 
 #include <atomic>
-#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <mutex>
@@ -17,13 +16,12 @@
 #include <utility>
 #include <vector>
 
+#include "tests/support/still_clock.h"
+
 namespace raw_server {
 
 using bytes = std::vector<uint8_t>;
-
-inline void sleep_ms(int ms) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(ms));
-}
+using still_clock::sleep_ms;
 
 // One accepted connection, as the handler of a test sees it.
 struct peer {
@@ -34,6 +32,7 @@ struct peer {
     // The next request, or empty when the client is gone.
     bytes request() const {
         bytes frame(6);
+        still_clock::wait_readable(fd);
         if (recv(fd, frame.data(), 6, MSG_WAITALL) != 6) return {};
         const size_t rest = static_cast<size_t>(frame[4]) << 8 | frame[5];
         frame.resize(6 + rest);
@@ -42,15 +41,20 @@ struct peer {
         return frame;
     }
     void reply(const bytes &frame) const { send(fd, frame.data(), frame.size(), MSG_NOSIGNAL); }
-    bool gone() const {
+    // Waits for one byte. out: 0 behind the end of the stream; negative: the connection is reset
+    ssize_t byte() const {
         char byte;
-        return recv(fd, &byte, 1, 0) <= 0;
+        still_clock::wait_readable(fd);
+        return recv(fd, &byte, 1, 0);
     }
+    bool gone() const { return byte() <= 0; }
 };
 
 // A server whose every connection is handled by the test's function, one after the other.
 class server {
   public:
+    // in : handler: runs in the server's thread, until its connection is to be closed
+    // Listens at once. Throws runtime_error where it cannot.
     explicit server(std::function<void(peer &)> handler, uint16_t port = 0)
         : handler_(std::move(handler)) {
         listening_ = socket(AF_INET, SOCK_STREAM, 0);
@@ -66,6 +70,7 @@ class server {
             throw std::runtime_error("cannot listen");
         getsockname(listening_, reinterpret_cast<sockaddr *>(&address), &size);
         port_ = ntohs(address.sin_port);
+        still_clock::join();
         thread_ = std::thread([this] { serve(); });
     }
     ~server() {
@@ -75,7 +80,9 @@ class server {
             closing_ = true;
             if (connection_ >= 0) shutdown(connection_, SHUT_RDWR);
         }
+        still_clock::leave();  // time goes on for the handler
         thread_.join();
+        still_clock::join();
         close(listening_);
     }
     uint16_t port() const { return port_; }
@@ -86,10 +93,12 @@ class server {
     // Accepts one connection after the other until the listener is shut down.
     void serve() {
         for (;;) {
+            still_clock::wait_readable(listening_);
             const int fd = accept(listening_, nullptr, nullptr);
-            if (fd < 0) return;
+            if (fd < 0) return still_clock::leave();
             const int on = 1;
             setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+            still_clock::watch(fd);
             {
                 const std::lock_guard<std::mutex> guard(mutex_);
                 connection_ = fd;
@@ -99,6 +108,9 @@ class server {
             handler_(p);
             const std::lock_guard<std::mutex> guard(mutex_);
             connection_ = -1;
+            shutdown(fd, SHUT_WR);
+            while (still_clock::is_on && still_clock::is_under_way(fd)) still_clock::real_pause();
+            still_clock::unwatch(fd);
             close(fd);
         }
     }

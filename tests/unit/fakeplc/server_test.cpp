@@ -9,8 +9,9 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <chrono>
+#include <algorithm>
 #include <memory>
+#include <set>
 
 #include "host-tools/fakeplc/console.h"
 #include "host-tools/fakeplc/log.h"
@@ -18,6 +19,7 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
+#include "tests/support/still_clock.h"
 #include "tests/support/temporary.h"
 
 namespace compbox {
@@ -28,40 +30,51 @@ const byte_string read_one = {0, 1, 0, 0, 0, 6, 1, 3, 0, 0, 0, 1};
 const byte_string read_one_reply = {0, 1, 0, 0, 0, 5, 1, 3, 2, 0x12, 0x34};
 const byte_string write_one = {0, 2, 0, 0, 0, 6, 1, 6, 0, 1, 0, 9};
 
-std::int64_t now_us() {
-    const auto now = std::chrono::steady_clock::now().time_since_epoch();
-    return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
-}
-
-// A server and its registers, driven by the tests' own loop.
+// A server and its registers, driven by the tests' own loop. A millisecond passes when nothing is
+// left to do and nothing is under way between server and peers.
 struct bench {
     modbus_server server;
     plc_profile profile = plc_profile::find("generic").value();
     modbus::bank bank{{0x1234, 0, 0, 0}, {0, 0, 0, 0}};
     int handled = 0;
+    std::int64_t now_us = 0;
+    std::set<int> peers;  // their sockets
 
     explicit bench(int max_clients = 8) : server("127.0.0.1:0", max_clients) {}
 
-    // So long at least, and until nothing more is waiting: a busy machine changes nothing.
     void serve_ms(int duration_ms) {
-        const std::int64_t end_us = now_us() + std::int64_t{duration_ms} * 1000;
-        int ready = 0;
-        do {
-            std::vector<pollfd> set;
-            server.append_poll_set(set);
-            ready = ::poll(set.data(), set.size(), 1);
-            server.process(set, now_us(), [this](const byte_string &request, bool torn) {
-                ++handled;
-                return modbus::answer(request, profile, bank, torn);
-            });
-        } while (ready > 0 || now_us() < end_us);
+        for (int ms = 0; ms < duration_ms; ++ms, now_us += 1000) {
+            for (int looks = 0; serve() || (looks < 100 && is_under_way()); ++looks)
+                still_clock::real_pause();
+        }
+    }
+    // out: whether there was something to do
+    bool serve() {
+        std::vector<pollfd> set;
+        server.append_poll_set(set);
+        const int ready = ::poll(set.data(), set.size(), 0);
+        server.process(set, now_us, [this](const byte_string &request, bool torn) {
+            ++handled;
+            return modbus::answer(request, profile, bank, torn);
+        });
+        return ready > 0;
+    }
+    bool is_under_way() {
+        const int on = 1;
+        std::vector<pollfd> set;
+        server.append_poll_set(set);
+        for (const int fd : peers) set.push_back({fd, 0, 0});
+        for (const auto &one : set)  // else the kernel may keep an acknowledgement back for 40 ms
+            ::setsockopt(one.fd, IPPROTO_TCP, TCP_QUICKACK, &on, sizeof on);
+        return std::any_of(set.begin(), set.end(),
+                           [](const auto &one) { return still_clock::is_under_way(one.fd); });
     }
 };
 
 // A client that is connected at once and never blocks.
 class peer {
   public:
-    explicit peer(const bench &to) : fd_(::socket(AF_INET, SOCK_STREAM, 0)) {
+    explicit peer(bench &to) : to_(to), fd_(::socket(AF_INET, SOCK_STREAM, 0)) {
         const std::string address = to.server.address();
         sockaddr_in at = {};
         at.sin_family = AF_INET;
@@ -70,8 +83,12 @@ class peer {
         const int on = 1;
         ::setsockopt(fd_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
         EXPECT_EQ(::connect(fd_, reinterpret_cast<sockaddr *>(&at), sizeof at), 0);
+        to_.peers.insert(fd_);
     }
-    ~peer() { ::close(fd_); }
+    ~peer() {
+        to_.peers.erase(fd_);
+        ::close(fd_);
+    }
     peer(const peer &) = delete;
     peer &operator=(const peer &) = delete;
 
@@ -91,6 +108,7 @@ class peer {
     }
 
   private:
+    bench &to_;
     int fd_;
     bool closed_ = false;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The serial client against a slave on a pseudo-terminal that misbehaves on purpose. Deadlines are
-// long against what the machine may be late by: what is judged is what was taken, not how fast.
+// The serial client against a slave on a pseudo-terminal that misbehaves on purpose, in the time of
+// a still clock (tests/support/still_clock.h).
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -8,13 +8,13 @@
 #include <unistd.h>
 
 #include <atomic>
-#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <mutex>
 #include <thread>
 #include <vector>
 
+#include "tests/support/still_clock.h"
 #include "tests/support/temporary.h"
 
 extern "C" {
@@ -27,9 +27,11 @@ namespace {
 
 using bytes = std::vector<uint8_t>;
 
-void sleep_ms(int ms) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(ms));
-}
+using still_clock::sleep_ms;
+
+struct rtu : ::testing::Test {
+    still_clock::clock clock;
+};
 
 bytes with_crc(bytes frame) {
     const uint16_t crc = cb_rtu_crc(frame.data(), frame.size());
@@ -61,11 +63,14 @@ class slave {
     explicit slave(handler handle) : handle_(std::move(handle)) {
         link_ = compbox_test::temporary("rtu-" + std::to_string(reinterpret_cast<uintptr_t>(this)));
         plug_in();
+        still_clock::join();
         thread_ = std::thread([this] { serve(); });
     }
     ~slave() {
         over_ = true;
+        still_clock::leave();  // time goes on for the slave
         thread_.join();
+        still_clock::join();
         unplug();
     }
     void plug_in() {
@@ -104,29 +109,31 @@ class slave {
         return some[1] == 3 ? 8 : 9u + some[6];
     }
     void serve() {
-        bytes got;
         while (!over_) {
-            const std::lock_guard<std::mutex> guard(mutex_);
-            uint8_t block[256];
-            pollfd wait{master_, POLLIN, 0};
-            const bool there = master_ >= 0 && poll(&wait, 1, 1) > 0;
-            const ssize_t n = there ? read(master_, block, sizeof block) : 0;
-            if (n > 0) got.insert(got.end(), block, block + n);
-            const size_t length = length_of(got);
-            if (length == 0 || got.size() < length) {
-                if (n <= 0) sleep_ms(1);
-                continue;
-            }
-            const bytes request(got.begin(), got.begin() + static_cast<long>(length));
-            got.clear();
-            if (is_probe(request)) {
-                probed_ = request[5];
-                probed(*this, ++probes_);
-                continue;
-            }
-            last_ = request;
-            handle_(*this, last_, ++requests_);
+            if (!take_request()) sleep_ms(1);
         }
+        still_clock::leave();
+    }
+    // Reads what has come. out: whether anything had
+    bool take_request() {
+        const std::lock_guard<std::mutex> guard(mutex_);
+        uint8_t block[256];
+        pollfd look{master_, POLLIN, 0};
+        const bool there = master_ >= 0 && poll(&look, 1, 0) > 0;
+        const ssize_t n = there ? read(master_, block, sizeof block) : 0;
+        if (n > 0) got_.insert(got_.end(), block, block + n);
+        const size_t length = length_of(got_);
+        if (length == 0 || got_.size() < length) return n > 0;
+        const bytes request(got_.begin(), got_.begin() + static_cast<long>(length));
+        got_.clear();
+        if (is_probe(request)) {
+            probed_ = request[5];
+            probed(*this, ++probes_);
+        } else {
+            last_ = request;
+            handle_(*this, request, ++requests_);
+        }
+        return true;
     }
     handler handle_;
     std::string link_;
@@ -135,7 +142,7 @@ class slave {
     std::atomic<int> requests_{0}, probes_{0};
     int probed_ = 0;  // registers of the last probe
     std::atomic<bool> over_{false};
-    bytes last_;
+    bytes got_, last_;
     std::thread thread_;
 };
 
@@ -190,7 +197,7 @@ void behave(slave &s, const bytes &request, int number) {
     s.send(request[1] == 3 ? two_registers(number) : two_written());
 }
 
-TEST(rtu, what_is_on_the_wire_is_what_the_specification_says) {
+TEST_F(rtu, what_is_on_the_wire_is_what_the_specification_says) {
     slave plc(behave);
     client c(plc);
     EXPECT_EQ(c.read(), CB_TRANSFER_OK);
@@ -204,7 +211,7 @@ TEST(rtu, what_is_on_the_wire_is_what_the_specification_says) {
     EXPECT_EQ(plc.probes(), 1);
 }
 
-TEST(rtu, a_refusal_is_distinguished) {
+TEST_F(rtu, a_refusal_is_distinguished) {
     uint8_t code = 2;
     slave plc([&](slave &s, const bytes &, int) { s.send(with_crc({17, 0x83, code})); });
     client c(plc);
@@ -219,7 +226,7 @@ TEST(rtu, a_refusal_is_distinguished) {
 
 // Each kind of wrong reply is retried at once, where there is time; what is not the damaged
 // reply itself only when a probe has shown that nothing else is to come.
-TEST(rtu, wrong_replies_are_asked_for_again) {
+TEST_F(rtu, wrong_replies_are_asked_for_again) {
     slave plc([](slave &s, const bytes &request, int number) {
         bytes reply = two_registers(number);
         if (number == 1) reply[4] ^= 0x10;
@@ -249,7 +256,7 @@ TEST(rtu, wrong_replies_are_asked_for_again) {
 }
 
 // 21 characters and silences take 5.1 ms, and the slave and the driver may take 8 ms more.
-TEST(rtu, without_time_for_another_try_a_wrong_reply_costs_its_exchange) {
+TEST_F(rtu, without_time_for_another_try_a_wrong_reply_costs_its_exchange) {
     slave plc([](slave &s, const bytes &request, int number) {
         bytes reply = two_registers(number);
         reply[4] ^= static_cast<uint8_t>(number == 1);
@@ -266,7 +273,7 @@ TEST(rtu, without_time_for_another_try_a_wrong_reply_costs_its_exchange) {
     EXPECT_EQ(c.rtu.counters.probes, 0u);  // that reply was its own, damaged: nothing is to come
 }
 
-TEST(rtu, noise_before_a_reply_costs_nothing) {
+TEST_F(rtu, noise_before_a_reply_costs_nothing) {
     slave plc([](slave &s, const bytes &request, int number) {
         s.send({0, 17, 3, 0xFF});
         behave(s, request, number);
@@ -277,7 +284,7 @@ TEST(rtu, noise_before_a_reply_costs_nothing) {
     EXPECT_EQ(c.rtu.counters.noise_bytes, 4u);
 }
 
-TEST(rtu, stale_bytes_are_thrown_away_before_a_request) {
+TEST_F(rtu, stale_bytes_are_thrown_away_before_a_request) {
     slave plc(behave);
     client c(plc);
     plc.send(two_registers(99));
@@ -287,7 +294,7 @@ TEST(rtu, stale_bytes_are_thrown_away_before_a_request) {
     EXPECT_EQ(c.rtu.counters.stray_replies, 1u);
 }
 
-TEST(rtu, without_a_reply_a_probe_goes_first) {
+TEST_F(rtu, without_a_reply_a_probe_goes_first) {
     slave plc([](slave &s, const bytes &request, int number) {
         if (number > 1) behave(s, request, number);
     });
@@ -304,24 +311,20 @@ TEST(rtu, without_a_reply_a_probe_goes_first) {
     EXPECT_GE(plc.probes(), 2);
 }
 
-// It says nothing to each second request. A busy machine may leave no time for another try.
-TEST(rtu, a_lost_reply_is_asked_for_again_in_its_period_where_there_is_time) {
+// It says nothing to each second request.
+TEST_F(rtu, a_lost_reply_is_asked_for_again_in_its_period_where_there_is_time) {
     slave plc([](slave &s, const bytes &request, int number) {
         if (number % 2 == 0) behave(s, request, number);
     });
     client c(plc);
-    bool again = false;
-    for (int i = 0; i < 20 && !again; ++i) {
-        const uint32_t timeouts = c.rtu.counters.timeouts;
-        again = c.read() == CB_TRANSFER_OK && c.rtu.counters.timeouts != timeouts;
-    }
-    EXPECT_TRUE(again);
-    EXPECT_GE(c.rtu.counters.retries, 1u);
+    EXPECT_EQ(c.read(), CB_TRANSFER_OK);
+    EXPECT_EQ(c.rtu.counters.timeouts, 1u);
+    EXPECT_EQ(c.rtu.counters.retries, 1u);
     EXPECT_EQ(c.registers[0], plc.requests());
 }
 
 // However late: it comes before the reply to the probe, and is dropped.
-TEST(rtu, a_late_reply_is_dropped_and_the_next_request_goes_out) {
+TEST_F(rtu, a_late_reply_is_dropped_and_the_next_request_goes_out) {
     slave plc([](slave &s, const bytes &request, int number) {
         if (number > 1) behave(s, request, number);
     });
@@ -341,7 +344,7 @@ TEST(rtu, a_late_reply_is_dropped_and_the_next_request_goes_out) {
 
 // The case that time alone cannot tell: the slave answers more than two periods late, and has lost
 // the requests since. Its reply has all that the next request's would have.
-TEST(rtu, a_very_late_reply_is_not_taken_though_the_next_request_is_lost) {
+TEST_F(rtu, a_very_late_reply_is_not_taken_though_the_next_request_is_lost) {
     slave plc([](slave &s, const bytes &request, int number) {
         if (number > 1) behave(s, request, number);
     });
@@ -358,7 +361,7 @@ TEST(rtu, a_very_late_reply_is_not_taken_though_the_next_request_is_lost) {
     EXPECT_TRUE(was_dropped(c));
 }
 
-TEST(rtu, a_probe_that_is_refused_leaves_the_doubt) {
+TEST_F(rtu, a_probe_that_is_refused_leaves_the_doubt) {
     slave plc(behave);
     plc.probed = [](slave &s, int number) {
         if (number == 1)
@@ -372,7 +375,7 @@ TEST(rtu, a_probe_that_is_refused_leaves_the_doubt) {
     EXPECT_EQ(c.read(), CB_TRANSFER_OK);
 }
 
-TEST(rtu, modules_of_a_bus_do_not_wait_for_each_other) {
+TEST_F(rtu, modules_of_a_bus_do_not_wait_for_each_other) {
     slave modules([](slave &s, const bytes &request, int number) {
         if (request[0] == 18) s.send(two_registers(number, 18));
     });
@@ -391,7 +394,7 @@ TEST(rtu, modules_of_a_bus_do_not_wait_for_each_other) {
     cb_serial_close(&bus.serial);
 }
 
-TEST(rtu, what_could_not_be_answered_in_time_is_not_sent) {
+TEST_F(rtu, what_could_not_be_answered_in_time_is_not_sent) {
     slave plc(behave);
     client c(plc);
     sleep_ms(20);
@@ -402,7 +405,7 @@ TEST(rtu, what_could_not_be_answered_in_time_is_not_sent) {
     EXPECT_EQ(plc.requests(), 0);
 }
 
-TEST(rtu, a_device_that_is_unplugged_is_opened_again) {
+TEST_F(rtu, a_device_that_is_unplugged_is_opened_again) {
     slave plc(behave);
     client c(plc);
     EXPECT_EQ(c.read(), CB_TRANSFER_OK);
@@ -420,18 +423,18 @@ TEST(rtu, a_device_that_is_unplugged_is_opened_again) {
     EXPECT_EQ(c.rtu.serial.connects, 2u);
 }
 
-TEST(rtu, a_device_that_is_not_there_is_no_reason_to_wait) {
+TEST_F(rtu, a_device_that_is_not_there_is_no_reason_to_wait) {
     slave plc(behave);
     plc.unplug();
     client c(plc);
     const int64_t from_us = cb_boottime_us();
     EXPECT_EQ(c.read(5000), CB_TRANSFER_FAILED);
-    EXPECT_LT(cb_boottime_us() - from_us, 2000000);
+    EXPECT_LT(cb_boottime_us() - from_us, 100);
     EXPECT_EQ(c.rtu.serial.error_number, ENOENT);
 }
 
 // Two masters on one line would each take the other's replies for their own.
-TEST(rtu, a_line_has_one_master) {
+TEST_F(rtu, a_line_has_one_master) {
     slave plc(behave);
     const cb_serial_config config = config_of(plc);
     const cb_serial_opened first = cb_serial_open(&config);
@@ -446,7 +449,7 @@ TEST(rtu, a_line_has_one_master) {
     cb_serial_shut(third.fd);
 }
 
-TEST(rtu, something_else_than_a_serial_device_is_refused) {
+TEST_F(rtu, something_else_than_a_serial_device_is_refused) {
     cb_serial_config config{};
     std::string("/dev/null").copy(config.device, sizeof config.device - 1);
     config.line = {115200, CB_PARITY_EVEN, 1};
