@@ -18,10 +18,10 @@ class Compbox:
     """compbox in one folder. A call returns what it printed and its exit code."""
 
     def __init__(self, folder):
-        self.folder = folder
+        self.folder, self.environment = folder, None
 
     def __call__(self, *arguments):
-        return subprocess.run([BIN / "compbox", *map(str, arguments)], cwd=self.folder,
+        return subprocess.run([BIN / "compbox", *map(str, arguments)], cwd=self.folder, env=self.environment,
                               capture_output=True, text=True, timeout=120)
 
     def good(self, *arguments):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""compbox commission against fakeplc: two processes, a real socket. The indicator is fakeplc's own
-truth about the tool, read by its console and typed in as a person would."""
+"""compbox commission against fakeplc: two processes, a real socket, one clock that a busy machine does not move
+(still_clock.py). The indicator is fakeplc's own truth about the tool, read by its console and typed in as a person
+would."""
 
 import json
 import os
@@ -13,6 +14,7 @@ import time
 
 import pytest
 
+import still_clock
 from conftest import BIN, PLC
 
 TWIN = {
@@ -29,14 +31,11 @@ class FakePlc:
     """fakeplc on a free port, with its console."""
 
     def __init__(self, folder, *arguments, profile="generic"):
+        self.folder = folder
         self.process = subprocess.Popen(
             [BIN / "fakeplc", "--profile", profile, "--listen", "127.0.0.1:0", *arguments], cwd=folder,
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1)
+            env=still_clock.shared_in(folder), stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1)
         self.lock = threading.Lock()
-        try:  # a PLC does not wait for the test machine's other work
-            os.sched_setscheduler(self.process.pid, os.SCHED_FIFO, os.sched_param(20))
-        except PermissionError:
-            pass
         self.port = int(re.search(r":(\d+)\s*$", self.process.stdout.readline()).group(1))
 
     def command(self, line):
@@ -112,14 +111,13 @@ class Refuser:
     that exception. As fakeplc it serves one client after the other."""
 
     def __init__(self, fake, exception):
-        self.to, self.exception = fake.port, exception
+        self.to, self.exception, self.clock = fake.port, exception, still_clock.Member(fake.folder)
         self.listener = socket.create_server(("127.0.0.1", 0))
         self.port = self.listener.getsockname()[1]
         threading.Thread(target=self.run, daemon=True).start()
 
     def run(self):
-        while True:
-            client, _ = self.listener.accept()
+        while client := self.clock.accepted(self.listener):
             with client, socket.create_connection(("127.0.0.1", self.to)) as server:
                 client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                 server.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -130,7 +128,7 @@ class Refuser:
                     pass
 
     def answer(self, client, server):
-        request = client.recv(300)
+        request = self.clock.received(client)
         if len(request) < 10:
             return False
         function, start = request[7], int.from_bytes(request[8:10], "big")
@@ -139,7 +137,7 @@ class Refuser:
             reply = request[:4] + bytes([0, 3, request[6], function | 0x80, code])
         else:
             server.sendall(request)
-            reply = server.recv(300)
+            reply = self.clock.received(server)
         client.sendall(reply)
         return True
 
@@ -185,8 +183,8 @@ def commission(compbox, plc, *arguments, answer=None, at=None, person=None):
     at: (text in a question, what to do then)."""
     person = person or Person(plc, answer)
     run = subprocess.Popen([BIN / "compbox", "commission", "machine.json", "--steps", "6", *arguments],
-                           cwd=compbox.folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                           stderr=subprocess.PIPE, text=True, bufsize=0)
+                           cwd=compbox.folder, env=still_clock.shared_in(compbox.folder), stdin=subprocess.PIPE,
+                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, bufsize=0)
     out = []
     reader = threading.Thread(target=lambda: out.append(run.stdout.read()))
     reader.start()
@@ -220,7 +218,7 @@ def refusal(compbox, plc, *arguments, **how):
 
 def is_at_rest(plc, axes="XYZ"):
     status = plc.status()
-    for _ in range(50):  # the PLC takes the last block in its next scan
+    for _ in range(6000):  # the PLC takes the last block in its next scan
         if status["mode"] == "5":
             break
         time.sleep(0.01)
@@ -451,6 +449,7 @@ def test_ctrl_c_goes_back_to_zero(compbox, plc, which):
 @LONG
 def test_questions_need_somebody_who_answers(compbox, plc):
     fake = plc()
+    compbox.environment = still_clock.shared_in(compbox.folder)
     done = compbox("commission", "machine.json", "--axis", "X")
     assert done.returncode == 1
     assert "no answer: standard input has ended; give --shows X=… instead" in done.stderr

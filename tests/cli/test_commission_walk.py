@@ -19,6 +19,7 @@ import time
 
 import pytest
 
+import still_clock
 from conftest import BIN, PLC
 from test_commission import FakePlc, Person, commission, is_at_rest, plc, refusal, start_plc  # noqa: F401
 
@@ -26,8 +27,8 @@ from test_commission import FakePlc, Person, commission, is_at_rest, plc, refusa
 def script(compbox, fake, *arguments, jogs=("X", "Y", "Z")):
     """Nobody answers: the display is in the options, and axes are jogged when the command prints it."""
     run = subprocess.Popen([BIN / "compbox", "commission", "machine.json", "--steps", "6", *arguments],
-                           cwd=compbox.folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                           stderr=subprocess.PIPE, text=True)
+                           cwd=compbox.folder, env=still_clock.shared_in(compbox.folder), stdin=subprocess.DEVNULL,
+                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     out = ""
     for line in run.stdout:
         out += line
@@ -137,9 +138,10 @@ def line():
 
 class SerialPlc(FakePlc):
     def __init__(self, folder, device):
+        self.folder = folder
         self.process = subprocess.Popen(
             [BIN / "fakeplc", "--map", "map.json", "--listen", "rtu:" + device], cwd=folder,
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1)
+            env=still_clock.shared_in(folder), stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1)
         self.lock = threading.Lock()
         self.process.stdout.readline()
 
@@ -226,16 +228,18 @@ def test_motors_of_a_pair_that_move_against_each_other(compbox, plc):  # noqa: F
 class Terminal:
     """A command at a pseudo-terminal. .text is all that it has written, with its control codes."""
 
-    def __init__(self, folder, *arguments, size=(40, 150), command=(BIN / "compbox", "commission", "machine.json")):
+    def __init__(self, folder, *arguments, size=(40, 150), command=None):
+        environment = None if command else still_clock.shared_in(folder)
+        command = command or [BIN / "compbox", "commission", "machine.json"]
         self.master, slave = pty.openpty()
         fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", *size, 0, 0))
-        self.run = subprocess.Popen([*command, *arguments], cwd=folder,
+        self.run = subprocess.Popen([*command, *arguments], cwd=folder, env=environment,
                                     stdin=slave, stdout=slave, stderr=slave, start_new_session=True,
                                     preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0))
         os.close(slave)
         self.text = ""
 
-    def until(self, piece, seconds=20):
+    def until(self, piece, seconds=60):
         """Reads until the piece comes after all that was found before."""
         end = time.monotonic() + seconds
         start = len(self.text)
@@ -258,7 +262,7 @@ class Terminal:
             except OSError:
                 break
         os.close(self.master)
-        return self.run.wait(20)
+        return self.run.wait(60)
 
 
 def test_the_live_table_at_a_terminal(compbox, plc):  # noqa: F811

@@ -5,6 +5,7 @@ import json
 import socket
 import threading
 
+import still_clock
 from test_commission import behind, commission, plc  # noqa: F401: a fixture
 
 ONE_AXIS = ("--axis", "X", "--measured", "X=20", "--json")
@@ -14,20 +15,21 @@ class Liar:
     """Stands before fakeplc and changes the last register of what the first client reads."""
 
     def __init__(self, fake):
-        self.to = fake.port
+        self.to, self.clock = fake.port, still_clock.Member(fake.folder)
         self.listener = socket.create_server(("127.0.0.1", 0))
         self.port = self.listener.getsockname()[1]
         threading.Thread(target=self.run, daemon=True).start()
 
     def run(self):
-        for number in range(1000):
-            client, _ = self.listener.accept()
+        number = -1
+        while client := self.clock.accepted(self.listener):
+            number += 1
             with client, socket.create_connection(("127.0.0.1", self.to)) as server:
                 client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                 server.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                while request := client.recv(300):
+                while request := self.clock.received(client):
                     server.sendall(request)
-                    reply = server.recv(300)
+                    reply = self.clock.received(server)
                     client.sendall(reply[:-1] + bytes([reply[-1] ^ 0x55]) if number == 0 else reply)
 
 
