@@ -239,17 +239,18 @@ class Terminal:
         os.close(slave)
         self.text = ""
 
-    def until(self, piece, seconds=60):
-        """Reads until the piece comes after all that was found before."""
+    def until(self, *pieces, seconds=60):
+        """Reads until the pieces come, in this order, after all that was read before."""
         end = time.monotonic() + seconds
         start = len(self.text)
-        while piece not in self.text[start:]:
+        order = re.compile(".*?".join(map(re.escape, pieces)), re.S)
+        while not order.search(self.text, start):
             if not select.select([self.master], [], [], max(0, end - time.monotonic()))[0]:
-                raise AssertionError(f"{piece!r} did not come in\n{self.text[start:]}")
+                raise AssertionError(f"{pieces} did not come in\n{self.text[start:]}")
             try:
                 self.text += os.read(self.master, 65536).decode(errors="replace")
             except OSError:  # the program has ended
-                assert piece in self.text[start:], self.text[start:]
+                assert order.search(self.text, start), self.text[start:]
         return self.text[start:]
 
     def type(self, text):
@@ -276,13 +277,13 @@ def test_the_live_table_at_a_terminal(compbox, plc):  # noqa: F811
     terminal.type("\n")
     terminal.until("jog this axis alone by 10 mm or more and stop. Enter if")
     terminal.type("\n")  # too early
-    assert "where 10 or more are needed" in terminal.until("X > ")
+    terminal.until("where 10 or more are needed", "X > ")
     fake.jog("X", 12.5)
     redrawn = terminal.until("0001 e848")
     assert "\0337\033[" in redrawn and redrawn.count("X > ") == 0, "in its place, around what is typed"
-    assert "0.0000 … 12.5000" in terminal.until("\0338")
+    terminal.until("0.0000 … 12.5000")
     terminal.type("15,2\n")  # a slip of the finger
-    assert "the control shows 15.2 mm, registers 8 and 9 give (int32) 12.5" in terminal.until("X > ")
+    terminal.until("the control shows 15.2 mm, registers 8 and 9 give (int32) 12.5", "X > ")
     terminal.type("\n")
     terminal.until("X: 0.0000 to 12.5000 mm, as the control shows")
     assert terminal.end() == 0, terminal.text
@@ -298,7 +299,7 @@ def test_a_reading_that_is_no_sign_is_asked_for_again_at_a_terminal(compbox, plc
     terminal.type("\n")
     terminal.until("in µm? ")
     terminal.type("198\n")
-    assert "measured 198 µm: wrong by a factor of 10" in terminal.until("in µm? ")
+    terminal.until("measured 198 µm: wrong by a factor of 10", "in µm? ")
     terminal.type("19,8\n")
     terminal.until("sign 1, as in the file")
     assert terminal.end() == 0, terminal.text

@@ -157,7 +157,7 @@ class Reader:
         terminal = Terminal(self.here(), command=["bash", "-c", f"PATH={BIN}:$PATH; exec {command}"])
         for row in table.strip().split("\n")[2:]:
             question, typed, answer = (cell.strip().strip("`") for cell in row.strip("|").split("|"))
-            terminal.until(question, PATIENCE_S)
+            terminal.until(question, seconds=PATIENCE_S)
             if typed.startswith("move"):
                 self.type(typed)
             elif typed:
