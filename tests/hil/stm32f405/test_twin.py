@@ -66,7 +66,7 @@ def errors_um(plc, count):
 def started(plc, box):
     """The axes drive their program, and the outputs have had the time to get where they belong."""
     box.console.wait("runs revision 1 of slot B: gantry")
-    box.console.wait("now ACTIVE: all is well", timeout_s=30)
+    box.console.wait("now ACTIVE: all is well")
     wait_for(lambda: "moving=1" in plc.command("status"))
     time.sleep(1)
 
