@@ -371,9 +371,8 @@ static void emit(struct cb_box *box, struct cb_outputs *out) {
         out->channel_um[i] = box->channels[i].output_um;
     out->last = cb_plc_parts(&box->plc);
     out->write = box->plc.contact == CB_CONTACT_KNOWN || out->last;
-    out->stopped =
-        box->mode.mode == CB_MODE_STOPPED &&
-        (box->life.stop_confirmed || !(box->life.wrote || out->write));
+    out->stopped = box->mode.mode == CB_MODE_STOPPED &&
+                   (box->life.stop_confirmed || !(box->life.wrote || out->write));
     box->life.writing = out->write;
     if (!out->write) return;
     box->life.wrote = true;

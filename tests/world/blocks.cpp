@@ -82,7 +82,8 @@ bool draws(const run &of, const char *kind) {
 }
 
 bool draws_any(const run &of, std::initializer_list<const char *> kinds) {
-    return std::any_of(kinds.begin(), kinds.end(), [&of](const char *kind) { return draws(of, kind); });
+    return std::any_of(kinds.begin(), kinds.end(),
+                       [&of](const char *kind) { return draws(of, kind); });
 }
 
 time_ns longest_lag(const run &of) {

@@ -18,9 +18,22 @@ class run;
 // The low byte of the status is box_mode (host-tools/fakeplc/duties.h). Of the high byte:
 namespace box_reason {
 enum : unsigned {
-    none = 0, no_plc = 1, not_enabled = 2, not_referenced = 3, heartbeat = 4, signal = 5, clock = 6,
-    wait = 7, degraded = 8, limited = 9, stop = 10, extrapolated = 11, unconfirmed = 12,
-    unapplied = 13, demand = 16, foreign = 21
+    none = 0,
+    no_plc = 1,
+    not_enabled = 2,
+    not_referenced = 3,
+    heartbeat = 4,
+    signal = 5,
+    clock = 6,
+    wait = 7,
+    degraded = 8,
+    limited = 9,
+    stop = 10,
+    extrapolated = 11,
+    unconfirmed = 12,
+    unapplied = 13,
+    demand = 16,
+    foreign = 21
 };
 }
 

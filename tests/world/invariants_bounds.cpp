@@ -72,7 +72,8 @@ class slew_invariant : public invariant {
         if (places_outputs(facts, seen)) started();
         if (seen.written.empty()) return;
         const written_block block = block_of(facts, seen);
-        if (before_) check(facts, *before_, block, 2 * period_s(facts), "from one write to the next");
+        if (before_)
+            check(facts, *before_, block, 2 * period_s(facts), "from one write to the next");
         before_ = block;
         if (seen.sent - sent_ns_ > 4 * facts.period_us * us) gap_ns_ = seen.sent;
         sent_ns_ = std::max(sent_ns_, seen.sent);
@@ -91,21 +92,25 @@ class slew_invariant : public invariant {
         const time_ns period_ns = facts.period_us * us;
         const bool lost = draws_any(of_, {"plc_stop", "line"});
         return (is_read_back(facts, seen) || refused) &&
-               (lost || 2 * (seen.sent - sent_ns_) > 3 * period_ns || seen.sent - gap_ns_ < 5 * period_ns);
+               (lost || 2 * (seen.sent - sent_ns_) > 3 * period_ns ||
+                seen.sent - gap_ns_ < 5 * period_ns);
     }
-    static double period_s(const machine &facts) { return 1e-6 * static_cast<double>(facts.period_us); }
+    static double period_s(const machine &facts) {
+        return 1e-6 * static_cast<double>(facts.period_us);
+    }
 
     // in : two blocks, and the time in which the box may have moved from one to the other
-    void check(const machine &facts, const written_block &from, const written_block &to, double time_s,
-               const char *words) {
+    void check(const machine &facts, const written_block &from, const written_block &to,
+               double time_s, const char *words) {
         for (std::size_t c = 0; c < to.um.size(); ++c) {
             const channel_facts &channel = facts.channels[c];
             const double most_um = channel.slew_um_per_s * time_s + 2.01 * channel.unit_um + 1e-3;
             const double step_um = std::fabs(to.um[c] - from.um[c]);
             if (step_um > most_um)
-                violated(fmt::format("{} moves by {} µm {}, allowed are {} µm", channel.name, step_um,
-                                     words, most_um));
-            const double most = channel.slope_slew_per_s * time_s + 2.01 * channel.slope_unit + 1e-9;
+                violated(fmt::format("{} moves by {} µm {}, allowed are {} µm", channel.name,
+                                     step_um, words, most_um));
+            const double most =
+                channel.slope_slew_per_s * time_s + 2.01 * channel.slope_unit + 1e-9;
             const double step = std::fabs(to.slope[c] - from.slope[c]);
             if (step > most)
                 violated(fmt::format("the slope of {} moves by {} {}, allowed are {}", channel.name,
@@ -168,21 +173,24 @@ class start_invariant : public invariant {
 
   private:
     bool disturbed() const {
-        return draws_any(of_, {"foreign", "plc_stop", "reload", "hostile", "wire", "sensors", "boundary",
-                               "twice", "loss", "delay"});
+        return draws_any(of_, {"foreign", "plc_stop", "reload", "hostile", "wire", "sensors",
+                               "boundary", "twice", "loss", "delay"});
     }
     void compare(const machine &facts, const written_block &block) {
         for (std::size_t c = 0; c < block.um.size(); ++c) {
             const channel_facts &channel = facts.channels[c];
             const double applied = channel.sign * of_.plc.control.side().applied()[c].um;
             const double held = held_->um[c], value = block.um[c];
-            const double reach = 2e-6 * channel.slew_um_per_s * static_cast<double>(facts.period_us);
+            const double reach =
+                2e-6 * channel.slew_um_per_s * static_cast<double>(facts.period_us);
             const double near = reach + 2 * channel.unit_um + 1e-3;
             const double low = channel.has_applied ? std::min(applied, held) : held;
             const double high = channel.has_applied ? std::max(applied, held) : held;
             if (value >= low - near && value <= high + near) continue;
-            violated(fmt::format("after a start the first write of {} is {} µm, the PLC held {} µm and "
-                                 "applied {} µm", channel.name, value, held, applied));
+            violated(
+                fmt::format("after a start the first write of {} is {} µm, the PLC held {} µm and "
+                            "applied {} µm",
+                            channel.name, value, held, applied));
         }
     }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Files and log are whole after every kill and power cut, and what they say is true
-// (docs/compboxd.md). The state file is decoded here by its own lines, with a check sum by its definition.
+// (docs/compboxd.md). The state file is decoded here by its own lines, with a check sum by its
+// definition.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -30,7 +31,8 @@ class stats_invariant : public invariant {
         if (how.by_signal || how.code != 0) return;
         const auto all = nlohmann::json::parse(of_.box.files.text(run::stats_path), nullptr, false);
         if (!all.is_object()) return;
-        if (!all.value("finished", false)) violated("the daemon ended with 0, its statistics are not finished");
+        if (!all.value("finished", false))
+            violated("the daemon ended with 0, its statistics are not finished");
         check_ticks(all);
     }
 
@@ -39,11 +41,13 @@ class stats_invariant : public invariant {
         const auto file = of_.box.files.find(run::stats_path, false);
         if (file == nullptr || file->kind != node_kind::regular) return;
         if (!nlohmann::json::accept(file->bytes))
-            violated(fmt::format("{} the statistics are no JSON object: {} bytes", when, file->bytes.size()));
+            violated(fmt::format("{} the statistics are no JSON object: {} bytes", when,
+                                 file->bytes.size()));
     }
     // cycles + missed ticks fill the time; without faults there is no drift, and nothing is missed.
     void check_ticks(const nlohmann::json &all) {
-        const double period_us = all.value("period_us", 0.0), elapsed_us = 1e6 * all.value("elapsed_s", 0.0);
+        const double period_us = all.value("period_us", 0.0),
+                     elapsed_us = 1e6 * all.value("elapsed_s", 0.0);
         const double ticks = all.value("cycles", 0.0) + all.value("overruns", 0.0);
         const double drift_us = all.value("drift_us", 0.0);
         if (draws_any(of_, {"suspend", "stall", "boundary", "reload", "hostile"})) return;
@@ -53,12 +57,16 @@ class stats_invariant : public invariant {
         if (longest_lag(of_) == 0 && std::abs(drift_us) > 1000)
             violated(fmt::format("the ticks drift by {} µs", drift_us));
         if (longest_lag(of_) == 0 && all.value("overruns", 0) > 0)
-            violated(fmt::format("{} ticks were missed, and nothing was slow", all.value("overruns", 0)));
-        if (longest_lag(of_) == 0 && !draws_any(of_, {"kill", "power_cut", "restart"})) check_counts(all.at("box"));
+            violated(fmt::format("{} ticks were missed, and nothing was slow",
+                                 all.value("overruns", 0)));
+        if (longest_lag(of_) == 0 && !draws_any(of_, {"kill", "power_cut", "restart"}))
+            check_counts(all.at("box"));
     }
     // A PLC whose replies all arrive: what the box counted is what happened.
     void check_counts(const nlohmann::json &box) {
-        if (draws_any(of_, {"loss", "reset", "tear", "wire", "plc_stop", "foreign", "partial", "twice", "memory"})) return;
+        if (draws_any(of_, {"loss", "reset", "tear", "wire", "plc_stop", "foreign", "partial",
+                            "twice", "memory"}))
+            return;
         compare("reads_torn", box.value("reads_torn", 0u), torn_);
         compare("writes_refused", box.value("writes_refused", 0u), refused_);
     }
@@ -112,13 +120,16 @@ std::optional<state_file> decoded(const std::string &bytes) {
     state_file::header head;
     if (bytes.size() < sizeof head + sizeof file.end + 4) return std::nullopt;
     std::memcpy(&head, bytes.data(), sizeof head);
-    const std::size_t body = sizeof head + head.count * sizeof(state_file::record) + sizeof file.end;
+    const std::size_t body =
+        sizeof head + head.count * sizeof(state_file::record) + sizeof file.end;
     if (head.format != 3 || head.count > 64 || bytes.size() != body + 4) return std::nullopt;
     std::uint32_t sum = 0;
     std::memcpy(&sum, bytes.data() + body, sizeof sum);
     if (crc_of(bytes, body) != sum) return std::nullopt;
     file.records.resize(head.count);
-    if (head.count > 0) std::memcpy(file.records.data(), bytes.data() + sizeof head, head.count * sizeof(state_file::record));
+    if (head.count > 0)
+        std::memcpy(file.records.data(), bytes.data() + sizeof head,
+                    head.count * sizeof(state_file::record));
     std::memcpy(&file.end, bytes.data() + body - sizeof file.end, sizeof file.end);
     return file;
 }
@@ -133,12 +144,14 @@ class state_invariant : public invariant {
         found_ = file != nullptr && file->kind == node_kind::regular ? file->bytes : "";
         const bool others = draws_any(of_, {"state", "disk"});
         if (!others && !found_.empty() && !decoded(found_))
-            violated(fmt::format("a start finds a state file of {} bytes that is not whole", found_.size()));
+            violated(fmt::format("a start finds a state file of {} bytes that is not whole",
+                                 found_.size()));
         runs_ = true;
         start_ns_ = of_.time.now();
     }
     void file_written(const std::string &path, const node &file) override {
-        if (path != run::state_path || file.kind != node_kind::regular || draws(of_, "state")) return;
+        if (path != run::state_path || file.kind != node_kind::regular || draws(of_, "state"))
+            return;
         const auto state = decoded(file.bytes);
         if (!state) {
             if (!file.bytes.empty()) violated("the daemon wrote a state file that is not whole");
@@ -159,13 +172,16 @@ class state_invariant : public invariant {
         const auto at = line.find(run::state_path);
         if (at == std::string::npos) return;
         const char *words = line.c_str() + at + std::strlen(run::state_path);
-        if (std::sscanf(words, ": %u of %u lags go on after a pause of %lf s", &resumed, &all, &pause_s) != 3) return;
+        if (std::sscanf(words, ": %u of %u lags go on after a pause of %lf s", &resumed, &all,
+                        &pause_s) != 3)
+            return;
         if (!decoded(found_)) violated("lags go on by a state file that is not whole");
         if (resumed == 0 || draws_any(of_, {"state", "clock", "boundary", "suspend"})) return;
         const auto known = true_ns_.find(found_);
         if (known == true_ns_.end()) return;
         const double true_s = 1e-9 * static_cast<double>(of_.time.now() - known->second);
-        if (std::abs(true_s - pause_s) > 0.3 + 1e-9 * static_cast<double>(std::min(longest_lag(of_), 20 * second)))
+        if (std::abs(true_s - pause_s) >
+            0.3 + 1e-9 * static_cast<double>(std::min(longest_lag(of_), 20 * second)))
             violated(fmt::format("the log says a pause of {} s, it was {} s", pause_s, true_s));
     }
 
@@ -174,7 +190,8 @@ class state_invariant : public invariant {
     void remember(const state_file &file) {
         time_ns oldest = never;
         for (const auto &record : file.records)
-            oldest = std::min(oldest, of_.time.now() - (of_.box.boottime() - record.boottime_us * us));
+            oldest =
+                std::min(oldest, of_.time.now() - (of_.box.boottime() - record.boottime_us * us));
         if (true_ns_.size() > 100) true_ns_.clear();
         if (oldest != never) true_ns_[of_.box.files.text(run::state_path)] = oldest;
     }
@@ -212,13 +229,18 @@ class record_invariant : public invariant {
                 return;
             }
             const auto from = text.begin() + static_cast<std::ptrdiff_t>(at);
-            const auto commas = static_cast<std::size_t>(std::count(from, text.begin() + static_cast<std::ptrdiff_t>(end), ','));
+            const auto commas = static_cast<std::size_t>(
+                std::count(from, text.begin() + static_cast<std::ptrdiff_t>(end), ','));
             if (at == 0) columns = commas;
             const std::string row = text.substr(at, std::min<std::size_t>(end - at, 40));
-            if (commas != columns) violated(fmt::format("a row of the record has {} commas, not {}: {}", commas, columns, row));
+            if (commas != columns)
+                violated(fmt::format("a row of the record has {} commas, not {}: {}", commas,
+                                     columns, row));
             double time_s = 0;
-            if (at > 0 && std::sscanf(row.c_str(), "%lf", &time_s) != 1) violated("a row of the record has no time: " + row);
-            if (at > 0 && time_s <= before_s) violated(fmt::format("a row of {} s behind one of {} s", time_s, before_s));
+            if (at > 0 && std::sscanf(row.c_str(), "%lf", &time_s) != 1)
+                violated("a row of the record has no time: " + row);
+            if (at > 0 && time_s <= before_s)
+                violated(fmt::format("a row of {} s behind one of {} s", time_s, before_s));
             if (at > 0) before_s = time_s;
             at = end + 1;
         }
@@ -236,7 +258,8 @@ class log_invariant : public invariant {
     }
     void logged(const std::string &line) override {
         ++lines_;
-        if (line.rfind("compboxd: ", 0) != 0 && !draws_any(of_, {"partial", "refuse", "kill", "power_cut"}))
+        if (line.rfind("compboxd: ", 0) != 0 &&
+            !draws_any(of_, {"partial", "refuse", "kill", "power_cut"}))
             violated("a line of the log does not begin with the program's name: " + line);
         const double elapsed_s = 1e-9 * static_cast<double>(of_.time.now() - since_ns_);
         if (static_cast<double>(lines_) > kinds * (20 + 2 * elapsed_s) + 40)

@@ -49,7 +49,8 @@ double bspline_at(const numbers &knots, std::size_t degree, const numbers &point
 }
 
 // out: nothing where a term needs more than the values of one reading: lags, branches
-std::optional<double> value_of(const json &root, const std::string &output, const signal_values &values);
+std::optional<double> value_of(const json &root, const std::string &output,
+                               const signal_values &values);
 
 std::optional<double> linear_at(const json &term, const signal_values &values) {
     double sum = term.value("constant", 0.0);
@@ -61,7 +62,8 @@ std::optional<double> linear_at(const json &term, const signal_values &values) {
     return sum;
 }
 
-std::optional<double> value_of_term(const json &root, const json &term, const signal_values &values) {
+std::optional<double> value_of_term(const json &root, const json &term,
+                                    const signal_values &values) {
     const std::string type = term.at("type");
     if (type == "linear") return linear_at(term, values);
     if (term.contains("backward") || !term.contains("signal")) return std::nullopt;
@@ -69,14 +71,16 @@ std::optional<double> value_of_term(const json &root, const json &term, const si
     if (x == values.end()) return std::nullopt;
     if (type == "polyline") return polyline_at(term.at("positions"), term.at("values"), x->second);
     if (type == "bspline")
-        return bspline_at(term.at("knots"), term.at("degree"), term.at("control_points"), x->second);
+        return bspline_at(term.at("knots"), term.at("degree"), term.at("control_points"),
+                          x->second);
     if (type != "product") return std::nullopt;
     const auto slope = value_of(root, term.at("term"), values);
     if (!slope) return std::nullopt;
     return *slope * (x->second - term.value("origin", 0.0));
 }
 
-std::optional<double> value_of(const json &root, const std::string &output, const signal_values &values) {
+std::optional<double> value_of(const json &root, const std::string &output,
+                               const signal_values &values) {
     for (const auto &term : root.at("terms")) {
         if (term.value("name", "") == output) return value_of_term(root, term, values);
     }
@@ -86,14 +90,16 @@ std::optional<double> value_of(const json &root, const std::string &output, cons
 class models_invariant : public invariant {
   public:
     explicit models_invariant(run &of) : invariant(of, "models") {
-        const bool disturbed = draws_any(of, {"reload", "hostile", "memory", "foreign", "sensors", "wire", "exception", "boundary"});
+        const bool disturbed = draws_any(of, {"reload", "hostile", "memory", "foreign", "sensors",
+                                              "wire", "exception", "boundary"});
         if (!disturbed) root_ = json::parse(of.box_machine.text);
     }
     void started() override { wants_.clear(); }
     void exchanged(const exchange &seen) override {
         if (root_.is_null()) return;
         const machine &facts = of_.running_at(seen.sent);
-        if (!seen.written.empty() && seen.sent >= sent_ns_) judge(facts, block_of(facts, seen), seen.sent);
+        if (!seen.written.empty() && seen.sent >= sent_ns_)
+            judge(facts, block_of(facts, seen), seen.sent);
         if (!is_reading(facts, seen)) return;
         fresh_ = ++readings_ % sampled == 0 && head_of(facts, seen).whole;
         if (fresh_) take(facts, seen);
@@ -102,20 +108,25 @@ class models_invariant : public invariant {
   private:
     static constexpr std::uint64_t sampled = 8;  // one reading of so many
     struct demand {
-        double um = 0;          // the channel wants this …
-        time_ns since_ns = 0;   // … within `band`, since then
+        double um = 0;         // the channel wants this …
+        time_ns since_ns = 0;  // … within `band`, since then
     };
 
     // A demand that stays within this is at rest.
-    static double band_um(const channel_facts &channel) { return std::max(0.5, 0.03 * channel.limit_um); }
+    static double band_um(const channel_facts &channel) {
+        return std::max(0.5, 0.03 * channel.limit_um);
+    }
 
     void take(const machine &facts, const exchange &seen) {
         signal_values values;
-        for (const shown_signal &signal : facts.map.signals) values[signal.name] = signal_in(facts, signal, seen);
+        for (const shown_signal &signal : facts.map.signals)
+            values[signal.name] = signal_in(facts, signal, seen);
         wants_.resize(facts.channels.size());
         for (std::size_t c = 0; c < wants_.size(); ++c) {
             const auto want = want_of(root_.at("channels")[c], values);
-            if (!want || (wants_[c] && std::fabs(*want - wants_[c]->um) <= band_um(facts.channels[c]))) continue;
+            if (!want ||
+                (wants_[c] && std::fabs(*want - wants_[c]->um) <= band_um(facts.channels[c])))
+                continue;
             wants_[c] = demand{*want, seen.now};
         }
     }
@@ -133,29 +144,36 @@ class models_invariant : public invariant {
     void judge(const machine &facts, const written_block &block, time_ns sent) {
         using namespace box_reason;
         sent_ns_ = sent;
-        const bool follows = block.mode == box_mode::active && block.reason != degraded && block.reason != unapplied;
+        const bool follows =
+            block.mode == box_mode::active && block.reason != degraded && block.reason != unapplied;
         if (!follows) arrived_ns_ = sent;
         for (std::size_t c = 0; follows && fresh_ && c < wants_.size(); ++c) {
             const channel_facts &channel = facts.channels[c];
             if (!wants_[c] || is_paired(facts, c)) continue;
-            const time_ns rest_ns = sent - std::max(wants_[c]->since_ns, arrived_ns_) - 2 * sampled * facts.period_us * us;
-            if (1e-9 * static_cast<double>(rest_ns) * channel.slew_um_per_s < 2.2 * channel.limit_um) continue;
+            const time_ns rest_ns = sent - std::max(wants_[c]->since_ns, arrived_ns_) -
+                                    2 * sampled * facts.period_us * us;
+            if (1e-9 * static_cast<double>(rest_ns) * channel.slew_um_per_s <
+                2.2 * channel.limit_um)
+                continue;
             compare(channel, wants_[c]->um, block.um[c]);
         }
     }
     static bool is_paired(const machine &facts, std::size_t c) {
-        return std::any_of(facts.pairs.begin(), facts.pairs.end(),
-                           [c](const pair_facts &pair) { return pair.first == c || pair.second == c; });
+        return std::any_of(facts.pairs.begin(), facts.pairs.end(), [c](const pair_facts &pair) {
+            return pair.first == c || pair.second == c;
+        });
     }
     void compare(const channel_facts &channel, double demand_um, double um) {
         const double band = band_um(channel);
         if (std::fabs(demand_um) > channel.error_um * 1.01 + band && channel.error_um > 0)
-            violated(fmt::format("ACTIVE, and {} wants {} µm beyond its error_um {}", channel.name, demand_um,
-                                 channel.error_um));
+            violated(fmt::format("ACTIVE, and {} wants {} µm beyond its error_um {}", channel.name,
+                                 demand_um, channel.error_um));
         const double want = std::clamp(demand_um, -channel.limit_um, channel.limit_um);
-        const double near = 2 * band + channel.deadband_um + 1.01 * channel.unit_um + 0.02 + 1e-4 * std::fabs(demand_um);
+        const double near = 2 * band + channel.deadband_um + 1.01 * channel.unit_um + 0.02 +
+                            1e-4 * std::fabs(demand_um);
         if (std::fabs(um - want) > near)
-            violated(fmt::format("{} is {} µm at rest, its terms want {} µm", channel.name, um, want));
+            violated(
+                fmt::format("{} is {} µm at rest, its terms want {} µm", channel.name, um, want));
     }
 
     json root_;

@@ -43,8 +43,9 @@ class evidence_invariant : public invariant {
         const time_ns reading_ns = 5 * period_ns + lag_ns_;
         const time_ns beat_ns = facts.heartbeat_timeout_us * us + 2 * period_ns + lag_ns_;
         if (seen.sent - permitted_ns_ > reading_ns)
-            violated(fmt::format("ACTIVE, but the last reading with enable and all references is {} ms old",
-                                 (seen.sent - permitted_ns_) / ms));
+            violated(fmt::format(
+                "ACTIVE, but the last reading with enable and all references is {} ms old",
+                (seen.sent - permitted_ns_) / ms));
         if (seen.sent - beat_ns_ > beat_ns || beats_ < 2)
             violated(fmt::format("ACTIVE, but the PLC's heartbeat has not moved for {} ms",
                                  (seen.sent - beat_ns_) / ms));
@@ -57,7 +58,8 @@ class evidence_invariant : public invariant {
             beat_ns_ = std::max(beat_ns_, seen.sent);
             ++beats_;
         }
-        if (head.enables() && head.references(facts)) permitted_ns_ = std::max(permitted_ns_, seen.sent);
+        if (head.enables() && head.references(facts))
+            permitted_ns_ = std::max(permitted_ns_, seen.sent);
     }
 
     time_ns lag_ns_, permitted_ns_ = -never / 2, beat_ns_ = -never / 2;
@@ -73,7 +75,8 @@ class essential_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         if (lag_ns_ == never) return;
         const machine &facts = of_.running_at(seen.sent);
-        if (!seen.written.empty() && block_of(facts, seen).mode == box_mode::active) judge(facts, seen);
+        if (!seen.written.empty() && block_of(facts, seen).mode == box_mode::active)
+            judge(facts, seen);
         if (is_reading(facts, seen)) take(facts, seen);
     }
 
@@ -96,8 +99,9 @@ class essential_invariant : public invariant {
             if (signal == nullptr || !signal->essential) continue;
             const time_ns most = signal->max_age_us * us + 2 * facts.period_us * us + lag_ns_;
             if (seen.sent - good_ns_[i] > most)
-                violated(fmt::format("ACTIVE, but the essential {} had no plausible value for {} ms",
-                                     signal->name, (seen.sent - good_ns_[i]) / ms));
+                violated(
+                    fmt::format("ACTIVE, but the essential {} had no plausible value for {} ms",
+                                signal->name, (seen.sent - good_ns_[i]) / ms));
         }
     }
 
@@ -109,7 +113,8 @@ class essential_invariant : public invariant {
 // ramp with an input missing, and a start at a PLC whose status is at work (decision 4).
 class permission_invariant : public invariant {
   public:
-    explicit permission_invariant(run &of) : invariant(of, "permission"), lag_ns_(longest_lag(of)) {}
+    explicit permission_invariant(run &of)
+        : invariant(of, "permission"), lag_ns_(longest_lag(of)) {}
     void started() override { contact_ = false; }
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
@@ -143,7 +148,8 @@ class permission_invariant : public invariant {
             lost_ = lost_ || is_loss(block);
             return;
         }
-        const time_ns recent = 5 * facts.period_us * us + (lag_ns_ == never ? 200 * second : lag_ns_);
+        const time_ns recent =
+            5 * facts.period_us * us + (lag_ns_ == never ? 200 * second : lag_ns_);
         const bool permitted = seen.sent - permit_ns_ <= recent, was_off = off_ns_ >= active_ns_;
         if (lost_ && !permitted && !was_off)
             violated("ACTIVE after a loss, without permit resume and without a new edge of enable");
@@ -151,7 +157,8 @@ class permission_invariant : public invariant {
         active_ns_ = seen.sent;
     }
 
-    time_ns lag_ns_, newest_ns_ = 0, active_ns_ = -never / 2, permit_ns_ = -never / 2, off_ns_ = -never / 2;
+    time_ns lag_ns_, newest_ns_ = 0, active_ns_ = -never / 2, permit_ns_ = -never / 2,
+                     off_ns_ = -never / 2;
     bool lost_ = false, contact_ = false;
 };
 
@@ -172,8 +179,8 @@ class reset_invariant : public invariant {
   private:
     // Otherwise the box may have missed readings.
     bool seen_all() const {
-        return exact_ && !draws_any(of_, {"loss", "reset", "tear", "exception", "wire", "plc_stop", "foreign",
-                                          "partial", "twice"});
+        return exact_ && !draws_any(of_, {"loss", "reset", "tear", "exception", "wire", "plc_stop",
+                                          "foreign", "partial", "twice"});
     }
     void judge(const machine &facts, const exchange &seen) {
         const written_block block = block_of(facts, seen);
@@ -184,7 +191,8 @@ class reset_invariant : public invariant {
             return;
         }
         if (in_fault_ && block.mode != box_mode::stopped && edge_ns_ < since_ns_)
-            violated(fmt::format("FAULT became {} without an edge of the reset bit", name_of_mode(block.mode)));
+            violated(fmt::format("FAULT became {} without an edge of the reset bit",
+                                 name_of_mode(block.mode)));
         in_fault_ = false;
     }
 
@@ -213,7 +221,8 @@ class status_invariant : public invariant {
   private:
     void judge(const machine &facts, const written_block &block) {
         using namespace box_reason;
-        if (block.mode > box_mode::stopped) violated(fmt::format("the status has mode {}", block.mode));
+        if (block.mode > box_mode::stopped)
+            violated(fmt::format("the status has mode {}", block.mode));
         const bool rests = block.mode == box_mode::standby || block.mode == box_mode::stopped;
         if (rests && !block.is_zero())
             violated(fmt::format("{} with an output that is not zero", name_of_mode(block.mode)));
@@ -224,26 +233,32 @@ class status_invariant : public invariant {
         if ((block.mode == box_mode::fault) != (block.reason >= 16))
             violated(fmt::format("{} with reason {}", name_of_mode(block.mode), block.reason));
         static const std::set<unsigned> caused = {signal, limited, unapplied, demand, foreign};
-        if (facts.map.detail && block.reason != degraded && (caused.count(block.reason) > 0) != (block.detail != 0))
+        if (facts.map.detail && block.reason != degraded &&
+            (caused.count(block.reason) > 0) != (block.detail != 0))
             violated(fmt::format("reason {} with detail {:#06x}", block.reason, block.detail));
     }
-    void compare(const machine &facts, const written_block &from, const written_block &to, time_ns apart) {
+    void compare(const machine &facts, const written_block &from, const written_block &to,
+                 time_ns apart) {
         const auto beats = static_cast<std::uint16_t>(to.heartbeat - from.heartbeat);
-        const bool again = beats == 0 && !facts.plc_device.empty();  // a repetition on a serial line
+        const bool again =
+            beats == 0 && !facts.plc_device.empty();  // a repetition on a serial line
         if (beats == 0 && !again) violated("the box's heartbeat is that of the write before");
         const auto period_ns = static_cast<double>(facts.period_us * us);
         if (lag_ns_ != never && beats > 0) {
             const double most = static_cast<double>(apart + lag_ns_) / period_ns + 2;
-            if (beats > most) violated(fmt::format("the box's heartbeat counts {} in {} ms", beats, apart / ms));
+            if (beats > most)
+                violated(fmt::format("the box's heartbeat counts {} in {} ms", beats, apart / ms));
         }
         for (std::size_t c = 0; c < to.um.size(); ++c) {
             const double was = from.um[c], is = to.um[c];
             const bool holds = from.mode == box_mode::hold && to.mode == box_mode::hold;
             if (holds && is != was)
-                violated(fmt::format("{} moves from {} to {} µm in HOLD", facts.channels[c].name, was, is));
+                violated(fmt::format("{} moves from {} to {} µm in HOLD", facts.channels[c].name,
+                                     was, is));
             const bool ramps = is_ramp(from) && is_ramp(to);
             if (ramps && (std::fabs(is) > std::fabs(was) || is * was < 0))
-                violated(fmt::format("{} goes from {} to {} µm in a ramp", facts.channels[c].name, was, is));
+                violated(fmt::format("{} goes from {} to {} µm in a ramp", facts.channels[c].name,
+                                     was, is));
             if (ramps) check_ramp(facts, c, was, is, apart);
         }
     }
@@ -256,8 +271,8 @@ class status_invariant : public invariant {
         const double time_s = 1e-9 * static_cast<double>(apart + facts.period_us * us);
         const double most = facts.ramp_um_per_s * time_s + 2.01 * facts.channels[c].unit_um + 1e-3;
         if (std::fabs(is - was) > most)
-            violated(fmt::format("{} ramps by {} µm in {} s, allowed are {} µm", facts.channels[c].name,
-                                 std::fabs(is - was), time_s, most));
+            violated(fmt::format("{} ramps by {} µm in {} s, allowed are {} µm",
+                                 facts.channels[c].name, std::fabs(is - was), time_s, most));
     }
     void watch_hold(const machine &facts, const written_block &block, time_ns sent) {
         if (block.mode != box_mode::hold) {
@@ -265,7 +280,8 @@ class status_invariant : public invariant {
             return;
         }
         hold_ns_ = std::min(hold_ns_, sent);
-        const time_ns most = facts.hold_us * us + 8 * facts.period_us * us + (lag_ns_ == never ? 200 * second : lag_ns_);
+        const time_ns most = facts.hold_us * us + 8 * facts.period_us * us +
+                             (lag_ns_ == never ? 200 * second : lag_ns_);
         if (sent - hold_ns_ > most) violated(fmt::format("HOLD for {} ms", (sent - hold_ns_) / ms));
     }
 
@@ -283,15 +299,18 @@ class silence_invariant : public invariant {
         if (!seen.written.empty()) {
             readings_ = 0;
             active_ = block_of(facts, seen).mode == box_mode::active;
-        } else if (is_reading(facts, seen) && ++readings_ > most_readings && active_ && !disturbed()) {
-            violated(fmt::format("{} readings without a write, and the status is ACTIVE", readings_));
+        } else if (is_reading(facts, seen) && ++readings_ > most_readings && active_ &&
+                   !disturbed()) {
+            violated(
+                fmt::format("{} readings without a write, and the status is ACTIVE", readings_));
         }
     }
 
   private:
     static constexpr std::uint64_t most_readings = 60;
     bool disturbed() const {
-        return draws_any(of_, {"memory", "foreign", "reset", "plc_stop", "loss", "refuse", "wire", "exception"});
+        return draws_any(
+            of_, {"memory", "foreign", "reset", "plc_stop", "loss", "refuse", "wire", "exception"});
     }
     std::uint64_t readings_ = 0;
     bool active_ = false;

@@ -17,12 +17,11 @@ namespace {
 class exit_invariant : public invariant {
   public:
     explicit exit_invariant(run &of) : invariant(of, "exit") {}
-    void started() override {
-        has_reason_ = is_incomplete_ = has_written_ = stopped_ = false;
-    }
+    void started() override { has_reason_ = is_incomplete_ = has_written_ = stopped_ = false; }
     void logged(const std::string &line) override {
         has_reason_ = has_reason_ || line.rfind("compboxd: ", 0) == 0;
-        is_incomplete_ = is_incomplete_ || line.find(" could not be written: ") != std::string::npos;
+        is_incomplete_ =
+            is_incomplete_ || line.find(" could not be written: ") != std::string::npos;
     }
     void exchanged(const exchange &seen) override {
         if (seen.written.empty()) return;
@@ -36,13 +35,15 @@ class exit_invariant : public invariant {
         // Before it has blocked the signals of a stop, these end it at once.
         if (how.by_signal && how.code != 9 && !(at_start && (asked || how.code == 1)))
             violated(fmt::format("the daemon ended by signal {}", how.code));
-        const bool refused = at_start && how.code == 1 && has_reason_ && !of_.options.faults.empty();
+        const bool refused =
+            at_start && how.code == 1 && has_reason_ && !of_.options.faults.empty();
         if (!how.by_signal && !asked && !refused)
             violated(fmt::format("the daemon ended with {} by itself", how.code));
         if (!how.by_signal && how.code != 0 && of_.faults.count() == 0)
             violated(fmt::format("the daemon ended with {} without a fault", how.code));
         if (how.by_signal || how.code != 0) return;
-        if (!stopped_) violated("the daemon ended with 0, but the PLC did not get STOPPED and zero");
+        if (!stopped_)
+            violated("the daemon ended with 0, but the PLC did not get STOPPED and zero");
         if (is_incomplete_) violated("the daemon ended with 0, but a file is not complete");
     }
     void finished() override {
