@@ -220,9 +220,10 @@ static void receive(struct port *port) {
     }
 }
 
-/* Passes bytes to the hardware while it accepts them: on silicon two, in the emulator all. */
+/* Passes bytes to the hardware while it accepts them: on silicon two, in the emulator all. Nothing
+ * adds bytes meanwhile. */
 static void transmit(struct port *port) {
-    for (uint32_t i = 0; i < port->tx_size && has_bytes(port); ++i) {
+    while (has_bytes(port)) {
         if (!(cb_read(&port->registers->sr) & CB_USART_SR_TXE)) return;
         if (!cb_read(&port->sending)) drive_line(port, true);
         cb_write(&port->sending, 1);

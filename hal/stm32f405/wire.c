@@ -165,5 +165,6 @@ bool cb_wire_poll(struct cb_wire *wire, int64_t now_us) {
             if (listen(wire, now_us)) return true;
             break;
     }
-    return now_us >= wire->until_us && give_up(wire);
+    if (now_us < wire->until_us) return false;
+    return give_up(wire);
 }

@@ -114,12 +114,12 @@ struct rig {
     std::uint16_t registers[4] = {7, 7, 7, 7};
     cb_modbus_request request{};
 
-    explicit rig(std::int64_t start_us = 1000000) {
+    explicit rig(std::int64_t start_us = 1000000, std::uint32_t lumps_us = 0) {
         the_port = port{};
         the_port.now_us = start_us;
         the_port.byte_us = byte_us;
         const cb_rtu_line line = {115200, CB_PARITY_EVEN, 1};
-        cb_wire_start(&wire, CB_USART_PLC, &line, 0);
+        cb_wire_start(&wire, CB_USART_PLC, &line, lumps_us);
         request.function = CB_MODBUS_READ;
         request.read_start = 0x10;
         request.read_count = 2;
@@ -280,6 +280,37 @@ TEST(wire, a_wrong_byte_spoils_the_reply_at_once_when_it_ends) {
     EXPECT_EQ(r.wire.end, CB_RTU_END_DAMAGED);
     EXPECT_EQ(r.wire.counters.crc_errors, 1u);
     EXPECT_EQ(r.registers[0], 7);
+}
+
+// Where bytes come in lumps, a gap ends no frame; a damaged one that is complete need not wait for
+// more.
+TEST(wire, a_damaged_reply_ends_after_a_short_silence_where_bytes_come_in_lumps) {
+    constexpr std::uint32_t lumps_us = 8000;
+    auto wrong = reply;
+    wrong[4] ^= 1;
+    rig r(1000000, lumps_us);
+    r.send(30000);
+    r.receive(wrong, the_port.now_us + 3000);
+    EXPECT_LE(r.run(), 3000 + static_cast<std::int64_t>(reply.size()) * byte_us + silence_us + 20);
+    EXPECT_EQ(r.wire.end, CB_RTU_END_DAMAGED);
+}
+
+// Two frames with a silence between them are looked at together. A probe waits for the second one.
+TEST(wire, a_silence_that_nobody_looked_at_still_separates_frames) {
+    for (const auto what : {CB_RTU_SEND_REQUEST, CB_RTU_SEND_PROBE}) {
+        rig r;
+        cb_wire_send(&r.wire, what, 5, &r.request, r.registers, the_port.now_us + 30000);
+        while (r.wire.state != CB_WIRE_LISTENING) {
+            EXPECT_FALSE(cb_wire_poll(&r.wire, the_port.now_us));
+            the_port.now_us += 10;
+        }
+        r.receive(framed({6, 3, 4, 0x12, 0x34, 0xAB, 0xCD}), the_port.now_us + 100);
+        r.receive(reply, the_port.now_us + 5000);
+        the_port.now_us += 10000;
+        r.run();
+        EXPECT_EQ(r.wire.counters.wrong_units, 1u);
+        EXPECT_EQ(r.wire.end, what == CB_RTU_SEND_PROBE ? CB_RTU_END_REPLY : CB_RTU_END_RUBBISH);
+    }
 }
 
 // The hardware saw a parity or framing error in bytes that are right by luck.

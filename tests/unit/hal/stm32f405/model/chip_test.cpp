@@ -25,6 +25,23 @@ struct rig {
     rig &operator=(const rig &) = delete;
 };
 
+// ---- time ----
+
+// A processor so slow that each look is disturbed by the next interrupt.
+TEST(stm32f405_time, a_look_that_is_always_disturbed_ends_after_four) {
+    rig r;
+    cb_time_start(168000000);
+    r.m.access_cycles = 14000;  // 12 of them in a millisecond, 11 in the interrupt
+    std::uint64_t most = 0;
+    for (unsigned i = 0; i < 10; ++i) {
+        const std::uint64_t accesses = r.m.accesses;
+        EXPECT_NEAR(static_cast<double>(cb_time_us()), r.m.us(), 3000);
+        most = std::max(most, r.m.accesses - accesses);
+    }
+    EXPECT_GT(most, 40u);
+    EXPECT_LT(most, 100u);
+}
+
 // ---- clock ----
 
 TEST(stm32f405_clock, runs_from_the_crystal_and_watches_it) {
