@@ -15,8 +15,8 @@ import tempfile
 ROOMS = ("models", "firmware/base", "firmware/wire", "firmware/config", "firmware/json", "firmware/signals",
          "firmware/terms", "firmware/box", "firmware/load", "hal", "hal/linux", "hal/linux/daemon", "hal/stm32f405",
          "hal/stm32f405/app")
-# Conditions that may lack both, by room; a limit only falls. Threads and sockets of hal/linux drive two more or less.
-LIMITS = {"hal/linux": 58, "hal/linux/daemon": 93, "hal/stm32f405": 11, "hal/stm32f405/app": 22}
+# Conditions that may lack both, by room; a limit only falls. Threads and sockets of unit tests drive a few more or less.
+LIMITS = {"hal/linux": 40, "hal/linux/daemon": 51}
 PAGE = "docs/results/mcdc.md"  # states the figures of models/ and firmware/
 
 DECISION = re.compile(r"MC/DC Decision Region \((\d+):(\d+)\) to \((\d+):(\d+)\)")

@@ -3,13 +3,14 @@
 
 #include <sys/mman.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <vector>
 
-// The linker's names for the sections that objcopy renames.
+// The linker's names for the sections that objcopy renames; clang leaves no variable in the first.
 extern "C" {
-extern char __start_world_data[], __stop_world_data[];
+extern char __start_world_data[] __attribute__((weak)), __stop_world_data[] __attribute__((weak));
 extern char __start_world_bss[], __stop_world_bss[];
 }
 
@@ -36,10 +37,17 @@ void zero(char *from, char *to) {
 
 }  // namespace
 
+std::array<std::pair<char *, char *>, 2> daemon_variables() {
+    using range = std::pair<char *, char *>;
+    return {range(__start_world_data, __stop_world_data),
+            range(__start_world_bss, __stop_world_bss)};
+}
+
 void reset_daemon_image() {
-    static const std::vector<char> first(__start_world_data, __stop_world_data);
-    std::memcpy(__start_world_data, first.data(), first.size());
-    zero(__start_world_bss, __stop_world_bss);
+    const auto [with_values, zeros] = daemon_variables();
+    static const std::vector<char> first(with_values.first, with_values.second);
+    std::copy(first.begin(), first.end(), with_values.first);
+    zero(zeros.first, zeros.second);
 }
 
 }  // namespace compbox::world

@@ -7,13 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "tests/world/daemon_image.h"
 #include "tests/world/stage/devices.h"
-
-// The daemon's variables (daemon_image.cpp).
-extern "C" {
-extern char __start_world_data[], __stop_world_data[];
-extern char __start_world_bss[], __stop_world_bss[];
-}
 
 namespace compbox::world {
 
@@ -206,8 +201,7 @@ void stage::heal(const json &, json &) {
 // bytes.
 void stage::flip(const json &arguments, json &) {
     const std::string wanted = bytes_of(arguments.at(0).get<std::string>());
-    for (const auto &part : {std::pair(__start_world_data, __stop_world_data),
-                             std::pair(__start_world_bss, __stop_world_bss)}) {
+    for (const auto &part : daemon_variables()) {
         char *const found = std::search(part.first, part.second, wanted.begin(), wanted.end());
         if (found == part.second) continue;
         found[arguments.at(1).get<int>()] ^= static_cast<char>(arguments.at(2).get<int>());
