@@ -16,7 +16,8 @@ WRITING = [("fsync", errno.EIO, "lags"), ("close", errno.EIO, "lags"), ("rename"
            ("rename", errno.EACCES, "stats"), ("open", errno.EMFILE, "stats"),
            ("write", errno.EINTR, "record"), ("write", errno.ENOSPC, "record"), ("read", errno.EINTR, "coefficients"),
            ("read", errno.EIO, "coefficients"), ("fstat", errno.EIO, "coefficients"),
-           ("open", errno.EACCES, "coefficients"), ("ftruncate", errno.EIO, ""), ("lseek", errno.EIO, ""), ("stat", errno.EIO, "")]
+           ("open", errno.EACCES, "coefficients"), ("ftruncate", errno.EIO, ""), ("lseek", errno.EIO, ""),
+           ("stat", errno.EIO, "")]
 # Calls to the PLC: one exchange or one connection.
 EXCHANGING = [("recv", errno.EINTR), ("recv", errno.EAGAIN), ("recv", errno.ECONNRESET), ("recv", errno.ENOMEM),
               ("send", errno.EINTR), ("send", errno.EPIPE), ("ppoll", errno.EINTR), ("ppoll", errno.ENOMEM),

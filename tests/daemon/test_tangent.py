@@ -3,7 +3,8 @@
 its NC as a SINUMERIK 840D gets them, one setting datum after the other.
 
 The axis' error is a straight line. So K0 + tanβ (P − P0) is right wherever the axis is and however
-late a set comes: what is off comes from a wrong slope or reference, or from a set that is torn. The box's sets are not; on its way into the NC the 840D tears each of them, and
+late a set comes: what is off comes from a wrong slope or reference, or from a set that is torn. The box's sets are
+not; on its way into the NC the 840D tears each of them, and
 the PLC program bounds what that can do (docs/fakeplc.md)."""
 import csv
 import json

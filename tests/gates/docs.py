@@ -4,8 +4,8 @@
 every scripts/NAME that a document or script mentions, which must be executable too, and every scripts/report NAME;
 every path of the sources in `code quotes` that ends like a file. Each table has a header. No commands belong to a
 list. Each page is once in the order of the site, docs/site/navigation.txt, and each figure has all words of its
-.dot source and is on a page. Each test in `code quotes` exists: `unit.SUITE`, `unit.SUITE.case`, `daemon.NAME`, `hil.NAME`,
-`cli.NAME`, `gate.NAME`. Each sentence of the README's properties has its row in docs/promises.md.
+.dot source and is on a page. Each test in `code quotes` exists: `unit.SUITE`, `unit.SUITE.case`, `daemon.NAME`,
+`hil.NAME`, `cli.NAME`, `gate.NAME`. Each sentence of the README's properties has its row in docs/promises.md.
   docs.py [ROOT]       prints how many links were looked at, or every one that leads nowhere
   docs.py --self-test  plants one broken link after the other; each must be caught"""
 

@@ -15,7 +15,8 @@ import tempfile
 ROOMS = ("models", "firmware/base", "firmware/wire", "firmware/config", "firmware/json", "firmware/signals",
          "firmware/terms", "firmware/box", "firmware/load", "hal", "hal/linux", "hal/linux/daemon", "hal/stm32f405",
          "hal/stm32f405/app")
-# Conditions that may lack both, by room; a limit only falls. Threads and sockets of unit tests drive a few more or less.
+# Conditions that may lack both, by room; a limit only falls. Threads and sockets of unit tests drive a few more or
+# less.
 LIMITS = {"hal/linux": 40, "hal/linux/daemon": 51}
 PAGE = "docs/results/mcdc.md"  # states the figures of models/ and firmware/
 

@@ -42,7 +42,8 @@ def check(root):
     names = [mutant[0] for mutant in mutants["MUTANTS"]]
     wrong += [f"{MUTANTS}: {name} is {names.count(name)} times there" for name in set(names) if names.count(name) > 1]
     for mutant in mutants["MUTANTS"]:
-        wrong += [f"{MUTANTS}: {line}" for line in mutants["wrong_with"](mutant, lambda file: (root / file).read_text())]
+        found = mutants["wrong_with"](mutant, lambda file: (root / file).read_text())
+        wrong += [f"{MUTANTS}: {line}" for line in found]
     return count + len(names), wrong
 
 

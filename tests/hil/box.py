@@ -39,7 +39,8 @@ class Box:
         self.record_file = self.folder / "record.csv"
         self.inputs_file = self.folder / "inputs.csv"
         self.arguments = [*PROGRAM, "--config", str(config), "--stats", str(self.stats_file),
-                          "--record", str(self.record_file), "--record-inputs", str(self.inputs_file), *PRIORITY, *arguments]
+                          "--record", str(self.record_file), "--record-inputs", str(self.inputs_file),
+                          *PRIORITY, *arguments]
         self.env = dict(os.environ, **(env or {}))
         self.stderr = stderr
         self.process, self.code, self.log = None, None, ""

@@ -51,7 +51,8 @@ class Step:
 
 
 def steps_of(path, begin_us=0):
-    """in : begin_us: when the box's clock began, by another one. out: the steps of the recording so far, complete when the box has ended; the last line may still be written"""
+    """in : begin_us: when the box's clock began, by another one
+    out: the steps of the recording so far, complete when the box has ended; the last line may still be written"""
     if not path.exists():
         return []
     whole = path.read_text().rpartition("\n")[0]

@@ -34,7 +34,8 @@ class Outcome:
 
 def copy_sources(root, folder):
     """Copies what git knows or would add. Files that are the same keep their time, so little is compiled again."""
-    names = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=root, check=True,
+    names = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=root,
+    check=True,
                            capture_output=True, text=True).stdout.split("\0")
     for name in filter(None, names):
         source, copy = root / name, folder / name
@@ -71,7 +72,8 @@ def look(program, faults, cycles, first, last, most_s):
             violation = VIOLATION.match(line)
             if violation:
                 found = Outcome(violation[1], violation[4],
-                                f"scripts/simulate --seeds {violation[3]}..{violation[3]} --cycles {cycles} --faults {faults}")
+                                f"scripts/simulate --seeds {violation[3]}..{violation[3]} --cycles {cycles} --faults "
+                                "{faults}")
                 process.kill()
                 break
         process.stdout.close()
