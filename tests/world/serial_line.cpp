@@ -105,15 +105,17 @@ byte_string serial_line::spoilt(byte_string bytes, const line_fate &fate) {
     return bytes;
 }
 
-// From the box: slaves hear it when the last byte ended.
+// From the box: slaves hear it when the last byte ended. A line keeps the order of its bytes, so a
+// late frame also delays those behind it.
 void serial_line::transmit(const byte_string &bytes) {
     const line_fate fate = faults == nullptr ? line_fate{} : faults->at_line(false);
     const byte_string on_wire = spoilt(bytes, fate);
     of_.hash.add(on_wire.data(), on_wire.size());
     of_.hash.add(of_.time.now());
     time_ns &free = free_ns_[0];
-    free = std::max(free, of_.time.now()) + static_cast<time_ns>(bytes.size()) * character();
-    of_.time.at(free + fate.delay_ns, [this, on_wire, sent = of_.time.now(), plug = plugs_] {
+    free = std::max(free, of_.time.now()) + static_cast<time_ns>(bytes.size()) * character() +
+           fate.delay_ns;
+    of_.time.at(free, [this, on_wire, sent = of_.time.now(), plug = plugs_] {
         if (plugged_ && plug == plugs_ && heard) heard(on_wire, sent);
     });
 }

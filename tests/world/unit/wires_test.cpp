@@ -4,6 +4,9 @@
 #include <linux/can/raw.h>
 #include <net/if.h>
 
+#include <utility>
+#include <vector>
+
 #include "host-tools/fakeplc/rtu.h"
 #include "tests/world/can_bus.h"
 #include "tests/world/network.h"
@@ -33,6 +36,32 @@ TEST(wires, a_request_on_a_line_is_answered_after_the_time_of_its_bytes) {
     char reply[32];
     EXPECT_EQ(file->read(reply, sizeof reply), 7);  // unit, function, count, value, check sum
     EXPECT_GE(of.time.now(), second + 15 * line.character());
+}
+
+// Delays the first frame.
+struct late_first_frame : line_faults {
+    bool first = true;
+    line_fate at_line(bool) override {
+        line_fate fate;
+        if (std::exchange(first, false)) fate.delay_ns = 200 * ms;
+        return fate;
+    }
+};
+
+TEST(wires, a_late_frame_on_a_line_is_not_overtaken) {
+    box_on_a_desk of;
+    late_first_frame faults;
+    serial_line line(of.box, "/dev/ttyS7", 1);
+    line.faults = &faults;
+    std::vector<byte_string> heard;
+    line.heard = [&](const byte_string &bytes, time_ns) { heard.push_back(bytes); };
+    std::shared_ptr<open_file> file;
+    ASSERT_EQ(of.box.files.open("/dev/ttyS7", O_RDWR, &file), 0);
+    file->write("a", 1);
+    of.time.at(20 * ms, [&] { file->write("b", 1); });
+    of.time.run();
+    EXPECT_EQ(heard, (std::vector<byte_string>{{'a'}, {'b'}}));
+    EXPECT_GE(of.time.now(), 200 * ms);
 }
 
 TEST(wires, a_line_that_is_unplugged_fails_and_needs_another_open) {
