@@ -118,10 +118,20 @@ static size_t fill(struct file *file, const struct cb_state *state, const struct
     return size + sizeof crc;
 }
 
+/* Goes on after a short write. out: 0 when all bytes are written, else errno. */
+static int write_all(int fd, const void *bytes, size_t size) {
+    for (size_t done = 0; done < size;) {
+        const ssize_t written = write(fd, (const char *)bytes + done, size - done);
+        if (written < 0) return errno;
+        if (written == 0) return ENOSPC;
+        done += (size_t)written;
+    }
+    return 0;
+}
+
 /* Closes fd. out: 0 when everything is on the disk, else errno. */
 static int write_and_sync(int fd, const void *bytes, size_t size) {
-    ssize_t written = write(fd, bytes, size);
-    int error = written == (ssize_t)size ? 0 : written < 0 ? errno : ENOSPC;
+    int error = write_all(fd, bytes, size);
     if (error == 0 && fsync(fd) != 0) error = errno;
     if (close(fd) != 0 && error == 0) error = errno;
     return error;

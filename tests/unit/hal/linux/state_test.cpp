@@ -2,9 +2,11 @@
 // What outlives a run in a file: lags, by a clock that is known to be right; how the run ended; the
 // PLC's heartbeat. What is not used.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include <cmath>
+#include <csignal>
 #include <fstream>
 #include <iterator>
 
@@ -156,6 +158,20 @@ TEST_F(state_file, within_one_boot_the_wall_clock_does_not_count) {
             read_at(rig.box->config, clock(rig.now_us + 9000 * second, unix_us, "boot", true)));
         EXPECT_EQ(settled(), 0u) << "a long stop that the wall clock does not show";
     }
+}
+
+// The kernel writes the bytes up to the limit, and names the fault when the rest is written.
+TEST_F(state_file, a_short_write_goes_on_with_the_rest) {
+    box_rig rig(lags());
+    rlimit before{};
+    ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+    const rlimit little{50, before.rlim_max};
+    const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &little), 0);
+    const int error = write(rig, clock(rig.now_us, 1, "boot", true), path.c_str());
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+    std::signal(SIGXFSZ, handler);
+    EXPECT_EQ(error, EFBIG);
 }
 
 TEST_F(state_file, a_boot_without_an_id_is_another_one) {
