@@ -9,8 +9,12 @@ namespace compbox::world {
 
 namespace {
 
+constexpr int most_tries = 100;  // then the smallest run so far has to do
+int tries = 0;
+
 // out: the run with these options, if it violates the same invariant
 std::optional<failing_run> tried(const run_options &options, const failing_run &like) {
+    if (++tries > most_tries) return std::nullopt;
     run_options silent = options;
     silent.prints_log = false;
     const run_result result = run_isolated(silent);
@@ -69,6 +73,7 @@ failing_run with_fewer_occurrences(failing_run best) {
 }  // namespace
 
 failing_run shrunk(const failing_run &whole) {
+    tries = 0;
     // Kinds before cycles: a run without restarts makes more cycles in the same time.
     return with_fewer_cycles(with_fewer_occurrences(with_fewer_cycles(with_fewer_kinds(whole))));
 }
