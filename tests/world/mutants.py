@@ -336,7 +336,7 @@ FILES = [
      (DAEMON + "output_file.c", '    const int length = snprintf(temporary, size, "%s.new", path);',
       '    const int length = snprintf(temporary, size, "%s", path);')),
     ("state-half-written", "A partly written state file counts as whole",
-     (DAEMON + "state.c", "written == (ssize_t)size ? 0 : written < 0 ? errno : ENOSPC;", "written > 0 ? 0 : errno;")),
+     (DAEMON + "state.c", "done += (size_t)written;", "done = size;")),
     ("state-claims-stopped", "The state file says STOPPED while the box runs",
      (BOX + "state.c", "    state->beat = box->plc.beat;\n    state->stopped = false;",
       "    state->beat = box->plc.beat;\n    state->stopped = true;")),
