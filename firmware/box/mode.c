@@ -118,8 +118,7 @@ static enum cb_mode step_fault(struct cb_mode_state *state, const struct cb_mode
     return CB_MODE_FAULT;
 }
 
-/* Contact may be lost before the PLC has confirmed STOPPED; then the outputs start from its value.
- */
+/* Contact may be lost before STOPPED is confirmed; then the outputs start from the PLC's value. */
 static enum cb_mode step_stopped(struct cb_mode_state *state, const struct cb_mode_events *e) {
     if (e->all_zero) return CB_MODE_STOPPED;
     state->reason = CB_REASON_STOP;

@@ -19,11 +19,3 @@ class Plc(PlcMemory):
         write = Stage.current.run_until(found, timeout_s)
         assert write, f"never came within {timeout_s} s; last write {self.last()}; the log:\n{Stage.current.log}"
         return write
-
-    def wait_mode(self, mode):
-        return self.wait(lambda write: write.mode == mode)
-
-    def wait_writes(self, count):
-        """Waits until the box has written so often from now on."""
-        seen = len(self.writes)
-        return self.wait(lambda write: len(self.writes) >= seen + count)

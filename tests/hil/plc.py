@@ -38,11 +38,3 @@ class Plc(PlcMemory):
                     return write
             time.sleep(0.003)
         raise AssertionError(f"never came within {timeout_s} s; last write {self.last()}")
-
-    def wait_mode(self, mode, timeout_s=60):
-        return self.wait(lambda write: write.mode == mode, timeout_s)
-
-    def wait_writes(self, count):
-        """Waits until the box has written so often from now on."""
-        seen = len(self.writes)
-        return self.wait(lambda write: len(self.writes) >= seen + count)

@@ -83,3 +83,13 @@ class PlcMemory:
 
     def last(self):
         return self.writes[-1] if self.writes else None
+
+    # What tests wait for: wait(condition, timeout_s) belongs to the clock, so each Plc has its own.
+
+    def wait_mode(self, mode, timeout_s=60):
+        return self.wait(lambda write: write.mode == mode, timeout_s)
+
+    def wait_writes(self, count):
+        """Waits until the box has written so often from now on."""
+        seen = len(self.writes)
+        return self.wait(lambda write: len(self.writes) >= seen + count)

@@ -55,7 +55,7 @@ inline bool is_under_way(int socket) {
     return ioctl(socket, SIOCOUTQ, &bytes) == 0 && bytes > 0 && !is_ready(socket, 0);
 }
 
-// in : all.mutex is held. out: when the clock may go to; never_ns: somebody runs, or is about to
+// in : all.mutex is held. out: when the clock may go to; never_ns: a thread runs, or is about to
 inline int64_t next_ns() {
     if (all.waiters.size() < static_cast<size_t>(all.members)) return never_ns;
     int64_t next = never_ns;

@@ -75,20 +75,21 @@ double signal_in(const machine &of, const shown_signal &signal, const exchange &
            signal.zero;
 }
 
-bool draws(const run &of, const char *kind) {
-    const fault_set &kinds = of.options.faults;
-    return std::any_of(kinds.begin(), kinds.end(),
-                       [kind](fault_kind one) { return name_of(one) == kind; });
+bool draws(const run &of, fault_kind kind) {
+    return of.options.faults.count(kind) > 0;
 }
 
-bool draws_any(const run &of, std::initializer_list<const char *> kinds) {
+bool draws_any(const run &of, std::initializer_list<fault_kind> kinds) {
     return std::any_of(kinds.begin(), kinds.end(),
-                       [&of](const char *kind) { return draws(of, kind); });
+                       [&of](fault_kind kind) { return draws(of, kind); });
 }
 
 time_ns longest_lag(const run &of) {
-    if (draws_any(of, {"stall", "suspend"})) return never;
-    return draws_any(of, {"delay", "preempt", "disk", "refuse"}) ? second : 0;
+    if (draws_any(of, {fault_kind::stall, fault_kind::suspend})) return never;
+    return draws_any(of,
+                     {fault_kind::delay, fault_kind::preempt, fault_kind::disk, fault_kind::refuse})
+               ? second
+               : 0;
 }
 
 }  // namespace compbox::world

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/world/faults.h"
 #include "tests/world/machine.h"
 #include "tests/world/scheduler.h"
 
@@ -67,8 +68,8 @@ double signal_in(const machine &of, const shown_signal &signal, const exchange &
 // The longest time from a step of the box to the sending of what it made, by the faults of the run:
 // 0 if no fault makes calls or threads slow, `never` if one of them has no bound.
 time_ns longest_lag(const run &of);
-// Whether the run draws a kind of fault, by its name; unknown kinds never.
-bool draws(const run &of, const char *kind);
-bool draws_any(const run &of, std::initializer_list<const char *> kinds);
+// Whether the run draws a kind of fault.
+bool draws(const run &of, fault_kind kind);
+bool draws_any(const run &of, std::initializer_list<fault_kind> kinds);
 
 }  // namespace compbox::world

@@ -4,7 +4,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <map>
+#include <array>
 #include <stdexcept>
 
 #include "host-tools/formats/text.h"
@@ -16,41 +16,37 @@ namespace {
 
 constexpr std::size_t remembered = 12;
 
-const std::map<std::string, fault_kind> &names() {
-    static const std::map<std::string, fault_kind> all = {
-#define X(name, words) {#name, fault_kind::name},
-        WORLD_FAULTS(X)
+constexpr std::array<const char *, fault_kinds> names = {
+#define X(name, words) #name,
+    WORLD_FAULTS(X)
 #undef X
-    };
-    return all;
-}
+};
 
 fault_set every_kind() {
     fault_set kinds;
-    for (const auto &entry : names()) kinds.insert(entry.second);
+    for (std::size_t k = 0; k < fault_kinds; ++k) kinds.insert(static_cast<fault_kind>(k));
     return kinds;
+}
+
+// Throws std::invalid_argument for another name.
+fault_kind kind_of(const std::string &name) {
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found == names.end())
+        throw std::invalid_argument("unknown fault '" + name + "'; see world --help");
+    return static_cast<fault_kind>(found - names.begin());
 }
 
 }  // namespace
 
 std::string name_of(fault_kind kind) {
-    for (const auto &entry : names()) {
-        if (entry.second == kind) return entry.first;
-    }
-    return "";
+    return names[static_cast<std::size_t>(kind)];
 }
 
 fault_set fault_set_of(const std::string &text) {
     fault_set kinds;
     if (text == "none") return kinds;
     if (text == "all") return every_kind();
-    for (const auto &part : split(text, ',')) {
-        const std::string name = part.substr(0, part.find(':'));
-        const auto found = names().find(name);
-        if (found == names().end())
-            throw std::invalid_argument("unknown fault '" + name + "'; see world --help");
-        kinds.insert(found->second);
-    }
+    for (const auto &part : split(text, ',')) kinds.insert(kind_of(part.substr(0, part.find(':'))));
     return kinds;
 }
 
@@ -59,9 +55,9 @@ fault_limits fault_limits_of(const std::string &text) {
     for (const auto &part : split(text, ',')) {
         const auto colon = part.find(':');
         if (colon == std::string::npos) continue;
-        const auto kinds = fault_set_of(part.substr(0, colon));
+        const fault_kind kind = kind_of(part.substr(0, colon));
         try {
-            most[*kinds.begin()] = std::stoull(part.substr(colon + 1));
+            most[kind] = std::stoull(part.substr(colon + 1));
         } catch (const std::exception &) {
             throw std::invalid_argument("'" + part + "' needs a number behind ':'");
         }
@@ -70,7 +66,7 @@ fault_limits fault_limits_of(const std::string &text) {
 }
 
 std::string text_of(const fault_set &kinds, const fault_limits &most) {
-    if (kinds.size() == names().size() && most.empty()) return "all";
+    if (kinds.size() == fault_kinds && most.empty()) return "all";
     std::string text;
     for (const fault_kind kind : kinds) {
         text += (text.empty() ? "" : ",") + name_of(kind);

@@ -90,7 +90,7 @@ class slew_invariant : public invariant {
     bool places_outputs(const machine &facts, const exchange &seen) const {
         const bool refused = seen.function == 3 && seen.exception != 0;
         const time_ns period_ns = facts.period_us * us;
-        const bool lost = draws_any(of_, {"plc_stop", "line"});
+        const bool lost = draws_any(of_, {fault_kind::plc_stop, fault_kind::line});
         return (is_read_back(facts, seen) || refused) &&
                (lost || 2 * (seen.sent - sent_ns_) > 3 * period_ns ||
                 seen.sent - gap_ns_ < 5 * period_ns);
@@ -173,8 +173,10 @@ class start_invariant : public invariant {
 
   private:
     bool disturbed() const {
-        return draws_any(of_, {"foreign", "plc_stop", "reload", "hostile", "wire", "sensors",
-                               "boundary", "twice", "loss", "delay"});
+        return draws_any(
+            of_, {fault_kind::foreign, fault_kind::plc_stop, fault_kind::reload,
+                  fault_kind::hostile, fault_kind::wire, fault_kind::sensors, fault_kind::boundary,
+                  fault_kind::twice, fault_kind::loss, fault_kind::delay});
     }
     void compare(const machine &facts, const written_block &block) {
         for (std::size_t c = 0; c < block.um.size(); ++c) {

@@ -50,7 +50,9 @@ class stats_invariant : public invariant {
                      elapsed_us = 1e6 * all.value("elapsed_s", 0.0);
         const double ticks = all.value("cycles", 0.0) + all.value("overruns", 0.0);
         const double drift_us = all.value("drift_us", 0.0);
-        if (draws_any(of_, {"suspend", "stall", "boundary", "reload", "hostile"})) return;
+        if (draws_any(of_, {fault_kind::suspend, fault_kind::stall, fault_kind::boundary,
+                            fault_kind::reload, fault_kind::hostile}))
+            return;
         const double near_us = 3 * period_us + 1e-3 * static_cast<double>(longest_lag(of_));
         if (std::abs(ticks * period_us - elapsed_us) > near_us)
             violated(fmt::format("{} ticks of {} µs in {} µs", ticks, period_us, elapsed_us));
@@ -59,13 +61,15 @@ class stats_invariant : public invariant {
         if (longest_lag(of_) == 0 && all.value("overruns", 0) > 0)
             violated(fmt::format("{} ticks were missed, and nothing was slow",
                                  all.value("overruns", 0)));
-        if (longest_lag(of_) == 0 && !draws_any(of_, {"kill", "power_cut", "restart"}))
+        if (longest_lag(of_) == 0 &&
+            !draws_any(of_, {fault_kind::kill, fault_kind::power_cut, fault_kind::restart}))
             check_counts(all.at("box"));
     }
     // A PLC whose replies all arrive: what the box counted is what happened.
     void check_counts(const nlohmann::json &box) {
-        if (draws_any(of_, {"loss", "reset", "tear", "wire", "plc_stop", "foreign", "partial",
-                            "twice", "memory"}))
+        if (draws_any(of_, {fault_kind::loss, fault_kind::reset, fault_kind::tear, fault_kind::wire,
+                            fault_kind::plc_stop, fault_kind::foreign, fault_kind::partial,
+                            fault_kind::twice, fault_kind::memory}))
             return;
         compare("reads_torn", box.value("reads_torn", 0u), torn_);
         compare("writes_refused", box.value("writes_refused", 0u), refused_);
@@ -142,7 +146,7 @@ class state_invariant : public invariant {
     void started() override {
         const auto file = of_.box.files.find(run::state_path, false);
         found_ = file != nullptr && file->kind == node_kind::regular ? file->bytes : "";
-        const bool others = draws_any(of_, {"state", "disk"});
+        const bool others = draws_any(of_, {fault_kind::state, fault_kind::disk});
         if (!others && !found_.empty() && !decoded(found_))
             violated(fmt::format("a start finds a state file of {} bytes that is not whole",
                                  found_.size()));
@@ -150,7 +154,8 @@ class state_invariant : public invariant {
         start_ns_ = of_.time.now();
     }
     void file_written(const std::string &path, const node &file) override {
-        if (path != run::state_path || file.kind != node_kind::regular || draws(of_, "state"))
+        if (path != run::state_path || file.kind != node_kind::regular ||
+            draws(of_, fault_kind::state))
             return;
         const auto state = decoded(file.bytes);
         if (!state) {
@@ -176,7 +181,9 @@ class state_invariant : public invariant {
                         &pause_s) != 3)
             return;
         if (!decoded(found_)) violated("lags go on by a state file that is not whole");
-        if (resumed == 0 || draws_any(of_, {"state", "clock", "boundary", "suspend"})) return;
+        if (resumed == 0 || draws_any(of_, {fault_kind::state, fault_kind::clock,
+                                            fault_kind::boundary, fault_kind::suspend}))
+            return;
         const auto known = true_ns_.find(found_);
         if (known == true_ns_.end()) return;
         const double true_s = 1e-9 * static_cast<double>(of_.time.now() - known->second);
@@ -259,7 +266,8 @@ class log_invariant : public invariant {
     void logged(const std::string &line) override {
         ++lines_;
         if (line.rfind("compboxd: ", 0) != 0 &&
-            !draws_any(of_, {"partial", "refuse", "kill", "power_cut"}))
+            !draws_any(of_, {fault_kind::partial, fault_kind::refuse, fault_kind::kill,
+                             fault_kind::power_cut}))
             violated("a line of the log does not begin with the program's name: " + line);
         const double elapsed_s = 1e-9 * static_cast<double>(of_.time.now() - since_ns_);
         if (static_cast<double>(lines_) > kinds * (20 + 2 * elapsed_s) + 40)

@@ -90,8 +90,10 @@ std::optional<double> value_of(const json &root, const std::string &output,
 class models_invariant : public invariant {
   public:
     explicit models_invariant(run &of) : invariant(of, "models") {
-        const bool disturbed = draws_any(of, {"reload", "hostile", "memory", "foreign", "sensors",
-                                              "wire", "exception", "boundary"});
+        const bool disturbed =
+            draws_any(of, {fault_kind::reload, fault_kind::hostile, fault_kind::memory,
+                           fault_kind::foreign, fault_kind::sensors, fault_kind::wire,
+                           fault_kind::exception, fault_kind::boundary});
         if (!disturbed) root_ = json::parse(of.box_machine.text);
     }
     void started() override { wants_.clear(); }

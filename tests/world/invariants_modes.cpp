@@ -179,8 +179,10 @@ class reset_invariant : public invariant {
   private:
     // Otherwise the box may have missed readings.
     bool seen_all() const {
-        return exact_ && !draws_any(of_, {"loss", "reset", "tear", "exception", "wire", "plc_stop",
-                                          "foreign", "partial", "twice"});
+        return exact_ &&
+               !draws_any(of_, {fault_kind::loss, fault_kind::reset, fault_kind::tear,
+                                fault_kind::exception, fault_kind::wire, fault_kind::plc_stop,
+                                fault_kind::foreign, fault_kind::partial, fault_kind::twice});
     }
     void judge(const machine &facts, const exchange &seen) {
         const written_block block = block_of(facts, seen);
@@ -310,7 +312,8 @@ class silence_invariant : public invariant {
     static constexpr std::uint64_t most_readings = 60;
     bool disturbed() const {
         return draws_any(
-            of_, {"memory", "foreign", "reset", "plc_stop", "loss", "refuse", "wire", "exception"});
+            of_, {fault_kind::memory, fault_kind::foreign, fault_kind::reset, fault_kind::plc_stop,
+                  fault_kind::loss, fault_kind::refuse, fault_kind::wire, fault_kind::exception});
     }
     std::uint64_t readings_ = 0;
     bool active_ = false;

@@ -17,7 +17,7 @@ namespace {
 class exit_invariant : public invariant {
   public:
     explicit exit_invariant(run &of) : invariant(of, "exit") {}
-    void started() override { has_reason_ = is_incomplete_ = has_written_ = stopped_ = false; }
+    void started() override { has_reason_ = is_incomplete_ = stopped_ = false; }
     void logged(const std::string &line) override {
         has_reason_ = has_reason_ || line.rfind("compboxd: ", 0) == 0;
         is_incomplete_ =
@@ -26,7 +26,6 @@ class exit_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         if (seen.written.empty()) return;
         const written_block block = block_of(of_.running_at(seen.sent), seen);
-        has_written_ = true;
         stopped_ = block.mode == box_mode::stopped && block.is_zero();
     }
     void ended(const ending &how) override {
@@ -52,7 +51,7 @@ class exit_invariant : public invariant {
 
   private:
     bool has_reason_ = false;  // a sentence about a failed start
-    bool is_incomplete_ = false, has_written_ = false, stopped_ = false;
+    bool is_incomplete_ = false, stopped_ = false;
 };
 
 // Without faults the box becomes ACTIVE, and its last status is STOPPED. Faults that are over for
