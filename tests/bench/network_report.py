@@ -66,7 +66,6 @@ def numpy_times(np, net):
 
 
 def onnx_times(np, net):
-    import onnx
     import onnxruntime
     from onnx import TensorProto, helper, numpy_helper
     table = [numpy_helper.from_array(value, name) for name, value in

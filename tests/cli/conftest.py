@@ -78,3 +78,18 @@ def machine(compbox):
     compbox.good("init", *PLC, "--axes", "XYZ", "--profile", "generic", "--travel",
                  "X=1000,Y=1000,Z=1000", "-o", "machine.json")
     return compbox.read("machine.json")
+
+
+@pytest.fixture
+def plc(compbox):
+    """Starts fakeplc and a machine file for it; returns the former."""
+    from commissioning import start_plc  # which imports this module
+    started = []
+
+    def start(*arguments, **how):
+        started.append(start_plc(compbox, *arguments, **how))
+        return started[-1]
+
+    yield start
+    for one in started:
+        one.end()

@@ -7,7 +7,7 @@ import concurrent.futures
 import pytest
 
 from conftest import Compbox
-from test_commission import FakePlc, Person, commission, start_plc
+from commissioning import Person, commission, start_plc
 
 
 def part(machine, kind, name):

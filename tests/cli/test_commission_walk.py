@@ -2,26 +2,19 @@
 """compbox commission: the comparison of registers with the control's display, as a script, at a terminal
 with the live table, on a serial line, with function 23, and the motors of a pair."""
 
-import fcntl
 import json
-import os
 import pathlib
-import pty
 import re
-import select
 import signal
-import struct
 import subprocess
 import tempfile
-import termios
 import threading
-import time
 
 import pytest
 
 import still_clock
 from conftest import BIN, PLC
-from test_commission import FakePlc, Person, commission, is_at_rest, plc, refusal, start_plc  # noqa: F401
+from commissioning import FakePlc, Person, Terminal, commission, is_at_rest, refusal
 
 
 def script(compbox, fake, *arguments, jogs=("X", "Y", "Z")):
@@ -42,7 +35,7 @@ def script(compbox, fake, *arguments, jogs=("X", "Y", "Z")):
 SHOWS = [word for axis in "XYZ" for word in ("--shows", f"{axis}=0:12,5")]
 
 
-def test_a_script_states_what_the_display_shows(compbox, plc):  # noqa: F811
+def test_a_script_states_what_the_display_shows(compbox, plc):
     fake = plc()
     code, out, err = script(compbox, fake, *SHOWS, "--registers")
     assert code == 0, err
@@ -66,7 +59,7 @@ def test_a_script_states_what_the_display_shows(compbox, plc):  # noqa: F811
         assert code == 1 and "standard input has ended; give --shows X=… instead" in err
 
 
-def test_a_script_whose_axis_nobody_jogs(compbox, plc):  # noqa: F811
+def test_a_script_whose_axis_nobody_jogs(compbox, plc):
     fake = plc()
     before = compbox.files()
     code, _, err = script(compbox, fake, *SHOWS, "--wait-s", "1", jogs="")
@@ -83,7 +76,7 @@ def test_a_script_whose_axis_nobody_jogs(compbox, plc):  # noqa: F811
     (["--shows", "X"], "--shows: 'X' must read"),
     (["--shows", "X=1:2", "--shows", "X=1:2"], "--shows: once for each signal"),
     (["--together", "X+Q"], "--together: no signal Q to test")])
-def test_wrong_statements(compbox, plc, arguments, sentence):  # noqa: F811
+def test_wrong_statements(compbox, plc, arguments, sentence):
     plc()
     done = compbox("commission", "machine.json", *arguments)
     assert done.returncode == 2 and sentence in done.stderr.splitlines()[0], done.stderr
@@ -96,7 +89,7 @@ class Absent(Person):
         return self.plc.position_mm(name[0])
 
 
-def test_who_jogs_nothing_gets_no_file(compbox, plc):  # noqa: F811
+def test_who_jogs_nothing_gets_no_file(compbox, plc):
     fake = plc()
     sentence = refusal(compbox, fake, person=Absent(fake))
     assert sentence == ("signals.X: X moved by 0.0000 mm where 10 or more are needed; if the control's display "
@@ -112,13 +105,13 @@ class Both(Person):
         return super().jog(name)
 
 
-def test_a_second_axis_that_is_jogged_too(compbox, plc):  # noqa: F811
+def test_a_second_axis_that_is_jogged_too(compbox, plc):
     fake = plc()
     assert refusal(compbox, fake, person=Both(fake)).startswith(
         "signals.X: the jog moved X by 12.5000 mm, but also Z by 1.0000 mm; either both read one register")
 
 
-def test_function_23_and_the_read_back(compbox, plc):  # noqa: F811
+def test_function_23_and_the_read_back(compbox, plc):
     fake = plc(change=lambda machine: machine["plc"].update(exchange="fc23"))
     code, out, err = commission(compbox, fake, "--axis", "Y", "--json")
     assert code == 0, err
@@ -203,7 +196,7 @@ def narrow(machine):
     machine["pairs"][0]["max_difference_um"] = 12
 
 
-def test_each_motor_of_a_pair_by_itself_within_the_pairs_difference(compbox, plc):  # noqa: F811
+def test_each_motor_of_a_pair_by_itself_within_the_pairs_difference(compbox, plc):
     fake = plc(axes="X,Y1+Y2", change=narrow)
     code, out, err = commission(compbox, fake, "--axis", "Y1+Y2", person=AtMotors(fake, ("Y1", "Y2")))
     assert code == 0, err
@@ -217,7 +210,7 @@ def test_each_motor_of_a_pair_by_itself_within_the_pairs_difference(compbox, plc
     is_at_rest(fake, ("X", "Y1", "Y2"))
 
 
-def test_motors_of_a_pair_that_move_against_each_other(compbox, plc):  # noqa: F811
+def test_motors_of_a_pair_that_move_against_each_other(compbox, plc):
     fake = plc(axes="X,Y1+Y2")
     assert refusal(compbox, fake, "--axis", "Y1+Y2", person=AtMotors(fake, ("Y2",))) == (
         "axis Y1+Y2: Y2 moves the tool the other way than its partner; invert channels.Y2.sign in the file and "
@@ -225,48 +218,7 @@ def test_motors_of_a_pair_that_move_against_each_other(compbox, plc):  # noqa: F
     is_at_rest(fake, ("X", "Y1", "Y2"))
 
 
-class Terminal:
-    """A command at a pseudo-terminal. .text is all that it has written, with its control codes."""
-
-    def __init__(self, folder, *arguments, size=(40, 150), command=None):
-        environment = None if command else still_clock.shared_in(folder)
-        command = command or [BIN / "compbox", "commission", "machine.json"]
-        self.master, slave = pty.openpty()
-        fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", *size, 0, 0))
-        self.run = subprocess.Popen([*command, *arguments], cwd=folder, env=environment,
-                                    stdin=slave, stdout=slave, stderr=slave, start_new_session=True,
-                                    preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0))
-        os.close(slave)
-        self.text = ""
-
-    def until(self, *pieces, seconds=60):
-        """Reads until the pieces come, in this order, after all that was read before."""
-        end = time.monotonic() + seconds
-        start = len(self.text)
-        order = re.compile(".*?".join(map(re.escape, pieces)), re.S)
-        while not order.search(self.text, start):
-            if not select.select([self.master], [], [], max(0, end - time.monotonic()))[0]:
-                raise AssertionError(f"{pieces} did not come in\n{self.text[start:]}")
-            try:
-                self.text += os.read(self.master, 65536).decode(errors="replace")
-            except OSError:  # the program has ended
-                assert order.search(self.text, start), self.text[start:]
-        return self.text[start:]
-
-    def type(self, text):
-        os.write(self.master, text.encode())
-
-    def end(self):
-        while True:
-            try:
-                self.text += os.read(self.master, 65536).decode(errors="replace")
-            except OSError:
-                break
-        os.close(self.master)
-        return self.run.wait(60)
-
-
-def test_the_live_table_at_a_terminal(compbox, plc):  # noqa: F811
+def test_the_live_table_at_a_terminal(compbox, plc):
     fake = plc(axes="X")
     terminal = Terminal(compbox.folder, "--watch", "--registers")
     first = terminal.until("X > ")
@@ -290,7 +242,7 @@ def test_the_live_table_at_a_terminal(compbox, plc):  # noqa: F811
     assert compbox.read("machine.json")["provenance"]["commissioning"]["positions"]["X"]["to"] == 12.5
 
 
-def test_a_reading_that_is_no_sign_is_asked_for_again_at_a_terminal(compbox, plc):  # noqa: F811
+def test_a_reading_that_is_no_sign_is_asked_for_again_at_a_terminal(compbox, plc):
     fake = plc(axes="X")
     terminal = Terminal(compbox.folder, "--shows", "X=0:12.5", "--steps", "6")
     terminal.until("jog this axis")
@@ -306,7 +258,7 @@ def test_a_reading_that_is_no_sign_is_asked_for_again_at_a_terminal(compbox, plc
     assert compbox.read("machine.json")["provenance"]["commissioning"]["signs"]["X"]["measured_um"] == 19.8
 
 
-def test_a_small_terminal_keeps_the_question(compbox, plc):  # noqa: F811
+def test_a_small_terminal_keeps_the_question(compbox, plc):
     plc(axes="X")
     terminal = Terminal(compbox.folder, "--watch", "--registers", size=(10, 60))
     lines = terminal.until("X > ").split("reads", 1)[-1].split("\r\n")
@@ -317,7 +269,7 @@ def test_a_small_terminal_keeps_the_question(compbox, plc):  # noqa: F811
     assert terminal.end() == 1
 
 
-def test_ctrl_c_at_the_table_leaves_calmly(compbox, plc):  # noqa: F811
+def test_ctrl_c_at_the_table_leaves_calmly(compbox, plc):
     fake = plc(axes="X")
     before = compbox.files()
     terminal = Terminal(compbox.folder, "--watch")
@@ -330,7 +282,7 @@ def test_ctrl_c_at_the_table_leaves_calmly(compbox, plc):  # noqa: F811
     is_at_rest(fake, "X")
 
 
-def test_the_table_without_a_terminal_is_plain_lines(compbox, plc):  # noqa: F811
+def test_the_table_without_a_terminal_is_plain_lines(compbox, plc):
     fake = plc(axes="X")
     code, _, err = commission(compbox, fake, "--watch", "--registers")
     assert code == 0 and "\033" not in err
@@ -338,7 +290,7 @@ def test_the_table_without_a_terminal_is_plain_lines(compbox, plc):  # noqa: F81
     assert len(re.findall("last reply", err)) == 2, "once for each question"
 
 
-def test_a_plc_that_vanishes_during_the_comparison(compbox, plc):  # noqa: F811
+def test_a_plc_that_vanishes_during_the_comparison(compbox, plc):
     fake = plc(axes="X")
     sentence = refusal(compbox, fake, at=("jog this axis", lambda run: fake.command("fault away 600000")))
     assert sentence.startswith(f"plc.transport.tcp: no reply from 127.0.0.1:{fake.port}: ")

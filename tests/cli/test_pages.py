@@ -22,7 +22,7 @@ import time
 import pytest
 
 from conftest import BIN, ROOT
-from test_commission_walk import Terminal
+from commissioning import Terminal
 
 FENCE = re.compile(r"^```(\w+)(?: ([\w.-]+))?\n(.*?)^```\n(?:\n((?:\|[^\n]*\n)+))?", re.M | re.S)
 PAGES = ("README.md", "docs/install.md", "docs/ten-minutes.md", "docs/machine-spindle.md")  # others: REHEARSED

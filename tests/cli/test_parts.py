@@ -4,7 +4,6 @@ slower cycle of the simulation changes nothing that matters."""
 
 import copy
 import json
-import pathlib
 import shutil
 
 import pytest

@@ -100,8 +100,8 @@ def test_a_file_names_registers_and_where_they_are(compbox, machine_at):
         found = {one["name"]: one for one in read["values"]}
         assert set(found) == {"control", "plc_heartbeat", "status", "box_heartbeat", *"XYZ",
                               *("value_" + a for a in "XYZ"), *("applied_" + a for a in "XYZ")}
-        for signal in machine["signals"]:
-            assert found[signal["name"]]["address"] == signal["plc"] and found[signal["name"]]["unit"] == "mm"
+        for one in machine["signals"]:
+            assert found[one["name"]]["address"] == one["plc"] and found[one["name"]]["unit"] == "mm"
         text = compbox.good("plc", "read", "machine.json", "X", "control")
         assert [line.split()[1] for line in text.splitlines()] == ["X", "control"]
         at = compbox.good("plc", "read", plc.at, "X", "--config", "machine.json")

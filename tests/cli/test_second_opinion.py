@@ -6,7 +6,7 @@ import socket
 import threading
 
 import still_clock
-from test_commission import behind, commission, plc  # noqa: F401: a fixture
+from commissioning import behind, commission
 
 ONE_AXIS = ("--axis", "X", "--measured", "X=20", "--json")
 
@@ -40,7 +40,7 @@ def opinion(compbox, fake):
     return figures["registers"]["libmodbus"], figures["remarks"]
 
 
-def test_both_read_the_same_registers(compbox, plc):  # noqa: F811
+def test_both_read_the_same_registers(compbox, plc):
     found, remarks = opinion(compbox, plc())
     read = compbox.read("machine.json")["plc"]["read"]["count"]
     assert found["differing"] == [] and found["compared"] + found["changing"] == read
@@ -48,7 +48,7 @@ def test_both_read_the_same_registers(compbox, plc):  # noqa: F811
     assert not any("libmodbus" in remark for remark in remarks)
 
 
-def test_a_register_that_they_read_differently_is_a_remark(compbox, plc):  # noqa: F811
+def test_a_register_that_they_read_differently_is_a_remark(compbox, plc):
     fake = plc()
     behind(compbox, Liar(fake))
     found, remarks = opinion(compbox, fake)

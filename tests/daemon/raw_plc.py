@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A PLC whose frames are made by hand, and which misbehaves on command."""
-from frames import Request, answer, frame_of, size_of_frame  # noqa: F401
+from frames import Request, answer, size_of_frame
 from stage import Stage
 
 

@@ -10,9 +10,10 @@ import pytest
 
 import machine
 from box import Box, until
+from frames import frame_of
 from machine import ACTIVE, AT_REST, ENABLE, FAULT, PERMIT_RESUME, RAMP, REFERENCED, STOPPED
 from plc import Plc
-from raw_plc import RawPlc, frame_of
+from raw_plc import RawPlc
 
 APPLIED = {"X": 16, "Y": 18, "Z": 20}           # of the read block, type and scale of the channel
 LIMIT_UM, ERROR_UM, STEP_UM = 300, 400, 500 * 2 * machine.PERIOD_S

@@ -4,8 +4,9 @@ The box is calm, its status is true, and one line of the log says what to change
 import machine
 from box import until
 from conftest import fc23
+from frames import frame_of
 from machine import ACTIVE, AT_REST, FAULT, PERIOD_S, STANDBY
-from raw_plc import RawPlc, frame_of
+from raw_plc import RawPlc
 
 
 

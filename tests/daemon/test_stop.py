@@ -9,7 +9,6 @@ import machine
 from box import until
 from machine import ACTIVE, PERIOD_S, RAMP, STANDBY, STOPPED
 from raw_plc import RawPlc
-from raw_plc import RawPlc
 from steps import index_of
 
 AT_REST = {"X": 6500, "Y": 200, "Z": 1500, "T1": 35}     # Z wants -124 µm

@@ -7,7 +7,6 @@ fault do to the machine?
 
 prints one table for each profile; --write puts them into a page. scripts/report hil-profiles runs it."""
 import argparse
-import copy
 import csv
 import json
 import os

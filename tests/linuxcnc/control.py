@@ -41,12 +41,13 @@ class LinuxCnc:
                 shutil.chown(path, "nobody", "nogroup")
         self.environment = {"HOME": str(folder), "PATH": "/usr/bin:/bin:/usr/sbin:/sbin"}
 
-    def command(self, *words, **how):
+    def process_of(self, *words, **how):
+        """A program in LinuxCNC's folder; out: words and keywords of subprocess."""
         return [*USER, *words], dict(cwd=self.folder, env=self.environment, stdin=subprocess.DEVNULL, **how)
 
     def __enter__(self):
-        words, how = self.command("linuxcnc", "sim.ini", stdout=open(self.folder / "log", "w"),
-                                  stderr=subprocess.STDOUT, start_new_session=True)
+        words, how = self.process_of("linuxcnc", "sim.ini", stdout=open(self.folder / "log", "w"),
+                                     stderr=subprocess.STDOUT, start_new_session=True)
         self.process = subprocess.Popen(words, **how)
         until((self.folder / "display.sock").exists, "LinuxCNC's start: " + self.log())
         self.display = socket.socket(socket.AF_UNIX)
@@ -99,7 +100,7 @@ class LinuxCnc:
 
     def hal(self, *words):
         """halcmd; out: what it prints."""
-        words, how = self.command("halcmd", *words, capture_output=True, text=True, check=True)
+        words, how = self.process_of("halcmd", *words, capture_output=True, text=True, check=True)
         return subprocess.run(words, **how).stdout.strip()
 
     def applied_um(self, joint=0):
@@ -107,7 +108,7 @@ class LinuxCnc:
 
     def samples(self, count, doing):
         """(planned, applied, commanded position in mm, permission) of servo periods while doing()."""
-        words, how = self.command("halsampler", "-n", str(count), stdout=subprocess.PIPE, text=True)
+        words, how = self.process_of("halsampler", "-n", str(count), stdout=subprocess.PIPE, text=True)
         with subprocess.Popen(words, **how) as sampler:
             self.hal("setp", "sampler.0.enable", "1")
             doing()
