@@ -108,7 +108,7 @@ class models_invariant : public invariant {
     }
 
   private:
-    static constexpr std::uint64_t sampled = 8;  // one reading of so many
+    static constexpr int sampled = 8;  // one reading of so many
     struct demand {
         double um = 0;         // the channel wants this …
         time_ns since_ns = 0;  // … within `band`, since then

@@ -25,7 +25,7 @@ std::optional<failing_run> tried(const run_options &options, const failing_run &
 
 // Ends right behind the violation; of a crash, whose cycle is unknown, at a half again and again.
 failing_run with_fewer_cycles(failing_run best) {
-    for (const std::uint64_t more : {0, 1}) {
+    for (const std::uint64_t more : {0U, 1U}) {
         run_options options = best.options;
         options.cycles = best.found.cycle + more;
         if (options.cycles == 0 || options.cycles >= best.options.cycles) continue;
