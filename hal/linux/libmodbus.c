@@ -77,8 +77,10 @@ static void close_in_order(struct cb_libmodbus *client) {
     struct pollfd wait = {.fd = fd, .events = POLLIN};
     const int64_t until_us = cb_boottime_us() + LEAVE_TIMEOUT_MS * 1000;
     shutdown(fd, SHUT_WR);
-    while (cb_boottime_us() < until_us && poll(&wait, 1, LEAVE_TIMEOUT_MS / 10) >= 0)
-        if (wait.revents != 0 && recv(fd, left_over, sizeof left_over, MSG_DONTWAIT) <= 0) break;
+    while (cb_boottime_us() < until_us)
+        if (poll(&wait, 1, LEAVE_TIMEOUT_MS / 10) > 0 &&
+            recv(fd, left_over, sizeof left_over, MSG_DONTWAIT) <= 0)
+            break;
     modbus_close(client->context);
 }
 

@@ -132,7 +132,7 @@ void cb_bus_stop(struct cb_bus *bus) {
 
 bool cb_bus_look(struct cb_bus *bus) {
     bool any = false;
-    for (int32_t slot; bus->config && (slot = cb_ring_slot_to_read(&bus->ring)) >= 0; any = true) {
+    for (int32_t slot; (slot = cb_ring_slot_to_read(&bus->ring)) >= 0; any = true) {
         bus->last = bus->reports[slot];
         cb_ring_release(&bus->ring);
     }

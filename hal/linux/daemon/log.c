@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "hal/linux/daemon/log.h"
 
-#include <poll.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,6 +12,7 @@
 #include "hal/linux/daemon/cause_words.h"
 #include "hal/linux/daemon/exception_words.h"
 #include "hal/linux/serial_opener.h"
+#include "hal/linux/stderr.h"
 
 /* The allowance of a kind of line; it counts as quiet after two seconds without one. */
 static const double BURST_LINES = 20, LINES_PER_S = 2, QUIET_LINES = 4;
@@ -35,12 +35,6 @@ void cb_log_start(struct cb_log *log, const char *plc, int64_t now_us) {
     *log = (struct cb_log){.plc = plc, .journal = stderr_is_journal(), .start_us = now_us};
     for (unsigned kind = 0; kind < CB_LOG_KINDS_COUNT; kind++)
         log->limits[kind] = (struct cb_log_limit){.lines_left = BURST_LINES, .refill_us = now_us};
-}
-
-/* The reader of stderr may have stopped; a line must not block this thread. */
-static bool reader_is_there(void) {
-    struct pollfd wait = {.fd = STDERR_FILENO, .events = POLLOUT};
-    return poll(&wait, 1, 0) == 1 && (wait.revents & POLLOUT) != 0;
 }
 
 static void put(const struct cb_log *log, int64_t now_us, const char *text) {
@@ -70,7 +64,7 @@ static __attribute__((format(printf, 4, 0))) void write_line(struct cb_log *log,
                                                              const char *format,
                                                              va_list arguments) {
     char text[LINE_BYTES];
-    if (!reader_is_there()) {
+    if (!cb_stderr_is_ready()) {
         log->limits[kind].left_out++;
         return;
     }
@@ -113,7 +107,7 @@ void cb_log_catch_up(struct cb_log *log, int64_t now_us, bool at_end) {
     for (enum cb_log_kind kind = 0; kind < CB_LOG_KINDS_COUNT; kind++) {
         if (log->limits[kind].left_out == 0) continue;
         const bool quiet = refilled(log, kind, now_us)->lines_left >= QUIET_LINES;
-        if ((quiet || at_end) && reader_is_there()) report_left_out(log, kind, now_us);
+        if ((quiet || at_end) && cb_stderr_is_ready()) report_left_out(log, kind, now_us);
     }
 }
 

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "hal/linux/daemon/options.h"
 
-#include <errno.h>
 #include <getopt.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -80,10 +79,9 @@ static const struct option known[] = {
 static bool parse_number(const char *option, const char *text, uint64_t min, uint64_t max,
                          uint64_t *number) {
     char *end = NULL;
-    errno = 0;
-    unsigned long long value = strtoull(text, &end, 10);
+    unsigned long long value = strtoull(text, &end, 10); /* too large for it: its largest, > max */
     bool digits = text[0] >= '0' && text[0] <= '9';
-    if (digits && *end == '\0' && errno == 0 && value >= min && value <= max) {
+    if (digits && *end == '\0' && value >= min && value <= max) {
         *number = value;
         return true;
     }

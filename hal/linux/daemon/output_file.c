@@ -31,8 +31,7 @@ int cb_output_open(const char *path) {
 }
 
 int cb_output_begin(const char *path, char *temporary, size_t size) {
-    const int length = snprintf(temporary, size, "%s.new", path);
-    if (length < 0 || (size_t)length >= size) return refused(-1, ENAMETOOLONG);
+    if ((size_t)snprintf(temporary, size, "%s.new", path) >= size) return refused(-1, ENAMETOOLONG);
     const int fault = fault_at(path);
     if (fault != 0) return refused(-1, fault);
     unlink(temporary);

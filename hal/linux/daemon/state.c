@@ -51,6 +51,7 @@ struct file {
     struct record records[CB_MAX_SIGNALS];
     struct ending ending; /* the ending and the CRC, which follow the last record in use */
     uint32_t crc;
+    char more; /* of a file that is too long */
 };
 
 static const char MAGIC[8] = "CBSTATE";
@@ -68,7 +69,7 @@ void cb_state_clock_read(struct cb_state_clock *clock) {
     struct timex query = {.modes = 0};
     memset(clock, 0, sizeof *clock);
     const int state = adjtimex(&query);
-    clock->synchronised = state >= 0 && state != TIME_ERROR && (query.status & STA_UNSYNC) == 0;
+    clock->synchronised = state >= 0 && state != TIME_ERROR; /* TIME_ERROR: it is not */
     read_boot_id(clock->boot_id);
     clock->boottime_us = cb_boottime_us();
     clock->unix_us = cb_unix_us();
@@ -173,7 +174,8 @@ static const char *fault_of(const struct file *file, size_t size, const struct c
     if (header->format != FORMAT && header->format != FORMAT_WITHOUT_ENDING)
         return "is of another version";
     const size_t body = body_of(header);
-    if (header->count > CB_MAX_SIGNALS || size != body + sizeof file->crc) return "is cut off";
+    if (header->count > CB_MAX_SIGNALS || size != body + sizeof file->crc)
+        return "has the wrong length";
     uint32_t crc;
     memcpy(&crc, (const char *)file + body, sizeof crc);
     if (crc != cb_crc32(0, file, (uint32_t)body)) return "is damaged";
@@ -266,15 +268,13 @@ static void report_ending(bool stopped, char *message, size_t size) {
              stopped ? "ended" : "did not end");
 }
 
-/* out: bytes read, at most one more than a whole file; -1 with errno */
+/* out: bytes read, more than a whole file has if it is too long; -1 with errno */
 static ssize_t read_bytes(const char *path, struct file *file) {
-    char more;
     int fd = open(path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW |
                             O_NONBLOCK); /* a pipe would wait for its writer */
     if (fd < 0) return -1;
     memset(file, 0, sizeof *file);
-    ssize_t size = read(fd, file, sizeof *file);
-    if (size == (ssize_t)sizeof *file && read(fd, &more, 1) == 1) size = 0; /* too long: invalid */
+    const ssize_t size = read(fd, file, sizeof *file);
     close(fd);
     return size;
 }

@@ -1,14 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "hal/linux/daemon/stop.h"
 
-#include <poll.h>
 #include <signal.h>
-#include <string.h>
 #include <unistd.h>
 
 #include "hal/linux/clock.h"
 #include "hal/linux/mailbox.h"
 #include "hal/linux/realtime.h"
+#include "hal/linux/stderr.h"
 
 enum {
     LOOK_EVERY_MS = 20,
@@ -25,15 +24,14 @@ static void mind_signals(struct cb_stop *stop) {
     if (sigtimedwait(&signals, NULL, &wait) > 0) cb_flag_raise(&stop->loop->target.stop);
 }
 
-/* A file blocks the normal thread, so this thread ends the program. The normal thread may hold the
- * lock of stderr, hence write(); a blocked reader is not waited for. */
+/* A file blocks the normal thread, which may hold the lock of stderr: this thread ends the program.
+ */
 static void abandon_files(struct cb_stop *stop) {
     static const char sentence[] =
         "compboxd: a file blocks the end of the program: statistics, record and state are not "
         "complete; check the disks and mounts of their paths\n";
-    struct pollfd reader = {.fd = STDERR_FILENO, .events = POLLOUT};
     cb_supervise_finish(stop->supervise);
-    if (poll(&reader, 1, 0) == 1 && write(STDERR_FILENO, sentence, strlen(sentence)) < 0) _exit(1);
+    cb_stderr_last_words(sentence);
     _exit(1);
 }
 

@@ -368,7 +368,7 @@ TEST_F(state_file, what_is_no_good_is_reported_and_not_used) {
         refused("lags start steady");
     }
     put(good + "x");
-    refused("is cut off");
+    refused("has the wrong length");
     put(std::string(100000, 'x'));
     refused("is no state file");
     put(good);
