@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <sys/sysmacros.h>
 
 #include <cstdarg>
 #include <cstring>
@@ -34,6 +35,7 @@ mode_t type_of(node_kind kind) {
 void describe(const node *file, struct stat *to) {
     *to = {};
     to->st_mode = S_IFCHR | 0600;
+    to->st_rdev = makedev(188, 0);  // of USB serial adapters
     if (file == nullptr) return;
     to->st_dev = 1;
     to->st_ino = static_cast<ino_t>(file->number);

@@ -53,7 +53,7 @@ int world_pthread_attr_destroy(pthread_attr_t *) {
     return 0;
 }
 int world_pthread_attr_setaffinity_np(pthread_attr_t *, size_t, const cpu_set_t *) {
-    return 0;
+    return here().begin("pthread_attr_setaffinity_np").error;
 }
 int world_pthread_attr_setinheritsched(pthread_attr_t *, int) {
     return 0;

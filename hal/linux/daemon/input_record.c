@@ -63,13 +63,19 @@ static void put_state(FILE *file, const struct cb_state *state) {
     fputc('\n', file);
 }
 
+/* The first error ends the record: rows behind a gap could not be replayed. */
+static void note_error(struct cb_input_record *record) {
+    if (ferror(record->file)) record->error = errno;
+}
+
 void cb_input_record_begin(struct cb_input_record *record, const struct cb_ceiling *ceiling,
                            const struct cb_state *resumed) {
-    if (record->file == NULL || record->error != 0) return;
+    if (record->file == NULL) return;
     fprintf(record->file, "most_um,%.9g,most_um_per_s,%.9g\n", (double)ceiling->um,
             (double)ceiling->um_per_s);
     put_state(record->file, resumed);
-    if (fputs(header, record->file) == EOF) record->error = errno;
+    fputs(header, record->file);
+    note_error(record);
 }
 
 void cb_input_record_add(struct cb_input_record *record, const struct cb_config *config,
@@ -89,14 +95,14 @@ void cb_input_record_add(struct cb_input_record *record, const struct cb_config 
     for (unsigned i = 0; i < config->channels_count; i++)
         fprintf(file, "%08" PRIx32, bits_of(row->channels[i]));
     put_registers(file, row->written, config->plc.write.count);
-    if (fputc('\n', file) == EOF) record->error = errno;
+    fputc('\n', file);
+    note_error(record);
 }
 
 int cb_input_record_finish(struct cb_input_record *record) {
     if (record->file == NULL) return record->error;
-    const bool failed = ferror(record->file) != 0;
-    if ((fclose(record->file) != 0 || failed) && record->error == 0)
-        record->error = errno != 0 ? errno : EIO;
+    const int error = fclose(record->file) == 0 ? 0 : errno;
+    if (record->error == 0) record->error = error;
     record->file = NULL;
     return record->error;
 }

@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "firmware/base/assert.h"
 #include "hal/linux/daemon/output_file.h"
 
 /* Appends to the buffer. A line has at most 64 + 128 + 16 values of 16 characters, so
@@ -19,9 +20,10 @@ static __attribute__((format(printf, 2, 3))) void put(struct cb_record *record, 
     va_list arguments;
     va_start(arguments, format);
     size_t room = sizeof record->buffer - record->used;
-    int length = vsnprintf(record->buffer + record->used, room, format, arguments);
+    const size_t length = (size_t)vsnprintf(record->buffer + record->used, room, format, arguments);
     va_end(arguments);
-    if (length > 0 && (size_t)length < room) record->used += (size_t)length;
+    CB_ASSERT(length < room);
+    record->used += length;
 }
 
 static void put_header(struct cb_record *record, const struct cb_config *config) {
@@ -113,8 +115,8 @@ static bool same_columns(const struct cb_config *a, const struct cb_config *b) {
 static int move_away(const char *path) {
     char other[4096];
     for (unsigned n = 1; n < 100000; n++) {
-        const int length = snprintf(other, sizeof other, "%s.%u", path, n);
-        if (length < 0 || (size_t)length >= sizeof other) return ENAMETOOLONG;
+        const size_t length = (size_t)snprintf(other, sizeof other, "%s.%u", path, n);
+        if (length >= sizeof other) return ENAMETOOLONG;
         if (access(other, F_OK) != 0) return rename(path, other) == 0 ? 0 : errno;
     }
     return EEXIST;
@@ -137,7 +139,10 @@ int cb_record_follow(struct cb_record *record, const char *path, const struct cb
 
 void cb_record_add(struct cb_record *record, const struct cb_config *config,
                    const struct cb_row *row) {
-    if (record->fd < 0) return;
+    if (record->fd < 0) {
+        record->lost += record->error != 0;
+        return;
+    }
     if (sizeof record->buffer - record->used < CB_RECORD_LINE) cb_record_flush(record);
     if (record->rows == 0 && record->lost == 0) record->first_us = row->time_us;
     put_row(record, config, row);
@@ -146,7 +151,7 @@ void cb_record_add(struct cb_record *record, const struct cb_config *config,
 }
 
 int cb_record_finish(struct cb_record *record) {
-    if (record->fd < 0) return 0;
+    if (record->fd < 0) return record->error;
     cb_record_flush(record);
     if (close(record->fd) != 0 && record->error == 0) record->error = errno;
     record->fd = -1;

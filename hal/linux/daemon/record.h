@@ -34,7 +34,7 @@ int cb_record_start(struct cb_record *record, const char *path, const struct cb_
 int cb_record_follow(struct cb_record *record, const char *path, const struct cb_config *before,
                      const struct cb_config *now);
 
-/* Adds a row; writes when the buffer is full. */
+/* Adds a row; writes when the buffer is full. Behind a failed follow it is counted as lost. */
 void cb_record_add(struct cb_record *record, const struct cb_config *config,
                    const struct cb_row *row);
 

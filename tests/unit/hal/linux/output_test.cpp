@@ -122,6 +122,46 @@ TEST_F(output, a_pipe_without_a_reader_is_not_waited_for) {
     EXPECT_EQ(write_stats(), ENOTSUP);
 }
 
+TEST_F(output, a_device_loses_nothing) {
+    path = "/dev/null";
+    EXPECT_EQ(start_record(), 0);
+    EXPECT_EQ(start_inputs(), 0);
+}
+
+TEST_F(output, without_a_path_no_inputs_are_recorded) {
+    cb_input_record record;
+    const auto row = std::make_unique<cb_row>();
+    const cb_ceiling none{0, 0};
+    const cb_state state{};
+    ASSERT_EQ(cb_input_record_start(&record, nullptr), 0);
+    cb_input_record_begin(&record, &none, &state);
+    cb_input_record_add(&record, config(), row.get());
+    EXPECT_EQ(cb_input_record_finish(&record), 0);
+}
+
+TEST_F(output, a_path_that_is_too_long_is_reported) {
+    path = "/" + std::string(4100, 'x');
+    EXPECT_EQ(write_stats(), ENAMETOOLONG);
+    EXPECT_EQ(write_state(), ENAMETOOLONG);
+}
+
+TEST_F(output, statistics_list_channels_that_were_limited_or_excessive) {
+    const auto stats = std::make_unique<cb_stats>();
+    const auto one = std::make_unique<cb_config>();
+    stats->run.config_file = stats->run.plc = "x";
+    one->channels_count = 1;
+    std::strcpy(one->channels[0].name, "Z");
+    const auto listed = [&](unsigned limited, unsigned excessive) {
+        stats->last.channel_counts[0] = {limited, excessive};
+        EXPECT_EQ(cb_stats_write(stats.get(), one.get(), path.c_str()), 0);
+        return text_of(path).find("\"limited\": " + std::to_string(limited) + ", \"excessive\": " +
+                                  std::to_string(excessive)) != std::string::npos;
+    };
+    EXPECT_FALSE(listed(0, 0));
+    EXPECT_TRUE(listed(0, 3));
+    EXPECT_TRUE(listed(2, 0));
+}
+
 TEST_F(output, links_on_the_way_are_followed) {
     fs::create_directory(folder / "private");
     fs::create_directory_symlink("private", folder / "public");  // as systemd's state folder

@@ -117,6 +117,26 @@ TEST(record, a_full_disk_leaves_whole_lines_and_a_count) {
     EXPECT_GT(f.record->rows, 0u);
 }
 
+// Another channel is another record; the first one stays beside it.
+TEST(record, other_columns_begin_another_file) {
+    files f;
+    const auto now = std::make_unique<cb_config>(*f.config);
+    ASSERT_EQ(cb_record_start(f.record.get(), f.path.c_str(), f.config.get()), 0);
+    const auto follow = [&] {
+        return cb_record_follow(f.record.get(), f.path.c_str(), f.config.get(), now.get());
+    };
+    const auto moved = [&] { return std::ifstream(f.path + ".1").good(); };
+    EXPECT_EQ(follow(), 0);
+    EXPECT_FALSE(moved());
+    now->channels_count = 2;
+    std::strcpy(now->channels[1].name, "Y");
+    EXPECT_EQ(follow(), 0);
+    EXPECT_TRUE(moved());
+    EXPECT_EQ(f.lines(),
+              std::vector<std::string>{"time_s,X,T1,EZX,comp_Z_um,comp_Y_um,mode,reason"});
+    EXPECT_EQ(cb_record_finish(f.record.get()), 0);
+}
+
 TEST(record, a_folder_that_is_not_there_is_reported) {
     files f;
     EXPECT_EQ(cb_record_start(f.record.get(), "/nowhere/at/all.csv", f.config.get()), ENOENT);
@@ -126,6 +146,8 @@ TEST(record, without_a_path_nothing_is_done) {
     files f;
     EXPECT_EQ(cb_record_start(f.record.get(), nullptr, f.config.get()), 0);
     cb_record_add(f.record.get(), f.config.get(), f.row.get());
+    const auto other = std::make_unique<cb_config>();
+    EXPECT_EQ(cb_record_follow(f.record.get(), nullptr, f.config.get(), other.get()), 0);
     EXPECT_EQ(cb_record_finish(f.record.get()), 0);
     EXPECT_EQ(f.record->lost, 0u);
 }
