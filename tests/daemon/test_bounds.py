@@ -303,6 +303,21 @@ def flip_a_bit(stage):
     stage.ask("flip", b"127.0.0.1".ljust(16, b"\0").hex(), -1, 0x10)
 
 
+def test_a_configuration_that_changes_while_a_file_is_offered_is_not_replaced(stage, plc, port, start_box, tmp_path):
+    """The loop stands still while both happen; it takes over nothing from such a box."""
+    with RawPlc(plc, port), start_box() as box:
+        plc.wait_mode(ACTIVE)
+        stage.stall(0.5, "compboxd-loop")
+        machine.write_coefficients(tmp_path / "coefficients.json", port,
+                                   lambda data: data.update(revision=data["revision"] + 1))
+        box.send_signal(signal.SIGHUP)
+        stage.run_for(0.3)
+        flip_a_bit(stage)
+        until(lambda: box.stats["mode"] == "FAULT")
+        box.stop()
+    assert box.code == 1 and "running now" not in box.log, box.log
+
+
 def test_a_corrupt_configuration_writes_no_more_and_takes_no_file(stage, plc, port, start_box):
     with RawPlc(plc, port) as server, start_box() as box:
         plc.wait_mode(ACTIVE)

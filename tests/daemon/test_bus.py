@@ -2,6 +2,7 @@
 """Thermometers on the box's own serial line, while the PLC is served as ever."""
 import laws
 import machine
+from box import until
 from machine import term_value
 from pt100 import Modules
 from raw_plc import RawPlc
@@ -47,6 +48,19 @@ def test_modules_lost_and_back(stage, plc, port, start_box):
     last = box.rows[-1]
     for name, value in (("T1", 35.1), ("T2", 22.2), ("T3", 20.3)):
         assert abs(last[name] - value) < 1e-4
+
+
+def test_an_adapter_that_is_unplugged_is_reported_and_opened_again(stage, plc, port, start_box):
+    plc.values = {"X": 6500, "Y": 200, "Z": 1500, "T1": 35.1}
+    with Modules(LINE, UNITS) as modules, RawPlc(plc, port), start_box(change=with_bus(LINE)) as box:
+        until(lambda: modules.asked)
+        stage.plug(LINE)
+        until(lambda: "; trying again" in box.log)
+        stage.plug(LINE, modules)
+        until(lambda: box.log.count(f"bus pt100: {LINE} is open") == 2)
+        box.stop()
+    assert box.code == 0, box.log
+    assert box.stats["bus"]["disconnects"] == 1
 
 
 def test_an_adapter_that_is_not_there_costs_nothing(plc, port, start_box):

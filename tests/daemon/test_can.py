@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The whole daemon with temperatures over CAN. Real controllers and the real kernel's filters and errors:
 scripts/test --system."""
+import errno
 import signal
 
 import machine
@@ -158,6 +159,62 @@ def test_a_byte_of_a_j1939_message_from_any_source(plc, can_box):
         can.every[0x18FEEE21 | EXTENDED] = [150]          # 35 °C
         plc.wait(at_um(WITHOUT_UM - term_value(GROW, 35)))
         assert can.binds == [{(0x18FEEE00 | EXTENDED, 0x1FFFFF00 | EXTENDED | REMOTE)}]
+        ends_well(box)
+
+
+@pytest.mark.parametrize("option", [0, 2, 3, 4])     # filter, error frames, overflows, times; 1 is no condition
+def test_a_socket_that_lacks_an_option_is_not_used(stage, plc, can_box, option):
+    stage.fail("setsockopt", errno.ENOPROTOOPT, "can", times=1, skipped=option)
+    with Interface() as can, can_box(with_can()) as box:
+        can.every[0x181] = [0, 0, 0x5F, 0x01]
+        plc.wait(at_um(WHOLE_UM))
+        ends_well(box)
+    assert box.log.count("can0: no CAN bus: Protocol not available; trying again every second") == 1, box.log
+    assert len(can.binds) == 1
+
+
+@pytest.mark.parametrize("error, counter", [(errno.ENXIO, "went_away"), (errno.ENODEV, "went_away"),
+                                            (errno.ENOBUFS, "socket_errors")], ids=str)
+def test_a_socket_that_fails_is_made_again(stage, plc, can_box, error, counter):
+    with Interface() as can, can_box(with_can()) as box:
+        can.every[0x181] = [0, 0, 0x5F, 0x01]
+        plc.wait(at_um(WHOLE_UM))
+        stage.fail("recvmsg", error, times=1)
+        until(lambda: len(can.binds) == 2)
+        plc.wait(at_um(WHOLE_UM))
+        ends_well(box)
+    assert {name: box.stats["can"][name] for name in ("went_away", "socket_errors")} == {
+        "went_away": 0, "socket_errors": 0, counter: 1}
+
+
+def test_an_interrupted_call_costs_no_socket(stage, plc, can_box):
+    with Interface() as can, can_box(with_can()) as box:
+        can.every[0x181] = [0, 0, 0x5F, 0x01]
+        plc.wait(at_um(WHOLE_UM))
+        stage.fail("recvmsg", errno.EINTR, times=1)
+        until(lambda: stage.failed)
+        stage.run_for(2)
+        ends_well(box)
+    assert len(can.binds) == 1 and box.stats["can"]["socket_errors"] == 0
+
+
+def test_an_interface_whose_state_cannot_be_asked_counts_as_down(stage, plc, can_box):
+    up = "can0: CAN bus is up"
+    with Interface() as can, can_box(with_can()) as box:
+        can.every[0x181] = [0, 0, 0x5F, 0x01]
+        plc.wait(at_um(WHOLE_UM))
+        can.every.clear()
+        can.set("down")
+        until(lambda: "can0: CAN bus is down" in box.log)
+        stage.run_for(2)
+        assert box.log.count(up) == 1
+        stage.fail("socket", errno.EMFILE)
+        can.set("up")
+        until(lambda: stage.failed)
+        stage.run_for(2)
+        assert box.log.count(up) == 1
+        stage.heal()
+        until(lambda: box.log.count(up) == 2)
         ends_well(box)
 
 

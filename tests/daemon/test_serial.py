@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """compboxd and fakeplc on a serial line: compensation arrives, and each fault of the line is survived."""
+import errno
 import json
 
 import pytest
@@ -46,6 +47,39 @@ def test_fault_is_survived(stage, real_path, tmp_path, fault, counter):
     counted = box.stats["plc"]
     assert counter is None or counted[counter] >= 1, counted
     assert counted["replies"] > 0.5 * counted["requests"]
+
+
+@pytest.mark.parametrize("skipped", [0, 1, 2])
+def test_a_request_that_cannot_be_sent_is_no_retry(stage, real_path, tmp_path, skipped):
+    """Which request of the cycle it is depends on how many writes worked: also the second try of one."""
+    data = coefficients(LINE)
+    data["cycle"]["period_ms"] = 60
+    data["plc"]["transport"]["rtu"]["baud"] = 460800
+    with Rig(real_path, data) as plc, start(tmp_path, data) as box:
+        plc.wait_compensated()
+        plc.command("fault crc 1 read")
+        stage.fail("write", errno.EIO, LINE, times=1, skipped=skipped)
+        stage.run_for(3)
+        assert stage.failed
+        plc.wait_compensated()
+        box.stop()
+    assert box.code == 0, box.log
+    counted = box.stats["plc"]
+    assert counted["disconnects"] == 1 and counted["retries"] <= 1, counted
+
+
+@pytest.mark.parametrize("error, disconnects", [(errno.EINTR, 0), (errno.EAGAIN, 0), (errno.EIO, 1)])
+def test_a_call_to_the_line_that_fails_once(stage, real_path, tmp_path, error, disconnects):
+    data = coefficients(LINE)
+    with Rig(real_path, data) as plc, start(tmp_path, data) as box:
+        plc.wait_compensated()
+        stage.fail("read", error, LINE, times=1)
+        stage.run_for(3)
+        assert stage.failed
+        plc.wait_compensated()
+        box.stop()
+    assert box.code == 0, box.log
+    assert box.stats["plc"]["disconnects"] == disconnects, box.stats["plc"]
 
 
 @pytest.mark.parametrize("fault, counter", [("crc 1 read", "crc_errors"), ("crc 1 write", "crc_errors"),

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The memory of the lags across a restart: killed without warning, or without power, and started again."""
+import errno
 import math
 
 import pytest
@@ -67,6 +68,18 @@ def test_across_a_boot_only_a_synchronised_clock_knows_the_pause(stage, plc, por
         assert 20.5 < again[0] < warmed(20, again_s - end_s + 1), "as far as it warms in the pause"
     else:
         assert again[0] == 40
+
+
+def test_a_clock_that_cannot_be_asked_counts_as_not_synchronised(stage, plc, port, start_box, tmp_path):
+    state = tmp_path / "lags.state"
+    with RawPlc(plc, port):
+        stage.fail("adjtimex", errno.EPERM)
+        run_for(2.5, start_box, state, with_lag(), plc, 20)
+        stage.heal()
+        stage.cut_power(off_s=5)
+        again, log, _ = run_for(1.5, start_box, state, with_lag(), plc, 40)
+    assert "is unknown, because the wall clock was not synchronised" in log
+    assert again[0] == 40
 
 
 def test_a_clock_restored_from_a_file_hides_no_weekend(stage, plc, port, start_box, tmp_path):

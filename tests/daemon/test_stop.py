@@ -153,6 +153,15 @@ def test_a_pipe_in_the_files_place_is_refused_and_a_stop_ramps_to_zero(plc, port
     assert plc.writes[-1].mode == STOPPED and plc.writes[-1].um == {"X": 0, "Y": 0, "Z": 0}
 
 
+def test_a_file_that_hangs_at_the_start_keeps_no_stop_waiting(stage, start_box, tmp_path):
+    """There is no loop yet that could end."""
+    stage.hang("fsync", "lags")
+    with start_box("--state", tmp_path / "lags") as box:
+        until(lambda: stage.failed)
+        box.stop()
+    assert box.code == 1 and "a file blocks the end of the program" in box.log, box.log
+
+
 @pytest.mark.parametrize("call", ["open", "stat", "fsync"])
 def test_a_file_that_hangs_keeps_no_stop_from_the_ramp(stage, plc, port, start_box, call):
     """A mount that is stuck: the call of the normal thread never returns. The loop ramps to zero and ends in good

@@ -6,7 +6,8 @@ import signal
 import pytest
 
 from box import until
-from machine import ACTIVE
+from frames import frame_of
+from machine import ACTIVE, AT_REST
 from raw_plc import RawPlc
 
 WATCH_S = 0.5  # of systemd
@@ -24,6 +25,28 @@ def test_systemd_is_fed_at_half_of_its_time(stage, plc, port, start_box):
         assert stage.notified[0] == "READY=1" and stage.notified.count("READY=1") == 1
         stage.run_for(10 * WATCH_S)
         assert 15 <= stage.notified.count("WATCHDOG=1") <= 21
+        box.stop()
+
+
+def test_the_status_names_a_function_that_the_plc_refuses(stage, plc, port, start_box):
+    """Also before that changes the mode, and no longer once it is there."""
+    plc.values, refused = dict(AT_REST), [False]
+
+    def without_fc16(request, reply):
+        refuses = refused[0] and request.function == 16
+        return [frame_of(request, bytes([request.function | 0x80, 1]))] if refuses else None
+
+    def last():
+        return next(text for text in reversed(stage.notified) if text.startswith("STATUS="))
+    with RawPlc(plc, port, without_fc16), start_box(env=SYSTEMD) as box:
+        plc.wait_mode(ACTIVE)
+        until(lambda: "STATUS=ACTIVE" in last())
+        refused[0] = True
+        until(lambda: "the PLC does not have function 16" in last(), every_s=0.01)
+        first = next(text for text in stage.notified if "function 16" in text)
+        assert first.startswith("STATUS=ACTIVE"), stage.notified
+        refused[0] = False
+        until(lambda: "function 16" not in last())
         box.stop()
 
 

@@ -8,6 +8,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstring>
 
 extern "C" {
@@ -213,6 +214,18 @@ TEST_F(linux_can, a_socket_that_fails_is_given_back_and_another_asked_for) {
     EXPECT_EQ(can.state, CB_CAN_UP);
 }
 
+// The kernel hands out whole frames alone.
+TEST_F(linux_can, a_part_of_a_frame_is_none) {
+    cb_can_offer(&can, box);
+    ASSERT_EQ(write(bus, "part", 4), 4);
+    errno = EIO;  // of a call before it
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 7));
+    EXPECT_EQ(can.counters.socket_errors, 0u);
+    EXPECT_EQ(can.counters.frames, 0u);
+    send(0x181, {1});
+    EXPECT_TRUE(cb_can_receive(&can, &frame, 8));
+}
+
 // Other filters after a reload do not bring a controller back to the bus.
 TEST_F(linux_can, a_new_socket_of_a_bus_that_is_off_does_not_say_that_it_is_up) {
     cb_can_offer(&can, box);
@@ -247,6 +260,21 @@ TEST_F(linux_can, a_new_socket_replaces_the_old_one_which_is_closed) {
     char byte = 0;
     EXPECT_LT(write(bus, &byte, 1), 0) << "nobody is there any more";
     close(pair[0]);
+}
+
+TEST_F(linux_can, a_third_socket_waits_until_the_first_one_is_closed) {
+    cb_can_offer(&can, box);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    const int second = dup(box), third = dup(box);
+    cb_can_offer(&can, second);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    cb_can_offer(&can, third);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.fd, second);
+    EXPECT_EQ(can.offered, third);
+    cb_can_tidy(&can);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.fd, third);
 }
 
 TEST(linux_can_open, tells_why_it_cannot) {
@@ -324,6 +352,16 @@ TEST_F(linux_can, the_source_gives_back_the_socket_of_another_interface) {
     EXPECT_EQ(source.can.returned, box);
     EXPECT_TRUE(cb_can_wanted(&source.can));
     cb_can_close(&source.can);
+}
+
+TEST(linux_can_source, watches_nodes_also_where_no_signal_comes_from_them) {
+    cb_config config = {};
+    config.can.nodes_count = 1;
+    config.can.nodes[0].node = 5;
+    cb_can_source source;
+    cb_can_source_start(&source, &config);
+    EXPECT_TRUE(cb_can_source_used(&source));
+    EXPECT_TRUE(cb_can_wanted(&source.can));
 }
 
 TEST(linux_can_source, asks_for_no_socket_where_the_file_has_no_can) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // libmodbus beside the loop, against a server of raw sockets that misbehaves on purpose. The test
 // is the loop: it runs cycles until what it waits for is there.
+#include <fcntl.h>
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -321,6 +322,76 @@ TEST(libmodbus, leaving_ends_the_stream_behind_the_pending_write) {
     box.until(false, [&](const cycle &) { return box.shown->link.connects >= 2; });
     EXPECT_EQ(end, 0);
     EXPECT_EQ(box.shown->link.cause, CB_LINK_CAUSE_LEFT);
+}
+
+// A PLC that ends the stream and then resets it: the next request has no receiver.
+TEST(libmodbus, a_connection_that_was_ended_and_reset_is_closed_by_the_peer) {
+    server plc([](peer &p) {
+        if (p.number > 0) return serve(p);
+        p.reply(reply_to(p.request()));
+        shutdown(p.fd, SHUT_WR);
+        const linger discard = {1, 0};
+        setsockopt(p.fd, SOL_SOCKET, SO_LINGER, &discard, sizeof discard);
+        dup2(open("/dev/null", O_RDWR), p.fd);  // closes it at once
+    });
+    loop box(plc.port());
+    box.until(false, [&](const cycle &) { return box.shown->link.connects >= 2; });
+    EXPECT_EQ(box.shown->counters.closed_by_peer, 1u);
+    EXPECT_EQ(box.shown->counters.socket_errors, 0u);
+}
+
+// What it still sends, and a pause before it closes, are no reason to reset it.
+TEST(libmodbus, at_the_end_a_plc_that_still_sends_is_listened_to_until_it_closes) {
+    std::atomic<ssize_t> end{-2};
+    server plc([&](peer &p) {
+        for (bytes r = p.request(); !r.empty(); r = p.request()) p.reply(reply_to(r));
+        p.reply(bytes(2000, 0x55));
+        sleep_ms(250);
+        p.reply(bytes(10, 0x55));
+        char byte;
+        end = recv(p.fd, &byte, 1, 0);
+    });
+    {
+        loop box(plc.port());
+        box.until_read();
+    }
+    EXPECT_EQ(end, 0) << "no reset";
+}
+
+TEST(libmodbus, with_fc23_a_write_without_a_reading_is_a_write) {
+    std::atomic<int> writes{0};
+    server plc([&](peer &p) {
+        for (bytes r = p.request(); !r.empty(); r = p.request()) {
+            writes += r[7] == 16;
+            p.reply(reply_to(r));
+        }
+    });
+    loop box(plc.port(), CB_EXCHANGE_FC23);
+    const uint16_t block[2] = {1, 2};
+    for (int i = 0; i < 1000 && writes == 0; ++i) {
+        (void)cb_libmodbus_handed(box.client.get());
+        cb_libmodbus_write(box.client.get(), 100, 2, block);
+        cb_libmodbus_post(box.client.get(), cb_boottime_us() + period_us);
+        sleep_ms(period_us / 1000);
+    }
+    EXPECT_GT(writes, 0);
+}
+
+// A job has room for so many readings; each is known by its registers.
+TEST(libmodbus, a_reading_beyond_the_room_of_a_job_is_none) {
+    server plc(serve);
+    loop box(plc.port());
+    box.until_read();
+    uint16_t registers[2] = {0xEEEE, 0xEEEE};
+    EXPECT_EQ(cb_libmodbus_read(box.client.get(), 8, 1, registers), CB_TRANSFER_FAILED)
+        << "it has the start of the last one, not its number";
+    for (unsigned i = 1; i < CB_JOB_READS; ++i)
+        EXPECT_EQ(cb_libmodbus_read(box.client.get(), static_cast<uint16_t>(20 + i), 2, registers),
+                  CB_TRANSFER_NONE);
+    EXPECT_EQ(cb_libmodbus_read(box.client.get(), 60, 2, registers), CB_TRANSFER_NONE);
+    EXPECT_EQ(registers[0], 0xEEEE);
+    for (unsigned i = 0; i < CB_JOB_READS; ++i)
+        EXPECT_NE(box.client->next.reads[i].start, 60) << "there is no room";
 }
 
 // A job that the thread has not begun is taken back, so its write certainly has no effect.

@@ -6,12 +6,14 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <cstring>
 #include <memory>
 #include <string>
 
 extern "C" {
 #include "firmware/box/mode.h"
 #include "firmware/signals/canopen.h"
+#include "hal/linux/daemon/cause_words.h"
 #include "hal/linux/daemon/log.h"
 }
 
@@ -97,12 +99,29 @@ TEST_F(log_lines, a_change_of_mode_names_its_cause) {
     row->cause = {{CB_CAUSE_NEVER, 0, 0, 90}, "X", ""};
     step(60000);
     EXPECT_EQ(count(log_text(), "signal X has had no plausible value yet\n"), 1u);
+    row->cause.cause.index = 3;
+    step(70000);
+    EXPECT_EQ(count(log_text(), "has had no plausible value yet\n"), 1u) << "another signal";
     row->mode = CB_MODE_FAULT;
     row->reason = CB_REASON_DEMAND;
     row->cause = {{CB_CAUSE_DEMAND, 2, -412.25f, 400}, "Z", ""};
     step(90000);
     EXPECT_EQ(
         count(log_text(), "error limit: channel Z wants -412.25 um and its error_um is 400\n"), 1u);
+}
+
+// A value that is missing has no unit; one that is below, above or too fast has its signal's.
+TEST_F(log_lines, a_cause_has_the_unit_of_its_signal_where_it_has_a_value) {
+    const auto box = std::make_unique<cb_box>();
+    std::strcpy(box->config.signals[0].name, "X");
+    std::strcpy(box->config.signals[0].unit, "mm");
+    const auto unit_of = [&](uint8_t kind) {
+        box->cause = {kind, 0, 1, 2};
+        return std::string(cb_name_cause(box.get()).unit);
+    };
+    for (const uint8_t kind : {CB_CAUSE_BELOW, CB_CAUSE_ABOVE, CB_CAUSE_FAST})
+        EXPECT_EQ(unit_of(kind), "mm") << int{kind};
+    EXPECT_EQ(unit_of(CB_CAUSE_NEVER), "");
 }
 
 TEST_F(log_lines, what_was_left_out_is_reported_by_itself_and_once) {
@@ -132,6 +151,7 @@ TEST_F(log_lines, a_reader_that_does_not_read_stalls_nothing_and_is_reported_lat
     while (write(ends[1], full.data(), full.size()) > 0) continue;
     fcntl(ends[1], F_SETFL, 0);
     cb_log_line(log.get(), 0, "nobody reads this");
+    cb_log_catch_up(log.get(), 0, true);
     std::string dots(1 << 16, ' ');
     EXPECT_GT(read(ends[0], dots.data(), dots.size()), 0);
     cb_log_line(log.get(), s, "but this");
@@ -160,6 +180,14 @@ TEST_F(log_lines, a_function_that_the_plc_does_not_have_is_one_sentence) {
     step(20 * s);
     EXPECT_NE(log_text().find("exceptions: 1; exception 2 (illegal data address)"),
               std::string::npos);
+    for (const int code : {7, 15}) {
+        row->tcp.exceptions++;
+        row->tcp.exceptions_by_code[code]++;
+        step((30 + code) * s);
+        EXPECT_NE(log_text().find("exceptions: 1; exception " + std::to_string(code) +
+                                  " (of a code that has no name)"),
+                  std::string::npos);
+    }
 }
 
 TEST_F(log_lines, an_odd_reply_is_named_once_for_each_kind_and_connection) {
@@ -186,6 +214,8 @@ TEST_F(log_lines, an_odd_reply_is_named_once_for_each_kind_and_connection) {
     step(200 * s);
     log_text();
     EXPECT_NE(odd(CB_ODD_UNIT, 7, 255, 201 * s).find("from unit 7"), std::string::npos);
+    row->link.connects = 4;
+    EXPECT_NE(odd(CB_ODD_UNIT, 7, 1, 202 * s).find("to a request for unit 1"), std::string::npos);
 }
 
 TEST_F(log_lines, slow_replies_are_reported_with_the_period_that_fits) {
@@ -212,6 +242,26 @@ TEST_F(log_lines, slow_replies_are_reported_with_the_period_that_fits) {
     row->reason = CB_REASON_UNCONFIRMED;
     step(5 * s);
     EXPECT_EQ(count(log_text(), "replies take"), 0u) << "they are fast enough";
+}
+
+// fc23 is proposed where it is another way, and one that the PLC has.
+TEST_F(log_lines, slow_replies_are_answered_by_fc23_only_where_the_plc_has_it) {
+    start();
+    box_config->period_us = 30000;
+    row->reason = CB_REASON_NO_PLC;
+    row->peer.reply_us[0] = 40000;
+    const auto proposes = [&](cb_exchange exchange, uint32_t refused, int64_t time_us) {
+        box_config->plc.exchange = exchange;
+        row->peer.refused_functions = refused;
+        log->slow = false;
+        step(time_us);
+        const std::string text = log_text();
+        EXPECT_EQ(count(text, "replies take"), 1u) << text;
+        return count(text, ", or \"fc23\" and ") == 1;
+    };
+    EXPECT_TRUE(proposes(CB_EXCHANGE_FC3_FC16, 0, 0));
+    EXPECT_FALSE(proposes(CB_EXCHANGE_FC3_FC16, 1u << 23, s));
+    EXPECT_FALSE(proposes(CB_EXCHANGE_FC23, 0, 2 * s));
 }
 
 TEST_F(log_lines, a_long_sentence_comes_whole) {

@@ -8,6 +8,8 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -95,6 +97,12 @@ TEST_F(reload_file, written_in_place_with_the_same_size_and_time_is_seen) {
     EXPECT_EQ(looks(), 2);
 }
 
+TEST_F(reload_file, with_a_time_of_long_ago_is_read) {
+    start();
+    fs::last_write_time(path, fs::last_write_time(path) - std::chrono::hours(1));
+    EXPECT_EQ(looks(), 2);
+}
+
 TEST_F(reload_file, touched_is_read) {
     start();
     usleep(20000);
@@ -174,6 +182,8 @@ TEST_F(load_file, names_channels_that_the_ceiling_lowers_as_far_as_there_is_room
     EXPECT_STREQ(text, "Z, Y2");
     cb_lowered_names(&config, 0b111, text, 6);
     EXPECT_STREQ(text, "Z, Y1");
+    cb_lowered_names(&config, 0b111, text, 5);
+    EXPECT_STREQ(text, "Z, Y");
 }
 
 // ---- what may take over, and when ----
@@ -366,6 +376,29 @@ TEST_F(reload_offer, of_another_connection_or_period_takes_a_restart) {
 // Two motors are a pair in either order.
 TEST_F(reload_offer, of_a_pair_the_other_way_round_is_taken_at_once) {
     EXPECT_EQ(offer({{"[\"Y1\", \"Y2\"]", "[\"Y2\", \"Y1\"]"}}), CB_RELOAD_OFFERED) << last();
+}
+
+// out: the sentence about the pair Y1 and Y2 of 50 µm, in a file with such a pair of 40 µm
+std::string widened_by(unsigned a, unsigned b) {
+    const auto now = std::make_unique<cb_config>();
+    now->channels_count = 4;
+    for (unsigned i = 0; i < 4; ++i) std::snprintf(now->channels[i].name, 4, "Y%u", i + 1);
+    now->pairs_count = 1;
+    now->pairs[0] = {0, 1, 50};
+    const auto fresh = std::make_unique<cb_config>(*now);
+    fresh->pairs[0].a = static_cast<uint8_t>(a);
+    fresh->pairs[0].b = static_cast<uint8_t>(b);
+    fresh->pairs[0].max_difference_um = 40;
+    char text[200] = "";
+    return cb_widening_find(now.get(), fresh.get(), text, sizeof text) ? text : "";
+}
+
+TEST(widening, a_pair_is_one_of_both_channels_in_either_order) {
+    EXPECT_EQ(widened_by(0, 1), "");
+    EXPECT_EQ(widened_by(1, 0), "");
+    for (const auto &[a, b] :
+         std::vector<std::pair<unsigned, unsigned>>{{0, 2}, {2, 0}, {1, 2}, {2, 1}, {2, 3}})
+        EXPECT_EQ(widened_by(a, b), "the pair of channels Y1 and Y2 is gone") << a << b;
 }
 
 TEST_F(reload_offer, of_another_reference_of_a_tangent_is_pending) {

@@ -81,6 +81,10 @@ class slave {
     }
     void unplug() {
         const std::lock_guard<std::mutex> guard(mutex_);
+        pull();
+    }
+    // As unplug(), in a handler.
+    void pull() {
         std::filesystem::remove(link_);
         if (master_ >= 0) close(master_);
         master_ = -1;
@@ -88,12 +92,11 @@ class slave {
     void send(const bytes &some) {
         EXPECT_EQ(write(master_, some.data(), some.size()), static_cast<ssize_t>(some.size()));
     }
-    void answer_probe() {
-        if (probed_ == 1)
-            send(with_crc({17, 3, 2, 0, 0}));
-        else
-            send(with_crc({17, 3, 6, 0, 0, 0, 0, 0, 0}));
+    bytes probe_reply() const {
+        if (probed_ == 1) return with_crc({17, 3, 2, 0, 0});
+        return with_crc({17, 3, 6, 0, 0, 0, 0, 0, 0});
     }
+    void answer_probe() { send(probe_reply()); }
     int requests() const { return requests_; }
     int probes() const { return probes_; }
     std::function<void(slave &, int number)> probed = [](slave &s, int) { s.answer_probe(); };
@@ -375,6 +378,71 @@ TEST_F(rtu, a_probe_that_is_refused_leaves_the_doubt) {
     EXPECT_EQ(c.read(), CB_TRANSFER_OK);
 }
 
+TEST_F(rtu, a_probe_with_a_damaged_reply_is_sent_again) {
+    slave plc([](slave &s, const bytes &request, int number) {
+        if (number > 1) behave(s, request, number);
+    });
+    plc.probed = [](slave &s, int number) {
+        bytes reply = s.probe_reply();
+        if (number == 1) reply.back() ^= 1;
+        s.send(reply);
+    };
+    client c(plc);
+    c.rtu.dialog.manners.reserve_us = 10000000;  // one try a cycle
+    EXPECT_EQ(c.read(), CB_TRANSFER_UNKNOWN);
+    EXPECT_EQ(c.read(), CB_TRANSFER_OK);
+    EXPECT_EQ(plc.probes(), 2);
+    EXPECT_EQ(c.rtu.counters.crc_errors, 1u);
+    EXPECT_EQ(c.registers[0], 2);
+}
+
+// It may be the reply to an earlier request, and the next one would be taken for this one's.
+TEST_F(rtu, a_frame_that_nobody_asked_for_is_followed_by_a_probe) {
+    slave plc(behave);
+    client c(plc);
+    EXPECT_EQ(c.read(), CB_TRANSFER_OK);
+    const int probes = plc.probes();
+    plc.send(two_registers(99));
+    sleep_ms(20);
+    EXPECT_EQ(c.read(), CB_TRANSFER_OK);
+    EXPECT_EQ(c.registers[0], 2);
+    EXPECT_EQ(plc.probes(), probes + 1);
+    EXPECT_EQ(c.rtu.counters.stray_replies, 1u);
+}
+
+TEST_F(rtu, a_line_that_is_never_silent_is_not_waited_for_beyond_the_deadline) {
+    slave plc([](slave &s, const bytes &request, int number) {
+        behave(s, request, number);
+        for (int i = 0; number == 1 && i < 100; ++i, sleep_ms(1)) s.send({0x55});
+    });
+    client c(plc);
+    EXPECT_EQ(c.read(), CB_TRANSFER_OK);
+    sleep_ms(10);
+    const int64_t from_us = cb_boottime_us();
+    EXPECT_EQ(c.read(30), CB_TRANSFER_FAILED);
+    EXPECT_LT(cb_boottime_us() - from_us, 31000);
+    EXPECT_EQ(plc.requests(), 1);
+    sleep_ms(100);
+    EXPECT_EQ(read_until_good(c), CB_TRANSFER_OK);
+}
+
+TEST_F(rtu, a_device_that_is_unplugged_in_the_wait_for_a_reply_ends_it) {
+    slave plc([](slave &s, const bytes &request, int number) {
+        if (number == 1)
+            s.pull();
+        else
+            behave(s, request, number);
+    });
+    client c(plc);
+    const int64_t from_us = cb_boottime_us();
+    EXPECT_NE(c.read(1000), CB_TRANSFER_OK);
+    EXPECT_LT(cb_boottime_us() - from_us, 500000);
+    EXPECT_EQ(c.rtu.serial.disconnects, 1u);
+    EXPECT_EQ(c.rtu.counters.timeouts, 0u) << "it is the device's";
+    plc.plug_in();
+    EXPECT_EQ(read_until_good(c), CB_TRANSFER_OK);
+}
+
 TEST_F(rtu, modules_of_a_bus_do_not_wait_for_each_other) {
     slave modules([](slave &s, const bytes &request, int number) {
         if (request[0] == 18) s.send(two_registers(number, 18));
@@ -515,6 +583,19 @@ TEST(rtu_opener, a_device_that_is_unplugged_again_and_again_is_opened_by_the_thr
         plc.plug_in();
     }
     EXPECT_EQ(read_until_good(c), CB_TRANSFER_OK);
+}
+
+TEST(rtu_opener, a_device_that_was_not_there_leaves_nothing_to_close) {
+    slave plc(behave);
+    plc.unplug();
+    opener helper(plc);
+    ASSERT_TRUE(cb_serial_opener_request(&helper.thread));
+    const auto is_done = [&] {
+        return __atomic_load_n(&helper.thread.state, __ATOMIC_ACQUIRE) == CB_OPENER_DONE;
+    };
+    for (int i = 0; i < 2000 && !is_done(); ++i) sleep_ms(1);
+    EXPECT_TRUE(is_done());
+    EXPECT_EQ(helper.thread.opened.error, ENOENT);
 }
 
 // The end does not wait for it, and what it opens in the end is closed again.

@@ -249,6 +249,24 @@ TEST_F(tcp, a_server_that_answers_everything_twice_is_understood) {
     EXPECT_GE(c.tcp.counters.stray_replies, 18u);
 }
 
+// Between two requests it can be no reply to the pending one.
+TEST_F(tcp, a_frame_that_was_never_asked_for_costs_nothing_between_two_requests) {
+    server plc([](peer &p) {
+        const bytes right = two_registers(p.request(), 77);
+        bytes wrong = right;
+        wrong[0] = 0x80;
+        p.reply(right);
+        p.reply(wrong);
+        behave(p);
+    });
+    client c(plc.port());
+    EXPECT_EQ(c.value(), 77);
+    sleep_ms(5);
+    EXPECT_EQ(c.value(), 2);
+    EXPECT_EQ(c.tcp.counters.wrong_ids, 1u);
+    EXPECT_EQ(plc.connections(), 1);
+}
+
 TEST_F(tcp, a_flood_of_replies_nobody_asked_for_delays_nothing_past_the_deadline) {
     server plc([](peer &p) {
         bytes reply = two_registers(p.request(), 9);
