@@ -178,6 +178,27 @@ TEST(box_adopt, an_outage_a_fault_and_a_loss_are_taken_along) {
     EXPECT_EQ(rig.reason(), CB_REASON_WAIT_ENABLE);
 }
 
+// It names the channel by its place, which may be another one in the new file.
+TEST(box_adopt, the_cause_of_a_latched_fault_is_taken_along) {
+    const auto adopted = [](cb_cause cause) {
+        reload_rig rig;
+        rig.box->cause = cause;
+        EXPECT_TRUE(rig.reload(rearranged()));
+        return rig.box->cause;
+    };
+    for (const uint8_t kind : {CB_CAUSE_DEMAND, CB_CAUSE_UNAPPLIED}) {
+        const cb_cause cause = adopted({kind, 0, -412, 400});
+        EXPECT_EQ(cause.kind, kind);
+        EXPECT_EQ(cause.index, 1) << "Z";
+        EXPECT_EQ(cause.value, -412);
+    }
+    EXPECT_EQ(adopted({CB_CAUSE_NEVER, 0, 0, 90}).kind, CB_CAUSE_NONE) << "of a signal";
+    EXPECT_EQ(adopted({CB_CAUSE_DEMAND, CB_MAX_CHANNELS, 0, 0}).kind, CB_CAUSE_NONE)
+        << "a place that changed in memory";
+    EXPECT_EQ(adopted({CB_CAUSE_DEMAND, CB_MAX_CHANNELS - 1, 0, 0}).kind, CB_CAUSE_NONE)
+        << "of a channel that the new file has not";
+}
+
 TEST(box_adopt, a_fading_term_goes_on_fading) {
     reload_rig rig;
     while (rig.reason() != CB_REASON_DEGRADED) rig.step();
