@@ -2,6 +2,7 @@
 """What the tests of compbox commission share: fakeplc with its console, a person at the machine, a terminal. All run on
 one clock that a busy machine does not move (still_clock.py)."""
 
+import codecs
 import fcntl
 import os
 import pty
@@ -40,6 +41,7 @@ class FakePlc:
     def command(self, line):
         with self.lock:
             self.process.stdin.write(line + "\n")
+            still_clock.wait_for_more(self.process.stdout)
             answer = self.process.stdout.readline().strip()
         assert answer.startswith("ok"), (line, answer)
         return answer
@@ -49,7 +51,7 @@ class FakePlc:
         there_mm = self.position_mm(axis) + way_mm
         self.command(f"move {axis}={there_mm} feed=20000")
         while abs(self.position_mm(axis) - there_mm) > 0.0005:  # the display follows the program's end
-            time.sleep(0.02)
+            still_clock.sleep(0.02)
         return self.position_mm(axis)
 
     def position_mm(self, axis):
@@ -124,30 +126,39 @@ class Person:
         return f"{self.plc.position_mm(name[0]):.4f}" if name[0] in "XYZ" else ""
 
 
+def letters_of(stream):
+    """What a program writes, while its clock goes on."""
+    decoder = codecs.getincrementaldecoder("utf-8")()
+    while True:
+        still_clock.wait_for_more(stream)
+        piece = os.read(stream.fileno(), 65536)
+        if not piece:
+            return
+        yield from decoder.decode(piece)
+
+
 def commission(compbox, plc, *arguments, answer=None, at=None, person=None):
     """Runs it; a person answers each question. Returns code, stdout, stderr.
     at: (text in a question, what to do then)."""
     person = person or Person(plc, answer)
     run = subprocess.Popen([BIN / "compbox", "commission", "machine.json", "--steps", "6", *arguments],
                            cwd=compbox.folder, env=still_clock.shared_in(compbox.folder), stdin=subprocess.PIPE,
-                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, bufsize=0)
+                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, bufsize=0)
     out = []
-    reader = threading.Thread(target=lambda: out.append(run.stdout.read()))
+    reader = threading.Thread(target=lambda: out.append(run.stdout.read().decode()))
     reader.start()
     heard, question = "", ""
-    while True:
-        letter = run.stderr.read(1)
-        if not letter:
-            break
-        heard += letter
-        question = "" if letter == "\n" else question + letter
-        if not question.endswith(("Enter: ", "? ")):
-            continue
-        if at and at[0] in question:
-            at[1](run)
-            at = None
-        else:
-            run.stdin.write(person.answer(question) + "\n")
+    with still_clock.entered(compbox.folder):
+        for letter in letters_of(run.stderr):
+            heard += letter
+            question = "" if letter == "\n" else question + letter
+            if not question.endswith(("Enter: ", "? ")):
+                continue
+            if at and at[0] in question:
+                at[1](run)
+                at = None
+            else:
+                run.stdin.write((person.answer(question) + "\n").encode())
     code = run.wait(60)
     reader.join()
     return code, out[0], heard
@@ -176,8 +187,8 @@ def is_at_rest(plc, axes="XYZ"):
 class Terminal:
     """A command at a pseudo-terminal. .text is all that it has written, with its control codes."""
 
-    def __init__(self, folder, *arguments, size=(40, 150), command=None):
-        environment = None if command else still_clock.shared_in(folder)
+    def __init__(self, folder, *arguments, size=(40, 150), command=None, environment=None):
+        environment = environment or still_clock.shared_in(folder)
         command = command or [BIN / "compbox", "commission", "machine.json"]
         self.master, slave = pty.openpty()
         fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", *size, 0, 0))
@@ -188,7 +199,7 @@ class Terminal:
         self.text = ""
 
     def until(self, *pieces, seconds=60):
-        """Reads until the pieces come, in this order, after all that was read before."""
+        """Reads until the pieces come, in this order, after all that was read before. out: the text up to their end"""
         end = time.monotonic() + seconds
         start = len(self.text)
         order = re.compile(".*?".join(map(re.escape, pieces)), re.S)
@@ -199,7 +210,7 @@ class Terminal:
                 self.text += os.read(self.master, 65536).decode(errors="replace")
             except OSError:  # the program has ended
                 assert order.search(self.text, start), self.text[start:]
-        return self.text[start:]
+        return self.text[start:order.search(self.text, start).end()]
 
     def type(self, text):
         os.write(self.master, text.encode())

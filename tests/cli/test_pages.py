@@ -21,11 +21,13 @@ import time
 
 import pytest
 
+import still_clock
 from conftest import BIN, ROOT
 from commissioning import Terminal
 
 FENCE = re.compile(r"^```(\w+)(?: ([\w.-]+))?\n(.*?)^```\n(?:\n((?:\|[^\n]*\n)+))?", re.M | re.S)
-PAGES = ("README.md", "docs/install.md", "docs/ten-minutes.md", "docs/machine-spindle.md")  # others: REHEARSED
+# Each of these and of REHEARSED is a ctest; CMakeLists.txt reads the names from here.
+PAGES = ("README.md", "docs/install.md", "docs/ten-minutes.md", "docs/machine-spindle.md")
 PAGE_PORT = "1502"
 REAL_PLC = "--host 192.168.0.10"
 PATIENCE_S = 60
@@ -72,12 +74,14 @@ def merged(into, keys):
 
 
 class Reader:
-    """A person with two terminals."""
+    """A person with two terminals. What runs in both at once has one clock, on which nothing waits for real time."""
 
     def __init__(self, tree):
         self.tree, self.port, self.answers, self.running, self.second = tree, free_port(), [], None, None
-        environment = dict(os.environ, PATH=f"{BIN}:{os.environ['PATH']}")
-        self.shell = subprocess.Popen(["bash", "-e"], cwd=tree, env=environment, text=True, stdin=subprocess.PIPE,
+        self.path = f"{BIN}:{os.environ['PATH']}"
+        self.clock = dict(still_clock.shared_in(tree), PATH=self.path)
+        self.shell = subprocess.Popen(["bash", "-e"], cwd=tree, env=dict(os.environ, PATH=self.path), text=True,
+                                      stdin=subprocess.PIPE,
                                       stdout=subprocess.PIPE, stderr=(tree / "shell.err").open("w"))
 
     def act(self, language, word, text):
@@ -125,12 +129,7 @@ class Reader:
         *before, command = text.replace("\\\n", " ").strip().split("\n")
         self.second = subprocess.Popen(
             ["bash", "-e", "-c", "\n".join([*before, f"exec {command}"])], cwd=self.tree, text=True,
-            env=dict(os.environ, PATH=f"{BIN}:{os.environ['PATH']}"), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE)
-        try:  # a control does not wait for the test machine's other work
-            os.sched_setscheduler(self.second.pid, os.SCHED_FIFO, os.sched_param(20))
-        except PermissionError:
-            pass
+            env=self.clock, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         line = self.second.stdout.readline()
         assert " listening on " in line, (line, self.second.communicate()[1])
 
@@ -154,7 +153,7 @@ class Reader:
             self.wait_for(" moving=0 ")
 
     def walk(self, command, table):
-        terminal = Terminal(self.here(), command=["bash", "-c", f"PATH={BIN}:$PATH; exec {command}"])
+        terminal = Terminal(self.here(), command=["bash", "-c", f"exec {command}"], environment=self.clock)
         for row in table.strip().split("\n")[2:]:
             question, typed, answer = (cell.strip().strip("`") for cell in row.strip("|").split("|"))
             terminal.until(question, seconds=PATIENCE_S)
@@ -170,8 +169,7 @@ class Reader:
     def run_on(self, text):
         command = text.strip()
         self.running = subprocess.Popen(["bash", "-c", f"exec {command}"], cwd=self.here(), text=True,
-                                        env=dict(os.environ, PATH=f"{BIN}:{os.environ['PATH']}"),
-                                        stderr=subprocess.PIPE)
+                                        env=self.clock, stderr=subprocess.PIPE)
 
     def interrupt(self):
         if self.running is None:
