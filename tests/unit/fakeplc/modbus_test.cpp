@@ -10,6 +10,7 @@
 #include "host-tools/fakeplc/fault.h"
 #include "host-tools/fakeplc/number.h"
 #include "host-tools/twin/random.h"
+#include "tests/support/cases.h"
 #include "tests/support/fakeplc_rig.h"
 
 namespace compbox {
@@ -202,7 +203,7 @@ TEST(Frame, IsBrokenWhenItsHeaderCannotBeRight) {
 TEST(Frame, RandomRequestsAlwaysGetAProperReply) {
     random_stream random(11, "requests");
     const std::uint8_t codes[] = {1, 3, 4, 6, 16, 23, 43};
-    for (int i = 0; i < 200000; ++i) {
+    for (int i = 0; i < compbox_test::cases(200000); ++i) {
         byte_string request;
         const auto size = 1 + random.next() % 24;
         for (std::size_t b = 0; b < size; ++b) {

@@ -13,6 +13,7 @@
 #include "host-tools/formats/csv_reading.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/text.h"
+#include "tests/support/cases.h"
 #include "tests/support/temporary.h"
 
 namespace {
@@ -114,13 +115,13 @@ TEST(formats_fuzz, cut_anywhere) {
 TEST(formats_fuzz, mutated) {
     std::mt19937 dice(2026);
     int read = 0, refused = 0;
-    for (int round = 0; round < 2000; ++round) {
+    for (int round = 0; round < compbox_test::cases(2000); ++round) {
         const std::string seed = round % 3 ? csv_texts[dice() % std::size(csv_texts)] : rtl_text;
         const bool figures = reads(mutated(seed, dice), round % 3 ? ".csv" : ".rtl");
         ++(figures ? read : refused);
     }
-    EXPECT_GT(read, 100);  // the mutations are small enough to matter
-    EXPECT_GT(refused, 100);
+    EXPECT_GT(read, compbox_test::cases(100));  // the mutations are small enough to matter
+    EXPECT_GT(refused, compbox_test::cases(100));
 }
 
 TEST(formats_fuzz, noise_becomes_utf8) {

@@ -9,6 +9,7 @@
 
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/table_text.h"
+#include "tests/support/cases.h"
 #include "tests/support/temporary.h"
 
 namespace {
@@ -154,7 +155,7 @@ TEST(rtl, cut_or_mutated_files_never_crash) {
         message_of(whole.substr(0, length));
     }
     std::mt19937 random(11);
-    for (int round = 0; round < 2000; ++round) {
+    for (int round = 0; round < compbox_test::cases(2000); ++round) {
         std::string text = whole;
         for (int k = 0; k < 3; ++k) text[random() % text.size()] = static_cast<char>(random());
         try {

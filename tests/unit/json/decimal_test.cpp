@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 
+#include "tests/support/cases.h"
 #include "tests/support/dice.h"
 
 extern "C" {
@@ -117,7 +118,7 @@ TEST(decimal, ends_of_the_range) {
 // the digits that are kept.
 TEST(decimal, half_way_points_and_their_neighbours) {
     compbox_test::dice random(1);
-    for (int i = 0; i < 20000; ++i) {
+    for (int i = 0; i < compbox_test::cases(20000); ++i) {
         uint32_t bits = random() & 0x7fffffffu;
         if (i % 4 == 0) bits &= 0x00ffffffu;  // subnormals and the smallest normals
         if (bits >= 0x7f7fffffu) continue;
@@ -141,7 +142,7 @@ TEST(decimal, half_way_points_and_their_neighbours) {
 TEST(decimal, shortest_and_longer_forms_of_random_floats) {
     compbox_test::dice random(2);
     char text[64];
-    for (int i = 0; i < 300000; ++i) {
+    for (int i = 0; i < compbox_test::cases(300000); ++i) {
         const float value = float_of(random());
         if (!std::isfinite(value)) continue;
         std::snprintf(text, sizeof text, "%.*g", 1 + i % 20, static_cast<double>(value));
@@ -156,7 +157,7 @@ TEST(decimal, random_texts) {
         while (text.size() < count) text += static_cast<char>('0' + random(10));
         return text;
     };
-    for (int i = 0; i < 300000; ++i) {
+    for (int i = 0; i < compbox_test::cases(300000); ++i) {
         std::string text = random(2) ? "-" : "";
         text += random(3) ? digits(1 + random(12)) : "0";
         if (random(2)) text += "." + digits(1 + random(i % 100 == 0 ? 400 : 15));

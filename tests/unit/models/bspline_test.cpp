@@ -10,6 +10,7 @@ extern "C" {
 #include "models/bspline.h"
 }
 
+#include "tests/support/cases.h"
 #include "tests/support/not_finite.h"
 
 namespace {
@@ -136,7 +137,7 @@ TEST(Bspline, ErrorStaysInsideTheStatedBound) {
     std::mt19937 random(1);
     long double worst_value = 0, worst_slope = 0;
     int tried = 0;
-    for (int trial = 0; trial < 12000; ++trial) {
+    for (int trial = 0; trial < compbox_test::cases(12000); ++trial) {
         const spline s = random_spline(random);
         if (!valid(s)) continue;
         const converted ours(s);
@@ -160,7 +161,7 @@ TEST(Bspline, ErrorStaysInsideTheStatedBound) {
             }
         }
     }
-    EXPECT_GT(tried, 50000);
+    EXPECT_GT(tried, compbox_test::cases(50000));
     EXPECT_GT(worst_value, 0.2L) << "the bound is too loose to mean anything";
     EXPECT_GT(worst_slope, 0.05L) << "the bound is too loose to mean anything";
 }

@@ -6,6 +6,8 @@
 #include <random>
 #include <vector>
 
+#include "tests/support/cases.h"
+
 extern "C" {
 #include "firmware/wire/rtu_receiver.h"
 }
@@ -352,7 +354,7 @@ TEST(rtu_receiver, an_echo_of_the_request_is_skipped) {
 // Any bytes: no reply is ever made of them that the decoder would not take, and time moves on.
 TEST(rtu_receiver, random_bytes_never_make_a_wrong_reply) {
     std::mt19937 dice(6);
-    for (int run = 0; run < 2000; ++run) {
+    for (int run = 0; run < compbox_test::cases(2000); ++run) {
         const auto request = run % 2 ? read_request(5, 2) : write_request();
         line wire(request);
         for (int i = 0; i < 300; ++i) {

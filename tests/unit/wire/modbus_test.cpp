@@ -5,6 +5,8 @@
 #include <random>
 #include <vector>
 
+#include "tests/support/cases.h"
+
 extern "C" {
 #include "firmware/wire/modbus.h"
 }
@@ -154,7 +156,7 @@ TEST(modbus, a_write_echo_must_be_that_of_the_write) {
 // Whatever bytes come, only a reply of exactly the requested size may fill registers.
 TEST(modbus, random_bytes_never_fill_registers_unless_the_reply_fits) {
     std::mt19937 random(1);
-    for (int i = 0; i < 200000; i++) {
+    for (int i = 0; i < compbox_test::cases(200000); i++) {
         bytes pdu(random() % 12);
         for (uint8_t &byte : pdu)
             byte = static_cast<uint8_t>(random() % 4 ? random() % 8 : random());

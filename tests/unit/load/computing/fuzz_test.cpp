@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "tests/support/cases.h"
 #include "tests/support/config_drive.h"
 #include "tests/support/config_fixture.h"
 #include "tests/support/config_invariants.h"
@@ -51,7 +52,7 @@ TEST(config_fuzz, damaged_bytes) {
     const std::string frequent = "{}[]:,\"\\0123456789.eE+-ntfu \n";
     dice random(21);
     tally count;
-    for (uint32_t i = 0; i < 6000; ++i) {
+    for (uint32_t i = 0; i < compbox_test::cases(6000u); ++i) {
         std::string text = full_example;
         for (uint32_t k = 1 + random(3u); k > 0; --k) {
             const size_t at = random(text.size());
@@ -74,8 +75,8 @@ TEST(config_fuzz, damaged_bytes) {
         }
         ASSERT_NO_FATAL_FAILURE(judge(text, i, count));
     }
-    EXPECT_GT(count.good, 100);
-    EXPECT_GT(count.refused, 1500);
+    EXPECT_GT(count.good, compbox_test::cases(100));
+    EXPECT_GT(count.refused, compbox_test::cases(1500));
 }
 
 // Values that may be right in one place and are wrong in another.
@@ -184,13 +185,13 @@ TEST(config_fuzz, damaged_values) {
     dice random(22);
     tally count;
     const json good = json::parse(full_example);
-    for (uint32_t i = 0; i < 5000; ++i) {
+    for (uint32_t i = 0; i < compbox_test::cases(5000u); ++i) {
         json tree = good;
         for (uint32_t k = 1 + random(3u); k > 0; --k) damage(tree, random);
         ASSERT_NO_FATAL_FAILURE(judge(tree.dump(i % 2 ? -1 : 1), i, count));
     }
-    EXPECT_GT(count.good, 500);
-    EXPECT_GT(count.refused, 1500);
+    EXPECT_GT(count.good, compbox_test::cases(500));
+    EXPECT_GT(count.refused, compbox_test::cases(1500));
 }
 
 // The same before a FANUC control, whose values and keys have limits of their own.
@@ -200,7 +201,7 @@ TEST(config_fuzz, damaged_values_before_a_fanuc_control) {
     json good = json::parse(with("sinumerik-840d", "fanuc"));
     good["channels"][0]["scale"] = 0.1;
     good["plc"].update({{"handshake", 2}, {"scan_ms", 8}, {"max_step_units", 9998}});
-    for (uint32_t i = 0; i < 3000; ++i) {
+    for (uint32_t i = 0; i < compbox_test::cases(3000u); ++i) {
         json tree = good;
         for (uint32_t k = 1 + random(2u); k > 0; --k) {
             json &part = random(2u) ? tree : random(2u) ? tree["plc"] : tree["channels"];
@@ -208,8 +209,8 @@ TEST(config_fuzz, damaged_values_before_a_fanuc_control) {
         }
         ASSERT_NO_FATAL_FAILURE(judge(tree.dump(), i, count));
     }
-    EXPECT_GT(count.good, 300);
-    EXPECT_GT(count.refused, 1000);
+    EXPECT_GT(count.good, compbox_test::cases(300));
+    EXPECT_GT(count.refused, compbox_test::cases(1000));
 }
 
 // The same on a file with every kind of term.
@@ -217,15 +218,15 @@ TEST(config_fuzz, damaged_values_of_every_kind_of_term) {
     dice random(24);
     tally count;
     const json good = json::parse(every_term());
-    for (uint32_t i = 0; i < 4000; ++i) {
+    for (uint32_t i = 0; i < compbox_test::cases(4000u); ++i) {
         json tree = good;
         const size_t terms = tree["terms"].size();
         for (uint32_t k = random(3u); k > 0; --k) damage(tree["terms"][random(terms)], random);
         if (random(3u) == 0) damage(tree, random);
         ASSERT_NO_FATAL_FAILURE(judge(tree.dump(), i, count));
     }
-    EXPECT_GT(count.good, 300);
-    EXPECT_GT(count.refused, 1500);
+    EXPECT_GT(count.good, compbox_test::cases(300));
+    EXPECT_GT(count.refused, compbox_test::cases(1500));
 }
 
 TEST(config_fuzz, a_file_with_every_kind_of_term_cut_anywhere_is_refused) {
@@ -364,7 +365,7 @@ TEST(config_fuzz, random_terms_of_every_kind) {
     dice random(25);
     tally count;
     const json good = json::parse(every_term());
-    for (uint32_t i = 0; i < 4000; ++i) {
+    for (uint32_t i = 0; i < compbox_test::cases(4000u); ++i) {
         json tree = good;
         random_terms terms(random);
         tree["terms"] = terms.make();
@@ -377,8 +378,8 @@ TEST(config_fuzz, random_terms_of_every_kind) {
         }
         ASSERT_NO_FATAL_FAILURE(judge(tree.dump(), i, count));
     }
-    EXPECT_GT(count.good, 500);
-    EXPECT_GT(count.refused, 500);
+    EXPECT_GT(count.good, compbox_test::cases(500));
+    EXPECT_GT(count.refused, compbox_test::cases(500));
 }
 
 // Curves of random shape and size, many of them absurd: what is accepted never overflows.
@@ -390,7 +391,7 @@ TEST(config_fuzz, random_curves) {
         const double digits = static_cast<double>(random(2000u)) / 1000 - 1;
         return digits * std::pow(10, static_cast<double>(random(18u)) - (random(4u) ? 8 : 40));
     };
-    for (uint32_t i = 0; i < 2000; ++i) {
+    for (uint32_t i = 0; i < compbox_test::cases(2000u); ++i) {
         json tree = good;
         const size_t count_of_points = 1 + random(12u), degree = 1 + random(5u);
         std::vector<double> knots, values;
@@ -416,8 +417,8 @@ TEST(config_fuzz, random_curves) {
         for (const json &term : tree["terms"]) tree["channels"][2]["sum"].push_back(term["name"]);
         ASSERT_NO_FATAL_FAILURE(judge(tree.dump(), i, count));
     }
-    EXPECT_GT(count.good, 200);
-    EXPECT_GT(count.refused, 200);
+    EXPECT_GT(count.good, compbox_test::cases(200));
+    EXPECT_GT(count.refused, compbox_test::cases(200));
 }
 
 }  // namespace
