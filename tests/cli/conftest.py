@@ -10,6 +10,7 @@ import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("COMPBOX_BIN", ROOT / "build/host/bin"))
+LONG = "COMPBOX_LONG_TESTS" in os.environ  # scripts/test --long
 GANTRY = ROOT / "examples/gantry-straightness"
 PLC = ("--host", "127.0.0.1", "--port", "1502")  # of init: fakeplc
 

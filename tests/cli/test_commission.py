@@ -4,7 +4,6 @@
 would."""
 
 import json
-import os
 import re
 import signal
 import socket
@@ -13,6 +12,7 @@ import threading
 import pytest
 
 import still_clock
+from conftest import LONG
 from commissioning import TWIN, behind, commission, is_at_rest, refusal
 
 class Refuser:
@@ -51,10 +51,10 @@ class Refuser:
         return True
 
 
-LONG = pytest.mark.skipif("COMPBOX_LONG_TESTS" not in os.environ, reason="scripts/test --long")
+LONG_ALONE = pytest.mark.skipif(not LONG, reason="scripts/test --long")
 
 
-@LONG
+@LONG_ALONE
 def test_a_machine_as_it_should_be(compbox, plc):
     fake = plc()
     code, out, printed = commission(compbox, fake, "--json")
@@ -91,7 +91,7 @@ def test_a_machine_of_which_one_axis_moves_the_other_way(compbox, plc):
 
 
 @pytest.mark.parametrize("profile, round_ms", [
-    ("fanuc", 96), pytest.param("sinumerik-840d", 0, marks=LONG)])
+    ("fanuc", 96), pytest.param("sinumerik-840d", 0, marks=LONG_ALONE)])
 def test_the_way_into_a_real_control_is_in_the_lead(compbox, plc, profile, round_ms):
     """Three FANUC handshakes, one after the other, take 96 ms: a value waits for half of that."""
     fake = plc(profile=profile)
@@ -105,7 +105,7 @@ def test_the_way_into_a_real_control_is_in_the_lead(compbox, plc, profile, round
     is_at_rest(fake)
 
 
-@LONG
+@LONG_ALONE
 def test_a_sign_that_was_turned_round_stays(compbox, plc):
     fake = plc(TWIN, change=lambda machine: machine["channels"][0].update(sign=-1))
     code, out, printed = commission(compbox, fake, "--axis", "X")
@@ -113,7 +113,7 @@ def test_a_sign_that_was_turned_round_stays(compbox, plc):
     assert compbox.read("machine.json")["channels"][0]["sign"] == -1
 
 
-@LONG
+@LONG_ALONE
 def test_measured_on_the_command_line(compbox, plc):
     fake = plc()
     code, out, _ = commission(compbox, fake, "--axis", "Y", "--measured", "Y=+19.8", "-o", "done.json")
@@ -135,7 +135,7 @@ def test_a_scale_ten_times_too_large(compbox, plc):
     is_at_rest(fake)
 
 
-@LONG
+@LONG_ALONE
 def test_the_indicator_stands_still(compbox, plc):
     fake = plc()
     assert "the axis did not move; is another one moved by its register" in refusal(
@@ -143,7 +143,7 @@ def test_the_indicator_stands_still(compbox, plc):
     is_at_rest(fake)
 
 
-@LONG
+@LONG_ALONE
 def test_applied_registers_that_are_mixed_up(compbox, plc):
     def swap(machine):
         x, y = machine["channels"][:2]
@@ -165,7 +165,7 @@ def test_a_heartbeat_that_stands(compbox, plc):
     ("enable 0", "plc.control: the PLC has not set enable (bit 0): register 0 is 0x000a; release the "
      "compensation on the control"),
     pytest.param("reference 0, enable 1", "plc.control: an axis is not referenced (bits 0x0002): "
-                 "register 0 is 0x0009; reference the axes", marks=LONG)])
+                 "register 0 is 0x0009; reference the axes", marks=LONG_ALONE)])
 def test_a_plc_that_does_not_permit_it(compbox, plc, command, sentence):
     fake = plc()
     for one in command.split(", "):
@@ -173,7 +173,7 @@ def test_a_plc_that_does_not_permit_it(compbox, plc, command, sentence):
     assert refusal(compbox, fake) == sentence
 
 
-@LONG
+@LONG_ALONE
 def test_a_plc_that_refuses_writes(compbox, plc):
     fake = plc()
     fake.command("fault exception 2 100000 write")
@@ -224,14 +224,14 @@ def test_a_plc_without_fc23(compbox, plc):
         'function code); set plc.exchange to "fc3+fc16"')
 
 
-@LONG
+@LONG_ALONE
 def test_a_block_that_the_plc_does_not_have(compbox, plc):
     fake = plc(change=lambda machine: machine["plc"]["read"].update(count=125))
     assert refusal(compbox, fake).endswith(
         "refuses to read registers 0 to 124 (exception 2: it has no such registers)")
 
 
-@LONG
+@LONG_ALONE
 def test_a_position_that_is_none(compbox, plc):
     fake = plc(change=lambda machine: machine["signals"][1].update(type="int32cdab"))
     fake.command("move Y=400 feed=20000")
@@ -239,7 +239,7 @@ def test_a_position_that_is_none(compbox, plc):
                     refusal(compbox, fake))
 
 
-@LONG
+@LONG_ALONE
 def test_nobody_there(compbox, plc):
     fake = plc()
     fake.end()
@@ -247,7 +247,7 @@ def test_nobody_there(compbox, plc):
     assert printed.startswith(f"plc.transport.tcp: no reply from 127.0.0.1:{fake.port}: ")
 
 
-@LONG
+@LONG_ALONE
 def test_enable_taken_away_in_the_middle(compbox, plc):
     fake = plc()
 
@@ -258,7 +258,7 @@ def test_enable_taken_away_in_the_middle(compbox, plc):
     is_at_rest(fake)
 
 
-@pytest.mark.parametrize("which", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=LONG)])
+@pytest.mark.parametrize("which", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=LONG_ALONE)])
 def test_ctrl_c_goes_back_to_zero(compbox, plc, which):
     fake = plc()
     seen = []
@@ -273,7 +273,7 @@ def test_ctrl_c_goes_back_to_zero(compbox, plc, which):
     assert fake.displacement_um("X") == pytest.approx(0, abs=0.1)
 
 
-@LONG
+@LONG_ALONE
 def test_questions_need_somebody_who_answers(compbox, plc):
     fake = plc()
     compbox.environment = still_clock.shared_in(compbox.folder)

@@ -13,11 +13,11 @@ import tempfile
 
 import pytest
 
-from conftest import BIN, GANTRY, PLC, term
+from conftest import BIN, GANTRY, LONG, PLC, term
 
 GONE = object()
 SPOILED = [None, True, -1, 0, 1e308, 1.5, "x", "", [], {}, [[1]], {"a": 1}, 10**30, "\0", GONE]
-EVERY = 60  # of the spoiled files of one kind, drawn by a fixed seed
+EVERY = 60 if LONG else 20  # of the spoiled files of one kind, drawn by a fixed seed
 
 
 def places(value, at=()):

@@ -1,10 +1,11 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: MIT
 """Gate: the deepest stack of the portable core on the target, from the compiler's own call graph.
-  stack.py COMPILE_COMMANDS   compiles models/ and firmware/ once more with -fcallgraph-info=su and
-                              adds up the frames along the deepest path from each entry, used /
-                              limit; no recursion, no frame of unknown size, and no call through a
-                              pointer but those listed below
+  stack.py COMPILE_COMMANDS   compiles models/ and firmware/ once more with -fcallgraph-info=su, into
+                              stack/ beside the commands (again after a change), and adds up the
+                              frames along the deepest path from each entry, used / limit; no
+                              recursion, no frame of unknown size, and no call through a pointer but
+                              those listed below
   stack.py --image COMPILE_COMMANDS   the same of compbox-stm32f405 as a whole: main, on top of it the
                               frame of an interrupt and the deepest handler (all have one priority), on
                               top of that the frame and the handler of the clock's failure
@@ -139,28 +140,43 @@ def judge(graph, entries, limit=LIMIT):
     return not graph.wrong
 
 
-def compiled(command, folder, made):
-    """The call graph and the relocations of one object."""
-    subprocess.run(command + ["-fcallgraph-info=su", "-o", str(made)], check=True, cwd=folder)
+def newest(root, command):
+    """When a source of the product, this file or the compiler changed last."""
+    sources = [path for folder in ("models", "firmware", "hal") for path in (root / folder).rglob("*.[ch]")]
+    return max(path.stat().st_mtime for path in (*sources, pathlib.Path(__file__), pathlib.Path(command[0])))
+
+
+def compiled(command, folder, made, changed=float("inf")):
+    """The call graph and the relocations of one object, which is kept until something changes. in: when that was"""
+    command = command + ["-fcallgraph-info=su", "-o", str(made)]
+    graph, same = made.with_suffix(".ci"), made.with_suffix(".command")
+    if not (same.exists() and same.stat().st_mtime > changed and same.read_text() == shlex.join(command)):
+        same.unlink(missing_ok=True)
+        subprocess.run(command, check=True, cwd=folder)
+        same.write_text(shlex.join(command))
     objdump = re.sub(r"gcc$", "objdump", command[0])
     relocations = subprocess.run([objdump, "-r", str(made)], check=True, capture_output=True, text=True)
-    return made.with_suffix(".ci").read_text(), relocations.stdout
+    return graph.read_text(), relocations.stdout
 
 
 def read_core(commands, folders=("models", "firmware"), indirect=INDIRECT):
     """The graph of everything in these folders."""
-    graph, jobs = Graph(indirect), []
+    graph, jobs, changed = Graph(indirect), [], None
     root = pathlib.Path(__file__).resolve().parents[2]
-    with tempfile.TemporaryDirectory() as scratch, concurrent.futures.ThreadPoolExecutor(2) as pool:
+    kept = pathlib.Path(commands).parent / "stack" / "-".join(folders)
+    kept.mkdir(parents=True, exist_ok=True)
+    with concurrent.futures.ThreadPoolExecutor(2) as pool:
         for entry in json.loads(pathlib.Path(commands).read_text()):
             source = pathlib.Path(entry["file"])
             if not source.is_relative_to(root) or source.relative_to(root).parts[0] not in folders:
                 continue
             words = shlex.split(entry["command"])
             words = words[next(i for i, word in enumerate(words) if word.endswith("gcc")):]
-            words[words.index("-o"):words.index("-o") + 2] = []
-            made = pathlib.Path(scratch) / f"{len(jobs)}.o"
-            jobs.append(pool.submit(compiled, words, entry["directory"], made))
+            at = words.index("-o")
+            made = kept / words[at + 1].replace("/", "-")
+            del words[at:at + 2]
+            changed = changed or newest(root, words)
+            jobs.append(pool.submit(compiled, words, entry["directory"], made, changed))
         for job in jobs:
             text, relocations = job.result()
             graph.read(text)
@@ -214,7 +230,22 @@ def verdict(compiler, source):
     return judge(graph, ["entry"])
 
 
+def check_what_is_kept(compiler):
+    """What is compiled is kept while nothing changes, and no longer."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / "planted.c"
+        command, made = compiler + ["-O2", "-c", str(path)], path.with_suffix(".o")
+        path.write_text(RIGHT)
+        first = compiled(command, folder, made, changed=0)
+        path.write_text(FAULTS["recursion"])
+        if compiled(command, folder, made, changed=0) != first:
+            sys.exit("self-test: compiled again without a change")
+        if compiled(command, folder, made, path.stat().st_mtime + 60) == first:
+            sys.exit("self-test: a change was not compiled")
+
+
 def self_test(compiler):
+    check_what_is_kept(compiler)
     if not verdict(compiler, RIGHT):
         sys.exit("self-test: a right object was refused")
     for name, source in FAULTS.items():

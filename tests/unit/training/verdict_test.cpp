@@ -7,6 +7,7 @@
 
 #include "host-tools/training/gain.h"
 #include "host-tools/training/train.h"
+#include "tests/support/cases.h"
 
 namespace compbox {
 namespace {
@@ -53,9 +54,14 @@ train_options quick_options() {
     return options;
 }
 
-constexpr int fresh_runs = 10, data_sets = 20;
+constexpr int fresh_runs = 10;
 
-// Of 20 data sets: where the network was written, and was worse on ten fresh runs.
+// Twenty in the long tests, the first half of them otherwise.
+int data_sets() {
+    return compbox_test::long_tests() ? 20 : 10;
+}
+
+// Of data_sets(): where the network was written, and was worse on ten fresh runs.
 struct verdicts {
     int network = 0, wrong = 0;
 };
@@ -68,8 +74,9 @@ verdicts judge(warm_ups made, const Function &error_um) {
         options.hold_out.push_back("r" + std::to_string(made.runs + r));
     }
     made.runs += fresh_runs;
-    for (unsigned seed = 0; seed < data_sets; ++seed) {
-        const train_result result = train(made_of(made, seed, error_um), options);
+    for (int seed = 0; seed < data_sets(); ++seed) {
+        const train_result result =
+            train(made_of(made, static_cast<unsigned>(seed), error_um), options);
         if (!result.any_network()) continue;
         ++found.network;
         if (result.network.held_out.rms[0] > result.linear.held_out.rms[0]) ++found.wrong;
@@ -86,14 +93,14 @@ TEST(Verdict, a_straight_machine_is_not_taken_for_a_bent_one) {
         const verdicts found = judge(made, straight);
         RecordProperty(std::to_string(made.runs) + "_runs_network", found.network);
         RecordProperty(std::to_string(made.runs) + "_runs_wrong", found.wrong);
-        EXPECT_LE(found.wrong, 2) << made.runs << " runs, network " << found.network;
-        EXPECT_LE(found.network, 2) << made.runs << " runs";
+        EXPECT_LE(found.wrong, data_sets() / 10) << made.runs << " runs, network " << found.network;
+        EXPECT_LE(found.network, data_sets() / 10) << made.runs << " runs";
     }
 }
 
 TEST(Verdict, noise_alone_gets_no_network) {
     const verdicts found = judge({5, 60}, [](double, double) { return 0.0; });
-    EXPECT_LE(found.network, 2);
+    EXPECT_LE(found.network, data_sets() / 10);
 }
 
 // A product of the temperatures, and a rise that saturates: bends of several times the noise.
@@ -104,7 +111,7 @@ TEST(Verdict, a_bent_machine_still_gets_the_network) {
         return straight(a, b) + 12.0 * std::tanh(0.5 * (a - 5.0));
     };
     for (const verdicts &found : {judge(made, product), judge(made, saturating)}) {
-        EXPECT_GE(found.network, 15);
+        EXPECT_GE(found.network, data_sets() * 3 / 4);
         EXPECT_LE(found.wrong, 1);
     }
 }
