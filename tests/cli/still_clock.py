@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""One clock for compbox, compboxd and fakeplc, which stands while any of them runs (still_clock.c): what a test finds is
-that of an idle machine, and it waits for no real time."""
+"""One clock for compbox, compboxd and fakeplc, which stands while any of them runs (still_clock.c): what a test finds
+is that of an idle machine, and it waits for no real time."""
 
 import contextlib
 import ctypes

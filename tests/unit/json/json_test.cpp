@@ -184,8 +184,8 @@ TEST(json, depth_is_bounded) {
 }
 
 // Every second and third byte after every possible first one, as text in an array. Outside the long
-// tests the first ones are those at the ends of eights, where each class of bytes begins or ends, and
-// those of interest.
+// tests the first ones are those at the ends of eights, where each class of bytes begins or ends,
+// and those of interest.
 TEST(json, utf8_as_the_judge_sees_it) {
     const char interesting[] =
         "\x00\x22\x5c\x7f\x80\x8f\x90\x9f\xa0\xbf\xc0\xc2\xe0\xed\xf0\xf4\xff";
