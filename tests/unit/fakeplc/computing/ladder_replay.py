@@ -19,7 +19,8 @@ COMPARE = {"EQB": operator.eq, "NEB": operator.ne, "GTB": operator.gt, "LTB": op
 
 class Pmc:
     def __init__(self, text):
-        self.memory = {}
+        self.memory = {letter: bytearray(1 << 16) for letter in "DRGFX"}
+        self.place, self.place_of_bit = functools.cache(self.place), functools.cache(self.place_of_bit)
         self.program = []
         for line in text.splitlines():
             words = line.split("//")[0].split()
@@ -27,30 +28,32 @@ class Pmc:
                 self.program.append(words)
         self.poke("R9091", 1, 2)     # bit 1 of R9091 is always on
 
-    @staticmethod
-    @functools.cache
-    def place(address):
+    def place(self, address):
+        """out: the memory of its letter, the index in it"""
         letter, number = re.fullmatch(r"([DRGFX])(\d+)", address).groups()
-        return letter, int(number)
+        assert int(number) + 4 <= len(self.memory[letter]), address
+        return self.memory[letter], int(number)
+
+    def place_of_bit(self, address):
+        """out: the memory, the index in it, the bit alone"""
+        byte, bit = address.split(".")
+        return *self.place(byte), 1 << int(bit)
 
     def peek(self, address, count, signed=True):
         if address.startswith("K"):
             return int(address[1:])
-        letter, at = self.place(address)
-        data = bytes(self.memory.get((letter, at + i), 0) for i in range(count))
-        return int.from_bytes(data, "little", signed=signed and count > 1)
+        memory, at = self.place(address)
+        return int.from_bytes(memory[at:at + count], "little", signed=signed and count > 1)
 
     def poke(self, address, count, value):
-        letter, at = self.place(address)
-        for i, byte in enumerate((value % (1 << 8 * count)).to_bytes(count, "little")):
-            self.memory[letter, at + i] = byte
+        memory, at = self.place(address)
+        memory[at:at + count] = (value % (1 << 8 * count)).to_bytes(count, "little")
 
     def bit(self, address, value=None):
-        byte, bit = address.split(".")
-        held = self.peek(byte, 1)
+        memory, at, bit = self.place_of_bit(address)
         if value is None:
-            return bool(held >> int(bit) & 1)
-        self.poke(byte, 1, held | 1 << int(bit) if value else held & ~(1 << int(bit)))
+            return bool(memory[at] & bit)
+        memory[at] = memory[at] | bit if value else memory[at] & ~bit
 
     def scan(self):
         stack = [False]
@@ -78,11 +81,10 @@ class Pmc:
 
     def function(self, on, name, count, operands):
         if name in COMPARE:
-            a, b = (self.peek(o, count, signed=True) for o in operands)
-            return on and COMPARE[name](a, b)
+            return on and COMPARE[name](*(self.peek(o, count) for o in operands))
         if name in ("ADDB", "SUBB"):
-            a, b = (self.peek(o, count) for o in operands[:2])
             if on:
+                a, b = (self.peek(o, count) for o in operands[:2])
                 self.poke(operands[2], count, a + b if name == "ADDB" else a - b)
             return False
         if name in ("MOVB", "MOVW", "MOVD", "NUMEB"):
