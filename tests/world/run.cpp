@@ -12,6 +12,7 @@ extern "C" {
 #include "hal/linux/daemon/loop.h"
 }
 
+#include "tests/world/blocks.h"
 #include "tests/world/devices.h"
 
 namespace compbox::world {
@@ -251,7 +252,32 @@ void run::note_exchange(time_ns sent, const byte_string &request, const byte_str
             seen.written.push_back(word(request, i));
     }
     box.hash.add(reply.data(), reply.size());
+    if (options.prints_exchanges) print_exchange(seen);
     each([&](invariant &one) { one.exchanged(seen); });
+}
+
+// The time of sending behind the present one; what was read and what was written.
+void run::print_exchange(const exchange &seen) const {
+    const machine &facts = running_at(seen.sent);
+    std::string words;
+    if (seen.exception != 0) words += fmt::format(", exception {}", seen.exception);
+    if (is_reading(facts, seen)) {
+        const read_head head = head_of(facts, seen);
+        words += fmt::format(", control {:#x} heartbeat {}{}", head.control, head.heartbeat,
+                             head.whole ? "" : " torn");
+        for (const shown_signal &signal : facts.map.signals)
+            words += fmt::format(" {} {:.6g}", signal.name, signal_in(facts, signal, seen));
+    }
+    if (is_read_back(facts, seen)) words += ", read back";
+    if (!seen.written.empty()) {
+        const written_block block = block_of(facts, seen);
+        words +=
+            fmt::format(", mode {} reason {} beat {}", block.mode, block.reason, block.heartbeat);
+        for (std::size_t c = 0; c < block.um.size(); ++c)
+            words += fmt::format(" {} {:.6g} µm", facts.channels[c].name, block.um[c]);
+    }
+    fmt::print("{:12.6f} (sent {:.6f}) FC{}{}\n", 1e-9 * static_cast<double>(seen.now),
+               1e-9 * static_cast<double>(seen.sent), seen.function, words);
 }
 
 run_result run::go() {

@@ -27,6 +27,7 @@ struct run_options {
     fault_set faults;
     fault_limits most;                        // occurrences of a kind; without an entry any number
     bool prints_log = false;                  // of the daemon, to stdout
+    bool prints_exchanges = false;            // with the PLC, to stdout
     std::function<void(run &)> prepare = {};  // called before the start, for tests
 };
 
@@ -101,6 +102,7 @@ class run {
     void end_faults();
     void follow_file();
     void note_exchange(time_ns sent, const byte_string &request, const byte_string &reply);
+    void print_exchange(const exchange &seen) const;
     template <typename Call>
     void each(Call call) {
         for (auto &one : invariants_) call(*one);

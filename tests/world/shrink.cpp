@@ -16,7 +16,7 @@ int tries = 0;
 std::optional<failing_run> tried(const run_options &options, const failing_run &like) {
     if (++tries > most_tries) return std::nullopt;
     run_options silent = options;
-    silent.prints_log = false;
+    silent.prints_log = silent.prints_exchanges = false;
     const run_result result = run_isolated(silent);
     if (result.violations.empty()) return std::nullopt;
     if (result.violations[0].invariant != like.found.invariant) return std::nullopt;

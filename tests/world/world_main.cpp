@@ -22,7 +22,7 @@ struct order {
     std::uint64_t first = 1, last = 1, cycles = 1000;
     int jobs = 1;
     std::string faults = "swarm";
-    bool prints_log = false, prints_hash = false, prints_file = false;
+    bool prints_log = false, prints_exchanges = false, prints_hash = false, prints_file = false;
 };
 
 struct total {
@@ -50,6 +50,7 @@ run_options options_of(const order &with, std::uint64_t seed) {
     options.faults = with.faults == "swarm" ? swarm_of(seed) : fault_set_of(with.faults);
     if (with.faults != "swarm") options.most = fault_limits_of(with.faults);
     options.prints_log = with.prints_log;
+    options.prints_exchanges = with.prints_exchanges;
     return options;
 }
 
@@ -151,6 +152,7 @@ int main(int argc, char **argv) {
     app.add_option("--faults LIST", with.faults,
                    "Kinds of faults: swarm (drawn by the seed), all, none, or names with commas");
     app.add_flag("--log", with.prints_log, "Print the daemon's log");
+    app.add_flag("--exchanges", with.prints_exchanges, "Print each exchange with the PLC");
     app.add_flag("--hash", with.prints_hash,
                  "Print a hash of all that was sent, written and logged");
     app.add_flag("--file", with.prints_file,
