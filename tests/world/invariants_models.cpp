@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 
 #include "tests/world/blocks.h"
 #include "tests/world/invariants.h"
@@ -94,21 +96,27 @@ class models_invariant : public invariant {
             draws_any(of, {fault_kind::reload, fault_kind::hostile, fault_kind::memory,
                            fault_kind::foreign, fault_kind::sensors, fault_kind::wire,
                            fault_kind::exception, fault_kind::boundary});
-        if (!disturbed) root_ = json::parse(of.box_machine.text);
+        if (!disturbed) take_file(json::parse(of.box_machine.text));
     }
-    void started() override { wants_.clear(); }
+    void started() override {
+        wants_.clear();
+        past_.clear();
+    }
     void exchanged(const exchange &seen) override {
         if (root_.is_null()) return;
         const machine &facts = of_.running_at(seen.sent);
         if (!seen.written.empty() && seen.sent >= sent_ns_)
             judge(facts, block_of(facts, seen), seen.sent);
         if (!is_reading(facts, seen)) return;
-        fresh_ = ++readings_ % sampled == 0 && head_of(facts, seen).whole;
+        const bool whole = head_of(facts, seen).whole;
+        if (whole) remember(seen);
+        fresh_ = ++readings_ % sampled == 0 && whole;
         if (fresh_) take(facts, seen);
     }
 
   private:
-    static constexpr int sampled = 8;  // one reading of so many
+    static constexpr std::uint64_t sampled = 8;  // one reading of so many
+    static constexpr time_ns most_measured_ms = 500;
     struct demand {
         double um = 0;         // the channel wants this …
         time_ns since_ns = 0;  // … within `band`, since then
@@ -119,10 +127,27 @@ class models_invariant : public invariant {
         return std::max(0.5, 0.03 * channel.limit_um);
     }
 
-    void take(const machine &facts, const exchange &seen) {
+    void take_file(json root) {
+        root_ = std::move(root);
+        for (const auto &signal : root_.at("signals")) {
+            if (signal.value("unit", "") == "mm") axes_.insert(signal.at("name"));
+        }
+        const json &lead = root_.at("cycle").value("lead_ms", json(0));
+        ahead_ns_ = (lead.is_string() ? most_measured_ms : lead.get<time_ns>()) * ms;
+    }
+    void remember(const exchange &seen) {
+        constexpr std::size_t most_remembered = 4096;
+        if (past_.size() == most_remembered) past_.pop_front();
+        past_.push_back(seen);
+    }
+    static signal_values values_of(const machine &facts, const exchange &seen) {
         signal_values values;
         for (const shown_signal &signal : facts.map.signals)
             values[signal.name] = signal_in(facts, signal, seen);
+        return values;
+    }
+    void take(const machine &facts, const exchange &seen) {
+        const signal_values values = values_of(facts, seen);
         wants_.resize(facts.channels.size());
         for (std::size_t c = 0; c < wants_.size(); ++c) {
             const auto want = want_of(root_.at("channels")[c], values);
@@ -142,12 +167,42 @@ class models_invariant : public invariant {
         return -sum;
     }
 
-    // The outputs arrive at their slew rates, after a few periods.
+    // out: whether the demand is within `band` at this reading, and everywhere on the way as far as
+    // the box may look ahead by the axes' velocities
+    bool rests(const machine &facts, const exchange &before, const exchange &seen,
+               std::size_t c) const {
+        constexpr int places = 4;
+        const signal_values from = values_of(facts, before), to = values_of(facts, seen);
+        const double ahead = static_cast<double>(ahead_ns_ + 3 * facts.period_us * us) /
+                             static_cast<double>(std::max(seen.now - before.now, us));
+        for (int place = 0; place <= places; ++place) {
+            signal_values values = to;
+            for (const auto &axis : axes_)
+                values[axis] += ahead * place / places * (to.at(axis) - from.at(axis));
+            const auto want = want_of(root_.at("channels")[c], values);
+            if (want && std::fabs(*want - wants_[c]->um) > band_um(facts.channels[c])) return false;
+        }
+        return true;
+    }
+    // Looks at each reading since wants_[c]->since_ns: those between two sampled ones may have had
+    // other demands. out: whether the demand was at rest; otherwise since_ns is that of the unrest
+    bool has_rested(const machine &facts, std::size_t c) {
+        for (std::size_t i = past_.size(); i-- > 1 && past_[i].now > wants_[c]->since_ns;) {
+            if (rests(facts, past_[i - 1], past_[i], c)) continue;
+            wants_[c]->since_ns = past_[i].now;
+            return false;
+        }
+        return true;
+    }
+
+    // The outputs arrive at their slew rates, after a few periods. A step whose write the PLC never
+    // got may have been one of HOLD, which does not move.
     void judge(const machine &facts, const written_block &block, time_ns sent) {
         using namespace box_reason;
+        const bool follows = block.mode == box_mode::active && block.reason != degraded &&
+                             block.reason != unapplied &&
+                             2 * (sent - sent_ns_) <= 3 * facts.period_us * us;
         sent_ns_ = sent;
-        const bool follows =
-            block.mode == box_mode::active && block.reason != degraded && block.reason != unapplied;
         if (!follows) arrived_ns_ = sent;
         for (std::size_t c = 0; follows && fresh_ && c < wants_.size(); ++c) {
             const channel_facts &channel = facts.channels[c];
@@ -157,7 +212,8 @@ class models_invariant : public invariant {
             if (1e-9 * static_cast<double>(rest_ns) * channel.slew_um_per_s <
                 2.2 * channel.limit_um)
                 continue;
-            compare(channel, wants_[c]->um, block.um[c]);
+            const std::string words = mistake(channel, wants_[c]->um, block.um[c]);
+            if (!words.empty() && has_rested(facts, c)) violated(words);
         }
     }
     static bool is_paired(const machine &facts, std::size_t c) {
@@ -165,20 +221,23 @@ class models_invariant : public invariant {
             return pair.first == c || pair.second == c;
         });
     }
-    void compare(const channel_facts &channel, double demand_um, double um) {
+    // out: what is wrong; "": nothing
+    static std::string mistake(const channel_facts &channel, double demand_um, double um) {
         const double band = band_um(channel);
         if (std::fabs(demand_um) > channel.error_um * 1.01 + band && channel.error_um > 0)
-            violated(fmt::format("ACTIVE, and {} wants {} µm beyond its error_um {}", channel.name,
-                                 demand_um, channel.error_um));
+            return fmt::format("ACTIVE, and {} wants {} µm beyond its error_um {}", channel.name,
+                               demand_um, channel.error_um);
         const double want = std::clamp(demand_um, -channel.limit_um, channel.limit_um);
         const double near = 2 * band + channel.deadband_um + 1.01 * channel.unit_um + 0.02 +
                             1e-4 * std::fabs(demand_um);
-        if (std::fabs(um - want) > near)
-            violated(
-                fmt::format("{} is {} µm at rest, its terms want {} µm", channel.name, um, want));
+        if (std::fabs(um - want) <= near) return "";
+        return fmt::format("{} is {} µm at rest, its terms want {} µm", channel.name, um, want);
     }
 
     json root_;
+    std::set<std::string> axes_;  // signals whose positions the box extrapolates …
+    time_ns ahead_ns_ = 0;        // … by at most this time, and the age of a reading
+    std::deque<exchange> past_;   // readings
     std::vector<std::optional<demand>> wants_;  // by channel
     std::uint64_t readings_ = 0;
     bool fresh_ = false;  // the newest reading is sampled
