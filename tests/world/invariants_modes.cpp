@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "tests/world/blocks.h"
 #include "tests/world/invariants.h"
@@ -115,7 +116,10 @@ class permission_invariant : public invariant {
   public:
     explicit permission_invariant(run &of)
         : invariant(of, "permission"), lag_ns_(longest_lag(of)) {}
-    void started() override { contact_ = false; }
+    void started() override {
+        contact_ = false;
+        mode_ = box_mode::standby;
+    }
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
         if (!contact_ && is_read_back(facts, seen)) first_contact(facts, seen);
@@ -134,18 +138,21 @@ class permission_invariant : public invariant {
         if (!head.enables()) off_ns_ = seen.now;
         if (head.permits() && head.enables()) permit_ns_ = std::max(permit_ns_, seen.sent);
     }
-    static bool is_loss(const written_block &block) {
+    // A ramp straight from STANDBY is none: the PLC held outputs, and the box was not at work.
+    static bool is_loss(unsigned mode_before, const written_block &block) {
         using namespace box_reason;
         if (block.mode == box_mode::hold || block.mode == box_mode::fault) return true;
         const std::set<unsigned> missing = {no_plc, heartbeat, signal, clock, unconfirmed, wait};
-        return block.mode == box_mode::ramp && missing.count(block.reason) > 0;
+        return block.mode == box_mode::ramp && missing.count(block.reason) > 0 &&
+               (mode_before != box_mode::standby || block.reason == wait);
     }
     void judge(const machine &facts, const exchange &seen) {
         const written_block block = block_of(facts, seen);
         newest_ns_ = seen.sent;
         contact_ = true;
+        const unsigned mode_before = std::exchange(mode_, block.mode);
         if (block.mode != box_mode::active) {
-            lost_ = lost_ || is_loss(block);
+            lost_ = lost_ || is_loss(mode_before, block);
             return;
         }
         const time_ns recent =
@@ -160,6 +167,7 @@ class permission_invariant : public invariant {
     time_ns lag_ns_, newest_ns_ = 0, active_ns_ = -never / 2, permit_ns_ = -never / 2,
                      off_ns_ = -never / 2;
     bool lost_ = false, contact_ = false;
+    unsigned mode_ = box_mode::standby;  // of the newest write
 };
 
 // A fault ends by the reset bit going from 0 to 1, by a stop, or by a restart.
@@ -209,10 +217,13 @@ class status_invariant : public invariant {
     void started() override { before_.reset(); }
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
-        if (is_read_back(facts, seen)) before_.reset();  // the outputs may be set to the PLC's
+        if (is_read_back(facts, seen)) {  // the outputs may be set to the PLC's
+            before_.reset();
+            sent_ns_ = std::max(sent_ns_, seen.sent);
+        }
         if (seen.written.empty()) return;
         const written_block block = block_of(facts, seen);
-        if (before_ && seen.sent < sent_ns_) return;  // of a given-up connection
+        if (seen.sent < sent_ns_) return;  // of a given-up connection
         judge(facts, block);
         if (before_) compare(facts, *before_, block, seen.sent - sent_ns_);
         watch_hold(facts, block, seen.sent);
@@ -253,11 +264,13 @@ class status_invariant : public invariant {
         }
         for (std::size_t c = 0; c < to.um.size(); ++c) {
             const double was = from.um[c], is = to.um[c];
-            const bool holds = from.mode == box_mode::hold && to.mode == box_mode::hold;
+            // A step in between, whose write the PLC never got, may have been ACTIVE.
+            const bool follows = beats <= 1;
+            const bool holds = follows && from.mode == box_mode::hold && to.mode == box_mode::hold;
             if (holds && is != was)
                 violated(fmt::format("{} moves from {} to {} µm in HOLD", facts.channels[c].name,
                                      was, is));
-            const bool ramps = is_ramp(from) && is_ramp(to);
+            const bool ramps = is_ramp(from) && is_ramp(to) && follows;
             if (ramps && (std::fabs(is) > std::fabs(was) || is * was < 0))
                 violated(fmt::format("{} goes from {} to {} µm in a ramp", facts.channels[c].name,
                                      was, is));
