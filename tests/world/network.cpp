@@ -87,7 +87,7 @@ void connection::put_on_wire(bool to_box, const std::string &bytes, time_ns afte
         time.at(when, [self = shared_from_this(), to_box, part, sent = time.now()] {
             if (to_box)
                 self->deliver(part);
-            else if (self->open_at_peer)
+            else if (self->open_at_peer && !self->is_dropped(sent))
                 self->peer_->received(self, part, sent);
         });
     };
@@ -103,6 +103,11 @@ void connection::put_on_wire(bool to_box, const std::string &bytes, time_ns afte
     arrive(last, flipped.substr(0, fate.cut_at));
     last += fate.rest_ns;
     arrive(last, flipped.substr(fate.cut_at));
+}
+
+// The kernel sends nothing again of a connection that the box has reset.
+bool connection::is_dropped(time_ns sent) const {
+    return discards_ && of_.longest_wait && of_.box.time.now() - sent > of_.longest_wait(sent);
 }
 
 // Calls `what` behind everything that is on its way in this direction.
@@ -215,6 +220,7 @@ void connection::shut_down() {
 void connection::close(bool discard) {
     if (gone_) return;
     gone_ = true;
+    discards_ = discard;
     if (state != phase::up) return;
     const bool reset = discard || !inbox_.empty();
     if (shut_ && !reset) return;

@@ -60,6 +60,9 @@ class network {
 
     computer &box;
     link_faults *faults = nullptr;
+    // How long bytes that were sent at this time may wait in the peer, once the box has reset their
+    // connection: longer ones are dropped (docs/decisions/0003). Empty: for any time.
+    std::function<time_ns(time_ns sent)> longest_wait;
     // false: no packet passes in either direction (an unplugged cable)
     bool plugged = true;
 
@@ -94,13 +97,14 @@ class connection : public std::enable_shared_from_this<connection> {
     void answer_attempt(std::uint16_t port);
     void fail(int error_number);
     void deliver(const std::string &bytes);
+    bool is_dropped(time_ns sent) const;
     void put_on_wire(bool to_box, const std::string &bytes, time_ns after);
     void after_all(bool to_box, const std::function<void(connection &)> &what);
 
     network &of_;
     tcp_peer *peer_ = nullptr;
     std::string inbox_;
-    bool fin_ = false, shut_ = false, gone_ = false;
+    bool fin_ = false, shut_ = false, gone_ = false, discards_ = false;
     time_ns last_due_[2] = {0, 0};  // of the newest segment to the peer, to the box
     bool stalled_[2] = {false, false};
 };

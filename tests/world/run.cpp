@@ -44,6 +44,7 @@ run::run(const run_options &with)
     net.faults = &faults;
     plc.faults = &faults;
     net.listen(box_machine.port, &plc);
+    net.longest_wait = [this](time_ns sent) { return running_at(sent).heartbeat_timeout_us * us; };
     box.make_socket = [this](int domain, int) { return make_socket(domain); };
     connect_wires();
     invariants_ = all_invariants(*this);

@@ -149,6 +149,47 @@ TEST(wires, bytes_of_a_connection_keep_their_order_and_its_end_comes_behind_them
     EXPECT_NE(server.ended, ' ');
 }
 
+// Delays the first segment to the peer.
+struct slow_first : link_faults {
+    segment_fate at_segment(bool to_box, std::size_t) override {
+        segment_fate fate;
+        if (!to_box) fate.delay_ns = std::exchange(left_ns, 0);
+        return fate;
+    }
+    segment_fate at_connect() override { return {}; }
+    time_ns left_ns = 0;
+};
+
+// out: what the server heard of a byte that waits so long while the box resets its connection
+std::string heard_after(time_ns wait_ns) {
+    box_on_a_desk of;
+    network net(of.box, 1);
+    echo server;
+    slow_first slow;
+    slow.left_ns = wait_ns;
+    net.faults = &slow;
+    net.longest_wait = [](time_ns) { return 200 * ms; };
+    net.listen(502, &server);
+    const auto socket = make_tcp_socket(net);
+    sockaddr_in address = {};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(502);
+    socket->connect(reinterpret_cast<sockaddr *>(&address), sizeof address);
+    of.time.at(10 * ms, [&] {
+        const linger discard = {1, 0};
+        socket->set_option(SOL_SOCKET, SO_LINGER, &discard, sizeof discard);
+        socket->send("a", 1);
+    });
+    of.time.at(20 * ms, [&] { socket->closed(false); });
+    of.time.run();
+    return server.heard;
+}
+
+TEST(wires, bytes_of_a_reset_connection_wait_in_the_peer_no_longer_than_a_turn_of_its_program) {
+    EXPECT_EQ(heard_after(190 * ms), "a");
+    EXPECT_EQ(heard_after(300 * ms), "");
+}
+
 TEST(wires, nobody_listens_at_another_port) {
     box_on_a_desk of;
     network net(of.box, 1);
