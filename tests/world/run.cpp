@@ -117,6 +117,10 @@ time_ns run::recovery_ns() {
     return rest_ns() + 60 * second;
 }
 
+std::uint64_t run::quiet_cycles() {
+    return static_cast<std::uint64_t>(recovery_ns() / (box_machine.period_us * us));
+}
+
 std::shared_ptr<open_file> run::make_socket(int domain) {
     if (domain == AF_INET || domain == AF_INET6) return make_tcp_socket(net);
     if (domain == AF_UNIX)
@@ -212,6 +216,7 @@ void run::count_tick() {
 void run::end_faults() {
     if (!faults.active()) return;
     faults.end();
+    if (quiet_ > 0) quiet_ = std::max(quiet_, quiet_cycles());
     each([](invariant &one) { one.faults_ended(); });
 }
 
@@ -289,8 +294,7 @@ run_result run::go() {
     faults.begin();
     const time_ns period_ns = box_machine.period_us * us;
     // A short run, as one that has been shrunk, is not judged for its recovery.
-    const auto quiet = static_cast<std::uint64_t>(recovery_ns() / period_ns);
-    if (!options.faults.empty() && options.cycles >= quiet) quiet_ = quiet;
+    if (!options.faults.empty() && options.cycles >= quiet_cycles()) quiet_ = quiet_cycles();
     time.at(30 * second + static_cast<time_ns>(3 * options.cycles / 2) * period_ns,
             [this] { end_faults(); });
     // However much of the time no daemon runs, the world ends.

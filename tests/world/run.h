@@ -98,6 +98,7 @@ class run {
     void start_daemon();
     void daemon_ended(const ending &how);
     void count_tick();
+    std::uint64_t quiet_cycles();  // of the box in recovery_ns()
     void ask_to_stop();
     void end_faults();
     void follow_file();
