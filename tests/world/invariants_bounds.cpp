@@ -69,9 +69,14 @@ class slew_invariant : public invariant {
     }
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
-        if (places_outputs(facts, seen)) started();
+        if (places_outputs(facts, seen)) {
+            started();
+            placed_ns_ = std::max(placed_ns_, seen.sent);
+        }
+        if (is_reading(facts, seen)) reads_alone_ = seen.function == 3;
         if (seen.written.empty()) return;
-        const written_block block = block_of(facts, seen);
+        written_block block = block_of(facts, seen);
+        if (seen.sent < placed_ns_) leave_applied_out(facts, block);
         if (before_)
             check(facts, *before_, block, 2 * period_s(facts), "from one write to the next");
         before_ = block;
@@ -86,14 +91,25 @@ class slew_invariant : public invariant {
         written_block block;
     };
     // After lost contact the outputs go on from what the PLC applies or holds (decision 5). The box
-    // reads the block back then, and has not written for some periods.
+    // reads the block back then. With FC23 it has read without a write before; with FC3 and FC16 it
+    // has not written for some periods.
     bool places_outputs(const machine &facts, const exchange &seen) const {
         const bool refused = seen.function == 3 && seen.exception != 0;
+        if (facts.fc23) return (is_read_back(facts, seen) || refused) && reads_alone_;
         const time_ns period_ns = facts.period_us * us;
         const bool lost = draws_any(of_, {fault_kind::plc_stop, fault_kind::line});
         return (is_read_back(facts, seen) || refused) &&
                (lost || 2 * (seen.sent - sent_ns_) > 3 * period_ns ||
                 seen.sent - gap_ns_ < 5 * period_ns);
+    }
+    // A late write, sent before the outputs were placed, brings a register back to where the box
+    // found it. An output that was placed at the applied value may be far from there, so the two
+    // are not compared.
+    void leave_applied_out(const machine &facts, written_block &block) const {
+        for (std::size_t c = 0; c < block.um.size(); ++c) {
+            if (facts.channels[c].has_applied)
+                block.um[c] = before_ ? before_->um[c] : std::nan("");  // no step from or to it
+        }
     }
     static double period_s(const machine &facts) {
         return 1e-6 * static_cast<double>(facts.period_us);
@@ -131,7 +147,9 @@ class slew_invariant : public invariant {
     }
 
     time_ns lag_ns_, sent_ns_ = 0;
-    time_ns gap_ns_ = -never / 2;  // last write after a pause
+    time_ns placed_ns_ = -never / 2;  // the newest read-back behind which the outputs were placed
+    time_ns gap_ns_ = -never / 2;     // last write after a pause
+    bool reads_alone_ = false;        // the newest reading came without a write
     std::optional<written_block> before_;
     std::deque<sent_block> past_;
 };

@@ -499,6 +499,7 @@ std::optional<machine> facts_of(const machine &base, const std::string &text) {
         made.hold_us = static_cast<std::int64_t>(1000 * root.at("safety").value("hold_ms", 0.0));
         made.period_us = std::llround(1000 * root.at("cycle").value("period_ms", 30.0));
         const json &plc = root.at("plc");
+        made.fc23 = plc.value("exchange", "") == "fc23";
         made.heartbeat_timeout_us = std::llround(1000 * plc.value("heartbeat_timeout_ms", 200.0));
         made.signals.clear();
         for (const auto &entry : root.at("signals"))
