@@ -61,6 +61,10 @@ bool is_read_back(const machine &of, const exchange &seen) {
     return !seen.read.empty() && seen.read_start == of.map.write.start;
 }
 
+bool is_refused_read_back(const machine &of, const exchange &seen) {
+    return seen.function == 3 && seen.exception != 0 && seen.read_start == of.map.write.start;
+}
+
 read_head head_of(const machine &of, const exchange &seen) {
     const register_map &map = of.map;
     read_head head;
@@ -86,8 +90,8 @@ bool draws_any(const run &of, std::initializer_list<fault_kind> kinds) {
 
 time_ns longest_lag(const run &of) {
     if (draws_any(of, {fault_kind::stall, fault_kind::suspend})) return never;
-    return draws_any(of,
-                     {fault_kind::delay, fault_kind::preempt, fault_kind::disk, fault_kind::refuse})
+    return draws_any(of, {fault_kind::delay, fault_kind::preempt, fault_kind::disk,
+                          fault_kind::refuse, fault_kind::slow})
                ? second
                : 0;
 }

@@ -61,6 +61,7 @@ struct read_head {
 };
 bool is_reading(const machine &of, const exchange &seen);
 bool is_read_back(const machine &of, const exchange &seen);
+bool is_refused_read_back(const machine &of, const exchange &seen);
 read_head head_of(const machine &of, const exchange &seen);
 // out: a signal of a reading, in its unit
 double signal_in(const machine &of, const shown_signal &signal, const exchange &seen);

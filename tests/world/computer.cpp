@@ -202,6 +202,12 @@ void computer::set_wall_clock(time_ns step) {
     wall_offset_ns_ += step;
 }
 
+void computer::skip(time_ns duration) {
+    booted_ns_ -= duration;
+    suspended_ns_ += duration;
+    wall_offset_ns_ += duration;
+}
+
 void computer::suspend(time_ns duration) {
     if (time.now() < suspended_until_) return;
     const time_ns until = suspended_until_ = time.now() + duration;

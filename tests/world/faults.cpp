@@ -152,6 +152,7 @@ void fault_injector::begin() {
     plan_memory();
     plan_files();
     plan_disk();
+    plan_slowness();
 }
 
 void fault_injector::end() {
@@ -229,6 +230,10 @@ reply_fate fault_injector::at_request(const byte_string &request) {
         fate.exception = static_cast<int>(1 + chance(fault_kind::exception).below(11));
     if (active_ && of_.time.now() < refuses_until_ && request[0] == refused_function_)
         fate.exception = refused_code_;
+    const bool of_written =
+        request[0] == 3 && (request[1] << 8 | request[2]) == of_.box_machine.map.write.start;
+    if (active_ && of_.time.now() < hides_block_until_ && of_written) fate.exception = 2;
+    if (active_ && of_.time.now() < slow_until_) fate.delay_ns = slow_ns_;
     return fate;
 }
 

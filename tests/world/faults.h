@@ -53,7 +53,8 @@ class run;
     X(plc_stop, "the PLC stops, starts again, is unplugged")                   \
     X(line, "serial lines lose bytes, flip bits, pause, are unplugged")        \
     X(can, "CAN goes down, off the bus, away; nodes fall silent, boot again")  \
-    X(boundary, "long uptimes, counters about to wrap")
+    X(boundary, "long uptimes, counters about to wrap")                        \
+    X(slow, "a PLC whose replies take most of a period")
 
 enum class fault_kind {
 #define X(name, words) name,
@@ -133,7 +134,12 @@ class fault_injector : public call_faults,
     void plan_sensors();
     void lie_about(const shown_signal &signal);
     void lie_on(const shown_signal &signal, int way, double value, time_ns until);
-    void lie_about_applied();
+    void lie_about_applied(dice &drawn);
+    void show_applied(const taken_channel &channel, const std::vector<std::uint16_t> &words,
+                      time_ns lasts);
+    void flicker(int at, const std::vector<std::uint16_t> &words, time_ns until);
+    void meddle_before_start();
+    void plan_slowness();
     void heal_plc();
 
     void plan_ends();  // faults_computer.cpp
@@ -173,6 +179,8 @@ class fault_injector : public call_faults,
     std::string stormy_call_;
     int stormy_error_ = 0;
     time_ns storm_until_ = 0, refuses_until_ = 0, hangs_until_ = 0;
+    time_ns hides_block_until_ = 0;  // the PLC refuses to return the write block
+    time_ns slow_until_ = 0, slow_ns_ = 0;
     int refused_function_ = 0, refused_code_ = 0;
     // Calls and lines until the process ends; below 0: nothing is planned.
     std::int64_t lethal_calls_ = -1, lethal_lines_ = -1;

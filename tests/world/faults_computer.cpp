@@ -188,6 +188,9 @@ void fault_injector::plan_clock() {
             static_cast<time_ns>(chance(fault_kind::suspend).log_between(10e6, 100e9));
         note(fault_kind::suspend, fmt::format("for {} ms", pause / ms));
         of_.box.suspend(pause);
+        // Together with the PLC, so the world's time needs not pass; beyond 31 bits of µs.
+        if (dice(static_cast<std::uint64_t>(pause), "long suspend").one_in(10))
+            of_.box.skip(2200 * second);
     });
 }
 

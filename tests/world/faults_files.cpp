@@ -35,7 +35,10 @@ void fault_injector::plan_files() {
 
 void fault_injector::put_another_file() {
     dice &drawn = chance(fault_kind::reload);
-    const std::string text = another_file(of_.box_machine, drawn, ++of_.revision);
+    std::string text = another_file(of_.box_machine, drawn, ++of_.revision);
+    dice own(of_.options.seed + of_.revision, "other scale");
+    if (of_.box_machine.pairs.empty() && of_.box_machine.profile.name != "fanuc" && own.one_in(6))
+        text = with_other_scale(text, own);
     file_tree &files = of_.box.files;
     switch (drawn.below(3)) {
         case 0:
@@ -128,6 +131,7 @@ void fault_injector::spoil_state() {
 
 void fault_injector::starting() {
     if (has(fault_kind::state) && chance(fault_kind::state).one_in(2)) spoil_state();
+    meddle_before_start();
 }
 
 void fault_injector::plan_disk() {

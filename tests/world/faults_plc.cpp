@@ -137,7 +137,7 @@ void fault_injector::plan_foreign() {
                 break;
             }
             case 1:
-                lie_about_applied();
+                lie_about_applied(drawn);
                 break;
             case 2: {
                 note(fault_kind::foreign, "another client writes zeros");
@@ -166,8 +166,7 @@ void fault_injector::plan_foreign() {
 }
 
 // The PLC shows another value as applied than the box wrote.
-void fault_injector::lie_about_applied() {
-    dice &drawn = chance(fault_kind::foreign);
+void fault_injector::lie_about_applied(dice &drawn) {
     const taken_channel &channel = drawn.one_of(of_.box_machine.map.channels);
     if (!channel.applied_address) return;
     const double value_um = drawn.between(-300, 300);
@@ -176,8 +175,56 @@ void fault_injector::lie_about_applied() {
     const auto lasts = static_cast<time_ns>(drawn.log_between(20e6, 5e9));
     note(fault_kind::foreign,
          fmt::format("the PLC applies {} µm to {} for {} ms", value_um, channel.name, lasts / ms));
-    of_.plc.show(*channel.applied_address, words);
-    later(lasts, [this, at = *channel.applied_address] { of_.plc.show(at, {}); });
+    show_applied(channel, words, lasts);
+}
+
+// Shows it all the time, or comes and goes.
+void fault_injector::show_applied(const taken_channel &channel,
+                                  const std::vector<std::uint16_t> &words, time_ns lasts) {
+    const int at = *channel.applied_address;
+    dice own(of_.options.seed + static_cast<std::uint64_t>(++lies_), "flicker");
+    if (own.one_in(3)) {
+        flicker(at, words, of_.time.now() + lasts + 5 * second);
+        return;
+    }
+    of_.plc.show(at, words);
+    later(lasts, [this, at] { of_.plc.show(at, {}); });
+}
+
+// Three quarters of the time the PLC shows these words.
+void fault_injector::flicker(int at, const std::vector<std::uint16_t> &words, time_ns until) {
+    const time_ns quarter = of_.box_machine.period_us * us * 3 / 2;
+    if (!active_ || of_.time.now() >= until) return;
+    of_.plc.show(at, words);
+    later(3 * quarter, [this, at] { of_.plc.show(at, {}); });
+    later(4 * quarter, [this, at, words, until] { flicker(at, words, until); });
+}
+
+// What the first contact finds: a value of another client, or a PLC that keeps its registers to
+// itself.
+void fault_injector::meddle_before_start() {
+    dice own(of_.options.seed + of_.starts(), "before a start");
+    const register_map &map = of_.box_machine.map;
+    if (has(fault_kind::exception) && own.one_in(3)) {
+        hides_block_until_ = of_.time.now() + static_cast<time_ns>(own.log_between(1e9, 60e9));
+        note(fault_kind::exception, "the PLC refuses to return the write block");
+    }
+    if (!has(fault_kind::foreign) || !own.one_in(2)) return;
+    lie_about_applied(own);
+    const taken_channel &channel = own.one_of(map.channels);
+    if (own.one_in(2)) of_.plc.write_foreign(channel.address, odd_words(channel.format, own));
+}
+
+void fault_injector::plan_slowness() {
+    repeat(fault_kind::slow, 20 * second, [this] {
+        dice &drawn = chance(fault_kind::slow);
+        const auto lasts = static_cast<time_ns>(drawn.log_between(100e6, 20e9));
+        slow_until_ = of_.time.now() + lasts;
+        slow_ns_ = static_cast<time_ns>(drawn.between(0.3, 0.8) *
+                                        static_cast<double>(of_.box_machine.period_us * us));
+        note(fault_kind::slow,
+             fmt::format("the PLC takes {} µs a request for {} ms", slow_ns_ / us, lasts / ms));
+    });
 }
 
 // ---- sensors

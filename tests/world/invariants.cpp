@@ -15,6 +15,8 @@ invariants all_invariants(run &of) {
     add_modes(of, all);
     add_process(of, all);
     add_files(of, all);
+    add_foreign(of, all);
+    add_reloads(of, all);
     add_models(of, all);
     return all;
 }

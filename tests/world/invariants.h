@@ -21,11 +21,11 @@ class run;
 
 // A request of the box as the PLC saw it.
 struct exchange {
-    time_ns now, sent;                // by the PLC's end of the wire, and by the box's
-    int function;                     // 3, 16, 23
-    int exception;                    // of the reply; 0: none
-    std::vector<std::uint16_t> read;  // the read block or, by FC3, the write block read back
-    int read_start;
+    time_ns now, sent;                   // by the PLC's end of the wire, and by the box's
+    int function;                        // 3, 16, 23
+    int exception;                       // of the reply; 0: none
+    std::vector<std::uint16_t> read;     // the read block or, by FC3, the write block read back
+    int read_start;                      // or, of FC16, the start of what is written
     std::vector<std::uint16_t> written;  // the write block; empty: nothing was written
 };
 
@@ -39,7 +39,9 @@ class invariant {
     virtual void scanned(const plc_state &) {}   // a scan of the PLC program
     virtual void logged(const std::string &) {}  // a line of stderr
     virtual void file_written(const std::string &, const node &) {}
-    virtual void started() {}  // the daemon
+    virtual void started() {}                                // the daemon
+    virtual void taken(const machine &, const machine &) {}  // the daemon took the second file
+    virtual void ticked() {}                                 // the daemon waits for its next tick
     virtual void ended(const ending &) {}
     virtual void faults_ended() {}  // no fault comes any more
     virtual void finished() {}      // the run is over
@@ -58,6 +60,8 @@ void add_bounds(run &of, invariants &all);   // invariants_bounds.cpp
 void add_modes(run &of, invariants &all);    // invariants_modes.cpp
 void add_process(run &of, invariants &all);  // invariants_process.cpp
 void add_files(run &of, invariants &all);    // invariants_files.cpp
+void add_foreign(run &of, invariants &all);  // invariants_foreign.cpp
+void add_reloads(run &of, invariants &all);  // invariants_reloads.cpp
 void add_models(run &of, invariants &all);   // invariants_models.cpp
 
 invariants all_invariants(run &of);

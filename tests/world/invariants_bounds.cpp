@@ -194,7 +194,7 @@ class start_invariant : public invariant {
         return draws_any(
             of_, {fault_kind::foreign, fault_kind::plc_stop, fault_kind::reload,
                   fault_kind::hostile, fault_kind::wire, fault_kind::sensors, fault_kind::boundary,
-                  fault_kind::twice, fault_kind::loss, fault_kind::delay});
+                  fault_kind::twice, fault_kind::loss, fault_kind::delay, fault_kind::slow});
     }
     void compare(const machine &facts, const written_block &block) {
         for (std::size_t c = 0; c < block.um.size(); ++c) {

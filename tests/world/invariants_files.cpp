@@ -34,6 +34,7 @@ class stats_invariant : public invariant {
         if (!all.value("finished", false))
             violated("the daemon ended with 0, its statistics are not finished");
         check_ticks(all);
+        check_wakes(all);
     }
 
   private:
@@ -64,6 +65,18 @@ class stats_invariant : public invariant {
         if (longest_lag(of_) == 0 &&
             !draws_any(of_, {fault_kind::kill, fault_kind::power_cut, fault_kind::restart}))
             check_counts(all.at("box"));
+    }
+    // A thread that did not run for some periods woke late, and the largest jitter says so.
+    void check_wakes(const nlohmann::json &all) {
+        if (draws_any(of_, {fault_kind::suspend, fault_kind::reload, fault_kind::hostile,
+                            fault_kind::boundary}) ||
+            all.value("rows_lost", 1) > 0)
+            return;
+        const double gap_us = 1e-3 * static_cast<double>(of_.longest_gap_ns);
+        const double late_us = all.at("jitter_us").value("max", 0.0);
+        if (late_us < gap_us - 2.1 * all.value("period_us", 0.0) - 1000)
+            violated(
+                fmt::format("no tick for {} µs, and the largest jitter is {} µs", gap_us, late_us));
     }
     // A PLC whose replies all arrive: what the box counted is what happened.
     void check_counts(const nlohmann::json &box) {
@@ -181,12 +194,18 @@ class state_invariant : public invariant {
                         &pause_s) != 3)
             return;
         if (!decoded(found_)) violated("lags go on by a state file that is not whole");
-        if (resumed == 0 || draws_any(of_, {fault_kind::state, fault_kind::clock,
-                                            fault_kind::boundary, fault_kind::suspend}))
+        if (resumed == 0 ||
+            draws_any(of_, {fault_kind::state, fault_kind::boundary, fault_kind::suspend}))
             return;
         const auto known = true_ns_.find(found_);
         if (known == true_ns_.end()) return;
-        const double true_s = 1e-9 * static_cast<double>(of_.time.now() - known->second);
+        // Behind another boot the wall clock counts, which the fault sets.
+        if (draws(of_, fault_kind::clock) && known->second.boot_id != of_.box.boot_id()) {
+            if (!of_.box.synchronised && longest_lag(of_) == 0)
+                violated(fmt::format("a pause of {} s by a clock that is not set", pause_s));
+            return;
+        }
+        const double true_s = 1e-9 * static_cast<double>(of_.time.now() - known->second.ns);
         if (std::abs(true_s - pause_s) >
             0.3 + 1e-9 * static_cast<double>(std::min(longest_lag(of_), 20 * second)))
             violated(fmt::format("the log says a pause of {} s, it was {} s", pause_s, true_s));
@@ -200,13 +219,18 @@ class state_invariant : public invariant {
             oldest =
                 std::min(oldest, of_.time.now() - (of_.box.boottime() - record.boottime_us * us));
         if (true_ns_.size() > 100) true_ns_.clear();
-        if (oldest != never) true_ns_[of_.box.files.text(run::state_path)] = oldest;
+        if (oldest != never)
+            true_ns_[of_.box.files.text(run::state_path)] = {oldest, of_.box.boot_id()};
     }
 
     bool runs_ = false, zero_ = false;
     std::string found_;
     time_ns start_ns_ = 0;
-    std::map<std::string, time_ns> true_ns_;
+    struct moment {
+        time_ns ns;
+        std::string boot_id;
+    };
+    std::map<std::string, moment> true_ns_;
 };
 
 // The record has whole rows, in the order of time, also after a full disk. A kill may cut the last.

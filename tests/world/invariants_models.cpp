@@ -206,20 +206,42 @@ class models_invariant : public invariant {
         if (!follows) arrived_ns_ = sent;
         for (std::size_t c = 0; follows && fresh_ && c < wants_.size(); ++c) {
             const channel_facts &channel = facts.channels[c];
-            if (!wants_[c] || is_paired(facts, c)) continue;
+            if (!wants_[c]) continue;
             const time_ns rest_ns = sent - std::max(wants_[c]->since_ns, arrived_ns_) -
                                     2 * sampled * facts.period_us * us;
             if (1e-9 * static_cast<double>(rest_ns) * channel.slew_um_per_s <
                 2.2 * channel.limit_um)
                 continue;
+            const auto other = partner_of(facts, c);
+            if (other) {
+                if (wants_[*other] && wants_[*other]->since_ns <= wants_[c]->since_ns)
+                    compare_pair(facts, c, *other, block);
+                continue;
+            }
             const std::string words = mistake(channel, wants_[c]->um, block.um[c]);
             if (!words.empty() && has_rested(facts, c)) violated(words);
         }
     }
-    static bool is_paired(const machine &facts, std::size_t c) {
-        return std::any_of(facts.pairs.begin(), facts.pairs.end(), [c](const pair_facts &pair) {
-            return pair.first == c || pair.second == c;
-        });
+    static std::optional<std::size_t> partner_of(const machine &facts, std::size_t c) {
+        for (const pair_facts &pair : facts.pairs) {
+            if (pair.first == c) return pair.second;
+            if (pair.second == c) return pair.first;
+        }
+        return std::nullopt;
+    }
+    // Two motors that want to be too far apart both give way, so their centre stays where the
+    // limits let it.
+    void compare_pair(const machine &facts, std::size_t c, std::size_t other,
+                      const written_block &block) {
+        const channel_facts &one = facts.channels[c], &two = facts.channels[other];
+        const double a = wants_[c]->um, b = wants_[other]->um;
+        if (std::fabs(a) > 0.9 * one.limit_um || std::fabs(b) > 0.9 * two.limit_um) return;
+        const double near = 2 * band_um(one) + 2 * band_um(two) + one.deadband_um +
+                            two.deadband_um + 2 * one.unit_um + 2 * two.unit_um + 0.1;
+        const double apart = (block.um[c] + block.um[other] - a - b) / 2;
+        if (std::fabs(apart) > near)
+            violated(fmt::format("the centre of {} and {} is {} µm from that of their demands",
+                                 one.name, two.name, apart));
     }
     // out: what is wrong; "": nothing
     static std::string mistake(const channel_facts &channel, double demand_um, double um) {
@@ -244,10 +266,99 @@ class models_invariant : public invariant {
     time_ns sent_ns_ = 0, arrived_ns_ = 0;
 };
 
+// The slope of a channel with `tangent` is that of its terms where its axis rests.
+class slope_invariant : public invariant {
+  public:
+    explicit slope_invariant(run &of) : invariant(of, "slope") {
+        const bool disturbed =
+            draws_any(of, {fault_kind::reload, fault_kind::hostile, fault_kind::memory,
+                           fault_kind::foreign, fault_kind::sensors, fault_kind::wire,
+                           fault_kind::exception, fault_kind::boundary});
+        if (!disturbed && longest_lag(of) == 0) root_ = json::parse(of.box_machine.text);
+    }
+    void started() override { wants_.clear(); }
+    void exchanged(const exchange &seen) override {
+        if (root_.is_null()) return;
+        const machine &facts = of_.running_at(seen.sent);
+        if (!seen.written.empty()) judge(facts, block_of(facts, seen), seen.sent);
+        if (is_reading(facts, seen) && ++readings_ % 8 == 0 && head_of(facts, seen).whole)
+            take(facts, seen);
+    }
+
+  private:
+    struct demand {
+        double at_mm, slope;
+        time_ns since_ns;
+    };
+
+    void take(const machine &facts, const exchange &seen) {
+        signal_values values;
+        for (const shown_signal &signal : facts.map.signals)
+            values[signal.name] = signal_in(facts, signal, seen);
+        wants_.resize(facts.channels.size());
+        for (std::size_t c = 0; c < wants_.size(); ++c) {
+            const json &entry = root_.at("channels")[c];
+            if (!entry.contains("tangent")) continue;
+            const std::string axis = entry.at("tangent").at("signal");
+            const auto slope = slope_of(entry, values, axis, facts.channels[c].slope_limit);
+            const double at_mm = values.at(axis), near = 0.05 * facts.channels[c].slope_limit;
+            if (slope && wants_[c] && std::fabs(at_mm - wants_[c]->at_mm) < 1e-3 &&
+                std::fabs(*slope - wants_[c]->slope) < near)
+                continue;
+            wants_[c].reset();
+            if (slope) wants_[c] = demand{at_mm, *slope, seen.now};
+        }
+    }
+    // out: mm/mm; nothing at a corner, or where a term needs more than one reading
+    std::optional<double> slope_of(const json &entry, signal_values values, const std::string &axis,
+                                   double limit) const {
+        constexpr double apart_mm = 0.05;
+        const double at_mm = values.at(axis);
+        double sums[3] = {0, 0, 0};
+        for (int k = 0; k < 3; ++k) {
+            values[axis] = at_mm + (k - 1) * apart_mm;
+            for (const auto &output : entry.at("sum")) {
+                const auto value = value_of(root_, output, values);
+                if (!value) return std::nullopt;
+                sums[k] -= *value;
+            }
+        }
+        const double before = 1e-3 * (sums[1] - sums[0]) / apart_mm;
+        const double behind = 1e-3 * (sums[2] - sums[1]) / apart_mm;
+        if (std::fabs(before - behind) > 0.02 * limit) return std::nullopt;
+        return (before + behind) / 2;
+    }
+    void judge(const machine &facts, const written_block &block, time_ns sent) {
+        using namespace box_reason;  // at its limit a channel has no slope
+        if (block.mode != box_mode::active ||
+            (block.reason != none && block.reason != extrapolated))
+            active_ns_ = sent;
+        for (std::size_t c = 0; c < wants_.size(); ++c) {
+            if (!wants_[c]) continue;
+            const channel_facts &channel = facts.channels[c];
+            const double rest_s =
+                1e-9 * static_cast<double>(sent - std::max(wants_[c]->since_ns, active_ns_));
+            const double way_s = 2.2 * channel.slope_limit / channel.slope_slew_per_s;
+            if (rest_s < way_s + 3e-5 * static_cast<double>(facts.period_us)) continue;
+            const double want =
+                std::clamp(wants_[c]->slope, -channel.slope_limit, channel.slope_limit);
+            if (std::fabs(block.slope[c] - want) > 0.15 * channel.slope_limit + channel.slope_unit)
+                violated(fmt::format("the slope of {} is {} at rest, its terms have {}",
+                                     channel.name, block.slope[c], want));
+        }
+    }
+
+    json root_;
+    std::vector<std::optional<demand>> wants_;  // by channel
+    std::uint64_t readings_ = 0;
+    time_ns active_ns_ = 0;  // not ACTIVE until then
+};
+
 }  // namespace
 
 void add_models(run &of, invariants &all) {
     all.push_back(std::make_unique<models_invariant>(of));
+    all.push_back(std::make_unique<slope_invariant>(of));
 }
 
 }  // namespace compbox::world

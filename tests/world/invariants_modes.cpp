@@ -118,16 +118,23 @@ class permission_invariant : public invariant {
         : invariant(of, "permission"), lag_ns_(longest_lag(of)) {}
     void started() override {
         contact_ = false;
+        was_stopped_ = mode_ == box_mode::stopped;
         mode_ = box_mode::standby;
     }
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
         if (!contact_ && is_read_back(facts, seen)) first_contact(facts, seen);
+        if (!contact_ && is_refused_read_back(facts, seen) && !trusted()) lost_ = true;
         if (!seen.written.empty() && seen.sent >= newest_ns_) judge(facts, seen);
         if (is_reading(facts, seen)) take(facts, seen);
     }
 
   private:
+    // The state file may say that the run before ended STOPPED: then a refusal is no loss.
+    bool trusted() const {
+        return was_stopped_ || draws_any(of_, {fault_kind::state, fault_kind::power_cut,
+                                               fault_kind::disk, fault_kind::refuse});
+    }
     void first_contact(const machine &facts, const exchange &seen) {
         const auto at = static_cast<std::size_t>(facts.map.status - facts.map.write.start);
         const unsigned mode = seen.read[at] & 0xFFu;
@@ -166,7 +173,7 @@ class permission_invariant : public invariant {
 
     time_ns lag_ns_, newest_ns_ = 0, active_ns_ = -never / 2, permit_ns_ = -never / 2,
                      off_ns_ = -never / 2;
-    bool lost_ = false, contact_ = false;
+    bool lost_ = false, contact_ = false, was_stopped_ = false;
     unsigned mode_ = box_mode::standby;  // of the newest write
 };
 
@@ -217,8 +224,8 @@ class status_invariant : public invariant {
     void started() override { before_.reset(); }
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
-        if (is_read_back(facts, seen)) {  // the outputs may be set to the PLC's
-            before_.reset();
+        if (is_read_back(facts, seen) || is_refused_read_back(facts, seen)) {
+            before_.reset();  // the outputs may be set to the PLC's
             sent_ns_ = std::max(sent_ns_, seen.sent);
         }
         if (seen.written.empty()) return;
@@ -267,7 +274,10 @@ class status_invariant : public invariant {
             // A step in between, whose write the PLC never got, may have been ACTIVE.
             const bool follows = beats <= 1;
             const bool holds = follows && from.mode == box_mode::hold && to.mode == box_mode::hold;
-            if (holds && is != was)
+            // Behind a reload to a smaller limit it comes inside.
+            const bool enters = std::fabs(was) > facts.channels[c].limit_um * (1 - 1e-6) &&
+                                std::fabs(is) < std::fabs(was) && of_.files_taken() > 1;
+            if (holds && is != was && !enters)
                 violated(fmt::format("{} moves from {} to {} µm in HOLD", facts.channels[c].name,
                                      was, is));
             const bool ramps = is_ramp(from) && is_ramp(to) && follows;
@@ -324,6 +334,8 @@ class silence_invariant : public invariant {
   private:
     static constexpr std::uint64_t most_readings = 60;
     bool disturbed() const {
+        // A slow slave on a serial line answers readings too late as well.
+        if (draws(of_, fault_kind::slow) && !of_.box_machine.plc_device.empty()) return true;
         return draws_any(
             of_, {fault_kind::memory, fault_kind::foreign, fault_kind::reset, fault_kind::plc_stop,
                   fault_kind::loss, fault_kind::refuse, fault_kind::wire, fault_kind::exception});

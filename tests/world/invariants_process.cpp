@@ -142,6 +142,45 @@ class tick_invariant : public invariant {
     time_ns sent_[2] = {0, 0};
 };
 
+// Periods that are missed again and again are FAULT, and none is ACTIVE behind it (docs/faults.md,
+// reason 19). The score here counts those misses alone that are certain.
+class overrun_invariant : public invariant {
+  public:
+    explicit overrun_invariant(run &of) : invariant(of, "overrun") {}
+    void started() override {
+        score_ = good_ = 0;
+        ticked_ns_ = full_ns_ = never;
+    }
+    void ticked() override {
+        const time_ns period_ns = of_.running().period_us * us, now = of_.time.now();
+        const bool missed = ticked_ns_ != never && now - ticked_ns_ > period_ns * 21 / 10;
+        ticked_ns_ = now;
+        if (missed) {
+            ++score_;
+            good_ = 0;
+        } else if (++good_ >= 32) {
+            score_ = std::max(score_ - 1, 0);
+            good_ = 0;
+        }
+        if (score_ < fault_score) full_ns_ = never;
+        if (score_ >= fault_score && full_ns_ == never) full_ns_ = now;
+    }
+    void exchanged(const exchange &seen) override {
+        if (seen.written.empty() || full_ns_ == never) return;
+        const machine &facts = of_.running_at(seen.sent);
+        const unsigned mode = block_of(facts, seen).mode;
+        if (mode == box_mode::fault) started();  // and its score
+        const bool behind = seen.sent > full_ns_ + 4 * facts.period_us * us;
+        if (mode == box_mode::active && behind && !draws(of_, fault_kind::suspend))
+            violated(fmt::format("ACTIVE, although the overrun score is {}", score_));
+    }
+
+  private:
+    static constexpr int fault_score = 18;  // the box: 16
+    int score_ = 0, good_ = 0;
+    time_ns ticked_ns_ = never, full_ns_ = never;
+};
+
 }  // namespace
 
 void add_process(run &of, invariants &all) {
@@ -149,6 +188,7 @@ void add_process(run &of, invariants &all) {
     all.push_back(std::make_unique<service_invariant>(of));
     all.push_back(std::make_unique<resources_invariant>(of));
     all.push_back(std::make_unique<tick_invariant>(of));
+    all.push_back(std::make_unique<overrun_invariant>(of));
 }
 
 }  // namespace compbox::world

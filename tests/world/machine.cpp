@@ -399,6 +399,20 @@ struct draft {
         if (chance.one_in(2)) draw_pair();
     }
 
+    // Drawn behind all else: the machines that it leaves alone stay as they are. Slew rates below
+    // the ramp, as far as a step still moves units.
+    void draw_slow_channels() {
+        dice own(made.twin.seed, "slow channels");
+        if (!own.one_in(4)) return;
+        for (std::size_t c = 0; c < made.channels.size(); ++c) {
+            channel_facts &facts = made.channels[c];
+            const double least = 1.5e6 * facts.unit_um / static_cast<double>(made.period_us);
+            facts.slew_um_per_s =
+                rounded(std::max(least, made.ramp_um_per_s * own.between(0.2, 1.0)));
+            root["channels"][c]["slew_um_per_s"] = facts.slew_um_per_s;
+        }
+    }
+
     // The PLC's own limits never act where the box keeps its own.
     void draw_control() {
         made.twin.machine = "world";
@@ -427,6 +441,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_channels(counters);
     file.close_blocks(chance.one_in(2), counters);
     file.draw_control();
+    file.draw_slow_channels();
     file.root["revision"] = revision;
     made.text = file.root.dump(1);
     made.map = register_map_of(file.root, "coefficients.json");
@@ -517,7 +532,42 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
         if (!term.contains("values")) continue;
         for (auto &value : term["values"]) value = rounded(chance.between(-30, 30));
     }
+    // Of a wider file the bounds grow, but stay within the registers.
+    dice own(of.twin.seed + revision, "bounds");
+    if (own.one_in(3)) {
+        json &channel = root["channels"][own.below(root["channels"].size())];
+        for (const char *key : {"limit_um", "error_um"})
+            channel[key] = rounded(1.05 * channel[key].get<double>());
+    }
     return root.dump(1);
+}
+
+std::string with_other_scale(const std::string &text, dice &chance) {
+    json root = json::parse(text);
+    json &channel = root["channels"][chance.below(root["channels"].size())];
+    channel["scale"] = 2 * channel["scale"].get<double>();
+    return root.dump(1);
+}
+
+bool is_wider(const machine &fresh, const machine &than) {
+    for (std::size_t c = 0; c < std::min(fresh.channels.size(), than.channels.size()); ++c) {
+        const channel_facts &is = fresh.channels[c], &was = than.channels[c];
+        if (is.limit_um > was.limit_um || is.error_um > was.error_um || is.sign != was.sign ||
+            fresh.map.channels[c].scale_um != than.map.channels[c].scale_um)
+            return true;
+    }
+    return false;
+}
+
+void lower_to(machine &of, const site_ceiling &ceiling) {
+    for (channel_facts &channel : of.channels) {
+        channel.limit_um = std::min(channel.limit_um, ceiling.um);
+        channel.slew_um_per_s = std::min(channel.slew_um_per_s, ceiling.um_per_s);
+        channel.deadband_um = std::min(channel.deadband_um, channel.limit_um);
+        channel.slope_slew_per_s = std::min(channel.slope_slew_per_s, 1e-6 * ceiling.um_per_s);
+        channel.slope_limit =
+            std::min({channel.slope_limit, 1e-6 * ceiling.um, channel.slope_slew_per_s});
+    }
 }
 
 }  // namespace compbox::world

@@ -63,7 +63,17 @@ machine random_machine(dice &chance, unsigned revision = 1);
 // out: what another file promises for the same machine; nothing if no box can run it
 std::optional<machine> facts_of(const machine &base, const std::string &text);
 
-// Another file for the same machine: other models and limits, a higher revision.
+// Another file for the same machine: other models, now and then wider limits, a higher revision.
 std::string another_file(const machine &of, dice &chance, unsigned revision);
+// The same file with another scale of one channel.
+std::string with_other_scale(const std::string &text, dice &chance);
+// out: the file's outputs may be larger than the other's, or mean something else
+bool is_wider(const machine &fresh, const machine &than);
+
+// Of the daemon's command line (docs/decisions/0011-site-ceiling.md).
+struct site_ceiling {
+    double um = 0, um_per_s = 0;
+};
+void lower_to(machine &of, const site_ceiling &ceiling);
 
 }  // namespace compbox::world

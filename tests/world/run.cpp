@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
 extern "C" {
 #include "hal/linux/daemon/loop.h"
@@ -30,6 +31,19 @@ machine machine_of(std::uint64_t seed) {
     return random_machine(chance);
 }
 
+// Some machines have one, mostly below the limits of the file.
+std::optional<site_ceiling> ceiling_of(const machine &of, std::uint64_t seed) {
+    dice chance(seed, "ceiling");
+    if (!chance.one_in(6)) return std::nullopt;
+    double largest_um = 0, slowest = 1e6;
+    for (const auto &channel : of.channels) {
+        largest_um = std::max(largest_um, channel.limit_um);
+        slowest = std::min(slowest, channel.slew_um_per_s);
+    }
+    return site_ceiling{std::round(largest_um * chance.between(0.1, 1.2)) + 1,
+                        std::round(slowest * chance.between(1, 5)) + 1};
+}
+
 }  // namespace
 
 run::run(const run_options &with)
@@ -39,7 +53,9 @@ run::run(const run_options &with)
       net(box, with.seed),
       plc(box_machine, net, with.seed),
       faults(*this, with.faults, with.most, with.seed),
+      ceiling_(ceiling_of(box_machine, with.seed)),
       chance_(with.seed, "run") {
+    if (ceiling_) lower_to(box_machine, *ceiling_);
     box.faults = &faults;
     net.faults = &faults;
     plc.faults = &faults;
@@ -73,8 +89,10 @@ run::run(const run_options &with)
 // ---- coefficient files
 
 void run::note_file(const std::string &text) {
-    if (const auto facts = facts_of(box_machine, text))
-        files_.insert_or_assign(facts->revision, *facts);
+    auto facts = facts_of(box_machine, text);
+    if (!facts) return;
+    if (ceiling_) lower_to(*facts, *ceiling_);
+    files_.insert_or_assign(facts->revision, *facts);
 }
 
 std::string run::good_file_of(unsigned of_revision) {
@@ -88,9 +106,12 @@ std::string run::good_file_of(unsigned of_revision) {
 void run::follow_file() {
     const auto *loop = static_cast<const cb_loop *>(box.argument_of("compboxd-loop"));
     if (loop == nullptr) return;
-    const unsigned now = loop->box->config.revision;
-    if (now == taken_.back().revision || files_.count(now) == 0) return;
+    const unsigned now = loop->box->config.revision, before = taken_.back().revision;
+    const bool first = std::exchange(runs_first_file_, true) == false;
+    if (now == before || files_.count(now) == 0) return;
     taken_.push_back({time.now(), now});
+    if (first) return;
+    each([&](invariant &one) { one.taken(files_.at(before), files_.at(now)); });
 }
 
 const machine &run::running_at(time_ns sent) const {
@@ -172,8 +193,13 @@ void run::start_daemon() {
     if (options.seed % 5 == 0) words.insert(words.end(), {"--clock", "boottime"});
     if (options.seed % 2 == 0)
         box.environment = {{"NOTIFY_SOCKET", "/run/systemd/notify"}, {"WATCHDOG_USEC", "10000000"}};
+    if (ceiling_)
+        words.insert(words.end(), {"--most-um", fmt::format("{}", ceiling_->um), "--most-um-per-s",
+                                   fmt::format("{}", ceiling_->um_per_s)});
     faults.starting();
     ++result_.starts;
+    runs_first_file_ = false;
+    longest_gap_ns = ticked_ns_ = 0;
     cycles_of_daemon = 0;
     stop_asked = false;
     each([](invariant &one) { one.started(); });
@@ -208,6 +234,9 @@ void run::count_tick() {
     follow_file();
     ++cycles_of_daemon;
     ++cycles;
+    if (ticked_ns_ > 0) longest_gap_ns = std::max(longest_gap_ns, time.now() - ticked_ns_);
+    ticked_ns_ = time.now();
+    each([](invariant &one) { one.ticked(); });
     if (cycles == options.cycles) time.at(time.now(), [this] { end_faults(); });
     if (cycles == options.cycles + quiet_) time.at(time.now(), [this] { ask_to_stop(); });
 }
@@ -244,15 +273,14 @@ void run::note_exchange(time_ns sent, const byte_string &request, const byte_str
     const auto word = [](const byte_string &bytes, std::size_t at) {
         return static_cast<std::uint16_t>(bytes[at] << 8 | bytes[at + 1]);
     };
-    exchange seen{time.now(), sent, request[0], 0, {}, 0, {}};
+    const int start = request.size() < 3 ? 0 : word(request, 1);
+    exchange seen{time.now(), sent, request[0], 0, {}, start, {}};
     if (reply[0] & 0x80) {
         seen.exception = reply[1];
     } else {
-        if (seen.function == 3 || seen.function == 23) {
-            seen.read_start = word(request, 1);
-            for (std::size_t i = 2; i + 1 < reply.size(); i += 2)
-                seen.read.push_back(word(reply, i));
-        }
+        const bool reads = seen.function == 3 || seen.function == 23;
+        for (std::size_t i = 2; reads && i + 1 < reply.size(); i += 2)
+            seen.read.push_back(word(reply, i));
         const std::size_t values_at = seen.function == 16 ? 6 : seen.function == 23 ? 10 : 0;
         for (std::size_t i = values_at; values_at > 0 && i + 1 < request.size(); i += 2)
             seen.written.push_back(word(request, i));

@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -85,7 +86,8 @@ class run {
     const machine &running_at(time_ns sent) const;
     const machine &running() const { return running_at(time.now()); }
     std::size_t files_taken() const { return taken_.size(); }
-    bool stop_asked = false;  // SIGTERM was sent to this daemon
+    bool stop_asked = false;     // SIGTERM was sent to this daemon
+    time_ns longest_gap_ns = 0;  // between two ticks of this daemon
     std::uint64_t cycles_of_daemon = 0;
     // Once faults have ended, the box is ACTIVE after at most this time.
     time_ns recovery_ns();
@@ -118,7 +120,10 @@ class run {
         unsigned revision;
     };
     std::vector<taken_file> taken_;  // by the box
-    std::uint64_t quiet_ = 0;        // cycles without faults, behind those of the options
+    bool runs_first_file_ = false;   // of this daemon
+    time_ns ticked_ns_ = 0;
+    std::optional<site_ceiling> ceiling_;
+    std::uint64_t quiet_ = 0;  // cycles without faults, behind those of the options
     run_result result_;
     dice chance_;
 };

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: MIT
+// Values in the PLC that are not the box's, and writes that it refuses (docs/faults.md, reasons 12,
+// 13, 21 and "What the PLC holds").
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+
+#include "tests/world/blocks.h"
+#include "tests/world/invariants.h"
+#include "tests/world/run.h"
+
+namespace compbox::world {
+
+namespace {
+
+// `applied` beyond error_um ends ACTIVE; outside what was sent of late it is reported.
+class applied_invariant : public invariant {
+  public:
+    explicit applied_invariant(run &of)
+        : invariant(of, "applied"),
+          judged_(longest_lag(of) == 0 &&
+                  !draws_any(of, {fault_kind::reload, fault_kind::hostile, fault_kind::memory,
+                                  fault_kind::boundary})),
+          hears_all_(!draws_any(of, {fault_kind::loss, fault_kind::reset, fault_kind::tear,
+                                     fault_kind::wire, fault_kind::line, fault_kind::plc_stop,
+                                     fault_kind::exception, fault_kind::partial})) {}
+    void started() override {
+        channels_.assign(channels_.size(), {});
+        sent_.clear();
+        read_ns_ = 0;
+    }
+    void exchanged(const exchange &seen) override {
+        if (!judged_) return;
+        const machine &facts = of_.running_at(seen.sent);
+        channels_.resize(facts.channels.size());
+        if (!seen.written.empty() && (sent_.empty() || seen.sent >= sent_.back().ns))
+            judge(facts, seen);
+        if (is_reading(facts, seen) && head_of(facts, seen).whole) take(facts, seen);
+    }
+
+  private:
+    struct channel_state {
+        std::uint64_t beyond = 0;  // readings in a row
+        double outside_s = 0;      // less a quarter of the time inside
+    };
+    struct sent_block {
+        time_ns ns;
+        written_block block;
+    };
+    static constexpr std::uint64_t most_beyond = 12;       // of which the box gets two at least
+    static constexpr double report_s = 0.4, most_s = 0.5;  // the box: 0.25 s, 0.5 s
+    static constexpr time_ns of_late = 1500 * ms;
+
+    void judge(const machine &facts, const exchange &seen) {
+        const written_block block = block_of(facts, seen);
+        sent_.push_back({seen.sent, block});
+        while (sent_.front().ns < seen.sent - of_late) sent_.pop_front();
+        if (block.mode != box_mode::active) return;
+        for (std::size_t c = 0; c < channels_.size(); ++c) {
+            const std::string &channel = facts.channels[c].name;
+            if (channels_[c].beyond >= most_beyond)
+                violated(fmt::format("ACTIVE, and {} readings show {} applied beyond error_um",
+                                     channels_[c].beyond, channel));
+            if (hears_all_ && channels_[c].outside_s > report_s &&
+                block.reason != box_reason::unapplied)
+                violated(
+                    fmt::format("ACTIVE with reason {}, and what the PLC applies to {} was "
+                                "outside what was sent for {} s",
+                                block.reason, channel, channels_[c].outside_s));
+        }
+    }
+
+    void take(const machine &facts, const exchange &seen) {
+        const bool active = !sent_.empty() && sent_.back().block.mode == box_mode::active;
+        const double step_s = 1e-9 * static_cast<double>(seen.sent - read_ns_);
+        const double elapsed_s = std::min(step_s, 2e-6 * static_cast<double>(facts.period_us));
+        read_ns_ = seen.sent;
+        for (std::size_t c = 0; c < channels_.size(); ++c) {
+            const taken_channel &channel = facts.map.channels[c];
+            if (!channel.applied_address) continue;
+            const auto at =
+                static_cast<std::size_t>(*channel.applied_address - facts.map.read.start);
+            const double um =
+                facts.channels[c].sign * channel.scale_um * channel.format.decode(&seen.read[at]);
+            note(facts, c, um, active ? elapsed_s : -most_s * 4);
+        }
+    }
+    // in : elapsed_s: of the box in ACTIVE; below 0: it is not
+    void note(const machine &facts, std::size_t c, double um, double elapsed_s) {
+        const channel_facts &channel = facts.channels[c];
+        channel_state &state = channels_[c];
+        double low = channel.limit_um, high = -channel.limit_um;
+        for (const sent_block &one : sent_) {
+            low = std::min(low, one.block.um[c]);
+            high = std::max(high, one.block.um[c]);
+        }
+        const double near = 2 * (facts.map.deadband_um.value_or(0.1) + channel.unit_um) + 0.01;
+        const bool inside = sent_.empty() || (um >= low - near && um <= high + near);
+        const double most = 1.01 * std::max(channel.error_um, channel.limit_um) + near;
+        state.beyond = std::fabs(um) <= most || inside ? 0 : state.beyond + 1;
+        // With a handshake the window is longer than here.
+        const bool outside = !inside && elapsed_s > 0 && facts.profile.name != "fanuc";
+        const double change_s = outside ? elapsed_s : -std::fabs(elapsed_s) / 4;
+        state.outside_s = std::clamp(state.outside_s + change_s, 0.0, most_s);
+    }
+
+    bool judged_, hears_all_;
+    std::vector<channel_state> channels_;
+    std::deque<sent_block> sent_;  // of late
+    time_ns read_ns_ = 0;
+};
+
+// The write block is read back about once a second where the exchange leaves room.
+class look_back_invariant : public invariant {
+  public:
+    explicit look_back_invariant(run &of)
+        : invariant(of, "look back"),
+          judged_(longest_lag(of) == 0 && of.box_machine.plc_device.empty() &&
+                  of.box_machine.period_us >= 20000 &&
+                  !draws_any(of, {fault_kind::loss, fault_kind::reset, fault_kind::tear,
+                                  fault_kind::exception, fault_kind::wire, fault_kind::plc_stop,
+                                  fault_kind::partial, fault_kind::memory})) {}
+    void started() override { since_ns_ = of_.time.now(); }
+    void exchanged(const exchange &seen) override {
+        if (!judged_) return;
+        const machine &facts = of_.running_at(seen.sent);
+        if (is_read_back(facts, seen)) since_ns_ = seen.sent;
+        if (!seen.written.empty() && seen.sent - since_ns_ > 5 * second)
+            violated("the write block was not read back for five seconds");
+    }
+
+  private:
+    bool judged_;
+    time_ns since_ns_ = 0;
+};
+
+// A PLC that accepts no write is not compensated again and again, and soon is FAULT.
+class refused_invariant : public invariant {
+  public:
+    explicit refused_invariant(run &of) : invariant(of, "refused") {}
+    void started() override {
+        times_ = 0;
+        refused_ns_ = never;
+        ends_ = false;
+    }
+    void exchanged(const exchange &seen) override {
+        if (!seen.written.empty()) {
+            times_ = 0;
+            refused_ns_ = never;
+        } else if (seen.exception != 0 && seen.function != 3) {
+            refused_ns_ = std::min(refused_ns_, seen.now);
+        }
+        if (refused_ns_ != never && seen.now - refused_ns_ > 6 * second && !ends_ && hears_all())
+            violated("writes are refused for six seconds, and the box is not in FAULT");
+    }
+    void logged(const std::string &line) override {
+        for (const char *mode : {"STANDBY: ", "ACTIVE: ", "HOLD: ", "RAMP: "})
+            ends_ = ends_ && line.find(mode) == std::string::npos;
+        for (const char *mode : {"FAULT: ", "STOPPED: "})
+            ends_ = ends_ || line.find(mode) != std::string::npos;
+        if (line.find("ACTIVE: ") == std::string::npos) return;
+        if (++times_ > most_times && hears_all())
+            violated(fmt::format("ACTIVE {} times, and the PLC accepted no write", times_));
+    }
+
+  private:
+    bool hears_all() const {
+        return longest_lag(of_) == 0 &&
+               !draws_any(of_, {fault_kind::loss, fault_kind::reset, fault_kind::tear,
+                                fault_kind::wire, fault_kind::line, fault_kind::plc_stop,
+                                fault_kind::foreign, fault_kind::partial, fault_kind::memory});
+    }
+    static constexpr int most_times = 6;
+    int times_ = 0;
+    time_ns refused_ns_ = never;  // the first since the last write that was accepted
+    bool ends_ = false;           // the last mode in the log is FAULT or STOPPED
+};
+
+}  // namespace
+
+void add_foreign(run &of, invariants &all) {
+    all.push_back(std::make_unique<applied_invariant>(of));
+    all.push_back(std::make_unique<look_back_invariant>(of));
+    all.push_back(std::make_unique<refused_invariant>(of));
+}
+
+}  // namespace compbox::world

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+// Files that a running daemon takes (docs/compboxd.md), and a configuration that has changed in
+// memory (docs/faults.md, reason 17).
+#include <fmt/core.h>
+
+#include "tests/world/blocks.h"
+#include "tests/world/invariants.h"
+#include "tests/world/run.h"
+
+namespace compbox::world {
+
+namespace {
+
+// A running daemon takes no older file, and a wider one at rest alone. The good file behind all
+// faults is taken.
+class reload_invariant : public invariant {
+  public:
+    explicit reload_invariant(run &of)
+        : invariant(of, "reload"),
+          judged_(!draws_any(of, {fault_kind::hostile, fault_kind::memory})) {}
+    void started() override { mode_ = box_mode::standby; }
+    void exchanged(const exchange &seen) override {
+        if (seen.written.empty() || seen.sent < sent_ns_) return;
+        mode_ = block_of(of_.running_at(seen.sent), seen).mode;
+        sent_ns_ = seen.sent;
+    }
+    void taken(const machine &was, const machine &is) override {
+        if (!judged_) return;
+        if (is.revision < was.revision)
+            violated(fmt::format("revision {} is taken behind {}", is.revision, was.revision));
+        const bool recent = 2 * (of_.time.now() - sent_ns_) < 3 * was.period_us * us;
+        if (is_wider(is, was) && mode_ == box_mode::active && recent)
+            violated(fmt::format("revision {} is wider, and is taken while ACTIVE", is.revision));
+    }
+    void faults_ended() override { quiet_ns_ = of_.time.now(); }
+    void scanned(const plc_state &) override {
+        if (!judged_ || quiet_ns_ == never || of_.asked_to_stop || !of_.box.runs()) return;
+        if (!of_.box_machine.demands_fit || of_.time.now() - quiet_ns_ < of_.recovery_ns()) return;
+        if (of_.running().revision != of_.revision)
+            violated(fmt::format("revision {} is on the disk, {} runs", of_.revision,
+                                 of_.running().revision));
+    }
+
+  private:
+    bool judged_;
+    unsigned mode_ = 0;
+    time_ns sent_ns_ = 0, quiet_ns_ = never;
+};
+
+// A box that reports that its configuration has changed writes nothing more.
+class corrupt_invariant : public invariant {
+  public:
+    explicit corrupt_invariant(run &of) : invariant(of, "corrupt") {}
+    void started() override { since_ns_ = never; }
+    void logged(const std::string &line) override {
+        if (line.find("FAULT: the configuration in memory has changed") != std::string::npos)
+            since_ns_ = std::min(since_ns_, of_.time.now());
+    }
+    void exchanged(const exchange &seen) override {
+        if (!seen.written.empty() && seen.sent > since_ns_)
+            violated("a write behind the report that the configuration has changed in memory");
+    }
+
+  private:
+    time_ns since_ns_ = never;
+};
+
+}  // namespace
+
+void add_reloads(run &of, invariants &all) {
+    all.push_back(std::make_unique<reload_invariant>(of));
+    all.push_back(std::make_unique<corrupt_invariant>(of));
+}
+
+}  // namespace compbox::world
