@@ -1,42 +1,71 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: MIT
 """Plants each mutant of mutants.py alone, and lets scripts/simulate's program look for it with seeds that no other
-test uses. A run ends at the first violation of an invariant.
-  run_mutants.py ROOT [--seconds S] [--jobs J] [--first SEED] [--build-only] [--write FILE] [NAME…]
---seconds: processor time for each mutant, 600. NAME: a part of a mutant's name. --write: a table, as Markdown.
-Exit code 1 when the program without a mutant violates an invariant, or a mutant is missed."""
+test uses. A mutant is found by a run that violates an invariant where the program without a mutant, with the same
+seed, cycles and faults, violates none.
+  run_mutants.py ROOT [--seconds S] [--jobs J] [--first SEED] [--build-only] [--write FILE] [--missed] [--replay]
+                 [NAME…]
+--seconds: processor time for each mutant, 600. NAME: a part of a mutant's name. --write: keeps a table of the results
+in this page, behind its line TABLE. --missed: those that the page does not list as found. --replay: no search, the
+run that the page lists. Exit code 1 when a mutant is missed, or does not compile."""
 import argparse
 import concurrent.futures
 import dataclasses
 import os
 import pathlib
 import re
-import resource
 import shutil
 import subprocess
 import sys
+import threading
 
 sys.dont_write_bytecode = True
 import mutants  # noqa: E402
 
 # Faults, cycles of a seed, number of seeds; again and again with further seeds.
 ROUNDS = [("none", 1000, 20), ("swarm", 2000, 200), ("swarm", 20000, 20)]
-VIOLATION = re.compile(r"^violation of (\S+) at .*cycle (\d+) of seed (\d+): (.*)$")
+VIOLATION = re.compile(r"^violation of (.+?) at .*cycle (\d+) of seed (\d+): (.*)$")
+TABLE = "<!-- table: scripts/report mutants --write -->\n"
+ROW = re.compile(r"^\| (\S+) \| [^|]* \| ([^|]*?) \| ([\d.]+) \| "
+                 r"(?:`--seeds (\d+) --cycles (\d+) --faults (\w+)`|) \|$")
+
+
+@dataclasses.dataclass(frozen=True)
+class Run:
+    seed: int
+    cycles: int
+    faults: str
+
+    def options(self, last=None):
+        seeds = str(self.seed) if last is None else f"{self.seed}..{last}"
+        return ["--seeds", seeds, "--cycles", str(self.cycles), "--faults", self.faults]
 
 
 @dataclasses.dataclass
 class Outcome:
     invariant: str = ""    # "": not found
     words: str = ""
-    replay: str = ""
+    run: Run = None
     seconds: float = 0.0   # of processor time until then
+
+
+class Unchanged:
+    """The program without a mutant: whether a run of it violates an invariant. Each run is made once."""
+    def __init__(self, program):
+        self.program, self.passed, self.lock = program, {}, threading.Lock()
+
+    def passes(self, run):
+        with self.lock:
+            if run not in self.passed:
+                done = subprocess.run([self.program, "--no-shrink", *run.options()], capture_output=True)
+                self.passed[run] = done.returncode == 0
+            return self.passed[run]
 
 
 def copy_sources(root, folder):
     """Copies what git knows or would add. Files that are the same keep their time, so little is compiled again."""
     names = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=root,
-    check=True,
-                           capture_output=True, text=True).stdout.split("\0")
+                           check=True, capture_output=True, text=True).stdout.split("\0")
     for name in filter(None, names):
         source, copy = root / name, folder / name
         if not source.is_file():
@@ -52,7 +81,7 @@ def build(folder, program, log):
     out = folder / "build/host"
     commands = [["cmake", "--build", out, "--target", "world"]]
     if not (out / "build.ninja").exists():
-        commands.insert(0, ["cmake", "--preset", "host", "-DCMAKE_CXX_FLAGS=-Wno-error", "-DCMAKE_C_FLAGS=-Wno-error"])
+        commands.insert(0, ["cmake", "--preset", "host", "-DCMAKE_C_FLAGS=-Wno-error"])
     for command in commands:
         if subprocess.run(command, cwd=folder, stdout=log, stderr=log).returncode != 0:
             return False
@@ -61,43 +90,38 @@ def build(folder, program, log):
     return True
 
 
-def look(program, faults, cycles, first, last, most_s):
-    """Runs these seeds until the first violation, a crash, or most_s of processor time."""
-    command = [program, "--seeds", f"{first}..{last}", "--cycles", str(cycles), "--faults", faults]
-    limit = max(1, round(most_s))
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, errors="replace",
-                          preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (limit, limit))) as process:
-        found = Outcome()
+def look(program, unchanged, run, last):
+    """Runs the seeds up to the last, until the first violation that the unchanged program does not have."""
+    found = Outcome()
+    with subprocess.Popen([program, "--no-shrink", *run.options(last)], stdout=subprocess.PIPE,
+                          stderr=subprocess.DEVNULL, text=True, errors="replace") as process:
         for line in process.stdout:
             violation = VIOLATION.match(line)
-            if violation:
-                found = Outcome(violation[1], violation[4],
-                                f"scripts/simulate --seeds {violation[3]}..{violation[3]} --cycles {cycles} --faults "
-                                "{faults}")
+            if not violation:
+                continue
+            here = Run(int(violation[3]), run.cycles, run.faults)
+            if unchanged.passes(here):
+                found = Outcome(violation[1], violation[4], here)
                 process.kill()
                 break
         process.stdout.close()
-        _, status, used = os.wait4(process.pid, 0)
+        _, _, used = os.wait4(process.pid, 0)  # with the runs, which are its children
         process.returncode = 0
     found.seconds = used.ru_utime + used.ru_stime
-    ended_by = status & 0x7F
-    if not found.invariant and ended_by and found.seconds < limit - 0.5:
-        found.invariant, found.words = "crash", f"the program ended by signal {ended_by}"
-        found.replay = f"scripts/simulate --seeds {first}..{last} --cycles {cycles} --faults {faults}"
     return found
 
 
-def search(program, first, most_s):
+def search(program, unchanged, first, most_s):
     """out: the first violation by the rounds, or none in most_s of processor time"""
     seconds, seed = 0.0, first
     while seconds < most_s:
         for faults, cycles, seeds in ROUNDS:
-            found = look(program, faults, cycles, seed, seed + seeds - 1, most_s - seconds)
+            found = look(program, unchanged, Run(seed, cycles, faults), seed + seeds - 1)
             seed += seeds
-            found.seconds += seconds
-            if found.invariant or found.seconds >= most_s:
+            seconds += found.seconds
+            found.seconds = seconds
+            if found.invariant or seconds >= most_s:
                 return found
-            seconds = found.seconds
     return Outcome(seconds=seconds)
 
 
@@ -116,11 +140,7 @@ def plant(folder, mutant):
 
 
 def programs(folder, chosen, log):
-    """Builds the program without a mutant, then with each. out, one after the other: name, program or None"""
-    bare = folder / "build/programs/bare"
-    if not build(folder, bare, log):
-        sys.exit(f"run_mutants.py: the sources do not build: {log.name}")
-    yield "", bare
+    """Builds the program with each mutant. out, one after the other: name, program or None"""
     for mutant in chosen:
         before = plant(folder, mutant)
         program = folder / "build/programs" / mutant[0]
@@ -132,15 +152,43 @@ def programs(folder, chosen, log):
 
 def line_of(name, found):
     where = f"{found.invariant}: {found.words}" if found.invariant else "NOT FOUND"
-    return f"{name or 'no mutant':30} {found.seconds:7.1f} s  {where[:150]}"
+    return f"{name:30} {found.seconds:7.1f} s  {where[:150]}"
 
 
-def table_of(chosen, results, seconds):
-    found = [results[mutant[0]] for mutant in chosen if results[mutant[0]].invariant]
-    rows = [f"| {name} | {sentence} | {results[name].invariant or 'not found'} | "
-            f"{results[name].seconds:.1f} |" for name, sentence, *_ in chosen]
-    return "\n".join([f"{len(found)} of {len(chosen)} found, each within {seconds:.0f} s of processor time.", "",
-                      "| mutant | defect | invariant | s |", "|---|---|---|---|", *rows, ""])
+class Page:
+    """The table of results in a page; without a page, the results of this run"""
+    def __init__(self, path):
+        self.path, self.results = path, {}
+        for line in path.read_text().splitlines() if path else []:
+            row = ROW.match(line)
+            if row and row[4]:
+                self.results[row[1]] = Outcome(row[2], "", Run(int(row[4]), int(row[5]), row[6]), float(row[3]))
+            elif row:
+                self.results[row[1]] = Outcome(seconds=float(row[3]))
+
+    def is_found(self, name):
+        return name in self.results and self.results[name].invariant
+
+    def note(self, name, outcome):
+        self.results[name] = outcome
+        if self.path:
+            head = self.path.read_text().partition(TABLE)[0]
+            self.path.write_text(head + TABLE + "\n" + self.table())
+
+    def table(self):
+        listed = [m for m in mutants.MUTANTS if m[0] in self.results]
+        found = [m for m in listed if self.is_found(m[0])]
+        slowest = max((self.results[m[0]].seconds for m in found), default=0)
+        left = len(mutants.MUTANTS) - len(listed)
+        lines = [f"{len(found)} of {len(listed)} mutants are found, each within {slowest:.0f} s of processor time."
+                 + f" {left} of the list have not been searched with these sources." * (left > 0),
+                 "", "| mutant | defect | found by | s | run |", "|---|---|---|---|---|"]
+        for name, sentence, *_ in listed:
+            outcome = self.results[name]
+            run = f"`{' '.join(outcome.run.options())}`" if outcome.run else ""
+            lines.append(f"| {name} | {sentence} | {outcome.invariant or '**not found**'} | {outcome.seconds:.1f} | "
+                         f"{run} |")
+        return "\n".join(lines) + "\n"
 
 
 def options():
@@ -151,38 +199,55 @@ def options():
     parser.add_argument("--first", type=int, default=1000000)
     parser.add_argument("--build-only", action="store_true")
     parser.add_argument("--write", type=pathlib.Path)
+    parser.add_argument("--missed", action="store_true")
+    parser.add_argument("--replay", action="store_true")
     parser.add_argument("names", nargs="*")
     return parser.parse_intermixed_args()
+
+
+def chosen_by(with_, page):
+    """out: the mutants to plant"""
+    named = [m for m in mutants.MUTANTS if not with_.names or any(word in m[0] for word in with_.names)]
+    if with_.missed:
+        return [m for m in named if not page.is_found(m[0])]
+    return [m for m in named if page.is_found(m[0])] if with_.replay else named
 
 
 def main():
     with_ = options()
     root = with_.root.resolve()
-    chosen = [m for m in mutants.MUTANTS if not with_.names or any(word in m[0] for word in with_.names)]
+    page = Page(with_.write)
+    chosen = chosen_by(with_, page)
     folder = root / "build/mutants"
     copy_sources(root, folder)
-    results, failed = {}, []
+    missed, failed = [], []
 
-    def finish(name, program, outcome):
-        results[name] = outcome
+    def judge(name, program, unchanged):
+        if with_.replay:
+            known = page.results[name]
+            outcome = look(program, unchanged, known.run, known.run.seed)
+        else:
+            outcome = search(program, unchanged, with_.first, with_.seconds)
+            page.note(name, outcome)
+        missed.extend([] if outcome.invariant else [name])
         program.unlink()
         print(line_of(name, outcome), flush=True)
 
     with open(root / "build/mutants.log", "w") as log, concurrent.futures.ThreadPoolExecutor(with_.jobs) as pool:
+        bare = folder / "build/programs/unchanged"
+        if not build(folder, bare, log):
+            sys.exit(f"run_mutants.py: the sources do not build: {log.name}")
+        unchanged, searches = Unchanged(bare), []
         for name, program in programs(folder, chosen, log):
             if program is None:
                 failed.append(name)
                 print(f"{name:30} does not compile", flush=True)
             elif not with_.build_only:
-                pool.submit(lambda n, p: finish(n, p, search(p, with_.first, with_.seconds)), name, program)
-    missed = [m[0] for m in chosen if m[0] in results and not results[m[0]].invariant]
-    bad = bool(results) and bool(results[""].invariant)
-    if with_.write and not failed and not bad:
-        text = with_.write.read_text()
-        head = text[:text.index("<!-- table -->")] if "<!-- table -->" in text else text
-        with_.write.write_text(head + "<!-- table -->\n" + table_of(chosen, results, with_.seconds))
+                searches.append(pool.submit(judge, name, program, unchanged))
+        for one in searches:
+            one.result()
     print(f"{len(chosen) - len(missed) - len(failed)} of {len(chosen)} mutants found, {len(failed)} do not compile")
-    return 1 if missed or failed or bad else 0
+    return 1 if missed or failed else 0
 
 
 if __name__ == "__main__":

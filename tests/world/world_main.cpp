@@ -23,6 +23,7 @@ struct order {
     int jobs = 1;
     std::string faults = "swarm";
     bool prints_log = false, prints_exchanges = false, prints_hash = false, prints_file = false;
+    bool shrinks = true;
 };
 
 struct total {
@@ -80,7 +81,10 @@ total run_seeds(const order &with, int job) {
         ++sum.seeds;
         sum.violations += result.violations.size();
         sum.seconds += static_cast<double>(result.duration) * 1e-9;
-        for (const auto &found : result.violations) print_violation(shrunk({options, found}));
+        for (const auto &found : result.violations) {
+            const failing_run whole = {options, found};
+            print_violation(with.shrinks ? shrunk(whole) : whole);
+        }
         if (with.prints_hash) fmt::print("seed {}: hash {:016x}\n", seed, result.hash);
         std::fflush(stdout);
     }
@@ -153,6 +157,7 @@ int main(int argc, char **argv) {
                    "Kinds of faults: swarm (drawn by the seed), all, none, or names with commas");
     app.add_flag("--log", with.prints_log, "Print the daemon's log");
     app.add_flag("--exchanges", with.prints_exchanges, "Print each exchange with the PLC");
+    app.add_flag("!--no-shrink", with.shrinks, "Print violations as they are found");
     app.add_flag("--hash", with.prints_hash,
                  "Print a hash of all that was sent, written and logged");
     app.add_flag("--file", with.prints_file,
