@@ -6,7 +6,7 @@
 #include <Eigen/QR>
 #include <cmath>
 
-namespace compbox {
+namespace compbox::algebra {
 
 least_squares solve_least_squares(const Eigen::MatrixXd &a, const Eigen::MatrixXd &b,
                                   double threshold) {
@@ -37,4 +37,4 @@ positive_definite factor_positive_definite(const Eigen::MatrixXd &a) {
             2.0 * lower.diagonal().array().log().sum()};
 }
 
-}  // namespace compbox
+}  // namespace compbox::algebra

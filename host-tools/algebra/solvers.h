@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-namespace compbox {
+namespace compbox::algebra {
 
 struct least_squares {
     Eigen::MatrixXd x;  // columns of a by columns of b
@@ -40,4 +40,4 @@ struct positive_definite {
 // in : a positive definite; only its lower half is read
 positive_definite factor_positive_definite(const Eigen::MatrixXd &a);
 
-}  // namespace compbox
+}  // namespace compbox::algebra

@@ -42,7 +42,7 @@ void refuse_bad_terms(merged_file merged) {
         }
     }
     cb_message message = {};
-    if (load_coefficient_text(json_text(merged.file), &message) != nullptr) return;
+    if (load_coefficient_text(formats::json_text(merged.file), &message) != nullptr) return;
     refuse_entry(message.text, "terms", merged.term_homes, merged.file["terms"]);
 }
 
@@ -81,7 +81,7 @@ std::unique_ptr<cb_config> load_merged(merged_file &merged, const std::string &m
         refuse_bad_terms(as_given);
         throw;
     }
-    text = json_text(merged.file);
+    text = formats::json_text(merged.file);
     cb_message message = {};
     auto config = load_coefficient_text(text, &message);
     if (config != nullptr) return config;
@@ -94,7 +94,7 @@ std::unique_ptr<cb_config> load_merged(merged_file &merged, const std::string &m
 
 built_file build_file(const build_request &request, std::ostream *out) {
     merged_file merged = merge_files(request.machine, request.terms, request.revision);
-    refuse_given(request.output, "what it writes");
+    formats::refuse_given(request.output, "what it writes");
     std::string text;
     const auto config = load_merged(merged, request.machine, text);
     comparison found = compare(*config, merged.file);
@@ -103,7 +103,7 @@ built_file build_file(const build_request &request, std::ostream *out) {
     if (!request.plot.empty()) {
         built.files = plot_demand(*config, home_of(*config, merged.file), request.plot);
     }
-    write_file(request.output, text, out);
+    formats::write_file(request.output, text, out);
     built.files.insert(built.files.begin(), request.output);
     built.notes = std::move(merged.notes);
     built.notes.insert(built.notes.end(), found.lines.begin(), found.lines.end());

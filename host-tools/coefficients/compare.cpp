@@ -137,10 +137,10 @@ void add_coverage(const cb_config &config, comparison &result) {
         text += fmt::format("{} {} {:.6g} to {:.6g}", text.back() == 's' ? "" : ",", one.term,
                             one.from, one.to);
         result.curves[one.term] = {{"signal", signal.name},
-                                   {"from", five_digits(one.from)},
-                                   {"to", five_digits(one.to)},
-                                   {"travel_from", five_digits(one.min)},
-                                   {"travel_to", five_digits(one.max)}};
+                                   {"from", formats::five_digits(one.from)},
+                                   {"to", formats::five_digits(one.to)},
+                                   {"travel_from", formats::five_digits(one.min)},
+                                   {"travel_to", formats::five_digits(one.max)}};
         judge_coverage(config, one, result);
     }
     for (const auto &[signal, text] : axes) result.lines.push_back(text);
@@ -251,14 +251,14 @@ void judge_size(const cb_channel_config &channel, const channel_demand &demand,
 
 json figures_of(const cb_config &config, const cb_channel_config &channel,
                 const channel_demand &demand) {
-    json figures = {{"low_um", five_digits(demand.travel.low_um)},
-                    {"high_um", five_digits(demand.travel.high_um)},
-                    {"home_um", five_digits(demand.home_um)},
-                    {"limit_um", five_digits(static_cast<double>(channel.limit_um))},
-                    {"error_um", five_digits(static_cast<double>(channel.error_um))}};
+    json figures = {{"low_um", formats::five_digits(demand.travel.low_um)},
+                    {"high_um", formats::five_digits(demand.travel.high_um)},
+                    {"home_um", formats::five_digits(demand.home_um)},
+                    {"limit_um", formats::five_digits(static_cast<double>(channel.limit_um))},
+                    {"error_um", formats::five_digits(static_cast<double>(channel.error_um))}};
     if (demand.others.empty()) return figures;
-    figures["alone_low_um"] = five_digits(demand.alone.low_um);
-    figures["alone_high_um"] = five_digits(demand.alone.high_um);
+    figures["alone_low_um"] = formats::five_digits(demand.alone.low_um);
+    figures["alone_high_um"] = formats::five_digits(demand.alone.high_um);
     for (const unsigned s : demand.others)
         figures["alone_signals"].push_back(config.signals[s].name);
     return figures;

@@ -40,13 +40,14 @@ std::string data_of(demand_model &model, const channel_panels &one, unsigned sig
                               band.high_um};
         for (std::size_t c = 0; c < columns.size(); ++c) columns[c].push_back(row[c]);
     }
-    return plot_data(block_name(one, signal), columns);
+    return formats::plot_data(block_name(one, signal), columns);
 }
 
 // A limit as a line in both directions. It is in the picture where it is near the demand.
 std::string line_at(double um, const char *colour, const std::string &title) {
     const std::string style = fmt::format("with lines lw 1.6 dt 2 lc rgb '{}'", colour);
-    return fmt::format(", {0} {1} title {2}, -{0} {1} notitle", um, style, plot_text(title));
+    return fmt::format(", {0} {1} title {2}, -{0} {1} notitle", um, style,
+                       formats::plot_text(title));
 }
 
 // in : data_of() of the same signal is in the script
@@ -63,18 +64,20 @@ std::string panel(const cb_config &config, const channel_panels &one, unsigned s
     const std::string at = others.empty() ? "demand" : "at " + place_text(config, others, home);
     std::string text = fmt::format(
         "set title {}\nset xrange [{}:{}]\nset xlabel {}\nset ylabel {}\nplot ",
-        plot_text(fmt::format("channel {} over {}", channel.name, axis.name)), axis.min, axis.max,
-        plot_text(fmt::format("{}, {}", axis.name, axis.unit)), plot_text("demand, µm"));
+        formats::plot_text(fmt::format("channel {} over {}", channel.name, axis.name)), axis.min,
+        axis.max, formats::plot_text(fmt::format("{}, {}", axis.name, axis.unit)),
+        formats::plot_text("demand, µm"));
     if (!others.empty()) {
         text += fmt::format("${} using 1:3:4 with filledcurves fc rgb '{}' title {}, ", block,
-                            plot_colour::band, plot_text("all positions of the other axes"));
+                            formats::plot_colour::band,
+                            formats::plot_text("all positions of the other axes"));
     }
     text += fmt::format("${} using 1:2 with lines lw 2.2 lc rgb '{}' title {}", block,
-                        plot_colour::curve, plot_text(at));
-    text += line_at(static_cast<double>(channel.limit_um), plot_colour::mean,
+                        formats::plot_colour::curve, formats::plot_text(at));
+    text += line_at(static_cast<double>(channel.limit_um), formats::plot_colour::mean,
                     fmt::format("limit_um {:.6g}", channel.limit_um));
     return text +
-           line_at(static_cast<double>(channel.error_um), plot_colour::second,
+           line_at(static_cast<double>(channel.error_um), formats::plot_colour::second,
                    fmt::format("error_um {:.6g}", channel.error_um)) +
            "\n";
 }
@@ -105,12 +108,12 @@ void draw(const cb_config &config, const std::vector<channel_panels> &channels,
             "set grid lw 0.5 lc rgb '#dddddd'\nset key top right horizontal samplen 2\n"
             "set offsets 0, 0, graph 0.2, graph 0.04\nset lmargin 9\nset rmargin 3\n",
             channels.size(), columns,
-            plot_text(fmt::format("{}: demand of the compensation over the travel, "
-                                  "revision {}",
-                                  config.machine, config.revision))) +
+            formats::plot_text(fmt::format("{}: demand of the compensation over the travel, "
+                                           "revision {}",
+                                           config.machine, config.revision))) +
         panels + "unset multiplot\n";
     const int width = std::max(least_width, panel_width * static_cast<int>(columns));
-    run_gnuplot(path, script, width, height);
+    formats::run_gnuplot(path, script, width, height);
 }
 
 }  // namespace
@@ -130,7 +133,7 @@ std::vector<std::string> plot_demand(const cb_config &config, const std::vector<
         draw(config, channels, home, path);
         return {path};
     }
-    make_folder(path);
+    formats::make_folder(path);
     std::vector<std::string> files;
     for (const auto &one : channels) {
         files.push_back(fmt::format("{}/{}.svg", path, config.channels[one.channel].name));

@@ -145,7 +145,8 @@ class box_on_table {
     cb_signal_state last_row_[CB_MAX_SIGNALS] = {};
 };
 
-std::vector<std::size_t> signal_columns(const cb_config &config, const csv_table &samples) {
+std::vector<std::size_t> signal_columns(const cb_config &config,
+                                        const formats::csv_table &samples) {
     std::vector<std::size_t> columns;
     for (const unsigned i : measured_signals(config)) {
         columns.push_back(samples.column(config.signals[i].name));
@@ -154,7 +155,8 @@ std::vector<std::size_t> signal_columns(const cb_config &config, const csv_table
 }
 
 // out: microseconds since the first row. Throws input_error if times do not ascend.
-std::vector<int64_t> row_times(const csv_table &samples, const std::vector<double> &time_s) {
+std::vector<int64_t> row_times(const formats::csv_table &samples,
+                               const std::vector<double> &time_s) {
     std::vector<int64_t> times;
     for (std::size_t r = 0; r < time_s.size(); ++r) {
         const double since_first_s = time_s[r] - time_s[0];
@@ -204,7 +206,7 @@ std::vector<float> row_of(const box_on_table &table, bool raw) {
 
 }  // namespace
 
-evaluation evaluate(const cb_config &config, const csv_table &samples, bool raw) {
+evaluation evaluate(const cb_config &config, const formats::csv_table &samples, bool raw) {
     evaluation result;
     result.names = column_names(config);
     result.time_s = samples.values("time_s");

@@ -24,7 +24,7 @@ struct evaluation {
 //      plausibility: beyond their range curves keep the value at their end.
 // Throws input_error for missing columns, rows out of order, more than a day between rows and, but
 // for raw, a first row without a signal that the box cannot run without.
-evaluation evaluate(const cb_config &config, const csv_table &samples, bool raw);
+evaluation evaluate(const cb_config &config, const formats::csv_table &samples, bool raw);
 
 // The result as CSV: every float in its shortest exact form.
 std::string evaluation_csv(const evaluation &result);

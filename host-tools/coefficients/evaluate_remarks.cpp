@@ -38,7 +38,7 @@ bool accepted(const cb_box &box, unsigned signal) {
 }
 
 // Adds a remark for a column of a computed signal, which is not an input.
-void remark_computed_columns(const cb_config &config, const csv_table &samples,
+void remark_computed_columns(const cb_config &config, const formats::csv_table &samples,
                              std::vector<std::string> &remarks) {
     for (unsigned i = 0; i < config.signals_count; ++i) {
         const cb_signal_config &signal = config.signals[i];
@@ -68,7 +68,7 @@ std::string row_count::text() const {
                        detail.empty() ? "" : ": " + detail);
 }
 
-row_watcher::row_watcher(const cb_config &config, const csv_table &samples)
+row_watcher::row_watcher(const cb_config &config, const formats::csv_table &samples)
     : config_(config),
       samples_(samples),
       measured_(measured_signals(config)),

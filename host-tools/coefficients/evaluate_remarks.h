@@ -31,7 +31,7 @@ struct row_count {
 // those of measured_signals, and `box` has just been run on them.
 class row_watcher {
   public:
-    row_watcher(const cb_config &config, const csv_table &samples);
+    row_watcher(const cb_config &config, const formats::csv_table &samples);
 
     // Throws input_error where the first row lacks a signal without which the box does not run:
     // there is no value before it to hold.
@@ -49,7 +49,7 @@ class row_watcher {
     std::string implausible_text(std::size_t sample, double value) const;
 
     const cb_config &config_;
-    const csv_table &samples_;
+    const formats::csv_table &samples_;
     std::vector<unsigned> measured_;
     std::vector<row_count> held_, missing_;  // implausible rows after a value, and before any
     row_count not_active_;

@@ -34,11 +34,11 @@ std::unique_ptr<cb_config> load_coefficient_text(const std::string &text, cb_mes
 
 std::unique_ptr<cb_config> load_coefficients(const std::string &path, std::string *text) {
     cb_message message = {};
-    const std::string content = read_file(path);
+    const std::string content = formats::read_file(path);
     auto config = load_coefficient_text(content, &message);
     if (text != nullptr) *text = content;
     if (config != nullptr) return config;
-    const std::string remedy = remedy_of_json(content);
+    const std::string remedy = formats::remedy_of_json(content);
     if (!remedy.empty() && message.line > 0)
         throw input_error(path, 0, 0, "is not a coefficient file{}", remedy);
     std::string sentence = message.text;

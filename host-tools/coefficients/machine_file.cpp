@@ -54,7 +54,7 @@ std::string checked_motor(const std::string &name) {
 // "X", or "Y1+Y2": two motors of one stage, named after one letter.
 machine_axis one_axis(const std::string &text) {
     machine_axis axis;
-    for (const auto &motor : split(text, '+')) axis.motors.push_back(checked_motor(motor));
+    for (const auto &motor : formats::split(text, '+')) axis.motors.push_back(checked_motor(motor));
     axis.name = axis.motors[0];
     if (axis.motors.size() == 1) return axis;
     axis.name.resize(1);
@@ -127,13 +127,13 @@ void complete_channel(json &channel) {
 // A channel of a pair has no tangent: between two writes nothing would hold the pair together.
 json registers_for(const machine_options &options, const std::vector<machine_axis> &axes) {
     std::vector<std::string> positions;
-    std::vector<layout_channel> channels;
+    std::vector<formats::layout_channel> channels;
     for (const auto &axis : axes) {
         for (const auto &position : positions_of(axis, options)) positions.push_back(position);
         const bool paired = axis.motors.size() > 1;
         for (const auto &motor : axis.motors) channels.push_back({motor, paired ? "" : axis.name});
     }
-    return register_layout(options.profile, positions, channels);
+    return formats::register_layout(options.profile, positions, channels);
 }
 
 // in : the section plc with its registers. out: with the exchange; of FANUC its scan too
@@ -171,7 +171,7 @@ std::vector<machine_axis> parse_axes(const std::string &text) {
     if (letters) {
         for (const char letter : text) axes.push_back(one_axis(std::string(1, letter)));
     } else {
-        for (const auto &piece : split(text, ',')) axes.push_back(one_axis(piece));
+        for (const auto &piece : formats::split(text, ',')) axes.push_back(one_axis(piece));
     }
     if (axes.empty() || axes.size() > max_axes) {
         refuse("--axes: name 1 to {} axes, as in XYZ or X,Y1+Y2,Z", max_axes);
@@ -182,7 +182,7 @@ std::vector<machine_axis> parse_axes(const std::string &text) {
 
 std::map<std::string, travel_range> parse_travel(const std::string &text) {
     std::map<std::string, travel_range> travel;
-    for (const auto &item : split(text, ',')) {
+    for (const auto &item : formats::split(text, ',')) {
         const std::size_t equals = item.find('=');
         if (equals == 0 || equals == std::string::npos) travel_number("", item);
         const std::string name = item.substr(0, equals), range = item.substr(equals + 1);

@@ -336,7 +336,7 @@ json in_order(const json &file) {
 }
 
 json read_object(const std::string &path) {
-    json value = read_json(path);
+    json value = formats::read_json(path);
     if (!value.is_object()) refuse(path, "must be a JSON object");
     return value;
 }
@@ -359,7 +359,7 @@ merged_file merge_files(const std::string &machine_path, const std::vector<std::
             refuse(path, "is given more than once");
         }
         const json fragment = read_object(path);
-        only_keys(fragment, {"signals", "terms", "provenance"}, path, "a term file");
+        formats::only_keys(fragment, {"signals", "terms", "provenance"}, path, "a term file");
         if (!fragment.contains("terms")) refuse(path, "has no terms");
         entries.add(fragment, path);
         add_provenance(provenance, fragment, path);

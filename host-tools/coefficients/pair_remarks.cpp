@@ -21,8 +21,8 @@ double between(const cb_signal_config &signal, double share) {
 }
 
 // Each signal in turn along its range, the others in their middle; one row a second.
-csv_table sweeps(const cb_config &config, const std::vector<unsigned> &signals) {
-    csv_table table;
+formats::csv_table sweeps(const cb_config &config, const std::vector<unsigned> &signals) {
+    formats::csv_table table;
     table.file = "ranges of the signals";
     table.names = {"time_s"};
     for (const unsigned s : signals) table.names.push_back(config.signals[s].name);
@@ -56,7 +56,7 @@ std::vector<std::string> pair_remarks(const cb_config &config) {
     std::vector<std::string> remarks;
     if (config.pairs_count == 0) return remarks;
     const auto signals = measured_signals(config);
-    const csv_table table = sweeps(config, signals);
+    const formats::csv_table table = sweeps(config, signals);
     const evaluation result = evaluate(config, table, true);
     for (unsigned p = 0; p < config.pairs_count; ++p) {
         const cb_pair_config &pair = config.pairs[p];

@@ -58,7 +58,7 @@ std::vector<curve_file> find_curves(const std::vector<std::string> &folders) {
     return curves;
 }
 
-void check_unit(const std::string &name, const measurement &data) {
+void check_unit(const std::string &name, const fitting::measurement &data) {
     const bool angle = name[1] <= 'C';
     if (angle == (data.unit == "urad")) return;
     throw input_error(data.file, 0, 0,
@@ -70,10 +70,10 @@ void check_unit(const std::string &name, const measurement &data) {
 void take_reference_point(const std::string &folder, volumetric_result &result) {
     const std::string path = (fs::path(folder) / "report.json").string();
     if (!fs::is_regular_file(path)) return;
-    const json report = read_json(path);
+    const json report = formats::read_json(path);
     if (!report.is_object() || !report.contains("reference_point_mm")) return;
-    const std::string axis = get<std::string>(report, "axis", path);
-    const auto point = get<std::vector<double>>(report, "reference_point_mm", path);
+    const std::string axis = formats::get<std::string>(report, "axis", path);
+    const auto point = formats::get<std::vector<double>>(report, "reference_point_mm", path);
     if (point.size() != 3 || result.reference_points_mm.count(axis) == 0) {
         throw input_error(path, 0, 0, "axis must be X, Y or Z, reference_point_mm three numbers");
     }
@@ -84,13 +84,13 @@ void take_reference_point(const std::string &folder, volumetric_result &result) 
 // out: its figures in the file's unit. Throws input_error that names the file.
 fitted_error fit_one(const curve_file &curve, const volumetric_options &options,
                      volumetric_result &result) {
-    const measurement data = read_measurement(curve.path);
+    const fitting::measurement data = fitting::read_measurement(curve.path);
     check_unit(curve.name, data);
-    fit_options fit = options.fit;
+    fitting::fit_options fit = options.fit;
     fit.name = curve.name;
     fit.signal = options.positions[static_cast<std::size_t>(curve.name[2] - 'X')];
-    const fit_result fitted = fit_curve(data, fit);
-    const json fragment = fragment_of(fitted);
+    const fitting::fit_result fitted = fitting::fit_curve(data, fit);
+    const json fragment = fitting::fragment_of(fitted);
     result.fragment["terms"].push_back(fragment["terms"][0]);
     result.fragment["provenance"][curve.name] = fragment["provenance"][curve.name];
     fitted_error one;
@@ -102,7 +102,7 @@ fitted_error fit_one(const curve_file &curve, const volumetric_options &options,
     const auto [low, high] = std::minmax_element(data.mean.begin(), data.mean.end());
     one.range = *high - *low;
     one.residual_rms = fitted.summary.rms;
-    one.slope_per_m = 1e3 * least_squares_line(data.position, data.mean).slope;
+    one.slope_per_m = 1e3 * metrology::least_squares_line(data.position, data.mean).slope;
     one.warnings = fitted.warnings;
     return one;
 }

@@ -23,7 +23,7 @@ struct volumetric_options {
     vector_mm tool_offset_mm{0, 0, 0}, tool_direction{0, 0, -1};
     std::string tool_length_signal;  // "" for none
     double tool_length_mm = 0.0;
-    fit_options fit;  // name and signal are set for each
+    fitting::fit_options fit;  // name and signal are set for each
 };
 
 // Result of one curve, for the report.

@@ -8,7 +8,7 @@
 
 #include "host-tools/command_line/command_line.h"
 
-namespace compbox {
+namespace compbox::cli {
 
 namespace {
 
@@ -56,4 +56,4 @@ std::vector<std::string> split_at_keys(const std::string &text) {
     return pieces;
 }
 
-}  // namespace compbox
+}  // namespace compbox::cli

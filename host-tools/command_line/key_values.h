@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace compbox {
+namespace compbox::cli {
 
 struct key_values {
     std::string key;
@@ -19,4 +19,4 @@ key_values parse_key_values(const std::string &option, const std::string &text);
 // "C0Y=12.5,B0Z=3" as single pieces: splits at the commas before a new KEY=.
 std::vector<std::string> split_at_keys(const std::string &text);
 
-}  // namespace compbox
+}  // namespace compbox::cli

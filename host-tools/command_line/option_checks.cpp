@@ -11,7 +11,7 @@
 
 #include "host-tools/formats/csv.h"
 
-namespace compbox {
+namespace compbox::cli {
 
 namespace {
 
@@ -81,4 +81,4 @@ cli::value_check whole_between(long least, long most) {
     };
 }
 
-}  // namespace compbox
+}  // namespace compbox::cli

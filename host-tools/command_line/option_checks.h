@@ -9,7 +9,7 @@
 
 #include "host-tools/command_line/command_line.h"
 
-namespace compbox {
+namespace compbox::cli {
 
 cli::value_check any_number();
 cli::value_check above_zero();
@@ -22,4 +22,4 @@ cli::value_check one_of(const std::vector<std::string> &words);
 // in : pairs of option and the file that it writes. Throws usage_error if two files are the same.
 void different_files(const std::vector<std::pair<std::string, std::string>> &outputs);
 
-}  // namespace compbox
+}  // namespace compbox::cli

@@ -7,7 +7,7 @@
 #include <memory>
 #include <ostream>
 
-namespace compbox {
+namespace compbox::cli {
 
 std::function<void(double)> progress_of(const cli::streams &io, const std::string &what) {
     if (!io.shows_progress) return {};
@@ -35,4 +35,4 @@ std::function<void(double, double)> progress_bar_of(const cli::streams &io, cons
     };
 }
 
-}  // namespace compbox
+}  // namespace compbox::cli

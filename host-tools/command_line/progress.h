@@ -7,7 +7,7 @@
 
 #include "host-tools/command_line/command_line.h"
 
-namespace compbox {
+namespace compbox::cli {
 
 // A function to be called with 0 … 1; shows `what` and a percentage on io.err where that is a
 // terminal, and clears the line at 1. Empty where it is not.
@@ -18,4 +18,4 @@ std::function<void(double)> progress_of(const cli::streams &io, const std::strin
 std::function<void(double, double)> progress_bar_of(const cli::streams &io, const std::string &what,
                                                     const std::string &figure);
 
-}  // namespace compbox
+}  // namespace compbox::cli

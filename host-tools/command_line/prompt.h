@@ -36,7 +36,7 @@ class prompt {
 
     int in_;
     std::ostream &err_;
-    input_lines lines_;
+    formats::input_lines lines_;
     bool terminal_;
 };
 

@@ -6,7 +6,7 @@
 
 #include "host-tools/formats/json.h"
 
-namespace compbox {
+namespace compbox::cli {
 
 void add_json(cli::command &command, bool &as_json) {
     command.add_flag("--json", as_json, "Print the result as JSON");
@@ -21,7 +21,7 @@ void print_summary(std::ostream &out, const std::vector<std::string> &files, con
     summary["files"] = files;
     summary.update(figures);
     summary["remarks"] = remarks;
-    out << json_text(summary);
+    out << formats::json_text(summary);
 }
 
-}  // namespace compbox
+}  // namespace compbox::cli

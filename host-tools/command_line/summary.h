@@ -8,7 +8,7 @@
 #include "host-tools/command_line/command_line.h"
 #include "host-tools/formats/json_type.h"
 
-namespace compbox {
+namespace compbox::cli {
 
 void add_json(cli::command &command, bool &as_json);
 
@@ -17,4 +17,4 @@ void add_json(cli::command &command, bool &as_json);
 void print_summary(std::ostream &out, const std::vector<std::string> &files, const json &figures,
                    const std::vector<std::string> &remarks = {});
 
-}  // namespace compbox
+}  // namespace compbox::cli

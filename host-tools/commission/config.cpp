@@ -104,7 +104,7 @@ json test_file(const json &document, const std::string &file, double rate_um_per
 }
 
 std::unique_ptr<cb_config> load(const json &document, const std::string &file) {
-    const std::string text = json_text(document);
+    const std::string text = formats::json_text(document);
     auto config = std::make_unique<cb_config>();
     auto scratch = std::make_unique<cb_load_scratch>();
     cb_message message = {};

@@ -51,7 +51,7 @@ statements shows_of(const std::vector<std::string> &texts) {
         if (shows.count(name) > 0) {
             throw cli::usage_error("--shows", "once for each signal, please: " + text);
         }
-        for (const auto &value : split(values, ':')) {
+        for (const auto &value : formats::split(values, ':')) {
             const auto number = number_of("--shows", value, text, "NAME=number or NAME=from:to");
             shows[name].push_back(shown_as(number.value, number.decimals));
         }

@@ -21,7 +21,7 @@ namespace {
 struct assemble_arguments {
     std::vector<std::string> files;
     std::string output;
-    reading_options reading;
+    fitting::reading_options reading;
     bool as_json = false;
 };
 
@@ -34,7 +34,7 @@ Example:
 
 constexpr double same_position_mm = 1e-3;
 
-void check_positions(const measurement &first, const measurement &other) {
+void check_positions(const fitting::measurement &first, const fitting::measurement &other) {
     if (other.unit != "um")
         throw input_error(other.file, 0, 0, "holds angles; nine lines are in um");
     if (other.position.size() != first.position.size()) {
@@ -71,9 +71,9 @@ void check_no_file_twice(const std::vector<std::string> &files) {
 // Reads nine files with equal positions and writes one table of their means.
 void run_assemble(const assemble_arguments &arguments, const cli::streams &io) {
     check_no_file_twice(arguments.files);
-    std::vector<measurement> lines;
+    std::vector<fitting::measurement> lines;
     for (const auto &file : arguments.files)
-        lines.push_back(read_measurement(file, arguments.reading));
+        lines.push_back(fitting::read_measurement(file, arguments.reading));
     for (const auto &line : lines) check_positions(lines.front(), line);
     std::vector<std::string> names = {"position_mm"};
     for (const char *point : {"1", "2", "3"}) {
@@ -86,9 +86,9 @@ void run_assemble(const assemble_arguments &arguments, const cli::streams &io) {
         rows.push_back({lines.front().position[i]});
         for (const auto &line : lines) rows.back().push_back(line.mean[i]);
     }
-    write_file(arguments.output, csv_text(names, rows), &io.out);
+    formats::write_file(arguments.output, formats::csv_text(names, rows), &io.out);
     if (arguments.as_json) {
-        return print_summary(
+        return cli::print_summary(
             io.out, {arguments.output},
             {{"positions", rows.size()}, {"from_mm", rows.front()[0]}, {"to_mm", rows.back()[0]}});
     }
@@ -106,7 +106,7 @@ void add_assemble(cli::command &app) {
     assemble.add_option("-o,--output F.csv", arguments->output, "Table to write, MEASURED.csv")
         .required();
     add_unit(assemble, arguments->reading);
-    add_json(assemble, arguments->as_json);
+    cli::add_json(assemble, arguments->as_json);
     assemble.callback([arguments](const cli::streams &io) { run_assemble(*arguments, io); });
 }
 

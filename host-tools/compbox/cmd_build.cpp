@@ -27,12 +27,12 @@ void run_build(const build_options &options, const cli::streams &io) {
     if (options.as_json) {
         auto remarks = built.notes;
         remarks.insert(remarks.end(), built.remarks.begin(), built.remarks.end());
-        return print_summary(io.out, built.files,
-                             {{"terms", request.terms},
-                              {"demand", built.channels},
-                              {"curves", built.curves},
-                              {"range_accepted", request.accept_range}},
-                             remarks);
+        return cli::print_summary(io.out, built.files,
+                                  {{"terms", request.terms},
+                                   {"demand", built.channels},
+                                   {"curves", built.curves},
+                                   {"range_accepted", request.accept_range}},
+                                  remarks);
     }
     auto &out = request.output == "-" ? io.err : io.out;
     for (const auto &note : built.notes) out << note << "\n";
@@ -50,14 +50,14 @@ void add_build(cli::command &app) {
     command
         .add_option("--revision N", request.revision,
                     "Revision of the new file (else the machine file's)")
-        .check(whole_between(0, 4294967295));
+        .check(cli::whole_between(0, 4294967295));
     command.add_option("-o,--output F.json", request.output, "Coefficient file to write")
         .required();
     command.add_option("--plot F.svg|DIR", request.plot,
                        "Demand of each channel over the travel: one figure, or a folder of them");
     command.add_flag("--accept-range", request.accept_range,
                      "Build even if a demand exceeds error_um or a curve leaves travel uncovered");
-    add_json(command, options->as_json);
+    cli::add_json(command, options->as_json);
     command.footer(
         "Where the machine file has null, build fills in: a channel's sum (terms with ISO 230-1\n"
         "names: EZX and EZY go to channel Z) and a signal's min and max (the range of its\n"
@@ -66,7 +66,7 @@ void add_build(cli::command &app) {
         "channel demands over the travel, and a remark on what hardly belongs together.\n\n"
         "Example:\n  compbox build machine.json EZX.json EZY.json -o coefficients.json");
     command.callback([options](const cli::streams &io) {
-        different_files({{"-o", options->request.output}, {"--plot", options->request.plot}});
+        cli::different_files({{"-o", options->request.output}, {"--plot", options->request.plot}});
         run_build(*options, io);
     });
 }

@@ -70,7 +70,7 @@ void check(const check_options &options, const cli::streams &io) {
                         {"curves", found.curves},
                         {"plc", coefficients::profile_figures(*config)}};
         if (config->plc.transport == CB_TRANSPORT_RTU) figures["serial"] = serial_figures(*config);
-        return print_summary(io.out, {}, figures, remarks);
+        return cli::print_summary(io.out, {}, figures, remarks);
     }
     io.out << config->machine << ", revision " << config->revision << ": "
            << coefficients::summary(*config) << "\n"
@@ -85,7 +85,7 @@ void add_check(cli::command &app) {
     auto command = app.add_subcommand("check", "Check a coefficient file as the box does");
     const auto options = std::make_shared<check_options>();
     command.add_option("FILE", options->path, "Coefficient file").required();
-    add_json(command, options->as_json);
+    cli::add_json(command, options->as_json);
     command.footer(
         R"(Loads the file with the box's own loader and prints what it found, the abilities of the PLC's
 profile and remarks. The first mistake is reported with its place and line; the exit code is then 1.

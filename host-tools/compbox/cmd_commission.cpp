@@ -51,7 +51,7 @@ class commissioning {
         : io_(io),
           questions_(io, options.watch),
           options_(options),
-          document_(read_json(options.path)),
+          document_(formats::read_json(options.path)),
           setup_(commission::make_box_setup(document_, options.path, options.rate_um_per_s)),
           map_(setup_) {
         check_choice();
@@ -313,11 +313,11 @@ class commissioning {
     void finish() {
         const std::string &path = output();
         const json changed = commission::with_result(document_, options_.path, result_);
-        update_file(path, json_text(changed), &io_.out);
+        formats::update_file(path, formats::json_text(changed), &io_.out);
         if (options_.as_json) {
             json figures = commission::figures_of(document_, result_);
             figures["registers"] = result_.registers;
-            return print_summary(io_.out, {path}, figures, setup_.remarks);
+            return cli::print_summary(io_.out, {path}, figures, setup_.remarks);
         }
         if (path == "-") return;
         for (const auto &remark : setup_.remarks) say("Remark: " + remark);
@@ -343,7 +343,7 @@ void take_texts(commission_options &options) {
     options.measured_um = commission::measured_of(options.measured_text);
     options.positions.shows = commission::shows_of(options.shows_text);
     for (const auto &text : options.together_text)
-        options.positions.together.push_back(split(text, '+'));
+        options.positions.together.push_back(formats::split(text, '+'));
 }
 
 }  // namespace
@@ -367,25 +367,25 @@ void add_commission(cli::command &app) {
         .add_option("--wait-s S", options->positions.wait_s,
                     "Time for each jog of --shows, 1 to 3600")
         .capture_default_str()
-        .check(between(1, 3600));
+        .check(cli::between(1, 3600));
     command.add_option("--together A+B", options->together_text,
                        "Positions that move together: two motors of one stage");
     command.add_flag("--registers", options->only_registers,
                      "Only compare registers and signals; move nothing");
     command.add_option("--offset-um D", options->offset_um, "Offset of the sign test, 1 to 200")
         .capture_default_str()
-        .check(between(1, 200));
+        .check(cli::between(1, 200));
     command
         .add_option("--rate-um-per-s V", options->rate_um_per_s,
                     "Maximum rate of the offset, 1 to 1000")
         .capture_default_str()
-        .check(between(1, 1000));
+        .check(cli::between(1, 1000));
     command.add_option("--steps N", options->steps, "Small steps for the times, 5 to 1000")
         .capture_default_str()
-        .check(whole_between(5, 1000));
+        .check(cli::whole_between(5, 1000));
     command.add_option("-o,--output F.json", options->output,
                        "File to write (default: FILE itself)");
-    add_json(command, options->as_json);
+    cli::add_json(command, options->as_json);
     command.footer(R"(Ctrl-C brings the offset back to zero and writes nothing.
 
 Example:

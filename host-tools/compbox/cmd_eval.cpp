@@ -26,13 +26,13 @@ struct eval_options {
 
 void run_eval(const eval_options &options, const cli::streams &io) {
     const auto config = coefficients::load_coefficients(options.coefficients);
-    const csv_table samples = read_csv(options.samples);
+    const formats::csv_table samples = formats::read_csv(options.samples);
     const coefficients::evaluation result = coefficients::evaluate(*config, samples, options.raw);
-    write_file(options.output, coefficients::evaluation_csv(result), &io.out);
+    formats::write_file(options.output, coefficients::evaluation_csv(result), &io.out);
     if (options.as_json) {
-        return print_summary(io.out, {options.output},
-                             {{"rows", result.rows.size()}, {"columns", result.names}},
-                             result.remarks);
+        return cli::print_summary(io.out, {options.output},
+                                  {{"rows", result.rows.size()}, {"columns", result.names}},
+                                  result.remarks);
     }
     for (const auto &remark : result.remarks) {
         io.err << options.samples << ": " << remark << "\n";
@@ -52,7 +52,7 @@ void add_eval(cli::command &app) {
         "--raw", options->raw,
         "Channels as plain negative sums: no limits, slew, deadband, lead or plausibility");
     command.add_option("-o,--output F.csv", options->output, "CSV to write").required();
-    add_json(command, options->as_json);
+    cli::add_json(command, options->as_json);
     command.footer(
         "Inputs are physical values (mm, degC), taken after the registers' decoding; ranges, "
         "rates\n"

@@ -80,8 +80,8 @@ std::map<std::string, double> numbers_of(const std::string &option,
                                          const std::vector<std::string> &texts) {
     std::map<std::string, double> all;
     for (const auto &text : texts) {
-        for (const auto &piece : split_at_keys(text)) {
-            const key_values one = parse_key_values(option, piece);
+        for (const auto &piece : cli::split_at_keys(text)) {
+            const cli::key_values one = cli::parse_key_values(option, piece);
             if (one.values.size() != 1) {
                 throw cli::usage_error(option, fmt::format("'{}' must read NAME=number", piece));
             }
@@ -102,14 +102,14 @@ std::map<std::string, std::string> texts_of(const std::string &option,
 std::map<std::string, coefficients::travel_range> ranges_of(const std::vector<std::string> &texts) {
     std::map<std::string, coefficients::travel_range> all;
     for (const auto &text : texts) {
-        for (const auto &piece : split_at_keys(text)) {
+        for (const auto &piece : cli::split_at_keys(text)) {
             const auto [name, range] = pair_of("--range", piece);
             const auto colon = range.find(':');
             if (colon == std::string::npos) {
                 throw cli::usage_error("--range", "'" + piece + "' must read NAME=from:to");
             }
-            const auto from = parse_key_values("--range", name + "=" + range.substr(0, colon));
-            const auto to = parse_key_values("--range", name + "=" + range.substr(colon + 1));
+            const auto from = cli::parse_key_values("--range", name + "=" + range.substr(0, colon));
+            const auto to = cli::parse_key_values("--range", name + "=" + range.substr(colon + 1));
             if (from.values.size() != 1 || to.values.size() != 1 ||
                 !(from.values[0] < to.values[0])) {
                 throw cli::usage_error("--range", "'" + piece + "' must read NAME=from:to");
@@ -161,16 +161,16 @@ void check_names(const exports::channel_model &model, const export_arguments &ar
 // Writes the files into the folder and prints their names and the losses.
 void deliver(const export_arguments &arguments, const std::vector<exports::output_file> &files,
              const std::vector<std::string> &losses, const cli::streams &io) {
-    make_folder(arguments.folder);
+    formats::make_folder(arguments.folder);
     json report;
     report["files"] = json::array();
     for (const auto &file : files) {
-        write_file(fmt::format("{}/{}", arguments.folder, file.name), file.text);
+        formats::write_file(fmt::format("{}/{}", arguments.folder, file.name), file.text);
         report["files"].push_back(fmt::format("{}/{}", arguments.folder, file.name));
     }
     report["losses"] = losses;
     if (arguments.as_json) {
-        io.out << json_text(report);
+        io.out << formats::json_text(report);
         return;
     }
     for (const auto &file : report["files"]) io.out << file.get<std::string>() << "\n";
@@ -264,10 +264,10 @@ void refuse_table_options(const export_arguments &arguments) {
 // Exports registers and program. A machine file without curves suffices.
 void export_registers(const export_arguments &arguments, const cli::streams &io) {
     refuse_table_options(arguments);
-    const json file = read_json(arguments.input);
+    const json file = formats::read_json(arguments.input);
     const bool has_terms = file.contains("terms") && file["terms"] != json::array();
     if (has_terms) coefficients::load_coefficients(arguments.input);
-    const register_map map = load_register_map(arguments.input);
+    const fakeplc::register_map map = fakeplc::load_register_map(arguments.input);
     const std::string &source = arguments.text.source;
     if (arguments.format == "plc-program") {
         return deliver(arguments, exports::plc_program(map, file, source, arguments.pmc_base), {},
@@ -295,16 +295,16 @@ void add_table_options(cli::command &command, export_arguments &arguments) {
     command
         .add_option("--step-mm S", arguments.step_mm,
                     "Distance of the points (else the widest round one within the tolerance)")
-        .check(above_zero());
+        .check(cli::above_zero());
     command
         .add_option("--tolerance-um E", arguments.table.tolerance_um,
                     "Largest table step error wanted (0.1)")
-        .check(above_zero());
+        .check(cli::above_zero());
     command
         .add_option("--most-points N", arguments.most_points,
                     "Points that the control's table holds (linuxcnc-comp and heidenhain-com 256, "
                     "sinumerik-lec 5000, sinumerik-cec 2000, twincat-cam 10000)")
-        .check(whole_between(2, 100000));
+        .check(cli::whole_between(2, 100000));
     command.add_option("--range X=0:1000 …", arguments.ranges,
                        "Positions from where to where (else the curves')");
     command.add_option("--at T1=20 …", arguments.at,
@@ -326,8 +326,8 @@ void add_export(cli::command &app) {
                     "linuxcnc-comp, sinumerik-lec, sinumerik-cec, heidenhain-com, twincat-cam; "
                     "plc-program: the PLC's program and registers; plc-db: the registers alone")
         .required()
-        .check(one_of({"linuxcnc-comp", "sinumerik-lec", "sinumerik-cec", "heidenhain-com",
-                       "twincat-cam", "plc-program", "plc-db"}));
+        .check(cli::one_of({"linuxcnc-comp", "sinumerik-lec", "sinumerik-cec", "heidenhain-com",
+                            "twincat-cam", "plc-program", "plc-db"}));
     add_table_options(command, *arguments);
     command.add_option("--name X=AX1 …", arguments->names,
                        "The control's name of an axis (SINUMERIK else X1, Y1 …)");
@@ -337,17 +337,17 @@ void add_export(cli::command &app) {
     command
         .add_option("--sign 1|-1", arguments->text.sign,
                     "1 (default) or -1: inverts every value, if the sign test fails with 1")
-        .check(one_of({"1", "-1"}));
+        .check(cli::one_of({"1", "-1"}));
     command
         .add_option("--first-table T", arguments->text.first_table,
                     "sinumerik-cec: index of the first table (0)")
-        .check(whole_between(0, 1000));
+        .check(cli::whole_between(0, 1000));
     command.add_flag("--trims", arguments->text.trims,
                      "linuxcnc-comp: COMP_FILE_TYPE 1, trims instead of positions");
     command
         .add_option("--unit mm|inch", arguments->text.unit,
                     "linuxcnc-comp: LINEAR_UNITS of the machine's INI file (mm)")
-        .check(one_of({"mm", "inch"}));
+        .check(cli::one_of({"mm", "inch"}));
     command.add_option("--master SIGNAL", arguments->master,
                        "twincat-cam: signal of the master axis (X)");
     command.add_option(
@@ -357,7 +357,7 @@ void add_export(cli::command &app) {
     command
         .add_option("--pmc-base D", arguments->pmc_base,
                     "plc-program and plc-db, fanuc: D address of register 0 (0)")
-        .check(whole_between(0, 100000));
+        .check(cli::whole_between(0, 100000));
     command.add_flag("--json", arguments->as_json, "Print files and losses as JSON");
     command.add_option("-o,--output DIR", arguments->folder, "Folder for the tables, DIR")
         .required();

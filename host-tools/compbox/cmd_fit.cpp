@@ -23,8 +23,8 @@ namespace {
 
 struct fit_arguments {
     std::string data, output, plot, band;
-    reading_options reading;
-    fit_options options;
+    fitting::reading_options reading;
+    fitting::fit_options options;
     bool as_json = false;
 };
 
@@ -38,18 +38,19 @@ Example:
   compbox fit EZX.csv --name EZX --signal X --plot EZX.svg -o EZX.term.json)";
 
 void run_fit(const fit_arguments &arguments, const cli::streams &io) {
-    fit_options options = arguments.options;
-    options.progress = progress_of(io, "models");
-    const fit_result result =
-        fit_curve(read_measurement(arguments.data, arguments.reading), options);
-    if (!arguments.plot.empty()) plot_fit(result, arguments.plot);
-    const json fragment = fragment_of(result);
-    if (!arguments.band.empty()) write_file(arguments.band, band_of(result), &io.out);
-    write_file(arguments.output, json_text(fragment), &io.out);
+    fitting::fit_options options = arguments.options;
+    options.progress = cli::progress_of(io, "models");
+    const fitting::fit_result result =
+        fitting::fit_curve(fitting::read_measurement(arguments.data, arguments.reading), options);
+    if (!arguments.plot.empty()) fitting::plot_fit(result, arguments.plot);
+    const json fragment = fitting::fragment_of(result);
+    if (!arguments.band.empty())
+        formats::write_file(arguments.band, fitting::band_of(result), &io.out);
+    formats::write_file(arguments.output, formats::json_text(fragment), &io.out);
     for (const auto &warning : result.warnings) {
         io.err << "compbox: " << arguments.data << ": " << warning << "\n";
     }
-    io.out << (arguments.as_json ? json_text(fragment) : report_of(result));
+    io.out << (arguments.as_json ? formats::json_text(fragment) : fitting::report_of(result));
 }
 
 // Sets the value with the given name; throws usage_error that lists the choices.
@@ -60,11 +61,11 @@ std::function<void(const std::string &)> choice(kind &into, const std::string &o
     return [&into, option, kinds](const std::string &text) {
         std::string names;
         for (const kind one : kinds) {
-            if (text == name_of(one)) {
+            if (text == fitting::name_of(one)) {
                 into = one;
                 return;
             }
-            names += std::string(names.empty() ? "" : ", ") + name_of(one);
+            names += std::string(names.empty() ? "" : ", ") + fitting::name_of(one);
         }
         throw cli::usage_error(option, fmt::format("must be one of {}, not {}", names, text));
     };
@@ -90,16 +91,17 @@ void check_name(const std::string &option, const std::string &name) {
 
 // Throws usage_error for invalid combinations of options.
 void check_usage(const fit_arguments &arguments) {
-    const fit_options &options = arguments.options;
+    const fitting::fit_options &options = arguments.options;
     check_name("--name", options.name);
     check_name("--signal", options.signal);
-    if (options.method == fit_method::polyline && options.degree > 0) {
+    if (options.method == fitting::fit_method::polyline && options.degree > 0) {
         throw cli::usage_error("--degree", "a polyline has none");
     }
-    if (options.method != fit_method::polynomial && options.degree > max_spline_degree) {
+    if (options.method != fitting::fit_method::polynomial &&
+        options.degree > fitting::max_spline_degree) {
         throw cli::usage_error("--degree", "a B-spline has degree 1 to 5");
     }
-    different_files(
+    cli::different_files(
         {{"-o", arguments.output}, {"--band", arguments.band}, {"--plot", arguments.plot}});
 }
 
@@ -107,7 +109,7 @@ void check_usage(const fit_arguments &arguments) {
 
 void add_fit(cli::command &app) {
     auto arguments = std::make_shared<fit_arguments>();
-    fit_options &options = arguments->options;
+    fitting::fit_options &options = arguments->options;
     cli::command fit = app.add_subcommand("fit", "Fit a curve to a measured error of one axis");
     fit.footer(fit_example);
     fit.add_option("DATA", arguments->data, "Measurement, DATA.csv").required();
@@ -117,31 +119,32 @@ void add_fit(cli::command &app) {
     fit.add_option_function(
         "--method METHOD",
         choice(options.method, "--method",
-               {fit_method::bspline, fit_method::bspline_lmc, fit_method::polynomial,
-                fit_method::polyline}),
+               {fitting::fit_method::bspline, fitting::fit_method::bspline_lmc,
+                fitting::fit_method::polynomial, fitting::fit_method::polyline}),
         "bspline (default): fewest knots that lose nothing; bspline-lmc: key points "
         "by curvature; polynomial; polyline");
     fit.add_option("--degree N", options.degree, "Degree (B-spline 3, polynomial 7)")
-        .check(whole_between(1, 15));
+        .check(cli::whole_between(1, 15));
     fit.add_option("--tolerance-um E", options.tolerance_um,
                    "Largest residual allowed at a measured position, um (urad for angles); without "
                    "it the noise decides")
-        .check(above_zero());
+        .check(cli::above_zero());
     fit.add_option_function(
         "--line LINE",
         choice(options.line, "--line",
-               {reference_line::keep, reference_line::end_point, reference_line::least_squares}),
+               {fitting::reference_line::keep, fitting::reference_line::end_point,
+                fitting::reference_line::least_squares}),
         "Straight line taken off first: keep (none, default), end-point, least-squares");
     fit.add_option("--zero-at POSITION", options.zero_at_mm,
                    "Position, mm, where the curve is to be zero (its forward branch)")
-        .check(any_number());
+        .check(cli::any_number());
     const cli::option branches = fit.add_flag("--branches", options.branches,
                                               "Forward and backward readings to a branch each");
     fit.add_option("--reversal-mm R", options.reversal_mm,
                    "With --branches: way after a reversal until the other branch counts alone, mm "
                    "(0.1)")
         .needs(branches)
-        .check(between(0.001, 1000));
+        .check(cli::between(0.001, 1000));
     fit.add_option("--band F.csv", arguments->band,
                    "Curve and its standard deviation as a table, F.csv: "
                    "position_mm,curve_um,sigma_um");

@@ -27,7 +27,7 @@ struct identify_arguments {
     std::vector<double> frame_offset_mm{0, 0, 0}, reference_point_mm;
     double scale_ppm_per_degC = 0.0, temperature_degC = 20.0;
     bool table_readings = false;
-    identify_options options;
+    identification::identify_options options;
     std::string plot;
     monte_carlo_arguments monte_carlo;
     std::vector<double> preset;
@@ -46,14 +46,14 @@ const char *const line_names[9] = {"dx1_um", "dy1_um", "dz1_um", "dx2_um", "dy2_
                                    "dz2_um", "dx3_um", "dy3_um", "dz3_um"};
 
 // out: readings in µm, a row for each position, which ascend; throws input_error with the line
-nine_lines read_lines(const std::string &path) {
+identification::nine_lines read_lines(const std::string &path) {
     std::vector<std::string> names(std::begin(line_names), std::end(line_names));
     names.push_back("position_mm");
-    csv_reading how;
-    how.units = units_of_names(names);
-    const csv_table table = read_csv(path, how);
+    formats::csv_reading how;
+    how.units = formats::units_of_names(names);
+    const formats::csv_table table = formats::read_csv(path, how);
     const std::size_t position = table.column("position_mm");
-    nine_lines lines;
+    identification::nine_lines lines;
     lines.file = path;
     lines.reading_um.resize(static_cast<Eigen::Index>(table.rows.size()), 9);
     for (int line = 0; line < 9; ++line) {
@@ -74,7 +74,7 @@ nine_lines read_lines(const std::string &path) {
 }
 
 // Subtracts the expansion of a scale that is warmer than 20 degC from the axis' own lines.
-void correct_scale(nine_lines &lines, const identify_arguments &arguments) {
+void correct_scale(identification::nine_lines &lines, const identify_arguments &arguments) {
     const double per_mm = arguments.scale_ppm_per_degC * (arguments.temperature_degC - 20.0) * 1e-3;
     for (std::size_t r = 0; r < lines.position_mm.size(); ++r) {
         for (int point = 0; point < 3; ++point) {
@@ -85,9 +85,9 @@ void correct_scale(nine_lines &lines, const identify_arguments &arguments) {
 }
 
 // Writes NAME.csv of each of the six errors into the folder: position, error, sigma.
-void write_curves(const identify_arguments &arguments, const six_curves &curves) {
-    const auto names = error_names(arguments.options.axis);
-    make_folder(arguments.folder);
+void write_curves(const identify_arguments &arguments, const identification::six_curves &curves) {
+    const auto names = identification::error_names(arguments.options.axis);
+    formats::make_folder(arguments.folder);
     for (std::size_t k = 0; k < 6; ++k) {
         const std::string unit = k < 3 ? "um" : "urad";
         std::vector<std::vector<double>> rows;
@@ -96,15 +96,16 @@ void write_curves(const identify_arguments &arguments, const six_curves &curves)
             rows.push_back(
                 {curves.position_mm[r], curves.value(row, column), curves.sigma(row, column)});
         }
-        write_file(fmt::format("{}/{}.csv", arguments.folder, names[k]),
-                   csv_text({"position_mm", "error_" + unit, "sigma_" + unit}, rows));
+        formats::write_file(
+            fmt::format("{}/{}.csv", arguments.folder, names[k]),
+            formats::csv_text({"position_mm", "error_" + unit, "sigma_" + unit}, rows));
     }
 }
 
 // out: range and mean sigma of each error in its unit, remarks, and outliers
-json report_json(const identify_arguments &arguments, const six_curves &curves) {
-    const auto names = error_names(arguments.options.axis);
-    const bool improved = arguments.options.how == nine_line_method::improved;
+json report_json(const identify_arguments &arguments, const identification::six_curves &curves) {
+    const auto names = identification::error_names(arguments.options.axis);
+    const bool improved = arguments.options.how == identification::nine_line_method::improved;
     json report;
     report["axis"] = arguments.axis;
     report["side"] = arguments.table_readings ? "workpiece" : "tool";
@@ -112,7 +113,8 @@ json report_json(const identify_arguments &arguments, const six_curves &curves) 
         report["reference_point_mm"] = arguments.reference_point_mm;
     }
     report["method"] = improved ? "improved" : "traditional";
-    report["setups"] = arguments.options.lines == setups::separate ? "separate" : "common";
+    report["setups"] =
+        arguments.options.lines == identification::setups::separate ? "separate" : "common";
     report["positions"] = curves.position_mm.size();
     if (improved && curves.freedom > 0) report["noise_um"] = curves.noise_um;
     for (std::size_t k = 0; k < 6; ++k) {
@@ -164,9 +166,9 @@ std::string report_text(const json &report) {
 }
 
 // Compares both methods at these points, with the errors and the noise that were found.
-json compare_methods(const identify_arguments &arguments, const triple_mm &points,
-                     const six_curves &curves, const cli::streams &io) {
-    monte_carlo_options options;
+json compare_methods(const identify_arguments &arguments, const identification::triple_mm &points,
+                     const identification::six_curves &curves, const cli::streams &io) {
+    identification::monte_carlo_options options;
     options.axis = arguments.options.axis;
     options.runs = arguments.monte_carlo.runs;
     options.seed = arguments.monte_carlo.seed;
@@ -178,30 +180,32 @@ json compare_methods(const identify_arguments &arguments, const triple_mm &point
         options.preset[k] =
             arguments.preset.empty() ? column.maxCoeff() - column.minCoeff() : arguments.preset[k];
     }
-    options.progress = progress_of(io, "runs");
-    return monte_carlo_json(monte_carlo(points, options), options);
+    options.progress = cli::progress_of(io, "runs");
+    return monte_carlo_json(identification::monte_carlo(points, options), options);
 }
 
 // Reads the lines and the plan, identifies, writes curves and report.json, and prints the report.
 void run_identify(identify_arguments &arguments, const cli::streams &io) {
-    arguments.options.axis = axis_of(arguments.axis);
-    nine_lines lines = read_lines(arguments.data);
+    arguments.options.axis = identification::axis_of(arguments.axis);
+    identification::nine_lines lines = read_lines(arguments.data);
     if (arguments.table_readings) lines.reading_um *= -1.0;  // tool relative to workpiece
     correct_scale(lines, arguments);
-    triple_mm points = read_plan(arguments.points);
+    identification::triple_mm points = identification::read_plan(arguments.points);
     for (auto &point : points) {
         for (std::size_t k = 0; k < 3; ++k) point[k] -= arguments.frame_offset_mm[k];
     }
-    const six_curves curves = identify(lines, points, arguments.options, arguments.points);
+    const identification::six_curves curves =
+        identification::identify(lines, points, arguments.options, arguments.points);
     json report = report_json(arguments, curves);
     if (arguments.monte_carlo.runs > 0) {
         report["monte_carlo"] = compare_methods(arguments, points, curves, io);
     }
-    if (!arguments.plot.empty()) plot_identified(curves, arguments.options.axis, arguments.plot);
+    if (!arguments.plot.empty())
+        identification::plot_identified(curves, arguments.options.axis, arguments.plot);
     write_curves(arguments, curves);
-    write_file(arguments.folder + "/report.json", json_text(report));
+    formats::write_file(arguments.folder + "/report.json", formats::json_text(report));
     if (arguments.as_json) {
-        io.out << json_text(report);
+        io.out << formats::json_text(report);
     } else {
         io.out << report_text(report);
         if (report.contains("monte_carlo")) {
@@ -217,7 +221,7 @@ void add_frame(cli::command &identify, identify_arguments &arguments) {
                     "Origin of the axis' frame in the points' coordinates, x,y,z")
         .expected(3)
         .delimiter(',')
-        .check(any_number());
+        .check(cli::any_number());
     const std::map<std::string, bool> sides = {{"tool", false}, {"workpiece", true}};
     identify.add_choice("--side SIDE", arguments.table_readings, sides,
                         "tool (default): readings are of the tool relative to the workpiece; "
@@ -228,13 +232,13 @@ void add_frame(cli::command &identify, identify_arguments &arguments) {
                     "report.json for `volumetric`")
         .expected(3)
         .delimiter(',')
-        .check(any_number());
+        .check(cli::any_number());
     identify
         .add_option("--scale-ppm-per-degC A", arguments.scale_ppm_per_degC,
                     "Expansion of the axis' scale, corrected to 20 degC")
-        .check(any_number());
+        .check(cli::any_number());
     identify.add_option("--temperature-degC T", arguments.temperature_degC, "Its temperature (20)")
-        .check(any_number());
+        .check(cli::any_number());
 }
 
 // Options of the errors and the noise of Monte Carlo.
@@ -245,11 +249,11 @@ void add_trials(cli::command &identify, identify_arguments &arguments) {
                     "Monte Carlo: the true errors, um and urad (else the ranges found)")
         .expected(6)
         .delimiter(',')
-        .check(any_number());
+        .check(cli::any_number());
     identify
         .add_option("--sigma-um S", arguments.sigma_um,
                     "Monte Carlo: standard deviation of a reading (else the noise found)")
-        .check(above_zero());
+        .check(cli::above_zero());
 }
 
 }  // namespace
@@ -261,15 +265,16 @@ void add_identify(cli::command &app) {
     identify.add_option("DATA", arguments->data, "Table, MEASURED.csv").required();
     identify.add_option("--axis AXIS", arguments->axis, "Axis that moved: X, Y or Z")
         .required()
-        .check(one_of({"X", "Y", "Z"}));
+        .check(cli::one_of({"X", "Y", "Z"}));
     identify.add_option("--points PLAN.json", arguments->points, "Measuring points, plan.json")
         .required();
-    const std::map<std::string, nine_line_method> methods = {
-        {"improved", nine_line_method::improved}, {"traditional", nine_line_method::traditional}};
+    const std::map<std::string, identification::nine_line_method> methods = {
+        {"improved", identification::nine_line_method::improved},
+        {"traditional", identification::nine_line_method::traditional}};
     identify.add_choice("--method METHOD", arguments->options.how, methods,
                         "improved (default) or traditional");
-    const std::map<std::string, setups> kinds = {{"separate", setups::separate},
-                                                 {"common", setups::common}};
+    const std::map<std::string, identification::setups> kinds = {
+        {"separate", identification::setups::separate}, {"common", identification::setups::common}};
     identify.add_choice("--setups KIND", arguments->options.lines, kinds,
                         "separate (default): each line has its own offset and slope; common: all "
                         "lines share one frame");

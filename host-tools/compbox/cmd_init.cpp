@@ -52,7 +52,7 @@ void complete(init_options &options, const cli::streams &io) {
     const bool begin = machine.axes.empty();
     need(person, machine.axes, "--axes", "axes of the machine, as in XYZ or X,Y1+Y2,Z");
     need(person, machine.profile, "--profile",
-         fmt::format("kind of control: {}", fmt::join(layout_names(), ", ")));
+         fmt::format("kind of control: {}", fmt::join(formats::layout_names(), ", ")));
     need(person, machine.host, "--host", "IP address of the PLC, as in 192.168.0.10");
     if (!begin || !options.travel.empty()) return;
     options.travel =
@@ -98,12 +98,12 @@ std::vector<std::string> hints(const coefficients::machine_options &options) {
 json machine_of(init_options &options, const cli::streams &io) {
     auto &machine = options.machine;
     complete(options, io);
-    const std::string fault = one_of(layout_names())(machine.profile);
+    const std::string fault = cli::one_of(formats::layout_names())(machine.profile);
     if (!fault.empty()) throw cli::usage_error("--profile", fault);
     if (!cb_is_numeric_address(machine.host.c_str())) {
         throw cli::usage_error("--host",
                                fmt::format("'{}' is not a numeric IP address such as 192.168.0.10",
-                                           printable(machine.host)));
+                                           formats::printable(machine.host)));
     }
     try {
         if (!options.travel.empty()) machine.travel = coefficients::parse_travel(options.travel);
@@ -114,10 +114,11 @@ json machine_of(init_options &options, const cli::streams &io) {
 }
 
 void init(init_options &options, const cli::streams &io) {
-    write_file(options.output, json_text(machine_of(options, io)), &io.out);
+    formats::write_file(options.output, formats::json_text(machine_of(options, io)), &io.out);
     const auto to_do = hints(options.machine);
     if (options.as_json) {
-        return print_summary(io.out, {options.output}, {{"machine", options.machine.name}}, to_do);
+        return cli::print_summary(io.out, {options.output}, {{"machine", options.machine.name}},
+                                  to_do);
     }
     if (options.output == "-") return;
     for (const auto &hint : to_do) io.out << hint << "\n";
@@ -134,8 +135,8 @@ void add_init(cli::command &app) {
                        "Axes: XYZ, or with commas X,Z1; a stage with two motors Y1+Y2");
     command
         .add_option("--profile KIND", machine.profile,
-                    fmt::format("Kind of control: {}", fmt::join(layout_names(), ", ")))
-        .check(one_of(layout_names()));
+                    fmt::format("Kind of control: {}", fmt::join(formats::layout_names(), ", ")))
+        .check(cli::one_of(formats::layout_names()));
     command.add_option("--name NAME", machine.name, "Name of the machine").capture_default_str();
     command.add_option("--travel X=A:B,…", options->travel, "Travels in mm: X=14300,Y=-1500:1500");
     command.add_flag("--motor-positions", machine.motor_positions,
@@ -143,15 +144,15 @@ void add_init(cli::command &app) {
     command.add_option("--host IP", machine.host, "PLC's IP address (fakeplc: 127.0.0.1)");
     command.add_option("--port N", machine.port, "PLC's TCP port, 1 to 65535")
         .capture_default_str()
-        .check(whole_between(1, 65535));
+        .check(cli::whole_between(1, 65535));
     command.add_option("--unit N", machine.unit, "Modbus unit id, 0 to 255")
         .capture_default_str()
-        .check(whole_between(0, 255));
+        .check(cli::whole_between(0, 255));
     command.add_option("--period-ms T", machine.period_ms, "Period of the box, 1 to 1000")
         .capture_default_str()
-        .check(between(1, 1000));
+        .check(cli::between(1, 1000));
     command.add_option("-o,--output F.json", options->output, "Machine file to write").required();
-    add_json(command, options->as_json);
+    cli::add_json(command, options->as_json);
     command.footer(
         "Example:\n  compbox init --axes X,Y1+Y2,Z --profile sinumerik-840d --host 192.168.0.10 "
         "--travel X=14300,Y=3000,Z=2500 -o machine.json\n"

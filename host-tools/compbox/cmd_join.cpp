@@ -18,7 +18,7 @@ namespace {
 
 struct join_arguments {
     std::string record, probe, output;
-    join_options options;
+    metrology::join_options options;
     bool as_json = false;
 };
 
@@ -31,26 +31,27 @@ Example:
   compbox join record.csv probe.csv -o data.csv)";
 
 // "error_X [mm]" -> error_X_um; else the unit of the machine.
-wanted_column unit_of_probe(const std::string &name, const measuring_unit &is) {
-    const bool error = name.compare(0, 6, "error_") == 0 && is.of == quantity::length;
-    return error ? wanted_column{name + "_um", find_unit("um")} : machine_unit(name, is);
+formats::wanted_column unit_of_probe(const std::string &name, const formats::measuring_unit &is) {
+    const bool error = name.compare(0, 6, "error_") == 0 && is.of == formats::quantity::length;
+    return error ? formats::wanted_column{name + "_um", formats::find_unit("um")}
+                 : formats::machine_unit(name, is);
 }
 
 // Joins recording and probed errors row by row, writes the table, and prints remarks.
 void run_join(const join_arguments &arguments, const cli::streams &io) {
-    csv_reading with_gaps;
+    formats::csv_reading with_gaps;
     with_gaps.gaps = true;
     std::vector<std::vector<std::string>> words;  // by column
-    const csv_table record = read_csv(arguments.record, with_gaps);
-    csv_reading of_probe;
+    const formats::csv_table record = formats::read_csv(arguments.record, with_gaps);
+    formats::csv_reading of_probe;
     of_probe.words = {"run"};
     of_probe.units = unit_of_probe;
-    const csv_table probe = read_csv(arguments.probe, of_probe, &words);
+    const formats::csv_table probe = formats::read_csv(arguments.probe, of_probe, &words);
     const int run = probe.find("run");
-    const joined_rows joined = join_rows(
+    const metrology::joined_rows joined = metrology::join_rows(
         record, probe, run < 0 ? std::vector<std::string>() : words[static_cast<std::size_t>(run)],
         arguments.options);
-    write_file(arguments.output, joined_text(joined), &io.out);
+    formats::write_file(arguments.output, metrology::joined_text(joined), &io.out);
     if (arguments.output == "-") return;
     if (arguments.as_json) {
         json report;
@@ -58,7 +59,7 @@ void run_join(const join_arguments &arguments, const cli::streams &io) {
         report["matched_by"] = joined.by_time ? "time" : "position";
         report["columns"] = joined.names;
         report["remarks"] = joined.remarks;
-        io.out << json_text(report);
+        io.out << formats::json_text(report);
         return;
     }
     io.out << fmt::format("{} rows, matched by {}: {}\n", joined.rows.size(),
@@ -70,7 +71,7 @@ void run_join(const join_arguments &arguments, const cli::streams &io) {
 
 void add_join(cli::command &app) {
     const auto arguments = std::make_shared<join_arguments>();
-    join_options &options = arguments->options;
+    metrology::join_options &options = arguments->options;
     cli::command join =
         app.add_subcommand("join", "The box's recording and probed errors to one table");
     join.footer(join_example);
@@ -78,12 +79,12 @@ void add_join(cli::command &app) {
     join.add_option("PROBE", arguments->probe, "Probed errors, PROBE.csv").required();
     join.add_option("--time-offset-s S", options.time_offset_s,
                     "What to add to the probe's time to get the record's (0)")
-        .check(any_number());
+        .check(cli::any_number());
     join.add_option("--longest-gap-s S", options.longest_gap_s,
                     "Refuse a probed time in a longer gap of the recording (1)")
-        .check(above_zero());
+        .check(cli::above_zero());
     join.add_option("--tolerance-mm T", options.tolerance_mm, "By position: as near as this (0.05)")
-        .check(above_zero());
+        .check(cli::above_zero());
     join.add_option("--signals X,T1,…", options.signals,
                     "Columns of the record to take (else all but outputs: comp_…, EXX … ECZ)")
         .delimiter(',');

@@ -57,16 +57,16 @@ constexpr unsigned most_bytes = unsigned{CB_SLOT_HEADER_BYTES} + CB_MAX_TEXT_BYT
 // Writes the slot, header and text, of a file that the MCU's loader takes. Throws input_error.
 void run_pack(const pack_arguments &arguments, const cli::streams &io) {
     const auto config = coefficients::load_coefficients(arguments.input);  // checks the file
-    const std::string text = read_file(arguments.input, CB_MAX_TEXT_BYTES);
+    const std::string text = formats::read_file(arguments.input, CB_MAX_TEXT_BYTES);
     std::string slot(CB_SLOT_HEADER_BYTES, '\0');
     cb_slot_header(config->revision, text.data(), static_cast<std::uint32_t>(text.size()),
                    reinterpret_cast<std::uint8_t *>(slot.data()));
     add_report(config->plc, reinterpret_cast<std::uint8_t *>(slot.data()));
     slot += text;
-    write_file(arguments.output, slot, &io.out);
+    formats::write_file(arguments.output, slot, &io.out);
     const auto remarks = remarks_on(arguments.input, text);
     if (arguments.as_json) {
-        return print_summary(
+        return cli::print_summary(
             io.out, {arguments.output},
             {{"revision", config->revision}, {"bytes", slot.size()}, {"most_bytes", most_bytes}},
             remarks);
@@ -91,7 +91,7 @@ Example:
     pack.add_option("COEFFICIENTS", arguments->input, "Coefficient file").required();
     pack.add_option("-o,--output SLOT.bin", arguments->output, "Image of one slot, slot.bin")
         .required();
-    add_json(pack, arguments->as_json);
+    cli::add_json(pack, arguments->as_json);
     pack.callback([arguments](const cli::streams &io) { run_pack(*arguments, io); });
 }
 

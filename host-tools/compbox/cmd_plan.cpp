@@ -28,7 +28,7 @@ struct plan_arguments {
     std::string box, forbidden, axis = "X", output, plot;
     double sigma_um = 1.0;
     std::vector<double> preset;
-    plan_options options;
+    identification::plan_options options;
     monte_carlo_arguments monte_carlo;
     bool as_json = false;
 };
@@ -42,8 +42,8 @@ Example:
   compbox plan --box=-300:300:10,-200:200:10,-100:150:10 -o plan.json)";
 
 // "x0:x1:nx,y0:y1:ny,z0:z1:nz" in mm.
-grid parse_box(const std::string &text) {
-    grid box;
+identification::grid parse_box(const std::string &text) {
+    identification::grid box;
     const char *at = text.data(), *end = at + text.size();
     for (std::size_t k = 0; k < 3; ++k) {
         double count = 0.0;
@@ -71,7 +71,7 @@ grid parse_box(const std::string &text) {
 }
 
 // Throws input_error for a box with more nodes than the search takes, before any of them is made.
-void check_nodes(const grid &box) {
+void check_nodes(const identification::grid &box) {
     constexpr double most = 4000.0;
     const double count = 1.0 * box.counts[0] * box.counts[1] * box.counts[2];
     const double largest = std::floor(std::cbrt(most));
@@ -83,16 +83,17 @@ void check_nodes(const grid &box) {
 }
 
 // The grid's nodes less those of the forbidden file (columns x_mm, y_mm, z_mm).
-std::vector<point_mm> allowed_nodes(const grid &box, const std::string &forbidden) {
+std::vector<identification::point_mm> allowed_nodes(const identification::grid &box,
+                                                    const std::string &forbidden) {
     auto nodes = box.nodes();
     if (forbidden.empty()) return nodes;
-    csv_reading how;
-    how.units = units_of_names({"x_mm", "y_mm", "z_mm"});
-    const csv_table table = read_csv(forbidden, how);
+    formats::csv_reading how;
+    how.units = formats::units_of_names({"x_mm", "y_mm", "z_mm"});
+    const formats::csv_table table = formats::read_csv(forbidden, how);
     const std::size_t x = table.column("x_mm"), y = table.column("y_mm"), z = table.column("z_mm");
     for (std::size_t r = 0; r < table.rows.size(); ++r) {
         const auto &row = table.rows[r];
-        const auto near = [&](const point_mm &node) {
+        const auto near = [&](const identification::point_mm &node) {
             return std::hypot(node[0] - row[x], node[1] - row[y], node[2] - row[z]) < 1e-6;
         };
         const auto last = std::remove_if(nodes.begin(), nodes.end(), near);
@@ -104,7 +105,7 @@ std::vector<point_mm> allowed_nodes(const grid &box, const std::string &forbidde
     return nodes;
 }
 
-json sigma_json(const six &sigma, double sigma_um) {
+json sigma_json(const identification::six &sigma, double sigma_um) {
     json all;
     for (std::size_t k = 0; k < 3; ++k) all["delta_um"].push_back(sigma[k] * sigma_um);
     for (std::size_t k = 3; k < 6; ++k) all["epsilon_urad"].push_back(sigma[k] * sigma_um);
@@ -112,19 +113,20 @@ json sigma_json(const six &sigma, double sigma_um) {
 }
 
 // out: the points in mm, sigma of the six errors for the reading's sigma, and how many triples
-json plan_json(const plan_arguments &arguments, const grid &box, const plan_result &result) {
-    const int axis = axis_of(arguments.axis);
-    triple_mm points = result.best.front().points;
-    const bool solvable = order_for_traditional(points, axis);
+json plan_json(const plan_arguments &arguments, const identification::grid &box,
+               const identification::plan_result &result) {
+    const int axis = identification::axis_of(arguments.axis);
+    identification::triple_mm points = result.best.front().points;
+    const bool solvable = identification::order_for_traditional(points, axis);
     json plan;
-    plan["points_mm"] = points_json(points);
-    plan["explanation"] = describe(points, box);
+    plan["points_mm"] = identification::points_json(points);
+    plan["explanation"] = identification::describe(points, box);
     plan["axis"] = arguments.axis;
     plan["reading_sigma_um"] = arguments.sigma_um;
-    plan["sigma"] = sigma_json(closed_form_sigma(points), arguments.sigma_um);
-    six traditional;
+    plan["sigma"] = sigma_json(identification::closed_form_sigma(points), arguments.sigma_um);
+    identification::six traditional;
     plan["traditional_solvable"] = solvable;
-    if (solvable && traditional_sigma(points, axis, traditional)) {
+    if (solvable && identification::traditional_sigma(points, axis, traditional)) {
         plan["traditional_sigma"] = sigma_json(traditional, arguments.sigma_um);
     }
     plan["triples"] = result.triples;
@@ -132,8 +134,8 @@ json plan_json(const plan_arguments &arguments, const grid &box, const plan_resu
     for (const auto &triple : result.best) {
         json one;
         one["merit"] = triple.merit;
-        one["points_mm"] = points_json(triple.points);
-        one["explanation"] = describe(triple.points, box);
+        one["points_mm"] = identification::points_json(triple.points);
+        one["explanation"] = identification::describe(triple.points, box);
         plan["best"].push_back(one);
     }
     return plan;
@@ -141,18 +143,18 @@ json plan_json(const plan_arguments &arguments, const grid &box, const plan_resu
 
 // The closed form checked by runs with noise, at the chosen points.
 json check_by_runs(const plan_arguments &arguments, const json &plan, const cli::streams &io) {
-    monte_carlo_options options;
-    options.axis = axis_of(arguments.axis);
+    identification::monte_carlo_options options;
+    options.axis = identification::axis_of(arguments.axis);
     options.preset = arguments.options.preset;
     options.sigma_um = arguments.sigma_um;
     options.runs = arguments.monte_carlo.runs;
     options.seed = arguments.monte_carlo.seed;
-    options.progress = progress_of(io, "runs");
-    triple_mm points;
+    options.progress = cli::progress_of(io, "runs");
+    identification::triple_mm points;
     for (std::size_t p = 0; p < 3; ++p) {
         for (std::size_t k = 0; k < 3; ++k) points[p][k] = plan["points_mm"][p][k].get<double>();
     }
-    return monte_carlo_json(monte_carlo(points, options), options);
+    return monte_carlo_json(identification::monte_carlo(points, options), options);
 }
 
 std::string numbers_of(const json &values) {
@@ -183,8 +185,8 @@ std::string plan_text(const json &plan) {
 
 // Searches the nodes that are allowed for the best three points, and writes and prints the plan.
 void run_plan(plan_arguments &arguments, const cli::streams &io) {
-    different_files({{"-o", arguments.output}, {"--plot", arguments.plot}});
-    const grid box = parse_box(arguments.box);
+    cli::different_files({{"-o", arguments.output}, {"--plot", arguments.plot}});
+    const identification::grid box = parse_box(arguments.box);
     check_nodes(box);
     const auto nodes = allowed_nodes(box, arguments.forbidden);
     if (nodes.size() < 3) {
@@ -199,21 +201,22 @@ void run_plan(plan_arguments &arguments, const cli::streams &io) {
         }
         arguments.options.preset[k] = std::fabs(arguments.preset[k]);
     }
-    arguments.options.progress = progress_of(io, "triples");
-    const plan_result result = plan_points(nodes, arguments.options);
+    arguments.options.progress = cli::progress_of(io, "triples");
+    const identification::plan_result result =
+        identification::plan_points(nodes, arguments.options);
     if (result.best.empty() || !std::isfinite(result.best.front().merit)) {
         throw input_error("--box: every triple of its nodes lies on one line: give it more nodes");
     }
     json plan = plan_json(arguments, box, result);
     if (arguments.monte_carlo.runs > 0) plan["monte_carlo"] = check_by_runs(arguments, plan, io);
     if (!arguments.plot.empty()) {
-        triple_mm points = result.best.front().points;
-        order_for_traditional(points, axis_of(arguments.axis));
-        plot_plan(points, nodes, arguments.axis, arguments.plot);
+        identification::triple_mm points = result.best.front().points;
+        identification::order_for_traditional(points, identification::axis_of(arguments.axis));
+        identification::plot_plan(points, nodes, arguments.axis, arguments.plot);
     }
-    write_file(arguments.output, json_text(plan), &io.out);
+    formats::write_file(arguments.output, formats::json_text(plan), &io.out);
     if (arguments.as_json) {
-        io.out << json_text(plan);
+        io.out << formats::json_text(plan);
     } else {
         io.out << plan_text(plan);
         if (plan.contains("monte_carlo")) {
@@ -233,12 +236,14 @@ void add_plan(cli::command &app) {
                     "x0:x1:nx,y0:y1:ny,z0:z1:nz")
         .required();
     plan.add_option("--sigma-um S", arguments->sigma_um, "Standard deviation of one reading")
-        .check(above_zero());
+        .check(cli::above_zero());
     plan.add_option("--axis AXIS", arguments->axis,
                     "Axis that will move, which orders the points (X)")
-        .check(one_of({"X", "Y", "Z"}));
-    const std::map<std::string, criterion> criteria = {
-        {"mean-cv", criterion::mean_cv}, {"a", criterion::a}, {"d", criterion::d}};
+        .check(cli::one_of({"X", "Y", "Z"}));
+    const std::map<std::string, identification::criterion> criteria = {
+        {"mean-cv", identification::criterion::mean_cv},
+        {"a", identification::criterion::a},
+        {"d", identification::criterion::d}};
     plan.add_choice("--criterion C", arguments->options.rank_by, criteria,
                     "mean-cv (default): mean of sigma over preset error; a: its mean square; "
                     "d: volume of the confidence ellipsoid");
@@ -246,11 +251,11 @@ void add_plan(cli::command &app) {
                     "Size of the six errors looked for, um and urad (1 each)")
         .expected(6)
         .delimiter(',')
-        .check(any_number());
+        .check(cli::any_number());
     plan.add_option("--forbid F.csv", arguments->forbidden,
                     "Nodes to leave out, CSV x_mm,y_mm,z_mm");
     plan.add_option("--best N", arguments->options.best, "How many triples to list (10)")
-        .check(whole_between(1, 1000));
+        .check(cli::whole_between(1, 1000));
     plan.add_option("--plot F.svg", arguments->plot, "Points in the box, F.svg, F.png or F.pdf");
     add_monte_carlo(plan, arguments->monte_carlo);
     plan.add_flag("--json", arguments->as_json, "Print the plan as JSON");

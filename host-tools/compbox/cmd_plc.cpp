@@ -111,7 +111,7 @@ class plc_command {
         plc::item made;
         made.from = options_.table;
         made.address = address;
-        made.format = *number_format::parse(options_.type);
+        made.format = *fakeplc::number_format::parse(options_.type);
         made.scale = options_.scale;
         if (made.end() > address_space)
             throw cli::usage_error(fmt::format("address {} is beyond 65535", made.end() - 1));
@@ -155,7 +155,7 @@ class plc_command {
         if (!options_.as_json) return plc::print_items(io_.out, items, words);
         json figures = head();
         for (const auto &one : items) figures["values"].push_back(plc::item_figures(one, words));
-        print_summary(io_.out, {}, figures);
+        cli::print_summary(io_.out, {}, figures);
     }
 
     // Throws usage_error for a named register that the PLC's program writes.
@@ -203,8 +203,9 @@ class plc_command {
             figures["read_back"] = options_.no_read_back ? "no"
                                    : remark.empty()      ? "equal"
                                                          : "refused";
-            return print_summary(io_.out, {}, figures,
-                                 remark.empty() ? std::vector<std::string>() : std::vector{remark});
+            return cli::print_summary(
+                io_.out, {}, figures,
+                remark.empty() ? std::vector<std::string>() : std::vector{remark});
         }
         plc::print_items(io_.out, items, written);
         io_.out << (options_.no_read_back ? "written" : "written and read back") << "\n";
@@ -249,17 +250,17 @@ class plc_command {
 // The options of the wire, which read, write and watch share.
 void add_wire_options(cli::command &command, plc_options &options) {
     command.add_option("--unit N", options.unit, "Unit id, 0 to 255 (default 1)")
-        .check(whole_between(0, 255));
+        .check(cli::whole_between(0, 255));
     command.add_option("--timeout-ms T", options.timeout_ms, "Time for a reply, 10 to 60000")
         .capture_default_str()
-        .check(whole_between(10, 60000));
+        .check(cli::whole_between(10, 60000));
     command.add_option("--baud B", options.baud, "Of a serial device (default 19200)")
-        .check(one_of({"1200", "2400", "4800", "9600", "19200", "38400", "57600", "115200",
-                       "230400", "460800", "921600"}));
+        .check(cli::one_of({"1200", "2400", "4800", "9600", "19200", "38400", "57600", "115200",
+                            "230400", "460800", "921600"}));
     command.add_option("--parity P", options.parity, "even, odd or none (default even)")
-        .check(one_of({"even", "odd", "none"}));
+        .check(cli::one_of({"even", "odd", "none"}));
     command.add_option("--stop-bits N", options.stop_bits, "1 or 2 (default 1)")
-        .check(whole_between(1, 2));
+        .check(cli::whole_between(1, 2));
     command.add_flag("--rs485", options.rs485, "The driver switches an RS-485 transmitter");
 }
 
@@ -294,7 +295,7 @@ void add_plc(cli::command &app) {
                     "As in a coefficient file: int16, uint32, float32, float32cdab, int32le …")
         .capture_default_str()
         .check([](const std::string &text) {
-            return number_format::parse(text)
+            return fakeplc::number_format::parse(text)
                        ? std::string()
                        : "must be int16, uint16, int32, uint32 or float32, perhaps with cdab or "
                          "le behind it, not " +
@@ -303,16 +304,16 @@ void add_plc(cli::command &app) {
     command.add_option("--scale S", options->scale, "Value of one raw unit")
         .capture_default_str()
         .check([](const std::string &text) {
-            const std::string fault = any_number()(text);
+            const std::string fault = cli::any_number()(text);
             return fault.empty() && std::stod(text) == 0.0 ? "must not be 0" : fault;
         });
     add_wire_options(command, *options);
     command.add_option("--every-ms T", options->every_ms, "Interval of watch (default 200)")
-        .check(whole_between(1, 3600000));
+        .check(cli::whole_between(1, 3600000));
     command.add_option("--count N", options->count, "Readings of watch (default: until Ctrl-C)")
-        .check(whole_between(1, 1000000000));
+        .check(cli::whole_between(1, 1000000000));
     command.add_flag("--no-read-back", options->no_read_back, "Write without reading back");
-    add_json(command, options->as_json);
+    cli::add_json(command, options->as_json);
     command.footer(R"(Addresses count from 0, as in the coefficient file.
 
 Example:

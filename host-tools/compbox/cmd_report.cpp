@@ -24,7 +24,7 @@ namespace {
 
 struct report_arguments {
     std::string before, after, plot, page, output, limits, uncertainties;
-    reading_options reading;
+    fitting::reading_options reading;
     particulars about;
     bool as_json = false;
 };
@@ -40,8 +40,8 @@ Example:
 by_figure parse_figures(const std::string &option, const std::string &text) {
     by_figure values;
     if (text.empty()) return values;
-    for (const auto &piece : split_at_keys(text)) {
-        const key_values one = parse_key_values(option, piece);
+    for (const auto &piece : cli::split_at_keys(text)) {
+        const cli::key_values one = cli::parse_key_values(option, piece);
         if (one.values.size() != 1 || !(one.values[0] > 0.0)) {
             throw cli::usage_error(option,
                                    fmt::format("'{}' must be one number above zero", piece));
@@ -87,13 +87,14 @@ void check_use(const report_arguments &arguments) {
 void run_report(const report_arguments &arguments, const cli::streams &io) {
     check_name(arguments.about);
     check_use(arguments);
-    different_files(
+    cli::different_files(
         {{"-o", arguments.output}, {"--plot", arguments.plot}, {"--page", arguments.page}});
     const by_figure limits = parse_figures("--limit-um", arguments.limits);
     const by_figure uncertainties = parse_figures("--uncertainty-um", arguments.uncertainties);
-    std::vector<measurement> data{read_measurement(arguments.before, arguments.reading)};
+    std::vector<fitting::measurement> data{
+        fitting::read_measurement(arguments.before, arguments.reading)};
     if (!arguments.after.empty()) {
-        data.push_back(read_measurement(arguments.after, arguments.reading));
+        data.push_back(fitting::read_measurement(arguments.after, arguments.reading));
     }
     json report = comparison_of(data);
     if (!limits.empty() || !uncertainties.empty()) {
@@ -104,10 +105,11 @@ void run_report(const report_arguments &arguments, const cli::streams &io) {
     const particulars about = completed(arguments.about, data);
     if (!arguments.plot.empty()) plot_report(data, heading_of(about, data[0].unit), arguments.plot);
     if (!arguments.page.empty()) {
-        write_file(arguments.page, page_of(report, data, about, uncertainties), &io.out);
+        formats::write_file(arguments.page, page_of(report, data, about, uncertainties), &io.out);
     }
-    if (!arguments.output.empty()) write_file(arguments.output, json_text(report), &io.out);
-    io.out << (arguments.as_json ? json_text(report) : text_of(report));
+    if (!arguments.output.empty())
+        formats::write_file(arguments.output, formats::json_text(report), &io.out);
+    io.out << (arguments.as_json ? formats::json_text(report) : text_of(report));
 }
 
 // What a page states where the files do not.

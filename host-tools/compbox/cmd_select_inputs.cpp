@@ -17,8 +17,8 @@ namespace {
 
 struct select_arguments {
     std::string data, output, plot;
-    data_options columns;
-    select_options options;
+    training::data_options columns;
+    training::select_options options;
     bool as_json = false;
 };
 
@@ -31,22 +31,24 @@ Example:
   compbox select-inputs warmup.csv --outputs ez_um --candidates 't*_degC' --count 4)";
 
 void run_select(select_arguments &arguments, const cli::streams &io) {
-    select_options &options = arguments.options;
-    const lag_options &lags = options.model.lags;
+    training::select_options &options = arguments.options;
+    const training::lag_options &lags = options.model.lags;
     arguments.columns.needs_time = !lags.lags_s.empty() || !lags.squares.empty();
     for (const auto &name : options.keep) arguments.columns.inputs.push_back(name);
-    if (options.by_runs) options.progress = progress_of(io, "choosing");
-    const training_data data = read_training_data(arguments.data, arguments.columns);
-    const selection result = select_inputs(data, options);
-    if (!arguments.plot.empty()) plot_selection(result, arguments.plot);
-    const json report = selection_json(result);
-    if (!arguments.output.empty()) write_file(arguments.output, json_text(report), &io.out);
-    io.out << (arguments.as_json ? json_text(report) : report_of(result));
+    if (options.by_runs) options.progress = cli::progress_of(io, "choosing");
+    const training::training_data data =
+        training::read_training_data(arguments.data, arguments.columns);
+    const training::selection result = training::select_inputs(data, options);
+    if (!arguments.plot.empty()) training::plot_selection(result, arguments.plot);
+    const json report = training::selection_json(result);
+    if (!arguments.output.empty())
+        formats::write_file(arguments.output, formats::json_text(report), &io.out);
+    io.out << (arguments.as_json ? formats::json_text(report) : training::report_of(result));
 }
 
 // Throws usage_error for invalid combinations of options.
 void check_usage(const select_arguments &arguments) {
-    const select_options &options = arguments.options;
+    const training::select_options &options = arguments.options;
     if ((options.check || options.by_runs) && arguments.columns.run_column.empty()) {
         throw cli::usage_error(options.by_runs ? "--by-runs" : "--check",
                                "needs --run-column: runs are left out, never rows");
@@ -55,7 +57,7 @@ void check_usage(const select_arguments &arguments) {
 
 // Options of the model that is to be trained: runs, lags, squares.
 void add_model(cli::command &select, select_arguments &arguments) {
-    train_options &model = arguments.options.model;
+    training::train_options &model = arguments.options.model;
     select.add_option("--run-column NAME", arguments.columns.run_column,
                       "A new run begins where this column changes");
     select.add_option("--time-column NAME", arguments.columns.time_column, "Seconds (time_s)");
@@ -63,11 +65,13 @@ void add_model(cli::command &select, select_arguments &arguments) {
         .add_option("--lags TAU,TAU", model.lags.lags_s,
                     "Time constants, s, that the model will have")
         .delimiter(',')
-        .check(between(0.001, 86400));
+        .check(cli::between(0.001, 86400));
     select.add_option("--squares C,D", model.lags.squares, "Inputs whose square it will have")
         .delimiter(',');
-    const std::map<std::string, lag_starts> starts = {
-        {"run", lag_starts::each_run}, {"once", lag_starts::once}, {"both", lag_starts::both}};
+    const std::map<std::string, training::lag_starts> starts = {
+        {"run", training::lag_starts::each_run},
+        {"once", training::lag_starts::once},
+        {"both", training::lag_starts::both}};
     select.add_choice("--lags-start HOW", model.starts_of_lags, starts, "As for compbox train");
 }
 
@@ -75,7 +79,7 @@ void add_model(cli::command &select, select_arguments &arguments) {
 
 void add_select_inputs(cli::command &app) {
     auto arguments = std::make_shared<select_arguments>();
-    select_options &options = arguments->options;
+    training::select_options &options = arguments->options;
     cli::command select = app.add_subcommand("select-inputs", "Choose the inputs of a model");
     select.footer(select_inputs_example);
     select.add_option("DATA", arguments->data, "Rows, DATA.csv").required();
@@ -88,9 +92,10 @@ void add_select_inputs(cli::command &app) {
     select
         .add_option("--count K", options.count,
                     "How many to choose; without it the validity index decides")
-        .check(whole_between(1, 64));
-    const std::map<std::string, cluster_method> methods = {{"c-means", cluster_method::c_means},
-                                                           {"closure", cluster_method::closure}};
+        .check(cli::whole_between(1, 64));
+    const std::map<std::string, training::cluster_method> methods = {
+        {"c-means", training::cluster_method::c_means},
+        {"closure", training::cluster_method::closure}};
     select.add_choice("--method M", options.method, methods,
                       "c-means (default): fuzzy c-means, Xie-Beni index; closure: transitive "
                       "closure, F statistic");

@@ -77,7 +77,7 @@ std::vector<std::string> write_results(const simulate_options &options,
                                        const cli::streams &io) {
     std::vector<std::string> files{options.folder + "/report.json"};
     const std::string &report = files.front();
-    write_file(report, json_text(result.report));
+    formats::write_file(report, formats::json_text(result.report));
     if (!options.as_json) io.out << "\nreport: " << report << "\n";
     if (!options.plots) return files;
     const std::string plots = options.folder + "/plots";
@@ -97,12 +97,13 @@ simulation::simulate_request request_of(const simulate_options &options, const s
     request.scenario = options.scenario;
     request.folder = folder;
     if (!options.seeds.empty()) request.seeds = parse_seeds(options.seeds);
-    if (!options.statistics.empty()) request.real.statistics = read_json(options.statistics);
+    if (!options.statistics.empty())
+        request.real.statistics = formats::read_json(options.statistics);
     if (!options.log.empty())
         request.real.motion = simulation::figures_in_motion(simulation::read_plc_log(options.log));
     if (options.plots) {
         request.plots = folder + "/plots";
-        make_folder(request.plots);
+        formats::make_folder(request.plots);
     }
     request.commands = add_computing_commands;
     request.progress = [&io](const std::string &text) { show_progress(text, io); };
@@ -122,9 +123,9 @@ void run_replay(const simulate_options &options, const cli::streams &io) {
                           ": another coefficient file or another version");
     }
     if (options.as_json) {
-        return print_summary(io.out, {},
-                             {{"cycles", result.cycles}, {"duration_s", result.duration_s}},
-                             result.remarks);
+        return cli::print_summary(io.out, {},
+                                  {{"cycles", result.cycles}, {"duration_s", result.duration_s}},
+                                  result.remarks);
     }
     for (const auto &remark : result.remarks) io.err << "compbox: " << remark << "\n";
     io.out << result.cycles << " cycles of " << result.duration_s
@@ -146,7 +147,7 @@ void run_simulate(const simulate_options &options, const cli::streams &io) {
     if (!options.as_json) io.out << result.text;
     std::vector<std::string> files;
     if (!temporary) files = write_results(options, result, io);
-    if (options.as_json) print_summary(io.out, files, result.report, result.warnings);
+    if (options.as_json) cli::print_summary(io.out, files, result.report, result.warnings);
 }
 
 }  // namespace
@@ -169,7 +170,7 @@ void add_simulate(cli::command &app) {
     command.add_option("--replay F.bin", options->recording,
                        "Step through what compboxd --record-inputs wrote; outputs must be the same "
                        "to the bit");
-    add_json(command, options->as_json);
+    cli::add_json(command, options->as_json);
     command.footer(
         R"(Measures a simulated machine as the scenario says, fits or trains its errors, and compensates it by
 the box's own code. Then it remeasures the machine and prints the reduction of the true error. The

@@ -20,7 +20,7 @@ namespace {
 
 struct squareness_arguments {
     std::string name, output;
-    reading_options reading;
+    fitting::reading_options reading;
     std::vector<std::string> optical;
     std::vector<double> diagonals, ball_bar;
     double square_error_urad = 0.0, sigma_um = 0.0;
@@ -36,8 +36,8 @@ Example:
   compbox squareness --name B0Z --diagonals 500,400,-6.1,4.2 --sigma-um 0.5 -o B0Z.json)";
 
 // out: slope of a straightness and its standard deviation, from repeats, else from the residuals
-squareness slope_of(const std::string &path, const reading_options &reading) {
-    const measurement data = read_measurement(path, reading);
+metrology::squareness slope_of(const std::string &path, const fitting::reading_options &reading) {
+    const fitting::measurement data = fitting::read_measurement(path, reading);
     if (data.unit != "um") throw input_error(path, 0, 0, "holds angles; a straightness is in um");
     if (data.position.size() < 3) throw input_error(path, 0, 0, "needs at least three positions");
     if (data.runs_aligned) {
@@ -45,7 +45,7 @@ squareness slope_of(const std::string &path, const reading_options &reading) {
                           "each run has a slope of its own, so they do not share a reference: "
                           "measure both axes without touching the set-up");
     }
-    const straight_line line = least_squares_line(data.position, data.mean);
+    const metrology::straight_line line = metrology::least_squares_line(data.position, data.mean);
     double tt = 0.0, rest = 0.0, middle = 0.0;
     for (const double x : data.position) middle += x / static_cast<double>(data.position.size());
     for (std::size_t i = 0; i < data.position.size(); ++i) {
@@ -60,24 +60,26 @@ squareness slope_of(const std::string &path, const reading_options &reading) {
 }
 
 // out: squareness in µrad by whichever method the options name; source: that method in words
-squareness squareness_of(const squareness_arguments &arguments, std::string &source) {
+metrology::squareness squareness_of(const squareness_arguments &arguments, std::string &source) {
     const auto &d = arguments.diagonals, &b = arguments.ball_bar;
     if (!arguments.optical.empty()) {
         source = "optical square, " + arguments.optical[0] + " and " + arguments.optical[1];
-        const squareness first = slope_of(arguments.optical[0], arguments.reading);
-        const squareness second = slope_of(arguments.optical[1], arguments.reading);
+        const metrology::squareness first = slope_of(arguments.optical[0], arguments.reading);
+        const metrology::squareness second = slope_of(arguments.optical[1], arguments.reading);
         if (arguments.optical[0] == arguments.optical[1]) {
             throw input_error(arguments.optical[0], 0, 0,
                               "is given for both axes; each of the two has a file of its own");
         }
-        return from_optical_square(arguments.name, first, second, arguments.square_error_urad);
+        return metrology::from_optical_square(arguments.name, first, second,
+                                              arguments.square_error_urad);
     }
     if (!d.empty()) {
         source = "face diagonals";
-        return from_diagonals(arguments.name, d[0], d[1], d[2], d[3], arguments.sigma_um);
+        return metrology::from_diagonals(arguments.name, d[0], d[1], d[2], d[3],
+                                         arguments.sigma_um);
     }
     source = "ball bar";
-    return from_ball_bar(arguments.name, b[0], b[1], b[2], arguments.sigma_um);
+    return metrology::from_ball_bar(arguments.name, b[0], b[1], b[2], arguments.sigma_um);
 }
 
 void check_usage(const squareness_arguments &arguments) {
@@ -96,7 +98,7 @@ void check_usage(const squareness_arguments &arguments) {
 void run_squareness(const squareness_arguments &arguments, const cli::streams &io) {
     check_usage(arguments);
     std::string source;
-    const squareness found = squareness_of(arguments, source);
+    const metrology::squareness found = squareness_of(arguments, source);
     if (!std::isfinite(found.value_urad) || std::fabs(found.value_urad) > 1e5) {
         throw input_error(fmt::format(
             "{}: {} comes out as {:.0f} urad, which cannot be: check the order of the numbers",
@@ -106,10 +108,10 @@ void run_squareness(const squareness_arguments &arguments, const cli::streams &i
     report["squareness_urad"][arguments.name] = found.value_urad;
     report["sigma_urad"][arguments.name] = found.sigma_urad;
     report["source"] = source;
-    write_file(arguments.output, json_text(report), &io.out);
+    formats::write_file(arguments.output, formats::json_text(report), &io.out);
     if (arguments.output == "-") return;
     if (arguments.as_json) {
-        io.out << json_text(report);
+        io.out << formats::json_text(report);
         return;
     }
     io.out << fmt::format("{} = {:.2f} urad, 1 sigma {:.2f} urad ({})\n", arguments.name,
@@ -125,7 +127,7 @@ void add_squareness(cli::command &app) {
     command.footer(squareness_example);
     command.add_option("--name NAME", arguments->name, "C0Y (Y to X), B0Z (Z to X) or A0Z (Z to Y)")
         .required()
-        .check(one_of({"C0Y", "B0Z", "A0Z"}));
+        .check(cli::one_of({"C0Y", "B0Z", "A0Z"}));
     command
         .add_option("--optical FIRST SECOND", arguments->optical,
                     "Straightness of the first axis towards the second, and of the second towards "
@@ -134,7 +136,7 @@ void add_squareness(cli::command &app) {
     command
         .add_option("--square-error-urad Q", arguments->square_error_urad,
                     "The square's angle less 90 degrees (0)")
-        .check(any_number());
+        .check(cli::any_number());
     command
         .add_option("--diagonals A,B,R,F", arguments->diagonals,
                     "Sides of a rectangle in mm along the first and the second axis; measured "
@@ -142,15 +144,15 @@ void add_squareness(cli::command &app) {
                     "other")
         .expected(4)
         .delimiter(',')
-        .check(any_number());
+        .check(cli::any_number());
     command
         .add_option("--ball-bar D,R,F", arguments->ball_bar,
                     "Diameter in mm; deviations in um of the diameters at 45 and 135 degrees")
         .expected(3)
         .delimiter(',')
-        .check(any_number());
+        .check(cli::any_number());
     command.add_option("--sigma-um S", arguments->sigma_um, "Standard deviation of one length (0)")
-        .check(zero_or_more());
+        .check(cli::zero_or_more());
     add_unit(command, arguments->reading);
     command.add_flag("--json", arguments->as_json, "Print the result as JSON");
     command.add_option("-o,--output F.json", arguments->output, "File to write").required();

@@ -22,8 +22,8 @@ namespace {
 
 struct train_arguments {
     std::string data, output, plot, predictions;
-    data_options columns;
-    train_options options;
+    training::data_options columns;
+    training::train_options options;
     std::vector<std::string> slopes;   // "X:T1,T2"
     std::vector<std::string> margins;  // "T*:3"
     bool as_json = false, no_linear_path = false;
@@ -39,8 +39,8 @@ Example:
       --name net -o net.json)";
 
 // in : "X:T1,T2". out: `along` is "" without a colon
-slope_option parse_slope(const std::string &text) {
-    slope_option slope;
+training::slope_option parse_slope(const std::string &text) {
+    training::slope_option slope;
     const std::size_t colon = text.find(':');
     if (colon == std::string::npos) return slope;
     slope.along = text.substr(0, colon);
@@ -50,8 +50,8 @@ slope_option parse_slope(const std::string &text) {
 }
 
 // in : "T*,rpm:3". out: nothing for another form
-std::optional<margin_option> margin_of(const std::string &text) {
-    margin_option margin;
+std::optional<training::margin_option> margin_of(const std::string &text) {
+    training::margin_option margin;
     const std::size_t colon = text.rfind(':');
     if (colon == std::string::npos) return std::nullopt;
     std::istringstream names(text.substr(0, colon)), part(text.substr(colon + 1));
@@ -63,39 +63,41 @@ std::optional<margin_option> margin_of(const std::string &text) {
 
 // Trains, and writes the term and the predictions. Throws input_error that names the file.
 void run_train(train_arguments &arguments, const cli::streams &io) {
-    train_options &options = arguments.options;
+    training::train_options &options = arguments.options;
     for (const auto &text : arguments.margins) options.margins.push_back(*margin_of(text));
     for (const auto &text : arguments.slopes) options.slopes.push_back(parse_slope(text));
-    if (!arguments.columns.record.empty() && options.starts_of_lags == lag_starts::each_run) {
-        options.starts_of_lags = lag_starts::once;
+    if (!arguments.columns.record.empty() &&
+        options.starts_of_lags == training::lag_starts::each_run) {
+        options.starts_of_lags = training::lag_starts::once;
     }
     options.linear_path = !arguments.no_linear_path;
     arguments.columns.needs_time = !options.lags.lags_s.empty() || !options.lags.squares.empty();
-    options.progress = progress_bar_of(io, "training", "loss");
-    const training_data data = read_training_data(arguments.data, arguments.columns);
-    const train_result result = train(data, options);
-    if (!arguments.plot.empty()) plot_training(result, arguments.plot);
+    options.progress = cli::progress_bar_of(io, "training", "loss");
+    const training::training_data data =
+        training::read_training_data(arguments.data, arguments.columns);
+    const training::train_result result = training::train(data, options);
+    if (!arguments.plot.empty()) training::plot_training(result, arguments.plot);
     if (!arguments.predictions.empty())
-        write_file(arguments.predictions, predictions_csv(result), &io.out);
-    const json fragment = fragment_of(result);
-    write_file(arguments.output, json_text(fragment), &io.out);
-    io.out << (arguments.as_json ? json_text(fragment) : report_of(result));
+        formats::write_file(arguments.predictions, training::predictions_csv(result), &io.out);
+    const json fragment = training::fragment_of(result);
+    formats::write_file(arguments.output, formats::json_text(fragment), &io.out);
+    io.out << (arguments.as_json ? formats::json_text(fragment) : training::report_of(result));
 }
 
 // Throws usage_error for invalid combinations of options.
 void check_usage(const train_arguments &arguments) {
-    const lag_options &lags = arguments.options.lags;
-    different_files({{"-o", arguments.output},
-                     {"--predictions", arguments.predictions},
-                     {"--plot", arguments.plot}});
+    const training::lag_options &lags = arguments.options.lags;
+    cli::different_files({{"-o", arguments.output},
+                          {"--predictions", arguments.predictions},
+                          {"--plot", arguments.plot}});
     if (!lags.only.empty() && lags.lags_s.empty()) {
         throw cli::usage_error("--lag-only", "needs --lags");
     }
     if (arguments.options.hidden == 0 && arguments.no_linear_path) {
         throw cli::usage_error("--no-linear-path", "leaves nothing beside --hidden 0");
     }
-    if (arguments.options.way == optimiser::levenberg_marquardt &&
-        arguments.options.regularise != regularisation::evidence) {
+    if (arguments.options.way == training::optimiser::levenberg_marquardt &&
+        arguments.options.regularise != training::regularisation::evidence) {
         throw cli::usage_error("--optimiser",
                                "levenberg-marquardt needs --regularise evidence: leaving out "
                                "runs counts the steps of L-BFGS");
@@ -104,7 +106,7 @@ void check_usage(const train_arguments &arguments) {
         throw cli::usage_error("--record", "needs --lags: it is there for them");
     }
     for (const auto &text : arguments.slopes) {
-        const slope_option slope = parse_slope(text);
+        const training::slope_option slope = parse_slope(text);
         if (!slope.along.empty() && !slope.of.empty()) continue;
         throw cli::usage_error("--slope", fmt::format("'{}' is not POSITION:INPUT,INPUT", text));
     }
@@ -116,7 +118,7 @@ void check_usage(const train_arguments &arguments) {
     if (!arguments.slopes.empty() && arguments.no_linear_path) {
         throw cli::usage_error("--slope", "is part of the linear path");
     }
-    if (arguments.options.starts_of_lags != lag_starts::each_run &&
+    if (arguments.options.starts_of_lags != training::lag_starts::each_run &&
         arguments.columns.run_column.empty()) {
         throw cli::usage_error("--lags-start", "needs --run-column");
     }
@@ -124,7 +126,7 @@ void check_usage(const train_arguments &arguments) {
 
 // Options that name inputs, outputs, time and runs.
 void add_columns(cli::command &train, train_arguments &arguments) {
-    data_options &columns = arguments.columns;
+    training::data_options &columns = arguments.columns;
     train.add_option("DATA", arguments.data, "Rows to train on, DATA.csv").required();
     train
         .add_option("--outputs A,B", columns.outputs, "Columns with errors, um: the term's outputs")
@@ -147,12 +149,12 @@ void add_columns(cli::command &train, train_arguments &arguments) {
 
 // Options of lagged and squared inputs, record and slopes; time constants in s.
 void add_lags(cli::command &train, train_arguments &arguments) {
-    lag_options &lags = arguments.options.lags;
+    training::lag_options &lags = arguments.options.lags;
     train
         .add_option("--lags TAU,TAU", lags.lags_s,
                     "Time constants, s: inputs are taken lagged as well")
         .delimiter(',')
-        .check(between(0.001, 86400));
+        .check(cli::between(0.001, 86400));
     train.add_option("--lag-only C,D", lags.only, "Inputs that lag (all)").delimiter(',');
     train.add_option("--squares C,D", lags.squares, "Inputs whose square is taken too, and lagged")
         .delimiter(',');
@@ -162,8 +164,10 @@ void add_lags(cli::command &train, train_arguments &arguments) {
         "--slope X:T1,T2", arguments.slopes,
         "The error's slope along a position is linear in these inputs, as the control's "
         "tan beta is in temperature; may be given several times");
-    const std::map<std::string, lag_starts> starts = {
-        {"run", lag_starts::each_run}, {"once", lag_starts::once}, {"both", lag_starts::both}};
+    const std::map<std::string, training::lag_starts> starts = {
+        {"run", training::lag_starts::each_run},
+        {"once", training::lag_starts::once},
+        {"both", training::lag_starts::both}};
     train.add_choice("--lags-start HOW", arguments.options.starts_of_lags, starts,
                      "run (default): lags start anew with each run; once: the runs are one record; "
                      "both: each row counts both ways");
@@ -171,23 +175,24 @@ void add_lags(cli::command &train, train_arguments &arguments) {
 
 // Options of the network beside the linear map.
 void add_network(cli::command &train, train_arguments &arguments) {
-    train_options &options = arguments.options;
+    training::train_options &options = arguments.options;
     train.add_option("--hidden N", options.hidden, "Hidden units (10); 0: the linear map alone")
-        .check(whole_between(0, 64));
+        .check(cli::whole_between(0, 64));
     train
         .add_option("--hidden-inputs C,D", options.hidden_inputs,
                     "What the hidden layer sees (all); the others go to the linear path alone")
         .delimiter(',');
-    const std::map<std::string, activation> kinds = {{"tansig", activation::tansig},
-                                                     {"logsig", activation::logsig}};
+    const std::map<std::string, training::activation> kinds = {
+        {"tansig", training::activation::tansig}, {"logsig", training::activation::logsig}};
     train.add_choice("--activation F", options.kind, kinds, "tansig (default) or logsig");
     train.add_flag("--no-linear-path", arguments.no_linear_path,
                    "Network without the linear path beside its hidden layer");
     train.add_flag("--keep-network", options.keep_network,
                    "Write the network even where the linear map is better");
-    const std::map<std::string, regularisation> ways = {{"auto", regularisation::automatic},
-                                                        {"runs", regularisation::folds},
-                                                        {"evidence", regularisation::evidence}};
+    const std::map<std::string, training::regularisation> ways = {
+        {"auto", training::regularisation::automatic},
+        {"runs", training::regularisation::folds},
+        {"evidence", training::regularisation::evidence}};
     train.add_choice("--regularise WAY", options.regularise, ways,
                      "Weight decay by runs (leaving them out), evidence, or auto: runs where there "
                      "are three");
@@ -195,26 +200,27 @@ void add_network(cli::command &train, train_arguments &arguments) {
 
 // Options of the optimiser.
 void add_search(cli::command &train, train_arguments &arguments) {
-    train_options &options = arguments.options;
-    const std::map<std::string, optimiser> optimisers = {
-        {"l-bfgs", optimiser::lbfgs}, {"levenberg-marquardt", optimiser::levenberg_marquardt}};
+    training::train_options &options = arguments.options;
+    const std::map<std::string, training::optimiser> optimisers = {
+        {"l-bfgs", training::optimiser::lbfgs},
+        {"levenberg-marquardt", training::optimiser::levenberg_marquardt}};
     train.add_choice("--optimiser WAY", options.way, optimisers,
                      "l-bfgs (default), or levenberg-marquardt for a small network on data almost "
                      "without noise, with --regularise evidence");
     train.add_option("--starts N", options.starts, "Random starts (5)")
-        .check(whole_between(1, 1000));
+        .check(cli::whole_between(1, 1000));
     train.add_option("--seed N", options.seed, "Of the starts (1): the same seed, the same term")
-        .check(whole_between(0, std::numeric_limits<long>::max()));
+        .check(cli::whole_between(0, std::numeric_limits<long>::max()));
     train
         .add_option("--threads N", options.threads,
                     "Threads (as many as there are processors); the result does not depend on it")
-        .check(whole_between(0, 256));
+        .check(cli::whole_between(0, 256));
     train.add_option("--iterations N", options.max_iterations, "At most so many (300)")
-        .check(whole_between(1, 100000));
+        .check(cli::whole_between(1, 100000));
     train
         .add_option("--rows N", options.max_rows,
                     "The network is trained on at most so many rows, spread over all (2000)")
-        .check(whole_between(10, 1000000));
+        .check(cli::whole_between(10, 1000000));
 }
 
 // Options of extrapolation beyond the trained range.
@@ -222,7 +228,7 @@ void add_margins(cli::command &train, train_arguments &arguments) {
     train
         .add_option("--margin PART", arguments.options.margin,
                     "Extrapolate an input no further than this part of its trained range (0.1)")
-        .check(between(0, 10));
+        .check(cli::between(0, 10));
     train.add_option("--margin-of C,D:PART", arguments.margins,
                      "Another margin for some inputs (* matches any text); may be given several "
                      "times, the last that fits counts");

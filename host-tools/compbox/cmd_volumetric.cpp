@@ -46,8 +46,8 @@ void put_squareness(volumetric_arguments &arguments, const std::string &name, do
 
 // Reads a file of `compbox squareness`.
 void read_squareness(volumetric_arguments &arguments, const std::string &path) {
-    const json file = read_json(path);
-    const json values = get<json>(file, "squareness_urad", path);
+    const json file = formats::read_json(path);
+    const json values = formats::get<json>(file, "squareness_urad", path);
     for (const auto &[name, value] : values.items()) {
         const bool known = name == "C0Y" || name == "B0Z" || name == "A0Z";
         if (!known || !value.is_number() || std::fabs(value.get<double>()) > 1e5) {
@@ -66,8 +66,8 @@ void take_squareness(volumetric_arguments &arguments) {
             read_squareness(arguments, text);
             continue;
         }
-        for (const auto &piece : split_at_keys(text)) {
-            const key_values one = parse_key_values("--squareness", piece);
+        for (const auto &piece : cli::split_at_keys(text)) {
+            const cli::key_values one = cli::parse_key_values("--squareness", piece);
             const bool known = one.key == "C0Y" || one.key == "B0Z" || one.key == "A0Z";
             if (!known || one.values.size() != 1 || std::fabs(one.values[0]) > 1e5) {
                 throw cli::usage_error("--squareness", "'" + piece +
@@ -81,7 +81,7 @@ void take_squareness(volumetric_arguments &arguments) {
 
 void take_reference_points(volumetric_arguments &arguments) {
     for (const auto &text : arguments.reference_points) {
-        const key_values one = parse_key_values("--reference-point", text);
+        const cli::key_values one = cli::parse_key_values("--reference-point", text);
         const bool axis = one.key == "X" || one.key == "Y" || one.key == "Z";
         if (!axis || one.values.size() != 3) {
             throw cli::usage_error("--reference-point", "'" + text + "' must read X=x,y,z");
@@ -172,9 +172,9 @@ void run_volumetric(volumetric_arguments &arguments, const cli::streams &io) {
     check_usage(arguments);
     const coefficients::volumetric_result result =
         coefficients::make_volumetric(arguments.folders, arguments.options);
-    write_file(arguments.output, json_text(result.fragment), &io.out);
+    formats::write_file(arguments.output, formats::json_text(result.fragment), &io.out);
     if (arguments.output == "-") return;
-    io.out << (arguments.as_json ? json_text(report_json(result)) : text_of(result));
+    io.out << (arguments.as_json ? formats::json_text(report_json(result)) : text_of(result));
 }
 
 // Options of chain, squareness, reference points and tool: µrad and mm.
@@ -190,16 +190,16 @@ void add_geometry(cli::command &command, volumetric_arguments &arguments) {
                     "Spindle's gauge point, all axes at 0")
         .expected(3)
         .delimiter(',')
-        .check(any_number());
+        .check(cli::any_number());
     command
         .add_option("--tool-direction x,y,z", arguments.tool_direction,
                     "From it to the tip (0,0,-1)")
         .expected(3)
         .delimiter(',')
-        .check(any_number());
+        .check(cli::any_number());
     auto length =
         command.add_option("--tool-length-mm L", options.tool_length_mm, "Tool length (0)")
-            .check(between(-10000, 10000));
+            .check(cli::between(-10000, 10000));
     command
         .add_option("--tool-length SIGNAL", options.tool_length_signal,
                     "Signal with the tool length, mm")
@@ -210,17 +210,18 @@ void add_geometry(cli::command &command, volumetric_arguments &arguments) {
 }
 
 // Options of the curves, as `compbox fit` has them.
-void add_fit_options(cli::command &command, fit_options &fit) {
-    const std::map<std::string, fit_method> methods = {{"bspline", fit_method::bspline},
-                                                       {"bspline-lmc", fit_method::bspline_lmc},
-                                                       {"polynomial", fit_method::polynomial},
-                                                       {"polyline", fit_method::polyline}};
+void add_fit_options(cli::command &command, fitting::fit_options &fit) {
+    const std::map<std::string, fitting::fit_method> methods = {
+        {"bspline", fitting::fit_method::bspline},
+        {"bspline-lmc", fitting::fit_method::bspline_lmc},
+        {"polynomial", fitting::fit_method::polynomial},
+        {"polyline", fitting::fit_method::polyline}};
     command.add_choice("--method METHOD", fit.method, methods,
                        "As in fit: bspline (default), bspline-lmc, polynomial, polyline");
     command
         .add_option("--tolerance-um E", fit.tolerance_um,
                     "As in fit, for all curves (urad for angles)")
-        .check(above_zero());
+        .check(cli::above_zero());
 }
 
 }  // namespace

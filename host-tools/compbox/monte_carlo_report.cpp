@@ -13,7 +13,7 @@ namespace compbox {
 
 namespace {
 
-json statistics_json(const method_statistics &statistics, std::size_t k) {
+json statistics_json(const identification::method_statistics &statistics, std::size_t k) {
     json one;
     one["mean"] = statistics.mean[k];
     one["sigma"] = statistics.sigma[k];
@@ -38,13 +38,14 @@ void add_monte_carlo(cli::command &command, monte_carlo_arguments &arguments) {
     command
         .add_option("--monte-carlo N", arguments.runs,
                     "Compare both methods over N runs with noise, as a check of the closed form")
-        .check(whole_between(2, 100000000));
+        .check(cli::whole_between(2, 100000000));
     command.add_option("--seed K", arguments.seed, "Of the noise (1)");
 }
 
 // out: mean, sigma and closed-form sigma of each error, µm or µrad; percentages against traditional
-json monte_carlo_json(const monte_carlo_result &result, const monte_carlo_options &options) {
-    const auto names = error_names(options.axis);
+json monte_carlo_json(const identification::monte_carlo_result &result,
+                      const identification::monte_carlo_options &options) {
+    const auto names = identification::error_names(options.axis);
     json report;
     report["runs"] = options.runs;
     report["seed"] = options.seed;

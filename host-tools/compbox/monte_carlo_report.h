@@ -16,7 +16,8 @@ struct monte_carlo_arguments {
 // --monte-carlo N, --seed K
 void add_monte_carlo(cli::command &command, monte_carlo_arguments &arguments);
 
-json monte_carlo_json(const monte_carlo_result &result, const monte_carlo_options &options);
+json monte_carlo_json(const identification::monte_carlo_result &result,
+                      const identification::monte_carlo_options &options);
 
 // Table as S2's: preset, mean and sigma of both methods, how much closer, how much less.
 std::string monte_carlo_table(const json &report);

@@ -8,6 +8,6 @@
 namespace compbox {
 
 // Adds --unit.
-void add_unit(cli::command &command, reading_options &reading);
+void add_unit(cli::command &command, fitting::reading_options &reading);
 
 }  // namespace compbox

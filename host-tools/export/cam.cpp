@@ -27,7 +27,7 @@ std::map<unsigned, function> read_path(const channel_model &model, const cam_opt
         path[model.signal(name)] = parse_expression(formula, options.master);
     }
     if (options.path_file.empty()) return path;
-    const csv_table table = read_csv(options.path_file);
+    const formats::csv_table table = formats::read_csv(options.path_file);
     const auto master = table.values(options.master);
     for (std::size_t r = 1; r < master.size(); ++r) {
         if (master[r] > master[r - 1]) continue;
@@ -50,7 +50,7 @@ coefficients::travel_range range_of_master(const channel_model &model, const cam
     const auto given = options.table.range.find(options.master);
     if (given != options.table.range.end()) return given->second;
     if (!options.path_file.empty()) {
-        const auto master = read_csv(options.path_file).values(options.master);
+        const auto master = formats::read_csv(options.path_file).values(options.master);
         return {master.front(), master.back()};
     }
     const auto curves = coefficients::range_of_curves(model.file()["terms"], options.master);

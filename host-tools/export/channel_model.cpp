@@ -24,7 +24,7 @@ unsigned source_of(const cb_config &config, unsigned signal) {
 }  // namespace
 
 channel_model::channel_model(const std::string &path)
-    : path_(path), json_(read_json(path)), config_(coefficients::load_coefficients(path)) {
+    : path_(path), json_(formats::read_json(path)), config_(coefficients::load_coefficients(path)) {
     depends_.resize(config_->outputs_count);
     for (unsigned t = 0; t < config_->terms_count; ++t) {  // each after those that it uses
         const auto &term = config_->terms[t];

@@ -7,13 +7,13 @@ namespace compbox::exports {
 
 namespace {
 
-using kind = number_format::kind;
+using kind = fakeplc::number_format::kind;
 
 constexpr int most_s7_registers = 32767;
 
 // S7 keeps numbers big-endian; a register pair in another order is not one of its numbers.
-std::string s7_type(const laid_register &one, const register_map &map) {
-    if (one.format.bytes != number_format::order::abcd) {
+std::string s7_type(const laid_register &one, const fakeplc::register_map &map) {
+    if (one.format.bytes != fakeplc::number_format::order::abcd) {
         throw input_error(map.file, 0, 0,
                           "'{}' is not in the order ABCD that an S7 has; give it a type without "
                           "cdab or le, or lay the block out by hand",
@@ -37,7 +37,7 @@ std::string spare(int from, int to) {
 }
 
 // Register n is byte 2 n of the block, so the block begins with register 0.
-std::string s7_block(const register_map &map, const std::vector<laid_register> &laid,
+std::string s7_block(const fakeplc::register_map &map, const std::vector<laid_register> &laid,
                      const std::string &source) {
     std::string text = fmt::format(
         "// Registers of the box in {}, by compbox export --format plc-db. Do not edit: the\n"
@@ -87,8 +87,8 @@ std::string pmc_table(const std::vector<laid_register> &laid, int base) {
 
 }  // namespace
 
-output_file plc_registers(const register_map &map, const json &file, const std::string &source,
-                          int pmc_base) {
+output_file plc_registers(const fakeplc::register_map &map, const json &file,
+                          const std::string &source, int pmc_base) {
     const auto laid = lay_out(map, least_sizes_um(file));
     if (map.profile == "fanuc") return {"pmc_addresses.csv", pmc_table(laid, pmc_base)};
     return {"compbox_registers.scl", s7_block(map, laid, source)};

@@ -14,8 +14,8 @@ namespace compbox::exports {
 
 namespace {
 
-number_format word() {
-    return number_format::parse("uint16").value();
+fakeplc::number_format word() {
+    return fakeplc::number_format::parse("uint16").value();
 }
 
 // A name that every control takes: letters, digits and underscores.
@@ -29,9 +29,9 @@ std::string plain(const std::string &name) {
 
 class layout {
   public:
-    explicit layout(const register_map &map) : map_(map) {}
+    explicit layout(const fakeplc::register_map &map) : map_(map) {}
 
-    void add(int address, const number_format &format, const std::string &name,
+    void add(int address, const fakeplc::number_format &format, const std::string &name,
              const std::string &meaning) {
         for (auto &other : all_) {
             if (other.address != address) continue;
@@ -61,7 +61,7 @@ class layout {
         return result;
     }
 
-    const register_map &map_;
+    const fakeplc::register_map &map_;
     std::vector<laid_register> all_;
 };
 
@@ -69,7 +69,7 @@ std::string scaled(double scale, const char *unit) {
     return fmt::format("in {}{}", scale, *unit ? std::string(" ") + unit : "");
 }
 
-void add_counters(layout &to, const register_block &block, const std::string &name,
+void add_counters(layout &to, const fakeplc::register_block &block, const std::string &name,
                   const std::string &who) {
     if (!block.counters) return;
     to.add_word(
@@ -80,14 +80,14 @@ void add_counters(layout &to, const register_block &block, const std::string &na
         who + " increments it by one per update; consistent block: equal to the first register");
 }
 
-void add_signal(layout &to, const shown_signal &signal) {
+void add_signal(layout &to, const fakeplc::shown_signal &signal) {
     std::string meaning = fmt::format("signal {} {}", signal.name, scaled(signal.scale, ""));
     if (signal.zero != 0.0) meaning += fmt::format(", 0 is {}", signal.zero);
     to.add(signal.address, signal.format, "signal_" + signal.name, meaning);
 }
 
-std::string size_of(const taken_channel &channel, const std::map<std::string, double> &least_um,
-                    double ahead_mm) {
+std::string size_of(const fakeplc::taken_channel &channel,
+                    const std::map<std::string, double> &least_um, double ahead_mm) {
     const auto found = least_um.find(channel.name);
     if (found == least_um.end()) return "";
     const std::string ahead =
@@ -97,7 +97,7 @@ std::string size_of(const taken_channel &channel, const std::map<std::string, do
 }
 
 // Adds the channel's value, and its applied value, slope and reference where it has them.
-void add_channel(layout &to, const taken_channel &channel,
+void add_channel(layout &to, const fakeplc::taken_channel &channel,
                  const std::map<std::string, double> &least_um, double ahead_mm) {
     const std::string scale = scaled(channel.scale_um, "um");
     to.add(channel.address, channel.format, "value_" + channel.name,
@@ -121,14 +121,14 @@ double usual_ahead_mm(std::size_t channels) {
     return std::ceil(40.0 / 3.0 * static_cast<double>(std::max<std::size_t>(channels, 3)) - 1e-6);
 }
 
-std::string number_type(const number_format &format) {
-    const bool integer = format.what == number_format::kind::signed_integer;
-    const std::string base = format.what == number_format::kind::floating ? "float"
-                             : integer                                    ? "int"
-                                                                          : "uint";
-    const std::string order = format.bytes == number_format::order::cdab   ? "cdab"
-                              : format.bytes == number_format::order::dcba ? "le"
-                                                                           : "";
+std::string number_type(const fakeplc::number_format &format) {
+    const bool integer = format.what == fakeplc::number_format::kind::signed_integer;
+    const std::string base = format.what == fakeplc::number_format::kind::floating ? "float"
+                             : integer                                             ? "int"
+                                                                                   : "uint";
+    const std::string order = format.bytes == fakeplc::number_format::order::cdab   ? "cdab"
+                              : format.bytes == fakeplc::number_format::order::dcba ? "le"
+                                                                                    : "";
     return fmt::format("{}{}{}", base, 16 * format.registers, order);
 }
 
@@ -151,7 +151,7 @@ std::map<std::string, double> least_sizes_um(const json &file) {
     return least_um;
 }
 
-std::vector<laid_register> lay_out(const register_map &map,
+std::vector<laid_register> lay_out(const fakeplc::register_map &map,
                                    const std::map<std::string, double> &least_sizes_um) {
     layout all(map);
     all.add_word(map.control, "control",

@@ -13,7 +13,7 @@ namespace compbox::exports {
 
 struct laid_register {
     int address = 0;  // zero-based holding register
-    number_format format;
+    fakeplc::number_format format;
     std::string name;     // letters, digits, underscores; unique
     std::string meaning;  // one line
     bool written_by_box = false;
@@ -26,7 +26,7 @@ struct laid_register {
 double usual_ahead_mm(std::size_t channels);
 
 // The name of a format: "int16", "uint32le", "float32cdab".
-std::string number_type(const number_format &format);
+std::string number_type(const fakeplc::number_format &format);
 
 // out: by channel, the smallest size for the PLC program (docs/plc/README.md, "The largest
 // offset"), um; a smaller one would limit permitted outputs of the box. Only channels with limits
@@ -34,7 +34,7 @@ std::string number_type(const number_format &format);
 std::map<std::string, double> least_sizes_um(const json &file);
 
 // out: all registers of the file by address. Two signals of one number share a register.
-std::vector<laid_register> lay_out(const register_map &map,
+std::vector<laid_register> lay_out(const fakeplc::register_map &map,
                                    const std::map<std::string, double> &least_sizes_um);
 
 }  // namespace compbox::exports

@@ -37,7 +37,8 @@ double number_or(const json &file, const char *object, const char *key, double o
 }
 
 // The signal of a channel's axis: the tangent's, or the one of its own name or letter.
-std::optional<std::size_t> position_of(const json &channel, const std::vector<shown_signal> &all) {
+std::optional<std::size_t> position_of(const json &channel,
+                                       const std::vector<fakeplc::shown_signal> &all) {
     const std::string name = channel.at("name").get<std::string>();
     const json tangent = channel.value("tangent", json::object());
     const char letter = coefficients::linear_letter(name);
@@ -51,8 +52,8 @@ std::optional<std::size_t> position_of(const json &channel, const std::vector<sh
 }
 
 // out: the signals; of those that read one register the first
-std::vector<shown_signal> shown_once(const register_map &map) {
-    std::vector<shown_signal> shown;
+std::vector<fakeplc::shown_signal> shown_once(const fakeplc::register_map &map) {
+    std::vector<fakeplc::shown_signal> shown;
     for (const auto &signal : map.signals) {
         const bool there = std::any_of(shown.begin(), shown.end(), [&](const auto &other) {
             return other.address == signal.address;
@@ -98,7 +99,7 @@ void add_channels(program_parts &parts) {
     const auto least_um = least_sizes_um(parts.file);
     const json channels = parts.file.value("channels", json::array());
     for (std::size_t c = 0; c < parts.map.channels.size(); ++c) {
-        const taken_channel &own = parts.map.channels[c];
+        const fakeplc::taken_channel &own = parts.map.channels[c];
         const auto least = least_um.find(own.name);
         if (least == least_um.end() || !(least->second > 0.0)) {
             parts.refuse(
@@ -119,7 +120,8 @@ const std::string &program_parts::name_at(int address) const {
     return found->name;
 }
 
-program_parts parts_of(const register_map &map, const json &file, const std::string &source) {
+program_parts parts_of(const fakeplc::register_map &map, const json &file,
+                       const std::string &source) {
     program_parts parts{map, file, source, {}, shown_once(map), {}, 0.0, 0.0, 0.0};
     check_channels(parts);
     add_channels(parts);
@@ -134,7 +136,7 @@ program_parts parts_of(const register_map &map, const json &file, const std::str
     return parts;
 }
 
-std::vector<output_file> plc_program(const register_map &map, const json &file,
+std::vector<output_file> plc_program(const fakeplc::register_map &map, const json &file,
                                      const std::string &source, int pmc_base) {
     const program_parts parts = parts_of(map, file, source);
     if (map.profile == "generic") return program_linuxcnc(parts);

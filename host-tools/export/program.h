@@ -12,7 +12,7 @@ namespace compbox::exports {
 // fanuc: fanuc.txt with register 0 at D pmc_base, and its table of addresses; generic: compbox.hal
 // and compbox_plc.py for LinuxCNC. Throws input_error where the program cannot have a number of the
 // file.
-std::vector<output_file> plc_program(const register_map &map, const json &file,
+std::vector<output_file> plc_program(const fakeplc::register_map &map, const json &file,
                                      const std::string &source, int pmc_base);
 
 }  // namespace compbox::exports

@@ -14,7 +14,7 @@ const char *const program_text =
 #include "host-tools/export/sinumerik_840d.scl.in"
     ;
 
-using kind = number_format::kind;
+using kind = fakeplc::number_format::kind;
 
 // A REAL as SCL writes it, with a point: "0.2", "150.0", "1.0E-9".
 std::string scl_real(double value) {
@@ -38,13 +38,13 @@ json constant(const std::string &name, double value, const std::string &meaning)
             {"meaning", meaning}};
 }
 
-std::string s7_type(const number_format &format) {
+std::string s7_type(const fakeplc::number_format &format) {
     if (format.what == kind::floating) return "REAL";
     const bool integer = format.what == kind::signed_integer;
     return format.registers == 2 ? (integer ? "DINT" : "DWORD") : integer ? "INT" : "WORD";
 }
 
-bool is_dint(const number_format &format) {
+bool is_dint(const fakeplc::number_format &format) {
     return s7_type(format) == "DINT";
 }
 
@@ -70,7 +70,7 @@ class program {
         for (std::size_t s = 0; s < parts_.signals.size(); ++s) add_signal(values, s);
         values["constants"] = constants();
         values["scales"] = scales();
-        return expanded(program_text, values);
+        return formats::expanded(program_text, values);
     }
 
   private:
@@ -86,7 +86,7 @@ class program {
         return 0.0001;
     }
     // Whether a signal is the position of a channel as the program has it: a DINT in its scale.
-    bool is_position(const shown_signal &signal) const {
+    bool is_position(const fakeplc::shown_signal &signal) const {
         return is_dint(signal.format) && signal.scale == mm_ && signal.zero == 0.0;
     }
     // Throws input_error where a number of a channel or its tangent is not one of the program's.
@@ -148,7 +148,7 @@ class program {
     }
     // A signal that is no channel's position is an input, as the raw number of its register.
     void add_signal(json &values, std::size_t s) const {
-        const shown_signal &signal = parts_.signals[s];
+        const fakeplc::shown_signal &signal = parts_.signals[s];
         const std::string name = parts_.name_at(signal.address);
         for (std::size_t c = 0; c < parts_.channels.size() && is_position(signal); ++c) {
             const auto &position = parts_.channels[c].position;

@@ -14,8 +14,8 @@ const char *const ladder_text =
 #include "host-tools/export/fanuc.txt.in"
     ;
 
-using kind = number_format::kind;
-using order = number_format::order;
+using kind = fakeplc::number_format::kind;
+using order = fakeplc::number_format::order;
 
 // Internal relays: targets, values in the NC, and what the control shows, 4 bytes each.
 constexpr std::size_t most_axes = 8;  // bits of a byte
@@ -67,7 +67,7 @@ class ladder {
         for (std::size_t c = 0; c < n_; ++c) add_channel(values, c);
         for (std::size_t s = 0; s < parts_.signals.size(); ++s)
             values["signals"].push_back(signal(s));
-        return expanded(ladder_text, values);
+        return formats::expanded(ladder_text, values);
     }
 
   private:
@@ -155,7 +155,7 @@ class ladder {
     // A 4-byte number of the PMC has its low word first; one with the high word first goes by
     // words.
     json signal(std::size_t s) const {
-        const shown_signal &one = parts_.signals[s];
+        const fakeplc::shown_signal &one = parts_.signals[s];
         const int from = first_signal + 4 * static_cast<int>(s);
         const bool large = one.format.registers == 2;
         json moves = json::array();

@@ -97,8 +97,8 @@ std::vector<output_file> program_linuxcnc(const program_parts &parts) {
                          {"offsets", names_of("offset", count)},
                          {"channels", joints_of(parts)},
                          {"signals", pins_of(parts)}};
-    return {{"compbox.hal", expanded(hal_text, values)},
-            {"compbox_plc.py", expanded(component_text, values)}};
+    return {{"compbox.hal", formats::expanded(hal_text, values)},
+            {"compbox_plc.py", formats::expanded(component_text, values)}};
 }
 
 }  // namespace compbox::exports

@@ -14,17 +14,17 @@
 namespace compbox::exports {
 
 struct program_channel {
-    taken_channel own;
+    fakeplc::taken_channel own;
     double size_um;                       // the largest offset that the program takes over
     std::optional<std::size_t> position;  // the signal of its axis' position
 };
 
 struct program_parts {
-    const register_map &map;
+    const fakeplc::register_map &map;
     const json &file;
-    std::string source;                     // the file's name, for comments
-    std::vector<program_channel> channels;  // at least one, of one type of value and one scale
-    std::vector<shown_signal> signals;      // each register once
+    std::string source;                          // the file's name, for comments
+    std::vector<program_channel> channels;       // at least one, of one type of value and one scale
+    std::vector<fakeplc::shown_signal> signals;  // each register once
     std::vector<laid_register> registers;
     double watchdog_ms, slope_um_per_s, ramp_um_per_s;
 
@@ -43,7 +43,8 @@ inline std::string plain_number(double value) {
 }
 
 // Throws input_error where the file has no number that the program needs.
-program_parts parts_of(const register_map &map, const json &file, const std::string &source);
+program_parts parts_of(const fakeplc::register_map &map, const json &file,
+                       const std::string &source);
 
 std::string program_840d(const program_parts &parts);
 std::string program_fanuc(const program_parts &parts, int pmc_base);

@@ -5,7 +5,7 @@
 
 #include <utility>
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 void alarm_list::set(const std::string &name, const std::string &text, bool there, double now_s,
                      bool needs_reset) {
@@ -42,4 +42,4 @@ std::vector<std::string> alarm_list::take_events() {
     return std::exchange(events_, {});
 }
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 struct alarm {
     std::string name, text;
@@ -35,4 +35,4 @@ class alarm_list {
     int total_ = 0;
 };
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

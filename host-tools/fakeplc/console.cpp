@@ -11,7 +11,7 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 namespace {
 
@@ -50,14 +50,14 @@ bool on_off(const words &line, std::size_t at, const char *usage) {
 
 // in : words of "move X=1 Y=2 Z=3 feed=1000", mm and mm/min
 // Throws input_error with the usage.
-twin_step step_of(const words &line) {
-    twin_step step;
+twin::twin_step step_of(const words &line) {
+    twin::twin_step step;
     for (std::size_t i = 1; i < line.size(); ++i) {
         const auto equals = line[i].find('=');
         const std::string key = line[i].substr(0, equals);
         if (equals == std::string::npos) refuse("usage: move X=1 Y=2 Z=3 feed=1000");
         const double value = number(line[i].substr(equals + 1));
-        const int axis = key.size() == 1 ? axis_index(key[0]) : -1;
+        const int axis = key.size() == 1 ? twin::axis_index(key[0]) : -1;
         if (key == "feed")
             step.feed_mm_per_s = value / 60.0;
         else if (axis >= 0)
@@ -132,10 +132,11 @@ std::string order_fault(words line, wire_server &server) {
     return "ok";
 }
 
-std::string listed(const xyz &values) {
+std::string listed(const twin::xyz &values) {
     std::string text;
     for (std::size_t a = 0; a < 3; ++a) {
-        text += fmt::format(" {}={}", axis_letters[a], std::round(values[a] * 1e4) / 1e4 + 0.0);
+        text +=
+            fmt::format(" {}={}", twin::axis_letters[a], std::round(values[a] * 1e4) / 1e4 + 0.0);
     }
     return text;
 }
@@ -256,4 +257,4 @@ std::string_view console_help() {
            "  quit\n";
 }
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

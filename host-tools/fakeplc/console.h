@@ -8,7 +8,7 @@
 #include "host-tools/fakeplc/plc.h"
 #include "host-tools/fakeplc/wire_server.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 struct console {
     fake_plc &plc;
@@ -22,4 +22,4 @@ struct console {
 // out: help for every command
 std::string_view console_help();
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 namespace {
 
@@ -40,7 +40,7 @@ double toward(double held, double want, double step) {
     return std::fabs(want - held) <= step ? want : held + (want > held ? step : -step);
 }
 
-plc_duties::plc_duties(const register_map &map, const twin_plc &limits,
+plc_duties::plc_duties(const register_map &map, const twin::twin_plc &limits,
                        std::vector<double> sizes_um, std::int64_t now_us)
     : map_(map),
       limits_(limits),
@@ -162,4 +162,4 @@ void plc_duties::scan(const std::vector<std::uint16_t> &registers, bool permitte
     }
 }
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

@@ -11,7 +11,7 @@
 #include "host-tools/fakeplc/register_map.h"
 #include "host-tools/twin/twin_file.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 // The low byte of the box's status register (docs/DESIGN.md).
 namespace box_mode {
@@ -34,7 +34,7 @@ class plc_duties {
   public:
     // State at power-on at now_us: all values are zero, the box is unknown. sizes_um: largest
     // applied offset of each channel, >= 0.
-    plc_duties(const register_map &map, const twin_plc &limits, std::vector<double> sizes_um,
+    plc_duties(const register_map &map, const twin::twin_plc &limits, std::vector<double> sizes_um,
                std::int64_t now_us);
 
     // One scan at now_us, dt_s after the previous one. registers: all of the PLC's; permitted: the
@@ -76,7 +76,7 @@ class plc_duties {
     double share_of_line(double dt_s);
 
     register_map map_;
-    twin_plc limits_;
+    twin::twin_plc limits_;
     std::vector<double> sizes_um_;
     std::vector<correction> commanded_, wanted_;
     std::vector<bool> limited_;
@@ -89,4 +89,4 @@ class plc_duties {
     std::vector<std::string> events_;
 };
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

@@ -20,7 +20,7 @@
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/input_lines.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 namespace {
 
 // Writes one log row for each scan and flushes once a second, so that other programs can follow it.
@@ -49,7 +49,7 @@ class scan_log {
 void serve(fake_plc &plc, wire_server &server, scan_log &log, const sigset_t &in_poll,
            const cli::streams &io) {
     console commands{plc, server};
-    input_lines input(io.in);
+    formats::input_lines input(io.in);
     bool open = true;
     const auto answer = [&plc](const byte_string &request, bool torn) {
         return plc.answer(request, torn);
@@ -90,7 +90,7 @@ std::unique_ptr<wire_server> open_wire(const options &chosen, const plc_setup &s
 
 void run(const options &chosen, const cli::streams &io) {
     const plc_setup setup = prepare(chosen.plc);
-    refuse_given(chosen.log, "the log");
+    formats::refuse_given(chosen.log, "the log");
     const sigset_t in_poll = mind_signals();
     // Open the log after the port, because a second fakeplc must not empty the log of the first.
     const auto server = open_wire(chosen, setup);
@@ -105,7 +105,7 @@ void run(const options &chosen, const cli::streams &io) {
 void add_options(cli::command &app, options &chosen) {
     app.add_option("--profile KIND", chosen.plc.profile,
                    "Kind of control: generic, sinumerik-840d or fanuc (default: the map's)")
-        .check(one_of(plc_profile::names()));
+        .check(cli::one_of(plc_profile::names()));
     app.add_option("--listen ADDRESS", chosen.listen,
                    "HOST:PORT (port 0: any free one); rtu:/LINK: Modbus RTU on a new "
                    "pseudo-terminal, to which LINK points; unix:/PATH: RTU on a socket")
@@ -115,12 +115,12 @@ void add_options(cli::command &app, options &chosen) {
         });
     app.add_option("--unit N", chosen.serial.unit, "RTU: own unit id, 1 to 247")
         .capture_default_str()
-        .check(whole_between(1, 247));
+        .check(cli::whole_between(1, 247));
     app.add_option(
            "--baud N", chosen.serial.baud,
            "RTU: simulated baud rate, 11 bits a character, up to 921600; 0: replies take no time")
         .capture_default_str()
-        .check(whole_between(0, 921600));
+        .check(cli::whole_between(0, 921600));
     app.add_option("--machine TWIN.json", chosen.plc.machine,
                    "Twin file (default: X, Y, Z without errors, with the ranges of the map's "
                    "signals or 0 to 1000 mm)");
@@ -131,7 +131,7 @@ void add_options(cli::command &app, options &chosen) {
     app.add_option("--size-um D", chosen.plc.size_um,
                    "Largest offset, um, that the PLC program applies to an axis, 0 to 1000000 "
                    "(default: plc.size_um of the twin file, or 500)")
-        .check(between(0.0, 1e6));
+        .check(cli::between(0.0, 1e6));
     app.add_option("--log F.csv", chosen.log, "CSV file with one row for each PLC scan");
     app.footer(std::string(console_help()) +
                "Example:\n"
@@ -141,7 +141,7 @@ void add_options(cli::command &app, options &chosen) {
 }
 
 }  // namespace
-}  // namespace compbox
+}  // namespace compbox::fakeplc
 
 // out: 0 after quit or a signal, 1 for bad input, 2 for wrong usage, 70 for a fault of the program
 int main(int argc, char **argv) {
@@ -149,11 +149,11 @@ int main(int argc, char **argv) {
     compbox::cli::program app{
         "fakeplc: a machine-tool control with its PLC and a simulated machine", io};
     app.set_version_flag("--version", "fakeplc " CB_VERSION);
-    compbox::options chosen;
-    compbox::add_options(app, chosen);
+    compbox::fakeplc::options chosen;
+    compbox::fakeplc::add_options(app, chosen);
     try {
         if (const auto end = app.parse(argc, argv)) return *end;
-        compbox::run(chosen, io);
+        compbox::fakeplc::run(chosen, io);
     } catch (const compbox::input_error &error) {
         io.err << "fakeplc: " << error.what() << "\n";
         return 1;

@@ -11,13 +11,13 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/input_lines.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 namespace {
 
 // Answers polls and commands until a signal or the command quit.
 void serve(serial_server &line, pt100_modules &modules, const sigset_t &in_poll,
            const cli::streams &io) {
-    input_lines input(io.in);
+    formats::input_lines input(io.in);
     bool open = true, quit = false;
     std::vector<pollfd> set;
     while (!quit && !stop_requested()) {
@@ -48,7 +48,7 @@ void run(const std::string &listen, const std::vector<std::string> &texts,
 }
 
 }  // namespace
-}  // namespace compbox
+}  // namespace compbox::fakeplc
 
 // out: 0 after quit or a signal, 1 for bad input, 2 for wrong usage
 int main(int argc, char **argv) {
@@ -57,13 +57,13 @@ int main(int argc, char **argv) {
     app.set_version_flag("--version", "fakept100 " CB_VERSION);
     std::string listen;
     std::vector<std::string> modules;
-    compbox::serial_options options;
+    compbox::fakeplc::serial_options options;
     options.delay_us = 2000;
     app.add_option("--listen ADDRESS", listen,
                    "rtu:/LINK: a new pseudo-terminal with a link there; unix:/PATH: a socket")
         .required()
         .check([](const std::string &address) {
-            return compbox::serial_server::takes(address)
+            return compbox::fakeplc::serial_server::takes(address)
                        ? ""
                        : fmt::format("'{}' is neither rtu:/LINK nor unix:/PATH", address);
         });
@@ -72,7 +72,7 @@ int main(int argc, char **argv) {
     app.add_option("--baud N", options.baud,
                    "Simulated baud rate, up to 921600; 0: replies take no time")
         .capture_default_str()
-        .check(compbox::whole_between(0, 921600));
+        .check(compbox::cli::whole_between(0, 921600));
     app.footer(
         "Commands on stdin, each answered by one line:\n"
         "  set UNIT REGISTER DEGC, silent UNIT 0|1, late UNIT MS, quit\n"
@@ -80,7 +80,7 @@ int main(int argc, char **argv) {
         "  fakept100 --listen rtu:/tmp/bus --module 5=20.1,21.5 --module 6=19.8");
     try {
         if (const auto end = app.parse(argc, argv)) return *end;
-        compbox::run(listen, modules, options, io);
+        compbox::fakeplc::run(listen, modules, options, io);
     } catch (const compbox::input_error &error) {
         io.err << "fakept100: " << error.what() << "\n";
         return 1;

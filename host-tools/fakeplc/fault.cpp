@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/fakeplc/fault.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 namespace {
 
@@ -77,4 +77,4 @@ std::vector<timed_bytes> spoil(const byte_string &frame, const std::optional<fau
     return {{0, frame}};
 }
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

@@ -10,7 +10,7 @@
 
 #include "host-tools/fakeplc/modbus.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 enum class fault_kind {
     late,       // the reply is `value` ms late; later replies wait for it
@@ -56,4 +56,4 @@ struct timed_bytes {
 // in : frame: a complete reply. out: the bytes to send in its place
 std::vector<timed_bytes> spoil(const byte_string &frame, const std::optional<fault> &what);
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

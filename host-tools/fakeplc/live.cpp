@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 namespace {
 
@@ -48,4 +48,4 @@ bool stop_requested() {
     return came != 0;
 }
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

@@ -7,7 +7,7 @@
 
 #include <cstdint>
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 // Monotonic.
 std::int64_t now_us();
@@ -22,4 +22,4 @@ sigset_t mind_signals();
 // out: whether SIGTERM or SIGINT arrived
 bool stop_requested();
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

@@ -9,7 +9,7 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 namespace {
 
@@ -18,7 +18,7 @@ std::string rounded(double value) {
     return fmt::format("{}", std::round(value * 1e4) / 1e4 + 0.0);
 }
 
-void append(std::string &row, const xyz &values) {
+void append(std::string &row, const twin::xyz &values) {
     for (const double value : values) row += "," + rounded(value);
 }
 
@@ -77,4 +77,4 @@ bool plc_log::flush() {
     return good_;
 }
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

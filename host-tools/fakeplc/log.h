@@ -8,7 +8,7 @@
 
 #include "host-tools/fakeplc/plc.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 class plc_log {
   public:
@@ -27,4 +27,4 @@ class plc_log {
     bool good_ = true;
 };
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/fakeplc/modbus.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 namespace modbus {
 
 namespace {
@@ -145,4 +145,4 @@ byte_string frame(const byte_string &request_frame, const byte_string &reply) {
 }
 
 }  // namespace modbus
-}  // namespace compbox
+}  // namespace compbox::fakeplc

@@ -7,7 +7,7 @@
 
 #include "host-tools/fakeplc/profile.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 using byte_string = std::vector<std::uint8_t>;
 
@@ -47,4 +47,4 @@ bool writes(std::uint8_t function);
 byte_string frame(const byte_string &request_frame, const byte_string &reply);
 
 }  // namespace modbus
-}  // namespace compbox
+}  // namespace compbox::fakeplc

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 namespace {
 
@@ -121,4 +121,4 @@ void nc_handshake::restart_plc() {
     written_.assign(written_.size(), false);
 }
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

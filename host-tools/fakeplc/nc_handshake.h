@@ -8,7 +8,7 @@
 #include "host-tools/fakeplc/nc_side.h"
 #include "host-tools/twin/random.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 class nc_handshake : public nc_side {
   public:
@@ -46,7 +46,7 @@ class nc_handshake : public nc_side {
     bool estb_ = false, erend_ = false;
     int cycles_left_ = 0;
     std::string alarm_;
-    random_stream random_;
+    twin::random_stream random_;
 };
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 namespace {
 
@@ -118,4 +118,4 @@ void nc_setting_data::restart_plc() {
     written_.assign(written_.size(), false);
 }
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

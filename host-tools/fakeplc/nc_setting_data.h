@@ -9,7 +9,7 @@
 #include "host-tools/fakeplc/nc_side.h"
 #include "host-tools/twin/random.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 class nc_setting_data : public nc_side {
   public:
@@ -54,7 +54,7 @@ class nc_setting_data : public nc_side {
     std::vector<correction> known_, applied_;  // the PLC's copy of the NC's values; its targets
     std::optional<job> job_;
     std::size_t next_ = 0;  // the channel to check first
-    random_stream random_;
+    twin::random_stream random_;
 };
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

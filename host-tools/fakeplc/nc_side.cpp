@@ -4,7 +4,7 @@
 #include "host-tools/fakeplc/nc_handshake.h"
 #include "host-tools/fakeplc/nc_setting_data.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 namespace {
 
@@ -43,4 +43,4 @@ std::unique_ptr<nc_side> make_nc_side(const nc_interface &nc, const register_map
     return std::make_unique<nc_direct>(map.channels.size());
 }
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

@@ -12,7 +12,7 @@
 #include "host-tools/fakeplc/duties.h"
 #include "host-tools/fakeplc/profile.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 class nc_side {
   public:
@@ -42,4 +42,4 @@ class nc_side {
 std::unique_ptr<nc_side> make_nc_side(const nc_interface &nc, const register_map &map,
                                       std::uint64_t seed);
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

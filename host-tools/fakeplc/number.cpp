@@ -7,7 +7,7 @@
 #include <cstring>
 #include <limits>
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 namespace {
 
@@ -103,4 +103,4 @@ double number_format::decode(const std::uint16_t *words) const {
                           : static_cast<double>(static_cast<std::int32_t>(bits));
 }
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

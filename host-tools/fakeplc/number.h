@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 struct number_format {
     enum class kind { unsigned_integer, signed_integer, floating };
@@ -31,4 +31,4 @@ struct number_format {
     double decode(const std::uint16_t *words) const;
 };
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

@@ -7,7 +7,7 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 namespace {
 
@@ -19,20 +19,20 @@ std::int64_t to_us(double seconds) {
 }
 
 // A control without interpolation of the compensation applies any step at once.
-twin_config with_nc_of(const plc_profile &profile, const twin_config &config) {
-    twin_config result = config;
+twin::twin_config with_nc_of(const plc_profile &profile, const twin::twin_config &config) {
+    twin::twin_config result = config;
     if (!profile.nc.spreads) result.nc.comp_add_velo_factor = 1e9;
     return result;
 }
 
 // out: index of the axis that a channel moves; nothing if the machine maps it to none
-std::optional<std::size_t> axis_of(const taken_channel &channel, const twin_config &config,
+std::optional<std::size_t> axis_of(const taken_channel &channel, const twin::twin_config &config,
                                    const std::string &file) {
     const auto mapped = config.channels.find(channel.name);
-    if (mapped != config.channels.end() && mapped->second == no_axis) return std::nullopt;
-    if (const auto drive = find_drive(config, channel.name)) return drive->axis;
-    const int axis = mapped != config.channels.end() ? axis_index(mapped->second)
-                     : channel.name.size() == 1      ? axis_index(channel.name[0])
+    if (mapped != config.channels.end() && mapped->second == twin::no_axis) return std::nullopt;
+    if (const auto drive = twin::find_drive(config, channel.name)) return drive->axis;
+    const int axis = mapped != config.channels.end() ? twin::axis_index(mapped->second)
+                     : channel.name.size() == 1      ? twin::axis_index(channel.name[0])
                                                      : -1;
     if (axis < 0 || !config.axes[static_cast<std::size_t>(axis)].present) {
         throw input_error(file, 0, 0,
@@ -44,7 +44,7 @@ std::optional<std::size_t> axis_of(const taken_channel &channel, const twin_conf
 }
 
 std::vector<std::optional<std::size_t>> axes_of(const register_map &map,
-                                                const twin_config &config) {
+                                                const twin::twin_config &config) {
     std::vector<std::optional<std::size_t>> axes;
     for (const auto &channel : map.channels) axes.push_back(axis_of(channel, config, map.file));
     return axes;
@@ -52,7 +52,7 @@ std::vector<std::optional<std::size_t>> axes_of(const register_map &map,
 
 // The largest offset of each channel: that of its axis.
 std::vector<double> sizes_of(const std::vector<std::optional<std::size_t>> &axes,
-                             const twin_plc &plc) {
+                             const twin::twin_plc &plc) {
     std::vector<double> sizes_um;
     for (const auto &axis : axes) {
         sizes_um.push_back(axis ? plc.axis_size_um[*axis].value_or(plc.size_um) : plc.size_um);
@@ -62,8 +62,8 @@ std::vector<double> sizes_of(const std::vector<std::optional<std::size_t>> &axes
 
 }  // namespace
 
-fake_plc::fake_plc(const twin_config &config, const register_map &map, const plc_profile &profile,
-                   std::int64_t now_us)
+fake_plc::fake_plc(const twin::twin_config &config, const register_map &map,
+                   const plc_profile &profile, std::int64_t now_us)
     : config_(with_nc_of(profile, config)),
       map_(map),
       profile_(profile),
@@ -129,9 +129,9 @@ void fake_plc::nc_cycle() {
 // Several channels of one axis act by their mean; a difference between a stage's two drives yaws
 // it.
 void fake_plc::enter_compensation() {
-    const xyz position_mm = nc_.position_mm();
+    const twin::xyz position_mm = nc_.position_mm();
     const double most = config_.nc.comp_add_velo_factor;
-    xyz asked_um = {}, slope = {}, difference_um = {};
+    twin::xyz asked_um = {}, slope = {}, difference_um = {};
     std::array<int, 3> channels = {};
     for (std::size_t c = 0; c < map_.channels.size(); ++c) {
         if (!axis_of_channel_[c]) continue;
@@ -139,7 +139,7 @@ void fake_plc::enter_compensation() {
         correction held = side_->held()[c];
         held.slope = std::clamp(held.slope, -most, most);
         const double here_um = held.at_um(position_mm[a]);
-        if (const auto drive = find_drive(config_, map_.channels[c].name)) {
+        if (const auto drive = twin::find_drive(config_, map_.channels[c].name)) {
             difference_um[a] += drive->side == 0 ? -here_um : here_um;
         }
         asked_um[a] += here_um;
@@ -261,7 +261,7 @@ void fake_plc::freeze_nc(bool frozen) {
     event(frozen ? "NC coupling frozen" : "NC coupling back");
 }
 
-void fake_plc::move(const twin_step &step) {
+void fake_plc::move(const twin::twin_step &step) {
     nc_.queue(step);
 }
 
@@ -281,4 +281,4 @@ bool fake_plc::release_signal(const std::string &name) {
     return true;
 }
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

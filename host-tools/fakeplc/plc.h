@@ -22,18 +22,18 @@
 #include "host-tools/twin/process.h"
 #include "host-tools/twin/random.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 // State after a scan, for the log and for `status`.
 struct plc_state {
     double time_s = 0.0;
-    xyz position_mm = {};              // as displayed by the control
+    twin::xyz position_mm = {};        // as displayed by the control
     std::vector<double> commanded_um;  // of each channel, as the box wrote it
     std::vector<double> applied_um;    // of each channel, as the PLC hands it to the NC
     std::vector<correction> held;      // of each channel, as the NC has it
-    xyz displacement_um = {};          // of the tool, by the compensation in the axes
-    xyz error_before_um = {};          // true error without …
-    xyz error_after_um = {};           // … and with the compensation
+    twin::xyz displacement_um = {};    // of the tool, by the compensation in the axes
+    twin::xyz error_before_um = {};    // true error without …
+    twin::xyz error_after_um = {};     // … and with the compensation
     std::uint16_t control = 0, status = 0, plc_heartbeat = 0, box_heartbeat = 0;
     std::uint16_t handshake = 0;
     int alarms = 0;  // active
@@ -45,7 +45,7 @@ class fake_plc {
   public:
     // State at power-on at now_us: registers zero, axes at start_mm and not referenced. Throws
     // input_error for a channel without an axis of the twin.
-    fake_plc(const twin_config &config, const register_map &map, const plc_profile &profile,
+    fake_plc(const twin::twin_config &config, const register_map &map, const plc_profile &profile,
              std::int64_t now_us);
 
     // Runs every interpolation cycle and scan that is due by now_us; on_scan(state()) and
@@ -65,15 +65,15 @@ class fake_plc {
     // The state after the last scan.
     const plc_state &state() const { return state_; }
     const register_map &map() const { return map_; }
-    const twin_machine &twin() const { return twin_; }
-    const nc_motion &nc() const { return nc_; }
+    const twin::twin_machine &twin() const { return twin_; }
+    const twin::nc_motion &nc() const { return nc_; }
     // out: the NC's present value of each channel
     const std::vector<correction> &held() const { return side_->held(); }
     const plc_duties &duties() const { return duties_; }
     const nc_side &side() const { return *side_; }
     const alarm_list &alarms() const { return alarms_; }
     // out: the present state of the machine, for reports: twin().true_error_um(machine_state())
-    twin_state machine_state() const;
+    twin::twin_state machine_state() const;
     bool moving() const { return nc_.moving(); }
 
     // Leaves the errors out of state(); computing them takes time.
@@ -86,8 +86,8 @@ class fake_plc {
     void set_permit(bool on);
     void press_reset();  // sets the bit for half a second and clears alarms that wait for it
     void restart();      // switches the PLC off and on; the NC keeps its values
-    void freeze_nc(bool frozen);       // NC coupling lost: positions and heartbeat freeze
-    void move(const twin_step &step);  // queued; throws input_error
+    void freeze_nc(bool frozen);             // NC coupling lost: positions and heartbeat freeze
+    void move(const twin::twin_step &step);  // queued; throws input_error
     // Replaces the measured value of a signal; false for an unknown name.
     bool force_signal(const std::string &name, double value);
     bool release_signal(const std::string &name);
@@ -117,18 +117,18 @@ class fake_plc {
     void event(const std::string &words) { events_.push_back(words); }
     void tell(const std::vector<std::string> &words);
 
-    twin_config config_;
+    twin::twin_config config_;
     register_map map_;
     plc_profile profile_;
-    twin_machine twin_;
-    nc_motion nc_;
-    machine_process process_;
+    twin::twin_machine twin_;
+    twin::nc_motion nc_;
+    twin::machine_process process_;
     modbus::bank registers_;
     std::vector<std::optional<std::size_t>> axis_of_channel_;
     plc_duties duties_;
     std::unique_ptr<nc_side> side_;
     alarm_list alarms_;
-    random_stream jitter_;
+    twin::random_stream jitter_;
     std::map<std::string, double> forced_;
     plc_state state_;
     std::vector<std::string> events_;
@@ -149,4 +149,4 @@ class fake_plc {
     std::uint16_t last_noted_status_ = 0, last_noted_control_ = 0;
 };
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

@@ -6,7 +6,7 @@
 
 #include "host-tools/fakeplc/plc.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 namespace {
 
@@ -31,7 +31,7 @@ std::uint16_t fake_plc::control_word() const {
 double fake_plc::signal_value(const shown_signal &signal) const {
     const auto forced = forced_.find(signal.name);
     if (forced != forced_.end()) return forced->second;
-    const int axis = signal.name.size() == 1 ? axis_index(signal.name[0]) : -1;
+    const int axis = signal.name.size() == 1 ? twin::axis_index(signal.name[0]) : -1;
     if (axis >= 0 && config_.axes[static_cast<std::size_t>(axis)].present) {
         return nc_.position_mm()[static_cast<std::size_t>(axis)];
     }
@@ -128,18 +128,18 @@ void fake_plc::keep_state() {
     events_.clear();
 }
 
-twin_state fake_plc::machine_state() const {
-    twin_state state = nc_.state();
+twin::twin_state fake_plc::machine_state() const {
+    twin::twin_state state = nc_.state();
     process_.fill(state);
     return state;
 }
 
 void fake_plc::keep_truth() {
     if (!with_truth_) return;
-    twin_state machine = machine_state();
+    twin::twin_state machine = machine_state();
     state_.error_after_um = twin_.true_error_um(machine);
     machine.drive_um = {};
     state_.error_before_um = twin_.true_error_um(machine);
 }
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

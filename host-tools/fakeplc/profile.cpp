@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 namespace {
 
@@ -67,4 +67,4 @@ std::vector<std::string> plc_profile::names() {
     return names;
 }
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 // Transfer of a compensation from the PLC to the NC.
 enum class nc_way {
@@ -47,4 +47,4 @@ struct plc_profile {
     static std::vector<std::string> names();
 };
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

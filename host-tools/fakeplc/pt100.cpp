@@ -6,7 +6,7 @@
 
 #include "host-tools/formats/error.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 namespace {
 
@@ -124,4 +124,4 @@ std::string pt100_modules::run(const std::string &line) {
     return "ok";
 }
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

@@ -8,7 +8,7 @@
 
 #include "host-tools/fakeplc/serial_server.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 class pt100_modules {
   public:
@@ -33,4 +33,4 @@ class pt100_modules {
     std::map<int, module> modules_;
 };
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

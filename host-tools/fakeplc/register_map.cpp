@@ -6,7 +6,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/json.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 namespace {
 
@@ -200,7 +200,7 @@ register_map register_map_of(const json &root, const std::string &file) {
 }
 
 register_map load_register_map(const std::string &path) {
-    return register_map_of(read_json(path), path);
+    return register_map_of(formats::read_json(path), path);
 }
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

@@ -11,7 +11,7 @@
 #include "host-tools/fakeplc/number.h"
 #include "host-tools/formats/json_type.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 struct register_block {
     int start = 0, count = 0;
@@ -70,4 +70,4 @@ struct register_map {
 register_map register_map_of(const json &root, const std::string &file);
 register_map load_register_map(const std::string &path);
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

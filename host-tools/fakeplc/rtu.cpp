@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/fakeplc/rtu.h"
 
-namespace compbox::rtu {
+namespace compbox::fakeplc::rtu {
 
 namespace {
 
@@ -102,4 +102,4 @@ std::vector<timed_bytes> spoil(std::uint8_t unit, byte_string pdu,
     return {{0, whole}};
 }
 
-}  // namespace compbox::rtu
+}  // namespace compbox::fakeplc::rtu

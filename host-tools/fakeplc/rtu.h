@@ -9,7 +9,7 @@
 #include "host-tools/fakeplc/fault.h"
 #include "host-tools/fakeplc/modbus.h"
 
-namespace compbox::rtu {
+namespace compbox::fakeplc::rtu {
 
 // CRC-16 of Modbus, bit by bit.
 std::uint16_t crc(const byte_string &bytes);
@@ -27,4 +27,4 @@ std::size_t request_size(const byte_string &received);
 std::vector<timed_bytes> spoil(std::uint8_t unit, byte_string pdu,
                                const std::optional<fault> &what);
 
-}  // namespace compbox::rtu
+}  // namespace compbox::fakeplc::rtu

@@ -17,7 +17,7 @@
 #include "host-tools/fakeplc/rtu.h"
 #include "host-tools/formats/error.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 namespace {
 
@@ -261,4 +261,4 @@ void serial_server::send_due(std::int64_t now_us) {
     }
 }
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

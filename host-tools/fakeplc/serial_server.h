@@ -9,7 +9,7 @@
 
 #include "host-tools/fakeplc/wire_server.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 struct serial_options {
     int unit = 1;       // own unit id; a handler with units answers other ids too
@@ -79,4 +79,4 @@ class serial_server : public wire_server {
     fault_plan faults_;
 };
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

@@ -15,7 +15,7 @@
 
 #include "host-tools/formats/error.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 namespace {
 
@@ -232,4 +232,4 @@ void modbus_server::close_all_clients() {
     drop_closed();
 }
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

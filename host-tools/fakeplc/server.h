@@ -12,7 +12,7 @@
 
 #include "host-tools/fakeplc/wire_server.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 class modbus_server : public wire_server {
   public:
@@ -72,4 +72,4 @@ class modbus_server : public wire_server {
     fault_plan faults_;
 };
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

@@ -7,7 +7,7 @@
 #include "host-tools/formats/json.h"
 #include "host-tools/formats/register_layout.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 namespace {
 
@@ -15,14 +15,14 @@ constexpr double plain_travel_mm = 1000.0;
 
 // out: axis of a channel by its name: Z, or Z1 and Z2 of a stage with two motors
 char axis_moved_by(const std::string &channel) {
-    const bool named = axis_index(channel[0]) >= 0 &&
+    const bool named = twin::axis_index(channel[0]) >= 0 &&
                        channel.find_first_not_of("0123456789", 1) == std::string::npos;
-    return named ? channel[0] : no_axis;
+    return named ? channel[0] : twin::no_axis;
 }
 
 // out: machine with X, Y and Z without errors, with the ranges of the signals of these names
-twin_config plain_machine(const register_map &map) {
-    twin_config config;
+twin::twin_config plain_machine(const register_map &map) {
+    twin::twin_config config;
     config.machine = "a machine without errors";
     for (auto &axis : config.axes) {
         axis.present = true;
@@ -32,8 +32,8 @@ twin_config plain_machine(const register_map &map) {
     }
     for (const auto &signal : map.signals) {
         const char letter = axis_moved_by(signal.name);
-        if (letter == no_axis) continue;
-        const auto index = static_cast<std::size_t>(axis_index(letter));
+        if (letter == twin::no_axis) continue;
+        const auto index = static_cast<std::size_t>(twin::axis_index(letter));
         auto &axis = config.axes[index];
         const double lowest_mm = signal.max ? std::min(0.0, *signal.max - plain_travel_mm) : 0.0;
         axis.min_mm = signal.min.value_or(lowest_mm);
@@ -47,21 +47,21 @@ twin_config plain_machine(const register_map &map) {
 }
 
 // What compbox init lays out for the twin's axes, each with a position and a channel.
-register_map usual_map(const plc_options &options, const twin_config &twin) {
+register_map usual_map(const plc_options &options, const twin::twin_config &twin) {
     std::vector<std::string> positions;
-    std::vector<layout_channel> channels;
+    std::vector<formats::layout_channel> channels;
     for (std::size_t a = 0; a < twin.axes.size(); ++a) {
         if (!options.machine.empty() && !twin.axes[a].present) continue;
-        const std::string axis(1, axis_letters[a]);
+        const std::string axis(1, twin::axis_letters[a]);
         positions.push_back(axis);
         channels.push_back({axis, axis});
     }
     const std::string profile = options.profile.empty() ? "generic" : options.profile;
-    return register_map_of(register_layout(profile, positions, channels), "");
+    return register_map_of(formats::register_layout(profile, positions, channels), "");
 }
 
 // out: the register map that the user named, else the usual one for the machine's axes
-register_map registers_for(const plc_options &options, const twin_config &twin) {
+register_map registers_for(const plc_options &options, const twin::twin_config &twin) {
     const std::string path = options.map.empty() ? twin.coefficients : options.map;
     if (!path.empty()) return load_register_map(path);
     return usual_map(options, twin);
@@ -71,7 +71,7 @@ register_map registers_for(const plc_options &options, const twin_config &twin) 
 
 plc_setup prepare(const plc_options &options) {
     plc_setup setup;
-    if (!options.machine.empty()) setup.twin = load_twin(options.machine);
+    if (!options.machine.empty()) setup.twin = twin::load_twin(options.machine);
     setup.map = registers_for(options, setup.twin);
     if (options.machine.empty()) setup.twin = plain_machine(setup.map);
     if (options.seed) setup.twin.seed = *options.seed;
@@ -86,4 +86,4 @@ plc_setup prepare(const plc_options &options) {
     return setup;
 }
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

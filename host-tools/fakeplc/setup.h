@@ -10,7 +10,7 @@
 #include "host-tools/fakeplc/register_map.h"
 #include "host-tools/twin/twin_file.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 struct plc_options {
     std::string profile;  // "": the map's
@@ -21,7 +21,7 @@ struct plc_options {
 };
 
 struct plc_setup {
-    twin_config twin;
+    twin::twin_config twin;
     register_map map;
     plc_profile profile;
 };
@@ -29,4 +29,4 @@ struct plc_setup {
 // Throws input_error with one sentence when a file is bad. No option is needed.
 plc_setup prepare(const plc_options &options);
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

@@ -11,7 +11,7 @@
 
 #include "host-tools/fakeplc/fault.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 
 class wire_server {
   public:
@@ -37,4 +37,4 @@ class wire_server {
     virtual fault_plan &faults() = 0;
 };
 
-}  // namespace compbox
+}  // namespace compbox::fakeplc

@@ -9,7 +9,7 @@
 #include "host-tools/fitting/measurement.h"
 #include "host-tools/formats/error.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 namespace {
 
@@ -106,7 +106,7 @@ class factored_rows {
 
   private:
     void fold() {
-        rows_.topRows(kept_) = triangular_factor(rows_.topRows(kept_ + used_));
+        rows_.topRows(kept_) = algebra::triangular_factor(rows_.topRows(kept_ + used_));
         rows_.bottomRows(most_rows).setZero();
         used_ = 0;
     }
@@ -160,7 +160,8 @@ alignment align(const std::vector<reading> &all, const group_sums &sums, std::si
     }
     const Eigen::MatrixXd factor = rows.factor();
     const Eigen::VectorXd y = factor.col(2 * m);
-    const least_squares solved = solve_least_squares(factor.leftCols(2 * m), y, 1e-9);
+    const algebra::least_squares solved =
+        algebra::solve_least_squares(factor.leftCols(2 * m), y, 1e-9);
     const Eigen::VectorXd parts = solved.x;
     alignment result;
     result.offset = parts.head(m);
@@ -270,4 +271,4 @@ void average_runs(measurement &data) {
     average_positions(data, sums);
 }
 
-}  // namespace compbox
+}  // namespace compbox::fitting

@@ -9,7 +9,7 @@
 #include "host-tools/fitting/methods.h"
 #include "host-tools/formats/error.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 namespace {
 
@@ -88,4 +88,4 @@ void split_branches(fit_result &result) {
     backward.best = combine(mean, lost, -1.0);
 }
 
-}  // namespace compbox
+}  // namespace compbox::fitting

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace compbox {
+namespace compbox::fitting {
 
 namespace {
 
@@ -102,4 +102,4 @@ measurement in_cells(const measurement &data, std::size_t most) {
     return result;
 }
 
-}  // namespace compbox
+}  // namespace compbox::fitting

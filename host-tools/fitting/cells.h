@@ -7,7 +7,7 @@
 
 #include "host-tools/fitting/measurement.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 constexpr std::size_t most_positions = 20000;
 
@@ -18,4 +18,4 @@ constexpr std::size_t most_positions = 20000;
 //      there are no repeats.
 measurement in_cells(const measurement &data, std::size_t most = most_positions);
 
-}  // namespace compbox
+}  // namespace compbox::fitting

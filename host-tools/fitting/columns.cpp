@@ -12,7 +12,7 @@
 #include "host-tools/formats/text.h"
 #include "host-tools/formats/units.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 namespace {
 
@@ -155,7 +155,7 @@ bool starts_with(const std::string &text, const std::string &start) {
 }
 
 std::string word_of(const std::string &name) {
-    return without(plain(name), " ._:,/;");
+    return without(formats::plain(name), " ._:,/;");
 }
 
 // Whether a list has the word, with or without hyphens.
@@ -174,16 +174,16 @@ bool has_position(const word_list &list, const std::string &word) {
 
 struct word_and_unit {
     std::string word;
-    const measuring_unit *unit;  // null: none, or unknown
+    const formats::measuring_unit *unit;  // null: none, or unknown
 };
 
 // Splits "deviation (um)", "deviation_um", "deviation/um", "deviation um" into word and unit.
 word_and_unit split_unit(const std::string &name) {
-    const std::string text = plain(name);
+    const std::string text = formats::plain(name);
     const auto open = text.find('('), close = text.rfind(')');
     if (open != std::string::npos && close != std::string::npos && close > open) {
         return {word_of(text.substr(0, open) + text.substr(close + 1)),
-                find_unit(text.substr(open + 1, close - open - 1))};
+                formats::find_unit(text.substr(open + 1, close - open - 1))};
     }
     const std::string arc = "arc sec";
     const bool two_words = text.size() > arc.size() && text.substr(text.size() - arc.size()) == arc;
@@ -191,18 +191,18 @@ word_and_unit split_unit(const std::string &name) {
         auto last = text.rfind(between);
         if (two_words && between == ' ') last = text.size() - arc.size() - 1;
         if (last == std::string::npos || last == 0) continue;
-        const measuring_unit *unit = find_unit(text.substr(last + 1));
+        const formats::measuring_unit *unit = formats::find_unit(text.substr(last + 1));
         if (unit != nullptr) return {word_of(text.substr(0, last)), unit};
     }
     return {word_of(text), nullptr};
 }
 
-bool is_angle(const measuring_unit &unit) {
-    return unit.of == quantity::angle;
+bool is_angle(const formats::measuring_unit &unit) {
+    return unit.of == formats::quantity::angle;
 }
 
-bool is_length(const measuring_unit &unit) {
-    return unit.of == quantity::length;
+bool is_length(const formats::measuring_unit &unit) {
+    return unit.of == formats::quantity::length;
 }
 
 // "+", "-" or "" for the direction of a word; nothing for another word
@@ -244,8 +244,8 @@ std::string run_column(const std::string &word, const std::string &unit, bool le
 }
 
 struct unit_name {
-    std::string start, end;      // "error_", "@3+"
-    const measuring_unit *unit;  // null for other names
+    std::string start, end;               // "error_", "@3+"
+    const formats::measuring_unit *unit;  // null for other names
 };
 
 // "error_mm@3+" -> "error_", mm, "@3+"
@@ -254,17 +254,19 @@ unit_name parse(const std::string &name) {
         if (!starts_with(name, start)) continue;
         const auto at = std::min(name.find('@'), name.size());
         const std::string unit = name.substr(start.size(), at - start.size());
-        return {start, name.substr(at), find_unit(unit)};
+        return {start, name.substr(at), formats::find_unit(unit)};
     }
     return {"", "", nullptr};
 }
 
 // Converts a column, and gives it the name of the standard unit.
-void convert(csv_table &table, std::size_t column) {
+void convert(formats::csv_table &table, std::size_t column) {
     const unit_name parts = parse(table.names[column]);
     if (parts.unit == nullptr) return;
     const bool error = parts.start == "error_";
-    const measuring_unit &to = *find_unit(is_angle(*parts.unit) ? "urad" : error ? "um" : "mm");
+    const formats::measuring_unit &to = *formats::find_unit(is_angle(*parts.unit) ? "urad"
+                                                            : error               ? "um"
+                                                                                  : "mm");
     const std::string name = parts.start + to.name + parts.end;
     if (name == table.names[column]) return;
     if (std::count(table.names.begin(), table.names.end(), name) > 0) {
@@ -272,11 +274,11 @@ void convert(csv_table &table, std::size_t column) {
                           "has the columns {} and {}; keep one of them", name, table.names[column]);
     }
     table.names[column] = name;
-    for (auto &row : table.rows) row[column] = converted(row[column], *parts.unit, to);
+    for (auto &row : table.rows) row[column] = formats::converted(row[column], *parts.unit, to);
 }
 
 // The nominal position is the position; a column "Pos." beside it is something else.
-void choose_position(csv_table &table) {
+void choose_position(formats::csv_table &table) {
     const bool nominal = std::any_of(table.names.begin(), table.names.end(), [](const auto &name) {
         return starts_with(name, "nominal_");
     });
@@ -293,8 +295,8 @@ void choose_position(csv_table &table) {
 }
 
 // Readings in µm beside positions in mm are deviations, whatever their column's name.
-void choose_readings(csv_table &table) {
-    const measuring_unit *position = nullptr;
+void choose_readings(formats::csv_table &table) {
+    const formats::measuring_unit *position = nullptr;
     for (const auto &name : table.names) {
         const unit_name parts = parse(name);
         if (parts.start == "position_") position = parts.unit;
@@ -302,13 +304,13 @@ void choose_readings(csv_table &table) {
     for (auto &name : table.names) {
         const unit_name parts = parse(name);
         if (parts.start != "actual_" || parts.unit == nullptr || position == nullptr) continue;
-        const bool small = parts.unit->factor < find_unit("mm")->factor;
+        const bool small = parts.unit->factor < formats::find_unit("mm")->factor;
         if (small && parts.unit != position) name.replace(0, parts.start.size(), "error_");
     }
 }
 
 // in : a column of measured positions, mm. out: error_um, measured less nominal
-void subtract_nominal(csv_table &table, std::size_t column, std::size_t position) {
+void subtract_nominal(formats::csv_table &table, std::size_t column, std::size_t position) {
     double low = 1e300, high = -1e300, furthest = 0.0;
     const auto &front = table.rows.front();
     const double first = front[column] - front[position];
@@ -329,7 +331,7 @@ void subtract_nominal(csv_table &table, std::size_t column, std::size_t position
 }
 
 // Throws where a column of errors beside nominal and measured position has the other sign.
-void check_sign(const csv_table &table, std::size_t error, std::size_t actual,
+void check_sign(const formats::csv_table &table, std::size_t error, std::size_t actual,
                 std::size_t position) {
     double as_here = 0.0, turned = 0.0;
     for (const auto &row : table.rows) {
@@ -344,7 +346,7 @@ void check_sign(const csv_table &table, std::size_t error, std::size_t actual,
 }
 
 // Measured positions become errors, unless the table has these too.
-void take_measured_positions(csv_table &table) {
+void take_measured_positions(formats::csv_table &table) {
     if (std::none_of(table.names.begin(), table.names.end(),
                      [](const auto &name) { return starts_with(name, "actual_mm"); })) {
         return;
@@ -364,7 +366,7 @@ void take_measured_positions(csv_table &table) {
 }
 
 // A column that could not get its standard name, because another has it.
-void refuse_second(const csv_table &table, const column_units &missing) {
+void refuse_second(const formats::csv_table &table, const column_units &missing) {
     for (const auto &name : table.names) {
         const std::string other = canonical_column(name, missing);
         if (other == name || std::count(table.names.begin(), table.names.end(), other) == 0)
@@ -387,9 +389,9 @@ std::string canonical_column(const std::string &name, const column_units &missin
     if (direction_column_words.count(whole) > 0) return "direction";
     const bool nominal = has_position(nominal_words, parts.word);
     const bool position = nominal || has_position(position_words, parts.word);
-    const measuring_unit *unit = parts.unit;
-    const bool bare = unit == nullptr && split_brackets(name).unit.empty();
-    if (bare) unit = find_unit(position ? missing.position : missing.error);
+    const formats::measuring_unit *unit = parts.unit;
+    const bool bare = unit == nullptr && formats::split_brackets(name).unit.empty();
+    if (bare) unit = formats::find_unit(position ? missing.position : missing.error);
     if (unit == nullptr) return name;
     if (position && (is_length(*unit) || is_angle(*unit))) {
         return fmt::format("{}_{}", nominal ? "nominal" : "position", unit->name);
@@ -415,11 +417,11 @@ bool is_error_word(const std::string &name) {
 }
 
 int direction_of(const std::string &word) {
-    const auto found = direction_words.find(without(plain(word), " ._:"));
+    const auto found = direction_words.find(without(formats::plain(word), " ._:"));
     return found == direction_words.end() ? 0 : found->second;
 }
 
-void to_standard_units(csv_table &table, const column_units &missing) {
+void to_standard_units(formats::csv_table &table, const column_units &missing) {
     refuse_second(table, missing);
     choose_position(table);
     choose_readings(table);
@@ -429,9 +431,9 @@ void to_standard_units(csv_table &table, const column_units &missing) {
 
 column_units units_of_option(const std::string &text) {
     if (text.empty()) return {};
-    const auto pieces = split(text, ',');
+    const auto pieces = formats::split(text, ',');
     for (const auto &piece : pieces) {
-        const measuring_unit *unit = find_unit(piece);
+        const formats::measuring_unit *unit = formats::find_unit(piece);
         const bool fits = unit != nullptr && (is_length(*unit) || is_angle(*unit));
         if (fits && pieces.size() <= 2) continue;
         throw input_error(
@@ -440,8 +442,8 @@ column_units units_of_option(const std::string &text) {
                         text, known_units()));
     }
     if (pieces.size() == 2) return {pieces[0], pieces[1]};
-    const bool both =
-        is_length(*find_unit(text)) && find_unit(text)->factor >= find_unit("mm")->factor;
+    const bool both = is_length(*formats::find_unit(text)) &&
+                      formats::find_unit(text)->factor >= formats::find_unit("mm")->factor;
     return {both ? text : "", text};
 }
 
@@ -458,4 +460,4 @@ bool is_run_column(const std::string &name, std::string &run, int &direction) {
     return true;
 }
 
-}  // namespace compbox
+}  // namespace compbox::fitting

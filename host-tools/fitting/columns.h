@@ -6,7 +6,7 @@
 
 #include "host-tools/formats/csv.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 // Units of columns that state none; "": refuse them.
 struct column_units {
@@ -38,9 +38,9 @@ int direction_of(const std::string &word);
 // their values; measured positions become errors, measured less nominal. Throws input_error for two
 // columns of one meaning, positions that are angles, measured positions that do not follow the
 // nominal ones, and errors of the other sign.
-void to_standard_units(csv_table &table, const column_units &missing = {});
+void to_standard_units(formats::csv_table &table, const column_units &missing = {});
 
 // Of error_um@3+: run 3, direction +1. False for other names.
 bool is_run_column(const std::string &name, std::string &run, int &direction);
 
-}  // namespace compbox
+}  // namespace compbox::fitting

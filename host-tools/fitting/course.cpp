@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace compbox {
+namespace compbox::fitting {
 
 namespace {
 
@@ -58,4 +58,4 @@ std::vector<double> interpolating_knots(const std::vector<double> &x, int degree
     return inner;
 }
 
-}  // namespace compbox
+}  // namespace compbox::fitting

@@ -6,7 +6,7 @@
 
 #include "host-tools/fitting/least_squares.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 // Range for the curve half-way between two points: between the straight line and the cubic through
 // four points there. It is widened by their tolerances and by half of the difference of line and
@@ -23,4 +23,4 @@ std::vector<gate> gates_of(const weighted_points &points, const std::vector<doub
 // between them for an even one, none beside the ends.
 std::vector<double> interpolating_knots(const std::vector<double> &x, int degree);
 
-}  // namespace compbox
+}  // namespace compbox::fitting

@@ -10,7 +10,7 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 namespace {
 
@@ -196,4 +196,4 @@ const char *name_of(reference_line line) {
     return "";
 }
 
-}  // namespace compbox
+}  // namespace compbox::fitting

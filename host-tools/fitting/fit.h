@@ -12,7 +12,7 @@
 #include "host-tools/fitting/spline.h"
 #include "host-tools/formats/json_type.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 enum class fit_method { bspline, bspline_lmc, polynomial, polyline };
 enum class reference_line { keep, end_point, least_squares };
@@ -96,4 +96,4 @@ void plot_fit(const fit_result &result, const std::string &path);
 const char *name_of(fit_method method);
 const char *name_of(reference_line line);
 
-}  // namespace compbox
+}  // namespace compbox::fitting

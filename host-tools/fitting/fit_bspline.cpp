@@ -12,7 +12,7 @@
 #include "host-tools/fitting/methods.h"
 #include "host-tools/formats/csv.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 namespace {
 
@@ -144,4 +144,4 @@ void fit_bspline(fit_result &result) {
     round_to_float(result.curve.bspline, estimate.points);
 }
 
-}  // namespace compbox
+}  // namespace compbox::fitting

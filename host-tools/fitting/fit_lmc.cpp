@@ -17,7 +17,7 @@
 #include "host-tools/fitting/least_squares.h"
 #include "host-tools/fitting/methods.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 namespace {
 
@@ -197,4 +197,4 @@ void fit_lmc(fit_result &result) {
     }
 }
 
-}  // namespace compbox
+}  // namespace compbox::fitting

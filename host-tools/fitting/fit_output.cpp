@@ -8,7 +8,7 @@
 #include "host-tools/formats/json.h"
 #include "host-tools/formats/numbers.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 namespace {
 
@@ -68,11 +68,14 @@ std::string file_name(const std::string &path) {
 }
 
 json residuals_of(const residual_summary &sum) {
-    return json{
-        {"range", five_digits(sum.range)},       {"lowest", five_digits(sum.lowest)},
-        {"highest", five_digits(sum.highest)},   {"mean", five_digits(sum.mean)},
-        {"variance", five_digits(sum.variance)}, {"rms", five_digits(sum.rms)},
-        {"worst", five_digits(sum.worst)},       {"worst_at_mm", five_digits(sum.worst_at_mm)}};
+    return json{{"range", formats::five_digits(sum.range)},
+                {"lowest", formats::five_digits(sum.lowest)},
+                {"highest", formats::five_digits(sum.highest)},
+                {"mean", formats::five_digits(sum.mean)},
+                {"variance", formats::five_digits(sum.variance)},
+                {"rms", formats::five_digits(sum.rms)},
+                {"worst", formats::five_digits(sum.worst)},
+                {"worst_at_mm", formats::five_digits(sum.worst_at_mm)}};
 }
 
 std::size_t largest_run_count(const measurement &data) {
@@ -93,9 +96,9 @@ std::string noise_source(const measurement &data) {
 }
 
 // out: what the instrument recorded: pairs are start and end
-json environment_of(const laser_environment &environment) {
-    const auto pair = [](const start_and_end &values) {
-        return json::array({five_digits(values.start), five_digits(values.end)});
+json environment_of(const formats::laser_environment &environment) {
+    const auto pair = [](const formats::start_and_end &values) {
+        return json::array({formats::five_digits(values.start), formats::five_digits(values.end)});
     };
     json found;
     if (environment.air_degC) found["air_degC"] = pair(*environment.air_degC);
@@ -107,7 +110,7 @@ json environment_of(const laser_environment &environment) {
         found["material_degC"].push_back(pair(material));
     }
     if (environment.expansion_um_per_m_K) {
-        found["expansion_um_per_m_K"] = five_digits(*environment.expansion_um_per_m_K);
+        found["expansion_um_per_m_K"] = formats::five_digits(*environment.expansion_um_per_m_K);
     }
     if (!environment.times.empty()) found["times"] = environment.times;
     found["material_compensated"] = environment.material_compensated();
@@ -124,36 +127,37 @@ json findings_of(const fit_result &result) {
     if (data.environment) found["environment"] = environment_of(*data.environment);
     found["line"] = name_of(result.options.line);
     if (result.options.line != reference_line::keep) {
-        found["line_offset"] = five_digits(result.line_offset);
-        found["line_slope_per_mm"] = five_digits(result.line_slope);
+        found["line_offset"] = formats::five_digits(result.line_offset);
+        found["line_slope_per_mm"] = formats::five_digits(result.line_slope);
     }
     if (result.options.zero_at_mm) {
-        found["zero_at_mm"] = five_digits(*result.options.zero_at_mm);
-        found["zero_offset"] = five_digits(result.zero_offset);
+        found["zero_at_mm"] = formats::five_digits(*result.options.zero_at_mm);
+        found["zero_offset"] = formats::five_digits(result.zero_offset);
     }
     found["positions"] = data.position.size();
     found["runs"] = data.runs.size();
     if (data.cells.readings > 0) {
-        found["averaged_in_cells"] = {{"readings", data.cells.readings},
-                                      {"cell_mm", five_digits(data.cells.width_mm)},
-                                      {"largest_change_of_curve", five_digits(result.cell_loss)}};
+        found["averaged_in_cells"] = {
+            {"readings", data.cells.readings},
+            {"cell_mm", formats::five_digits(data.cells.width_mm)},
+            {"largest_change_of_curve", formats::five_digits(result.cell_loss)}};
     }
     found["readings_per_position"] = largest_run_count(data);
     if (data.runs_aligned) found["run_offsets_and_slopes_evened_out"] = true;
     if (data.bidirectional) {
         found["branches"] = result.backward.empty() ? "averaged" : "forward and backward";
-        found["mean_lost_motion"] = five_digits(data.mean_lost_motion);
+        found["mean_lost_motion"] = formats::five_digits(data.mean_lost_motion);
     }
     if (result.options.tolerance_um > 0.0) {
-        found["tolerance"] = five_digits(result.options.tolerance_um);
+        found["tolerance"] = formats::five_digits(result.options.tolerance_um);
         found["converged"] = result.converged;
     }
     if (result.key_points > 0) found["key_points"] = result.key_points;
     found["coefficients"] = result.curve.coefficient_count();
-    found[data.sigma_given ? "noise_per_sigma" : "noise"] = five_digits(result.noise);
+    found[data.sigma_given ? "noise_per_sigma" : "noise"] = formats::five_digits(result.noise);
     found["noise_from"] = noise_source(data);
     found["noise_degrees_of_freedom_of_repeats"] = data.repeat_freedom;
-    found["left_out_rms"] = five_digits(result.best.left_out_rms);
+    found["left_out_rms"] = formats::five_digits(result.best.left_out_rms);
     found["residuals"] = residuals_of(result.summary);
     for (const auto &backward : result.backward) {
         json branch;
@@ -210,7 +214,8 @@ std::string data_lines(const fit_result &result, const std::string &unit) {
             line("mean lost motion", fmt::format("{:.3f} {}", data.mean_lost_motion, unit) +
                                          (result.backward.empty() ? " (directions averaged)" : ""));
     }
-    const std::string environment = data.environment ? environment_text(*data.environment) : "";
+    const std::string environment =
+        data.environment ? formats::environment_text(*data.environment) : "";
     if (!environment.empty()) text += line("environment", environment);
     const std::string noise =
         fmt::format("{:.3f} {}", result.noise, data.sigma_given ? "of its sigma" : unit);
@@ -257,7 +262,7 @@ std::string band_of(const fit_result &result) {
             rows.back().push_back(band_sigma(backward, i));
         }
     }
-    return csv_text(names, rows);
+    return formats::csv_text(names, rows);
 }
 
 std::string report_of(const fit_result &result) {
@@ -276,4 +281,4 @@ std::string report_of(const fit_result &result) {
     return text;
 }
 
-}  // namespace compbox
+}  // namespace compbox::fitting

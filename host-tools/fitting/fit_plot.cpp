@@ -10,7 +10,7 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/plot.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 namespace {
 
@@ -29,7 +29,8 @@ std::string curve_block(const fit_result &result, const std::string &branch) {
         knots = inner_knots(result.curve.bspline);
     }
     for (const double knot : knots) on_curve.push_back(result.curve.value(knot));
-    return plot_data("curve" + branch, {x, y}) + plot_data("knots" + branch, {knots, on_curve});
+    return formats::plot_data("curve" + branch, {x, y}) +
+           formats::plot_data("knots" + branch, {knots, on_curve});
 }
 
 // The band about the curve and about its zero line: +-2 sigma of the best estimate.
@@ -43,7 +44,7 @@ std::string band_block(const fit_result &result, const std::string &branch) {
         low_off.push_back(low.back() - curve);
         high_off.push_back(high.back() - curve);
     }
-    return plot_data("band" + branch, {best.x, low, high, low_off, high_off});
+    return formats::plot_data("band" + branch, {best.x, low, high, low_off, high_off});
 }
 
 std::string readings_block(const fit_result &result, const std::string &branch) {
@@ -54,10 +55,11 @@ std::string readings_block(const fit_result &result, const std::string &branch) 
         for (std::size_t i = 0; i < run.position.size(); ++i) {
             off.push_back(run.error[i] - result.curve.value(run.position[i]));
         }
-        text += plot_data(fmt::format("run{}{}", branch, r), {run.position, run.error, off});
+        text +=
+            formats::plot_data(fmt::format("run{}{}", branch, r), {run.position, run.error, off});
     }
-    return text +
-           plot_data("mean" + branch, {result.data.position, result.data.mean, result.residuals});
+    return text + formats::plot_data("mean" + branch,
+                                     {result.data.position, result.data.mean, result.residuals});
 }
 
 std::string all_blocks(const fit_result &result, const std::string &branch) {
@@ -72,13 +74,14 @@ std::string plot_runs(const fit_result &result, const std::string &branch, int c
     for (std::size_t r = 0; r < result.data.runs.size(); ++r) {
         const int direction = result.data.runs[r].direction;
         bool &named = titled[direction < 0];
-        text += fmt::format("$run{}{} using 1:{} with points pt {} ps 0.6 lw 1 lc rgb '{}' {}, ",
-                            branch, r, column, direction < 0 ? "10" : "8",
-                            direction < 0 ? plot_colour::backward : plot_colour::forward,
-                            named           ? "notitle"
-                            : direction < 0 ? "title 'readings backward'"
-                            : direction > 0 ? "title 'readings forward'"
-                                            : "title 'readings'");
+        text += fmt::format(
+            "$run{}{} using 1:{} with points pt {} ps 0.6 lw 1 lc rgb '{}' {}, ", branch, r, column,
+            direction < 0 ? "10" : "8",
+            direction < 0 ? formats::plot_colour::backward : formats::plot_colour::forward,
+            named           ? "notitle"
+            : direction < 0 ? "title 'readings backward'"
+            : direction > 0 ? "title 'readings forward'"
+                            : "title 'readings'");
         named = true;
     }
     return text;
@@ -86,14 +89,16 @@ std::string plot_runs(const fit_result &result, const std::string &branch, int c
 
 std::string plot_band(const std::string &branch, const char *columns) {
     return fmt::format("$band{} using {} with filledcurves fc rgb '{}' {}", branch, columns,
-                       plot_colour::band, branch.empty() ? "title 'curve ±2σ', " : "notitle, ");
+                       formats::plot_colour::band,
+                       branch.empty() ? "title 'curve ±2σ', " : "notitle, ");
 }
 
 // One branch in the upper panel: curve, knots and means.
 std::string plot_curve(const fit_result &result, const std::string &branch) {
     const bool knots = result.curve.method == fit_method::bspline ||
                        result.curve.method == fit_method::bspline_lmc;
-    const std::string colour = branch.empty() ? plot_colour::curve : plot_colour::second;
+    const std::string colour =
+        branch.empty() ? formats::plot_colour::curve : formats::plot_colour::second;
     const std::string title = !branch.empty()           ? "curve backward"
                               : result.backward.empty() ? "curve"
                                                         : "curve forward";
@@ -101,10 +106,11 @@ std::string plot_curve(const fit_result &result, const std::string &branch) {
                                    branch, branch.empty() ? 1 : 2, colour, title);
     if (knots) {
         text += fmt::format("$knots{} with points pt 2 ps 0.7 lw 1.2 lc rgb '{}' {}", branch,
-                            plot_colour::second, branch.empty() ? "title 'knots', " : "notitle, ");
+                            formats::plot_colour::second,
+                            branch.empty() ? "title 'knots', " : "notitle, ");
     }
     return fmt::format("{}$mean{} using 1:2 with points pt 7 ps 0.45 lc rgb '{}' {}", text, branch,
-                       plot_colour::mean, branch.empty() ? "title 'mean'" : "notitle");
+                       formats::plot_colour::mean, branch.empty() ? "title 'mean'" : "notitle");
 }
 
 // One branch in the lower panel: residuals of the means.
@@ -117,9 +123,9 @@ std::string plot_residuals(const fit_result &result, const std::string &branch) 
         : branch.empty() ? 9
                          : 11,
         branch.empty() ? 1 : 2,
-        one              ? plot_colour::mean
-        : branch.empty() ? plot_colour::curve
-                         : plot_colour::second,
+        one              ? formats::plot_colour::mean
+        : branch.empty() ? formats::plot_colour::curve
+                         : formats::plot_colour::second,
         one              ? ""
         : branch.empty() ? " forward"
                          : " backward");
@@ -152,7 +158,7 @@ void plot_fit(const fit_result &result, const std::string &path) {
     std::string upper = plot_band("", "1:2:3"), lower = plot_band("", "1:4:5");
     std::string upper_end = plot_curve(result, ""), lower_end = plot_residuals(result, "");
     upper += plot_runs(result, "", 2);
-    lower += fmt::format("0 with lines lw 1.2 lc rgb '{}' notitle, {}", plot_colour::curve,
+    lower += fmt::format("0 with lines lw 1.2 lc rgb '{}' notitle, {}", formats::plot_colour::curve,
                          plot_runs(result, "", 3));
     for (const auto &backward : result.backward) {
         script += all_blocks(backward, "b");
@@ -175,10 +181,11 @@ void plot_fit(const fit_result &result, const std::string &path) {
         "set tmargin 0.8\nset xlabel {}\n"
         "set ylabel {}\n"
         "plot {}{}\nunset multiplot\n",
-        result.data.from(), result.data.to(), plot_text(title_of(result, unit)),
-        plot_text("error, " + unit), upper, upper_end, plot_text(result.options.signal + ", mm"),
-        plot_text("residual, " + unit), lower, lower_end);
-    run_gnuplot(path, script, 1000, 720);
+        result.data.from(), result.data.to(), formats::plot_text(title_of(result, unit)),
+        formats::plot_text("error, " + unit), upper, upper_end,
+        formats::plot_text(result.options.signal + ", mm"), formats::plot_text("residual, " + unit),
+        lower, lower_end);
+    formats::run_gnuplot(path, script, 1000, 720);
 }
 
-}  // namespace compbox
+}  // namespace compbox::fitting

@@ -8,7 +8,7 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 namespace {
 
@@ -41,7 +41,7 @@ Eigen::VectorXd solve_powers(const measurement &data, const power_polynomial &fr
         design.row(i) *= weight;
         right[i] = weight * data.mean[at];
     }
-    return chebyshev_powers(degree) * solve_least_squares(design, right).x;
+    return chebyshev_powers(degree) * algebra::solve_least_squares(design, right).x;
 }
 
 // Bound of the loss by rounding the coefficients to float32 and evaluating in float32: each product
@@ -94,4 +94,4 @@ void fit_polyline(fit_result &result) {
     curve.knots.push_back(curve.knots.back());
 }
 
-}  // namespace compbox
+}  // namespace compbox::fitting

@@ -12,7 +12,7 @@
 #include "host-tools/fitting/signs.h"
 #include "host-tools/formats/csv.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 namespace {
 
@@ -186,4 +186,4 @@ void add_warnings(fit_result &result) {
     }
 }
 
-}  // namespace compbox
+}  // namespace compbox::fitting

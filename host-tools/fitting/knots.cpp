@@ -9,7 +9,7 @@
 
 #include "host-tools/fitting/course.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 namespace {
 
@@ -334,4 +334,4 @@ knot_result fewest_knots(const knot_task &task) {
     return search(task).run();
 }
 
-}  // namespace compbox
+}  // namespace compbox::fitting

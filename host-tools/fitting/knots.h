@@ -6,7 +6,7 @@
 
 #include "host-tools/fitting/least_squares.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 struct knot_task {
     weighted_points points;
@@ -34,4 +34,4 @@ struct knot_result {
 // not inside. Needs points.size() >= degree + 1. Deterministic.
 knot_result fewest_knots(const knot_task &task);
 
-}  // namespace compbox
+}  // namespace compbox::fitting

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace compbox {
+namespace compbox::fitting {
 
 namespace {
 
@@ -161,4 +161,4 @@ bool spline_least_squares::fit(spline &curve) {
     }
 }
 
-}  // namespace compbox
+}  // namespace compbox::fitting

@@ -6,7 +6,7 @@
 
 #include "host-tools/fitting/spline.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 // Points to approximate: x strictly ascending, weight > 0 (1 / variance).
 struct weighted_points {
@@ -57,4 +57,4 @@ class spline_least_squares {
     std::vector<double> band_, right_, residuals_;
 };
 
-}  // namespace compbox
+}  // namespace compbox::fitting

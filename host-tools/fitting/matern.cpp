@@ -12,7 +12,7 @@
 
 #include "host-tools/fitting/small_matrix.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 namespace {
 
@@ -296,4 +296,4 @@ matern_curve regress(const process_points &points, const matern &model) {
     }
 }
 
-}  // namespace compbox
+}  // namespace compbox::fitting

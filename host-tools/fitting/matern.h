@@ -6,7 +6,7 @@
 
 #include <vector>
 
-namespace compbox {
+namespace compbox::fitting {
 
 // The positions of a regression: measured ones and those without a reading.
 struct process_points {
@@ -47,4 +47,4 @@ struct matern_curve {
 // One forward and one backward pass.
 matern_curve regress(const process_points &points, const matern &model);
 
-}  // namespace compbox
+}  // namespace compbox::fitting

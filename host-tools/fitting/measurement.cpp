@@ -11,7 +11,7 @@
 #include "host-tools/formats/table_text.h"
 #include "host-tools/formats/units.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 namespace {
 
@@ -21,7 +21,7 @@ struct columns {
 };
 
 // Finds the columns by name; the error's name has the unit.
-columns find_columns(const csv_table &table, measurement &data) {
+columns find_columns(const formats::csv_table &table, measurement &data) {
     const bool micrometre = table.find("error_um") >= 0, angle = table.find("error_urad") >= 0;
     if (micrometre && angle) {
         throw input_error(table.file, 0, 0,
@@ -92,7 +92,7 @@ void put_in_order(run_with_lines &one, const std::string &file, bool has_runs) {
 
 // in : a table with one reading per row; words: the texts of its run and direction columns
 // out: data.runs, each ascending in position; throws input_error with file and line
-void read_rows(measurement &data, const csv_table &table, const columns &where,
+void read_rows(measurement &data, const formats::csv_table &table, const columns &where,
                const std::vector<std::vector<std::string>> &words) {
     std::vector<run_with_lines> runs;
     std::map<std::pair<double, int>, std::size_t> known;
@@ -130,7 +130,7 @@ void read_rows(measurement &data, const csv_table &table, const columns &where,
 }
 
 // Throws if a required column is present without its unit, or with an unknown one.
-void check_units(const csv_table &table, bool unit_option) {
+void check_units(const formats::csv_table &table, bool unit_option) {
     const auto missing = [&](const std::string &start) {
         return std::none_of(table.names.begin(), table.names.end(), [&](const auto &name) {
             return name.compare(0, start.size(), start) == 0;
@@ -138,7 +138,7 @@ void check_units(const csv_table &table, bool unit_option) {
     };
     const bool no_position = missing("position_"), no_error = missing("error_");
     for (const auto &name : table.names) {
-        const name_and_unit parts = split_brackets(name);
+        const formats::name_and_unit parts = formats::split_brackets(name);
         const bool position = no_position && is_position_word(parts.name);
         if (!position && !(no_error && is_error_word(parts.name))) continue;
         if (!parts.unit.empty()) {
@@ -169,7 +169,7 @@ bool names_a_curve(const std::vector<std::string> &names) {
            (any(is_position_word) && (any(is_error_word) || any(error_with_unit)));
 }
 
-bool has_run_columns(const csv_table &table) {
+bool has_run_columns(const formats::csv_table &table) {
     for (const char *name : {"error_um", "error_urad"}) {
         if (std::count(table.names.begin(), table.names.end(), name) > 0) return false;
     }
@@ -180,7 +180,7 @@ bool has_run_columns(const csv_table &table) {
 }
 
 // A table with one column for each run; a backward run may start at the bottom.
-void read_run_columns(measurement &data, const csv_table &table) {
+void read_run_columns(measurement &data, const formats::csv_table &table) {
     const std::size_t position = table.column("position_mm");
     std::vector<std::vector<long>> lines;
     for (std::size_t c = 0; c < table.names.size(); ++c) {
@@ -248,19 +248,19 @@ void check_reading(const std::string &file, long line, double position, double e
 }
 
 measurement read_measurement(const std::string &path, const reading_options &options) {
-    const std::string text = read_table_text(path);
-    if (is_laser_text(path, text)) {
+    const std::string text = formats::read_table_text(path);
+    if (formats::is_laser_text(path, text)) {
         const std::string unit = units_of_option(options.unit).error;
-        return measurement_of_laser(read_laser_text(path, text, unit));
+        return measurement_of_laser(formats::read_laser_text(path, text, unit));
     }
     const column_units missing = units_of_option(options.unit);
     std::vector<std::vector<std::string>> words;
-    csv_reading how;
+    formats::csv_reading how;
     how.words = {"run", "direction"};
     how.columns = options.columns;
     how.rename = [&](const std::string &name) { return canonical_column(name, missing); };
     how.is_header = names_a_curve;
-    csv_table table = read_csv_text(path, text, how, &words);
+    formats::csv_table table = formats::read_csv_text(path, text, how, &words);
     to_standard_units(table, missing);
     check_units(table, options.unit_option);
     measurement data;
@@ -276,4 +276,4 @@ measurement read_measurement(const std::string &path, const reading_options &opt
     return data;
 }
 
-}  // namespace compbox
+}  // namespace compbox::fitting

@@ -9,7 +9,7 @@
 
 #include "host-tools/formats/rtl.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 // One run along the axis, in one direction.
 struct measured_run {
@@ -34,9 +34,9 @@ struct measurement {
     std::string file;
     std::string unit = "um";  // "um" or "urad"
     std::vector<measured_run> runs;
-    std::optional<laser_environment> environment;  // of a laser file
+    std::optional<formats::laser_environment> environment;  // of a laser file
     cell_averages cells;
-    laser_particulars about;  // of a laser file
+    formats::laser_particulars about;  // of a laser file
 
     std::vector<double> position;  // strictly ascending, mm
     std::vector<double> mean;      // of the runs (of both directions' means), at each position
@@ -72,7 +72,7 @@ struct reading_options {
 // Accepts other programs' names and units of columns (columns.h), and one column per run. A laser
 // file is recognised by its content (formats/rtl.h).
 measurement read_measurement(const std::string &path, const reading_options &options = {});
-measurement measurement_of_laser(const laser_file &laser);
+measurement measurement_of_laser(const formats::laser_file &laser);
 
 // Throws input_error for values beyond any machine: a position beyond 1 km, an error beyond 1 m (or
 // 1 rad) or a sigma outside 10^-6 … 10^6. line 0: unknown.
@@ -91,4 +91,4 @@ void refuse_near_positions(const measurement &data, const std::vector<std::vecto
 // Called by read_measurement; public for tests and other readers.
 void average_runs(measurement &data);
 
-}  // namespace compbox
+}  // namespace compbox::fitting

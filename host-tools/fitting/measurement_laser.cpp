@@ -4,9 +4,9 @@
 
 #include "host-tools/fitting/measurement.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
-measurement measurement_of_laser(const laser_file &laser) {
+measurement measurement_of_laser(const formats::laser_file &laser) {
     measurement data;
     data.file = laser.file;
     data.unit = laser.angular ? "urad" : "um";
@@ -14,7 +14,7 @@ measurement measurement_of_laser(const laser_file &laser) {
     data.about = laser;
     std::vector<std::vector<long>> lines;
     for (std::size_t number = 0; number < laser.runs.size(); ++number) {
-        const laser_run &from = laser.runs[number];
+        const formats::laser_run &from = laser.runs[number];
         measured_run run;
         run.name = std::to_string(number + 1);
         run.direction = from.direction;
@@ -39,4 +39,4 @@ measurement measurement_of_laser(const laser_file &laser) {
     return data;
 }
 
-}  // namespace compbox
+}  // namespace compbox::fitting

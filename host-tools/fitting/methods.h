@@ -5,7 +5,7 @@
 #include "host-tools/fitting/fit.h"
 #include "host-tools/fitting/least_squares.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 // Each method sets result.curve (and warnings, converged) from result.data and result.options.
 void fit_bspline(fit_result &result);
@@ -42,4 +42,4 @@ bool round_to_float(spline &curve, const weighted_points &points);
 
 double to_float(double value);
 
-}  // namespace compbox
+}  // namespace compbox::fitting

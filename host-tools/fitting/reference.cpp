@@ -6,7 +6,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/metrology/straightness.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 namespace {
 
@@ -14,9 +14,10 @@ namespace {
 // line of `report`, and the result of any plain line fit to the mean readings.
 void find_line(fit_result &result) {
     const measurement &data = result.data;
-    const straight_line line = result.options.line == reference_line::end_point
-                                   ? end_point_line(data.position, data.mean)
-                                   : least_squares_line(data.position, data.mean);
+    const metrology::straight_line line =
+        result.options.line == reference_line::end_point
+            ? metrology::end_point_line(data.position, data.mean)
+            : metrology::least_squares_line(data.position, data.mean);
     result.line_slope = line.slope;
     result.line_offset = line.at(data.centre());
 }
@@ -75,4 +76,4 @@ void put_to_zero(fit_result &result) {
     }
 }
 
-}  // namespace compbox
+}  // namespace compbox::fitting

@@ -8,7 +8,7 @@
 
 #include "host-tools/metrology/mirrored.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 namespace {
 
@@ -22,7 +22,7 @@ std::size_t reading_at(const measured_run &run, double position, double closest)
 // The positions that every run has, and the runs there.
 struct common_readings {
     std::vector<double> position;
-    std::vector<directed_run> runs;
+    std::vector<metrology::directed_run> runs;
 };
 
 // in : runs ascending in position
@@ -77,7 +77,7 @@ std::vector<std::string> mirrored_run_warnings(const measurement &data) {
     std::vector<std::string> warnings;
     if (data.runs.size() < 3) return warnings;
     const common_readings common = common_of(data);
-    for (const std::size_t run : mirrored_runs(common.position, common.runs)) {
+    for (const std::size_t run : metrology::mirrored_runs(common.position, common.runs)) {
         warnings.push_back(
             fmt::format("run {} is the mirror image of the other runs: its sign is wrong, or the "
                         "compensation acts the wrong way round in it; leave the run out, or "
@@ -97,7 +97,7 @@ std::optional<std::string> doubled_error_warning(const measurement &before,
         was.push_back(before.mean[i]);
         is.push_back(mean_at(after, x));
     }
-    const auto factor = doubled_error(position, was, is, sigma_of_mean(before));
+    const auto factor = metrology::doubled_error(position, was, is, sigma_of_mean(before));
     if (!factor) return {};
     return fmt::format(
         "the compensation acts the wrong way round: the error after has the shape of the error "
@@ -105,4 +105,4 @@ std::optional<std::string> doubled_error_warning(const measurement &before,
         *factor);
 }
 
-}  // namespace compbox
+}  // namespace compbox::fitting

@@ -8,7 +8,7 @@
 
 #include "host-tools/fitting/measurement.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 // out: one sentence for each run that mirrors the others
 std::vector<std::string> mirrored_run_warnings(const measurement &data);
@@ -18,4 +18,4 @@ std::vector<std::string> mirrored_run_warnings(const measurement &data);
 std::optional<std::string> doubled_error_warning(const measurement &before,
                                                  const measurement &after);
 
-}  // namespace compbox
+}  // namespace compbox::fitting

@@ -4,7 +4,7 @@
 // times as long.
 #pragma once
 
-namespace compbox {
+namespace compbox::fitting {
 
 template <int Rows, int Columns>
 struct small_matrix {
@@ -93,4 +93,4 @@ double dot(const small_matrix<Rows, 1> &a, const small_matrix<Rows, 1> &b) {
     return sum;
 }
 
-}  // namespace compbox
+}  // namespace compbox::fitting

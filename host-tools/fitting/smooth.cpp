@@ -9,7 +9,7 @@
 
 #include "host-tools/fitting/matern.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 namespace {
 
@@ -219,4 +219,4 @@ smooth_curve smooth(const measurement &data, int between,
     return curve;
 }
 
-}  // namespace compbox
+}  // namespace compbox::fitting

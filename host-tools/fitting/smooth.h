@@ -8,7 +8,7 @@
 
 #include "host-tools/fitting/measurement.h"
 
-namespace compbox {
+namespace compbox::fitting {
 
 struct smooth_curve {
     std::vector<double> x;              // all measured positions and points between them, ascending
@@ -33,4 +33,4 @@ struct smooth_curve {
 smooth_curve smooth(const measurement &data, int between,
                     const std::function<void(double)> &progress = {});
 
-}  // namespace compbox
+}  // namespace compbox::fitting

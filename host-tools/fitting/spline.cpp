@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace compbox {
+namespace compbox::fitting {
 
 namespace {
 
@@ -63,4 +63,4 @@ double value_at(const spline &curve, double x) {
     return value;
 }
 
-}  // namespace compbox
+}  // namespace compbox::fitting

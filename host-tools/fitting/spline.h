@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace compbox {
+namespace compbox::fitting {
 
 // knots.size() == control_points.size() + degree + 1, ascending, clamped: the first and the last
 // degree + 1 knots are the ends of the range. Inner knots are distinct unless stated.
@@ -36,4 +36,4 @@ void basis_values(const std::vector<double> &knots, int degree, int k, double x,
 // The curve at x; outside the range the value at its end, as in the box.
 double value_at(const spline &curve, double x);
 
-}  // namespace compbox
+}  // namespace compbox::fitting

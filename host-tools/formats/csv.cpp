@@ -13,7 +13,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/table_text.h"
 
-namespace compbox {
+namespace compbox::formats {
 
 using csv_cells::has_decimal_commas, csv_cells::is_in_thousands, csv_cells::split,
     csv_cells::to_number, csv_cells::trim, csv_cells::without_empty_end;
@@ -410,4 +410,4 @@ std::string csv_text(const std::vector<std::string> &names,
     return text;
 }
 
-}  // namespace compbox
+}  // namespace compbox::formats

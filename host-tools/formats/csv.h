@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace compbox {
+namespace compbox::formats {
 
 struct csv_table {
     std::string file;                       // for messages
@@ -39,4 +39,4 @@ csv_table read_csv(const std::string &path, const std::vector<std::string> &word
 std::string csv_text(const std::vector<std::string> &names,
                      const std::vector<std::vector<double>> &rows);
 
-}  // namespace compbox
+}  // namespace compbox::formats

@@ -7,7 +7,7 @@
 #include <string>
 #include <system_error>
 
-namespace compbox::csv_cells {
+namespace compbox::formats::csv_cells {
 
 std::string_view trim(std::string_view text) {
     const auto blank = [](char c) { return c == ' ' || c == '\r' || c == '\t'; };
@@ -83,4 +83,4 @@ bool has_decimal_commas(const std::vector<std::string_view> &lines) {
     });
 }
 
-}  // namespace compbox::csv_cells
+}  // namespace compbox::formats::csv_cells

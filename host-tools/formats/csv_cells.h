@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-namespace compbox::csv_cells {
+namespace compbox::formats::csv_cells {
 
 // out: the text without surrounding blanks, then without surrounding quotes
 std::string_view trim(std::string_view text);
@@ -31,4 +31,4 @@ bool is_in_thousands(std::string_view cell);
 // comma is the decimal mark.
 bool has_decimal_commas(const std::vector<std::string_view> &lines);
 
-}  // namespace compbox::csv_cells
+}  // namespace compbox::formats::csv_cells

@@ -7,7 +7,7 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/units.h"
 
-namespace compbox {
+namespace compbox::formats {
 
 struct csv_reading {
     std::vector<std::string> words;    // columns whose cells are texts
@@ -31,4 +31,4 @@ csv_table read_csv(const std::string &path, const csv_reading &how,
 csv_table read_csv_text(const std::string &path, const std::string &text, const csv_reading &how,
                         std::vector<std::vector<std::string>> *word_lists = nullptr);
 
-}  // namespace compbox
+}  // namespace compbox::formats

@@ -17,7 +17,8 @@ namespace compbox {
 // (text.h).
 class input_error : public std::runtime_error {
   public:
-    explicit input_error(const std::string &sentence) : std::runtime_error(printable(sentence)) {}
+    explicit input_error(const std::string &sentence)
+        : std::runtime_error(formats::printable(sentence)) {}
     // "FILE:LINE:COLUMN: sentence"; a line or column of 0 is left out.
     input_error(const std::string &file, long line, long column, const std::string &sentence)
         : input_error(fmt::format("{}{}{}: {}", file, line > 0 ? fmt::format(":{}", line) : "",

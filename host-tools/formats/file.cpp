@@ -18,7 +18,7 @@
 
 #include "host-tools/formats/error.h"
 
-namespace compbox {
+namespace compbox::formats {
 
 namespace {
 
@@ -198,4 +198,4 @@ void make_folder(const std::string &path) {
     if (error) throw input_error(path, 0, 0, "cannot create the folder ({})", error.message());
 }
 
-}  // namespace compbox
+}  // namespace compbox::formats

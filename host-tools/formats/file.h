@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace compbox {
+namespace compbox::formats {
 
 // out: the file's bytes. Throws input_error if it cannot be read or exceeds max_bytes.
 std::string read_file(const std::string &path, std::size_t max_bytes = 256u << 20);
@@ -41,4 +41,4 @@ class writes_below {
 // Throws input_error if writes_below forbids the path.
 void refuse_outside(const std::string &path);
 
-}  // namespace compbox
+}  // namespace compbox::formats

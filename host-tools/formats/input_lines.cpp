@@ -5,7 +5,7 @@
 
 #include <cerrno>
 
-namespace compbox {
+namespace compbox::formats {
 
 bool input_lines::read_more() {
     constexpr std::size_t longest = 65536;
@@ -26,4 +26,4 @@ std::optional<std::string> input_lines::next() {
     return line;
 }
 
-}  // namespace compbox
+}  // namespace compbox::formats

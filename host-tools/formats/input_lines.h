@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-namespace compbox {
+namespace compbox::formats {
 
 class input_lines {
   public:
@@ -21,4 +21,4 @@ class input_lines {
     std::string text_;
 };
 
-}  // namespace compbox
+}  // namespace compbox::formats

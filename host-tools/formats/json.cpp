@@ -11,7 +11,7 @@
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/text.h"
 
-namespace compbox {
+namespace compbox::formats {
 
 namespace {
 
@@ -158,4 +158,4 @@ void only_keys(const json &value, std::initializer_list<const char *> allowed,
     }
 }
 
-}  // namespace compbox
+}  // namespace compbox::formats

@@ -7,7 +7,7 @@
 
 #include "host-tools/formats/json_type.h"
 
-namespace compbox {
+namespace compbox::formats {
 
 // Maximum nesting, equal to the box's CB_JSON_MAX_DEPTH.
 constexpr int json_max_depth = 32;
@@ -35,6 +35,6 @@ T get_or(const json &value, const std::string &key, const T &otherwise, const st
 void only_keys(const json &value, std::initializer_list<const char *> allowed,
                const std::string &file, const std::string &path);
 
-}  // namespace compbox
+}  // namespace compbox::formats
 
 #include "host-tools/formats/json_get.inl"

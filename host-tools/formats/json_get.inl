@@ -11,7 +11,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/text.h"
 
-namespace compbox {
+namespace compbox::formats {
 
 namespace json_detail {
 
@@ -92,4 +92,4 @@ T get_or(const json &value, const std::string &key, const T &otherwise, const st
     return value.is_object() && value.contains(key) ? get<T>(value, key, file) : otherwise;
 }
 
-}  // namespace compbox
+}  // namespace compbox::formats

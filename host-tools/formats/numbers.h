@@ -6,11 +6,11 @@
 
 #include <string>
 
-namespace compbox {
+namespace compbox::formats {
 
 // out: value rounded to five significant digits
 inline double five_digits(double value) {
     return std::stod(fmt::format("{:.5g}", value));
 }
 
-}  // namespace compbox
+}  // namespace compbox::formats

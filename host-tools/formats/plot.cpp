@@ -20,7 +20,7 @@
 
 extern char **environ;
 
-namespace compbox {
+namespace compbox::formats {
 
 namespace {
 
@@ -175,4 +175,4 @@ std::string gnuplot_svg(const std::string &script, int width, int height) {
     return std::regex_replace(text.substr(text.find("<svg")), std::regex(" +\n"), "\n");
 }
 
-}  // namespace compbox
+}  // namespace compbox::formats

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-namespace compbox {
+namespace compbox::formats {
 
 // out: a gnuplot data block `$name` of equally long columns; NaN is a gap. Put it before the
 // commands that plot '$name'.
@@ -38,4 +38,4 @@ inline constexpr const char *forward = "#7fb2dc";
 inline constexpr const char *backward = "#e3a184";
 }  // namespace plot_colour
 
-}  // namespace compbox
+}  // namespace compbox::formats

@@ -6,7 +6,7 @@
 
 #include "host-tools/formats/json.h"
 
-namespace compbox {
+namespace compbox::formats {
 
 namespace {
 
@@ -104,4 +104,4 @@ json register_layout(const std::string &layout, const std::vector<std::string> &
     return {{"plc", plc}, {"signals", signals}, {"channels", outputs}};
 }
 
-}  // namespace compbox
+}  // namespace compbox::formats

@@ -8,7 +8,7 @@
 
 #include "host-tools/formats/json_type.h"
 
-namespace compbox {
+namespace compbox::formats {
 
 struct layout_channel {
     std::string name;
@@ -30,4 +30,4 @@ std::string layout_profile(const std::string &layout);
 json register_layout(const std::string &layout, const std::vector<std::string> &positions,
                      const std::vector<layout_channel> &channels);
 
-}  // namespace compbox
+}  // namespace compbox::formats

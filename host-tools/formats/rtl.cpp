@@ -9,7 +9,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/units.h"
 
-namespace compbox {
+namespace compbox::formats {
 
 namespace {
 
@@ -457,4 +457,4 @@ std::string laser_text(const laser_file &file) {
     return out;
 }
 
-}  // namespace compbox
+}  // namespace compbox::formats

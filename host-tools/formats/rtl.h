@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace compbox {
+namespace compbox::formats {
 
 // One run along the targets, in the order of measurement.
 struct laser_run {
@@ -71,4 +71,4 @@ laser_file read_laser_text(const std::string &path, const std::string &text,
 // a µrad are kept; targets to 1e-5 mm).
 std::string laser_text(const laser_file &file);
 
-}  // namespace compbox
+}  // namespace compbox::formats

@@ -5,7 +5,7 @@
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/text.h"
 
-namespace compbox {
+namespace compbox::formats {
 
 namespace {
 
@@ -65,4 +65,4 @@ std::string read_table_text(const std::string &path) {
     return with_one_line_end(to_utf8(bytes));
 }
 
-}  // namespace compbox
+}  // namespace compbox::formats

@@ -8,7 +8,7 @@
 #include "host-tools/formats/json.h"
 #include "host-tools/formats/text.h"
 
-namespace compbox {
+namespace compbox::formats {
 
 namespace {
 
@@ -99,4 +99,4 @@ std::string expanded(const std::string &text, const json &values) {
     return expanded(all, 0, all.size(), values);
 }
 
-}  // namespace compbox
+}  // namespace compbox::formats

@@ -6,7 +6,7 @@
 
 #include "host-tools/formats/json_type.h"
 
-namespace compbox {
+namespace compbox::formats {
 
 // in : text; values, an object
 //      @key@ in a line       is values[key], a text or a whole number
@@ -17,4 +17,4 @@ namespace compbox {
 // out: the text. Throws std::logic_error for a key that is not there: a fault of ours.
 std::string expanded(const std::string &text, const json &values);
 
-}  // namespace compbox
+}  // namespace compbox::formats

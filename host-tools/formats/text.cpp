@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <string_view>
 
-namespace compbox {
+namespace compbox::formats {
 
 namespace {
 
@@ -142,4 +142,4 @@ std::vector<std::string> split(const std::string &text, char separator) {
     return pieces;
 }
 
-}  // namespace compbox
+}  // namespace compbox::formats

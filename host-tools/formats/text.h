@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace compbox {
+namespace compbox::formats {
 
 // in : a file's bytes
 // out: UTF-8 without byte-order mark. Valid UTF-8 is unchanged. A byte-order mark identifies
@@ -21,4 +21,4 @@ std::string printable(const std::string &text);
 // out: the pieces between the separators, at least one; a piece may be empty
 std::vector<std::string> split(const std::string &text, char separator);
 
-}  // namespace compbox
+}  // namespace compbox::formats

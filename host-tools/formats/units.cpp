@@ -6,7 +6,7 @@
 #include <map>
 #include <vector>
 
-namespace compbox {
+namespace compbox::formats {
 
 namespace {
 
@@ -226,4 +226,4 @@ unit_choice units_of_names(const std::vector<std::string> &names) {
     };
 }
 
-}  // namespace compbox
+}  // namespace compbox::formats

@@ -5,7 +5,7 @@
 #include <functional>
 #include <string>
 
-namespace compbox {
+namespace compbox::formats {
 
 enum class quantity { length, angle, temperature, duration, rotation };
 
@@ -47,4 +47,4 @@ wanted_column machine_unit(const std::string &name, const measuring_unit &is);
 //      machine_unit
 unit_choice units_of_names(const std::vector<std::string> &names);
 
-}  // namespace compbox
+}  // namespace compbox::formats

@@ -7,7 +7,7 @@
 
 #include "host-tools/identification/plan.h"
 
-namespace compbox {
+namespace compbox::identification {
 
 namespace {
 
@@ -91,4 +91,4 @@ std::string describe(const triple_mm &points, const grid &box) {
                        place_in(points[1], box), place_in(points[2], box));
 }
 
-}  // namespace compbox
+}  // namespace compbox::identification

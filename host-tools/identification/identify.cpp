@@ -9,7 +9,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/identification/outliers.h"
 
-namespace compbox {
+namespace compbox::identification {
 
 namespace {
 
@@ -48,8 +48,9 @@ solver solver_of(const triple_mm &points, const std::vector<int> &rows) {
     for (int k = 0; k < 6; ++k) scale(k) = 1.0 / used.col(k).norm();
     const Eigen::MatrixXd scaled = used * scale.asDiagonal();
     const Eigen::MatrixXd pseudo =
-        scale.asDiagonal() *
-        solve_least_squares(scaled, Eigen::MatrixXd::Identity(scaled.rows(), scaled.rows())).x;
+        scale.asDiagonal() * algebra::solve_least_squares(
+                                 scaled, Eigen::MatrixXd::Identity(scaled.rows(), scaled.rows()))
+                                 .x;
     solver S = solver::Zero();
     for (std::size_t i = 0; i < rows.size(); ++i) {
         S.col(rows[i]) = pseudo.col(static_cast<Eigen::Index>(i));
@@ -86,8 +87,8 @@ linear_parts identify_slopes(const detrended &lines, const triple_mm &points, in
     linear_parts result;
     Eigen::Vector3d scale;
     for (int k = 0; k < 3; ++k) scale(k) = 1.0 / std::max(B.col(k).norm(), 1e-12);
-    const least_squares solution =
-        solve_least_squares(B * scale.asDiagonal(), Eigen::MatrixXd::Identity(3, 3), 1e-6);
+    const algebra::least_squares solution =
+        algebra::solve_least_squares(B * scale.asDiagonal(), Eigen::MatrixXd::Identity(3, 3), 1e-6);
     if (solution.rank < 3) {
         remarks.push_back(
             "seen along the axis the three points lie on one line: the linear parts "
@@ -200,4 +201,4 @@ six_curves identify(const nine_lines &table, const triple_mm &points,
     return curves;
 }
 
-}  // namespace compbox
+}  // namespace compbox::identification

@@ -9,7 +9,7 @@
 
 #include "host-tools/identification/points.h"
 
-namespace compbox {
+namespace compbox::identification {
 
 using nine_line_readings = Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor>;
 
@@ -71,4 +71,4 @@ std::array<std::string, 6> error_names(int axis);
 six_curves identify(const nine_lines &table, const triple_mm &points,
                     const identify_options &options, const std::string &file);
 
-}  // namespace compbox
+}  // namespace compbox::identification

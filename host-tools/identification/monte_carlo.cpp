@@ -6,7 +6,7 @@
 
 #include "host-tools/algebra/solvers.h"
 
-namespace compbox {
+namespace compbox::identification {
 
 namespace {
 
@@ -73,9 +73,9 @@ monte_carlo_result monte_carlo(const triple_mm &points, const monte_carlo_option
     six traditional_closed{};
     const bool solvable = traditional_sigma(points, options.axis, traditional_closed);
     const Eigen::Matrix<double, 6, 9> improved =
-        solve_least_squares(A, Eigen::MatrixXd::Identity(9, 9)).x;
+        algebra::solve_least_squares(A, Eigen::MatrixXd::Identity(9, 9)).x;
     const Eigen::Matrix<double, 6, 6> traditional =
-        solve_least_squares(sequence, Eigen::MatrixXd::Identity(6, 6)).x;
+        algebra::solve_least_squares(sequence, Eigen::MatrixXd::Identity(6, 6)).x;
     const vector6 preset = Eigen::Map<const vector6>(options.preset.data());
     const vector9 ideal = A * preset;
 
@@ -102,4 +102,4 @@ monte_carlo_result monte_carlo(const triple_mm &points, const monte_carlo_option
     return result;
 }
 
-}  // namespace compbox
+}  // namespace compbox::identification

@@ -9,7 +9,7 @@
 
 #include "host-tools/identification/points.h"
 
-namespace compbox {
+namespace compbox::identification {
 
 struct monte_carlo_options {
     int axis = 0;
@@ -34,4 +34,4 @@ struct monte_carlo_result {
 // The points must span a triangle.
 monte_carlo_result monte_carlo(const triple_mm &points, const monte_carlo_options &options);
 
-}  // namespace compbox
+}  // namespace compbox::identification

@@ -6,7 +6,7 @@
 
 #include "host-tools/algebra/solvers.h"
 
-namespace compbox {
+namespace compbox::identification {
 
 namespace {
 
@@ -47,7 +47,7 @@ class left_out_residuals {
             r(i) = residual_(at(i).row, at(i).line);
             for (Eigen::Index k = 0; k < m; ++k) R(i, k) = element(at(i), at(k));
         }
-        inverse_ = solve_least_squares(R, Eigen::MatrixXd::Identity(m, m)).x;
+        inverse_ = algebra::solve_least_squares(R, Eigen::MatrixXd::Identity(m, m)).x;
         error_ = inverse_ * r;
     }
 
@@ -138,4 +138,4 @@ std::vector<six_curves::outlier> find_outliers(const nine_line_readings &data,
     return found;
 }
 
-}  // namespace compbox
+}  // namespace compbox::identification

@@ -4,7 +4,7 @@
 
 #include "host-tools/identification/identify.h"
 
-namespace compbox {
+namespace compbox::identification {
 
 // in : data: readings, of separate set-ups minus each line's offset and slope over `position_mm`;
 //      line_maker: 9 x 9, I - A S, which gives the residuals of a position's nine lines; freedom:
@@ -18,4 +18,4 @@ std::vector<six_curves::outlier> find_outliers(const nine_line_readings &data,
                                                const Eigen::Matrix<double, 9, 9> &line_maker,
                                                const identify_options &options, int freedom);
 
-}  // namespace compbox
+}  // namespace compbox::identification

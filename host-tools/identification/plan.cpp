@@ -7,7 +7,7 @@
 #include <limits>
 #include <thread>
 
-namespace compbox {
+namespace compbox::identification {
 
 namespace {
 
@@ -301,4 +301,4 @@ bool order_for_traditional(triple_mm &points, int axis) {
     return true;
 }
 
-}  // namespace compbox
+}  // namespace compbox::identification

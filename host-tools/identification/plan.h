@@ -9,7 +9,7 @@
 
 #include "host-tools/identification/points.h"
 
-namespace compbox {
+namespace compbox::identification {
 
 // Nodes of a box in the axis' own frame: counts[k] equidistant values from low[k] to high[k].
 struct grid {
@@ -55,4 +55,4 @@ bool order_for_traditional(triple_mm &points, int axis);
 // In words: "the two ends of the longest edge, the third in the middle of the opposite edge".
 std::string describe(const triple_mm &points, const grid &box);
 
-}  // namespace compbox
+}  // namespace compbox::identification

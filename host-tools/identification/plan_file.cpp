@@ -5,11 +5,11 @@
 
 #include "host-tools/formats/json.h"
 
-namespace compbox {
+namespace compbox::identification {
 
 triple_mm read_plan(const std::string &path) {
-    const json plan = read_json(path);
-    const json points = get<json>(plan, "points_mm", path);
+    const json plan = formats::read_json(path);
+    const json points = formats::get<json>(plan, "points_mm", path);
     const char *wanted = "points_mm must hold three points of three numbers, [x, y, z] in mm";
     if (!points.is_array() || points.size() != 3) throw input_error(path, 0, 0, wanted);
     triple_mm triple;
@@ -36,4 +36,4 @@ int axis_of(const std::string &name) {
     return static_cast<int>(found % 3);
 }
 
-}  // namespace compbox
+}  // namespace compbox::identification

@@ -7,7 +7,7 @@
 #include "host-tools/formats/json_type.h"
 #include "host-tools/identification/points.h"
 
-namespace compbox {
+namespace compbox::identification {
 
 // Reads the three points. Throws input_error for anything but three triples of finite numbers.
 triple_mm read_plan(const std::string &path);
@@ -17,4 +17,4 @@ json points_json(const triple_mm &points);
 // 0, 1, 2 of "X", "Y", "Z" (either case).
 int axis_of(const std::string &name);
 
-}  // namespace compbox
+}  // namespace compbox::identification

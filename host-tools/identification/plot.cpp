@@ -8,7 +8,7 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/plot.h"
 
-namespace compbox {
+namespace compbox::identification {
 
 namespace {
 
@@ -20,7 +20,7 @@ std::string block_of(const six_curves &curves, Eigen::Index k, const std::string
         low.push_back(v - band);
         high.push_back(v + band);
     }
-    return plot_data(name, {curves.position_mm, value, low, high});
+    return formats::plot_data(name, {curves.position_mm, value, low, high});
 }
 
 }  // namespace
@@ -35,8 +35,9 @@ void plot_identified(const six_curves &curves, int axis, const std::string &path
             "set ylabel {}\n"
             "plot ${} using 1:3:4 with filledcurves fc rgb '{}' notitle, ${} using 1:2 with "
             "linespoints pt 7 ps 0.4 lc rgb '{}' notitle\n",
-            plot_text(names[k]), plot_text(names[k] + (k < 3 ? ", µm" : ", µrad")), names[k],
-            plot_colour::band, names[k], plot_colour::curve);
+            formats::plot_text(names[k]),
+            formats::plot_text(names[k] + (k < 3 ? ", µm" : ", µrad")), names[k],
+            formats::plot_colour::band, names[k], formats::plot_colour::curve);
     }
     const std::string script = fmt::format(
         "{}set multiplot layout 2,3 title {}\n"
@@ -47,9 +48,10 @@ void plot_identified(const six_curves &curves, int axis, const std::string &path
         "set xlabel 'position, mm'\n"
         "set xrange [{}:{}]\n"
         "{}unset multiplot\n",
-        blocks, plot_text(fmt::format("Errors of axis {} by nine lines, with ±2σ", "XYZ"[axis])),
+        blocks,
+        formats::plot_text(fmt::format("Errors of axis {} by nine lines, with ±2σ", "XYZ"[axis])),
         curves.position_mm.front(), curves.position_mm.back(), panels);
-    run_gnuplot(path, script, 1300, 700);
+    formats::run_gnuplot(path, script, 1300, 700);
 }
 
 namespace {
@@ -93,8 +95,8 @@ void plot_plan(const triple_mm &points, const std::vector<point_mm> &nodes, cons
         for (std::size_t k = 0; k < 3; ++k) chosen[k].push_back(at[k]);
         labels += fmt::format(
             "set label {} at {},{},{} offset 1.2,0.6 front font ',13'\n",
-            plot_text(fmt::format("P{} ({:g}, {:g}, {:g})", p + 1, at[0], at[1], at[2])), at[0],
-            at[1], at[2]);
+            formats::plot_text(fmt::format("P{} ({:g}, {:g}, {:g})", p + 1, at[0], at[1], at[2])),
+            at[0], at[1], at[2]);
     }
     for (auto &column : chosen) column.push_back(column.front());  // a closed triangle
     const std::string script = fmt::format(
@@ -107,10 +109,10 @@ void plot_plan(const triple_mm &points, const std::vector<point_mm> &nodes, cons
         "1.6 "
         "dt 2 lc rgb '{}' notitle, $points with points pt 7 ps 1.6 lc rgb '{}' title 'points to "
         "measure'\n",
-        plot_data("nodes", all), plot_data("points", chosen), edges_of(nodes), labels,
-        plot_text("Measuring points of nine lines, axis " + axis), plot_colour::grey,
-        plot_colour::curve, plot_colour::second);
-    run_gnuplot(path, script, 900, 700);
+        formats::plot_data("nodes", all), formats::plot_data("points", chosen), edges_of(nodes),
+        labels, formats::plot_text("Measuring points of nine lines, axis " + axis),
+        formats::plot_colour::grey, formats::plot_colour::curve, formats::plot_colour::second);
+    formats::run_gnuplot(path, script, 900, 700);
 }
 
-}  // namespace compbox
+}  // namespace compbox::identification

@@ -7,7 +7,7 @@
 #include "host-tools/identification/identify.h"
 #include "host-tools/identification/plan.h"
 
-namespace compbox {
+namespace compbox::identification {
 
 // The six curves with their ±2 sigma bands, one panel each. Throws input_error (formats/plot.h).
 void plot_identified(const six_curves &curves, int axis, const std::string &path);
@@ -16,4 +16,4 @@ void plot_identified(const six_curves &curves, int axis, const std::string &path
 void plot_plan(const triple_mm &points, const std::vector<point_mm> &nodes, const std::string &axis,
                const std::string &path);
 
-}  // namespace compbox
+}  // namespace compbox::identification

@@ -8,7 +8,7 @@
 
 #include "host-tools/algebra/solvers.h"
 
-namespace compbox {
+namespace compbox::identification {
 
 namespace {
 
@@ -86,12 +86,12 @@ bool traditional_sigma(const triple_mm &points, int axis, six &sigma) {
     // Scales the columns to one size, so that the rank test does not depend on µrad against µm.
     Eigen::Matrix<double, 6, 1> scale;
     for (int k = 0; k < 6; ++k) scale(k) = std::max(B.col(k).norm(), 1e-12);
-    const least_squares solution = solve_least_squares(B * scale.cwiseInverse().asDiagonal(),
-                                                       Eigen::MatrixXd::Identity(6, 6), 1e-9);
+    const algebra::least_squares solution = algebra::solve_least_squares(
+        B * scale.cwiseInverse().asDiagonal(), Eigen::MatrixXd::Identity(6, 6), 1e-9);
     if (solution.rank < 6) return false;
     const Eigen::Matrix<double, 6, 6> inverse = scale.cwiseInverse().asDiagonal() * solution.x;
     for (int k = 0; k < 6; ++k) sigma[static_cast<std::size_t>(k)] = inverse.row(k).norm();
     return true;
 }
 
-}  // namespace compbox
+}  // namespace compbox::identification

@@ -12,7 +12,7 @@
 #include <Eigen/Core>
 #include <array>
 
-namespace compbox {
+namespace compbox::identification {
 
 using point_mm = std::array<double, 3>;
 using triple_mm = std::array<point_mm, 3>;
@@ -45,4 +45,4 @@ std::array<int, 6> traditional_rows_of(int axis);
 // sigma of the traditional sequence for readings with 1 µm; false where it is singular.
 bool traditional_sigma(const triple_mm &points, int axis, six &sigma);
 
-}  // namespace compbox
+}  // namespace compbox::identification

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace compbox {
+namespace compbox::metrology {
 
 namespace {
 
@@ -132,4 +132,4 @@ iso230_2_figures evaluate_positioning(const axis_readings &readings) {
     return figures;
 }
 
-}  // namespace compbox
+}  // namespace compbox::metrology

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace compbox {
+namespace compbox::metrology {
 
 // Readings of one axis, sorted by target: readings[i] are the deviations (µm or µrad) at
 // target_mm[i], one of each run. Either direction may be empty; otherwise every target has the same
@@ -54,4 +54,4 @@ constexpr std::size_t iso_runs = 5;
 // All figures. Throws std::logic_error if the readings violate axis_readings.
 iso230_2_figures evaluate_positioning(const axis_readings &readings);
 
-}  // namespace compbox
+}  // namespace compbox::metrology

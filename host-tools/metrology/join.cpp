@@ -7,7 +7,7 @@
 
 #include "host-tools/formats/error.h"
 
-namespace compbox {
+namespace compbox::metrology {
 
 namespace {
 
@@ -46,8 +46,8 @@ bool is_error_name(const std::string &name) {
 }
 
 // out: the selected columns; `left_out` names the terms' outputs that are not selected
-std::vector<std::size_t> signal_columns(const csv_table &record, const join_options &options,
-                                        std::string &left_out) {
+std::vector<std::size_t> signal_columns(const formats::csv_table &record,
+                                        const join_options &options, std::string &left_out) {
     std::vector<std::size_t> all;
     for (const auto &name : options.signals) all.push_back(record.column(name));
     for (std::size_t c = 0; c < record.names.size() && options.signals.empty(); ++c) {
@@ -65,7 +65,8 @@ std::vector<std::size_t> signal_columns(const csv_table &record, const join_opti
 
 // out: the columns of both tables by their roles; throws input_error for an unknown column, a
 //      missing compensation, or no common time and position
-columns find_columns(const csv_table &record, const csv_table &probe, const join_options &options) {
+columns find_columns(const formats::csv_table &record, const formats::csv_table &probe,
+                     const join_options &options) {
     columns found;
     found.record_time = record.column("time_s");
     found.signals = signal_columns(record, options, found.left_out);
@@ -107,7 +108,7 @@ columns find_columns(const csv_table &record, const csv_table &probe, const join
     return found;
 }
 
-void check_times(const csv_table &record, std::size_t time) {
+void check_times(const formats::csv_table &record, std::size_t time) {
     for (std::size_t r = 1; r < record.rows.size(); ++r) {
         if (record.rows[r][time] > record.rows[r - 1][time]) continue;
         throw input_error(record.file, record.lines[r], 0, "time_s must rise from row to row");
@@ -119,7 +120,7 @@ struct moment {
     std::size_t row = 0;
     double share = 0.0;
 
-    double value(const csv_table &record, std::size_t column) const {
+    double value(const formats::csv_table &record, std::size_t column) const {
         const double before = record.rows[row][column];
         if (share == 0.0) return before;
         return before + share * (record.rows[row + 1][column] - before);
@@ -128,8 +129,9 @@ struct moment {
 
 // in : wanted: a time of the record's clock, s; the record's times ascend
 // out: its place between two rows; throws input_error outside the record or in a long gap
-moment at_time(const csv_table &record, std::size_t time, double wanted, const csv_table &probe,
-               std::size_t probe_row, const join_options &options) {
+moment at_time(const formats::csv_table &record, std::size_t time, double wanted,
+               const formats::csv_table &probe, std::size_t probe_row,
+               const join_options &options) {
     const auto &rows = record.rows;
     const long line = probe.lines[probe_row];
     const double first = rows.front()[time], last = rows.back()[time];
@@ -154,8 +156,9 @@ moment at_time(const csv_table &record, std::size_t time, double wanted, const c
 }
 
 // The middle of the next dwell at the probed place, from row `from` on; `from` moves behind it.
-moment at_place(const csv_table &record, const columns &where, const csv_table &probe,
-                std::size_t probe_row, const join_options &options, std::size_t &from) {
+moment at_place(const formats::csv_table &record, const columns &where,
+                const formats::csv_table &probe, std::size_t probe_row, const join_options &options,
+                std::size_t &from) {
     double nearest = INFINITY;
     const auto distance = [&](std::size_t r) {
         double worst = 0.0;
@@ -183,7 +186,7 @@ moment at_place(const csv_table &record, const columns &where, const csv_table &
 
 }  // namespace
 
-joined_rows join_rows(const csv_table &record, const csv_table &probe,
+joined_rows join_rows(const formats::csv_table &record, const formats::csv_table &probe,
                       const std::vector<std::string> &run_names, const join_options &options) {
     const columns where = find_columns(record, probe, options);
     check_times(record, where.record_time);
@@ -252,4 +255,4 @@ std::string joined_text(const joined_rows &joined) {
     return text + "\n";
 }
 
-}  // namespace compbox
+}  // namespace compbox::metrology

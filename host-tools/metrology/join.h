@@ -7,7 +7,7 @@
 
 #include "host-tools/formats/csv.h"
 
-namespace compbox {
+namespace compbox::metrology {
 
 struct join_options {
     bool add_back = true;              // subtract the active compensation from the probed error
@@ -33,10 +33,10 @@ struct joined_rows {
 // Rows are matched by time if the probe has time_s, else by position: for each row of the probe in
 // order, the next time in the record at which every given position is within tolerance.
 // Throws input_error with file and line for an unmatched row.
-joined_rows join_rows(const csv_table &record, const csv_table &probe,
+joined_rows join_rows(const formats::csv_table &record, const formats::csv_table &probe,
                       const std::vector<std::string> &run_names, const join_options &options);
 
 // The rows as CSV, runs by their names.
 std::string joined_text(const joined_rows &joined);
 
-}  // namespace compbox
+}  // namespace compbox::metrology

@@ -6,7 +6,7 @@
 
 #include "host-tools/metrology/straightness.h"
 
-namespace compbox {
+namespace compbox::metrology {
 
 namespace {
 
@@ -166,4 +166,4 @@ std::optional<double> doubled_error(const std::vector<double> &position_mm,
     return {};
 }
 
-}  // namespace compbox
+}  // namespace compbox::metrology

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-namespace compbox {
+namespace compbox::metrology {
 
 // The deviations of one run at the targets; any unit.
 struct directed_run {
@@ -28,4 +28,4 @@ std::optional<double> doubled_error(const std::vector<double> &position_mm,
                                     const std::vector<double> &before,
                                     const std::vector<double> &after, double sigma);
 
-}  // namespace compbox
+}  // namespace compbox::metrology

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-namespace compbox {
+namespace compbox::metrology {
 
 namespace {
 
@@ -42,4 +42,4 @@ squareness from_ball_bar(const std::string &name, double diameter_mm, double at_
     return from_diagonals(name, side_mm, side_mm, at_45_um, at_135_um, sigma_um);
 }
 
-}  // namespace compbox
+}  // namespace compbox::metrology

@@ -8,7 +8,7 @@
 
 #include <string>
 
-namespace compbox {
+namespace compbox::metrology {
 
 struct squareness {
     double value_urad = 0.0;
@@ -36,4 +36,4 @@ squareness from_diagonals(const std::string &name, double first_mm, double secon
 squareness from_ball_bar(const std::string &name, double diameter_mm, double at_45_um,
                          double at_135_um, double sigma_um);
 
-}  // namespace compbox
+}  // namespace compbox::metrology

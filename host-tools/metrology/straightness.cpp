@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace compbox {
+namespace compbox::metrology {
 
 namespace {
 
@@ -87,4 +87,4 @@ double deviation_about(const straight_line &line, const std::vector<double> &x,
     return about.high - about.low;
 }
 
-}  // namespace compbox
+}  // namespace compbox::metrology

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace compbox {
+namespace compbox::metrology {
 
 // y = offset + slope * x
 struct straight_line {
@@ -23,4 +23,4 @@ straight_line minimum_zone_line(const std::vector<double> &x, const std::vector<
 double deviation_about(const straight_line &line, const std::vector<double> &x,
                        const std::vector<double> &y);
 
-}  // namespace compbox
+}  // namespace compbox::metrology

@@ -94,7 +94,7 @@ std::vector<std::uint16_t> encode(const item &to, const std::string &text) {
     const auto typed = number_in(text);
     if (!typed) fail(fmt::format("'{}' is not a number; write 12.5, -3 or 0x00ff", text));
     const double raw = (*typed - to.zero) / to.scale;
-    const bool whole = to.format.what != number_format::kind::floating;
+    const bool whole = to.format.what != fakeplc::number_format::kind::floating;
     if (is_bit(to) && raw != 0.0 && raw != 1.0) fail(fmt::format("a bit is 0 or 1, not {}", text));
     if (whole && to.scale == 1.0 && raw != std::round(raw))
         fail(

@@ -17,7 +17,7 @@ struct item {
     std::string name;  // "": the address alone
     table from = table::holding;
     int address = 0;
-    number_format format;
+    fakeplc::number_format format;
     double scale = 1.0, zero = 0.0;
     std::string unit;     // "mm"; "": none
     int block = -1;       // items of one block share a request; -1: of none

@@ -34,12 +34,12 @@ item word(const std::string &name, int address) {
     item made;
     made.name = name;
     made.address = address;
-    made.format = *number_format::parse("uint16");
+    made.format = *fakeplc::number_format::parse("uint16");
     return made;
 }
 
-item number(const std::string &name, int address, const number_format &format, double scale,
-            const std::string &unit) {
+item number(const std::string &name, int address, const fakeplc::number_format &format,
+            double scale, const std::string &unit) {
     item made = word(name, address);
     made.format = format;
     made.scale = scale;
@@ -47,7 +47,7 @@ item number(const std::string &name, int address, const number_format &format, d
     return made;
 }
 
-void add_fixed(std::vector<item> &to, const register_map &map) {
+void add_fixed(std::vector<item> &to, const fakeplc::register_map &map) {
     to.push_back(word("control", map.control));
     to.push_back(word("plc_heartbeat", map.plc_heartbeat));
     if (map.handshake) to.push_back(word("handshake", *map.handshake));
@@ -57,11 +57,11 @@ void add_fixed(std::vector<item> &to, const register_map &map) {
 }
 
 // in : root, the file; its units are not in the map
-void add_signals(std::vector<item> &to, const register_map &map, const json &root) {
+void add_signals(std::vector<item> &to, const fakeplc::register_map &map, const json &root) {
     std::map<std::string, std::string> units;
     for (const auto &entry : root.value("signals", json::array()))
-        units[get<std::string>(entry, "name", map.file)] =
-            get_or<std::string>(entry, "unit", "", map.file);
+        units[formats::get<std::string>(entry, "name", map.file)] =
+            formats::get_or<std::string>(entry, "unit", "", map.file);
     for (const auto &signal : map.signals) {
         to.push_back(
             number(signal.name, signal.address, signal.format, signal.scale, units[signal.name]));
@@ -69,7 +69,7 @@ void add_signals(std::vector<item> &to, const register_map &map, const json &roo
     }
 }
 
-void add_channel(std::vector<item> &to, const taken_channel &of) {
+void add_channel(std::vector<item> &to, const fakeplc::taken_channel &of) {
     to.push_back(number("value_" + of.name, of.address, of.format, of.scale_um, "um"));
     if (of.applied_address)
         to.push_back(
@@ -87,19 +87,19 @@ wire wire_of(const json &transport, const std::string &path) {
     const json rtu = transport.is_object() ? transport.value("rtu", json()) : json();
     const json tcp = transport.is_object() ? transport.value("tcp", json()) : json();
     if (rtu.is_object()) {
-        to.device = get<std::string>(rtu, "device", path);
-        to.baud = get<int>(rtu, "baud", path);
-        to.parity = get_or<std::string>(rtu, "parity", "even", path);
-        to.stop_bits = get_or(rtu, "stop_bits", 1, path);
-        to.rs485 = get_or(rtu, "rs485", false, path);
-        to.unit = get_or(rtu, "unit", 1, path);
+        to.device = formats::get<std::string>(rtu, "device", path);
+        to.baud = formats::get<int>(rtu, "baud", path);
+        to.parity = formats::get_or<std::string>(rtu, "parity", "even", path);
+        to.stop_bits = formats::get_or(rtu, "stop_bits", 1, path);
+        to.rs485 = formats::get_or(rtu, "rs485", false, path);
+        to.unit = formats::get_or(rtu, "unit", 1, path);
         return to;
     }
     if (!tcp.is_object())
         throw input_error(path, 0, 0, "plc.transport: needs tcp or rtu, the wire to the PLC");
-    to.host = get<std::string>(tcp, "host", path);
-    to.port = get_or(tcp, "port", 502, path);
-    to.unit = get_or(tcp, "unit", 1, path);
+    to.host = formats::get<std::string>(tcp, "host", path);
+    to.port = formats::get_or(tcp, "port", 502, path);
+    to.unit = formats::get_or(tcp, "unit", 1, path);
     return to;
 }
 
@@ -131,8 +131,8 @@ wire parse_wire(const std::string &text) {
 }
 
 machine::machine(const std::string &path) : path_(path) {
-    const json root = read_json(path);
-    const register_map map = register_map_of(root, path);
+    const json root = formats::read_json(path);
+    const fakeplc::register_map map = fakeplc::register_map_of(root, path);
     to_plc_ = wire_of(root.at("plc").value("transport", json::object()), path);
     add_fixed(items_, map);
     add_signals(items_, map, root);

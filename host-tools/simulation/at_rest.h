@@ -12,7 +12,8 @@ namespace compbox::simulation {
 
 // The state of the machine at rest, compensated, at each position, at time 0. Channels go to the
 // drives of their names, to the axis that the machine maps them to, or to that of their name.
-std::vector<twin_state> states_at_rest(const cb_config &config, const twin_config &machine,
-                                       const std::vector<xyz> &positions_mm);
+std::vector<twin::twin_state> states_at_rest(const cb_config &config,
+                                             const twin::twin_config &machine,
+                                             const std::vector<twin::xyz> &positions_mm);
 
 }  // namespace compbox::simulation

@@ -25,7 +25,7 @@ constexpr double after_cut_s = 5.0;  // with dense rows in the record
 // ---- the program
 
 // A place on a surface.
-xyz on(const part_surface &surface, double x_mm, double z_mm) {
+twin::xyz on(const part_surface &surface, double x_mm, double z_mm) {
     const double u = 2.0 * (x_mm - surface.x_mm[0]) / (surface.x_mm[1] - surface.x_mm[0]) - 1.0;
     return {x_mm, surface.y_mm + surface.bow_mm * (1.0 - u * u), z_mm};
 }
@@ -34,12 +34,12 @@ xyz on(const part_surface &surface, double x_mm, double z_mm) {
 class programmer {
   public:
     programmer(const part_day &day, const std::vector<part_surface> &surfaces,
-               const twin_config &machine)
+               const twin::twin_config &machine)
         : surfaces_(surfaces), machine_(machine) {
         for (const auto &work : day.work) add(work);
     }
 
-    const std::vector<twin_step> &steps() const { return steps_; }
+    const std::vector<twin::twin_step> &steps() const { return steps_; }
 
   private:
     void add(const part_work &work) {
@@ -49,19 +49,19 @@ class programmer {
         } else if (work.travel_mm_per_min > 0.0) {
             run_axes(work);
         } else {
-            twin_step rest;
+            twin::twin_step rest;
             rest.dwell_s = s_per_min * work.minutes;
             push(rest);
         }
     }
 
-    void push(twin_step step) {
+    void push(twin::twin_step step) {
         step.spindle_rpm = spindle_rpm_;
         steps_.push_back(step);
     }
 
-    void move_to(const xyz &target_mm, double feed_mm_per_min, double depth_mm) {
-        twin_step step;
+    void move_to(const twin::xyz &target_mm, double feed_mm_per_min, double depth_mm) {
+        twin::twin_step step;
         for (std::size_t a = 0; a < 3; ++a) step.target_mm[a] = target_mm[a];
         step.feed_mm_per_s = feed_mm_per_min / s_per_min;
         step.depth_of_cut_mm = depth_mm;
@@ -91,10 +91,10 @@ class programmer {
 
     // Moves to and fro along the diagonal of the travels for work.minutes.
     void run_axes(const part_work &work) {
-        xyz low = {}, high = {};
+        twin::xyz low = {}, high = {};
         double length_mm = 0.0;
         for (std::size_t a = 0; a < 3; ++a) {
-            const twin_axis &axis = machine_.axes[a];
+            const twin::twin_axis &axis = machine_.axes[a];
             const double free_mm = inside * (axis.max_mm - axis.min_mm);
             low[a] = axis.min_mm + free_mm, high[a] = axis.max_mm - free_mm;
             length_mm = std::hypot(length_mm, high[a] - low[a]);
@@ -111,9 +111,9 @@ class programmer {
     }
 
     const std::vector<part_surface> &surfaces_;
-    const twin_config &machine_;
+    const twin::twin_config &machine_;
     double spindle_rpm_ = 0.0;
-    std::vector<twin_step> steps_;
+    std::vector<twin::twin_step> steps_;
 };
 
 // ---- the points on the way
@@ -135,10 +135,10 @@ class point_watch {
     }
 
     // Records the next point if the tool has just passed it.
-    void look(const fake_plc &plc, std::vector<cut_point> &passed) {
+    void look(const fakeplc::fake_plc &plc, std::vector<cut_point> &passed) {
         if (done() || plc.nc().state().depth_of_cut_mm <= 0.0) return;
         const cut_point &point = expected_[next_];
-        const xyz &now_mm = plc.nc().position_mm();
+        const twin::xyz &now_mm = plc.nc().position_mm();
         if (std::fabs(now_mm[2] - point.position_mm[2]) > 1e-3 ||
             std::fabs(now_mm[1] - point.position_mm[1]) > 0.5 * clearance_mm ||
             now_mm[0] < point.position_mm[0]) {
@@ -146,14 +146,14 @@ class point_watch {
         }
         passed.push_back(point);
         cut_point &cut = passed.back();
-        twin_state state = plc.machine_state();
+        twin::twin_state state = plc.machine_state();
         cut.time_s = state.time_s;
         cut.position_mm = now_mm;
         cut.after_um = plc.twin().true_error_um(state);
         state.drive_um = {};
         cut.before_um = plc.twin().true_error_um(state);
         cut.unexplained_um = cut.before_um;
-        const xyz explained = plc.twin().explained_error_um(state);
+        const twin::xyz explained = plc.twin().explained_error_um(state);
         for (std::size_t a = 0; a < 3; ++a) cut.unexplained_um[a] -= explained[a];
         ++next_;
     }
@@ -242,16 +242,16 @@ class recorder {
 // out: path of the new file
 std::string slowed(const std::string &coefficients, const part_pace &pace,
                    const std::string &folder) {
-    json file = read_json(coefficients);
+    json file = formats::read_json(coefficients);
     file["cycle"]["period_ms"] = pace.period_ms;
     file["cycle"]["lead_ms"] = std::min(500.0, 0.5 * (pace.period_ms + pace.scan_ms));
     file["plc"]["heartbeat_timeout_ms"] = 4.0 * pace.period_ms;
     const std::string path = folder + "/slowed.json";
-    write_file(path, json_text(file));
+    formats::write_file(path, formats::json_text(file));
     return path;
 }
 
-twin_config paced(twin_config machine, const part_day &day, const part_pace &pace) {
+twin::twin_config paced(twin::twin_config machine, const part_day &day, const part_pace &pace) {
     constexpr double s_per_ms = 1e-3;
     machine.thermal.air = day.air;
     machine.nc.interpolation_s = s_per_ms * pace.interpolation_ms;
@@ -262,16 +262,17 @@ twin_config paced(twin_config machine, const part_day &day, const part_pace &pac
 
 }  // namespace
 
-worked_day work_a_day(const part_scenario &plan, const part_day &day, const twin_config &machine,
-                      const std::string &coefficients, const std::string &folder) {
+worked_day work_a_day(const part_scenario &plan, const part_day &day,
+                      const twin::twin_config &machine, const std::string &coefficients,
+                      const std::string &folder) {
     const std::string slow_file = slowed(coefficients, plan.pace, folder);
     const auto config = coefficients::load_coefficients(slow_file);
-    const twin_config slow_machine = paced(machine, day, plan.pace);
-    world at(*config, slow_machine, load_register_map(slow_file));
+    const twin::twin_config slow_machine = paced(machine, day, plan.pace);
+    world at(*config, slow_machine, fakeplc::load_register_map(slow_file));
     point_watch watch(day, plan.surfaces);
     recorder record(*config, plan.pace);
     worked_day result;
-    at.hooks.after_scan = [&](const plc_state &) { watch.look(at.plc(), result.points); };
+    at.hooks.after_scan = [&](const fakeplc::plc_state &) { watch.look(at.plc(), result.points); };
     at.hooks.after_box_cycle = [&] { record.look(at); };
     at.wait_until_active();
     const programmer program(day, plan.surfaces, slow_machine);
@@ -285,8 +286,8 @@ worked_day work_a_day(const part_scenario &plan, const part_day &day, const twin
     return result;
 }
 
-xyz touch_probe::touch(const xyz &error_um) {
-    xyz shown = error_um;
+twin::xyz touch_probe::touch(const twin::xyz &error_um) {
+    twin::xyz shown = error_um;
     for (double &value : shown) {
         value += probe_.noise_um * noise_.normal() + probe_.repeatability_um * noise_.normal();
         const double steps = std::round(1.0 / probe_.resolution_um);

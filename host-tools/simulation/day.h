@@ -16,9 +16,9 @@ namespace compbox::simulation {
 struct cut_point {
     std::string part, surface;
     double time_s = 0.0;  // of the PLC's and the record's clock
-    xyz position_mm = {};
-    xyz before_um = {}, after_um = {};  // error without and with compensation
-    xyz unexplained_um = {};
+    twin::xyz position_mm = {};
+    twin::xyz before_um = {}, after_um = {};  // error without and with compensation
+    twin::xyz unexplained_um = {};
 };
 
 struct worked_day {
@@ -28,19 +28,20 @@ struct worked_day {
 
 // in : a coefficient file for the box on `machine` with its seed; the pace replaces its period
 // Throws input_error if the box does not become ACTIVE or the tool never passes a point.
-worked_day work_a_day(const part_scenario &plan, const part_day &day, const twin_config &machine,
-                      const std::string &coefficients, const std::string &folder);
+worked_day work_a_day(const part_scenario &plan, const part_day &day,
+                      const twin::twin_config &machine, const std::string &coefficients,
+                      const std::string &folder);
 
 // Readings of a touch probe: with noise and rounding.
 class touch_probe {
   public:
     touch_probe(const part_probe &probe, std::uint64_t seed, const std::string &purpose)
         : probe_(probe), noise_(seed, "touch probe " + purpose) {}
-    xyz touch(const xyz &error_um);
+    twin::xyz touch(const twin::xyz &error_um);
 
   private:
     part_probe probe_;
-    random_stream noise_;
+    twin::random_stream noise_;
 };
 
 }  // namespace compbox::simulation

@@ -10,11 +10,11 @@ namespace compbox::simulation {
 
 namespace {
 
-double distance_mm(const xyz &a, const xyz &b) {
+double distance_mm(const twin::xyz &a, const twin::xyz &b) {
     return std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
 }
 
-std::vector<double> column(const std::vector<xyz> &points, std::size_t direction) {
+std::vector<double> column(const std::vector<twin::xyz> &points, std::size_t direction) {
     std::vector<double> values;
     for (const auto &point : points) values.push_back(point[direction]);
     return values;
@@ -22,29 +22,29 @@ std::vector<double> column(const std::vector<xyz> &points, std::size_t direction
 
 }  // namespace
 
-double range_about_line(const std::vector<xyz> &positions_mm, const std::vector<xyz> &errors_um,
-                        std::size_t direction) {
+double range_about_line(const std::vector<twin::xyz> &positions_mm,
+                        const std::vector<twin::xyz> &errors_um, std::size_t direction) {
     std::vector<double> along;
     for (const auto &position : positions_mm) {
         along.push_back(distance_mm(positions_mm.front(), position));
     }
     const auto errors = column(errors_um, direction);
-    return deviation_about(least_squares_line(along, errors), along, errors);
+    return metrology::deviation_about(metrology::least_squares_line(along, errors), along, errors);
 }
 
-double range_of(const std::vector<xyz> &errors_um, std::size_t direction) {
+double range_of(const std::vector<twin::xyz> &errors_um, std::size_t direction) {
     const auto errors = column(errors_um, direction);
     const auto [low, high] = std::minmax_element(errors.begin(), errors.end());
     return *high - *low;
 }
 
-double mean_of(const std::vector<xyz> &errors_um, std::size_t direction) {
+double mean_of(const std::vector<twin::xyz> &errors_um, std::size_t direction) {
     double sum = 0.0;
     for (const auto &error : errors_um) sum += error[direction];
     return sum / static_cast<double>(errors_um.size());
 }
 
-double variance_of(const std::vector<xyz> &errors_um, std::size_t direction) {
+double variance_of(const std::vector<twin::xyz> &errors_um, std::size_t direction) {
     const double mean = mean_of(errors_um, direction);
     double sum = 0.0;
     for (const auto &error : errors_um)

@@ -9,15 +9,15 @@
 namespace compbox::simulation {
 
 // Largest minus smallest error about the errors' own least-squares line along the path.
-double range_about_line(const std::vector<xyz> &positions_mm, const std::vector<xyz> &errors_um,
-                        std::size_t direction);
+double range_about_line(const std::vector<twin::xyz> &positions_mm,
+                        const std::vector<twin::xyz> &errors_um, std::size_t direction);
 
 // Largest minus smallest error.
-double range_of(const std::vector<xyz> &errors_um, std::size_t direction);
+double range_of(const std::vector<twin::xyz> &errors_um, std::size_t direction);
 
-double mean_of(const std::vector<xyz> &errors_um, std::size_t direction);
+double mean_of(const std::vector<twin::xyz> &errors_um, std::size_t direction);
 // With n − 1.
-double variance_of(const std::vector<xyz> &errors_um, std::size_t direction);
+double variance_of(const std::vector<twin::xyz> &errors_um, std::size_t direction);
 
 // Middle of the sorted values (mean of the two in the middle); values not empty.
 double median_of(std::vector<double> values);

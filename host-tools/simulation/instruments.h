@@ -9,6 +9,6 @@
 namespace compbox::simulation {
 
 // laser, nine-line, diagonals. The twin must outlive the app.
-void add_instruments(cli::command &app, const twin_machine &twin);
+void add_instruments(cli::command &app, const twin::twin_machine &twin);
 
 }  // namespace compbox::simulation

@@ -19,15 +19,15 @@ constexpr kind kinds[] = {{"paths", run_paths}, {"parts", run_parts}};
 }  // namespace
 
 simulate_outcome run_scenario(const simulate_request &request) {
-    const json value = read_json(request.scenario);
-    if (get<std::string>(value, "format", request.scenario) != "compbox-scenario/1") {
+    const json value = formats::read_json(request.scenario);
+    if (formats::get<std::string>(value, "format", request.scenario) != "compbox-scenario/1") {
         throw input_error(request.scenario, 0, 0,
                           "is not a scenario (format is not compbox-scenario/1)");
     }
     // A scenario is untrusted: it may write only below these folders.
-    const writes_below guard(
+    const formats::writes_below guard(
         {request.folder, std::filesystem::absolute(request.scenario).parent_path().string()});
-    const auto name = get_or(value, "kind", std::string(kinds[0].name), request.scenario);
+    const auto name = formats::get_or(value, "kind", std::string(kinds[0].name), request.scenario);
     std::string there;
     for (const auto &one : kinds) {
         if (name == one.name) return one.run(request);

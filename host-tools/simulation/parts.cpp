@@ -25,19 +25,19 @@ struct source {
         throw input_error(file, 0, 0, "{}: {}", place, why);
     }
     void keys(std::initializer_list<const char *> allowed) const {
-        only_keys(value, allowed, file, place);
+        formats::only_keys(value, allowed, file, place);
     }
-    std::string text(const char *key) const { return get<std::string>(value, key, file); }
+    std::string text(const char *key) const { return formats::get<std::string>(value, key, file); }
     std::vector<std::string> texts(const char *key) const {
-        return get_or(value, key, std::vector<std::string>(), file);
+        return formats::get_or(value, key, std::vector<std::string>(), file);
     }
     double number(const char *key, double otherwise, double low, double high) const {
-        const double found = get_or(value, key, otherwise, file);
+        const double found = formats::get_or(value, key, otherwise, file);
         if (!(found >= low && found <= high)) fail(fmt::format("{} is out of range", key));
         return found;
     }
     std::array<double, 2> range(const char *key) const {
-        const auto list = get<std::vector<double>>(value, key, file);
+        const auto list = formats::get<std::vector<double>>(value, key, file);
         if (list.size() != 2 || !(list[0] < list[1])) {
             fail(fmt::format("{} must be [from, to], ascending", key));
         }
@@ -75,7 +75,7 @@ part_work work_of(const source &from) {
 }
 
 // in : air of a day without "air". Throws input_error for an unknown key or a value out of range.
-part_day day_of(const source &from, const thermal_air &usual) {
+part_day day_of(const source &from, const twin::thermal_air &usual) {
     from.keys({"air", "work"});
     part_day day;
     day.air = usual;
@@ -87,15 +87,15 @@ part_day day_of(const source &from, const thermal_air &usual) {
         day.air.warmest_h = air.number("warmest_h", usual.warmest_h, 0.0, 24.0);
         day.air.start_h = air.number("start_h", usual.start_h, 0.0, 24.0);
     }
-    for (const auto &one : get<json>(from.value, "work", from.file)) {
+    for (const auto &one : formats::get<json>(from.value, "work", from.file)) {
         day.work.push_back(work_of(source(one, from.file, from.place + ".work[]")));
     }
     return day;
 }
 
 // "work": "OTHER": the same work as on another day.
-void read_days(const source &root, const thermal_air &usual, part_scenario &plan) {
-    json days = get<json>(root.value, "days", root.file);
+void read_days(const source &root, const twin::thermal_air &usual, part_scenario &plan) {
+    json days = formats::get<json>(root.value, "days", root.file);
     if (!days.is_object()) root.fail("days must be an object");
     for (auto &[name, value] : days.items()) {
         if (value.is_object() && value.contains("work") && value["work"].is_string()) {
@@ -120,7 +120,7 @@ part_choice choice_of(const source &from, const part_scenario &plan) {
     from.keys({"name", "day", "parts", "surfaces"});
     part_choice choice;
     choice.day = from.text("day");
-    choice.name = get_or(from.value, "name", choice.day, from.file);
+    choice.name = formats::get_or(from.value, "name", choice.day, from.file);
     choice.parts = from.texts("parts");
     choice.surfaces = from.texts("surfaces");
     const auto day = plan.days.find(choice.day);
@@ -141,7 +141,7 @@ part_method method_of(const source &from) {
     part_method method;
     method.name = from.text("name");
     method.steps = from.texts("steps");
-    method.mean_only = get_or(from.value, "mean_only", false, from.file);
+    method.mean_only = formats::get_or(from.value, "mean_only", false, from.file);
     if (method.steps.empty() != method.mean_only) from.fail("needs steps, or mean_only");
     return method;
 }
@@ -154,16 +154,16 @@ part_protocol protocol_of(const source &from, const part_scenario &plan) {
     const auto choice = [&](const json &value, const std::string &key) {
         return choice_of(source(value, from.file, from.place + "." + key), plan);
     };
-    protocol.train = choice(get<json>(from.value, "train", from.file), "train");
-    protocol.judge = choice(get<json>(from.value, "judge", from.file), "judge");
+    protocol.train = choice(formats::get<json>(from.value, "train", from.file), "train");
+    protocol.judge = choice(formats::get<json>(from.value, "judge", from.file), "judge");
     for (const auto &[key, list] :
          {std::pair{"also", &protocol.also}, std::pair{"outside", &protocol.outside}}) {
-        for (const auto &one : get_or(from.value, key, json::array(), from.file)) {
+        for (const auto &one : formats::get_or(from.value, key, json::array(), from.file)) {
             list->push_back(choice(one, std::string(key) + "[]"));
         }
     }
     protocol.steps = from.texts("steps");
-    for (const auto &one : get<json>(from.value, "methods", from.file)) {
+    for (const auto &one : formats::get<json>(from.value, "methods", from.file)) {
         protocol.methods.push_back(method_of(source(one, from.file, from.place + ".methods[]")));
     }
     if (protocol.methods.empty()) from.fail("needs at least one method");
@@ -193,7 +193,7 @@ void read_probe_and_pace(const source &root, part_scenario &plan) {
 }  // namespace
 
 part_scenario load_part_scenario(const std::string &path) {
-    const json value = read_json(path);
+    const json value = formats::read_json(path);
     const source root(value, path, "the scenario");
     root.keys({"format", "kind", "name", "twin", "machine", "seeds", "surfaces", "probe", "pace",
                "days", "protocols", "paper_percent"});
@@ -205,14 +205,14 @@ part_scenario load_part_scenario(const std::string &path) {
     plan.name = root.text("name");
     plan.twin = beside(root.text("twin"));
     plan.machine = beside(root.text("machine"));
-    plan.seeds = get_or(value, "seeds", plan.seeds, path);
-    plan.paper_percent = get_or(value, "paper_percent", 0.0, path);
-    for (const auto &one : get<json>(value, "surfaces", path)) {
+    plan.seeds = formats::get_or(value, "seeds", plan.seeds, path);
+    plan.paper_percent = formats::get_or(value, "paper_percent", 0.0, path);
+    for (const auto &one : formats::get<json>(value, "surfaces", path)) {
         plan.surfaces.push_back(surface_of(source(one, path, "surfaces[]")));
     }
     read_probe_and_pace(root, plan);
-    read_days(root, load_twin(plan.twin).thermal.air, plan);
-    for (const auto &one : get<json>(value, "protocols", path)) {
+    read_days(root, twin::load_twin(plan.twin).thermal.air, plan);
+    for (const auto &one : formats::get<json>(value, "protocols", path)) {
         plan.protocols.push_back(protocol_of(source(one, path, "protocols[]"), plan));
     }
     if (plan.surfaces.empty() || plan.protocols.empty()) {

@@ -30,7 +30,7 @@ struct part_work {
 };
 
 struct part_day {
-    thermal_air air;
+    twin::thermal_air air;
     std::vector<part_work> work;
 };
 

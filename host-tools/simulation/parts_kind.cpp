@@ -193,7 +193,7 @@ std::string table_of(const part_protocol &protocol, const part_results &results)
 
 simulate_outcome run_parts(const simulate_request &request) {
     const part_scenario plan = load_part_scenario(request.scenario);
-    twin_config machine = load_twin(plan.twin);
+    twin::twin_config machine = twin::load_twin(plan.twin);
     std::vector<std::uint64_t> seeds = request.seeds.empty() ? plan.seeds : request.seeds;
     if (seeds.empty()) seeds.push_back(machine.seed);
     part_results results;

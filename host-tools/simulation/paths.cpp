@@ -17,17 +17,17 @@ namespace {
 
 // out: folder of the measurements: the scenario's for the twin file's own seed, else new ones of
 //      the virtual laser
-std::string measurements_of(const scenario &plan, const twin_machine &twin, std::uint64_t own_seed,
-                            const std::string &folder) {
+std::string measurements_of(const scenario &plan, const twin::twin_machine &twin,
+                            std::uint64_t own_seed, const std::string &folder) {
     if (twin.config().seed == own_seed && !plan.measurements.empty()) return plan.measurements;
     const std::string measurements = folder + "/measurements";
-    make_folder(measurements);
-    measure_all(twin, measurements);
+    formats::make_folder(measurements);
+    twin::measure_all(twin, measurements);
     return measurements;
 }
 
 // Throws input_error, naming file and path, if an end of a path is beyond the travels.
-void check_travel(const scenario &plan, const twin_config &config) {
+void check_travel(const scenario &plan, const twin::twin_config &config) {
     for (const auto &path : plan.paths) {
         for (std::size_t a = 0; a < 3; ++a) {
             const auto &axis = config.axes[a];
@@ -37,7 +37,7 @@ void check_travel(const scenario &plan, const twin_config &config) {
                 if (!axis.present && position_mm == 0.0) continue;
                 throw input_error(
                     plan.file, 0, 0, "the path {} goes to {} = {} mm, but the machine has {} to {}",
-                    path.name, axis_letters[a], position_mm, axis.min_mm, axis.max_mm);
+                    path.name, twin::axis_letters[a], position_mm, axis.min_mm, axis.max_mm);
             }
         }
     }
@@ -64,7 +64,7 @@ void run_steps(const std::vector<std::string> &steps, const step_world &world, s
 class seed_run {
   public:
     // in : once: folder of the steps before the first seed
-    seed_run(const scenario &plan, const twin_config &config, const std::string &once,
+    seed_run(const scenario &plan, const twin::twin_config &config, const std::string &once,
              step_commands commands)
         : plan_(plan),
           config_(config),
@@ -72,7 +72,7 @@ class seed_run {
           once_(once),
           folder_(fmt::format("{}/seed-{}", once, config.seed)),
           twin_(config_) {
-        make_folder(folder_);
+        formats::make_folder(folder_);
         for (const auto &path : plan.paths) paths_.emplace_back(twin_, path);
     }
 
@@ -88,7 +88,7 @@ class seed_run {
     void try_method(const scenario_method &method, bool shipped, simulation &result) {
         const coefficients::fitted_files fit = coefficients_of(method, result);
         const auto config = coefficients::load_coefficients(fit.coefficients);
-        const register_map map = load_register_map(fit.coefficients);
+        const fakeplc::register_map map = fakeplc::load_register_map(fit.coefficients);
         for (auto &path : paths_) {
             tell_place(method.name, path, [&] {
                 world at(*config, config_, map, wire());
@@ -110,7 +110,7 @@ class seed_run {
     }
 
     step_world steps_in(const std::string &out) const {
-        make_folder(out);
+        formats::make_folder(out);
         return {twin_, plan_.file, names_of(plan_, once_, folder_, out), commands_};
     }
 
@@ -129,13 +129,13 @@ class seed_run {
     }
 
     void move_along(const remeasured_path &path, double feed, const cb_config &config,
-                    const register_map &map, simulation &result) const {
+                    const fakeplc::register_map &map, simulation &result) const {
         const travel way{path.path().from_mm, path.path().to_mm, feed / 60.0};
         world at(config, config_, map, wire());
         const auto states = states_along(at, way);
         const auto after = true_errors(twin_, states);
         const auto before = true_errors(twin_, uncompensated(states));
-        std::vector<xyz> places;
+        std::vector<twin::xyz> places;
         for (const auto &state : states) places.push_back(state.position_mm);
         moving_run one{config_.seed, path.name(), feed, at.lead_ms()};
         for (std::size_t a = 0; a < 3; ++a) {
@@ -157,10 +157,10 @@ class seed_run {
     }
 
     const scenario &plan_;
-    twin_config config_;
+    twin::twin_config config_;
     step_commands commands_;
     std::string once_, folder_;
-    twin_machine twin_;
+    twin::twin_machine twin_;
     std::vector<remeasured_path> paths_;
     std::string measurements_;
 };
@@ -169,7 +169,7 @@ class seed_run {
 
 simulation simulate(const scenario &plan, const std::string &folder, step_commands commands,
                     const std::function<void(const std::string &)> &progress) {
-    twin_config config = load_twin(plan.twin);
+    twin::twin_config config = twin::load_twin(plan.twin);
     check_travel(plan, config);
     check_stops(plan);
     const std::uint64_t own_seed = config.seed;
@@ -177,8 +177,8 @@ simulation simulate(const scenario &plan, const std::string &folder, step_comman
     if (seeds.empty()) seeds.push_back(own_seed);
     simulation result;
     if (!plan.once.empty()) {
-        make_folder(folder);
-        const twin_machine twin(config);
+        formats::make_folder(folder);
+        const twin::twin_machine twin(config);
         run_steps(plan.once, {twin, plan.file, names_of(plan, folder, folder, folder), commands},
                   result);
     }

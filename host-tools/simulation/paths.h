@@ -19,10 +19,10 @@ namespace compbox::simulation {
 struct simulated_run {
     std::uint64_t seed = 0;
     std::string method, path;
-    std::string coefficients;                        // path of the file that the box loaded
-    std::map<std::string, int> coefficient_count;    // by curve
-    std::array<direction_figures, 3> figures;        // X, Y, Z
-    std::vector<xyz> stops_mm, before_um, after_um;  // true errors, at each stop
+    std::string coefficients;                              // path of the file that the box loaded
+    std::map<std::string, int> coefficient_count;          // by curve
+    std::array<direction_figures, 3> figures;              // X, Y, Z
+    std::vector<twin::xyz> stops_mm, before_um, after_um;  // true errors, at each stop
 };
 
 // One seed, one path, travelled in one go by the product's method.
@@ -30,7 +30,7 @@ struct moving_run {
     std::uint64_t seed = 0;
     std::string path;
     double feed_mm_per_min = 0.0, lead_ms = 0.0;
-    xyz before_um = {}, after_um = {};  // ranges of the true error on the way
+    twin::xyz before_um = {}, after_um = {};  // ranges of the true error on the way
 };
 
 struct simulation {

@@ -14,11 +14,11 @@ namespace {
 constexpr int status_active = 1;  // low byte of the box's status register
 
 // Columns BEFORE + "X" + AFTER … as one vector; an axis that a machine lacks stays at 0.
-std::vector<xyz> axes_of(const csv_table &table, const std::string &before,
-                         const std::string &after) {
-    std::vector<xyz> values(table.rows.size(), xyz{});
+std::vector<twin::xyz> axes_of(const formats::csv_table &table, const std::string &before,
+                               const std::string &after) {
+    std::vector<twin::xyz> values(table.rows.size(), twin::xyz{});
     for (std::size_t a = 0; a < 3; ++a) {
-        const int column = table.find(before + axis_letters[a] + after);
+        const int column = table.find(before + twin::axis_letters[a] + after);
         for (std::size_t r = 0; column >= 0 && r < values.size(); ++r) {
             values[r][a] = table.rows[r][static_cast<std::size_t>(column)];
         }
@@ -26,14 +26,14 @@ std::vector<xyz> axes_of(const csv_table &table, const std::string &before,
     return values;
 }
 
-double distance_mm(const xyz &a, const xyz &b) {
+double distance_mm(const twin::xyz &a, const twin::xyz &b) {
     return std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
 }
 
 }  // namespace
 
 plc_log read_plc_log(const std::string &path) {
-    const csv_table table = read_csv(path, {"event"});
+    const formats::csv_table table = formats::read_csv(path, {"event"});
     table.column("event");
     plc_log log;
     log.time_s = table.values("time_s");
@@ -54,7 +54,7 @@ plc_log read_plc_log(const std::string &path) {
 // Uses the rows in which a position changed; fewer than three give zeros.
 motion_figures figures_in_motion(const plc_log &log) {
     motion_figures result;
-    std::vector<xyz> positions, before, after;
+    std::vector<twin::xyz> positions, before, after;
     double length_mm = 0.0;
     for (std::size_t r = 1; r < log.time_s.size(); ++r) {
         const double step_mm = distance_mm(log.position_mm[r - 1], log.position_mm[r]);

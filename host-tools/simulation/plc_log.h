@@ -13,7 +13,7 @@ namespace compbox::simulation {
 struct plc_log {
     std::vector<double> time_s;
     std::vector<bool> active;  // the status of the box was ACTIVE
-    std::vector<xyz> position_mm, displacement_um, before_um, after_um;
+    std::vector<twin::xyz> position_mm, displacement_um, before_um, after_um;
 };
 
 // Throws input_error for another kind of file.
@@ -23,7 +23,7 @@ plc_log read_plc_log(const std::string &path);
 // least-squares line, without and with compensation.
 struct motion_figures {
     double duration_s = 0.0, feed_mm_per_min = 0.0;  // 0: nothing moved
-    xyz before_um = {}, after_um = {};
+    twin::xyz before_um = {}, after_um = {};
 };
 motion_figures figures_in_motion(const plc_log &log);
 

@@ -11,13 +11,13 @@ namespace compbox::simulation {
 
 namespace {
 
-constexpr const char *method_colours[] = {plot_colour::curve, plot_colour::second, "#6a51a3",
-                                          "#2e8b57"};
+constexpr const char *method_colours[] = {formats::plot_colour::curve, formats::plot_colour::second,
+                                          "#6a51a3", "#2e8b57"};
 constexpr std::size_t most_marks = 30;  // paths with more stops have no marks
 constexpr double settling_s = 0.5;
 constexpr std::size_t most_log_points = 4000;  // of a figure
 
-std::vector<double> column_of(const std::vector<xyz> &points, std::size_t axis) {
+std::vector<double> column_of(const std::vector<twin::xyz> &points, std::size_t axis) {
     std::vector<double> values;
     for (const auto &point : points) values.push_back(point[axis]);
     return values;
@@ -38,7 +38,7 @@ std::string curve(const std::string &data, std::size_t column, const std::string
                   const std::string &colour, bool points) {
     return fmt::format("${} using 1:{} with {} lw 1.6 lc rgb '{}' {}", data, column,
                        points ? "linespoints pt 7 ps 0.3" : "lines", colour,
-                       title.empty() ? "notitle" : "title " + plot_text(title));
+                       title.empty() ? "notitle" : "title " + formats::plot_text(title));
 }
 
 // out: positions of the stops on the axis that divides the path, mm
@@ -53,22 +53,23 @@ std::string path_script(const scenario_path &path, const std::string &directions
                          fmt::format("set multiplot layout {},2\n", directions.size());
     const bool marks = runs.front()->stops_mm.size() <= most_marks;
     for (const char letter : directions) {
-        const auto a = static_cast<std::size_t>(axis_index(letter));
+        const auto a = static_cast<std::size_t>(twin::axis_index(letter));
         const bool first = letter == directions.front(), last = letter == directions.back();
         const std::string data(1, letter);
         std::vector<std::vector<double>> columns{abscissa(path, *runs.front()),
                                                  column_of(runs.front()->before_um, a)};
         for (const auto *run : runs) columns.push_back(column_of(run->after_um, a));
-        script += plot_data(data, columns);
+        script += formats::plot_data(data, columns);
         script += fmt::format("set ylabel 'error in {}, µm'\n", data);
-        if (last) script += fmt::format("set xlabel '{}, mm'\n", axis_letters[path.along]);
+        if (last) script += fmt::format("set xlabel '{}, mm'\n", twin::axis_letters[path.along]);
         if (first)
             script += fmt::format("set title {}\n",
-                                  plot_text(path.name + ": true error before and after"));
-        script += fmt::format("plot {}, {}\n",
-                              curve(data, 2, first ? "before" : "", plot_colour::grey, marks),
-                              curve(data, 3, first ? "after, " + runs.front()->method : "",
-                                    method_colours[0], marks));
+                                  formats::plot_text(path.name + ": true error before and after"));
+        script +=
+            fmt::format("plot {}, {}\n",
+                        curve(data, 2, first ? "before" : "", formats::plot_colour::grey, marks),
+                        curve(data, 3, first ? "after, " + runs.front()->method : "",
+                              method_colours[0], marks));
         if (first) script += "set title 'residual error by method'\n";
         script += "plot ";
         for (std::size_t m = runs.size(); m-- > 0;) {
@@ -115,8 +116,8 @@ void plot_paths(const scenario &plan, const simulation &result, const std::strin
         for (const auto &run : result.runs) {
             if (run.seed == seed && run.path == path.name) runs.push_back(&run);
         }
-        run_gnuplot(fmt::format("{}/{}.svg", folder, file_name(path.name)),
-                    path_script(path, plan.directions, runs), 1300, 950);
+        formats::run_gnuplot(fmt::format("{}/{}.svg", folder, file_name(path.name)),
+                             path_script(path, plan.directions, runs), 1300, 950);
     }
 }
 
@@ -125,26 +126,27 @@ void plot_log(const plc_log &log, const std::string &file) {
     const auto active = thinned(settled_rows(log));
     std::string script = panel_style(time) + "set multiplot layout 3,2\n";
     for (std::size_t a = 0; a < 3; ++a) {
-        const std::string data = std::string(1, axis_letters[a]);
+        const std::string data = std::string(1, twin::axis_letters[a]);
         auto wanted = column_of(thinned(log.before_um), a);
         for (double &value : wanted) value = -value;
         auto left = column_of(thinned(log.after_um), a);
         for (std::size_t i = 0; i < left.size(); ++i) {
             if (!active[i]) left[i] = std::numeric_limits<double>::quiet_NaN();
         }
-        script += plot_data(data, {time, wanted, column_of(thinned(log.displacement_um), a), left});
+        script += formats::plot_data(
+            data, {time, wanted, column_of(thinned(log.displacement_um), a), left});
         script += fmt::format("set ylabel '{}, µm'\n", data);
         if (a == 2) script += "set xlabel 'time, s'\n";
         if (a == 0) script += "set title 'in real time: compensation in the axes'\n";
         script += fmt::format(
             "plot {}, {}\n",
-            curve(data, 2, a == 0 ? "true error, negative" : "", plot_colour::grey, false),
-            curve(data, 3, a == 0 ? "compensation" : "", plot_colour::curve, false));
+            curve(data, 2, a == 0 ? "true error, negative" : "", formats::plot_colour::grey, false),
+            curve(data, 3, a == 0 ? "compensation" : "", formats::plot_colour::curve, false));
         if (a == 0) script += "set title 'residual error while the box is ACTIVE'\n";
-        script +=
-            fmt::format("plot {}\nunset title\n", curve(data, 4, "", plot_colour::second, false));
+        script += fmt::format("plot {}\nunset title\n",
+                              curve(data, 4, "", formats::plot_colour::second, false));
     }
-    run_gnuplot(file, script + "unset multiplot\n", 1300, 950);
+    formats::run_gnuplot(file, script + "unset multiplot\n", 1300, 950);
 }
 
 }  // namespace compbox::simulation

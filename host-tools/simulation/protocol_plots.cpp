@@ -9,10 +9,11 @@ namespace compbox::simulation {
 
 namespace {
 
-constexpr const char *colours[] = {plot_colour::curve, plot_colour::second, "#6a51a3", "#2e8b57"};
+constexpr const char *colours[] = {formats::plot_colour::curve, formats::plot_colour::second,
+                                   "#6a51a3", "#2e8b57"};
 
 std::vector<double> column_of(const std::vector<cut_point> &points, std::size_t axis,
-                              xyz cut_point::*which) {
+                              twin::xyz cut_point::*which) {
     std::vector<double> values;
     for (const auto &point : points) values.push_back((point.*which)[axis]);
     return values;
@@ -36,25 +37,25 @@ void plot_protocol(const part_protocol &protocol, const std::vector<const part_r
             columns.push_back(column_of(run->points, a, &cut_point::after_um));
         }
         const std::string data = fmt::format("axis{}", a);
-        script += plot_data(data, columns);
-        script += fmt::format("set ylabel 'error in {}, µm'\n", axis_letters[a]);
+        script += formats::plot_data(data, columns);
+        script += fmt::format("set ylabel 'error in {}, µm'\n", twin::axis_letters[a]);
         if (a == 0) {
-            script +=
-                fmt::format("set title {}\n",
-                            plot_text(fmt::format("{}, {}: true error of each probed point, as cut",
-                                                  protocol.name, protocol.judge.name)));
+            script += fmt::format(
+                "set title {}\n",
+                formats::plot_text(fmt::format("{}, {}: true error of each probed point, as cut",
+                                               protocol.name, protocol.judge.name)));
         }
         if (a == 2) script += "set xlabel 'point'\n";
         script += fmt::format("plot ${} using 1:2 with lines lw 1.4 lc rgb '{}' {}", data,
-                              plot_colour::grey, a ? "notitle" : "title 'without'");
+                              formats::plot_colour::grey, a ? "notitle" : "title 'without'");
         for (std::size_t m = runs.size(); m-- > 0;) {
             script += fmt::format(", ${} using 1:{} with lines lw {} lc rgb '{}' {}", data, m + 3,
                                   m ? "0.8" : "1.6", colours[m % std::size(colours)],
-                                  a ? "notitle" : "title " + plot_text(runs[m]->method));
+                                  a ? "notitle" : "title " + formats::plot_text(runs[m]->method));
         }
         script += "\nunset title\n";
     }
-    run_gnuplot(path, script + "unset multiplot\n", 1100, 800);
+    formats::run_gnuplot(path, script + "unset multiplot\n", 1100, 800);
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ std::vector<cut_point> chosen(const std::vector<cut_point> &points, const part_c
 std::string probe_csv(const std::vector<cut_point> &points, touch_probe probe) {
     std::string text = "time_s,run,error_X_um,error_Y_um,error_Z_um\n";
     for (const auto &point : points) {
-        const xyz shown = probe.touch(point.after_um);
+        const twin::xyz shown = probe.touch(point.after_um);
         text += fmt::format("{},{}", point.time_s, point.part);
         for (const double um : shown) text += fmt::format(",{}", um);
         text += "\n";
@@ -43,7 +43,7 @@ std::string probe_csv(const std::vector<cut_point> &points, touch_probe probe) {
     return text;
 }
 
-void take(part_figures::four &largest, const xyz &error_um) {
+void take(part_figures::four &largest, const twin::xyz &error_um) {
     double squares = 0.0;
     for (std::size_t a = 0; a < 3; ++a) {
         largest[a] = std::max(largest[a], std::fabs(error_um[a]));
@@ -77,15 +77,15 @@ json constant_term(const std::string &output, const std::string &signal, double 
 void write_constants(const std::string &path, const std::array<double, 3> &um) {
     json terms = json::array();
     for (std::size_t a = 0; a < 3; ++a) {
-        const std::string axis(1, axis_letters[a]);
+        const std::string axis(1, twin::axis_letters[a]);
         terms.push_back(constant_term(fmt::format("error_{}_um", axis), axis, um[a]));
     }
-    write_file(path, json_text({{"terms", terms}}));
+    formats::write_file(path, formats::json_text({{"terms", terms}}));
 }
 
 class machine_protocols {
   public:
-    machine_protocols(const part_scenario &plan, const twin_config &machine,
+    machine_protocols(const part_scenario &plan, const twin::twin_config &machine,
                       const std::string &folder, step_commands commands,
                       const std::function<void(const std::string &)> &progress,
                       part_results &results)
@@ -96,7 +96,7 @@ class machine_protocols {
           commands_(commands),
           progress_(progress),
           results_(results) {
-        make_folder(folder);
+        formats::make_folder(folder);
         // The recorder is a box without compensation.
         write_constants(folder + "/nothing.json", {0.0, 0.0, 0.0});
         coefficients::build_file(
@@ -106,12 +106,12 @@ class machine_protocols {
     // Measures, trains and judges each method of a protocol; writes below folder_/NAME.
     void run(const part_protocol &protocol) {
         const std::string here = folder_ + "/" + protocol.name;
-        make_folder(here);
+        formats::make_folder(here);
         measure(protocol, here);
         steps(protocol.steps, protocol, here, here);
         for (const auto &method : protocol.methods) {
             const std::string out = here + "/" + method.name;
-            make_folder(out);
+            formats::make_folder(out);
             progress(fmt::format("{}: {}", protocol.name, method.name));
             if (method.mean_only) {
                 write_mean(here, out);
@@ -132,9 +132,10 @@ class machine_protocols {
         progress(fmt::format("{}: {}", protocol.name, protocol.train.day));
         const worked_day day = work_a_day(plan_, plan_.days.at(protocol.train.day), machine_,
                                           folder_ + "/recorder.json", here);
-        write_file(here + "/record.csv", day.record);
+        formats::write_file(here + "/record.csv", day.record);
         const touch_probe probe(plan_.probe, machine_.seed, protocol.name + " training");
-        write_file(here + "/probe.csv", probe_csv(chosen(day.points, protocol.train), probe));
+        formats::write_file(here + "/probe.csv",
+                            probe_csv(chosen(day.points, protocol.train), probe));
     }
 
     // in : here: folder of the protocol; out: folder of the method
@@ -159,10 +160,10 @@ class machine_protocols {
     }
 
     void write_mean(const std::string &here, const std::string &out) {
-        const csv_table probe = read_csv(here + "/probe.csv", {"run"});
+        const formats::csv_table probe = formats::read_csv(here + "/probe.csv", {"run"});
         std::array<double, 3> mean = {};
         for (std::size_t a = 0; a < 3; ++a) {
-            const auto column = probe.values(fmt::format("error_{}_um", axis_letters[a]));
+            const auto column = probe.values(fmt::format("error_{}_um", twin::axis_letters[a]));
             for (const double um : column) mean[a] += um / static_cast<double>(column.size());
         }
         write_constants(out + "/mean.json", mean);
@@ -187,7 +188,7 @@ class machine_protocols {
         if (last_day_ != choice.day || last_method_ != out) {
             day_ = work_a_day(plan_, plan_.days.at(choice.day), machine_,
                               out + "/coefficients.json", out);
-            write_file(fmt::format("{}/record-{}.csv", out, choice.day), day_.record);
+            formats::write_file(fmt::format("{}/record-{}.csv", out, choice.day), day_.record);
             last_day_ = choice.day, last_method_ = out;
         }
         part_result result;
@@ -202,8 +203,8 @@ class machine_protocols {
     }
 
     const part_scenario &plan_;
-    twin_config machine_;
-    twin_machine twin_;
+    twin::twin_config machine_;
+    twin::twin_machine twin_;
     std::string folder_;
     step_commands commands_;
     const std::function<void(const std::string &)> &progress_;
@@ -214,7 +215,7 @@ class machine_protocols {
 
 }  // namespace
 
-void run_part_protocols(const part_scenario &plan, const twin_config &machine,
+void run_part_protocols(const part_scenario &plan, const twin::twin_config &machine,
                         const std::string &folder, step_commands commands,
                         const std::function<void(const std::string &)> &progress,
                         part_results &results) {

@@ -41,7 +41,7 @@ struct part_results {
 
 // Everything for one machine, with these commands in its steps; the results are appended. What it
 // makes goes to `folder`.
-void run_part_protocols(const part_scenario &plan, const twin_config &machine,
+void run_part_protocols(const part_scenario &plan, const twin::twin_config &machine,
                         const std::string &folder, step_commands commands,
                         const std::function<void(const std::string &)> &progress,
                         part_results &results);

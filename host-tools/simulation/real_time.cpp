@@ -24,7 +24,7 @@ std::string motion_table(const motion_figures &motion) {
     std::string text =
         fmt::format("\nin real time, {:.1f} s at {:.1f} m/min; true error while moving\n\n",
                     motion.duration_s, 1e-3 * motion.feed_mm_per_min);
-    const std::string all = axis_letters;
+    const std::string all = twin::axis_letters;
     return text + headings(all) + row("compboxd", all, [&](std::size_t a) {
                const double before = motion.before_um[a], after = motion.after_um[a];
                return fmt::format("{:6.1f}  {:6.2f} {}", before, after,
@@ -103,8 +103,9 @@ void add_real_time(json &report, const real_time_run &real) {
     report["in_motion"] = {
         {"duration_s", rounded(real.motion.duration_s)},
         {"feed_mm_per_min", rounded(real.motion.feed_mm_per_min)},
-        {"before_um", by_axis(axis_letters, [&](auto a) { return real.motion.before_um[a]; })},
-        {"after_um", by_axis(axis_letters, [&](auto a) { return real.motion.after_um[a]; })}};
+        {"before_um",
+         by_axis(twin::axis_letters, [&](auto a) { return real.motion.before_um[a]; })},
+        {"after_um", by_axis(twin::axis_letters, [&](auto a) { return real.motion.after_um[a]; })}};
 }
 
 }  // namespace compbox::simulation

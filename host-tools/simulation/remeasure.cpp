@@ -17,28 +17,29 @@ scenario_path finer(scenario_path path) {
     return path;
 }
 
-std::vector<xyz> unexplained_errors(const twin_machine &twin,
-                                    const std::vector<twin_state> &states) {
-    std::vector<xyz> errors;
+std::vector<twin::xyz> unexplained_errors(const twin::twin_machine &twin,
+                                          const std::vector<twin::twin_state> &states) {
+    std::vector<twin::xyz> errors;
     for (const auto &state : states) errors.push_back(twin.unexplained_error_um(state));
     return errors;
 }
 
 }  // namespace
 
-std::vector<twin_state> uncompensated(std::vector<twin_state> states) {
+std::vector<twin::twin_state> uncompensated(std::vector<twin::twin_state> states) {
     for (auto &state : states) state.drive_um = {};
     return states;
 }
 
-std::vector<xyz> true_errors(const twin_machine &twin, const std::vector<twin_state> &states) {
-    std::vector<xyz> errors;
+std::vector<twin::xyz> true_errors(const twin::twin_machine &twin,
+                                   const std::vector<twin::twin_state> &states) {
+    std::vector<twin::xyz> errors;
     for (const auto &state : states) errors.push_back(twin.true_error_um(state));
     return errors;
 }
 
-double range_along(const scenario_path &path, const std::vector<xyz> &positions_mm,
-                   const std::vector<xyz> &errors_um, std::size_t direction) {
+double range_along(const scenario_path &path, const std::vector<twin::xyz> &positions_mm,
+                   const std::vector<twin::xyz> &errors_um, std::size_t direction) {
     const bool about_line =
         path.figure == path_figure::straightness ||
         (path.figure == path_figure::axis && direction != static_cast<std::size_t>(path.along));
@@ -46,19 +47,19 @@ double range_along(const scenario_path &path, const std::vector<xyz> &positions_
                       : range_of(errors_um, direction);
 }
 
-remeasured_path::remeasured_path(const twin_machine &twin, const scenario_path &path)
+remeasured_path::remeasured_path(const twin::twin_machine &twin, const scenario_path &path)
     : twin_(twin),
       laser_(twin),
       path_(path),
       stops_(stops_of(path)),
       between_(stops_of(finer(path))) {}
 
-double remeasured_path::range(const std::vector<xyz> &positions, const std::vector<xyz> &errors,
-                              std::size_t direction) const {
+double remeasured_path::range(const std::vector<twin::xyz> &positions,
+                              const std::vector<twin::xyz> &errors, std::size_t direction) const {
     return range_along(path_, positions, errors, direction);
 }
 
-path_figures remeasured_path::judge(const std::vector<twin_state> &states,
+path_figures remeasured_path::judge(const std::vector<twin::twin_state> &states,
                                     const cb_config &config) {
     path_figures result;
     result.before_um = true_errors(twin_, uncompensated(states));
@@ -69,7 +70,7 @@ path_figures remeasured_path::judge(const std::vector<twin_state> &states,
     const auto between = states_at_rest(config, twin_.config(), between_);
     const auto between_after = true_errors(twin_, between);
     const auto between_before = true_errors(twin_, uncompensated(between));
-    const xyz noise_um = noise_range_um(unexplained);
+    const twin::xyz noise_um = noise_range_um(unexplained);
     for (std::size_t a = 0; a < 3; ++a) {
         direction_figures &one = result.figures[a];
         one.before_um = range(stops_, result.before_um, a);
@@ -88,13 +89,13 @@ path_figures remeasured_path::judge(const std::vector<twin_state> &states,
     return result;
 }
 
-std::vector<xyz> remeasured_path::shown(virtual_laser &laser,
-                                        const std::vector<xyz> &errors) const {
+std::vector<twin::xyz> remeasured_path::shown(twin::virtual_laser &laser,
+                                              const std::vector<twin::xyz> &errors) const {
     const int runs = twin_.config().laser.runs;
-    std::vector<xyz> means(errors.size(), xyz{});
+    std::vector<twin::xyz> means(errors.size(), twin::xyz{});
     for (int run = 0; run < runs; ++run) {
         for (std::size_t i = 0; i < errors.size(); ++i) {
-            const xyz reading = laser.shown(errors[i]);
+            const twin::xyz reading = laser.shown(errors[i]);
             for (std::size_t a = 0; a < 3; ++a) means[i][a] += reading[a] / runs;
         }
     }
@@ -102,9 +103,9 @@ std::vector<xyz> remeasured_path::shown(virtual_laser &laser,
 }
 
 // Mean range of remeasurements of a machine that has only its unexplained errors left.
-xyz remeasured_path::noise_range_um(const std::vector<xyz> &unexplained) const {
-    virtual_laser laser(twin_);
-    xyz mean = {};
+twin::xyz remeasured_path::noise_range_um(const std::vector<twin::xyz> &unexplained) const {
+    twin::virtual_laser laser(twin_);
+    twin::xyz mean = {};
     for (int draw = 0; draw < ceiling_draws; ++draw) {
         const auto reading = shown(laser, unexplained);
         for (std::size_t a = 0; a < 3; ++a) mean[a] += range(stops_, reading, a) / ceiling_draws;

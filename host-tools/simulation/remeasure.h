@@ -35,8 +35,8 @@ struct direction_figures {
 };
 
 struct path_figures {
-    std::array<direction_figures, 3> figures;  // X, Y, Z
-    std::vector<xyz> before_um, after_um;      // true error at each stop
+    std::array<direction_figures, 3> figures;    // X, Y, Z
+    std::vector<twin::xyz> before_um, after_um;  // true error at each stop
 };
 
 // A path on a machine.
@@ -44,36 +44,38 @@ class remeasured_path {
   public:
     // The twin must outlive it. Each stop is the mean of as many readings of the laser as the
     // machine's own measurement had runs.
-    remeasured_path(const twin_machine &twin, const scenario_path &path);
+    remeasured_path(const twin::twin_machine &twin, const scenario_path &path);
 
     const std::string &name() const { return path_.name; }
     const scenario_path &path() const { return path_; }
-    const std::vector<xyz> &stops_mm() const { return stops_; }
+    const std::vector<twin::xyz> &stops_mm() const { return stops_; }
 
     // in : the machine at rest at each stop, compensated; the configuration that did it, for the
     //      figures between the stops (−Σ of its terms, at rest)
-    path_figures judge(const std::vector<twin_state> &states, const cb_config &config);
+    path_figures judge(const std::vector<twin::twin_state> &states, const cb_config &config);
 
   private:
-    double range(const std::vector<xyz> &positions, const std::vector<xyz> &errors,
+    double range(const std::vector<twin::xyz> &positions, const std::vector<twin::xyz> &errors,
                  std::size_t direction) const;
     // Means of the laser's readings of these true errors.
-    std::vector<xyz> shown(virtual_laser &laser, const std::vector<xyz> &errors) const;
-    xyz noise_range_um(const std::vector<xyz> &unexplained) const;
+    std::vector<twin::xyz> shown(twin::virtual_laser &laser,
+                                 const std::vector<twin::xyz> &errors) const;
+    twin::xyz noise_range_um(const std::vector<twin::xyz> &unexplained) const;
 
-    const twin_machine &twin_;
-    virtual_laser laser_;
+    const twin::twin_machine &twin_;
+    twin::virtual_laser laser_;
     scenario_path path_;
-    std::vector<xyz> stops_, between_;
+    std::vector<twin::xyz> stops_, between_;
 };
 
 // The range of the scenario's figure for errors along a path.
-double range_along(const scenario_path &path, const std::vector<xyz> &positions_mm,
-                   const std::vector<xyz> &errors_um, std::size_t direction);
+double range_along(const scenario_path &path, const std::vector<twin::xyz> &positions_mm,
+                   const std::vector<twin::xyz> &errors_um, std::size_t direction);
 
 // The same machine without compensation.
-std::vector<twin_state> uncompensated(std::vector<twin_state> states);
+std::vector<twin::twin_state> uncompensated(std::vector<twin::twin_state> states);
 // The true error in each state.
-std::vector<xyz> true_errors(const twin_machine &twin, const std::vector<twin_state> &states);
+std::vector<twin::xyz> true_errors(const twin::twin_machine &twin,
+                                   const std::vector<twin::twin_state> &states);
 
 }  // namespace compbox::simulation

@@ -56,7 +56,7 @@ class recorded_line {
   public:
     recorded_line(const std::string &file, long line, const std::string &text,
                   std::size_t fields = columns)
-        : file_(file), line_(line), fields_(split(text, ',')) {
+        : file_(file), line_(line), fields_(formats::split(text, ',')) {
         if (fields_.size() != fields) fail("has " + std::to_string(fields_.size()) + " columns");
     }
 
@@ -103,7 +103,7 @@ class recorded_line {
         std::vector<cb_sample> list;
         std::istringstream text(fields_[samples]);
         for (std::string one; text >> one;) {
-            const std::vector<std::string> parts = split(one, ':');
+            const std::vector<std::string> parts = formats::split(one, ':');
             if (parts.size() != 3 || list.size() == CB_MAX_SAMPLES) fail("a sample is broken");
             list.push_back({parsed<std::uint8_t>(parts[0], 10, 255), real(parts[1]),
                             parsed<std::int64_t>(parts[2], 10, latest_us)});
@@ -121,7 +121,7 @@ class recorded_line {
         state.beat_us = named(6, "beat_us", latest_us, -latest_us);
         std::istringstream text(named(8, "lags"));
         for (std::string one; text >> one;) {
-            const std::vector<std::string> parts = split(one, ':');
+            const std::vector<std::string> parts = formats::split(one, ':');
             if (parts.size() != 5) fail("a lag is broken");
             const auto signal = parsed<std::uint32_t>(parts[0], 10, UINT8_MAX);
             if (signal >= signals) fail("a lag is broken");
@@ -226,7 +226,7 @@ void start_as_recorded(cb_box &box, const std::string &recording, std::istringst
 replay_result replay(const std::string &coefficients, const std::string &recording) {
     const auto box = std::make_unique<cb_box>();
     box->config = *coefficients::load_coefficients(coefficients);
-    std::istringstream text(read_file(recording, largest_file));
+    std::istringstream text(formats::read_file(recording, largest_file));
     replay_result result;
     start_as_recorded(*box, recording, text);
     std::string row;

@@ -69,7 +69,7 @@ json run_json(const simulated_run &run, const std::string &letters) {
                    {"coefficient_count", run.coefficient_count}};
     for (const char letter : letters) {
         object[std::string(1, letter)] =
-            figures_json(run.figures[static_cast<std::size_t>(axis_index(letter))]);
+            figures_json(run.figures[static_cast<std::size_t>(twin::axis_index(letter))]);
     }
     return object;
 }
@@ -126,7 +126,7 @@ std::string remeasured_table(const scenario &plan, const simulation &result,
     text += line("  its noise ceiling", [](const auto &f) { return f.noise_ceiling_percent; });
     if (!plan.paper_percent.empty()) {
         text += percent_row("the paper", plan.directions, [&](std::size_t a) {
-            const auto found = plan.paper_percent.find(std::string(1, axis_letters[a]));
+            const auto found = plan.paper_percent.find(std::string(1, twin::axis_letters[a]));
             return found == plan.paper_percent.end() ? 0.0 : found->second;
         });
     }

@@ -21,11 +21,11 @@ std::string beside(const std::string &file, const std::string &path) {
     return (std::filesystem::path(file).parent_path() / path).string();
 }
 
-xyz position_of(const json &value, const std::string &file, const std::string &place) {
-    only_keys(value, {"X", "Y", "Z"}, file, place);
-    xyz position = {};
+twin::xyz position_of(const json &value, const std::string &file, const std::string &place) {
+    formats::only_keys(value, {"X", "Y", "Z"}, file, place);
+    twin::xyz position = {};
     for (std::size_t a = 0; a < 3; ++a) {
-        position[a] = get_or(value, std::string(1, axis_letters[a]), 0.0, file);
+        position[a] = formats::get_or(value, std::string(1, twin::axis_letters[a]), 0.0, file);
     }
     return position;
 }
@@ -41,21 +41,22 @@ void check_folder_name(const std::string &name, const std::string &file) {
 coefficients::fit_recipe recipe_of(const json &value, const std::string &file) {
     coefficients::fit_recipe method;
     method.file = file;
-    method.name = get<std::string>(value, "name", file);
-    method.method = get_or(value, "method", method.name, file);
-    method.line = get_or(value, "line", std::string("keep"), file);
-    method.degree = get_or(value, "degree", 0, file);
-    method.tolerance_um = get_or(value, "tolerance_um", std::map<std::string, double>(), file);
+    method.name = formats::get<std::string>(value, "name", file);
+    method.method = formats::get_or(value, "method", method.name, file);
+    method.line = formats::get_or(value, "line", std::string("keep"), file);
+    method.degree = formats::get_or(value, "degree", 0, file);
+    method.tolerance_um =
+        formats::get_or(value, "tolerance_um", std::map<std::string, double>(), file);
     return method;
 }
 
 scenario_method method_of(const json &value, const std::string &file) {
-    only_keys(value, {"name", "method", "line", "degree", "tolerance_um", "steps"}, file,
-              "methods[]");
+    formats::only_keys(value, {"name", "method", "line", "degree", "tolerance_um", "steps"}, file,
+                       "methods[]");
     scenario_method method;
-    method.name = get<std::string>(value, "name", file);
+    method.name = formats::get<std::string>(value, "name", file);
     check_folder_name(method.name, file);
-    method.steps = get_or(value, "steps", method.steps, file);
+    method.steps = formats::get_or(value, "steps", method.steps, file);
     if (method.steps.empty()) {
         method.recipe = recipe_of(value, file);
     } else if (value.size() != 2) {
@@ -65,7 +66,7 @@ scenario_method method_of(const json &value, const std::string &file) {
 }
 
 path_figure figure_of(const json &value, const std::string &file) {
-    const auto name = get_or(value, "figure", std::string("straightness"), file);
+    const auto name = formats::get_or(value, "figure", std::string("straightness"), file);
     if (name == "straightness") return path_figure::straightness;
     if (name == "range") return path_figure::range;
     if (name == "axis") return path_figure::axis;
@@ -74,15 +75,16 @@ path_figure figure_of(const json &value, const std::string &file) {
 
 // Reads one element of "paths". Throws input_error for unknown keys or a path without travel.
 scenario_path path_of(const json &value, const std::string &file) {
-    only_keys(value, {"name", "from_mm", "to_mm", "every_mm", "along", "figure"}, file, "paths[]");
+    formats::only_keys(value, {"name", "from_mm", "to_mm", "every_mm", "along", "figure"}, file,
+                       "paths[]");
     scenario_path path;
-    path.name = get<std::string>(value, "name", file);
-    path.from_mm = position_of(get<json>(value, "from_mm", file), file, "from_mm");
-    path.to_mm = position_of(get<json>(value, "to_mm", file), file, "to_mm");
-    path.every_mm = get<double>(value, "every_mm", file);
+    path.name = formats::get<std::string>(value, "name", file);
+    path.from_mm = position_of(formats::get<json>(value, "from_mm", file), file, "from_mm");
+    path.to_mm = position_of(formats::get<json>(value, "to_mm", file), file, "to_mm");
+    path.every_mm = formats::get<double>(value, "every_mm", file);
     path.figure = figure_of(value, file);
-    const auto along = get<std::string>(value, "along", file);
-    path.along = along.size() == 1 ? axis_index(along[0]) : -1;
+    const auto along = formats::get<std::string>(value, "along", file);
+    path.along = along.size() == 1 ? twin::axis_index(along[0]) : -1;
     if (path.along < 0) throw input_error(file, 0, 0, "paths[].along must be X, Y or Z");
     const auto axis = static_cast<std::size_t>(path.along);
     if (!(path.every_mm > 0.0) || path.from_mm[axis] == path.to_mm[axis]) {
@@ -94,24 +96,25 @@ scenario_path path_of(const json &value, const std::string &file) {
 
 void read_files(const json &value, const std::string &path, scenario &result) {
     result.file = path;
-    result.name = get<std::string>(value, "name", path);
-    result.twin = beside(path, get<std::string>(value, "twin", path));
-    const auto machine = get_or(value, "machine", std::string(), path);
+    result.name = formats::get<std::string>(value, "name", path);
+    result.twin = beside(path, formats::get<std::string>(value, "twin", path));
+    const auto machine = formats::get_or(value, "machine", std::string(), path);
     if (!machine.empty()) result.machine = beside(path, machine);
-    const auto measurements = get_or(value, "measurements", std::string(), path);
+    const auto measurements = formats::get_or(value, "measurements", std::string(), path);
     if (!measurements.empty()) result.measurements = beside(path, measurements);
 }
 
 // Reads feeds, exchange times and directions. Throws input_error for a value out of range.
 void read_run(const json &value, const std::string &path, scenario &result) {
-    result.feed_mm_per_s = get<double>(value, "feed_mm_per_min", path) * mm_per_min;
-    result.moving_mm_per_min = get_or(value, "moving_mm_per_min", result.moving_mm_per_min, path);
-    const json wire = get_or(value, "exchange_ms", json::object(), path);
-    only_keys(wire, {"read", "write"}, path, "exchange_ms");
-    result.read_ms = get_or(wire, "read", 0.0, path);
-    result.write_ms = get_or(wire, "write", 0.0, path);
-    result.directions = get_or(value, "directions", std::string(axis_letters), path);
-    result.paper_percent = get_or(value, "paper_percent", result.paper_percent, path);
+    result.feed_mm_per_s = formats::get<double>(value, "feed_mm_per_min", path) * mm_per_min;
+    result.moving_mm_per_min =
+        formats::get_or(value, "moving_mm_per_min", result.moving_mm_per_min, path);
+    const json wire = formats::get_or(value, "exchange_ms", json::object(), path);
+    formats::only_keys(wire, {"read", "write"}, path, "exchange_ms");
+    result.read_ms = formats::get_or(wire, "read", 0.0, path);
+    result.write_ms = formats::get_or(wire, "write", 0.0, path);
+    result.directions = formats::get_or(value, "directions", std::string(twin::axis_letters), path);
+    result.paper_percent = formats::get_or(value, "paper_percent", result.paper_percent, path);
     const bool wire_fits = result.read_ms >= 0.0 && result.write_ms >= 0.0 &&
                            result.read_ms < 1e3 && result.write_ms < 1e3;
     if (!wire_fits) throw input_error(path, 0, 0, "exchange_ms: must be 0 to 1000");
@@ -120,7 +123,8 @@ void read_run(const json &value, const std::string &path, scenario &result) {
         throw input_error(path, 0, 0, "moving_mm_per_min must be from 0.001 to 10000000");
     }
     for (const char letter : result.directions) {
-        if (axis_index(letter) < 0) throw input_error(path, 0, 0, "directions: letters of XYZ");
+        if (twin::axis_index(letter) < 0)
+            throw input_error(path, 0, 0, "directions: letters of XYZ");
     }
 }
 
@@ -137,7 +141,7 @@ void check(const scenario &plan) {
                           "needs at least one curve, method and path, and feed_mm_per_min > 0");
     }
     for (const auto &curve : plan.curves) {
-        if (!parse_error_name(curve)) {
+        if (!twin::parse_error_name(curve)) {
             throw input_error(plan.file, 0, 0, "'{}' is not an ISO 230-1 name such as EZX", curve);
         }
     }
@@ -146,22 +150,22 @@ void check(const scenario &plan) {
 }  // namespace
 
 scenario load_scenario(const std::string &path) {
-    const json value = read_json(path);
-    only_keys(value,
-              {"format", "kind", "name", "twin", "machine", "measurements", "seeds", "curves",
-               "once", "steps", "methods", "paths", "feed_mm_per_min", "moving_mm_per_min",
-               "exchange_ms", "directions", "paper_percent"},
-              path, "the scenario");
+    const json value = formats::read_json(path);
+    formats::only_keys(value,
+                       {"format", "kind", "name", "twin", "machine", "measurements", "seeds",
+                        "curves", "once", "steps", "methods", "paths", "feed_mm_per_min",
+                        "moving_mm_per_min", "exchange_ms", "directions", "paper_percent"},
+                       path, "the scenario");
     scenario result;
     read_files(value, path, result);
-    result.seeds = get_or(value, "seeds", result.seeds, path);
-    result.curves = get_or(value, "curves", result.curves, path);
-    result.once = get_or(value, "once", result.once, path);
-    result.steps = get_or(value, "steps", result.steps, path);
-    for (const auto &method : get<json>(value, "methods", path)) {
+    result.seeds = formats::get_or(value, "seeds", result.seeds, path);
+    result.curves = formats::get_or(value, "curves", result.curves, path);
+    result.once = formats::get_or(value, "once", result.once, path);
+    result.steps = formats::get_or(value, "steps", result.steps, path);
+    for (const auto &method : formats::get<json>(value, "methods", path)) {
         result.methods.push_back(method_of(method, path));
     }
-    for (const auto &one : get<json>(value, "paths", path)) {
+    for (const auto &one : formats::get<json>(value, "paths", path)) {
         result.paths.push_back(path_of(one, path));
     }
     read_run(value, path, result);
@@ -180,15 +184,15 @@ void check_stops(const scenario &plan) {
     }
 }
 
-std::vector<xyz> stops_of(const scenario_path &path) {
+std::vector<twin::xyz> stops_of(const scenario_path &path) {
     const auto axis = static_cast<std::size_t>(path.along);
     const double length = std::abs(path.to_mm[axis] - path.from_mm[axis]);
     // A last step of less than a micrometre is rounding.
     const auto steps = static_cast<int>(std::ceil((length - 1e-3) / path.every_mm));
-    std::vector<xyz> stops;
+    std::vector<twin::xyz> stops;
     for (int i = 0; i <= steps; ++i) {
         const double part = i == steps ? 1.0 : i * path.every_mm / length;
-        xyz stop = {};
+        twin::xyz stop = {};
         for (std::size_t a = 0; a < 3; ++a) {
             stop[a] = path.from_mm[a] + part * (path.to_mm[a] - path.from_mm[a]);
         }

@@ -20,7 +20,7 @@ enum class path_figure { straightness, range, axis };
 // A straight line in space, with stops at equal steps of one axis and at both ends.
 struct scenario_path {
     std::string name;
-    xyz from_mm = {}, to_mm = {};
+    twin::xyz from_mm = {}, to_mm = {};
     int along = 0;  // index of the axis whose travel is divided
     double every_mm = 0.0;
     path_figure figure = path_figure::straightness;
@@ -57,6 +57,6 @@ scenario load_scenario(const std::string &path);
 void check_stops(const scenario &plan);
 
 // The stops of a path that check_stops let pass, from its beginning to its end.
-std::vector<xyz> stops_of(const scenario_path &path);
+std::vector<twin::xyz> stops_of(const scenario_path &path);
 
 }  // namespace compbox::simulation

@@ -87,7 +87,7 @@ std::string with_names(const std::string &word, const step_world &world) {
 std::string with_files(const std::string &word) {
     const auto open = word.find("$("), close = word.find(')', open);
     if (open == std::string::npos || close == std::string::npos) return word;
-    std::string text = read_file(word.substr(open + 2, close - open - 2), 1u << 16);
+    std::string text = formats::read_file(word.substr(open + 2, close - open - 2), 1u << 16);
     while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.pop_back();
     return word.substr(0, open) + text + word.substr(close + 1);
 }

@@ -16,7 +16,7 @@ namespace compbox::simulation {
 using step_commands = void (*)(cli::command &app);
 
 struct step_world {
-    const twin_machine &twin;
+    const twin::twin_machine &twin;
     std::string file;                          // the scenario, for messages
     std::map<std::string, std::string> names;  // $NAME in a step
     step_commands commands;                    // beside measure; not null where a step runs

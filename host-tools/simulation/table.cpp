@@ -13,13 +13,14 @@ std::string percent(double value) {
 std::string row(const std::string &name, const std::string &letters, const cell &text_of) {
     std::string line = fmt::format("  {:30}", name);
     for (const char letter : letters) {
-        line += fmt::format("  {:>26}", text_of(static_cast<std::size_t>(axis_index(letter))));
+        line +=
+            fmt::format("  {:>26}", text_of(static_cast<std::size_t>(twin::axis_index(letter))));
     }
     return line + "\n";
 }
 
 std::string headings(const std::string &letters) {
-    return row("", letters, [](std::size_t a) { return std::string(1, axis_letters[a]); }) +
+    return row("", letters, [](std::size_t a) { return std::string(1, twin::axis_letters[a]); }) +
            row("", letters, [](std::size_t) { return std::string(heading); });
 }
 
@@ -35,7 +36,7 @@ json by_axis(const std::string &letters, const number &value) {
     json object = json::object();
     for (const char letter : letters) {
         object[std::string(1, letter)] =
-            rounded(value(static_cast<std::size_t>(axis_index(letter))));
+            rounded(value(static_cast<std::size_t>(twin::axis_index(letter))));
     }
     return object;
 }

@@ -14,8 +14,8 @@ constexpr std::int64_t longest_move_us = 7200000000;
 constexpr double rapid_mm_per_s = 1e3;  // or as fast as the axes go
 constexpr int quiet_cycles = 10;        // without motion: at rest
 
-void travel_to(world &at, const xyz &position_mm, double feed_mm_per_s) {
-    twin_step step;
+void travel_to(world &at, const twin::xyz &position_mm, double feed_mm_per_s) {
+    twin::twin_step step;
     for (std::size_t a = 0; a < 3; ++a) {
         if (at.plc().twin().config().axes[a].present) step.target_mm[a] = position_mm[a];
     }
@@ -45,7 +45,7 @@ void rest(world &at) {
     }
 }
 
-twin_state go_to(world &at, const xyz &position_mm, double feed_mm_per_s) {
+twin::twin_state go_to(world &at, const twin::xyz &position_mm, double feed_mm_per_s) {
     travel_to(at, position_mm, feed_mm_per_s);
     rest(at);
     return at.plc().nc().state();
@@ -64,18 +64,18 @@ long long keep_every(const travel &way, double cycle_s, int most_states) {
 
 }  // namespace
 
-std::vector<twin_state> states_at(world &at, const std::vector<xyz> &positions_mm,
-                                  double feed_mm_per_s) {
+std::vector<twin::twin_state> states_at(world &at, const std::vector<twin::xyz> &positions_mm,
+                                        double feed_mm_per_s) {
     at.wait_until_active();
-    std::vector<twin_state> states;
+    std::vector<twin::twin_state> states;
     for (const auto &position : positions_mm) states.push_back(go_to(at, position, feed_mm_per_s));
     return states;
 }
 
-std::vector<twin_state> states_along(world &at, const travel &way, int most_states) {
+std::vector<twin::twin_state> states_along(world &at, const travel &way, int most_states) {
     at.wait_until_active();
     go_to(at, way.from_mm, rapid_mm_per_s);
-    std::vector<twin_state> states;
+    std::vector<twin::twin_state> states;
     const double cycle_s = at.plc().twin().config().nc.interpolation_s;
     const long long every = keep_every(way, cycle_s, most_states);
     long long cycles = 0;

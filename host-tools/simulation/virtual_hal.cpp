@@ -38,10 +38,10 @@ cb_transfer virtual_hal::exchange(const cb_modbus_request &request, std::uint16_
                                   std::int64_t deadline_us) {
     const std::int64_t start_us = now_us_, takes_us = duration_us(request.function);
     if (start_us + takes_us > deadline_us) return CB_TRANSFER_FAILED;
-    byte_string pdu(CB_MODBUS_MAX_PDU);
+    fakeplc::byte_string pdu(CB_MODBUS_MAX_PDU);
     pdu.resize(cb_modbus_encode(&request, pdu.data()));
     pass(start_us + takes_us / 2);
-    const byte_string reply = peer_.answer(pdu);
+    const fakeplc::byte_string reply = peer_.answer(pdu);
     pass(start_us + takes_us);
     std::uint8_t exception = 0;
     switch (cb_modbus_decode(&request, reply.data(), reply.size(), registers, &exception)) {

@@ -24,7 +24,7 @@ struct wire_times {
 // the PDU of a request by that of its reply.
 struct virtual_peer {
     std::function<void(std::int64_t now_us)> run_to;
-    std::function<byte_string(const byte_string &)> answer;
+    std::function<fakeplc::byte_string(const fakeplc::byte_string &)> answer;
 };
 
 class virtual_hal {

@@ -9,22 +9,22 @@ namespace {
 
 constexpr std::int64_t longest_start_us = 60000000;
 
-fake_plc plc_of(twin_config machine, const register_map &map) {
-    const auto profile = plc_profile::find(map.profile);
+fakeplc::fake_plc plc_of(twin::twin_config machine, const fakeplc::register_map &map) {
+    const auto profile = fakeplc::plc_profile::find(map.profile);
     if (!profile) throw input_error(map.file, 0, 0, "unknown profile '{}'", map.profile);
     machine.program.clear();
-    return fake_plc(machine, map, *profile, 0);
+    return fakeplc::fake_plc(machine, map, *profile, 0);
 }
 
 }  // namespace
 
-world::world(const cb_config &config, const twin_config &machine, const register_map &map,
-             const wire_times &wire)
+world::world(const cb_config &config, const twin::twin_config &machine,
+             const fakeplc::register_map &map, const wire_times &wire)
     : plc_(plc_of(machine, map)),
       hal_({[this](std::int64_t until_us) {
                 plc_.run_to(until_us, hooks.after_scan, hooks.after_nc_cycle);
             },
-            [this](const byte_string &request) { return plc_.answer(request); }},
+            [this](const fakeplc::byte_string &request) { return plc_.answer(request); }},
            config.period_us, wire),
       operations_(hal_.operations()),
       box_(std::make_unique<cb_box>()) {

@@ -20,13 +20,13 @@ class world {
     // The PLC is switched on and the box started at time 0. The machine's own program is left out:
     // the scenario moves the axes. Throws input_error for a profile or a channel that fakeplc
     // lacks.
-    world(const cb_config &config, const twin_config &machine, const register_map &map,
-          const wire_times &wire = {});
+    world(const cb_config &config, const twin::twin_config &machine,
+          const fakeplc::register_map &map, const wire_times &wire = {});
 
     // Callbacks of a scenario; each may be empty.
     struct {
         std::function<void()> after_nc_cycle, after_box_cycle;
-        std::function<void(const plc_state &)> after_scan;
+        std::function<void(const fakeplc::plc_state &)> after_scan;
     } hooks;
 
     // One cycle of the box.
@@ -35,7 +35,7 @@ class world {
     void wait_until_active();
 
     std::int64_t now_us() const { return hal_.now_us(); }
-    fake_plc &plc() { return plc_; }
+    fakeplc::fake_plc &plc() { return plc_; }
     const cb_box &box() const { return *box_; }
     const cb_outputs &outputs() const { return cycle_.out; }
     bool is_active() const { return box_->mode.mode == CB_MODE_ACTIVE; }
@@ -45,7 +45,7 @@ class world {
     [[noreturn]] void refuse(const std::string &what) const;
 
   private:
-    fake_plc plc_;
+    fakeplc::fake_plc plc_;
     virtual_hal hal_;
     cb_hal operations_;
     std::unique_ptr<cb_box> box_;

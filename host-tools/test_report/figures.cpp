@@ -17,7 +17,7 @@ json number(const std::optional<double> &value) {
     return value ? json(*value) : json(nullptr);
 }
 
-json direction_json(const approach_figures &figures) {
+json direction_json(const metrology::approach_figures &figures) {
     json one;
     one["E"] = figures.E;
     one["A"] = number(figures.A);
@@ -30,8 +30,8 @@ json direction_json(const approach_figures &figures) {
 }
 
 // out: ISO 230-2 figures in the file's unit; null where the runs do not suffice for one
-json positioning_json(const axis_readings &axis) {
-    const auto figures = evaluate_positioning(axis);
+json positioning_json(const metrology::axis_readings &axis) {
+    const auto figures = metrology::evaluate_positioning(axis);
     json one;
     one["targets_mm"] = axis.target_mm;
     one["runs_forward"] = axis.runs_forward();
@@ -59,15 +59,15 @@ json positioning_json(const axis_readings &axis) {
 }
 
 // out: deviation and slope about each of the three reference lines of ISO 230-1
-json straightness_json(const measurement &data) {
+json straightness_json(const fitting::measurement &data) {
     json one;
     const auto &x = data.position, &y = data.mean;
-    const std::pair<const char *, straight_line> lines[] = {
-        {"end_point", end_point_line(x, y)},
-        {"least_squares", least_squares_line(x, y)},
-        {"minimum_zone", minimum_zone_line(x, y)}};
+    const std::pair<const char *, metrology::straight_line> lines[] = {
+        {"end_point", metrology::end_point_line(x, y)},
+        {"least_squares", metrology::least_squares_line(x, y)},
+        {"minimum_zone", metrology::minimum_zone_line(x, y)}};
     for (const auto &[name, line] : lines) {
-        one[name]["deviation"] = deviation_about(line, x, y);
+        one[name]["deviation"] = metrology::deviation_about(line, x, y);
         if (data.unit == "um") {
             one[name]["slope_urad"] = 1e3 * line.slope;  // um/mm
         } else {
@@ -121,8 +121,8 @@ std::optional<double> value_of(const json &figures, const figure &one) {
     return figures.at(place).get<double>();
 }
 
-axis_readings readings_of(const measurement &data) {
-    axis_readings axis;
+metrology::axis_readings readings_of(const fitting::measurement &data) {
+    metrology::axis_readings axis;
     axis.target_mm = data.position;
     for (const auto &run : data.runs) {
         auto &side = run.direction < 0 ? axis.backward : axis.forward;
@@ -138,31 +138,31 @@ axis_readings readings_of(const measurement &data) {
     return axis;
 }
 
-json figures_of(const measurement &data) {
+json figures_of(const fitting::measurement &data) {
     if (data.position.size() < 2)
         throw input_error(data.file, 0, 0, "needs at least two positions");
     json report;
     report["file"] = data.file;
     report["unit"] = data.unit;
-    if (data.environment) report["environment"] = environment_text(*data.environment);
+    if (data.environment) report["environment"] = formats::environment_text(*data.environment);
     report["positioning"] = positioning_json(readings_of(data));
     report["straightness"] = straightness_json(data);
-    const auto warnings = mirrored_run_warnings(data);
+    const auto warnings = fitting::mirrored_run_warnings(data);
     if (!warnings.empty()) report["warnings"] = warnings;
     return report;
 }
 
-json comparison_of(const std::vector<measurement> &files) {
+json comparison_of(const std::vector<fitting::measurement> &files) {
     json report;
     report["before"] = figures_of(files.front());
     if (files.size() < 2) return report;
-    const measurement &before = files.front(), &after = files.back();
+    const fitting::measurement &before = files.front(), &after = files.back();
     if (after.unit != before.unit) {
         throw input_error(after.file, 0, 0, "is in another unit than " + before.file);
     }
     report["after"] = figures_of(after);
     compare_travel(report["before"], report["after"]);
-    const auto doubled = doubled_error_warning(before, after);
+    const auto doubled = fitting::doubled_error_warning(before, after);
     if (doubled) report["after"]["warnings"].push_back(*doubled);
     return report;
 }

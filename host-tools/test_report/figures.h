@@ -26,16 +26,16 @@ std::optional<double> value_of(const json &figures, const figure &one);
 
 // The runs as read (without alignment), by target and direction. A run without a stated direction
 // counts as forward. Throws input_error if a target lacks a reading of some run.
-axis_readings readings_of(const measurement &data);
+metrology::axis_readings readings_of(const fitting::measurement &data);
 
 // out: file, unit, positioning (ISO 230-2; null where the runs do not suffice), straightness
 // (ISO 230-1) and warnings. Throws input_error for fewer than two positions.
-json figures_of(const measurement &data);
+json figures_of(const fitting::measurement &data);
 
 // in : the measurement before, and possibly the one after
 // out: {"before": figures_of, "after": …}, with remarks on travels and signs. Throws input_error
 //      where the units differ.
-json comparison_of(const std::vector<measurement> &files);
+json comparison_of(const std::vector<fitting::measurement> &files);
 
 // in : comparison_of, possibly with "conformity"
 // out: the table for reading, with remarks, warnings and verdicts

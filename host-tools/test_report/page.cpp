@@ -25,14 +25,14 @@ const char *const page_text =
 // Rows that fit beside the figures with one warning above them; rows as high as another warning.
 constexpr std::size_t most_targets_beside = 26, rows_of_warning = 3;
 
-std::string file_name(const measurement &data) {
+std::string file_name(const fitting::measurement &data) {
     return std::filesystem::path(data.file).filename().string();
 }
 
 // in : any text. out: the same on one line, as HTML shows it between tags and in quotes
 std::string escaped(const std::string &text) {
     std::string html;
-    for (const char c : printable(text)) {
+    for (const char c : formats::printable(text)) {
         switch (c) {
             case '&':
                 html += "&amp;";
@@ -187,7 +187,7 @@ json table_of(const json &figures, const std::string &name, const std::string &u
 
 // Label and value of what is known, two pairs a row.
 json about_rows(const particulars &about, const json &report,
-                const std::vector<measurement> &files) {
+                const std::vector<fitting::measurement> &files) {
     const json &part = report.contains("after") ? report["after"] : report["before"];
     const auto &targets = part["positioning"]["targets_mm"];
     std::string runs = std::to_string(part["positioning"]["runs_forward"].get<int>()) + " forward";
@@ -335,10 +335,10 @@ std::string iso_name(const std::string &text) {
     return fits && ends ? text.substr(0, 3) : "";
 }
 
-particulars completed(const particulars &stated, const std::vector<measurement> &files) {
+particulars completed(const particulars &stated, const std::vector<fitting::measurement> &files) {
     particulars about = stated;
     for (const auto &file : files) {
-        const laser_particulars &from = file.about;
+        const formats::laser_particulars &from = file.about;
         const std::pair<std::string &, const std::string &> fields[] = {
             {about.machine, from.machine}, {about.serial, from.serial},
             {about.date, from.date},       {about.by, from.by},
@@ -348,7 +348,7 @@ particulars completed(const particulars &stated, const std::vector<measurement> 
             if (into.empty()) into = text;
         }
         if (about.environment.empty() && file.environment) {
-            about.environment = environment_text(*file.environment);
+            about.environment = formats::environment_text(*file.environment);
         }
         for (const auto &text : {from.title, file_name(file)}) {
             if (about.name.empty()) about.name = iso_name(text);
@@ -363,7 +363,7 @@ std::string heading_of(const particulars &about, const std::string &unit) {
            (about.machine.empty() ? "" : ", " + about.machine);
 }
 
-std::string page_of(const json &report, const std::vector<measurement> &files,
+std::string page_of(const json &report, const std::vector<fitting::measurement> &files,
                     const particulars &about, const by_figure &uncertainties) {
     const std::string unit = report["before"]["unit"].get<std::string>();
     json values;
@@ -383,7 +383,7 @@ std::string page_of(const json &report, const std::vector<measurement> &files,
     escape_all(values);
     add_tables(values, report, about, uncertainties);
     values["svg"] = report_svg(files);
-    return expanded(page_text, values);
+    return formats::expanded(page_text, values);
 }
 
 }  // namespace compbox::test_report

@@ -12,7 +12,7 @@
 namespace compbox::test_report {
 
 // What a report states beside its figures, as texts; "" is left out or leaves a line to write on.
-struct particulars : laser_particulars {
+struct particulars : formats::laser_particulars {
     std::string name;         // of the error by ISO 230-1, "EXX"
     std::string environment;  // temperatures, pressure, humidity
     std::string number;       // of the report
@@ -24,14 +24,14 @@ std::string iso_name(const std::string &text);
 
 // out: `stated`, filled up from the first file that states a thing; a name that is none is taken
 //      from the files' titles and names, such as EZX in EZX.csv
-particulars completed(const particulars &stated, const std::vector<measurement> &files);
+particulars completed(const particulars &stated, const std::vector<fitting::measurement> &files);
 
 // out: "EZX: straightness of X in Z, Portal" for titles: what the files measured
 std::string heading_of(const particulars &about, const std::string &unit);
 
 // in : comparison_of the files, with "conformity" if there are limits
 // out: the page as HTML, every text of it escaped. Throws input_error without gnuplot.
-std::string page_of(const json &report, const std::vector<measurement> &files,
+std::string page_of(const json &report, const std::vector<fitting::measurement> &files,
                     const particulars &about, const by_figure &uncertainties);
 
 }  // namespace compbox::test_report

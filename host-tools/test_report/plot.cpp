@@ -13,15 +13,15 @@ namespace compbox::test_report {
 namespace {
 
 // Mean and mean -+ 2 s of one direction as a data block.
-std::string band_block(const std::string &name, const axis_readings &axis,
-                       const approach_figures &figures) {
+std::string band_block(const std::string &name, const metrology::axis_readings &axis,
+                       const metrology::approach_figures &figures) {
     std::vector<double> mean, low, high;
     for (const auto &target : figures.targets) {
         mean.push_back(target.mean);
         low.push_back(target.mean - 2.0 * target.s.value_or(0.0));
         high.push_back(target.mean + 2.0 * target.s.value_or(0.0));
     }
-    return plot_data(name, {axis.target_mm, mean, low, high});
+    return formats::plot_data(name, {axis.target_mm, mean, low, high});
 }
 
 struct panel {
@@ -36,12 +36,12 @@ struct direction_style {
 constexpr direction_style styles[] = {{"forward", "pt 9 dt 1"}, {"backward", "pt 11 dt 2"}};
 
 const char *colour_of(const direction_style &one) {
-    return &one == styles ? plot_colour::curve : plot_colour::second;
+    return &one == styles ? formats::plot_colour::curve : formats::plot_colour::second;
 }
 
 // in : id: makes the names of data blocks unique. Adds the runs' blocks and the range of errors.
 // out: the plot command's elements for the runs
-std::string plot_runs(const measurement &data, const std::string &id, panel &into) {
+std::string plot_runs(const fitting::measurement &data, const std::string &id, panel &into) {
     std::string runs;
     for (std::size_t r = 0; r < data.runs.size(); ++r) {
         const auto &error = data.runs[r].error;
@@ -50,19 +50,19 @@ std::string plot_runs(const measurement &data, const std::string &id, panel &int
             into.high = std::max(into.high, e);
         }
         const std::string block = fmt::format("{}run{}", id, r);
-        into.blocks += plot_data(block, {data.runs[r].position, error});
+        into.blocks += formats::plot_data(block, {data.runs[r].position, error});
         runs += fmt::format("${} using 1:2 with lines lw 0.8 lc rgb '{}' {}, ", block,
-                            plot_colour::grey, r == 0 ? "title 'runs'" : "notitle");
+                            formats::plot_colour::grey, r == 0 ? "title 'runs'" : "notitle");
     }
     return runs;
 }
 
 // in : number: of the file; title: of the panel
 // out: blocks and commands for gnuplot, and the range of the errors
-panel panel_of(const measurement &data, std::size_t number, const std::string &title) {
+panel panel_of(const fitting::measurement &data, std::size_t number, const std::string &title) {
     const std::string id = fmt::format("f{}", number);
-    const axis_readings axis = readings_of(data);
-    const auto figures = evaluate_positioning(axis);
+    const metrology::axis_readings axis = readings_of(data);
+    const auto figures = metrology::evaluate_positioning(axis);
     panel result;
     std::string bands, lines;
     for (const direction_style &one : styles) {
@@ -79,13 +79,13 @@ panel panel_of(const measurement &data, std::size_t number, const std::string &t
             one.style, colour, one.name);
     }
     const std::string runs = plot_runs(data, id, result);
-    result.commands = "set title " + plot_text(title) + "\nplot " + bands + runs + lines +
+    result.commands = "set title " + formats::plot_text(title) + "\nplot " + bands + runs + lines +
                       "0 with lines lw 0.6 lc rgb '#444444' notitle\n";
     return result;
 }
 
 // out: the script of one panel for each file, all with the same scale; heading may be empty
-std::string script_of(const std::vector<measurement> &files, const std::string &heading,
+std::string script_of(const std::vector<fitting::measurement> &files, const std::string &heading,
                       bool with_key) {
     std::string blocks, commands;
     double low = INFINITY, high = -INFINITY, from = INFINITY, to = -INFINITY;
@@ -115,22 +115,22 @@ std::string script_of(const std::vector<measurement> &files, const std::string &
         "set xrange [{}:{}]\n"
         "set yrange [{}:{}]\n"
         "{}unset multiplot\n",
-        blocks, files.size(), heading.empty() ? "" : " title " + plot_text(heading),
+        blocks, files.size(), heading.empty() ? "" : " title " + formats::plot_text(heading),
         with_key ? "set key below horizontal maxrows 2 samplen 3\nset bmargin 6" : "unset key",
-        plot_text("deviation, " + unit), from, to, low - margin, high + margin, commands);
+        formats::plot_text("deviation, " + unit), from, to, low - margin, high + margin, commands);
 }
 
 }  // namespace
 
-void plot_report(const std::vector<measurement> &files, const std::string &heading,
+void plot_report(const std::vector<fitting::measurement> &files, const std::string &heading,
                  const std::string &path) {
-    run_gnuplot(path, script_of(files, heading, true),
-                static_cast<int>(files.size() > 1 ? 640 * files.size() : 1000),
-                heading.empty() ? 460 : 490);
+    formats::run_gnuplot(path, script_of(files, heading, true),
+                         static_cast<int>(files.size() > 1 ? 640 * files.size() : 1000),
+                         heading.empty() ? 460 : 490);
 }
 
-std::string report_svg(const std::vector<measurement> &files) {
-    return gnuplot_svg(script_of(files, "", false), 880, 290);
+std::string report_svg(const std::vector<fitting::measurement> &files) {
+    return formats::gnuplot_svg(script_of(files, "", false), 880, 290);
 }
 
 }  // namespace compbox::test_report

@@ -11,10 +11,10 @@ namespace compbox::test_report {
 
 // One panel for each file, the one before and possibly the one after, all with the same scale.
 // heading: over all panels; may be empty
-void plot_report(const std::vector<measurement> &files, const std::string &heading,
+void plot_report(const std::vector<fitting::measurement> &files, const std::string &heading,
                  const std::string &path);
 
 // The same without a heading, of the width of a printed page.
-std::string report_svg(const std::vector<measurement> &files);
+std::string report_svg(const std::vector<fitting::measurement> &files);
 
 }  // namespace compbox::test_report

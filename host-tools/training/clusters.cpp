@@ -8,7 +8,7 @@
 
 #include "host-tools/algebra/solvers.h"
 
-namespace compbox {
+namespace compbox::training {
 
 namespace {
 
@@ -17,7 +17,7 @@ constexpr double settled = 1e-9;
 
 // Points whose scalar products are the similarity: a sensor in each row.
 Eigen::MatrixXd points_of(const Eigen::MatrixXd &similarity) {
-    const symmetric_eigen eigen = eigen_of_symmetric(similarity);
+    const algebra::symmetric_eigen eigen = algebra::eigen_of_symmetric(similarity);
     return eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
@@ -185,4 +185,4 @@ clustering transitive_closure(const Eigen::MatrixXd &similarity, std::size_t cou
     return best;
 }
 
-}  // namespace compbox
+}  // namespace compbox::training

@@ -9,7 +9,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/training/runs.h"
 
-namespace compbox {
+namespace compbox::training {
 
 namespace {
 
@@ -21,7 +21,7 @@ bool has(const std::vector<std::string> &names, const std::string &name) {
 
 // The columns that match one entry of a list: its own name, or a pattern with *. Columns in
 // `others` have another role and never match a pattern: t* is no time_s.
-std::vector<std::string> matching(const csv_table &table, const std::string &entry,
+std::vector<std::string> matching(const formats::csv_table &table, const std::string &entry,
                                   const std::vector<std::string> &others) {
     if (entry.find('*') == std::string::npos) {
         table.column(entry);
@@ -37,20 +37,22 @@ std::vector<std::string> matching(const csv_table &table, const std::string &ent
 }
 
 // Units of columns with brackets: outputs in um or urad, as channels need them; else the machine's.
-unit_choice units_for(const data_options &options) {
-    return [&options](const std::string &name, const measuring_unit &is) -> wanted_column {
+formats::unit_choice units_for(const data_options &options) {
+    return [&options](const std::string &name,
+                      const formats::measuring_unit &is) -> formats::wanted_column {
         const bool output = std::any_of(options.outputs.begin(), options.outputs.end(),
                                         [&](const std::string &entry) {
                                             return ::fnmatch(entry.c_str(), name.c_str(), 0) == 0;
                                         });
-        if (output && is.of == quantity::length) return {name, find_unit("um")};
-        if (output && is.of == quantity::angle) return {name, find_unit("urad")};
-        return machine_unit(name, is);
+        if (output && is.of == formats::quantity::length) return {name, formats::find_unit("um")};
+        if (output && is.of == formats::quantity::angle) return {name, formats::find_unit("urad")};
+        return formats::machine_unit(name, is);
     };
 }
 
 // All columns of a list, in its order. Throws if one is repeated or the box rejects its name.
-std::vector<std::string> chosen(const csv_table &table, const std::vector<std::string> &entries,
+std::vector<std::string> chosen(const formats::csv_table &table,
+                                const std::vector<std::string> &entries,
                                 const std::vector<std::string> &others) {
     std::vector<std::string> names;
     for (const auto &entry : entries) {
@@ -70,7 +72,7 @@ std::vector<std::string> chosen(const csv_table &table, const std::vector<std::s
     return names;
 }
 
-Eigen::MatrixXd columns_of(const csv_table &table, const std::vector<std::string> &names) {
+Eigen::MatrixXd columns_of(const formats::csv_table &table, const std::vector<std::string> &names) {
     Eigen::MatrixXd values(table.rows.size(), names.size());
     for (std::size_t c = 0; c < names.size(); ++c) {
         const std::size_t column = table.column(names[c]);
@@ -94,7 +96,8 @@ void refuse_constant(const Eigen::MatrixXd &values, const std::vector<std::strin
 }
 
 // Runs by the values of their column; "0", "1250", "0#2" …
-found_runs runs_of(training_data &data, const csv_table &table, const data_options &options,
+found_runs runs_of(training_data &data, const formats::csv_table &table,
+                   const data_options &options,
                    const std::vector<std::vector<std::string>> &words) {
     const std::string &column = options.run_column;
     std::vector<double> time_s;
@@ -116,7 +119,7 @@ found_runs runs_of(training_data &data, const csv_table &table, const data_optio
 }
 
 // Rows in the order of the runs.
-void take_rows(training_data &data, const csv_table &table, const data_options &options,
+void take_rows(training_data &data, const formats::csv_table &table, const data_options &options,
                const found_runs &found) {
     data.run = found.run;
     data.run_starts = found.starts;
@@ -130,7 +133,8 @@ void take_rows(training_data &data, const csv_table &table, const data_options &
     for (const std::size_t row : found.row) data.time_s.push_back(time_s[row]);
 }
 
-void check_time(const training_data &data, const csv_table &table, const std::string &column) {
+void check_time(const training_data &data, const formats::csv_table &table,
+                const std::string &column) {
     for (std::size_t r = 1; r < data.time_s.size(); ++r) {
         if (data.run[r] != data.run[r - 1] || data.time_s[r] > data.time_s[r - 1]) continue;
         throw input_error(table.file, table.lines[data.file_row[r]], 0,
@@ -144,7 +148,7 @@ void check_time(const training_data &data, const csv_table &table, const std::st
 // out: history_s and history; throws input_error if its time does not rise or a row's time is
 //      outside
 void take_history(training_data &data, const data_options &options) {
-    const csv_table table = read_csv(options.record);
+    const formats::csv_table table = formats::read_csv(options.record);
     data.history_s = table.values(options.time_column);
     data.history = columns_of(table, data.inputs);
     for (std::size_t r = 1; r < data.history_s.size(); ++r) {
@@ -180,10 +184,10 @@ training_data read_training_data(const std::string &path, const data_options &op
                                         options.run_column) != options.inputs.end();
     std::vector<std::string> word_columns;
     if (!options.run_column.empty() && !run_is_input) word_columns.push_back(options.run_column);
-    csv_reading how;
+    formats::csv_reading how;
     how.words = word_columns;
     how.units = units_for(options);
-    const csv_table table = read_csv(path, how, &words);
+    const formats::csv_table table = formats::read_csv(path, how, &words);
     training_data data;
     data.file = path;
     std::vector<std::string> others{options.time_column, options.run_column};
@@ -206,4 +210,4 @@ training_data read_training_data(const std::string &path, const data_options &op
     return data;
 }
 
-}  // namespace compbox
+}  // namespace compbox::training

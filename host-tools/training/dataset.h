@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace compbox {
+namespace compbox::training {
 
 constexpr std::size_t longest_name = 23;  // bytes: CB_NAME_SIZE of the box minus its end
 
@@ -48,4 +48,4 @@ bool is_name_of_the_box(const std::string &name);
 // rise within a run; a record that lacks an input or a row's time.
 training_data read_training_data(const std::string &path, const data_options &options);
 
-}  // namespace compbox
+}  // namespace compbox::training

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-namespace compbox {
+namespace compbox::training {
 
 namespace {
 
@@ -33,4 +33,4 @@ bool is_clear_gain(const Eigen::ArrayXd &linear, const Eigen::ArrayXd &network) 
     return mean > student_quantile(runs - 1) * error;
 }
 
-}  // namespace compbox
+}  // namespace compbox::training

@@ -7,7 +7,7 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
 
-namespace compbox {
+namespace compbox::training {
 
 namespace {
 
@@ -200,4 +200,4 @@ model_rows rows_of(const training_data &data, const std::vector<model_input> &in
     return rows;
 }
 
-}  // namespace compbox
+}  // namespace compbox::training

@@ -8,7 +8,7 @@
 
 #include "host-tools/training/dataset.h"
 
-namespace compbox {
+namespace compbox::training {
 
 struct model_input {
     std::string name;
@@ -68,4 +68,4 @@ struct model_rows {
 model_rows rows_of(const training_data &data, const std::vector<model_input> &inputs,
                    lag_starts starts);
 
-}  // namespace compbox
+}  // namespace compbox::training

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-namespace compbox {
+namespace compbox::training {
 
 namespace {
 
@@ -186,4 +186,4 @@ Eigen::VectorXd random_start(const network_shape &shape, std::uint64_t seed) {
     return p;
 }
 
-}  // namespace compbox
+}  // namespace compbox::training

@@ -11,7 +11,7 @@
 #include "host-tools/training/parallel.h"
 #include "host-tools/training/training_start.h"
 
-namespace compbox {
+namespace compbox::training {
 
 Eigen::VectorXd start_from(const network_shape &shape, const linear_map &linear,
                            std::uint64_t seed) {
@@ -141,7 +141,7 @@ class evidence_training {
             weights += alpha * p.segment(groups_[g].from, groups_[g].count).squaredNorm();
         }
         hessian.diagonal().array() += 1.0;  // biases: a prior of unit spread
-        const positive_definite factor = factor_positive_definite(hessian);
+        const algebra::positive_definite factor = algebra::factor_positive_definite(hessian);
         gamma = static_cast<double>(task_.shape.hidden + task_.shape.outputs);
         for (std::size_t g = 0; g < groups_.size(); ++g) {
             weight_group &group = groups_[g];
@@ -188,4 +188,4 @@ trained_network train_by_evidence(const network_task &task, double linear_decay)
     });
 }
 
-}  // namespace compbox
+}  // namespace compbox::training

@@ -10,7 +10,7 @@
 #include "host-tools/training/parallel.h"
 #include "host-tools/training/training_start.h"
 
-namespace compbox {
+namespace compbox::training {
 
 namespace {
 
@@ -180,4 +180,4 @@ trained_network train_by_folds(const network_task &task, const Eigen::VectorXd &
     return best;
 }
 
-}  // namespace compbox
+}  // namespace compbox::training

@@ -12,7 +12,7 @@
 #include "host-tools/training/optimise.h"
 #include "host-tools/training/ridge.h"
 
-namespace compbox {
+namespace compbox::training {
 
 struct network_task {
     network_shape shape;
@@ -51,4 +51,4 @@ trained_network train_by_folds(const network_task &task, const Eigen::VectorXd &
 // linear weights. out: the start with the highest evidence
 trained_network train_by_evidence(const network_task &task, double linear_decay);
 
-}  // namespace compbox
+}  // namespace compbox::training

@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-namespace compbox {
+namespace compbox::training {
 
 void run_parallel(std::size_t count, int threads, const std::function<void(std::size_t)> &task) {
     std::atomic<std::size_t> next{0};
@@ -34,4 +34,4 @@ void run_parallel(std::size_t count, int threads, const std::function<void(std::
     if (failure) std::rethrow_exception(failure);
 }
 
-}  // namespace compbox
+}  // namespace compbox::training

@@ -7,7 +7,7 @@
 
 #include "host-tools/algebra/solvers.h"
 
-namespace compbox {
+namespace compbox::training {
 
 namespace {
 
@@ -66,7 +66,8 @@ ridge_solver::ridge_solver(const Eigen::MatrixXd &x, const Eigen::MatrixXd &t)
     const double share = 1.0 / static_cast<double>(samples_);
     const Eigen::MatrixXd centred = x.rowwise() - x_mean_.transpose();
     const Eigen::MatrixXd wanted = t.rowwise() - t_mean_.transpose();
-    const symmetric_eigen eigen = eigen_of_symmetric(centred.transpose() * centred * share);
+    const algebra::symmetric_eigen eigen =
+        algebra::eigen_of_symmetric(centred.transpose() * centred * share);
     eigenvalues_ = eigen.values.cwiseMax(0.0);
     eigenvectors_ = eigen.vectors;
     projected_ = eigenvectors_.transpose() * (centred.transpose() * wanted) * share;
@@ -155,4 +156,4 @@ ridge_choice choose_by_folds(const Eigen::MatrixXd &x, const Eigen::MatrixXd &t,
     return choice;
 }
 
-}  // namespace compbox
+}  // namespace compbox::training

@@ -8,7 +8,7 @@
 #include <map>
 #include <numeric>
 
-namespace compbox {
+namespace compbox::training {
 
 namespace {
 
@@ -95,4 +95,4 @@ found_runs find_runs(const std::vector<double> &value, const std::vector<double>
     return found;
 }
 
-}  // namespace compbox
+}  // namespace compbox::training

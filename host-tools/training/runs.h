@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace compbox {
+namespace compbox::training {
 
 struct found_runs {
     std::vector<std::size_t> row;     // of the table, in the order of the runs
@@ -27,4 +27,4 @@ struct found_runs {
 found_runs find_runs(const std::vector<double> &value, const std::vector<double> &time_s,
                      const std::string &column);
 
-}  // namespace compbox
+}  // namespace compbox::training

@@ -8,7 +8,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/training/parallel.h"
 
-namespace compbox {
+namespace compbox::training {
 
 namespace {
 
@@ -155,4 +155,4 @@ selection select_inputs(const training_data &data, const select_options &options
     return result;
 }
 
-}  // namespace compbox
+}  // namespace compbox::training

@@ -12,7 +12,7 @@
 #include "host-tools/training/dataset.h"
 #include "host-tools/training/train.h"
 
-namespace compbox {
+namespace compbox::training {
 
 enum class cluster_method { c_means, closure };
 
@@ -57,4 +57,4 @@ std::string report_of(const selection &result);
 // Plots the grades as bars, cluster by cluster, the chosen ones first. Throws input_error.
 void plot_selection(const selection &result, const std::string &path);
 
-}  // namespace compbox
+}  // namespace compbox::training

@@ -6,7 +6,7 @@
 #include "host-tools/formats/numbers.h"
 #include "host-tools/training/select_inputs.h"
 
-namespace compbox {
+namespace compbox::training {
 
 namespace {
 
@@ -22,12 +22,12 @@ const char *index_name(const selection &result) {
 json check_json(const selection &result, const checked_choice &checked) {
     json one;
     one["inputs"] = checked.inputs;
-    one["mean_rms_percent_of_largest"] = five_digits(100.0 * checked.merit);
+    one["mean_rms_percent_of_largest"] = formats::five_digits(100.0 * checked.merit);
     for (std::size_t k = 0; k < result.data.outputs.size(); ++k) {
         const auto at = static_cast<Eigen::Index>(k);
         one["left_out"][result.data.outputs[k]] = {
-            {"rms", five_digits(checked.left_out.rms[at])},
-            {"worst", five_digits(checked.left_out.worst[at])}};
+            {"rms", formats::five_digits(checked.left_out.rms[at])},
+            {"worst", formats::five_digits(checked.left_out.worst[at])}};
     }
     return one;
 }
@@ -50,14 +50,14 @@ json selection_json(const selection &result) {
     for (std::size_t c : result.chosen) all["chosen"].push_back(result.data.inputs[c]);
     all["clusters"] = result.clusters.count;
     all["validity_index"] = index_name(result);
-    all["validity"] = five_digits(result.clusters.validity);
+    all["validity"] = formats::five_digits(result.clusters.validity);
     for (std::size_t c = 0; c < result.candidates; ++c) {
         json one{{"name", result.data.inputs[c]},
                  {"cluster", result.clusters.cluster[c] + 1},
-                 {"grade", five_digits(result.grade[c])},
+                 {"grade", formats::five_digits(result.grade[c])},
                  {"chosen", is_chosen(result, c)}};
         for (std::size_t k = 0; k < result.data.outputs.size(); ++k) {
-            one["grades"][result.data.outputs[k]] = five_digits(
+            one["grades"][result.data.outputs[k]] = formats::five_digits(
                 result.grades(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(k)));
         }
         all["candidates"].push_back(one);
@@ -109,4 +109,4 @@ std::string report_of(const selection &result) {
     return text;
 }
 
-}  // namespace compbox
+}  // namespace compbox::training

@@ -8,7 +8,7 @@
 #include "host-tools/formats/plot.h"
 #include "host-tools/training/select_inputs.h"
 
-namespace compbox {
+namespace compbox::training {
 
 namespace {
 
@@ -42,30 +42,30 @@ void plot_selection(const selection &result, const std::string &path) {
         const bool is_chosen = std::count(result.chosen.begin(), result.chosen.end(), c) > 0;
         (is_chosen ? chosen_place : place).push_back(at);
         (is_chosen ? chosen_grade : grade).push_back(result.grade[c]);
-        tics +=
-            fmt::format("{}{} {}", tics.empty() ? "" : ", ", plot_text(result.data.inputs[c]), at);
+        tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ",
+                            formats::plot_text(result.data.inputs[c]), at);
     }
     const auto bars = [](const std::string &name, const std::string &title, const char *colour) {
         return fmt::format("${} using 1:2 with boxes fs solid 1 noborder lc rgb '{}' title {}",
-                           name, colour, plot_text(title));
+                           name, colour, formats::plot_text(title));
     };
-    std::string blocks = plot_data("chosen", {chosen_place, chosen_grade}), others;
+    std::string blocks = formats::plot_data("chosen", {chosen_place, chosen_grade}), others;
     if (!place.empty()) {
-        blocks += plot_data("others", {place, grade});
-        others = ", " + bars("others", "in the same cluster", plot_colour::band);
+        blocks += formats::plot_data("others", {place, grade});
+        others = ", " + bars("others", "in the same cluster", formats::plot_colour::band);
     }
-    run_gnuplot(path,
-                fmt::format("{}{}set boxwidth 0.8\n"
-                            "set xtics rotate by -60 nomirror ({})\n"
-                            "set xrange [0:{}]\n"
-                            "set yrange [0:1]\n"
-                            "set ylabel 'grey relational grade'\n"
-                            "set grid ytics lw 0.5 lc rgb '#dddddd'\n"
-                            "set key outside top horizontal\n"
-                            "plot {}{}\n",
-                            blocks, borders, tics, at + 1.0,
-                            bars("chosen", "chosen", plot_colour::curve), others),
-                std::max(600, 40 * static_cast<int>(result.candidates) + 200), 500);
+    formats::run_gnuplot(path,
+                         fmt::format("{}{}set boxwidth 0.8\n"
+                                     "set xtics rotate by -60 nomirror ({})\n"
+                                     "set xrange [0:{}]\n"
+                                     "set yrange [0:1]\n"
+                                     "set ylabel 'grey relational grade'\n"
+                                     "set grid ytics lw 0.5 lc rgb '#dddddd'\n"
+                                     "set key outside top horizontal\n"
+                                     "plot {}{}\n",
+                                     blocks, borders, tics, at + 1.0,
+                                     bars("chosen", "chosen", formats::plot_colour::curve), others),
+                         std::max(600, 40 * static_cast<int>(result.candidates) + 200), 500);
 }
 
-}  // namespace compbox
+}  // namespace compbox::training

@@ -3,7 +3,7 @@
 
 #include "host-tools/formats/error.h"
 
-namespace compbox {
+namespace compbox::training {
 
 namespace {
 
@@ -80,4 +80,4 @@ void check_slopes(const train_result &result) {
     }
 }
 
-}  // namespace compbox
+}  // namespace compbox::training

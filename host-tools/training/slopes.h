@@ -7,7 +7,7 @@
 
 #include "host-tools/training/train.h"
 
-namespace compbox {
+namespace compbox::training {
 
 // The linear path and the bias of the chosen model, in its scaled inputs and outputs, without the
 // slopes. The slopes are taken at the centres of their inputs, where they are linear in the
@@ -30,4 +30,4 @@ std::vector<slope_gain> slope_gains(const train_result &result);
 // of a slope is no input of the model.
 void check_slopes(const train_result &result);
 
-}  // namespace compbox
+}  // namespace compbox::training

@@ -11,7 +11,7 @@
 #include "host-tools/training/slopes.h"
 #include "host-tools/training/verdict.h"
 
-namespace compbox {
+namespace compbox::training {
 
 namespace {
 
@@ -306,7 +306,7 @@ void train_network(train_result &result, const scaled_rows &rows) {
 
 Eigen::MatrixXd trained_model::predict(const Eigen::MatrixXd &x) const {
     const Eigen::MatrixXd n = scaled(in, x).transpose();
-    return unscaled(out, compbox::predict(shape, parameters, n).transpose());
+    return unscaled(out, compbox::training::predict(shape, parameters, n).transpose());
 }
 
 Eigen::MatrixXd trained_range::held(const Eigen::MatrixXd &x) const {
@@ -359,4 +359,4 @@ train_result train(const training_data &data, const train_options &options) {
     return result;
 }
 
-}  // namespace compbox
+}  // namespace compbox::training

@@ -14,7 +14,7 @@
 #include "host-tools/training/network.h"
 #include "host-tools/training/optimise.h"
 
-namespace compbox {
+namespace compbox::training {
 
 enum class regularisation { automatic, folds, evidence };
 
@@ -124,4 +124,4 @@ std::string predictions_csv(const train_result &result);
 // input_error.
 void plot_training(const train_result &result, const std::string &path);
 
-}  // namespace compbox
+}  // namespace compbox::training

@@ -9,7 +9,7 @@
 #include "host-tools/training/slopes.h"
 #include "host-tools/training/train.h"
 
-namespace compbox {
+namespace compbox::training {
 
 namespace {
 
@@ -158,9 +158,10 @@ json residuals_json(const residuals &left, const train_result &result) {
     for (std::size_t k = 0; k < result.data.outputs.size(); ++k) {
         const auto at = static_cast<Eigen::Index>(k);
         all[result.data.outputs[k]] = {
-            {"rms", five_digits(left.rms[at])},
-            {"worst", five_digits(left.worst[at])},
-            {"worst_percent_of_largest", five_digits(100.0 * left.worst[at] / result.largest[at])}};
+            {"rms", formats::five_digits(left.rms[at])},
+            {"worst", formats::five_digits(left.worst[at])},
+            {"worst_percent_of_largest",
+             formats::five_digits(100.0 * left.worst[at] / result.largest[at])}};
     }
     return all;
 }
@@ -170,7 +171,7 @@ json figures_of(const judged_model &judged, const train_result &result) {
     if (judged.left_out.rows > 0) all["left_out"] = residuals_json(judged.left_out, result);
     if (judged.held_out.rows > 0) all["held_out"] = residuals_json(judged.held_out, result);
     all["trained"] = residuals_json(judged.trained, result);
-    if (!result.by_folds) all["log_evidence"] = five_digits(judged.log_evidence);
+    if (!result.by_folds) all["log_evidence"] = formats::five_digits(judged.log_evidence);
     return all;
 }
 
@@ -184,8 +185,9 @@ json findings_of(const train_result &result) {
     found["decay_by"] = result.by_folds ? "leaving out runs" : "evidence";
     for (std::size_t k = 0; k < result.data.outputs.size(); ++k) {
         const auto at = static_cast<Eigen::Index>(k);
-        found["largest_error"][result.data.outputs[k]] = five_digits(result.largest[at]);
-        found["linear_decay"][result.data.outputs[k]] = five_digits(result.linear_decay[at]);
+        found["largest_error"][result.data.outputs[k]] = formats::five_digits(result.largest[at]);
+        found["linear_decay"][result.data.outputs[k]] =
+            formats::five_digits(result.linear_decay[at]);
     }
     found["linear"] = figures_of(result.linear, result);
     if (result.options.hidden > 0) {
@@ -194,9 +196,9 @@ json findings_of(const train_result &result) {
         network["rows"] = result.network_rows.size();
         network["optimiser"] =
             result.options.way == optimiser::lbfgs ? "l-bfgs" : "levenberg-marquardt";
-        network["decay"] = five_digits(result.network_decay);
+        network["decay"] = formats::five_digits(result.network_decay);
         network["iterations"] = result.network_iterations;
-        network["loss"] = five_digits(result.network_loss);
+        network["loss"] = formats::five_digits(result.network_loss);
         network["start"] = result.best_start + 1;
         network["seed"] = result.options.seed;
         found["network"] = network;
@@ -309,4 +311,4 @@ std::string predictions_csv(const train_result &result) {
     return text + "\n";
 }
 
-}  // namespace compbox
+}  // namespace compbox::training

@@ -11,7 +11,7 @@
 #include "host-tools/formats/plot.h"
 #include "host-tools/training/train.h"
 
-namespace compbox {
+namespace compbox::training {
 
 namespace {
 
@@ -67,8 +67,8 @@ std::string residual_panel(const std::string &name, const std::string &output,
         "plot 0 with lines lw 0.8 lc rgb '#444444' notitle, {} using 1:($2-$4) with points pt 7 ps "
         "0.18 lc rgb '{}' title 'left by the model that never saw this run', {} using 1:($2-$3) "
         "with lines lw 1.2 lc rgb '{}' title 'left by the model'\n",
-        x_label, plot_text(output + ", residual"), name, plot_colour::second, name,
-        plot_colour::curve);
+        x_label, formats::plot_text(output + ", residual"), name, formats::plot_colour::second,
+        name, formats::plot_colour::curve);
 }
 
 }  // namespace
@@ -84,14 +84,16 @@ void plot_training(const train_result &result, const std::string &path) {
     for (std::size_t k = 0; k < outputs; ++k) {
         const panel lines = panel_of(result, all, predicted, k);
         const std::string name = fmt::format("$output{}", k);
-        script += plot_data(fmt::format("output{}", k),
-                            {lines.x, lines.measured, lines.predicted, lines.left_out});
-        panels += fmt::format("unset xlabel\nset ylabel {}\n", plot_text(result.data.outputs[k]));
+        script += formats::plot_data(fmt::format("output{}", k),
+                                     {lines.x, lines.measured, lines.predicted, lines.left_out});
+        panels += fmt::format("unset xlabel\nset ylabel {}\n",
+                              formats::plot_text(result.data.outputs[k]));
         panels += fmt::format(
             "plot {} using 1:2 with lines lw 2.4 lc rgb '{}' title 'measured', {} using 1:3 with "
             "lines lw 1.4 lc rgb '{}' title 'model', {} using 1:4 with points pt 7 ps 0.18 lc rgb "
             "'{}' title 'model that never saw this run'\n",
-            name, plot_colour::grey, name, plot_colour::curve, name, plot_colour::second);
+            name, formats::plot_colour::grey, name, formats::plot_colour::curve, name,
+            formats::plot_colour::second);
         panels += residual_panel(name, result.data.outputs[k],
                                  result.data.time_s.empty() ? "row" : "time, s");
     }
@@ -105,10 +107,11 @@ void plot_training(const train_result &result, const std::string &path) {
         "set rmargin 3\n"
         "{}unset multiplot\n",
         2 * outputs,
-        plot_text(fmt::format("{}: measured values, model and residuals, {}", result.options.name,
-                              std::filesystem::path(result.data.file).filename().string())),
+        formats::plot_text(
+            fmt::format("{}: measured values, model and residuals, {}", result.options.name,
+                        std::filesystem::path(result.data.file).filename().string())),
         panels);
-    run_gnuplot(path, script, 1000, 120 + 400 * static_cast<int>(outputs));
+    formats::run_gnuplot(path, script, 1000, 120 + 400 * static_cast<int>(outputs));
 }
 
-}  // namespace compbox
+}  // namespace compbox::training

@@ -5,11 +5,11 @@
 #include "host-tools/training/network.h"
 #include "host-tools/training/ridge.h"
 
-namespace compbox {
+namespace compbox::training {
 
 // A random start with the linear path and output bias of `linear`; without a linear path a plain
 // random start.
 Eigen::VectorXd start_from(const network_shape &shape, const linear_map &linear,
                            std::uint64_t seed);
 
-}  // namespace compbox
+}  // namespace compbox::training

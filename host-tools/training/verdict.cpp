@@ -9,7 +9,7 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/training/gain.h"
 
-namespace compbox {
+namespace compbox::training {
 
 namespace {
 
@@ -204,4 +204,4 @@ void decide(train_result &result) {
     warn_of_fading(result);
 }
 
-}  // namespace compbox
+}  // namespace compbox::training

@@ -4,7 +4,7 @@
 
 #include "host-tools/training/train.h"
 
-namespace compbox {
+namespace compbox::training {
 
 // in : result with both models judged (or the linear one alone)
 // out: network_better, chosen, chosen_figures, verdict and warnings.
@@ -13,4 +13,4 @@ namespace compbox {
 // If evidence chose the decay, it is better if its evidence is higher.
 void decide(train_result &result);
 
-}  // namespace compbox
+}  // namespace compbox::training

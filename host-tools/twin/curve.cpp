@@ -6,7 +6,7 @@
 
 #include "host-tools/twin/units.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 namespace {
 
@@ -75,4 +75,4 @@ void random_curve::refer_to_line(double amplitude_um) {
     line_slope_ *= factor;
 }
 
-}  // namespace compbox
+}  // namespace compbox::twin

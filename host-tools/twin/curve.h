@@ -6,7 +6,7 @@
 
 #include "host-tools/twin/random.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 // Power spectral density S(f) = f^-exponent / (1 + (f/fc)^roll_off), fc = 1/cutoff_mm.
 struct roughness {
@@ -44,4 +44,4 @@ class random_curve {
     double line_slope_ = 0.0;              // per mm
 };
 
-}  // namespace compbox
+}  // namespace compbox::twin

@@ -5,7 +5,7 @@
 
 #include "host-tools/twin/set_up.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 namespace {
 
@@ -57,4 +57,4 @@ diagonals measure_diagonals(const twin_machine &twin, const face &rectangle,
     return mean;
 }
 
-}  // namespace compbox
+}  // namespace compbox::twin

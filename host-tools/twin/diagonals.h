@@ -7,7 +7,7 @@
 
 #include "host-tools/twin/machine.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 struct face {
     std::string name;                        // C0Y, B0Z or A0Z: the plane of its two axes
@@ -25,4 +25,4 @@ struct diagonals {
 diagonals measure_diagonals(const twin_machine &twin, const face &rectangle,
                             const std::function<twin_state(const xyz &)> &compensation);
 
-}  // namespace compbox
+}  // namespace compbox::twin

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace compbox {
+namespace compbox::twin {
 
 // Second derivatives of the natural spline: a tridiagonal system, by elimination.
 given_curve::given_curve(const std::vector<std::array<double, 2>> &points) {
@@ -55,4 +55,4 @@ double error_curve::operator()(double position_mm) const {
     return curve + offset_ + slope_ * (position_mm - from_mm_);
 }
 
-}  // namespace compbox
+}  // namespace compbox::twin

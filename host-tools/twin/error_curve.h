@@ -8,7 +8,7 @@
 #include "host-tools/twin/curve.h"
 #include "host-tools/twin/twin_file.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 // A curve through given points: natural cubic spline, linear beyond them.
 class given_curve {
@@ -35,4 +35,4 @@ class error_curve {
     std::optional<given_curve> given_;
 };
 
-}  // namespace compbox
+}  // namespace compbox::twin

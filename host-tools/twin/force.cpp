@@ -8,7 +8,7 @@
 #include "host-tools/twin/random.h"
 #include "host-tools/twin/units.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 namespace {
 
@@ -85,4 +85,4 @@ std::array<double, 3> force_error_um(const cutting_config &config, const cut &no
     return error_um;
 }
 
-}  // namespace compbox
+}  // namespace compbox::twin

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace compbox {
+namespace compbox::twin {
 
 // A wall of the workpiece, fixed at its foot. It yields along one axis, most at its top and its
 // free ends:
@@ -63,4 +63,4 @@ double spindle_load_percent(const cutting_config &config, const cut &now);
 std::array<double, 3> force_error_um(const cutting_config &config, const cut &now,
                                      const std::array<double, 3> &position_mm);
 
-}  // namespace compbox
+}  // namespace compbox::twin

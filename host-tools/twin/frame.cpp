@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-namespace compbox {
+namespace compbox::twin {
 
 namespace {
 
@@ -53,4 +53,4 @@ xyz frame::operator*(const xyz &point) const {
             dot(turn[2], point) + shift[2]};
 }
 
-}  // namespace compbox
+}  // namespace compbox::twin

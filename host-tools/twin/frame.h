@@ -4,7 +4,7 @@
 
 #include "host-tools/twin/twin_file.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 struct frame {
     std::array<xyz, 3> turn = {xyz{1, 0, 0}, xyz{0, 1, 0}, xyz{0, 0, 1}};  // rows, orthogonal
@@ -18,4 +18,4 @@ struct frame {
     xyz operator*(const xyz &point) const;
 };
 
-}  // namespace compbox
+}  // namespace compbox::twin

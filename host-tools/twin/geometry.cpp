@@ -3,7 +3,7 @@
 
 #include "host-tools/twin/frame.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 namespace {
 
@@ -114,4 +114,4 @@ xyz geometry::carriage_point_um(int axis, const xyz &point_mm, double position_m
     return by_um;
 }
 
-}  // namespace compbox
+}  // namespace compbox::twin

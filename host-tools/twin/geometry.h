@@ -8,7 +8,7 @@
 #include "host-tools/twin/error_curve.h"
 #include "host-tools/twin/part.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 class geometry : public error_part {
   public:
@@ -43,4 +43,4 @@ class geometry : public error_part {
     std::map<std::string, error_curve> sides_;    // by drive
 };
 
-}  // namespace compbox
+}  // namespace compbox::twin

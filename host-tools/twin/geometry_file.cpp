@@ -7,7 +7,7 @@
 
 #include "host-tools/formats/json.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 using namespace reading;
 
@@ -153,4 +153,4 @@ void read_geometry(const json &root, twin_config &config, const place &top) {
     read_stages(root, config, top);
 }
 
-}  // namespace compbox
+}  // namespace compbox::twin

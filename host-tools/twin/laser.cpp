@@ -7,7 +7,7 @@
 #include "host-tools/formats/file.h"
 #include "host-tools/twin/set_up.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 namespace {
 
@@ -89,12 +89,12 @@ std::string laser_csv(const laser_series &series) {
     for (const auto &r : series.readings) {
         rows.push_back({r.position_mm, r.error_um, static_cast<double>(r.run)});
     }
-    return csv_text({"position_mm", "error_" + series.unit, "run"}, rows);
+    return formats::csv_text({"position_mm", "error_" + series.unit, "run"}, rows);
 }
 
 std::vector<std::string> measure_all(const twin_machine &twin, const std::string &folder) {
     const virtual_laser laser(twin);
-    make_folder(folder);
+    formats::make_folder(folder);
     std::vector<std::string> paths;
     std::vector<std::string> names;
     for (const auto &[name, error] : twin.config().errors) names.push_back(name);
@@ -103,9 +103,9 @@ std::vector<std::string> measure_all(const twin_machine &twin, const std::string
     }
     for (const auto &name : names) {
         paths.push_back(fmt::format("{}/{}.csv", folder, name));
-        write_file(paths.back(), laser_csv(laser.measure(name)));
+        formats::write_file(paths.back(), laser_csv(laser.measure(name)));
     }
     return paths;
 }
 
-}  // namespace compbox
+}  // namespace compbox::twin

@@ -8,7 +8,7 @@
 
 #include "host-tools/twin/machine.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 // The readings of one set-up along one axis, the input of the writers of file formats.
 struct laser_series {
@@ -61,4 +61,4 @@ std::string laser_csv(const laser_series &series);
 // written paths. Throws input_error when a file cannot be written.
 std::vector<std::string> measure_all(const twin_machine &twin, const std::string &folder);
 
-}  // namespace compbox
+}  // namespace compbox::twin

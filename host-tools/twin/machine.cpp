@@ -4,10 +4,10 @@
 #include "host-tools/twin/process_parts.h"
 #include "host-tools/twin/unexplained.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 twin_machine::twin_machine(const twin_config &config)
-    : config_(config), geometry_(std::make_shared<compbox::geometry>(config)) {
+    : config_(config), geometry_(std::make_shared<compbox::twin::geometry>(config)) {
     explained_.push_back(geometry_);
     if (!config.thermal.empty()) explained_.push_back(std::make_shared<thermal_part>(config));
     if (!config.cutting.empty()) explained_.push_back(std::make_shared<force_part>(config));
@@ -30,4 +30,4 @@ xyz twin_machine::true_error_um(const twin_state &state) const {
     return sum_of(explained_error_um(state), unexplained_error_um(state));
 }
 
-}  // namespace compbox
+}  // namespace compbox::twin

@@ -17,7 +17,7 @@
 #include "host-tools/twin/geometry.h"
 #include "host-tools/twin/part.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 class twin_machine {
   public:
@@ -40,7 +40,7 @@ class twin_machine {
     }
 
     // For the virtual instruments.
-    const compbox::geometry &geometry() const { return *geometry_; }
+    const compbox::twin::geometry &geometry() const { return *geometry_; }
     // One error of one axis, such as "EZX" in µm or "EAX" in µrad. The name must be configured.
     double curve_um(const std::string &name, double position_mm) const {
         return geometry_->curve(name, position_mm);
@@ -48,9 +48,9 @@ class twin_machine {
 
   private:
     twin_config config_;
-    std::shared_ptr<const compbox::geometry> geometry_;
+    std::shared_ptr<const compbox::twin::geometry> geometry_;
     std::vector<part_pointer> explained_;
     part_pointer unexplained_;  // null: none
 };
 
-}  // namespace compbox
+}  // namespace compbox::twin

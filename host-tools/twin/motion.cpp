@@ -8,7 +8,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/twin/units.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 namespace {
 
@@ -160,4 +160,4 @@ twin_state nc_motion::state() const {
     return state;
 }
 
-}  // namespace compbox
+}  // namespace compbox::twin

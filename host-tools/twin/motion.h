@@ -7,7 +7,7 @@
 
 #include "host-tools/twin/state.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 // A straight move with a trapezoidal velocity profile, evaluable at any time since its start.
 class straight_move {
@@ -88,4 +88,4 @@ class nc_motion {
     double most_slope_;
 };
 
-}  // namespace compbox
+}  // namespace compbox::twin

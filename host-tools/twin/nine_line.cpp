@@ -8,7 +8,7 @@
 #include "host-tools/twin/laser.h"
 #include "host-tools/twin/set_up.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 namespace {
 
@@ -16,13 +16,13 @@ constexpr double um_per_mm_per_ppm = 1e-3, reference_degC = 20.0;
 
 // in : point and direction 0 … 2: the line of point P1 … P3 in direction x … z
 // out: all runs of this line, as one set-up of its own; deviations in µm
-laser_file measure_line(const twin_machine &twin, const nine_line_options &options,
-                        std::size_t point, std::size_t direction) {
+formats::laser_file measure_line(const twin_machine &twin, const nine_line_options &options,
+                                 std::size_t point, std::size_t direction) {
     const auto a = static_cast<std::size_t>(axis_index(options.axis));
     const bool along = direction == a;
     const std::string name = fmt::format("P{}{}", point + 1, "xyz"[direction]);
     laser_set_up set_up(twin, std::string(1, options.axis) + " " + name, !along);
-    laser_file file;
+    formats::laser_file file;
     file.machine = twin.config().machine;
     file.axis = std::string(1, options.axis);
     file.title = name;
@@ -32,7 +32,7 @@ laser_file measure_line(const twin_machine &twin, const nine_line_options &optio
                                : 0.0;
     xyz position_mm = twin.config().start_mm;
     for (int run = 0; run < twin.config().laser.runs; ++run) {
-        laser_run one;
+        formats::laser_run one;
         for (std::size_t i = 0; i < file.targets_mm.size(); ++i) {
             const double at_mm = position_mm[a] = file.targets_mm[i];
             const xyz moved_um = twin.geometry().carriage_point_um(static_cast<int>(a),
@@ -52,16 +52,16 @@ laser_file measure_line(const twin_machine &twin, const nine_line_options &optio
 std::vector<std::string> measure_nine_lines(const twin_machine &twin,
                                             const nine_line_options &options,
                                             const std::string &folder) {
-    make_folder(folder);
+    formats::make_folder(folder);
     std::vector<std::string> paths;
     for (std::size_t point = 0; point < 3; ++point) {
         for (std::size_t direction = 0; direction < 3; ++direction) {
-            const laser_file file = measure_line(twin, options, point, direction);
+            const formats::laser_file file = measure_line(twin, options, point, direction);
             paths.push_back(fmt::format("{}/{}.rtl", folder, file.title));
-            write_file(paths.back(), laser_text(file));
+            formats::write_file(paths.back(), formats::laser_text(file));
         }
     }
     return paths;
 }
 
-}  // namespace compbox
+}  // namespace compbox::twin

@@ -9,7 +9,7 @@
 
 #include "host-tools/twin/machine.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 struct nine_line_options {
     char axis = 'X';
@@ -25,4 +25,4 @@ std::vector<std::string> measure_nine_lines(const twin_machine &twin,
                                             const nine_line_options &options,
                                             const std::string &folder);
 
-}  // namespace compbox
+}  // namespace compbox::twin

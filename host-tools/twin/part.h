@@ -8,7 +8,7 @@
 #include "host-tools/twin/random.h"
 #include "host-tools/twin/state.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 class error_part {
   public:
@@ -27,4 +27,4 @@ inline xyz sum_of(const xyz &a, const xyz &b) {
     return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
 }
 
-}  // namespace compbox
+}  // namespace compbox::twin

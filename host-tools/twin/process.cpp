@@ -6,7 +6,7 @@
 
 #include "host-tools/twin/units.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 namespace {
 
@@ -62,4 +62,4 @@ std::optional<double> machine_process::signal(const std::string &name) const {
     return std::nullopt;
 }
 
-}  // namespace compbox
+}  // namespace compbox::twin

@@ -8,7 +8,7 @@
 #include "host-tools/twin/state.h"
 #include "host-tools/twin/thermal.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 class machine_process {
   public:
@@ -36,4 +36,4 @@ class machine_process {
     double filtered_load_percent_ = 0.0, shown_load_percent_ = 0.0, since_load_s_ = 0.0;
 };
 
-}  // namespace compbox
+}  // namespace compbox::twin

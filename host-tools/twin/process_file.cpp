@@ -8,7 +8,7 @@
 
 #include "host-tools/formats/json.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 namespace {
 
@@ -257,4 +257,4 @@ cutting_config read_cutting(const json &value, const place &at) {
     return config;
 }
 
-}  // namespace compbox
+}  // namespace compbox::twin

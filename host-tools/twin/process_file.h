@@ -6,10 +6,10 @@
 #include "host-tools/twin/reading.h"
 #include "host-tools/twin/thermal.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 // Each function reads the value of its key and throws input_error with the place of a mistake.
 thermal_config read_thermal(const json &value, const reading::place &at);
 cutting_config read_cutting(const json &value, const reading::place &at);
 
-}  // namespace compbox
+}  // namespace compbox::twin

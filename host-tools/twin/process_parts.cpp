@@ -3,7 +3,7 @@
 
 #include "host-tools/twin/units.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 namespace {
 
@@ -68,4 +68,4 @@ void force_part::vary(twin_state &state, random_stream &stream) const {
     state.depth_of_cut_mm = usual_depth_mm * stream.uniform();
 }
 
-}  // namespace compbox
+}  // namespace compbox::twin

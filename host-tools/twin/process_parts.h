@@ -7,7 +7,7 @@
 #include "host-tools/twin/part.h"
 #include "host-tools/twin/random.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 // Expansion by the temperatures in the state, by the names of the nodes; a missing node has the
 // reference temperature.
@@ -36,4 +36,4 @@ class force_part : public error_part {
     cutting_config config_;
 };
 
-}  // namespace compbox
+}  // namespace compbox::twin

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-namespace compbox {
+namespace compbox::twin {
 
 namespace {
 
@@ -67,4 +67,4 @@ double random_stream::normal() {
     return radius * std::cos(angle);
 }
 
-}  // namespace compbox
+}  // namespace compbox::twin

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <string_view>
 
-namespace compbox {
+namespace compbox::twin {
 
 class random_stream {
   public:
@@ -29,4 +29,4 @@ class random_stream {
     bool has_spare_ = false;
 };
 
-}  // namespace compbox
+}  // namespace compbox::twin

@@ -7,14 +7,14 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/json.h"
 
-namespace compbox::reading {
+namespace compbox::twin::reading {
 
 void place::fail(const std::string &sentence) const {
     throw input_error(file, 0, 0, path + (path.empty() ? "" : ": ") + sentence);
 }
 
 void check_keys(const json &value, std::initializer_list<const char *> allowed, const place &at) {
-    only_keys(value, allowed, at.file, at.path.empty() ? "the file" : at.path);
+    formats::only_keys(value, allowed, at.file, at.path.empty() ? "the file" : at.path);
 }
 
 double as_number(const json &value, double low, double high, const place &at) {
@@ -41,7 +41,7 @@ double optional(const json &value, const char *key, double otherwise, double low
 std::string optional_text(const json &value, const char *key, const place &at) {
     if (!value.contains(key)) return "";
     if (!value.at(key).is_string()) at.in(key).fail("must be a text");
-    return get<std::string>(value, key, at.file);
+    return formats::get<std::string>(value, key, at.file);
 }
 
 const json &optional_object(const json &value, const char *key, const place &at) {
@@ -51,4 +51,4 @@ const json &optional_object(const json &value, const char *key, const place &at)
     return value.at(key);
 }
 
-}  // namespace compbox::reading
+}  // namespace compbox::twin::reading

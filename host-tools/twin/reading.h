@@ -8,7 +8,7 @@
 
 #include "host-tools/formats/json_type.h"
 
-namespace compbox::reading {
+namespace compbox::twin::reading {
 
 constexpr double unlimited = std::numeric_limits<double>::max();
 
@@ -31,4 +31,4 @@ double optional(const json &value, const char *key, double otherwise, double low
 std::string optional_text(const json &value, const char *key, const place &at);  // "" if missing
 const json &optional_object(const json &value, const char *key, const place &at);
 
-}  // namespace compbox::reading
+}  // namespace compbox::twin::reading

@@ -5,7 +5,7 @@
 
 #include "host-tools/twin/units.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 namespace {
 
@@ -47,4 +47,4 @@ xyz laser_set_up::unexplained_um(const xyz &position_mm) {
     return twin_.unexplained_error_um(state);
 }
 
-}  // namespace compbox
+}  // namespace compbox::twin

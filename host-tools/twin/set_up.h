@@ -7,7 +7,7 @@
 #include "host-tools/twin/machine.h"
 #include "host-tools/twin/random.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 class laser_set_up {
   public:
@@ -30,4 +30,4 @@ class laser_set_up {
 // Rounds to the laser's least digit.
 double as_shown(double error_um, const twin_config &config);
 
-}  // namespace compbox
+}  // namespace compbox::twin

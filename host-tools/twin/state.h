@@ -9,7 +9,7 @@
 
 #include "host-tools/twin/twin_file.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 struct twin_state {
     twin_state() {}  // no aggregate: {1, 2, 3} is a position and never a state
@@ -42,4 +42,4 @@ inline twin_state state_at(const xyz &position_mm, const xyz &displacement_um = 
     return state;
 }
 
-}  // namespace compbox
+}  // namespace compbox::twin

@@ -8,7 +8,7 @@
 
 #include "host-tools/twin/units.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 namespace {
 
@@ -185,4 +185,4 @@ std::array<double, 3> thermal_error_um(const thermal_config &config,
     return error_um;
 }
 
-}  // namespace compbox
+}  // namespace compbox::twin

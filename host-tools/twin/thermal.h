@@ -11,7 +11,7 @@
 
 #include "host-tools/twin/random.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 struct thermal_node {
     std::string name;
@@ -125,4 +125,4 @@ std::array<double, 3> thermal_error_um(const thermal_config &config,
                                        const std::vector<double> &node_degC,
                                        const std::array<double, 3> &position_mm);
 
-}  // namespace compbox
+}  // namespace compbox::twin

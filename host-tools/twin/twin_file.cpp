@@ -15,7 +15,7 @@
 #include "host-tools/twin/reading.h"
 #include "host-tools/twin/units.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 using namespace reading;
 
@@ -253,7 +253,7 @@ std::optional<error_name> parse_error_name(const std::string &name) {
 }
 
 twin_config load_twin(const std::string &path) {
-    const json root = read_json(path);
+    const json root = formats::read_json(path);
     const place top{path, ""};
     check_keys(root,
                {"format",
@@ -307,4 +307,4 @@ twin_config load_twin(const std::string &path) {
     return config;
 }
 
-}  // namespace compbox
+}  // namespace compbox::twin

@@ -12,7 +12,7 @@
 #include "host-tools/twin/force.h"
 #include "host-tools/twin/thermal.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 // X, Y, Z in this order; mm or µm by the name. An axis that a machine lacks stays at 0.
 using xyz = std::array<double, 3>;
@@ -136,4 +136,4 @@ struct error_name {
 };
 std::optional<error_name> parse_error_name(const std::string &name);
 
-}  // namespace compbox
+}  // namespace compbox::twin

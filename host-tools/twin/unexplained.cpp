@@ -6,7 +6,7 @@
 
 #include "host-tools/twin/units.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 namespace {
 
@@ -92,4 +92,4 @@ xyz unexplained::error_um(const twin_state &state) const {
     return raw(state);
 }
 
-}  // namespace compbox
+}  // namespace compbox::twin

@@ -8,7 +8,7 @@
 #include "host-tools/twin/part.h"
 #include "host-tools/twin/random.h"
 
-namespace compbox {
+namespace compbox::twin {
 
 // In each direction the range over the working space and over a day is `percent` of the explained
 // parts' range there, with the temperatures and forces of a working day, if the machine has them.
@@ -32,4 +32,4 @@ class unexplained : public error_part {
     std::array<std::vector<wave>, 3> waves_;
 };
 
-}  // namespace compbox
+}  // namespace compbox::twin

@@ -2,11 +2,11 @@
 // Factors between units, for several parts of the machine.
 #pragma once
 
-namespace compbox {
+namespace compbox::twin {
 
 constexpr double s_per_min = 60.0;
 constexpr double s_per_h = 3600.0;
 constexpr double s_per_day = 86400.0;
 constexpr double two_pi = 6.28318530717958647692;  // rad in a turn
 
-}  // namespace compbox
+}  // namespace compbox::twin

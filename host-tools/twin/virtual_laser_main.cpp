@@ -25,9 +25,10 @@ int main(int argc, char **argv) {
     app.add_option("-o DIR", folder, "Folder for the measurements, made where missing").required();
     try {
         if (const auto end = app.parse(argc, argv)) return *end;
-        compbox::twin_config config = compbox::load_twin(machine);
+        compbox::twin::twin_config config = compbox::twin::load_twin(machine);
         if (seed) config.seed = *seed;
-        for (const auto &path : compbox::measure_all(compbox::twin_machine(config), folder)) {
+        for (const auto &path :
+             compbox::twin::measure_all(compbox::twin::twin_machine(config), folder)) {
             io.out << path << "\n";
         }
     } catch (const compbox::input_error &error) {

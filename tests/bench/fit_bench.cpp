@@ -14,8 +14,8 @@
 
 namespace {
 
-compbox::knot_task read_task(const char *path) {
-    compbox::knot_task task;
+compbox::fitting::knot_task read_task(const char *path) {
+    compbox::fitting::knot_task task;
     std::ifstream file(path);
     double tolerance = 0.0, x = 0.0, y = 0.0;
     file >> tolerance;
@@ -34,15 +34,15 @@ double now_us() {
     return 1e6 * static_cast<double>(time.tv_sec) + 1e-3 * static_cast<double>(time.tv_nsec);
 }
 
-double estimate_ms(const compbox::knot_task &task) {
-    compbox::measurement data;
+double estimate_ms(const compbox::fitting::knot_task &task) {
+    compbox::fitting::measurement data;
     data.runs.resize(1);
     data.runs[0].position = task.points.x;
     data.runs[0].error = task.points.y;
     data.runs[0].sigma = task.points.weight;
-    compbox::average_runs(data);
+    compbox::fitting::average_runs(data);
     const double start = now_us();
-    compbox::smooth(data, 1);
+    compbox::fitting::smooth(data, 1);
     return 1e-3 * (now_us() - start);
 }
 
@@ -50,16 +50,16 @@ double estimate_ms(const compbox::knot_task &task) {
 
 int main(int argc, char **argv) {
     for (int i = 1; i < argc; ++i) {
-        const compbox::knot_task task = read_task(argv[i]);
+        const compbox::fitting::knot_task task = read_task(argv[i]);
         if (task.points.size() < 4) {
             std::fprintf(stderr, "fit_bench: %s has fewer than 4 points\n", argv[i]);
             return 1;
         }
-        compbox::knot_result result;
+        compbox::fitting::knot_result result;
         std::vector<double> times;
         for (int repetition = 0; repetition < 31; ++repetition) {
             const double start = now_us();
-            result = compbox::fewest_knots(task);
+            result = compbox::fitting::fewest_knots(task);
             times.push_back(now_us() - start);
         }
         std::sort(times.begin(), times.end());

@@ -29,7 +29,7 @@ struct track {
 
 // To a place on the axis, and three seconds there.
 void move(simulation::world &at, double x_mm, double feed_mm_per_min) {
-    twin_step step;
+    twin::twin_step step;
     step.target_mm[0] = x_mm;
     step.feed_mm_per_s = feed_mm_per_min / 60;
     at.plc().move(step);
@@ -39,14 +39,14 @@ void move(simulation::world &at, double x_mm, double feed_mm_per_min) {
 }
 
 // The true error in a direction while the axis travels at a feed.
-track travel(const cb_config &config, const twin_config &twin, const register_map &map,
-             std::size_t direction, double feed_mm_per_min) {
+track travel(const cb_config &config, const twin::twin_config &twin,
+             const fakeplc::register_map &map, std::size_t direction, double feed_mm_per_min) {
     simulation::world at(config, twin, map, wire);
     at.wait_until_active();
     move(at, from_mm, 20000);
     double squares = 0, largest = 0, count = 0;
     at.hooks.after_nc_cycle = [&] {
-        const nc_motion &nc = at.plc().nc();
+        const twin::nc_motion &nc = at.plc().nc();
         const double x = nc.position_mm()[0];
         if (x < from_mm + 300 || x > to_mm - 300) return;
         const double error =
@@ -62,23 +62,24 @@ track travel(const cb_config &config, const twin_config &twin, const register_ma
     return {std::sqrt(squares / count), largest, at.lead_ms()};
 }
 
-track run(cb_config config, const twin_config &twin, const register_map &map, double lead_ms,
-          double feed_mm_per_min) {
+track run(cb_config config, const twin::twin_config &twin, const fakeplc::register_map &map,
+          double lead_ms, double feed_mm_per_min) {
     config.lead_measured = lead_ms < 0;
     config.lead_us = config.lead_measured ? 0 : static_cast<uint32_t>(lead_ms * 1000);
     return travel(config, twin, map, 1, feed_mm_per_min);
 }
 
 // The same with a PLC that goes to each value in a straight line of a period.
-track run_in_lines(cb_config config, const twin_config &twin, register_map map, double feed) {
+track run_in_lines(cb_config config, const twin::twin_config &twin, fakeplc::register_map map,
+                   double feed) {
     config.plc.interpolate_us = config.period_us;
     map.interpolate_s = 1e-6 * config.period_us;
     return run(config, twin, map, -1, feed);
 }
 
 // The lead of 0 … 60 ms that leaves least.
-double best_ms(const cb_config &config, const twin_config &twin, const register_map &map,
-               double feed) {
+double best_ms(const cb_config &config, const twin::twin_config &twin,
+               const fakeplc::register_map &map, double feed) {
     double best = 0, least = 1e9;
     for (double lead = 0; lead <= 60; lead += 2) {
         const double rms = run(config, twin, map, lead, feed).rms_um;
@@ -92,17 +93,17 @@ double best_ms(const cb_config &config, const twin_config &twin, const register_
 
 // What the box knows of one error: measured by the virtual laser, fitted.
 struct identified {
-    twin_config twin;
+    twin::twin_config twin;
     std::unique_ptr<cb_config> config;
-    register_map map;
+    fakeplc::register_map map;
 };
 
 identified identify(const std::string &inputs, const std::string &error,
                     const std::string &folder) {
-    const twin_config twin = load_twin(inputs + "/" + error + "_twin.json");
+    const twin::twin_config twin = twin::load_twin(inputs + "/" + error + "_twin.json");
     const std::string place = folder + "/" + error;
-    make_folder(place + "/measurements");
-    measure_all(twin_machine(twin), place + "/measurements");
+    formats::make_folder(place + "/measurements");
+    twin::measure_all(twin::twin_machine(twin), place + "/measurements");
     coefficients::fit_recipe recipe;
     recipe.name = recipe.method = "bspline";
     recipe.line = "least-squares";
@@ -110,7 +111,7 @@ identified identify(const std::string &inputs, const std::string &error,
         coefficients::fit_files(place + "/measurements", {error}, recipe,
                                 inputs + "/" + error + "_machine.json", place + "/fit");
     return {twin, coefficients::load_coefficients(fit.coefficients),
-            load_register_map(fit.coefficients)};
+            fakeplc::load_register_map(fit.coefficients)};
 }
 
 void report_lead(const std::string &inputs, const std::string &folder) {

@@ -24,9 +24,9 @@ constexpr std::size_t directions = 2;  // X and Y
 
 // A machine with the box that was made for it.
 struct site {
-    twin_config twin;
+    twin::twin_config twin;
     cb_config box;
-    register_map map;
+    fakeplc::register_map map;
     simulation::wire_times wire;
 };
 
@@ -99,7 +99,7 @@ const std::vector<variant> variants = {
 // Less of the error in each direction, per cent, by path, name of the row and seed.
 class table {
   public:
-    void add(const std::string &path, const std::string &row, const xyz &percent) {
+    void add(const std::string &path, const std::string &row, const twin::xyz &percent) {
         if (std::find(rows_.begin(), rows_.end(), row) == rows_.end()) rows_.push_back(row);
         if (std::find(paths_.begin(), paths_.end(), path) == paths_.end()) paths_.push_back(path);
         got_[path + "\n" + row].push_back(percent);
@@ -117,7 +117,7 @@ class table {
     }
 
   private:
-    static void print(const std::vector<xyz> &percent) {
+    static void print(const std::vector<twin::xyz> &percent) {
         for (std::size_t a = 0; a < directions; ++a) {
             std::vector<double> sorted;
             for (const auto &one : percent) sorted.push_back(one[a]);
@@ -127,32 +127,32 @@ class table {
         }
     }
     std::vector<std::string> rows_, paths_;
-    std::map<std::string, std::vector<xyz>> got_;
+    std::map<std::string, std::vector<twin::xyz>> got_;
 };
 
-std::vector<twin_state> travelled(const site &s, const simulation::travel &way) {
+std::vector<twin::twin_state> travelled(const site &s, const simulation::travel &way) {
     simulation::world at(s.box, s.twin, s.map, s.wire);
     return simulation::states_along(at, way);
 }
 
 // The same places and times with another compensation: that of the model at the positions `used`.
-std::vector<twin_state> computed(const site &s, std::vector<twin_state> states,
-                                 const std::vector<xyz> &used) {
+std::vector<twin::twin_state> computed(const site &s, std::vector<twin::twin_state> states,
+                                       const std::vector<twin::xyz> &used) {
     const auto rest = simulation::states_at_rest(s.box, s.twin, used);
     for (std::size_t i = 0; i < states.size(); ++i) states[i].drive_um = rest[i].drive_um;
     return states;
 }
 
 // Where the axes are so long after the start of a travel.
-xyz place_at(const straight_move &move, double since_s) {
+twin::xyz place_at(const twin::straight_move &move, double since_s) {
     return move.position_mm(std::max(since_s, 0.0));
 }
 
 // When the travel began: the move's own time at the middle one of the states, taken back.
-double start_s(const straight_move &move, const std::vector<twin_state> &states) {
-    const twin_state &middle = states[states.size() / 2];
-    const auto gone = [&](const xyz &at) {
-        const xyz from = move.position_mm(0.0);
+double start_s(const twin::straight_move &move, const std::vector<twin::twin_state> &states) {
+    const twin::twin_state &middle = states[states.size() / 2];
+    const auto gone = [&](const twin::xyz &at) {
+        const twin::xyz from = move.position_mm(0.0);
         return std::hypot(at[0] - from[0], at[1] - from[1]);
     };
     double low = 0.0, high = move.duration_s();
@@ -165,13 +165,13 @@ double start_s(const straight_move &move, const std::vector<twin_state> &states)
 
 // What no wire, no PLC and no prediction would leave: each value held for its 30 ms and right in
 // the middle of them; in lines from one to the next; and the model where the axes are.
-void add_arithmetic(const site &s, const std::vector<twin_state> &states,
-                    const simulation::travel &way,
-                    const std::function<void(const char *, const std::vector<twin_state> &)> &add) {
+void add_arithmetic(
+    const site &s, const std::vector<twin::twin_state> &states, const simulation::travel &way,
+    const std::function<void(const char *, const std::vector<twin::twin_state> &)> &add) {
     constexpr double period_s = 0.030;
-    const straight_move move(way.from_mm, way.to_mm, way.feed_mm_per_s, s.twin.axes);
+    const twin::straight_move move(way.from_mm, way.to_mm, way.feed_mm_per_s, s.twin.axes);
     const double began_s = start_s(move, states);
-    std::vector<xyz> here, middle, before, after;
+    std::vector<twin::xyz> here, middle, before, after;
     std::vector<double> share;
     for (const auto &state : states) {
         const double periods = state.time_s / period_s, whole = std::floor(periods);
@@ -199,15 +199,15 @@ void add_arithmetic(const site &s, const std::vector<twin_state> &states,
 
 // One machine on all paths.
 void judge(const site &s, const simulation::scenario &plan, double feed_mm_per_min, table &to) {
-    const twin_machine twin(s.twin);
+    const twin::twin_machine twin(s.twin);
     for (const auto &path : plan.paths) {
         const simulation::travel way{path.from_mm, path.to_mm, feed_mm_per_min / 60.0};
-        const auto add = [&](const char *name, const std::vector<twin_state> &states) {
-            std::vector<xyz> places;
+        const auto add = [&](const char *name, const std::vector<twin::twin_state> &states) {
+            std::vector<twin::xyz> places;
             for (const auto &state : states) places.push_back(state.position_mm);
             const auto before = simulation::true_errors(twin, simulation::uncompensated(states));
             const auto after = simulation::true_errors(twin, states);
-            xyz percent = {};
+            twin::xyz percent = {};
             for (std::size_t a = 0; a < directions; ++a) {
                 percent[a] = simulation::direction_figures::reduction(
                     simulation::range_along(path, places, before, a),
@@ -215,7 +215,7 @@ void judge(const site &s, const simulation::scenario &plan, double feed_mm_per_m
             }
             to.add(path.name, name, percent);
         };
-        std::vector<twin_state> states;
+        std::vector<twin::twin_state> states;
         for (const auto &one : variants) {
             site changed = s;
             one.change(changed);
@@ -233,11 +233,11 @@ void report(const char *scenario_file, const std::string &folder) {
     for (const auto seed : plan.seeds) {
         const std::string file = folder + "/seed-" + std::to_string(seed) + "/" +
                                  plan.methods.front().name + "/coefficients.json";
-        twin_config twin = load_twin(plan.twin);
+        twin::twin_config twin = twin::load_twin(plan.twin);
         twin.seed = seed;
         judge({twin,
                *coefficients::load_coefficients(file),
-               load_register_map(file),
+               fakeplc::load_register_map(file),
                {std::llround(1e3 * plan.read_ms), std::llround(1e3 * plan.write_ms)}},
               plan, feed, result);
     }

@@ -14,28 +14,28 @@ namespace compbox {
 // Modes as written by the box.
 constexpr unsigned standby = 0, active = 1, hold = 2, ramp = 3, faulty = 4, stopped = 5;
 
-inline number_format format(const char *name) {
-    return number_format::parse(name).value();
+inline fakeplc::number_format format(const char *name) {
+    return fakeplc::number_format::parse(name).value();
 }
 
 constexpr std::int64_t ms = 1000;  // in us
 
 // Registers: control 0, heartbeat 1, X 2 (int32, 0.1 µm), T 4 (int16), applied 6; status 10, box
 // heartbeat 11, channel X 12 (int32, 0.01 µm).
-inline register_map small_map() {
-    register_map map;
+inline fakeplc::register_map small_map() {
+    fakeplc::register_map map;
     map.read = {0, 8, false};
     map.write = {10, 6, false};
     map.control = 0, map.plc_heartbeat = 1, map.status = 10, map.box_heartbeat = 11;
-    const auto i32 = number_format::parse("int32").value();
-    const auto i16 = number_format::parse("int16").value();
+    const auto i32 = fakeplc::number_format::parse("int32").value();
+    const auto i16 = fakeplc::number_format::parse("int16").value();
     map.signals = {{"X", 2, i32, 0.0001, 0.0, {}, {}}, {"T", 4, i16, 0.1, -50.0, {}, {}}};
     map.channels = {{"X", 12, 6, i32, 0.01}};
     return map;
 }
 
-inline twin_config small_machine() {
-    twin_config config;
+inline twin::twin_config small_machine() {
+    twin::twin_config config;
     config.axes[0] = {true, 0.0, 1000.0, 200.0, 1000.0, 50.0, 250.0, 1};
     config.errors["EXX"].amplitude = 30.0;
     config.signals["T"] = 21.5;
@@ -45,21 +45,22 @@ inline twin_config small_machine() {
 
 // A box that consists of requests only.
 struct rig {
-    register_map map;
-    fake_plc plc;
+    fakeplc::register_map map;
+    fakeplc::fake_plc plc;
     std::int64_t now_us = 0;
     std::uint16_t beat = 0;
     std::vector<std::string> events;
 
-    explicit rig(const twin_config &config = small_machine(), const register_map &m = small_map(),
-                 const char *profile = "generic")
-        : rig(config, m, plc_profile::find(profile).value()) {}
-    rig(const twin_config &config, const register_map &m, const plc_profile &profile)
+    explicit rig(const twin::twin_config &config = small_machine(),
+                 const fakeplc::register_map &m = small_map(), const char *profile = "generic")
+        : rig(config, m, fakeplc::plc_profile::find(profile).value()) {}
+    rig(const twin::twin_config &config, const fakeplc::register_map &m,
+        const fakeplc::plc_profile &profile)
         : map(m), plc(config, m, profile, 0) {}
 
     void run_ms(std::int64_t duration_ms) {
         now_us += duration_ms * ms;
-        plc.run_to(now_us, [this](const plc_state &state) {
+        plc.run_to(now_us, [this](const fakeplc::plc_state &state) {
             events.insert(events.end(), state.events.begin(), state.events.end());
         });
     }

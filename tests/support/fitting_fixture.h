@@ -15,7 +15,7 @@ inline double wave(double x) {
     return 40.0 * std::sin(x / 500.0) + 8.0 * std::cos(x / 170.0);
 }
 
-inline bool warns(const fit_result &fit, const std::string &word) {
+inline bool warns(const fitting::fit_result &fit, const std::string &word) {
     return std::any_of(fit.warnings.begin(), fit.warnings.end(), [&](const std::string &warning) {
         return warning.find(word) != std::string::npos;
     });

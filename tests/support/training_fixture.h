@@ -12,11 +12,11 @@ namespace compbox {
 // Two inputs a and b, uniform in -1 … 1, one output z = function + noise; runs "1", "2" … of equal
 // length; a row every 10 s.
 template <typename Function>
-training_data made_of(int rows, int runs, const Function &function, double noise = 0.0) {
+training::training_data made_of(int rows, int runs, const Function &function, double noise = 0.0) {
     std::mt19937 engine(42);
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
     std::normal_distribution<double> normal;
-    training_data data;
+    training::training_data data;
     data.file = "made.csv";
     data.inputs = {"a", "b"};
     data.outputs = {"z"};
@@ -38,8 +38,8 @@ training_data made_of(int rows, int runs, const Function &function, double noise
 }
 
 // Small enough to be quick, large enough to bend.
-inline train_options small_options() {
-    train_options options;
+inline training::train_options small_options() {
+    training::train_options options;
     options.hidden = 4;
     options.starts = 3;
     options.threads = 1;

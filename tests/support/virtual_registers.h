@@ -15,7 +15,7 @@ class virtual_registers : public simulation::virtual_hal {
   public:
     virtual_registers(std::int64_t period_us, std::int64_t start_us)
         : virtual_hal({[this](std::int64_t now_us) { catch_up(now_us); },
-                       [this](const byte_string &request) { return answer(request); }},
+                       [this](const fakeplc::byte_string &request) { return answer(request); }},
                       period_us, {}, start_us) {
         bank_.now.resize(65536);  // the whole address space of Modbus
     }
@@ -52,17 +52,17 @@ class virtual_registers : public simulation::virtual_hal {
     void catch_up(std::int64_t now_us) {
         if (update) update(now_us);
     }
-    byte_string answer(const byte_string &request) {
-        static const plc_profile generic = plc_profile::find("generic").value();
-        const byte_string reply = modbus::answer(request, generic, bank_);
+    fakeplc::byte_string answer(const fakeplc::byte_string &request) {
+        static const fakeplc::plc_profile generic = fakeplc::plc_profile::find("generic").value();
+        const fakeplc::byte_string reply = fakeplc::modbus::answer(request, generic, bank_);
         if (reply.at(0) != request.at(0)) return reply;
-        reads += modbus::reads(request[0]);
-        writes += modbus::writes(request[0]);
-        if (modbus::writes(request[0]) && written) written(now_us());
+        reads += fakeplc::modbus::reads(request[0]);
+        writes += fakeplc::modbus::writes(request[0]);
+        if (fakeplc::modbus::writes(request[0]) && written) written(now_us());
         return reply;
     }
 
-    modbus::bank bank_;
+    fakeplc::modbus::bank bank_;
 };
 
 }  // namespace compbox

@@ -13,8 +13,8 @@ std::uint16_t word_in(const std::vector<std::uint16_t> &block, int address, int 
     return block[static_cast<std::size_t>(address - start)];
 }
 
-double number_in(const number_format &format, int address, const std::vector<std::uint16_t> &block,
-                 int start) {
+double number_in(const fakeplc::number_format &format, int address,
+                 const std::vector<std::uint16_t> &block, int start) {
     return format.decode(&block[static_cast<std::size_t>(address - start)]);
 }
 
@@ -26,7 +26,7 @@ bool written_block::is_zero() const {
 }
 
 written_block block_of(const machine &of, const exchange &seen) {
-    const register_map &map = of.map;
+    const fakeplc::register_map &map = of.map;
     const auto &words = seen.written;
     const int start = map.write.start;
     written_block block;
@@ -37,7 +37,7 @@ written_block block_of(const machine &of, const exchange &seen) {
     block.heartbeat = word_in(words, map.box_heartbeat, start);
     block.counters_agree = !map.write.counters || words.front() == words.back();
     for (std::size_t c = 0; c < map.channels.size(); ++c) {
-        const taken_channel &channel = map.channels[c];
+        const fakeplc::taken_channel &channel = map.channels[c];
         const double raw = number_in(channel.format, channel.address, words, start);
         block.um.push_back(of.channels[c].sign * channel.scale_um * raw);
         const auto &tangent = channel.tangent;
@@ -66,7 +66,7 @@ bool is_refused_read_back(const machine &of, const exchange &seen) {
 }
 
 read_head head_of(const machine &of, const exchange &seen) {
-    const register_map &map = of.map;
+    const fakeplc::register_map &map = of.map;
     read_head head;
     head.whole = !map.read.counters || seen.read.front() == seen.read.back();
     head.control = word_in(seen.read, map.control, map.read.start);
@@ -74,7 +74,7 @@ read_head head_of(const machine &of, const exchange &seen) {
     return head;
 }
 
-double signal_in(const machine &of, const shown_signal &signal, const exchange &seen) {
+double signal_in(const machine &of, const fakeplc::shown_signal &signal, const exchange &seen) {
     return number_in(signal.format, signal.address, seen.read, of.map.read.start) * signal.scale +
            signal.zero;
 }

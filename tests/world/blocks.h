@@ -64,7 +64,7 @@ bool is_read_back(const machine &of, const exchange &seen);
 bool is_refused_read_back(const machine &of, const exchange &seen);
 read_head head_of(const machine &of, const exchange &seen);
 // out: a signal of a reading, in its unit
-double signal_in(const machine &of, const shown_signal &signal, const exchange &seen);
+double signal_in(const machine &of, const fakeplc::shown_signal &signal, const exchange &seen);
 
 // The longest time from a step of the box to the sending of what it made, by the faults of the run:
 // 0 if no fault makes calls or threads slow, `never` if one of them has no bound.

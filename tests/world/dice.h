@@ -35,7 +35,7 @@ class dice {
     }
 
   private:
-    random_stream stream_;
+    twin::random_stream stream_;
 };
 
 }  // namespace compbox::world

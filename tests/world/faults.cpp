@@ -46,13 +46,14 @@ fault_set fault_set_of(const std::string &text) {
     fault_set kinds;
     if (text == "none") return kinds;
     if (text == "all") return every_kind();
-    for (const auto &part : split(text, ',')) kinds.insert(kind_of(part.substr(0, part.find(':'))));
+    for (const auto &part : formats::split(text, ','))
+        kinds.insert(kind_of(part.substr(0, part.find(':'))));
     return kinds;
 }
 
 fault_limits fault_limits_of(const std::string &text) {
     fault_limits most;
-    for (const auto &part : split(text, ',')) {
+    for (const auto &part : formats::split(text, ',')) {
         const auto colon = part.find(':');
         if (colon == std::string::npos) continue;
         const fault_kind kind = kind_of(part.substr(0, colon));
@@ -221,7 +222,7 @@ segment_fate fault_injector::at_connect() {
     return fate;
 }
 
-reply_fate fault_injector::at_request(const byte_string &request) {
+reply_fate fault_injector::at_request(const fakeplc::byte_string &request) {
     reply_fate fate;
     fate.lost = due(lost_replies_);
     fate.twice = due(twice_);

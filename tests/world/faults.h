@@ -106,7 +106,7 @@ class fault_injector : public call_faults,
     preemption between_lines() override;
     segment_fate at_segment(bool to_box, std::size_t bytes) override;
     segment_fate at_connect() override;
-    reply_fate at_request(const byte_string &request) override;
+    reply_fate at_request(const fakeplc::byte_string &request) override;
     line_fate at_line(bool to_box) override;
 
   private:
@@ -132,11 +132,11 @@ class fault_injector : public call_faults,
     void plan_plc();
     void plan_foreign();
     void plan_sensors();
-    void lie_about(const shown_signal &signal);
-    void lie_on(const shown_signal &signal, int way, double value, time_ns until);
+    void lie_about(const fakeplc::shown_signal &signal);
+    void lie_on(const fakeplc::shown_signal &signal, int way, double value, time_ns until);
     void lie_about_applied(dice &drawn);
-    void show_applied(const taken_channel &channel, const std::vector<std::uint16_t> &words,
-                      time_ns lasts);
+    void show_applied(const fakeplc::taken_channel &channel,
+                      const std::vector<std::uint16_t> &words, time_ns lasts);
     void flicker(int at, const std::vector<std::uint16_t> &words, time_ns until);
     void meddle_before_start();
     void plan_slowness();

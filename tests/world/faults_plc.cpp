@@ -16,12 +16,12 @@ constexpr time_ns lie_period = 40 * ms;
 enum lie_way { not_a_number, stuck, jump, out_of_range, noise, drift, at_bound, lie_ways };
 
 // Words of a number that a register of this format can hold, but the sensor never means.
-std::vector<std::uint16_t> odd_words(const number_format &format, dice &chance) {
+std::vector<std::uint16_t> odd_words(const fakeplc::number_format &format, dice &chance) {
     static const std::vector<std::vector<std::uint16_t>> odd_floats = {
         {0x7FC0, 0},      {0x7F80, 0},      {0xFF80, 0}, {0x0000, 1},
         {0x7F7F, 0xFFFF}, {0xFFFF, 0xFFFF}, {0x8000, 0}};
     static const std::vector<std::uint16_t> odd = {0x0000, 0x7FFF, 0x8000, 0xFFFF};
-    if (format.what == number_format::kind::floating) return chance.one_of(odd_floats);
+    if (format.what == fakeplc::number_format::kind::floating) return chance.one_of(odd_floats);
     std::vector<std::uint16_t> words;
     for (int i = 0; i < format.registers; ++i) words.push_back(chance.one_of(odd));
     return words;
@@ -35,7 +35,7 @@ void fault_injector::plan_operator() {
     repeat(fault_kind::enable, 8 * second, [this] {
         dice &drawn = chance(fault_kind::enable);
         const bool on = drawn.one_in(2);
-        fake_plc &control = of_.plc.control;
+        fakeplc::fake_plc &control = of_.plc.control;
         of_.plc.catch_up();
         switch (drawn.below(5)) {
             case 0:
@@ -124,7 +124,7 @@ void fault_injector::plan_plc() {
 void fault_injector::plan_foreign() {
     repeat(fault_kind::foreign, 8 * second, [this] {
         dice &drawn = chance(fault_kind::foreign);
-        const register_map &map = of_.box_machine.map;
+        const fakeplc::register_map &map = of_.box_machine.map;
         const auto lasts = static_cast<time_ns>(drawn.log_between(20e6, 20e9));
         of_.plc.catch_up();
         switch (drawn.below(5)) {
@@ -147,7 +147,7 @@ void fault_injector::plan_foreign() {
                 break;
             }
             case 3: {
-                const taken_channel &channel = drawn.one_of(map.channels);
+                const fakeplc::taken_channel &channel = drawn.one_of(map.channels);
                 note(fault_kind::foreign, "another client writes channel " + channel.name);
                 of_.plc.write_foreign(channel.address, odd_words(channel.format, drawn));
                 break;
@@ -167,7 +167,7 @@ void fault_injector::plan_foreign() {
 
 // The PLC shows another value as applied than the box wrote.
 void fault_injector::lie_about_applied(dice &drawn) {
-    const taken_channel &channel = drawn.one_of(of_.box_machine.map.channels);
+    const fakeplc::taken_channel &channel = drawn.one_of(of_.box_machine.map.channels);
     if (!channel.applied_address) return;
     const double value_um = drawn.between(-300, 300);
     const auto words = drawn.one_in(4) ? odd_words(channel.format, drawn)
@@ -179,7 +179,7 @@ void fault_injector::lie_about_applied(dice &drawn) {
 }
 
 // Shows it all the time, or comes and goes.
-void fault_injector::show_applied(const taken_channel &channel,
+void fault_injector::show_applied(const fakeplc::taken_channel &channel,
                                   const std::vector<std::uint16_t> &words, time_ns lasts) {
     const int at = *channel.applied_address;
     dice own(of_.options.seed + static_cast<std::uint64_t>(++lies_), "flicker");
@@ -204,14 +204,14 @@ void fault_injector::flicker(int at, const std::vector<std::uint16_t> &words, ti
 // itself.
 void fault_injector::meddle_before_start() {
     dice own(of_.options.seed + of_.starts(), "before a start");
-    const register_map &map = of_.box_machine.map;
+    const fakeplc::register_map &map = of_.box_machine.map;
     if (has(fault_kind::exception) && own.one_in(3)) {
         hides_block_until_ = of_.time.now() + static_cast<time_ns>(own.log_between(1e9, 60e9));
         note(fault_kind::exception, "the PLC refuses to return the write block");
     }
     if (!has(fault_kind::foreign) || !own.one_in(2)) return;
     lie_about_applied(own);
-    const taken_channel &channel = own.one_of(map.channels);
+    const fakeplc::taken_channel &channel = own.one_of(map.channels);
     if (own.one_in(2)) of_.plc.write_foreign(channel.address, odd_words(channel.format, own));
 }
 
@@ -236,7 +236,7 @@ void fault_injector::plan_sensors() {
     });
 }
 
-void fault_injector::lie_about(const shown_signal &signal) {
+void fault_injector::lie_about(const fakeplc::shown_signal &signal) {
     dice &drawn = chance(fault_kind::sensors);
     const auto way = static_cast<lie_way>(drawn.below(lie_ways));
     const auto lasts = static_cast<time_ns>(drawn.log_between(10e6, 20e9));
@@ -263,7 +263,8 @@ void fault_injector::lie_about(const shown_signal &signal) {
     lie_on(signal, way, value, of_.time.now() + lasts);
 }
 
-void fault_injector::lie_on(const shown_signal &signal, int way, double value, time_ns until) {
+void fault_injector::lie_on(const fakeplc::shown_signal &signal, int way, double value,
+                            time_ns until) {
     if (!active_ || of_.time.now() >= until) {
         of_.plc.show(signal.address, {});
         return;
@@ -299,7 +300,7 @@ void fault_injector::heal_plc() {
     for (time_ns at = 0; at < 60 * second; at += 2 * second) {
         later(at, [&plc] {
             plc.catch_up();
-            if (plc.control.duties().mode() == box_mode::fault ||
+            if (plc.control.duties().mode() == fakeplc::box_mode::fault ||
                 !plc.control.side().alarm().empty())
                 plc.control.press_reset();
         });

@@ -36,8 +36,8 @@ class invariant {
 
     // Each comes in an event, in the order of time.
     virtual void exchanged(const exchange &) {}
-    virtual void scanned(const plc_state &) {}   // a scan of the PLC program
-    virtual void logged(const std::string &) {}  // a line of stderr
+    virtual void scanned(const fakeplc::plc_state &) {}  // a scan of the PLC program
+    virtual void logged(const std::string &) {}          // a line of stderr
     virtual void file_written(const std::string &, const node &) {}
     virtual void started() {}                                // the daemon
     virtual void taken(const machine &, const machine &) {}  // the daemon took the second file

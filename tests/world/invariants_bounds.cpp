@@ -158,8 +158,8 @@ class slew_invariant : public invariant {
 class plc_size_invariant : public invariant {
   public:
     explicit plc_size_invariant(run &of) : invariant(of, "plc size") {}
-    void scanned(const plc_state &) override {
-        const plc_duties &duties = of_.plc.control.duties();
+    void scanned(const fakeplc::plc_state &) override {
+        const fakeplc::plc_duties &duties = of_.plc.control.duties();
         const auto &sizes = duties.sizes_um();
         for (std::size_t c = 0; c < sizes.size(); ++c) {
             const double um = duties.wanted()[c].um;

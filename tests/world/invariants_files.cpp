@@ -182,7 +182,7 @@ class state_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         if (seen.written.empty()) return;
         const written_block block = block_of(of_.running_at(seen.sent), seen);
-        zero_ = block.mode == box_mode::stopped && block.is_zero();
+        zero_ = block.mode == fakeplc::box_mode::stopped && block.is_zero();
     }
     void logged(const std::string &line) override {
         unsigned resumed = 0, all = 0;

@@ -57,7 +57,7 @@ class applied_invariant : public invariant {
         const written_block block = block_of(facts, seen);
         sent_.push_back({seen.sent, block});
         while (sent_.front().ns < seen.sent - of_late) sent_.pop_front();
-        if (block.mode != box_mode::active) return;
+        if (block.mode != fakeplc::box_mode::active) return;
         for (std::size_t c = 0; c < channels_.size(); ++c) {
             const std::string &channel = facts.channels[c].name;
             if (channels_[c].beyond >= most_beyond)
@@ -73,12 +73,12 @@ class applied_invariant : public invariant {
     }
 
     void take(const machine &facts, const exchange &seen) {
-        const bool active = !sent_.empty() && sent_.back().block.mode == box_mode::active;
+        const bool active = !sent_.empty() && sent_.back().block.mode == fakeplc::box_mode::active;
         const double step_s = 1e-9 * static_cast<double>(seen.sent - read_ns_);
         const double elapsed_s = std::min(step_s, 2e-6 * static_cast<double>(facts.period_us));
         read_ns_ = seen.sent;
         for (std::size_t c = 0; c < channels_.size(); ++c) {
-            const taken_channel &channel = facts.map.channels[c];
+            const fakeplc::taken_channel &channel = facts.map.channels[c];
             if (!channel.applied_address) continue;
             const auto at =
                 static_cast<std::size_t>(*channel.applied_address - facts.map.read.start);

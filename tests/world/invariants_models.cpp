@@ -142,7 +142,7 @@ class models_invariant : public invariant {
     }
     static signal_values values_of(const machine &facts, const exchange &seen) {
         signal_values values;
-        for (const shown_signal &signal : facts.map.signals)
+        for (const fakeplc::shown_signal &signal : facts.map.signals)
             values[signal.name] = signal_in(facts, signal, seen);
         return values;
     }
@@ -199,7 +199,7 @@ class models_invariant : public invariant {
     // got may have been one of HOLD, which does not move.
     void judge(const machine &facts, const written_block &block, time_ns sent) {
         using namespace box_reason;
-        const bool follows = block.mode == box_mode::active && block.reason != degraded &&
+        const bool follows = block.mode == fakeplc::box_mode::active && block.reason != degraded &&
                              block.reason != unapplied &&
                              2 * (sent - sent_ns_) <= 3 * facts.period_us * us;
         sent_ns_ = sent;
@@ -293,7 +293,7 @@ class slope_invariant : public invariant {
 
     void take(const machine &facts, const exchange &seen) {
         signal_values values;
-        for (const shown_signal &signal : facts.map.signals)
+        for (const fakeplc::shown_signal &signal : facts.map.signals)
             values[signal.name] = signal_in(facts, signal, seen);
         wants_.resize(facts.channels.size());
         for (std::size_t c = 0; c < wants_.size(); ++c) {
@@ -330,7 +330,7 @@ class slope_invariant : public invariant {
     }
     void judge(const machine &facts, const written_block &block, time_ns sent) {
         using namespace box_reason;  // at its limit a channel has no slope
-        if (block.mode != box_mode::active ||
+        if (block.mode != fakeplc::box_mode::active ||
             (block.reason != none && block.reason != extrapolated))
             active_ns_ = sent;
         for (std::size_t c = 0; c < wants_.size(); ++c) {

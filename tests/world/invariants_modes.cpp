@@ -39,7 +39,7 @@ class evidence_invariant : public invariant {
 
   private:
     void judge(const machine &facts, const exchange &seen) {
-        if (block_of(facts, seen).mode != box_mode::active) return;
+        if (block_of(facts, seen).mode != fakeplc::box_mode::active) return;
         const time_ns period_ns = facts.period_us * us;
         const time_ns reading_ns = 5 * period_ns + lag_ns_;
         const time_ns beat_ns = facts.heartbeat_timeout_us * us + 2 * period_ns + lag_ns_;
@@ -76,7 +76,7 @@ class essential_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         if (lag_ns_ == never) return;
         const machine &facts = of_.running_at(seen.sent);
-        if (!seen.written.empty() && block_of(facts, seen).mode == box_mode::active)
+        if (!seen.written.empty() && block_of(facts, seen).mode == fakeplc::box_mode::active)
             judge(facts, seen);
         if (is_reading(facts, seen)) take(facts, seen);
     }
@@ -86,7 +86,7 @@ class essential_invariant : public invariant {
         good_ns_.resize(facts.map.signals.size(), -never / 2);
         if (!head_of(facts, seen).whole) return;
         for (std::size_t i = 0; i < facts.map.signals.size(); ++i) {
-            const shown_signal &signal = facts.map.signals[i];
+            const fakeplc::shown_signal &signal = facts.map.signals[i];
             const double value = signal_in(facts, signal, seen);
             const double low = signal.min.value_or(-1e30), high = signal.max.value_or(1e30);
             const double near = 1e-6 * (std::fabs(low) + std::fabs(high));
@@ -118,8 +118,8 @@ class permission_invariant : public invariant {
         : invariant(of, "permission"), lag_ns_(longest_lag(of)) {}
     void started() override {
         contact_ = false;
-        was_stopped_ = mode_ == box_mode::stopped;
-        mode_ = box_mode::standby;
+        was_stopped_ = mode_ == fakeplc::box_mode::stopped;
+        mode_ = fakeplc::box_mode::standby;
     }
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
@@ -138,7 +138,7 @@ class permission_invariant : public invariant {
     void first_contact(const machine &facts, const exchange &seen) {
         const auto at = static_cast<std::size_t>(facts.map.status - facts.map.write.start);
         const unsigned mode = seen.read[at] & 0xFFu;
-        lost_ = mode != box_mode::standby && mode != box_mode::stopped;
+        lost_ = mode != fakeplc::box_mode::standby && mode != fakeplc::box_mode::stopped;
     }
     void take(const machine &facts, const exchange &seen) {
         const read_head head = head_of(facts, seen);
@@ -148,17 +148,18 @@ class permission_invariant : public invariant {
     // A ramp straight from STANDBY is none: the PLC held outputs, and the box was not at work.
     static bool is_loss(unsigned mode_before, const written_block &block) {
         using namespace box_reason;
-        if (block.mode == box_mode::hold || block.mode == box_mode::fault) return true;
+        if (block.mode == fakeplc::box_mode::hold || block.mode == fakeplc::box_mode::fault)
+            return true;
         const std::set<unsigned> missing = {no_plc, heartbeat, signal, clock, unconfirmed, wait};
-        return block.mode == box_mode::ramp && missing.count(block.reason) > 0 &&
-               (mode_before != box_mode::standby || block.reason == wait);
+        return block.mode == fakeplc::box_mode::ramp && missing.count(block.reason) > 0 &&
+               (mode_before != fakeplc::box_mode::standby || block.reason == wait);
     }
     void judge(const machine &facts, const exchange &seen) {
         const written_block block = block_of(facts, seen);
         newest_ns_ = seen.sent;
         contact_ = true;
         const unsigned mode_before = std::exchange(mode_, block.mode);
-        if (block.mode != box_mode::active) {
+        if (block.mode != fakeplc::box_mode::active) {
             lost_ = lost_ || is_loss(mode_before, block);
             return;
         }
@@ -174,7 +175,7 @@ class permission_invariant : public invariant {
     time_ns lag_ns_, newest_ns_ = 0, active_ns_ = -never / 2, permit_ns_ = -never / 2,
                      off_ns_ = -never / 2;
     bool lost_ = false, contact_ = false, was_stopped_ = false;
-    unsigned mode_ = box_mode::standby;  // of the newest write
+    unsigned mode_ = fakeplc::box_mode::standby;  // of the newest write
 };
 
 // A fault ends by the reset bit going from 0 to 1, by a stop, or by a restart.
@@ -202,12 +203,12 @@ class reset_invariant : public invariant {
     void judge(const machine &facts, const exchange &seen) {
         const written_block block = block_of(facts, seen);
         newest_ns_ = seen.sent;
-        if (block.mode == box_mode::fault) {
+        if (block.mode == fakeplc::box_mode::fault) {
             if (!in_fault_) since_ns_ = seen.sent - 4 * facts.period_us * us;
             in_fault_ = true;
             return;
         }
-        if (in_fault_ && block.mode != box_mode::stopped && edge_ns_ < since_ns_)
+        if (in_fault_ && block.mode != fakeplc::box_mode::stopped && edge_ns_ < since_ns_)
             violated(fmt::format("FAULT became {} without an edge of the reset bit",
                                  name_of_mode(block.mode)));
         in_fault_ = false;
@@ -241,16 +242,17 @@ class status_invariant : public invariant {
   private:
     void judge(const machine &facts, const written_block &block) {
         using namespace box_reason;
-        if (block.mode > box_mode::stopped)
+        if (block.mode > fakeplc::box_mode::stopped)
             violated(fmt::format("the status has mode {}", block.mode));
-        const bool rests = block.mode == box_mode::standby || block.mode == box_mode::stopped;
+        const bool rests =
+            block.mode == fakeplc::box_mode::standby || block.mode == fakeplc::box_mode::stopped;
         if (rests && !block.is_zero())
             violated(fmt::format("{} with an output that is not zero", name_of_mode(block.mode)));
         if (!block.counters_agree) violated("the counters of the write block differ");
         static const std::set<unsigned> active = {none, unapplied, degraded, limited, extrapolated};
-        if (block.mode == box_mode::active && active.count(block.reason) == 0)
+        if (block.mode == fakeplc::box_mode::active && active.count(block.reason) == 0)
             violated(fmt::format("ACTIVE with reason {}", block.reason));
-        if ((block.mode == box_mode::fault) != (block.reason >= 16))
+        if ((block.mode == fakeplc::box_mode::fault) != (block.reason >= 16))
             violated(fmt::format("{} with reason {}", name_of_mode(block.mode), block.reason));
         static const std::set<unsigned> caused = {signal, limited, unapplied, demand, foreign};
         if (facts.map.detail && block.reason != degraded &&
@@ -273,7 +275,8 @@ class status_invariant : public invariant {
             const double was = from.um[c], is = to.um[c];
             // A step in between, whose write the PLC never got, may have been ACTIVE.
             const bool follows = beats <= 1;
-            const bool holds = follows && from.mode == box_mode::hold && to.mode == box_mode::hold;
+            const bool holds = follows && from.mode == fakeplc::box_mode::hold &&
+                               to.mode == fakeplc::box_mode::hold;
             // Behind a reload to a smaller limit it comes inside.
             const bool enters = std::fabs(was) > facts.channels[c].limit_um * (1 - 1e-6) &&
                                 std::fabs(is) < std::fabs(was) && of_.files_taken() > 1;
@@ -288,7 +291,7 @@ class status_invariant : public invariant {
         }
     }
     static bool is_ramp(const written_block &block) {
-        return block.mode == box_mode::ramp || block.mode == box_mode::fault;
+        return block.mode == fakeplc::box_mode::ramp || block.mode == fakeplc::box_mode::fault;
     }
     // No faster than ramp_um_per_s, over any two writes.
     void check_ramp(const machine &facts, std::size_t c, double was, double is, time_ns apart) {
@@ -300,7 +303,7 @@ class status_invariant : public invariant {
                                  facts.channels[c].name, std::fabs(is - was), time_s, most));
     }
     void watch_hold(const machine &facts, const written_block &block, time_ns sent) {
-        if (block.mode != box_mode::hold) {
+        if (block.mode != fakeplc::box_mode::hold) {
             hold_ns_ = never;
             return;
         }
@@ -323,7 +326,7 @@ class silence_invariant : public invariant {
         const machine &facts = of_.running_at(seen.sent);
         if (!seen.written.empty()) {
             readings_ = 0;
-            active_ = block_of(facts, seen).mode == box_mode::active;
+            active_ = block_of(facts, seen).mode == fakeplc::box_mode::active;
         } else if (is_reading(facts, seen) && ++readings_ > most_readings && active_ &&
                    !disturbed()) {
             violated(

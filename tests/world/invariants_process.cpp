@@ -26,7 +26,7 @@ class exit_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         if (seen.written.empty()) return;
         const written_block block = block_of(of_.running_at(seen.sent), seen);
-        stopped_ = block.mode == box_mode::stopped && block.is_zero();
+        stopped_ = block.mode == fakeplc::box_mode::stopped && block.is_zero();
     }
     void ended(const ending &how) override {
         const bool asked = of_.asked_to_stop || of_.stop_asked;
@@ -62,11 +62,11 @@ class service_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         if (seen.written.empty()) return;
         mode_ = block_of(of_.running_at(seen.sent), seen).mode;
-        if (mode_ == box_mode::active) active_ns_ = seen.now;
-        was_active_ = was_active_ || mode_ == box_mode::active;
+        if (mode_ == fakeplc::box_mode::active) active_ns_ = seen.now;
+        was_active_ = was_active_ || mode_ == fakeplc::box_mode::active;
         judge_recovery();
     }
-    void scanned(const plc_state &) override { judge_recovery(); }
+    void scanned(const fakeplc::plc_state &) override { judge_recovery(); }
     // By the file of that moment: a slower one may rest longer than the good one behind it.
     void faults_ended() override {
         quiet_ns_ = of_.time.now();
@@ -75,7 +75,8 @@ class service_invariant : public invariant {
     void finished() override {
         if (of_.faults.count() > 0) return;
         if (!was_active_ && of_.box_machine.demands_fit) violated("the box was never ACTIVE");
-        if (mode_ != box_mode::stopped) violated(fmt::format("the last status is {}", mode_));
+        if (mode_ != fakeplc::box_mode::stopped)
+            violated(fmt::format("the last status is {}", mode_));
     }
 
   private:
@@ -169,9 +170,9 @@ class overrun_invariant : public invariant {
         if (seen.written.empty() || full_ns_ == never) return;
         const machine &facts = of_.running_at(seen.sent);
         const unsigned mode = block_of(facts, seen).mode;
-        if (mode == box_mode::fault) started();  // and its score
+        if (mode == fakeplc::box_mode::fault) started();  // and its score
         const bool behind = seen.sent > full_ns_ + 4 * facts.period_us * us;
-        if (mode == box_mode::active && behind && !draws(of_, fault_kind::suspend))
+        if (mode == fakeplc::box_mode::active && behind && !draws(of_, fault_kind::suspend))
             violated(fmt::format("ACTIVE, although the overrun score is {}", score_));
     }
 

@@ -18,7 +18,7 @@ class reload_invariant : public invariant {
     explicit reload_invariant(run &of)
         : invariant(of, "reload"),
           judged_(!draws_any(of, {fault_kind::hostile, fault_kind::memory})) {}
-    void started() override { mode_ = box_mode::standby; }
+    void started() override { mode_ = fakeplc::box_mode::standby; }
     void exchanged(const exchange &seen) override {
         if (seen.written.empty() || seen.sent < sent_ns_) return;
         mode_ = block_of(of_.running_at(seen.sent), seen).mode;
@@ -29,11 +29,11 @@ class reload_invariant : public invariant {
         if (is.revision < was.revision)
             violated(fmt::format("revision {} is taken behind {}", is.revision, was.revision));
         const bool recent = 2 * (of_.time.now() - sent_ns_) < 3 * was.period_us * us;
-        if (is_wider(is, was) && mode_ == box_mode::active && recent)
+        if (is_wider(is, was) && mode_ == fakeplc::box_mode::active && recent)
             violated(fmt::format("revision {} is wider, and is taken while ACTIVE", is.revision));
     }
     void faults_ended() override { quiet_ns_ = of_.time.now(); }
-    void scanned(const plc_state &) override {
+    void scanned(const fakeplc::plc_state &) override {
         if (!judged_ || quiet_ns_ == never || of_.asked_to_stop || !of_.box.runs()) return;
         if (!of_.box_machine.demands_fit || of_.time.now() - quiet_ns_ < of_.recovery_ns()) return;
         if (of_.running().revision != of_.revision)

@@ -37,9 +37,9 @@ struct draft {
 
     void draw_plc() {
         const std::uint64_t drawn = chance.below(10);
-        made.profile = *plc_profile::find(drawn < 5   ? "generic"
-                                          : drawn < 8 ? "sinumerik-840d"
-                                                      : "fanuc");
+        made.profile = *fakeplc::plc_profile::find(drawn < 5   ? "generic"
+                                                   : drawn < 8 ? "sinumerik-840d"
+                                                               : "fanuc");
         made.fc23 = !is("sinumerik-840d") && chance.one_in(2);
         const double period_ms = chance.one_in(2) ? 30.0 : rounded(chance.log_between(10, 100));
         made.period_us = std::llround(period_ms * 1000);
@@ -146,7 +146,7 @@ struct draft {
 
     void draw_axes() {
         for (std::size_t a = 0; a < 3; ++a) {
-            twin_axis &axis = made.twin.axes[a];
+            twin::twin_axis &axis = made.twin.axes[a];
             axis.present = true;
             axis.max_mm = std::round(chance.log_between(300, 10000));
             axis.max_velocity_mm_per_s = rounded(chance.log_between(50, 1000));
@@ -193,7 +193,7 @@ struct draft {
 
     std::string random_axis() { return axis_signals()[chance.below(3)]; }
     double travel_of(const std::string &axis) const {
-        return made.twin.axes[static_cast<std::size_t>(axis_index(axis[0]))].max_mm;
+        return made.twin.axes[static_cast<std::size_t>(twin::axis_index(axis[0]))].max_mm;
     }
     std::string any_temperature() {
         if (!lags.empty() && chance.one_in(2)) return chance.one_of(lags);
@@ -444,7 +444,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_slow_channels();
     file.root["revision"] = revision;
     made.text = file.root.dump(1);
-    made.map = register_map_of(file.root, "coefficients.json");
+    made.map = fakeplc::register_map_of(file.root, "coefficients.json");
     return made;
 }
 
@@ -501,7 +501,7 @@ std::optional<machine> facts_of(const machine &base, const std::string &text) {
         const json root = json::parse(text);
         made.text = text;
         made.revision = root.value("revision", 0u);
-        made.map = register_map_of(root, "coefficients.json");
+        made.map = fakeplc::register_map_of(root, "coefficients.json");
         made.channels.clear();
         made.pairs.clear();
         for (const auto &entry : root.at("channels"))

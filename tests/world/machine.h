@@ -36,9 +36,9 @@ struct pair_facts {
 
 struct machine {
     std::string text;  // of the coefficient file
-    register_map map;
-    plc_profile profile;
-    twin_config twin;
+    fakeplc::register_map map;
+    fakeplc::plc_profile profile;
+    twin::twin_config twin;
     std::int64_t period_us = 0;
     std::uint16_t port = 0;
     std::int64_t hold_us = 0, heartbeat_timeout_us = 0;

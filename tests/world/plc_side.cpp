@@ -25,7 +25,7 @@ plc_side::plc_side(const machine &of, network &net, std::uint64_t seed)
 void plc_side::catch_up() {
     const std::int64_t now_us = net_.box.time.now() / us;
     if (stopped_) return;
-    control.run_to(now_us, [this](const plc_state &state) {
+    control.run_to(now_us, [this](const fakeplc::plc_state &state) {
         if (scanned) scanned(state);
     });
 }
@@ -35,7 +35,7 @@ void plc_side::catch_up() {
 void plc_side::move_axes() {
     catch_up();
     if (!control.moving() && chance_.one_in(4)) {
-        twin_step step;
+        twin::twin_step step;
         for (std::size_t a = 0; a < 3; ++a) {
             if (chance_.one_in(2)) continue;
             step.target_mm[a] = chance_.between(0, machine_.twin.axes[a].max_mm);
@@ -101,7 +101,7 @@ void plc_side::show_all() {
 }
 
 // Sensors that lie, and counters from another start: only readings have them.
-void plc_side::disguise(const byte_string &request, byte_string &reply) const {
+void plc_side::disguise(const fakeplc::byte_string &request, fakeplc::byte_string &reply) const {
     if ((request[0] != 3 && request[0] != 23) || (reply[0] & 0x80) != 0) return;
     if (shown_.empty() && heartbeat_offset == 0) return;
     const int start = request[1] << 8 | request[2],
@@ -139,38 +139,39 @@ void plc_side::received(const connection_ptr &from, const std::string &bytes, ti
     who.heard_ns = sent;
     who.received.insert(who.received.end(), bytes.begin(), bytes.end());
     for (;;) {
-        const auto head = modbus::frame_at_start(who.received);
-        if (head.what == modbus::frame_state::incomplete) return;
-        if (head.what == modbus::frame_state::broken) {
+        const auto head = fakeplc::modbus::frame_at_start(who.received);
+        if (head.what == fakeplc::modbus::frame_state::incomplete) return;
+        if (head.what == fakeplc::modbus::frame_state::broken) {
             from->reset();
             return;
         }
         const auto end = who.received.begin() + static_cast<std::ptrdiff_t>(head.size);
-        const byte_string frame(who.received.begin(), end);
+        const fakeplc::byte_string frame(who.received.begin(), end);
         who.received.erase(who.received.begin(), end);
         answer_frame(from, frame, sent);
     }
 }
 
-plc_side::served plc_side::serve(const byte_string &request, time_ns sent) {
+plc_side::served plc_side::serve(const fakeplc::byte_string &request, time_ns sent) {
     const reply_fate fate = faults == nullptr ? reply_fate{} : faults->at_request(request);
     if (!serves) return {};
     catch_up();
-    byte_string reply =
-        fate.exception != 0
-            ? modbus::exception_reply(request[0], static_cast<std::uint8_t>(fate.exception))
-            : control.answer(request, fate.torn);
+    fakeplc::byte_string reply = fate.exception != 0
+                                     ? fakeplc::modbus::exception_reply(
+                                           request[0], static_cast<std::uint8_t>(fate.exception))
+                                     : control.answer(request, fate.torn);
     disguise(request, reply);
     if (answered) answered(sent, request, reply);
     if (fate.lost) return {};
     return {reply, chance_.time_between(200 * us, 2 * ms) + fate.delay_ns, fate.twice};
 }
 
-void plc_side::answer_frame(const connection_ptr &from, const byte_string &frame, time_ns sent) {
-    const byte_string request(frame.begin() + modbus::header_size, frame.end());
+void plc_side::answer_frame(const connection_ptr &from, const fakeplc::byte_string &frame,
+                            time_ns sent) {
+    const fakeplc::byte_string request(frame.begin() + fakeplc::modbus::header_size, frame.end());
     const served done = serve(request, sent);
     if (done.reply.empty()) return;
-    const byte_string whole = modbus::frame(frame, done.reply);
+    const fakeplc::byte_string whole = fakeplc::modbus::frame(frame, done.reply);
     const std::string bytes(whole.begin(), whole.end());
     from->send(bytes, done.duration);
     if (done.twice) from->send(bytes, done.duration + 5 * ms);
@@ -179,7 +180,8 @@ void plc_side::answer_frame(const connection_ptr &from, const byte_string &frame
 std::vector<std::uint16_t> plc_side::registers(int start, int count) {
     const auto high = [](int word) { return static_cast<std::uint8_t>(word >> 8); };
     const auto low = [](int word) { return static_cast<std::uint8_t>(word); };
-    const byte_string reply = control.answer({3, high(start), low(start), high(count), low(count)});
+    const fakeplc::byte_string reply =
+        control.answer({3, high(start), low(start), high(count), low(count)});
     std::vector<std::uint16_t> words;
     for (std::size_t i = 2; i + 1 < reply.size(); i += 2)
         words.push_back(static_cast<std::uint16_t>(reply[i] << 8 | reply[i + 1]));
@@ -188,7 +190,7 @@ std::vector<std::uint16_t> plc_side::registers(int start, int count) {
 
 void plc_side::write_foreign(int start, const std::vector<std::uint16_t> &values) {
     foreign_write_ns = net_.box.time.now();
-    byte_string request = {
+    fakeplc::byte_string request = {
         16, static_cast<std::uint8_t>(start >> 8),    static_cast<std::uint8_t>(start),
         0,  static_cast<std::uint8_t>(values.size()), static_cast<std::uint8_t>(2 * values.size())};
     for (const std::uint16_t word : values) {

@@ -27,14 +27,14 @@ struct reply_fate {
 class plc_faults {
   public:
     virtual ~plc_faults() = default;
-    virtual reply_fate at_request(const byte_string &request) = 0;
+    virtual reply_fate at_request(const fakeplc::byte_string &request) = 0;
 };
 
 class plc_side : public tcp_peer {
   public:
     plc_side(const machine &of, network &net, std::uint64_t seed);
 
-    fake_plc control;
+    fakeplc::fake_plc control;
     plc_faults *faults = nullptr;
     bool serves = true;  // answers requests
     // Its program stands still.
@@ -50,9 +50,10 @@ class plc_side : public tcp_peer {
     time_ns foreign_write_ns = -never;  // when another client wrote last
 
     // For invariants, each in virtual time.
-    std::function<void(time_ns sent, const byte_string &request, const byte_string &reply)>
+    std::function<void(time_ns sent, const fakeplc::byte_string &request,
+                       const fakeplc::byte_string &reply)>
         answered;
-    std::function<void(const plc_state &)> scanned;
+    std::function<void(const fakeplc::plc_state &)> scanned;
 
     // Runs NC and PLC program to now.
     void catch_up();
@@ -63,20 +64,20 @@ class plc_side : public tcp_peer {
 
     // What one request leads to, on any wire.
     struct served {
-        byte_string reply;     // PDU; empty: none
-        time_ns duration = 0;  // from the request to the reply
+        fakeplc::byte_string reply;  // PDU; empty: none
+        time_ns duration = 0;        // from the request to the reply
         bool twice = false;
     };
-    served serve(const byte_string &request, time_ns sent);
+    served serve(const fakeplc::byte_string &request, time_ns sent);
 
     bool accepted(const connection_ptr &from) override;
     void received(const connection_ptr &from, const std::string &bytes, time_ns sent) override;
     void closed(const connection_ptr &from, bool reset) override;
 
   private:
-    void answer_frame(const connection_ptr &from, const byte_string &frame, time_ns sent);
+    void answer_frame(const connection_ptr &from, const fakeplc::byte_string &frame, time_ns sent);
     void move_axes();
-    void disguise(const byte_string &request, byte_string &reply) const;
+    void disguise(const fakeplc::byte_string &request, fakeplc::byte_string &reply) const;
     void drop_idle_clients();
 
     const machine &machine_;
@@ -84,7 +85,7 @@ class plc_side : public tcp_peer {
     dice chance_;
     struct client {
         connection_ptr link;
-        byte_string received;
+        fakeplc::byte_string received;
         time_ns heard_ns;
     };
     std::map<int, client> clients_;

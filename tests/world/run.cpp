@@ -74,10 +74,11 @@ run::run(const run_options &with)
     box.files.written = [this](const std::string &path, const node &file) {
         each([&](invariant &one) { one.file_written(path, file); });
     };
-    plc.answered = [this](time_ns sent, const byte_string &request, const byte_string &reply) {
+    plc.answered = [this](time_ns sent, const fakeplc::byte_string &request,
+                          const fakeplc::byte_string &reply) {
         note_exchange(sent, request, reply);
     };
-    plc.scanned = [this](const plc_state &state) {
+    plc.scanned = [this](const fakeplc::plc_state &state) {
         each([&](invariant &one) { one.scanned(state); });
     };
     box.files.replace(config_path, box_machine.text);
@@ -157,10 +158,10 @@ void run::connect_wires() {
         plc_line = std::make_unique<serial_line>(box, box_machine.plc_device, seed);
         plc_line->faults = &faults;
         plc_slave_ = std::make_unique<rtu_slaves>(
-            *plc_line, time, [this](int unit, const byte_string &request, time_ns sent) {
-                if (unit != 1) return unit_reply{};
+            *plc_line, time, [this](int unit, const fakeplc::byte_string &request, time_ns sent) {
+                if (unit != 1) return fakeplc::unit_reply{};
                 const auto done = plc.serve(request, sent);
-                return unit_reply{done.reply, static_cast<int>(done.duration / ms)};
+                return fakeplc::unit_reply{done.reply, static_cast<int>(done.duration / ms)};
             });
     }
     if (!box_machine.modules.empty()) {
@@ -168,7 +169,7 @@ void run::connect_wires() {
         bus_line->faults = &faults;
         for (const auto &module : box_machine.modules) modules_.add(module);
         bus_slaves_ = std::make_unique<rtu_slaves>(
-            *bus_line, time, [this](int unit, const byte_string &request, time_ns) {
+            *bus_line, time, [this](int unit, const fakeplc::byte_string &request, time_ns) {
                 return modules_.answer(unit, request);
             });
         wander_modules();
@@ -269,8 +270,9 @@ void run::report(const char *invariant, const std::string &words) {
 }
 
 // in : PDUs
-void run::note_exchange(time_ns sent, const byte_string &request, const byte_string &reply) {
-    const auto word = [](const byte_string &bytes, std::size_t at) {
+void run::note_exchange(time_ns sent, const fakeplc::byte_string &request,
+                        const fakeplc::byte_string &reply) {
+    const auto word = [](const fakeplc::byte_string &bytes, std::size_t at) {
         return static_cast<std::uint16_t>(bytes[at] << 8 | bytes[at + 1]);
     };
     const int start = request.size() < 3 ? 0 : word(request, 1);
@@ -299,7 +301,7 @@ void run::print_exchange(const exchange &seen) const {
         const read_head head = head_of(facts, seen);
         words += fmt::format(", control {:#x} heartbeat {}{}", head.control, head.heartbeat,
                              head.whole ? "" : " torn");
-        for (const shown_signal &signal : facts.map.signals)
+        for (const fakeplc::shown_signal &signal : facts.map.signals)
             words += fmt::format(" {} {:.6g}", signal.name, signal_in(facts, signal, seen));
     }
     if (is_read_back(facts, seen)) words += ", read back";

@@ -104,7 +104,8 @@ class run {
     void ask_to_stop();
     void end_faults();
     void follow_file();
-    void note_exchange(time_ns sent, const byte_string &request, const byte_string &reply);
+    void note_exchange(time_ns sent, const fakeplc::byte_string &request,
+                       const fakeplc::byte_string &reply);
     void print_exchange(const exchange &seen) const;
     template <typename Call>
     void each(Call call) {
@@ -112,7 +113,7 @@ class run {
     }
 
     std::unique_ptr<rtu_slaves> plc_slave_, bus_slaves_;
-    pt100_modules modules_;
+    fakeplc::pt100_modules modules_;
     std::vector<std::unique_ptr<invariant>> invariants_;
     std::map<unsigned, machine> files_;  // by revision, of those that a box can run
     struct taken_file {

@@ -56,7 +56,7 @@ class line_file : public open_file {
     long write(const void *from, std::size_t count) override {
         if (dead()) return -EIO;
         const auto *bytes = static_cast<const std::uint8_t *>(from);
-        of_.transmit(byte_string(bytes, bytes + count));
+        of_.transmit(fakeplc::byte_string(bytes, bytes + count));
         return static_cast<long>(count);
     }
     short ready() const override {
@@ -98,7 +98,7 @@ void serial_line::plug(bool in) {
     of_.changed();
 }
 
-byte_string serial_line::spoilt(byte_string bytes, const line_fate &fate) {
+fakeplc::byte_string serial_line::spoilt(fakeplc::byte_string bytes, const line_fate &fate) {
     if (fate.lost) bytes.clear();
     if (fate.flipped && !bytes.empty())
         bytes[chance_.below(bytes.size())] ^= static_cast<std::uint8_t>(1u << chance_.below(8));
@@ -107,9 +107,9 @@ byte_string serial_line::spoilt(byte_string bytes, const line_fate &fate) {
 
 // From the box: slaves hear it when the last byte ended. A line keeps the order of its bytes, so a
 // late frame also delays those behind it.
-void serial_line::transmit(const byte_string &bytes) {
+void serial_line::transmit(const fakeplc::byte_string &bytes) {
     const line_fate fate = faults == nullptr ? line_fate{} : faults->at_line(false);
-    const byte_string on_wire = spoilt(bytes, fate);
+    const fakeplc::byte_string on_wire = spoilt(bytes, fate);
     of_.hash.add(on_wire.data(), on_wire.size());
     of_.hash.add(of_.time.now());
     time_ns &free = free_ns_[0];
@@ -120,21 +120,21 @@ void serial_line::transmit(const byte_string &bytes) {
     });
 }
 
-void serial_line::send(const byte_string &bytes, time_ns after) {
+void serial_line::send(const fakeplc::byte_string &bytes, time_ns after) {
     const line_fate fate = faults == nullptr ? line_fate{} : faults->at_line(true);
-    const byte_string on_wire = spoilt(bytes, fate);
+    const fakeplc::byte_string on_wire = spoilt(bytes, fate);
     const time_ns begin = std::max(free_ns_[1], of_.time.now() + after);
     if (!fate.torn) {
         deliver(on_wire, begin + fate.delay_ns);
         return;
     }
     const auto half = on_wire.begin() + static_cast<std::ptrdiff_t>(on_wire.size() / 2);
-    deliver(byte_string(on_wire.begin(), half), begin);
-    deliver(byte_string(half, on_wire.end()), free_ns_[1] + fate.delay_ns);
+    deliver(fakeplc::byte_string(on_wire.begin(), half), begin);
+    deliver(fakeplc::byte_string(half, on_wire.end()), free_ns_[1] + fate.delay_ns);
 }
 
 // To the box: the driver hands it over in lumps.
-void serial_line::deliver(const byte_string &bytes, time_ns from) {
+void serial_line::deliver(const fakeplc::byte_string &bytes, time_ns from) {
     const auto most = static_cast<std::size_t>(std::max<time_ns>(lump / character(), 1));
     for (std::size_t at = 0; at < bytes.size(); at += most) {
         const std::size_t count = std::min(most, bytes.size() - at);
@@ -155,21 +155,22 @@ void serial_line::deliver(const byte_string &bytes, time_ns from) {
 
 rtu_slaves::rtu_slaves(serial_line &line, scheduler &time, handler answer)
     : line_(line), time_(time), answer_(std::move(answer)) {
-    line.heard = [this](const byte_string &bytes, time_ns sent) { hear(bytes, sent); };
+    line.heard = [this](const fakeplc::byte_string &bytes, time_ns sent) { hear(bytes, sent); };
 }
 
-void rtu_slaves::hear(const byte_string &bytes, time_ns sent) {
+void rtu_slaves::hear(const fakeplc::byte_string &bytes, time_ns sent) {
     if (time_.now() - received_ns_ > forgotten) received_.clear();
     received_ns_ = time_.now();
     received_.insert(received_.end(), bytes.begin(), bytes.end());
-    const std::size_t size = rtu::request_size(received_);
+    const std::size_t size = fakeplc::rtu::request_size(received_);
     if (size == 0 || received_.size() < size) return;
-    const byte_string frame = std::exchange(received_, {});
-    if (frame.size() != size || !rtu::is_frame(frame)) return;
+    const fakeplc::byte_string frame = std::exchange(received_, {});
+    if (frame.size() != size || !fakeplc::rtu::is_frame(frame)) return;
     const int unit = frame[0];
-    const unit_reply reply = answer_(unit, byte_string(frame.begin() + 1, frame.end() - 2), sent);
+    const fakeplc::unit_reply reply =
+        answer_(unit, fakeplc::byte_string(frame.begin() + 1, frame.end() - 2), sent);
     if (reply.pdu.empty()) return;
-    line_.send(rtu::frame(static_cast<std::uint8_t>(unit), reply.pdu),
+    line_.send(fakeplc::rtu::frame(static_cast<std::uint8_t>(unit), reply.pdu),
                std::max(7 * line_.character() / 2, 1750 * us) + reply.delay_ms * ms);
 }
 

@@ -34,9 +34,9 @@ class serial_line {
     serial_line(computer &of, const std::string &device, std::uint64_t seed);
 
     // in : the time at which the box sent it. Called in an event when its last byte ended.
-    std::function<void(const byte_string &bytes, time_ns sent)> heard;
+    std::function<void(const fakeplc::byte_string &bytes, time_ns sent)> heard;
     // A slave sends; the first byte leaves after `after`.
-    void send(const byte_string &bytes, time_ns after);
+    void send(const fakeplc::byte_string &bytes, time_ns after);
     // Without an adapter the device is missing, and its descriptors fail.
     void plug(bool in);
     // out: of one character at the line's speed
@@ -46,9 +46,9 @@ class serial_line {
 
   private:
     friend class line_file;
-    void transmit(const byte_string &bytes);
-    void deliver(const byte_string &bytes, time_ns from);
-    byte_string spoilt(byte_string bytes, const line_fate &fate);
+    void transmit(const fakeplc::byte_string &bytes);
+    void deliver(const fakeplc::byte_string &bytes, time_ns from);
+    fakeplc::byte_string spoilt(fakeplc::byte_string bytes, const line_fate &fate);
 
     computer &of_;
     dice chance_;
@@ -63,16 +63,17 @@ class serial_line {
 class rtu_slaves {
   public:
     // out: empty PDU: no unit of this number, or no reply
-    using handler = std::function<unit_reply(int unit, const byte_string &pdu, time_ns sent)>;
+    using handler =
+        std::function<fakeplc::unit_reply(int unit, const fakeplc::byte_string &pdu, time_ns sent)>;
     rtu_slaves(serial_line &line, scheduler &time, handler answer);
 
   private:
-    void hear(const byte_string &bytes, time_ns sent);
+    void hear(const fakeplc::byte_string &bytes, time_ns sent);
 
     serial_line &line_;
     scheduler &time_;
     handler answer_;
-    byte_string received_;
+    fakeplc::byte_string received_;
     time_ns received_ns_ = 0;
 };
 

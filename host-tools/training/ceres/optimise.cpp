@@ -11,7 +11,7 @@
 #include <cmath>
 #include <vector>
 
-namespace compbox {
+namespace compbox::training {
 
 namespace {
 
@@ -127,4 +127,4 @@ optimise_result minimise_squares(const residual_function &function, Eigen::Index
     return result;
 }
 
-}  // namespace compbox
+}  // namespace compbox::training

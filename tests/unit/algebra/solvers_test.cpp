@@ -9,6 +9,7 @@
 namespace {
 
 using namespace compbox;
+using namespace compbox::algebra;
 
 // Third column = first + second, but for `off`.
 Eigen::MatrixXd nearly_flat(double off) {

@@ -9,7 +9,7 @@
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/command_line/progress.h"
 
-namespace compbox {
+namespace compbox::cli {
 namespace {
 
 enum class colour { red, green };
@@ -231,4 +231,4 @@ TEST(CommandLine, OutputsMustDiffer) {
 }
 
 }  // namespace
-}  // namespace compbox
+}  // namespace compbox::cli

@@ -11,7 +11,7 @@
 #include "host-tools/formats/csv.h"
 #include "tests/support/temporary.h"
 
-namespace compbox {
+namespace compbox::cli {
 namespace {
 
 const std::string example = CB_SOURCE_DIR "/examples/gantry-straightness/";
@@ -73,13 +73,13 @@ TEST(FakeplcProgram, ServesPymodbusAndEndsCleanlyOnSigterm) {
         &code);
     EXPECT_EQ(code, 0) << printed;
     EXPECT_EQ(plc.end(), 0);
-    const csv_table table = read_csv(log, {"event"});
+    const formats::csv_table table = formats::read_csv(log, {"event"});
     EXPECT_GT(table.rows.size(), 10u);
     EXPECT_GT(table.values("commanded_X_um").back(), 12.33);
 }
 
 TEST(FakeplcProgram, RefusesWithOneSentenceAndTheRightCode) {
-    const modbus_server occupied("127.0.0.1:0", 1);
+    const fakeplc::modbus_server occupied("127.0.0.1:0", 1);
     const std::string fakeplc = CB_BINARY_DIR "/bin/fakeplc ";
     const std::string map = "--map " + example + "machine.json ";
     const std::tuple<std::string, int, std::string> cases[] = {
@@ -100,4 +100,4 @@ TEST(FakeplcProgram, RefusesWithOneSentenceAndTheRightCode) {
 }
 
 }  // namespace
-}  // namespace compbox
+}  // namespace compbox::cli

@@ -10,7 +10,7 @@
 
 #include "host-tools/command_line/screen.h"
 
-namespace compbox {
+namespace compbox::cli {
 namespace {
 
 // A prompt at a pipe into which wait() writes the next of these pieces; after the last it ends.
@@ -105,4 +105,4 @@ TEST(screen, draws_in_its_place_on_a_terminal_alone) {
 }
 
 }  // namespace
-}  // namespace compbox
+}  // namespace compbox::cli

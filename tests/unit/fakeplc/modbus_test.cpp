@@ -13,7 +13,7 @@
 #include "tests/support/cases.h"
 #include "tests/support/fakeplc_rig.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 namespace {
 
 using word_list = std::vector<std::uint16_t>;
@@ -48,7 +48,7 @@ TEST(Number, IsRoundedAndHeldInsideItsRange) {
 }
 
 TEST(Number, ComesBackFromEveryType) {
-    random_stream random(3, "numbers");
+    twin::random_stream random(3, "numbers");
     for (const char *base : {"int16", "uint16", "int32", "uint32", "float32"}) {
         for (const char *order : {"", "le", "cdab"}) {
             const auto found = number_format::parse(std::string(base) + order);
@@ -201,7 +201,7 @@ TEST(Frame, IsBrokenWhenItsHeaderCannotBeRight) {
 
 // Any bytes: an answer, never a read or write outside, and exceptions change nothing.
 TEST(Frame, RandomRequestsAlwaysGetAProperReply) {
-    random_stream random(11, "requests");
+    twin::random_stream random(11, "requests");
     const std::uint8_t codes[] = {1, 3, 4, 6, 16, 23, 43};
     for (int i = 0; i < compbox_test::cases(200000); ++i) {
         byte_string request;
@@ -263,4 +263,4 @@ TEST(Fault, SpoilsTheReplyAsSaid) {
 }
 
 }  // namespace
-}  // namespace compbox
+}  // namespace compbox::fakeplc

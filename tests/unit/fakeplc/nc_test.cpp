@@ -10,13 +10,13 @@
 #include "host-tools/fakeplc/nc_setting_data.h"
 #include "tests/support/fakeplc_rig.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 namespace {
 
 // ---- the PLC's scan
 
 std::vector<double> scan_lengths_ms(const char *profile, std::uint64_t seed) {
-    twin_config config = small_machine();
+    twin::twin_config config = small_machine();
     config.seed = seed;
     rig r(config, small_map(), profile);
     std::vector<double> lengths;
@@ -41,7 +41,7 @@ TEST(Scan, IsJitteredFromTheSeedAndKeepsItsPace) {
 }
 
 TEST(Scan, TheSlopeLimitHoldsOverScansOfAnyLength) {
-    twin_config config = small_machine();
+    twin::twin_config config = small_machine();
     rig r(config, small_map(), "sinumerik-840d");
     r.box_runs_ms(1500, active, 0.0);
     double before_um = 0.0, before_s = r.plc.state().time_s;
@@ -61,7 +61,7 @@ TEST(SettingData, ReachTheNcOneAxisAfterTheOther) {
     register_map map = small_map();
     map.write.count = 8;
     map.channels.push_back({"X2", 14, std::nullopt, format("int32"), 0.01, std::nullopt});
-    twin_config config = small_machine();
+    twin::twin_config config = small_machine();
     config.channels["X2"] = 'X';
     rig r(config, map, "sinumerik-840d");
     r.box_runs_ms(1500, active, 0.0);
@@ -102,7 +102,7 @@ TEST(SettingData, TheDeadbandIsTheFilesWhereItHasOne) {
 }
 
 TEST(SettingData, EnterTheAxisWithAPartOfItsVelocityOnly) {
-    twin_config config = small_machine();
+    twin::twin_config config = small_machine();
     config.axes[0].max_velocity_mm_per_s = 10.0;  // x 0.01 x 4 ms: 0.4 um a cycle
     rig r(config, small_map(), "sinumerik-840d");
     r.box_runs_ms(1500, active, 0.0);
@@ -136,7 +136,7 @@ double worst_tear_um(const correction &held, const correction &set, double posit
 }
 
 TEST(SettingData, APlannedSetIsExactAndNeverTearsByMoreThanStated) {
-    random_stream random(11, "tears");
+    twin::random_stream random(11, "tears");
     double naive = 0.0;
     for (int i = 0; i < 20000; ++i) {
         const correction held = {random.symmetric(300.0), random.symmetric(0.01),
@@ -207,7 +207,7 @@ distances off_the_curve(double tear_um, double feed_mm_per_s) {
     tangent_rig t(tear_um);
     distances worst;
     for (int i = 0; i < 60; ++i) t.write(), t.r.run_ms(30);
-    twin_step step;
+    twin::twin_step step;
     step.target_mm[0] = 900.0;
     step.feed_mm_per_s = feed_mm_per_s;
     t.r.plc.move(step);
@@ -246,20 +246,20 @@ register_map fanuc_map(bool axes_at_once = false) {
     map.axes_at_once = axes_at_once;
     map.channels.clear();
     for (int i = 0; i < 3; ++i) {
-        map.channels.push_back(
-            {std::string(1, axis_letters[i]), 22 + i, 8 + i, format("int16"), 0.1, std::nullopt});
+        map.channels.push_back({std::string(1, twin::axis_letters[i]), 22 + i, 8 + i,
+                                format("int16"), 0.1, std::nullopt});
     }
     return map;
 }
 
-twin_config three_axes() {
-    twin_config config = small_machine();
+twin::twin_config three_axes() {
+    twin::twin_config config = small_machine();
     config.axes[1] = config.axes[2] = config.axes[0];
     return config;
 }
 
 struct fanuc_rig : rig {
-    explicit fanuc_rig(bool axes_at_once = false, const twin_config &config = three_axes())
+    explicit fanuc_rig(bool axes_at_once = false, const twin::twin_config &config = three_axes())
         : rig(config, fanuc_map(axes_at_once), "fanuc") {}
 
     void write_units(int x, int y, int z) {
@@ -345,7 +345,7 @@ TEST(Fanuc, AControlWithTheExtendedShiftTakesAllAxesAtOnce) {
 }
 
 TEST(Fanuc, TheAxisMovesAtOnce) {
-    twin_config config = three_axes();
+    twin::twin_config config = three_axes();
     config.axes[0].max_velocity_mm_per_s = 0.1;  // x 0.01 x 4 ms would be 4 nm
     fanuc_rig r(false, config);
     r.live_ms(1500);
@@ -355,7 +355,7 @@ TEST(Fanuc, TheAxisMovesAtOnce) {
 }
 
 TEST(Fanuc, AChangeOf9999UnitsIsAnAlarmThatStopsUntilReset) {
-    twin_config config = three_axes();
+    twin::twin_config config = three_axes();
     config.plc.slope_um_per_s = 1e6;  // a ladder that does not divide large steps …
     config.plc.size_um = 2000.0;      // … nor bounds the value
     fanuc_rig r(false, config);
@@ -385,7 +385,7 @@ TEST(Fanuc, AChangeOf9999UnitsIsAnAlarmThatStopsUntilReset) {
 }
 
 TEST(Fanuc, AValueBeyond9999IsAnAlarm) {
-    twin_config config = three_axes();
+    twin::twin_config config = three_axes();
     config.plc.size_um = 2000.0;
     fanuc_rig r(false, config);
     r.live_ms(1500);
@@ -476,4 +476,4 @@ TEST(Restart, LeavesNothingOfTheOldCompensation) {
 }
 
 }  // namespace
-}  // namespace compbox
+}  // namespace compbox::fakeplc

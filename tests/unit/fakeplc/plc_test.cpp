@@ -12,7 +12,7 @@
 #include "tests/support/fakeplc_rig.h"
 #include "tests/support/temporary.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 namespace {
 
 TEST(Plc, StartsWithZerosThenReferencesThenEnables) {
@@ -86,7 +86,7 @@ TEST(Plc, HeartbeatCountsScansWithFreshPositionsOnly) {
     r.run_ms(799);  // scans at 0, 8 … 792
     EXPECT_EQ(r.reg(1), 100);
     r.plc.freeze_nc(true);
-    twin_step step;
+    twin::twin_step step;
     step.target_mm[0] = 500.0;
     step.feed_mm_per_s = 100.0;
     r.plc.move(step);
@@ -99,7 +99,7 @@ TEST(Plc, HeartbeatCountsScansWithFreshPositionsOnly) {
     EXPECT_EQ(r.reg(1), 110);
     EXPECT_GT(r.int32_at(2), before + 500000.0);  // the axis had moved on: over 50 mm
 
-    twin_config config = small_machine();
+    twin::twin_config config = small_machine();
     config.plc.scan_s = 0.002;  // two scans for each interpolation cycle
     rig fast(config);
     fast.run_ms(399);
@@ -131,7 +131,7 @@ TEST(Plc, NeverMovesFasterThanItsSlopeWhateverTheBoxWrites) {
     rig r;
     r.run_ms(1100);
     const double step_um = 1000.0 * 0.008 * (1.0 + 1e-9);
-    random_stream random(8, "writes");
+    twin::random_stream random(8, "writes");
     double before = r.applied();
     for (int i = 0; i < 2000; ++i) {
         r.write(active, random.symmetric(300.0));
@@ -238,7 +238,7 @@ TEST(Plc, ReadBlockCountersMoveTogetherWithEveryScan) {
 }
 
 TEST(Plc, SignOfTheControlDecidesWhereTheToolGoes) {
-    twin_config config = small_machine();
+    twin::twin_config config = small_machine();
     config.axes[0].compensation_sign = -1;
     rig r(config);
     r.run_ms(1100);
@@ -253,7 +253,7 @@ TEST(Plc, TwoChannelsOnOneAxisActByTheirMean) {
     register_map map = small_map();
     map.write.count = 8;
     map.channels.push_back({"X2", 14, std::nullopt, map.channels[0].format, 0.01});
-    twin_config config = small_machine();
+    twin::twin_config config = small_machine();
     EXPECT_THROW(rig(config, map), input_error);  // nobody printed what X2 moves
     config.channels["X2"] = 'X';
     rig r(config, map);
@@ -282,7 +282,7 @@ TEST(Plc, ATangentIsFollowedBetweenTwoWrites) {
         return 10.0 + 1e3 * 0.0002 * (r.plc.nc().position_mm()[0] - 10.0);
     };
     EXPECT_NEAR(r.plc.state().displacement_um[0], expected(), 1e-9);
-    twin_step step;
+    twin::twin_step step;
     step.target_mm[0] = 500.0;
     step.feed_mm_per_s = 100.0;
     r.plc.move(step);
@@ -293,7 +293,7 @@ TEST(Plc, ATangentIsFollowedBetweenTwoWrites) {
 }
 
 TEST(Plc, TheControlClampsASlopeWithoutAnAlarm) {
-    twin_config config = small_machine();
+    twin::twin_config config = small_machine();
     config.nc.comp_add_velo_factor = 0.0001;
     config.plc.size_um = 2000.0;
     rig r(config, tangent_map());
@@ -323,8 +323,8 @@ TEST(Plc, WithoutTheBoxATangentGoesToZeroFromWhereItIs) {
 }
 
 TEST(Plc, ProgramStartsOnceTheBoxIsActive) {
-    twin_config config = small_machine();
-    twin_step step;
+    twin::twin_config config = small_machine();
+    twin::twin_step step;
     step.target_mm[0] = 112.3456;
     step.feed_mm_per_s = 100.0;
     config.program = {step};
@@ -345,7 +345,7 @@ TEST(Plc, IsTheSameHoweverTimeIsCutUp) {
     const auto trace = [](std::int64_t step_us) {
         rig r;
         std::vector<double> seen;
-        twin_step step;
+        twin::twin_step step;
         step.target_mm[0] = 400.0;
         step.feed_mm_per_s = 100.0;
         r.plc.move(step);
@@ -378,7 +378,7 @@ TEST(Plc, AfterALongStandstillItGoesOnInsteadOfCatchingUp) {
 
 std::string complaint(const std::string &text) {
     const std::string path = compbox_test::temporary("map.json");
-    write_file(path, text);
+    formats::write_file(path, text);
     try {
         load_register_map(path);
     } catch (const input_error &error) {
@@ -510,7 +510,7 @@ TEST(Setup, NeedsNoOption) {
 
 plc_setup prepared_with_map(const std::string &text, const std::string &machine = "") {
     const std::string path = compbox_test::temporary("map.json");
-    write_file(path, text);
+    formats::write_file(path, text);
     plc_options options;
     options.map = path;
     options.machine = machine;
@@ -534,7 +534,7 @@ TEST(Setup, AMachineMadeFromTheMapServesEveryChannel) {
         r.run_ms(30);
     }
     EXPECT_EQ(r.plc.state().applied_um, (std::vector<double>{220, 230, 240}));
-    EXPECT_EQ(r.plc.state().displacement_um, (xyz{0, 230, 220}));
+    EXPECT_EQ(r.plc.state().displacement_um, (twin::xyz{0, 230, 220}));
 
     const std::string twin = CB_SOURCE_DIR "/examples/gantry-straightness/machine_twin.json";
     const plc_setup strict = prepared_with_map(text, twin);  // a real twin tells what it has
@@ -551,8 +551,8 @@ struct two_motors : rig {
         map.channels[0].name = "X1";
         return map;
     }
-    static twin_config stage() {
-        twin_config config = small_machine();
+    static twin::twin_config stage() {
+        twin::twin_config config = small_machine();
         config.channels = {{"X1", 'X'}, {"X2", 'X'}};
         return config;
     }
@@ -611,4 +611,4 @@ TEST(Plc, WithoutTheBoxALineEndsInTheRamp) {
 }
 
 }  // namespace
-}  // namespace compbox
+}  // namespace compbox::fakeplc

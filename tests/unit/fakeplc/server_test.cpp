@@ -22,7 +22,7 @@
 #include "tests/support/still_clock.h"
 #include "tests/support/temporary.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 namespace {
 
 const std::string example = CB_SOURCE_DIR "/examples/gantry-straightness/";
@@ -176,7 +176,7 @@ TEST(Server, ClosesWhoSendsNonsenseAndKeepsTheOthers) {
 
 TEST(Server, SurvivesRandomBytesAndAbruptEnds) {
     bench b;
-    random_stream random(21, "rubbish");
+    twin::random_stream random(21, "rubbish");
     for (int i = 0; i < 100; ++i) {
         peer p(b);
         byte_string bytes = i % 2 ? read_one : byte_string();
@@ -363,9 +363,9 @@ TEST(Console, MovesAndReports) {
     const std::string status = d.commands.run("status");
     EXPECT_NE(status.find(" mode=0 "), std::string::npos) << status;
     EXPECT_NE(status.find(" moving=0 "), std::string::npos) << status;
-    twin_state machine = d.plc.nc().state();
+    twin::twin_state machine = d.plc.nc().state();
     machine.drive_um = {};
-    const xyz truth = d.plc.twin().true_error_um(machine);
+    const twin::xyz truth = d.plc.twin().true_error_um(machine);
     EXPECT_EQ(d.commands.run("error").rfind("ok before X=", 0), 0u);
     EXPECT_NEAR(d.plc.state().error_before_um[2], truth[2], 1e-9);
 }
@@ -393,7 +393,7 @@ TEST(Log, HasARowForEachScanAndReadsBack) {
         EXPECT_TRUE(log.flush());
     }
     std::vector<std::vector<std::string>> words;
-    const csv_table table = read_csv(path, {"event"}, &words);
+    const formats::csv_table table = formats::read_csv(path, {"event"}, &words);
     ASSERT_EQ(table.rows.size(), 101u);
     EXPECT_EQ(table.values("time_s")[100], 0.8);
     EXPECT_EQ(table.values("X_mm")[0], 4290.0);
@@ -403,9 +403,10 @@ TEST(Log, HasARowForEachScanAndReadsBack) {
           "control", "status", "plc_heartbeat", "box_heartbeat"}) {
         EXPECT_GE(table.find(name), 0) << name;
     }
-    EXPECT_NE(read_file(path).find("signal X forced | command signal X 5"), std::string::npos);
+    EXPECT_NE(formats::read_file(path).find("signal X forced | command signal X 5"),
+              std::string::npos);
     EXPECT_THROW(plc_log("/nonexistent/log.csv", d.setup.map), input_error);
 }
 
 }  // namespace
-}  // namespace compbox
+}  // namespace compbox::fakeplc

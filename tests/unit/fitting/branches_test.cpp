@@ -10,7 +10,7 @@
 #include "host-tools/formats/json.h"
 #include "tests/support/fitting_fixture.h"
 
-namespace compbox {
+namespace compbox::fitting {
 namespace {
 
 double lost(double x) {
@@ -188,4 +188,4 @@ TEST(FitBand, IsATable) {
 }
 
 }  // namespace
-}  // namespace compbox
+}  // namespace compbox::fitting

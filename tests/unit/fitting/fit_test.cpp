@@ -7,7 +7,7 @@
 
 #include "tests/support/fitting_fixture.h"
 
-namespace compbox {
+namespace compbox::fitting {
 namespace {
 
 // A measurement made of a function, noise from a fixed seed, `runs` journeys over n targets.
@@ -45,4 +45,4 @@ TEST(Fit, StaysNearTheTruthBetweenThePoints) {
 }
 
 }  // namespace
-}  // namespace compbox
+}  // namespace compbox::fitting

@@ -11,7 +11,7 @@
 
 #include "tests/support/fitting_fixture.h"
 
-namespace compbox {
+namespace compbox::fitting {
 namespace {
 
 using shape = std::function<double(double)>;
@@ -230,4 +230,4 @@ TEST(FitNoise, ExactReadingsAreNoTrouble) {
 }
 
 }  // namespace
-}  // namespace compbox
+}  // namespace compbox::fitting

@@ -9,7 +9,7 @@
 #include "host-tools/formats/json.h"
 #include "tests/support/fitting_fixture.h"
 
-namespace compbox {
+namespace compbox::fitting {
 namespace {
 
 double step(double x) {
@@ -135,4 +135,4 @@ TEST(FitTolerance, JudgesBaselinesToo) {
 }
 
 }  // namespace
-}  // namespace compbox
+}  // namespace compbox::fitting

@@ -19,6 +19,7 @@
 namespace {
 
 using namespace compbox;
+using namespace compbox::formats;
 using namespace std::string_literals;
 
 const char *const rtl_text =
@@ -46,7 +47,7 @@ bool reads(const std::string &text, const std::string &ending) {
     const std::string path = path_of(ending);
     std::ofstream(path, std::ios::binary) << text;  // write_file would sync each of thousands
     try {
-        const measurement data = read_measurement(path);
+        const fitting::measurement data = fitting::read_measurement(path);
         EXPECT_FALSE(data.position.empty());
         EXPECT_EQ(data.position.size(), data.mean.size());
         for (std::size_t i = 0; i < data.position.size(); ++i) {
@@ -204,7 +205,7 @@ TEST(columns, names_of_other_programs) {
         {"Run 1", "Run 1"},
         {"sigma_um", "sigma_um"},
         {"", ""}};
-    for (const auto &[name, expected] : names) EXPECT_EQ(canonical_column(name), expected);
+    for (const auto &[name, expected] : names) EXPECT_EQ(fitting::canonical_column(name), expected);
 }
 
 }  // namespace

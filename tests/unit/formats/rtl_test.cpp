@@ -15,6 +15,7 @@
 namespace {
 
 using namespace compbox;
+using namespace compbox::formats;
 
 const char *const by_hand =
     "HEADER::\r\nFile Type: Linear\r\nTARGET DATA::\r\nFiletype : ISO\r\nTarget-count: 3\r\n"

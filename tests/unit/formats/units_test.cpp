@@ -7,6 +7,7 @@
 namespace {
 
 using namespace compbox;
+using namespace compbox::formats;
 
 TEST(units, spellings_of_one_unit) {
     const std::pair<const char *, const char *> spelled[] = {{"\u00b5m", "um"},

@@ -15,6 +15,7 @@
 namespace {
 
 using namespace compbox;
+using namespace compbox::identification;
 
 std::mt19937 generator(5);
 
@@ -31,7 +32,7 @@ triple_mm random_triple() {
 }
 
 six sigma_of_matrix(const Eigen::MatrixXd &A) {
-    const Eigen::MatrixXd covariance = factor_positive_definite(A.transpose() * A).inverse;
+    const Eigen::MatrixXd covariance = algebra::factor_positive_definite(A.transpose() * A).inverse;
     six sigma;
     for (int k = 0; k < 6; ++k) sigma[static_cast<std::size_t>(k)] = std::sqrt(covariance(k, k));
     return sigma;
@@ -70,7 +71,7 @@ double merit_by_hand(const triple_mm &points, const plan_options &options) {
     const six sigma = closed_form_sigma(points);
     if (options.rank_by == criterion::d) {
         const auto A = observation_matrix(points);
-        return -std::exp(factor_positive_definite(A.transpose() * A).log_determinant);
+        return -std::exp(algebra::factor_positive_definite(A.transpose() * A).log_determinant);
     }
     double sum = 0;
     for (std::size_t k = 0; k < 6; ++k) {

@@ -9,6 +9,7 @@
 namespace {
 
 using namespace compbox;
+using namespace compbox::identification;
 
 const triple_mm triangle{{{125, 300, 75}, {250, -300, 325}, {-250, -300, 75}}};
 

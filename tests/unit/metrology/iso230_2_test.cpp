@@ -12,6 +12,7 @@
 namespace {
 
 using namespace compbox;
+using namespace compbox::metrology;
 
 // Three targets, two runs each way. By hand:
 //   forward  means 1, 3, 2    s = sqrt(2), 0, sqrt(2)

@@ -9,6 +9,7 @@
 namespace {
 
 using namespace compbox;
+using namespace compbox::metrology;
 using indices = std::vector<std::size_t>;
 
 const std::vector<double> targets{0, 100, 200, 300, 400, 500};

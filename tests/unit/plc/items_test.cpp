@@ -21,7 +21,7 @@ namespace {
 item item_of(const std::string &type, double scale = 1.0, double zero = 0.0) {
     item made;
     made.address = 7;
-    made.format = number_format::parse(type).value();
+    made.format = fakeplc::number_format::parse(type).value();
     made.scale = scale;
     made.zero = zero;
     return made;

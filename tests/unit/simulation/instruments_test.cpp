@@ -19,51 +19,53 @@ namespace {
 
 const std::string example = CB_SOURCE_DIR "/examples/nine-line/machine_twin.json";
 
-laser_file read_laser(const std::string &path) {
-    return read_laser_text(path, read_table_text(path));
+formats::laser_file read_laser(const std::string &path) {
+    return formats::read_laser_text(path, formats::read_table_text(path));
 }
 
 // The example's machine, and a laser and a person who are perfect.
-twin_config noiseless() {
-    twin_config config = load_twin(example);
+twin::twin_config noiseless() {
+    twin::twin_config config = twin::load_twin(example);
     config.unexplained_percent = config.repeatability_um = config.laser.sigma_um = 0.0;
     config.laser.slope_urad = config.laser.offset_um = 0.0;
     return config;
 }
 
 TEST(NineLine, FilesHoldWhatTheCarriageDoesAtThePoints) {
-    const twin_machine twin(noiseless());
-    nine_line_options options;
+    const twin::twin_machine twin(noiseless());
+    twin::nine_line_options options;
     options.axis = 'Y';
-    options.points_mm = {xyz{-100, 200, 300}, xyz{50, -250, 80}, xyz{320, 10, -40}};
+    options.points_mm = {twin::xyz{-100, 200, 300}, twin::xyz{50, -250, 80},
+                         twin::xyz{320, 10, -40}};
     const std::string folder = compbox_test::temporary("nine");
-    const auto paths = measure_nine_lines(twin, options, folder);
+    const auto paths = twin::measure_nine_lines(twin, options, folder);
     ASSERT_EQ(paths.size(), 9u);
     EXPECT_EQ(paths[5], folder + "/P2z.rtl");
     for (std::size_t line = 0; line < 9; ++line) {
-        const laser_file file = read_laser(paths[line]);
+        const formats::laser_file file = read_laser(paths[line]);
         ASSERT_EQ(file.runs.size(), 5u);
         ASSERT_EQ(file.targets_mm.size(), 21u);
         for (std::size_t i = 0; i < file.targets_mm.size(); ++i) {
-            const xyz moved = twin.geometry().carriage_point_um(1, options.points_mm[line / 3],
-                                                                file.targets_mm[i]);
+            const twin::xyz moved = twin.geometry().carriage_point_um(
+                1, options.points_mm[line / 3], file.targets_mm[i]);
             EXPECT_NEAR(file.runs[3].deviation[i], moved[line % 3], 0.0051) << paths[line];
         }
     }
 }
 
 TEST(NineLine, AWarmScaleShowsAlongTheAxisOnly) {
-    const twin_machine twin(noiseless());
-    nine_line_options options;
-    options.points_mm = {xyz{-100, 200, 300}, xyz{50, -250, 80}, xyz{320, 10, -40}};
+    const twin::twin_machine twin(noiseless());
+    twin::nine_line_options options;
+    options.points_mm = {twin::xyz{-100, 200, 300}, twin::xyz{50, -250, 80},
+                         twin::xyz{320, 10, -40}};
     const std::string cold = compbox_test::temporary("cold"),
                       warm = compbox_test::temporary("warm");
-    measure_nine_lines(twin, options, cold);
+    twin::measure_nine_lines(twin, options, cold);
     options.scale_ppm_per_degC = 11.0;
     options.temperature_degC = 22.0;
-    measure_nine_lines(twin, options, warm);
+    twin::measure_nine_lines(twin, options, warm);
     for (const char *name : {"/P1x.rtl", "/P1y.rtl", "/P3z.rtl"}) {
-        const laser_file a = read_laser(cold + name), b = read_laser(warm + name);
+        const formats::laser_file a = read_laser(cold + name), b = read_laser(warm + name);
         const double at_mm = a.targets_mm[10];
         const double more = name[3] == 'x' ? 22e-3 * at_mm : 0.0;
         EXPECT_NEAR(b.runs[0].deviation[10] - a.runs[0].deviation[10], more, 0.011) << name;
@@ -71,17 +73,18 @@ TEST(NineLine, AWarmScaleShowsAlongTheAxisOnly) {
 }
 
 TEST(NineLine, EachLineIsASetUpOfItsOwn) {
-    twin_config config = noiseless();
+    twin::twin_config config = noiseless();
     config.laser.slope_urad = 60.0;
     config.laser.offset_um = 40.0;
     config.errors.clear();
-    const twin_machine twin(config);
-    nine_line_options options;
-    options.points_mm = {xyz{-100, 200, 300}, xyz{50, -250, 80}, xyz{320, 10, -40}};
-    const auto paths = measure_nine_lines(twin, options, compbox_test::temporary("set-ups"));
+    const twin::twin_machine twin(config);
+    twin::nine_line_options options;
+    options.points_mm = {twin::xyz{-100, 200, 300}, twin::xyz{50, -250, 80},
+                         twin::xyz{320, 10, -40}};
+    const auto paths = twin::measure_nine_lines(twin, options, compbox_test::temporary("set-ups"));
     std::vector<double> starts;
     for (std::size_t line = 0; line < 9; ++line) {
-        const laser_file file = read_laser(paths[line]);
+        const formats::laser_file file = read_laser(paths[line]);
         const auto &run = file.runs[0].deviation;
         const double slope = (run.back() - run.front()) / 4000.0;
         EXPECT_LE(std::fabs(slope), 0.06 + 1e-5);
@@ -95,18 +98,18 @@ TEST(NineLine, EachLineIsASetUpOfItsOwn) {
 }
 
 TEST(Diagonals, ShowSquarenessAsTheFormulaOfSquarenessSays) {
-    twin_config config = noiseless();
+    twin::twin_config config = noiseless();
     config.errors.clear();
     config.chain.c0y_urad = 18.0;
     config.chain.b0z_urad = -11.0;
     config.chain.a0z_urad = 7.0;
     config.laser.resolution_um = 1e-6;
-    const twin_machine twin(config);
+    const twin::twin_machine twin(config);
     const std::pair<const char *, double> expected[] = {{"C0Y", 18.0}, {"B0Z", 11.0}, {"A0Z", 7.0}};
     for (const auto &[name, urad] : expected) {
-        const face rectangle{name, {500, 300, 100}, 800.0, 600.0};
-        const diagonals found =
-            measure_diagonals(twin, rectangle, [](const xyz &place) { return state_at(place); });
+        const twin::face rectangle{name, {500, 300, 100}, 800.0, 600.0};
+        const twin::diagonals found = twin::measure_diagonals(
+            twin, rectangle, [](const twin::xyz &place) { return twin::state_at(place); });
         const double opening =
             1e3 * (found.falling_um - found.rising_um) * 1000.0 / (2.0 * 800.0 * 600.0);
         EXPECT_NEAR(opening, urad, 0.01) << name;
@@ -114,20 +117,21 @@ TEST(Diagonals, ShowSquarenessAsTheFormulaOfSquarenessSays) {
 }
 
 TEST(Diagonals, AreMeasuredWithTheCompensationAtWork) {
-    const twin_machine twin(noiseless());
-    const face rectangle{"C0Y", {500, 300, 100}, 800.0, 600.0};
-    const diagonals perfect = measure_diagonals(twin, rectangle, [&](const xyz &place) {
-        const xyz error = twin.explained_error_um(state_at(place));
-        return state_at(place, {-error[0], -error[1], -error[2]});
-    });
+    const twin::twin_machine twin(noiseless());
+    const twin::face rectangle{"C0Y", {500, 300, 100}, 800.0, 600.0};
+    const twin::diagonals perfect =
+        twin::measure_diagonals(twin, rectangle, [&](const twin::xyz &place) {
+            const twin::xyz error = twin.explained_error_um(twin::state_at(place));
+            return twin::state_at(place, {-error[0], -error[1], -error[2]});
+        });
     EXPECT_NEAR(perfect.rising_um, 0.0, 0.011);
     EXPECT_NEAR(perfect.falling_um, 0.0, 0.011);
 }
 
 TEST(Steps, WordsAreAsAShellMakesThem) {
-    const twin_machine twin(noiseless());
+    const twin::twin_machine twin(noiseless());
     const std::string note = compbox_test::temporary("note.txt");
-    write_file(note, "1,2,-3\n");
+    formats::write_file(note, "1,2,-3\n");
     const simulation::step_world world{twin, "s.json", {{"out", "a b"}, {"note", note}}, nullptr};
     using words = std::vector<std::string>;
     EXPECT_EQ(simulation::words_of("fit  $out/X.csv -o $out", world),

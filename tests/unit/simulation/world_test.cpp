@@ -16,8 +16,8 @@ constexpr wire_times quiet_network = {5000, 4000};
 
 struct site {
     std::unique_ptr<cb_config> box = coefficients::load_coefficients(folder + "coefficients.json");
-    twin_config twin = load_twin(folder + "machine_twin.json");
-    register_map map = load_register_map(folder + "coefficients.json");
+    twin::twin_config twin = twin::load_twin(folder + "machine_twin.json");
+    fakeplc::register_map map = fakeplc::load_register_map(folder + "coefficients.json");
 };
 
 // What the box wrote in each cycle of a travel from corner to corner.
@@ -33,7 +33,7 @@ std::vector<std::uint16_t> written(const site &s) {
 }
 
 TEST(World, TheBoxCompensatesByOneRequestAsByTwo) {
-    std::vector<twin_state> by[2];
+    std::vector<twin::twin_state> by[2];
     for (const auto exchange : {CB_EXCHANGE_FC3_FC16, CB_EXCHANGE_FC23}) {
         site s;
         s.box->plc.exchange = exchange;
@@ -60,10 +60,10 @@ TEST(World, NoTruthReachesTheBox) {
     site other;
     for (auto &[name, error] : other.twin.errors) error.amplitude += 10.0;
     other.twin.unexplained_percent += 20.0;
-    twin_state state;
+    twin::twin_state state;
     state.position_mm = {30.0, 40.0, 0.0};
-    EXPECT_NE(twin_machine(site().twin).true_error_um(state),
-              twin_machine(other.twin).true_error_um(state));
+    EXPECT_NE(twin::twin_machine(site().twin).true_error_um(state),
+              twin::twin_machine(other.twin).true_error_um(state));
     EXPECT_EQ(written(site()), written(other));
 }
 

@@ -52,7 +52,7 @@ TEST(particulars, a_name_is_an_error_of_iso_230_1) {
 }
 
 TEST(particulars, what_is_stated_outweighs_the_files) {
-    measurement data;
+    fitting::measurement data;
     data.file = "/data/EZX_after.rtl";
     data.about.machine = "of the file";
     data.about.by = "Müller";

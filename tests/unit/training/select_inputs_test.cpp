@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-namespace compbox {
+namespace compbox::training {
 namespace {
 
 // Three groups of sensors (a sine each, of its own frequency), the second of each group noisier and
@@ -161,4 +161,4 @@ TEST(SelectInputs, the_check_tells_a_good_choice_from_a_bad_one) {
 }
 
 }  // namespace
-}  // namespace compbox
+}  // namespace compbox::training

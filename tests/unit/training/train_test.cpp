@@ -20,7 +20,7 @@ extern "C" {
 #include "tests/support/lag_step.h"
 }
 
-namespace compbox {
+namespace compbox::training {
 namespace {
 
 Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index columns, unsigned seed) {
@@ -206,7 +206,7 @@ TEST(Ridge, solves_the_normal_equations) {
         const Eigen::MatrixXd normal =
             xc.transpose() * xc / 50.0 + decay[k] * Eigen::MatrixXd::Identity(3, 3);
         const Eigen::VectorXd want =
-            factor_positive_definite(normal).inverse * (xc.transpose() * tc.col(k)) / 50.0;
+            algebra::factor_positive_definite(normal).inverse * (xc.transpose() * tc.col(k)) / 50.0;
         EXPECT_LT((map.weights.col(k) - want).cwiseAbs().maxCoeff(), 1e-12);
     }
     EXPECT_LT((map.predict(x) - t).colwise().mean().cwiseAbs().maxCoeff(), 1e-12);
@@ -301,11 +301,11 @@ TEST(Train, is_the_same_on_any_number_of_threads) {
         train_options options = small_options();
         options.regularise = way;
         options.threads = 1;
-        const std::string one = json_text(fragment_of(train(data, options)));
+        const std::string one = formats::json_text(fragment_of(train(data, options)));
         options.threads = 3;
-        EXPECT_EQ(json_text(fragment_of(train(data, options))), one);
+        EXPECT_EQ(formats::json_text(fragment_of(train(data, options))), one);
         options.seed = 2;
-        EXPECT_NE(json_text(fragment_of(train(data, options))), one);
+        EXPECT_NE(formats::json_text(fragment_of(train(data, options))), one);
     }
 }
 
@@ -331,4 +331,4 @@ TEST(Train, a_run_beyond_the_others_is_reported) {
 }
 
 }  // namespace
-}  // namespace compbox
+}  // namespace compbox::training

@@ -9,7 +9,7 @@
 #include "host-tools/training/train.h"
 #include "tests/support/cases.h"
 
-namespace compbox {
+namespace compbox::training {
 namespace {
 
 // Warm-ups of two temperatures. The error: what `bend` makes of their rises, with what no
@@ -143,4 +143,4 @@ TEST(Gain, of_three_runs_needs_a_fifth_less_of_every_run) {
 }
 
 }  // namespace
-}  // namespace compbox
+}  // namespace compbox::training

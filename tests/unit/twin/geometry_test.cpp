@@ -9,7 +9,7 @@
 #include "host-tools/twin/machine.h"
 #include "host-tools/twin/motion.h"
 
-namespace compbox {
+namespace compbox::twin {
 namespace {
 
 twin_config plain() {
@@ -218,4 +218,4 @@ TEST(Unexplained, NoneIsNone) {
 }
 
 }  // namespace
-}  // namespace compbox
+}  // namespace compbox::twin

@@ -12,7 +12,7 @@
 #include "host-tools/formats/file.h"
 #include "tests/support/temporary.h"
 
-namespace compbox {
+namespace compbox::twin {
 namespace {
 
 const std::string folder = CB_SOURCE_DIR "/examples/gantry-straightness";
@@ -147,9 +147,10 @@ TEST(Laser, RemeasurementReadsTheCompensatedToolWithFreshNoise) {
 TEST(Laser, ACsvReadsBackAsItWasMeasured) {
     const laser_series series{"EZX", {{0.0, -1.25, 1}, {240.0, 0.07, 1}, {0.0, -0.0, 2}}};
     const std::string path = compbox_test::temporary("laser.csv");
-    write_file(path, laser_csv(series));
-    EXPECT_EQ(read_file(path), "position_mm,error_um,run\n0,-1.25,1\n240,0.07,1\n0,-0,2\n");
-    const csv_table table = read_csv(path);
+    formats::write_file(path, laser_csv(series));
+    EXPECT_EQ(formats::read_file(path),
+              "position_mm,error_um,run\n0,-1.25,1\n240,0.07,1\n0,-0,2\n");
+    const formats::csv_table table = formats::read_csv(path);
     EXPECT_EQ(table.values("error_um"), (std::vector<double>{-1.25, 0.07, 0.0}));
 }
 
@@ -160,7 +161,8 @@ TEST(Laser, ExampleMeasurementsAreReproducible) {
     ASSERT_EQ(paths.size(), 6u);
     for (const auto &path : paths) {
         const std::string name = std::filesystem::path(path).filename();
-        EXPECT_EQ(read_file(path), read_file(folder + "/measurements/" + name)) << name;
+        EXPECT_EQ(formats::read_file(path), formats::read_file(folder + "/measurements/" + name))
+            << name;
     }
 }
 
@@ -179,9 +181,10 @@ TEST(Laser, ProgramSaysWhatIsWrongAndASeedIsAnotherMachine) {
     twin_config config = load_twin(example);
     config.seed = 3;
     const twin_machine twin(config);
-    EXPECT_EQ(read_file(to + "/EZX.csv"), laser_csv(virtual_laser(twin).measure("EZX")));
-    EXPECT_NE(read_file(to + "/EZX.csv"), read_file(folder + "/measurements/EZX.csv"));
+    EXPECT_EQ(formats::read_file(to + "/EZX.csv"), laser_csv(virtual_laser(twin).measure("EZX")));
+    EXPECT_NE(formats::read_file(to + "/EZX.csv"),
+              formats::read_file(folder + "/measurements/EZX.csv"));
 }
 
 }  // namespace
-}  // namespace compbox
+}  // namespace compbox::twin

@@ -13,7 +13,7 @@
 #include "host-tools/twin/motion.h"
 #include "tests/support/temporary.h"
 
-namespace compbox {
+namespace compbox::twin {
 namespace {
 
 const std::string gantry = CB_SOURCE_DIR "/examples/gantry-straightness/machine_twin.json";
@@ -219,7 +219,7 @@ TEST(TwinFile, ExampleReadsAsWritten) {
 // The sentence that load_twin gives for a text, without the file's name.
 std::string complaint(const std::string &text) {
     const std::string path = compbox_test::temporary("twin.json");
-    write_file(path, text);
+    formats::write_file(path, text);
     std::string sentence = "none";
     try {
         load_twin(path);
@@ -299,7 +299,7 @@ TEST(TwinFile, SaysWhatIsWrongAndWhere) {
 
 twin_plc plc_of(const std::string &keys) {
     const std::string path = compbox_test::temporary("sizes.json");
-    write_file(path, with_axis_x(R"(, "plc": {)" + keys + "}"));
+    formats::write_file(path, with_axis_x(R"(, "plc": {)" + keys + "}"));
     return load_twin(path).plc;
 }
 
@@ -448,4 +448,4 @@ TEST(Compensation, SignBelongsToTheControlAndPositionsDoNotShowIt) {
 }
 
 }  // namespace
-}  // namespace compbox
+}  // namespace compbox::twin

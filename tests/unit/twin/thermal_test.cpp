@@ -12,7 +12,7 @@
 #include "host-tools/twin/process.h"
 #include "tests/support/temporary.h"
 
-namespace compbox {
+namespace compbox::twin {
 namespace {
 
 const std::string thermal_example = CB_SOURCE_DIR "/examples/bpnet-840d/machine_twin.json";
@@ -261,17 +261,17 @@ TEST(Process, ThePlcShowsItBySignalName) {
     twin_config config = load_twin(thermal_example);
     config.program.clear();
     config.thermal.air.swing_K = 0.0;
-    register_map map;
+    fakeplc::register_map map;
     map.read = {0, 12, false};
     map.write = {20, 2, false};
     map.control = 0, map.plc_heartbeat = 1, map.status = 20, map.box_heartbeat = 21;
-    const auto i16 = number_format::parse("int16").value();
+    const auto i16 = fakeplc::number_format::parse("int16").value();
     map.signals = {{"TX_nut", 2, i16, 0.01, 0.0, {}, {}},
                    {"spindle_rpm", 3, i16, 1.0, 0.0, {}, {}},
                    {"spindle_load_percent", 4, i16, 0.1, 0.0, {}, {}},
                    {"feed_mm_per_min", 5, i16, 1.0, 0.0, {}, {}},
                    {"depth_of_cut_mm", 6, i16, 0.01, 0.0, {}, {}}};
-    fake_plc plc(config, map, plc_profile::find("generic").value(), 0);
+    fakeplc::fake_plc plc(config, map, fakeplc::plc_profile::find("generic").value(), 0);
     const auto shown = [&](int address) {
         const auto reply = plc.answer({3, 0, static_cast<std::uint8_t>(address), 0, 1});
         return static_cast<std::int16_t>(reply.at(2) << 8 | reply.at(3));
@@ -295,9 +295,9 @@ TEST(Process, ThePlcShowsItBySignalName) {
 std::string thermal_complaint(const std::string &thermal,
                               const std::string &cutting = "{\"N_per_mm\": 1}") {
     const std::string path = compbox_test::temporary("thermal.json");
-    write_file(path, R"({"format": "compbox-twin/1", "axes": {"X": {"travel_mm": [0, 10],
+    formats::write_file(path, R"({"format": "compbox-twin/1", "axes": {"X": {"travel_mm": [0, 10],
         "max_velocity_mm_per_min": 1, "acceleration_mm_per_s2": 1}}, "thermal": )" +
-                         thermal + ", \"cutting\": " + cutting + "}");
+                                  thermal + ", \"cutting\": " + cutting + "}");
     try {
         load_twin(path);
     } catch (const input_error &error) {
@@ -355,4 +355,4 @@ TEST(ProcessFile, SaysWhatIsWrongAndWhere) {
 }
 
 }  // namespace
-}  // namespace compbox
+}  // namespace compbox::twin

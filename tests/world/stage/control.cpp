@@ -40,17 +40,17 @@ class tcp_wire : public stage_wire, public tcp_peer {
         if (!reset) from->finish();
     }
     void received(const connection_ptr &from, const std::string &bytes, time_ns) override {
-        byte_string &all = clients_[from->number].received;
+        fakeplc::byte_string &all = clients_[from->number].received;
         all.insert(all.end(), bytes.begin(), bytes.end());
         for (;;) {
-            const auto head = modbus::frame_at_start(all);
-            if (head.what == modbus::frame_state::incomplete) return;
-            if (head.what == modbus::frame_state::broken) {
+            const auto head = fakeplc::modbus::frame_at_start(all);
+            if (head.what == fakeplc::modbus::frame_state::incomplete) return;
+            if (head.what == fakeplc::modbus::frame_state::broken) {
                 from->reset();
                 return;
             }
             const auto end = all.begin() + static_cast<std::ptrdiff_t>(head.size);
-            answer_frame(from, byte_string(all.begin(), end));
+            answer_frame(from, fakeplc::byte_string(all.begin(), end));
             all.erase(all.begin(), end);
         }
     }
@@ -58,18 +58,19 @@ class tcp_wire : public stage_wire, public tcp_peer {
   private:
     struct client {
         connection_ptr link;
-        byte_string received;
+        fakeplc::byte_string received;
     };
     void drop_all() {
         const auto all = std::move(clients_);
         clients_.clear();
         for (const auto &entry : all) entry.second.link->finish();
     }
-    void answer_frame(const connection_ptr &from, const byte_string &frame) {
-        std::optional<fault> what;
-        const byte_string request(frame.begin() + modbus::header_size, frame.end());
-        const byte_string reply = reply_to(request, &what);
-        for (const auto &part : spoil(modbus::frame(frame, reply), what))
+    void answer_frame(const connection_ptr &from, const fakeplc::byte_string &frame) {
+        std::optional<fakeplc::fault> what;
+        const fakeplc::byte_string request(frame.begin() + fakeplc::modbus::header_size,
+                                           frame.end());
+        const fakeplc::byte_string reply = reply_to(request, &what);
+        for (const auto &part : fakeplc::spoil(fakeplc::modbus::frame(frame, reply), what))
             from->send(std::string(part.bytes.begin(), part.bytes.end()), part.delay_ms * ms);
     }
 
@@ -83,7 +84,7 @@ class tcp_wire : public stage_wire, public tcp_peer {
 class rtu_wire : public stage_wire {
   public:
     rtu_wire(serial_line &line, scheduler &time) : stage_wire(time), line_(line) {
-        line.heard = [this](const byte_string &bytes, time_ns) { hear(bytes); };
+        line.heard = [this](const fakeplc::byte_string &bytes, time_ns) { hear(bytes); };
     }
     ~rtu_wire() override { line_.heard = nullptr; }
     std::string address() const override { return "rtu"; }
@@ -98,22 +99,23 @@ class rtu_wire : public stage_wire {
     static constexpr std::uint8_t unit = 1;
     static constexpr time_ns silence = 1750 * us, forgotten = 20 * ms;
 
-    void hear(const byte_string &bytes) {
+    void hear(const fakeplc::byte_string &bytes) {
         if (time_.now() - heard_ns_ > forgotten) received_.clear();
         heard_ns_ = time_.now();
         received_.insert(received_.end(), bytes.begin(), bytes.end());
-        const std::size_t size = rtu::request_size(received_);
+        const std::size_t size = fakeplc::rtu::request_size(received_);
         if (size == 0 || received_.size() < size) return;
-        const byte_string frame = std::exchange(received_, {});
-        if (!rtu::is_frame(frame) || frame[0] != unit) return;
-        std::optional<fault> what;
-        const byte_string reply = reply_to(byte_string(frame.begin() + 1, frame.end() - 2), &what);
-        for (const auto &part : rtu::spoil(unit, reply, what))
+        const fakeplc::byte_string frame = std::exchange(received_, {});
+        if (!fakeplc::rtu::is_frame(frame) || frame[0] != unit) return;
+        std::optional<fakeplc::fault> what;
+        const fakeplc::byte_string reply =
+            reply_to(fakeplc::byte_string(frame.begin() + 1, frame.end() - 2), &what);
+        for (const auto &part : fakeplc::rtu::spoil(unit, reply, what))
             line_.send(part.bytes, silence + part.delay_ms * ms);
     }
 
     serial_line &line_;
-    byte_string received_;
+    fakeplc::byte_string received_;
     time_ns heard_ns_ = 0;
 };
 
@@ -125,22 +127,24 @@ std::unique_ptr<stage_wire> make_wire(network &net, std::uint16_t port, serial_l
 
 }  // namespace
 
-byte_string stage_wire::reply_to(const byte_string &request, std::optional<fault> *what) {
+fakeplc::byte_string stage_wire::reply_to(const fakeplc::byte_string &request,
+                                          std::optional<fakeplc::fault> *what) {
     *what = faults_.take(request[0]);
-    if (*what && (*what)->kind == fault_kind::exception)
-        return modbus::exception_reply(request[0], static_cast<std::uint8_t>((*what)->value));
-    return answer(request, *what && (*what)->kind == fault_kind::torn);
+    if (*what && (*what)->kind == fakeplc::fault_kind::exception)
+        return fakeplc::modbus::exception_reply(request[0],
+                                                static_cast<std::uint8_t>((*what)->value));
+    return answer(request, *what && (*what)->kind == fakeplc::fault_kind::torn);
 }
 
-control::control(network &net, const plc_options &options, const std::string &log_file,
+control::control(network &net, const fakeplc::plc_options &options, const std::string &log_file,
                  std::uint16_t port, serial_line *line)
     : time_(net.box.time),
-      setup_(prepare(options)),
+      setup_(fakeplc::prepare(options)),
       plc_(setup_.twin, setup_.map, setup_.profile, net.box.time.now() / us),
       wire_(make_wire(net, port, line, setup_.profile.max_clients)),
       console_{plc_, *wire_} {
     if (!log_file.empty()) log_.emplace(log_file, setup_.map);
-    wire_->answer = [this](const byte_string &request, bool torn) {
+    wire_->answer = [this](const fakeplc::byte_string &request, bool torn) {
         catch_up();
         return plc_.answer(request, torn);
     };
@@ -153,7 +157,7 @@ control::~control() {
 }
 
 void control::catch_up() {
-    plc_.run_to(time_.now() / us, [this](const plc_state &state) {
+    plc_.run_to(time_.now() / us, [this](const fakeplc::plc_state &state) {
         if (log_) log_->add(state);
     });
 }
@@ -173,7 +177,7 @@ std::string control::run(const std::string &command) {
     return answer;
 }
 
-byte_string control::ask(const byte_string &request) {
+fakeplc::byte_string control::ask(const fakeplc::byte_string &request) {
     catch_up();
     return plc_.answer(request);
 }

@@ -18,7 +18,7 @@
 namespace compbox::world {
 
 // The wire's part of a command such as "fault drop 3", and of a reply.
-class stage_wire : public wire_server {
+class stage_wire : public fakeplc::wire_server {
   public:
     explicit stage_wire(scheduler &time) : time_(time) {}
     handler answer;  // set before the first request
@@ -27,38 +27,39 @@ class stage_wire : public wire_server {
     void append_poll_set(std::vector<pollfd> &) const override {}
     void process(const std::vector<pollfd> &, std::int64_t, const handler &) override {}
     std::int64_t next_due_us() const override { return INT64_MAX; }
-    fault_plan &faults() override { return faults_; }
+    fakeplc::fault_plan &faults() override { return faults_; }
 
   protected:
     // out: the reply's PDU; *what: the fault that it meets
-    byte_string reply_to(const byte_string &request, std::optional<fault> *what);
+    fakeplc::byte_string reply_to(const fakeplc::byte_string &request,
+                                  std::optional<fakeplc::fault> *what);
     scheduler &time_;
-    fault_plan faults_;
+    fakeplc::fault_plan faults_;
 };
 
 class control {
   public:
     // in : port: where it listens; 0: on `line`. Files are those of the real system. Throws
     // input_error.
-    control(network &net, const plc_options &options, const std::string &log_file,
+    control(network &net, const fakeplc::plc_options &options, const std::string &log_file,
             std::uint16_t port, serial_line *line);
     ~control();
 
     // A command of fakeplc's console. out: its answer
     std::string run(const std::string &command);
     // A request by another client than the box. out: the reply, both PDU
-    byte_string ask(const byte_string &request);
+    fakeplc::byte_string ask(const fakeplc::byte_string &request);
 
   private:
     void catch_up();
     void plan();
 
     scheduler &time_;
-    plc_setup setup_;
-    std::optional<plc_log> log_;
-    fake_plc plc_;
+    fakeplc::plc_setup setup_;
+    std::optional<fakeplc::plc_log> log_;
+    fakeplc::fake_plc plc_;
     std::unique_ptr<stage_wire> wire_;
-    console console_;
+    fakeplc::console console_;
     std::shared_ptr<bool> here_ = std::make_shared<bool>(true);
 };
 

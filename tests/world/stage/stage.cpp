@@ -331,7 +331,7 @@ void stage::set_line(const json &arguments, json &) {
     auto &line = lines_[device];
     if (line == nullptr) {
         line = std::make_unique<serial_line>(box_, device, 1);
-        line->heard = [this, device](const byte_string &bytes, time_ns) {
+        line->heard = [this, device](const fakeplc::byte_string &bytes, time_ns) {
             happened({{"event", "heard"},
                       {"device", device},
                       {"bytes", hex_of({bytes.begin(), bytes.end()})}});
@@ -342,7 +342,8 @@ void stage::set_line(const json &arguments, json &) {
 
 void stage::send_line(const json &arguments, json &) {
     const std::string bytes = bytes_of(arguments.at(1).get<std::string>());
-    lines_.at(arguments.at(0).get<std::string>())->send(byte_string(bytes.begin(), bytes.end()), 0);
+    lines_.at(arguments.at(0).get<std::string>())
+        ->send(fakeplc::byte_string(bytes.begin(), bytes.end()), 0);
 }
 
 // ---- fakeplc
@@ -350,7 +351,7 @@ void stage::send_line(const json &arguments, json &) {
 // in : options of the program, {"--profile": …}; a TCP port, or the device of a serial line
 void stage::start_control(const json &arguments, json &) {
     const json &given = arguments.at(0), &where = arguments.at(1);
-    plc_options options;
+    fakeplc::plc_options options;
     options.profile = given.value("--profile", "");
     options.machine = given.value("--machine", "");
     options.map = given.value("--map", "");
@@ -374,7 +375,8 @@ void stage::command_control(const json &arguments, json &answer) {
 
 void stage::ask_control(const json &arguments, json &answer) {
     const std::string request = bytes_of(arguments.at(0).get<std::string>());
-    const byte_string reply = control_->ask(byte_string(request.begin(), request.end()));
+    const fakeplc::byte_string reply =
+        control_->ask(fakeplc::byte_string(request.begin(), request.end()));
     answer["reply"] = hex_of({reply.begin(), reply.end()});
 }
 

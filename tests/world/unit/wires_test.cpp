@@ -23,13 +23,13 @@ struct box_on_a_desk {
 TEST(wires, a_request_on_a_line_is_answered_after_the_time_of_its_bytes) {
     box_on_a_desk of;
     serial_line line(of.box, "/dev/ttyS7", 1);
-    rtu_slaves slaves(line, of.time, [](int unit, const byte_string &request, time_ns) {
-        return unit == 9 ? unit_reply{{request[0], 2, 0, 7}, 0} : unit_reply{};
+    rtu_slaves slaves(line, of.time, [](int unit, const fakeplc::byte_string &request, time_ns) {
+        return unit == 9 ? fakeplc::unit_reply{{request[0], 2, 0, 7}, 0} : fakeplc::unit_reply{};
     });
     std::shared_ptr<open_file> file;
     ASSERT_EQ(of.box.files.open("/dev/ttyS7", O_RDWR, &file), 0);
-    const byte_string request = rtu::frame(9, {3, 0, 0, 0, 1}),
-                      other = rtu::frame(8, {3, 0, 0, 0, 1});
+    const fakeplc::byte_string request = fakeplc::rtu::frame(9, {3, 0, 0, 0, 1}),
+                               other = fakeplc::rtu::frame(8, {3, 0, 0, 0, 1});
     file->write(other.data(), other.size());
     of.time.at(second, [&] { file->write(request.data(), request.size()); });
     of.time.run();
@@ -53,14 +53,14 @@ TEST(wires, a_late_frame_on_a_line_is_not_overtaken) {
     late_first_frame faults;
     serial_line line(of.box, "/dev/ttyS7", 1);
     line.faults = &faults;
-    std::vector<byte_string> heard;
-    line.heard = [&](const byte_string &bytes, time_ns) { heard.push_back(bytes); };
+    std::vector<fakeplc::byte_string> heard;
+    line.heard = [&](const fakeplc::byte_string &bytes, time_ns) { heard.push_back(bytes); };
     std::shared_ptr<open_file> file;
     ASSERT_EQ(of.box.files.open("/dev/ttyS7", O_RDWR, &file), 0);
     file->write("a", 1);
     of.time.at(20 * ms, [&] { file->write("b", 1); });
     of.time.run();
-    EXPECT_EQ(heard, (std::vector<byte_string>{{'a'}, {'b'}}));
+    EXPECT_EQ(heard, (std::vector<fakeplc::byte_string>{{'a'}, {'b'}}));
     EXPECT_GE(of.time.now(), 200 * ms);
 }
 

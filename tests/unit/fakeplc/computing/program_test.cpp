@@ -25,7 +25,7 @@
 #include "host-tools/twin/random.h"
 #include "tests/support/temporary.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 namespace {
 
 // Of one machine: its file, and the program and registers that compbox export makes of it.
@@ -80,12 +80,12 @@ class restless {
     // The ladder counts scans, so here each is as long as the other.
     static plc_setup prepared(const exported &of, const std::vector<double> &sizes_um) {
         const std::string path = compbox_test::temporary("map.json");
-        write_file(path, json_text(of.file));
+        formats::write_file(path, formats::json_text(of.file));
         plc_setup setup = prepare({"", "", path, {}});
         auto &limits = setup.twin.plc;
         EXPECT_EQ(sizes_um.size(), setup.map.channels.size());
         for (std::size_t c = 0; c < sizes_um.size(); ++c) {
-            const int axis = axis_index(setup.map.channels[c].name[0]);
+            const int axis = twin::axis_index(setup.map.channels[c].name[0]);
             if (axis < 0) limits.size_um = sizes_um[c];
             if (axis >= 0) limits.axis_size_um[static_cast<std::size_t>(axis)] = sizes_um[c];
         }
@@ -95,7 +95,7 @@ class restless {
     }
     // The position of a channel's axis; 0 where fakeplc has none.
     double position_mm(std::size_t channel) const {
-        const int axis = axis_index(setup_.map.channels[channel].name[0]);
+        const int axis = twin::axis_index(setup_.map.channels[channel].name[0]);
         return axis < 0 ? 0.0 : plc_.nc().position_mm()[static_cast<std::size_t>(axis)];
     }
     fake_plc &plc() { return plc_; }
@@ -135,7 +135,7 @@ class restless {
         }
     }
     void send_axes() {
-        twin_step step;
+        twin::twin_step step;
         for (auto &target : step.target_mm) target = std::round(chance() * 1e7) * 1e-4;
         step.feed_mm_per_s = 5.0 + 200.0 * chance();
         plc_.move(step);
@@ -182,7 +182,7 @@ class restless {
     std::vector<double> sizes_um_;
     plc_setup setup_;
     fake_plc plc_;
-    random_stream random_;
+    twin::random_stream random_;
     std::int64_t now_us_ = 0;
     unsigned mode_ = 1, count_ = 0;
     int silent_ = 0;
@@ -250,7 +250,7 @@ void replay(const char *interpreter, const exported &of, const trace &rows) {
     int file = 0;
     for (const std::string &text : {of.program, of.registers, rows.text()}) {
         const std::string path = compbox_test::temporary("replay" + std::to_string(file++));
-        write_file(path, text);
+        formats::write_file(path, text);
         command += " " + path;
     }
     command += " 2>&1";
@@ -361,10 +361,10 @@ TEST(PlcProgram, OfTheFanucIsWhatFakeplcDoes) {
 TEST(PlcProgram, OfTheDocumentsIsMadeByExport) {
     const std::string folder = CB_SOURCE_DIR "/docs/plc/";
     for (const char *name : {"sinumerik-840d", "fanuc"}) {
-        const json file = read_json(folder + name + ".json");
+        const json file = formats::read_json(folder + name + ".json");
         const auto made =
             exports::plc_program(register_map_of(file, name), file, name + std::string(".json"), 0);
-        EXPECT_TRUE(made[0].text == read_file(folder + made[0].name))
+        EXPECT_TRUE(made[0].text == formats::read_file(folder + made[0].name))
             << "run: compbox export docs/plc/" << name << ".json --format plc-program -o docs/plc";
     }
 }
@@ -413,4 +413,4 @@ TEST(PlcProgram, RefusesWhatItCannotHave) {
 }
 
 }  // namespace
-}  // namespace compbox
+}  // namespace compbox::fakeplc

@@ -11,7 +11,7 @@
 #include "host-tools/twin/random.h"
 #include "tests/support/fakeplc_rig.h"
 
-namespace compbox {
+namespace compbox::fakeplc {
 namespace {
 
 constexpr double size_um = 90.0;  // of a FANUC with this map 99.99 at most
@@ -19,8 +19,8 @@ constexpr double slope_um_per_s = 1000.0;
 
 const char *const all_profiles[] = {"generic", "sinumerik-840d", "fanuc"};
 
-twin_config sized_machine() {
-    twin_config config = small_machine();
+twin::twin_config sized_machine() {
+    twin::twin_config config = small_machine();
     config.plc.size_um = size_um;
     return config;
 }
@@ -95,7 +95,7 @@ TEST(Size, BelongsToTheAxis) {
     map.write.count = 10;
     map.channels.push_back({"Y", 14, std::nullopt, map.channels[0].format, 0.01});
     map.channels.push_back({"X2", 16, std::nullopt, map.channels[0].format, 0.01});
-    twin_config config = sized_machine();
+    twin::twin_config config = sized_machine();
     config.axes[1] = config.axes[0];
     config.plc.axis_size_um[1] = 30.0;
     config.channels["X2"] = 'X';
@@ -183,7 +183,7 @@ TEST(NotANumber, OfOneMotorHoldsTheOtherAsWell) {
     map.write.count = 8;
     map.channels[0].format = format("float32");
     map.channels.push_back({"X2", 14, std::nullopt, format("float32"), 0.01});
-    twin_config config = sized_machine();
+    twin::twin_config config = sized_machine();
     config.channels["X2"] = 'X';
     rig r(config, map);
     const auto live_ms = [&](int duration_ms, float one, float two) {
@@ -297,7 +297,7 @@ class foreign_writer {
   private:
     void move() {
         if (r_.plc.moving()) return;
-        twin_step step;
+        twin::twin_step step;
         step.target_mm[0] = 1000.0 * dice_.uniform();
         step.feed_mm_per_s = 20.0 + 200.0 * dice_.uniform();
         r_.plc.move(step);
@@ -310,7 +310,7 @@ class foreign_writer {
     }
 
     rig &r_;
-    random_stream dice_;
+    twin::random_stream dice_;
 };
 
 // 100 s of any numbers; the correction stays within one step of what it was where the axis is now.
@@ -353,7 +353,7 @@ TEST(Size, HoldsForFloatsOfAnyBits) {
     for (const char *profile : {"generic", "sinumerik-840d"}) {
         SCOPED_TRACE(profile);
         rig r(sized_machine(), float_map(), profile);
-        random_stream dice(3, "bits");
+        twin::random_stream dice(3, "bits");
         extremes most;
         r.run_ms(1100);
         int not_numbers = 0;
@@ -382,4 +382,4 @@ TEST(Size, HoldsForFloatsOfAnyBits) {
 }
 
 }  // namespace
-}  // namespace compbox
+}  // namespace compbox::fakeplc

@@ -13,13 +13,14 @@
 namespace {
 
 using namespace compbox;
+using namespace compbox::metrology;
 using curve = std::vector<double>;
 
 constexpr int machines = 2000;
 constexpr double noise_um = 0.3;
 
 // Cosines with random phases and amplitudes that fall with their number.
-curve smooth(random_stream &dice, const curve &x) {
+curve smooth(twin::random_stream &dice, const curve &x) {
     curve y(x.size(), 0.0);
     for (int k = 1; k < 6; ++k) {
         const double size = dice.normal() / std::pow(k, 1.5), phase = 6.2832 * dice.uniform();
@@ -52,7 +53,7 @@ curve targets_of(const set_up &with) {
 }
 
 std::vector<directed_run> runs_of(machine kind, const set_up &with, const curve &x,
-                                  random_stream &dice) {
+                                  twin::random_stream &dice) {
     const curve shape = smooth(dice, x), bend = smooth(dice, x);
     const double small = 0.05 + 0.45 * dice.uniform();
     std::vector<directed_run> runs;
@@ -82,7 +83,7 @@ TEST(mirrored, random_machines_raise_no_alarm) {
     for (int kind = 0; kind <= static_cast<int>(machine::usual); ++kind) {
         int alarms = 0;
         for (const set_up &with : set_ups) {
-            random_stream dice(11, "mirrored runs");
+            twin::random_stream dice(11, "mirrored runs");
             const curve x = targets_of(with);
             for (int m = 0; m < machines; ++m) {
                 const auto runs = runs_of(static_cast<machine>(kind), with, x, dice);
@@ -97,7 +98,7 @@ TEST(mirrored, random_machines_raise_no_alarm) {
 
 TEST(mirrored, a_turned_run_of_a_random_machine_is_found_and_no_other) {
     for (const set_up &with : set_ups) {
-        random_stream dice(12, "turned run");
+        twin::random_stream dice(12, "turned run");
         const curve x = targets_of(with);
         int found = 0;
         for (int m = 0; m < machines; ++m) {
@@ -115,7 +116,7 @@ TEST(mirrored, a_turned_run_of_a_random_machine_is_found_and_no_other) {
 
 // Compensation that removes some of the error, none of it, or adds errors of its own.
 TEST(doubled, random_machines_raise_no_alarm_and_doubled_errors_do) {
-    random_stream dice(13, "doubled error");
+    twin::random_stream dice(13, "doubled error");
     int alarms = 0, found = 0;
     for (int m = 0; m < machines; ++m) {
         const curve x = targets_of({1, m % 2 ? 11u : 6u, false});
@@ -136,7 +137,7 @@ TEST(doubled, random_machines_raise_no_alarm_and_doubled_errors_do) {
 }
 
 TEST(doubled, noise_alone_is_not_named) {
-    random_stream dice(14, "noise alone");
+    twin::random_stream dice(14, "noise alone");
     int alarms = 0;
     for (int m = 0; m < machines; ++m) {
         const curve x = targets_of({1, 6, false});
