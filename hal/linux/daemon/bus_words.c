@@ -27,22 +27,26 @@ void cb_log_bus(struct cb_log *log, struct cb_bus *bus, int64_t now_us) {
     log_modules(log, name, &before, now, now_us);
 }
 
-void cb_stats_put_bus(FILE *file, const struct cb_bus *bus) {
+void cb_stats_put_bus(struct cb_writer *json, const struct cb_bus *bus) {
     if (bus->config == NULL) return;
     const struct cb_bus_report *now = &bus->last;
-    fputs("  \"bus\": {\"name\": ", file);
-    cb_stats_put_string(file, bus->config->buses[0].name);
-    fputs(", \"device\": ", file);
-    cb_stats_put_string(file, bus->config->buses[0].serial.device);
-    fprintf(file, ", \"connects\": %u, \"connects_failed\": %u, \"disconnects\": %u",
-            (unsigned)now->connects, (unsigned)now->failures, (unsigned)now->disconnects);
-#define CB_X(counter) fprintf(file, ", \"" #counter "\": %u", (unsigned)now->counters.counter);
+    cb_writer_object(json, "bus");
+    cb_writer_text(json, "name", bus->config->buses[0].name);
+    cb_writer_text(json, "device", bus->config->buses[0].serial.device);
+    cb_writer_whole(json, "connects", now->connects);
+    cb_writer_whole(json, "connects_failed", now->failures);
+    cb_writer_whole(json, "disconnects", now->disconnects);
+#define CB_X(counter) cb_writer_whole(json, #counter, now->counters.counter);
     CB_RTU_COUNTERS(CB_X)
 #undef CB_X
-    fprintf(file, ", \"samples_lost\": %u,\n    \"modules\": [",
-            (unsigned)cb_ring_lost(&bus->to->ring));
-    for (unsigned i = 0; i < now->turns; ++i)
-        fprintf(file, "%s{\"unit\": %u, \"answers\": %s}", i == 0 ? "" : ", ",
-                (unsigned)now->units[i], now->silent[i] ? "false" : "true");
-    fputs("]},\n", file);
+    cb_writer_whole(json, "samples_lost", cb_ring_lost(&bus->to->ring));
+    cb_writer_array(json, "modules");
+    for (unsigned i = 0; i < now->turns; ++i) {
+        cb_writer_object(json, NULL);
+        cb_writer_whole(json, "unit", now->units[i]);
+        cb_writer_truth(json, "answers", !now->silent[i]);
+        cb_writer_close(json);
+    }
+    cb_writer_close(json);
+    cb_writer_close(json);
 }

@@ -11,6 +11,6 @@
 void cb_log_bus(struct cb_log *log, struct cb_bus *bus, int64_t now_us);
 
 /* Writes the member "bus", if the file has a bus. */
-void cb_stats_put_bus(FILE *file, const struct cb_bus *bus);
+void cb_stats_put_bus(struct cb_writer *json, const struct cb_bus *bus);
 
 #endif

@@ -45,6 +45,13 @@ int64_t cb_histogram_percentile(const struct cb_histogram *histogram, double sha
     return histogram->max_ns;
 }
 
+uint64_t cb_histogram_up_to(const struct cb_histogram *histogram, int64_t ns) {
+    const unsigned last = bucket_of((uint64_t)ns);
+    uint64_t seen = 0;
+    for (unsigned i = 0; i <= last; i++) seen += histogram->buckets[i];
+    return seen;
+}
+
 double cb_histogram_mean(const struct cb_histogram *histogram) {
     return histogram->count == 0 ? 0.0 : histogram->sum_ns / (double)histogram->count;
 }

@@ -28,6 +28,9 @@ void cb_histogram_add(struct cb_histogram *histogram, int64_t ns);
  *      without times */
 int64_t cb_histogram_percentile(const struct cb_histogram *histogram, double share);
 
+/* out: number of times up to ns, exact to the width of a bucket */
+uint64_t cb_histogram_up_to(const struct cb_histogram *histogram, int64_t ns);
+
 /* out: the mean; 0 without times */
 double cb_histogram_mean(const struct cb_histogram *histogram);
 

@@ -93,7 +93,7 @@ void cb_input_record_add(struct cb_input_record *record, const struct cb_config 
                   in->held == CB_TRANSFER_OK ? config->plc.write.count : 0);
     fprintf(file, ",%u,", (unsigned)row->mode);
     for (unsigned i = 0; i < config->channels_count; i++)
-        fprintf(file, "%08" PRIx32, bits_of(row->channels[i]));
+        fprintf(file, "%08" PRIx32, bits_of(row->channels[i].output_um));
     put_registers(file, row->written, config->plc.write.count);
     fputc('\n', file);
     note_error(record);

@@ -46,7 +46,7 @@ static void put(const struct cb_log *log, int64_t now_us, const char *text) {
 
 static void report_left_out(struct cb_log *log, enum cb_log_kind kind, int64_t now_us) {
     static const char *const what[] = {
-#define CB_X(name, words) [name] = words,
+#define CB_X(name, word, what) [name] = what,
         CB_LOG_KINDS(CB_X)
 #undef CB_X
     };
@@ -63,13 +63,19 @@ static __attribute__((format(printf, 4, 0))) void write_line(struct cb_log *log,
                                                              enum cb_log_kind kind, int64_t now_us,
                                                              const char *format,
                                                              va_list arguments) {
+    static const char *const words[] = {
+#define CB_X(name, word, what) [name] = word,
+        CB_LOG_KINDS(CB_X)
+#undef CB_X
+    };
     char text[LINE_BYTES];
+    vsnprintf(text, sizeof text, format, arguments);
+    cb_events_add(log->events, words[kind], text, kind == CB_LOG_MODE ? log->row : NULL);
     if (!cb_stderr_is_ready()) {
         log->limits[kind].left_out++;
         return;
     }
     report_left_out(log, kind, now_us);
-    vsnprintf(text, sizeof text, format, arguments);
     put(log, now_us, text);
 }
 
@@ -94,6 +100,7 @@ void cb_log_limited(struct cb_log *log, enum cb_log_kind kind, int64_t now_us, c
     struct cb_log_limit *limit = refilled(log, kind, now_us);
     if (limit->lines_left < 1) {
         limit->left_out++;
+        if (log->events != NULL) log->events->lost++;
         return;
     }
     limit->lines_left -= 1;
@@ -223,10 +230,12 @@ static void log_errors(struct cb_log *log, const struct cb_row *row) {
 }
 
 void cb_log_row(struct cb_log *log, const struct cb_config *config, const struct cb_row *row) {
+    log->row = row;
     cb_log_peer(log, config, row);
     log_link(log, row);
     log_mode(log, row);
     log_foreign(log, config, row);
     log_errors(log, row);
+    log->row = NULL;
     log->begun = true;
 }

@@ -8,20 +8,22 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "hal/linux/daemon/events.h"
 #include "hal/linux/daemon/row.h"
 
-/* Kinds of lines, with the name in "lines about …" left out. The first kind is not limited. */
-#define CB_LOG_KINDS(X)                  \
-    X(CB_LOG_START, "start and end")     \
-    X(CB_LOG_MODE, "the mode")           \
-    X(CB_LOG_LINK, "the connection")     \
-    X(CB_LOG_WIRE, "errors on the wire") \
-    X(CB_LOG_CAN, "the CAN bus")         \
-    X(CB_LOG_BUS, "the bus")             \
-    X(CB_LOG_FILES, "files")
+/* X(name, word, what): kinds of lines; `word` names the event, "lines about WHAT" are left out. The
+ * first kind is not limited. */
+#define CB_LOG_KINDS(X)                          \
+    X(CB_LOG_START, "run", "start and end")      \
+    X(CB_LOG_MODE, "mode", "the mode")           \
+    X(CB_LOG_LINK, "link", "the connection")     \
+    X(CB_LOG_WIRE, "wire", "errors on the wire") \
+    X(CB_LOG_CAN, "can", "the CAN bus")          \
+    X(CB_LOG_BUS, "bus", "the bus")              \
+    X(CB_LOG_FILES, "file", "files")
 
 enum cb_log_kind {
-#define CB_X(name, what) name,
+#define CB_X(name, word, what) name,
     CB_LOG_KINDS(CB_X)
 #undef CB_X
         CB_LOG_KINDS_COUNT
@@ -41,11 +43,13 @@ struct cb_log_odd {
 };
 
 struct cb_log {
-    const char *plc;  /* its address, for the lines */
-    bool journal;     /* stderr is systemd's journal */
-    int64_t start_us; /* time 0 of the lines */
+    struct cb_events *events; /* has every line too; NULL: none */
+    const char *plc;          /* its address, for the lines */
+    bool journal;             /* stderr is systemd's journal */
+    int64_t start_us;         /* time 0 of the lines */
     struct cb_log_limit limits[CB_LOG_KINDS_COUNT];
-    bool begun; /* a row was processed: the fields below are valid */
+    const struct cb_row *row; /* during cb_log_row() */
+    bool begun;               /* a row was processed: the fields below are valid */
     uint8_t mode, reason;
     struct cb_cause cause;
     uint32_t registers_foreign; /* count at the last line */

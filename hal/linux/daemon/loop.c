@@ -49,26 +49,32 @@ static void copy_step(struct cb_row *row, const struct cb_cycle *cycle) {
     memcpy(row->written, cycle->out.registers, sizeof row->written);
 }
 
-static void copy_values(struct cb_row *row, const struct cb_box *box,
-                        const struct cb_outputs *out) {
-    row->known = 0;
-    for (unsigned i = 0; i < CB_MAX_SIGNALS; i++) { /* a count may have changed in memory */
-        row->signals[i] = box->signals[i].value;
-        if (box->signals[i].known) row->known |= 1ull << i;
-    }
-    memcpy(row->outputs, box->outputs, sizeof row->outputs);
-    memcpy(row->channels, out->channel_um, sizeof row->channels);
+static enum cb_row_signal_state state_of(const struct cb_signal_state *signal) {
+    if (!signal->known) return CB_ROW_SIGNAL_NEVER;
+    if (!signal->fresh) return CB_ROW_SIGNAL_STALE;
+    return signal->refusal == CB_CAUSE_NONE ? CB_ROW_SIGNAL_FRESH : CB_ROW_SIGNAL_REFUSED;
 }
 
-static void copy_cause(struct cb_row *row, const struct cb_box *box) {
-    row->cause = cb_name_cause(box);
-    row->foreign = box->foreign;
-    for (unsigned i = 0; i < CB_MAX_SIGNALS; i++)
-        row->signal_counts[i] =
-            (struct cb_row_signal){box->signals[i].implausible, box->signals[i].stale};
-    for (unsigned i = 0; i < CB_MAX_CHANNELS; i++)
-        row->channel_counts[i] =
-            (struct cb_row_channel){box->channels[i].limited, box->channels[i].excessive};
+/* All entries, because a count may have changed in memory. */
+static void copy_values(struct cb_row *row, const struct cb_box *box,
+                        const struct cb_outputs *out) {
+    for (unsigned i = 0; i < CB_MAX_SIGNALS; i++) {
+        const struct cb_signal_state *signal = &box->signals[i];
+        row->signals[i] = (struct cb_row_signal){.value = signal->value,
+                                                 .state = (uint8_t)state_of(signal),
+                                                 .time_us = signal->time_us,
+                                                 .implausible = signal->implausible,
+                                                 .stale = signal->stale};
+    }
+    for (unsigned i = 0; i < CB_MAX_CHANNELS; i++) {
+        const struct cb_channel_state *channel = &box->channels[i];
+        row->channels[i] = (struct cb_row_channel){.wanted_um = channel->wanted_um,
+                                                   .output_um = out->channel_um[i],
+                                                   .applied_um = channel->applied_um,
+                                                   .limited = channel->limited,
+                                                   .excessive = channel->excessive};
+    }
+    memcpy(row->outputs, box->outputs, sizeof row->outputs);
 }
 
 /* Publishes the finished cycle for the other thread; a full ring counts the row as lost. */
@@ -90,7 +96,8 @@ static void publish(struct cb_loop *loop, int64_t woke_before_ns) {
     row->write = (uint8_t)loop->cycle.write;
     row->mode = loop->box->mode.mode;
     row->reason = loop->box->mode.reason;
-    copy_cause(row, loop->box);
+    row->cause = cb_name_cause(loop->box);
+    row->foreign = loop->box->foreign;
     row->box = loop->box->counters;
     copy_wire(row, &loop->target);
     copy_can(&row->can, &loop->target.can);

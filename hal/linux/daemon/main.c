@@ -21,6 +21,7 @@
 #include "hal/linux/daemon/output_file.h"
 #include "hal/linux/daemon/record.h"
 #include "hal/linux/daemon/reload.h"
+#include "hal/linux/daemon/snapshot.h"
 #include "hal/linux/daemon/state.h"
 #include "hal/linux/daemon/stats.h"
 #include "hal/linux/daemon/stop.h"
@@ -39,6 +40,7 @@ struct daemon {
     struct cb_options options;
     struct cb_loop loop;
     struct cb_log log;
+    struct cb_events events;
     struct cb_record record;
     struct cb_input_record inputs;
     struct cb_stats stats;
@@ -48,7 +50,11 @@ struct daemon {
     uint32_t generation;         /* generation of the rows taken last … */
     struct cb_config configs[2]; /* … and the newest two files, because the box's own copy may
                                     change in memory */
+    uint32_t crc32s[2];          /* of their texts */
     char plc[64];
+    int64_t snapshot_us;       /* time of the last snapshot */
+    int snapshot_error;        /* errno of its write … */
+    int events_error;          /* … and of the last event */
     int64_t stats_us;          /* time of the last statistics */
     struct cb_state state;     /* newest from the loop */
     uint32_t state_generation; /* generation of its lags */
@@ -73,31 +79,37 @@ static const struct cb_config *config_of(const struct daemon *daemon, uint32_t g
 /* Call it before the box of this generation runs, or right after it has taken over. */
 static void keep_config(struct daemon *daemon, uint32_t generation) {
     daemon->configs[generation % 2] = daemon->loop.boxes[generation % 2].config;
+    daemon->crc32s[generation % 2] = daemon->reload.loaded.crc32;
+    daemon->events.revision = daemon->configs[generation % 2].revision;
+    daemon->events.crc32 = daemon->reload.loaded.crc32;
 }
 
 static const struct cb_config *config_now(const struct daemon *daemon) {
     return config_of(daemon, daemon->generation);
 }
 
+static int write_snapshot(struct daemon *daemon) {
+    if (daemon->options.snapshot == NULL) return 0;
+    return cb_snapshot_write(&daemon->stats, config_now(daemon),
+                             daemon->crc32s[daemon->generation % 2], daemon->options.snapshot);
+}
+
+/* out: false: the file cannot be written, and a sentence about it is printed */
+static bool is_open(const char *path, int error) {
+    if (error != 0)
+        fprintf(stderr, "compboxd: %s: cannot be written: %s\n", path, cb_output_error(error));
+    return error == 0;
+}
+
 /* Opens the output files, so that a wrong path is reported before the machine moves. */
 static bool open_outputs(struct daemon *daemon) {
     const struct cb_options *options = &daemon->options;
     const struct cb_config *config = config_now(daemon);
-    int error = options->stats ? cb_stats_write(&daemon->stats, config, options->stats) : 0;
-    if (error != 0) {
-        fprintf(stderr, "compboxd: %s: cannot be written: %s\n", options->stats,
-                cb_output_error(error));
-        return false;
-    }
-    error = cb_record_start(&daemon->record, options->record, config);
-    if (error != 0)
-        fprintf(stderr, "compboxd: %s: cannot be written: %s\n", options->record,
-                cb_output_error(error));
-    const int inputs_error = cb_input_record_start(&daemon->inputs, options->inputs);
-    if (inputs_error != 0)
-        fprintf(stderr, "compboxd: %s: cannot be written: %s\n", options->inputs,
-                cb_output_error(inputs_error));
-    return error == 0 && inputs_error == 0;
+    const int error = options->stats ? cb_stats_write(&daemon->stats, config, options->stats) : 0;
+    return is_open(options->stats, error) && is_open(options->snapshot, write_snapshot(daemon)) &&
+           is_open(options->events, cb_events_start(&daemon->events, options->events)) &&
+           is_open(options->record, cb_record_start(&daemon->record, options->record, config)) &&
+           is_open(options->inputs, cb_input_record_start(&daemon->inputs, options->inputs));
 }
 
 /* A thread of its own opens the device, because the loop must never wait for a driver. */
@@ -344,6 +356,7 @@ static bool start(struct daemon *daemon) {
     run->priority = daemon->options.priority;
     if (!start_plc(daemon) || !open_outputs(daemon)) return false;
     cb_log_start(&daemon->log, daemon->plc, cb_boottime_us());
+    daemon->log.events = &daemon->events;
     if (!start_signals(daemon)) return false;
     prepare_machine(daemon);
     start_supervision(daemon);
@@ -424,6 +437,19 @@ static void write_stats_now_and_then(struct daemon *daemon, int64_t now_us) {
     report_file(daemon, daemon->options.stats, write_stats(daemon), &daemon->stats_error, now_us);
 }
 
+static void keep_events(struct daemon *daemon, int64_t now_us) {
+    cb_events_sync(&daemon->events, now_us);
+    report_file(daemon, daemon->options.events, daemon->events.error, &daemon->events_error,
+                now_us);
+}
+
+static void write_snapshot_now_and_then(struct daemon *daemon, int64_t now_us) {
+    if (now_us - daemon->snapshot_us < daemon->options.snapshot_every_ms * 1000LL) return;
+    daemon->snapshot_us = now_us;
+    report_file(daemon, daemon->options.snapshot, write_snapshot(daemon), &daemon->snapshot_error,
+                now_us);
+}
+
 /* Waits a little. SIGHUP requests a reload of the coefficient file. */
 static void mind_signals(struct daemon *daemon) {
     const struct timespec wait = cb_timespec(LOOK_EVERY_MS * 1000000LL);
@@ -498,7 +524,7 @@ static void report_status(struct daemon *daemon) {
 /* The normal thread's work until the loop ends; then takes its last rows and writes its last
  * state. */
 static void serve(struct daemon *daemon) {
-    daemon->stats_us = daemon->state_us = cb_boottime_us();
+    daemon->snapshot_us = daemon->stats_us = daemon->state_us = cb_boottime_us();
     while (!cb_flag_is_raised(&daemon->loop.finished)) {
         mind_signals(daemon);
         take_rows(daemon);
@@ -506,6 +532,8 @@ static void serve(struct daemon *daemon) {
         report_status(daemon);
         cb_can_sockets_serve(&daemon->can, config_now(daemon), cb_boottime_us());
         cb_log_bus(&daemon->log, &daemon->bus, cb_boottime_us());
+        keep_events(daemon, cb_boottime_us());
+        write_snapshot_now_and_then(daemon, cb_boottime_us());
         write_stats_now_and_then(daemon, cb_boottime_us());
         keep_state(daemon, cb_boottime_us());
         cb_log_catch_up(&daemon->log, cb_boottime_us(), false);
@@ -531,6 +559,8 @@ static int finish(struct daemon *daemon) {
     int record_error = cb_record_finish(&daemon->record);
     const int inputs_error = cb_input_record_finish(&daemon->inputs);
     int stats_error = write_stats(daemon);
+    report_file(daemon, daemon->options.snapshot, write_snapshot(daemon), &daemon->snapshot_error,
+                now_us);
     if (record_error != 0)
         cb_log_line(&daemon->log, now_us, "%s: %llu row%s could not be written: %s",
                     daemon->options.record, (unsigned long long)daemon->record.lost,
@@ -552,6 +582,7 @@ static int finish(struct daemon *daemon) {
                     "the offset; check %s",
                     daemon->plc);
     cb_log_catch_up(&daemon->log, now_us, true);
+    cb_events_finish(&daemon->events);
     cb_supervise_finish(&daemon->supervise);
     const bool written = record_error == 0 && inputs_error == 0 && stats_error == 0;
     return confirmed && written ? EXIT_OK : EXIT_BAD;

@@ -21,6 +21,10 @@ static const char help[] =
     "  --most-um-per-s V     the site's ceiling of their rate, µm/s, 0.001 to 1000000\n"
     "  --allow-older         a reload accepts a file of a lower revision than the running one\n"
     "  --cycles N            stop after N cycles like on SIGTERM\n"
+    "  --snapshot FILE       write the box's values, mode and cause as JSON, for other programs\n"
+    "  --snapshot-every MS   write it every MS ms, 100 to 1000 (default: 200)\n"
+    "  --events FILE         append a line of JSON for each event: mode, cause, reload, start, "
+    "end\n"
     "  --stats FILE          write statistics as JSON, every 5 s and at the end\n"
     "  --record FILE         write one CSV row for each cycle: signals, terms, outputs, mode\n"
     "  --record-inputs FILE  write the exact inputs of each cycle for compbox simulate --replay\n"
@@ -49,7 +53,10 @@ enum {
     CHECK = 256,
     MOST_UM,
     MOST_UM_PER_S,
-    ALLOW_OLDER
+    ALLOW_OLDER,
+    SNAPSHOT,
+    SNAPSHOT_EVERY,
+    EVENTS
 }; /* values beyond characters, which getopt_long returns for unknown options */
 
 static const struct option known[] = {
@@ -59,6 +66,9 @@ static const struct option known[] = {
     {"most-um-per-s", required_argument, NULL, MOST_UM_PER_S},
     {"allow-older", no_argument, NULL, ALLOW_OLDER},
     {"cycles", required_argument, NULL, 'n'},
+    {"snapshot", required_argument, NULL, SNAPSHOT},
+    {"snapshot-every", required_argument, NULL, SNAPSHOT_EVERY},
+    {"events", required_argument, NULL, EVENTS},
     {"stats", required_argument, NULL, 's'},
     {"record", required_argument, NULL, 'r'},
     {"record-inputs", required_argument, NULL, 'i'},
@@ -134,6 +144,16 @@ static bool take(struct cb_options *options, int letter, const char *argument) {
     switch (letter) {
         case 'c':
             options->config = argument;
+            return true;
+        case SNAPSHOT:
+            options->snapshot = argument;
+            return true;
+        case SNAPSHOT_EVERY:
+            if (!parse_number("snapshot-every", argument, 100, 1000, &number)) return false;
+            options->snapshot_every_ms = (int)number;
+            return true;
+        case EVENTS:
+            options->events = argument;
             return true;
         case 's':
             options->stats = argument;
@@ -217,10 +237,9 @@ static bool is_one_file(const char *a, const char *b) {
 static bool files_differ(const struct cb_options *options) {
     const struct {
         const char *name, *path;
-    } files[] = {{"--config", options->config},
-                 {"--stats", options->stats},
-                 {"--record", options->record},
-                 {"--record-inputs", options->inputs},
+    } files[] = {{"--config", options->config}, {"--snapshot", options->snapshot},
+                 {"--events", options->events}, {"--stats", options->stats},
+                 {"--record", options->record}, {"--record-inputs", options->inputs},
                  {"--state", options->state}};
     const size_t count = sizeof files / sizeof files[0];
     for (size_t i = 1; i < count; i++)
@@ -235,6 +254,7 @@ static bool files_differ(const struct cb_options *options) {
 
 enum cb_options_result cb_options_parse(struct cb_options *options, int argc, char **argv) {
     *options = (struct cb_options){.cpu_latency = true,
+                                   .snapshot_every_ms = 200,
                                    .state_every_s = 10,
                                    .cpu = -1,
                                    .clock = CLOCK_MONOTONIC,

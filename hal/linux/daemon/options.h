@@ -14,6 +14,9 @@ struct cb_options {
     bool check;                /* load it and exit */
     struct cb_ceiling ceiling; /* of the site */
     bool allow_older;          /* a reload may use a file of a lower revision */
+    const char *snapshot;      /* the box at this moment as JSON; NULL: none */
+    int snapshot_every_ms;     /* its write interval */
+    const char *events;        /* lines of JSON, appended; NULL: none */
     const char *stats;         /* statistics as JSON; NULL: none */
     const char *record;        /* one CSV row per cycle; NULL: none */
     const char *inputs;        /* the exact inputs of each step; NULL: none */

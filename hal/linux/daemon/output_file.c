@@ -3,6 +3,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <libgen.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -30,7 +31,42 @@ int cb_output_open(const char *path) {
     return fd;
 }
 
-int cb_output_begin(const char *path, char *temporary, size_t size) {
+size_t cb_output_write(int fd, const void *bytes, size_t size) {
+    size_t done = 0;
+    while (done < size) {
+        const ssize_t now = write(fd, (const char *)bytes + done, size - done);
+        if (now < 0 && errno == EINTR) continue;
+        if (now == 0) errno = ENOSPC;
+        if (now <= 0) break;
+        done += (size_t)now;
+    }
+    return done;
+}
+
+/* out: 0; or errno. *bytes: size of the file with the end of its last line */
+static int end_last_line(int fd, int64_t *bytes) {
+    char last = '\n';
+    *bytes = lseek(fd, 0, SEEK_END);
+    if (*bytes <= 0) return *bytes < 0 ? errno : 0;
+    if (lseek(fd, *bytes - 1, SEEK_SET) < 0 || read(fd, &last, 1) != 1) return errno;
+    if (last == '\n') return 0;
+    ++*bytes;
+    return cb_output_write(fd, "\n", 1) == 1 ? 0 : errno;
+}
+
+int cb_output_append(const char *path, int64_t *bytes) {
+    const int fd =
+        open(path, O_RDWR | O_APPEND | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0644);
+    struct stat opened;
+    *bytes = 0;
+    if (fd < 0) return -1;
+    if (fstat(fd, &opened) != 0) return refused(fd, errno);
+    const int error = S_ISREG(opened.st_mode) ? end_last_line(fd, bytes) : 0;
+    return error == 0 ? fd : refused(fd, error);
+}
+
+/* Creates an empty file. in: temporary[size]: for its name. out: a descriptor; or -1 with errno */
+static int begin(const char *path, char *temporary, size_t size) {
     if ((size_t)snprintf(temporary, size, "%s.new", path) >= size) return refused(-1, ENAMETOOLONG);
     const int fault = fault_at(path);
     if (fault != 0) return refused(-1, fault);
@@ -38,9 +74,31 @@ int cb_output_begin(const char *path, char *temporary, size_t size) {
     return open(temporary, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644);
 }
 
-int cb_output_replace(const char *path, const char *temporary, int error) {
+/* Closes fd. out: 0 when everything is written, and on the disk if durable; else errno. */
+static int fill(int fd, const void *bytes, size_t size, bool durable) {
+    int error = cb_output_write(fd, bytes, size) == size ? 0 : errno;
+    if (error == 0 && durable && fsync(fd) != 0) error = errno;
+    if (close(fd) != 0 && error == 0) error = errno;
+    return error;
+}
+
+void cb_output_sync_folder(const char *path) {
+    char folder[4096];
+    snprintf(folder, sizeof folder, "%s", path);
+    const int fd = open(dirname(folder), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (fd < 0) return;
+    fsync(fd);
+    close(fd);
+}
+
+int cb_output_whole(const char *path, const void *bytes, size_t size, bool durable) {
+    char temporary[4096];
+    const int fd = begin(path, temporary, sizeof temporary);
+    if (fd < 0) return errno;
+    int error = fill(fd, bytes, size, durable);
     if (error == 0 && rename(temporary, path) != 0) error = errno;
     if (error != 0) unlink(temporary);
+    if (error == 0 && durable) cb_output_sync_folder(path);
     return error;
 }
 

@@ -4,23 +4,31 @@
 #ifndef COMPBOX_HAL_LINUX_DAEMON_OUTPUT_FILE_H
 #define COMPBOX_HAL_LINUX_DAEMON_OUTPUT_FILE_H
 
+#include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 /* Opens `path` for writing and creates a missing file. A regular file is emptied; a device or a
  * pipe is opened without waiting.
  * out: a descriptor; or -1 with errno (ELOOP: it is a symbolic link) and nothing changed */
 int cb_output_open(const char *path);
 
-/* Creates an empty file PATH.new, which cb_output_replace moves over `path`. A PATH.new of an
- * earlier run is removed first.
- * in : temporary[size]: for its name
- * out: a descriptor; or -1 with errno (ELOOP: `path` is a symbolic link, ENOTSUP: no regular
- * file) */
-int cb_output_begin(const char *path, char *temporary, size_t size);
+/* Opens `path` for appending and creates a missing file. A last line without an end gets one.
+ * out: a descriptor, and the size of a regular file in *bytes; or -1 with errno (ELOOP: it is a
+ *      symbolic link) */
+int cb_output_append(const char *path, int64_t *bytes);
 
-/* in : error: of writing it, 0 when all is on the disk
- * out: 0: renamed over `path`; else errno: the temporary file is removed, `path` unchanged */
-int cb_output_replace(const char *path, const char *temporary, int error);
+/* Goes on after a short write. out: number of bytes written; fewer than size only with errno set */
+size_t cb_output_write(int fd, const void *bytes, size_t size);
+
+/* Brings the entry of `path` in its folder to the disk, so that a new name survives a power cut. */
+void cb_output_sync_folder(const char *path);
+
+/* Replaces the content of `path` as a whole: writes PATH.new and renames it over `path`, so a
+ * reader sees the old content or the new one. A PATH.new of an earlier run is removed first. in :
+ * durable: content and name are on the disk before the call returns out: 0, or errno (ELOOP: `path`
+ * is a symbolic link, ENOTSUP: no regular file); on error `path` is unchanged */
+int cb_output_whole(const char *path, const void *bytes, size_t size, bool durable);
 
 /* out: the cause of a failed write, for a person */
 const char *cb_output_error(int error);

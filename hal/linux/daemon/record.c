@@ -46,26 +46,15 @@ static void put_row(struct cb_record *record, const struct cb_config *config,
                     const struct cb_row *row) {
     put(record, "%.6f", (double)(row->time_us - record->first_us) * 1e-6);
     for (unsigned i = 0; i < config->signals_count; i++) {
-        if (row->known >> i & 1)
-            put_value(record, row->signals[i]);
+        if (row->signals[i].state != CB_ROW_SIGNAL_NEVER)
+            put_value(record, row->signals[i].value);
         else
             put(record, ",");
     }
     for (unsigned i = 0; i < config->outputs_count; i++) put_value(record, row->outputs[i]);
-    for (unsigned i = 0; i < config->channels_count; i++) put_value(record, row->channels[i]);
+    for (unsigned i = 0; i < config->channels_count; i++)
+        put_value(record, row->channels[i].output_um);
     put(record, ",%u,%u\n", row->mode, row->reason);
-}
-
-/* out: number of bytes written; fewer than size only with errno set */
-static size_t write_all(int fd, const char *bytes, size_t size) {
-    size_t done = 0;
-    while (done < size) {
-        ssize_t now = write(fd, bytes + done, size - done);
-        if (now < 0 && errno == EINTR) continue;
-        if (now <= 0) break;
-        done += (size_t)now;
-    }
-    return done;
 }
 
 /* Removes the part of a line that was written before an error. */
@@ -76,7 +65,7 @@ static void cut_to_whole_lines(struct cb_record *record) {
 
 void cb_record_flush(struct cb_record *record) {
     if (record->fd < 0 || record->used == 0) return;
-    if (write_all(record->fd, record->buffer, record->used) == record->used) {
+    if (cb_output_write(record->fd, record->buffer, record->used) == record->used) {
         record->whole_size += (int64_t)record->used;
     } else {
         if (record->error == 0) record->error = errno;

@@ -31,11 +31,29 @@ struct cb_row_cause {
     char unit[8]; /* of a signal's value; otherwise "" */
 };
 
-/* The signal's share of the box's counters. */
+/* X(name, word): what a signal's value is worth in this cycle. */
+#define CB_ROW_SIGNAL_STATES(X)                                                                   \
+    X(CB_ROW_SIGNAL_NEVER, "never")     /* none was accepted since the start */                   \
+    X(CB_ROW_SIGNAL_FRESH, "fresh")     /* the newest reading is in use */                        \
+    X(CB_ROW_SIGNAL_REFUSED, "refused") /* the newest was implausible; one before it is in use */ \
+    X(CB_ROW_SIGNAL_STALE, "stale")     /* older than max_age_ms: not used */
+
+enum cb_row_signal_state {
+#define CB_X(name, word) name,
+    CB_ROW_SIGNAL_STATES(CB_X)
+#undef CB_X
+};
+
+/* The two counts are its share of the box's counters. */
 struct cb_row_signal {
+    float value;     /* the last accepted one */
+    uint8_t state;   /* enum cb_row_signal_state */
+    int64_t time_us; /* of its acceptance, clock of step_at_us */
     uint32_t implausible, stale;
 };
 struct cb_row_channel {
+    float wanted_um, output_um;
+    float applied_um; /* newest one of the PLC, of a channel with `applied` */
     uint32_t limited, excessive;
 };
 
@@ -51,8 +69,6 @@ struct cb_row {
     uint8_t mode, reason;
     struct cb_row_cause cause;
     struct cb_foreign_register foreign; /* found by the last read-back */
-    struct cb_row_signal signal_counts[CB_MAX_SIGNALS];
-    struct cb_row_channel channel_counts[CB_MAX_CHANNELS];
     struct cb_counters box;
     uint8_t transport;          /* enum cb_transport */
     struct cb_tcp_counters tcp; /* of the transport in use; the other one has zeros */
@@ -64,10 +80,9 @@ struct cb_row {
     int64_t step_at_us;  /* now_us of the step … */
     struct cb_inputs in; /* its inputs and its write block */
     uint16_t written[CB_MAX_WRITE_REGISTERS];
-    uint64_t known; /* bit i: signals[i] was received at least once */
-    float signals[CB_MAX_SIGNALS];
-    float outputs[CB_MAX_OUTPUTS];
-    float channels[CB_MAX_CHANNELS];
+    struct cb_row_signal signals[CB_MAX_SIGNALS];
+    struct cb_row_channel channels[CB_MAX_CHANNELS];
+    float outputs[CB_MAX_OUTPUTS]; /* of the terms */
 };
 
 #endif

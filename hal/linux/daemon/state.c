@@ -119,43 +119,10 @@ static size_t fill(struct file *file, const struct cb_state *state, const struct
     return size + sizeof crc;
 }
 
-/* Goes on after a short write. out: 0 when all bytes are written, else errno. */
-static int write_all(int fd, const void *bytes, size_t size) {
-    for (size_t done = 0; done < size;) {
-        const ssize_t written = write(fd, (const char *)bytes + done, size - done);
-        if (written < 0) return errno;
-        if (written == 0) return ENOSPC;
-        done += (size_t)written;
-    }
-    return 0;
-}
-
-/* Closes fd. out: 0 when everything is on the disk, else errno. */
-static int write_and_sync(int fd, const void *bytes, size_t size) {
-    int error = write_all(fd, bytes, size);
-    if (error == 0 && fsync(fd) != 0) error = errno;
-    if (close(fd) != 0 && error == 0) error = errno;
-    return error;
-}
-
-/* The new name must survive a power cut too. */
-static void sync_folder(char *path) {
-    int fd = open(dirname(path), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (fd < 0) return;
-    fsync(fd);
-    close(fd);
-}
-
 int cb_state_write(const struct cb_state *state, const struct cb_config *config, const char *path,
                    const struct cb_state_clock *now) {
     struct file file;
-    char temporary[4096];
-    const int fd = cb_output_begin(path, temporary, sizeof temporary);
-    if (fd < 0) return errno;
-    const size_t size = fill(&file, state, config, now);
-    const int error = cb_output_replace(path, temporary, write_and_sync(fd, &file, size));
-    if (error == 0) sync_folder(temporary);
-    return error;
+    return cb_output_whole(path, &file, fill(&file, state, config, now), true);
 }
 
 /* ---- reading ---- */

@@ -6,12 +6,12 @@
 
 #include <stdbool.h>
 #include <stdint.h>
-#include <stdio.h>
 
 #include "firmware/box/ceiling.h"
 #include "hal/linux/daemon/bus.h"
 #include "hal/linux/daemon/histogram.h"
 #include "hal/linux/daemon/row.h"
+#include "hal/linux/daemon/writer.h"
 
 struct cb_config;
 struct cb_can_config;
@@ -57,11 +57,12 @@ struct cb_stats {
 
 void cb_stats_add(struct cb_stats *stats, const struct cb_row *row);
 
-/* Writes a JSON string. */
-void cb_stats_put_string(FILE *file, const char *text);
+/* Writes the box's counters as one object. */
+void cb_stats_put_box(struct cb_writer *json, const char *key, const struct cb_counters *counters);
 
 /* Writes the member "can", if the file uses the bus (stats_can.c). */
-void cb_stats_put_can(FILE *file, const struct cb_can_config *config, const struct cb_row *row);
+void cb_stats_put_can(struct cb_writer *json, const struct cb_can_config *config,
+                      const struct cb_row *row);
 
 /* Writes a temporary file beside `path` and renames it over `path`. out: 0, or errno (ENOTSUP:
  * `path` is not a regular file); on error the old file is unchanged. */

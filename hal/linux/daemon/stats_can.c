@@ -28,24 +28,25 @@ const char *cb_canopen_state_word(uint8_t state) {
     }
 }
 
-static void put_node(FILE *file, uint8_t number, const struct cb_canopen_node *node) {
-    fprintf(file,
-            "{\"node\": %u, \"state\": \"%s\", \"boots\": %u, \"losses\": %u, \"starts\": %u}",
-            (unsigned)number, cb_canopen_state_word(node->state), (unsigned)node->boots,
-            (unsigned)node->losses, (unsigned)node->starts);
-}
-
-void cb_stats_put_can(FILE *file, const struct cb_can_config *config, const struct cb_row *row) {
-    fprintf(file, "  \"can\": {\"interface\": ");
-    cb_stats_put_string(file, config->interface);
-    fprintf(file, ", \"state\": \"%s\"", cb_can_state_word(row->can.state));
-#define CB_X(name) fprintf(file, ", \"" #name "\": %u", (unsigned)row->can.counters.name);
+void cb_stats_put_can(struct cb_writer *json, const struct cb_can_config *config,
+                      const struct cb_row *row) {
+    cb_writer_object(json, "can");
+    cb_writer_text(json, "interface", config->interface);
+    cb_writer_text(json, "state", cb_can_state_word(row->can.state));
+#define CB_X(name) cb_writer_whole(json, #name, row->can.counters.name);
     CB_CAN_COUNTERS(CB_X)
 #undef CB_X
-    fputs(",\n    \"nodes\": [", file);
+    cb_writer_array(json, "nodes");
     for (unsigned i = 0; i < config->nodes_count; i++) {
-        fputs(i == 0 ? "" : ", ", file);
-        put_node(file, config->nodes[i].node, &row->can.nodes[i]);
+        const struct cb_canopen_node *node = &row->can.nodes[i];
+        cb_writer_object(json, NULL);
+        cb_writer_whole(json, "node", config->nodes[i].node);
+        cb_writer_text(json, "state", cb_canopen_state_word(node->state));
+        cb_writer_whole(json, "boots", node->boots);
+        cb_writer_whole(json, "losses", node->losses);
+        cb_writer_whole(json, "starts", node->starts);
+        cb_writer_close(json);
     }
-    fputs("]},\n", file);
+    cb_writer_close(json);
+    cb_writer_close(json);
 }

@@ -49,10 +49,10 @@ struct files {
         for (auto &s : config->signals) std::strcpy(s.name, longest);
         for (auto &o : config->outputs) std::strcpy(o.name, longest);
         for (auto &c : config->channels) std::strcpy(c.name, longest);
-        row->known = ~0ull;
-        for (float &v : row->signals) v = -1.17549435e-38f;
-        for (float &v : row->outputs) v = -1.17549435e-38f;
-        for (float &v : row->channels) v = -1.17549435e-38f;
+        constexpr float longest_number = -1.17549435e-38f;
+        for (auto &s : row->signals) s = {longest_number, CB_ROW_SIGNAL_FRESH, 0, 0, 0};
+        for (float &v : row->outputs) v = longest_number;
+        for (auto &c : row->channels) c.output_um = longest_number;
     }
 };
 
@@ -63,10 +63,9 @@ TEST(record, rows_are_what_the_header_says) {
     f.row->mode = 0, f.row->reason = 1;
     cb_record_add(f.record.get(), f.config.get(), f.row.get());
     f.row->time_us = 5030001;
-    f.row->known = 1;
-    f.row->signals[0] = 0.1f;
+    f.row->signals[0] = {0.1f, CB_ROW_SIGNAL_STALE, 0, 0, 0};
     f.row->outputs[0] = -3.0f;
-    f.row->channels[0] = 3.0f;
+    f.row->channels[0].output_um = 3.0f;
     f.row->mode = 1, f.row->reason = 0;
     cb_record_add(f.record.get(), f.config.get(), f.row.get());
     EXPECT_EQ(f.lines().size(), 1u);  // the rest is buffered
@@ -94,7 +93,7 @@ TEST(record, the_longest_rows_are_whole) {
 
 TEST(record, a_full_disk_leaves_whole_lines_and_a_count) {
     files f;
-    f.row->known = 3;
+    f.row->signals[0].state = f.row->signals[1].state = CB_ROW_SIGNAL_FRESH;
     ASSERT_EQ(cb_record_start(f.record.get(), f.path.c_str(), f.config.get()), 0);
     rlimit before{};
     getrlimit(RLIMIT_FSIZE, &before);

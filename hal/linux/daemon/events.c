@@ -1,0 +1,111 @@
+/* SPDX-License-Identifier: MIT */
+#include "hal/linux/daemon/events.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <unistd.h>
+
+#include "firmware/box/mode.h"
+#include "hal/linux/daemon/cause_words.h"
+#include "hal/linux/daemon/output_file.h"
+#include "hal/linux/daemon/writer.h"
+
+/* out: 0, or errno */
+static int open_file(struct cb_events *events) {
+    events->fd = cb_output_append(events->path, &events->bytes);
+    events->is_new = true;
+    return events->fd < 0 ? errno : 0;
+}
+
+int cb_events_start(struct cb_events *events, const char *path) {
+    events->path = path;
+    events->fd = -1;
+    return path == NULL ? 0 : open_file(events);
+}
+
+/* out: PATH.N, or PATH for 0, fits into name[size] */
+static bool has_name(char *name, size_t size, const char *path, unsigned n) {
+    const int length =
+        n == 0 ? snprintf(name, size, "%s", path) : snprintf(name, size, "%s.%u", path, n);
+    return (size_t)length < size;
+}
+
+/* Renames each file to the next number; the oldest goes. A missing one is left out. */
+static int rotate(struct cb_events *events) {
+    char from[4096], to[4096];
+    close(events->fd);
+    events->fd = -1;
+    for (unsigned n = CB_EVENTS_FILES - 1; n > 0; n--) {
+        if (!has_name(from, sizeof from, events->path, n - 1) ||
+            !has_name(to, sizeof to, events->path, n))
+            return ENAMETOOLONG;
+        if (rename(from, to) != 0 && errno != ENOENT) return errno;
+    }
+    return open_file(events);
+}
+
+/* out: 0 when the line is in the file as a whole; else errno, and nothing of it is */
+static int append(struct cb_events *events, const char *line, size_t bytes) {
+    int error = events->fd < 0 ? open_file(events) : 0;
+    if (error == 0 && events->bytes + (int64_t)bytes > CB_EVENTS_BYTES) error = rotate(events);
+    if (error != 0) return error;
+    if (cb_output_write(events->fd, line, bytes) == bytes) {
+        events->bytes += (int64_t)bytes;
+        return 0;
+    }
+    error = errno;
+    if (ftruncate(events->fd, events->bytes) != 0) {
+        close(events->fd);
+        events->fd = -1; /* the next line opens it again, and ends the torn one */
+    }
+    return error;
+}
+
+static void put_mode(struct cb_writer *json, const struct cb_row *row) {
+    char cause[CB_CAUSE_TEXT];
+    cb_cause_text(&row->cause, cause);
+    cb_writer_text(json, "mode", cb_mode_name(row->mode));
+    cb_writer_text(json, "reason", cb_reason_text(row->reason));
+    cb_writer_text(json, "cause", cause);
+    cb_writer_whole(json, "cycle", (int64_t)row->number);
+}
+
+void cb_events_add(struct cb_events *events, const char *kind, const char *text,
+                   const struct cb_row *row) {
+    char line[CB_EVENTS_LINE], crc[12];
+    struct cb_state_clock now;
+    if (events == NULL || events->path == NULL) return;
+    cb_state_clock_read(&now);
+    snprintf(crc, sizeof crc, "%08x", (unsigned)events->crc32);
+    struct cb_writer json = cb_writer_begin(line, sizeof line, true);
+    cb_writer_thousandths(&json, "unix_s", (double)now.unix_us * 1e-6);
+    cb_writer_truth(&json, "synchronised", now.synchronised);
+    cb_writer_text(&json, "boot", now.boot_id);
+    cb_writer_thousandths(&json, "boot_s", (double)now.boottime_us * 1e-6);
+    cb_writer_whole(&json, "revision", events->revision);
+    cb_writer_text(&json, "crc", crc);
+    cb_writer_text(&json, "kind", kind);
+    cb_writer_text(&json, "text", text);
+    if (row != NULL) put_mode(&json, row);
+    if (events->lost > 0) cb_writer_whole(&json, "lost_before", events->lost);
+    const size_t bytes = cb_writer_end(&json);
+    events->error = bytes == 0 ? EFBIG : append(events, line, bytes);
+    events->lost = events->error == 0 ? 0 : events->lost + 1;
+    if (events->error == 0 && events->sync_us == 0) events->sync_us = now.boottime_us;
+}
+
+void cb_events_sync(struct cb_events *events, int64_t now_us) {
+    if (events->sync_us == 0 || now_us - events->sync_us < CB_EVENTS_SYNC_US) return;
+    events->sync_us = 0;
+    if (events->fd < 0) return;
+    if (fsync(events->fd) != 0) events->error = errno;
+    if (events->is_new) cb_output_sync_folder(events->path);
+    events->is_new = false;
+}
+
+int cb_events_finish(struct cb_events *events) {
+    cb_events_sync(events, INT64_MAX);
+    if (events->fd >= 0) close(events->fd);
+    events->fd = -1;
+    return events->error;
+}
