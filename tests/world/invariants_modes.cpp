@@ -277,10 +277,7 @@ class status_invariant : public invariant {
             const bool follows = beats <= 1;
             const bool holds = follows && from.mode == fakeplc::box_mode::hold &&
                                to.mode == fakeplc::box_mode::hold;
-            // Behind a reload to a smaller limit it comes inside.
-            const bool enters = std::fabs(was) > facts.channels[c].limit_um * (1 - 1e-6) &&
-                                std::fabs(is) < std::fabs(was) && of_.files_taken() > 1;
-            if (holds && is != was && !enters)
+            if (holds && is != was && !comes_inside(facts, c, from, to))
                 violated(fmt::format("{} moves from {} to {} µm in HOLD", facts.channels[c].name,
                                      was, is));
             const bool ramps = is_ramp(from) && is_ramp(to) && follows;
@@ -289,6 +286,19 @@ class status_invariant : public invariant {
                                      was, is));
             if (ramps) check_ramp(facts, c, was, is, apart);
         }
+    }
+    // Behind a reload to a smaller limit, or to a smaller difference of a pair.
+    bool comes_inside(const machine &facts, std::size_t c, const written_block &from,
+                      const written_block &to) const {
+        constexpr double almost = 1 - 1e-6;
+        if (of_.files_taken() <= 1) return false;
+        const double was = std::fabs(from.um[c]), is = std::fabs(to.um[c]);
+        if (was > facts.channels[c].limit_um * almost && is < was) return true;
+        return std::any_of(facts.pairs.begin(), facts.pairs.end(), [&](const pair_facts &pair) {
+            const double apart_um = std::fabs(from.um[pair.first] - from.um[pair.second]);
+            return (c == pair.first || c == pair.second) && apart_um > pair.most_um * almost &&
+                   std::fabs(to.um[pair.first] - to.um[pair.second]) < apart_um;
+        });
     }
     static bool is_ramp(const written_block &block) {
         return block.mode == fakeplc::box_mode::ramp || block.mode == fakeplc::box_mode::fault;
