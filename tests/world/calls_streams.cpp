@@ -74,10 +74,6 @@ stream *world_fdopen(int fd, const char *) {
     return new (block) stream{fd, true, false, 0, {}};
 }
 
-int world_fflush(stream *of) {
-    return flush(*of) ? 0 : EOF;
-}
-
 int world_fclose(stream *of) {
     const bool flushed = flush(*of);
     const int closed = world_close(of->fd);
@@ -89,17 +85,9 @@ int world_ferror(stream *of) {
     return of->failed;
 }
 
-int world_fileno(stream *of) {
-    return of->fd;
-}
-
 int world_fputc(int letter, stream *to) {
     const char byte = static_cast<char>(letter);
     return put(*to, &byte, 1) ? letter : EOF;
-}
-
-int world_fputs(const char *text, stream *to) {
-    return put(*to, text, std::strlen(text)) ? 1 : EOF;
 }
 
 size_t world_fwrite(const void *from, size_t size, size_t count, stream *to) {

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "host-tools/formats/text.h"
 #include "tests/world/blocks.h"
 #include "tests/world/invariants.h"
 #include "tests/world/run.h"
@@ -18,16 +19,16 @@ namespace compbox::world {
 
 namespace {
 
-// Whoever reads the statistics finds one whole JSON object, at any time.
+// Whoever reads the statistics or the snapshot finds one whole JSON object, at any time.
 class stats_invariant : public invariant {
   public:
     explicit stats_invariant(run &of) : invariant(of, "statistics") {}
-    void started() override { check("at a start"); }
+    void started() override { check_both("at a start"); }
     void file_written(const std::string &path, const node &) override {
-        if (path == run::stats_path) check("after a write");
+        if (path == run::stats_path || path == run::snapshot_path) check(path, "after a write");
     }
     void ended(const ending &how) override {
-        check("at the end");
+        check_both("at the end");
         if (how.by_signal || how.code != 0) return;
         const auto all = nlohmann::json::parse(of_.box.files.text(run::stats_path), nullptr, false);
         if (!all.is_object()) return;
@@ -38,12 +39,16 @@ class stats_invariant : public invariant {
     }
 
   private:
-    void check(const char *when) {
-        const auto file = of_.box.files.find(run::stats_path, false);
+    void check_both(const char *when) {
+        check(run::stats_path, when);
+        check(run::snapshot_path, when);
+    }
+    void check(const std::string &path, const char *when) {
+        const auto file = of_.box.files.find(path, false);
         if (file == nullptr || file->kind != node_kind::regular) return;
         if (!nlohmann::json::accept(file->bytes))
-            violated(fmt::format("{} the statistics are no JSON object: {} bytes", when,
-                                 file->bytes.size()));
+            violated(
+                fmt::format("{} {} is no JSON object: {} bytes", when, path, file->bytes.size()));
     }
     // cycles + missed ticks fill the time; without faults there is no drift, and nothing is missed.
     void check_ticks(const nlohmann::json &all) {
@@ -278,6 +283,33 @@ class record_invariant : public invariant {
     }
 };
 
+// Events stay, line by line, until a power cut; only refused calls and power cuts leave a part of
+// one.
+class events_invariant : public invariant {
+  public:
+    explicit events_invariant(run &of) : invariant(of, "events") {}
+    void started() override { check(); }
+    void ended(const ending &) override { check(); }
+
+  private:
+    void check() {
+        const auto file = of_.box.files.find(run::events_path, false);
+        if (file == nullptr || file->kind != node_kind::regular) return;
+        const std::vector<std::string> lines = formats::split(file->bytes, '\n');
+        if (lines.size() < lines_ &&
+            !draws_any(of_, {fault_kind::power_cut, fault_kind::disk, fault_kind::refuse}))
+            violated(fmt::format("{} lines of events, there were {}", lines.size(), lines_));
+        for (std::size_t i = lines_; i + 1 < lines.size(); ++i) {
+            if (nlohmann::json::accept(lines[i])) continue;
+            if (!draws_any(of_, {fault_kind::power_cut, fault_kind::kill, fault_kind::disk,
+                                 fault_kind::refuse, fault_kind::partial}))
+                violated("a line of events is no JSON object: " + lines[i]);
+        }
+        lines_ = lines.size();
+    }
+    std::size_t lines_ = 0;
+};
+
 // Lines of the log are whole sentences of compboxd, and few: 20 at once and two a second of each
 // of some kinds.
 class log_invariant : public invariant {
@@ -320,6 +352,7 @@ void add_files(run &of, invariants &all) {
     all.push_back(std::make_unique<stats_invariant>(of));
     all.push_back(std::make_unique<state_invariant>(of));
     all.push_back(std::make_unique<record_invariant>(of));
+    all.push_back(std::make_unique<events_invariant>(of));
     all.push_back(std::make_unique<log_invariant>(of));
     all.push_back(std::make_unique<link_invariant>(of));
 }

@@ -190,6 +190,8 @@ void run::start_daemon() {
                                       state_path, "--stats",  stats_path};
     if (options.seed % 4 == 0 && options.cycles <= most_recorded)
         words.insert(words.end(), {"--record", record_path});
+    if (options.seed % 7 == 0) words.insert(words.end(), {"--snapshot", snapshot_path});
+    if (options.seed % 2 == 1) words.insert(words.end(), {"--events", events_path});
     if (options.seed % 3 == 0) words.insert(words.end(), {"--watchdog", "/dev/watchdog"});
     if (options.seed % 5 == 0) words.insert(words.end(), {"--clock", "boottime"});
     if (options.seed % 2 == 0)
@@ -214,6 +216,7 @@ void run::restart_after(time_ns pause) {
 }
 
 void run::daemon_ended(const ending &how) {
+    if (how.power_cut) box.files.remove(snapshot_path);  // in memory, as /run is
     each([&](invariant &one) { one.ended(how); });
     if (asked_to_stop) {
         time.stop();

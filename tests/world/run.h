@@ -79,6 +79,8 @@ class run {
     static constexpr const char *config_path = "/etc/compbox/coefficients.json";
     static constexpr const char *state_path = "/var/lib/compbox/state";
     static constexpr const char *stats_path = "/run/stats.json";
+    static constexpr const char *snapshot_path = "/run/snapshot.json";
+    static constexpr const char *events_path = "/var/lib/compbox/events";
     static constexpr const char *record_path = "/run/record.csv";
 
     // ---- for invariants

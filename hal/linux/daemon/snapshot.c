@@ -66,6 +66,7 @@ static const char *state_word(uint8_t state) {
     return words[state];
 }
 
+/* Writes the value and the age as null where there is none. */
 static void put_signals(struct cb_writer *json, const struct cb_config *config,
                         const struct cb_row *row) {
     cb_writer_array(json, "signals");
@@ -106,6 +107,7 @@ static bool is_slewed(const struct cb_channel_config *config,
     return cb_abs(wanted_um - channel->output_um) > near_um;
 }
 
+/* Writes the demand, what became of it, and the terms behind it. */
 static void put_channel(struct cb_writer *json, const struct cb_config *config, unsigned i,
                         const struct cb_row *row) {
     const struct cb_channel_config *one = &config->channels[i];
@@ -155,6 +157,7 @@ static void put_times(struct cb_writer *json, const char *key, const struct cb_h
     cb_writer_close(json);
 }
 
+/* Writes all members, in the order of docs/snapshot.md. */
 static void put_all(struct cb_writer *json, const void *of) {
     const struct document *from = of;
     const struct cb_stats *stats = from->stats;

@@ -152,7 +152,8 @@ TEST_F(output, statistics_list_channels_that_were_limited_or_excessive) {
     one->channels_count = 1;
     std::strcpy(one->channels[0].name, "Z");
     const auto listed = [&](unsigned limited, unsigned excessive) {
-        stats->last.channel_counts[0] = {limited, excessive};
+        stats->last.channels[0].limited = limited;
+        stats->last.channels[0].excessive = excessive;
         EXPECT_EQ(cb_stats_write(stats.get(), one.get(), path.c_str()), 0);
         return text_of(path).find("\"limited\": " + std::to_string(limited) + ", \"excessive\": " +
                                   std::to_string(excessive)) != std::string::npos;
