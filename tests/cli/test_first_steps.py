@@ -66,12 +66,13 @@ def run_until(compbox, plc, condition, stats):
                            text=True, stderr=subprocess.PIPE)
     for _ in range(6000):
         status = plc.command("status")
-        if condition(dict(re.findall(r"(\w+)=(\S+)", status))):
+        found = condition(dict(re.findall(r"(\w+)=(\S+)", status)))
+        if found:
             break
         time.sleep(0.01)
     box.terminate()
     errors = box.communicate(timeout=60)[1]
-    assert box.returncode == 0, errors
+    assert found and box.returncode == 0, (status, errors)
     return json.loads(stats.read_text())
 
 
@@ -107,9 +108,9 @@ def test_against_the_usual_registers(compbox):
     header, *rows = [line.split(",") for line in
                      (compbox.folder / "plc.csv").read_text().splitlines()]
     at = {name: header.index(name) for name in ("X_mm", "commanded_Z_um", "commanded_X_um")}
+    # run_box() saw the value there; the log of scans, of which a busy machine misses some, shows nothing beyond it.
     there = [row for row in rows if float(row[at["X_mm"]]) == 400.0]
-    deepest = min(float(row[at["commanded_Z_um"]]) for row in there)
-    assert deepest == pytest.approx(there_um, abs=1.0)
+    assert there and min(float(row[at["commanded_Z_um"]]) for row in there) > there_um - 1
     assert {float(row[at["commanded_X_um"]]) for row in rows} == {0.0}
 
 
