@@ -23,17 +23,37 @@ static bool has_room(const struct cb_cycle *cycle, const struct exchange *exchan
     return now(exchange->hal) + cycle->exchange_us <= exchange->deadline_us - cycle->exchange_us;
 }
 
-/* FC3 of the write block, when the box requests it. */
-static void read_back(struct cb_cycle *cycle, const struct cb_box *box,
-                      const struct exchange *exchange) {
+/* FC3 of the write block. */
+static void read_held(struct cb_cycle *cycle, const struct exchange *exchange) {
     const struct cb_hal *hal = exchange->hal;
     const struct cb_block_config *write = &exchange->plc->write;
-    const enum cb_want want = cb_box_wants_held(box);
-    const bool needed =
-        want == CB_WANT_NOW || (want == CB_WANT_IF_ROOM && has_room(cycle, exchange));
-    if (!cycle->in.read_ok || !needed) return;
     cycle->in.held = (uint8_t)hal->read(hal->context, write->start, write->count,
                                         cycle->in.held_registers, exchange->deadline_us);
+}
+
+/* The reading took more than half of the time. Another one behind it would end too late, and its
+ * reply would delay the requests of the next cycles. */
+static bool is_slow(const struct cb_cycle *cycle, const struct exchange *exchange) {
+    const int64_t now_us = now(exchange->hal);
+    return now_us - cycle->tick_us > exchange->deadline_us - now_us;
+}
+
+/* Behind a reading: FC3 of the write block, when the box requests it. */
+static void read_back(struct cb_cycle *cycle, const struct cb_box *box,
+                      const struct exchange *exchange) {
+    const enum cb_want want = cb_box_wants_held(box);
+    if (!cycle->in.read_ok || cycle->in.held != CB_TRANSFER_NONE) return;
+    if (want == CB_WANT_NOW && is_slow(cycle, exchange))
+        cycle->turn = CB_TURN_NEXT;
+    else if (want == CB_WANT_NOW || (want == CB_WANT_IF_ROOM && has_room(cycle, exchange)))
+        read_held(cycle, exchange);
+}
+
+/* FC3 of the write block in place of the reading. */
+static void read_back_alone(struct cb_cycle *cycle, const struct exchange *exchange) {
+    read_held(cycle, exchange);
+    cycle->in.read_ok = false;
+    cycle->turn = CB_TURN_DONE;
 }
 
 /* Records the time from a reading to the confirmation of the outputs computed from it.
@@ -123,6 +143,35 @@ static bool outlived(const struct cb_cycle *cycle, const struct cb_box *box) {
     return cycle->tick_us - cycle->step_at_us > (int64_t)CB_CLOCK_PERIODS * box->config.period_us;
 }
 
+/* All requests of a cycle before its step.
+ * in : combined: one FC23 writes the outputs of the step before, and reads
+ * out: in->read_ok and held with their registers. A read-back that had the cycle before for itself
+ *      counts unless a suspend or a pause of the loop lies between. */
+static void exchange_before(struct cb_cycle *cycle, const struct cb_box *box,
+                            const struct exchange *exchange, bool combined) {
+    const int64_t most_us = (int64_t)CB_STEP_PERIODS * box->config.period_us;
+    const uint8_t turn = cycle->turn;
+    const bool answered = cycle->in.held == CB_TRANSFER_OK || cycle->in.held == CB_TRANSFER_REFUSED;
+    const bool recent = cycle->tick_us - cycle->step_at_us <= most_us;
+    cycle->turn = CB_TURN_BESIDE;
+    if (turn != CB_TURN_DONE || !answered || !recent) cycle->in.held = CB_TRANSFER_NONE;
+    if (combined) {
+        write_then_read(cycle, exchange);
+    } else if (turn == CB_TURN_NEXT) {
+        read_back_alone(cycle, exchange);
+        return;
+    } else {
+        read_inputs(cycle, exchange);
+    }
+    read_back(cycle, box, exchange);
+}
+
+/* No request: the configuration has changed in memory. */
+static void exchange_nothing(struct cb_cycle *cycle) {
+    cycle->in.read_ok = false;
+    cycle->in.held = CB_TRANSFER_NONE;
+}
+
 void cb_cycle_run(struct cb_cycle *cycle, struct cb_box *box, const struct cb_hal *hal) {
     cycle->in.missed_ticks = hal->wait_tick(hal->context);
     cycle->tick_us = now(hal);
@@ -140,15 +189,10 @@ void cb_cycle_run(struct cb_cycle *cycle, struct cb_box *box, const struct cb_ha
 
     if (has_outputs && !combined) cycle->in.last_write = CB_TRANSFER_FAILED;
     cycle->read = cycle->write = CB_TRANSFER_FAILED;
-    cycle->in.held = CB_TRANSFER_NONE;
-    if (!sound) {
-        cycle->in.read_ok = false;
-    } else if (combined) {
-        write_then_read(cycle, &exchange);
-    } else {
-        read_inputs(cycle, &exchange);
-    }
-    read_back(cycle, box, &exchange);
+    if (sound)
+        exchange_before(cycle, box, &exchange, combined);
+    else
+        exchange_nothing(cycle);
     const int64_t read_done_us = now(hal);
     take_samples(cycle, hal);
     cycle->in.stop = hal->stop_requested(hal->context);

@@ -156,6 +156,7 @@ bool cb_loop_is_corrupt(const struct cb_loop *loop) {
 
 static void take_over(struct cb_loop *loop, struct cb_box *spare) {
     loop->box = spare;
+    loop->cycle.turn = CB_TURN_BESIDE;
     loop->target.generation = loop->generation + 1;
     __atomic_store_n(&loop->generation, loop->target.generation, __ATOMIC_RELEASE);
     cb_can_source_replan(&loop->target.can, &spare->config);

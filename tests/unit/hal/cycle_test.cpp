@@ -234,6 +234,62 @@ TEST(cycle, fc23_writes_the_outputs_of_the_cycle_before) {
     EXPECT_EQ(p.sim.reads, 23u);
 }
 
+// A PLC whose replies take most of the time: one request fits into a cycle, two do not.
+TEST(cycle, fc23_finds_a_plc_whose_reply_takes_most_of_the_time) {
+    for (const bool starts_slow : {true, false}) {
+        plant p(simple(CB_EXCHANGE_FC23));
+        if (!starts_slow) {
+            p.run(20);
+            p.unplug();
+            p.run(20);
+            p.plug();
+        }
+        p.sim.wire = {20000, 20000};  // of 24 ms
+        p.run(4);
+        EXPECT_EQ(p.box->plc.contact, CB_CONTACT_KNOWN);
+        p.run(20);
+        EXPECT_EQ(p.mode(), CB_MODE_ACTIVE);
+        EXPECT_DOUBLE_EQ(p.held(), -40);
+        EXPECT_LE(p.steepest, 1);
+        EXPECT_EQ(p.sim.registers()[100] & 0xFF, CB_MODE_ACTIVE);
+    }
+}
+
+// A read-back of its own cycle that has no reply is asked for again, behind another reading.
+TEST(cycle, a_read_back_of_its_own_cycle_that_fails_is_repeated) {
+    plant p(simple(CB_EXCHANGE_FC23));
+    p.sim.wire = {20000, 20000};
+    p.run(1);  // the reading
+    ASSERT_EQ(p.sim.reads, 1u);
+    p.unplug();
+    p.run(1);
+    EXPECT_EQ(p.cycle.in.held, CB_TRANSFER_FAILED);
+    p.plug();
+    p.run(1);
+    EXPECT_TRUE(p.cycle.in.read_ok);
+    EXPECT_EQ(p.box->plc.contact, CB_CONTACT_NONE);
+    p.run(1);
+    EXPECT_FALSE(p.cycle.in.read_ok);
+    EXPECT_EQ(p.cycle.in.held, CB_TRANSFER_OK);
+    EXPECT_EQ(p.box->plc.contact, CB_CONTACT_NONE) << "a read-back needs a reading beside it";
+    p.run(1);
+    EXPECT_EQ(p.box->plc.contact, CB_CONTACT_KNOWN);
+}
+
+// The PLC may have restarted in a pause behind the read-back, so that is made again.
+TEST(cycle, a_read_back_of_its_own_cycle_is_not_used_behind_a_pause) {
+    plant p(simple(CB_EXCHANGE_FC23));
+    p.sim.wire = {20000, 20000};
+    p.run(2);
+    ASSERT_EQ(p.cycle.in.held, CB_TRANSFER_OK);
+    p.sim.pass(p.after(3 * period_us));
+    p.run(1);
+    EXPECT_TRUE(p.cycle.in.read_ok);
+    EXPECT_EQ(p.box->plc.contact, CB_CONTACT_NONE);
+    p.run(2);
+    EXPECT_EQ(p.box->plc.contact, CB_CONTACT_KNOWN);
+}
+
 TEST(cycle, without_a_plc_nothing_is_written_and_the_watchdog_is_fed) {
     for (cb_exchange exchange : {CB_EXCHANGE_FC3_FC16, CB_EXCHANGE_FC23}) {
         plant p(simple(exchange));
