@@ -41,10 +41,10 @@ written_block block_of(const machine &of, const exchange &seen) {
         const double raw = number_in(channel.format, channel.address, words, start);
         block.um.push_back(of.channels[c].sign * channel.scale_um * raw);
         const auto &tangent = channel.tangent;
-        block.slope.push_back(tangent ? tangent->slope_scale * number_in(tangent->slope_format,
-                                                                         tangent->slope_address,
-                                                                         words, start)
-                                      : 0.0);
+        block.slope.push_back(
+            tangent ? of.channels[c].sign * tangent->slope_scale *
+                          number_in(tangent->slope_format, tangent->slope_address, words, start)
+                    : 0.0);
     }
     return block;
 }

@@ -219,4 +219,15 @@ void computer::suspend(time_ns duration) {
     for (const auto &one : time.threads()) time.hold(*one, until);
 }
 
+void computer::end_suspend() {
+    const time_ns now = time.now(), rest = suspended_until_ - now;
+    if (rest <= 0) return;
+    suspended_until_ = now;
+    suspended_ns_ -= rest;
+    time.shift_sleepers([&](const thread &one) {
+        if (one.wake_ns == never || !one.stands_in_suspend) return one.wake_ns;
+        return std::max(now, one.wake_ns - rest);
+    });
+}
+
 }  // namespace compbox::world

@@ -77,8 +77,9 @@ class computer {
     void cut_power();  // the process is gone, the disk keeps what is durable, peers hear nothing
     // Nothing runs for so long; CLOCK_MONOTONIC stands still. None begins within another.
     void suspend(time_ns duration);
-    void skip(time_ns duration);                             // a suspend of all the world
-    void set_wall_clock(time_ns step);                       // not before 1970, not after 2200
+    void end_suspend();                 // before its time; the threads are released
+    void skip(time_ns duration);        // a suspend of all the world
+    void set_wall_clock(time_ns step);  // not before 1970, not after 2200
     void grow_old(time_ns uptime) { booted_ns_ -= uptime; }  // right after boot()
     // Called in an event after each end of the process.
     std::function<void(const ending &)> ended;

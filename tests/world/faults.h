@@ -155,6 +155,7 @@ class fault_injector : public call_faults,
     void plan_disk();
     void put_another_file();
     void put_hostile_file();
+    void replace_later(time_ns pause, const std::string &text);
     void spoil_config_path();
     void spoil_state();
     bool on_slow_disk(const call_site &site) const;

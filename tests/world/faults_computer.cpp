@@ -229,6 +229,7 @@ void fault_injector::heal_computer() {
     storm_until_ = 0;
     of_.box.synchronised = true;
     for (const auto &one : of_.time.threads()) of_.time.release(*one);
+    of_.box.end_suspend();
     // A configuration that has changed in memory takes a restart.
     if (on_[index(fault_kind::memory)] && of_.box.runs()) of_.stop_daemon();
 }

@@ -52,8 +52,9 @@ void fault_injector::put_another_file() {
         default: {
             note(fault_kind::reload, fmt::format("revision {} in two parts", of_.revision));
             files.put(run::config_path, text.substr(0, drawn.below(text.size())));
-            later(drawn.time_between(1 * ms, 3 * second),
-                  [this, text] { of_.box.files.put(run::config_path, text); });
+            later(drawn.time_between(1 * ms, 3 * second), [this, text] {
+                if (active()) of_.box.files.put(run::config_path, text);
+            });
         }
     }
     of_.note_file(text);
@@ -77,8 +78,7 @@ void fault_injector::spoil_config_path() {
         files.put("/etc/compbox/other.json", before);
         files.make_link(path, "/etc/compbox/other.json");
     }
-    later(drawn.time_between(1 * ms, 10 * second),
-          [this, path, before] { of_.box.files.replace(path, before); });
+    replace_later(drawn.time_between(1 * ms, 10 * second), before);
 }
 
 void fault_injector::put_hostile_file() {
@@ -95,8 +95,14 @@ void fault_injector::put_hostile_file() {
     if (drawn.one_in(3)) return;  // it stays
     const std::string good = another_file(of_.box_machine, drawn, ++of_.revision);
     of_.note_file(good);
-    later(drawn.time_between(100 * ms, 20 * second),
-          [this, good] { of_.box.files.replace(run::config_path, good); });
+    replace_later(drawn.time_between(100 * ms, 20 * second), good);
+}
+
+// Behind the last fault it would replace the newest file by an older one.
+void fault_injector::replace_later(time_ns pause, const std::string &text) {
+    later(pause, [this, text] {
+        if (active()) of_.box.files.replace(run::config_path, text);
+    });
 }
 
 // What the daemon finds where its state was.

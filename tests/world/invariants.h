@@ -22,6 +22,7 @@ class run;
 // A request of the box as the PLC saw it.
 struct exchange {
     time_ns now, sent;                   // by the PLC's end of the wire, and by the box's
+    time_ns duration;                    // of the PLC, until it sends the reply; never: it is lost
     int function;                        // 3, 16, 23
     int exception;                       // of the reply; 0: none
     std::vector<std::uint16_t> read;     // the read block or, by FC3, the write block read back

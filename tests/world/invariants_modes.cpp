@@ -327,7 +327,9 @@ class status_invariant : public invariant {
     std::optional<written_block> before_;
 };
 
-// A box that no longer writes leaves no ACTIVE behind while the PLC answers its readings.
+// A box that no longer writes leaves no ACTIVE behind while the PLC answers its requests in time,
+// one in each period. A PLC whose replies come behind the deadline is out of reach: silence lets
+// its own watchdog act (decision 5).
 class silence_invariant : public invariant {
   public:
     explicit silence_invariant(run &of) : invariant(of, "silence") {}
@@ -337,6 +339,8 @@ class silence_invariant : public invariant {
         if (!seen.written.empty()) {
             readings_ = 0;
             active_ = block_of(facts, seen).mode == fakeplc::box_mode::active;
+        } else if (is_late(facts, seen)) {
+            readings_ = 0;
         } else if (is_reading(facts, seen) && ++readings_ > most_readings && active_ &&
                    !disturbed()) {
             violated(
@@ -346,6 +350,10 @@ class silence_invariant : public invariant {
 
   private:
     static constexpr std::uint64_t most_readings = 60;
+    static constexpr time_ns way = ms;  // of request and reply on the wire, and to the step
+    static bool is_late(const machine &facts, const exchange &seen) {
+        return seen.duration > facts.period_us * us * 4 / 5 - way;
+    }
     bool disturbed() const {
         // A slow slave on a serial line answers readings too late as well.
         if (draws(of_, fault_kind::slow) && !of_.box_machine.plc_device.empty()) return true;

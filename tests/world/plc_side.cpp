@@ -161,9 +161,11 @@ plc_side::served plc_side::serve(const fakeplc::byte_string &request, time_ns se
                                            request[0], static_cast<std::uint8_t>(fate.exception))
                                      : control.answer(request, fate.torn);
     disguise(request, reply);
-    if (answered) answered(sent, request, reply);
+    const time_ns duration =
+        fate.lost ? never : chance_.time_between(200 * us, 2 * ms) + fate.delay_ns;
+    if (answered) answered(sent, request, reply, duration);
     if (fate.lost) return {};
-    return {reply, chance_.time_between(200 * us, 2 * ms) + fate.delay_ns, fate.twice};
+    return {reply, duration, fate.twice};
 }
 
 void plc_side::answer_frame(const connection_ptr &from, const fakeplc::byte_string &frame,

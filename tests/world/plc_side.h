@@ -51,7 +51,7 @@ class plc_side : public tcp_peer {
 
     // For invariants, each in virtual time.
     std::function<void(time_ns sent, const fakeplc::byte_string &request,
-                       const fakeplc::byte_string &reply)>
+                       const fakeplc::byte_string &reply, time_ns duration)>
         answered;
     std::function<void(const fakeplc::plc_state &)> scanned;
 

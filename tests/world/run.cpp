@@ -75,9 +75,8 @@ run::run(const run_options &with)
         each([&](invariant &one) { one.file_written(path, file); });
     };
     plc.answered = [this](time_ns sent, const fakeplc::byte_string &request,
-                          const fakeplc::byte_string &reply) {
-        note_exchange(sent, request, reply);
-    };
+                          const fakeplc::byte_string &reply,
+                          time_ns duration) { note_exchange(sent, request, reply, duration); };
     plc.scanned = [this](const fakeplc::plc_state &state) {
         each([&](invariant &one) { one.scanned(state); });
     };
@@ -274,12 +273,12 @@ void run::report(const char *invariant, const std::string &words) {
 
 // in : PDUs
 void run::note_exchange(time_ns sent, const fakeplc::byte_string &request,
-                        const fakeplc::byte_string &reply) {
+                        const fakeplc::byte_string &reply, time_ns duration) {
     const auto word = [](const fakeplc::byte_string &bytes, std::size_t at) {
         return static_cast<std::uint16_t>(bytes[at] << 8 | bytes[at + 1]);
     };
     const int start = request.size() < 3 ? 0 : word(request, 1);
-    exchange seen{time.now(), sent, request[0], 0, {}, start, {}};
+    exchange seen{time.now(), sent, duration, request[0], 0, {}, start, {}};
     if (reply[0] & 0x80) {
         seen.exception = reply[1];
     } else {

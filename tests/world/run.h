@@ -107,7 +107,7 @@ class run {
     void end_faults();
     void follow_file();
     void note_exchange(time_ns sent, const fakeplc::byte_string &request,
-                       const fakeplc::byte_string &reply);
+                       const fakeplc::byte_string &reply, time_ns duration);
     void print_exchange(const exchange &seen) const;
     template <typename Call>
     void each(Call call) {
