@@ -11,6 +11,7 @@ struct exchange {
     const struct cb_hal *hal;
     const struct cb_plc_config *plc;
     int64_t deadline_us;
+    bool fc23; /* one request writes and reads */
 };
 
 static int64_t now(const struct cb_hal *hal) {
@@ -38,12 +39,13 @@ static bool is_slow(const struct cb_cycle *cycle, const struct exchange *exchang
     return now_us - cycle->tick_us > exchange->deadline_us - now_us;
 }
 
-/* Behind a reading: FC3 of the write block, when the box requests it. */
+/* Behind a reading: FC3 of the write block, when the box requests it. Two requests in every cycle are
+ * also what fc3+fc16 needs later, so only fc23 may have them in two cycles. */
 static void read_back(struct cb_cycle *cycle, const struct cb_box *box,
                       const struct exchange *exchange) {
     const enum cb_want want = cb_box_wants_held(box);
     if (!cycle->in.read_ok || cycle->in.held != CB_TRANSFER_NONE) return;
-    if (want == CB_WANT_NOW && is_slow(cycle, exchange))
+    if (want == CB_WANT_NOW && exchange->fc23 && is_slow(cycle, exchange))
         cycle->turn = CB_TURN_NEXT;
     else if (want == CB_WANT_NOW || (want == CB_WANT_IF_ROOM && has_room(cycle, exchange)))
         read_held(cycle, exchange);
@@ -176,15 +178,15 @@ void cb_cycle_run(struct cb_cycle *cycle, struct cb_box *box, const struct cb_ha
     cycle->in.missed_ticks = hal->wait_tick(hal->context);
     cycle->tick_us = now(hal);
     const bool sound = cb_box_is_sound(box); /* otherwise its addresses and period are invalid */
+    const bool beside = hal->handed != NULL;
     const struct exchange exchange = {
         .hal = hal,
         .plc = &box->config.plc,
-        .deadline_us = cycle->tick_us + cb_exchange_budget_us(box->config.period_us)};
+        .deadline_us = cycle->tick_us + cb_exchange_budget_us(box->config.period_us),
+        .fc23 = box->config.plc.exchange == CB_EXCHANGE_FC23 && !beside};
     /* With no outputs yet, no contact to the PLC, or outputs from before a suspend, the inputs are
      * read first, even with FC23. */
-    const bool beside = hal->handed != NULL;
-    const bool with_fc23 = box->config.plc.exchange == CB_EXCHANGE_FC23 && !beside;
-    const bool has_outputs = with_fc23 && cycle->out.write;
+    const bool has_outputs = exchange.fc23 && cycle->out.write;
     const bool combined = has_outputs && !outlived(cycle, box);
 
     if (has_outputs && !combined) cycle->in.last_write = CB_TRANSFER_FAILED;
@@ -205,7 +207,7 @@ void cb_cycle_run(struct cb_cycle *cycle, struct cb_box *box, const struct cb_ha
     const int64_t step_done_us = now(hal);
 
     cycle->in.last_write = CB_TRANSFER_NONE;
-    if (!with_fc23 && cycle->out.write) write_outputs(cycle, &exchange);
+    if (!exchange.fc23 && cycle->out.write) write_outputs(cycle, &exchange);
     cycle->step_us = step_done_us - step_from_us;
     cycle->exchange_us = (read_done_us - cycle->tick_us) + (now(hal) - step_done_us);
     hal->feed_watchdog(hal->context);

@@ -40,8 +40,8 @@ void cb_cycle_start(struct cb_cycle *cycle);
  *   While the box must not write (no contact yet, or lost: box/box.h) FC3 reads the inputs, also
  *   after a suspend: outputs of a step more than CB_CLOCK_PERIODS periods ago are not written.
  * When the box no longer knows the PLC's outputs, FC3 reads the write block back: behind the
- *   reading, or in the next cycle in place of the reading, if that took more than half of the time.
- *   The step behind the next reading then gets both.
+ *   reading, or with fc23 in the next cycle in place of the reading, if that took more than half of
+ *   the time. The step behind the next reading then gets both.
  * Returns when the cycle is complete, before the next tick. */
 void cb_cycle_run(struct cb_cycle *cycle, struct cb_box *box, const struct cb_hal *hal);
 
