@@ -39,8 +39,8 @@ static bool is_slow(const struct cb_cycle *cycle, const struct exchange *exchang
     return now_us - cycle->tick_us > exchange->deadline_us - now_us;
 }
 
-/* Behind a reading: FC3 of the write block, when the box requests it. Two requests in every cycle are
- * also what fc3+fc16 needs later, so only fc23 may have them in two cycles. */
+/* Behind a reading: FC3 of the write block, when the box requests it. Two requests in every cycle
+ * are also what fc3+fc16 needs later, so only fc23 may have them in two cycles. */
 static void read_back(struct cb_cycle *cycle, const struct cb_box *box,
                       const struct exchange *exchange) {
     const enum cb_want want = cb_box_wants_held(box);

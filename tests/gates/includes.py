@@ -26,7 +26,8 @@ firmware/box      : models base wire config signals terms
 firmware/load     : models base wire config json signals terms
 hal               : models base wire config signals terms box
 hal/linux         : models base wire config signals hal
-hal/linux/daemon  : models base wire config signals terms box load hal hal/linux
+hal/linux/files   : models base wire config signals terms box hal hal/linux
+hal/linux/daemon  : models base wire config signals terms box load hal hal/linux hal/linux/files
 hal/stm32f405     : models base wire hal
 hal/stm32f405/app : models base wire config signals terms box load hal hal/stm32f405
 hal/stm32f405/variant : models base wire config signals terms box load hal hal/stm32f405 hal/stm32f405/app

@@ -5,7 +5,8 @@ scripts/simulate finds it. The gate `mutants` keeps every text up to date.
 A mutant is NAME, the sentence of its defect, and edits (FILE, text of today, text with the defect). The text of
 today occurs exactly once in its file. Names that begin with "bounds-" are defects that the sources had."""
 
-BOX, SIGNALS, LINUX, DAEMON = "firmware/box/", "firmware/signals/", "hal/linux/", "hal/linux/daemon/"
+BOX, SIGNALS, LINUX = "firmware/box/", "firmware/signals/", "hal/linux/"
+OUTPUT, DAEMON = LINUX + "files/", LINUX + "daemon/"
 FAKEPLC = "host-tools/fakeplc/"
 
 DEFECTS_OF_THE_PAST = [
@@ -49,10 +50,10 @@ DEFECTS_OF_THE_PAST = [
      (BOX + "box.c", "return channel->is_slope ? slew - lost : cb_min(slew - lost, config->ramp_um_per_s);",
       "return channel->is_slope ? slew - lost : config->ramp_um_per_s;")),
     ("bounds-pause-by-wall-clock", "The pause of a restart is taken from a wall clock that nobody has set",
-     (DAEMON + "state.c", "if (known && strncmp(header->boot_id, now->boot_id, sizeof now->boot_id) == 0)",
+     (OUTPUT + "state.c", "if (known && strncmp(header->boot_id, now->boot_id, sizeof now->boot_id) == 0)",
       "if (known && header->count > CB_MAX_SIGNALS)"),
-     (DAEMON + "state.c", "if (header->synchronised != 1) return PAUSE_UNSYNC_THEN;", ""),
-     (DAEMON + "state.c", "return now->synchronised ? PAUSE_WALL_CLOCK : PAUSE_UNSYNC_NOW;",
+     (OUTPUT + "state.c", "if (header->synchronised != 1) return PAUSE_UNSYNC_THEN;", ""),
+     (OUTPUT + "state.c", "return now->synchronised ? PAUSE_WALL_CLOCK : PAUSE_UNSYNC_NOW;",
       "return PAUSE_WALL_CLOCK;")),
     ("bounds-rate-after-silence", "A signal that was silent for 36 minutes is refused by its rate for ever",
      ("firmware/base/duration.h", "return us <= INT32_MAX ? (float)(int32_t)us * 1e-6f : cb_long_seconds(us);",
@@ -85,9 +86,9 @@ DEFECTS_OF_THE_PAST = [
      (LINUX + "tick.c", "if (now_ns >= due_ns && tick->worst_ns == 0) tick->worst_ns = now_ns - due_ns;",
       "(void)due_ns;")),
     ("bounds-link-followed", "Statistics and state follow a symbolic link, and overwrite what it names",
-     (DAEMON + "output_file.c", "if (lstat(path, &there) != 0) return errno == ENOENT ? 0 : errno;",
+     (OUTPUT + "output_file.c", "if (lstat(path, &there) != 0) return errno == ENOENT ? 0 : errno;",
       "if (stat(path, &there) != 0) return errno == ENOENT ? 0 : errno;"),
-     (DAEMON + "output_file.c", "O_WRONLY | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0644",
+     (OUTPUT + "output_file.c", "O_WRONLY | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0644",
       "O_WRONLY | O_CREAT | O_NONBLOCK | O_CLOEXEC, 0644")),
 ]
 
@@ -329,12 +330,12 @@ TIME = [
 
 FILES = [
     ("state-crc", "A state file with a wrong check sum is used",
-     (DAEMON + "state.c", 'if (crc != cb_crc32(0, file, (uint32_t)body)) return "is damaged";',
+     (OUTPUT + "state.c", 'if (crc != cb_crc32(0, file, (uint32_t)body)) return "is damaged";',
       'if ((crc & 1) != (cb_crc32(0, file, (uint32_t)body) & 1)) return "is damaged";')),
     ("state-not-synced", "The state file is not on the disk when it takes its name",
-     (DAEMON + "output_file.c", "if (error == 0 && durable && fsync(fd) != 0) error = errno;", "")),
+     (OUTPUT + "output_file.c", "if (error == 0 && durable && fsync(fd) != 0) error = errno;", "")),
     ("state-in-place", "The state file is written over itself",
-     (DAEMON + "output_file.c", 'snprintf(temporary, size, "%s.new", path)', 'snprintf(temporary, size, "%s", path)')),
+     (OUTPUT + "output_file.c", 'snprintf(temporary, size, "%s.new", path)', 'snprintf(temporary, size, "%s", path)')),
     ("state-claims-stopped", "The state file says STOPPED while the box runs",
      (BOX + "state.c", "    state->beat = box->plc.beat;\n    state->stopped = false;",
       "    state->beat = box->plc.beat;\n    state->stopped = true;")),
@@ -342,24 +343,24 @@ FILES = [
      (DAEMON + "main.c", "if (daemon->options.state == NULL || daemon->state_generation != daemon->generation) return;",
       "if (daemon->options.state == NULL) return;")),
     ("stats-in-parts", "A failed write of the statistics replaces the whole file",
-     (DAEMON + "output_file.c", "if (error == 0 && rename(temporary, path) != 0) error = errno;",
+     (OUTPUT + "output_file.c", "if (error == 0 && rename(temporary, path) != 0) error = errno;",
       "if (rename(temporary, path) != 0) error = errno;")),
     ("stats-rename-ignored", "A failed rename of an output is not reported",
-     (DAEMON + "output_file.c", "if (error == 0 && rename(temporary, path) != 0) error = errno;",
+     (OUTPUT + "output_file.c", "if (error == 0 && rename(temporary, path) != 0) error = errno;",
       "if (error == 0 && rename(temporary, path) != 0) error = 0;")),
     ("stats-bad-json", "A comma is missing behind an object",
-     (DAEMON + "writer.c", "    json->depth--;\n    json->begun = true;",
+     (OUTPUT + "writer.c", "    json->depth--;\n    json->begun = true;",
       "    json->depth--;\n    json->begun = false;")),
     ("record-half-line", "After a full disk the record has a part of a line",
-     (DAEMON + "record.c", "        cut_to_whole_lines(record);\n", "        (void)cut_to_whole_lines;\n")),
+     (OUTPUT + "record.c", "        cut_to_whole_lines(record);\n", "        (void)cut_to_whole_lines;\n")),
     ("record-lost-rows", "Rows that could not be written are not counted",
-     (DAEMON + "record.c", "        record->lost += record->waiting;\n", "")),
+     (OUTPUT + "record.c", "        record->lost += record->waiting;\n", "")),
     ("short-write", "A short write of a file loses its rest",
-     (DAEMON + "output_file.c", "        done += (size_t)now;\n", "        done = size;\n")),
+     (OUTPUT + "output_file.c", "        done += (size_t)now;\n", "        done = size;\n")),
     ("interrupted-write", "An interrupted write of a file counts as a full disk",
-     (DAEMON + "output_file.c", "if (now < 0 && errno == EINTR) continue;", "")),
+     (OUTPUT + "output_file.c", "if (now < 0 && errno == EINTR) continue;", "")),
     ("rename-away", "A reload with other columns writes into the old record",
-     (DAEMON + "record.c", "if (record->fd < 0 || same_columns(before, now)) return 0;",
+     (OUTPUT + "record.c", "if (record->fd < 0 || same_columns(before, now)) return 0;",
       "if (record->fd < 0 || same_columns(before, now) || now) return 0;")),
     ("log-blocks", "A reader of the log that does not read stalls the daemon",
      (LINUX + "stderr.c", "return poll(&wait, 1, 0) == 1 && (wait.revents & POLLOUT) != 0;",
@@ -377,10 +378,10 @@ DAEMONS_WORK = [
     ("ring-overrun", "A full ring overwrites a row that is being read",
      (LINUX + "mailbox.h", "if (ring->written - taken >= ring->slots)", "if (ring->written - taken > ring->slots)")),
     ("reload-leak", "Each reload of a file with a sensor bus leaks memory",
-     (DAEMON + "bus.c", "if (cb_serial_opener_stop(bus->opener)) free(bus->opener);",
+     (LINUX + "bus.c", "if (cb_serial_opener_stop(bus->opener)) free(bus->opener);",
       "cb_serial_opener_stop(bus->opener);")),
     ("file-leak", "Each failed write of a whole file leaks a descriptor",
-     (DAEMON + "output_file.c", "    if (close(fd) != 0 && error == 0) error = errno;",
+     (OUTPUT + "output_file.c", "    if (close(fd) != 0 && error == 0) error = errno;",
       "    if (error == 0 && close(fd) != 0) error = errno;")),
     ("config-leak", "Each look at a file that cannot be read leaks a descriptor",
      (DAEMON + "load.c", "    if (fd >= 0) close(fd);\n    return length;",

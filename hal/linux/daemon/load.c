@@ -79,15 +79,3 @@ bool cb_load_file(struct cb_config *config, const char *path, const struct cb_ce
     loaded->lowered = cb_ceiling_apply(config, ceiling);
     return true;
 }
-
-void cb_lowered_names(const struct cb_config *config, uint32_t lowered, char *text, size_t size) {
-    size_t length = 0;
-    text[0] = '\0';
-    for (unsigned i = 0; i < cb_all_channels(config) && length < size; i++) {
-        if (!(lowered & 1u << i)) continue;
-        const int more =
-            snprintf(text + length, size - length, "%s%s%s", length > 0 ? ", " : "",
-                     config->channels[i].is_slope ? "the slope of " : "", config->channels[i].name);
-        length += more > 0 ? (size_t)more : 0;
-    }
-}

@@ -28,8 +28,4 @@ struct cb_loaded {
 bool cb_load_file(struct cb_config *config, const char *path, const struct cb_ceiling *ceiling,
                   struct cb_loaded *loaded);
 
-/* in : lowered: bits as in struct cb_loaded
- * out: text[size]: the names of these channels, "X, Z, the slope of Z"; cut off where it is full */
-void cb_lowered_names(const struct cb_config *config, uint32_t lowered, char *text, size_t size);
-
 #endif

@@ -9,8 +9,8 @@
 #include <unistd.h>
 
 #include "firmware/box/mode.h"
-#include "hal/linux/daemon/cause_words.h"
 #include "hal/linux/daemon/exception_words.h"
+#include "hal/linux/files/cause_words.h"
 #include "hal/linux/serial_opener.h"
 #include "hal/linux/stderr.h"
 

@@ -8,8 +8,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "hal/linux/daemon/events.h"
-#include "hal/linux/daemon/row.h"
+#include "hal/linux/files/events.h"
+#include "hal/linux/files/row.h"
+
+struct cb_bus;
 
 /* X(name, word, what): kinds of lines; `word` names the event, "lines about WHAT" are left out. The
  * first kind is not limited. */
@@ -90,5 +92,8 @@ void cb_log_peer(struct cb_log *log, const struct cb_config *config, const struc
 
 /* Logs changes on the CAN bus (log_can.c). */
 void cb_log_can(struct cb_log *log, const struct cb_can_config *can, const struct cb_row *row);
+
+/* Logs the changes on the slow bus since the last call (log_bus.c). */
+void cb_log_bus(struct cb_log *log, struct cb_bus *bus, int64_t now_us);
 
 #endif

@@ -3,9 +3,9 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "hal/linux/daemon/can_words.h"
 #include "hal/linux/daemon/exception_words.h"
 #include "hal/linux/daemon/log.h"
+#include "hal/linux/files/can_words.h"
 
 enum { ERRORS_EVERY_US = 1000000 };
 

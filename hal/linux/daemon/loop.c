@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "hal/linux/daemon/cause_words.h"
+#include "hal/linux/files/cause_words.h"
 #include "hal/linux/realtime.h"
 
 static struct cb_row_link link_of(const struct cb_link *link) {

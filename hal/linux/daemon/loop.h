@@ -11,8 +11,8 @@
 #include "firmware/box/box.h"
 #include "hal/cycle.h"
 #include "hal/linux/box_hal.h"
-#include "hal/linux/daemon/row.h"
-#include "hal/linux/daemon/state.h"
+#include "hal/linux/files/row.h"
+#include "hal/linux/files/state.h"
 #include "hal/linux/mailbox.h"
 
 /* A minute of rows at 30 ms: the longest delay of the other thread without loss. */

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "hal/linux/daemon/widening.h"
+#include "hal/linux/files/ceiling_words.h"
 
 static __attribute__((format(printf, 2, 3))) void report(struct cb_reload *reload,
                                                          const char *format, ...) {

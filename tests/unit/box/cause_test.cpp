@@ -11,7 +11,7 @@
 #include "tests/support/config_fixture.h"
 
 extern "C" {
-#include "hal/linux/daemon/cause_words.h"
+#include "hal/linux/files/cause_words.h"
 }
 
 namespace compbox {

@@ -15,7 +15,7 @@
 
 extern "C" {
 #include "firmware/box/mode.h"
-#include "hal/linux/daemon/events.h"
+#include "hal/linux/files/events.h"
 }
 
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 extern "C" {
-#include "hal/linux/daemon/histogram.h"
+#include "hal/linux/files/histogram.h"
 }
 
 namespace {

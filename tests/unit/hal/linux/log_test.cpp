@@ -13,8 +13,8 @@
 extern "C" {
 #include "firmware/box/mode.h"
 #include "firmware/signals/canopen.h"
-#include "hal/linux/daemon/cause_words.h"
 #include "hal/linux/daemon/log.h"
+#include "hal/linux/files/cause_words.h"
 }
 
 namespace {

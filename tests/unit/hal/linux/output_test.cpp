@@ -16,11 +16,11 @@
 #include "tests/support/temporary.h"
 
 extern "C" {
-#include "hal/linux/daemon/input_record.h"
-#include "hal/linux/daemon/output_file.h"
-#include "hal/linux/daemon/record.h"
-#include "hal/linux/daemon/state.h"
-#include "hal/linux/daemon/stats.h"
+#include "hal/linux/files/input_record.h"
+#include "hal/linux/files/output_file.h"
+#include "hal/linux/files/record.h"
+#include "hal/linux/files/state.h"
+#include "hal/linux/files/stats.h"
 }
 
 namespace compbox {

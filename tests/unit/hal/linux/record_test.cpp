@@ -15,7 +15,7 @@
 #include "tests/support/temporary.h"
 
 extern "C" {
-#include "hal/linux/daemon/record.h"
+#include "hal/linux/files/record.h"
 }
 
 namespace {

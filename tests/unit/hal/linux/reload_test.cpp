@@ -23,6 +23,7 @@
 extern "C" {
 #include "hal/linux/daemon/reload.h"
 #include "hal/linux/daemon/widening.h"
+#include "hal/linux/files/ceiling_words.h"
 #include "hal/linux/realtime.h"
 }
 

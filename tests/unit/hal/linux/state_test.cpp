@@ -15,7 +15,7 @@
 
 extern "C" {
 #include "firmware/base/crc32.h"
-#include "hal/linux/daemon/state.h"
+#include "hal/linux/files/state.h"
 }
 
 namespace compbox {

@@ -8,7 +8,7 @@
 #include <string>
 
 extern "C" {
-#include "hal/linux/daemon/writer.h"
+#include "hal/linux/files/writer.h"
 }
 
 namespace {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "hal/linux/daemon/output_file.h"
+#include "hal/linux/files/output_file.h"
 
 #include <errno.h>
 #include <fcntl.h>

@@ -3,11 +3,10 @@
 #include <stdio.h>
 
 #include "firmware/box/mode.h"
-#include "hal/linux/daemon/bus_words.h"
-#include "hal/linux/daemon/can_words.h"
-#include "hal/linux/daemon/cause_words.h"
-#include "hal/linux/daemon/load.h"
-#include "hal/linux/daemon/stats.h"
+#include "hal/linux/files/can_words.h"
+#include "hal/linux/files/cause_words.h"
+#include "hal/linux/files/ceiling_words.h"
+#include "hal/linux/files/stats.h"
 
 static double us(int64_t ns) {
     return (double)ns * 1e-3;

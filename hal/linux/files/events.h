@@ -2,14 +2,14 @@
  * The events of the box: each line of the log (log.h) as one line of JSON with the wall clock, kept
  * across restarts (docs/events.md). The file is appended to. At CB_EVENTS_BYTES it is renamed to
  * PATH.1, and PATH.1 to PATH.2 …, so that all of them together have a limit. */
-#ifndef COMPBOX_HAL_LINUX_DAEMON_EVENTS_H
-#define COMPBOX_HAL_LINUX_DAEMON_EVENTS_H
+#ifndef COMPBOX_HAL_LINUX_FILES_EVENTS_H
+#define COMPBOX_HAL_LINUX_FILES_EVENTS_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "hal/linux/daemon/row.h"
-#include "hal/linux/daemon/state.h"
+#include "hal/linux/files/row.h"
+#include "hal/linux/files/state.h"
 
 enum {
     CB_EVENTS_BYTES = 1000000, /* of one file */

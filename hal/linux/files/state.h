@@ -4,8 +4,8 @@
  * (docs/compboxd.md, "State"). Within one boot CLOCK_BOOTTIME measures the pause. Across boots the
  * wall clock does, if the kernel held it synchronised both at saving and at loading; otherwise the
  * pause is unknown. */
-#ifndef COMPBOX_HAL_LINUX_DAEMON_STATE_H
-#define COMPBOX_HAL_LINUX_DAEMON_STATE_H
+#ifndef COMPBOX_HAL_LINUX_FILES_STATE_H
+#define COMPBOX_HAL_LINUX_FILES_STATE_H
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "hal/linux/daemon/histogram.h"
+#include "hal/linux/files/histogram.h"
 
 enum { SHARES = 1 << CB_HISTOGRAM_SHARE_BITS };
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * Distribution of times in fixed memory: 32 buckets for each power of two, from 0 to over an hour.
  * A percentile is accurate within 1/64 of its value (and exact below 32 ns). */
-#ifndef COMPBOX_HAL_LINUX_DAEMON_HISTOGRAM_H
-#define COMPBOX_HAL_LINUX_DAEMON_HISTOGRAM_H
+#ifndef COMPBOX_HAL_LINUX_FILES_HISTOGRAM_H
+#define COMPBOX_HAL_LINUX_FILES_HISTOGRAM_H
 
 #include <stdint.h>
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "hal/linux/daemon/bus.h"
+#include "hal/linux/bus.h"
 
 #include <errno.h>
 #include <stdlib.h>

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: MIT */
-#include "hal/linux/daemon/events.h"
+#include "hal/linux/files/events.h"
 
 #include <errno.h>
 #include <stdio.h>
 #include <unistd.h>
 
 #include "firmware/box/mode.h"
-#include "hal/linux/daemon/cause_words.h"
-#include "hal/linux/daemon/output_file.h"
-#include "hal/linux/daemon/writer.h"
+#include "hal/linux/files/cause_words.h"
+#include "hal/linux/files/output_file.h"
+#include "hal/linux/files/writer.h"
 
 /* out: 0, or errno */
 static int open_file(struct cb_events *events) {

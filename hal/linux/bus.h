@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * The thread that reads the box's own slow bus (Pt100 modules) by the schedule of
  * firmware/signals/bus_turns.h, into a ring of samples. It takes no time of the loop. */
-#ifndef COMPBOX_HAL_LINUX_DAEMON_BUS_H
-#define COMPBOX_HAL_LINUX_DAEMON_BUS_H
+#ifndef COMPBOX_HAL_LINUX_BUS_H
+#define COMPBOX_HAL_LINUX_BUS_H
 
 #include <pthread.h>
 #include <stdbool.h>

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT
  * The cause behind the box's reason, in words. */
-#ifndef COMPBOX_HAL_LINUX_DAEMON_CAUSE_WORDS_H
-#define COMPBOX_HAL_LINUX_DAEMON_CAUSE_WORDS_H
+#ifndef COMPBOX_HAL_LINUX_FILES_CAUSE_WORDS_H
+#define COMPBOX_HAL_LINUX_FILES_CAUSE_WORDS_H
 
 #include <stddef.h>
 
-#include "hal/linux/daemon/row.h"
+#include "hal/linux/files/row.h"
 
 enum { CB_CAUSE_TEXT = 160 };
 

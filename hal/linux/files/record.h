@@ -2,13 +2,13 @@
  * One CSV row per cycle: time_s (since the first), every signal by its name (empty until it is
  * first received), every term output by its name, comp_NAME_um of every channel, mode and reason
  * (numbers of the status register). The file holds only whole lines at any time. */
-#ifndef COMPBOX_HAL_LINUX_DAEMON_RECORD_H
-#define COMPBOX_HAL_LINUX_DAEMON_RECORD_H
+#ifndef COMPBOX_HAL_LINUX_FILES_RECORD_H
+#define COMPBOX_HAL_LINUX_FILES_RECORD_H
 
 #include <stddef.h>
 #include <stdint.h>
 
-#include "hal/linux/daemon/row.h"
+#include "hal/linux/files/row.h"
 
 struct cb_config;
 

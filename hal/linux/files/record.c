@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "hal/linux/daemon/record.h"
+#include "hal/linux/files/record.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -11,7 +11,7 @@
 #include <unistd.h>
 
 #include "firmware/base/assert.h"
-#include "hal/linux/daemon/output_file.h"
+#include "hal/linux/files/output_file.h"
 
 /* Appends to the buffer. A line has at most 64 + 128 + 16 values of 16 characters, so
  * CB_RECORD_LINE holds it; the callers keep that much free. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "hal/linux/daemon/stats.h"
+#include "hal/linux/files/stats.h"
 
 static void add_change(struct cb_stats *stats, const struct cb_row *row) {
     if (stats->rows > 0 && row->mode == stats->last.mode && row->reason == stats->last.reason)

@@ -1,17 +1,17 @@
 /* SPDX-License-Identifier: MIT
  * Statistics of a run in fixed memory, filled from the rows and written as JSON (docs/compboxd.md).
  */
-#ifndef COMPBOX_HAL_LINUX_DAEMON_STATS_H
-#define COMPBOX_HAL_LINUX_DAEMON_STATS_H
+#ifndef COMPBOX_HAL_LINUX_FILES_STATS_H
+#define COMPBOX_HAL_LINUX_FILES_STATS_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "firmware/box/ceiling.h"
-#include "hal/linux/daemon/bus.h"
-#include "hal/linux/daemon/histogram.h"
-#include "hal/linux/daemon/row.h"
-#include "hal/linux/daemon/writer.h"
+#include "hal/linux/bus.h"
+#include "hal/linux/files/histogram.h"
+#include "hal/linux/files/row.h"
+#include "hal/linux/files/writer.h"
 
 struct cb_config;
 struct cb_can_config;
@@ -63,6 +63,9 @@ void cb_stats_put_box(struct cb_writer *json, const char *key, const struct cb_c
 /* Writes the member "can", if the file uses the bus (stats_can.c). */
 void cb_stats_put_can(struct cb_writer *json, const struct cb_can_config *config,
                       const struct cb_row *row);
+
+/* Writes the member "bus", if the file has a bus (stats_bus.c). */
+void cb_stats_put_bus(struct cb_writer *json, const struct cb_bus *bus);
 
 /* Writes a temporary file beside `path` and renames it over `path`. out: 0, or errno (ENOTSUP:
  * `path` is not a regular file); on error the old file is unchanged. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "hal/linux/daemon/state.h"
+#include "hal/linux/files/state.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -13,7 +13,7 @@
 
 #include "firmware/base/crc32.h"
 #include "hal/linux/clock.h"
-#include "hal/linux/daemon/output_file.h"
+#include "hal/linux/files/output_file.h"
 
 /* The file: a header, `count` records, the ending, and the CRC-32 of all that. Its byte order is
  * the machine's, which the format number reveals. */

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-#include "hal/linux/daemon/writer.h"
+#include "hal/linux/files/writer.h"
 
 #include <errno.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 
-#include "hal/linux/daemon/output_file.h"
+#include "hal/linux/files/output_file.h"
 
 /* Appends. What does not fit is left out, and `used` beyond size says so. */
 static __attribute__((format(printf, 2, 3))) void add(struct cb_writer *json, const char *format,

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT
  * The box at this moment, as JSON for programs of other users: what it reads, wants and writes, and
  * why (docs/snapshot.md). */
-#ifndef COMPBOX_HAL_LINUX_DAEMON_SNAPSHOT_H
-#define COMPBOX_HAL_LINUX_DAEMON_SNAPSHOT_H
+#ifndef COMPBOX_HAL_LINUX_FILES_SNAPSHOT_H
+#define COMPBOX_HAL_LINUX_FILES_SNAPSHOT_H
 
-#include "hal/linux/daemon/stats.h"
+#include "hal/linux/files/stats.h"
 
 enum { CB_SNAPSHOT_VERSION = 1 };
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * The loop's report of each cycle to the normal thread. */
-#ifndef COMPBOX_HAL_LINUX_DAEMON_ROW_H
-#define COMPBOX_HAL_LINUX_DAEMON_ROW_H
+#ifndef COMPBOX_HAL_LINUX_FILES_ROW_H
+#define COMPBOX_HAL_LINUX_FILES_ROW_H
 
 #include <stdint.h>
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * States of the CAN bus and its nodes in words, for log and statistics. */
-#ifndef COMPBOX_HAL_LINUX_DAEMON_CAN_WORDS_H
-#define COMPBOX_HAL_LINUX_DAEMON_CAN_WORDS_H
+#ifndef COMPBOX_HAL_LINUX_FILES_CAN_WORDS_H
+#define COMPBOX_HAL_LINUX_FILES_CAN_WORDS_H
 
 #include <stdint.h>
 

@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-#include "hal/linux/daemon/snapshot.h"
+#include "hal/linux/files/snapshot.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <time.h>
 
 #include "firmware/box/mode.h"
-#include "hal/linux/daemon/bus_words.h"
-#include "hal/linux/daemon/cause_words.h"
+#include "hal/linux/files/cause_words.h"
 #include "models/num.h"
 
 struct document {

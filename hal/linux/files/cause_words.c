@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "hal/linux/daemon/cause_words.h"
+#include "hal/linux/files/cause_words.h"
 
 #include <stdio.h>
 #include <string.h>

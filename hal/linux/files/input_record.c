@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-#include "hal/linux/daemon/input_record.h"
+#include "hal/linux/files/input_record.h"
 
 #include <errno.h>
 #include <inttypes.h>
 #include <string.h>
 #include <unistd.h>
 
-#include "hal/linux/daemon/output_file.h"
+#include "hal/linux/files/output_file.h"
 
 static const char header[] =
     "number,generation,now_us,read_us,exchange_us,read_ok,last_write,held,stop,missed_ticks,"

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * Files written by the daemon. The folder may belong to another user, so a symbolic link at the
  * name itself is rejected. Links on the way to the folder are followed. */
-#ifndef COMPBOX_HAL_LINUX_DAEMON_OUTPUT_FILE_H
-#define COMPBOX_HAL_LINUX_DAEMON_OUTPUT_FILE_H
+#ifndef COMPBOX_HAL_LINUX_FILES_OUTPUT_FILE_H
+#define COMPBOX_HAL_LINUX_FILES_OUTPUT_FILE_H
 
 #include <stdbool.h>
 #include <stddef.h>

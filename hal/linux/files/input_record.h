@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: MIT
  * Exact inputs and outputs of each step of the box, as text: `compbox simulate --replay` repeats
  * the same steps from it (docs/compboxd.md). */
-#ifndef COMPBOX_HAL_LINUX_DAEMON_INPUT_RECORD_H
-#define COMPBOX_HAL_LINUX_DAEMON_INPUT_RECORD_H
+#ifndef COMPBOX_HAL_LINUX_FILES_INPUT_RECORD_H
+#define COMPBOX_HAL_LINUX_FILES_INPUT_RECORD_H
 
 #include <stdio.h>
 
 #include "firmware/box/ceiling.h"
 #include "firmware/box/state.h"
-#include "hal/linux/daemon/row.h"
+#include "hal/linux/files/row.h"
 
 struct cb_config;
 

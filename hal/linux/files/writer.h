@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * A JSON object, written member by member: quotes, commas and lines are the writer's. Members of
  * the object have lines of their own, and so have objects of an array. */
-#ifndef COMPBOX_HAL_LINUX_DAEMON_WRITER_H
-#define COMPBOX_HAL_LINUX_DAEMON_WRITER_H
+#ifndef COMPBOX_HAL_LINUX_FILES_WRITER_H
+#define COMPBOX_HAL_LINUX_FILES_WRITER_H
 
 #include <stdbool.h>
 #include <stddef.h>
