@@ -52,8 +52,9 @@ std::vector<std::size_t> signal_columns(const formats::csv_table &record,
     for (const auto &name : options.signals) all.push_back(record.column(name));
     for (std::size_t c = 0; c < record.names.size() && options.signals.empty(); ++c) {
         const std::string &name = record.names[c];
-        const bool output = between(name, "comp_", "_um") || name == "mode" || name == "reason";
-        if (output || name == "time_s") continue;
+        const bool frame =
+            name == "time_s" || name == "mode" || name == "reason" || name == "unix_s";
+        if (frame || between(name, "comp_", "_um")) continue;
         if (is_error_name(name)) {
             left_out += (left_out.empty() ? "" : ", ") + name;
         } else {

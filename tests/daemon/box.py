@@ -26,6 +26,7 @@ class Box:
         self.stage = Stage.current
         self._ends, self._log_begin, self._log = len(self.stage.ended), len(self.stage.log), None
         self.inputs_file.unlink()  # of a box before it
+        self._recorded = self.record_file.read_text() if self.record_file.exists() else ""
         self.stage.ask("start", self.arguments, self.env)
         clocks = self.stage.ask("clocks")
         self._begin_ns = self.stage.now_ns - clocks["boottime"]
@@ -65,9 +66,11 @@ class Box:
 
     @property
     def rows(self):
-        """Rows of the record as {column: number or None}."""
+        """Rows of this run in the record, as {column: number or None}."""
+        text = self.record_file.read_text()
+        before = max(0, self._recorded.count("\n") - 1) if text.startswith(self._recorded) else 0
         return [{key: float(text) if text else None for key, text in row.items()}
-                for row in csv.DictReader(io.StringIO(self.record_file.read_text()))]
+                for row in csv.DictReader(io.StringIO(text))][before:]
 
     @property
     def steps(self):

@@ -106,7 +106,7 @@ def test_record_and_plc_tell_the_same(plc, port, start_box):
         box.stop()
     rows = box.rows
     assert list(rows[0]) == (["time_s", "X", "Y", "Z", "T1", "EZX", "EYX", "EZY", "EXY", "EXZ", "GROW",
-                              "comp_X_um", "comp_Y_um", "comp_Z_um", "mode", "reason"])
+                              "comp_X_um", "comp_Y_um", "comp_Z_um", "mode", "reason", "unix_s"])
     assert rows[0]["time_s"] == 0
     assert len(rows) == box.stats["cycles"] and box.stats["records_lost"] == 0
     active = [r for r in rows if r["mode"] == ACTIVE]

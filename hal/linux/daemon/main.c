@@ -381,11 +381,9 @@ static bool start(struct daemon *daemon) {
 /* Rows of another coefficient file follow. */
 static void follow_reload(struct daemon *daemon, uint32_t generation) {
     if (generation == daemon->generation) return;
-    const struct cb_config *before = config_now(daemon);
     daemon->generation = generation;
     keep_config(daemon, generation);
-    const int error =
-        cb_record_follow(&daemon->record, daemon->options.record, before, config_now(daemon));
+    const int error = cb_record_follow(&daemon->record, config_now(daemon));
     if (error != 0)
         cb_log_limited(&daemon->log, CB_LOG_FILES, cb_boottime_us(), "%s: cannot be written: %s",
                        daemon->options.record, cb_output_error(error));

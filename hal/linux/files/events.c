@@ -8,6 +8,7 @@
 #include "firmware/box/mode.h"
 #include "hal/linux/files/cause_words.h"
 #include "hal/linux/files/output_file.h"
+#include "hal/linux/files/rotate.h"
 #include "hal/linux/files/writer.h"
 
 /* out: 0, or errno */
@@ -23,25 +24,12 @@ int cb_events_start(struct cb_events *events, const char *path) {
     return path == NULL ? 0 : open_file(events);
 }
 
-/* out: PATH.N, or PATH for 0, fits into name[size] */
-static bool has_name(char *name, size_t size, const char *path, unsigned n) {
-    const int length =
-        n == 0 ? snprintf(name, size, "%s", path) : snprintf(name, size, "%s.%u", path, n);
-    return (size_t)length < size;
-}
-
-/* Renames each file to the next number; the oldest goes. A missing one is left out. */
+/* Keeps the full file as PATH.1, and begins another. */
 static int rotate(struct cb_events *events) {
-    char from[4096], to[4096];
     close(events->fd);
     events->fd = -1;
-    for (unsigned n = CB_EVENTS_FILES - 1; n > 0; n--) {
-        if (!has_name(from, sizeof from, events->path, n - 1) ||
-            !has_name(to, sizeof to, events->path, n))
-            return ENAMETOOLONG;
-        if (rename(from, to) != 0 && errno != ENOENT) return errno;
-    }
-    return open_file(events);
+    const int error = cb_rotate(events->path, CB_EVENTS_FILES - 1, true);
+    return error != 0 ? error : open_file(events);
 }
 
 /* out: 0 when the line is in the file as a whole; else errno, and nothing of it is */

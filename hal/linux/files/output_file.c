@@ -22,12 +22,19 @@ static int fault_at(const char *path) {
     return S_ISLNK(there.st_mode) ? ELOOP : S_ISREG(there.st_mode) ? 0 : ENOTSUP;
 }
 
-int cb_output_open(const char *path) {
+int cb_output_open_kept(const char *path, int64_t *bytes) {
     struct stat opened;
     const int fd = open(path, O_WRONLY | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0644);
     if (fd < 0) return -1;
     if (fstat(fd, &opened) != 0) return refused(fd, errno);
-    if (S_ISREG(opened.st_mode) && ftruncate(fd, 0) != 0) return refused(fd, errno);
+    *bytes = S_ISREG(opened.st_mode) ? opened.st_size : -1;
+    return fd;
+}
+
+int cb_output_open(const char *path) {
+    int64_t bytes = 0;
+    const int fd = cb_output_open_kept(path, &bytes);
+    if (bytes > 0 && ftruncate(fd, 0) != 0) return refused(fd, errno);
     return fd;
 }
 

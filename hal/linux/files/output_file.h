@@ -13,6 +13,9 @@
  * out: a descriptor; or -1 with errno (ELOOP: it is a symbolic link) and nothing changed */
 int cb_output_open(const char *path);
 
+/* Like cb_output_open(), but keeps the content; *bytes: its size, -1: it is no regular file. */
+int cb_output_open_kept(const char *path, int64_t *bytes);
+
 /* Opens `path` for appending and creates a missing file. A last line without an end gets one.
  * out: a descriptor, and the size of a regular file in *bytes; or -1 with errno (ELOOP: it is a
  *      symbolic link) */

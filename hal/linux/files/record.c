@@ -3,59 +3,13 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <stdarg.h>
-#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
-#include "firmware/base/assert.h"
+#include "hal/linux/clock.h"
 #include "hal/linux/files/output_file.h"
-
-/* Appends to the buffer. A line has at most 64 + 128 + 16 values of 16 characters, so
- * CB_RECORD_LINE holds it; the callers keep that much free. */
-static __attribute__((format(printf, 2, 3))) void put(struct cb_record *record, const char *format,
-                                                      ...) {
-    va_list arguments;
-    va_start(arguments, format);
-    size_t room = sizeof record->buffer - record->used;
-    const size_t length = (size_t)vsnprintf(record->buffer + record->used, room, format, arguments);
-    va_end(arguments);
-    CB_ASSERT(length < room);
-    record->used += length;
-}
-
-static void put_header(struct cb_record *record, const struct cb_config *config) {
-    put(record, "time_s");
-    for (unsigned i = 0; i < config->signals_count; i++)
-        put(record, ",%s", config->signals[i].name);
-    for (unsigned i = 0; i < config->outputs_count; i++)
-        put(record, ",%s", config->outputs[i].name);
-    for (unsigned i = 0; i < config->channels_count; i++)
-        put(record, ",comp_%s_um", config->channels[i].name);
-    put(record, ",mode,reason\n");
-}
-
-/* Nine digits, so that a float32 reads back with the same bits. */
-static void put_value(struct cb_record *record, float value) {
-    put(record, ",%.9g", (double)value);
-}
-
-static void put_row(struct cb_record *record, const struct cb_config *config,
-                    const struct cb_row *row) {
-    put(record, "%.6f", (double)(row->time_us - record->first_us) * 1e-6);
-    for (unsigned i = 0; i < config->signals_count; i++) {
-        if (row->signals[i].state != CB_ROW_SIGNAL_NEVER)
-            put_value(record, row->signals[i].value);
-        else
-            put(record, ",");
-    }
-    for (unsigned i = 0; i < config->outputs_count; i++) put_value(record, row->outputs[i]);
-    for (unsigned i = 0; i < config->channels_count; i++)
-        put_value(record, row->channels[i].output_um);
-    put(record, ",%u,%u\n", row->mode, row->reason);
-}
+#include "hal/linux/files/rotate.h"
 
 /* Removes the part of a line that was written before an error. */
 static void cut_to_whole_lines(struct cb_record *record) {
@@ -64,6 +18,7 @@ static void cut_to_whole_lines(struct cb_record *record) {
 }
 
 void cb_record_flush(struct cb_record *record) {
+    record->wall_us = cb_unix_us() - cb_boottime_us();
     if (record->fd < 0 || record->used == 0) return;
     if (cb_output_write(record->fd, record->buffer, record->used) == record->used) {
         record->whole_size += (int64_t)record->used;
@@ -77,64 +32,155 @@ void cb_record_flush(struct cb_record *record) {
     record->waiting = 0;
 }
 
-int cb_record_start(struct cb_record *record, const char *path, const struct cb_config *config) {
-    *record = (struct cb_record){.fd = -1};
-    if (path == NULL) return 0;
-    record->fd = cb_output_open(path);
-    if (record->fd < 0) return errno;
-    put_header(record, config);
-    cb_record_flush(record);
-    return record->error;
+static unsigned commas_of(const char *text, size_t bytes) {
+    unsigned count = 0;
+    for (size_t i = 0; i < bytes; i++) count += text[i] == ',';
+    return count;
 }
 
-static bool same_columns(const struct cb_config *a, const struct cb_config *b) {
-    if (a->signals_count != b->signals_count || a->outputs_count != b->outputs_count ||
-        a->channels_count != b->channels_count)
+/* in : row, a whole line with its end at row[bytes - 1]. out: false: it is no row */
+static bool take_last_row(struct cb_record *record, const char *row, size_t bytes) {
+    double time_s, unix_s;
+    size_t comma = bytes - 1;
+    if (commas_of(row, bytes) != commas_of(record->header, record->header_used)) return false;
+    while (comma > 0 && row[comma] != ',') comma--;
+    if (sscanf(row, "%lf,", &time_s) != 1 || sscanf(row + comma, ",%lf\n", &unix_s) != 1 ||
+        !(time_s >= 0 && time_s < 1e12) || !(unix_s >= 0 && unix_s < 1e12))
         return false;
-    for (unsigned i = 0; i < a->signals_count; i++)
-        if (strcmp(a->signals[i].name, b->signals[i].name) != 0) return false;
-    for (unsigned i = 0; i < a->outputs_count; i++)
-        if (strcmp(a->outputs[i].name, b->outputs[i].name) != 0) return false;
-    for (unsigned i = 0; i < a->channels_count; i++)
-        if (strcmp(a->channels[i].name, b->channels[i].name) != 0) return false;
+    record->before_us = (int64_t)(time_s * 1e6 + 0.5);
+    record->before_unix_us = (int64_t)(unix_s * 1e6 + 0.5);
+    return record->before_unix_us < cb_unix_us();
+}
+
+/* in : text[bytes]: the end of a file of whole_size + bytes, without the header
+ * out: the file may go on; whole_size is that of its whole lines, before_us that of the last one */
+static bool take_end(struct cb_record *record, const char *text, size_t bytes) {
+    size_t end = bytes;
+    while (end > 0 && text[end - 1] != '\n') end--;
+    size_t begin = end > 0 ? end - 1 : 0;
+    while (begin > 0 && text[begin - 1] != '\n') begin--;
+    const bool only_header = record->whole_size == (int64_t)record->header_used;
+    record->whole_size += (int64_t)end;
+    if (end == 0) return only_header;
+    return take_last_row(record, text + begin, end - begin);
+}
+
+/* Reads a part of the file; it goes on after a short read. out: whether all of it could be read */
+static bool read_part(int fd, int64_t at, char *to, size_t bytes) {
+    if (lseek(fd, at, SEEK_SET) != at) return false;
+    for (size_t done = 0; done < bytes;) {
+        const ssize_t now = read(fd, to + done, bytes - done);
+        if (now < 0 && errno == EINTR) continue;
+        if (now <= 0) return false;
+        done += (size_t)now;
+    }
     return true;
 }
 
-/* out: 0: renamed to PATH.N; or errno */
-static int move_away(const char *path) {
-    char other[4096];
-    for (unsigned n = 1; n < 100000; n++) {
-        const size_t length = (size_t)snprintf(other, sizeof other, "%s.%u", path, n);
-        if (length >= sizeof other) return ENAMETOOLONG;
-        if (access(other, F_OK) != 0) return rename(path, other) == 0 ? 0 : errno;
-    }
-    return EEXIST;
+/* in : bytes: size of the file. out: rows may be appended behind whole_size */
+static bool goes_on(struct cb_record *record, int64_t bytes) {
+    const int64_t header = (int64_t)record->header_used;
+    const int64_t tail = bytes - header < CB_ROW_TEXT ? bytes - header : CB_ROW_TEXT;
+    const int fd = tail < 0 ? -1 : open(record->path, O_RDONLY | O_NOFOLLOW | O_CLOEXEC);
+    if (fd < 0) return false;
+    bool good = read_part(fd, 0, record->buffer, record->header_used) &&
+                memcmp(record->buffer, record->header, record->header_used) == 0 &&
+                read_part(fd, bytes - tail, record->buffer, (size_t)tail);
+    record->whole_size = bytes - tail;
+    good = good && take_end(record, record->buffer, (size_t)tail);
+    close(fd);
+    return good;
 }
 
-int cb_record_follow(struct cb_record *record, const char *path, const struct cb_config *before,
-                     const struct cb_config *now) {
-    if (record->fd < 0 || same_columns(before, now)) return 0;
-    cb_record_flush(record);
-    int error = move_away(path);
+/* Closes the file, on the disk, and renames it to PATH.1. out: 0, or errno */
+static int put_aside(struct cb_record *record) {
+    if (fsync(record->fd) != 0 && record->error == 0) record->error = errno;
     close(record->fd);
-    record->fd = error == 0 ? cb_output_open(path) : -1;
-    if (record->fd < 0 && error == 0) error = errno;
-    if (error != 0) return record->error = error;
-    record->whole_size = 0;
-    put_header(record, now);
+    record->fd = -1;
+    return cb_rotate(record->path, CB_RECORD_FILES, false);
+}
+
+/* Opens the file; another one takes its place if its rows cannot go on. out: 0, or errno */
+static int open_file(struct cb_record *record) {
+    int64_t bytes;
+    record->fd = cb_output_open_kept(record->path, &bytes);
+    if (record->fd < 0) return errno;
+    record->is_stream = bytes < 0;
+    if (bytes <= 0) return 0;
+    if (goes_on(record, bytes)) {
+        if (record->whole_size < bytes && ftruncate(record->fd, record->whole_size) != 0)
+            return errno;
+        return lseek(record->fd, record->whole_size, SEEK_SET) < 0 ? errno : 0;
+    }
+    record->before_unix_us = record->whole_size = 0;
+    const int error = put_aside(record);
+    if (error != 0) return error;
+    record->fd = cb_output_open(record->path);
+    return record->fd < 0 ? errno : 0;
+}
+
+static int write_header(struct cb_record *record) {
+    memcpy(record->buffer, record->header, record->header_used);
+    record->used = record->header_used;
     cb_record_flush(record);
     return record->error;
+}
+
+/* Opens the file and writes the header of a new one. out: 0, or errno */
+static int begin(struct cb_record *record) {
+    record->whole_size = 0;
+    const int error = open_file(record);
+    if (error == 0) return record->whole_size > 0 ? 0 : write_header(record);
+    if (record->fd >= 0) close(record->fd);
+    record->fd = -1;
+    return error;
+}
+
+int cb_record_start(struct cb_record *record, const char *path, const struct cb_config *config) {
+    *record = (struct cb_record){.fd = -1, .path = path};
+    record->wall_us = cb_unix_us() - cb_boottime_us();
+    if (path == NULL) return 0;
+    record->header_used = cb_row_header(record->header, config);
+    return begin(record);
+}
+
+int cb_record_follow(struct cb_record *record, const struct cb_config *config) {
+    char header[CB_ROW_TEXT];
+    if (record->fd < 0) return 0;
+    cb_record_flush(record);
+    const size_t bytes = cb_row_header(header, config);
+    if (bytes == record->header_used && memcmp(header, record->header, bytes) == 0) return 0;
+    memcpy(record->header, header, bytes);
+    record->header_used = bytes;
+    if (record->is_stream) return write_header(record);
+    int error = put_aside(record);
+    if (error == 0) error = begin(record);
+    if (error != 0) record->error = error;
+    return error;
+}
+
+/* The first row of this run goes on behind the last one of the file, by the wall clock. */
+static void find_zero(struct cb_record *record, const struct cb_row *row) {
+    record->has_zero = true;
+    record->zero_us = row->time_us;
+    if (record->before_unix_us == 0) return;
+    const int64_t pause_us = row->time_us + record->wall_us - record->before_unix_us;
+    record->zero_us -= record->before_us + (pause_us > 1000 ? pause_us : 1000);
 }
 
 void cb_record_add(struct cb_record *record, const struct cb_config *config,
                    const struct cb_row *row) {
+    float values[CB_ROW_VALUES];
     if (record->fd < 0) {
         record->lost += record->error != 0;
         return;
     }
-    if (sizeof record->buffer - record->used < CB_RECORD_LINE) cb_record_flush(record);
-    if (record->rows == 0 && record->lost == 0) record->first_us = row->time_us;
-    put_row(record, config, row);
+    if (sizeof record->buffer - record->used < CB_ROW_TEXT) cb_record_flush(record);
+    if (!record->has_zero) find_zero(record, row);
+    const struct cb_row_frame frame = {row->time_us - record->zero_us,
+                                       row->time_us + record->wall_us, row->mode, row->reason};
+    const unsigned count = cb_row_values(values, config, row);
+    record->used += cb_row_line(record->buffer + record->used, &frame, values, count);
     record->rows++;
     record->waiting++;
 }

@@ -1,44 +1,52 @@
 /* SPDX-License-Identifier: MIT
- * One CSV row per cycle: time_s (since the first), every signal by its name (empty until it is
- * first received), every term output by its name, comp_NAME_um of every channel, mode and reason
- * (numbers of the status register). The file holds only whole lines at any time. */
+ * The rows as CSV (row_text.h), kept across restarts. A start goes on behind the last row of the
+ * file. A file with other columns, or one whose last row is later than the wall clock is now, is
+ * kept as PATH.1 (rotate.h), and another one begins. The file holds only whole lines at any time;
+ * a start cuts what a power cut has torn. */
 #ifndef COMPBOX_HAL_LINUX_FILES_RECORD_H
 #define COMPBOX_HAL_LINUX_FILES_RECORD_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
-#include "hal/linux/files/row.h"
+#include "hal/linux/files/row_text.h"
 
-struct cb_config;
-
-enum { CB_RECORD_BUFFER = 65536, CB_RECORD_LINE = 8192 };
+enum { CB_RECORD_BUFFER = 65536, CB_RECORD_FILES = 999 };
 
 struct cb_record {
-    int fd; /* -1: no record */
-    int64_t first_us;
-    uint64_t rows;      /* in the file or in the buffer */
-    uint64_t lost;      /* rows that could not be written */
-    int error;          /* errno of the first failure, 0: none */
-    uint32_t waiting;   /* rows in the buffer */
-    size_t used;        /* bytes in the buffer */
-    int64_t whole_size; /* bytes of whole lines in the file */
+    const char *path;
+    int fd;                 /* -1: no record */
+    bool is_stream;         /* a device or a pipe: nothing is kept beside it */
+    bool has_zero;          /* zero_us is set … */
+    int64_t zero_us;        /* … the time of time_s = 0, on the clock of the rows */
+    int64_t before_us;      /* time_s of the last row of an earlier run … */
+    int64_t before_unix_us; /* … and its wall clock; 0: there is none */
+    int64_t wall_us;        /* the wall clock minus the clock of the rows */
+    uint64_t rows;          /* in the file or in the buffer */
+    uint64_t lost;          /* rows that could not be written */
+    int error;              /* errno of the first failure, 0: none */
+    uint32_t waiting;       /* rows in the buffer */
+    size_t used;            /* bytes in the buffer */
+    int64_t whole_size;     /* bytes of whole lines in the file */
+    size_t header_used;     /* bytes in … */
+    char header[CB_ROW_TEXT];
     char buffer[CB_RECORD_BUFFER];
 };
 
-/* Creates the file and writes its header. path NULL: no record. out: 0, or errno. */
+/* Opens the file; writes the header of a new one. path NULL: no record. out: 0, or errno. */
 int cb_record_start(struct cb_record *record, const char *path, const struct cb_config *config);
 
 /* Another coefficient file begins with the next row. If its columns differ, the file is closed and
- * renamed to the first free PATH.1, PATH.2 …, and a new one begins. out: 0, or errno. */
-int cb_record_follow(struct cb_record *record, const char *path, const struct cb_config *before,
-                     const struct cb_config *now);
+ * kept as PATH.1, and a new one begins with the same zero of time. out: 0, or errno. */
+int cb_record_follow(struct cb_record *record, const struct cb_config *config);
 
 /* Adds a row; writes when the buffer is full. Behind a failed follow it is counted as lost. */
 void cb_record_add(struct cb_record *record, const struct cb_config *config,
                    const struct cb_row *row);
 
-/* Writes the buffer. Rows that do not fit on the disk are counted in `lost`. */
+/* Writes the buffer, and takes the present wall clock for the next rows. Rows that do not fit on
+ * the disk are counted in `lost`. */
 void cb_record_flush(struct cb_record *record);
 
 /* Flushes and closes. out: 0, or errno of the first failure. */

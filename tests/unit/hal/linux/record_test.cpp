@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
 // The record holds whole lines only, also when the disk is full, and counts what it loses.
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <sstream>
@@ -27,6 +31,7 @@ struct files {
     std::unique_ptr<cb_row> row = std::make_unique<cb_row>();
 
     files() {
+        for (const char *end : {"", ".1", ".2"}) std::remove((path + end).c_str());
         config->signals_count = 2;
         std::strcpy(config->signals[0].name, "X");
         std::strcpy(config->signals[1].name, "T1");
@@ -35,9 +40,14 @@ struct files {
         config->channels_count = 1;
         std::strcpy(config->channels[0].name, "Z");
     }
-    std::vector<std::string> lines() const {
+    int start() { return cb_record_start(record.get(), path.c_str(), config.get()); }
+    void add(int64_t time_us) {
+        row->time_us = time_us;
+        cb_record_add(record.get(), config.get(), row.get());
+    }
+    std::vector<std::string> lines(const std::string &end = "") const {
         std::vector<std::string> result;
-        std::ifstream in(path);
+        std::ifstream in(path + end);
         for (std::string line; std::getline(in, line);) result.push_back(line);
         return result;
     }
@@ -59,6 +69,7 @@ struct files {
 TEST(record, rows_are_what_the_header_says) {
     files f;
     ASSERT_EQ(cb_record_start(f.record.get(), f.path.c_str(), f.config.get()), 0);
+    f.record->wall_us = 1700000000000000;
     f.row->time_us = 5000000;
     f.row->mode = 0, f.row->reason = 1;
     cb_record_add(f.record.get(), f.config.get(), f.row.get());
@@ -71,8 +82,9 @@ TEST(record, rows_are_what_the_header_says) {
     EXPECT_EQ(f.lines().size(), 1u);  // the rest is buffered
     EXPECT_EQ(cb_record_finish(f.record.get()), 0);
     EXPECT_EQ(f.lines(),
-              (std::vector<std::string>{"time_s,X,T1,EZX,comp_Z_um,mode,reason",
-                                        "0.000000,,,0,0,0,1", "0.030001,0.100000001,,-3,3,1,0"}));
+              (std::vector<std::string>{"time_s,X,T1,EZX,comp_Z_um,mode,reason,unix_s",
+                                        "0.000000,,,0,0,0,1,1700000005.000",
+                                        "0.030001,0.100000001,,-3,3,1,0,1700000005.030"}));
 }
 
 TEST(record, the_longest_rows_are_whole) {
@@ -84,10 +96,10 @@ TEST(record, the_longest_rows_are_whole) {
     const auto lines = f.lines();
     ASSERT_EQ(lines.size(), 101u);
     const auto commas = std::count(lines[0].begin(), lines[0].end(), ',');
-    EXPECT_EQ(commas, CB_MAX_SIGNALS + CB_MAX_OUTPUTS + CB_MAX_CHANNELS + 2);
+    EXPECT_EQ(commas, CB_MAX_SIGNALS + CB_MAX_OUTPUTS + CB_MAX_CHANNELS + 3);
     for (const auto &line : lines) {
         EXPECT_EQ(std::count(line.begin(), line.end(), ','), commas);
-        EXPECT_LT(line.size(), static_cast<size_t>(CB_RECORD_LINE));
+        EXPECT_LT(line.size(), static_cast<size_t>(CB_ROW_TEXT));
     }
 }
 
@@ -121,9 +133,7 @@ TEST(record, other_columns_begin_another_file) {
     files f;
     const auto now = std::make_unique<cb_config>(*f.config);
     ASSERT_EQ(cb_record_start(f.record.get(), f.path.c_str(), f.config.get()), 0);
-    const auto follow = [&] {
-        return cb_record_follow(f.record.get(), f.path.c_str(), f.config.get(), now.get());
-    };
+    const auto follow = [&] { return cb_record_follow(f.record.get(), now.get()); };
     const auto moved = [&] { return std::ifstream(f.path + ".1").good(); };
     EXPECT_EQ(follow(), 0);
     EXPECT_FALSE(moved());
@@ -132,8 +142,98 @@ TEST(record, other_columns_begin_another_file) {
     EXPECT_EQ(follow(), 0);
     EXPECT_TRUE(moved());
     EXPECT_EQ(f.lines(),
-              std::vector<std::string>{"time_s,X,T1,EZX,comp_Z_um,comp_Y_um,mode,reason"});
+              std::vector<std::string>{"time_s,X,T1,EZX,comp_Z_um,comp_Y_um,mode,reason,unix_s"});
     EXPECT_EQ(cb_record_finish(f.record.get()), 0);
+}
+
+constexpr int64_t second = 1000000;
+constexpr int64_t day_one = 1700000000 * second;  // a wall clock of the past
+
+// A run of one row, at this wall clock.
+void run_at(files &f, int64_t unix_us) {
+    f.record->wall_us = unix_us - 5 * second;
+    f.add(5 * second);
+    EXPECT_EQ(cb_record_finish(f.record.get()), 0);
+}
+
+TEST(record, a_start_goes_on_behind_the_last_row_by_the_wall_clock) {
+    files f;
+    ASSERT_EQ(f.start(), 0);
+    run_at(f, day_one);
+    ASSERT_EQ(f.start(), 0);
+    run_at(f, day_one + 90 * second);
+    EXPECT_EQ(f.lines(), (std::vector<std::string>{"time_s,X,T1,EZX,comp_Z_um,mode,reason,unix_s",
+                                                   "0.000000,,,0,0,0,0,1700000000.000",
+                                                   "90.000000,,,0,0,0,0,1700000090.000"}));
+    EXPECT_TRUE(f.lines(".1").empty());
+}
+
+TEST(record, a_line_that_a_power_cut_has_torn_is_cut) {
+    files f;
+    ASSERT_EQ(f.start(), 0);
+    run_at(f, day_one);
+    const auto whole = f.lines();
+    std::ofstream(f.path, std::ios::app) << "60.0,1,2,3";
+    ASSERT_EQ(f.start(), 0);
+    EXPECT_EQ(f.lines(), whole);
+    run_at(f, day_one + second);
+    EXPECT_EQ(f.lines().back(), "1.000000,,,0,0,0,0,1700000001.000");
+}
+
+TEST(record, a_header_without_rows_goes_on) {
+    files f;
+    for (int i = 0; i < 2; ++i) {
+        ASSERT_EQ(f.start(), 0);
+        EXPECT_EQ(cb_record_finish(f.record.get()), 0);
+    }
+    EXPECT_EQ(f.lines().size(), 1u);
+    EXPECT_TRUE(f.lines(".1").empty());
+}
+
+// A clock that steps back behind the last row would let the time of the rows fall.
+TEST(record, a_last_row_that_is_later_than_the_clock_begins_another_file) {
+    files f;
+    ASSERT_EQ(f.start(), 0);
+    run_at(f, 4000000000 * second);
+    const auto before = f.lines();
+    ASSERT_EQ(f.start(), 0);
+    run_at(f, day_one);
+    EXPECT_EQ(f.lines(".1"), before);
+    EXPECT_EQ(f.lines().at(1), "0.000000,,,0,0,0,0,1700000000.000");
+}
+
+TEST(record, what_is_no_record_of_these_columns_is_kept_beside_it) {
+    files f;
+    const std::string head = "time_s,X,T1,EZX,comp_Z_um,mode,reason,unix_s\n";
+    for (const std::string &text :
+         {std::string("x"), std::string("time_s,X,mode,reason\n0,1,2,3\n"), head + "words\n",
+          head + "1,2\n", head + "nan,,,0,0,0,0,nan\n", head + "0,,,0,0,0,0,1e300\n",
+          head + "-1,,,0,0,0,0,5\n", head + "torn", head + std::string(9000, '1')}) {
+        files fresh;
+        std::ofstream(fresh.path) << text;
+        ASSERT_EQ(fresh.start(), 0);
+        EXPECT_EQ(cb_record_finish(fresh.record.get()), 0);
+        EXPECT_EQ(fresh.lines(), std::vector<std::string>{head.substr(0, head.size() - 1)}) << text;
+        const bool cut = text == head + "torn";
+        EXPECT_EQ(fresh.lines(".1").empty(), cut) << text;
+    }
+}
+
+TEST(record, a_pipe_gets_the_header_of_other_columns_and_keeps_its_place) {
+    files f;
+    ASSERT_EQ(mkfifo(f.path.c_str(), 0600), 0);
+    const int reader = open(f.path.c_str(), O_RDONLY | O_NONBLOCK);
+    ASSERT_EQ(f.start(), 0);
+    f.config->channels_count = 0;
+    EXPECT_EQ(cb_record_follow(f.record.get(), f.config.get()), 0);
+    EXPECT_EQ(cb_record_finish(f.record.get()), 0);
+    char text[200] = "";
+    EXPECT_GT(read(reader, text, sizeof text - 1), 0);
+    EXPECT_STREQ(text,
+                 "time_s,X,T1,EZX,comp_Z_um,mode,reason,unix_s\n"
+                 "time_s,X,T1,EZX,mode,reason,unix_s\n");
+    EXPECT_TRUE(std::filesystem::is_fifo(f.path));
+    close(reader);
 }
 
 TEST(record, a_folder_that_is_not_there_is_reported) {
@@ -146,7 +246,7 @@ TEST(record, without_a_path_nothing_is_done) {
     EXPECT_EQ(cb_record_start(f.record.get(), nullptr, f.config.get()), 0);
     cb_record_add(f.record.get(), f.config.get(), f.row.get());
     const auto other = std::make_unique<cb_config>();
-    EXPECT_EQ(cb_record_follow(f.record.get(), nullptr, f.config.get(), other.get()), 0);
+    EXPECT_EQ(cb_record_follow(f.record.get(), other.get()), 0);
     EXPECT_EQ(cb_record_finish(f.record.get()), 0);
     EXPECT_EQ(f.record->lost, 0u);
 }

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: MIT
+"""--record: kept across restarts, power cuts, wrong clocks and full disks."""
+import errno
+
+import pytest
+
+from box import until
+from machine import ACTIVE, AT_REST
+from raw_plc import RawPlc
+
+
+@pytest.fixture
+def served(plc, port):
+    plc.values = dict(AT_REST)
+    with RawPlc(plc, port):
+        yield plc
+
+
+def rows_of(text):
+    """Rows of a record, each as {column: text}; all are whole."""
+    names, *rows = [line.split(",") for line in text.splitlines()]
+    assert text.endswith("\n") and all(len(row) == len(names) for row in rows)
+    return [dict(zip(names, row)) for row in rows]
+
+
+def times_of(text):
+    return [float(row["time_s"]) for row in rows_of(text)]
+
+
+def test_a_restart_goes_on_in_the_file(stage, served, start_box):
+    with start_box() as box:
+        served.wait_mode(ACTIVE)
+        stage.run_for(3)
+        box.kill()
+    before = box.record_file.read_text()
+    stage.run_for(20)
+    with start_box() as box:
+        served.wait_mode(ACTIVE)
+        stage.run_for(3)
+        box.stop()
+    text = box.record_file.read_text()
+    assert text.startswith(before) and not box.record_file.with_name("record.csv.1").exists()
+    times = times_of(text)
+    assert times == sorted(set(times)), "no time twice, and none goes back"
+    pause = max(b - a for a, b in zip(times, times[1:]))
+    assert 20 <= pause < 22, "the pause is in the times"
+    rows = rows_of(text)
+    assert {round(float(row["unix_s"]) - float(row["time_s"]), 2) for row in rows[5:]} == \
+        {round(float(rows[0]["unix_s"]) - times[0], 2)}
+
+
+def test_a_power_cut_leaves_whole_rows_and_the_next_start_goes_on(stage, plc, port, start_box):
+    plc.values = dict(AT_REST)
+    with RawPlc(plc, port), start_box() as box:
+        plc.wait_mode(ACTIVE)
+        stage.run_for(3)
+        stage.cut_power(5)
+    left = box.record_file.read_text() if box.record_file.exists() else ""
+    with RawPlc(plc, port), start_box() as box:
+        plc.wait_mode(ACTIVE)
+        box.stop()
+    text = box.record_file.read_text()
+    whole = left[:left.rfind("\n") + 1]
+    kept = box.record_file.with_name("record.csv.1")
+    assert text.startswith(whole) or kept.read_text() == left
+    assert times_of(text) == sorted(set(times_of(text)))
+
+
+def test_a_clock_that_is_wrong_until_the_network_comes(stage, served, start_box):
+    """A clock of the past at the start: another file. The clock is set in the run: the times go on evenly."""
+    with start_box() as box:
+        served.wait_mode(ACTIVE)
+        box.stop()
+    before = box.record_file.read_text()
+    stage.set_clock(-86400, synchronised=False)
+    with start_box() as box:
+        served.wait_mode(ACTIVE)
+        stage.set_clock(86400)
+        stage.run_for(3)
+        box.stop()
+    assert box.record_file.with_name("record.csv.1").read_text() == before
+    rows = rows_of(box.record_file.read_text())
+    steps = [float(b["time_s"]) - float(a["time_s"]) for a, b in zip(rows, rows[1:])]
+    walls = [float(b["unix_s"]) - float(a["unix_s"]) for a, b in zip(rows, rows[1:])]
+    assert max(steps) < 1 and max(walls) > 86000
+    assert float(rows[-1]["unix_s"]) > float(rows_of(before)[-1]["unix_s"])
+
+
+def test_what_cannot_be_kept_is_not_overwritten(stage, served, start_box):
+    box = start_box()
+    box.record_file.write_text("an operator's notes")
+    stage.fail("rename", errno.EACCES, "record")
+    with box:
+        box.wait()
+    assert box.code == 1 and "record.csv: cannot be written: Permission denied" in box.log
+    assert box.record_file.read_text() == "an operator's notes"
+
+
+def test_old_and_new_files_follow_each_other(stage, served, start_box):
+    box = start_box()
+    box.record_file.write_text("an operator's notes")
+    with box:
+        until(lambda: box.record_file.with_name("record.csv.1").exists())
+        box.stop()
+    assert box.record_file.with_name("record.csv.1").read_text() == "an operator's notes"
+    assert len(box.rows) == box.stats["cycles"]
