@@ -104,3 +104,14 @@ def test_old_and_new_files_follow_each_other(stage, served, start_box):
         box.stop()
     assert box.record_file.with_name("record.csv.1").read_text() == "an operator's notes"
     assert len(box.rows) == box.stats["cycles"]
+
+
+def test_an_interval_of_rows(stage, served, start_box):
+    with start_box("--record-every", "1000") as box:
+        served.wait_mode(ACTIVE)
+        stage.run_for(30)
+        box.stop()
+    rows = rows_of(box.record_file.read_text())
+    modes = [row["mode"] for row in rows]
+    assert 30 <= len(rows) <= 45 and box.stats["records_lost"] == 0
+    assert {"0", "1", "3", "5"} <= set(modes), "each mode has its row"

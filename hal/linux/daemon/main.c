@@ -106,6 +106,7 @@ static bool open_outputs(struct daemon *daemon) {
     const struct cb_options *options = &daemon->options;
     const struct cb_config *config = config_now(daemon);
     const int error = options->stats ? cb_stats_write(&daemon->stats, config, options->stats) : 0;
+    daemon->record.every_us = options->record_every_ms * 1000LL;
     return is_open(options->stats, error) && is_open(options->snapshot, write_snapshot(daemon)) &&
            is_open(options->events, cb_events_start(&daemon->events, options->events)) &&
            is_open(options->record, cb_record_start(&daemon->record, options->record, config)) &&

@@ -26,7 +26,9 @@ static const char help[] =
     "  --events FILE         append a line of JSON for each event: mode, cause, reload, start, "
     "end\n"
     "  --stats FILE          write statistics as JSON, every 5 s and at the end\n"
-    "  --record FILE         write one CSV row for each cycle: signals, terms, outputs, mode\n"
+    "  --record FILE         append one CSV row for each cycle: signals, terms, outputs, mode\n"
+    "  --record-every MS     a row every MS ms only, 1 to 3600000, and where mode or reason "
+    "change\n"
     "  --record-inputs FILE  write the exact inputs of each cycle for compbox simulate --replay\n"
     "  --state FILE          keep lags and how the run ended across restarts in this file\n"
     "  --state-every S       write it every S seconds, 1 to 3600 (default: 10), and at the end\n"
@@ -56,7 +58,8 @@ enum {
     ALLOW_OLDER,
     SNAPSHOT,
     SNAPSHOT_EVERY,
-    EVENTS
+    EVENTS,
+    RECORD_EVERY,
 }; /* values beyond characters, which getopt_long returns for unknown options */
 
 static const struct option known[] = {
@@ -71,6 +74,7 @@ static const struct option known[] = {
     {"events", required_argument, NULL, EVENTS},
     {"stats", required_argument, NULL, 's'},
     {"record", required_argument, NULL, 'r'},
+    {"record-every", required_argument, NULL, RECORD_EVERY},
     {"record-inputs", required_argument, NULL, 'i'},
     {"state", required_argument, NULL, 'm'},
     {"state-every", required_argument, NULL, 'e'},
@@ -160,6 +164,10 @@ static bool take(struct cb_options *options, int letter, const char *argument) {
             return true;
         case 'r':
             options->record = argument;
+            return true;
+        case RECORD_EVERY:
+            if (!parse_number("record-every", argument, 1, 3600000, &number)) return false;
+            options->record_every_ms = (int)number;
             return true;
         case 'i':
             options->inputs = argument;

@@ -19,6 +19,7 @@ struct cb_options {
     const char *events;        /* lines of JSON, appended; NULL: none */
     const char *stats;         /* statistics as JSON; NULL: none */
     const char *record;        /* one CSV row per cycle; NULL: none */
+    int record_every_ms;       /* … or in this interval; 0: each cycle */
     const char *inputs;        /* the exact inputs of each step; NULL: none */
     const char *state;         /* memory of the lags across restarts; NULL: none */
     int state_every_s;         /* its write interval */

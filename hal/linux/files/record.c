@@ -137,7 +137,7 @@ static int begin(struct cb_record *record) {
 }
 
 int cb_record_start(struct cb_record *record, const char *path, const struct cb_config *config) {
-    *record = (struct cb_record){.fd = -1, .path = path};
+    *record = (struct cb_record){.fd = -1, .path = path, .every_us = record->every_us};
     record->wall_us = cb_unix_us() - cb_boottime_us();
     if (path == NULL) return 0;
     record->header_used = cb_row_header(record->header, config);
@@ -168,9 +168,21 @@ static void find_zero(struct cb_record *record, const struct cb_row *row) {
     record->zero_us -= record->before_us + (pause_us > 1000 ? pause_us : 1000);
 }
 
+/* out: the first row of an interval, or another mode or reason */
+static bool is_due(struct cb_record *record, const struct cb_row *row) {
+    const uint16_t status = (uint16_t)(row->reason << 8 | row->mode);
+    const int64_t interval = record->every_us > 0 ? row->time_us / record->every_us : 0;
+    const bool due = record->every_us == 0 || !record->has_zero || interval != record->interval ||
+                     status != record->status;
+    record->interval = interval;
+    record->status = status;
+    return due;
+}
+
 void cb_record_add(struct cb_record *record, const struct cb_config *config,
                    const struct cb_row *row) {
     float values[CB_ROW_VALUES];
+    if (!is_due(record, row)) return;
     if (record->fd < 0) {
         record->lost += record->error != 0;
         return;

@@ -15,6 +15,9 @@
 enum { CB_RECORD_BUFFER = 65536, CB_RECORD_FILES = 999 };
 
 struct cb_record {
+    int64_t every_us; /* interval of rows, 0: each one; set it before the start */
+    int64_t interval; /* the number of the interval of the last row … */
+    uint16_t status;  /* … with its mode and reason: a changed one is a row too */
     const char *path;
     int fd;                 /* -1: no record */
     bool is_stream;         /* a device or a pipe: nothing is kept beside it */
@@ -41,7 +44,8 @@ int cb_record_start(struct cb_record *record, const char *path, const struct cb_
  * kept as PATH.1, and a new one begins with the same zero of time. out: 0, or errno. */
 int cb_record_follow(struct cb_record *record, const struct cb_config *config);
 
-/* Adds a row; writes when the buffer is full. Behind a failed follow it is counted as lost. */
+/* Adds a row that is due; writes when the buffer is full. Behind a failed follow it is counted as
+ * lost. */
 void cb_record_add(struct cb_record *record, const struct cb_config *config,
                    const struct cb_row *row);
 

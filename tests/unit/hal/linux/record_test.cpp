@@ -168,6 +168,23 @@ TEST(record, a_start_goes_on_behind_the_last_row_by_the_wall_clock) {
     EXPECT_TRUE(f.lines(".1").empty());
 }
 
+TEST(record, an_interval_leaves_rows_out_but_no_change_of_mode_or_reason) {
+    files f;
+    f.record->every_us = second;
+    ASSERT_EQ(f.start(), 0);
+    for (int i = 0; i < 100; ++i) {
+        f.row->mode = i >= 42 && i < 50 ? 2 : 1;
+        f.row->reason = i == 45 ? 5 : 0;
+        f.add(7 * second + i * 30000);
+    }
+    EXPECT_EQ(cb_record_finish(f.record.get()), 0);
+    std::vector<std::string> times;
+    for (const auto &line : f.lines()) times.push_back(line.substr(0, line.find(',')));
+    EXPECT_EQ(times, (std::vector<std::string>{"time_s", "0.000000", "1.020000", "1.260000",
+                                               "1.350000", "1.380000", "1.500000", "2.010000"}));
+    EXPECT_EQ(f.record->lost, 0u);
+}
+
 TEST(record, a_line_that_a_power_cut_has_torn_is_cut) {
     files f;
     ASSERT_EQ(f.start(), 0);
