@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """--record: kept across restarts, power cuts, wrong clocks and full disks."""
 import errno
+import gzip
 
 import pytest
 
@@ -115,3 +116,79 @@ def test_an_interval_of_rows(stage, served, start_box):
     modes = [row["mode"] for row in rows]
     assert 30 <= len(rows) <= 45 and box.stats["records_lost"] == 0
     assert {"0", "1", "3", "5"} <= set(modes), "each mode has its row"
+
+
+def kept(box):
+    """{name: bytes} of what is kept beside the record, and of it; the newest first."""
+    found = {}
+    for n in range(100):
+        for name in (f"record.csv.{n}", f"record.csv.{n}.gz") if n else ("record.csv",):
+            if box.record_file.with_name(name).exists():
+                found[name] = box.record_file.with_name(name).read_bytes()
+    return found
+
+
+def all_rows(found):
+    """Rows of all files, the oldest first."""
+    pieces = [gzip.decompress(data) if name.endswith(".gz") else data for name, data in found.items()]
+    return [row for piece in reversed(pieces) for row in rows_of(piece.decode())]
+
+
+def test_all_records_together_have_a_limit_and_old_ones_are_compressed(stage, served, start_box):
+    with start_box("--record-most", "1") as box:
+        served.wait_mode(ACTIVE)
+        most = 0
+        for _ in range(20):
+            stage.run_for(15)
+            most = max(most, sum(map(len, kept(box).values())))
+        box.stop()
+    found = kept(box)
+    assert most <= 1_000_000 and len(found["record.csv"]) <= 125_000
+    assert len(found) > 5 and sum(name.endswith(".gz") for name in found) >= len(found) - 2
+    times = [float(row["time_s"]) for row in all_rows(found)]
+    assert times == sorted(set(times)) and len(times) == box.stats["cycles"], "no row is missing in between"
+    assert box.code == 0 and box.stats["records_lost"] == 0
+
+
+def test_a_full_disk_loses_no_old_record(stage, served, start_box):
+    with start_box("--record-most", "1") as box:
+        served.wait_mode(ACTIVE)
+        stage.fail("write", errno.ENOSPC, ".gz.new")
+        stage.run_for(60)
+        assert "record.csv.gz.new: cannot be written: No space left on device" in box.log
+        assert not any(name.endswith(".gz") for name in kept(box))
+        stage.heal()
+        stage.run_for(30)
+        box.stop()
+    assert "record.csv.gz.new: is written again" in box.log and box.code == 0
+    found = kept(box)
+    assert any(name.endswith(".gz") for name in found) and len(all_rows(found)) == box.stats["cycles"]
+
+
+@pytest.mark.parametrize("call", ["rename", "unlink", "fsync", "open", "read"])
+def test_a_call_of_a_compression_that_fails(stage, served, start_box, call):
+    with start_box("--record-most", "1") as box:
+        served.wait_mode(ACTIVE)
+        stage.fail(call, errno.EIO, "record.csv.1" if call in ("unlink", "open", "read") else ".gz.new", times=1)
+        stage.run_for(60)
+        assert stage.failed
+        box.stop()
+    rows = all_rows({name: data for name, data in kept(box).items() if name + ".gz" not in kept(box)})
+    assert len(rows) == box.stats["cycles"] and box.code == 0, box.log
+
+
+def test_a_power_cut_loses_no_kept_record(stage, plc, port, start_box):
+    plc.values = dict(AT_REST)
+    with RawPlc(plc, port), start_box("--record-most", "1") as box:
+        plc.wait_mode(ACTIVE)
+        until(lambda: box.record_file.with_name("record.csv.gz.new").exists())
+        stage.run_for(0.05)
+        before = rows_of(kept(box)["record.csv.1"].decode())
+        stage.cut_power(5)
+    with RawPlc(plc, port), start_box("--record-most", "1") as box:
+        plc.wait_mode(ACTIVE)
+        stage.run_for(10)
+        box.stop()
+    rows = all_rows(kept(box))
+    assert [row for row in rows if row in before] == before
+    assert not box.record_file.with_name("record.csv.gz.new").exists()

@@ -162,6 +162,11 @@ int world_lstat(const char *path, struct stat *to) {
     return stat_path("lstat", path, to, false);
 }
 
+int world_access(const char *path, int) {
+    if (here().begin("access", nullptr, path).error != 0) return -1;
+    return here().files.has(path) ? 0 : returned(-ENOENT);
+}
+
 int world_rename(const char *from, const char *to) {
     if (here().begin("rename", nullptr, from).error != 0) return -1;
     return returned(here().files.rename(from, to));

@@ -239,7 +239,7 @@ class state_invariant : public invariant {
 };
 
 // The record has whole rows, in the order of time, also after a full disk. A kill may cut the last.
-// A start takes no row away.
+// A start takes no row away, and a limit of all records holds.
 class record_invariant : public invariant {
   public:
     explicit record_invariant(run &of) : invariant(of, "record") {}
@@ -252,25 +252,28 @@ class record_invariant : public invariant {
         if (!writes_ || text.empty() || how.power_cut) return;
         if (!how.by_signal && text.back() != '\n') violated("the record ends with a part of a row");
         check(text, how.by_signal ? 1 : 0);
-        const std::uint64_t now = rows();
-        if (now < rows_ && !draws_any(of_, {fault_kind::power_cut, fault_kind::disk}))
-            violated(fmt::format("the records have {} rows, there were {}", now, rows_));
-        rows_ = now;
+        check_kept();
     }
 
   private:
     bool writes_ = false;
     std::uint64_t rows_ = 0;  // of all records so far
-    // Of the record and of those that are kept beside it.
-    std::uint64_t rows() const {
-        std::string path = run::record_path;
-        std::uint64_t found = 0;
-        for (int n = 1; of_.box.files.has(path); ++n) {
-            const std::string text = of_.box.files.text(path);
-            found += static_cast<std::uint64_t>(std::count(text.begin(), text.end(), '\n')) - 1;
-            path = fmt::format("{}.{}", run::record_path, n);
+    void check_kept() {
+        if (draws_any(of_, {fault_kind::power_cut, fault_kind::disk})) return;
+        std::uint64_t rows = 0, bytes = 0;
+        const std::string path = run::record_path;
+        for (int n = 0;; ++n) {
+            const std::string one = n == 0 ? path : fmt::format("{}.{}", path, n);
+            if (n > 0 && !of_.box.files.has(one) && !of_.box.files.has(one + ".gz")) break;
+            const std::string text = of_.box.files.text(one);
+            rows += static_cast<std::uint64_t>(std::count(text.begin(), text.end(), '\n'));
+            bytes += text.size() + of_.box.files.text(one + ".gz").size();
         }
-        return found;
+        if (of_.limits_records() && bytes > 1000000)
+            violated(fmt::format("all records have {} bytes", bytes));
+        if (!of_.limits_records() && rows < rows_)
+            violated(fmt::format("the records have {} lines, there were {}", rows, rows_));
+        rows_ = rows;
     }
     void check(const std::string &text, std::size_t cut) {
         std::size_t columns = 0, at = 0;

@@ -82,6 +82,8 @@ class run {
     static constexpr const char *snapshot_path = "/run/snapshot.json";
     static constexpr const char *events_path = "/var/lib/compbox/events";
     static constexpr const char *record_path = "/run/record.csv";
+    // Whether all records together have at most 1 MB.
+    bool limits_records() const { return options.seed % 8 == 0; }
 
     // ---- for invariants
     // What the file promises that the daemon ran when it sent a request.

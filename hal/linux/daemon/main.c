@@ -54,7 +54,8 @@ struct daemon {
     char plc[64];
     int64_t snapshot_us;       /* time of the last snapshot */
     int snapshot_error;        /* errno of its write … */
-    int events_error;          /* … and of the last event */
+    int events_error;          /* … of the last event … */
+    int archive_error;         /* … and of the last compression of a record */
     int64_t stats_us;          /* time of the last statistics */
     struct cb_state state;     /* newest from the loop */
     uint32_t state_generation; /* generation of its lags */
@@ -109,7 +110,8 @@ static bool open_outputs(struct daemon *daemon) {
     daemon->record.every_us = options->record_every_ms * 1000LL;
     return is_open(options->stats, error) && is_open(options->snapshot, write_snapshot(daemon)) &&
            is_open(options->events, cb_events_start(&daemon->events, options->events)) &&
-           is_open(options->record, cb_record_start(&daemon->record, options->record, config)) &&
+           is_open(options->record, cb_record_start(&daemon->record, options->record,
+                                                    options->record_most_mb * 1000000LL, config)) &&
            is_open(options->inputs, cb_input_record_start(&daemon->inputs, options->inputs));
 }
 
@@ -442,6 +444,13 @@ static void keep_events(struct daemon *daemon, int64_t now_us) {
                 now_us);
 }
 
+/* Compresses old records in slices. */
+static void work_on_records(struct daemon *daemon, int64_t now_us) {
+    const struct cb_archive *archive = &daemon->record.archive;
+    cb_record_work(&daemon->record);
+    report_file(daemon, archive->temporary, archive->error, &daemon->archive_error, now_us);
+}
+
 static void write_snapshot_now_and_then(struct daemon *daemon, int64_t now_us) {
     if (now_us - daemon->snapshot_us < daemon->options.snapshot_every_ms * 1000LL) return;
     daemon->snapshot_us = now_us;
@@ -532,6 +541,7 @@ static void serve(struct daemon *daemon) {
         cb_can_sockets_serve(&daemon->can, config_now(daemon), cb_boottime_us());
         cb_log_bus(&daemon->log, &daemon->bus, cb_boottime_us());
         keep_events(daemon, cb_boottime_us());
+        work_on_records(daemon, cb_boottime_us());
         write_snapshot_now_and_then(daemon, cb_boottime_us());
         write_stats_now_and_then(daemon, cb_boottime_us());
         keep_state(daemon, cb_boottime_us());

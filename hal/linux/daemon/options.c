@@ -29,6 +29,8 @@ static const char help[] =
     "  --record FILE         append one CSV row for each cycle: signals, terms, outputs, mode\n"
     "  --record-every MS     a row every MS ms only, 1 to 3600000, and where mode or reason "
     "change\n"
+    "  --record-most MB      all records together need at most so many MB, 1 to 1000000: old ones\n"
+    "                        are compressed, the oldest removed (default: no limit)\n"
     "  --record-inputs FILE  write the exact inputs of each cycle for compbox simulate --replay\n"
     "  --state FILE          keep lags and how the run ended across restarts in this file\n"
     "  --state-every S       write it every S seconds, 1 to 3600 (default: 10), and at the end\n"
@@ -60,6 +62,7 @@ enum {
     SNAPSHOT_EVERY,
     EVENTS,
     RECORD_EVERY,
+    RECORD_MOST,
 }; /* values beyond characters, which getopt_long returns for unknown options */
 
 static const struct option known[] = {
@@ -75,6 +78,7 @@ static const struct option known[] = {
     {"stats", required_argument, NULL, 's'},
     {"record", required_argument, NULL, 'r'},
     {"record-every", required_argument, NULL, RECORD_EVERY},
+    {"record-most", required_argument, NULL, RECORD_MOST},
     {"record-inputs", required_argument, NULL, 'i'},
     {"state", required_argument, NULL, 'm'},
     {"state-every", required_argument, NULL, 'e'},
@@ -168,6 +172,10 @@ static bool take(struct cb_options *options, int letter, const char *argument) {
         case RECORD_EVERY:
             if (!parse_number("record-every", argument, 1, 3600000, &number)) return false;
             options->record_every_ms = (int)number;
+            return true;
+        case RECORD_MOST:
+            if (!parse_number("record-most", argument, 1, 1000000, &number)) return false;
+            options->record_most_mb = (int)number;
             return true;
         case 'i':
             options->inputs = argument;

@@ -20,6 +20,7 @@ struct cb_options {
     const char *stats;         /* statistics as JSON; NULL: none */
     const char *record;        /* one CSV row per cycle; NULL: none */
     int record_every_ms;       /* … or in this interval; 0: each cycle */
+    int record_most_mb;        /* of it and the kept ones; 0: no limit */
     const char *inputs;        /* the exact inputs of each step; NULL: none */
     const char *state;         /* memory of the lags across restarts; NULL: none */
     int state_every_s;         /* its write interval */

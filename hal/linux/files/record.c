@@ -9,7 +9,6 @@
 
 #include "hal/linux/clock.h"
 #include "hal/linux/files/output_file.h"
-#include "hal/linux/files/rotate.h"
 
 /* Removes the part of a line that was written before an error. */
 static void cut_to_whole_lines(struct cb_record *record) {
@@ -17,19 +16,15 @@ static void cut_to_whole_lines(struct cb_record *record) {
         lseek(record->fd, record->whole_size, SEEK_SET);
 }
 
-void cb_record_flush(struct cb_record *record) {
-    record->wall_us = cb_unix_us() - cb_boottime_us();
-    if (record->fd < 0 || record->used == 0) return;
-    if (cb_output_write(record->fd, record->buffer, record->used) == record->used) {
-        record->whole_size += (int64_t)record->used;
-    } else {
-        if (record->error == 0) record->error = errno;
-        cut_to_whole_lines(record);
-        record->lost += record->waiting;
-        record->rows -= record->waiting;
+/* out: whether all is in the file; else nothing of it */
+static bool append(struct cb_record *record, const char *text, size_t bytes) {
+    if (cb_output_write(record->fd, text, bytes) == bytes) {
+        record->whole_size += (int64_t)bytes;
+        return true;
     }
-    record->used = 0;
-    record->waiting = 0;
+    if (record->error == 0) record->error = errno;
+    cut_to_whole_lines(record);
+    return false;
 }
 
 static unsigned commas_of(const char *text, size_t bytes) {
@@ -97,7 +92,7 @@ static int put_aside(struct cb_record *record) {
     if (fsync(record->fd) != 0 && record->error == 0) record->error = errno;
     close(record->fd);
     record->fd = -1;
-    return cb_rotate(record->path, CB_RECORD_FILES, false);
+    return cb_archive_keep(&record->archive);
 }
 
 /* Opens the file; another one takes its place if its rows cannot go on. out: 0, or errno */
@@ -120,10 +115,7 @@ static int open_file(struct cb_record *record) {
 }
 
 static int write_header(struct cb_record *record) {
-    memcpy(record->buffer, record->header, record->header_used);
-    record->used = record->header_used;
-    cb_record_flush(record);
-    return record->error;
+    return append(record, record->header, record->header_used) ? 0 : record->error;
 }
 
 /* Opens the file and writes the header of a new one. out: 0, or errno */
@@ -136,10 +128,33 @@ static int begin(struct cb_record *record) {
     return error;
 }
 
-int cb_record_start(struct cb_record *record, const char *path, const struct cb_config *config) {
+/* Keeps the file as PATH.1 and begins another. out: 0; or errno, and nothing is written any more */
+static int another_file(struct cb_record *record) {
+    int error = put_aside(record);
+    if (error == 0) error = begin(record);
+    if (error != 0) record->error = error;
+    return error;
+}
+
+void cb_record_flush(struct cb_record *record) {
+    record->wall_us = cb_unix_us() - cb_boottime_us();
+    if (record->fd < 0 || record->used == 0) return;
+    const int64_t bytes = record->whole_size + (int64_t)record->used;
+    if (bytes > cb_archive_piece(&record->archive) && !record->is_stream) another_file(record);
+    if (record->fd < 0 || !append(record, record->buffer, record->used)) {
+        record->lost += record->waiting;
+        record->rows -= record->waiting;
+    }
+    record->used = 0;
+    record->waiting = 0;
+}
+
+int cb_record_start(struct cb_record *record, const char *path, int64_t most_bytes,
+                    const struct cb_config *config) {
     *record = (struct cb_record){.fd = -1, .path = path, .every_us = record->every_us};
     record->wall_us = cb_unix_us() - cb_boottime_us();
     if (path == NULL) return 0;
+    cb_archive_start(&record->archive, path, most_bytes);
     record->header_used = cb_row_header(record->header, config);
     return begin(record);
 }
@@ -153,10 +168,7 @@ int cb_record_follow(struct cb_record *record, const struct cb_config *config) {
     memcpy(record->header, header, bytes);
     record->header_used = bytes;
     if (record->is_stream) return write_header(record);
-    int error = put_aside(record);
-    if (error == 0) error = begin(record);
-    if (error != 0) record->error = error;
-    return error;
+    return another_file(record);
 }
 
 /* The first row of this run goes on behind the last one of the file, by the wall clock. */
@@ -197,7 +209,12 @@ void cb_record_add(struct cb_record *record, const struct cb_config *config,
     record->waiting++;
 }
 
+void cb_record_work(struct cb_record *record) {
+    if (record->path != NULL) cb_archive_work(&record->archive);
+}
+
 int cb_record_finish(struct cb_record *record) {
+    cb_archive_finish(&record->archive);
     if (record->fd < 0) return record->error;
     cb_record_flush(record);
     if (close(record->fd) != 0 && record->error == 0) record->error = errno;

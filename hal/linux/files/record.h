@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * The rows as CSV (row_text.h), kept across restarts. A start goes on behind the last row of the
  * file. A file with other columns, or one whose last row is later than the wall clock is now, is
- * kept as PATH.1 (rotate.h), and another one begins. The file holds only whole lines at any time;
+ * kept as PATH.1 (archive.h), and another one begins. The file holds only whole lines at any time;
  * a start cuts what a power cut has torn. */
 #ifndef COMPBOX_HAL_LINUX_FILES_RECORD_H
 #define COMPBOX_HAL_LINUX_FILES_RECORD_H
@@ -10,14 +10,16 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "hal/linux/files/archive.h"
 #include "hal/linux/files/row_text.h"
 
-enum { CB_RECORD_BUFFER = 65536, CB_RECORD_FILES = 999 };
+enum { CB_RECORD_BUFFER = 65536 };
 
 struct cb_record {
     int64_t every_us; /* interval of rows, 0: each one; set it before the start */
     int64_t interval; /* the number of the interval of the last row … */
     uint16_t status;  /* … with its mode and reason: a changed one is a row too */
+    struct cb_archive archive;
     const char *path;
     int fd;                 /* -1: no record */
     bool is_stream;         /* a device or a pipe: nothing is kept beside it */
@@ -37,8 +39,11 @@ struct cb_record {
     char buffer[CB_RECORD_BUFFER];
 };
 
-/* Opens the file; writes the header of a new one. path NULL: no record. out: 0, or errno. */
-int cb_record_start(struct cb_record *record, const char *path, const struct cb_config *config);
+/* Opens the file; writes the header of a new one.
+ * in : path NULL: no record; most_bytes: of all files together, 0: no limit
+ * out: 0, or errno */
+int cb_record_start(struct cb_record *record, const char *path, int64_t most_bytes,
+                    const struct cb_config *config);
 
 /* Another coefficient file begins with the next row. If its columns differ, the file is closed and
  * kept as PATH.1, and a new one begins with the same zero of time. out: 0, or errno. */
@@ -52,6 +57,9 @@ void cb_record_add(struct cb_record *record, const struct cb_config *config,
 /* Writes the buffer, and takes the present wall clock for the next rows. Rows that do not fit on
  * the disk are counted in `lost`. */
 void cb_record_flush(struct cb_record *record);
+
+/* Call it regularly: compresses a slice of an old file. */
+void cb_record_work(struct cb_record *record);
 
 /* Flushes and closes. out: 0, or errno of the first failure. */
 int cb_record_finish(struct cb_record *record);

@@ -5,6 +5,18 @@
 #define COMPBOX_HAL_LINUX_FILES_ROTATE_H
 
 #include <stdbool.h>
+#include <stdint.h>
+
+enum { CB_ROTATE_NAME = 4096 };
+
+/* out: name[CB_ROTATE_NAME]: PATH.N, or PATH.N.gz; false: it does not fit */
+bool cb_rotate_name(char *name, const char *path, unsigned n, bool compressed);
+
+/* out: size of both forms of PATH.N; or -errno (-ENOENT: there is none) */
+int64_t cb_rotate_bytes(const char *path, unsigned n);
+
+/* Removes both forms of PATH.N. out: 0, or errno */
+int cb_rotate_remove(const char *path, unsigned n);
 
 /* Renames PATH to PATH.1, PATH.1 to PATH.2 …, up to the first number that is free. A crash within
  * leaves one number free and loses nothing.

@@ -55,7 +55,7 @@ struct output : testing::Test {
     }
     int start_record() const {
         const auto record = std::make_unique<cb_record>();
-        const int error = cb_record_start(record.get(), path.c_str(), config());
+        const int error = cb_record_start(record.get(), path.c_str(), 0, config());
         return error != 0 ? error : cb_record_finish(record.get());
     }
     int start_inputs() const {

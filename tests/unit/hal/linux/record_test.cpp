@@ -26,6 +26,7 @@ namespace {
 
 struct files {
     std::string path = compbox_test::temporary("record.csv");
+    int64_t most_bytes = 0;
     std::unique_ptr<cb_config> config = std::make_unique<cb_config>();
     std::unique_ptr<cb_record> record = std::make_unique<cb_record>();
     std::unique_ptr<cb_row> row = std::make_unique<cb_row>();
@@ -40,7 +41,7 @@ struct files {
         config->channels_count = 1;
         std::strcpy(config->channels[0].name, "Z");
     }
-    int start() { return cb_record_start(record.get(), path.c_str(), config.get()); }
+    int start() { return cb_record_start(record.get(), path.c_str(), most_bytes, config.get()); }
     void add(int64_t time_us) {
         row->time_us = time_us;
         cb_record_add(record.get(), config.get(), row.get());
@@ -68,7 +69,7 @@ struct files {
 
 TEST(record, rows_are_what_the_header_says) {
     files f;
-    ASSERT_EQ(cb_record_start(f.record.get(), f.path.c_str(), f.config.get()), 0);
+    ASSERT_EQ(f.start(), 0);
     f.record->wall_us = 1700000000000000;
     f.row->time_us = 5000000;
     f.row->mode = 0, f.row->reason = 1;
@@ -90,7 +91,7 @@ TEST(record, rows_are_what_the_header_says) {
 TEST(record, the_longest_rows_are_whole) {
     files f;
     f.fill_everything();
-    ASSERT_EQ(cb_record_start(f.record.get(), f.path.c_str(), f.config.get()), 0);
+    ASSERT_EQ(f.start(), 0);
     for (int i = 0; i < 100; i++) cb_record_add(f.record.get(), f.config.get(), f.row.get());
     EXPECT_EQ(cb_record_finish(f.record.get()), 0);
     const auto lines = f.lines();
@@ -106,7 +107,7 @@ TEST(record, the_longest_rows_are_whole) {
 TEST(record, a_full_disk_leaves_whole_lines_and_a_count) {
     files f;
     f.row->signals[0].state = f.row->signals[1].state = CB_ROW_SIGNAL_FRESH;
-    ASSERT_EQ(cb_record_start(f.record.get(), f.path.c_str(), f.config.get()), 0);
+    ASSERT_EQ(f.start(), 0);
     rlimit before{};
     getrlimit(RLIMIT_FSIZE, &before);
     const rlimit small{1000, before.rlim_max};
@@ -132,7 +133,7 @@ TEST(record, a_full_disk_leaves_whole_lines_and_a_count) {
 TEST(record, other_columns_begin_another_file) {
     files f;
     const auto now = std::make_unique<cb_config>(*f.config);
-    ASSERT_EQ(cb_record_start(f.record.get(), f.path.c_str(), f.config.get()), 0);
+    ASSERT_EQ(f.start(), 0);
     const auto follow = [&] { return cb_record_follow(f.record.get(), now.get()); };
     const auto moved = [&] { return std::ifstream(f.path + ".1").good(); };
     EXPECT_EQ(follow(), 0);
@@ -255,12 +256,12 @@ TEST(record, a_pipe_gets_the_header_of_other_columns_and_keeps_its_place) {
 
 TEST(record, a_folder_that_is_not_there_is_reported) {
     files f;
-    EXPECT_EQ(cb_record_start(f.record.get(), "/nowhere/at/all.csv", f.config.get()), ENOENT);
+    EXPECT_EQ(cb_record_start(f.record.get(), "/nowhere/at/all.csv", 0, f.config.get()), ENOENT);
 }
 
 TEST(record, without_a_path_nothing_is_done) {
     files f;
-    EXPECT_EQ(cb_record_start(f.record.get(), nullptr, f.config.get()), 0);
+    EXPECT_EQ(cb_record_start(f.record.get(), nullptr, 0, f.config.get()), 0);
     cb_record_add(f.record.get(), f.config.get(), f.row.get());
     const auto other = std::make_unique<cb_config>();
     EXPECT_EQ(cb_record_follow(f.record.get(), other.get()), 0);

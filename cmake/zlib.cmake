@@ -1,0 +1,12 @@
+# zlib: compboxd compresses old records where it is found. A cross compiler without a sysroot of its own has none.
+if(NOT CMAKE_CROSSCOMPILING OR CMAKE_SYSROOT)
+    find_path(ZLIB_INCLUDE zlib.h)
+    find_library(ZLIB_LIBRARY z)
+endif()
+if(ZLIB_INCLUDE AND ZLIB_LIBRARY)
+    add_library(zlib INTERFACE IMPORTED)
+    target_include_directories(zlib INTERFACE ${ZLIB_INCLUDE})
+    target_link_libraries(zlib INTERFACE ${ZLIB_LIBRARY})
+elseif(NOT COMPBOX_CORE_ONLY)
+    message(FATAL_ERROR "zlib is not there: scripts/setup installs it, for arm64 scripts/arm64-sysroot")
+endif()
