@@ -2,6 +2,9 @@
 """--record: kept across restarts, power cuts, wrong clocks and full disks."""
 import errno
 import gzip
+import math
+import pathlib
+import re
 
 import pytest
 
@@ -192,3 +195,22 @@ def test_a_power_cut_loses_no_kept_record(stage, plc, port, start_box):
     rows = all_rows(kept(box))
     assert [row for row in rows if row in before] == before
     assert not box.record_file.with_name("record.csv.gz.new").exists()
+
+
+def test_the_page_states_what_the_packages_service_writes_a_day(stage, served, start_box):
+    """A machine whose axes always move, as the unit records it."""
+    root = pathlib.Path(__file__).resolve().parents[2]
+    unit, page = (root / "packaging/compboxd.service").read_text(), (root / "docs/record.md").read_text()
+    served.motion = lambda t: {"X": 3000 + 2900 * math.sin(t / 7), "Y": 200 + 190 * math.sin(t / 5),
+                               "Z": 1500 + 400 * math.sin(t / 3), "T1": 350 + 20 * math.sin(t / 900)}
+    every_ms = re.search(r"--record-every (\d+)", unit)[1]
+    with start_box("--record-every", every_ms) as box:
+        served.wait_mode(ACTIVE)
+        stage.run_for(600)
+        box.stop()
+    text = box.record_file.read_text()
+    span_s = times_of(text)[-1]
+    day_mb = len(text) * 86400 / span_s / 1e6
+    packed_mb = day_mb * len(gzip.compress(text.encode(), 6)) / len(text)
+    stated = [float(number) for number in re.search(r"\| ([\d.]+) MB \| ([\d.]+) MB \|", page).groups()]
+    assert stated == [pytest.approx(day_mb, rel=0.1), pytest.approx(packed_mb, rel=0.1)], (day_mb, packed_mb)

@@ -35,7 +35,7 @@ def run(*words, **how):
 
 # What the programs are linked with, by hand from `readelf -d`; dpkg-shlibdeps says it too, for arm64 by a database
 # that scripts/arm64-sysroot makes.
-NEEDED = {"compboxd": ["libc6", "libmodbus5"],
+NEEDED = {"compboxd": ["libc6", "libmodbus5", "zlib1g"],
           "compbox": ["libc6", "libmodbus5", "libstdc++6", "libgcc-s1", "libgoogle-glog0v6", "libcholmod3",
                       "libcxsparse3", "liblapack3", "liblapack.so.3"]}
 BLAS = re.compile("atlas|blas|lapack")
@@ -230,7 +230,7 @@ def test_the_units_command_starts_and_stops(tmp_path):
     target.dpkg("--install", PACKAGES / DAEMONS[0])
     unit = (target.folder / "lib/systemd/system/compboxd.service").read_text()
     command = next(line for line in unit.splitlines() if line.startswith("ExecStart=")).removeprefix("ExecStart=")
-    for path in ("/usr/sbin", "/etc/compbox", "/run/compboxd", "/var/lib/compboxd"):
+    for path in ("/usr/sbin", "/etc/compbox", "/run/compboxd", "/var/lib/compboxd", "/var/lib/compboxd/blackbox"):
         (target.folder / path[1:]).mkdir(parents=True, exist_ok=True)
         command = command.replace(path + "/", f"{target.folder}{path}/")
     machine.write_coefficients(target.folder / "etc/compbox/coefficients.json", 1502)
@@ -250,6 +250,7 @@ def test_the_units_command_starts_and_stops(tmp_path):
             daemon.kill()
     assert (target.folder / "run/compboxd/stats.json").exists()
     assert (target.folder / "var/lib/compboxd/lags").exists()
+    assert (target.folder / "var/lib/compboxd/record.csv").read_text().startswith("time_s,")
 
 
 def test_the_tools_run_from_where_they_are_installed(tmp_path):

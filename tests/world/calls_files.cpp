@@ -167,6 +167,33 @@ int world_access(const char *path, int) {
     return here().files.has(path) ? 0 : returned(-ENOENT);
 }
 
+// One folder is read at a time.
+DIR *world_opendir(const char *path) {
+    if (here().begin("opendir", nullptr, path).error != 0) return nullptr;
+    const auto found = here().files.find(path);
+    if (found == nullptr || found->kind != node_kind::folder) {
+        error_number() = found == nullptr ? ENOENT : ENOTDIR;
+        return nullptr;
+    }
+    auto &listed = here().current_process().listed;
+    listed = here().files.names_in(path);
+    return reinterpret_cast<DIR *>(&listed);
+}
+
+dirent *world_readdir(DIR *) {
+    if (here().begin("readdir").error != 0) return nullptr;
+    auto &process = here().current_process();
+    if (process.listed.empty()) return nullptr;
+    std::strncpy(process.entry.d_name, process.listed.back().c_str(),
+                 sizeof process.entry.d_name - 1);
+    process.listed.pop_back();
+    return &process.entry;
+}
+
+int world_closedir(DIR *) {
+    return here().begin("closedir").error != 0 ? -1 : 0;
+}
+
 int world_rename(const char *from, const char *to) {
     if (here().begin("rename", nullptr, from).error != 0) return -1;
     return returned(here().files.rename(from, to));

@@ -55,6 +55,10 @@ time_t world_time(time_t *to) {
     return now_s;
 }
 
+tm *world_gmtime_r(const time_t *at, tm *to) {
+    return gmtime_r(at, to);
+}
+
 int world_adjtimex(timex *query) {
     if (here().begin("adjtimex").error != 0) return -1;
     query->status = here().synchronised ? 0 : STA_UNSYNC;

@@ -19,8 +19,9 @@ computer::computer(scheduler &of_world, std::uint64_t seed)
     current = this;
     wall_offset_ns_ = 1700000000 * second + chance_.time_between(0, 300000000 * second);
     time.dropped = [this] { process_dropped(); };
-    for (const char *folder : {"/dev", "/etc", "/etc/compbox", "/var", "/var/lib",
-                               "/var/lib/compbox", "/run", "/proc", "/sys"})
+    for (const char *folder :
+         {"/dev", "/etc", "/etc/compbox", "/var", "/var/lib", "/var/lib/compbox",
+          "/var/lib/compbox/blackbox", "/run", "/proc", "/sys"})
         files.make_folder(folder);
     add_system_devices(*this);
 }

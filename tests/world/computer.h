@@ -3,6 +3,8 @@
 // the daemon's calls of libc on the computer that is `current`.
 #pragma once
 
+#include <dirent.h>
+
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -100,8 +102,10 @@ class computer {
         std::vector<std::shared_ptr<open_file>> descriptors;
         std::map<std::string, std::string> environment;
         std::set<void *> heap;
-        std::set<int> ignored;      // signals
-        std::uint64_t pending = 0;  // signals, bit N for signal N
+        std::set<int> ignored;            // signals
+        std::vector<std::string> listed;  // names of the folder that is read, the last one first
+        dirent entry = {};                // the last one read
+        std::uint64_t pending = 0;        // signals, bit N for signal N
         ending how;
         bool over = false;
     };

@@ -104,6 +104,14 @@ std::shared_ptr<node> file_tree::find(const std::string &path, bool follow) cons
     return at == names_.end() ? nullptr : at->second;
 }
 
+std::vector<std::string> file_tree::names_in(const std::string &folder) const {
+    std::vector<std::string> found;
+    for (const auto &[path, file] : names_)
+        if (path != folder && folder_of(path) == folder)
+            found.push_back(path.substr(path.rfind('/') + 1));
+    return found;
+}
+
 std::string file_tree::text(const std::string &path) const {
     const auto found = find(path);
     return found == nullptr ? "" : found->bytes;

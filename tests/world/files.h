@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "tests/world/dice.h"
 #include "tests/world/open_file.h"
@@ -49,6 +50,7 @@ class file_tree {
     void make_fifo(const std::string &path);
     void make_device(const std::string &path, std::function<std::shared_ptr<open_file>()> driver);
     void remove(const std::string &path);
+    std::vector<std::string> names_in(const std::string &folder) const;
     bool has(const std::string &path) const { return find(path) != nullptr; }
     std::string text(const std::string &path) const;  // "" if there is none
 

@@ -238,7 +238,8 @@ class state_invariant : public invariant {
     std::map<std::string, moment> true_ns_;
 };
 
-// The record has whole rows, in the order of time, also after a full disk. A kill may cut the last.
+// The record has whole rows, in the order of time, also after a full disk; so has each file of the
+// black box. A kill may cut the last.
 // A start takes no row away, and a limit of all records holds.
 class record_invariant : public invariant {
   public:
@@ -248,6 +249,9 @@ class record_invariant : public invariant {
         writes_ = writes_ || path == run::record_path;
     }
     void ended(const ending &how) override {
+        for (const std::string &found : of_.box.files.names_in(run::blackbox_path))
+            if (found.size() > 4 && found.substr(found.size() - 4) == ".csv")
+                check(of_.box.files.text(fmt::format("{}/{}", run::blackbox_path, found)), 0);
         const std::string text = of_.box.files.text(run::record_path);
         if (!writes_ || text.empty() || how.power_cut) return;
         if (!how.by_signal && text.back() != '\n') violated("the record ends with a part of a row");

@@ -189,6 +189,7 @@ void run::start_daemon() {
                                       state_path, "--stats",  stats_path};
     if (options.seed % 4 == 0 && options.cycles <= most_recorded)
         words.insert(words.end(), {"--record", record_path});
+    if (options.seed % 5 == 1) words.insert(words.end(), {"--blackbox", blackbox_path});
     if (limits_records()) words.insert(words.end(), {"--record-most", "1"});
     if (options.seed % 7 == 0) words.insert(words.end(), {"--snapshot", snapshot_path});
     if (options.seed % 2 == 1) words.insert(words.end(), {"--events", events_path});

@@ -82,6 +82,7 @@ class run {
     static constexpr const char *snapshot_path = "/run/snapshot.json";
     static constexpr const char *events_path = "/var/lib/compbox/events";
     static constexpr const char *record_path = "/run/record.csv";
+    static constexpr const char *blackbox_path = "/var/lib/compbox/blackbox";
     // Whether all records together have at most 1 MB.
     bool limits_records() const { return options.seed % 8 == 0; }
 

@@ -19,6 +19,7 @@
 #include "hal/linux/daemon/reload.h"
 #include "hal/linux/daemon/stop.h"
 #include "hal/linux/daemon/supervise.h"
+#include "hal/linux/files/blackbox.h"
 #include "hal/linux/files/ceiling_words.h"
 #include "hal/linux/files/input_record.h"
 #include "hal/linux/files/output_file.h"
@@ -42,6 +43,7 @@ struct daemon {
     struct cb_log log;
     struct cb_events events;
     struct cb_record record;
+    struct cb_blackbox blackbox;
     struct cb_input_record inputs;
     struct cb_stats stats;
     struct cb_reload reload;
@@ -55,7 +57,8 @@ struct daemon {
     int64_t snapshot_us;       /* time of the last snapshot */
     int snapshot_error;        /* errno of its write … */
     int events_error;          /* … of the last event … */
-    int archive_error;         /* … and of the last compression of a record */
+    int archive_error;         /* … of the last compression of a record … */
+    int blackbox_error;        /* … and of the last file of the black box */
     int64_t stats_us;          /* time of the last statistics */
     struct cb_state state;     /* newest from the loop */
     uint32_t state_generation; /* generation of its lags */
@@ -112,6 +115,9 @@ static bool open_outputs(struct daemon *daemon) {
            is_open(options->events, cb_events_start(&daemon->events, options->events)) &&
            is_open(options->record, cb_record_start(&daemon->record, options->record,
                                                     options->record_most_mb * 1000000LL, config)) &&
+           is_open(options->blackbox,
+                   cb_blackbox_start(&daemon->blackbox, options->blackbox,
+                                     options->blackbox_most_mb * 1000000LL, config)) &&
            is_open(options->inputs, cb_input_record_start(&daemon->inputs, options->inputs));
 }
 
@@ -204,13 +210,15 @@ static void start_supervision(struct daemon *daemon) {
                     options->watchdog, strerror(error));
 }
 
-/* mind_signals() handles SIGHUP; the thread of daemon/stop.h handles the signals for a stop. */
+/* mind_signals() handles SIGHUP and SIGUSR1; the thread of daemon/stop.h handles the signals for a
+ * stop. */
 static bool start_signals(struct daemon *daemon) {
     sigset_t signals;
     sigemptyset(&signals);
     sigaddset(&signals, SIGTERM);
     sigaddset(&signals, SIGINT);
     sigaddset(&signals, SIGHUP);
+    sigaddset(&signals, SIGUSR1);
     pthread_sigmask(SIG_BLOCK, &signals, NULL);
     signal(SIGPIPE, SIG_IGN);
     signal(SIGXFSZ, SIG_IGN); /* a file at its size limit is reported like a full disk */
@@ -386,10 +394,14 @@ static void follow_reload(struct daemon *daemon, uint32_t generation) {
     if (generation == daemon->generation) return;
     daemon->generation = generation;
     keep_config(daemon, generation);
-    const int error = cb_record_follow(&daemon->record, config_now(daemon));
+    int error = cb_record_follow(&daemon->record, config_now(daemon));
     if (error != 0)
         cb_log_limited(&daemon->log, CB_LOG_FILES, cb_boottime_us(), "%s: cannot be written: %s",
                        daemon->options.record, cb_output_error(error));
+    error = cb_blackbox_follow(&daemon->blackbox, config_now(daemon));
+    if (error != 0)
+        cb_log_limited(&daemon->log, CB_LOG_FILES, cb_boottime_us(), "no black box from now on: %s",
+                       strerror(error));
 }
 
 /* Logs the loss of rows from the record when it begins; the final line has their number. */
@@ -400,6 +412,7 @@ static void report_lost_rows(struct daemon *daemon) {
                    daemon->options.record, strerror(daemon->record.error));
 }
 
+/* Takes the loop's rows into all outputs, each with the coefficient file that it belongs to. */
 static void take_rows(struct daemon *daemon) {
     struct cb_loop *loop = &daemon->loop;
     for (int32_t slot; (slot = cb_ring_slot_to_read(&loop->ring)) >= 0;) {
@@ -408,6 +421,7 @@ static void take_rows(struct daemon *daemon) {
         const struct cb_config *config = config_now(daemon);
         cb_stats_add(&daemon->stats, row);
         cb_record_add(&daemon->record, config, row);
+        cb_blackbox_add(&daemon->blackbox, config, row);
         cb_input_record_add(&daemon->inputs, config, row);
         cb_log_row(&daemon->log, config, row);
         cb_log_can(&daemon->log, &config->can, row);
@@ -458,13 +472,26 @@ static void write_snapshot_now_and_then(struct daemon *daemon, int64_t now_us) {
                 now_us);
 }
 
-/* Waits a little. SIGHUP requests a reload of the coefficient file. */
+/* Writes a slice of a file of the black box, and logs a whole one. */
+static void work_on_blackbox(struct daemon *daemon, int64_t now_us) {
+    const struct cb_blackbox *box = &daemon->blackbox;
+    if (cb_blackbox_work(&daemon->blackbox, now_us))
+        cb_log_limited(&daemon->log, CB_LOG_FILES, now_us, "black box: %s/%s", box->folder,
+                       box->name);
+    report_file(daemon, daemon->options.blackbox, box->error, &daemon->blackbox_error, now_us);
+}
+
+/* Waits a little. SIGHUP requests a reload of the coefficient file, SIGUSR1 a file of the black
+ * box. */
 static void mind_signals(struct daemon *daemon) {
     const struct timespec wait = cb_timespec(LOOK_EVERY_MS * 1000000LL);
     sigset_t signals;
     sigemptyset(&signals);
     sigaddset(&signals, SIGHUP);
-    if (sigtimedwait(&signals, NULL, &wait) == SIGHUP) daemon->reload_requested = true;
+    sigaddset(&signals, SIGUSR1);
+    const int found = sigtimedwait(&signals, NULL, &wait);
+    if (found == SIGHUP) daemon->reload_requested = true;
+    if (found == SIGUSR1) cb_blackbox_request(&daemon->blackbox, cb_boottime_us());
 }
 
 /* in : reload->last, a sentence */
@@ -542,6 +569,7 @@ static void serve(struct daemon *daemon) {
         cb_log_bus(&daemon->log, &daemon->bus, cb_boottime_us());
         keep_events(daemon, cb_boottime_us());
         work_on_records(daemon, cb_boottime_us());
+        work_on_blackbox(daemon, cb_boottime_us());
         write_snapshot_now_and_then(daemon, cb_boottime_us());
         write_stats_now_and_then(daemon, cb_boottime_us());
         keep_state(daemon, cb_boottime_us());
@@ -568,6 +596,8 @@ static int finish(struct daemon *daemon) {
     int record_error = cb_record_finish(&daemon->record);
     const int inputs_error = cb_input_record_finish(&daemon->inputs);
     int stats_error = write_stats(daemon);
+    const int blackbox_error = cb_blackbox_finish(&daemon->blackbox, now_us);
+    report_file(daemon, daemon->options.blackbox, blackbox_error, &daemon->blackbox_error, now_us);
     report_file(daemon, daemon->options.snapshot, write_snapshot(daemon), &daemon->snapshot_error,
                 now_us);
     if (record_error != 0)

@@ -31,6 +31,10 @@ static const char help[] =
     "change\n"
     "  --record-most MB      all records together need at most so many MB, 1 to 1000000: old ones\n"
     "                        are compressed, the oldest removed (default: no limit)\n"
+    "  --blackbox DIR        keep the last ten minutes in memory; write them into this folder "
+    "around\n"
+    "                        each HOLD and FAULT, and on SIGUSR1\n"
+    "  --blackbox-most MB    these files have at most so many MB, 1 to 1000000 (default: 200)\n"
     "  --record-inputs FILE  write the exact inputs of each cycle for compbox simulate --replay\n"
     "  --state FILE          keep lags and how the run ended across restarts in this file\n"
     "  --state-every S       write it every S seconds, 1 to 3600 (default: 10), and at the end\n"
@@ -63,6 +67,8 @@ enum {
     EVENTS,
     RECORD_EVERY,
     RECORD_MOST,
+    BLACKBOX,
+    BLACKBOX_MOST,
 }; /* values beyond characters, which getopt_long returns for unknown options */
 
 static const struct option known[] = {
@@ -79,6 +85,8 @@ static const struct option known[] = {
     {"record", required_argument, NULL, 'r'},
     {"record-every", required_argument, NULL, RECORD_EVERY},
     {"record-most", required_argument, NULL, RECORD_MOST},
+    {"blackbox", required_argument, NULL, BLACKBOX},
+    {"blackbox-most", required_argument, NULL, BLACKBOX_MOST},
     {"record-inputs", required_argument, NULL, 'i'},
     {"state", required_argument, NULL, 'm'},
     {"state-every", required_argument, NULL, 'e'},
@@ -177,6 +185,13 @@ static bool take(struct cb_options *options, int letter, const char *argument) {
             if (!parse_number("record-most", argument, 1, 1000000, &number)) return false;
             options->record_most_mb = (int)number;
             return true;
+        case BLACKBOX:
+            options->blackbox = argument;
+            return true;
+        case BLACKBOX_MOST:
+            if (!parse_number("blackbox-most", argument, 1, 1000000, &number)) return false;
+            options->blackbox_most_mb = (int)number;
+            return true;
         case 'i':
             options->inputs = argument;
             return true;
@@ -271,6 +286,7 @@ static bool files_differ(const struct cb_options *options) {
 enum cb_options_result cb_options_parse(struct cb_options *options, int argc, char **argv) {
     *options = (struct cb_options){.cpu_latency = true,
                                    .snapshot_every_ms = 200,
+                                   .blackbox_most_mb = 200,
                                    .state_every_s = 10,
                                    .cpu = -1,
                                    .clock = CLOCK_MONOTONIC,

@@ -21,16 +21,18 @@ struct cb_options {
     const char *record;        /* one CSV row per cycle; NULL: none */
     int record_every_ms;       /* … or in this interval; 0: each cycle */
     int record_most_mb;        /* of it and the kept ones; 0: no limit */
-    const char *inputs;        /* the exact inputs of each step; NULL: none */
-    const char *state;         /* memory of the lags across restarts; NULL: none */
-    int state_every_s;         /* its write interval */
-    uint64_t cycles;           /* number of cycles before it stops; 0: no limit */
-    int priority;              /* SCHED_FIFO 1 … 99; 0: normal scheduling */
-    int cpu;                   /* the loop runs on this processor only; -1: any */
-    clockid_t clock;           /* of the ticks */
-    const char *watchdog;      /* device of the hardware watchdog; NULL: none */
-    int watchdog_timeout_s;    /* its time until the reset of the machine */
-    bool cpu_latency;          /* keep the processor in its lightest sleep */
+    const char *blackbox;      /* folder of its files; NULL: none */
+    int blackbox_most_mb;
+    const char *inputs;     /* the exact inputs of each step; NULL: none */
+    const char *state;      /* memory of the lags across restarts; NULL: none */
+    int state_every_s;      /* its write interval */
+    uint64_t cycles;        /* number of cycles before it stops; 0: no limit */
+    int priority;           /* SCHED_FIFO 1 … 99; 0: normal scheduling */
+    int cpu;                /* the loop runs on this processor only; -1: any */
+    clockid_t clock;        /* of the ticks */
+    const char *watchdog;   /* device of the hardware watchdog; NULL: none */
+    int watchdog_timeout_s; /* its time until the reset of the machine */
+    bool cpu_latency;       /* keep the processor in its lightest sleep */
 };
 
 enum cb_options_result { CB_OPTIONS_RUN, CB_OPTIONS_DONE, CB_OPTIONS_WRONG };
