@@ -2,6 +2,7 @@
 #include "hal/linux/daemon/options.h"
 
 #include <getopt.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -57,48 +58,60 @@ static const char help[] =
     "\n"
     "example: compboxd --config coefficients.json --stats stats.json --priority 80\n";
 
-enum {
-    CHECK = 256,
-    MOST_UM,
-    MOST_UM_PER_S,
-    ALLOW_OLDER,
-    SNAPSHOT,
-    SNAPSHOT_EVERY,
-    EVENTS,
-    RECORD_EVERY,
-    RECORD_MOST,
-    BLACKBOX,
-    BLACKBOX_MOST,
-}; /* values beyond characters, which getopt_long returns for unknown options */
+/* What an option has behind its name, and the type of its field. */
+enum kind {
+    PATH,    /* const char *: a file of its own */
+    TEXT,    /* const char * */
+    NUMBER,  /* int, within its bounds */
+    COUNT,   /* uint64_t, within its bounds */
+    CEILING, /* float */
+    CPU,     /* int: an existing processor */
+    CLOCK,   /* clockid_t */
+    SWITCH,  /* bool: on or off */
+    FLAG,    /* bool; nothing behind it */
+    HELP,
+    VERSION,
+};
 
-static const struct option known[] = {
-    {"config", required_argument, NULL, 'c'},
-    {"check", no_argument, NULL, CHECK},
-    {"most-um", required_argument, NULL, MOST_UM},
-    {"most-um-per-s", required_argument, NULL, MOST_UM_PER_S},
-    {"allow-older", no_argument, NULL, ALLOW_OLDER},
-    {"cycles", required_argument, NULL, 'n'},
-    {"snapshot", required_argument, NULL, SNAPSHOT},
-    {"snapshot-every", required_argument, NULL, SNAPSHOT_EVERY},
-    {"events", required_argument, NULL, EVENTS},
-    {"stats", required_argument, NULL, 's'},
-    {"record", required_argument, NULL, 'r'},
-    {"record-every", required_argument, NULL, RECORD_EVERY},
-    {"record-most", required_argument, NULL, RECORD_MOST},
-    {"blackbox", required_argument, NULL, BLACKBOX},
-    {"blackbox-most", required_argument, NULL, BLACKBOX_MOST},
-    {"record-inputs", required_argument, NULL, 'i'},
-    {"state", required_argument, NULL, 'm'},
-    {"state-every", required_argument, NULL, 'e'},
-    {"priority", required_argument, NULL, 'p'},
-    {"cpu-latency", required_argument, NULL, 'l'},
-    {"cpu", required_argument, NULL, 'u'},
-    {"clock", required_argument, NULL, 'k'},
-    {"watchdog", required_argument, NULL, 'w'},
-    {"watchdog-timeout", required_argument, NULL, 't'},
-    {"help", no_argument, NULL, 'h'},
-    {"version", no_argument, NULL, 'v'},
-    {NULL, 0, NULL, 0},
+#define CB_AT(member) offsetof(struct cb_options, member)
+static const struct known {
+    const char *name;
+    enum kind kind;
+    size_t at; /* its field in struct cb_options */
+    uint64_t min, max;
+} known[] = {
+    {"config", PATH, CB_AT(config), 0, 0},
+    {"check", FLAG, CB_AT(check), 0, 0},
+    {"most-um", CEILING, CB_AT(ceiling.um), 0, 0},
+    {"most-um-per-s", CEILING, CB_AT(ceiling.um_per_s), 0, 0},
+    {"allow-older", FLAG, CB_AT(allow_older), 0, 0},
+    {"cycles", COUNT, CB_AT(cycles), 1, 1000000000000},
+    {"snapshot", PATH, CB_AT(snapshot), 0, 0},
+    {"snapshot-every", NUMBER, CB_AT(snapshot_every_ms), 100, 1000},
+    {"events", PATH, CB_AT(events), 0, 0},
+    {"stats", PATH, CB_AT(stats), 0, 0},
+    {"record", PATH, CB_AT(record), 0, 0},
+    {"record-every", NUMBER, CB_AT(record_every_ms), 1, 3600000},
+    {"record-most", NUMBER, CB_AT(record_most_mb), 1, 1000000},
+    {"blackbox", TEXT, CB_AT(blackbox), 0, 0},
+    {"blackbox-most", NUMBER, CB_AT(blackbox_most_mb), 1, 1000000},
+    {"record-inputs", PATH, CB_AT(inputs), 0, 0},
+    {"state", PATH, CB_AT(state), 0, 0},
+    {"state-every", NUMBER, CB_AT(state_every_s), 1, 3600},
+    {"priority", NUMBER, CB_AT(priority), 1, 99},
+    {"cpu-latency", SWITCH, CB_AT(cpu_latency), 0, 0},
+    {"cpu", CPU, CB_AT(cpu), 0, 0},
+    {"clock", CLOCK, CB_AT(clock), 0, 0},
+    {"watchdog", TEXT, CB_AT(watchdog), 0, 0},
+    {"watchdog-timeout", NUMBER, CB_AT(watchdog_timeout_s), 1, 60},
+    {"help", HELP, 0, 0, 0},
+    {"version", VERSION, 0, 0, 0},
+};
+#undef CB_AT
+
+enum {
+    KNOWN = sizeof known / sizeof known[0],
+    FIRST = 256, /* beyond characters, which getopt_long returns for unknown options */
 };
 
 /* Parses an unsigned decimal integer within [min, max], with nothing before or behind it. */
@@ -155,91 +168,42 @@ static bool parse_cpu(const char *text, int *cpu) {
 }
 
 /* Takes one option with its argument. out: false when the argument is wrong */
-static bool take(struct cb_options *options, int letter, const char *argument) {
+static bool take(struct cb_options *options, const struct known *option, const char *argument) {
+    void *field = (char *)options + option->at;
     uint64_t number = 0;
-    switch (letter) {
-        case 'c':
-            options->config = argument;
+    switch (option->kind) {
+        case PATH:
+        case TEXT:
+            *(const char **)field = argument;
             return true;
-        case SNAPSHOT:
-            options->snapshot = argument;
+        case NUMBER:
+            if (!parse_number(option->name, argument, option->min, option->max, &number))
+                return false;
+            *(int *)field = (int)number;
             return true;
-        case SNAPSHOT_EVERY:
-            if (!parse_number("snapshot-every", argument, 100, 1000, &number)) return false;
-            options->snapshot_every_ms = (int)number;
+        case COUNT:
+            return parse_number(option->name, argument, option->min, option->max, field);
+        case CEILING:
+            return parse_ceiling(option->name, argument, field);
+        case CPU:
+            return parse_cpu(argument, field);
+        case CLOCK:
+            return parse_clock(argument, field);
+        case SWITCH:
+            return parse_switch(option->name, argument, field);
+        case FLAG:
+            *(bool *)field = true;
             return true;
-        case EVENTS:
-            options->events = argument;
-            return true;
-        case 's':
-            options->stats = argument;
-            return true;
-        case 'r':
-            options->record = argument;
-            return true;
-        case RECORD_EVERY:
-            if (!parse_number("record-every", argument, 1, 3600000, &number)) return false;
-            options->record_every_ms = (int)number;
-            return true;
-        case RECORD_MOST:
-            if (!parse_number("record-most", argument, 1, 1000000, &number)) return false;
-            options->record_most_mb = (int)number;
-            return true;
-        case BLACKBOX:
-            options->blackbox = argument;
-            return true;
-        case BLACKBOX_MOST:
-            if (!parse_number("blackbox-most", argument, 1, 1000000, &number)) return false;
-            options->blackbox_most_mb = (int)number;
-            return true;
-        case 'i':
-            options->inputs = argument;
-            return true;
-        case 'm':
-            options->state = argument;
-            return true;
-        case 'e':
-            if (!parse_number("state-every", argument, 1, 3600, &number)) return false;
-            options->state_every_s = (int)number;
-            return true;
-        case 'n':
-            return parse_number("cycles", argument, 1, 1000000000000, &options->cycles);
-        case 'p':
-            if (!parse_number("priority", argument, 1, 99, &number)) return false;
-            options->priority = (int)number;
-            return true;
-        case CHECK:
-            options->check = true;
-            return true;
-        case MOST_UM:
-            return parse_ceiling("most-um", argument, &options->ceiling.um);
-        case MOST_UM_PER_S:
-            return parse_ceiling("most-um-per-s", argument, &options->ceiling.um_per_s);
-        case ALLOW_OLDER:
-            options->allow_older = true;
-            return true;
-        case 'u':
-            return parse_cpu(argument, &options->cpu);
-        case 'k':
-            return parse_clock(argument, &options->clock);
-        case 'w':
-            options->watchdog = argument;
-            return true;
-        case 't':
-            if (!parse_number("watchdog-timeout", argument, 1, 60, &number)) return false;
-            options->watchdog_timeout_s = (int)number;
-            return true;
-        case 'l':
-            return parse_switch("cpu-latency", argument, &options->cpu_latency);
-        default:
-            return false;
+        case HELP:
+        case VERSION:
+            break;
     }
+    return false;
 }
 
+/* out: whether getopt_long knows the option of this value */
 static bool is_known(int letter) {
-    for (const struct option *option = known; option->name != NULL; option++)
-        if (option->val == letter) return true;
-    return false;
+    return letter >= FIRST && letter < FIRST + KNOWN;
 }
 
 /* Prints the error of getopt_long in one sentence. word: the last one it read. */
@@ -266,21 +230,37 @@ static bool is_one_file(const char *a, const char *b) {
 /* out: whether all paths differ. A record written over the coefficient file would leave the machine
  *      uncompensated from the next start on. */
 static bool files_differ(const struct cb_options *options) {
-    const struct {
-        const char *name, *path;
-    } files[] = {{"--config", options->config}, {"--snapshot", options->snapshot},
-                 {"--events", options->events}, {"--stats", options->stats},
-                 {"--record", options->record}, {"--record-inputs", options->inputs},
-                 {"--state", options->state}};
-    const size_t count = sizeof files / sizeof files[0];
-    for (size_t i = 1; i < count; i++)
-        for (size_t k = 0; k < i && files[i].path != NULL; k++) {
-            if (files[k].path == NULL || !is_one_file(files[i].path, files[k].path)) continue;
-            fprintf(stderr, "compboxd: %s and %s name the same file, %s; give each its own\n",
-                    files[k].name, files[i].name, files[i].path);
+    const char *paths[KNOWN] = {NULL};
+    for (size_t i = 0; i < KNOWN; i++) {
+        if (known[i].kind == PATH)
+            paths[i] = *(const char *const *)((const char *)options + known[i].at);
+        for (size_t k = 0; k < i && paths[i] != NULL; k++) {
+            if (paths[k] == NULL || !is_one_file(paths[i], paths[k])) continue;
+            fprintf(stderr, "compboxd: --%s and --%s name the same file, %s; give each its own\n",
+                    known[k].name, known[i].name, paths[i]);
             return false;
         }
+    }
     return true;
+}
+
+/* out: words[KNOWN + 1]: the table as getopt_long reads it */
+static void list(struct option *words) {
+    for (int i = 0; i < KNOWN; i++) {
+        const bool bare = known[i].kind >= FLAG;
+        words[i] =
+            (struct option){known[i].name, bare ? no_argument : required_argument, NULL, FIRST + i};
+    }
+    words[KNOWN] = (struct option){NULL, 0, NULL, 0};
+}
+
+/* Prints the help or the version. */
+static enum cb_options_result print(enum kind kind) {
+    if (kind == HELP)
+        fputs(help, stdout);
+    else
+        puts("compboxd " CB_VERSION);
+    return CB_OPTIONS_DONE;
 }
 
 enum cb_options_result cb_options_parse(struct cb_options *options, int argc, char **argv) {
@@ -291,19 +271,18 @@ enum cb_options_result cb_options_parse(struct cb_options *options, int argc, ch
                                    .cpu = -1,
                                    .clock = CLOCK_MONOTONIC,
                                    .watchdog_timeout_s = 10};
+    struct option words[KNOWN + 1];
     optind = 0;
     opterr = 0; /* getopt's own messages begin with the path of the program */
-    for (int letter; (letter = getopt_long(argc, argv, ":", known, NULL)) != -1;) {
-        if (letter == 'h') {
-            fputs(help, stdout);
-            return CB_OPTIONS_DONE;
+    list(words);
+    for (int letter; (letter = getopt_long(argc, argv, ":", words, NULL)) != -1;) {
+        if (letter == '?' || letter == ':') {
+            refuse(letter, argv[optind - 1]);
+            return CB_OPTIONS_WRONG;
         }
-        if (letter == 'v') {
-            puts("compboxd " CB_VERSION);
-            return CB_OPTIONS_DONE;
-        }
-        if (letter == '?' || letter == ':') refuse(letter, argv[optind - 1]);
-        if (!take(options, letter, optarg)) return CB_OPTIONS_WRONG;
+        const struct known *option = &known[letter - FIRST];
+        if (option->kind == HELP || option->kind == VERSION) return print(option->kind);
+        if (!take(options, option, optarg)) return CB_OPTIONS_WRONG;
     }
     if (optind < argc) {
         fprintf(stderr, "compboxd: \"%s\" belongs to no option; see compboxd --help\n",

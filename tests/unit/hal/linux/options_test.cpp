@@ -15,13 +15,47 @@ extern "C" {
 
 namespace {
 
-cb_options_result parsed(std::vector<std::string> words) {
+// in : words stay as long as *options is used
+cb_options_result parsed(std::vector<std::string> &words, cb_options *options) {
     std::vector<char *> argv;
     words.insert(words.begin(), "compboxd");
     for (std::string &word : words) argv.push_back(word.data());
     argv.push_back(nullptr);
+    return cb_options_parse(options, static_cast<int>(words.size()), argv.data());
+}
+
+cb_options_result parsed(std::vector<std::string> words) {
     cb_options options;
-    return cb_options_parse(&options, static_cast<int>(words.size()), argv.data());
+    return parsed(words, &options);
+}
+
+TEST(options, each_value_goes_into_its_field) {
+    cb_options o;
+    std::vector<std::string> words = {"--config=c",        "--check",
+                                      "--most-um=300",     "--most-um-per-s=0.5",
+                                      "--allow-older",     "--cycles=1000000000000",
+                                      "--snapshot=n",      "--snapshot-every=100",
+                                      "--events=e",        "--stats=s",
+                                      "--record=r",        "--record-every=3600000",
+                                      "--record-most=7",   "--blackbox=b",
+                                      "--blackbox-most=8", "--record-inputs=i",
+                                      "--state=m",         "--state-every=9",
+                                      "--priority=99",     "--cpu-latency=off",
+                                      "--cpu=0",           "--clock=boottime",
+                                      "--watchdog=w",      "--watchdog-timeout=60"};
+    ASSERT_EQ(parsed(words, &o), CB_OPTIONS_RUN);
+    EXPECT_EQ(std::string(o.config) + o.snapshot + o.events + o.stats + o.record + o.blackbox +
+                  o.inputs + o.state + o.watchdog,
+              "cnesrbimw");
+    EXPECT_TRUE(o.check && o.allow_older && !o.cpu_latency);
+    EXPECT_EQ(o.ceiling.um, 300.0f);
+    EXPECT_EQ(o.ceiling.um_per_s, 0.5f);
+    EXPECT_EQ(o.cycles, 1000000000000u);
+    EXPECT_EQ((std::vector<int>{o.snapshot_every_ms, o.record_every_ms, o.record_most_mb,
+                                o.blackbox_most_mb, o.state_every_s, o.priority, o.cpu,
+                                o.watchdog_timeout_s}),
+              (std::vector<int>{100, 3600000, 7, 8, 9, 99, 0, 60}));
+    EXPECT_EQ(o.clock, CLOCK_BOOTTIME);
 }
 
 TEST(options, files_on_two_disks_are_two_files_and_a_link_to_one_is_not) {
