@@ -11,6 +11,7 @@
 #include "firmware/box/mode.h"
 #include "hal/linux/daemon/exception_words.h"
 #include "hal/linux/files/cause_words.h"
+#include "hal/linux/files/output_file.h"
 #include "hal/linux/serial_opener.h"
 #include "hal/linux/stderr.h"
 
@@ -108,6 +109,16 @@ void cb_log_limited(struct cb_log *log, enum cb_log_kind kind, int64_t now_us, c
     va_start(arguments, format);
     write_line(log, kind, now_us, format, arguments);
     va_end(arguments);
+}
+
+void cb_log_file(struct cb_log *log, const char *path, int error, int *reported, int64_t now_us) {
+    if (error == *reported) return;
+    *reported = error;
+    if (error == 0)
+        cb_log_limited(log, CB_LOG_FILES, now_us, "%s: is written again", path);
+    else
+        cb_log_limited(log, CB_LOG_FILES, now_us, "%s: cannot be written: %s", path,
+                       cb_output_error(error));
 }
 
 void cb_log_catch_up(struct cb_log *log, int64_t now_us, bool at_end) {

@@ -79,6 +79,10 @@ void cb_log_line(struct cb_log *log, int64_t now_us, const char *format, ...)
 void cb_log_limited(struct cb_log *log, enum cb_log_kind kind, int64_t now_us, const char *format,
                     ...) __attribute__((format(printf, 4, 5)));
 
+/* Logs the write status of a periodically written file only when it changes.
+ * in : *reported: last reported errno */
+void cb_log_file(struct cb_log *log, const char *path, int error, int *reported, int64_t now_us);
+
 /* Call it regularly: reports the dropped lines of kinds that are quiet again; at the end, of all
  * kinds. */
 void cb_log_catch_up(struct cb_log *log, int64_t now_us, bool at_end);

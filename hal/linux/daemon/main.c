@@ -17,13 +17,10 @@
 #include "hal/linux/daemon/loop.h"
 #include "hal/linux/daemon/options.h"
 #include "hal/linux/daemon/reload.h"
+#include "hal/linux/daemon/row_files.h"
 #include "hal/linux/daemon/stop.h"
 #include "hal/linux/daemon/supervise.h"
-#include "hal/linux/files/blackbox.h"
 #include "hal/linux/files/ceiling_words.h"
-#include "hal/linux/files/input_record.h"
-#include "hal/linux/files/output_file.h"
-#include "hal/linux/files/record.h"
 #include "hal/linux/files/snapshot.h"
 #include "hal/linux/files/state.h"
 #include "hal/linux/files/stats.h"
@@ -41,10 +38,7 @@ struct daemon {
     struct cb_options options;
     struct cb_loop loop;
     struct cb_log log;
-    struct cb_events events;
-    struct cb_record record;
-    struct cb_blackbox blackbox;
-    struct cb_input_record inputs;
+    struct cb_row_files files;
     struct cb_stats stats;
     struct cb_reload reload;
     struct cb_supervise supervise;
@@ -55,17 +49,13 @@ struct daemon {
     uint32_t crc32s[2];          /* of their texts */
     char plc[64];
     int64_t snapshot_us;       /* time of the last snapshot */
-    int snapshot_error;        /* errno of its write … */
-    int events_error;          /* … of the last event … */
-    int archive_error;         /* … of the last compression of a record … */
-    int blackbox_error;        /* … and of the last file of the black box */
+    int snapshot_error;        /* errno of its write */
     int64_t stats_us;          /* time of the last statistics */
     struct cb_state state;     /* newest from the loop */
     uint32_t state_generation; /* generation of its lags */
     int64_t state_us;          /* time of its last write */
     int state_error;           /* errno of that write … */
     int stats_error;           /* … and of the statistics */
-    bool record_reported;      /* the loss of rows is logged */
     struct cb_can_sockets can;
     bool reload_requested;   /* by SIGHUP */
     uint32_t status;         /* mode, reason and generation last reported to systemd … */
@@ -84,8 +74,8 @@ static const struct cb_config *config_of(const struct daemon *daemon, uint32_t g
 static void keep_config(struct daemon *daemon, uint32_t generation) {
     daemon->configs[generation % 2] = daemon->loop.boxes[generation % 2].config;
     daemon->crc32s[generation % 2] = daemon->reload.loaded.crc32;
-    daemon->events.revision = daemon->configs[generation % 2].revision;
-    daemon->events.crc32 = daemon->reload.loaded.crc32;
+    daemon->files.events.revision = daemon->configs[generation % 2].revision;
+    daemon->files.events.crc32 = daemon->reload.loaded.crc32;
 }
 
 static const struct cb_config *config_now(const struct daemon *daemon) {
@@ -98,27 +88,14 @@ static int write_snapshot(struct daemon *daemon) {
                              daemon->crc32s[daemon->generation % 2], daemon->options.snapshot);
 }
 
-/* out: false: the file cannot be written, and a sentence about it is printed */
-static bool is_open(const char *path, int error) {
-    if (error != 0)
-        fprintf(stderr, "compboxd: %s: cannot be written: %s\n", path, cb_output_error(error));
-    return error == 0;
-}
-
 /* Opens the output files, so that a wrong path is reported before the machine moves. */
 static bool open_outputs(struct daemon *daemon) {
     const struct cb_options *options = &daemon->options;
     const struct cb_config *config = config_now(daemon);
     const int error = options->stats ? cb_stats_write(&daemon->stats, config, options->stats) : 0;
-    daemon->record.every_us = options->record_every_ms * 1000LL;
-    return is_open(options->stats, error) && is_open(options->snapshot, write_snapshot(daemon)) &&
-           is_open(options->events, cb_events_start(&daemon->events, options->events)) &&
-           is_open(options->record, cb_record_start(&daemon->record, options->record,
-                                                    options->record_most_mb * 1000000LL, config)) &&
-           is_open(options->blackbox,
-                   cb_blackbox_start(&daemon->blackbox, options->blackbox,
-                                     options->blackbox_most_mb * 1000000LL, config)) &&
-           is_open(options->inputs, cb_input_record_start(&daemon->inputs, options->inputs));
+    return cb_row_files_is_open(options->stats, error) &&
+           cb_row_files_is_open(options->snapshot, write_snapshot(daemon)) &&
+           cb_row_files_start(&daemon->files, options, &daemon->log, config);
 }
 
 /* A thread of its own opens the device, because the loop must never wait for a driver. */
@@ -274,22 +251,7 @@ static bool resume_state(struct daemon *daemon) {
     daemon->state = daemon->loop.resumed; /* a start that ends at once keeps the lags */
     daemon->state.stopped = false;
     const int error = cb_state_write(&daemon->state, config_now(daemon), path, &now);
-    if (error != 0)
-        fprintf(stderr, "compboxd: %s: cannot be written: %s\n", path, cb_output_error(error));
-    return error == 0;
-}
-
-/* Logs the write status of a periodically written file only when it changes.
- * in : reported: last reported errno */
-static void report_file(struct daemon *daemon, const char *path, int error, int *reported,
-                        int64_t now_us) {
-    if (error == *reported) return;
-    *reported = error;
-    if (error == 0)
-        cb_log_limited(&daemon->log, CB_LOG_FILES, now_us, "%s: is written again", path);
-    else
-        cb_log_limited(&daemon->log, CB_LOG_FILES, now_us, "%s: cannot be written: %s", path,
-                       cb_output_error(error));
+    return cb_row_files_is_open(path, error);
 }
 
 static void write_state(struct daemon *daemon, int64_t now_us) {
@@ -299,7 +261,7 @@ static void write_state(struct daemon *daemon, int64_t now_us) {
     cb_state_clock_read(&now);
     const int error =
         cb_state_write(&daemon->state, config_now(daemon), daemon->options.state, &now);
-    report_file(daemon, daemon->options.state, error, &daemon->state_error, now_us);
+    cb_log_file(&daemon->log, daemon->options.state, error, &daemon->state_error, now_us);
 }
 
 /* Takes the loop's newest state and writes it when due. */
@@ -367,7 +329,7 @@ static bool start(struct daemon *daemon) {
     run->priority = daemon->options.priority;
     if (!start_plc(daemon) || !open_outputs(daemon)) return false;
     cb_log_start(&daemon->log, daemon->plc, cb_boottime_us());
-    daemon->log.events = &daemon->events;
+    daemon->log.events = &daemon->files.events;
     if (!start_signals(daemon)) return false;
     prepare_machine(daemon);
     start_supervision(daemon);
@@ -383,7 +345,7 @@ static bool start(struct daemon *daemon) {
     cb_can_sockets_serve(&daemon->can, config, cb_boottime_us());
     cb_sample_ring_start(&daemon->loop.target.bus);
     if (!resume_state(daemon)) return false;
-    cb_input_record_begin(&daemon->inputs, &daemon->options.ceiling, &daemon->loop.resumed);
+    cb_input_record_begin(&daemon->files.inputs, &daemon->options.ceiling, &daemon->loop.resumed);
     if (!start_feeding(daemon) || !start_loop(daemon)) return false;
     start_bus(daemon);
     return true;
@@ -394,22 +356,7 @@ static void follow_reload(struct daemon *daemon, uint32_t generation) {
     if (generation == daemon->generation) return;
     daemon->generation = generation;
     keep_config(daemon, generation);
-    int error = cb_record_follow(&daemon->record, config_now(daemon));
-    if (error != 0)
-        cb_log_limited(&daemon->log, CB_LOG_FILES, cb_boottime_us(), "%s: cannot be written: %s",
-                       daemon->options.record, cb_output_error(error));
-    error = cb_blackbox_follow(&daemon->blackbox, config_now(daemon));
-    if (error != 0)
-        cb_log_limited(&daemon->log, CB_LOG_FILES, cb_boottime_us(), "no black box from now on: %s",
-                       strerror(error));
-}
-
-/* Logs the loss of rows from the record when it begins; the final line has their number. */
-static void report_lost_rows(struct daemon *daemon) {
-    if (daemon->record.error == 0 || daemon->record_reported) return;
-    daemon->record_reported = true;
-    cb_log_limited(&daemon->log, CB_LOG_FILES, cb_boottime_us(), "%s: rows are lost: %s",
-                   daemon->options.record, strerror(daemon->record.error));
+    cb_row_files_follow(&daemon->files, config_now(daemon));
 }
 
 /* Takes the loop's rows into all outputs, each with the coefficient file that it belongs to. */
@@ -420,15 +367,12 @@ static void take_rows(struct daemon *daemon) {
         follow_reload(daemon, row->generation);
         const struct cb_config *config = config_now(daemon);
         cb_stats_add(&daemon->stats, row);
-        cb_record_add(&daemon->record, config, row);
-        cb_blackbox_add(&daemon->blackbox, config, row);
-        cb_input_record_add(&daemon->inputs, config, row);
+        cb_row_files_add(&daemon->files, config, row);
         cb_log_row(&daemon->log, config, row);
         cb_log_can(&daemon->log, &config->can, row);
         cb_ring_release(&loop->ring);
     }
-    cb_record_flush(&daemon->record);
-    report_lost_rows(daemon);
+    cb_row_files_flush(&daemon->files);
 }
 
 /* out: 0, or errno of the failed write */
@@ -441,7 +385,7 @@ static int write_stats(struct daemon *daemon) {
     run->reloads_taken = daemon->reload.taken;
     run->reloads_refused = daemon->reload.refused;
     run->reload_message = daemon->reload.last;
-    run->records_lost = run->rows_lost + daemon->record.lost;
+    run->records_lost = run->rows_lost + daemon->files.record.lost;
     if (daemon->options.stats == NULL) return 0;
     return cb_stats_write(&daemon->stats, config_now(daemon), daemon->options.stats);
 }
@@ -449,36 +393,15 @@ static int write_stats(struct daemon *daemon) {
 static void write_stats_now_and_then(struct daemon *daemon, int64_t now_us) {
     if (now_us - daemon->stats_us < STATS_EVERY_US) return;
     daemon->stats_us = now_us;
-    report_file(daemon, daemon->options.stats, write_stats(daemon), &daemon->stats_error, now_us);
-}
-
-static void keep_events(struct daemon *daemon, int64_t now_us) {
-    cb_events_sync(&daemon->events, now_us);
-    report_file(daemon, daemon->options.events, daemon->events.error, &daemon->events_error,
+    cb_log_file(&daemon->log, daemon->options.stats, write_stats(daemon), &daemon->stats_error,
                 now_us);
-}
-
-/* Compresses old records in slices. */
-static void work_on_records(struct daemon *daemon, int64_t now_us) {
-    const struct cb_archive *archive = &daemon->record.archive;
-    cb_record_work(&daemon->record);
-    report_file(daemon, archive->temporary, archive->error, &daemon->archive_error, now_us);
 }
 
 static void write_snapshot_now_and_then(struct daemon *daemon, int64_t now_us) {
     if (now_us - daemon->snapshot_us < daemon->options.snapshot_every_ms * 1000LL) return;
     daemon->snapshot_us = now_us;
-    report_file(daemon, daemon->options.snapshot, write_snapshot(daemon), &daemon->snapshot_error,
-                now_us);
-}
-
-/* Writes a slice of a file of the black box, and logs a whole one. */
-static void work_on_blackbox(struct daemon *daemon, int64_t now_us) {
-    const struct cb_blackbox *box = &daemon->blackbox;
-    if (cb_blackbox_work(&daemon->blackbox, now_us))
-        cb_log_limited(&daemon->log, CB_LOG_FILES, now_us, "black box: %s/%s", box->folder,
-                       box->name);
-    report_file(daemon, daemon->options.blackbox, box->error, &daemon->blackbox_error, now_us);
+    cb_log_file(&daemon->log, daemon->options.snapshot, write_snapshot(daemon),
+                &daemon->snapshot_error, now_us);
 }
 
 /* Waits a little. SIGHUP requests a reload of the coefficient file, SIGUSR1 a file of the black
@@ -491,7 +414,7 @@ static void mind_signals(struct daemon *daemon) {
     sigaddset(&signals, SIGUSR1);
     const int found = sigtimedwait(&signals, NULL, &wait);
     if (found == SIGHUP) daemon->reload_requested = true;
-    if (found == SIGUSR1) cb_blackbox_request(&daemon->blackbox, cb_boottime_us());
+    if (found == SIGUSR1) cb_blackbox_request(&daemon->files.blackbox, cb_boottime_us());
 }
 
 /* in : reload->last, a sentence */
@@ -567,9 +490,7 @@ static void serve(struct daemon *daemon) {
         report_status(daemon);
         cb_can_sockets_serve(&daemon->can, config_now(daemon), cb_boottime_us());
         cb_log_bus(&daemon->log, &daemon->bus, cb_boottime_us());
-        keep_events(daemon, cb_boottime_us());
-        work_on_records(daemon, cb_boottime_us());
-        work_on_blackbox(daemon, cb_boottime_us());
+        cb_row_files_work(&daemon->files, cb_boottime_us());
         write_snapshot_now_and_then(daemon, cb_boottime_us());
         write_stats_now_and_then(daemon, cb_boottime_us());
         keep_state(daemon, cb_boottime_us());
@@ -593,20 +514,10 @@ static int finish(struct daemon *daemon) {
     int64_t now_us = cb_boottime_us();
     run->finished = true;
     run->stopped = daemon->loop.stopped;
-    int record_error = cb_record_finish(&daemon->record);
-    const int inputs_error = cb_input_record_finish(&daemon->inputs);
-    int stats_error = write_stats(daemon);
-    const int blackbox_error = cb_blackbox_finish(&daemon->blackbox, now_us);
-    report_file(daemon, daemon->options.blackbox, blackbox_error, &daemon->blackbox_error, now_us);
-    report_file(daemon, daemon->options.snapshot, write_snapshot(daemon), &daemon->snapshot_error,
-                now_us);
-    if (record_error != 0)
-        cb_log_line(&daemon->log, now_us, "%s: %llu row%s could not be written: %s",
-                    daemon->options.record, (unsigned long long)daemon->record.lost,
-                    plural(daemon->record.lost), strerror(record_error));
-    if (inputs_error != 0)
-        cb_log_line(&daemon->log, now_us, "%s: cannot be written: %s", daemon->options.inputs,
-                    strerror(inputs_error));
+    const bool complete = cb_row_files_finish(&daemon->files, now_us);
+    const int stats_error = write_stats(daemon);
+    cb_log_file(&daemon->log, daemon->options.snapshot, write_snapshot(daemon),
+                &daemon->snapshot_error, now_us);
     if (stats_error != 0)
         cb_log_line(&daemon->log, now_us, "%s: cannot be written: %s", daemon->options.stats,
                     strerror(stats_error));
@@ -621,9 +532,9 @@ static int finish(struct daemon *daemon) {
                     "the offset; check %s",
                     daemon->plc);
     cb_log_catch_up(&daemon->log, now_us, true);
-    cb_events_finish(&daemon->events);
+    cb_events_finish(&daemon->files.events);
     cb_supervise_finish(&daemon->supervise);
-    const bool written = record_error == 0 && inputs_error == 0 && stats_error == 0;
+    const bool written = complete && stats_error == 0;
     return confirmed && written ? EXIT_OK : EXIT_BAD;
 }
 
