@@ -29,11 +29,11 @@ def machine_error(t):
 
 def record(compbox, seconds=30, blind_s=0.0, name="record.csv"):
     """T1 was not received in the first blind_s seconds: its cells are empty."""
-    lines = ["time_s,X,T1,EXX,comp_X_um,mode,reason"]
+    lines = ["time_s,X,T1,EXX,comp_X_um,mode,reason,unix_s"]
     for k in range(int(seconds / PERIOD)):
         t = k * PERIOD
         warm = "" if t < blind_s else repr(temperature(t))
-        lines.append(f"{t!r},{position(t)!r},{warm},1.5,{compensation(t)!r},1,0")
+        lines.append(f"{t!r},{position(t)!r},{warm},1.5,{compensation(t)!r},1,0,{1700000000 + t!r}")
     compbox.write(name, "\n".join(lines) + "\n")
 
 
