@@ -43,7 +43,8 @@ EXCEPTION_FRAME = 26 * 4 + 4
 HANDLERS = ("cb_systick_handler", "cb_usart1_handler", "cb_usart2_handler", "cb_usart3_handler")
 HAL = ["stm32f405/box_hal.c:" + name for name in ("now_us", "wait_tick", "read", "write", "write_read", "samples",
                                         "feed_watchdog", "stop_requested")]
-COMMANDS = ["cb_dump_request", "cb_status_counters", "cb_status_fault", "cb_status_start", "cb_status_wires"] + [
+COMMANDS = ["cb_dump_request", "cb_dump_request_kept", "cb_status_counters", "cb_status_fault", "cb_status_start",
+            "cb_status_wires"] + [
     "app/commands.c:" + name for name in (
         "end_trace", "help", "restart", "restart_with_trace", "begin_trace", "show_slots", "stop")] + [
     "variant/test.c:crash_" + name for name in (

@@ -39,8 +39,9 @@ struct cb_app {
     struct cb_app_bus bus;
     struct cb_cycle cycle;
     struct cb_recorder recorder;
-    bool trace;         /* one line per cycle */
-    uint32_t dump_left; /* records of a dump that are not yet sent */
+    bool trace; /* one line per cycle */
+    const struct cb_recorder *dumped;
+    uint32_t dump_left; /* its records that are not yet sent */
     uint8_t reported_mode, reported_reason;
     uint16_t reported_detail; /* detail of the last reported mode */
     bool mode_reported;       /* a mode was reported */
@@ -66,6 +67,7 @@ void cb_status_wires(struct cb_app *app);
 
 /* dump.c: continues a requested dump as far as the console has room; prints the trace's line. */
 void cb_dump_request(struct cb_app *app);
+void cb_dump_request_kept(struct cb_app *app); /* last_cycles.h */
 void cb_dump_go_on(struct cb_app *app);
 void cb_trace_note(struct cb_app *app);
 

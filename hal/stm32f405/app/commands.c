@@ -39,6 +39,7 @@ static const struct cb_command commands[] = {
     {"wires", "counters of the serial lines", cb_status_wires},
     {"fault", "registers of the last processor fault", cb_status_fault},
     {"dump", "the flight recorder, oldest cycle first", cb_dump_request},
+    {"dump before", "the cycles before the last unwanted restart", cb_dump_request_kept},
     {"trace on", "a line about each cycle", begin_trace},
     {"trace off", "no more of them", end_trace},
     {"trace start", "restart, with a trace from the first cycle on", restart_with_trace},

@@ -2,6 +2,7 @@
  * The flight recorder and the trace as text. Numbers that must read back exactly are hexadecimal
  * bits; docs/stm32f405.md has the columns. */
 #include "hal/stm32f405/app/app.h"
+#include "hal/stm32f405/app/last_cycles.h"
 
 enum { LINES_AT_ONCE = 4 };
 
@@ -28,10 +29,29 @@ static void put_registers(struct cb_text *line, const char *name, const uint16_t
     for (unsigned i = 0; i < count; ++i) cb_text_put_hex(line, registers[i], 4);
 }
 
-void cb_dump_request(struct cb_app *app) {
-    app->dump_left = app->recorder.count;
+static void begin(struct cb_app *app, const struct cb_recorder *recorder) {
+    app->dumped = recorder;
+    app->dump_left = recorder->count;
     cb_console_say(&app->console,
                    "dump: cycle time_us mode reason control counters detail channels");
+}
+
+void cb_dump_request(struct cb_app *app) {
+    begin(app, &app->recorder);
+}
+
+void cb_dump_request_kept(struct cb_app *app) {
+    const struct cb_recorder *kept = cb_last_cycles_kept();
+    if (kept->count > 0)
+        begin(app, kept);
+    else
+        cb_console_say(&app->console, "no unwanted restart since power-on ended a run");
+}
+
+/* A file that changed in memory, or none at all, does not say how many channels there are. */
+static unsigned channels_of(const struct cb_app *app) {
+    const unsigned channels = app->box.config.channels_count;
+    return channels > 0 && channels < CB_MAX_CHANNELS ? channels : CB_MAX_CHANNELS;
 }
 
 static void print_record(struct cb_app *app, const struct cb_record *record) {
@@ -44,15 +64,14 @@ static void print_record(struct cb_app *app, const struct cb_record *record) {
     put_hex(line, record->control, 4);
     put_hex(line, record->counters, 8);
     put_hex(line, record->detail, 4);
-    const unsigned channels = app->box.config.channels_count; /* may have changed in memory */
-    put_floats(line, record->channel_um, channels < CB_MAX_CHANNELS ? channels : CB_MAX_CHANNELS);
+    put_floats(line, record->channel_um, channels_of(app));
     cb_console_end(&app->console);
 }
 
 /* The recorder pauses during a dump: main.c checks dump_left. */
 void cb_dump_go_on(struct cb_app *app) {
     for (unsigned i = 0; i < LINES_AT_ONCE && app->dump_left > 0 && cb_console_has_room(2); ++i) {
-        const struct cb_record *record = cb_recorder_at(&app->recorder, --app->dump_left);
+        const struct cb_record *record = cb_recorder_at(app->dumped, --app->dump_left);
         if (record) print_record(app, record);
         if (app->dump_left == 0) cb_console_say(&app->console, "dump: end");
     }

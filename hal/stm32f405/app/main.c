@@ -5,6 +5,7 @@
 
 #include "firmware/config/rtu_budget.h"
 #include "hal/stm32f405/app/app.h"
+#include "hal/stm32f405/app/last_cycles.h"
 #include "hal/stm32f405/app/load.h"
 #include "hal/stm32f405/time.h"
 #include "hal/stm32f405/usart.h"
@@ -37,6 +38,7 @@ static void meanwhile(void) {
 static void start_hardware(void) {
     cb_watchdog_start(WATCHDOG_START_MS);
     app.cause = cb_retained_open(cb_chip_reset_cause());
+    cb_last_cycles_open(app.cause);
     app.clock = cb_clock_start(cb_retained.crystal_failed == 0);
     app.chip = cb_chip_read(app.clock.source == CB_CLOCK_EMULATED);
     cb_time_start(app.clock.core_hz);
@@ -72,6 +74,7 @@ static void load(void) {
 
 static void note_cycle(void) {
     if (app.dump_left == 0) cb_recorder_note(&app.recorder, &app.box);
+    cb_last_cycles_note(&app.box);
     if (app.trace && !app.box.config_corrupt) cb_trace_note(&app);
     cb_status_note(&app);
     if (app.box.counters.cycles == GOOD_RUN_CYCLES && cb_retained.fault_starts > 0) {

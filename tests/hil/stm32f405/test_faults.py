@@ -199,7 +199,7 @@ def test_a_plc_that_restarts(plc, rtu, start_box):
 def test_a_processor_fault_while_active_ends_in_standby_until_permitted(plc, rtu, start_box):
     plc.values = AT_REST
     with rtu(), start_box(quick, image=TEST_IMAGE) as box:
-        wait_for(lambda: len(active(plc)) > 30)
+        wait_for(lambda: len(active(plc)) > 60)
         plc.control &= ~machine.PERMIT_RESUME
         since = box.console.mark()
         box.console.command("crash address")
@@ -208,6 +208,13 @@ def test_a_processor_fault_while_active_ends_in_standby_until_permitted(plc, rtu
         mark = len(plc.writes)
         wait_for(lambda: len(plc.writes) > mark + 20)
         assert all(w.mode != ACTIVE for w in plc.writes[mark:])
+        before = box.console.mark()
+        box.console.command("dump before")  # the cycles before the fault, in the run after it
+        box.console.wait("dump: end", before)
+        cycles = [line.split() for line in box.console.lines[before:] if line.startswith("D ")]
+        numbers = [int(fields[1]) for fields in cycles]
+        assert len(numbers) == 40 and numbers == list(range(numbers[0], numbers[0] + 40)), numbers
+        assert int(cycles[-1][3], 16) == ACTIVE and numbers[-1] > 30, cycles[-1]
         lines = box.console.lines[since:]
         restarted = next(i for i, line in enumerate(lines) if "started: processor fault" in line)
         assert not any("ACTIVE" in line for line in lines[restarted:])
