@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+// compbox-view: the box in a browser, and its figures for Prometheus.
+#include <poll.h>
+#include <signal.h>
+#include <sys/signalfd.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <ostream>
+
+#include "host-tools/command_line/command_line.h"
+#include "host-tools/formats/error.h"
+#include "host-tools/view/server.h"
+#include "host-tools/view/site.h"
+
+namespace compbox::view {
+namespace {
+
+constexpr std::int64_t poll_ms = 100, beat_ms = 10000;
+
+std::int64_t now_ms() {
+    timespec now;
+    ::clock_gettime(CLOCK_MONOTONIC, &now);
+    return std::int64_t{now.tv_sec} * 1000 + now.tv_nsec / 1000000;
+}
+
+// out: a descriptor that is readable when SIGTERM or SIGINT arrived
+int stop_descriptor() {
+    sigset_t stops;
+    ::sigemptyset(&stops);
+    ::sigaddset(&stops, SIGTERM);
+    ::sigaddset(&stops, SIGINT);
+    ::sigprocmask(SIG_BLOCK, &stops, nullptr);
+    ::signal(SIGPIPE, SIG_IGN);
+    return ::signalfd(-1, &stops, SFD_CLOEXEC | SFD_NONBLOCK);
+}
+
+// Serves until SIGTERM or SIGINT. All work is on this thread, in short pieces.
+void serve(site &from, server &to) {
+    pollfd set[2] = {{to.descriptor(), POLLIN, 0}, {stop_descriptor(), POLLIN, 0}};
+    std::int64_t poll_due = now_ms(), beat_due = poll_due + beat_ms;
+    while (set[1].revents == 0) {
+        const std::int64_t left = std::clamp<std::int64_t>(poll_due - now_ms(), 0, poll_ms);
+        ::poll(set, 2, to.timeout_ms(static_cast<int>(left)));
+        to.run();
+        const std::int64_t now = now_ms();
+        if (now < poll_due) continue;
+        poll_due = now + poll_ms;
+        const bool beats = now >= beat_due;
+        if (beats) {
+            from.events().beat();
+            beat_due = now + beat_ms;
+        }
+        if (from.poll(unix_now_s()) || beats) to.wake();
+    }
+    ::close(set[1].fd);
+}
+
+struct options {
+    site_files files;
+    std::string listen = "127.0.0.1:8090", password_file;
+};
+
+access_rule rule_of(const options &chosen, const listen_address &address) {
+    if (!chosen.password_file.empty()) return {address, read_password(chosen.password_file)};
+    if (address.is_loopback()) return {address, std::nullopt};
+    throw cli::usage_error("--listen", "an address that others can reach needs --password-file F");
+}
+
+void add_options(cli::command &app, options &chosen) {
+    app.add_option("--snapshot F.json", chosen.files.snapshot,
+                   "The file that compboxd writes with --snapshot")
+        .required();
+    app.add_option("--events F.jsonl", chosen.files.events, "That of compboxd --events");
+    app.add_option("--record F.csv", chosen.files.record,
+                   "That of compboxd --record, for the curves of the last days");
+    app.add_option("--listen ADDRESS", chosen.listen,
+                   "HOST:PORT (port 0: any free one). Another host than 127.0.0.1, [::1] or "
+                   "localhost needs --password-file")
+        .capture_default_str()
+        .check([](const std::string &text) {
+            return listen_address::parse(text) ? std::string()
+                                               : "needs HOST:PORT with a numeric host, not " + text;
+        });
+    app.add_option("--password-file F", chosen.password_file,
+                   "Its first line is the password of the user compbox; no other user may read it");
+    app.footer(
+        "Example:\n"
+        "  compboxd --config coefficients.json --snapshot box.json --events events.jsonl\n"
+        "  compbox-view --snapshot box.json --events events.jsonl\n"
+        "Then open http://127.0.0.1:8090/ in a browser of this computer.");
+}
+
+void run(const options &chosen, const cli::streams &io) {
+    const auto address = *listen_address::parse(chosen.listen);
+    site from(chosen.files, rule_of(chosen, address));
+    server to(address, from);
+    io.out << "compbox-view: listening on " << to.url() << std::endl;
+    serve(from, to);
+}
+
+}  // namespace
+}  // namespace compbox::view
+
+// out: 0 after a signal, 1 for bad input, 2 for wrong usage, 70 for a fault of the program
+int main(int argc, char **argv) {
+    const auto io = compbox::cli::standard_streams();
+    compbox::cli::program app{"compbox-view: the box in a browser, and its figures for Prometheus",
+                              io};
+    app.set_version_flag("--version", "compbox-view " CB_VERSION);
+    compbox::view::options chosen;
+    compbox::view::add_options(app, chosen);
+    try {
+        if (const auto end = app.parse(argc, argv)) return *end;
+        compbox::view::run(chosen, io);
+    } catch (const compbox::cli::usage_error &error) {
+        io.err << "compbox-view: " << error.what() << "\n";
+        return 2;
+    } catch (const compbox::input_error &error) {
+        io.err << "compbox-view: " << error.what() << "\n";
+        return 1;
+    } catch (const std::exception &error) {
+        io.err << "compbox-view: fault in the program itself: " << error.what() << "\n";
+        return 70;
+    }
+    return 0;
+}

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// All that compbox-view serves: its files, what it remembers of them, and its routes.
+#pragma once
+
+#include <string>
+
+#include "host-tools/view/access.h"
+#include "host-tools/view/answer.h"
+#include "host-tools/view/feed.h"
+#include "host-tools/view/recent.h"
+#include "host-tools/view/snapshot.h"
+
+namespace compbox::view {
+
+struct site_files {
+    std::string snapshot;
+    std::string events, record;  // "": none
+};
+
+class site {
+  public:
+    site(const site_files &files, access_rule rule);
+
+    // Looks at the files; call it ten times a second. in : wall clock, s
+    // out: whether the feed has something new
+    bool poll(double unix_s);
+
+    // in : of GET or HEAD; wall clock, s
+    answer reply(const request &to, double unix_s);
+
+    feed &events() { return feed_; }
+
+  private:
+    bool poll_snapshot(double unix_s);
+    answer route(const request &to, double unix_s);
+    answer json_answer(std::string text);
+    answer recent();
+
+    access_rule rule_;
+    snapshot_file snapshot_;
+    recent_values recent_;
+    feed feed_;
+    body_store bodies_;
+    body recent_text_;            // null: make it again
+    std::string last_why_ = "-";  // of the newest text in the feed
+};
+
+}  // namespace compbox::view
