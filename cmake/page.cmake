@@ -2,13 +2,13 @@
 #   cmake -DFOLDER=host-tools/view/page -DSOURCE=page_files.cpp -P page.cmake
 file(GLOB_RECURSE names RELATIVE ${FOLDER} ${FOLDER}/*)
 list(SORT names) # bytewise, as find_page() searches
-set(types html text/html css text/css js text/javascript txt text/plain json application/json svg image/svg+xml
+set(types html text/html css text/css js text/javascript txt text/plain LICENSE text/plain md text/plain json application/json svg image/svg+xml
     png image/png ico image/x-icon woff2 font/woff2 webmanifest application/manifest+json)
 set(arrays)
 set(rows)
 set(count 0)
 foreach(name ${names})
-    string(REGEX REPLACE ".*\\." "" suffix "${name}")
+    string(REGEX REPLACE ".*[./]" "" suffix "${name}")
     list(FIND types "${suffix}" at)
     if(at EQUAL -1)
         message(FATAL_ERROR "${FOLDER}/${name}: cmake/page.cmake knows no content type of *.${suffix}")

@@ -50,7 +50,7 @@ void serve(site &from, server &to) {
         poll_due = now + poll_ms;
         const bool beats = now >= beat_due;
         if (beats) {
-            from.events().beat();
+            from.news().beat();
             beat_due = now + beat_ms;
         }
         if (from.poll(unix_now_s()) || beats) to.wake();
@@ -69,6 +69,7 @@ access_rule rule_of(const options &chosen, const listen_address &address) {
     throw cli::usage_error("--listen", "an address that others can reach needs --password-file F");
 }
 
+// Adds the options to app, which sets `chosen` when it parses.
 void add_options(cli::command &app, options &chosen) {
     app.add_option("--snapshot F.json", chosen.files.snapshot,
                    "The file that compboxd writes with --snapshot")

@@ -170,6 +170,7 @@ class server::connections {
     std::set<stream *> streams_;
 };
 
+// Throws input_error if it cannot listen.
 server::connections::connections(const listen_address &address, site &from) : from_(from) {
     const int descriptor = listen_on(address);
     const std::string host =
@@ -242,7 +243,7 @@ MHD_Result server::connections::send(MHD_Connection *connection, const answer &r
 
 MHD_Response *server::connections::start_stream(MHD_Connection *connection) {
     ::MHD_set_connection_option(connection, MHD_CONNECTION_OPTION_TIMEOUT, stream_idle_s);
-    auto *one = new stream{this, connection, from_.events().begin(), false};
+    auto *one = new stream{this, connection, from_.news().begin(), false};
     streams_.insert(one);
     MHD_Response *response = ::MHD_create_response_from_callback(
         MHD_SIZE_UNKNOWN, 4096, &connections::read, one, &connections::end);
@@ -253,7 +254,7 @@ MHD_Response *server::connections::start_stream(MHD_Connection *connection) {
 // out: bytes for one reader; without any the connection sleeps until wake()
 ssize_t server::connections::read(void *self, std::uint64_t, char *bytes, std::size_t size) {
     auto *one = static_cast<stream *>(self);
-    const std::size_t got = one->of->from_.events().read(one->place, bytes, size);
+    const std::size_t got = one->of->from_.news().read(one->place, bytes, size);
     if (got == 0) {
         one->is_suspended = true;
         ::MHD_suspend_connection(one->connection);

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/view/site.h"
 
-#include <fmt/core.h>
-
-#include <cmath>
+#include <charconv>
 #include <nlohmann/json.hpp>
 
+#include "host-tools/view/metrics.h"
 #include "host-tools/view/page.h"
 
 namespace compbox::view {
@@ -23,6 +22,20 @@ answer sentence(unsigned status, std::string_view text) {
     return reply;
 }
 
+// out: an argument that is a whole number, or `otherwise` if it is missing; nothing: no such number
+std::optional<long> whole_argument(const request &to, const char *name, long otherwise, long least,
+                                   long most) {
+    const auto text = to.argument(name);
+    if (!text) return otherwise;
+    long number = 0;
+    const char *end = text->data() + text->size();
+    const auto read = std::from_chars(text->data(), end, number);
+    if (read.ec != std::errc() || read.ptr != end || number < least || number > most) {
+        return std::nullopt;
+    }
+    return number;
+}
+
 answer page_answer(const page_file &file, const request &to) {
     answer reply;
     reply.type = std::string(file.type);
@@ -38,7 +51,10 @@ answer page_answer(const page_file &file, const request &to) {
 }  // namespace
 
 site::site(const site_files &files, access_rule rule)
-    : rule_(std::move(rule)), snapshot_(files.snapshot), bodies_(most_body_bytes) {}
+    : rule_(std::move(rule)),
+      snapshot_(files.snapshot),
+      events_(files.events),
+      bodies_(most_body_bytes) {}
 
 // out: whether a new snapshot, or the reason why there is none, went to the feed
 bool site::poll_snapshot(double unix_s) {
@@ -57,8 +73,19 @@ bool site::poll_snapshot(double unix_s) {
     return news;
 }
 
+// out: whether new events went to the feed
+bool site::poll_events() {
+    bool news = false;
+    events_.poll([&](const std::string &event) {
+        feed_.add_event(event);
+        news = true;
+    });
+    return news;
+}
+
 bool site::poll(double unix_s) {
-    return poll_snapshot(unix_s);
+    const bool live = poll_snapshot(unix_s);
+    return poll_events() || live;
 }
 
 answer site::json_answer(std::string text) {
@@ -83,9 +110,24 @@ answer site::recent() {
     return reply;
 }
 
+answer site::events(const request &to) {
+    const auto limit = whole_argument(to, "limit", 200, 1, event_log_lines);
+    if (!limit) return sentence(400, "limit is a whole number, 1 to 1000.\n");
+    return json_answer(events_.text(static_cast<std::size_t>(*limit)));
+}
+
+answer site::metrics(const request &to, double unix_s) {
+    const metrics_format format = metrics_format_of(to.accept.value_or(""));
+    answer reply = json_answer(metrics_text(snapshot_, unix_s, format));
+    if (reply.text != nullptr) reply.type = metrics_type(format);
+    return reply;
+}
+
 answer site::route(const request &to, double unix_s) {
     if (to.path == "/api/live") return json_answer(snapshot_.live_text(unix_s));
     if (to.path == "/api/recent") return recent();
+    if (to.path == "/api/events") return events(to);
+    if (to.path == "/metrics") return metrics(to, unix_s);
     if (to.path == "/api/stream") {
         answer reply = sentence(200, "");
         reply.type = "text/event-stream";

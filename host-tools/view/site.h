@@ -6,6 +6,7 @@
 
 #include "host-tools/view/access.h"
 #include "host-tools/view/answer.h"
+#include "host-tools/view/event_log.h"
 #include "host-tools/view/feed.h"
 #include "host-tools/view/recent.h"
 #include "host-tools/view/snapshot.h"
@@ -28,16 +29,20 @@ class site {
     // in : of GET or HEAD; wall clock, s
     answer reply(const request &to, double unix_s);
 
-    feed &events() { return feed_; }
+    feed &news() { return feed_; }
 
   private:
     bool poll_snapshot(double unix_s);
+    bool poll_events();
     answer route(const request &to, double unix_s);
     answer json_answer(std::string text);
     answer recent();
+    answer events(const request &to);
+    answer metrics(const request &to, double unix_s);
 
     access_rule rule_;
     snapshot_file snapshot_;
+    event_log events_;
     recent_values recent_;
     feed feed_;
     body_store bodies_;
