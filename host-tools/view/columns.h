@@ -2,11 +2,14 @@
 // Values over time, as the page's curves need them: /api/recent and /api/history (docs/view.md).
 #pragma once
 
+#include <limits>
 #include <string>
 #include <tuple>
 #include <vector>
 
 namespace compbox::view {
+
+constexpr float no_value = std::numeric_limits<float>::quiet_NaN();
 
 // What a column shows: group "signals", "terms" or "channels"; quantity "" or, of a channel,
 // "demand_um", "output_um", "applied_um", "limit_um".

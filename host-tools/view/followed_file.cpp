@@ -20,8 +20,7 @@ void followed_file::close() {
 
 void followed_file::begin(const reader &to) {
     position_ = to.begin ? to.begin(descriptor_) : 0;
-    rest_.clear();
-    skips_ = false;
+    lines_.clear();
 }
 
 bool followed_file::open(const reader &to) {
@@ -43,22 +42,6 @@ bool followed_file::is_renamed() const {
     return named.st_ino != opened.st_ino || named.st_dev != opened.st_dev;
 }
 
-// Hands over the whole lines of rest_.
-void followed_file::cut(const reader &to) {
-    std::size_t start = 0;
-    for (std::size_t end; (end = rest_.find('\n', start)) != std::string::npos; start = end + 1) {
-        if (!skips_ && end - start <= most_line_) {
-            to.line(std::string_view(rest_).substr(start, end - start));
-        }
-        skips_ = false;
-    }
-    rest_.erase(0, start);
-    if (rest_.size() > most_line_) {
-        rest_.clear();
-        skips_ = true;
-    }
-}
-
 // out: number of bytes, 0 at the end
 std::size_t followed_file::read_once(std::size_t most_bytes, const reader &to) {
     char bytes[65536];
@@ -66,8 +49,7 @@ std::size_t followed_file::read_once(std::size_t most_bytes, const reader &to) {
                                 static_cast<off_t>(position_));
     if (got <= 0) return 0;
     position_ += static_cast<std::size_t>(got);
-    rest_.append(bytes, static_cast<std::size_t>(got));
-    cut(to);
+    lines_.add(std::string_view(bytes, static_cast<std::size_t>(got)), to.line);
     return static_cast<std::size_t>(got);
 }
 

@@ -5,7 +5,8 @@
 #include <cstddef>
 #include <functional>
 #include <string>
-#include <string_view>
+
+#include "host-tools/view/line_cutter.h"
 
 namespace compbox::view {
 
@@ -13,7 +14,7 @@ class followed_file {
   public:
     // in : most_line: longer lines are left out
     followed_file(const std::string &path, std::size_t most_line)
-        : path_(path), most_line_(most_line) {}
+        : path_(path), lines_(most_line) {}
     ~followed_file();
     followed_file(const followed_file &) = delete;
     followed_file &operator=(const followed_file &) = delete;
@@ -21,7 +22,7 @@ class followed_file {
     struct reader {
         // A file begins. in : its descriptor. out: the byte from which its lines are wanted
         std::function<std::size_t(int)> begin;
-        std::function<void(std::string_view)> line;  // without its end
+        line_taker line;
     };
 
     // Reads at most most_bytes of what is there and was not read before. The rest of a file that
@@ -35,12 +36,11 @@ class followed_file {
     void close();
     bool is_renamed() const;
     std::size_t read_once(std::size_t most_bytes, const reader &to);
-    void cut(const reader &to);
 
-    std::string path_, rest_;  // rest_: of a line whose end is missing
-    std::size_t most_line_, position_ = 0;
+    std::string path_;
+    line_cutter lines_;
+    std::size_t position_ = 0;
     int descriptor_ = -1;
-    bool skips_ = false;  // the rest of a long line
 };
 
 }  // namespace compbox::view

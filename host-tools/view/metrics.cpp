@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "firmware/box/mode.h"
+#include "host-tools/view/status_words.h"
 
 namespace compbox::view {
 
@@ -20,29 +20,9 @@ namespace {
 
 using labels = std::vector<std::pair<const char *, std::string>>;
 
-struct code {
-    int number;
-    const char *word;
-};
-
-constexpr code modes[] = {
-#define CB_X(name, value, text) {value, text},
-    CB_MODES(CB_X)
-#undef CB_X
-};
-
-constexpr code reasons[] = {
-#define CB_X(name, value, text) {value, text},
-    CB_REASONS(CB_X)
-#undef CB_X
-};
-
-// out: the number of a word, or null
-template <std::size_t Count>
-json number_of(const code (&codes)[Count], const json &word) {
-    const auto found = std::find_if(std::begin(codes), std::end(codes),
-                                    [&word](const code &one) { return word == one.word; });
-    return found == std::end(codes) ? json() : json(found->number);
+// out: a number, or null
+json json_of(const std::optional<int> &number) {
+    return number ? json(*number) : json();
 }
 
 // The text, family by family.
@@ -109,9 +89,9 @@ json scaled(const json &value, double factor) {
 
 void put_state(writer &out, const json &snapshot) {
     out.family("mode", "gauge", "0 STANDBY, 1 ACTIVE, 2 HOLD, 3 RAMP, 4 FAULT, 5 STOPPED");
-    out.sample(number_of(modes, snapshot.at("mode")));
+    out.sample(json_of(mode_number(snapshot.at("mode").get<std::string>())));
     out.family("reason", "gauge", "The number of the reason, as in the status register");
-    out.sample(number_of(reasons, snapshot.at("reason")));
+    out.sample(json_of(reason_number(snapshot.at("reason").get<std::string>())));
     out.family("file", "info", "The coefficient file that runs, and the version of compboxd");
     out.sample(1, {{"revision", text_of(member(snapshot, "revision"))},
                    {"crc", text_of(member(snapshot, "crc"))},

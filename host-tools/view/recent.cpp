@@ -10,8 +10,6 @@ namespace compbox::view {
 
 namespace {
 
-constexpr float none = std::numeric_limits<float>::quiet_NaN();
-
 // out: a word of the snapshot, no longer than a real one
 std::string word_of(const json &snapshot, const char *key) {
     return snapshot.at(key).get<std::string>().substr(0, 200);
@@ -30,7 +28,7 @@ void recent_values::set(const column_key &key, const json &from, const char *mem
     auto at = series_.find(key);
     if (at == series_.end()) {
         if (series_.size() >= recent_most_columns) return;
-        at = series_.emplace(key, series{std::vector<float>(recent_rows, none), 0}).first;
+        at = series_.emplace(key, series{std::vector<float>(recent_rows, no_value), 0}).first;
     }
     at->second.values[count_ % recent_rows] = value->get<float>();
     at->second.last_row = count_;
@@ -68,7 +66,7 @@ void recent_values::add(double unix_s, const json &snapshot) {
     }
     if (snapshot.is_null() && (count_ == 0 || mode_[last].empty())) return;
     const std::size_t row = count_ % recent_rows;
-    for (auto &one : series_) one.second.values[row] = none;
+    for (auto &one : series_) one.second.values[row] = no_value;
     unix_s_[row] = unix_s;
     mode_[row] = snapshot.is_null() ? "" : word_of(snapshot, "mode");
     reason_[row] = snapshot.is_null() ? "" : word_of(snapshot, "reason");

@@ -2,6 +2,7 @@
 #include "host-tools/view/site.h"
 
 #include <charconv>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "host-tools/view/metrics.h"
@@ -13,6 +14,10 @@ namespace {
 
 // Of all replies that are being sent.
 constexpr std::size_t most_body_bytes = 64u << 20;
+
+// Of the curves of the last hours: kept for some seconds, for so many numbers of hours.
+constexpr double texts_last_s = 5.0;
+constexpr std::size_t most_texts = 8;
 
 // A sentence in place of what was asked for.
 answer sentence(unsigned status, std::string_view text) {
@@ -36,6 +41,13 @@ std::optional<long> whole_argument(const request &to, const char *name, long oth
     return number;
 }
 
+answer kept_json(const body &text) {
+    answer reply;
+    reply.type = "application/json";
+    reply.text = text;
+    return reply;
+}
+
 answer page_answer(const page_file &file, const request &to) {
     answer reply;
     reply.type = std::string(file.type);
@@ -54,6 +66,7 @@ site::site(const site_files &files, access_rule rule)
     : rule_(std::move(rule)),
       snapshot_(files.snapshot),
       events_(files.events),
+      record_(files.record),
       bodies_(most_body_bytes) {}
 
 // out: whether a new snapshot, or the reason why there is none, went to the feed
@@ -85,26 +98,18 @@ bool site::poll_events() {
 
 bool site::poll(double unix_s) {
     const bool live = poll_snapshot(unix_s);
+    record_.poll(unix_s);
     return poll_events() || live;
 }
 
 answer site::json_answer(std::string text) {
-    answer reply;
-    reply.type = "application/json";
-    reply.text = bodies_.keep(std::move(text));
-    if (reply.text == nullptr) {
-        return sentence(503, "Too many slow readers hold replies; try again later.\n");
-    }
-    return reply;
+    const body kept = bodies_.keep(std::move(text));
+    if (kept != nullptr) return kept_json(kept);
+    return sentence(503, "Too many slow readers hold replies; try again later.\n");
 }
 
 answer site::recent() {
-    if (recent_text_ != nullptr) {
-        answer reply = sentence(200, "");
-        reply.type = "application/json";
-        reply.text = recent_text_;
-        return reply;
-    }
+    if (recent_text_ != nullptr) return kept_json(recent_text_);
     const answer reply = json_answer(columns_text(recent_.all()));
     recent_text_ = reply.text;
     return reply;
@@ -114,6 +119,24 @@ answer site::events(const request &to) {
     const auto limit = whole_argument(to, "limit", 200, 1, event_log_lines);
     if (!limit) return sentence(400, "limit is a whole number, 1 to 1000.\n");
     return json_answer(events_.text(static_cast<std::size_t>(*limit)));
+}
+
+answer site::history(const request &to, double unix_s) {
+    const auto hours = whole_argument(to, "hours", 24, 1, history_most_hours);
+    if (!hours) return sentence(400, "hours is a whole number, 1 to 744.\n");
+    auto made = history_texts_.find(*hours);
+    if (made != history_texts_.end() && std::abs(unix_s - made->second.unix_s) < texts_last_s) {
+        return kept_json(made->second.text);
+    }
+    std::set<std::string> terms;
+    if (snapshot_.value().is_object()) {
+        for (const auto &one : snapshot_.value().at("terms")) terms.insert(one.at("name"));
+    }
+    const auto table = record_.values().last(static_cast<unsigned>(*hours), unix_s, terms);
+    const answer reply = json_answer(columns_text(table));
+    if (history_texts_.size() >= most_texts) history_texts_.clear();
+    if (reply.text != nullptr) history_texts_[*hours] = {unix_s, reply.text};
+    return reply;
 }
 
 answer site::metrics(const request &to, double unix_s) {
@@ -126,6 +149,7 @@ answer site::metrics(const request &to, double unix_s) {
 answer site::route(const request &to, double unix_s) {
     if (to.path == "/api/live") return json_answer(snapshot_.live_text(unix_s));
     if (to.path == "/api/recent") return recent();
+    if (to.path == "/api/history") return history(to, unix_s);
     if (to.path == "/api/events") return events(to);
     if (to.path == "/metrics") return metrics(to, unix_s);
     if (to.path == "/api/stream") {

@@ -2,6 +2,7 @@
 // All that compbox-view serves: its files, what it remembers of them, and its routes.
 #pragma once
 
+#include <map>
 #include <string>
 
 #include "host-tools/view/access.h"
@@ -9,6 +10,7 @@
 #include "host-tools/view/event_log.h"
 #include "host-tools/view/feed.h"
 #include "host-tools/view/recent.h"
+#include "host-tools/view/record.h"
 #include "host-tools/view/snapshot.h"
 
 namespace compbox::view {
@@ -38,16 +40,23 @@ class site {
     answer json_answer(std::string text);
     answer recent();
     answer events(const request &to);
+    answer history(const request &to, double unix_s);
     answer metrics(const request &to, double unix_s);
 
     access_rule rule_;
     snapshot_file snapshot_;
     event_log events_;
+    record record_;
     recent_values recent_;
     feed feed_;
     body_store bodies_;
-    body recent_text_;            // null: make it again
-    std::string last_why_ = "-";  // of the newest text in the feed
+    struct made_text {
+        double unix_s;
+        body text;
+    };
+    std::map<long, made_text> history_texts_;  // by hours
+    body recent_text_;                         // null: make it again
+    std::string last_why_ = "-";               // of the newest text in the feed
 };
 
 }  // namespace compbox::view
