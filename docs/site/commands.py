@@ -9,7 +9,7 @@ import re
 import subprocess
 import sys
 
-OTHERS = ("compboxd", "fakeplc", "fakept100", "virtual-laser")
+OTHERS = ("compboxd", "compbox-view", "fakeplc", "fakept100", "virtual-laser")
 HEAD = """# Commands
 
 Each command prints this text with `--help`. `scripts/docs --commands` writes this page from it, and a test

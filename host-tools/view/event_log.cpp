@@ -11,7 +11,7 @@ namespace compbox::view {
 namespace {
 
 constexpr int old_files = 4;
-constexpr std::size_t most_bytes = 2u << 20;  // of one file and one poll; it rotates at 1 MB
+constexpr std::size_t file_bytes = 2u << 20;  // of one file and one poll; it rotates at 1 MB
 
 }  // namespace
 
@@ -30,7 +30,7 @@ bool event_log::add(std::string_view line) {
 void event_log::read_old() {
     for (int n = old_files; n > 0; --n) {
         followed_file old(path_ + "." + std::to_string(n), event_most_bytes);
-        old.poll(most_bytes, {nullptr, [this](std::string_view line) { add(line); }});
+        old.poll(file_bytes, {nullptr, [this](std::string_view line) { add(line); }});
     }
 }
 
@@ -39,7 +39,7 @@ void event_log::poll(const std::function<void(const std::string &)> &fresh) {
     if (!is_read_) read_old();
     const bool reports = is_read_;
     is_read_ = true;
-    file_.poll(most_bytes, {nullptr, [&](std::string_view line) {
+    file_.poll(file_bytes, {nullptr, [&](std::string_view line) {
                                 if (add(line) && reports) fresh(lines_.back());
                             }});
 }

@@ -108,6 +108,7 @@ void put_list(writer &out, const json &list, const char *key, double factor = 1.
     }
 }
 
+// Signals, terms and channels.
 void put_values(writer &out, const json &snapshot) {
     out.family("signal_value", "gauge", "The last accepted value");
     for (const auto &one : snapshot.at("signals")) {

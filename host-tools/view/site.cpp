@@ -121,6 +121,7 @@ answer site::events(const request &to) {
     return json_answer(events_.text(static_cast<std::size_t>(*limit)));
 }
 
+// Makes a text anew only when the one before is some seconds old.
 answer site::history(const request &to, double unix_s) {
     const auto hours = whole_argument(to, "hours", 24, 1, history_most_hours);
     if (!hours) return sentence(400, "hours is a whole number, 1 to 744.\n");

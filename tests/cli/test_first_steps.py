@@ -122,5 +122,5 @@ def test_a_command_that_is_none_and_the_version():
         2, "", "compbox: there is no command 'biuld'; compbox --help lists them\n")
     project = (pathlib.Path(__file__).parents[2] / "CMakeLists.txt").read_text()
     version = re.search(r"^project\(compbox VERSION ([\d.]+)", project, re.M)[1]
-    for name in ("compbox", "compboxd", "fakeplc", "fakept100"):
+    for name in ("compbox", "compbox-view", "compboxd", "fakeplc", "fakept100"):
         assert printed(BIN / name, "--version") == (0, f"{name} {version}\n", "")

@@ -67,7 +67,7 @@ TEST(view_access, a_password_file_is_for_its_owner_and_group) {
     };
     write("secret word\r\nnot this\n", 0640);
     EXPECT_EQ(read_password(path), "secret word");
-    for (const mode_t mode : {0644, 0602, 0601}) {
+    for (const mode_t mode : {0644u, 0602u, 0601u}) {
         write("secret word\n", mode);
         EXPECT_THROW(read_password(path), input_error) << mode;
     }
