@@ -1,4 +1,4 @@
-# Debian packages by CPack: compboxd (daemon) and compbox (host tools), for amd64 by the preset host, for arm64
+# Debian packages by CPack: compboxd (daemon), compbox-view (its page) and compbox (host tools), for amd64 by the preset host, for arm64
 # by arm64-tools. scripts/packages makes and tests them; docs/packages.md.
 include(GNUInstallDirs)
 set(packaging ${CMAKE_SOURCE_DIR}/packaging)
@@ -37,7 +37,8 @@ else()
     add_custom_target(manual VERBATIM
         COMMAND ${make_manual}/compbox 1 $<TARGET_FILE:compbox> $<TARGET_FILE:fakeplc> $<TARGET_FILE:fakept100>
             $<TARGET_FILE:virtual-laser> ${packaging}/compbox-demo
-        COMMAND ${make_manual}/compboxd 8 $<TARGET_FILE:compboxd>)
+        COMMAND ${make_manual}/compboxd 8 $<TARGET_FILE:compboxd>
+        COMMAND ${make_manual}/compbox-view 1 $<TARGET_FILE:compbox-view>)
 endif()
 
 # cb_manual(COMPONENT)
@@ -45,13 +46,33 @@ function(cb_manual component)
     install(DIRECTORY ${manual}/${component}/ DESTINATION share/man COMPONENT ${component})
 endfunction()
 
+# cb_service(PACKAGE): its unit, options, group, and the scripts of its installation
+function(cb_service package)
+    install(FILES ${packaging}/${package}.service DESTINATION /lib/systemd/system COMPONENT ${package})
+    install(FILES ${packaging}/${package}.default DESTINATION /etc/default RENAME ${package} COMPONENT ${package})
+    install(FILES ${packaging}/compbox.sysusers DESTINATION /usr/lib/sysusers.d RENAME ${package}.conf
+        COMPONENT ${package})
+    set(control ${packaging}/debian/${package}/conffiles)
+    foreach(script postinst prerm postrm)
+        set(made ${CMAKE_BINARY_DIR}/packaging/${package}/${script})
+        configure_file(${packaging}/debian/${script} ${made} @ONLY USE_SOURCE_PERMISSIONS)
+        list(APPEND control ${made})
+    endforeach()
+    string(TOUPPER ${package} name)
+    set(CPACK_DEBIAN_${name}_PACKAGE_CONTROL_EXTRA ${control} PARENT_SCOPE)
+endfunction()
+
 install(TARGETS compboxd RUNTIME DESTINATION sbin COMPONENT compboxd)
-install(FILES ${packaging}/compboxd.service DESTINATION /lib/systemd/system COMPONENT compboxd)
-install(FILES ${packaging}/compboxd.default DESTINATION /etc/default RENAME compboxd COMPONENT compboxd)
+cb_service(compboxd)
 install(DIRECTORY DESTINATION /etc/compbox COMPONENT compboxd)
 cb_documents(compboxd docs/compboxd.md docs/coefficient-file.md docs/faults.md)
 cb_manual(compboxd)
-set(CPACK_COMPONENTS_ALL compboxd compbox)
+set(CPACK_COMPONENTS_ALL compboxd compbox-view compbox)
+
+install(TARGETS compbox-view RUNTIME DESTINATION bin COMPONENT compbox-view)
+cb_service(compbox-view)
+cb_documents(compbox-view docs/view.md docs/snapshot.md docs/events.md)
+cb_manual(compbox-view)
 
 install(TARGETS compbox fakeplc fakept100 virtual-laser RUNTIME DESTINATION bin COMPONENT compbox)
 install(PROGRAMS ${packaging}/compbox-demo DESTINATION bin COMPONENT compbox)
@@ -91,8 +112,12 @@ PLC over Modbus.")
 set(CPACK_DEBIAN_COMPBOX_DESCRIPTION "compensation of a machine tool, the tools
 Makes the coefficient file of a compbox from measurements: fits curves,
 identifies volumetric errors, trains thermal models, simulates what comes out.")
-set(CPACK_DEBIAN_COMPBOXD_PACKAGE_CONTROL_EXTRA ${packaging}/debian/conffiles
-    ${packaging}/debian/postinst ${packaging}/debian/prerm ${packaging}/debian/postrm)
+set(CPACK_DEBIAN_COMPBOX-VIEW_PACKAGE_NAME compbox-view)
+set(CPACK_DEBIAN_COMPBOX-VIEW_PACKAGE_SECTION electronics)
+set(CPACK_DEBIAN_COMPBOX-VIEW_DESCRIPTION "compensation of a machine tool, the page
+Serves what compboxd does as a page for browsers, as JSON, and as metrics for
+Prometheus. It reads the files of compboxd and writes nothing.")
+set(CPACK_DEBIAN_COMPBOX-VIEW_PACKAGE_RECOMMENDS "compboxd")
 set(CPACK_DEBIAN_COMPBOXD_PACKAGE_RECOMMENDS "iproute2")
 set(CPACK_DEBIAN_COMPBOX_PACKAGE_RECOMMENDS "gnuplot-nox | gnuplot")
 set(CPACK_DEBIAN_COMPBOX_PACKAGE_SUGGESTS "compboxd") # for compbox-demo

@@ -20,7 +20,8 @@ PACKAGES = ROOT / "build/packages"
 VERSION = re.search(r"project\(compbox VERSION ([\d.]+)", (ROOT / "CMakeLists.txt").read_text())[1]
 DAEMONS = [f"compboxd_{VERSION}-1_amd64.deb", f"compboxd_{VERSION}-1_arm64.deb"]
 TOOLS = [f"compbox_{VERSION}-1_amd64.deb", f"compbox_{VERSION}-1_arm64.deb"]
-ALL = [*DAEMONS, *TOOLS]
+PAGES = [f"compbox-view_{VERSION}-1_amd64.deb", f"compbox-view_{VERSION}-1_arm64.deb"]
+ALL = [*DAEMONS, *TOOLS, *PAGES]
 EMULATED = {"arm64": ["qemu-aarch64", "-L", str(ROOT / "build/debian/sysroot")], "amd64": []}  # with libmodbus
 
 sys.path.insert(0, str(ROOT / "tests/hil"))
@@ -36,6 +37,7 @@ def run(*words, **how):
 # What the programs are linked with, by hand from `readelf -d`; dpkg-shlibdeps says it too, for arm64 by a database
 # that scripts/arm64-sysroot makes.
 NEEDED = {"compboxd": ["libc6", "libmodbus5", "zlib1g"],
+          "compbox-view": ["libc6", "libfmt9", "libmicrohttpd12", "libstdc++6", "libgcc-s1", "zlib1g"],
           "compbox": ["libc6", "libmodbus5", "libstdc++6", "libgcc-s1", "libgoogle-glog0v6", "libcholmod3",
                       "libcxsparse3", "liblapack3", "liblapack.so.3"]}
 BLAS = re.compile("atlas|blas|lapack")
@@ -91,7 +93,7 @@ def contents(package, folder):
 
 
 def test_both_architectures_have_the_same_files(tmp_path):
-    for amd64, arm64 in (DAEMONS, TOOLS):
+    for amd64, arm64 in (DAEMONS, TOOLS, PAGES):
         here, there = contents(amd64, tmp_path / amd64), contents(arm64, tmp_path / arm64)
         assert here == there
         for page in (name for name in here if name.startswith("usr/share/")):
@@ -101,11 +103,11 @@ def test_both_architectures_have_the_same_files(tmp_path):
 
 def test_packing_again_gives_the_same_bytes(tmp_path):
     run("cpack", "--config", "CPackConfig.cmake", "-B", tmp_path, cwd=ROOT / "build/host")
-    for package in (DAEMONS[0], TOOLS[0]):
+    for package in (DAEMONS[0], TOOLS[0], PAGES[0]):
         assert (tmp_path / package).read_bytes() == (PACKAGES / package).read_bytes()
 
 
-@pytest.mark.parametrize("package", [DAEMONS[0], TOOLS[0]])
+@pytest.mark.parametrize("package", [DAEMONS[0], TOOLS[0], PAGES[0]])
 def test_every_program_and_command_has_a_good_man_page(package, tmp_path):
     contents(package, tmp_path)
     programs = [*tmp_path.glob("usr/bin/*"), *tmp_path.glob("usr/sbin/*")]
@@ -134,7 +136,7 @@ MINIMAL = ["bash", "env", "awk", "cat", "cp", "mkdir", "mkfifo", "rm", "sed", "s
 
 @pytest.mark.parametrize("draws", [False, True], ids=["without gnuplot", "with gnuplot"])
 def test_the_demo_runs_from_the_packages(tmp_path, draws):
-    for package in (DAEMONS[0], TOOLS[0]):
+    for package in (DAEMONS[0], TOOLS[0], PAGES[0]):
         contents(package, tmp_path / "root")
     (tmp_path / "bin").mkdir()
     for name in MINIMAL + ["gnuplot"] * draws:
