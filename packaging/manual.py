@@ -24,7 +24,8 @@ LISTS = ("Positionals", "Options", "Subcommands", "Files")
 ENDED = (*LISTS, "Examples")  # an indented section ends before a line that is not indented
 TITLES = {"": "DESCRIPTION", "Positionals": "ARGUMENTS", "Options": "OPTIONS", "Subcommands": "COMMANDS",
           "Exit codes": "EXIT STATUS", "Examples": "EXAMPLES", "Files": "FILES"}  # in the order of a page
-EVERY = {"compbox": 1, "compbox-demo": 1, "compbox-view": 1, "compboxd": 8, "fakeplc": 1, "fakept100": 1, "virtual-laser": 1}
+EVERY = {"compbox": 1, "compbox-demo": 1, "compbox-view": 1, "compboxd": 8, "fakeplc": 1, "fakept100": 1,
+         "virtual-laser": 1}
 ASKED = {"-h,--help": "Print the help and exit", "--version": "Print the version and exit"}
 
 
