@@ -14,7 +14,7 @@ namespace compbox::view {
 
 // The longest interval between two snapshots is 1 s.
 constexpr double snapshot_stale_s = 3.0;
-constexpr std::size_t snapshot_most_bytes = 1u << 18;  // the largest box has 60 kB
+constexpr std::size_t snapshot_most_bytes = 1u << 18;  // compboxd writes 128 kB at most
 
 class snapshot_file {
   public:
