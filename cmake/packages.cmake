@@ -120,7 +120,7 @@ Prometheus. It reads the files of compboxd and writes nothing.")
 set(CPACK_DEBIAN_COMPBOX-VIEW_PACKAGE_RECOMMENDS "compboxd")
 set(CPACK_DEBIAN_COMPBOXD_PACKAGE_RECOMMENDS "iproute2")
 set(CPACK_DEBIAN_COMPBOX_PACKAGE_RECOMMENDS "gnuplot-nox | gnuplot")
-set(CPACK_DEBIAN_COMPBOX_PACKAGE_SUGGESTS "compboxd") # for compbox-demo
+set(CPACK_DEBIAN_COMPBOX_PACKAGE_SUGGESTS "compboxd, compbox-view") # for compbox-demo
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 if(CMAKE_SYSROOT) # whose libraries are in packages that the host's dpkg does not know
     set(CPACK_DEBIAN_PACKAGE_ARCHITECTURE arm64)
