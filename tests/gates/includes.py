@@ -50,8 +50,10 @@ host-tools/commission     : models base wire config json signals terms box load 
 host-tools/simulation     : models base wire config json signals terms box load hal formats command_line algebra \
     metrology identification fitting twin fakeplc coefficients
 host-tools/view           : models base wire config signals terms box formats command_line
+host-tools/watch          : formats command_line view
 host-tools/compbox        : models base wire config json signals terms box load hal formats command_line algebra \
-    metrology identification fitting test_report training twin fakeplc coefficients export plc commission simulation
+    metrology identification fitting test_report training twin fakeplc coefficients export plc commission simulation \
+    watch
 """
 FREESTANDING = ["<float.h>", "<limits.h>", "<stdarg.h>", "<stdbool.h>", "<stddef.h>", "<stdint.h>",
                 "<string.h>"]  # string.h: memcpy, memset, memcmp, which the compiler itself emits
