@@ -8,10 +8,12 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <ostream>
 
 #include "host-tools/command_line/command_line.h"
 #include "host-tools/formats/error.h"
+#include "host-tools/uplink/options.h"
 #include "host-tools/view/server.h"
 #include "host-tools/view/site.h"
 
@@ -38,7 +40,8 @@ int stop_descriptor() {
 }
 
 // Serves until SIGTERM or SIGINT. All work is on this thread, in short pieces.
-void serve(site &from, server &to) {
+// in : plant: null: none
+void serve(site &from, server &to, uplink::uplink *plant, std::ostream &log) {
     pollfd set[2] = {{to.descriptor(), POLLIN, 0}, {stop_descriptor(), POLLIN, 0}};
     std::int64_t poll_due = now_ms(), beat_due = poll_due + beat_ms;
     while (set[1].revents == 0) {
@@ -54,12 +57,19 @@ void serve(site &from, server &to) {
             beat_due = now + beat_ms;
         }
         if (from.poll(unix_now_s()) || beats) to.wake();
+        if (plant == nullptr) continue;
+        const double unix_s = unix_now_s();
+        plant->take(from.box().value(), from.box().why_not(unix_s), unix_s,
+                    1e-3 * static_cast<double>(now));
+        const std::string news = plant->news(1e-3 * static_cast<double>(now));
+        if (!news.empty()) log << "compbox-view: " << news << std::endl;
     }
     ::close(set[1].fd);
 }
 
 struct options {
     site_files files;
+    uplink::options plant;
     std::string listen = "127.0.0.1:8090", password_file;
 };
 
@@ -87,6 +97,7 @@ void add_options(cli::command &app, options &chosen) {
         });
     app.add_option("--password-file F", chosen.password_file,
                    "Its first line is the password of the user compbox; no other user may read it");
+    uplink::add_options(app, chosen.plant);
     app.footer(
         "Example:\n"
         "  compboxd --config coefficients.json --snapshot box.json --events events.jsonl\n"
@@ -98,8 +109,11 @@ void run(const options &chosen, const cli::streams &io) {
     const auto address = *listen_address::parse(chosen.listen);
     site from(chosen.files, rule_of(chosen, address));
     server to(address, from);
+    std::optional<uplink::uplink> plant;
+    if (const auto settings = uplink::settings_of(chosen.plant)) plant.emplace(*settings);
+    if (plant) from.on_event = [&](const std::string &line) { plant->add_event(line); };
     io.out << "compbox-view: listening on " << to.url() << std::endl;
-    serve(from, to);
+    serve(from, to, plant ? &*plant : nullptr, io.err);
 }
 
 }  // namespace

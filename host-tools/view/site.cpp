@@ -91,6 +91,7 @@ bool site::poll_events() {
     bool news = false;
     events_.poll([&](const std::string &event) {
         feed_.add_event(event);
+        if (on_event) on_event(event);
         news = true;
     });
     return news;

@@ -2,6 +2,7 @@
 // All that compbox-view serves: its files, what it remembers of them, and its routes.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
 
@@ -32,6 +33,8 @@ class site {
     answer reply(const request &to, double unix_s);
 
     feed &news() { return feed_; }
+    const snapshot_file &box() const { return snapshot_; }
+    std::function<void(const std::string &)> on_event;  // a line of JSON, as it comes
 
   private:
     bool poll_snapshot(double unix_s);

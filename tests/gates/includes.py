@@ -49,7 +49,8 @@ host-tools/plc            : formats fakeplc
 host-tools/commission     : models base wire config json signals terms box load hal hal/linux formats command_line plc
 host-tools/simulation     : models base wire config json signals terms box load hal formats command_line algebra \
     metrology identification fitting twin fakeplc coefficients
-host-tools/view           : models base wire config signals terms box formats command_line
+host-tools/uplink         : formats command_line
+host-tools/view           : models base wire config signals terms box formats command_line uplink
 host-tools/watch          : formats command_line view
 host-tools/compbox        : models base wire config json signals terms box load hal formats command_line algebra \
     metrology identification fitting test_report training twin fakeplc coefficients export plc commission simulation \
@@ -66,7 +67,7 @@ LIGHT = {"host-tools/command_line/*.h": ["<%s>" % name for name in (
     "utility", "vector")]}
 # Libraries that one folder alone sees, behind a narrow header of its own.
 ALONE = {"<CLI/*": "host-tools/command_line/*", "<ceres/*": "host-tools/training/ceres/*",
-         "<modbus*": "*/libmodbus.c*", "<microhttpd*": "host-tools/view/server.cpp"}
+         "<modbus*": "*/libmodbus.c*", "<mosquitto*": "host-tools/uplink/broker.cpp", "<microhttpd*": "host-tools/view/server.cpp"}
 FOLDERS = ["models", "firmware", "hal", "host-tools"]
 SUFFIXES = {".c", ".h", ".cpp", ".hpp", ".inl", ".inc", ".S"}
 INCLUDE = re.compile(r'^\s*#\s*(?:include|import)\s*(<[^>]*>|"[^"]*"|\S+)')
