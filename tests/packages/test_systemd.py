@@ -80,6 +80,32 @@ def test_it_starts_and_compensates(plc, box):
     assert "ACTIVE" in box.run("until systemctl status compboxd | grep Status: | grep ACTIVE; do sleep 1; done", 60)
 
 
+# a script of the guest, which has no curl
+GET = (r"""printf '%s\n' 'exec 3<>/dev/tcp/127.0.0.1/8090' """
+       r"""'printf "GET $1 HTTP/1.0\r\nHost: localhost\r\n\r\n" >&3' 'cat <&3' >/root/get""")
+
+
+def test_the_page_reads_what_the_daemon_writes_and_may_do_nothing_else(box):
+    out = box.run(f"dpkg -i /mnt/compbox-view_{VERSION}-1_arm64.deb 2>&1", 90)
+    assert "Setting up compbox-view" in out and box.run("systemctl is-enabled compbox-view") == "enabled\n"
+    box.run(GET)
+    box.run("until bash /root/get /metrics | grep '^compbox_mode 1'; do sleep 1; done", 60)
+    assert '"mode":"ACTIVE"' in box.run("bash /root/get /api/events", 20)
+    page = box.run("systemctl show compbox-view -p MainPID --value").strip()
+    status = box.run(f"grep -E '^(Uid|Groups|CapEff|CapBnd|NoNewPrivs)' /proc/{page}/status")
+    values = dict(line.split(":", 1) for line in status.splitlines() if ":" in line)
+    group = box.run("getent group compbox").split(":")[2]
+    assert group in values["Groups"].split()
+    assert values["Uid"].split()[0] not in box.run(f"grep ^Uid /proc/{box.pid()}/status").split()
+    assert int(values["CapEff"], 16) == int(values["CapBnd"], 16) == 0 and values["NoNewPrivs"].strip() == "1"
+    for place in ("/etc", "/run/compboxd", "/var/lib/compboxd", "/var/lib"):
+        assert "Read-only" in box.run(f"nsenter -m -t {page} touch {place}/mark 2>&1 || true"), place
+    printed = box.run("systemd-analyze security compbox-view --no-pager", 60)
+    exposure = float(re.search(r"Overall exposure level for compbox-view.service: ([\d.]+)", printed)[1])
+    note("`systemd-analyze security compbox-view`, exposure of 10", exposure)
+    assert exposure <= 2.0
+
+
 def test_it_is_nobody_with_two_capabilities(box):
     status = dict(line.split(":", 1) for line in box.run(f"cat /proc/{box.pid()}/status").splitlines() if ":" in line)
     users = {int(user) for user in status["Uid"].split()}
@@ -177,7 +203,7 @@ def test_a_bad_file_is_reported_and_a_good_one_starts_it(plc, box):
 
 
 def test_removing_stops_it_with_the_outputs_at_zero(plc, box):
-    box.run("dpkg -r compboxd compbox 2>&1", 90)
+    box.run("dpkg -r compboxd compbox compbox-view 2>&1", 90)
     status = plc.wait(lambda s: s["mode"] == "5")
     assert float(status["applied_Z"]) == 0
     assert box.unit("ActiveState", "LoadState") == ["inactive", "not-found"]
@@ -188,7 +214,7 @@ def test_removing_stops_it_with_the_outputs_at_zero(plc, box):
 
 def test_a_purge_leaves_the_measurements_alone(box):
     assert box.run("ls -d /var/lib/private/compboxd") != ""
-    box.run("dpkg -P compboxd compbox 2>&1", 90)
+    box.run("dpkg -P compboxd compbox compbox-view 2>&1", 90)
     left = box.run("find / -xdev -name '*compbox*' -not -path '/var/log/*' -not -path '/root/*'").split()
     assert left == ["/etc/compbox"]
     assert json.loads(box.run("cat /etc/compbox/coefficients.json"))["revision"] == 2
