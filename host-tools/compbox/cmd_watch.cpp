@@ -11,10 +11,9 @@ namespace compbox {
 
 namespace {
 
-constexpr const char *example = R"(Example, at the cabinet or over ssh:
-  compbox watch
+constexpr const char *example = R"(Example:
   compbox watch --snapshot box.json --events events.jsonl
-Ctrl-C ends it.)";
+At the cabinet or over ssh no option is needed. Ctrl-C ends it.)";
 
 struct watch_arguments {
     watch::watched_files files = {"/run/compboxd/snapshot.json", "/var/lib/compboxd/events.jsonl"};

@@ -70,6 +70,7 @@ void check_together(const options &chosen, const address &to) {
 
 }  // namespace
 
+// Sets `chosen` when the program parses.
 void add_options(cli::command &app, options &chosen) {
     app.add_option("--mqtt HOST:PORT", chosen.broker,
                    "Also publish state, values and events to this MQTT broker (port 1883, with "

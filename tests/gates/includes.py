@@ -67,7 +67,8 @@ LIGHT = {"host-tools/command_line/*.h": ["<%s>" % name for name in (
     "utility", "vector")]}
 # Libraries that one folder alone sees, behind a narrow header of its own.
 ALONE = {"<CLI/*": "host-tools/command_line/*", "<ceres/*": "host-tools/training/ceres/*",
-         "<modbus*": "*/libmodbus.c*", "<mosquitto*": "host-tools/uplink/broker.cpp", "<microhttpd*": "host-tools/view/server.cpp"}
+         "<modbus*": "*/libmodbus.c*", "<mosquitto*": "host-tools/uplink/broker.cpp",
+         "<microhttpd*": "host-tools/view/server.cpp"}
 FOLDERS = ["models", "firmware", "hal", "host-tools"]
 SUFFIXES = {".c", ".h", ".cpp", ".hpp", ".inl", ".inc", ".S"}
 INCLUDE = re.compile(r'^\s*#\s*(?:include|import)\s*(<[^>]*>|"[^"]*"|\S+)')

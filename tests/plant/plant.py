@@ -132,9 +132,9 @@ def running_box(folder):
 @contextlib.contextmanager
 def view(folder, *arguments):
     """compbox-view at a free port; out: its process"""
-    process = subprocess.Popen([BIN / "compbox-view", "--snapshot", "snapshot.json", "--events", "events.jsonl", "--listen",
-                                "127.0.0.1:0", *map(str, arguments)], cwd=folder, stdout=subprocess.PIPE,
-                               stderr=subprocess.PIPE, text=True)
+    words = [BIN / "compbox-view", "--snapshot", "snapshot.json", "--events", "events.jsonl", "--listen", "127.0.0.1:0",
+             *map(str, arguments)]
+    process = subprocess.Popen(words, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         yield process
     finally:

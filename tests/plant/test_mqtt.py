@@ -35,7 +35,7 @@ def test_the_plant_gets_state_values_and_events(tmp_path):
             plc.command("freeze heartbeat 1")
             lost = wait_for(lambda: [s for s in plant.json("plant/lathe-3/state") if s.get("mode") in ("HOLD", "RAMP")])
             assert lost[0]["reason"] == "the PLC's heartbeat does not change"
-            wait_for(lambda: any(e["kind"] == "mode" and e["mode"] == "HOLD" for e in plant.json("plant/lathe-3/events")))
+            wait_for(lambda: any(e["mode"] == "HOLD" for e in modes_of(plant.json("plant/lathe-3/events"))))
         wait_for(lambda: plant.last("plant/lathe-3/online") == "0")
 
 

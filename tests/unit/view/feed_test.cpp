@@ -78,7 +78,7 @@ TEST(view_page, each_file_is_found_by_its_name) {
     ASSERT_NE(find_page("/"), nullptr);
     EXPECT_EQ(find_page("/"), find_page("/index.html"));
     EXPECT_EQ(find_page("/")->type, "text/html; charset=utf-8");
-    EXPECT_EQ(find_page("/")->content.substr(0, 15), "<!doctype html>");
+    EXPECT_EQ(find_page("/")->content.substr(0, 15), "<!DOCTYPE html>");
     for (unsigned i = 0; i < page_files_count; ++i) {
         EXPECT_EQ(find_page("/" + std::string(page_files[i].name)), &page_files[i]);
     }
