@@ -357,15 +357,27 @@ static bool is_own(const struct cb_config *config, const struct cb_channel_state
     return um >= low_um - slack_um && um <= high_um + slack_um;
 }
 
-/* out: as is_own(); for a channel of a pair only if both are. By (B) both are then within 2Ps of
- *      the last outputs sent, which bounds their difference. */
+/* out: true if the start values of a pair are further apart than permitted, but not those sent
+ *      last: another client wrote one of the two. Both outputs are within 2Ps of what the PLC may
+ *      hold (B), so neither moves by more when they are forced together. */
+static bool is_torn_apart(const struct cb_pair_config *pair,
+                          const struct cb_channel_state *channels, const struct cb_start *start) {
+    const float most = pair->max_difference_um;
+    return apart(start[pair->a].um, start[pair->b].um, most) &&
+           !apart(channels[pair->a].sent_um, channels[pair->b].sent_um, most);
+}
+
+/* out: as is_own(); for a channel of a pair only if both are, and one request may have written
+ *      them */
 static bool pair_is_own(const struct cb_config *config, const struct cb_channel_state *channels,
                         const struct cb_start *start, unsigned index) {
     if (!is_own(config, channels, start, index)) return false;
     for (unsigned i = 0; i < config->pairs_count; ++i) {
-        const unsigned a = config->pairs[i].a, b = config->pairs[i].b;
-        const unsigned other = a == index ? b : a;
-        if ((a == index || b == index) && !is_own(config, channels, start, other)) return false;
+        const struct cb_pair_config *pair = &config->pairs[i];
+        const unsigned other = pair->a == index ? pair->b : pair->a;
+        if (pair->a != index && pair->b != index) continue;
+        if (!is_own(config, channels, start, other) || is_torn_apart(pair, channels, start))
+            return false;
     }
     return true;
 }

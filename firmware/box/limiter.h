@@ -68,7 +68,8 @@ struct cb_start {
 
 /* Sets the outputs to the PLC's values. in: start[channels] A value that the box itself may have
  * written is kept, even outside of the present limits: it moves inside at the slew rate. Any other
- * value is forced into the limits of channels and pairs. */
+ * value is forced into the limits of channels and pairs; so is a pair of which another client wrote
+ * one value, so that only their difference is not the box's. */
 void cb_limiter_place(const struct cb_config *config, struct cb_channel_state *channels,
                       const struct cb_start *start);
 

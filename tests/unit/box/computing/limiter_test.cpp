@@ -412,6 +412,22 @@ TEST(limiter, an_infinite_or_huge_reading_is_never_taken_for_the_boxs_own) {
     }
 }
 
+// Another client zeroes one motor while the box is out of reach: each value may be one of the
+// box's, but no write had both.
+TEST(limiter, two_own_values_further_apart_than_the_pair_are_forced_together) {
+    limiter_rig rig(pair_of(500, 500));
+    for (int i = 0; i < 3; ++i) {
+        rig.step({0, 45}, period_s);
+        rig.result(CB_TRANSFER_OK);
+    }
+    rig.step({10, 60}, period_s);
+    rig.result(CB_TRANSFER_UNKNOWN);
+    const cb_start start[2] = {{0, true}, {60, true}};
+    cb_limiter_place(&rig.config(), rig.states.data(), start);
+    EXPECT_FLOAT_EQ(static_cast<float>(rig.output(0)), 5);
+    EXPECT_FLOAT_EQ(static_cast<float>(rig.output(1)), 55);
+}
+
 TEST(limiter, place_forces_anything_into_the_limits) {
     limiter_rig rig(pair_of(500, 500));
     rig.states[0].carry_um = 0.009f;
