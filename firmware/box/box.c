@@ -174,6 +174,7 @@ static void find_plc(struct cb_box *box, const struct cb_inputs *in, struct step
     plc->contact = CB_CONTACT_KNOWN;
     plc->silent = in->held == CB_TRANSFER_REFUSED;
     plc->unconfirmed_us = plc->read_back_us = 0;
+    plc->unread = 0;
     plc->confirmed = plc->went_back = false;
     step->placed = true;
 }
@@ -193,9 +194,10 @@ static void look_back(struct cb_box *box, const struct cb_inputs *in, const stru
     plc->read_back_us = cb_add_us(plc->read_back_us, step->elapsed_us);
     if (plc->contact != CB_CONTACT_KNOWN || in->held == CB_TRANSFER_NONE) return;
     plc->read_back_us = 0;
-    plc->silent = in->held != CB_TRANSFER_OK;
+    plc->unread = in->held == CB_TRANSFER_OK ? 0 : (uint8_t)(plc->unread + 1);
+    plc->silent = in->held == CB_TRANSFER_REFUSED || plc->unread >= CB_READ_BACK_TRIES;
     box->foreign.channel = CB_NONE;
-    if (plc->silent || in->last_write != CB_TRANSFER_OK) return;
+    if (in->held != CB_TRANSFER_OK || in->last_write != CB_TRANSFER_OK) return;
     for (unsigned i = 0; i < cb_all_channels(&box->config); ++i) {
         const struct cb_channel_config *channel = &box->config.channels[i];
         const float held_um = cb_channel_decode(channel, in->held_registers + channel->reg);

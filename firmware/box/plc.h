@@ -43,6 +43,7 @@ enum {
     CB_READ_PERIODS = 3,       /* maximum age of a reading */
     CB_REFUSED_US = 3000000,   /* time of refused writes that is a fault */
     CB_READ_BACK_US = 1000000, /* interval of read-backs, if the exchange has time */
+    CB_READ_BACK_TRIES = 3,    /* successive ones without a reply, each of which costs a write */
 };
 
 struct cb_plc_state {
@@ -58,6 +59,7 @@ struct cb_plc_state {
     bool beat;               /* plc_heartbeat was read, in any reading */
     bool went_back;          /* the heartbeat is behind the last one before contact was lost: the
                                 PLC has restarted, and its offset begins at zero */
+    uint8_t unread;          /* successive read-backs without a reply */
     bool silent;             /* it does not return its write block: no more read-backs */
     bool readable;           /* there was a good reading since start or clock jump */
     bool beating;            /* the heartbeat changed since start or clock jump */

@@ -329,8 +329,35 @@ TEST(box_applied, what_another_client_left_in_a_register_is_counted_and_named) {
     EXPECT_EQ(rig.box->foreign.value_um, 10000.0f);
     EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
     EXPECT_DOUBLE_EQ(rig.written(4), -40);
+}
+
+// One reply that is lost does not end the watch; a PLC that never answers costs three writes.
+TEST(box_applied, read_backs_end_with_the_third_in_a_row_that_has_no_reply) {
+    box_rig rig(simple());
+    rig.position(8, 400);
+    const auto read_back = [&rig](cb_transfer result) {
+        rig.steps(40);
+        const bool wanted = cb_box_wants_held(rig.box.get()) == CB_WANT_IF_ROOM;
+        rig.in.held = result;
+        rig.step();
+        rig.in.held = CB_TRANSFER_NONE;
+        return wanted;
+    };
+    for (int i = 0; i < 5; ++i) {
+        EXPECT_TRUE(read_back(CB_TRANSFER_UNKNOWN));
+        EXPECT_TRUE(read_back(CB_TRANSFER_FAILED));
+        EXPECT_TRUE(read_back(CB_TRANSFER_OK));
+    }
+    for (int i = 0; i < 3; ++i) EXPECT_TRUE(read_back(CB_TRANSFER_UNKNOWN));
+    rig.steps(200);
+    EXPECT_EQ(cb_box_wants_held(rig.box.get()), CB_WANT_NOTHING);
+}
+
+TEST(box_applied, a_refused_read_back_is_the_last_one) {
+    box_rig rig(simple());
+    rig.position(8, 400);
     rig.steps(40);
-    rig.in.held = CB_TRANSFER_UNKNOWN;  // it costs the write of a cycle: one read-back
+    rig.in.held = CB_TRANSFER_REFUSED;
     rig.step();
     rig.steps(200);
     EXPECT_EQ(cb_box_wants_held(rig.box.get()), CB_WANT_NOTHING);
