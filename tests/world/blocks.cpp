@@ -45,6 +45,11 @@ written_block block_of(const machine &of, const exchange &seen) {
             tangent ? of.channels[c].sign * tangent->slope_scale *
                           number_in(tangent->slope_format, tangent->slope_address, words, start)
                     : 0.0);
+        block.reference_mm.push_back(
+            tangent
+                ? tangent->reference_scale_mm *
+                      number_in(tangent->reference_format, tangent->reference_address, words, start)
+                : 0.0);
     }
     return block;
 }

@@ -43,8 +43,9 @@ struct written_block {
     unsigned mode = 0, reason = 0, detail = 0;
     std::uint16_t heartbeat = 0;
     bool counters_agree = true;
-    std::vector<double> um;     // of each channel, as the tool moves
-    std::vector<double> slope;  // of each channel, mm/mm; 0 without a tangent
+    std::vector<double> um;            // of each channel, as the tool moves
+    std::vector<double> slope;         // of each channel, mm/mm; 0 without a tangent
+    std::vector<double> reference_mm;  // of each channel, where its slope begins; 0 without
     bool is_zero() const;
 };
 // in : an exchange that writes

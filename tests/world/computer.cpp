@@ -139,6 +139,11 @@ void computer::write_log(const char *bytes, std::size_t count) {
     }
 }
 
+void computer::read_log(bool on) {
+    log_is_read_ = on;
+    if (process_ != nullptr) changed();
+}
+
 void *computer::argument_of(const std::string &thread_name) const {
     for (const auto &one : time.threads()) {
         if (one->name == thread_name) return one->argument;

@@ -125,6 +125,8 @@ class computer {
     // In a thread: sleeps; by a clock that stands still in a suspend, or not.
     void sleep_until(time_ns until, bool monotonic);
     void write_log(const char *bytes, std::size_t count);
+    void read_log(bool on);  // off: its pipe is full
+    bool log_is_read() const { return log_is_read_; }
     // out: the argument of the thread with this name, as of compboxd-loop; nullptr: none
     void *argument_of(const std::string &thread_name) const;
     std::map<std::string, std::string> environment;  // of the next start
@@ -146,6 +148,7 @@ class computer {
     std::unique_ptr<process> process_;
     time_ns booted_ns_ = 0, suspended_ns_ = 0, suspended_until_ = 0, wall_offset_ns_ = 0;
     std::string boot_id_, line_;
+    bool log_is_read_ = true;
     bool dies_ = false;
 };
 

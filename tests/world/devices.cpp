@@ -22,8 +22,10 @@ class terminal : public open_file {
         path = fd == 2 ? "stderr" : fd == 1 ? "stdout" : "stdin";
     }
     long read(void *, std::size_t) override { return 0; }
+    short ready() const override { return of_.log_is_read() ? POLLIN | POLLOUT : POLLIN; }
     long write(const void *from, std::size_t count) override {
         if (!writes_) return -EBADF;
+        while (!of_.log_is_read()) of_.wait_for_change(never);
         of_.write_log(static_cast<const char *>(from), count);
         return static_cast<long>(count);
     }

@@ -28,6 +28,13 @@ fault_set every_kind() {
     return kinds;
 }
 
+fault_set few_kinds(dice &chance) {
+    fault_set kinds;
+    for (std::uint64_t i = 0, count = 1 + chance.below(3); i < count; ++i)
+        kinds.insert(static_cast<fault_kind>(chance.below(fault_kinds)));
+    return kinds;
+}
+
 // Throws std::invalid_argument for another name.
 fault_kind kind_of(const std::string &name) {
     const auto found = std::find(names.begin(), names.end(), name);
@@ -82,6 +89,7 @@ fault_set swarm_of(std::uint64_t seed) {
     const std::uint64_t drawn = chance.below(20);
     if (drawn == 0) return {};
     if (drawn == 1) return every_kind();
+    if (drawn < 8) return few_kinds(chance);
     const double share = chance.log_between(0.04, 0.6);
     fault_set kinds;
     for (const fault_kind kind : every_kind()) {
@@ -151,6 +159,8 @@ void fault_injector::begin() {
     plan_stalls();
     plan_clock();
     plan_memory();
+    plan_reader();
+    plan_links();
     plan_files();
     plan_disk();
     plan_slowness();
@@ -224,8 +234,11 @@ segment_fate fault_injector::at_connect() {
 
 reply_fate fault_injector::at_request(const fakeplc::byte_string &request) {
     reply_fate fate;
-    fate.lost = due(lost_replies_);
+    const bool mute = of_.time.now() < mute_until_ && request[0] != 3;
+    fate.lost = due(lost_replies_) || mute;
+    fate.ignored = active_ && of_.time.now() < silent_until_;
     fate.twice = due(twice_);
+    if (due(strays_)) fate.stray = static_cast<stray_reply>(1 + chance(fault_kind::stray).below(4));
     fate.torn = due(torn_readings_);
     if (due(exceptions_))
         fate.exception = static_cast<int>(1 + chance(fault_kind::exception).below(11));

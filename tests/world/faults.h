@@ -54,7 +54,10 @@ class run;
     X(line, "serial lines lose bytes, flip bits, pause, are unplugged")        \
     X(can, "CAN goes down, off the bus, away; nodes fall silent, boot again")  \
     X(boundary, "long uptimes, counters about to wrap")                        \
-    X(slow, "a PLC whose replies take most of a period")
+    X(slow, "a PLC whose replies take most of a period")                       \
+    X(stray, "replies of another unit, function or length")                    \
+    X(reader, "the reader of the log stops reading")                           \
+    X(links, "symbolic links in the place of outputs and of their new files")
 
 enum class fault_kind {
 #define X(name, words) name,
@@ -75,7 +78,9 @@ fault_limits fault_limits_of(const std::string &text);
 std::string name_of(fault_kind kind);
 std::string text_of(const fault_set &kinds, const fault_limits &most = {});
 
-// out: the kinds of a seed: of most seeds a few, of some all, of some none
+// out: the kinds of a seed: some or many of them, of one seed in three one to three, of some all,
+// of
+//      some none. With few kinds most invariants are judged at their sharpest.
 fault_set swarm_of(std::uint64_t seed);
 
 class fault_injector : public call_faults,
@@ -135,10 +140,13 @@ class fault_injector : public call_faults,
     void lie_about(const fakeplc::shown_signal &signal);
     void lie_on(const fakeplc::shown_signal &signal, int way, double value, time_ns until);
     void lie_about_applied(dice &drawn);
+    void write_again_and_again(dice &drawn);
+    void write_each(time_ns pause, time_ns until, int at, const std::vector<std::uint16_t> &words);
     void show_applied(const fakeplc::taken_channel &channel,
                       const std::vector<std::uint16_t> &words, time_ns lasts);
     void flicker(int at, const std::vector<std::uint16_t> &words, time_ns until);
     void meddle_before_start();
+    void hide_block();
     void plan_slowness();
     void heal_plc();
 
@@ -146,6 +154,9 @@ class fault_injector : public call_faults,
     void plan_stalls();
     void plan_clock();
     void plan_memory();
+    void plan_reader();
+    void withdraw_permission(dice &drawn);
+    void jump_before_start();
     void die_if_due(std::int64_t &left);
     void die();
     void refuse_call(const call_site &site, call_fate &fate);
@@ -153,6 +164,8 @@ class fault_injector : public call_faults,
 
     void plan_files();  // faults_files.cpp
     void plan_disk();
+    void plan_links();
+    void remove_link(const std::string &path);
     void put_another_file();
     void put_hostile_file();
     void replace_later(time_ns pause, const std::string &text);
@@ -175,12 +188,15 @@ class fault_injector : public call_faults,
         resets_{fault_kind::reset, 5000}, refused_calls_{fault_kind::refuse, 3000},
         short_calls_{fault_kind::partial, 20}, flips_{fault_kind::wire, 2000},
         lost_replies_{fault_kind::loss, 500}, twice_{fault_kind::twice, 500},
-        exceptions_{fault_kind::exception, 500}, torn_readings_{fault_kind::exception, 200};
+        exceptions_{fault_kind::exception, 500}, torn_readings_{fault_kind::exception, 200},
+        strays_{fault_kind::stray, 300};
     // Until then a call, a function or the disk refuses.
     std::string stormy_call_;
     int stormy_error_ = 0;
     time_ns storm_until_ = 0, refuses_until_ = 0, hangs_until_ = 0;
     time_ns hides_block_until_ = 0;  // the PLC refuses to return the write block
+    time_ns silent_until_ = 0;       // its server answers nothing …
+    time_ns mute_until_ = 0;         // … or no writes
     time_ns slow_until_ = 0, slow_ns_ = 0;
     int refused_function_ = 0, refused_code_ = 0;
     // Calls and lines until the process ends; below 0: nothing is planned.

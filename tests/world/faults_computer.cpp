@@ -111,6 +111,16 @@ void fault_injector::die_if_due(std::int64_t &left) {
     die();
 }
 
+// Whoever must restart the box may also have switched permit resume off.
+void fault_injector::withdraw_permission(dice &drawn) {
+    fakeplc::fake_plc &control = of_.plc.control;
+    of_.plc.catch_up();
+    control.set_permit(false);
+    if (of_.plc.permits_resume)
+        later(drawn.time_between(3 * second, 40 * second),
+              [&control] { control.set_permit(true); });
+}
+
 // A kill or a power cut comes at a moment, at a call, or between two lines.
 void fault_injector::plan_ends() {
     const auto plan = [this](fault_kind kind, time_ns mean, bool by_power) {
@@ -118,6 +128,7 @@ void fault_injector::plan_ends() {
             if (!of_.box.runs()) return;
             dice &drawn = chance(kind);
             lethal_power_ = by_power;
+            if (drawn.one_in(3)) withdraw_permission(drawn);
             const std::uint64_t way = drawn.below(3);
             if (way == 0) {
                 note(kind, "now");
@@ -167,6 +178,16 @@ void fault_injector::booted() {
 
 // ---- clocks and threads
 
+// The clock is set while no daemon runs.
+void fault_injector::jump_before_start() {
+    dice own(of_.options.seed + of_.starts(), "clock before a start");
+    if (!has(fault_kind::clock) || !own.one_in(2)) return;
+    const auto size = static_cast<time_ns>(own.log_between(1e9, 1e13));
+    const time_ns step = own.one_in(2) ? size : -size;
+    note(fault_kind::clock, fmt::format("the wall clock jumps by {} ms", step / ms));
+    of_.box.set_wall_clock(step);
+}
+
 void fault_injector::plan_clock() {
     repeat(fault_kind::clock, 15 * second, [this] {
         dice &drawn = chance(fault_kind::clock);
@@ -206,6 +227,16 @@ void fault_injector::plan_stalls() {
     });
 }
 
+void fault_injector::plan_reader() {
+    repeat(fault_kind::reader, 20 * second, [this] {
+        const auto lasts =
+            static_cast<time_ns>(chance(fault_kind::reader).log_between(100e6, 60e9));
+        note(fault_kind::reader, fmt::format("for {} ms", lasts / ms));
+        of_.box.read_log(false);
+        later(lasts, [this] { of_.box.read_log(true); });
+    });
+}
+
 // ---- memory
 
 // The box must stop all writing; the operator sees it and restarts the service.
@@ -230,6 +261,7 @@ void fault_injector::heal_computer() {
     of_.box.synchronised = true;
     for (const auto &one : of_.time.threads()) of_.time.release(*one);
     of_.box.end_suspend();
+    of_.box.read_log(true);
     // A configuration that has changed in memory takes a restart.
     if (on_[index(fault_kind::memory)] && of_.box.runs()) of_.stop_daemon();
 }

@@ -35,7 +35,7 @@ void fault_injector::plan_files() {
 
 void fault_injector::put_another_file() {
     dice &drawn = chance(fault_kind::reload);
-    std::string text = another_file(of_.box_machine, drawn, ++of_.revision);
+    std::string text = another_file(of_.box_machine, drawn, of_.next_revision());
     dice own(of_.options.seed + of_.revision, "other scale");
     if (of_.box_machine.pairs.empty() && of_.box_machine.profile.name != "fanuc" && own.one_in(6))
         text = with_other_scale(text, own);
@@ -84,7 +84,8 @@ void fault_injector::spoil_config_path() {
 void fault_injector::put_hostile_file() {
     dice &drawn = chance(fault_kind::hostile);
     const std::string text =
-        hostile_file(another_file(of_.box_machine, drawn, ++of_.revision), drawn);
+        hostile_file(another_file(of_.box_machine, drawn, of_.next_revision()), drawn);
+    if (of_.knows_revision_of(text)) return;
     note(fault_kind::hostile,
          fmt::format("a file of {} bytes, from revision {}", text.size(), of_.revision));
     if (drawn.one_in(2))
@@ -93,7 +94,7 @@ void fault_injector::put_hostile_file() {
         of_.box.files.put(run::config_path, text);
     of_.note_file(text);
     if (drawn.one_in(3)) return;  // it stays
-    const std::string good = another_file(of_.box_machine, drawn, ++of_.revision);
+    const std::string good = another_file(of_.box_machine, drawn, of_.next_revision());
     of_.note_file(good);
     replace_later(drawn.time_between(100 * ms, 20 * second), good);
 }
@@ -103,6 +104,26 @@ void fault_injector::replace_later(time_ns pause, const std::string &text) {
     later(pause, [this, text] {
         if (active()) of_.box.files.replace(run::config_path, text);
     });
+}
+
+// A link in the place of an output, or of the file that will take its name.
+void fault_injector::plan_links() {
+    repeat(fault_kind::links, 10 * second, [this] {
+        dice &drawn = chance(fault_kind::links);
+        static const std::vector<std::string> outputs = {run::state_path, run::stats_path,
+                                                         run::snapshot_path, run::events_path};
+        const std::string path = drawn.one_of(outputs) + (drawn.one_in(2) ? ".new" : "");
+        note(fault_kind::links, "a link at " + path);
+        file_tree &files = of_.box.files;
+        files.remove(path);
+        files.make_link(path, run::victim_path);
+        later(drawn.time_between(100 * ms, 10 * second), [this, path] { remove_link(path); });
+    });
+}
+
+void fault_injector::remove_link(const std::string &path) {
+    const auto found = of_.box.files.find(path, false);
+    if (found != nullptr && found->kind == node_kind::link) of_.box.files.remove(path);
 }
 
 // What the daemon finds where its state was.
@@ -127,7 +148,7 @@ void fault_injector::spoil_state() {
     files.remove(path);
     if (way == 4) return;
     if (way == 6) files.make_folder(path);
-    if (way == 7) files.make_link(path, "/run/elsewhere");
+    if (way == 7) files.make_link(path, run::victim_path);
     if (way == 8) files.make_fifo(path);
     if (way < 6)
         files.put(path, text);
@@ -138,6 +159,7 @@ void fault_injector::spoil_state() {
 void fault_injector::starting() {
     if (has(fault_kind::state) && chance(fault_kind::state).one_in(2)) spoil_state();
     meddle_before_start();
+    jump_before_start();
 }
 
 void fault_injector::plan_disk() {
@@ -179,7 +201,7 @@ void fault_injector::heal_files() {
     hangs_until_ = 0;
     const auto state = files.find(run::state_path, false);
     if (state != nullptr && state->kind != node_kind::regular) files.remove(run::state_path);
-    if (of_.revision > 1) files.replace(run::config_path, of_.good_file_of(++of_.revision));
+    if (of_.revision > 1) files.replace(run::config_path, of_.good_file_of(of_.next_revision()));
 }
 
 }  // namespace compbox::world

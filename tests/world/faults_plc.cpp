@@ -70,6 +70,27 @@ void fault_injector::plan_operator() {
         note(fault_kind::exception, fmt::format("function {} gives exception {} for {} ms",
                                                 refused_function_, refused_code_, lasts / ms));
     });
+    repeat(fault_kind::exception, 20 * second, [this] { hide_block(); });
+    repeat(fault_kind::loss, 20 * second, [this] {
+        dice &drawn = chance(fault_kind::loss);
+        const auto lasts = static_cast<time_ns>(drawn.log_between(50e6, 30e9));
+        mute_until_ = of_.time.now() + lasts;
+        note(fault_kind::loss, fmt::format("no write has a reply for {} ms", lasts / ms));
+    });
+}
+
+// Its server is silent for some periods, and then returns the block that the box reads alone.
+void fault_injector::hide_block() {
+    dice &drawn = chance(fault_kind::exception);
+    const std::int64_t silent = drawn.time_between(0, 20);
+    const auto lasts = static_cast<time_ns>(drawn.log_between(100e6, 20e9));
+    const time_ns silent_ns = silent * of_.box_machine.period_us * us;
+    note(fault_kind::exception,
+         fmt::format("the PLC is silent for {} periods and refuses to return the write block for "
+                     "{} ms",
+                     silent, lasts / ms));
+    hides_block_until_ = of_.time.now() + silent_ns + lasts;
+    silent_until_ = of_.time.now() + silent_ns;
 }
 
 // ---- PLC
@@ -136,22 +157,22 @@ void fault_injector::plan_foreign() {
                 later(lasts, [this] { of_.plc.foreign_clients = 0; });
                 break;
             }
-            case 1:
-                lie_about_applied(drawn);
-                break;
-            case 2: {
+            case 1: {
                 note(fault_kind::foreign, "another client writes zeros");
                 of_.plc.write_foreign(
                     map.write.start,
                     std::vector<std::uint16_t>(static_cast<std::size_t>(map.write.count)));
                 break;
             }
-            case 3: {
+            case 2: {
                 const fakeplc::taken_channel &channel = drawn.one_of(map.channels);
                 note(fault_kind::foreign, "another client writes channel " + channel.name);
                 of_.plc.write_foreign(channel.address, odd_words(channel.format, drawn));
                 break;
             }
+            case 3:
+                write_again_and_again(drawn);
+                break;
             default: {
                 const int at =
                     map.write.start +
@@ -163,16 +184,47 @@ void fault_injector::plan_foreign() {
             }
         }
     });
+    repeat(fault_kind::foreign, 8 * second,
+           [this] { lie_about_applied(chance(fault_kind::foreign)); });
 }
 
-// The PLC shows another value as applied than the box wrote.
-void fault_injector::lie_about_applied(dice &drawn) {
+// A second writer of one channel, for seconds.
+void fault_injector::write_again_and_again(dice &drawn) {
     const fakeplc::taken_channel &channel = drawn.one_of(of_.box_machine.map.channels);
-    if (!channel.applied_address) return;
     const double value_um = drawn.between(-300, 300);
-    const auto words = drawn.one_in(4) ? odd_words(channel.format, drawn)
+    const time_ns until = of_.time.now() + static_cast<time_ns>(drawn.log_between(100e6, 10e9));
+    const time_ns pause = drawn.time_between(5 * ms, 100 * ms);
+    note(fault_kind::foreign,
+         fmt::format("another client writes {} µm to {} each {} ms for {} ms", value_um,
+                     channel.name, pause / ms, (until - of_.time.now()) / ms));
+    write_each(pause, until, channel.address, channel.format.encode(value_um / channel.scale_um));
+}
+
+void fault_injector::write_each(time_ns pause, time_ns until, int at,
+                                const std::vector<std::uint16_t> &words) {
+    if (!active_ || of_.time.now() >= until) return;
+    of_.plc.catch_up();
+    of_.plc.write_foreign(at, words);
+    later(pause, [this, pause, until, at, words] { write_each(pause, until, at, words); });
+}
+
+// The PLC shows another value as applied than the box wrote: somewhere, beyond error_um, or none.
+void fault_injector::lie_about_applied(dice &drawn) {
+    const auto &channels = of_.box_machine.map.channels;
+    std::vector<std::size_t> shown;
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+        if (channels[c].applied_address) shown.push_back(c);
+    }
+    if (shown.empty()) return;
+    const std::size_t c = drawn.one_of(shown);
+    const fakeplc::taken_channel &channel = channels[c];
+    const double far_um = of_.box_machine.channels[c].error_um * drawn.log_between(1.1, 10);
+    const double value_um = drawn.one_in(2)   ? drawn.between(-300, 300)
+                            : drawn.one_in(2) ? far_um
+                                              : -far_um;
+    const auto words = drawn.one_in(6) ? odd_words(channel.format, drawn)
                                        : channel.format.encode(value_um / channel.scale_um);
-    const auto lasts = static_cast<time_ns>(drawn.log_between(20e6, 5e9));
+    const auto lasts = static_cast<time_ns>(drawn.log_between(20e6, 20e9));
     note(fault_kind::foreign,
          fmt::format("the PLC applies {} µm to {} for {} ms", value_um, channel.name, lasts / ms));
     show_applied(channel, words, lasts);
@@ -281,7 +333,7 @@ void fault_injector::lie_on(const fakeplc::shown_signal &signal, int way, double
 // it is taken, and on again; reset where the box shows FAULT.
 void fault_injector::heal_plc() {
     plc_side &plc = of_.plc;
-    refuses_until_ = 0;
+    refuses_until_ = mute_until_ = 0;
     of_.net.plugged = true;
     plc.serves = true;
     plc.stop_program(false);

@@ -67,6 +67,8 @@ class slew_invariant : public invariant {
         before_.reset();
         past_.clear();
     }
+    // A window of writes is judged by the rates of one file.
+    void taken(const machine &, const machine &) override { past_.clear(); }
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
         if (places_outputs(facts, seen)) {
@@ -218,6 +220,51 @@ class start_invariant : public invariant {
     std::optional<written_block> held_;  // by the PLC
 };
 
+// Behind an outage, at a PLC that refuses the read-back, an output without `applied` goes on from
+// zero: what was sent before may be gone (decision 5).
+class unknown_invariant : public invariant {
+  public:
+    explicit unknown_invariant(run &of) : invariant(of, "unknown"), lag_ns_(longest_lag(of)) {}
+    void started() override {
+        refused_ = false;
+        written_ns_ = never;  // until the first write: start_invariant
+    }
+    void exchanged(const exchange &seen) override {
+        const machine &facts = of_.running_at(seen.sent);
+        if (lag_ns_ == never) return;
+        if (is_read_back(facts, seen)) refused_ = false;
+        // Without a write for so long the box has lost contact.
+        const time_ns lost_ns = 8 * facts.period_us * us + lag_ns_;
+        if (is_refused_read_back(facts, seen) && written_ns_ != never &&
+            seen.sent - written_ns_ > lost_ns) {
+            refused_ = true;
+            refused_ns_ = seen.sent;
+        }
+        if (seen.written.empty()) return;
+        if (refused_ && seen.sent > refused_ns_) {
+            judge(facts, block_of(facts, seen));
+            refused_ = false;
+        }
+        written_ns_ = written_ns_ == never ? seen.sent : std::max(written_ns_, seen.sent);
+    }
+
+  private:
+    void judge(const machine &facts, const written_block &block) {
+        for (std::size_t c = 0; c < block.um.size(); ++c) {
+            const channel_facts &channel = facts.channels[c];
+            const double reach =
+                2e-6 * channel.slew_um_per_s * static_cast<double>(facts.period_us) +
+                2 * channel.unit_um + 1e-3;
+            if (channel.has_applied || std::fabs(block.um[c]) <= reach) continue;
+            violated(fmt::format("the PLC refused the read-back, and {} goes on from {} µm",
+                                 channel.name, block.um[c]));
+        }
+    }
+
+    time_ns lag_ns_, written_ns_ = never, refused_ns_ = 0;
+    bool refused_ = false;
+};
+
 }  // namespace
 
 void add_bounds(run &of, invariants &all) {
@@ -226,6 +273,7 @@ void add_bounds(run &of, invariants &all) {
     all.push_back(std::make_unique<slew_invariant>(of));
     all.push_back(std::make_unique<plc_size_invariant>(of));
     all.push_back(std::make_unique<start_invariant>(of));
+    all.push_back(std::make_unique<unknown_invariant>(of));
 }
 
 }  // namespace compbox::world

@@ -20,10 +20,10 @@ class applied_invariant : public invariant {
   public:
     explicit applied_invariant(run &of)
         : invariant(of, "applied"),
-          judged_(longest_lag(of) == 0 &&
-                  !draws_any(of, {fault_kind::reload, fault_kind::hostile, fault_kind::memory,
-                                  fault_kind::boundary})),
-          hears_all_(!draws_any(of, {fault_kind::loss, fault_kind::reset, fault_kind::tear,
+          lag_ns_(longest_lag(of)),
+          judged_(lag_ns_ != never && !draws_any(of, {fault_kind::hostile, fault_kind::memory})),
+          hears_all_(lag_ns_ == 0 &&
+                     !draws_any(of, {fault_kind::loss, fault_kind::reset, fault_kind::tear,
                                      fault_kind::wire, fault_kind::line, fault_kind::plc_stop,
                                      fault_kind::exception, fault_kind::partial})) {}
     void started() override {
@@ -31,6 +31,7 @@ class applied_invariant : public invariant {
         sent_.clear();
         read_ns_ = 0;
     }
+    void taken(const machine &, const machine &) override { started(); }
     void exchanged(const exchange &seen) override {
         if (!judged_) return;
         const machine &facts = of_.running_at(seen.sent);
@@ -42,7 +43,8 @@ class applied_invariant : public invariant {
 
   private:
     struct channel_state {
-        std::uint64_t beyond = 0;  // readings in a row
+        std::uint64_t beyond = 0;  // readings in a row …
+        time_ns beyond_ns = 0;     // … since then
         double outside_s = 0;      // less a quarter of the time inside
     };
     struct sent_block {
@@ -60,7 +62,7 @@ class applied_invariant : public invariant {
         if (block.mode != fakeplc::box_mode::active) return;
         for (std::size_t c = 0; c < channels_.size(); ++c) {
             const std::string &channel = facts.channels[c].name;
-            if (channels_[c].beyond >= most_beyond)
+            if (channels_[c].beyond >= most_beyond && seen.sent - channels_[c].beyond_ns >= lag_ns_)
                 violated(fmt::format("ACTIVE, and {} readings show {} applied beyond error_um",
                                      channels_[c].beyond, channel));
             if (hears_all_ && channels_[c].outside_s > report_s &&
@@ -100,12 +102,14 @@ class applied_invariant : public invariant {
         const bool inside = sent_.empty() || (um >= low - near && um <= high + near);
         const double most = 1.01 * std::max(channel.error_um, channel.limit_um) + near;
         state.beyond = std::fabs(um) <= most || inside ? 0 : state.beyond + 1;
+        if (state.beyond <= 1) state.beyond_ns = read_ns_;
         // With a handshake the window is longer than here.
         const bool outside = !inside && elapsed_s > 0 && facts.profile.name != "fanuc";
         const double change_s = outside ? elapsed_s : -std::fabs(elapsed_s) / 4;
         state.outside_s = std::clamp(state.outside_s + change_s, 0.0, most_s);
     }
 
+    time_ns lag_ns_;
     bool judged_, hears_all_;
     std::vector<channel_state> channels_;
     std::deque<sent_block> sent_;  // of late

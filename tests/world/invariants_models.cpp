@@ -266,7 +266,8 @@ class models_invariant : public invariant {
     time_ns sent_ns_ = 0, arrived_ns_ = 0;
 };
 
-// The slope of a channel with `tangent` is that of its terms where its axis rests.
+// The slope of a channel with `tangent` is that of its terms where its axis rests, and begins
+// there.
 class slope_invariant : public invariant {
   public:
     explicit slope_invariant(run &of) : invariant(of, "slope") {
@@ -281,8 +282,9 @@ class slope_invariant : public invariant {
         if (root_.is_null()) return;
         const machine &facts = of_.running_at(seen.sent);
         if (!seen.written.empty()) judge(facts, block_of(facts, seen), seen.sent);
-        if (is_reading(facts, seen) && ++readings_ % 8 == 0 && head_of(facts, seen).whole)
-            take(facts, seen);
+        if (!is_reading(facts, seen)) return;
+        fresh_ = ++readings_ % 8 == 0 && head_of(facts, seen).whole;
+        if (fresh_) take(facts, seen);
     }
 
   private:
@@ -345,12 +347,16 @@ class slope_invariant : public invariant {
             if (std::fabs(block.slope[c] - want) > 0.15 * channel.slope_limit + channel.slope_unit)
                 violated(fmt::format("the slope of {} is {} at rest, its terms have {}",
                                      channel.name, block.slope[c], want));
+            if (fresh_ && std::fabs(block.reference_mm[c] - wants_[c]->at_mm) > 0.1)
+                violated(fmt::format("the slope of {} begins at {} mm, its axis rests at {} mm",
+                                     channel.name, block.reference_mm[c], wants_[c]->at_mm));
         }
     }
 
     json root_;
     std::vector<std::optional<demand>> wants_;  // by channel
     std::uint64_t readings_ = 0;
+    bool fresh_ = false;     // the newest reading is sampled
     time_ns active_ns_ = 0;  // not ACTIVE until then
 };
 

@@ -124,7 +124,7 @@ class permission_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
         if (!contact_ && is_read_back(facts, seen)) first_contact(facts, seen);
-        if (!contact_ && is_refused_read_back(facts, seen) && !trusted()) lost_ = true;
+        if (!contact_ && is_refused_read_back(facts, seen)) lost_ = !trusted();
         if (!seen.written.empty() && seen.sent >= newest_ns_) judge(facts, seen);
         if (is_reading(facts, seen)) take(facts, seen);
     }
@@ -327,6 +327,39 @@ class status_invariant : public invariant {
     std::optional<written_block> before_;
 };
 
+// ACTIVE ends for enable or a reference only if a reading lacked it.
+class reason_invariant : public invariant {
+  public:
+    explicit reason_invariant(run &of) : invariant(of, "reason"), lag_ns_(longest_lag(of)) {}
+    void started() override { active_ns_ = never; }
+    void exchanged(const exchange &seen) override {
+        const machine &facts = of_.running_at(seen.sent);
+        if (lag_ns_ == never) return;
+        if (!seen.written.empty() && (active_ns_ == never || seen.sent > active_ns_))
+            judge(facts, seen);
+        if (!is_reading(facts, seen)) return;
+        const read_head head = head_of(facts, seen);
+        if (!head.enables()) disabled_ns_ = std::max(disabled_ns_, seen.sent);
+        if (!head.references(facts)) lost_ns_ = std::max(lost_ns_, seen.sent);
+    }
+
+  private:
+    void judge(const machine &facts, const exchange &seen) {
+        const written_block block = block_of(facts, seen);
+        const time_ns since_ns =
+            std::exchange(active_ns_, block.mode == fakeplc::box_mode::active ? seen.sent : never);
+        if (since_ns == never || block.mode == fakeplc::box_mode::active) return;
+        const time_ns least_ns = since_ns - 5 * facts.period_us * us - lag_ns_;
+        if (block.reason == box_reason::not_enabled && disabled_ns_ < least_ns)
+            violated("ACTIVE ended by enable, which was on in each reading");
+        if (block.reason == box_reason::not_referenced && lost_ns_ < least_ns)
+            violated("ACTIVE ended by a reference, which all readings had");
+    }
+
+    time_ns lag_ns_, active_ns_ = never;  // of the newest write, if it is ACTIVE
+    time_ns disabled_ns_ = -never / 2, lost_ns_ = -never / 2;
+};
+
 // A box that no longer writes leaves no ACTIVE behind while the PLC answers the requests of an
 // exchange in time. A PLC whose replies come behind the deadline is out of reach: silence lets its
 // own watchdog act (decision 5).
@@ -374,6 +407,7 @@ void add_modes(run &of, invariants &all) {
     all.push_back(std::make_unique<permission_invariant>(of));
     all.push_back(std::make_unique<reset_invariant>(of));
     all.push_back(std::make_unique<status_invariant>(of));
+    all.push_back(std::make_unique<reason_invariant>(of));
     all.push_back(std::make_unique<silence_invariant>(of));
 }
 

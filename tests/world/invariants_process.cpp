@@ -61,8 +61,12 @@ class service_invariant : public invariant {
     explicit service_invariant(run &of) : invariant(of, "service") {}
     void exchanged(const exchange &seen) override {
         if (seen.written.empty()) return;
-        mode_ = block_of(of_.running_at(seen.sent), seen).mode;
-        if (mode_ == fakeplc::box_mode::active) active_ns_ = seen.now;
+        const written_block block = block_of(of_.running_at(seen.sent), seen);
+        mode_ = block.mode;
+        is_zero_ = block.is_zero();
+        const bool whole =
+            block.reason != box_reason::degraded && block.reason != box_reason::unapplied;
+        if (mode_ == fakeplc::box_mode::active && whole) active_ns_ = seen.now;
         was_active_ = was_active_ || mode_ == fakeplc::box_mode::active;
         judge_recovery();
     }
@@ -73,6 +77,9 @@ class service_invariant : public invariant {
         recovery_ns_ = of_.recovery_ns();
     }
     void finished() override {
+        const bool quiet = quiet_ns_ != never && of_.time.now() - quiet_ns_ > recovery_ns_;
+        if (quiet && (mode_ != fakeplc::box_mode::stopped || !is_zero_))
+            violated(fmt::format("behind the quiet end the last status is {}", mode_));
         if (of_.faults.count() > 0) return;
         if (!was_active_ && of_.box_machine.demands_fit) violated("the box was never ACTIVE");
         if (mode_ != fakeplc::box_mode::stopped)
@@ -83,12 +90,14 @@ class service_invariant : public invariant {
     void judge_recovery() {
         if (quiet_ns_ == never || of_.asked_to_stop || !of_.box_machine.demands_fit) return;
         if (active_ns_ >= quiet_ns_ || of_.time.now() - quiet_ns_ < recovery_ns_) return;
-        violated(fmt::format("the box is not ACTIVE {} s after the last fault, its status is {}",
-                             (of_.time.now() - quiet_ns_) / second, mode_));
+        violated(
+            fmt::format("the box is not ACTIVE, or not with all its signals, {} s after the "
+                        "last fault; its status is {}",
+                        (of_.time.now() - quiet_ns_) / second, mode_));
     }
 
     unsigned mode_ = 0;
-    bool was_active_ = false;
+    bool was_active_ = false, is_zero_ = false;
     time_ns quiet_ns_ = never, recovery_ns_ = 0, active_ns_ = -never / 2;
 };
 
@@ -112,6 +121,55 @@ class resources_invariant : public invariant {
     static constexpr std::ptrdiff_t most_descriptors = 20;
     static constexpr std::size_t most_blocks = 6, most_threads = 12;
     std::uint64_t exchanges_ = 0;
+};
+
+// Whoever reads the statistics sees a daemon that works: no reader of the log, no PLC and no file
+// to come holds the thread that writes them.
+class fresh_invariant : public invariant {
+  public:
+    explicit fresh_invariant(run &of)
+        : invariant(of, "fresh"),
+          judged_(!draws_any(
+              of, {fault_kind::disk, fault_kind::refuse, fault_kind::stall, fault_kind::suspend,
+                   fault_kind::links, fault_kind::partial, fault_kind::boundary})) {}
+    void started() override { written_ns_ = of_.time.now(); }
+    void file_written(const std::string &path, const node &) override {
+        if (path == run::stats_path) written_ns_ = of_.time.now();
+    }
+    void ticked() override {
+        if (!judged_ || of_.time.now() - written_ns_ < most) return;
+        violated(
+            fmt::format("the statistics are {} s old", (of_.time.now() - written_ns_) / second));
+    }
+
+  private:
+    static constexpr time_ns most = 20 * second;  // every 5 s
+    bool judged_;
+    time_ns written_ns_ = 0;
+};
+
+// A PLC that answers readings alone is not connected to again and again without a pause.
+class reconnect_invariant : public invariant {
+  public:
+    explicit reconnect_invariant(run &of) : invariant(of, "reconnects") {}
+    void started() override { begin(); }
+    void exchanged(const exchange &seen) override {
+        if (seen.function != 3 && seen.duration != never) begin();
+        if (of_.time.now() - since_ns_ < window) return;
+        const int made = of_.plc.connections_made() - made_;
+        if (made > most) violated(fmt::format("{} connections in 20 s without a write", made));
+        begin();
+    }
+
+  private:
+    void begin() {
+        made_ = of_.plc.connections_made();
+        since_ns_ = of_.time.now();
+    }
+    static constexpr time_ns window = 20 * second;
+    static constexpr int most = 40;
+    int made_ = 0;
+    time_ns since_ns_ = 0;
 };
 
 // Ticks are never made up for: from a write to the one two steps later is at least a period.
@@ -188,6 +246,8 @@ void add_process(run &of, invariants &all) {
     all.push_back(std::make_unique<exit_invariant>(of));
     all.push_back(std::make_unique<service_invariant>(of));
     all.push_back(std::make_unique<resources_invariant>(of));
+    all.push_back(std::make_unique<fresh_invariant>(of));
+    all.push_back(std::make_unique<reconnect_invariant>(of));
     all.push_back(std::make_unique<tick_invariant>(of));
     all.push_back(std::make_unique<overrun_invariant>(of));
 }

@@ -14,6 +14,7 @@ namespace compbox::world {
 namespace {
 
 constexpr int write_start = 100;
+constexpr double longest_way_s = 40;  // of a slow channel from its limit to zero
 
 // Rounded, so that the file shows what the invariants compare with.
 double rounded(double value) {
@@ -370,7 +371,7 @@ struct draft {
     void draw_pair() {
         const std::string type = channel_type();
         const double limit_um = rounded(chance.log_between(20, 300));
-        const bool applied = chance.one_in(2);
+        const bool applied = !chance.one_in(3);
         for (const char *name : {"Y1", "Y2"}) {
             json entry = channel(name, type, limit_um);
             if (applied) add_applied(entry);
@@ -392,7 +393,7 @@ struct draft {
         for (const char *name : {"X", "Z"}) {
             if (name[0] == 'Z' && chance.one_in(3)) continue;
             json entry = channel(name, channel_type(), rounded(chance.log_between(20, 500)));
-            if (chance.one_in(2)) add_applied(entry);
+            if (!chance.one_in(3)) add_applied(entry);
             if (counters && !is("fanuc") && chance.one_in(2)) add_tangent(entry, name);
             root["channels"].push_back(entry);
         }
@@ -408,7 +409,8 @@ struct draft {
             channel_facts &facts = made.channels[c];
             const double least = 1.5e6 * facts.unit_um / static_cast<double>(made.period_us);
             facts.slew_um_per_s =
-                rounded(std::max(least, made.ramp_um_per_s * own.between(0.2, 1.0)));
+                rounded(std::max({least, facts.limit_um / longest_way_s,
+                                  made.ramp_um_per_s * own.log_between(0.02, 1.0)}));
             root["channels"][c]["slew_um_per_s"] = facts.slew_um_per_s;
         }
     }

@@ -14,11 +14,13 @@ constexpr time_ns longest_idle = 20 * second;  // of a connection, when another 
 
 plc_side::plc_side(const machine &of, network &net, std::uint64_t seed)
     : control(of.twin, of.map, of.profile, net.box.time.now() / us),
+      permits_resume(!dice(seed, "permit resume").one_in(3)),
       machine_(of),
       net_(net),
       chance_(seed, "plc side"),
       temperatures_(of.twin.signals) {
     control.leave_truth_out();
+    control.set_permit(permits_resume);
     move_axes();
 }
 
@@ -28,6 +30,17 @@ void plc_side::catch_up() {
     control.run_to(now_us, [this](const fakeplc::plc_state &state) {
         if (scanned) scanned(state);
     });
+}
+
+// After some seconds of reason 7, enable goes off for one look.
+void plc_side::permit_by_enable() {
+    constexpr unsigned reason_wait = 7;
+    constexpr int patience = 8;
+    if (permits_resume || stopped_) return;
+    const unsigned reason = registers(machine_.map.status, 1)[0] >> 8;
+    if (waits_ == patience) control.set_enable(true);
+    waits_ = reason == reason_wait && waits_ < patience ? waits_ + 1 : 0;
+    if (waits_ == patience) control.set_enable(false);
 }
 
 // The operator's part: now and then another move, and temperatures that wander. It also keeps the
@@ -48,6 +61,7 @@ void plc_side::move_axes() {
             std::clamp(temperature.second + chance_.between(-0.05, 0.05), 5.0, 45.0);
         control.force_signal(temperature.first, temperature.second);
     }
+    permit_by_enable();
     net_.box.time.at(net_.box.time.now() + operator_period, [this] { move_axes(); });
 }
 
@@ -154,7 +168,7 @@ void plc_side::received(const connection_ptr &from, const std::string &bytes, ti
 
 plc_side::served plc_side::serve(const fakeplc::byte_string &request, time_ns sent) {
     const reply_fate fate = faults == nullptr ? reply_fate{} : faults->at_request(request);
-    if (!serves) return {};
+    if (!serves || fate.ignored) return {};
     catch_up();
     fakeplc::byte_string reply = fate.exception != 0
                                      ? fakeplc::modbus::exception_reply(
@@ -165,7 +179,22 @@ plc_side::served plc_side::serve(const fakeplc::byte_string &request, time_ns se
         fate.lost ? never : chance_.time_between(200 * us, 2 * ms) + fate.delay_ns;
     if (answered) answered(sent, request, reply, duration);
     if (fate.lost) return {};
-    return {reply, duration, fate.twice};
+    return {reply, duration, fate.twice, fate.stray};
+}
+
+std::string plc_side::stray_frame(fakeplc::byte_string request_frame, fakeplc::byte_string reply,
+                                  stray_reply way) {
+    constexpr std::size_t unit_at = 6;
+    for (std::size_t i = 2; i < reply.size(); ++i) reply[i] = static_cast<std::uint8_t>(~reply[i]);
+    if (way == stray_reply::other_unit) ++request_frame[unit_at];
+    if (way == stray_reply::other_function) reply[0] = reply[0] == 4 ? 3 : 4;
+    if (way == stray_reply::shorter) {
+        reply.resize(reply.size() - std::min<std::size_t>(reply.size() - 1, 2));
+        if (reply.size() > 2) reply[1] = static_cast<std::uint8_t>(reply.size() - 2);
+    }
+    if (way == stray_reply::longer) reply.insert(reply.end(), {0, 0});
+    const fakeplc::byte_string whole = fakeplc::modbus::frame(request_frame, reply);
+    return {whole.begin(), whole.end()};
 }
 
 void plc_side::answer_frame(const connection_ptr &from, const fakeplc::byte_string &frame,
@@ -175,6 +204,8 @@ void plc_side::answer_frame(const connection_ptr &from, const fakeplc::byte_stri
     if (done.reply.empty()) return;
     const fakeplc::byte_string whole = fakeplc::modbus::frame(frame, done.reply);
     const std::string bytes(whole.begin(), whole.end());
+    if (done.stray != stray_reply::none)
+        from->send(stray_frame(frame, done.reply, done.stray), done.duration / 2);
     from->send(bytes, done.duration);
     if (done.twice) from->send(bytes, done.duration + 5 * ms);
 }

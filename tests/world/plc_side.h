@@ -16,13 +16,18 @@
 
 namespace compbox::world {
 
+// A gateway or a faulty server answers in the place of the PLC, or before it.
+enum class stray_reply { none, other_unit, other_function, shorter, longer };
+
 // What happens to a request at the PLC's server.
 struct reply_fate {
-    time_ns delay_ns = 0;  // beyond the usual time to answer
-    bool lost = false;     // executed, without a reply
-    bool twice = false;    // another copy comes later
-    int exception = 0;     // not executed; exception code
-    bool torn = false;     // a reading with two updates of the PLC's block
+    time_ns delay_ns = 0;                   // beyond the usual time to answer
+    bool ignored = false;                   // not executed, without a reply
+    bool lost = false;                      // executed, without a reply
+    bool twice = false;                     // another copy comes later
+    int exception = 0;                      // not executed; exception code
+    bool torn = false;                      // a reading with two updates of the PLC's block
+    stray_reply stray = stray_reply::none;  // comes before the true one
 };
 class plc_faults {
   public:
@@ -41,7 +46,10 @@ class plc_side : public tcp_peer {
     void stop_program(bool stopped);
     // Switches it off and on after a pause; the box's registers are kept or zero.
     void restart(bool keeps_registers, time_ns pause);
-    void close_all();                    // resets all connections
+    void close_all();  // resets all connections
+    // Otherwise the operator switches enable off and on where the box waits for permission.
+    const bool permits_resume;
+    int connections_made() const { return connections_made_; }
     int foreign_clients = 0;             // that hold connections
     std::uint16_t heartbeat_offset = 0;  // to the counter of fakeplc
     // Readings show these words from an address on; none: the true ones again.
@@ -67,6 +75,7 @@ class plc_side : public tcp_peer {
         fakeplc::byte_string reply;  // PDU; empty: none
         time_ns duration = 0;        // from the request to the reply
         bool twice = false;
+        stray_reply stray = stray_reply::none;
     };
     served serve(const fakeplc::byte_string &request, time_ns sent);
 
@@ -75,8 +84,12 @@ class plc_side : public tcp_peer {
     void closed(const connection_ptr &from, bool reset) override;
 
   private:
+    // out: a reply with other values and, in one place, another form than the true one
+    static std::string stray_frame(fakeplc::byte_string request_frame, fakeplc::byte_string reply,
+                                   stray_reply way);
     void answer_frame(const connection_ptr &from, const fakeplc::byte_string &frame, time_ns sent);
     void move_axes();
+    void permit_by_enable();
     void disguise(const fakeplc::byte_string &request, fakeplc::byte_string &reply) const;
     void drop_idle_clients();
 
@@ -91,6 +104,7 @@ class plc_side : public tcp_peer {
     std::map<int, client> clients_;
     int connections_made_ = 0;
     bool stopped_ = false;
+    int waits_ = 0;  // looks of the operator at a box that waits for permission
     std::map<int, std::vector<std::uint16_t>> shown_;
     std::map<std::string, double> temperatures_;
 };

@@ -95,6 +95,17 @@ void run::note_file(const std::string &text) {
     files_.insert_or_assign(facts->revision, *facts);
 }
 
+unsigned run::next_revision() {
+    do ++revision;
+    while (files_.count(revision) > 0);
+    return revision;
+}
+
+bool run::knows_revision_of(const std::string &text) const {
+    const auto facts = facts_of(box_machine, text);
+    return facts && files_.count(facts->revision) > 0;
+}
+
 std::string run::good_file_of(unsigned of_revision) {
     dice chance(options.seed + of_revision, "good file");
     good_file = another_file(box_machine, chance, of_revision);

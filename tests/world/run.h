@@ -73,6 +73,10 @@ class run {
     std::string good_file;  // newest that the daemon should take
     // Call it with each file that comes to config_path: invariants ask running() for its limits.
     void note_file(const std::string &text);
+    // Of a file that has another one than all before: invariants know files by their revision.
+    unsigned next_revision();
+    // Another file of this revision was noted.
+    bool knows_revision_of(const std::string &text) const;
     std::string good_file_of(unsigned revision);
     // out: after so long with enable off all outputs are zero
     time_ns rest_ns();
@@ -82,6 +86,7 @@ class run {
     static constexpr const char *snapshot_path = "/run/snapshot.json";
     static constexpr const char *events_path = "/var/lib/compbox/events";
     static constexpr const char *record_path = "/run/record.csv";
+    static constexpr const char *victim_path = "/run/elsewhere";  // links name it
     static constexpr const char *blackbox_path = "/var/lib/compbox/blackbox";
     // Whether all records together have at most 1 MB.
     bool limits_records() const { return options.seed % 8 == 0; }
