@@ -137,6 +137,7 @@ class fault_injector : public call_faults,
     void plan_plc();
     void plan_foreign();
     void plan_sensors();
+    void plan_long_silence();
     void lie_about(const fakeplc::shown_signal &signal);
     void lie_on(const fakeplc::shown_signal &signal, int way, double value, time_ns until);
     void lie_about_applied(dice &drawn);
@@ -202,6 +203,7 @@ class fault_injector : public call_faults,
     // Calls and lines until the process ends; below 0: nothing is planned.
     std::int64_t lethal_calls_ = -1, lethal_lines_ = -1;
     bool lethal_power_ = false;
+    std::string silent_;  // a signal without a value for more than half an hour
     std::uint64_t foreign_made_ = 0;
     std::string older_state_;
     int lies_ = 0;

@@ -182,7 +182,7 @@ void fault_injector::booted() {
 void fault_injector::jump_before_start() {
     dice own(of_.options.seed + of_.starts(), "clock before a start");
     if (!has(fault_kind::clock) || !own.one_in(2)) return;
-    const auto size = static_cast<time_ns>(own.log_between(1e9, 1e13));
+    const auto size = static_cast<time_ns>(own.log_between(1e9, 1e12));
     const time_ns step = own.one_in(2) ? size : -size;
     note(fault_kind::clock, fmt::format("the wall clock jumps by {} ms", step / ms));
     of_.box.set_wall_clock(step);

@@ -286,9 +286,30 @@ void fault_injector::plan_sensors() {
         if (of_.box_machine.map.signals.empty()) return;
         lie_about(chance(fault_kind::sensors).one_of(of_.box_machine.map.signals));
     });
+    plan_long_silence();
+}
+
+// Beyond 31 bits of µs, where the run is that long: a signal whose rate is limited is broken, and
+// comes back.
+void fault_injector::plan_long_silence() {
+    constexpr time_ns silence = 2200 * second;
+    const auto cycles = static_cast<time_ns>(of_.options.cycles);
+    const std::vector<std::string> &rated = of_.box_machine.rated;
+    if (!has(fault_kind::sensors) || rated.empty() ||
+        cycles * of_.box_machine.period_us * us < silence + 60 * second)
+        return;
+    silent_ = rated.front();
+    for (const fakeplc::shown_signal &signal : of_.box_machine.map.signals) {
+        if (signal.name != silent_) continue;
+        later(10 * second, [this, &signal] {
+            note(fault_kind::sensors, signal.name + " is silent for 2200 s");
+            lie_on(signal, out_of_range, signal.max.value_or(1e4) + 10, of_.time.now() + silence);
+        });
+    }
 }
 
 void fault_injector::lie_about(const fakeplc::shown_signal &signal) {
+    if (signal.name == silent_) return;
     dice &drawn = chance(fault_kind::sensors);
     const auto way = static_cast<lie_way>(drawn.below(lie_ways));
     const auto lasts = static_cast<time_ns>(drawn.log_between(10e6, 20e9));

@@ -171,7 +171,10 @@ struct draft {
                            {"plc", next_read(1)}, {"type", "int16"},
                            {"scale", 0.1},        {"min", -10},
                            {"max", 90},           {"essential", chance.one_in(4)}};
-            if (chance.one_in(3)) signal["max_rate_per_s"] = 5;
+            if (chance.one_in(3)) {
+                signal["max_rate_per_s"] = 5;
+                made.rated.push_back(name);
+            }
             if (chance.one_in(3)) signal["max_age_ms"] = 1000 + chance.below(5000);
             root["signals"].push_back(signal);
             made.temperatures.push_back(name);

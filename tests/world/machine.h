@@ -54,7 +54,8 @@ struct machine {
     std::string plc_device;            // of a serial line to the PLC; "": TCP
     std::vector<std::string> modules;  // on the bus of the box, as pt100_modules::add takes them
     std::vector<can_node> nodes;
-    std::vector<std::string> temperatures;  // signals of the PLC that wander
+    std::vector<std::string> temperatures;  // signals of the PLC that wander …
+    std::vector<std::string> rated;         // … and those of them with max_rate_per_s
 };
 
 // in : revision of the file. The same dice give the same machine.
