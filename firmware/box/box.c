@@ -430,6 +430,7 @@ int64_t cb_box_stop_us(const struct cb_box *box) {
     const struct cb_config *config = &box->config;
     float longest_s = 0.0f;
     bool late = false;
+    if (!cb_box_is_sound(box)) return 0;
     for (unsigned i = 0; i < CB_MAX_CHANNELS && i < cb_all_channels(config); ++i) {
         const struct cb_channel_config *channel = &config->channels[i];
         const float way_um = cb_max(channel->limit_um, cb_abs(box->channels[i].output_um));

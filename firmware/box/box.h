@@ -137,7 +137,8 @@ bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old);
  *      confirmed from now on: max(limit, |output|) of the slowest channel at the lower one of slew
  *      and ramp, with the part of the slew that its register cannot represent taken off. Writes
  *      without a reply may hold the outputs for two turns first (limiter.c, "Arrival").
- * Add the time of a few exchanges for the confirmation. */
+ * Add the time of a few exchanges for the confirmation. 0 if the configuration has changed in
+ * memory: such a box writes nothing, and its limits are unknown. */
 int64_t cb_box_stop_us(const struct cb_box *box);
 
 /* out: true if a configuration with other limits or registers may take over: the mode is STANDBY

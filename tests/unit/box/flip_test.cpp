@@ -223,6 +223,15 @@ TEST(box_flip, a_stop_neither_writes_nor_says_stopped) {
     EXPECT_EQ(rig.mode(), CB_MODE_FAULT);
 }
 
+// The limits are unknown, and no output moves any more.
+TEST(box_flip, a_stop_takes_no_time_for_ramps) {
+    box_rig rig(simple());
+    rig.steps(10);
+    ASSERT_GT(cb_box_stop_us(rig.box.get()), 0);
+    rig.box->config.channels[0].limit_um = 1e30f;
+    EXPECT_EQ(cb_box_stop_us(rig.box.get()), 0);
+}
+
 // A fault of before keeps no reason that would hide why the writes end.
 TEST(box_flip, it_replaces_the_reason_of_another_fault) {
     config_builder b = simple();
