@@ -3,6 +3,7 @@
 // memory.
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <map>
@@ -245,8 +246,16 @@ void fault_injector::plan_memory() {
         auto *const loop = static_cast<cb_loop *>(of_.box.argument_of("compboxd-loop"));
         if (loop == nullptr) return;
         dice &drawn = chance(fault_kind::memory);
-        auto *const bytes = reinterpret_cast<unsigned char *>(&loop->box->config);
-        const std::size_t at = drawn.below(sizeof loop->box->config);
+        cb_config &config = loop->box->config;
+        auto *const bytes = reinterpret_cast<unsigned char *>(&config);
+        std::size_t at = drawn.below(sizeof config);
+        const bool in_use = drawn.one_in(2) && config.channels_count > 0;
+        if (in_use) {
+            const cb_channel_config &one = config.channels[drawn.below(config.channels_count)];
+            const auto *const limit = reinterpret_cast<const unsigned char *>(&one.limit_um);
+            at = static_cast<std::size_t>(limit - bytes) + drawn.below(sizeof one.limit_um);
+        }
+        if (in_use) of_.flipped_ns = std::min(of_.flipped_ns, of_.time.now());
         bytes[at] = static_cast<unsigned char>(bytes[at] ^ (1u << drawn.below(8)));
         note(fault_kind::memory, fmt::format("a bit of byte {} of the configuration", at));
         later(drawn.time_between(20 * second, 60 * second), [this, start = of_.starts()] {

@@ -172,6 +172,26 @@ class reconnect_invariant : public invariant {
     time_ns since_ns_ = 0;
 };
 
+// A box whose limits changed in memory writes and reads nothing more (docs/faults.md, reason 17).
+class memory_invariant : public invariant {
+  public:
+    explicit memory_invariant(run &of)
+        : invariant(of, "memory"),
+          lag_ns_(longest_lag(of)),
+          judged_(lag_ns_ != never && !draws_any(of, {fault_kind::reload, fault_kind::hostile})) {}
+    void exchanged(const exchange &seen) override {
+        if (!judged_ || of_.flipped_ns == never) return;
+        const time_ns after_ns = seen.sent - of_.flipped_ns;
+        if (after_ns > 3 * of_.running().period_us * us + lag_ns_)
+            violated(
+                fmt::format("an exchange {} ms after a limit changed in memory", after_ns / ms));
+    }
+
+  private:
+    time_ns lag_ns_;
+    bool judged_;
+};
+
 // Ticks are never made up for: from a write to the one two steps later is at least a period.
 class tick_invariant : public invariant {
   public:
@@ -246,6 +266,7 @@ void add_process(run &of, invariants &all) {
     all.push_back(std::make_unique<exit_invariant>(of));
     all.push_back(std::make_unique<service_invariant>(of));
     all.push_back(std::make_unique<resources_invariant>(of));
+    all.push_back(std::make_unique<memory_invariant>(of));
     all.push_back(std::make_unique<fresh_invariant>(of));
     all.push_back(std::make_unique<reconnect_invariant>(of));
     all.push_back(std::make_unique<tick_invariant>(of));

@@ -216,6 +216,7 @@ void run::start_daemon() {
     ++result_.starts;
     runs_first_file_ = false;
     longest_gap_ns = ticked_ns_ = 0;
+    flipped_ns = never;
     cycles_of_daemon = 0;
     stop_asked = false;
     each([](invariant &one) { one.started(); });

@@ -99,6 +99,7 @@ class run {
     bool stop_asked = false;     // SIGTERM was sent to this daemon
     time_ns longest_gap_ns = 0;  // between two ticks of this daemon
     std::uint64_t cycles_of_daemon = 0;
+    time_ns flipped_ns = never;  // a bit of a limit in this daemon's memory flipped then
     // Once faults have ended, the box is ACTIVE after at most this time.
     time_ns recovery_ns();
     void report(const char *invariant, const std::string &words);
