@@ -32,9 +32,13 @@ def readings(plc):
 
 
 def table(text):
-    """{inputs as written: outputs as written} of a record."""
-    return {tuple(row[name] for name in INPUTS): tuple(row[name] for name in OUTPUTS)
-            for row in csv.DictReader(io.StringIO(text)) if all(row[name] for name in INPUTS)}
+    """{inputs as written: outputs as written} of a record, of the first row that has these inputs. In a later one
+    they may be old, on a machine that stands still: the outputs then fade."""
+    found = {}
+    for row in csv.DictReader(io.StringIO(text)):
+        if all(row[name] for name in INPUTS):
+            found.setdefault(tuple(row[name] for name in INPUTS), tuple(row[name] for name in OUTPUTS))
+    return found
 
 
 def record_of(program, folder):
