@@ -208,7 +208,7 @@ class models_invariant : public invariant {
             const channel_facts &channel = facts.channels[c];
             if (!wants_[c]) continue;
             const time_ns rest_ns = sent - std::max(wants_[c]->since_ns, arrived_ns_) -
-                                    2 * sampled * facts.period_us * us;
+                                    2 * time_ns{sampled} * facts.period_us * us;
             if (1e-9 * static_cast<double>(rest_ns) * channel.slew_um_per_s <
                 2.2 * channel.limit_um)
                 continue;

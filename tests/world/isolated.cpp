@@ -23,12 +23,12 @@ namespace {
 
 constexpr long look_every_s = 2;  // of the processor's time
 const scheduler *watched = nullptr;
-time_ns seen = -1;
+time_ns seen_ns = -1;
 
 // Virtual time did not go on since the last look.
 void look(int) {
-    if (watched->now() == seen) ::_exit(SIGXCPU);
-    seen = watched->now();
+    if (watched->now() == seen_ns) ::_exit(SIGXCPU);
+    seen_ns = watched->now();
 }
 
 void watch(const scheduler &time) {

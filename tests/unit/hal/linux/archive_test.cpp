@@ -83,7 +83,7 @@ TEST_F(archive, what_is_kept_is_compressed_with_the_same_content) {
 }
 
 TEST_F(archive, an_empty_file_and_one_of_a_slice_are_whole) {
-    for (const std::size_t bytes : {0, int{CB_COMPRESS_SLICE}}) {
+    for (const std::size_t bytes : {std::size_t{0}, std::size_t{CB_COMPRESS_SLICE}}) {
         start(1 << 20);
         put("", std::string(bytes, 'x'));
         EXPECT_EQ(cb_archive_keep(&of), 0);
