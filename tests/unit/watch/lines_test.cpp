@@ -79,8 +79,8 @@ TEST(watch, says_why_no_box_runs) {
 }
 
 TEST(watch, fits_into_the_terminal_and_says_what_is_left_out) {
-    for (const std::size_t rows : {2, 5, 9, 14}) {
-        for (const std::size_t columns : {1, 20, 79}) {
+    for (const std::size_t rows : {2u, 5u, 9u, 14u}) {
+        for (const std::size_t columns : {1u, 20u, 79u}) {
             const auto lines = texts(lines_of(example(), "", {}, {rows, columns}));
             EXPECT_LE(lines.size(), rows);
             for (const std::string &one : lines) {
