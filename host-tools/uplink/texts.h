@@ -11,8 +11,9 @@ namespace compbox::uplink {
 // out: one level of a topic: '_' for '/', '+', '#' and control characters; "box" for ""
 std::string topic_level(const std::string &name);
 
-// in : box: an object of version 1 whose lists hold objects with names (view/snapshot.h), or null
-// out: the state: what runs, mode, reason and cause; why no box runs. The same text means the same
+// in : box: an object of version 1 whose lists hold objects with names (box_files/snapshot.h), or
+// null out: the state: what runs, mode, reason and cause; why no box runs. The same text means the
+// same
 //      state.
 std::string state_text(const json &box, const std::string &why_not);
 

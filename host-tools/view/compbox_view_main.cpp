@@ -56,9 +56,9 @@ void serve(site &from, server &to, uplink::uplink *plant, std::ostream &log) {
             from.news().beat();
             beat_due = now + beat_ms;
         }
-        if (from.poll(unix_now_s()) || beats) to.wake();
+        if (from.poll(box_files::unix_now_s()) || beats) to.wake();
         if (plant == nullptr) continue;
-        const double unix_s = unix_now_s();
+        const double unix_s = box_files::unix_now_s();
         plant->take(from.box().value(), from.box().why_not(unix_s), unix_s,
                     1e-3 * static_cast<double>(now));
         const std::string news = plant->news(1e-3 * static_cast<double>(now));

@@ -190,7 +190,8 @@ std::string metrics_type(metrics_format format) {
                : "text/plain; version=0.0.4; charset=utf-8";
 }
 
-std::string metrics_text(const snapshot_file &file, double unix_s, metrics_format format) {
+std::string metrics_text(const box_files::snapshot_file &file, double unix_s,
+                         metrics_format format) {
     writer out(format);
     const bool is_up = file.why_not(unix_s).empty();
     out.family("up", "gauge", "1: compboxd runs and its snapshot is fresh");

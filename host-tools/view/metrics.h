@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "host-tools/view/snapshot.h"
+#include "host-tools/box_files/snapshot.h"
 
 namespace compbox::view {
 
@@ -16,7 +16,8 @@ metrics_format metrics_format_of(const std::string &accept);
 std::string metrics_type(metrics_format format);
 
 // out: all metrics; without a box that runs compbox_up 0 alone. in : wall clock, s
-std::string metrics_text(const snapshot_file &file, double unix_s, metrics_format format);
+std::string metrics_text(const box_files::snapshot_file &file, double unix_s,
+                         metrics_format format);
 
 // out: a label's value between its quotes: \ " and line ends escaped
 std::string escaped_label(std::string_view value);

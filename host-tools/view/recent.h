@@ -14,9 +14,9 @@ constexpr std::size_t recent_most_columns = 1024;
 
 class recent_values {
   public:
-    // in : a snapshot as snapshot_file accepts it; null: there is no box, which ends the curves by
-    // one empty row. At most one row for each second of unix_s is kept, the first. A wall clock
-    // that goes back begins anew.
+    // in : a snapshot as box_files/snapshot.h accepts it; null: there is no box, which ends the
+    // curves by one empty row. At most one row for each second of unix_s is kept, the first. A wall
+    // clock that goes back begins anew.
     void add(double unix_s, const json &snapshot);
 
     columns all() const;

@@ -8,8 +8,8 @@
 #include <charconv>
 #include <limits>
 
+#include "host-tools/box_files/snapshot.h"
 #include "host-tools/formats/text.h"
-#include "host-tools/view/snapshot.h"
 
 namespace compbox::view {
 

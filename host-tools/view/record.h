@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "host-tools/view/followed_file.h"
+#include "host-tools/box_files/followed_file.h"
 #include "host-tools/view/history.h"
 
 namespace compbox::view {
@@ -45,7 +45,7 @@ class record {
     bool open_older();
 
     std::string path_;
-    followed_file file_;
+    box_files::followed_file file_;
     history history_;
     table newest_;
     std::vector<float> row_;
@@ -55,7 +55,7 @@ class record {
     unsigned older_ = 1;  // number of the one that is read; 0: all are
     gzFile older_file_ = nullptr;
     table older_table_;
-    line_cutter older_lines_;
+    box_files::line_cutter older_lines_;
     double oldest_s_ = 0.0;  // of the last row that was read
 };
 

@@ -223,7 +223,8 @@ MHD_Result server::connections::take(void *self, MHD_Connection *connection, con
         return MHD_YES;
     }
     if (*data_size != 0) return MHD_NO;  // a body where none belongs: closes the connection
-    return all->send(connection, all->from_.reply(request_of(connection, path), unix_now_s()));
+    return all->send(connection,
+                     all->from_.reply(request_of(connection, path), box_files::unix_now_s()));
 }
 
 MHD_Result server::connections::send(MHD_Connection *connection, const answer &reply) {

@@ -117,7 +117,7 @@ answer site::recent() {
 }
 
 answer site::events(const request &to) {
-    const auto limit = whole_argument(to, "limit", 200, 1, event_log_lines);
+    const auto limit = whole_argument(to, "limit", 200, 1, box_files::event_log_lines);
     if (!limit) return sentence(400, "limit is a whole number, 1 to 1000.\n");
     return json_answer(events_.text(static_cast<std::size_t>(*limit)));
 }

@@ -6,13 +6,13 @@
 #include <map>
 #include <string>
 
+#include "host-tools/box_files/event_log.h"
+#include "host-tools/box_files/snapshot.h"
 #include "host-tools/view/access.h"
 #include "host-tools/view/answer.h"
-#include "host-tools/view/event_log.h"
 #include "host-tools/view/feed.h"
 #include "host-tools/view/recent.h"
 #include "host-tools/view/record.h"
-#include "host-tools/view/snapshot.h"
 
 namespace compbox::view {
 
@@ -33,7 +33,7 @@ class site {
     answer reply(const request &to, double unix_s);
 
     feed &news() { return feed_; }
-    const snapshot_file &box() const { return snapshot_; }
+    const box_files::snapshot_file &box() const { return snapshot_; }
     std::function<void(const std::string &)> on_event;  // a line of JSON, as it comes
 
   private:
@@ -47,8 +47,8 @@ class site {
     answer metrics(const request &to, double unix_s);
 
     access_rule rule_;
-    snapshot_file snapshot_;
-    event_log events_;
+    box_files::snapshot_file snapshot_;
+    box_files::event_log events_;
     record record_;
     recent_values recent_;
     feed feed_;

@@ -13,8 +13,8 @@
 #include <string_view>
 #include <vector>
 
-#include "host-tools/view/event_log.h"
-#include "host-tools/view/snapshot.h"
+#include "host-tools/box_files/event_log.h"
+#include "host-tools/box_files/snapshot.h"
 #include "host-tools/watch/lines.h"
 
 namespace compbox::watch {
@@ -37,24 +37,24 @@ void mind_signals() {
 }
 
 // The two files, as far as they were read.
-class box_files {
+class watched {
   public:
-    explicit box_files(const watched_files &files)
+    explicit watched(const watched_files &files)
         : snapshot_(files.snapshot), events_(files.events) {}
 
     void poll() {
         snapshot_.poll();
         events_.poll([](const std::string &) {});
     }
-    std::string why_not() const { return snapshot_.why_not(view::unix_now_s()); }
+    std::string why_not() const { return snapshot_.why_not(box_files::unix_now_s()); }
     std::vector<line> lines(const window &into) const {
         const json all = json::parse(events_.text(events_shown));
         return lines_of(snapshot_.value(), why_not(), {all.begin(), all.end()}, into);
     }
 
   private:
-    view::snapshot_file snapshot_;
-    view::event_log events_;
+    box_files::snapshot_file snapshot_;
+    box_files::event_log events_;
 };
 
 window size_of_terminal() {
@@ -78,14 +78,14 @@ std::string frame(const std::vector<line> &lines, bool coloured) {
 
 std::string print_once(const watched_files &files, const cli::streams &io) {
     constexpr std::size_t any = std::numeric_limits<std::size_t>::max();
-    box_files of(files);
+    watched of(files);
     of.poll();
     for (const line &one : of.lines({any, any})) io.out << text_of(one, false) << "\n";
     return of.why_not();
 }
 
 void draw_until_signal(const watched_files &files, bool coloured, const cli::streams &io) {
-    box_files of(files);
+    watched of(files);
     mind_signals();
     io.out << begin_drawing;
     while (interrupted == 0 && io.out) {

@@ -49,9 +49,10 @@ host-tools/plc            : formats fakeplc
 host-tools/commission     : models base wire config json signals terms box load hal hal/linux formats command_line plc
 host-tools/simulation     : models base wire config json signals terms box load hal formats command_line algebra \
     metrology identification fitting twin fakeplc coefficients
+host-tools/box_files      : formats
 host-tools/uplink         : formats command_line
-host-tools/view           : models base wire config signals terms box formats command_line uplink
-host-tools/watch          : formats command_line view
+host-tools/view           : models base wire config signals terms box formats command_line box_files uplink
+host-tools/watch          : formats command_line box_files
 host-tools/compbox        : models base wire config json signals terms box load hal formats command_line algebra \
     metrology identification fitting test_report training twin fakeplc coefficients export plc commission simulation \
     watch

@@ -29,9 +29,9 @@ std::string text_of(const json &value, metrics_format format = metrics_format::o
                     double later_s = 0.0) {
     const auto path = compbox_test::temporary("snapshot");
     std::ofstream(path) << value.dump();
-    snapshot_file file(path);
+    box_files::snapshot_file file(path);
     file.poll();
-    return metrics_text(file, unix_now_s() + later_s, format);
+    return metrics_text(file, box_files::unix_now_s() + later_s, format);
 }
 
 bool has(const std::string &text, const std::string &line) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "host-tools/view/line_cutter.h"
+#include "host-tools/box_files/line_cutter.h"
 
-namespace compbox::view {
+namespace compbox::box_files {
 
 void line_cutter::clear() {
     rest_.clear();
@@ -23,4 +23,4 @@ void line_cutter::add(std::string_view bytes, const line_taker &take) {
     skips_ = true;
 }
 
-}  // namespace compbox::view
+}  // namespace compbox::box_files

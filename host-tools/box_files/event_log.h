@@ -6,9 +6,9 @@
 #include <functional>
 #include <string>
 
-#include "host-tools/view/followed_file.h"
+#include "host-tools/box_files/followed_file.h"
 
-namespace compbox::view {
+namespace compbox::box_files {
 
 constexpr std::size_t event_log_lines = 1000, event_most_bytes = 8192;
 
@@ -34,4 +34,4 @@ class event_log {
     bool is_read_ = false;
 };
 
-}  // namespace compbox::view
+}  // namespace compbox::box_files

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "host-tools/view/snapshot.h"
+#include "host-tools/box_files/snapshot.h"
 
 #include <fcntl.h>
 #include <fmt/core.h>
@@ -11,7 +11,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-namespace compbox::view {
+namespace compbox::box_files {
 
 namespace {
 
@@ -145,4 +145,4 @@ std::string snapshot_file::live_text(double unix_s) const {
                        quoted.dump(-1, ' ', false, json::error_handler_t::replace));
 }
 
-}  // namespace compbox::view
+}  // namespace compbox::box_files

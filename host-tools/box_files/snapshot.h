@@ -10,7 +10,7 @@
 
 #include "host-tools/formats/json_type.h"
 
-namespace compbox::view {
+namespace compbox::box_files {
 
 // The longest interval between two snapshots is 1 s.
 constexpr double snapshot_stale_s = 3.0;
@@ -54,4 +54,4 @@ class snapshot_file {
 // Wall clock, s.
 double unix_now_s();
 
-}  // namespace compbox::view
+}  // namespace compbox::box_files

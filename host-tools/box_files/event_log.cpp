@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "host-tools/view/event_log.h"
+#include "host-tools/box_files/event_log.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "host-tools/formats/json_type.h"
 
-namespace compbox::view {
+namespace compbox::box_files {
 
 namespace {
 
@@ -53,4 +53,4 @@ std::string event_log::text(std::size_t limit) const {
     return out + "]";
 }
 
-}  // namespace compbox::view
+}  // namespace compbox::box_files

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "host-tools/view/followed_file.h"
+#include "host-tools/box_files/followed_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-namespace compbox::view {
+namespace compbox::box_files {
 
 followed_file::~followed_file() {
     close();
@@ -73,4 +73,4 @@ bool followed_file::poll(std::size_t most_bytes, const reader &to) {
     return false;
 }
 
-}  // namespace compbox::view
+}  // namespace compbox::box_files

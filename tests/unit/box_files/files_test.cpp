@@ -1,20 +1,18 @@
 // SPDX-License-Identifier: MIT
-// The files of compboxd as compbox-view reads them: grown, renamed, emptied, torn, hostile.
+// The files of compboxd as other programs read them: grown, renamed, emptied, torn, hostile.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
-#include <zlib.h>
 
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "host-tools/view/event_log.h"
-#include "host-tools/view/record.h"
-#include "host-tools/view/snapshot.h"
+#include "host-tools/box_files/event_log.h"
+#include "host-tools/box_files/snapshot.h"
 #include "tests/support/temporary.h"
 
 using namespace compbox;
-using namespace compbox::view;
+using namespace compbox::box_files;
 
 namespace {
 
@@ -45,7 +43,7 @@ const char *const good =
 
 }  // namespace
 
-TEST(view_followed_file, lines_come_once_and_whole) {
+TEST(box_files_followed_file, lines_come_once_and_whole) {
     const auto path = own_file();
     followed_file file(path, 10);
     EXPECT_EQ(read_all(file), texts());
@@ -56,14 +54,14 @@ TEST(view_followed_file, lines_come_once_and_whole) {
     EXPECT_EQ(read_all(file), (texts{"two", "three"}));
 }
 
-TEST(view_followed_file, a_line_that_is_too_long_is_left_out) {
+TEST(box_files_followed_file, a_line_that_is_too_long_is_left_out) {
     const auto path = own_file();
     followed_file file(path, 10);
     append(path, std::string(300000, 'x') + "\nshort\n" + std::string(11, 'y') + "\nlast\n");
     EXPECT_EQ(read_all(file), (texts{"short", "last"}));
 }
 
-TEST(view_followed_file, the_rest_of_a_renamed_file_comes_before_the_new_one) {
+TEST(box_files_followed_file, the_rest_of_a_renamed_file_comes_before_the_new_one) {
     const auto path = own_file();
     followed_file file(path, 10);
     append(path, "a\n");
@@ -75,7 +73,7 @@ TEST(view_followed_file, the_rest_of_a_renamed_file_comes_before_the_new_one) {
     EXPECT_EQ(read_all(file), texts{"c"});
 }
 
-TEST(view_followed_file, a_file_that_was_emptied_begins_anew) {
+TEST(box_files_followed_file, a_file_that_was_emptied_begins_anew) {
     const auto path = own_file();
     followed_file file(path, 10);
     append(path, "first\nsecond\n");
@@ -84,7 +82,7 @@ TEST(view_followed_file, a_file_that_was_emptied_begins_anew) {
     EXPECT_EQ(read_all(file), texts{"third"});
 }
 
-TEST(view_followed_file, a_folder_and_a_pipe_have_no_lines) {
+TEST(box_files_followed_file, a_folder_and_a_pipe_have_no_lines) {
     const auto path = own_file();
     ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
     followed_file pipe(path, 10), folder("/", 10);
@@ -92,7 +90,7 @@ TEST(view_followed_file, a_folder_and_a_pipe_have_no_lines) {
     EXPECT_EQ(read_all(folder), texts());
 }
 
-TEST(view_snapshot, a_new_file_is_read_once) {
+TEST(box_files_snapshot, a_new_file_is_read_once) {
     const auto path = own_file();
     replace(path, good);
     snapshot_file file(path);
@@ -104,7 +102,7 @@ TEST(view_snapshot, a_new_file_is_read_once) {
     EXPECT_TRUE(file.poll());
 }
 
-TEST(view_snapshot, what_is_no_snapshot_is_no_box_and_says_why) {
+TEST(box_files_snapshot, what_is_no_snapshot_is_no_box_and_says_why) {
     const auto path = own_file();
     snapshot_file file(path);
     EXPECT_FALSE(file.poll());
@@ -137,7 +135,7 @@ TEST(view_snapshot, what_is_no_snapshot_is_no_box_and_says_why) {
     EXPECT_FALSE(file.age_s(0).has_value());
 }
 
-TEST(view_snapshot, an_old_file_and_an_ended_run_are_stale) {
+TEST(box_files_snapshot, an_old_file_and_an_ended_run_are_stale) {
     const auto path = own_file();
     replace(path, good);
     snapshot_file file(path);
@@ -154,7 +152,7 @@ TEST(view_snapshot, an_old_file_and_an_ended_run_are_stale) {
     EXPECT_EQ(file.why_not(now), "compboxd has ended; this is its last snapshot");
 }
 
-TEST(view_events, the_newest_of_all_files_in_their_order) {
+TEST(box_files_events, the_newest_of_all_files_in_their_order) {
     const auto path = own_file();
     append(path + ".2", "{\"n\":1}\n{\"n\":2}\n");
     append(path + ".1", "{\"n\":3}\nno json\n[4]\n{\"n\":");
@@ -171,7 +169,7 @@ TEST(view_events, the_newest_of_all_files_in_their_order) {
     EXPECT_EQ(log.text(2), R"([{"n":4},{"n":5}])");
 }
 
-TEST(view_events, their_number_is_limited) {
+TEST(box_files_events, their_number_is_limited) {
     const auto path = own_file();
     std::string lines;
     for (int i = 0; i < 3000; ++i) lines += "{\"n\":" + std::to_string(i) + "}\n";
@@ -181,75 +179,4 @@ TEST(view_events, their_number_is_limited) {
     const json all = json::parse(log.text(100000));
     EXPECT_EQ(all.size(), event_log_lines);
     EXPECT_EQ(all.back().at("n"), 2999);
-}
-
-namespace {
-
-// The values of T1 in the last hour.
-std::vector<float> temperatures(const record &from, double now_s) {
-    const columns table = from.values().last(1, now_s, {});
-    for (const auto &one : table.all) {
-        if (one.key.name == "T1") return one.values;
-    }
-    return {};
-}
-
-}  // namespace
-
-TEST(view_record, rows_have_the_wall_clock_of_their_column) {
-    const auto path = own_file();
-    append(path, "time_s,T1,comp_X_um,mode,reason,unix_s\n");
-    append(path, "0.0,20.5,1,1,0,1800000000.0\n0.03,,1,1,0,1800000000.03\nbroken\n");
-    append(path, "30,22,1,1,0,1800000030.0\n30.03,9,9,9,9,9,9,9,9\n31,21\n");
-    record from(path);
-    EXPECT_TRUE(from.poll(1800000031.0));
-    EXPECT_FALSE(from.poll(1800000031.0));
-    EXPECT_EQ(temperatures(from, 1800000031.0).front(), 20.5f);
-    EXPECT_EQ(temperatures(from, 1800000031.0).back(), 22.0f);
-    append(path, "33,28,1,1,0,1800000033.0\n");
-    EXPECT_TRUE(from.poll(1800000033.0));
-    EXPECT_EQ(temperatures(from, 1800000033.0).back(), 28.0f);
-}
-
-TEST(view_record, without_that_column_the_last_row_is_as_old_as_the_file) {
-    const auto path = own_file();
-    append(path, "time_s,T1,mode,reason\n100,20,1,0\n700,21,1,0\n");
-    record from(path);
-    const double now_s = unix_now_s();
-    EXPECT_TRUE(from.poll(now_s));
-    const columns table = from.values().last(1, now_s, {});
-    ASSERT_EQ(table.unix_s.size(), 5u);
-    EXPECT_NEAR(table.unix_s.front(), now_s - 600.0, 6.0);
-    EXPECT_NEAR(table.unix_s.back(), now_s, 6.0);
-}
-
-TEST(view_record, older_files_are_read_plain_and_compressed) {
-    const auto path = own_file();
-    const std::string head = "time_s,T1,mode,reason,unix_s\n";
-    append(path, head + "0,3,1,0,1800000000\n");
-    append(path + ".1", head + "0,2,1,0,1799999500\n");
-    const gzFile old = ::gzopen((path + ".2.gz").c_str(), "wb");
-    ::gzputs(old, (head + "0,1,1,0,1799999000\n").c_str());
-    ::gzclose(old);
-    record from(path);
-    for (int i = 0; i < 4; ++i) from.poll(1800000001.0);
-    const auto values = temperatures(from, 1800000001.0);
-    ASSERT_EQ(values.size(), 8u) << "three spans and two gaps";
-    EXPECT_EQ(values[0], 1.0f);
-    EXPECT_EQ(values[3], 2.0f);
-    EXPECT_EQ(values[6], 3.0f);
-}
-
-TEST(view_record, a_call_reads_about_a_megabyte) {
-    const auto path = own_file();
-    std::string text = "time_s,T1,mode,reason,unix_s\n";
-    for (int i = 0; i < 100000; ++i) {
-        text += fmt::format("{},{},1,0,{}\n", i, i, 1799900000 + i);
-    }
-    append(path, text);
-    record from(path);
-    unsigned calls = 0;
-    while (from.poll(1800000000.0)) ++calls;
-    EXPECT_EQ(calls, (text.size() >> 20) + 1);
-    EXPECT_EQ(temperatures(from, 1800000000.0).back(), 99999.0f);
 }

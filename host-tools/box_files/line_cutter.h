@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace compbox::view {
+namespace compbox::box_files {
 
 using line_taker = std::function<void(std::string_view)>;  // a line without its end
 
@@ -27,4 +27,4 @@ class line_cutter {
     bool skips_ = false;  // the rest of a long line
 };
 
-}  // namespace compbox::view
+}  // namespace compbox::box_files

@@ -6,9 +6,9 @@
 #include <functional>
 #include <string>
 
-#include "host-tools/view/line_cutter.h"
+#include "host-tools/box_files/line_cutter.h"
 
-namespace compbox::view {
+namespace compbox::box_files {
 
 class followed_file {
   public:
@@ -43,4 +43,4 @@ class followed_file {
     int descriptor_ = -1;
 };
 
-}  // namespace compbox::view
+}  // namespace compbox::box_files
