@@ -128,6 +128,11 @@ unsigned broker::connection() const {
     return is_->connected ? is_->connections : 0;
 }
 
+unsigned broker::connections() const {
+    const std::lock_guard hold(is_->lock);
+    return is_->connections;
+}
+
 std::optional<int> broker::publish(const message &one, bool retained) {
     int id = 0;
     const int result =

@@ -31,6 +31,9 @@ class broker {
     // out: number of the connection, from 1; 0: there is none
     unsigned connection() const;
 
+    // out: how many connections there were so far
+    unsigned connections() const;
+
     // At least once. out: the number under which it will be confirmed; nothing: try it again
     std::optional<int> publish(const message &one, bool retained);
 

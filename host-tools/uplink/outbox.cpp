@@ -50,6 +50,7 @@ void outbox::confirmed(int id) {
         bytes_ -= bytes_of(messages_.front().of);
         messages_.pop_front();
         --on_their_way_;
+        ++delivered_;
     }
 }
 

@@ -32,6 +32,7 @@ class outbox {
     std::size_t waiting() const { return messages_.size(); }
     std::size_t bytes() const { return bytes_; }
     std::uint64_t lost() const { return lost_; }
+    std::uint64_t delivered() const { return delivered_; }
 
     static constexpr std::size_t window = 20;  // on their way at a time
 
@@ -43,7 +44,7 @@ class outbox {
     std::deque<entry> messages_;
     std::size_t on_their_way_ = 0;  // at the front
     std::size_t most_bytes_, bytes_ = 0;
-    std::uint64_t lost_ = 0;
+    std::uint64_t lost_ = 0, delivered_ = 0;
 };
 
 }  // namespace compbox::uplink

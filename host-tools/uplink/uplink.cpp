@@ -71,6 +71,11 @@ void uplink::add_event(const std::string &line) {
     outbox_.add({settings_.topic + "/events", line});
 }
 
+figures uplink::so_far() const {
+    return {broker_.connection() != 0, broker_.connections(), outbox_.waiting(),
+            outbox_.bytes(),           outbox_.delivered(),   outbox_.lost()};
+}
+
 std::string uplink::news(double steady_s) {
     const std::string at =
         fmt::format("the MQTT broker {}:{}", settings_.broker.host, settings_.broker.port);

@@ -20,6 +20,14 @@ struct settings {
     std::size_t buffer_bytes = 32u << 20;
 };
 
+// Of values and events, since the start.
+struct figures {
+    bool connected = false;
+    unsigned connections = 0;  // made so far
+    std::size_t waiting = 0, waiting_bytes = 0;
+    std::uint64_t delivered = 0, lost = 0;  // confirmed by the broker; dropped, the buffer was full
+};
+
 class uplink {
   public:
     // Throws input_error as broker does.
@@ -37,7 +45,7 @@ class uplink {
     // out: a sentence when the connection comes or goes, or has not come for some seconds; else ""
     std::string news(double steady_s);
 
-    const outbox &waiting() const { return outbox_; }
+    figures so_far() const;
 
   private:
     void greet();

@@ -111,7 +111,10 @@ void run(const options &chosen, const cli::streams &io) {
     server to(address, from);
     std::optional<uplink::uplink> plant;
     if (const auto settings = uplink::settings_of(chosen.plant)) plant.emplace(*settings);
-    if (plant) from.on_event = [&](const std::string &line) { plant->add_event(line); };
+    if (plant) {
+        from.on_event = [&](const std::string &line) { plant->add_event(line); };
+        from.plant = [&] { return plant->so_far(); };
+    }
     io.out << "compbox-view: listening on " << to.url() << std::endl;
     serve(from, to, plant ? &*plant : nullptr, io.err);
 }

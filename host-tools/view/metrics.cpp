@@ -163,6 +163,21 @@ void put_times(writer &out, const std::string &name, const char *help, const jso
     out.sample(scaled(member(times, "sum"), 1e-6), {}, "_sum");
 }
 
+void put_plant(writer &out, const uplink::figures &plant) {
+    out.family("mqtt_connected", "gauge", "1: there is a connection to the MQTT broker");
+    out.sample(plant.connected ? 1 : 0);
+    out.family("mqtt_waiting_messages", "gauge", "Values and events that wait for the broker");
+    out.sample(plant.waiting);
+    out.family("mqtt_waiting_bytes", "gauge", "Their share of --mqtt-buffer");
+    out.sample(plant.waiting_bytes);
+    out.family("mqtt_connections", "counter", "Connections to the broker");
+    out.sample(plant.connections);
+    out.family("mqtt_messages", "counter", "Values and events that the broker has confirmed");
+    out.sample(plant.delivered);
+    out.family("mqtt_lost_messages", "counter", "Values and events that the full buffer dropped");
+    out.sample(plant.lost);
+}
+
 }  // namespace
 
 std::string escaped_label(std::string_view value) {
@@ -190,9 +205,11 @@ std::string metrics_type(metrics_format format) {
                : "text/plain; version=0.0.4; charset=utf-8";
 }
 
-std::string metrics_text(const box_files::snapshot_file &file, double unix_s,
+std::string metrics_text(const box_files::snapshot_file &file,
+                         const std::optional<uplink::figures> &plant, double unix_s,
                          metrics_format format) {
     writer out(format);
+    if (plant) put_plant(out, *plant);
     const bool is_up = file.why_not(unix_s).empty();
     out.family("up", "gauge", "1: compboxd runs and its snapshot is fresh");
     out.sample(is_up ? 1 : 0);

@@ -2,10 +2,12 @@
 // The snapshot as metrics for Prometheus and others.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "host-tools/box_files/snapshot.h"
+#include "host-tools/uplink/uplink.h"
 
 namespace compbox::view {
 
@@ -15,8 +17,10 @@ enum class metrics_format { openmetrics, prometheus };
 metrics_format metrics_format_of(const std::string &accept);
 std::string metrics_type(metrics_format format);
 
-// out: all metrics; without a box that runs compbox_up 0 alone. in : wall clock, s
-std::string metrics_text(const box_files::snapshot_file &file, double unix_s,
+// in : plant: nothing: without --mqtt; wall clock, s
+// out: all metrics; of a box that does not run compbox_up 0 alone
+std::string metrics_text(const box_files::snapshot_file &file,
+                         const std::optional<uplink::figures> &plant, double unix_s,
                          metrics_format format);
 
 // out: a label's value between its quotes: \ " and line ends escaped

@@ -143,7 +143,8 @@ answer site::history(const request &to, double unix_s) {
 
 answer site::metrics(const request &to, double unix_s) {
     const metrics_format format = metrics_format_of(to.accept.value_or(""));
-    answer reply = json_answer(metrics_text(snapshot_, unix_s, format));
+    const auto figures = plant ? std::optional(plant()) : std::nullopt;
+    answer reply = json_answer(metrics_text(snapshot_, figures, unix_s, format));
     if (reply.text != nullptr) reply.type = metrics_type(format);
     return reply;
 }

@@ -4,10 +4,12 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "host-tools/box_files/event_log.h"
 #include "host-tools/box_files/snapshot.h"
+#include "host-tools/uplink/uplink.h"
 #include "host-tools/view/access.h"
 #include "host-tools/view/answer.h"
 #include "host-tools/view/feed.h"
@@ -35,6 +37,7 @@ class site {
     feed &news() { return feed_; }
     const box_files::snapshot_file &box() const { return snapshot_; }
     std::function<void(const std::string &)> on_event;  // a line of JSON, as it comes
+    std::function<uplink::figures()> plant;             // of --mqtt; empty: without
 
   private:
     bool poll_snapshot(double unix_s);

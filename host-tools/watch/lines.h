@@ -23,8 +23,8 @@ struct window {
     std::size_t rows, columns;
 };
 
-// in : box: an object of version 1 whose lists hold objects with names (box_files/snapshot.h), or
-// null;
+// in : box: as box_files/snapshot.h accepts it, an object whose lists hold objects with names, or
+// null
 //      why_not: why it does not run, as a sentence; "": it runs
 //      events: the newest lines of docs/events.md, parsed
 // out: at most window.rows lines of at most window.columns characters. What matters most comes

@@ -6,6 +6,7 @@ import re
 import shutil
 import signal
 import subprocess
+import urllib.request
 
 import pytest
 
@@ -50,6 +51,12 @@ def test_a_late_subscriber_gets_the_retained_state_and_the_will_says_that_the_vi
                 wait_for(lambda: late.last("box/online") == "0")
 
 
+def figures_at(address):
+    """compbox_mqtt_… of its metrics, by the rest of the name."""
+    text = urllib.request.urlopen(address + "metrics", timeout=60).read().decode()
+    return {name: float(value) for name, value in re.findall(r"^compbox_mqtt_(\w+) (\S+)$", text, re.M)}
+
+
 def test_nothing_is_lost_while_the_broker_is_away(tmp_path):
     with Broker(tmp_path) as broker, running_box(tmp_path) as plc:
         plant = Subscriber(broker)
@@ -71,6 +78,10 @@ def test_nothing_is_lost_while_the_broker_is_away(tmp_path):
                 values = [v["unix_s"] for v in again.json("box/values")]
                 assert values == sorted(values)
                 assert values[0] < happened[0]["unix_s"] + 1, "values of the absence are sent too"
+            address = re.search(r"http://\S+", process.stdout.readline())[0]
+            wait_for(lambda: figures_at(address)["messages_total"] >= len(values) + len(happened))
+            figures = figures_at(address)
+            assert (figures["connected"], figures["connections_total"], figures["lost_messages_total"]) == (1, 2, 0)
             process.terminate()
             process.wait(60)
             log = process.stderr.read()

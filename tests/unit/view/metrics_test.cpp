@@ -26,12 +26,13 @@ json snapshot() {
 }
 
 std::string text_of(const json &value, metrics_format format = metrics_format::openmetrics,
-                    double later_s = 0.0) {
+                    double later_s = 0.0,
+                    const std::optional<uplink::figures> &plant = std::nullopt) {
     const auto path = compbox_test::temporary("snapshot");
     std::ofstream(path) << value.dump();
     box_files::snapshot_file file(path);
     file.poll();
-    return metrics_text(file, box_files::unix_now_s() + later_s, format);
+    return metrics_text(file, plant, box_files::unix_now_s() + later_s, format);
 }
 
 bool has(const std::string &text, const std::string &line) {
@@ -106,4 +107,18 @@ TEST(view_metrics, words_of_a_later_version_have_no_number) {
     EXPECT_EQ(reason_word(-1), "");
     EXPECT_LT(mode_severity(1), mode_severity(2));
     EXPECT_LT(mode_severity(77), mode_severity(1));
+}
+
+TEST(view_metrics, figures_of_mqtt_are_there_with_mqtt_alone) {
+    EXPECT_EQ(text_of(snapshot()).find("compbox_mqtt"), std::string::npos);
+    const uplink::figures plant = {false, 3, 40, 5000, 6000000000, 7};
+    for (const double later_s : {0.0, 60.0}) {  // also without a box
+        const std::string text = text_of(snapshot(), metrics_format::openmetrics, later_s, plant);
+        for (const char *line :
+             {"compbox_mqtt_connected 0", "compbox_mqtt_connections_total 3",
+              "compbox_mqtt_waiting_messages 40", "compbox_mqtt_waiting_bytes 5000",
+              "compbox_mqtt_messages_total 6000000000", "compbox_mqtt_lost_messages_total 7"}) {
+            EXPECT_TRUE(has(text, line)) << line;
+        }
+    }
 }
