@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
 """--events: the log as lines of JSON, across restarts, kills and full disks."""
 import errno
+import hashlib
 import json
 import re
+import signal
 
 import pytest
 
@@ -19,6 +21,10 @@ def events(tmp_path):
 
 def lines(events):
     return [json.loads(line) for line in events.read_text().splitlines()]
+
+
+def line_with(text, events):
+    return next((line for line in lines(events) if text in line["text"]), None)
 
 
 def texts_of(log):
@@ -77,6 +83,26 @@ def test_a_reload_has_the_new_revision_and_check_sum(plc, port, start_box, event
         first, last = lines(events)[0], lines(events)[-1]
     assert (first["revision"], last["revision"]) == (7, 8) and first["crc"] != last["crc"]
     assert last["kind"] == "file"
+    digest = hashlib.sha256((tmp_path / "coefficients.json").read_bytes()).hexdigest()
+    assert last["file"].pop("modified_unix_s") <= last["unix_s"]
+    assert last["file"] == {"revision": 8, "crc": last["crc"], "sha256": digest, "owner": 1000}
+    assert first["file"]["revision"] == 7 and first["file"]["crc"] == first["crc"]
+
+
+def test_a_refused_file_has_its_own_hash_and_the_sender_of_the_signal(plc, port, start_box, events, tmp_path):
+    plc.values = dict(AT_REST)
+    with RawPlc(plc, port), start_box("--events", events) as box:
+        plc.wait_mode(ACTIVE)
+        machine.write_coefficients(tmp_path / "coefficients.json", port, lambda data: data.update(revision=6))
+        box.send_signal(signal.SIGHUP)
+        last = until(lambda: line_with("is older than the running one", events))
+        (tmp_path / "coefficients.json").rename(tmp_path / "old.json")
+        box.send_signal(signal.SIGHUP)
+        unread = until(lambda: line_with("cannot be read", events))
+    digest = hashlib.sha256((tmp_path / "old.json").read_bytes()).hexdigest()
+    assert (last["file"]["sha256"], last["file"]["revision"], last["revision"]) == (digest, 6, 7)
+    assert last["file"]["requested_by"] == {"user": 0, "pid": 1} and last["file"]["crc"] != last["crc"]
+    assert "file" not in unread and all("file" not in line for line in lines(events) if line["kind"] == "mode")
 
 
 def test_a_full_disk_is_reported_once_and_the_losses_counted(stage, plc, port, start_box, events):

@@ -104,7 +104,7 @@ sighandler_t world_signal(int number, sighandler_t handler) {
 }
 
 // The lowest pending signal of the set, or EAGAIN after the time.
-int world_sigtimedwait(const sigset_t *set, siginfo_t *, const timespec *wait) {
+int world_sigtimedwait(const sigset_t *set, siginfo_t *info, const timespec *wait) {
     if (here().begin("sigtimedwait").error != 0) return -1;
     const std::uint64_t wanted = bits_of(set);
     const time_ns until = here().time.now() + wait->tv_sec * second + wait->tv_nsec;
@@ -113,6 +113,10 @@ int world_sigtimedwait(const sigset_t *set, siginfo_t *, const timespec *wait) {
         if (const std::uint64_t found = pending & wanted; found != 0) {
             const int number = __builtin_ctzll(found);
             pending &= ~(std::uint64_t{1} << number);
+            if (info != nullptr) {
+                info->si_pid = 1;  // systemd, as root
+                info->si_uid = 0;
+            }
             return number;
         }
         if (here().time.now() >= until) break;

@@ -26,17 +26,18 @@ static long read_all(int fd, char *text, size_t size) {
     return (long)length;
 }
 
-/* out: bytes read, up to one more than a coefficient file may have; -1 and *why when it cannot be
- *      read. O_NONBLOCK, which a regular file ignores, because a pipe would wait for its writer. */
-static long read_bytes(const char *path, char *text, size_t size, const char **why) {
-    struct stat there;
+/* out: bytes read, up to one more than a coefficient file may have, and *there of the file; -1 and
+ *      *why when it cannot be read. O_NONBLOCK, which a regular file ignores, because a pipe would
+ * wait for its writer. */
+static long read_bytes(const char *path, char *text, size_t size, struct stat *there,
+                       const char **why) {
     long length = -1;
     const int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
-    if (fd < 0 || fstat(fd, &there) != 0) {
+    if (fd < 0 || fstat(fd, there) != 0) {
         *why = strerror(errno);
-    } else if (S_ISDIR(there.st_mode)) {
+    } else if (S_ISDIR(there->st_mode)) {
         *why = strerror(EISDIR);
-    } else if (!S_ISREG(there.st_mode)) {
+    } else if (!S_ISREG(there->st_mode)) {
         *why = "it is not a regular file; put the coefficient file itself there";
     } else {
         length = read_all(fd, text, size);
@@ -44,6 +45,16 @@ static long read_bytes(const char *path, char *text, size_t size, const char **w
     }
     if (fd >= 0) close(fd);
     return length;
+}
+
+static struct cb_file_facts facts_of(const char *text, size_t length, const struct stat *there) {
+    struct cb_file_facts facts = {.was_read = true,
+                                  .crc32 = cb_crc32(0, text, length),
+                                  .owner = there->st_uid,
+                                  .modified_unix_us = (int64_t)there->st_mtim.tv_sec * 1000000 +
+                                                      there->st_mtim.tv_nsec / 1000};
+    cb_sha256(text, length, facts.sha256);
+    return facts;
 }
 
 static void describe(const char *path, const struct cb_message *message, char *text, size_t size) {
@@ -64,18 +75,20 @@ bool cb_load_file(struct cb_config *config, const char *path, const struct cb_ce
         .transports = 1u << CB_TRANSPORT_TCP | 1u << CB_TRANSPORT_RTU,
         .lacks = CB_HAS_LIBMODBUS ? 0 : 1u << CB_CLIENT_LIBMODBUS};
     const char *why = "";
+    struct stat there;
     struct cb_message message = {.line = 0};
-    *loaded = (struct cb_loaded){.crc32 = 0};
-    const long length = read_bytes(path, text, sizeof text, &why);
+    *loaded = (struct cb_loaded){.lowered = 0};
+    const long length = read_bytes(path, text, sizeof text, &there, &why);
     if (length < 0) {
         snprintf(loaded->message, sizeof loaded->message, "%s: cannot be read: %s", path, why);
         return false;
     }
-    loaded->crc32 = cb_crc32(0, text, (uint32_t)length);
+    loaded->facts = facts_of(text, (size_t)length, &there);
     if (cb_config_load(config, text, (size_t)length, &target, &scratch, &message) != CB_OK) {
         describe(path, &message, loaded->message, sizeof loaded->message);
         return false;
     }
+    loaded->facts.revision = config->revision;
     loaded->lowered = cb_ceiling_apply(config, ceiling);
     return true;
 }

@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "firmware/box/ceiling.h"
+#include "hal/linux/files/events.h"
 
 struct cb_config;
 
@@ -15,7 +16,7 @@ enum { CB_LOAD_MESSAGE_BYTES = 512 };
 
 /* Facts about a coefficient file that was read. */
 struct cb_loaded {
-    uint32_t crc32;                      /* of its text */
+    struct cb_file_facts facts;          /* was_read: all of it could be read */
     uint32_t lowered;                    /* bit i: the ceiling lowers the limits of channel i */
     char message[CB_LOAD_MESSAGE_BYTES]; /* reason of a rejection: a sentence with file, place and
                                             remedy */

@@ -73,9 +73,9 @@ static const struct cb_config *config_of(const struct daemon *daemon, uint32_t g
 /* Call it before the box of this generation runs, or right after it has taken over. */
 static void keep_config(struct daemon *daemon, uint32_t generation) {
     daemon->configs[generation % 2] = daemon->loop.boxes[generation % 2].config;
-    daemon->crc32s[generation % 2] = daemon->reload.loaded.crc32;
+    daemon->crc32s[generation % 2] = daemon->reload.loaded.facts.crc32;
     daemon->files.events.revision = daemon->configs[generation % 2].revision;
-    daemon->files.events.crc32 = daemon->reload.loaded.crc32;
+    daemon->files.events.crc32 = daemon->reload.loaded.facts.crc32;
 }
 
 static const struct cb_config *config_now(const struct daemon *daemon) {
@@ -333,11 +333,13 @@ static bool start(struct daemon *daemon) {
     if (!start_signals(daemon)) return false;
     prepare_machine(daemon);
     start_supervision(daemon);
+    daemon->files.events.file = &daemon->reload.loaded.facts;
     cb_log_line(&daemon->log, cb_boottime_us(),
                 "%s, revision %u, %u term%s, %u channel%s, PLC %s, every %.6g ms", config->machine,
                 (unsigned)config->revision, (unsigned)config->terms_count,
                 plural(config->terms_count), (unsigned)config->channels_count,
                 plural(config->channels_count), daemon->plc, (double)config->period_us * 1e-3);
+    daemon->files.events.file = NULL;
     log_ceiling(daemon);
     cb_can_source_start(&daemon->loop.target.can, config);
     run->can_used = cb_can_source_used(&daemon->loop.target.can);
@@ -412,14 +414,20 @@ static void mind_signals(struct daemon *daemon) {
     sigemptyset(&signals);
     sigaddset(&signals, SIGHUP);
     sigaddset(&signals, SIGUSR1);
-    const int found = sigtimedwait(&signals, NULL, &wait);
-    if (found == SIGHUP) daemon->reload_requested = true;
+    siginfo_t info;
+    const int found = sigtimedwait(&signals, &info, &wait);
+    if (found == SIGHUP) {
+        daemon->reload_requested = true;
+        daemon->reload.sender = (struct cb_sender){true, info.si_uid, info.si_pid};
+    }
     if (found == SIGUSR1) cb_blackbox_request(&daemon->files.blackbox, cb_boottime_us());
 }
 
 /* in : reload->last, a sentence */
 static void log_reload(struct daemon *daemon, int64_t now_us, const char *rest) {
+    daemon->files.events.file = &daemon->reload.loaded.facts;
     cb_log_limited(&daemon->log, CB_LOG_FILES, now_us, "%s%s", daemon->reload.last, rest);
+    daemon->files.events.file = NULL;
     daemon->stats_us = 0; /* writes the statistics at once */
 }
 

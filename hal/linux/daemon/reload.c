@@ -94,9 +94,9 @@ bool cb_reload_ready(struct cb_reload *reload, struct cb_loop *loop) {
  * out: PENDING, or SAME if the last line was about this very file */
 static enum cb_reload_outcome keep_pending(struct cb_reload *reload, const struct cb_config *now,
                                            const struct cb_config *fresh, const char *why) {
-    const bool same = reload->pending_logged && reload->pending_crc32 == reload->loaded.crc32;
+    const bool same = reload->pending_logged && reload->pending_crc32 == reload->loaded.facts.crc32;
     reload->pending = reload->pending_logged = true;
-    reload->pending_crc32 = reload->loaded.crc32;
+    reload->pending_crc32 = reload->loaded.facts.crc32;
     report(
         reload,
         "%s: revision %u is pending: %s; it is taken in STANDBY with enable off and all outputs at "
@@ -112,9 +112,21 @@ static enum cb_reload_outcome refuse_corrupt(struct cb_reload *reload) {
            "%s: is not taken, because the running configuration has changed in memory; restart "
            "compboxd",
            reload->path);
+    reload->loaded.facts.was_read = false;
     reload->refused++;
     reload->pending_logged = false;
     return CB_RELOAD_REFUSED;
+}
+
+/* Reads the file into `config`. out: whether it is a valid one */
+static bool load(struct cb_reload *reload, struct cb_config *config) {
+    const bool good = cb_load_file(config, reload->path, &reload->ceiling, &reload->loaded);
+    reload->loaded.facts.on_signal = reload->sender.known;
+    reload->loaded.facts.sender_user = reload->sender.user;
+    reload->loaded.facts.sender_pid = reload->sender.pid;
+    reload->sender.known = false;
+    if (!good) report(reload, "%s", reload->loaded.message);
+    return good;
 }
 
 enum cb_reload_outcome cb_reload_offer(struct cb_reload *reload, struct cb_loop *loop) {
@@ -124,9 +136,7 @@ enum cb_reload_outcome cb_reload_offer(struct cb_reload *reload, struct cb_loop 
     look(reload, &reload->known);
     reload->seen = reload->known;
     if (cb_loop_is_corrupt(loop)) return refuse_corrupt(reload);
-    if (!cb_load_file(&spare->config, reload->path, &reload->ceiling, &reload->loaded))
-        report(reload, "%s", reload->loaded.message);
-    else if (check(reload, now, &spare->config)) {
+    if (load(reload, &spare->config) && check(reload, now, &spare->config)) {
         const bool widens = cb_widening_find(now, &spare->config, why, sizeof why);
         cb_box_start(spare);
         reload->offered = true;

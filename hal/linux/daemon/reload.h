@@ -19,6 +19,13 @@ enum { CB_RELOAD_LOOK_US = 1000000 };
 
 enum { CB_RELOAD_MESSAGE_BYTES = CB_LOAD_MESSAGE_BYTES + 200 };
 
+/* Who sent a signal. */
+struct cb_sender {
+    bool known;
+    uint32_t user;
+    int32_t pid;
+};
+
 struct cb_reload {
     const char *path;
     struct cb_ceiling ceiling; /* of the site: applied to every file */
@@ -30,6 +37,7 @@ struct cb_reload {
     bool pending;                       /* … because the box is not at rest */
     uint32_t pending_crc32;             /* of the last pending file … */
     bool pending_logged;                /* … whose line was logged */
+    struct cb_sender sender;            /* of the last request by SIGHUP, until the file is read */
     struct cb_loaded loaded;            /* about the last file read */
     uint32_t lowered;                   /* of the running file: struct cb_loaded */
     uint32_t taken, refused;            /* since the start */

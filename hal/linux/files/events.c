@@ -58,6 +58,26 @@ static void put_mode(struct cb_writer *json, const struct cb_row *row) {
     cb_writer_whole(json, "cycle", (int64_t)row->number);
 }
 
+static void put_file(struct cb_writer *json, const struct cb_file_facts *file) {
+    char text[2 * CB_SHA256_BYTES + 1];
+    cb_writer_object(json, "file");
+    cb_writer_whole(json, "revision", file->revision);
+    snprintf(text, sizeof text, "%08x", (unsigned)file->crc32);
+    cb_writer_text(json, "crc", text);
+    for (unsigned i = 0; i < CB_SHA256_BYTES; i++)
+        snprintf(text + 2 * i, 3, "%02x", (unsigned)file->sha256[i]);
+    cb_writer_text(json, "sha256", text);
+    cb_writer_whole(json, "owner", file->owner);
+    cb_writer_thousandths(json, "modified_unix_s", (double)file->modified_unix_us * 1e-6);
+    if (file->on_signal) {
+        cb_writer_object(json, "requested_by");
+        cb_writer_whole(json, "user", file->sender_user);
+        cb_writer_whole(json, "pid", file->sender_pid);
+        cb_writer_close(json);
+    }
+    cb_writer_close(json);
+}
+
 void cb_events_add(struct cb_events *events, const char *kind, const char *text,
                    const struct cb_row *row) {
     char line[CB_EVENTS_LINE], crc[12];
@@ -75,6 +95,7 @@ void cb_events_add(struct cb_events *events, const char *kind, const char *text,
     cb_writer_text(&json, "kind", kind);
     cb_writer_text(&json, "text", text);
     if (row != NULL) put_mode(&json, row);
+    if (events->file != NULL && events->file->was_read) put_file(&json, events->file);
     if (events->lost > 0) cb_writer_whole(&json, "lost_before", events->lost);
     const size_t bytes = cb_writer_end(&json);
     events->error = bytes == 0 ? EFBIG : append(events, line, bytes);

@@ -8,6 +8,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/base/sha256.h"
 #include "hal/linux/files/row.h"
 #include "hal/linux/files/state.h"
 
@@ -18,8 +19,21 @@ enum {
     CB_EVENTS_SYNC_US = 1000000, /* longest time for which the disk lacks a line */
 };
 
+/* A coefficient file, and who brought it. */
+struct cb_file_facts {
+    bool was_read; /* the members below are valid */
+    uint32_t revision, crc32;
+    uint8_t sha256[CB_SHA256_BYTES];
+    uint32_t owner; /* user who owns the file */
+    int64_t modified_unix_us;
+    bool on_signal; /* SIGHUP requested its loading, sent by: */
+    uint32_t sender_user;
+    int32_t sender_pid;
+};
+
 struct cb_events {
-    const char *path; /* NULL: none */
+    const char *path;                 /* NULL: none */
+    const struct cb_file_facts *file; /* while it is set, each event has them; NULL: none */
     int fd;
     bool is_new;              /* the folder on the disk may lack the name */
     int64_t bytes;            /* of whole lines in the file */
