@@ -16,6 +16,7 @@
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/command_line/summary.h"
 #include "host-tools/commission/checks.h"
+#include "host-tools/commission/event_note.h"
 #include "host-tools/commission/questions.h"
 #include "host-tools/commission/second_opinion.h"
 #include "host-tools/commission/statements.h"
@@ -36,7 +37,7 @@ namespace {
 constexpr double settling_s = 1.0;  // before a person or script reads an instrument
 
 struct commission_options {
-    std::string path, output;
+    std::string path, output, events;
     std::vector<std::string> axes, measured_text, shows_text, together_text;
     std::map<std::string, double> measured_um;
     commission::position_options positions;
@@ -53,7 +54,8 @@ class commissioning {
           options_(options),
           document_(formats::read_json(options.path)),
           setup_(commission::make_box_setup(document_, options.path, options.rate_um_per_s)),
-          map_(setup_) {
+          map_(setup_),
+          note_(options.events) {
         check_choice();
         check_output();
         check_positions();
@@ -313,7 +315,11 @@ class commissioning {
     void finish() {
         const std::string &path = output();
         const json changed = commission::with_result(document_, options_.path, result_);
-        formats::update_file(path, formats::json_text(changed), &io_.out);
+        const std::string text = formats::json_text(changed);
+        formats::update_file(path, text, &io_.out);
+        note_.add(fmt::format("commissioned {}{}: {}", setup_.config->machine,
+                              path == "-" ? "" : ", written to " + path, found_in_words(changed)),
+                  text, changed.value("revision", setup_.config->revision));
         if (options_.as_json) {
             json figures = commission::figures_of(document_, result_);
             figures["registers"] = result_.registers;
@@ -321,12 +327,23 @@ class commissioning {
         }
         if (path == "-") return;
         for (const auto &remark : setup_.remarks) say("Remark: " + remark);
-        say(fmt::format(
-            "Written to {}: {}{}provenance.commissioning", path,
-            options_.only_registers ? "" : "sign of each tested channel, ",
-            result_.times && changed["cycle"]["lead_ms"].is_number()
-                ? fmt::format("lead_ms {:.4g}, ", changed["cycle"]["lead_ms"].get<double>())
-                : ""));
+        say(fmt::format("Written to {}: {}{}provenance.commissioning", path,
+                        options_.only_registers ? "" : "sign of each tested channel, ",
+                        lead_in_words(changed)));
+    }
+
+    // in : the file as it is written. out: "" where no lead was measured
+    std::string lead_in_words(const json &changed) const {
+        if (!result_.times || !changed["cycle"]["lead_ms"].is_number()) return "";
+        return fmt::format("lead_ms {:.4g}, ", changed["cycle"]["lead_ms"].get<double>());
+    }
+
+    std::string found_in_words(const json &changed) const {
+        std::string signs;
+        for (const auto &[channel, found] : result_.signs) {
+            signs += fmt::format("sign of {} {}, ", channel_name(channel), found.sign);
+        }
+        return signs + lead_in_words(changed) + "registers agree";
     }
 
     const cli::streams &io_;
@@ -335,6 +352,7 @@ class commissioning {
     json document_;
     commission::box_setup setup_;
     commission::register_map map_;
+    commission::event_note note_;
     commission::findings result_;
 };
 
@@ -385,6 +403,8 @@ void add_commission(cli::command &app) {
         .check(cli::whole_between(5, 1000));
     command.add_option("-o,--output F.json", options->output,
                        "File to write (default: FILE itself)");
+    command.add_option("--events F.jsonl", options->events,
+                       "Append the result to the events of the box, with hash and user");
     cli::add_json(command, options->as_json);
     command.footer(R"(Ctrl-C brings the offset back to zero and writes nothing.
 

@@ -3,7 +3,9 @@
 (still_clock.py). The indicator is fakeplc's own truth about the tool, read by its console and typed in as a person
 would."""
 
+import hashlib
 import json
+import os
 import re
 import signal
 import socket
@@ -57,10 +59,16 @@ LONG_ALONE = pytest.mark.skipif(not LONG, reason="scripts/test --long")
 @LONG_ALONE
 def test_a_machine_as_it_should_be(compbox, plc):
     fake = plc()
-    code, out, printed = commission(compbox, fake, "--json")
+    code, out, printed = commission(compbox, fake, "--json", "--events", "events.jsonl")
     assert code == 0, printed
     figures = json.loads(out)
     machine = compbox.read("machine.json")
+    event = compbox.read("events.jsonl")
+    digest = hashlib.sha256((compbox.folder / "machine.json").read_bytes()).hexdigest()
+    assert event["kind"] == "commission" and event["file"]["sha256"] == digest
+    assert event["file"]["owner"] == os.geteuid() and event["revision"] == machine["revision"]
+    assert re.fullmatch(r"commissioned machine, written to machine\.json: sign of X 1, sign of Y 1, sign of Z 1, "
+                        rf"lead_ms {machine['cycle']['lead_ms']:.4g}, registers agree", event["text"]), event["text"]
     assert [channel["sign"] for channel in machine["channels"]] == [1, 1, 1]
     kept = machine["provenance"]["commissioning"]
     assert kept["signs"] == figures["signs"]

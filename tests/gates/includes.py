@@ -46,7 +46,8 @@ host-tools/coefficients   : models base wire config json signals terms box load 
 host-tools/export         : models base wire config json signals terms box load formats algebra metrology \
     fitting twin fakeplc coefficients
 host-tools/plc            : formats fakeplc
-host-tools/commission     : models base wire config json signals terms box load hal hal/linux formats command_line plc
+host-tools/commission     : models base wire config json signals terms box load hal hal/linux hal/linux/files \
+    formats command_line plc
 host-tools/simulation     : models base wire config json signals terms box load hal formats command_line algebra \
     metrology identification fitting twin fakeplc coefficients
 host-tools/box_files      : formats
