@@ -3,14 +3,12 @@
 
 #include <unistd.h>
 
-#include <cstdint>
-#include <limits>
-
 #include "host-tools/formats/error.h"
 
 extern "C" {
 #include "firmware/base/crc32.h"
 #include "hal/linux/clock.h"
+#include "hal/linux/files/events.h"
 #include "hal/linux/files/output_file.h"
 }
 
@@ -29,28 +27,30 @@ cb_file_facts facts_of(const std::string &file, unsigned revision) {
     return facts;
 }
 
-}  // namespace
-
-event_note::event_note(const std::string &path) : path_(path) {
-    const int error = ::cb_events_start(&events_, path.empty() ? nullptr : path_.c_str());
+// in : 0, or errno
+void throw_if(int error, const std::string &path) {
     if (error != 0)
         throw input_error(path, 0, 0, "cannot be written ({})", ::cb_output_error(error));
 }
 
-event_note::~event_note() {
-    ::cb_events_finish(&events_);
+}  // namespace
+
+void check_events_file(const std::string &path) {
+    cb_events events = {};
+    throw_if(::cb_events_start(&events, path.c_str()), path);
+    ::cb_events_finish(&events);
 }
 
-void event_note::add(const std::string &sentence, const std::string &file, unsigned revision) {
+void note_event(const std::string &path, const std::string &sentence, const std::string &file,
+                unsigned revision) {
     const cb_file_facts facts = facts_of(file, revision);
-    events_.revision = facts.revision;
-    events_.crc32 = facts.crc32;
-    events_.file = &facts;
-    ::cb_events_add(&events_, "commission", sentence.c_str(), nullptr);
-    events_.file = nullptr;
-    ::cb_events_sync(&events_, std::numeric_limits<std::int64_t>::max());
-    if (events_.error == 0) return;
-    throw input_error(path_, 0, 0, "cannot be written ({})", ::cb_output_error(events_.error));
+    cb_events events = {};
+    throw_if(::cb_events_start(&events, path.c_str()), path);
+    events.revision = facts.revision;
+    events.crc32 = facts.crc32;
+    events.file = &facts;
+    ::cb_events_add(&events, "commission", sentence.c_str(), nullptr);
+    throw_if(::cb_events_finish(&events), path);
 }
 
 }  // namespace compbox::commission

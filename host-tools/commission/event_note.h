@@ -4,27 +4,14 @@
 
 #include <string>
 
-extern "C" {
-#include "hal/linux/files/events.h"
-}
-
 namespace compbox::commission {
 
-class event_note {
-  public:
-    // in : the file of compboxd --events; "": none. Throws input_error if it cannot be written.
-    explicit event_note(const std::string &path);
-    ~event_note();
-    event_note(const event_note &) = delete;
-    event_note &operator=(const event_note &) = delete;
+// in : the file of compboxd --events, or a new one. Throws input_error if it cannot be written.
+void check_events_file(const std::string &path);
 
-    // Appends an event of the kind "commission" about a file that this user has written.
-    // in : its text and revision. Throws input_error.
-    void add(const std::string &sentence, const std::string &file, unsigned revision);
-
-  private:
-    std::string path_;
-    cb_events events_ = {};
-};
+// Appends an event of the kind "commission" about a file that this user has written.
+// in : of the file its text and revision. Throws input_error if it cannot be written.
+void note_event(const std::string &path, const std::string &sentence, const std::string &file,
+                unsigned revision);
 
 }  // namespace compbox::commission

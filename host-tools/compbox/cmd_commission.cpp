@@ -54,10 +54,10 @@ class commissioning {
           options_(options),
           document_(formats::read_json(options.path)),
           setup_(commission::make_box_setup(document_, options.path, options.rate_um_per_s)),
-          map_(setup_),
-          note_(options.events) {
+          map_(setup_) {
         check_choice();
         check_output();
+        if (!options.events.empty()) commission::check_events_file(options.events);
         check_positions();
         commission::with_result(document_, options.path, {});  // before anything moves
     }
@@ -317,9 +317,7 @@ class commissioning {
         const json changed = commission::with_result(document_, options_.path, result_);
         const std::string text = formats::json_text(changed);
         formats::update_file(path, text, &io_.out);
-        note_.add(fmt::format("commissioned {}{}: {}", setup_.config->machine,
-                              path == "-" ? "" : ", written to " + path, found_in_words(changed)),
-                  text, changed.value("revision", setup_.config->revision));
+        note(changed, text);
         if (options_.as_json) {
             json figures = commission::figures_of(document_, result_);
             figures["registers"] = result_.registers;
@@ -338,6 +336,16 @@ class commissioning {
         return fmt::format("lead_ms {:.4g}, ", changed["cycle"]["lead_ms"].get<double>());
     }
 
+    // in : the file as it is written, and its text
+    void note(const json &changed, const std::string &text) const {
+        if (options_.events.empty()) return;
+        const std::string at = output() == "-" ? "" : ", written to " + output();
+        commission::note_event(options_.events,
+                               fmt::format("commissioned {}{}: {}", setup_.config->machine, at,
+                                           found_in_words(changed)),
+                               text, changed.value("revision", setup_.config->revision));
+    }
+
     std::string found_in_words(const json &changed) const {
         std::string signs;
         for (const auto &[channel, found] : result_.signs) {
@@ -352,7 +360,6 @@ class commissioning {
     json document_;
     commission::box_setup setup_;
     commission::register_map map_;
-    commission::event_note note_;
     commission::findings result_;
 };
 

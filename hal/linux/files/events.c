@@ -58,6 +58,7 @@ static void put_mode(struct cb_writer *json, const struct cb_row *row) {
     cb_writer_whole(json, "cycle", (int64_t)row->number);
 }
 
+/* in : file->was_read. Adds the object "file": what the file is, and who brought it. */
 static void put_file(struct cb_writer *json, const struct cb_file_facts *file) {
     char text[2 * CB_SHA256_BYTES + 1];
     cb_writer_object(json, "file");
