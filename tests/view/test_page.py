@@ -129,7 +129,7 @@ def test_a_refused_stream_is_asked_for_again(box, page):
     page.open("about:blank")
     address = ("127.0.0.1", page.view.port)
     held = []
-    while len(held) < STREAMS:  # the one of the page before ends soon
+    while len(held) < STREAMS:  # that of the page before ends at once
         asked = [socket.create_connection(address) for _ in range(STREAMS - len(held))]
         for one in asked:
             one.sendall(b"GET /api/stream HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
@@ -142,6 +142,31 @@ def test_a_refused_stream_is_asked_for_again(box, page):
     page.until("return document.querySelectorAll('#event-list li').length > 0")
     page.logs()
     page.complaints.clear()  # the browser names each reply 503
+
+
+def test_a_page_that_was_left_gives_its_stream_back_and_takes_another(box, page):
+    """Chromium keeps the page, and would keep its connection for minutes."""
+    address = ("127.0.0.1", page.view.port)
+
+    def is_there_room():
+        held = [socket.create_connection(address) for _ in range(STREAMS)]
+        for one in held:
+            one.sendall(b"GET /api/stream HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+        found = [one.recv(12) for one in held]
+        for one in held:
+            one.close()
+        return found.count(b"HTTP/1.1 200") == STREAMS
+    assert not is_there_room()
+    page.open("about:blank")
+    for _ in range(50):
+        if is_there_room():
+            break
+        time.sleep(0.1)
+    else:
+        raise AssertionError("its stream is still there")
+    page.driver.back()
+    page.until_text("#mode", "ACTIVE")
+    assert not page.run("return document.body.classList.contains('old')")
 
 
 def test_a_reload_shows_both_files(plc, box, page, tmp_path):

@@ -22,6 +22,8 @@ export class Live {
     this.heard_s = now_s();
     this.away = false; // the server did not reply to the last question
     this.open();
+    // A browser keeps a page that was left, with its stream; ask() opens it again when the page comes back.
+    addEventListener("pagehide", () => this.source.close());
     setInterval(() => this.ask(), ASK_MS);
   }
 
