@@ -19,6 +19,8 @@ struct request {
     std::string path;  // without arguments
     std::optional<std::string> host, accept, if_none_match;
     std::optional<login> by;
+    std::string from;       // of the reader: IPv4 address, or network of an IPv6 address; bytes
+    double steady_s = 0.0;  // when it came, by a clock that nobody sets
     // out: the value of an argument behind '?', such as "hours"
     std::function<std::optional<std::string>(const char *)> argument;
 };

@@ -3,12 +3,14 @@
 
 #include <microhttpd.h>
 #include <netdb.h>
+#include <netinet/in.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <set>
 
@@ -93,6 +95,24 @@ std::optional<login> login_of(MHD_Connection *connection) {
     return by;
 }
 
+// out: what one reader cannot change at will: an IPv4 address, or the first half of an IPv6 one
+std::string address_of(MHD_Connection *connection) {
+    const auto *info = ::MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+    if (info == nullptr) return "";
+    const auto bytes = [](const auto &from, std::size_t size) {
+        return std::string(reinterpret_cast<const char *>(&from), size);
+    };
+    if (info->client_addr->sa_family == AF_INET) {
+        sockaddr_in four;
+        std::memcpy(&four, info->client_addr, sizeof four);
+        return bytes(four.sin_addr, sizeof four.sin_addr);
+    }
+    sockaddr_in6 six;
+    std::memcpy(&six, info->client_addr, sizeof six);
+    if (IN6_IS_ADDR_V4MAPPED(&six.sin6_addr)) return bytes(six.sin6_addr.s6_addr[12], 4);
+    return bytes(six.sin6_addr, 8);
+}
+
 request request_of(MHD_Connection *connection, const char *path) {
     request to;
     to.path = path;
@@ -100,6 +120,9 @@ request request_of(MHD_Connection *connection, const char *path) {
     to.accept = value_of(connection, MHD_HEADER_KIND, "Accept");
     to.if_none_match = value_of(connection, MHD_HEADER_KIND, "If-None-Match");
     to.by = login_of(connection);
+    to.from = address_of(connection);
+    to.steady_s =
+        std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
     to.argument = [connection](const char *name) {
         return value_of(connection, MHD_GET_ARGUMENT_KIND, name);
     };
@@ -120,7 +143,7 @@ void add_headers(MHD_Response *response, const answer &reply) {
     if (!reply.etag.empty()) add("ETag", std::string(reply.etag));
     if (reply.status == 401) add("WWW-Authenticate", "Basic realm=\"compbox\", charset=\"UTF-8\"");
     if (reply.status == 405) add("Allow", "GET, HEAD");
-    if (reply.status == 503) add("Retry-After", "10");
+    if (reply.status == 429 || reply.status == 503) add("Retry-After", "10");
 }
 
 // out: a response that holds the body until it is sent

@@ -165,12 +165,25 @@ answer site::route(const request &to, double unix_s) {
     return sentence(404, "There is no such page.\n");
 }
 
+// out: 0: the reader may read; 401 or 429
+unsigned site::refusal(const request &to) {
+    if (!rule_.needs_login()) return 0;
+    if (!to.by) return 401;
+    if (!guesses_.may_try(to.from, to.steady_s)) return 429;
+    if (rule_.accepts_login(to.by->user, to.by->password)) return 0;
+    guesses_.was_wrong(to.from, to.steady_s);
+    return 401;
+}
+
 answer site::reply(const request &to, double unix_s) {
     if (!rule_.accepts_host(to.host)) {
         return sentence(421, "Use the address of this computer itself, such as 127.0.0.1.\n");
     }
-    if (rule_.needs_login() && !(to.by && rule_.accepts_login(to.by->user, to.by->password))) {
-        return sentence(401, "The user is compbox; the password is that of --password-file.\n");
+    if (const unsigned status = refusal(to); status != 0) {
+        return sentence(
+            status, status == 401
+                        ? "The user is compbox; the password is that of --password-file.\n"
+                        : "Too many wrong passwords came from this address; try again later.\n");
     }
     return route(to, unix_s);
 }

@@ -13,6 +13,7 @@
 #include "host-tools/view/access.h"
 #include "host-tools/view/answer.h"
 #include "host-tools/view/feed.h"
+#include "host-tools/view/guess_limit.h"
 #include "host-tools/view/recent.h"
 #include "host-tools/view/record.h"
 
@@ -42,6 +43,7 @@ class site {
   private:
     bool poll_snapshot(double unix_s);
     bool poll_events();
+    unsigned refusal(const request &to);
     answer route(const request &to, double unix_s);
     answer json_answer(std::string text);
     answer recent();
@@ -50,6 +52,7 @@ class site {
     answer metrics(const request &to, double unix_s);
 
     access_rule rule_;
+    guess_limit guesses_;
     box_files::snapshot_file snapshot_;
     box_files::event_log events_;
     record record_;

@@ -52,9 +52,9 @@ class View:
         assert line.startswith("compbox-view: listening on http://"), self.process.communicate()
         self.port = int(re.search(r":(\d+)/$", line.strip()).group(1))
 
-    def request(self, path, method="GET", headers=(), body=None):
+    def request(self, path, method="GET", headers=(), body=None, source="127.0.0.1"):
         """out: the response, read, with its body as .text"""
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60, source_address=(source, 0))
         connection.request(method, path, body=body, headers=dict(headers))
         response = connection.getresponse()
         response.text = response.read().decode()
@@ -303,27 +303,45 @@ def test_an_address_that_others_reach_needs_a_password(snapshot, tmp_path):
     assert code == 1 and said == f"compbox-view: {password}: other users can read it: chmod o= {password}\n"
 
 
+def basic(login):
+    text = base64.b64encode(login.encode()).decode()
+    return {"Authorization": "Basic " + text} if login else {}
+
+
 def test_the_password_opens_and_is_in_no_reply(snapshot, view, tmp_path):
     password = tmp_path / "password"
     password.write_text("correct horse\n")
     password.chmod(0o640)
     one = view("--password-file", password, listen="0.0.0.0:0")
 
-    def ask(path, login):
-        text = base64.b64encode(login.encode()).decode()
-        return one.request(path, headers={"Authorization": "Basic " + text} if login else {})
-
     paths = ("/", "/api/live", "/api/recent", "/api/history", "/api/events", "/metrics", "/x")
-    for path in (*paths, "/api/stream"):
+    for number, path in enumerate((*paths, "/api/stream")):
         for login in ("", "compbox:wrong horse", "compbox:", "admin:correct horse", ":", "compbox"):
-            closed = ask(path, login)
+            closed = one.request(path, headers=basic(login), source=f"127.0.0.{number + 2}")
             assert closed.status == 401 and closed.getheader("WWW-Authenticate").startswith("Basic realm")
             assert "correct" not in closed.text and "mill" not in closed.text
     for path in paths:
-        opened = ask(path, "compbox:correct horse")
+        opened = one.request(path, headers=basic("compbox:correct horse"))
         assert opened.status == (404 if path == "/x" else 200)
         assert "correct" not in opened.text + str(opened.getheaders())
     assert one.request("/", headers={"Authorization": "Basic ####"}).status == 401
+
+
+def test_passwords_cannot_be_guessed_fast(snapshot, view, tmp_path):
+    """From each address ten at once. The right one gets through from another, and from this one again later."""
+    password = tmp_path / "password"
+    password.write_text("correct horse\n")
+    password.chmod(0o600)
+    one = view("--password-file", password, listen="0.0.0.0:0")
+    right, wrong = basic("compbox:correct horse"), basic("compbox:wrong horse")
+    assert one.request("/api/live", headers=right, source="127.0.0.9").status == 200
+    found = [one.request("/api/live", headers=wrong, source="127.0.0.9") for _ in range(60)]
+    assert [reply.status for reply in found[:10]] == [401] * 10
+    assert sum(reply.status == 429 for reply in found) >= 40 and "wrong passwords" in found[-1].text
+    assert found[-1].getheader("Retry-After") == "10"
+    assert one.request("/api/live", headers=right).status == 200
+    assert one.request("/api/live", source="127.0.0.9").status == 401, "without a password it is asked for"
+    eventually(lambda: one.request("/api/live", headers=right, source="127.0.0.9").status == 200)
 
 
 HOSTILE = [
