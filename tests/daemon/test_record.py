@@ -168,6 +168,27 @@ def test_a_full_disk_loses_no_old_record(stage, served, start_box):
     assert any(name.endswith(".gz") for name in found) and len(all_rows(found)) == box.stats["cycles"]
 
 
+@pytest.mark.parametrize("call, path", [("rename", "record.csv"), ("open", "record.csv"), ("write", "record.csv")])
+def test_a_rotation_that_failed_is_tried_again_calmly(stage, served, start_box, call, path):
+    """Also a new file whose header does not fit: rows never begin without one."""
+    with start_box("--record-most", "1") as box:
+        served.wait_mode(ACTIVE)
+        stage.run_for(10)
+        stage.fail(call, errno.ENOSPC, path)
+        stage.run_for(60)
+        tries = len(stage.failed)
+        stage.run_for(60)
+        assert call == "write" or 5 <= len(stage.failed) - tries <= 14, "one or two calls in ten seconds"
+        stage.heal()
+        stage.run_for(60)
+        box.stop()
+    assert box.log.count("record.csv: rows are lost: No space left on device") == 1, box.log
+    assert box.log.count("record.csv: is written again") == 1, box.log
+    rows = all_rows(kept(box))
+    assert len(rows) + box.stats["records_lost"] == box.stats["cycles"] and box.stats["records_lost"] > 0
+    assert float(rows[-1]["time_s"]) > 180, "the record goes on, with the same zero of time"
+
+
 @pytest.mark.parametrize("call", ["rename", "unlink", "fsync", "open", "read"])
 def test_a_call_of_a_compression_that_fails(stage, served, start_box, call):
     with start_box("--record-most", "1") as box:

@@ -49,13 +49,29 @@ void cb_row_files_add(struct cb_row_files *files, const struct cb_config *config
     cb_input_record_add(&files->inputs, config, row);
 }
 
-/* The loss of rows is logged when it begins; the final line has their number. */
+/* Logs when the record begins to fail, and when it was written for a while again. The final line
+ * has the number of lost rows. */
+static void log_record(struct cb_row_files *files, int64_t now_us) {
+    const struct cb_record *record = &files->record;
+    const char *path = files->options->record;
+    if (record->failures != files->failures) {
+        if (!files->is_failing)
+            cb_log_limited(files->log, CB_LOG_FILES, now_us, "%s: rows are lost: %s", path,
+                           strerror(record->last_error));
+        files->is_failing = true;
+        files->failures = record->failures;
+        files->failed_us = now_us;
+        files->rows_written = record->rows;
+    } else if (files->is_failing && record->rows > files->rows_written &&
+               now_us - files->failed_us > CB_RECORD_RETRY_US) {
+        files->is_failing = false;
+        cb_log_limited(files->log, CB_LOG_FILES, now_us, "%s: is written again", path);
+    }
+}
+
 void cb_row_files_flush(struct cb_row_files *files) {
     cb_record_flush(&files->record);
-    if (files->record.error == 0 || files->loss_logged) return;
-    files->loss_logged = true;
-    cb_log_limited(files->log, CB_LOG_FILES, cb_boottime_us(), "%s: rows are lost: %s",
-                   files->options->record, strerror(files->record.error));
+    log_record(files, cb_boottime_us());
 }
 
 void cb_row_files_work(struct cb_row_files *files, int64_t now_us) {
@@ -64,7 +80,7 @@ void cb_row_files_work(struct cb_row_files *files, int64_t now_us) {
     cb_events_sync(&files->events, now_us);
     cb_log_file(files->log, files->options->events, files->events.error, &files->events_error,
                 now_us);
-    cb_record_work(&files->record);
+    cb_record_work(&files->record, now_us);
     cb_log_file(files->log, archive->temporary, archive->error, &files->archive_error, now_us);
     if (cb_blackbox_work(&files->blackbox, now_us))
         cb_log_limited(files->log, CB_LOG_FILES, now_us, "black box: %s/%s", box->folder,

@@ -24,7 +24,11 @@ struct cb_row_files {
     int events_error;   /* errno last logged of the events … */
     int archive_error;  /* … of the compression of old records … */
     int blackbox_error; /* … and of the black box */
-    bool loss_logged;   /* of rows of the record */
+    /* of the record: */
+    bool is_failing;       /* that is the last line about it */
+    uint32_t failures;     /* that were noticed … */
+    int64_t failed_us;     /* … the last one at this time … */
+    uint64_t rows_written; /* … behind so many rows */
 };
 
 /* out: true; or false, and a sentence is printed: the file cannot be written */

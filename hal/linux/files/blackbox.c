@@ -103,6 +103,7 @@ static int make_ring(struct cb_blackbox *box, const struct cb_config *config) {
     box->values = (unsigned)config->signals_count + config->outputs_count + config->channels_count;
     const int64_t most = CB_BLACKBOX_MEMORY / (int64_t)row_bytes(box);
     box->capacity = (uint32_t)(rows < most ? rows : most);
+    box->longest = box->capacity + (uint32_t)(CB_BLACKBOX_PAUSE_US / config->period_us);
     box->added = box->written = 0;
     box->rows = calloc(box->capacity, row_bytes(box));
     return box->rows != NULL ? 0 : ENOMEM;
@@ -167,7 +168,7 @@ static int begin(struct cb_blackbox *box, int64_t now_us) {
     unsigned highest;
     const uint64_t oldest = box->added > box->capacity ? box->added - box->capacity : 0;
     box->next = box->written > oldest ? box->written : oldest;
-    const int64_t room = box->most_bytes - bytes_of(box, box->capacity);
+    const int64_t room = box->most_bytes - bytes_of(box, box->longest);
     const int error = make_room(box, CB_BLACKBOX_FILES - 1, room > 0 ? room : 0, &highest);
     if (error != 0) return error;
     make_name(box, highest + 1);

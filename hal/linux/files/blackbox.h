@@ -31,7 +31,8 @@ struct cb_blackbox {
     /* ---- the ring; rows have numbers from 0 */
     unsigned char *rows;
     uint32_t capacity;
-    unsigned values; /* of a row */
+    uint32_t longest; /* rows of a file at most: those of the ring, and new ones while it grows */
+    unsigned values;  /* of a row */
     uint64_t added;
     uint8_t mode; /* of the last row */
     /* ---- the event and its file */

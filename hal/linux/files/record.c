@@ -10,6 +10,12 @@
 #include "hal/linux/clock.h"
 #include "hal/linux/files/output_file.h"
 
+static void note_failure(struct cb_record *record, int error) {
+    if (record->error == 0) record->error = error;
+    record->last_error = error;
+    record->failures++;
+}
+
 /* Removes the part of a line that was written before an error. */
 static void cut_to_whole_lines(struct cb_record *record) {
     if (ftruncate(record->fd, record->whole_size) == 0)
@@ -22,7 +28,7 @@ static bool append(struct cb_record *record, const char *text, size_t bytes) {
         record->whole_size += (int64_t)bytes;
         return true;
     }
-    if (record->error == 0) record->error = errno;
+    note_failure(record, errno);
     cut_to_whole_lines(record);
     return false;
 }
@@ -89,7 +95,7 @@ static bool goes_on(struct cb_record *record, int64_t bytes) {
 
 /* Closes the file, on the disk, and renames it to PATH.1. out: 0, or errno */
 static int put_aside(struct cb_record *record) {
-    if (fsync(record->fd) != 0 && record->error == 0) record->error = errno;
+    if (fsync(record->fd) != 0) note_failure(record, errno);
     close(record->fd);
     record->fd = -1;
     return cb_archive_keep(&record->archive);
@@ -115,24 +121,25 @@ static int open_file(struct cb_record *record) {
 }
 
 static int write_header(struct cb_record *record) {
-    return append(record, record->header, record->header_used) ? 0 : record->error;
+    return append(record, record->header, record->header_used) ? 0 : record->last_error;
 }
 
 /* Opens the file and writes the header of a new one. out: 0, or errno */
 static int begin(struct cb_record *record) {
     record->whole_size = 0;
-    const int error = open_file(record);
-    if (error == 0) return record->whole_size > 0 ? 0 : write_header(record);
+    int error = open_file(record);
+    if (error == 0 && record->whole_size == 0) error = write_header(record);
+    if (error == 0) return 0;
     if (record->fd >= 0) close(record->fd);
     record->fd = -1;
     return error;
 }
 
-/* Keeps the file as PATH.1 and begins another. out: 0; or errno, and nothing is written any more */
+/* Keeps the file as PATH.1 and begins another. out: 0; or errno, and there is no file */
 static int another_file(struct cb_record *record) {
     int error = put_aside(record);
     if (error == 0) error = begin(record);
-    if (error != 0) record->error = error;
+    if (error != 0) note_failure(record, error);
     return error;
 }
 
@@ -209,8 +216,22 @@ void cb_record_add(struct cb_record *record, const struct cb_config *config,
     record->waiting++;
 }
 
-void cb_record_work(struct cb_record *record) {
-    if (record->path != NULL) cb_archive_work(&record->archive);
+static void try_again(struct cb_record *record, int64_t now_us) {
+    if (record->fd >= 0 || record->failures == 0 || now_us < record->retry_us) return;
+    const bool was_due = record->retry_us != 0;
+    record->retry_us = now_us + CB_RECORD_RETRY_US;
+    if (!was_due) return;
+    const int error = begin(record);
+    if (error != 0)
+        note_failure(record, error);
+    else
+        record->retry_us = 0;
+}
+
+void cb_record_work(struct cb_record *record, int64_t now_us) {
+    if (record->path == NULL) return;
+    try_again(record, now_us);
+    cb_archive_work(&record->archive);
 }
 
 int cb_record_finish(struct cb_record *record) {

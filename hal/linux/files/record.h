@@ -13,7 +13,10 @@
 #include "hal/linux/files/archive.h"
 #include "hal/linux/files/row_text.h"
 
-enum { CB_RECORD_BUFFER = 65536 };
+enum {
+    CB_RECORD_BUFFER = 65536,
+    CB_RECORD_RETRY_US = 10000000, /* until a file that could not be begun is tried again */
+};
 
 struct cb_record {
     int64_t every_us; /* interval of rows, 0: each one; set it before the start */
@@ -30,7 +33,10 @@ struct cb_record {
     int64_t wall_us;        /* the wall clock minus the clock of the rows */
     uint64_t rows;          /* in the file or in the buffer */
     uint64_t lost;          /* rows that could not be written */
-    int error;              /* errno of the first failure, 0: none */
+    int error;              /* errno of the first failure, 0: none … */
+    int last_error;         /* … and of the last one */
+    uint32_t failures;      /* number of failures */
+    int64_t retry_us;       /* without a file: when it is tried again */
     uint32_t waiting;       /* rows in the buffer */
     size_t used;            /* bytes in the buffer */
     int64_t whole_size;     /* bytes of whole lines in the file */
@@ -58,8 +64,9 @@ void cb_record_add(struct cb_record *record, const struct cb_config *config,
  * the disk are counted in `lost`. */
 void cb_record_flush(struct cb_record *record);
 
-/* Call it regularly: compresses a slice of an old file. */
-void cb_record_work(struct cb_record *record);
+/* Call it regularly: compresses a slice of an old file. If the file could not be begun, tries again
+ * every CB_RECORD_RETRY_US; meanwhile rows are counted in `lost`. */
+void cb_record_work(struct cb_record *record, int64_t now_us);
 
 /* Flushes and closes. out: 0, or errno of the first failure. */
 int cb_record_finish(struct cb_record *record);

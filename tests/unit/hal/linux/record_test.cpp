@@ -147,6 +147,30 @@ TEST(record, other_columns_begin_another_file) {
     EXPECT_EQ(cb_record_finish(f.record.get()), 0);
 }
 
+// Rows behind a header that did not fit would be no record.
+TEST(record, a_new_file_whose_header_does_not_fit_is_tried_again) {
+    files f;
+    const auto now = std::make_unique<cb_config>(*f.config);
+    ASSERT_EQ(f.start(), 0);
+    std::strcpy(now->channels[0].name, "Y");
+    rlimit before{};
+    getrlimit(RLIMIT_FSIZE, &before);
+    const rlimit small{10, before.rlim_max};
+    std::signal(SIGXFSZ, SIG_IGN);
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+    EXPECT_EQ(cb_record_follow(f.record.get(), now.get()), EFBIG);
+    setrlimit(RLIMIT_FSIZE, &before);
+    f.add(1000000);
+    cb_record_flush(f.record.get());
+    EXPECT_EQ(f.record->lost, 1u);
+    for (const int64_t now_us : {1000000, 10900000, 11000000})
+        cb_record_work(f.record.get(), now_us);
+    f.add(12000000);
+    EXPECT_EQ(cb_record_finish(f.record.get()), EFBIG) << "the first failure stays";
+    ASSERT_EQ(f.lines().size(), 2u);
+    EXPECT_EQ(f.lines()[0].substr(0, 8), "time_s,X");
+}
+
 constexpr int64_t second = 1000000;
 constexpr int64_t day_one = 1700000000 * second;  // a wall clock of the past
 
