@@ -2,10 +2,13 @@
 """A running box with its view, a broker and subscribers, for the tests of this folder."""
 
 import contextlib
+import ctypes
+import errno
 import json
 import os
 import pathlib
 import socket
+import struct
 import subprocess
 import sys
 import threading
@@ -38,10 +41,10 @@ def free_port():
 class Broker:
     """mosquitto at a free port of this computer; settings as in mosquitto.conf."""
 
-    def __init__(self, folder, users=None, **settings):
-        self.port = free_port()
+    def __init__(self, folder, users=None, host="127.0.0.1", **settings):
+        self.port, self.host = free_port(), host
         self.at = f"127.0.0.1:{self.port}"
-        rows = [f"listener {self.port} 127.0.0.1", f"allow_anonymous {'false' if users else 'true'}", "user root"]
+        rows = [f"listener {self.port} {host}", f"allow_anonymous {'false' if users else 'true'}", "user root"]
         rows += [f"password_file {folder / users}"] if users else []
         rows += [f"{key} {folder / name}" for key, name in settings.items()]
         self.file, self.folder, self.process = folder / "mosquitto.conf", folder, None
@@ -53,8 +56,8 @@ class Broker:
                                         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
         def listens():
-            with socket.socket() as probe:
-                return probe.connect_ex(("127.0.0.1", self.port)) == 0
+            with socket.socket(socket.AF_INET6 if ":" in self.host else socket.AF_INET) as probe:
+                return probe.connect_ex((self.host, self.port)) == 0
         wait_for(listens)
 
     def stop(self):
@@ -129,12 +132,30 @@ def running_box(folder):
             assert box.wait(60) in (0, 1)
 
 
+def only_families(names):
+    """Lets this process make sockets of these families alone, as systemd's RestrictAddressFamilies= does."""
+    libc = ctypes.CDLL(None, use_errno=True)
+    numbers = [int(getattr(socket, name)) for name in names]
+    socket_call = {"x86_64": 41, "aarch64": 198}[os.uname().machine]
+    load, equal, give = 0x20, 0x15, 0x06  # BPF_LD|W|ABS, BPF_JMP|JEQ|K, BPF_RET|K
+    allow, refuse = 0x7FFF0000, 0x00050000 | errno.EAFNOSUPPORT
+    rows = [(load, 0, 0, 0), (equal, 0, len(numbers) + 2, socket_call), (load, 0, 0, 16)]
+    rows += [(equal, len(numbers) - i, 0, number) for i, number in enumerate(numbers)]
+    rows += [(give, 0, 0, refuse), (give, 0, 0, allow)]
+    code = ctypes.create_string_buffer(b"".join(struct.pack("=HBBI", *row) for row in rows))
+    program = ctypes.create_string_buffer(struct.pack("@HP", len(rows), ctypes.addressof(code)))
+    no_new_privileges, set_seccomp, by_filter = 38, 22, 2
+    assert libc.prctl(no_new_privileges, 1, 0, 0, 0) == 0
+    assert libc.prctl(set_seccomp, by_filter, ctypes.byref(program), 0, 0) == 0
+
+
 @contextlib.contextmanager
-def view(folder, *arguments):
+def view(folder, *arguments, families=None):
     """compbox-view at a free port; out: its process"""
     words = [BIN / "compbox-view", "--snapshot", "snapshot.json", "--events", "events.jsonl", "--listen", "127.0.0.1:0",
              *map(str, arguments)]
-    process = subprocess.Popen(words, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(words, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                               preexec_fn=families and (lambda: only_families(families)))
     try:
         yield process
     finally:

@@ -2,15 +2,17 @@
 """compbox-view --mqtt before Debian's mosquitto: state, values and events; a broker that goes away and comes back."""
 
 import json
+import pathlib
 import re
 import shutil
 import signal
 import subprocess
+import sys
 import urllib.request
 
 import pytest
 
-from plant import BIN, ROOT, Broker, Subscriber, running_box, view, wait_for
+from plant import BIN, ROOT, Broker, Subscriber, only_families, running_box, view, wait_for
 
 
 PAGE = ROOT / "docs/uplink.md"
@@ -99,6 +101,23 @@ def test_a_broker_that_comes_later_gets_all(tmp_path):
             with Subscriber(broker) as plant:
                 wait_for(lambda: len(plant.json("box/values")) > 10)
                 assert process.stderr.readline() == f"compbox-view: connected to the MQTT broker {broker.at}\n"
+
+
+@pytest.mark.parametrize("host, name", [("127.0.0.1", "127.0.0.1"), ("127.0.0.1", "localhost"), ("::1", "[::1]")])
+def test_the_limits_of_the_service_let_it_reach_the_broker(tmp_path, host, name):
+    """The address families and threads that the unit allows: IPv4, IPv6, and a name of /etc/hosts."""
+    unit = (ROOT / "packaging/compbox-view.service").read_text()
+    families = re.search(r"^RestrictAddressFamilies=(.*)$", unit, re.M)[1].split()
+    assert "AF_UNIX" not in families
+    with Broker(tmp_path, host=host) as broker, running_box(tmp_path):
+        with view(tmp_path, "--mqtt", f"{name}:{broker.port}", "--mqtt-topic", "box", families=families) as process:
+            line = process.stderr.readline()
+            assert line == f"compbox-view: connected to the MQTT broker {name.strip('[]')}:{broker.port}\n", line
+            threads = len(list(pathlib.Path(f"/proc/{process.pid}/task").iterdir()))
+            assert threads <= int(re.search(r"^TasksMax=(\d+)$", unit, re.M)[1]) / 2
+            with pytest.raises(subprocess.CalledProcessError):  # the limit is real
+                subprocess.run([sys.executable, "-c", "import socket; socket.socket(socket.AF_UNIX)"], check=True,
+                               preexec_fn=lambda: only_families(families), stderr=subprocess.DEVNULL)
 
 
 def certificates(folder):
