@@ -71,7 +71,7 @@ set(CPACK_COMPONENTS_ALL compboxd compbox-view compbox)
 
 install(TARGETS compbox-view RUNTIME DESTINATION bin COMPONENT compbox-view)
 cb_service(compbox-view)
-cb_documents(compbox-view docs/view.md docs/snapshot.md docs/events.md)
+cb_documents(compbox-view docs/view.md docs/uplink.md docs/snapshot.md docs/events.md)
 cb_manual(compbox-view)
 
 install(TARGETS compbox fakeplc fakept100 virtual-laser RUNTIME DESTINATION bin COMPONENT compbox)

@@ -7,7 +7,7 @@ import pytest
 
 import machine
 from box import until
-from machine import ACTIVE, AT_REST
+from machine import ACTIVE, AT_REST, HOLD, PERIOD_S
 from raw_plc import RawPlc
 
 # Calls about a file that is written again and again, and what its first failure costs.
@@ -52,6 +52,37 @@ def test_a_file_that_cannot_be_read_or_written_once(stage, plc, port, start_box,
         assert {step.mode for step in box.steps[-100:]} == {ACTIVE}
         box.stop()
     assert box.code == int("could not be written" in box.log), box.log  # rows, which nothing brings back
+
+
+def test_a_disk_that_becomes_read_only_stops_no_loop_and_all_files_come_back(stage, plc, port, start_box, tmp_path):
+    plc.values = dict(AT_REST)
+    (tmp_path / "blackbox").mkdir()
+    files = {name: tmp_path / name for name in ("snapshot", "events", "state")}
+    options = [word for name, path in files.items() for word in (f"--{name}", path)]
+    with RawPlc(plc, port), start_box(*options, "--blackbox", tmp_path / "blackbox", "--state-every", "1",
+                                      "--record-most", "1") as box:
+        plc.wait_mode(ACTIVE)
+        stage.run_for(5)
+        held = stage.held()
+        for call in ("open", "write", "rename", "unlink", "ftruncate", "fsync"):
+            stage.fail(call, errno.EROFS, str(tmp_path))
+        first = plc.last().heartbeat
+        plc.heartbeat_alive = False
+        plc.wait_mode(HOLD)
+        plc.heartbeat_alive = True
+        plc.wait_mode(ACTIVE)
+        stage.run_for(60)
+        assert plc.last().heartbeat - first >= 60 / PERIOD_S, "no cycle is missing"
+        stage.heal()
+        healed_s = stage.now_s
+        stage.run_for(60)
+        for path in (*files.values(), box.record_file):
+            assert path.modified_ns > 0 and path.read_bytes(), path
+            assert f"{path}: is written again" in box.log, path
+        assert stage.held()[0] <= held[0] + 1, "descriptors"
+        assert plc.last().mode == ACTIVE and stage.now_s > healed_s
+        box.stop()
+    assert box.stats["overruns"] == 0 and box.log.count("Read-only file system") < 20, box.log
 
 
 @pytest.mark.parametrize("case", EXCHANGING, ids=names)

@@ -2,6 +2,7 @@
 """Mistakes on the command line and in the coefficient file: one sentence, the right exit code."""
 import json
 import os
+import pathlib
 import re
 import resource
 
@@ -47,6 +48,10 @@ def test_help_and_version():
     assert "example: compboxd --config" in out
     for option in ("--config", "--cycles", "--stats", "--record", "--priority", "--cpu-latency"):
         assert option in out
+    page = (pathlib.Path(__file__).resolve().parents[2] / "docs/compboxd.md").read_text().split("Check a file")[0]
+    options = re.findall(r"^  (--[a-z-]+)", out, re.M)
+    assert re.findall(r"--[a-z-]+", page.split("    compboxd --config coefficients.json --check")[0]) == \
+        [one for one in options if one not in ("--check", "--help", "--version")], "the usage of docs/compboxd.md"
     code, out, _ = run("--version")
     assert code == 0 and re.fullmatch(r"compboxd \d+\.\d+\.\d+\n", out)
 

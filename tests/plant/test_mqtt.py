@@ -15,6 +15,7 @@ import pytest
 from plant import BIN, ROOT, Broker, Subscriber, only_families, running_box, view, wait_for
 
 
+PASSWORD = "7f3a lathe 3"
 PAGE = ROOT / "docs/uplink.md"
 
 
@@ -135,17 +136,20 @@ def certificates(folder):
 @pytest.mark.skipif(shutil.which("openssl") is None, reason="openssl is not installed")
 def test_tls_and_a_password(tmp_path):
     certificates(tmp_path)
-    subprocess.run(["mosquitto_passwd", "-b", "-c", "users", "lathe", "right"], cwd=tmp_path, check=True)
+    subprocess.run(["mosquitto_passwd", "-b", "-c", "users", "lathe", PASSWORD], cwd=tmp_path, check=True)
     tls = {"cafile": "ca.pem", "certfile": "broker.pem", "keyfile": "broker.key"}
     with Broker(tmp_path, users="users", **tls) as broker, running_box(tmp_path):
-        for password, joins in (("wrong", False), ("right", True)):
+        for password, joins in (("wrong", False), (PASSWORD, True)):
             (tmp_path / "password").write_text(password + "\n")
             with view(tmp_path, "--mqtt", broker.at, "--mqtt-ca", tmp_path / "ca.pem", "--mqtt-user", "lathe",
                       "--mqtt-password-file", tmp_path / "password", "--mqtt-topic", "box") as process:
                 line = process.stderr.readline()
+                address = re.search(r"http://\S+", process.stdout.readline())[0]
+                for path in ("", "api/live", "api/recent", "api/events", "metrics"):
+                    assert PASSWORD not in urllib.request.urlopen(address + path, timeout=60).read().decode(), path
             assert ("connected to the MQTT broker" in line) == joins, line
             assert joins or "not authorised" in line, line
-            assert password not in line or joins
+            assert PASSWORD not in line
 
 
 def test_wrong_usage_is_one_sentence(tmp_path):
