@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The page in a real browser, from fakeplc's registers to the letters on the screen."""
+import hashlib
 import json
+import os
 import re
 import signal
 import socket
@@ -174,6 +176,12 @@ def test_a_reload_shows_both_files(plc, box, page, tmp_path):
     write_file(tmp_path, plc.port, revision=2)
     text = page.until_text("#file-list", "revision 2")
     assert text.index("revision 2") < text.index("the one before") < text.index("revision 1")
+    digest = hashlib.sha256((tmp_path / "coefficients.json").read_bytes()).hexdigest()
+    page.until_text("#file-list", f"SHA-256 {digest[:12]}…, owned by user {os.getuid()}")
+    with (tmp_path / "events.jsonl").open("a") as file:
+        file.write(json.dumps({"kind": "commission", "crc": "01020304", "text": "commissioned mill 4"}) + "\n")
+    page.until_text("#event-list", "commissioned mill 4")
+    assert page.text("#file-list").index("revision 2") < page.text("#file-list").index("revision 1")
 
 
 def test_a_box_that_ends_is_shown_as_ended(box, page):

@@ -5,7 +5,7 @@ import { byId, element, show } from "./element.js";
 import { dayAndClock } from "./format.js";
 
 const MOST = 200;
-const FROM_THE_LOG = new Set(["run", "mode", "link", "wire", "can", "bus", "file"]);
+const FROM_THE_LOG = new Set(["run", "mode", "link", "wire", "can", "bus", "file", "commission"]);
 
 let events = []; // in the order of the file: the clock may have been set back
 
@@ -37,17 +37,28 @@ export function addEvent(event) {
   }
 }
 
+/** out: hash and user of the file with this CRC, as far as the events know them, or "". */
+function originOf(crc) {
+  const file = events.findLast(event => event.file?.crc === crc)?.file;
+  if (!file) return "";
+  const sender = file.requested_by ? `, requested by user ${file.requested_by.user}` : "";
+  return `SHA-256 ${String(file.sha256).slice(0, 12)}…, owned by user ${file.owner}${sender}`;
+}
+
 function fileRow(title, file, since) {
+  const notes = [since, file ? originOf(file.crc) : ""].filter(text => text);
   return [element("dt", {}, title), element("dd", { class: "numbers" },
     file ? `revision ${file.revision}, CRC ${file.crc}` : "none in these events",
-    ...(since ? [element("small", {}, since)] : []))];
+    ...notes.map(text => element("small", {}, text)))];
 }
 
 /** Shows the file that runs and the one before it, as far as the events go back. */
 export function showFiles(snapshot) {
-  const before = events.findLastIndex(event => event.crc && event.crc !== snapshot.crc);
+  const ran = event => event.crc && event.kind !== "commission"; // that one has the file of another program
+  const before = events.findLastIndex(event => ran(event) && event.crc !== snapshot.crc);
   const first = events[before + 1];
-  const key = JSON.stringify([snapshot.crc, snapshot.revision, first?.unix_s, events[before]?.crc]);
+  const key = JSON.stringify([snapshot.crc, snapshot.revision, first?.unix_s, events[before]?.crc,
+    originOf(snapshot.crc)]);
   const since = first?.crc === snapshot.crc ? `since ${dayAndClock(first.unix_s)}` : "";
   const list = byId("file-list");
   if (list.dataset.shown === key) return;
