@@ -44,9 +44,11 @@ def shown(compbox):
 
 
 def wait_for(condition):
+    """out: what the condition returned"""
     for _ in range(6000):
-        if condition():
-            return
+        found = condition()
+        if found:
+            return found
         time.sleep(0.01)
     raise AssertionError("it never came")
 
@@ -84,12 +86,15 @@ class Terminal:
 def test_without_a_terminal_it_prints_the_box_once(compbox, machine):
     with running_box(compbox, machine) as (plc, _):
         wait_for(lambda: re.search(r"mode=1 .*commanded_Z=-12\.[45]", plc.command("status")))
-        wait_for(lambda: re.search(r"^Z +-12\.50 +-12\.[45]\d", shown(compbox).stdout, re.M))
-        done = shown(compbox)
+
+        def settled():
+            """On a busy machine a value is stale at times."""
+            done = shown(compbox)
+            parts = (r"^Z +-12\.50 +-12\.[45]\d", r"^X +500 mm +\d+ ms fresh$", r"^ACTIVE +all is well$")
+            return done if all(re.search(part, done.stdout, re.M) for part in parts) else None
+        done = wait_for(settled)
     assert done.returncode == 0 and done.stderr == "" and "\033" not in done.stdout
-    assert re.search(r"^ACTIVE +all is well$", done.stdout, re.M), done.stdout
     assert re.search(r"^Z +-12\.50 = -\( EZX \+12\.50 +\)$", done.stdout, re.M), done.stdout
-    assert re.search(r"^X +500 mm +\d+ ms fresh$", done.stdout, re.M), done.stdout
     assert re.search(r" UTC  ACTIVE: all is well", done.stdout), done.stdout
 
 
