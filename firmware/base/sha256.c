@@ -50,7 +50,7 @@ static void add_block(uint32_t *hash, const uint8_t *block) {
         const uint32_t first = v[7] + (rotated(e, 6) ^ rotated(e, 11) ^ rotated(e, 25)) + chosen +
                                constants[t] + schedule[t];
         const uint32_t second = (rotated(a, 2) ^ rotated(a, 13) ^ rotated(a, 22)) + most;
-        memmove(v + 1, v, 7 * sizeof v[0]);
+        for (unsigned i = 7; i > 0; i--) v[i] = v[i - 1];
         v[4] += first;
         v[0] = first + second;
     }
