@@ -8,8 +8,9 @@ compboxd and compbox-view share the first processor, which is the cabinet. The o
 100 scrapes a second, ten readers of the page's stream, and a broker that comes and goes every two seconds. In the
 other half of the rounds a process that sleeps has the place of compbox-view, and a stand-in in the plant answers the
 same clients with the same bytes. Fails when the median or the 99th percentile of the wake-ups beside compbox-view is
-more than 1.1 times that beside the idle process, or when the load has not reached it. --planted lets a process above the
-loop's priority take a tenth of the processor beside compbox-view, which must fail: it shows that the comparison can."""
+more than 1.1 times that beside the idle process, or when the load has not reached it. --planted lets a process above
+the loop's priority take a tenth of the processor beside compbox-view, which must fail: it shows that the comparison
+can."""
 import argparse
 import contextlib
 import json
