@@ -431,7 +431,7 @@ int64_t cb_box_stop_us(const struct cb_box *box) {
     float longest_s = 0.0f;
     bool late = false;
     if (!cb_box_is_sound(box)) return 0;
-    for (unsigned i = 0; i < CB_MAX_CHANNELS && i < cb_all_channels(config); ++i) {
+    for (unsigned i = 0; i < cb_all_channels(config); ++i) {
         const struct cb_channel_config *channel = &config->channels[i];
         const float way_um = cb_max(channel->limit_um, cb_abs(box->channels[i].output_um));
         longest_s = cb_max(longest_s, way_um / lowest_rate(config, channel));

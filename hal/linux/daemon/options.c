@@ -201,17 +201,12 @@ static bool take(struct cb_options *options, const struct known *option, const c
     return false;
 }
 
-/* out: whether getopt_long knows the option of this value */
-static bool is_known(int letter) {
-    return letter >= FIRST && letter < FIRST + KNOWN;
-}
-
 /* Prints the error of getopt_long in one sentence. word: the last one it read. */
 static void refuse(int letter, const char *word) {
     const bool is_long = strncmp(word, "--", 2) == 0;
     if (letter == ':')
         fprintf(stderr, "compboxd: %s needs a value; see compboxd --help\n", word);
-    else if (is_long && is_known(optopt))
+    else if (is_long && optopt >= FIRST)
         fprintf(stderr, "compboxd: \"%s\": this option takes no value\n", word);
     else if (optopt != 0)
         fprintf(stderr, "compboxd: unknown option -%c; see compboxd --help\n", optopt);

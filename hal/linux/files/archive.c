@@ -11,6 +11,7 @@
 void cb_archive_start(struct cb_archive *archive, const char *path, int64_t most_bytes) {
     *archive = (struct cb_archive){.path = path, .most_bytes = most_bytes};
     const int length = snprintf(archive->temporary, sizeof archive->temporary, "%s.gz.new", path);
+    /* It is as long as the longest name that is kept, PATH.999.gz. */
     if (most_bytes == 0 || length >= (int)sizeof archive->temporary) return;
     unlink(archive->temporary);
     archive->number = 1;
@@ -24,7 +25,7 @@ int64_t cb_archive_piece(const struct cb_archive *archive) {
 static void trim(const struct cb_archive *archive, int64_t most_bytes) {
     int64_t bytes, all = 0;
     unsigned last = 0;
-    while (last < CB_ARCHIVE_FILES && (bytes = cb_rotate_bytes(archive->path, last + 1)) >= 0) {
+    while ((bytes = cb_rotate_bytes(archive->path, last + 1)) >= 0) {
         all += bytes;
         last++;
     }
@@ -49,7 +50,7 @@ int cb_archive_keep(struct cb_archive *archive) {
 /* Puts the compressed file in the place of the other one. out: 0, or errno */
 static int replace(struct cb_archive *archive, const char *plain) {
     char compressed[CB_ROTATE_NAME];
-    if (!cb_rotate_name(compressed, archive->path, archive->number, true)) return ENAMETOOLONG;
+    cb_rotate_name(compressed, archive->path, archive->number, true);
     if (rename(archive->temporary, compressed) != 0) return errno;
     cb_output_sync_folder(compressed);
     return unlink(plain) == 0 ? 0 : errno;
@@ -59,8 +60,8 @@ static int replace(struct cb_archive *archive, const char *plain) {
  * EAGAIN: its compression begins; or errno */
 static int look(struct cb_archive *archive, const char *plain) {
     char compressed[CB_ROTATE_NAME];
-    if (!cb_rotate_name(compressed, archive->path, archive->number, true)) return ENAMETOOLONG;
     if (cb_rotate_bytes(archive->path, archive->number) < 0) return ENOENT;
+    cb_rotate_name(compressed, archive->path, archive->number, true);
     if (access(plain, F_OK) != 0) return 0;
     if (access(compressed, F_OK) == 0) return unlink(plain) == 0 ? 0 : errno;
     const int error = cb_compress_begin(plain, archive->temporary);
@@ -70,15 +71,15 @@ static int look(struct cb_archive *archive, const char *plain) {
 
 void cb_archive_work(struct cb_archive *archive) {
     char plain[CB_ROTATE_NAME];
-    if (archive->number == 0 || !cb_rotate_name(plain, archive->path, archive->number, false))
-        return;
+    if (archive->number == 0) return;
+    cb_rotate_name(plain, archive->path, archive->number, false);
     int error = archive->compresses ? cb_compress_step() : look(archive, plain);
     if (error == EAGAIN) return;
     if (error == 0 && archive->compresses) error = replace(archive, plain);
     archive->error = error == ENOENT ? 0 : error;
     if (archive->error != 0 && archive->compresses) unlink(archive->temporary);
     archive->compresses = false;
-    archive->number = error == 0 && archive->number < CB_ARCHIVE_FILES ? archive->number + 1 : 0;
+    archive->number = error == 0 ? archive->number + 1 : 0;
 }
 
 void cb_archive_finish(struct cb_archive *archive) {

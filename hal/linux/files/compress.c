@@ -35,16 +35,20 @@ static void release(void *unused, void *block) {
     (void)block;
 }
 
+/* out: 0, or errno */
+static int start_stream(void) {
+    job.arena_used = 0;
+    job.stream = (z_stream){.zalloc = allocate, .zfree = release};
+    const int made = deflateInit2(&job.stream, Z_DEFAULT_COMPRESSION, Z_DEFLATED,
+                                  WINDOW_BITS + GZIP, MEMORY_LEVEL, Z_DEFAULT_STRATEGY);
+    return made == Z_OK ? 0 : ENOMEM;
+}
+
 int cb_compress_begin(const char *from, const char *to) {
     job.from = open(from, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
     if (job.from < 0) return errno;
     job.to = cb_output_open(to);
-    int error = job.to < 0 ? errno : 0;
-    job.arena_used = 0;
-    job.stream = (z_stream){.zalloc = allocate, .zfree = release};
-    if (error == 0 && deflateInit2(&job.stream, Z_DEFAULT_COMPRESSION, Z_DEFLATED,
-                                   WINDOW_BITS + GZIP, MEMORY_LEVEL, Z_DEFAULT_STRATEGY) != Z_OK)
-        error = ENOMEM;
+    const int error = job.to < 0 ? errno : start_stream();
     job.runs = true;
     if (error != 0) cb_compress_abandon();
     return error;
@@ -71,9 +75,7 @@ static int put(int flush) {
 
 /* Closes both files, with `to` on the disk. out: 0, or errno */
 static int finish(void) {
-    int error = put(Z_FINISH);
-    if (error == 0 && fsync(job.to) != 0) error = errno;
-    if (close(job.to) != 0 && error == 0) error = errno;
+    const int error = cb_output_close(job.to, put(Z_FINISH), true);
     job.to = -1;
     return error;
 }

@@ -81,9 +81,7 @@ static int begin(const char *path, char *temporary, size_t size) {
     return open(temporary, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644);
 }
 
-/* Closes fd. out: 0 when everything is written, and on the disk if durable; else errno. */
-static int fill(int fd, const void *bytes, size_t size, bool durable) {
-    int error = cb_output_write(fd, bytes, size) == size ? 0 : errno;
+int cb_output_close(int fd, int error, bool durable) {
     if (error == 0 && durable && fsync(fd) != 0) error = errno;
     if (close(fd) != 0 && error == 0) error = errno;
     return error;
@@ -102,7 +100,8 @@ int cb_output_whole(const char *path, const void *bytes, size_t size, bool durab
     char temporary[4096];
     const int fd = begin(path, temporary, sizeof temporary);
     if (fd < 0) return errno;
-    int error = fill(fd, bytes, size, durable);
+    int error = cb_output_write(fd, bytes, size) == size ? 0 : errno;
+    error = cb_output_close(fd, error, durable);
     if (error == 0 && rename(temporary, path) != 0) error = errno;
     if (error != 0) unlink(temporary);
     if (error == 0 && durable) cb_output_sync_folder(path);

@@ -24,6 +24,10 @@ int cb_output_append(const char *path, int64_t *bytes);
 /* Goes on after a short write. out: number of bytes written; fewer than size only with errno set */
 size_t cb_output_write(int fd, const void *bytes, size_t size);
 
+/* Closes a file. in : error: errno of what was written to it, 0: it is whole; durable: a whole one
+ * is on the disk before the call returns. out: error, or errno of the first failure here */
+int cb_output_close(int fd, int error, bool durable);
+
 /* Brings the entry of `path` in its folder to the disk, so that a new name survives a power cut. */
 void cb_output_sync_folder(const char *path);
 

@@ -44,7 +44,7 @@ static bool take_last_row(struct cb_record *record, const char *row, size_t byte
     double time_s, unix_s;
     size_t comma = bytes - 1;
     if (commas_of(row, bytes) != commas_of(record->header, record->header_used)) return false;
-    while (comma > 0 && row[comma] != ',') comma--;
+    while (row[comma] != ',') comma--;
     if (sscanf(row, "%lf,", &time_s) != 1 || sscanf(row + comma, ",%lf\n", &unix_s) != 1 ||
         !(time_s >= 0 && time_s < 1e12) || !(unix_s >= 0 && unix_s < 1e12))
         return false;
@@ -95,8 +95,8 @@ static bool goes_on(struct cb_record *record, int64_t bytes) {
 
 /* Closes the file, on the disk, and renames it to PATH.1. out: 0, or errno */
 static int put_aside(struct cb_record *record) {
-    if (fsync(record->fd) != 0) note_failure(record, errno);
-    close(record->fd);
+    const int error = cb_output_close(record->fd, 0, true);
+    if (error != 0) note_failure(record, error);
     record->fd = -1;
     return cb_archive_keep(&record->archive);
 }
@@ -238,7 +238,7 @@ int cb_record_finish(struct cb_record *record) {
     cb_archive_finish(&record->archive);
     if (record->fd < 0) return record->error;
     cb_record_flush(record);
-    if (close(record->fd) != 0 && record->error == 0) record->error = errno;
+    record->error = cb_output_close(record->fd, record->error, false);
     record->fd = -1;
     return record->error;
 }

@@ -21,7 +21,7 @@ int cb_rotate_remove(const char *path, unsigned n);
 /* Renames PATH to PATH.1, PATH.1 to PATH.2 …, up to the first number that is free. A crash within
  * leaves one number free and loses nothing.
  * in : most: highest number; may_remove: PATH.most is removed if no number is free
- * out: 0, or errno (EEXIST: no number is free) */
+ * out: 0, or errno (EEXIST: no number is free; ENAMETOOLONG: PATH.most.gz does not fit) */
 int cb_rotate(const char *path, unsigned most, bool may_remove);
 
 #endif

@@ -14,7 +14,7 @@ static __attribute__((format(printf, 3, 4))) void put(char *text, size_t *used, 
     va_start(arguments, format);
     const int length = vsnprintf(text + *used, CB_ROW_TEXT - *used, format, arguments);
     va_end(arguments);
-    CB_ASSERT(length >= 0 && (size_t)length < CB_ROW_TEXT - *used);
+    CB_ASSERT((size_t)length < CB_ROW_TEXT - *used); /* a negative one is huge */
     *used += (size_t)length;
 }
 

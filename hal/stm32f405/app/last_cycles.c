@@ -9,11 +9,14 @@ enum { MAGIC = 0x4342434C };
 /* A restart may tear the newest record, nothing else: a recorder counts a record when it is whole.
  */
 static __attribute__((section(".retained"))) struct {
-    uint32_t magic;
-    uint32_t running; /* index of the recorder of this run; the other one is kept */
+    uint32_t running; /* MAGIC + index of the recorder of this run; the other one is kept */
     struct cb_recorder recorders[2];
     struct cb_record records[2][CB_LAST_CYCLES];
 } last;
+
+static unsigned running(void) {
+    return last.running - MAGIC;
+}
 
 /* out: whether it is a recorder over these records, as cb_recorder_start() leaves it or later */
 static bool is_whole(const struct cb_recorder *recorder, const struct cb_record *records) {
@@ -23,8 +26,8 @@ static bool is_whole(const struct cb_recorder *recorder, const struct cb_record 
 
 /* After power-on the content is undefined. */
 static bool is_valid(enum cb_start_cause cause) {
-    return cause != CB_START_POWER && cause != CB_START_BROWN_OUT && last.magic == MAGIC &&
-           last.running < 2 && is_whole(&last.recorders[0], last.records[0]) &&
+    return cause != CB_START_POWER && cause != CB_START_BROWN_OUT && running() < 2 &&
+           is_whole(&last.recorders[0], last.records[0]) &&
            is_whole(&last.recorders[1], last.records[1]);
 }
 
@@ -33,17 +36,17 @@ void cb_last_cycles_open(enum cb_start_cause cause) {
         memset(&last, 0, sizeof last);
         for (unsigned i = 0; i < 2; ++i)
             cb_recorder_start(&last.recorders[i], last.records[i], CB_LAST_CYCLES);
-        last.magic = MAGIC;
+        last.running = MAGIC;
     }
-    if (cb_start_was_fault(cause) && last.recorders[last.running].count > 0)
-        last.running = 1 - last.running;
-    cb_recorder_start(&last.recorders[last.running], last.records[last.running], CB_LAST_CYCLES);
+    if (cb_start_was_fault(cause) && last.recorders[running()].count > 0)
+        last.running = MAGIC + 1 - running();
+    cb_recorder_start(&last.recorders[running()], last.records[running()], CB_LAST_CYCLES);
 }
 
 void cb_last_cycles_note(const struct cb_box *box) {
-    cb_recorder_note(&last.recorders[last.running], box);
+    cb_recorder_note(&last.recorders[running()], box);
 }
 
 const struct cb_recorder *cb_last_cycles_kept(void) {
-    return &last.recorders[1 - last.running];
+    return &last.recorders[1 - running()];
 }

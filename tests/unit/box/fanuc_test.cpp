@@ -285,6 +285,22 @@ TEST(box_applied, a_value_far_beyond_error_um_in_two_readings_is_a_fault) {
     }
 }
 
+// The output is at error_um; the PLC may report it a dead band further.
+TEST(box_applied, a_value_within_the_deadband_of_an_output_at_error_um_is_none) {
+    for (const float off_um : {4.0f, 7.0f}) {
+        box_rig rig = float_applied_rig();
+        rig.box->config.plc.deadband_um = 5;
+        rig.box->config.channels[0].limit_um = rig.box->config.channels[0].error_um = 40;
+        cb_box_start(rig.box.get());
+        for (int i = 0; i < 100; ++i) {
+            put_float(rig.in.registers + 24, static_cast<float>(rig.output()) - off_um);
+            rig.step();
+        }
+        EXPECT_EQ(rig.mode(), off_um < 5 ? CB_MODE_ACTIVE : CB_MODE_FAULT);
+        EXPECT_EQ(rig.reason(), off_um < 5 ? CB_REASON_NONE : CB_REASON_FOREIGN);
+    }
+}
+
 // Item 0 of the bounds: a reading that is not finite never becomes an output.
 TEST(box_applied, an_infinite_first_value_is_never_written) {
     for (float first :

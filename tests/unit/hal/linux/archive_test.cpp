@@ -62,6 +62,15 @@ struct archive : testing::Test {
             text += std::to_string(i * 2654435761u) + "\n";
         return text;
     }
+    // A path of so many letters, in the folder.
+    std::string long_path(std::size_t letters) const {
+        std::string long_one = folder;
+        while (long_one.size() + 256 < letters) {
+            long_one += "/" + std::string(200, 'd');
+            fs::create_directory(long_one);
+        }
+        return long_one + "/" + std::string(letters - long_one.size() - 1, 'f');
+    }
     std::uintmax_t all_bytes() const {
         std::uintmax_t all = 0;
         for (const auto &entry : fs::directory_iterator(folder)) all += entry.file_size();
@@ -176,6 +185,36 @@ TEST_F(archive, a_full_disk_leaves_the_plain_file) {
     work();
     EXPECT_EQ(of.error, 0);
     EXPECT_EQ(unpacked(path + ".2.gz"), lines(5 * CB_COMPRESS_SLICE));
+}
+
+TEST_F(archive, what_cannot_be_begun_leaves_the_plain_file) {
+    start(10 << 20);
+    put("", "text");
+    EXPECT_EQ(cb_archive_keep(&of), 0);
+    fs::create_directory(path + ".gz.new");
+    work();
+    EXPECT_EQ(of.error, EISDIR);
+    EXPECT_EQ(content(path + ".1"), "text");
+}
+
+// PATH.gz.new does not fit. Of the longest path it would be cut to PATH.
+TEST_F(archive, a_path_that_is_too_long_is_left_alone) {
+    const std::size_t longest = CB_ROTATE_NAME - 1;
+    for (const std::size_t letters : {longest, longest - 6}) {
+        path = long_path(letters);
+        put("", "text");
+        start(1 << 20);
+        EXPECT_EQ(of.number, 0u);
+        EXPECT_EQ(cb_archive_keep(&of), ENAMETOOLONG);
+        work();
+        EXPECT_EQ(content(path), "text");
+    }
+    path = long_path(longest - 7);
+    put("", "text");
+    start(1 << 20);
+    EXPECT_EQ(cb_archive_keep(&of), 0);
+    work();
+    EXPECT_EQ(unpacked(path + ".1.gz"), "text");
 }
 
 TEST_F(archive, without_a_limit_nothing_is_removed_or_compressed) {

@@ -58,6 +58,17 @@ TEST(options, each_value_goes_into_its_field) {
     EXPECT_EQ(o.clock, CLOCK_BOOTTIME);
 }
 
+TEST(options, help_and_version_are_printed_and_end_it) {
+    const auto printed = [](const std::string &word) {
+        testing::internal::CaptureStdout();
+        EXPECT_EQ(parsed({word, "--unknown"}), CB_OPTIONS_DONE);
+        return testing::internal::GetCapturedStdout();
+    };
+    EXPECT_NE(printed("--help").find("usage: compboxd --config FILE [options]\n"),
+              std::string::npos);
+    EXPECT_EQ(printed("--version").rfind("compboxd 0.", 0), 0u);
+}
+
 TEST(options, files_on_two_disks_are_two_files_and_a_link_to_one_is_not) {
     const std::string config = compbox_test::temporary("options.json"), other = "/proc/version";
     const std::string link = compbox_test::temporary("options-link.json");

@@ -128,6 +128,12 @@ TEST_F(output, a_device_loses_nothing) {
     EXPECT_EQ(start_inputs(), 0);
 }
 
+TEST_F(output, inputs_replace_those_of_an_earlier_run) {
+    std::ofstream(path) << "of an earlier run";
+    EXPECT_EQ(start_inputs(), 0);
+    EXPECT_EQ(text_of(path), "");
+}
+
 TEST_F(output, without_a_path_no_inputs_are_recorded) {
     cb_input_record record;
     const auto row = std::make_unique<cb_row>();

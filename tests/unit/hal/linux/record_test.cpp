@@ -144,6 +144,11 @@ TEST(record, other_columns_begin_another_file) {
     EXPECT_TRUE(moved());
     EXPECT_EQ(f.lines(),
               std::vector<std::string>{"time_s,X,T1,EZX,comp_Z_um,comp_Y_um,mode,reason,unix_s"});
+    std::strcpy(now->channels[1].name, "X");
+    EXPECT_EQ(follow(), 0);
+    EXPECT_EQ(f.lines(),
+              std::vector<std::string>{"time_s,X,T1,EZX,comp_Z_um,comp_X_um,mode,reason,unix_s"});
+    EXPECT_EQ(f.lines(".2").size(), 1u);
     EXPECT_EQ(cb_record_finish(f.record.get()), 0);
 }
 
@@ -276,6 +281,41 @@ TEST(record, a_pipe_gets_the_header_of_other_columns_and_keeps_its_place) {
                  "time_s,X,T1,EZX,mode,reason,unix_s\n");
     EXPECT_TRUE(std::filesystem::is_fifo(f.path));
     close(reader);
+}
+
+TEST(record, a_pipe_keeps_its_place_whatever_its_limit) {
+    files f;
+    f.most_bytes = 8;
+    ASSERT_EQ(mkfifo(f.path.c_str(), 0600), 0);
+    const int reader = open(f.path.c_str(), O_RDONLY | O_NONBLOCK);
+    ASSERT_EQ(f.start(), 0);
+    for (int i = 0; i < 3; ++i) {
+        f.add(i * second);
+        cb_record_flush(f.record.get());
+    }
+    EXPECT_EQ(cb_record_finish(f.record.get()), 0);
+    char text[400] = "";
+    EXPECT_GT(read(reader, text, sizeof text - 1), 0);
+    EXPECT_EQ(std::count(text, text + sizeof text, '\n'), 4);
+    EXPECT_TRUE(std::filesystem::is_fifo(f.path));
+    close(reader);
+}
+
+TEST(record, rows_behind_a_file_that_cannot_follow_are_lost) {
+    files f;
+    const std::string folder = f.path + "-folder";
+    std::filesystem::create_directory(folder);
+    f.path = folder + "/record.csv";
+    f.most_bytes = 800;  // a file has 100 bytes
+    ASSERT_EQ(f.start(), 0);
+    for (int i = 0; i < 3; ++i) f.add(i * second);
+    std::filesystem::remove_all(folder);
+    cb_record_flush(f.record.get());
+    EXPECT_EQ(f.record->lost, 3u);
+    EXPECT_EQ(f.record->rows, 0u);
+    f.add(3 * second);
+    EXPECT_EQ(cb_record_finish(f.record.get()), ENOENT);
+    EXPECT_EQ(f.record->lost, 4u);
 }
 
 TEST(record, a_folder_that_is_not_there_is_reported) {

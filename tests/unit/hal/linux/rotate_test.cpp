@@ -67,6 +67,19 @@ TEST_F(rotate, the_last_number_is_removed_only_where_it_may_be) {
     EXPECT_EQ(all(), ".1=now .2=b ");
 }
 
+TEST_F(rotate, a_last_number_that_cannot_be_removed_changes_nothing) {
+    put("", "now"), put(".1", "b");
+    fs::create_directory(path + ".2");
+    EXPECT_EQ(cb_rotate(path.c_str(), 2, true), EISDIR);
+    EXPECT_EQ(all(), "=now .1=b .2= ") << "the folder too";
+}
+
+TEST_F(rotate, a_removed_file_leaves_its_number_free) {
+    put(".1", "b"), put(".2.gz", "a");
+    EXPECT_EQ(cb_rotate(path.c_str(), 9, false), 0);
+    EXPECT_EQ(all(), ".2=b .3.gz=a ");
+}
+
 TEST_F(rotate, a_name_that_is_too_long_changes_nothing) {
     const std::string longest = folder + "/" + std::string(4090, 'x');
     EXPECT_EQ(cb_rotate(longest.c_str(), 9, true), ENAMETOOLONG);

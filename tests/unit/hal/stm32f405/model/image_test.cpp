@@ -18,6 +18,7 @@ extern "C" {
 #include "firmware/load/slot.h"
 #include "firmware/wire/modbus_rtu.h"
 #include "hal/stm32f405/app/commands.h"
+#include "hal/stm32f405/app/last_cycles.h"
 #include "hal/stm32f405/main.h"
 #undef _Noreturn
 
@@ -53,7 +54,16 @@ void corrupt(cb_app *app) {
 void near_the_end_of_a_good_run(cb_app *app) {
     app->box.counters.cycles = 19990;
 }
-const cb_command commands[] = {{"corrupt", "", corrupt}, {"age", "", near_the_end_of_a_good_run}};
+void lose_channels(cb_app *app) {
+    app->box.config.channels_count = 0;
+}
+void invent_channels(cb_app *app) {
+    app->box.config.channels_count = 255;
+}
+const cb_command commands[] = {{"corrupt", "", corrupt},
+                               {"lose channels", "", lose_channels},
+                               {"invent channels", "", invent_channels},
+                               {"age", "", near_the_end_of_a_good_run}};
 
 }  // namespace
 
@@ -327,6 +337,50 @@ TEST(stm32f405_image, a_dump_has_every_record_once) {
     for (std::size_t at = 0; (at = text.find("\nD ", at)) != std::string::npos; ++at) ++lines;
     EXPECT_GT(lines, 70u);  // more than the console has room for at once
     EXPECT_LT(lines, 90u);
+}
+
+// Of each line of a dump: its channels.
+std::vector<unsigned> dumped_channels(const std::string &text) {
+    std::vector<unsigned> found;
+    for (std::size_t at = 0; (at = text.find("\nD ", at)) != std::string::npos; ++at) {
+        const std::string line = text.substr(at + 1, text.find('\r', at) - at - 1);
+        found.push_back(static_cast<unsigned>(std::count(line.begin(), line.end(), ' ')) - 7);
+    }
+    return found;
+}
+
+TEST(stm32f405_image, a_dump_has_the_channels_of_the_file_or_all_where_its_count_is_lost) {
+    const struct {
+        const char *command;
+        unsigned channels;
+    } cases[] = {{"", 1}, {"lose channels", CB_MAX_CHANNELS}, {"invent channels", CB_MAX_CHANNELS}};
+    for (const auto &one : cases) {
+        const std::string text = run(2500, [&one](machine &m) {
+            flash(0, small_file());
+            new plc(m);
+            type(m, 300, one.command + std::string("\r"));
+            type(m, 400, "dump\r");
+        });
+        expect(text, "dump: end\r\n");
+        const auto found = dumped_channels(text);
+        ASSERT_GT(found.size(), 5u) << text;
+        EXPECT_EQ(found, std::vector<unsigned>(found.size(), one.channels)) << one.command;
+    }
+}
+
+TEST(stm32f405_image, a_dump_before_has_all_channels_without_a_file) {
+    const std::string text = run(500, [](machine &m) {
+        const auto box = std::make_unique<cb_box>();
+        box->counters.cycles = 4711;
+        cb_last_cycles_open(CB_START_POWER);
+        cb_last_cycles_note(box.get());
+        cb_retained.cause = CB_START_ASSERTION;
+        cb_retained_seal();
+        type(m, 100, "dump before\r");
+    });
+    expect(text, "STANDBY: there is no");
+    expect(text, "\nD 4711 ");
+    EXPECT_EQ(dumped_channels(text), std::vector<unsigned>{CB_MAX_CHANNELS}) << text;
 }
 
 TEST(stm32f405_image, ten_good_minutes_forget_earlier_faults) {

@@ -68,4 +68,28 @@ TEST(last_cycles, are_gone_with_the_power) {
     }
 }
 
+// By a fault, or of another image: no recorder over these records.
+TEST(last_cycles, are_gone_if_a_recorder_changed) {
+    void (*const changes[])(cb_recorder &) = {
+        [](cb_recorder &of) { ++of.records; }, [](cb_recorder &of) { ++of.capacity; },
+        [](cb_recorder &of) { of.count = CB_LAST_CYCLES + 1; },
+        [](cb_recorder &of) { of.next = CB_LAST_CYCLES; }};
+    for (const auto change : changes) {
+        for (int faults = 1; faults <= 2; ++faults) {  // the kept recorder is either one
+            cb_last_cycles_open(CB_START_POWER);
+            for (int i = 0; i < faults; ++i) {
+                note(1, 5);
+                cb_last_cycles_open(CB_START_FAULT);
+            }
+            ASSERT_EQ(kept().size(), 5u);
+            change(const_cast<cb_recorder &>(*cb_last_cycles_kept()));
+            cb_last_cycles_open(CB_START_REQUESTED);
+            EXPECT_EQ(kept(), numbers());
+            note(8, 2);
+            cb_last_cycles_open(CB_START_FAULT);
+            EXPECT_EQ(kept(), (numbers{9, 8})) << "the next run is kept again";
+        }
+    }
+}
+
 }  // namespace
