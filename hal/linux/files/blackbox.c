@@ -16,6 +16,8 @@
 
 static const char requested[] = "REQUEST";
 
+enum { PATH_SIZE = 4096 };
+
 /* A row in the ring; its values are behind it. */
 struct head {
     int64_t time_us;
@@ -39,15 +41,14 @@ struct listing {
     char oldest[CB_BLACKBOX_NAME];
 };
 
-static bool has_path(const struct cb_blackbox *box, char *path, const char *name, const char *end) {
-    return snprintf(path, 4096, "%s/%s%s", box->folder, name, end) < 4096;
+/* out: path[PATH_SIZE]: FOLDER/NAMEEND, which fits: cb_blackbox_start() checks the folder */
+static void put_path(const struct cb_blackbox *box, char *path, const char *name, const char *end) {
+    snprintf(path, PATH_SIZE, "%s/%s%s", box->folder, name, end);
 }
 
-static void list_one(const struct cb_blackbox *box, const char *name, unsigned number,
-                     struct listing *all) {
-    char path[4096];
+static void list_one(const char *path, const char *name, unsigned number, struct listing *all) {
     struct stat there;
-    if (!has_path(box, path, name, "") || lstat(path, &there) != 0) return;
+    if (lstat(path, &there) != 0) return;
     if (all->count == 0 || number < all->lowest) {
         all->lowest = number;
         snprintf(all->oldest, sizeof all->oldest, "%s", name);
@@ -64,13 +65,15 @@ static int list(const struct cb_blackbox *box, struct listing *all) {
     if (folder == NULL) return errno;
     for (const struct dirent *entry; (entry = readdir(folder)) != NULL;) {
         unsigned number, date, time;
-        char word[8] = "", end[8] = "", path[4096];
-        const char *name = entry->d_name;
-        if (strlen(name) >= CB_BLACKBOX_NAME ||
-            sscanf(name, "%6u-%8uT%6uZ-%7[A-Z].%7[a-z.]", &number, &date, &time, word, end) != 5)
+        char word[8] = "", end[8] = "", own[CB_BLACKBOX_NAME], path[PATH_SIZE];
+        if (sscanf(entry->d_name, "%6u-%8uT%6uZ-%7[A-Z].%7[a-z.]", &number, &date, &time, word,
+                   end) != 5)
             continue;
-        if (strcmp(end, "csv") == 0) list_one(box, name, number, all);
-        if (strcmp(end, "csv.new") == 0 && has_path(box, path, name, "")) unlink(path);
+        snprintf(own, sizeof own, "%06u-%08uT%06uZ-%s.%s", number, date, time, word, end);
+        if (strcmp(own, entry->d_name) != 0) continue;
+        put_path(box, path, own, "");
+        if (strcmp(end, "csv") == 0) list_one(path, own, number, all);
+        if (strcmp(end, "csv.new") == 0) unlink(path);
     }
     closedir(folder);
     return 0;
@@ -80,14 +83,14 @@ static int list(const struct cb_blackbox *box, struct listing *all) {
  * the newest */
 static int make_room(const struct cb_blackbox *box, unsigned files, int64_t bytes,
                      unsigned *highest) {
-    char path[4096];
+    char path[PATH_SIZE];
     struct listing all;
     for (;;) {
         const int error = list(box, &all);
         *highest = all.highest;
         if (error != 0 || all.count == 0 || (all.count <= files && all.bytes <= bytes))
             return error;
-        if (!has_path(box, path, all.oldest, "")) return ENAMETOOLONG;
+        put_path(box, path, all.oldest, "");
         if (unlink(path) != 0) return errno;
     }
 }
@@ -114,6 +117,7 @@ int cb_blackbox_start(struct cb_blackbox *box, const char *folder, int64_t most_
     unsigned highest;
     *box = (struct cb_blackbox){.folder = folder, .most_bytes = most_bytes, .fd = -1};
     if (folder == NULL) return 0;
+    if (strlen(folder) + sizeof "/.new" + CB_BLACKBOX_NAME > PATH_SIZE) return ENAMETOOLONG;
     int error = make_room(box, CB_BLACKBOX_FILES, most_bytes, &highest);
     if (error == 0 && access(folder, W_OK) != 0) error = errno;
     return error != 0 ? error : make_ring(box, config);
@@ -164,7 +168,7 @@ static int64_t bytes_of(const struct cb_blackbox *box, uint64_t rows) {
 
 /* Begins the file of the pending event, with the rows that are in no other. out: 0, or errno */
 static int begin(struct cb_blackbox *box, int64_t now_us) {
-    char path[4096];
+    char path[PATH_SIZE];
     unsigned highest;
     const uint64_t oldest = box->added > box->capacity ? box->added - box->capacity : 0;
     box->next = box->written > oldest ? box->written : oldest;
@@ -175,7 +179,7 @@ static int begin(struct cb_blackbox *box, int64_t now_us) {
     box->begun_us = now_us;
     box->wall_us = cb_unix_us() - cb_boottime_us();
     box->first_us = -1;
-    if (!has_path(box, path, box->name, ".new")) return ENAMETOOLONG;
+    put_path(box, path, box->name, ".new");
     box->fd = cb_output_open(path);
     if (box->fd < 0) return errno;
     return cb_output_write(box->fd, box->header, box->header_used) == box->header_used ? 0 : errno;
@@ -191,13 +195,12 @@ static int64_t last_time(const struct cb_blackbox *box) {
 /* Ends the file; an incomplete one is removed. An event whose last seconds are not in it gets
  * another one. out: 0, or errno */
 static int end(struct cb_blackbox *box, int error) {
-    char temporary[4096], path[4096];
-    if (error == 0 && fsync(box->fd) != 0) error = errno;
-    if (box->fd >= 0 && close(box->fd) != 0 && error == 0) error = errno;
+    char temporary[PATH_SIZE], path[PATH_SIZE];
+    if (box->fd >= 0) error = cb_output_close(box->fd, error, true);
     box->fd = -1;
     if (error != 0 || last_time(box) == box->event_us + CB_BLACKBOX_AFTER_US) box->word = NULL;
-    if (!has_path(box, temporary, box->name, ".new") || !has_path(box, path, box->name, ""))
-        return ENAMETOOLONG;
+    put_path(box, temporary, box->name, ".new");
+    put_path(box, path, box->name, "");
     if (error == 0 && rename(temporary, path) != 0) error = errno;
     if (error != 0) unlink(temporary);
     if (error != 0) return error;

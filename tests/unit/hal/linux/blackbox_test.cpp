@@ -163,6 +163,31 @@ TEST_F(blackbox, other_columns_end_the_file_and_begin_another_ring) {
     EXPECT_EQ(header, "time_s,X,comp_Z_um,mode,reason,unix_s");
 }
 
+TEST_F(blackbox, another_name_of_the_same_length_begins_another_ring) {
+    ASSERT_EQ(start(), 0);
+    run(20, CB_MODE_ACTIVE);
+    std::strcpy(config->signals[0].name, "Y");
+    EXPECT_EQ(cb_blackbox_follow(box.get(), config.get()), 0);
+    run(1, CB_MODE_HOLD);
+    EXPECT_EQ(finish(), 0);
+    ASSERT_EQ(names().size(), 1u);
+    std::ifstream in(folder + "/" + names()[0]);
+    std::string header;
+    std::getline(in, header);
+    EXPECT_EQ(header, "time_s,Y,mode,reason,unix_s");
+    std::size_t rows = 0;
+    for (std::string line; std::getline(in, line);) ++rows;
+    EXPECT_EQ(rows, 10u) << "those of Y";
+}
+
+TEST_F(blackbox, an_end_without_its_folder_is_reported) {
+    ASSERT_EQ(start(), 0);
+    run(1, CB_MODE_ACTIVE);
+    cb_blackbox_request(box.get(), now_us);
+    fs::remove_all(folder);
+    EXPECT_EQ(finish(), ENOENT);
+}
+
 TEST_F(blackbox, a_loop_without_rows_ends_the_file_by_the_time) {
     ASSERT_EQ(start(), 0);
     run(20, CB_MODE_ACTIVE);
@@ -174,17 +199,20 @@ TEST_F(blackbox, a_loop_without_rows_ends_the_file_by_the_time) {
 TEST_F(blackbox, the_lowest_numbers_are_removed_within_the_limits_and_other_files_stay) {
     for (const char *name :
          {"000007-20200101T000000Z-HOLD.csv", "000009-19700101T000000Z-FAULT.csv",
-          "000010-19700101T000000Z-FAULT.csv.new", "notes.csv", "000001-x.csv"})
+          "000010-19700101T000000Z-FAULT.csv.new", "notes.csv", "000001-x.csv",
+          "000002-20200101T000000Z-HOLD.csv-copy", "  0003-20200101T000000Z-HOLD.csv"})
         std::ofstream(folder + "/" + name) << std::string(1000000, 'x');
     ASSERT_EQ(start(2 << 20), 0);
     run(20, CB_MODE_ACTIVE);
     run(0.1, CB_MODE_HOLD);
     EXPECT_EQ(finish(), 0);
     const auto found = names();
-    ASSERT_EQ(found.size(), 4u);
-    EXPECT_EQ(found[1], "000009-19700101T000000Z-FAULT.csv");
-    EXPECT_EQ(found[2].substr(0, 7), "000010-") << "the next number, whatever the clock says";
-    EXPECT_EQ(found[0] + found[3], "000001-x.csvnotes.csv");
+    ASSERT_EQ(found.size(), 6u);
+    EXPECT_EQ(found[3], "000009-19700101T000000Z-FAULT.csv");
+    EXPECT_EQ(found[4].substr(0, 7), "000010-") << "the next number, whatever the clock says";
+    EXPECT_EQ(found[0], "  0003-20200101T000000Z-HOLD.csv");
+    EXPECT_EQ(found[1] + found[5], "000001-x.csvnotes.csv");
+    EXPECT_EQ(found[2], "000002-20200101T000000Z-HOLD.csv-copy");
 }
 
 TEST_F(blackbox, so_many_files_at_most) {
@@ -238,6 +266,16 @@ TEST_F(blackbox, many_columns_have_fewer_minutes_of_memory) {
 
 TEST_F(blackbox, a_folder_that_is_not_there_is_reported) {
     EXPECT_EQ(cb_blackbox_start(box.get(), "/nowhere", 1, config.get()), ENOENT);
+}
+
+TEST_F(blackbox, a_folder_whose_files_have_too_long_names_is_reported) {
+    const std::string longest = folder + std::string(4096 - 70 - folder.size(), '/');
+    const std::string too_long = longest + "/";
+    EXPECT_EQ(cb_blackbox_start(box.get(), too_long.c_str(), 1 << 20, config.get()), ENAMETOOLONG);
+    ASSERT_EQ(cb_blackbox_start(box.get(), longest.c_str(), 1 << 20, config.get()), 0);
+    run(1, CB_MODE_HOLD);
+    EXPECT_EQ(finish(), 0);
+    EXPECT_EQ(names().size(), 1u);
 }
 
 TEST_F(blackbox, without_a_folder_nothing_is_done) {
