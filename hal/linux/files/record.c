@@ -44,7 +44,7 @@ static bool take_last_row(struct cb_record *record, const char *row, size_t byte
     double time_s, unix_s;
     size_t comma = bytes - 1;
     if (commas_of(row, bytes) != commas_of(record->header, record->header_used)) return false;
-    while (row[comma] != ',') comma--;
+    while (row[comma] != ',') comma--; /* each header has some */
     if (sscanf(row, "%lf,", &time_s) != 1 || sscanf(row + comma, ",%lf\n", &unix_s) != 1 ||
         !(time_s >= 0 && time_s < 1e12) || !(unix_s >= 0 && unix_s < 1e12))
         return false;

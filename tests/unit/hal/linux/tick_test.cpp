@@ -80,6 +80,20 @@ TEST(tick, keeps_a_wake_up_that_is_periods_late) {
     EXPECT_NE(tick.worst_ns, late_ns) << "of each wait by itself";
 }
 
+// The wait's first lateness, of the body, is the one of its statistics: what the wake-up adds to it
+// is in the number of skipped ticks.
+TEST(tick, keeps_the_lateness_of_a_body_before_a_wake_up_that_is_late_too) {
+    cb_tick tick;
+    cb_tick_start(&tick, CLOCK_MONOTONIC, 10000);
+    cb_tick_wait(&tick);
+    const int64_t due_ns = tick.start_ns + (tick.index + 1) * tick.period_ns;
+    std::this_thread::sleep_for(std::chrono::milliseconds(34));
+    oversleep_ns = 35000000;
+    EXPECT_GE(cb_tick_wait(&tick), 6u);
+    EXPECT_GE(tick.worst_ns, 24000000);
+    EXPECT_GT(tick.woke_ns - due_ns, tick.worst_ns + 35000000);
+}
+
 TEST(tick, a_body_that_ends_just_behind_the_tick_waits_for_the_next_one) {
     cb_tick tick;
     cb_tick_start(&tick, CLOCK_MONOTONIC, 20000);
