@@ -3,7 +3,7 @@
 """Gate: figures that several documents state are the same in each, and are those of the script that made
 them or of the gate that limits them.
   figures.py [ROOT]                         prints how many figures were compared, or every one that differs
-  figures.py ROOT --instructions COMMAND…   compares counts of instructions with the output of a gate's PROGRAM.elf
+  figures.py ROOT --instructions COMMAND…   runs a gate's PROGRAM.elf; compares counts of instructions with its output
   figures.py --self-test                    plants wrong figures; each must be found"""
 
 import pathlib
@@ -94,6 +94,14 @@ def judge(compared):
     return sum(len(made) for _, _, made in compared), wrong
 
 
+def run_and_judge(command, read, page, rows):
+    """out: as judge(), of what the command prints, which is printed; a failed command is wrong whatever it prints"""
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
+    print(done.stdout, end="")
+    count, wrong = judge(counted(read, done.stdout, page, rows))
+    return count, wrong + [f"exit code {done.returncode}: {' '.join(map(str, command))}"] * (done.returncode != 0)
+
+
 def self_test():
     root = pathlib.Path(__file__).resolve().parents[2]
     read = {}
@@ -120,7 +128,11 @@ def self_test():
         found = len(judge(counted(table.get, output, "a.md", {"lag, one step": "lag"}))[1])
         if found != count:
             sys.exit(f"figures.py: {output!r} gave {found}")
-    print(f"{len(planted) + 2} of {len(planted) + 2} planted figures found")
+    for code in (0, 1):
+        command = (sys.executable, "-c", f"print('lag   1034 / 1050'); raise SystemExit({code})")
+        if len(run_and_judge(command, table.get, "a.md", {"lag, one step": "lag"})[1]) != code:
+            sys.exit(f"figures.py: exit code {code} of a program that prints the right figures")
+    print(f"{len(planted) + 3} of {len(planted) + 3} planted figures and failures found")
 
 
 def main():
@@ -132,9 +144,8 @@ def main():
         return (root / name).read_text()
 
     if sys.argv[2:3] == ["--instructions"]:
-        output = subprocess.run(sys.argv[3:], capture_output=True, text=True, check=False).stdout
         program = next(pathlib.Path(part).stem for part in sys.argv[3:] if part.endswith(".elf"))
-        count, wrong = judge(counted(read, output, *COUNTED[program]))
+        count, wrong = run_and_judge(sys.argv[3:], read, *COUNTED[program])
     else:
         count, wrong = judge([*gantry(read), *budgets(read)])
     print("\n".join(wrong + [f"figures: {count} compared, {len(wrong)} wrong / 0 allowed"]))
