@@ -253,7 +253,7 @@ struct random_file {
 
 // ---- the world: PLC, sensors, clock, and what the box must be
 
-struct held_value {
+struct checked_value {
     double um = 0, time_s = 0;
     bool checked = false;  // false: nothing is promised of the step from here
     double slew = 0;       // um/s: the largest of the files that ran since then
@@ -261,8 +261,8 @@ struct held_value {
 
 // A write without an answer: it may take effect, also behind a later one, until the PLC's program
 // ran for so long, or the PLC served requests for so long.
-struct late_write {
-    std::vector<held_value> values;
+struct timed_write {
+    std::vector<checked_value> values;
     double lives_s, serves_s;
 };
 
@@ -284,9 +284,9 @@ struct world {
     box_rig rig;
     std::vector<double> raw;  // of each signal, wandering
     std::vector<std::map<int64_t, float>> delivered;
-    std::vector<held_value> plc;
+    std::vector<checked_value> plc;
     std::vector<bool> coarse;
-    std::vector<late_write> late;
+    std::vector<timed_write> late;
     std::vector<bool> lied = std::vector<bool>(16);  // of this reading: applied, or the read-back
     uint16_t plc_status = 0;                         // what the PLC's register says of the box
     bool needs_permission = false;                   // a box was at work here before
@@ -411,7 +411,7 @@ struct world {
         if (c.below(500) < trouble) gap = c.between(0, 2e10);
         const int64_t gap_us = std::llround(gap);
         const double gap_s = std::clamp(static_cast<double>(gap_us) * 1e-6, 0.0, 2e-6 * period);
-        for (late_write &write : late) {
+        for (timed_write &write : late) {
             write.lives_s -= lives() ? gap_s : 0;
             write.serves_s -= lives() || rig.in.last_write == CB_TRANSFER_OK ? gap_s : 0;
         }
@@ -445,7 +445,7 @@ struct world {
         rig.in.held_registers[1] = plc_status;
     }
     void restart() {
-        for (held_value &h : plc) h = {0, true_s, h.checked};
+        for (checked_value &h : plc) h = {0, true_s, h.checked};
         late.clear();
         plc_status = 0;
         if (rig.box->plc.contact == CB_CONTACT_NONE)
@@ -609,7 +609,7 @@ struct world {
         for (unsigned i = 0; i < config().channels_count; ++i)
             if (!plc[i].checked) return;  // nothing is promised of a step from or to there
         const double late_s = cb_limiter_late_us(&config()) * 1e-6;
-        late_write write = {{}, late_s, 2 * late_s};
+        timed_write write = {{}, late_s, 2 * late_s};
         for (unsigned i = 0; i < config().channels_count; ++i)
             write.values.push_back(
                 {written_um(i), true_s, true, config().channels[i].slew_um_per_s});
@@ -623,10 +623,10 @@ struct world {
 
     // One of them takes effect, behind later ones.
     void take_late() {
-        const auto over = [](const late_write &w) { return w.lives_s <= 0 || w.serves_s <= 0; };
+        const auto over = [](const timed_write &w) { return w.lives_s <= 0 || w.serves_s <= 0; };
         while (!late.empty() && over(late.front())) late.erase(late.begin());
         if (late.empty() || !c.one_in(8)) return;
-        const late_write write = late[c.below(static_cast<unsigned>(late.size()))];
+        const timed_write write = late[c.below(static_cast<unsigned>(late.size()))];
         for (unsigned i = 0; i < config().channels_count; ++i) {
             const double between_s = std::fabs(write.values[i].time_s - plc[i].time_s);
             check_change(i, write.values[i].um, std::max(plc[i].slew, write.values[i].slew),
