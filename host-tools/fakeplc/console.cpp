@@ -2,12 +2,12 @@
 #include "host-tools/fakeplc/console.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <map>
 #include <sstream>
 #include <vector>
 
+#include "host-tools/fakeplc/typed_number.h"
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
 
@@ -19,24 +19,6 @@ using words = std::vector<std::string>;
 
 [[noreturn]] void refuse(const std::string &sentence) {
     throw input_error(sentence);
-}
-
-double number(const std::string &text) {
-    double value = 0.0;
-    const auto end = text.data() + text.size();
-    const auto result = std::from_chars(text.data(), end, value);
-    if (text.empty() || result.ec != std::errc() || result.ptr != end || !std::isfinite(value)) {
-        refuse(fmt::format("'{}' is not a number", text));
-    }
-    return value;
-}
-
-int whole(const std::string &text, int low, int high) {
-    const double value = number(text);
-    if (value != std::floor(value) || value < low || value > high) {
-        refuse(fmt::format("'{}' is not a whole number from {} to {}", text, low, high));
-    }
-    return static_cast<int>(value);
 }
 
 void expect(const words &line, std::size_t count, const char *usage) {

@@ -7,11 +7,11 @@
 
 namespace compbox::fakeplc {
 
-namespace {
-
 std::int64_t to_us(double seconds) {
     return std::llround(seconds * 1e6);
 }
+
+namespace {
 
 // [take-over] Value, slope and reference of a channel as the box wrote them.
 correction written(const taken_channel &channel, const std::vector<std::uint16_t> &registers) {

@@ -13,6 +13,9 @@
 
 namespace compbox::fakeplc {
 
+// out: rounded
+std::int64_t to_us(double seconds);
+
 // The low byte of the box's status register (docs/DESIGN.md).
 namespace box_mode {
 enum : unsigned { standby = 0, active = 1, hold = 2, ramp = 3, fault = 4, stopped = 5 };

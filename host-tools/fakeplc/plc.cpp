@@ -14,10 +14,6 @@ namespace {
 constexpr std::int64_t most_behind_us = 1000000;
 constexpr std::int64_t reset_pulse_us = 500000;
 
-std::int64_t to_us(double seconds) {
-    return std::llround(seconds * 1e6);
-}
-
 // A control without interpolation of the compensation applies any step at once.
 twin::twin_config with_nc_of(const plc_profile &profile, const twin::twin_config &config) {
     twin::twin_config result = config;

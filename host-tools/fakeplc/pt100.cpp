@@ -4,6 +4,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "host-tools/fakeplc/typed_number.h"
 #include "host-tools/formats/error.h"
 
 namespace compbox::fakeplc {
@@ -13,34 +14,12 @@ namespace {
 constexpr double degC_per_unit = 0.1;
 constexpr int most_registers = 125;
 
-double number(const std::string &text) {
-    std::size_t used = 0;
-    double value = 0.0;
-    try {
-        value = std::stod(text, &used);
-    } catch (const std::exception &) {
-        used = 0;
-    }
-    if (used == 0 || used != text.size() || !std::isfinite(value)) {
-        throw input_error(fmt::format("'{}' is not a number", text));
-    }
-    return value;
-}
-
 double temperature(const std::string &text) {
     const double value = number(text);
     if (value < -3276.8 || value > 3276.7) {
         throw input_error(fmt::format("'{}' °C does not fit into a register of 0.1 °C", text));
     }
     return value;
-}
-
-int whole(const std::string &text, int low, int high) {
-    const double value = number(text);
-    if (value != std::floor(value) || value < low || value > high) {
-        throw input_error(fmt::format("'{}' is not a whole number from {} to {}", text, low, high));
-    }
-    return static_cast<int>(value);
 }
 
 std::uint16_t register_of(double degC) {

@@ -12,9 +12,6 @@ namespace compbox::twin {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
-constexpr double m_per_mm = 1e-3;
-
 // Relative position between two ends: 0 … 1 inside.
 double part_of(double position, const std::array<double, 2> &ends) {
     return (position - ends[0]) / (ends[1] - ends[0]);

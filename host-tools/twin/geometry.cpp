@@ -2,12 +2,13 @@
 #include "host-tools/twin/geometry.h"
 
 #include "host-tools/twin/frame.h"
+#include "host-tools/twin/units.h"
 
 namespace compbox::twin {
 
 namespace {
 
-constexpr double mm_per_um = 1e-3, um_per_mm = 1e3, rad_per_urad = 1e-6;
+constexpr double mm_per_um = 1e-3, rad_per_urad = 1e-6;
 
 xyz minus(const xyz &v) {
     return {-v[0], -v[1], -v[2]};

@@ -10,12 +10,6 @@
 
 namespace compbox::twin {
 
-namespace {
-
-constexpr double um_per_mm = 1e3;
-
-}  // namespace
-
 straight_move::straight_move(const xyz &from_mm, const xyz &to_mm, double feed_mm_per_s,
                              const std::array<twin_axis, 3> &axes)
     : from_mm_(from_mm), to_mm_(to_mm) {

@@ -3,11 +3,11 @@
 
 #include <cmath>
 
+#include "host-tools/twin/units.h"
+
 namespace compbox::twin {
 
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 std::uint64_t splitmix64(std::uint64_t &state) {
     state += 0x9E3779B97F4A7C15u;
@@ -61,7 +61,7 @@ double random_stream::normal() {
         return spare_;
     }
     const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
-    const double angle = 2.0 * pi * uniform();
+    const double angle = two_pi * uniform();
     spare_ = radius * std::sin(angle);
     has_spare_ = true;
     return radius * std::cos(angle);

@@ -13,7 +13,6 @@ namespace compbox::twin {
 namespace {
 
 constexpr double J_per_kJ = 1000.0;
-constexpr double m_per_mm = 1e-3;
 constexpr double rounding_s = 1e-9;
 constexpr double fastest_part = 0.2;  // of the shortest time constant: longest part of a step
 
