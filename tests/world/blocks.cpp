@@ -58,12 +58,22 @@ bool read_head::references(const machine &of) const {
     return (control & of.map.referenced_mask) == of.map.referenced_mask;
 }
 
+namespace {
+
+// A probe of a serial line (docs/rtu.md) has the start of the read block and another length.
+bool reads(const fakeplc::register_block &block, const exchange &seen) {
+    return seen.read.size() == static_cast<std::size_t>(block.count) &&
+           seen.read_start == block.start;
+}
+
+}  // namespace
+
 bool is_reading(const machine &of, const exchange &seen) {
-    return !seen.read.empty() && seen.read_start == of.map.read.start;
+    return reads(of.map.read, seen);
 }
 
 bool is_read_back(const machine &of, const exchange &seen) {
-    return !seen.read.empty() && seen.read_start == of.map.write.start;
+    return reads(of.map.write, seen);
 }
 
 bool is_refused_read_back(const machine &of, const exchange &seen) {

@@ -77,12 +77,21 @@ int poll_until(pollfd *set, nfds_t count, time_ns until) {
     }
 }
 
+// A pipe waits for its other end, which never comes.
+bool waits_for_ever(const char *path, int flags) {
+    const auto found = here().files.find(path, (flags & O_NOFOLLOW) == 0);
+    return found != nullptr && found->kind == node_kind::fifo && (flags & O_NONBLOCK) == 0;
+}
+
 }  // namespace
 
 extern "C" {
 
 int world_open(const char *path, int flags, ...) {
     if (here().begin("open", nullptr, path).error != 0) return -1;
+    if (waits_for_ever(path, flags)) {
+        for (;;) here().wait_for_change(never);
+    }
     std::shared_ptr<open_file> opened;
     const int error = here().files.open(path, flags, &opened);
     if (error != 0) return returned(error);

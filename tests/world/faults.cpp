@@ -164,6 +164,7 @@ void fault_injector::begin() {
     plan_files();
     plan_disk();
     plan_slowness();
+    plan_muteness();
 }
 
 void fault_injector::end() {
@@ -199,10 +200,18 @@ preemption fault_injector::between_lines() {
             static_cast<std::int64_t>(drawn.below(20000))};
 }
 
+// Some take so long that the box has written more before they act (docs/decisions/0003).
+time_ns fault_injector::draw_delay() {
+    dice &drawn = chance(fault_kind::delay);
+    const machine &facts = of_.running();
+    if (drawn.one_in(3))
+        return drawn.time_between(2 * facts.period_us * us, facts.heartbeat_timeout_us * us);
+    return static_cast<time_ns>(drawn.log_between(100e3, 500e6));
+}
+
 segment_fate fault_injector::at_segment(bool, std::size_t bytes) {
     segment_fate fate;
-    if (due(slow_segments_))
-        fate.delay_ns = static_cast<time_ns>(chance(fault_kind::delay).log_between(100e3, 500e6));
+    if (due(slow_segments_)) fate.delay_ns = draw_delay();
     if (bytes > 1 && due(torn_segments_)) {
         fate.cut_at = 1 + chance(fault_kind::tear).below(bytes - 1);
         fate.rest_ns = static_cast<time_ns>(chance(fault_kind::tear).log_between(10e3, 100e6));
@@ -232,10 +241,19 @@ segment_fate fault_injector::at_connect() {
     return fate;
 }
 
+bool fault_injector::is_read_back(const fakeplc::byte_string &request) const {
+    return request[0] == 3 && (request[1] << 8 | request[2]) == of_.box_machine.map.write.start;
+}
+
+// It does what it is asked to, without a reply.
+bool fault_injector::is_mute(const fakeplc::byte_string &request) const {
+    if (request[0] != 3) return of_.time.now() < no_writes_until_;
+    return is_read_back(request) && of_.time.now() < no_read_backs_until_;
+}
+
 reply_fate fault_injector::at_request(const fakeplc::byte_string &request) {
     reply_fate fate;
-    const bool mute = of_.time.now() < mute_until_ && request[0] != 3;
-    fate.lost = due(lost_replies_) || mute;
+    fate.lost = due(lost_replies_) || is_mute(request);
     fate.ignored = active_ && of_.time.now() < silent_until_;
     fate.twice = due(twice_);
     if (due(strays_)) fate.stray = static_cast<stray_reply>(1 + chance(fault_kind::stray).below(4));
@@ -244,9 +262,7 @@ reply_fate fault_injector::at_request(const fakeplc::byte_string &request) {
         fate.exception = static_cast<int>(1 + chance(fault_kind::exception).below(11));
     if (active_ && of_.time.now() < refuses_until_ && request[0] == refused_function_)
         fate.exception = refused_code_;
-    const bool of_written =
-        request[0] == 3 && (request[1] << 8 | request[2]) == of_.box_machine.map.write.start;
-    if (active_ && of_.time.now() < hides_block_until_ && of_written) fate.exception = 2;
+    if (active_ && of_.time.now() < hides_block_until_ && is_read_back(request)) fate.exception = 2;
     if (active_ && of_.time.now() < slow_until_) fate.delay_ns = slow_ns_;
     return fate;
 }

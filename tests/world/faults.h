@@ -57,7 +57,8 @@ class run;
     X(slow, "a PLC whose replies take most of a period")                       \
     X(stray, "replies of another unit, function or length")                    \
     X(reader, "the reader of the log stops reading")                           \
-    X(links, "symbolic links in the place of outputs and of their new files")
+    X(links, "symbolic links in the place of outputs and of their new files")  \
+    X(mute, "a PLC that answers readings, but no writes or no read-backs")
 
 enum class fault_kind {
 #define X(name, words) name,
@@ -149,6 +150,11 @@ class fault_injector : public call_faults,
     void meddle_before_start();
     void hide_block();
     void plan_slowness();
+    void plan_muteness();
+    bool is_read_back(const fakeplc::byte_string &request) const;
+    bool is_mute(const fakeplc::byte_string &request) const;
+    time_ns draw_delay();
+    void write_back_late(dice &drawn);
     void heal_plc();
 
     void plan_ends();  // faults_computer.cpp
@@ -197,7 +203,8 @@ class fault_injector : public call_faults,
     time_ns storm_until_ = 0, refuses_until_ = 0, hangs_until_ = 0;
     time_ns hides_block_until_ = 0;  // the PLC refuses to return the write block
     time_ns silent_until_ = 0;       // its server answers nothing …
-    time_ns mute_until_ = 0;         // … or no writes
+    // … or no writes, or does not return the write block
+    time_ns no_writes_until_ = 0, no_read_backs_until_ = 0;
     time_ns slow_until_ = 0, slow_ns_ = 0;
     int refused_function_ = 0, refused_code_ = 0;
     // Calls and lines until the process ends; below 0: nothing is planned.

@@ -71,11 +71,22 @@ void fault_injector::plan_operator() {
                                                 refused_function_, refused_code_, lasts / ms));
     });
     repeat(fault_kind::exception, 20 * second, [this] { hide_block(); });
-    repeat(fault_kind::loss, 20 * second, [this] {
-        dice &drawn = chance(fault_kind::loss);
+}
+
+// A PLC that answers readings all the time.
+void fault_injector::plan_muteness() {
+    repeat(fault_kind::mute, 15 * second, [this] {
+        dice &drawn = chance(fault_kind::mute);
         const auto lasts = static_cast<time_ns>(drawn.log_between(50e6, 30e9));
-        mute_until_ = of_.time.now() + lasts;
-        note(fault_kind::loss, fmt::format("no write has a reply for {} ms", lasts / ms));
+        const time_ns until = of_.time.now() + lasts;
+        const std::uint64_t way = drawn.below(4);
+        if (way != 0) no_writes_until_ = until;
+        if (way <= 1) no_read_backs_until_ = until;
+        note(fault_kind::mute, fmt::format("no {} has a reply for {} ms",
+                                           way == 0   ? "read-back"
+                                           : way == 1 ? "write and no read-back"
+                                                      : "write",
+                                           lasts / ms));
     });
 }
 
@@ -148,7 +159,7 @@ void fault_injector::plan_foreign() {
         const fakeplc::register_map &map = of_.box_machine.map;
         const auto lasts = static_cast<time_ns>(drawn.log_between(20e6, 20e9));
         of_.plc.catch_up();
-        switch (drawn.below(5)) {
+        switch (drawn.below(7)) {
             case 0: {
                 const int taken = static_cast<int>(1 + drawn.below(8));
                 note(fault_kind::foreign,
@@ -173,6 +184,10 @@ void fault_injector::plan_foreign() {
             case 3:
                 write_again_and_again(drawn);
                 break;
+            case 4:
+            case 5:
+                write_back_late(drawn);
+                break;
             default: {
                 const int at =
                     map.write.start +
@@ -186,6 +201,26 @@ void fault_injector::plan_foreign() {
     });
     repeat(fault_kind::foreign, 8 * second,
            [this] { lie_about_applied(chance(fault_kind::foreign)); });
+}
+
+// A client that reads, thinks, and writes back what is old meanwhile: a channel or all of them.
+// While it has the server, others may have no replies.
+void fault_injector::write_back_late(dice &drawn) {
+    const fakeplc::register_map &map = of_.box_machine.map;
+    const fakeplc::taken_channel &channel = drawn.one_of(map.channels);
+    const bool all = drawn.one_in(4);
+    const int at = all ? map.write.start : channel.address;
+    const auto words = of_.plc.registers(at, all ? map.write.count : channel.format.registers);
+    const auto pause = static_cast<time_ns>(drawn.log_between(50e6, 5e9));
+    note(fault_kind::foreign, fmt::format("another client reads {}, and writes it back after {} ms",
+                                          all ? "the write block" : channel.name, pause / ms));
+    if (drawn.chance(0.75))
+        no_writes_until_ = no_read_backs_until_ = of_.time.now() + pause + 100 * ms;
+    later(pause, [this, at, words] {
+        if (!active_) return;
+        of_.plc.catch_up();
+        of_.plc.write_foreign(at, words);
+    });
 }
 
 // A second writer of one channel, for seconds.
@@ -260,6 +295,10 @@ void fault_injector::meddle_before_start() {
     if (has(fault_kind::exception) && own.one_in(3)) {
         hides_block_until_ = of_.time.now() + static_cast<time_ns>(own.log_between(1e9, 60e9));
         note(fault_kind::exception, "the PLC refuses to return the write block");
+    }
+    if (has(fault_kind::mute) && own.one_in(3)) {
+        no_read_backs_until_ = of_.time.now() + static_cast<time_ns>(own.log_between(100e6, 30e9));
+        note(fault_kind::mute, "no read-back has a reply");
     }
     if (!has(fault_kind::foreign) || !own.one_in(2)) return;
     lie_about_applied(own);
@@ -354,7 +393,7 @@ void fault_injector::lie_on(const fakeplc::shown_signal &signal, int way, double
 // it is taken, and on again; reset where the box shows FAULT.
 void fault_injector::heal_plc() {
     plc_side &plc = of_.plc;
-    refuses_until_ = mute_until_ = 0;
+    refuses_until_ = no_writes_until_ = no_read_backs_until_ = 0;
     of_.net.plugged = true;
     plc.serves = true;
     plc.stop_program(false);

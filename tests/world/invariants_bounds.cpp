@@ -79,9 +79,11 @@ class slew_invariant : public invariant {
         if (seen.written.empty()) return;
         written_block block = block_of(facts, seen);
         if (seen.sent < placed_ns_) leave_applied_out(facts, block);
+        const bool again = before_ && before_->heartbeat == block.heartbeat;  // on a serial line
         if (before_)
             check(facts, *before_, block, 2 * period_s(facts), "from one write to the next");
         before_ = block;
+        if (again) return;
         if (seen.sent - sent_ns_ > 4 * facts.period_us * us) gap_ns_ = seen.sent;
         sent_ns_ = std::max(sent_ns_, seen.sent);
         if (lag_ns_ != never) look_back(facts, {seen.sent, block});

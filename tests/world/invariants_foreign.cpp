@@ -36,6 +36,7 @@ class applied_invariant : public invariant {
         if (!judged_) return;
         const machine &facts = of_.running_at(seen.sent);
         channels_.resize(facts.channels.size());
+        if (seen.duration == never) forget_outside();
         if (!seen.written.empty() && (sent_.empty() || seen.sent >= sent_.back().ns))
             judge(facts, seen);
         if (is_reading(facts, seen) && head_of(facts, seen).whole) take(facts, seen);
@@ -54,6 +55,11 @@ class applied_invariant : public invariant {
     static constexpr std::uint64_t most_beyond = 12;       // of which the box gets two at least
     static constexpr double report_s = 0.4, most_s = 0.5;  // the box: 0.25 s, 0.5 s
     static constexpr time_ns of_late = 1500 * ms;
+
+    // Without a reply the box may be in HOLD for a moment.
+    void forget_outside() {
+        for (channel_state &one : channels_) one.outside_s = 0;
+    }
 
     void judge(const machine &facts, const exchange &seen) {
         const written_block block = block_of(facts, seen);
@@ -75,7 +81,10 @@ class applied_invariant : public invariant {
     }
 
     void take(const machine &facts, const exchange &seen) {
-        const bool active = !sent_.empty() && sent_.back().block.mode == fakeplc::box_mode::active;
+        // A box that was silent may have been in HOLD.
+        const time_ns recent = 5 * facts.period_us * us / 2;
+        const bool active = !sent_.empty() && seen.sent - sent_.back().ns < recent &&
+                            sent_.back().block.mode == fakeplc::box_mode::active;
         const double step_s = 1e-9 * static_cast<double>(seen.sent - read_ns_);
         const double elapsed_s = std::min(step_s, 2e-6 * static_cast<double>(facts.period_us));
         read_ns_ = seen.sent;
@@ -116,7 +125,8 @@ class applied_invariant : public invariant {
     time_ns read_ns_ = 0;
 };
 
-// The write block is read back about once a second where the exchange leaves room.
+// The write block is read back about once a second where the exchange leaves room. A PLC that does
+// not answer three times is not asked again (docs/faults.md).
 class look_back_invariant : public invariant {
   public:
     explicit look_back_invariant(run &of)
@@ -126,17 +136,25 @@ class look_back_invariant : public invariant {
                   !draws_any(of, {fault_kind::loss, fault_kind::reset, fault_kind::tear,
                                   fault_kind::exception, fault_kind::wire, fault_kind::plc_stop,
                                   fault_kind::partial, fault_kind::memory})) {}
-    void started() override { since_ns_ = of_.time.now(); }
+    void started() override {
+        since_ns_ = of_.time.now();
+        unread_ = 0;
+    }
     void exchanged(const exchange &seen) override {
         if (!judged_) return;
         const machine &facts = of_.running_at(seen.sent);
-        if (is_read_back(facts, seen)) since_ns_ = seen.sent;
-        if (!seen.written.empty() && seen.sent - since_ns_ > 5 * second)
+        if (is_read_back(facts, seen)) {
+            since_ns_ = seen.sent;
+            unread_ = seen.duration == never ? unread_ + 1 : 0;
+        }
+        if (!seen.written.empty() && seen.sent - since_ns_ > 5 * second && unread_ < most_unread)
             violated("the write block was not read back for five seconds");
     }
 
   private:
+    static constexpr int most_unread = 3;
     bool judged_;
+    int unread_ = 0;  // the newest without a reply
     time_ns since_ns_ = 0;
 };
 
@@ -183,12 +201,36 @@ class refused_invariant : public invariant {
     bool ends_ = false;           // the last mode in the log is FAULT or STOPPED
 };
 
+// Compensation needs a PLC that confirms: behind a contact, an outage and another contact the box
+// gives up until a write has a reply (docs/faults.md, reason 12).
+class confirmed_invariant : public invariant {
+  public:
+    explicit confirmed_invariant(run &of) : invariant(of, "confirmed") {}
+    void started() override { steps_ = 0; }
+    void exchanged(const exchange &seen) override {
+        if (seen.written.empty()) return;
+        const written_block block = block_of(of_.running_at(seen.sent), seen);
+        if (seen.duration != never) steps_ = 0;
+        if (seen.duration != never || block.mode != fakeplc::box_mode::active) return;
+        if (steps_ > 0 && block.heartbeat == heartbeat_) return;  // again, on a serial line
+        heartbeat_ = block.heartbeat;
+        if (++steps_ > most)
+            violated(fmt::format("{} writes are ACTIVE, and none of them had a reply", steps_));
+    }
+
+  private:
+    static constexpr int most = 16;  // the box: five behind each of two contacts, and two late ones
+    int steps_ = 0;
+    std::uint16_t heartbeat_ = 0;  // of the newest of them
+};
+
 }  // namespace
 
 void add_foreign(run &of, invariants &all) {
     all.push_back(std::make_unique<applied_invariant>(of));
     all.push_back(std::make_unique<look_back_invariant>(of));
     all.push_back(std::make_unique<refused_invariant>(of));
+    all.push_back(std::make_unique<confirmed_invariant>(of));
 }
 
 }  // namespace compbox::world

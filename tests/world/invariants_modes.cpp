@@ -233,10 +233,11 @@ class status_invariant : public invariant {
         const written_block block = block_of(facts, seen);
         if (seen.sent < sent_ns_) return;  // of a given-up connection
         judge(facts, block);
+        const bool again = before_ && before_->heartbeat == block.heartbeat;  // on a serial line
         if (before_) compare(facts, *before_, block, seen.sent - sent_ns_);
         watch_hold(facts, block, seen.sent);
         before_ = block;
-        sent_ns_ = seen.sent;
+        if (!again) sent_ns_ = seen.sent;
     }
 
   private:
@@ -360,9 +361,9 @@ class reason_invariant : public invariant {
     time_ns disabled_ns_ = -never / 2, lost_ns_ = -never / 2;
 };
 
-// A box that no longer writes leaves no ACTIVE behind while the PLC answers the requests of an
-// exchange in time. A PLC whose replies come behind the deadline is out of reach: silence lets its
-// own watchdog act (decision 5).
+// A box that no longer writes leaves no ACTIVE behind while the PLC answers readings in time,
+// whatever else it leaves unanswered. A PLC whose replies come behind the deadline is out of reach:
+// silence lets its own watchdog act (decision 5).
 class silence_invariant : public invariant {
   public:
     explicit silence_invariant(run &of) : invariant(of, "silence") {}
@@ -386,7 +387,8 @@ class silence_invariant : public invariant {
     static constexpr time_ns way = ms;  // of request and reply on the wire, and to the step
     // Two requests of fc3+fc16 have to end before the deadline.
     static bool is_late(const machine &facts, const exchange &seen) {
-        return seen.duration > facts.period_us * us * 4 / 5 / (facts.fc23 ? 1 : 2) - way;
+        const time_ns budget_ns = facts.period_us * us * 4 / 5 / (facts.fc23 ? 1 : 2);
+        return is_reading(facts, seen) && seen.duration > budget_ns - way;
     }
     bool disturbed() const {
         // A slow slave on a serial line answers readings too late as well.

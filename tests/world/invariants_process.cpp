@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "tests/world/blocks.h"
 #include "tests/world/invariants.h"
@@ -148,6 +149,46 @@ class fresh_invariant : public invariant {
     time_ns written_ns_ = 0;
 };
 
+// What the statistics and the snapshot say is true: a box that is ACTIVE writes.
+class report_invariant : public invariant {
+  public:
+    explicit report_invariant(run &of)
+        : invariant(of, "report"),
+          lag_ns_(longest_lag(of)),
+          judged_(lag_ns_ != never &&
+                  !draws_any(of, {fault_kind::loss, fault_kind::reset, fault_kind::tear,
+                                  fault_kind::wire, fault_kind::partial, fault_kind::refuse,
+                                  fault_kind::plc_stop, fault_kind::boundary})) {}
+    void started() override {
+        written_ns_ = of_.time.now();
+        claimed_ns_ = never;
+    }
+    void exchanged(const exchange &seen) override {
+        if (!seen.written.empty()) started();
+    }
+    void file_written(const std::string &path, const node &file) override {
+        if (!judged_ || (path != run::stats_path && path != run::snapshot_path)) return;
+        if (of_.time.now() - written_ns_ < most + lag_ns_) return;
+        const auto all = nlohmann::json::parse(file.bytes, nullptr, false);
+        if (all.is_object() && all.value("mode", "") == "ACTIVE")
+            claimed_ns_ = std::min(claimed_ns_, of_.time.now());
+    }
+    // A box that has just found its PLC writes in the next cycle.
+    void ticked() override {
+        if (claimed_ns_ == never) return;
+        const time_ns since_ns = of_.time.now() - claimed_ns_;
+        if (since_ns > 10 * of_.running().period_us * us + lag_ns_)
+            violated(fmt::format("a file had ACTIVE {} ms ago, and the PLC got no write for {} ms",
+                                 since_ns / ms, (of_.time.now() - written_ns_) / ms));
+    }
+
+  private:
+    static constexpr time_ns most = 2 * second;  // the box: 4.5 periods, and what a file takes
+    time_ns lag_ns_;
+    bool judged_;
+    time_ns written_ns_ = 0, claimed_ns_ = never;
+};
+
 // A PLC that answers readings alone is not connected to again and again without a pause.
 class reconnect_invariant : public invariant {
   public:
@@ -155,9 +196,12 @@ class reconnect_invariant : public invariant {
     void started() override { begin(); }
     void exchanged(const exchange &seen) override {
         if (seen.function != 3 && seen.duration != never) begin();
-        if (of_.time.now() - since_ns_ < window) return;
+        const time_ns elapsed_ns = of_.time.now() - since_ns_;
+        if (elapsed_ns < window) return;
         const int made = of_.plc.connections_made() - made_;
-        if (made > most) violated(fmt::format("{} connections in 20 s without a write", made));
+        if (made > most + elapsed_ns / second)
+            violated(fmt::format("{} connections in {} s, and no write had a reply", made,
+                                 elapsed_ns / second));
         begin();
     }
 
@@ -166,8 +210,8 @@ class reconnect_invariant : public invariant {
         made_ = of_.plc.connections_made();
         since_ns_ = of_.time.now();
     }
-    static constexpr time_ns window = 20 * second;
-    static constexpr int most = 40;
+    static constexpr time_ns window = 5 * second;
+    static constexpr int most = 8;  // the box: with pauses from 50 ms to 1 s; then one a second
     int made_ = 0;
     time_ns since_ns_ = 0;
 };
@@ -268,6 +312,7 @@ void add_process(run &of, invariants &all) {
     all.push_back(std::make_unique<resources_invariant>(of));
     all.push_back(std::make_unique<memory_invariant>(of));
     all.push_back(std::make_unique<fresh_invariant>(of));
+    all.push_back(std::make_unique<report_invariant>(of));
     all.push_back(std::make_unique<reconnect_invariant>(of));
     all.push_back(std::make_unique<tick_invariant>(of));
     all.push_back(std::make_unique<overrun_invariant>(of));
