@@ -257,6 +257,10 @@ reply_fate fault_injector::at_request(const fakeplc::byte_string &request) {
     fate.ignored = active_ && of_.time.now() < silent_until_;
     fate.twice = due(twice_);
     if (due(strays_)) fate.stray = static_cast<stray_reply>(1 + chance(fault_kind::stray).below(4));
+    if (active_ && of_.time.now() < gateway_until_ && request[0] != 3) {
+        fate.stray = static_cast<stray_reply>(1 + chance(fault_kind::stray).below(4));
+        fate.ignored = true;
+    }
     fate.torn = due(torn_readings_);
     if (due(exceptions_))
         fate.exception = static_cast<int>(1 + chance(fault_kind::exception).below(11));

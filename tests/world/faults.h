@@ -159,6 +159,8 @@ class fault_injector : public call_faults,
 
     void plan_ends();  // faults_computer.cpp
     void plan_stalls();
+    void stall_again_and_again(dice &drawn);
+    void hold_reset(time_ns until);
     void plan_clock();
     void plan_memory();
     void plan_reader();
@@ -205,6 +207,7 @@ class fault_injector : public call_faults,
     time_ns silent_until_ = 0;       // its server answers nothing …
     // … or no writes, or does not return the write block
     time_ns no_writes_until_ = 0, no_read_backs_until_ = 0;
+    time_ns gateway_until_ = 0;  // another device answers writes in its place
     time_ns slow_until_ = 0, slow_ns_ = 0;
     int refused_function_ = 0, refused_code_ = 0;
     // Calls and lines until the process ends; below 0: nothing is planned.

@@ -221,11 +221,27 @@ void fault_injector::plan_stalls() {
         const auto &all = of_.time.threads();
         if (all.empty()) return;
         dice &drawn = chance(fault_kind::stall);
+        if (drawn.one_in(10)) {
+            stall_again_and_again(drawn);
+            return;
+        }
         thread &one = *all[drawn.below(all.size())];
         const auto pause = static_cast<time_ns>(drawn.log_between(1e6, 10e9));
         note(fault_kind::stall, fmt::format("{} for {} ms", one.name, pause / ms));
         of_.time.hold(one, of_.time.now() + pause);
     });
+}
+
+// A computer that is too slow for a while: cycle after cycle of the loop comes late.
+void fault_injector::stall_again_and_again(dice &drawn) {
+    const time_ns period_ns = of_.running().period_us * us;
+    const std::int64_t times = drawn.time_between(5, 24);
+    note(fault_kind::stall, fmt::format("the loop, {} times in a row", times));
+    for (std::int64_t i = 0; i < times; ++i)
+        later(i * 5 * period_ns, [this, until_ns = (i * 5 + 3) * period_ns + of_.time.now()] {
+            for (const auto &one : of_.time.threads())
+                if (active_ && one->name == "compboxd-loop") of_.time.hold(*one, until_ns);
+        });
 }
 
 void fault_injector::plan_reader() {

@@ -48,7 +48,8 @@ void fault_injector::plan_operator() {
                 break;
             case 2:
                 note(fault_kind::enable, "reset");
-                control.press_reset();
+                hold_reset(of_.time.now() +
+                           (on ? static_cast<time_ns>(drawn.log_between(1e9, 20e9)) : time_ns{0}));
                 break;
             default:
                 note(fault_kind::enable, on ? "enable on" : "enable off");
@@ -90,6 +91,13 @@ void fault_injector::plan_muteness() {
     });
 }
 
+// A key that jams keeps the bit.
+void fault_injector::hold_reset(time_ns until) {
+    of_.plc.catch_up();
+    of_.plc.control.press_reset();
+    if (active_ && of_.time.now() < until) later(250 * ms, [this, until] { hold_reset(until); });
+}
+
 // Its server is silent for some periods, and then returns the block that the box reads alone.
 void fault_injector::hide_block() {
     dice &drawn = chance(fault_kind::exception);
@@ -109,7 +117,9 @@ void fault_injector::hide_block() {
 void fault_injector::plan_plc() {
     repeat(fault_kind::plc_stop, 15 * second, [this] {
         dice &drawn = chance(fault_kind::plc_stop);
-        const auto lasts = static_cast<time_ns>(drawn.log_between(20e6, 30e9));
+        // Now and then for a break.
+        const auto lasts = static_cast<time_ns>(drawn.one_in(8) ? drawn.log_between(30e9, 600e9)
+                                                                : drawn.log_between(20e6, 30e9));
         const std::string end = fmt::format(" for {} ms", lasts / ms);
         plc_side &plc = of_.plc;
         plc.catch_up();
@@ -287,14 +297,20 @@ void fault_injector::flicker(int at, const std::vector<std::uint16_t> &words, ti
     later(4 * quarter, [this, at, words, until] { flicker(at, words, until); });
 }
 
-// What the first contact finds: a value of another client, or a PLC that keeps its registers to
-// itself.
+// What the first contact finds: an operator who stops the service again, a value of another client,
+// or a PLC that keeps its registers to itself.
 void fault_injector::meddle_before_start() {
     dice own(of_.options.seed + of_.starts(), "before a start");
     const fakeplc::register_map &map = of_.box_machine.map;
     if (has(fault_kind::exception) && own.one_in(3)) {
         hides_block_until_ = of_.time.now() + static_cast<time_ns>(own.log_between(1e9, 60e9));
         note(fault_kind::exception, "the PLC refuses to return the write block");
+    }
+    if (has(fault_kind::restart) && own.one_in(4)) {
+        note(fault_kind::restart, "SIGTERM soon after the start");
+        later(own.time_between(0, second), [this, start = of_.starts()] {
+            if (active_ && of_.starts() == start + 1 && of_.box.runs()) of_.stop_daemon();
+        });
     }
     if (has(fault_kind::mute) && own.one_in(3)) {
         no_read_backs_until_ = of_.time.now() + static_cast<time_ns>(own.log_between(100e6, 30e9));
@@ -307,6 +323,11 @@ void fault_injector::meddle_before_start() {
 }
 
 void fault_injector::plan_slowness() {
+    repeat(fault_kind::stray, 20 * second, [this] {
+        const auto lasts = static_cast<time_ns>(chance(fault_kind::stray).log_between(100e6, 20e9));
+        gateway_until_ = of_.time.now() + lasts;
+        note(fault_kind::stray, fmt::format("another device answers writes for {} ms", lasts / ms));
+    });
     repeat(fault_kind::slow, 20 * second, [this] {
         dice &drawn = chance(fault_kind::slow);
         const auto lasts = static_cast<time_ns>(drawn.log_between(100e6, 20e9));
@@ -393,7 +414,7 @@ void fault_injector::lie_on(const fakeplc::shown_signal &signal, int way, double
 // it is taken, and on again; reset where the box shows FAULT.
 void fault_injector::heal_plc() {
     plc_side &plc = of_.plc;
-    refuses_until_ = no_writes_until_ = no_read_backs_until_ = 0;
+    refuses_until_ = gateway_until_ = no_writes_until_ = no_read_backs_until_ = 0;
     of_.net.plugged = true;
     plc.serves = true;
     plc.stop_program(false);

@@ -35,6 +35,7 @@ class stats_invariant : public invariant {
         if (!all.value("finished", false))
             violated("the daemon ended with 0, its statistics are not finished");
         check_ticks(all);
+        check_jumps(all.at("box"));
         check_wakes(all);
     }
 
@@ -70,6 +71,14 @@ class stats_invariant : public invariant {
         if (longest_lag(of_) == 0 &&
             !draws_any(of_, {fault_kind::kill, fault_kind::power_cut, fault_kind::restart}))
             check_counts(all.at("box"));
+    }
+    // More than five periods between two steps are a jump of the clock (docs/faults.md).
+    void check_jumps(const nlohmann::json &box) {
+        if (draws_any(of_, {fault_kind::reload, fault_kind::hostile, fault_kind::memory})) return;
+        const time_ns period_ns = of_.running().period_us * us;
+        if (of_.longest_gap_ns > 8 * period_ns && box.value("clock_jumps", 1) == 0)
+            violated(fmt::format("no step for {} ms, and no jump of the clock is counted",
+                                 of_.longest_gap_ns / ms));
     }
     // A thread that did not run for some periods woke late, and the largest jitter says so.
     void check_wakes(const nlohmann::json &all) {

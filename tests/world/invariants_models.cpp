@@ -199,6 +199,7 @@ class models_invariant : public invariant {
     // got may have been one of HOLD, which does not move.
     void judge(const machine &facts, const written_block &block, time_ns sent) {
         using namespace box_reason;
+        judge_fault(facts, block);
         const bool follows = block.mode == fakeplc::box_mode::active && block.reason != degraded &&
                              block.reason != unapplied &&
                              2 * (sent - sent_ns_) <= 3 * facts.period_us * us;
@@ -220,6 +221,23 @@ class models_invariant : public invariant {
             }
             const std::string words = mistake(channel, wants_[c]->um, block.um[c]);
             if (!words.empty() && has_rested(facts, c)) violated(words);
+        }
+    }
+    // A demand beyond error_um keeps its fault, whoever presses reset.
+    void judge_fault(const machine &facts, const written_block &block) {
+        namespace box_mode = fakeplc::box_mode;
+        const bool ended =
+            demand_fault_ && (block.mode == box_mode::standby || block.mode == box_mode::ramp);
+        demand_fault_ = block.mode == box_mode::fault && block.reason == box_reason::demand;
+        for (std::size_t c = 0; ended && c < wants_.size(); ++c) {
+            const channel_facts &channel = facts.channels[c];
+            if (!wants_[c] ||
+                std::fabs(wants_[c]->um) <= 1.01 * channel.error_um + 2 * band_um(channel))
+                continue;
+            if (has_rested(facts, c) &&
+                past_.back().now - wants_[c]->since_ns > ahead_ns_ + 8 * facts.period_us * us)
+                violated(fmt::format("FAULT ended, and {} wants {} µm beyond its error_um {}",
+                                     channel.name, wants_[c]->um, channel.error_um));
         }
     }
     static std::optional<std::size_t> partner_of(const machine &facts, std::size_t c) {
@@ -262,7 +280,8 @@ class models_invariant : public invariant {
     std::deque<exchange> past_;   // readings
     std::vector<std::optional<demand>> wants_;  // by channel
     std::uint64_t readings_ = 0;
-    bool fresh_ = false;  // the newest reading is sampled
+    bool fresh_ = false;         // the newest reading is sampled
+    bool demand_fault_ = false;  // the newest write is FAULT by a demand
     time_ns sent_ns_ = 0, arrived_ns_ = 0;
 };
 

@@ -328,23 +328,50 @@ class status_invariant : public invariant {
     std::optional<written_block> before_;
 };
 
-// ACTIVE ends for enable or a reference only if a reading lacked it.
+// ACTIVE ends for enable or a reference only if a reading lacked it. A PLC that is not read is the
+// first reason of all, and none where each reading and write has its reply in time.
 class reason_invariant : public invariant {
   public:
-    explicit reason_invariant(run &of) : invariant(of, "reason"), lag_ns_(longest_lag(of)) {}
-    void started() override { active_ns_ = never; }
+    explicit reason_invariant(run &of)
+        : invariant(of, "reason"),
+          lag_ns_(longest_lag(of)),
+          calm_(lag_ns_ == 0 &&
+                !draws_any(of, {fault_kind::loss, fault_kind::reset, fault_kind::tear,
+                                fault_kind::exception, fault_kind::wire, fault_kind::plc_stop,
+                                fault_kind::line, fault_kind::mute, fault_kind::partial,
+                                fault_kind::foreign, fault_kind::stray, fault_kind::boundary})) {}
+    void started() override {
+        active_ns_ = read_ns_ = never;
+        was_active_ = false;
+    }
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
         if (lag_ns_ == never) return;
+        if (!seen.written.empty()) judge_reason(facts, seen);
         if (!seen.written.empty() && (active_ns_ == never || seen.sent > active_ns_))
             judge(facts, seen);
         if (!is_reading(facts, seen)) return;
+        read_ns_ = seen.sent;
         const read_head head = head_of(facts, seen);
         if (!head.enables()) disabled_ns_ = std::max(disabled_ns_, seen.sent);
         if (!head.references(facts)) lost_ns_ = std::max(lost_ns_, seen.sent);
     }
 
   private:
+    void judge_reason(const machine &facts, const exchange &seen) {
+        using namespace box_reason;
+        const written_block block = block_of(facts, seen);
+        static const std::set<unsigned> of_reading = {not_enabled, not_referenced, heartbeat,
+                                                      signal, wait};
+        static const std::set<unsigned> of_loss = {no_plc, heartbeat, clock, unconfirmed};
+        const time_ns most_ns = 6 * facts.period_us * us + lag_ns_;
+        if (read_ns_ != never && seen.sent - read_ns_ > most_ns && of_reading.count(block.reason))
+            violated(fmt::format("reason {}, and the PLC was not read for {} ms", block.reason,
+                                 (seen.sent - read_ns_) / ms));
+        was_active_ = was_active_ || block.mode == fakeplc::box_mode::active;
+        if (calm_ && was_active_ && of_loss.count(block.reason) > 0)
+            violated(fmt::format("reason {}, and each request had its reply", block.reason));
+    }
     void judge(const machine &facts, const exchange &seen) {
         const written_block block = block_of(facts, seen);
         const time_ns since_ns =
@@ -357,7 +384,10 @@ class reason_invariant : public invariant {
             violated("ACTIVE ended by a reference, which all readings had");
     }
 
-    time_ns lag_ns_, active_ns_ = never;  // of the newest write, if it is ACTIVE
+    time_ns lag_ns_;
+    bool calm_, was_active_ = false;
+    time_ns read_ns_ = never;
+    time_ns active_ns_ = never;  // of the newest write, if it is ACTIVE
     time_ns disabled_ns_ = -never / 2, lost_ns_ = -never / 2;
 };
 
@@ -393,9 +423,9 @@ class silence_invariant : public invariant {
     bool disturbed() const {
         // A slow slave on a serial line answers readings too late as well.
         if (draws(of_, fault_kind::slow) && !of_.box_machine.plc_device.empty()) return true;
-        return draws_any(
-            of_, {fault_kind::memory, fault_kind::foreign, fault_kind::reset, fault_kind::plc_stop,
-                  fault_kind::loss, fault_kind::refuse, fault_kind::wire, fault_kind::exception});
+        return draws_any(of_, {fault_kind::memory, fault_kind::foreign, fault_kind::reset,
+                               fault_kind::plc_stop, fault_kind::loss, fault_kind::refuse,
+                               fault_kind::wire, fault_kind::exception, fault_kind::stray});
     }
     std::uint64_t readings_ = 0;
     bool active_ = false;

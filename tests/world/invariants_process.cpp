@@ -83,6 +83,8 @@ class service_invariant : public invariant {
             violated(fmt::format("behind the quiet end the last status is {}", mode_));
         if (of_.faults.count() > 0) return;
         if (!was_active_ && of_.box_machine.demands_fit) violated("the box was never ACTIVE");
+        if (active_ns_ < 0 && of_.box_machine.demands_fit && of_.time.now() > 20 * second)
+            violated("the box was never ACTIVE with all its signals");
         if (mode_ != fakeplc::box_mode::stopped)
             violated(fmt::format("the last status is {}", mode_));
     }

@@ -338,7 +338,7 @@ struct draft {
         json made_channel = {
             {"name", name},
             {"limit_um", limit_um},
-            {"error_um", made.demands_fit ? 1e5 : rounded(limit_um * chance.log_between(1.01, 20))},
+            {"error_um", made.demands_fit ? 1e5 : rounded(limit_um * chance.log_between(1.01, 5))},
             {"slew_um_per_s", facts.slew_um_per_s},
             {"plc", next_write(type == "int16" ? 1 : 2)},
             {"type", type},
@@ -395,7 +395,9 @@ struct draft {
         root["safety"] = {{"hold_ms", made.hold_us / 1000}, {"ramp_um_per_s", made.ramp_um_per_s}};
         for (const char *name : {"X", "Z"}) {
             if (name[0] == 'Z' && chance.one_in(3)) continue;
-            json entry = channel(name, channel_type(), rounded(chance.log_between(20, 500)));
+            const double largest = made.demands_fit ? 500 : 60;  // some demands are far beyond
+            json entry =
+                channel(name, channel_type(), rounded(chance.log_between(largest / 25, largest)));
             if (!chance.one_in(3)) add_applied(entry);
             if (counters && !is("fanuc") && chance.one_in(2)) add_tangent(entry, name);
             root["channels"].push_back(entry);

@@ -18,6 +18,7 @@ plc_side::plc_side(const machine &of, network &net, std::uint64_t seed)
       machine_(of),
       net_(net),
       chance_(seed, "plc side"),
+      acknowledges_(dice(seed, "acknowledges").one_in(2)),
       temperatures_(of.twin.signals) {
     control.leave_truth_out();
     control.set_permit(permits_resume);
@@ -43,6 +44,15 @@ void plc_side::permit_by_enable() {
     if (waits_ == patience) control.set_enable(false);
 }
 
+// Some operators press reset after some seconds of FAULT, whatever its cause.
+void plc_side::acknowledge_fault() {
+    constexpr int patience = 6;
+    if (!acknowledges_ || stopped_) return;
+    const unsigned mode = registers(machine_.map.status, 1)[0] & 0xFFu;
+    fault_looks_ = mode == fakeplc::box_mode::fault ? fault_looks_ + 1 : 0;
+    if (fault_looks_ % patience == patience - 1) control.press_reset();
+}
+
 // The operator's part: now and then another move, and temperatures that wander. It also keeps the
 // PLC's program in time while no request comes.
 void plc_side::move_axes() {
@@ -62,6 +72,7 @@ void plc_side::move_axes() {
         control.force_signal(temperature.first, temperature.second);
     }
     permit_by_enable();
+    acknowledge_fault();
     net_.box.time.at(net_.box.time.now() + operator_period, [this] { move_axes(); });
 }
 
@@ -168,6 +179,8 @@ void plc_side::received(const connection_ptr &from, const std::string &bytes, ti
 
 plc_side::served plc_side::serve(const fakeplc::byte_string &request, time_ns sent) {
     const reply_fate fate = faults == nullptr ? reply_fate{} : faults->at_request(request);
+    if (serves && fate.ignored && fate.stray != stray_reply::none)
+        return {{request.begin(), request.begin() + 5}, ms, false, fate.stray, true};
     if (!serves || fate.ignored) return {};
     catch_up();
     fakeplc::byte_string reply = fate.exception != 0
@@ -179,7 +192,7 @@ plc_side::served plc_side::serve(const fakeplc::byte_string &request, time_ns se
         fate.lost ? never : chance_.time_between(200 * us, 2 * ms) + fate.delay_ns;
     if (answered) answered(sent, request, reply, duration);
     if (fate.lost) return {};
-    return {reply, duration, fate.twice, fate.stray};
+    return {reply, duration, fate.twice, fate.stray, false};
 }
 
 std::string plc_side::stray_frame(fakeplc::byte_string request_frame, fakeplc::byte_string reply,
@@ -206,8 +219,10 @@ void plc_side::answer_frame(const connection_ptr &from, const fakeplc::byte_stri
     const std::string bytes(whole.begin(), whole.end());
     if (done.stray != stray_reply::none)
         from->send(stray_frame(frame, done.reply, done.stray), done.duration / 2);
+    if (done.alone) return;
     from->send(bytes, done.duration);
-    if (done.twice) from->send(bytes, done.duration + 5 * ms);
+    const time_ns period_ns = machine_.period_us * us;
+    if (done.twice) from->send(bytes, done.duration + chance_.time_between(0, 2 * period_ns));
 }
 
 std::vector<std::uint16_t> plc_side::registers(int start, int count) {

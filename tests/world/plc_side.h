@@ -76,6 +76,7 @@ class plc_side : public tcp_peer {
         time_ns duration = 0;        // from the request to the reply
         bool twice = false;
         stray_reply stray = stray_reply::none;
+        bool alone = false;  // the stray reply comes, and no other
     };
     served serve(const fakeplc::byte_string &request, time_ns sent);
 
@@ -90,6 +91,7 @@ class plc_side : public tcp_peer {
     void answer_frame(const connection_ptr &from, const fakeplc::byte_string &frame, time_ns sent);
     void move_axes();
     void permit_by_enable();
+    void acknowledge_fault();
     void disguise(const fakeplc::byte_string &request, fakeplc::byte_string &reply) const;
     void drop_idle_clients();
 
@@ -104,7 +106,9 @@ class plc_side : public tcp_peer {
     std::map<int, client> clients_;
     int connections_made_ = 0;
     bool stopped_ = false;
-    int waits_ = 0;  // looks of the operator at a box that waits for permission
+    int waits_ = 0;        // looks of the operator at a box that waits for permission …
+    int fault_looks_ = 0;  // … and at one in FAULT
+    const bool acknowledges_;
     std::map<int, std::vector<std::uint16_t>> shown_;
     std::map<std::string, double> temperatures_;
 };

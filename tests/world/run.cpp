@@ -172,6 +172,7 @@ void run::connect_wires() {
             *plc_line, time, [this](int unit, const fakeplc::byte_string &request, time_ns sent) {
                 if (unit != 1) return fakeplc::unit_reply{};
                 const auto done = plc.serve(request, sent);
+                if (done.alone) return fakeplc::unit_reply{};
                 return fakeplc::unit_reply{done.reply, static_cast<int>(done.duration / ms)};
             });
     }
