@@ -89,7 +89,7 @@ fault_set swarm_of(std::uint64_t seed) {
     const std::uint64_t drawn = chance.below(20);
     if (drawn == 0) return {};
     if (drawn == 1) return every_kind();
-    if (drawn < 8) return few_kinds(chance);
+    if (drawn < 12) return few_kinds(chance);
     const double share = chance.log_between(0.04, 0.6);
     fault_set kinds;
     for (const fault_kind kind : every_kind()) {

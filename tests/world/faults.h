@@ -79,7 +79,7 @@ fault_limits fault_limits_of(const std::string &text);
 std::string name_of(fault_kind kind);
 std::string text_of(const fault_set &kinds, const fault_limits &most = {});
 
-// out: the kinds of a seed: some or many of them, of one seed in three one to three, of some all,
+// out: the kinds of a seed: of one seed in two one to three, of others some or many, of some all,
 // of
 //      some none. With few kinds most invariants are judged at their sharpest.
 fault_set swarm_of(std::uint64_t seed);

@@ -78,14 +78,14 @@ void fault_injector::plan_operator() {
 void fault_injector::plan_muteness() {
     repeat(fault_kind::mute, 15 * second, [this] {
         dice &drawn = chance(fault_kind::mute);
-        const auto lasts = static_cast<time_ns>(drawn.log_between(50e6, 30e9));
+        const auto lasts = static_cast<time_ns>(drawn.log_between(200e6, 30e9));
         const time_ns until = of_.time.now() + lasts;
         const std::uint64_t way = drawn.below(4);
         if (way != 0) no_writes_until_ = until;
-        if (way <= 1) no_read_backs_until_ = until;
+        if (way <= 2) no_read_backs_until_ = until;
         note(fault_kind::mute, fmt::format("no {} has a reply for {} ms",
                                            way == 0   ? "read-back"
-                                           : way == 1 ? "write and no read-back"
+                                           : way <= 2 ? "write and no read-back"
                                                       : "write",
                                            lasts / ms));
     });

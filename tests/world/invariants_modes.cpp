@@ -335,6 +335,9 @@ class reason_invariant : public invariant {
     explicit reason_invariant(run &of)
         : invariant(of, "reason"),
           lag_ns_(longest_lag(of)),
+          reads_judged_(lag_ns_ == 0 && !draws_any(of, {fault_kind::tear, fault_kind::partial,
+                                                        fault_kind::wire, fault_kind::line,
+                                                        fault_kind::hostile, fault_kind::memory})),
           calm_(lag_ns_ == 0 &&
                 !draws_any(of, {fault_kind::loss, fault_kind::reset, fault_kind::tear,
                                 fault_kind::exception, fault_kind::wire, fault_kind::plc_stop,
@@ -365,7 +368,8 @@ class reason_invariant : public invariant {
                                                       signal, wait};
         static const std::set<unsigned> of_loss = {no_plc, heartbeat, clock, unconfirmed};
         const time_ns most_ns = 6 * facts.period_us * us + lag_ns_;
-        if (read_ns_ != never && seen.sent - read_ns_ > most_ns && of_reading.count(block.reason))
+        if (reads_judged_ && read_ns_ != never && seen.sent - read_ns_ > most_ns &&
+            of_reading.count(block.reason) > 0)
             violated(fmt::format("reason {}, and the PLC was not read for {} ms", block.reason,
                                  (seen.sent - read_ns_) / ms));
         was_active_ = was_active_ || block.mode == fakeplc::box_mode::active;
@@ -385,7 +389,7 @@ class reason_invariant : public invariant {
     }
 
     time_ns lag_ns_;
-    bool calm_, was_active_ = false;
+    bool reads_judged_, calm_, was_active_ = false;
     time_ns read_ns_ = never;
     time_ns active_ns_ = never;  // of the newest write, if it is ACTIVE
     time_ns disabled_ns_ = -never / 2, lost_ns_ = -never / 2;
