@@ -91,12 +91,14 @@ static void keep_time(struct cb_box *box, int64_t now_us, struct step *step) {
     cb_signals_forget(&box->config, box->signals, &box->counters);
 }
 
-/* Leaky count of overruns: single ones are harmless, repeated ones a fault (CB_OVERRUN_FAULT). */
+/* Leaky count of overruns: single ones are harmless, repeated ones a fault (CB_OVERRUN_FAULT). It
+ * rises no further, so that a reset needs CB_OVERRUN_FORGIVES cycles in time, however many were
+ * not. */
 static void keep_score(struct cb_box *box, uint32_t missed_ticks) {
     box->counters.missed_ticks += missed_ticks;
     if (missed_ticks > 0) {
         box->life.good_cycles = 0;
-        if (box->life.overrun_score < UINT8_MAX) ++box->life.overrun_score;
+        if (box->life.overrun_score < CB_OVERRUN_FAULT) ++box->life.overrun_score;
     } else if (++box->life.good_cycles >= CB_OVERRUN_FORGIVES) {
         box->life.good_cycles = 0;
         if (box->life.overrun_score > 0) --box->life.overrun_score;

@@ -763,6 +763,21 @@ TEST(box_fault, overruns_again_and_again) {
     EXPECT_EQ(rig.box->life.overrun_score, 0);
 }
 
+// A computer that stood still for minutes and is well again: the operator can reset the fault.
+TEST(box_fault, a_second_in_time_permits_the_reset_after_any_number_of_overruns) {
+    running_rig rig;
+    for (int i = 0; i < 1000; ++i) {
+        rig.in.missed_ticks = 1;
+        rig.step(60000);
+    }
+    ASSERT_EQ(rig.reason(), CB_REASON_OVERRUN);
+    rig.in.missed_ticks = 0;
+    rig.steps(31);
+    rig.control(1 | 2 | 4);
+    rig.step();
+    EXPECT_NE(rig.mode(), CB_MODE_FAULT);
+}
+
 TEST(box_fault, overruns_now_and_then_are_forgiven) {
     running_rig rig;
     for (int i = 0; i < 2000; ++i) {
