@@ -208,7 +208,9 @@ class reset_invariant : public invariant {
             in_fault_ = true;
             return;
         }
-        if (in_fault_ && block.mode != fakeplc::box_mode::stopped && edge_ns_ < since_ns_)
+        const bool stops =
+            block.mode == fakeplc::box_mode::stopped || block.reason == box_reason::stop;
+        if (in_fault_ && !stops && edge_ns_ < since_ns_)
             violated(fmt::format("FAULT became {} without an edge of the reset bit",
                                  name_of_mode(block.mode)));
         in_fault_ = false;
@@ -425,6 +427,8 @@ class silence_invariant : public invariant {
         return is_reading(facts, seen) && seen.duration > budget_ns - way;
     }
     bool disturbed() const {
+        // Without the reply of FC23 the box has to read back before it may write (decision 5).
+        if (of_.running().fc23 && draws(of_, fault_kind::mute)) return true;
         // A slow slave on a serial line answers readings too late as well.
         if (draws(of_, fault_kind::slow) && !of_.box_machine.plc_device.empty()) return true;
         return draws_any(of_, {fault_kind::memory, fault_kind::foreign, fault_kind::reset,

@@ -157,10 +157,11 @@ class report_invariant : public invariant {
     explicit report_invariant(run &of)
         : invariant(of, "report"),
           lag_ns_(longest_lag(of)),
-          judged_(lag_ns_ != never &&
-                  !draws_any(of, {fault_kind::loss, fault_kind::reset, fault_kind::tear,
-                                  fault_kind::wire, fault_kind::partial, fault_kind::refuse,
-                                  fault_kind::plc_stop, fault_kind::boundary})) {}
+          judged_(
+              lag_ns_ != never &&
+              !draws_any(of, {fault_kind::loss, fault_kind::reset, fault_kind::tear,
+                              fault_kind::wire, fault_kind::partial, fault_kind::refuse,
+                              fault_kind::plc_stop, fault_kind::boundary, fault_kind::memory})) {}
     void started() override {
         written_ns_ = of_.time.now();
         claimed_ns_ = never;
@@ -281,7 +282,7 @@ class overrun_invariant : public invariant {
         const bool missed = ticked_ns_ != never && now - ticked_ns_ > period_ns * 21 / 10;
         ticked_ns_ = now;
         if (missed) {
-            ++score_;
+            score_ = std::min(score_ + 1, fault_score);
             good_ = 0;
         } else if (++good_ >= 32) {
             score_ = std::max(score_ - 1, 0);
@@ -291,16 +292,19 @@ class overrun_invariant : public invariant {
         if (score_ >= fault_score && full_ns_ == never) full_ns_ = now;
     }
     void exchanged(const exchange &seen) override {
-        if (seen.written.empty() || full_ns_ == never) return;
+        if (seen.written.empty()) return;
         const machine &facts = of_.running_at(seen.sent);
         const unsigned mode = block_of(facts, seen).mode;
-        if (mode == fakeplc::box_mode::fault) started();  // and its score
+        if (mode == fakeplc::box_mode::fault) started();  // the box: behind a fault of any reason
+        if (full_ns_ == never) return;
         const bool behind = seen.sent > full_ns_ + 4 * facts.period_us * us;
-        if (mode == fakeplc::box_mode::active && behind && !draws(of_, fault_kind::suspend))
+        if (mode == fakeplc::box_mode::active && behind && !unknown())
             violated(fmt::format("ACTIVE, although the overrun score is {}", score_));
     }
 
   private:
+    // A FAULT that the PLC refuses to take is not seen here, and clears the score.
+    bool unknown() const { return draws_any(of_, {fault_kind::suspend, fault_kind::exception}); }
     static constexpr int fault_score = 18;  // the box: 16
     int score_ = 0, good_ = 0;
     time_ns ticked_ns_ = never, full_ns_ = never;
