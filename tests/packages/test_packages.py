@@ -218,7 +218,7 @@ def test_a_daemons_life(tmp_path, architecture):
     assert options.exists() and coefficients.exists()
 
     state = target.folder / "var/lib/private/compboxd"
-    state.mkdir(parents=True)
+    assert state.is_dir()
     target.dpkg("--purge", "compboxd")
     assert target.state().split(" ")[0] in ("", "not-installed")
     assert not options.exists() and not state.exists()
