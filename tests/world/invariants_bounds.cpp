@@ -74,6 +74,7 @@ class slew_invariant : public invariant {
         if (places_outputs(facts, seen)) {
             started();
             placed_ns_ = std::max(placed_ns_, seen.sent);
+            refused_ = seen.exception != 0;
         }
         if (is_reading(facts, seen)) reads_alone_ = seen.function == 3;
         if (seen.written.empty()) return;
@@ -107,11 +108,11 @@ class slew_invariant : public invariant {
                 seen.sent - gap_ns_ < 5 * period_ns);
     }
     // A late write, sent before the outputs were placed, brings a register back to where the box
-    // found it. An output that was placed at the applied value, or at another client's, may be far
-    // from there, so the two are not compared.
+    // found it. An output that was placed at the applied value, at another client's, or at zero
+    // because the PLC refused the read-back, may be far from there, so the two are not compared.
     void leave_applied_out(const machine &facts, written_block &block) const {
         for (std::size_t c = 0; c < block.um.size(); ++c) {
-            if (facts.channels[c].has_applied || draws(of_, fault_kind::foreign))
+            if (facts.channels[c].has_applied || refused_ || draws(of_, fault_kind::foreign))
                 block.um[c] = before_ ? before_->um[c] : std::nan("");  // no step from or to it
         }
     }
@@ -152,6 +153,7 @@ class slew_invariant : public invariant {
 
     time_ns lag_ns_, sent_ns_ = 0;
     time_ns placed_ns_ = -never / 2;  // the newest read-back behind which the outputs were placed
+    bool refused_ = false;            // that one was answered by an exception
     time_ns gap_ns_ = -never / 2;     // last write after a pause
     bool reads_alone_ = false;        // the newest reading came without a write
     std::optional<written_block> before_;
