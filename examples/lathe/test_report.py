@@ -15,7 +15,9 @@ HERE = pathlib.Path(__file__).resolve().parent
 ABOUT = {"--number": "example 1", "--machine": "lathe 3 (simulated)", "--serial": "none", "--axis": "Z",
          "--location": "none: a simulation", "--date": "2026-11-02", "--operator": "examples/lathe/test_report.py",
          "--instrument": "virtual laser, 0.3 µm noise", "--environment": "20 °C, constant"}
-LIMITS = ("--limit-um", "A+=6,R+=4", "--uncertainty-um", "A+=1,R+=0.6")
+LIMITS = ("--limit-um", "A+=6,R+=4", "--budget",
+          "device-um-per-m=0.3,misalignment-mm=0.5,temperature-K=0.02,expansion-range=2,eve-um=0.2",
+          "--expansion-um-per-m-K", "11.5", "--material-degC", "20")
 
 
 def after_um(folder, run):

@@ -11,7 +11,7 @@ import sys
 RUNS = {"1250": (465, 29264), "2500": (29265, 58064), "3500": (115665, 130050),
         "3750": (58065, 86864), "5000": (86865, 115664)}
 BETWEEN = ("2500", "3500", "3750")  # speeds that lie between others
-AIM = {"ch1_um": 25, "ch2_um": 25, "ch3_um": 10, "ch4_um": 10, "ch5_um": 25}
+AIM = {"ch1_um": 25, "ch2_um": 25, "ch3_um": 12, "ch4_um": 12, "ch5_um": 25}
 
 
 def table(path):

@@ -22,7 +22,12 @@ enum {
     CB_MAX_PAIRS = 8,        /* two motors of one stage; half of the channels */
     CB_POOL_FLOATS = 8192, /* coefficients after expansion: a cubic of 20 control points takes 86 */
     CB_MAX_LINKS = 512,    /* inputs of all linear terms and networks together */
-    CB_MAX_BRANCHES = 32,  /* curves with a backward branch: 18 errors of three axes, drive cams */
+    CB_MAX_BANKS = 16,     /* linear terms with a bank of lags: one of each channel */
+    CB_MAX_BANK_LAGS = 256, /* of all banks: 16 thermometers and a speed to its cube take 19 for
+                               each time constant, and a warm-up needs eight to twelve */
+    CB_MAX_BANK_TAUS = 32,  /* of one bank: from a minute to a day in steps of a fourth */
+    CB_MAX_BANK_POWER = 4,  /* the loss of a spindle rises with the cube of its speed at most */
+    CB_MAX_BRANCHES = 32,   /* curves with a backward branch: 18 errors of three axes, drive cams */
     CB_MAX_CURVE_POINTS = 1024,   /* control points, coefficients or support points of one curve */
     CB_MAX_READ_REGISTERS = 125,  /* Modbus application protocol: FC3 */
     CB_MAX_WRITE_REGISTERS = 121, /* Modbus application protocol: FC23 writes 121, FC16 123 */
@@ -40,6 +45,8 @@ _Static_assert((CB_MAX_NET_INPUTS + 1) * CB_MAX_NET_HIDDEN +
                        4 * CB_MAX_NET_INPUTS <=
                    CB_POOL_FLOATS,
                "the largest network, its linear path and its training range fit into the pool");
+_Static_assert(CB_MAX_BANK_LAGS % 32 == 0, "one bit of a word for each");
+_Static_assert(CB_MAX_BANK_POWER <= 8, "the powers of an input are the bits of a uint8_t");
 _Static_assert(CB_MAX_PAIRS * 2 <= CB_MAX_CHANNELS, "a channel belongs to one pair at most");
 _Static_assert(CB_MAX_OUTPUTS <= 255 && CB_MAX_SIGNALS <= 255, "indices are uint8_t, 255 is none");
 

@@ -103,14 +103,34 @@ static bool same_kind(const struct cb_config *a, const struct cb_signal_config *
                     same_name(a->signals[in_a->lag_of].name, b->signals[in_b->lag_of].name));
 }
 
+/* out: index in old of the signal whose state is that of signal i of fresh; or CB_NONE */
+static unsigned heir_of(const struct cb_config *fresh, unsigned i, const struct cb_config *old) {
+    const unsigned k = find_signal(old, fresh->signals[i].name);
+    if (k == CB_NONE) return CB_NONE;
+    return same_kind(fresh, &fresh->signals[i], old, &old->signals[k]) ? k : CB_NONE;
+}
+
 static void adopt_signals(struct cb_box *fresh, const struct cb_box *old) {
     for (unsigned i = 0; i < fresh->config.signals_count; ++i) {
-        const struct cb_signal_config *signal = &fresh->config.signals[i];
-        const unsigned k = find_signal(&old->config, signal->name);
+        const unsigned k = heir_of(&fresh->config, i, &old->config);
         if (k == CB_NONE) continue;
-        if (!same_kind(&fresh->config, signal, &old->config, &old->config.signals[k])) continue;
         fresh->signals[i] = old->signals[k];
         fresh->signals[i].streak = 0; /* the source may have changed */
+        fresh->bank.time_us[i] = old->bank.time_us[k];
+        fresh->bank.value[i] = old->bank.value[k];
+    }
+}
+
+/* Keeps each lag of a bank whose input, power and time constant were in a bank before. */
+static void adopt_banks(struct cb_box *fresh, const struct cb_box *old) {
+    for (unsigned lag = 0; lag < fresh->config.bank_lags_count; ++lag) {
+        struct cb_bank_key key = cb_bank_key_of(&fresh->config, lag);
+        const unsigned k = heir_of(&fresh->config, key.signal, &old->config);
+        if (k == CB_NONE) continue;
+        key.signal = (uint8_t)k;
+        const unsigned was = cb_bank_find(&old->config, key);
+        if (was == CB_MAX_BANK_LAGS || !cb_bank_is_settled(&old->bank, was)) continue;
+        cb_bank_settle(&fresh->bank, lag, old->bank.lags[was]);
     }
 }
 
@@ -172,6 +192,7 @@ bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old) {
     fresh->plc = old->plc;
     fresh->life = old->life;
     adopt_signals(fresh, old);
+    adopt_banks(fresh, old);
     adopt_terms(fresh, old);
     adopt_channels(fresh, old);
     adopt_cause(fresh, old);

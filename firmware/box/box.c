@@ -38,6 +38,8 @@ static void assert_counts(const struct cb_config *config) {
     CB_ASSERT(config->terms_count <= CB_MAX_TERMS);
     CB_ASSERT(config->outputs_count <= CB_MAX_OUTPUTS);
     CB_ASSERT(cb_all_channels(config) <= CB_MAX_CHANNELS);
+    CB_ASSERT(config->banks_count <= CB_MAX_BANKS);
+    CB_ASSERT(config->bank_lags_count <= CB_MAX_BANK_LAGS);
     CB_ASSERT(config->pairs_count <= CB_MAX_PAIRS);
     CB_ASSERT(config->plc.read.count <= CB_MAX_READ_REGISTERS);
     CB_ASSERT(config->plc.write.count <= CB_MAX_WRITE_REGISTERS);
@@ -259,12 +261,13 @@ static void acquire(struct cb_box *box, const struct cb_inputs *in, uint32_t lea
         &box->config, box->signals, &box->counters, in, step->read, step->apart, box->life.now_us);
     step->essentials_ok = cb_signals_age(&box->config, box->signals, &box->counters, &reading,
                                          lead_us, box->life.now_us);
+    cb_banks_follow(&box->config, box->signals, &box->bank);
 }
 
 static void compute(struct cb_box *box, struct step *step) {
     const float fade_um = box->config.ramp_um_per_s * seconds(box, step);
-    step->terms = cb_terms_evaluate(&box->config, box->signals, box->terms, &box->counters, fade_um,
-                                    box->outputs);
+    step->terms = cb_terms_evaluate(&box->config, box->signals, &box->bank, box->terms,
+                                    &box->counters, fade_um, box->outputs);
     step->demand = cb_channels_want(&box->config, box->outputs, box->channels, &box->counters);
     if (box->config.slopes_count > 0)
         cb_tangent_want(&box->config, box->signals, box->terms, box->outputs, &box->tangent,

@@ -94,6 +94,7 @@ static uint32_t used_sum(const struct cb_config *config) {
     sum = add(sum, config->grids, config->grids_count * sizeof config->grids[0]);
     sum = add(sum, config->plain_curves, curves * sizeof config->plain_curves[0]);
     sum = add(sum, config->lag_links, config->lags_count * sizeof config->lag_links[0]);
+    sum = add(sum, config->banks, config->banks_count * sizeof config->banks[0]);
     sum = add(sum, config->branches, config->branches_count * sizeof config->branches[0]);
     sum = add(sum, config->pairs, config->pairs_count * sizeof config->pairs[0]);
     sum = add(sum, config->output_terms, config->outputs_count);

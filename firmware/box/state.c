@@ -6,6 +6,7 @@ void cb_state_take(struct cb_state *state, const struct cb_box *box) {
         const struct cb_signal_state *signal = &box->signals[i];
         state->lags[i] = (struct cb_lag_state){signal->lag, signal->time_us, signal->settled};
     }
+    state->bank = box->bank;
     state->beat_us = box->plc.read_us;
     state->plc_heartbeat = box->plc.plc_heartbeat;
     state->beat = box->plc.beat;
@@ -24,6 +25,7 @@ void cb_state_give(const struct cb_state *state, struct cb_box *box) {
         box->signals[i].time_us = lag->time_us;
         box->signals[i].settled = true;
     }
+    box->bank = state->bank;
     box->life.stopped_before = state->stopped;
     if (!state->beat) return;
     box->plc.beat = true;

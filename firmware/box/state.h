@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
- * State of a box that outlives a restart: the lags, the PLC's last heartbeat, and how the run
- * ended. compboxd stores it in a file (hal/linux/daemon/state.h), and its recording of inputs
- * begins with it. */
+ * State of a box that outlives a restart: the lags, those of banks too, the PLC's last heartbeat,
+ * and how the run ended. compboxd stores it in a file (hal/linux/daemon/state.h), and its recording
+ * of inputs begins with it. */
 #ifndef COMPBOX_FIRMWARE_BOX_STATE_H
 #define COMPBOX_FIRMWARE_BOX_STATE_H
 
@@ -17,6 +17,7 @@ struct cb_lag_state {
 /* All zero: a start without a state. */
 struct cb_state {
     struct cb_lag_state lags[CB_MAX_SIGNALS]; /* by the index of their signal */
+    struct cb_bank_state bank;
     int64_t beat_us; /* time of plc_heartbeat; the clock of cb_box_step() */
     uint16_t plc_heartbeat;
     bool beat;    /* plc_heartbeat and beat_us are valid */

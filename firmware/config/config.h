@@ -32,9 +32,10 @@ struct cb_config {
                            none */
     bool lead_measured; /* the box measures the lead (lead.h); lead_us is 0 */
     uint8_t signals_count, terms_count, outputs_count, channels_count, pairs_count;
-    uint8_t lags_count, branches_count, buses_count;
+    uint8_t lags_count, branches_count, buses_count, banks_count;
     uint8_t slopes_count; /* slopes behind the channels_count channels of the file */
     uint16_t pool_count, links_count;
+    uint16_t bank_lags_count; /* lags of all banks together */
     /* derived (derive.h) */
     uint8_t grids_count, other_terms_count, plain_count;
     uint32_t plain_age_us;             /* the smallest maximum age of plain signals */
@@ -51,6 +52,7 @@ struct cb_config {
     struct cb_signal_config signals[CB_MAX_SIGNALS];
     struct cb_term_config terms[CB_MAX_TERMS];
     struct cb_curve_config branches[CB_MAX_BRANCHES]; /* backward; as curves of terms */
+    struct cb_bank_config banks[CB_MAX_BANKS];        /* of linear terms */
     struct cb_channel_config channels[CB_MAX_CHANNELS];
     struct cb_pair_config pairs[CB_MAX_PAIRS];
     uint32_t revision; /* no step uses the fields from here to outputs */

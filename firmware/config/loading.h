@@ -27,19 +27,23 @@ struct cb_message {
 
 /* Memory of the loader during its work; unused afterwards. */
 struct cb_load_scratch {
-    float knots[CB_MAX_CURVE_POINTS + 8]; /* knots or positions of the curve being read */
-    float values[CB_MAX_CURVE_POINTS];    /* its control points, values or coefficients */
-    struct {                              /* the network being read; maxima as in limits.h */
-        float hidden_weights[CB_MAX_NET_HIDDEN * CB_MAX_NET_INPUTS];
-        float hidden_bias[CB_MAX_NET_HIDDEN];
-        float output_weights[CB_MAX_TERM_OUTPUTS * CB_MAX_NET_HIDDEN];
-        float output_bias[CB_MAX_TERM_OUTPUTS];
-        float linear_weights[CB_MAX_TERM_OUTPUTS * CB_MAX_NET_INPUTS];
-        float input_center[CB_MAX_NET_INPUTS], input_scale[CB_MAX_NET_INPUTS];
-        float output_center[CB_MAX_TERM_OUTPUTS], output_scale[CB_MAX_TERM_OUTPUTS];
+    float values[CB_MAX_CURVE_POINTS]; /* control points, values or coefficients of a term */
+    union {
+        float knots[CB_MAX_CURVE_POINTS + 8]; /* knots or positions of a curve */
+        struct {                              /* a network; maxima as in limits.h */
+            float hidden_weights[CB_MAX_NET_HIDDEN * CB_MAX_NET_INPUTS];
+            float hidden_bias[CB_MAX_NET_HIDDEN];
+            float output_weights[CB_MAX_TERM_OUTPUTS * CB_MAX_NET_HIDDEN];
+            float output_bias[CB_MAX_TERM_OUTPUTS];
+            float linear_weights[CB_MAX_TERM_OUTPUTS * CB_MAX_NET_INPUTS];
+            float input_center[CB_MAX_NET_INPUTS], input_scale[CB_MAX_NET_INPUTS];
+            float output_center[CB_MAX_TERM_OUTPUTS], output_scale[CB_MAX_TERM_OUTPUTS];
+        } net;
+    };
+    struct { /* the training range of each of its inputs */
         float min[CB_MAX_NET_INPUTS], max[CB_MAX_NET_INPUTS];
         float margin[CB_MAX_NET_INPUTS], fade[CB_MAX_NET_INPUTS];
-    } net;
+    } range;
     uint8_t read_user[CB_MAX_READ_REGISTERS]; /* use of each register */
     uint8_t write_user[CB_MAX_WRITE_REGISTERS];
     char axes[CB_MAX_CHANNELS][CB_NAME_SIZE]; /* names of the machine's axes */

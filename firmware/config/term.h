@@ -29,10 +29,27 @@ struct cb_term_inputs {
     uint8_t count;
 };
 
-/* A weighted sum of signals. Pool: weights[inputs.count], constant. */
+/* A weighted sum of signals. Pool: weights[inputs.count], constant. With a bank it sums the columns
+ * of that; pool: weights[outputs][columns], bias[outputs]. */
 struct cb_linear_config {
     struct cb_term_inputs inputs;
     uint16_t pool;
+    bool has_bank;
+    uint8_t bank; /* index into banks */
+};
+
+/* A bank: each input to each of its powers, with each time constant. A column is one of these
+ * products, in the order: inputs, for each its powers, for each the time constants. Each column
+ * with a time constant is a lag of its own. */
+struct cb_bank_config {
+    struct cb_term_inputs inputs; /* … behind them the powers of each: bit p - 1 of links[link +
+                                     count + i] */
+    uint16_t taus;                /* pool: taus_count time constants, s, ascending */
+    uint16_t ranges;              /* pool: where `trained`, a cb_training_range of each input */
+    uint16_t lags;                /* its first lag in struct cb_bank_state */
+    uint8_t taus_count;
+    bool unlagged; /* the first time constant is 0: the input itself */
+    bool trained;
 };
 
 /* Another term's output times (signal - origin). */

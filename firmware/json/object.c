@@ -4,22 +4,14 @@
 
 #include "firmware/json/reader.h"
 
-/* One pass over the members of an object. */
-struct members {
-    struct cb_json json;
-    struct cb_json_token key;
-    uint32_t at; /* of the value */
-};
-
-/* in : at: an object */
-static struct members members_of(const struct cb_loader *loader, uint32_t at) {
-    struct members members;
+struct cb_members cb_members(const struct cb_loader *loader, uint32_t at) {
+    struct cb_members members;
     cb_json_start(&members.json, loader->text, loader->length, at);
     cb_json_next(&members.json);
     return members;
 }
 
-static bool next_member(struct members *members) {
+bool cb_members_next(struct cb_members *members) {
     cb_json_skip(&members->json, 1);
     members->key = cb_json_next(&members->json);
     if (members->key.kind != CB_JSON_KEY) return false;
@@ -28,7 +20,7 @@ static bool next_member(struct members *members) {
 }
 
 /* Copies the key's text, escapes resolved; empty if it is too long for any known key. */
-static void key_text(const struct members *members, char key[CB_KEY_SIZE]) {
+static void key_text(const struct cb_members *members, char key[CB_KEY_SIZE]) {
     const uint32_t length = cb_json_text(members->json.text, members->key, key, CB_KEY_SIZE - 1);
     key[length < CB_KEY_SIZE ? length : 0] = '\0';
 }
@@ -36,8 +28,8 @@ static void key_text(const struct members *members, char key[CB_KEY_SIZE]) {
 uint32_t cb_find_key(const struct cb_loader *loader, uint32_t at, const char *key) {
     char name[CB_KEY_SIZE];
     if (cb_token_at(loader, at).kind != CB_JSON_OBJECT) return CB_ABSENT;
-    struct members members = members_of(loader, at);
-    while (next_member(&members)) {
+    struct cb_members members = cb_members(loader, at);
+    while (cb_members_next(&members)) {
         key_text(&members, name);
         if (cb_same_text(name, key)) return members.at;
     }
@@ -62,8 +54,8 @@ static bool collect(struct cb_loader *loader, uint32_t at, const struct cb_objec
                     uint32_t *slots) {
     char key[CB_KEY_SIZE];
     for (uint32_t i = 0; i < object->count; ++i) slots[i] = CB_ABSENT;
-    struct members members = members_of(loader, at);
-    while (next_member(&members)) {
+    struct cb_members members = cb_members(loader, at);
+    while (cb_members_next(&members)) {
         key_text(&members, key);
         const uint32_t i = field_of(object, key);
         if (i == object->count) return unknown_key(loader, members.key.at, object, key);

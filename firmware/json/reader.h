@@ -123,6 +123,17 @@ bool cb_read_text(struct cb_loader *loader, uint32_t at, char *buffer, uint32_t 
 /* Reads a name: as a text, of letters, digits and _ - . only, not empty. */
 bool cb_read_name(struct cb_loader *loader, uint32_t at, char name[CB_NAME_SIZE]);
 
+/* ---- members of any name ---- */
+
+/* Walks an object: for (each = cb_members(l, at); cb_members_next(&each);) … each.key, each.at. */
+struct cb_members {
+    struct cb_json json;
+    struct cb_json_token key;
+    uint32_t at; /* of the value */
+};
+struct cb_members cb_members(const struct cb_loader *loader, uint32_t at);
+bool cb_members_next(struct cb_members *members);
+
 /* ---- lists ---- */
 
 /* Walks an array: for (each = cb_list(l, at); cb_list_next(&each);) … each.at, each.index. */

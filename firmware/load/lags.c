@@ -2,7 +2,7 @@
  * Lags of the section "signals": the signal that each follows, their order, and their ranges. */
 #include "firmware/config/config.h"
 #include "firmware/load/sections.h"
-#include "models/num.h"
+#include "models/power.h"
 
 /* out: place of the key lag_of of the lag `index` */
 static uint32_t followed_at(const struct cb_loader *loader, uint32_t signals, uint32_t index) {
@@ -29,9 +29,9 @@ static bool take_range(struct cb_loader *loader, uint32_t signals, uint32_t inde
     lag->min = signal->min;
     lag->max = signal->max;
     if (lag->power == 1) return true;
-    const float a = signal->min * signal->min, b = signal->max * signal->max;
-    lag->min = signal->min < 0.0f && signal->max > 0.0f ? 0.0f : cb_min(a, b);
-    lag->max = cb_max(a, b);
+    const struct cb_interval squares = cb_power_range(signal->min, signal->max, 2);
+    lag->min = squares.min;
+    lag->max = squares.max;
     if (lag->min < lag->max && lag->max <= cb_number_of(CB_MOST_NUMBER)) return true;
     return cb_fail(loader, CB_ERROR_RANGE, followed_at(loader, signals, index),
                    "the square of %s exceeds 1e9 or is constant; see its min and max",

@@ -171,7 +171,7 @@ enum cb_error cb_config_load(struct cb_config *config, const char *text, size_t 
     memset(message, 0, sizeof *message);
     if (length > CB_MAX_TEXT_BYTES) {
         cb_fail(&loader, CB_ERROR_TOO_LARGE, CB_ABSENT,
-                "the file is larger than the %u bytes that the box holds",
+                "the file has %u bytes, more than the %u that the box holds", (uint32_t)length,
                 (uint32_t)CB_MAX_TEXT_BYTES);
     } else if (is_blank(text, length)) {
         cb_fail(&loader, CB_ERROR_EMPTY, CB_ABSENT, "the file is empty");

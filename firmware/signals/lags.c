@@ -13,8 +13,7 @@ struct pace {
     struct cb_lag_gains gains;
 };
 
-/* in : elapsed_us != 0. A clock that runs backward gives gains of 0. */
-CB_OUTLINE struct cb_lag_gains gains_over(int64_t elapsed_us, float tau_s) {
+struct cb_lag_gains cb_lag_gains_over(int64_t elapsed_us, float tau_s) {
     return cb_lag_gains_for(elapsed_us > 0 ? cb_seconds(elapsed_us) : 0.0f, tau_s);
 }
 
@@ -37,7 +36,7 @@ CB_INLINE void follow(const struct cb_lag_link *link, const struct cb_signal_con
         start(state, u);
     } else if (elapsed_us != 0) {
         if (elapsed_us != pace->elapsed_us || tau_s != pace->tau_s)
-            *pace = (struct pace){elapsed_us, tau_s, gains_over(elapsed_us, tau_s)};
+            *pace = (struct pace){elapsed_us, tau_s, cb_lag_gains_over(elapsed_us, tau_s)};
         cb_lag_step_to(&state->lag, pace->gains, u);
     }
     state->value = cb_clamp(state->lag.hi, min, max);
@@ -89,7 +88,7 @@ bool cb_lags_follow(const struct cb_config *config, struct cb_signal_state *stat
     while (link < end) {
         const struct cb_lag_link *const end_of_run = link + link->more + 1;
         struct cb_lag_gains gains = {0.0f, 0.0f};
-        if (since_us > 0) gains = gains_over(since_us, link->tau_s);
+        if (since_us > 0) gains = cb_lag_gains_over(since_us, link->tau_s);
         const unsigned steady = since_us > 0 && gains.gain <= 0.015625f ? CB_STREAK_GOES : 0;
         do {
             const struct cb_signal_state *signal = &states[link->of];

@@ -10,6 +10,9 @@
 
 #include "firmware/signals/signals.h"
 
+/* in : elapsed_us != 0. out: the gains; 0 for a clock that runs backward: the lag stays */
+struct cb_lag_gains cb_lag_gains_over(int64_t elapsed_us, float tau_s);
+
 /* in : states whose measured signals have been aged; since_us of this step's reading
  * out: the lags' value, time_us, known, fresh and used, each after its signal; the first value of a
  *      lag is its steady state. Lags that went stale are counted. Result: true when every essential

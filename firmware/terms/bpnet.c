@@ -7,9 +7,7 @@
 
 #include "firmware/terms/kind.h"
 #include "firmware/terms/load.h"
-#include "models/training_range.h"
-
-#define LEAST_SCALE "0.000001"
+#include "firmware/terms/ranges.h"
 
 enum {
     OUTPUTS = CB_TERM_COMMON_KEYS,
@@ -24,11 +22,8 @@ enum {
     INPUT_SCALE,
     OUTPUT_CENTER,
     OUTPUT_SCALE,
-    INPUT_MIN,
-    INPUT_MAX,
-    MARGIN,
-    FADE,
-    KEYS
+    RANGE,
+    KEYS = RANGE + CB_RANGE_KEYS
 };
 
 static const struct cb_field FIELDS[KEYS] = {
@@ -45,10 +40,7 @@ static const struct cb_field FIELDS[KEYS] = {
     [INPUT_SCALE] = {"input_scale", CB_FIELD_ARRAY, false, CB_NOT_STORED},
     [OUTPUT_CENTER] = {"output_center", CB_FIELD_ARRAY, false, CB_NOT_STORED},
     [OUTPUT_SCALE] = {"output_scale", CB_FIELD_ARRAY, false, CB_NOT_STORED},
-    [INPUT_MIN] = {"input_min", CB_FIELD_ARRAY, true, CB_NOT_STORED},
-    [INPUT_MAX] = {"input_max", CB_FIELD_ARRAY, true, CB_NOT_STORED},
-    [MARGIN] = {"margin", CB_FIELD_ARRAY, false, CB_NOT_STORED},
-    [FADE] = {"fade", CB_FIELD_ARRAY, false, CB_NOT_STORED},
+    CB_RANGE_FIELDS(RANGE, true),
 };
 
 static const struct cb_word ACTIVATION_WORDS[] = {
@@ -59,42 +51,6 @@ static const struct cb_word ACTIVATION_WORDS[] = {
 _Static_assert((int)CB_BPNET_MAX_INPUTS == (int)CB_MAX_NET_INPUTS, "inputs of one network");
 _Static_assert((int)CB_BPNET_MAX_HIDDEN == (int)CB_MAX_NET_HIDDEN, "hidden units of one network");
 _Static_assert((int)CB_BPNET_MAX_OUTPUTS == (int)CB_MAX_TERM_OUTPUTS, "outputs of one term");
-
-/* in : at, a list of `rows` rows, each a list of `columns` numbers
- * out: numbers[rows * columns], row by row; or false and a message */
-static bool read_rows(struct cb_loader *loader, uint32_t at, uint32_t rows, const char *of_rows,
-                      uint32_t columns, const char *of_columns, float *numbers) {
-    struct cb_list list = cb_list(loader, at);
-    uint32_t count = 0;
-    for (; cb_list_next(&list); ++count) {
-        if (count < rows && !cb_read_vector(loader, list.at, columns, of_columns, numbers))
-            return false;
-        numbers += count < rows ? columns : 0;
-    }
-    if (count == rows) return true;
-    return cb_fail(loader, CB_ERROR_RANGE, at, "%u rows for %u %s; each needs one", count, rows,
-                   of_rows);
-}
-
-/* As cb_read_vector; every number of an absent list is `otherwise`. */
-static bool read_or(struct cb_loader *loader, uint32_t at, uint32_t count, const char *of,
-                    float otherwise, float *numbers) {
-    if (at != CB_ABSENT) return cb_read_vector(loader, at, count, of, numbers);
-    for (uint32_t i = 0; i < count; ++i) numbers[i] = otherwise;
-    return true;
-}
-
-/* in : at, the list of numbers[count], or CB_ABSENT; least, a number as text
- * out: true if no number is below `least`, or the list is absent */
-static bool check_least(struct cb_loader *loader, uint32_t at, const char *least, uint32_t count,
-                        const float *numbers) {
-    for (uint32_t i = 0; at != CB_ABSENT && i < count; ++i) {
-        const uint32_t place = cb_list_at(loader, at, i);
-        if (!(numbers[i] >= cb_number_of(least)))
-            return cb_fail(loader, CB_ERROR_RANGE, place, "%o is below %s", place, least);
-    }
-    return true;
-}
 
 /* ---- layers ---- */
 
@@ -110,8 +66,8 @@ static bool read_hidden(struct cb_loader *loader, const uint32_t *slots,
         return cb_fail(loader, CB_ERROR_RANGE, slots[HIDDEN_BIAS],
                        "at least one hidden unit is needed");
     source->hidden = (uint8_t)hidden;
-    return read_rows(loader, slots[HIDDEN_WEIGHTS], hidden, "hidden units", source->inputs,
-                     "inputs", scratch->net.hidden_weights);
+    return cb_read_rows(loader, slots[HIDDEN_WEIGHTS], hidden, "hidden units", source->inputs,
+                        "inputs", scratch->net.hidden_weights);
 }
 
 /* out: weights and biases of the outputs; linear_weights only if the file has them, else NULL */
@@ -119,15 +75,15 @@ static bool read_outputs(struct cb_loader *loader, const uint32_t *slots,
                          struct cb_bpnet_source *source) {
     struct cb_load_scratch *scratch = loader->scratch;
     const uint32_t outputs = source->outputs;
-    if (!read_rows(loader, slots[OUTPUT_WEIGHTS], outputs, "outputs", source->hidden,
-                   "hidden units", scratch->net.output_weights))
+    if (!cb_read_rows(loader, slots[OUTPUT_WEIGHTS], outputs, "outputs", source->hidden,
+                      "hidden units", scratch->net.output_weights))
         return false;
     if (!cb_read_vector(loader, slots[OUTPUT_BIAS], outputs, "outputs", scratch->net.output_bias))
         return false;
     if (slots[LINEAR_WEIGHTS] == CB_ABSENT) return true;
     source->linear_weights = scratch->net.linear_weights;
-    return read_rows(loader, slots[LINEAR_WEIGHTS], outputs, "outputs", source->inputs, "inputs",
-                     scratch->net.linear_weights);
+    return cb_read_rows(loader, slots[LINEAR_WEIGHTS], outputs, "outputs", source->inputs, "inputs",
+                        scratch->net.linear_weights);
 }
 
 /* In the file value = center + scale * (number of the network), for inputs and outputs alike.
@@ -137,14 +93,17 @@ static bool read_scaling(struct cb_loader *loader, const uint32_t *slots,
     struct cb_load_scratch *scratch = loader->scratch;
     const uint32_t inputs = source->inputs, outputs = source->outputs;
     float *scale = scratch->net.input_scale;
-    if (!read_or(loader, slots[INPUT_CENTER], inputs, "inputs", 0.0f, scratch->net.input_center) ||
-        !read_or(loader, slots[INPUT_SCALE], inputs, "inputs", 1.0f, scale) ||
-        !read_or(loader, slots[OUTPUT_CENTER], outputs, "outputs", 0.0f,
-                 scratch->net.output_center) ||
-        !read_or(loader, slots[OUTPUT_SCALE], outputs, "outputs", 1.0f, scratch->net.output_scale))
+    if (!cb_read_vector_or(loader, slots[INPUT_CENTER], inputs, "inputs", 0.0f,
+                           scratch->net.input_center) ||
+        !cb_read_vector_or(loader, slots[INPUT_SCALE], inputs, "inputs", 1.0f, scale) ||
+        !cb_read_vector_or(loader, slots[OUTPUT_CENTER], outputs, "outputs", 0.0f,
+                           scratch->net.output_center) ||
+        !cb_read_vector_or(loader, slots[OUTPUT_SCALE], outputs, "outputs", 1.0f,
+                           scratch->net.output_scale))
         return false;
-    if (!check_least(loader, slots[INPUT_SCALE], LEAST_SCALE, inputs, scale) ||
-        !check_least(loader, slots[OUTPUT_SCALE], LEAST_SCALE, outputs, scratch->net.output_scale))
+    if (!cb_check_least(loader, slots[INPUT_SCALE], CB_LEAST_SCALE, inputs, scale) ||
+        !cb_check_least(loader, slots[OUTPUT_SCALE], CB_LEAST_SCALE, outputs,
+                        scratch->net.output_scale))
         return false;
     for (uint32_t i = 0; i < inputs; ++i) scale[i] = 1.0f / scale[i];
     return true;
@@ -167,52 +126,6 @@ static bool read_network(struct cb_loader *loader, const uint32_t *slots,
            read_scaling(loader, slots, source);
 }
 
-/* ---- training range ---- */
-
-/* out: trained interval, margin and width of the fade of one input; defaults for absent keys */
-static bool make_range(struct cb_loader *loader, const uint32_t *slots, uint32_t input,
-                       struct cb_training_range *range) {
-    const struct cb_load_scratch *scratch = loader->scratch;
-    const uint32_t max_at = cb_list_at(loader, slots[INPUT_MAX], input);
-    const float trained = scratch->net.max[input] - scratch->net.min[input];
-    if (!(trained >= 0.0f))
-        return cb_fail(loader, CB_ERROR_ORDER, max_at, "%o is below input_min (%o)", max_at,
-                       cb_list_at(loader, slots[INPUT_MIN], input));
-    const float fade = slots[FADE] != CB_ABSENT ? scratch->net.fade[input] : 0.5f * trained;
-    if (!(fade >= cb_number_of(LEAST_SCALE)))
-        return cb_fail(loader, CB_ERROR_RANGE, max_at,
-                       "%o equals input_min: this input was not varied; omit it or state fade",
-                       max_at);
-    range->min = scratch->net.min[input];
-    range->max = scratch->net.max[input];
-    range->margin = slots[MARGIN] != CB_ABSENT ? scratch->net.margin[input] : 0.1f * trained;
-    range->inverse_fade = 1.0f / fade;
-    return true;
-}
-
-/* in : at, the term, for messages; net->inputs
- * out: net->ranges, a cb_training_range of each input in the pool; or false and a message */
-static bool read_ranges(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
-                        struct cb_bpnet_config *net) {
-    struct cb_load_scratch *scratch = loader->scratch;
-    const uint32_t inputs = net->inputs.count;
-    struct cb_training_range range;
-    const uint32_t floats = sizeof range / sizeof(float);
-    if (!cb_read_vector(loader, slots[INPUT_MIN], inputs, "inputs", scratch->net.min) ||
-        !cb_read_vector(loader, slots[INPUT_MAX], inputs, "inputs", scratch->net.max) ||
-        !read_or(loader, slots[MARGIN], inputs, "inputs", 0.0f, scratch->net.margin) ||
-        !read_or(loader, slots[FADE], inputs, "inputs", 0.0f, scratch->net.fade) ||
-        !check_least(loader, slots[MARGIN], "0", inputs, scratch->net.margin) ||
-        !check_least(loader, slots[FADE], LEAST_SCALE, inputs, scratch->net.fade) ||
-        !cb_take_pool(loader, at, inputs * floats, &net->ranges))
-        return false;
-    for (uint32_t i = 0; i < inputs; ++i) {
-        if (!make_range(loader, slots, i, &range)) return false;
-        memcpy(loader->config->pool + net->ranges + i * floats, &range, sizeof range);
-    }
-    return true;
-}
-
 /* in : as `load` of struct cb_term_kind
  * out: weights and ranges in the pool. The folded network is checked: a product of weights, centers
  *      and scales can overflow although each number is in its range. */
@@ -232,36 +145,24 @@ static bool load(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
     if (!cb_bpnet_fold(&source, loader->config->pool + config->weights, &net))
         return cb_fail(loader, CB_ERROR_RANGE, at,
                        "a product of weights, centers and scales of this network overflows");
-    return read_ranges(loader, at, slots, config);
+    return cb_read_ranges(loader, at, slots + RANGE, source.inputs, &config->ranges);
 }
 
 /* ---- value and slope ---- */
-
-_Static_assert(sizeof(struct cb_training_range) == 4 * sizeof(float),
-               "stored in the pool as floats");
-
-/* Rarely called: inputs are usually inside their training range. */
-CB_COLD CB_OUTLINE float outside(const struct cb_training_range *range, unsigned input, float x,
-                                 struct cb_training_verdict *verdict) {
-    return cb_training_range_outside(range, (uint8_t)input, x, verdict);
-}
 
 /* out: x[inputs], clamped to the training range and its margin; the verdict of all inputs; false if
  *      a signal is not fresh */
 static bool gather(const struct cb_evaluation *e, const struct cb_bpnet_config *config, float *x,
                    struct cb_training_verdict *verdict) {
     const uint8_t *const links = e->config->links + config->inputs.link;
-    const void *const ranges = e->config->pool + config->ranges;
-    const struct cb_training_range *range = ranges;
+    const struct cb_training_range *range = cb_ranges_at(e->config, config->ranges);
     const struct cb_signal_state *const signals = e->signals;
     const unsigned inputs = config->inputs.count;
     bool fresh = true;
     for (unsigned i = 0; i < inputs; ++i) {
         const struct cb_signal_state *signal = &signals[links[i]];
         fresh &= signal->fresh;
-        const float used = signal->used;
-        x[i] = cb_training_range_holds(range, used) ? used : outside(range, i, used, verdict);
-        ++range;
+        x[i] = cb_range_hold(range++, i, signal->used, verdict);
     }
     return fresh;
 }
@@ -276,14 +177,12 @@ static struct cb_bpnet net_of(const struct cb_config *config, const struct cb_te
 static uint8_t value(const struct cb_evaluation *e, const struct cb_term_config *term,
                      struct cb_term_state *state, float *value) {
     const struct cb_bpnet net = net_of(e->config, term);
-    struct cb_training_verdict verdict = {1.0f, 0.0f, 0, 0, 0};
+    struct cb_training_verdict verdict = CB_NO_VERDICT;
     float x[CB_BPNET_MAX_INPUTS];
     (void)state;
     if (!gather(e, &term->as.bpnet, x, &verdict)) return CB_TERM_MISSING;
     cb_bpnet_evaluate(&net, x, value);
-    for (unsigned k = 0; k < term->outputs; ++k) value[k] *= verdict.weight;
-    if (verdict.weight < 1.0f) return CB_TERM_EXTRAPOLATED | CB_TERM_WEAKENED;
-    return verdict.extrapolated > 0 ? CB_TERM_EXTRAPOLATED : 0;
+    return cb_range_judge(&verdict, value, term->outputs);
 }
 
 /* Product rule: y = w m(x) has the slope w' m + w m', with m the network at the clamped inputs. An
@@ -293,18 +192,15 @@ static void slope(const struct cb_slope_pass *pass, const struct cb_term_config 
     const struct cb_bpnet_config *config = &term->as.bpnet;
     const struct cb_bpnet net = net_of(pass->e.config, term);
     const unsigned input = cb_input_of(pass, &config->inputs);
-    struct cb_training_verdict verdict = {1.0f, 0.0f, 0, 0, 0};
+    struct cb_training_verdict verdict = CB_NO_VERDICT;
     float x[CB_BPNET_MAX_INPUTS];
     if (input == config->inputs.count) return;
     gather(&pass->e, config, x, &verdict);
     if (!(verdict.weight > 0.0f)) return;
     if (x[input] == pass->e.signals[pass->signal].used)
         cb_bpnet_slope(&net, x, (uint8_t)input, slope);
-    const bool fades = verdict.weight < 1.0f && verdict.weakest == input;
-    const float fading = fades ? verdict.weight_slope / verdict.weight : 0.0f;
-    const float *output = pass->e.outputs + term->first_output;
-    for (unsigned k = 0; k < term->outputs; ++k)
-        slope[k] = verdict.weight * slope[k] + fading * output[k];
+    cb_range_fade_slope(&verdict, input, pass->e.outputs + term->first_output, slope,
+                        term->outputs);
 }
 
 const struct cb_term_kind cb_term_bpnet = {

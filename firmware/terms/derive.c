@@ -53,12 +53,38 @@ static void assert_pieces(const struct cb_curve_config *curve) {
     CB_ASSERT(curve->pool + curve->spans + 1u + rows <= CB_POOL_FLOATS);
 }
 
+/* in : lags_before, number of those of the banks before this one
+ * out: number of its lags. No lag moves outside of the arrays. */
+static unsigned assert_bank(const struct cb_config *config, const struct cb_bank_config *bank,
+                            unsigned lags_before) {
+    const unsigned sets = bank->inputs.link + bank->inputs.count;
+    unsigned rows = 0;
+    CB_ASSERT(sets + bank->inputs.count <= CB_MAX_LINKS);
+    CB_ASSERT(bank->taus_count <= CB_MAX_BANK_TAUS);
+    CB_ASSERT(bank->taus_count >= bank->unlagged);
+    CB_ASSERT(bank->lags == lags_before);
+    for (unsigned i = 0; i < bank->inputs.count; ++i) {
+        CB_ASSERT(config->links[bank->inputs.link + i] < config->signals_count);
+        rows += cb_bank_powers(config->links[sets + i]);
+    }
+    return rows * ((unsigned)bank->taus_count - bank->unlagged);
+}
+
+static void assert_banks(const struct cb_config *config) {
+    unsigned lags = 0;
+    for (unsigned i = 0; i < config->banks_count; ++i)
+        lags += assert_bank(config, &config->banks[i], lags);
+    CB_ASSERT(lags == config->bank_lags_count);
+}
+
 /* No term is evaluated outside of the arrays, whatever loaded it. */
 static void assert_term(const struct cb_config *config, const struct cb_term_config *term) {
     CB_ASSERT(term->type < CB_TERM_TYPES);
     CB_ASSERT(term->outputs >= 1);
     CB_ASSERT(term->outputs <= CB_MAX_TERM_OUTPUTS);
     CB_ASSERT(term->first_output + term->outputs <= config->outputs_count);
+    if (term->type == CB_TERM_LINEAR && term->as.linear.has_bank)
+        CB_ASSERT(term->as.linear.bank < config->banks_count);
     const struct cb_curve_kind *kind = cb_term_kinds[term->type]->curve;
     if (!kind) return;
     const struct cb_curve_config *curve = &term->as.curve;
@@ -73,6 +99,7 @@ void cb_terms_derive(struct cb_config *config) {
     bool placed[CB_MAX_TERMS] = {false};
     unsigned curves = 0;
     config->grids_count = config->other_terms_count = 0;
+    assert_banks(config);
     for (unsigned i = 0; i < config->terms_count; ++i) {
         assert_term(config, &config->terms[i]);
         if (!is_plain(&config->terms[i]))

@@ -27,6 +27,7 @@ enum {
 struct cb_evaluation {
     const struct cb_config *config;
     const struct cb_signal_state *signals;
+    const struct cb_bank_state *bank;
     const struct cb_term_state *states; /* earlier terms: of this step; others: of the last */
     const float *outputs;               /* likewise */
     bool all_live;                      /* every earlier term of this step is live */
@@ -60,7 +61,8 @@ struct cb_term_kind {
     struct cb_term_list signals;       /* that it uses; count 0: a struct cb_term_inputs */
     struct cb_term_list uses;          /* outputs of other terms; count 0: none */
     const char *uses_key;              /* names these outputs */
-    uint8_t outputs; /* slot of the list of its outputs' names; 0: one output, named as the term */
+    uint8_t outputs; /* slot of the list of its outputs' names; 0, or an absent list: one output,
+                        named as the term */
 
     /* in : at, the term, its outputs named; slots of its keys, simple fields stored
      * out: *term complete but for links; or false and a message */

@@ -79,6 +79,37 @@ bool cb_read_vector(struct cb_loader *loader, uint32_t at, uint32_t count, const
                    of);
 }
 
+bool cb_read_vector_or(struct cb_loader *loader, uint32_t at, uint32_t count, const char *of,
+                       float otherwise, float *numbers) {
+    if (at != CB_ABSENT) return cb_read_vector(loader, at, count, of, numbers);
+    for (uint32_t i = 0; i < count; ++i) numbers[i] = otherwise;
+    return true;
+}
+
+bool cb_read_rows(struct cb_loader *loader, uint32_t at, uint32_t rows, const char *of_rows,
+                  uint32_t columns, const char *of_columns, float *numbers) {
+    struct cb_list list = cb_list(loader, at);
+    uint32_t count = 0;
+    for (; cb_list_next(&list); ++count) {
+        if (count < rows && !cb_read_vector(loader, list.at, columns, of_columns, numbers))
+            return false;
+        numbers += count < rows ? columns : 0;
+    }
+    if (count == rows) return true;
+    return cb_fail(loader, CB_ERROR_RANGE, at, "%u rows for %u %s; each needs one", count, rows,
+                   of_rows);
+}
+
+bool cb_check_least(struct cb_loader *loader, uint32_t at, const char *least, uint32_t count,
+                    const float *numbers) {
+    for (uint32_t i = 0; at != CB_ABSENT && i < count; ++i) {
+        const uint32_t place = cb_list_at(loader, at, i);
+        if (!(numbers[i] >= cb_number_of(least)))
+            return cb_fail(loader, CB_ERROR_RANGE, place, "%o is below %s", place, least);
+    }
+    return true;
+}
+
 /* ---- kinds ---- */
 
 #define WORD(NAME, name) {#name, CB_TERM_##NAME},
@@ -137,7 +168,8 @@ static bool load_term(struct cb_loader *loader, uint32_t at, uint8_t index) {
     if (!read_kind(loader, at, &term->type)) return false;
     const struct cb_term_kind *kind = cb_term_kinds[term->type];
     if (!cb_read_object(loader, at, &kind->object, &term->as, slots)) return false;
-    return name_outputs(loader, slots, kind->outputs, index) && kind->load(loader, at, slots, term);
+    const uint8_t list = slots[kind->outputs] != CB_ABSENT ? kind->outputs : 0;
+    return name_outputs(loader, slots, list, index) && kind->load(loader, at, slots, term);
 }
 
 /* ---- order ---- */

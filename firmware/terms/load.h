@@ -27,4 +27,18 @@ bool cb_read_inputs(struct cb_loader *loader, uint32_t at, uint32_t most,
 bool cb_read_vector(struct cb_loader *loader, uint32_t at, uint32_t count, const char *of,
                     float *numbers);
 
+/* As cb_read_vector(); every number of an absent list is `otherwise`. */
+bool cb_read_vector_or(struct cb_loader *loader, uint32_t at, uint32_t count, const char *of,
+                       float otherwise, float *numbers);
+
+/* in : at, a list of `rows` rows, each a list of `columns` numbers
+ * out: numbers[rows * columns], row by row */
+bool cb_read_rows(struct cb_loader *loader, uint32_t at, uint32_t rows, const char *of_rows,
+                  uint32_t columns, const char *of_columns, float *numbers);
+
+/* in : at, the list of numbers[count], or CB_ABSENT; least, a number as text
+ * out: true if no number is below `least`, or the list is absent */
+bool cb_check_least(struct cb_loader *loader, uint32_t at, const char *least, uint32_t count,
+                    const float *numbers);
+
 #endif

@@ -143,10 +143,11 @@ CB_INLINE void evaluate_grid(struct step *step, const struct step *same, const s
 
 struct cb_terms_verdict cb_terms_evaluate(const struct cb_config *config,
                                           const struct cb_signal_state *signals,
+                                          const struct cb_bank_state *bank,
                                           struct cb_term_state *states,
                                           struct cb_counters *counters, float fade_um,
                                           float *outputs) {
-    struct step step = {{config, signals, states, outputs, true},
+    struct step step = {{config, signals, bank, states, outputs, true},
                         states,
                         counters,
                         {false, false},
@@ -168,7 +169,8 @@ struct cb_terms_verdict cb_terms_evaluate(const struct cb_config *config,
 void cb_terms_slopes(const struct cb_config *config, const struct cb_signal_state *signals,
                      const struct cb_term_state *states, const float *outputs, uint8_t signal,
                      float *slopes) {
-    const struct cb_slope_pass pass = {{config, signals, states, outputs, true}, signal, slopes};
+    const struct cb_slope_pass pass = {
+        {config, signals, NULL, states, outputs, true}, signal, slopes};
     for (unsigned i = 0; i < config->terms_count; ++i) {
         const struct cb_term_config *term = &config->terms[i];
         float slope[CB_MAX_TERM_OUTPUTS] = {0.0f};

@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "firmware/base/counters.h"
+#include "firmware/signals/bank.h"
 #include "firmware/signals/signals.h"
 #include "models/direction.h"
 
@@ -38,13 +39,13 @@ const uint8_t *cb_term_used(const struct cb_term_config *term, unsigned *count);
 /* out: true for a curve with a branch for each direction */
 bool cb_term_has_branches(const struct cb_term_config *term);
 
-/* in : signals aged; fade_um >= 0, the step towards zero of an output that is not live; outputs of
- *      the previous step, 0 in the first
- * out: outputs[config->outputs_count], all finite
- * A term is not live if a signal is missing, a term that it uses is not live, or its result is not
- * finite; the last case is counted. */
+/* in : signals aged, and the lags of banks after them; fade_um >= 0, the step towards zero of an
+ * output that is not live; outputs of the previous step, 0 in the first out:
+ * outputs[config->outputs_count], all finite A term is not live if a signal is missing, a term that
+ * it uses is not live, or its result is not finite; the last case is counted. */
 struct cb_terms_verdict cb_terms_evaluate(const struct cb_config *config,
                                           const struct cb_signal_state *signals,
+                                          const struct cb_bank_state *bank,
                                           struct cb_term_state *states,
                                           struct cb_counters *counters, float fade_um,
                                           float *outputs);

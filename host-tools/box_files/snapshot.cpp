@@ -9,7 +9,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <nlohmann/json.hpp>
+
+#include "host-tools/formats/json.h"
 
 namespace compbox::box_files {
 
@@ -139,10 +140,9 @@ std::string snapshot_file::why_not(double unix_s) const {
 std::string snapshot_file::live_text(double unix_s) const {
     const auto age = age_s(unix_s);
     const std::string why = why_not(unix_s);
-    const json quoted = why;
     return fmt::format(R"({{"snapshot":{},"age_s":{},"stale":{},"why":{}}})", text_,
                        age ? fmt::format("{:.3f}", *age) : "null", !why.empty(),
-                       quoted.dump(-1, ' ', false, json::error_handler_t::replace));
+                       formats::json_line(why));
 }
 
 }  // namespace compbox::box_files

@@ -73,7 +73,7 @@ void judge(const build_request &request, const merged_file &merged, comparison &
 
 // out: the configuration of the merged file. Throws input_error where the box would refuse it.
 std::unique_ptr<cb_config> load_merged(merged_file &merged, const std::string &machine,
-                                       std::string &text) {
+                                       const cb_target &target, std::string &text) {
     const merged_file as_given = merged;
     try {
         fill_in(merged, machine);
@@ -83,7 +83,7 @@ std::unique_ptr<cb_config> load_merged(merged_file &merged, const std::string &m
     }
     text = formats::json_text(merged.file);
     cb_message message = {};
-    auto config = load_coefficient_text(text, &message);
+    auto config = load_coefficient_text(text, &message, target);
     if (config != nullptr) return config;
     refuse_entries(merged, message.text);
     refuse_bad_terms(as_given);
@@ -96,7 +96,8 @@ built_file build_file(const build_request &request, std::ostream *out) {
     merged_file merged = merge_files(request.machine, request.terms, request.revision);
     formats::refuse_given(request.output, "what it writes");
     std::string text;
-    const auto config = load_merged(merged, request.machine, text);
+    const cb_target &target = request.for_stm32f405 ? stm32f405_target : any_target;
+    const auto config = load_merged(merged, request.machine, target, text);
     comparison found = compare(*config, merged.file);
     judge(request, merged, found);
     built_file built;
@@ -109,6 +110,8 @@ built_file build_file(const build_request &request, std::ostream *out) {
     built.notes.insert(built.notes.end(), found.lines.begin(), found.lines.end());
     built.notes.push_back(fmt::format("revision {}: {}{}", config->revision, summary(*config),
                                       found.refusals.empty() ? "" : ", range accepted"));
+    if (request.for_stm32f405)
+        built.notes.push_back(memory_text(target, memory_of(*config, text.size())));
     built.remarks = std::move(merged.remarks);
     built.remarks.insert(built.remarks.end(), found.remarks.begin(), found.remarks.end());
     built.channels = std::move(found.channels);

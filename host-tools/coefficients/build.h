@@ -16,8 +16,9 @@ struct build_request {
     std::vector<std::string> terms;
     std::optional<unsigned> revision;  // empty: the machine file's
     std::string output;
-    std::string plot;           // of the demand, see plot_demand(); empty: none
-    bool accept_range = false;  // builds in spite of comparison::refusals
+    std::string plot;            // of the demand, see plot_demand(); empty: none
+    bool accept_range = false;   // builds in spite of comparison::refusals
+    bool for_stm32f405 = false;  // refuses what that cannot run
 };
 
 struct built_file {

@@ -24,12 +24,13 @@ unsigned root_of(const cb_config &config, unsigned signal) {
     return signal;
 }
 
-// out: the value nearest to `value` that a network saw of a signal, or of a lag of it, in training
-double trained_near(const cb_config &config, const cb_bpnet_config &net, unsigned signal,
-                    double value) {
-    const float *range = config.pool + net.ranges;  // as struct cb_training_range
-    for (unsigned i = 0; i < net.inputs.count; ++i, range += 4) {
-        const unsigned input = config.links[net.inputs.link + i];
+// in : ranges: place in the pool of a struct cb_training_range of each input
+// out: the value nearest to `value` that a model saw of a signal, or of a lag of it, in training
+double trained_near(const cb_config &config, const cb_term_inputs &inputs, unsigned ranges,
+                    unsigned signal, double value) {
+    const float *range = config.pool + ranges;
+    for (unsigned i = 0; i < inputs.count; ++i, range += 4) {
+        const unsigned input = config.links[inputs.link + i];
         if (root_of(config, input) != signal || config.signals[input].power == 2) continue;
         value = std::clamp(value, static_cast<double>(range[0]), static_cast<double>(range[1]));
     }
@@ -63,8 +64,13 @@ double rest_value(const cb_config &config, unsigned signal) {
     const cb_signal_config &own = config.signals[signal];
     double value = std::string(own.unit) == "degC" ? reference_degC : 0.0;
     for (unsigned t = 0; t < config.terms_count; ++t) {
+        const cb_bpnet_config &net = config.terms[t].as.bpnet;
         if (config.terms[t].type == CB_TERM_BPNET)
-            value = trained_near(config, config.terms[t].as.bpnet, signal, value);
+            value = trained_near(config, net.inputs, net.ranges, signal, value);
+    }
+    for (unsigned b = 0; b < config.banks_count; ++b) {
+        const cb_bank_config &bank = config.banks[b];
+        if (bank.trained) value = trained_near(config, bank.inputs, bank.ranges, signal, value);
     }
     return std::clamp(value, static_cast<double>(own.min), static_cast<double>(own.max));
 }
@@ -152,7 +158,10 @@ void demand_model::evaluate(const signal_values &at, int direction) {
         states_[t].direction = {x, static_cast<float>(direction),
                                 static_cast<std::int8_t>(direction)};
     }
-    cb_terms_evaluate(&config_, signals_.data(), states_.data(), &counters_, 0.0f, outputs_.data());
+    bank_ = {};  // steady state
+    cb_banks_follow(&config_, signals_.data(), &bank_);
+    cb_terms_evaluate(&config_, signals_.data(), &bank_, states_.data(), &counters_, 0.0f,
+                      outputs_.data());
 }
 
 double demand_model::value(const group &terms, signal_values at, int direction) {

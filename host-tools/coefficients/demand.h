@@ -37,8 +37,8 @@ struct channel_demand {
 };
 
 // Positions have the unit mm or deg. At rest a thermometer (degC) shows 20, any other signal 0, or
-// what is nearest in its range and in the range that networks of it were trained on: beyond that a
-// network fades to zero.
+// what is nearest in its range and in the range that models of it were trained on: beyond that a
+// model fades to zero.
 bool is_position(const cb_config &config, unsigned signal);
 double rest_value(const cb_config &config, unsigned signal);
 
@@ -84,6 +84,7 @@ class demand_model {
     const cb_config &config_;
     signal_values home_;
     std::vector<cb_signal_state> signals_;
+    cb_bank_state bank_ = {};
     std::vector<cb_term_state> states_;
     std::vector<float> outputs_;
     cb_counters counters_ = {};

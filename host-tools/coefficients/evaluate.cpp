@@ -90,7 +90,14 @@ class box_on_table {
             follows[lag] = follows[box_->config.signals[lag].lag_of];
         }
         for (unsigned i = 0; i < box_->config.signals_count; ++i) {
-            if (follows[i]) box_->signals[i] = last_row_[i];
+            if (!follows[i]) continue;
+            box_->signals[i] = last_row_[i];
+            box_->bank.value[i] = last_bank_.value[i];
+            box_->bank.time_us[i] = last_bank_.time_us[i];
+        }
+        for (unsigned i = 0; i < box_->config.bank_lags_count; ++i) {
+            if (follows[cb_bank_key_of(&box_->config, i).signal])
+                box_->bank.lags[i] = last_bank_.lags[i];
         }
         step(row_us);
         remember();
@@ -136,6 +143,7 @@ class box_on_table {
     void remember() {
         inputs_.last_write = CB_TRANSFER_OK;
         std::copy(std::begin(box_->signals), std::end(box_->signals), std::begin(last_row_));
+        last_bank_ = box_->bank;
     }
 
     std::vector<unsigned> measured_;
@@ -143,6 +151,7 @@ class box_on_table {
     cb_inputs inputs_ = {};
     cb_outputs outputs_ = {};
     cb_signal_state last_row_[CB_MAX_SIGNALS] = {};
+    cb_bank_state last_bank_ = {};
 };
 
 std::vector<std::size_t> signal_columns(const cb_config &config,

@@ -26,7 +26,7 @@ constexpr struct {
 } watched_counters[] = {
     {&cb_counters::outside_curve,
      "beyond the ends of a curve, which keeps its value there: ", true},
-    {&cb_counters::models_extrapolated, "a network beyond the range it was trained on: ", true},
+    {&cb_counters::models_extrapolated, "a model beyond the range it was trained on: ", true},
     {&cb_counters::models_weakened, "… so far beyond it that its outputs fade: ", true},
     {&cb_counters::outputs_limited, "a channel held at its limit_um: ", false},
     {&cb_counters::pairs_limited,

@@ -29,6 +29,7 @@ std::vector<std::string> outputs_of(const json &term) {
 std::vector<std::string> signals_of(const json &term) {
     std::vector<std::string> names;
     for (const char *key : {"signal", "inputs", "tool_length"}) add_texts(names, term, key);
+    if (term.value("bank", json()).is_object()) add_texts(names, term["bank"], "inputs");
     if (term.value("type", json()) != "volumetric") return names;
     add_texts(names, term, "positions");
     if (!term.contains("positions")) names.insert(names.end(), {"X", "Y", "Z"});

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/coefficients/volumetric.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
+#include "host-tools/coefficients/volumetric_curve.h"
 #include "host-tools/formats/error.h"
+#include "host-tools/formats/numbers.h"
 #include "host-tools/metrology/straightness.h"
 
 namespace compbox::coefficients {
@@ -13,8 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char *axis_names[3] = {"X", "Y", "Z"};
-constexpr const char *squareness_names[3] = {"C0Y", "B0Z", "A0Z"};
 // Directions of the straightness curves whose slope is that squareness.
 constexpr const char *squareness_slopes[3] = {"EXY", "EXZ", "EYZ"};
 constexpr double slope_that_counts_urad = 0.5;
@@ -80,22 +81,39 @@ void take_reference_point(const std::string &folder, volumetric_result &result) 
     result.reference_points_mm[axis] = {point[0], point[1], point[2]};
 }
 
-// Fits one curve, adds its term and provenance to result.fragment.
-// out: its figures in the file's unit. Throws input_error that names the file.
-fitted_error fit_one(const curve_file &curve, const volumetric_options &options,
-                     volumetric_result &result) {
-    const fitting::measurement data = fitting::read_measurement(curve.path);
-    check_unit(curve.name, data);
-    fitting::fit_options fit = options.fit;
-    fit.name = curve.name;
-    fit.signal = options.positions[static_cast<std::size_t>(curve.name[2] - 'X')];
-    const fitting::fit_result fitted = fitting::fit_curve(data, fit);
-    const json fragment = fitting::fragment_of(fitted);
+volumetric_curve read_curve(const curve_file &file, const volumetric_options &options) {
+    volumetric_curve one = {file.name, fitting::read_measurement(file.path), {}};
+    check_unit(one.name, one.data);
+    one.fit(options);
+    return one;
+}
+
+// The linear roll that diagonals showed has a standard deviation of its own.
+void add_sigma_of_rise(const volumetric_curve &is, const volumetric_result &result, json &found) {
+    if (!result.diagonals || result.diagonals->found.count(is.name) == 0) return;
+    if (!found.contains("sigma")) return;
+    json &values = found["sigma"]["values"];
+    const double from = is.data.from(),
+                 step_mm = (is.data.to() - from) / (double(values.size()) - 1);
+    for (std::size_t k = 0; k < values.size(); ++k) {
+        const double rise = is.rise_at(from + step_mm * static_cast<double>(k));
+        const double sigma = result.diagonals->found.at(is.name).sigma * rise;
+        values[k] = formats::five_digits(std::hypot(values[k].get<double>(), sigma));
+    }
+}
+
+// Adds term and provenance of a curve to result.fragment.
+// out: its figures in the file's unit
+fitted_error add_curve(const volumetric_curve &is, volumetric_result &result) {
+    const fitting::measurement &data = is.data;
+    const fitting::fit_result &fitted = is.fitted;
+    json fragment = fitting::fragment_of(fitted);
+    add_sigma_of_rise(is, result, fragment["provenance"][is.name]);
     result.fragment["terms"].push_back(fragment["terms"][0]);
-    result.fragment["provenance"][curve.name] = fragment["provenance"][curve.name];
+    result.fragment["provenance"][is.name] = fragment["provenance"][is.name];
     fitted_error one;
-    one.name = curve.name;
-    one.file = curve.path;
+    one.name = is.name;
+    one.file = data.file;
     one.unit = data.unit;
     one.positions = data.position.size();
     one.coefficients = fitted.curve.coefficient_count();
@@ -144,6 +162,11 @@ void judge_squareness(const volumetric_options &options, volumetric_result &resu
     std::string absent;
     for (std::size_t k = 0; k < 3; ++k) {
         const std::string name = squareness_names[k];
+        const bool by_diagonals = result.diagonals && result.diagonals->found.count(name) > 0;
+        if (by_diagonals) {
+            result.squareness_urad[name] = result.diagonals->found.at(name).value;
+            continue;
+        }
         const bool given = options.squareness_urad.count(name) > 0;
         result.squareness_urad[name] = given ? options.squareness_urad.at(name) : 0.0;
         double slope_urad = 0.0;
@@ -179,17 +202,31 @@ void judge_missing(volumetric_result &result) {
     if (!text.empty()) result.remarks.push_back("not measured, zero: " + text);
 }
 
-json provenance_of(const volumetric_result &result) {
+json provenance_of(const volumetric_options &options, const volumetric_result &result) {
     json own;
     own["squareness_convention"] =
         "urad; C0Y > 0 opens the angle between +X and +Y, A0Z > 0 that between +Y and +Z, "
         "B0Z > 0 closes that between +X and +Z; X is the primary axis";
     own["not_measured"] = result.missing;
     own["remarks"] = result.remarks;
+    for (const auto &[name, sigma] : options.squareness_sigma_urad) {
+        own["squareness_sigma_urad"][name] = sigma;
+    }
+    if (!result.diagonals) return own;
+    for (const auto &[name, size] : result.diagonals->found) {
+        if (name[0] != 'E') own["squareness_sigma_urad"][name] = size.sigma;
+    }
     return own;
 }
 
 }  // namespace
+
+void volumetric_curve::fit(const volumetric_options &options) {
+    fitting::fit_options how = options.fit;
+    how.name = name;
+    how.signal = options.positions[axis()];
+    fitted = fitting::fit_curve(data, how);
+}
 
 volumetric_result make_volumetric(const std::vector<std::string> &folders,
                                   const volumetric_options &options) {
@@ -197,16 +234,18 @@ volumetric_result make_volumetric(const std::vector<std::string> &folders,
     result.fragment["signals"] = json::array();
     result.fragment["terms"] = json::array();
     for (const char *axis : axis_names) result.reference_points_mm[axis] = {0, 0, 0};
-    const auto curves = find_curves(folders);
+    std::vector<volumetric_curve> curves;
+    for (const auto &file : find_curves(folders)) curves.push_back(read_curve(file, options));
     for (const auto &folder : folders) take_reference_point(folder, result);
     for (const auto &[axis, point] : options.reference_points_mm) {
         result.reference_points_mm[axis] = point;
     }
-    for (const auto &curve : curves) result.errors.push_back(fit_one(curve, options, result));
+    if (!options.diagonals.empty()) adjust_to_diagonals(options, curves, result);
+    for (const auto &one : curves) result.errors.push_back(add_curve(one, result));
     judge_missing(result);
     judge_squareness(options, result);
     result.fragment["terms"].push_back(term_of(options, result));
-    result.fragment["provenance"][options.name] = provenance_of(result);
+    result.fragment["provenance"][options.name] = provenance_of(options, result);
     return result;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "host-tools/coefficients/diagonals.h"
 #include "host-tools/fitting/fit.h"
 #include "host-tools/formats/json.h"
 
@@ -19,10 +20,16 @@ struct volumetric_options {
     std::string chain;                                     // "fXYZ"; models/volumetric.h
     std::array<std::string, 3> positions{"X", "Y", "Z"};   // signals of the axes
     std::map<std::string, double> squareness_urad;         // by C0Y, B0Z, A0Z
+    std::map<std::string, double> squareness_sigma_urad;   // 1 standard deviation, where known
     std::map<std::string, vector_mm> reference_points_mm;  // by X, Y, Z; these win over a DIR's
     vector_mm tool_offset_mm{0, 0, 0}, tool_direction{0, 0, -1};
     std::string tool_length_signal;  // "" for none
     double tool_length_mm = 0.0;
+    // Readings along diagonals, for squareness that is not given and for the linear part of roll,
+    // which no straightness shows; "": none. compensated: the box applied these curves, without
+    // squareness and linear roll, while they were taken.
+    std::string diagonals;
+    bool compensated = false;
     fitting::fit_options fit;  // name and signal are set for each
 };
 
@@ -35,9 +42,10 @@ struct fitted_error {
 };
 
 struct volumetric_result {
-    json fragment;                     // for `build`: the curves and the term over them
-    std::vector<fitted_error> errors;  // that were found
-    std::vector<std::string> missing;  // curves that were not: taken as zero
+    json fragment;                                 // for `build`: the curves and the term over them
+    std::vector<fitted_error> errors;              // that were found
+    std::vector<std::string> missing;              // curves that were not: taken as zero
+    std::optional<diagonal_adjustment> diagonals;  // C0Y …: µrad; EAX …: µrad over its curve
     std::map<std::string, double> squareness_urad;         // all three
     std::map<std::string, vector_mm> reference_points_mm;  // all three
     std::vector<std::string> remarks;

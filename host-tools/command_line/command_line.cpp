@@ -5,7 +5,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <exception>
 #include <iostream>
+
+#include "host-tools/formats/error.h"
 
 namespace compbox::cli {
 
@@ -179,6 +182,24 @@ std::optional<int> program::parse(int argc, const char *const *argv) {
     streams_.err << owned_->get_name() << ": " << sentence
                  << "\nRun with --help for more information.\n";
     return 2;
+}
+
+int program::run(int argc, const char *const *argv, const std::function<void()> &work) {
+    const auto failed = [this](int code, const std::string &sentence) {
+        streams_.err << owned_->get_name() << ": " << sentence << "\n";
+        return code;
+    };
+    try {
+        if (const auto end = parse(argc, argv)) return *end;
+        work();
+        return 0;
+    } catch (const usage_error &error) {
+        return failed(2, error.what());
+    } catch (const input_error &error) {
+        return failed(1, error.what());
+    } catch (const std::exception &error) {
+        return failed(70, std::string("fault in the program itself: ") + error.what());
+    }
 }
 
 void program::parse(std::vector<std::string> words) {

@@ -110,6 +110,10 @@ class program : public command {
     // a usage error, which is printed to streams.err. Other exceptions of callbacks pass through.
     std::optional<int> parse(int argc, const char *const *argv);
 
+    // Parses, then does the work. Errors of both are printed to streams.err.
+    // out: exit code: 0 done, 1 the input is bad, 2 wrong usage, 70 a fault of the program
+    int run(int argc, const char *const *argv, const std::function<void()> &work);
+
     // in : the words in order, without the program's name. Prints nothing; throws usage_error for
     // wrong usage and for --help.
     void parse(std::vector<std::string> words);

@@ -16,11 +16,6 @@ bool continues(char byte) {
     return (static_cast<unsigned char>(byte) & 0xC0) == 0x80;
 }
 
-std::size_t characters(const std::string &text) {
-    return static_cast<std::size_t>(
-        std::count_if(text.begin(), text.end(), [](char byte) { return !continues(byte); }));
-}
-
 winsize size_of_terminal() {
     winsize size = {};
     if (::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return {24, 80, 0, 0};
@@ -28,6 +23,11 @@ winsize size_of_terminal() {
 }
 
 }  // namespace
+
+std::size_t characters(const std::string &text) {
+    return static_cast<std::size_t>(
+        std::count_if(text.begin(), text.end(), [](char byte) { return !continues(byte); }));
+}
 
 std::string clipped(const std::string &text, std::size_t columns) {
     std::size_t count = 0, at = 0;

@@ -10,6 +10,8 @@
 
 namespace compbox::cli {
 
+// out: characters of UTF-8 text
+std::size_t characters(const std::string &text);
 // out: the first `columns` characters of UTF-8 text
 std::string clipped(const std::string &text, std::size_t columns);
 // out: the text with blanks behind it, at least so many characters

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // compbox build: machine file and terms to the coefficient file, if the box would take it.
+#include <map>
 #include <memory>
 #include <ostream>
 #include <string>
@@ -57,6 +58,9 @@ void add_build(cli::command &app) {
                        "Demand of each channel over the travel: one figure, or a folder of them");
     command.add_flag("--accept-range", request.accept_range,
                      "Build even if a demand exceeds error_um or a curve leaves travel uncovered");
+    command.add_choice("--target BOX", request.for_stm32f405,
+                       std::map<std::string, bool>{{"any", false}, {"stm32f405", true}},
+                       "Box that will run the file: any, or stm32f405, with its memory in use");
     cli::add_json(command, options->as_json);
     command.footer(
         "Where the machine file has null, build fills in: a channel's sum (terms with ISO 230-1\n"

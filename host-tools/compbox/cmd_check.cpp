@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // compbox check: loads a coefficient file with the box's own loader.
+#include <map>
 #include <memory>
 #include <ostream>
 #include <string>
@@ -23,6 +24,7 @@ namespace {
 
 struct check_options {
     std::string path;
+    bool for_stm32f405 = false;
     bool as_json = false;
 };
 
@@ -56,7 +58,10 @@ std::vector<std::string> remarks_of(const cb_config &config,
 // Prints what the box's loader reads from the file. Throws input_error with the loader's message.
 void check(const check_options &options, const cli::streams &io) {
     std::string text;
-    const auto config = coefficients::load_coefficients(options.path, &text);
+    const cb_target &target =
+        options.for_stm32f405 ? coefficients::stm32f405_target : coefficients::any_target;
+    const auto config = coefficients::load_coefficients(options.path, &text, target);
+    const auto memory = coefficients::memory_of(*config, text.size());
     const json file = json::parse(text, nullptr, false);  // provenance may have any number
     const auto found = coefficients::compare(*config, file.is_object() ? file : json::object());
     const auto remarks = remarks_of(*config, found);
@@ -70,11 +75,14 @@ void check(const check_options &options, const cli::streams &io) {
                         {"curves", found.curves},
                         {"plc", coefficients::profile_figures(*config)}};
         if (config->plc.transport == CB_TRANSPORT_RTU) figures["serial"] = serial_figures(*config);
+        for (const auto &one : memory)
+            figures["memory"][one.name] = {{"used", one.used}, {"most", one.most}};
         return cli::print_summary(io.out, {}, figures, remarks);
     }
     io.out << config->machine << ", revision " << config->revision << ": "
            << coefficients::summary(*config) << "\n"
            << coefficients::profile_text(*config) << coefficients::baud_table_text(*config);
+    if (options.for_stm32f405) io.out << coefficients::memory_text(target, memory) << "\n";
     for (const auto &line : found.lines) io.out << line << "\n";
     for (const auto &remark : remarks) io.out << "Remark: " << remark << "\n";
 }
@@ -85,6 +93,9 @@ void add_check(cli::command &app) {
     auto command = app.add_subcommand("check", "Check a coefficient file as the box does");
     const auto options = std::make_shared<check_options>();
     command.add_option("FILE", options->path, "Coefficient file").required();
+    command.add_choice("--target BOX", options->for_stm32f405,
+                       std::map<std::string, bool>{{"any", false}, {"stm32f405", true}},
+                       "Box that will run the file: any, or stm32f405, with its memory in use");
     cli::add_json(command, options->as_json);
     command.footer(
         R"(Loads the file with the box's own loader and prints what it found, the abilities of the PLC's

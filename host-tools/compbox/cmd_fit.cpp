@@ -14,6 +14,7 @@
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/reading_arguments.h"
 #include "host-tools/fitting/fit.h"
+#include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
 
@@ -24,6 +25,7 @@ namespace {
 struct fit_arguments {
     std::string data, output, plot, band;
     fitting::reading_options reading;
+    scale_arguments scale;
     fitting::fit_options options;
     bool as_json = false;
 };
@@ -37,13 +39,44 @@ closest one with a warning and "converged": false in the provenance, and exits w
 Example:
   compbox fit EZX.csv --name EZX --signal X --plot EZX.svg -o EZX.term.json)";
 
+// out: the name of an error by ISO 230-1, such as EXX, or ""
+std::string iso_name(const std::string &name) {
+    const bool fits = name.size() == 3 && name[0] == 'E' && name[1] >= 'A' && name[1] <= 'Z' &&
+                      name[2] >= 'X' && name[2] <= 'Z';
+    return fits ? name : "";
+}
+
+// Converts the readings to 20 degC where that is stated.
+// out: what was done. Throws input_error for a straightness or an angle with a coefficient.
+json convert(fitting::measurement &data, const fit_arguments &arguments) {
+    const std::string name = iso_name(arguments.options.name);
+    if (arguments.scale.expansion_um_per_m_K && !name.empty() && name[1] != name[2]) {
+        throw input_error(data.file, 0, 0,
+                          "{} is no error along its axis, so no scale expands it; leave "
+                          "--expansion-um-per-m-K out",
+                          name);
+    }
+    return test_report::convert_to_20_degC(data, stated_scale(arguments.scale), name);
+}
+
+// Reads, converts, fits, and writes the term and what else is asked for.
 void run_fit(const fit_arguments &arguments, const cli::streams &io) {
     fitting::fit_options options = arguments.options;
     options.progress = cli::progress_of(io, "models");
-    const fitting::fit_result result =
-        fitting::fit_curve(fitting::read_measurement(arguments.data, arguments.reading), options);
+    fitting::measurement data = fitting::read_measurement(arguments.data, arguments.reading);
+    const json converted = convert(data, arguments);
+    fitting::fit_result result = fitting::fit_curve(data, options);
+    for (const char *key : {"remarks", "warnings"}) {
+        for (const json &text : formats::member_or_null(converted, key)) {
+            result.warnings.push_back(text.get<std::string>());
+        }
+    }
     if (!arguments.plot.empty()) fitting::plot_fit(result, arguments.plot);
-    const json fragment = fitting::fragment_of(result);
+    json fragment = fitting::fragment_of(result);
+    if (converted["converted"] == true) {
+        json &own = fragment["provenance"][options.name]["temperature"] = converted;
+        own.erase("remarks");
+    }
     if (!arguments.band.empty())
         formats::write_file(arguments.band, fitting::band_of(result), &io.out);
     formats::write_file(arguments.output, formats::json_text(fragment), &io.out);
@@ -152,6 +185,7 @@ void add_fit(cli::command &app) {
                    "Names of the columns of a file without a header")
         .delimiter(',');
     add_unit(fit, arguments->reading);
+    add_scale(fit, arguments->scale);
     fit.add_option("--plot F.svg", arguments->plot, "Figure, F.svg, F.png or F.pdf");
     fit.add_flag("--json", arguments->as_json, "Report as JSON (the fragment with its findings)");
     fit.add_option("-o,--output TERM.json", arguments->output, "Term to write, TERM.json")

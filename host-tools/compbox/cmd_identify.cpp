@@ -10,6 +10,7 @@
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/command_line/progress.h"
 #include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/line_sigma.h"
 #include "host-tools/compbox/monte_carlo_report.h"
 #include "host-tools/formats/csv_reading.h"
 #include "host-tools/formats/file.h"
@@ -31,35 +32,79 @@ struct identify_arguments {
     std::string plot;
     monte_carlo_arguments monte_carlo;
     std::vector<double> preset;
-    double sigma_um = 0.0;  // 0: the noise found, else 1
+    std::vector<double> sigma_um;  // of a value of the table; empty: its columns
     bool as_json = false;
 };
 
 constexpr const char *identify_example =
-    R"(Reads position_mm,dx1_um,dy1_um,dz1_um,dx2_um,…,dz3_um. Writes EXX.csv, EYX.csv, EZX.csv,
-EAX.csv, EBX.csv, ECX.csv and report.json.
+    R"(Reads position_mm,dx1_um,dy1_um,dz1_um,dx2_um,…,dz3_um, and more lines where the plan has
+more points; with sigma_dx1_um,… the sigma of each line. Writes EXX.csv, EYX.csv, EZX.csv, EAX.csv,
+EBX.csv, ECX.csv and report.json.
 
 Example:
   compbox identify X.csv --axis X --points plan.json -o identified)";
 
-const char *const line_names[9] = {"dx1_um", "dy1_um", "dz1_um", "dx2_um", "dy2_um",
-                                   "dz2_um", "dx3_um", "dy3_um", "dz3_um"};
+// out: "dx1" of line 0, "dy1" of line 1 …
+std::string short_name(std::size_t line) {
+    return fmt::format("d{}{}", "xyz"[line % 3], line / 3 + 1);
+}
 
+// out: "dx1_um" of line 0 …
+std::string line_name(std::size_t line) {
+    return short_name(line) + "_um";
+}
+
+// in : names of a column for each line; the table has all of them or none
+// out: root mean square of each, above 0; empty without them
+Eigen::VectorXd read_of_lines(const formats::csv_table &table,
+                              const std::vector<std::string> &names) {
+    std::size_t found = 0;
+    for (const auto &name : names) found += table.find(name) >= 0;
+    if (found == 0) return {};
+    Eigen::VectorXd values(static_cast<Eigen::Index>(names.size()));
+    for (std::size_t line = 0; line < names.size(); ++line) {
+        const std::size_t column = table.column(names[line]);
+        double squares = 0.0;
+        for (std::size_t r = 0; r < table.rows.size(); ++r) {
+            const double one = table.rows[r][column];
+            if (!(one > 0.0)) {
+                throw input_error(table.file, table.lines[r], 0, "{} must be above 0, not {}",
+                                  names[line], one);
+            }
+            squares += one * one / static_cast<double>(table.rows.size());
+        }
+        values(static_cast<Eigen::Index>(line)) = std::sqrt(squares);
+    }
+    return values;
+}
+
+// in : points: of the plan, three lines each
 // out: readings in µm, a row for each position, which ascend; throws input_error with the line
-identification::nine_lines read_lines(const std::string &path) {
-    std::vector<std::string> names(std::begin(line_names), std::end(line_names));
-    names.push_back("position_mm");
+identification::nine_lines read_lines(const std::string &path, std::size_t points) {
+    std::vector<std::string> names{"position_mm"}, sigmas, factors;
+    for (std::size_t line = 0; line < 3 * points + 1; ++line) names.push_back(line_name(line));
+    for (std::size_t line = 0; line < 3 * points; ++line) {
+        sigmas.push_back("sigma_" + line_name(line));
+        factors.push_back("slope_factor_" + short_name(line));
+    }
+    names.insert(names.end(), sigmas.begin(), sigmas.end());
     formats::csv_reading how;
     how.units = formats::units_of_names(names);
     const formats::csv_table table = formats::read_csv(path, how);
     const std::size_t position = table.column("position_mm");
+    if (table.find(line_name(3 * points)) >= 0) {
+        throw input_error(path, table.header_line, 0,
+                          "has lines of point {}, but the plan has {} points", points + 1, points);
+    }
     identification::nine_lines lines;
     lines.file = path;
-    lines.reading_um.resize(static_cast<Eigen::Index>(table.rows.size()), 9);
-    for (int line = 0; line < 9; ++line) {
-        const std::size_t column = table.column(line_names[line]);
+    lines.reading_um.resize(static_cast<Eigen::Index>(table.rows.size()),
+                            static_cast<Eigen::Index>(3 * points));
+    for (std::size_t line = 0; line < 3 * points; ++line) {
+        const std::size_t column = table.column(line_name(line));
         for (std::size_t r = 0; r < table.rows.size(); ++r) {
-            lines.reading_um(static_cast<Eigen::Index>(r), line) = table.rows[r][column];
+            lines.reading_um(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(line)) =
+                table.rows[r][column];
         }
     }
     for (std::size_t r = 0; r < table.rows.size(); ++r) {
@@ -70,6 +115,8 @@ identification::nine_lines read_lines(const std::string &path) {
                               lines.position_mm[r], lines.position_mm[r - 1]);
         }
     }
+    lines.sigma_um = read_of_lines(table, sigmas);
+    lines.slope_factor = read_of_lines(table, factors);
     return lines;
 }
 
@@ -77,9 +124,9 @@ identification::nine_lines read_lines(const std::string &path) {
 void correct_scale(identification::nine_lines &lines, const identify_arguments &arguments) {
     const double per_mm = arguments.scale_ppm_per_degC * (arguments.temperature_degC - 20.0) * 1e-3;
     for (std::size_t r = 0; r < lines.position_mm.size(); ++r) {
-        for (int point = 0; point < 3; ++point) {
-            lines.reading_um(static_cast<Eigen::Index>(r), 3 * point + arguments.options.axis) -=
-                per_mm * lines.position_mm[r];
+        for (Eigen::Index line = arguments.options.axis; line < lines.reading_um.cols();
+             line += 3) {
+            lines.reading_um(static_cast<Eigen::Index>(r), line) -= per_mm * lines.position_mm[r];
         }
     }
 }
@@ -117,13 +164,14 @@ json report_json(const identify_arguments &arguments, const identification::six_
         arguments.options.lines == identification::setups::separate ? "separate" : "common";
     report["positions"] = curves.position_mm.size();
     if (improved && curves.freedom > 0) report["noise_um"] = curves.noise_um;
+    report["line_sigma_um"] = line_sigma_json(curves.line_sigma_um);
+    if (curves.contradiction > 0.0) report["contradiction"] = curves.contradiction;
     for (std::size_t k = 0; k < 6; ++k) {
         const auto column = curves.value.col(static_cast<Eigen::Index>(k));
         json one;
         one["unit"] = k < 3 ? "um" : "urad";
         one["range"] = column.maxCoeff() - column.minCoeff();
         one["sigma_mean"] = curves.sigma.col(static_cast<Eigen::Index>(k)).mean();
-        one["sigma_for_noise_um"] = improved ? curves.noise_um : 1.0;
         report["errors"][names[k]] = one;
     }
     report["remarks"] = curves.remarks;
@@ -131,12 +179,24 @@ json report_json(const identify_arguments &arguments, const identification::six_
     for (const auto &outlier : curves.outliers) {
         json one;
         one["position_mm"] = curves.position_mm[outlier.row];
-        one["line"] = line_names[outlier.line];
+        one["line"] = line_name(static_cast<std::size_t>(outlier.line));
         one["studentised"] = outlier.studentised;
-        for (const int line : outlier.or_lines) one["or_lines"].push_back(line_names[line]);
+        for (const int line : outlier.or_lines) {
+            one["or_lines"].push_back(line_name(static_cast<std::size_t>(line)));
+        }
         report["outliers"].push_back(one);
     }
     return report;
+}
+
+// in : sigma of each line, µm. out: a row for each point
+std::string line_table(const json &sigma_um) {
+    std::string text = "  sigma, um        x         y         z\n";
+    for (std::size_t line = 0; line < sigma_um.size(); ++line) {
+        if (line % 3 == 0) text += fmt::format("  P{:<6}", line / 3 + 1);
+        text += fmt::format("{:10.3f}{}", sigma_um[line].get<double>(), line % 3 == 2 ? "\n" : "");
+    }
+    return text;
 }
 
 // in : report_json's object. out: its table for reading
@@ -147,6 +207,7 @@ std::string report_text(const json &report) {
     if (report.contains("noise_um")) {
         text += fmt::format(", noise of a reading {:.3f} um", report["noise_um"].get<double>());
     }
+    if (report["line_sigma_um"].is_array()) text += "\n\n" + line_table(report["line_sigma_um"]);
     text += "\n\n  error       range     1 sigma\n";
     for (const auto &[name, one] : report["errors"].items()) {
         text += fmt::format("  {}{:13.3f}{:12.3f} {}\n", name, one["range"].get<double>(),
@@ -166,15 +227,18 @@ std::string report_text(const json &report) {
 }
 
 // Compares both methods at these points, with the errors and the noise that were found.
-json compare_methods(const identify_arguments &arguments, const identification::triple_mm &points,
+json compare_methods(const identify_arguments &arguments,
+                     const identification::line_sigma &sigma_um,
+                     const identification::points_mm &points,
                      const identification::six_curves &curves, const cli::streams &io) {
     identification::monte_carlo_options options;
     options.axis = arguments.options.axis;
     options.runs = arguments.monte_carlo.runs;
     options.seed = arguments.monte_carlo.seed;
-    options.sigma_um = arguments.sigma_um > 0.0 ? arguments.sigma_um
-                       : curves.noise_um > 1e-6 ? curves.noise_um
-                                                : 1.0;
+    const auto lines = 3 * static_cast<Eigen::Index>(points.size());
+    options.sigma_um = sigma_um.size() > 0      ? sigma_um
+                       : curves.noise_um > 1e-6 ? identification::line_sigma(curves.line_sigma_um)
+                                                : identification::line_sigma::Ones(lines);
     for (std::size_t k = 0; k < 6; ++k) {
         const auto column = curves.value.col(static_cast<Eigen::Index>(k));
         options.preset[k] =
@@ -187,10 +251,13 @@ json compare_methods(const identify_arguments &arguments, const identification::
 // Reads the lines and the plan, identifies, writes curves and report.json, and prints the report.
 void run_identify(identify_arguments &arguments, const cli::streams &io) {
     arguments.options.axis = identification::axis_of(arguments.axis);
-    identification::nine_lines lines = read_lines(arguments.data);
+    identification::points_mm points = identification::read_plan(arguments.points);
+    identification::nine_lines lines = read_lines(arguments.data, points.size());
+    if (!arguments.sigma_um.empty()) {
+        lines.sigma_um = line_sigma_of(arguments.sigma_um, arguments.options.axis, points.size());
+    }
     if (arguments.table_readings) lines.reading_um *= -1.0;  // tool relative to workpiece
     correct_scale(lines, arguments);
-    identification::triple_mm points = identification::read_plan(arguments.points);
     for (auto &point : points) {
         for (std::size_t k = 0; k < 3; ++k) point[k] -= arguments.frame_offset_mm[k];
     }
@@ -198,7 +265,7 @@ void run_identify(identify_arguments &arguments, const cli::streams &io) {
         identification::identify(lines, points, arguments.options, arguments.points);
     json report = report_json(arguments, curves);
     if (arguments.monte_carlo.runs > 0) {
-        report["monte_carlo"] = compare_methods(arguments, points, curves, io);
+        report["monte_carlo"] = compare_methods(arguments, lines.sigma_um, points, curves, io);
     }
     if (!arguments.plot.empty())
         identification::plot_identified(curves, arguments.options.axis, arguments.plot);
@@ -250,10 +317,9 @@ void add_trials(cli::command &identify, identify_arguments &arguments) {
         .expected(6)
         .delimiter(',')
         .check(cli::any_number());
-    identify
-        .add_option("--sigma-um S", arguments.sigma_um,
-                    "Monte Carlo: standard deviation of a reading (else the noise found)")
-        .check(cli::above_zero());
+    add_line_sigma(identify, arguments.sigma_um,
+                   "Standard deviation of a value of the table: of all lines, of those along the "
+                   "axis and across it, or of each (else the table's sigma columns)");
 }
 
 }  // namespace

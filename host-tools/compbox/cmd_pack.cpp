@@ -25,19 +25,11 @@ struct pack_arguments {
     bool as_json = false;
 };
 
-// Equal to the target of hal/stm32f405/app/load.c. A file for compboxd is packed too, with a
-// remark, because other microcontrollers may run it.
-constexpr cb_target stm32f405 = {"the STM32F405", 1u << CB_SOURCE_PLC | 1u << CB_SOURCE_BUS,
-                                 1u << CB_TRANSPORT_RTU, 0};
-
+// A file for compboxd is packed too, with a remark, because other microcontrollers may run it.
 std::vector<std::string> remarks_on(const std::string &path, const std::string &text) {
-    const auto config = std::make_unique<cb_config>();
-    const auto scratch = std::make_unique<cb_load_scratch>();
     cb_message message = {};
-    if (cb_config_load(config.get(), text.data(), text.size(), &stm32f405, scratch.get(),
-                       &message) == CB_OK) {
+    if (coefficients::load_coefficient_text(text, &message, coefficients::stm32f405_target))
         return {};
-    }
     return {fmt::format("{}: the STM32F405 will not run this file: {}, line {}, column {}", path,
                         message.text, message.line, message.column)};
 }

@@ -2,6 +2,7 @@
 // compbox report: ISO 230-1 and 230-2 figures of a measurement, before and after.
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <memory>
 #include <ostream>
 
@@ -12,9 +13,13 @@
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
 #include "host-tools/test_report/conformity.h"
+#include "host-tools/test_report/cycle.h"
 #include "host-tools/test_report/figures.h"
+#include "host-tools/test_report/gaps.h"
 #include "host-tools/test_report/page.h"
 #include "host-tools/test_report/plot.h"
+#include "host-tools/test_report/temperature.h"
+#include "host-tools/test_report/uncertainty.h"
 
 namespace compbox {
 
@@ -23,7 +28,11 @@ using namespace test_report;
 namespace {
 
 struct report_arguments {
-    std::string before, after, plot, page, output, limits, uncertainties;
+    std::string before, after, plot, page, output, limits, uncertainties, budget;
+    std::optional<double> period_mm;
+    scale_arguments scale;
+    std::vector<double> after_degC, dropped_mm;
+    std::vector<std::string> dropped_runs;
     fitting::reading_options reading;
     particulars about;
     bool as_json = false;
@@ -34,7 +43,8 @@ constexpr const char *report_example =
 one that the set-up measured.
 
 Example:
-  compbox report before.rtl --after after.rtl --limit-um A=10,B=3 --page report.html)";
+  compbox report before.rtl --after after.rtl --limit-um A=10,B=3 --page report.html
+  compbox report EXX.rtl --budget device-um-per-m=0.8,misalignment-mm=1,eve-um=0.6 --limit-um A=10)";
 
 // "A=10,R=4" as values by figure. Throws usage_error unless each is above zero.
 by_figure parse_figures(const std::string &option, const std::string &text) {
@@ -49,6 +59,82 @@ by_figure parse_figures(const std::string &option, const std::string &text) {
         values[one.key] = one.values[0];
     }
     return values;
+}
+
+// "device-um=0.5,eve-um=1" into the inputs. Throws usage_error for another key, and for values that
+// are not one number of zero or more.
+void parse_budget(const std::string &text, metrology::budget_inputs &inputs) {
+    const char *const option = "--budget";
+    const std::pair<const char *, std::optional<double> &> known[] = {
+        {"device-um", inputs.device_um},
+        {"device-um-per-m", inputs.device_um_per_m},
+        {"misalignment-mm", inputs.misalignment_mm},
+        {"temperature-K", inputs.temperature_K},
+        {"expansion-range", inputs.expansion_range},
+        {"eve-um", inputs.eve_um}};
+    std::string keys;
+    for (const auto &one : known) keys += (keys.empty() ? "" : ", ") + std::string(one.first);
+    for (const auto &piece : cli::split_at_keys(text)) {
+        const cli::key_values one = cli::parse_key_values(option, piece);
+        const auto *const place = std::find_if(std::begin(known), std::end(known),
+                                               [&](auto &input) { return one.key == input.first; });
+        if (place == std::end(known)) {
+            throw cli::usage_error(
+                option,
+                fmt::format("'{}' is no input of a budget; the inputs are {}", one.key, keys));
+        }
+        if (one.values.size() != 1 || one.values[0] < 0.0) {
+            throw cli::usage_error(option,
+                                   fmt::format("'{}' must be one number, zero or more", piece));
+        }
+        place->second = one.values[0];
+    }
+}
+
+// The scale of each measurement as the options state it. Throws usage_error for more than two
+// temperatures.
+scale_temperature stated_scale(const report_arguments &arguments, bool after) {
+    scale_arguments scale = arguments.scale;
+    if (!after || arguments.after_degC.empty()) return stated_scale(scale);
+    scale.degC = arguments.after_degC;
+    return stated_scale(scale, "--after-degC");
+}
+
+// Takes the repeated first target off each measurement, and converts it to 20 °C where that is
+// stated. out: the figures of all, with remarks on both
+json figures_at_20_degC(std::vector<fitting::measurement> &data, const report_arguments &arguments,
+                        const std::string &name) {
+    std::vector<json> done;
+    std::vector<std::optional<formats::repeated_target>> repeated;
+    for (auto &one : data) repeated.push_back(take_off_repeat(one));
+    drop(data, arguments.dropped_runs, arguments.dropped_mm);
+    for (std::size_t i = 0; i < data.size(); ++i) {
+        done.push_back(convert_to_20_degC(data[i], stated_scale(arguments, i > 0), name));
+    }
+    json report = comparison_of(data);
+    for (std::size_t i = 0; i < data.size(); ++i) {
+        json &figures = report[i == 0 ? "before" : "after"];
+        add_conversion(figures, done[i]);
+        add_cycle(figures, repeated[i], arguments.period_mm);
+    }
+    return report;
+}
+
+// Adds the uncertainty of each measurement by the budget, and what is stated of the judged one.
+void add_uncertainties(json &report, const std::vector<fitting::measurement> &data,
+                       const report_arguments &arguments) {
+    metrology::budget_inputs inputs;
+    if (!arguments.budget.empty()) parse_budget(arguments.budget, inputs);
+    for (std::size_t i = 0; i < data.size() && !arguments.budget.empty(); ++i) {
+        const scale_temperature scale = completed(stated_scale(arguments, i > 0), data[i]);
+        inputs.expansion_um_per_m_K = scale.expansion_um_per_m_K;
+        inputs.material_degC.reset();
+        if (scale.degC) inputs.material_degC = 0.5 * (scale.degC->start + scale.degC->end);
+        json &figures = report[i == 0 ? "before" : "after"];
+        add_uncertainty(figures, data[i], with_drift(inputs, figures));
+    }
+    add_stated(report[data.size() > 1 ? "after" : "before"],
+               parse_figures("--uncertainty-um", arguments.uncertainties));
 }
 
 // Throws usage_error for a name that is no error of ISO 230-1.
@@ -90,22 +176,21 @@ void run_report(const report_arguments &arguments, const cli::streams &io) {
     cli::different_files(
         {{"-o", arguments.output}, {"--plot", arguments.plot}, {"--page", arguments.page}});
     const by_figure limits = parse_figures("--limit-um", arguments.limits);
-    const by_figure uncertainties = parse_figures("--uncertainty-um", arguments.uncertainties);
     std::vector<fitting::measurement> data{
         fitting::read_measurement(arguments.before, arguments.reading)};
     if (!arguments.after.empty()) {
         data.push_back(fitting::read_measurement(arguments.after, arguments.reading));
     }
-    json report = comparison_of(data);
-    if (!limits.empty() || !uncertainties.empty()) {
-        const json conformity =
-            conformity_of(report[data.size() > 1 ? "after" : "before"], limits, uncertainties);
-        if (!limits.empty()) report["conformity"] = conformity;
-    }
     const particulars about = completed(arguments.about, data);
+    json report = figures_at_20_degC(data, arguments, about.name);
+    add_uncertainties(report, data, arguments);
+    const json &judged = report[data.size() > 1 ? "after" : "before"];
+    if (!limits.empty()) {
+        report["conformity"] = conformity_of(judged, limits, uncertainties_in(judged));
+    }
     if (!arguments.plot.empty()) plot_report(data, heading_of(about, data[0].unit), arguments.plot);
     if (!arguments.page.empty()) {
-        formats::write_file(arguments.page, page_of(report, data, about, uncertainties), &io.out);
+        formats::write_file(arguments.page, page_of(report, data, about), &io.out);
     }
     if (!arguments.output.empty())
         formats::write_file(arguments.output, formats::json_text(report), &io.out);
@@ -147,6 +232,26 @@ void add_report(cli::command &app) {
                       "forward, A- backward; end-point, least-squares, minimum-zone");
     report.add_option("--uncertainty-um A=1.2", arguments->uncertainties,
                       "Expanded uncertainty (k = 2) of figures, by the same names");
+    report.add_option(
+        "--budget device-um=0.5,eve-um=1", arguments->budget,
+        "Uncertainty budget by ISO/TR 230-9 (um; urad for angles), of: device-um and "
+        "device-um-per-m (k = 2), misalignment-mm, temperature-K (range of its error), "
+        "expansion-range (of the coefficient's error, um/m per K), eve-um (drift)");
+    add_scale(report, arguments->scale);
+    report
+        .add_option("--after-degC T", arguments->after_degC,
+                    "The same of --after (by default as --material-degC)")
+        .delimiter(',')
+        .check(cli::between(-50.0, 150.0));
+    report.add_option("--drop-run NAME", arguments->dropped_runs, "Runs to leave out, NAME,NAME")
+        .delimiter(',');
+    report.add_option("--drop-target MM", arguments->dropped_mm, "Targets to leave out, MM,MM")
+        .delimiter(',')
+        .check(cli::any_number());
+    report
+        .add_option("--period-mm P", arguments->period_mm,
+                    "Period of an error that the targets must meet, such as a screw's pitch")
+        .check(cli::above_zero());
     report
         .add_option("--columns position_mm,error_um,run,…", arguments->reading.columns,
                     "Names of the columns of a file without a header")

@@ -34,6 +34,7 @@ void run_select(select_arguments &arguments, const cli::streams &io) {
     training::select_options &options = arguments.options;
     const training::lag_options &lags = options.model.lags;
     arguments.columns.needs_time = !lags.lags_s.empty() || !lags.squares.empty();
+    options.keep = training::own_names(options.keep);
     for (const auto &name : options.keep) arguments.columns.inputs.push_back(name);
     if (options.by_runs) options.progress = cli::progress_of(io, "choosing");
     const training::training_data data =

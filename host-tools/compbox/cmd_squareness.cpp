@@ -8,6 +8,7 @@
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/reading_arguments.h"
 #include "host-tools/fitting/measurement.h"
+#include "host-tools/fitting/run_noise.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
@@ -53,10 +54,10 @@ metrology::squareness slope_of(const std::string &path, const fitting::reading_o
         tt += (x - middle) * (x - middle);
         rest += e * e;
     }
-    const double variance = data.repeat_freedom > 0
-                                ? data.repeat_variance * data.variance.front()
-                                : rest / static_cast<double>(data.position.size() - 2);
-    return {1e3 * line.slope, 1e3 * std::sqrt(variance / tt)};
+    const double by_residuals = rest / static_cast<double>(data.position.size() - 2) / tt;
+    const double variance =
+        data.repeat_freedom > 0 ? fitting::variance_of_slope(data) : by_residuals;
+    return {1e3 * line.slope, 1e3 * std::sqrt(variance)};
 }
 
 // out: squareness in µrad by whichever method the options name; source: that method in words

@@ -26,7 +26,16 @@ struct train_arguments {
     training::train_options options;
     std::vector<std::string> slopes;   // "X:T1,T2"
     std::vector<std::string> margins;  // "T*:3"
+    double margin = -1.0;              // not given
     bool as_json = false, no_linear_path = false;
+
+    // Whether the options ask for a map over given lags, or for a network with its own linear path,
+    // instead of a bank.
+    bool asks_for_map() const {
+        return !options.lags.lags_s.empty() || !options.lags.squares.empty() || !slopes.empty() ||
+               !options.hidden_inputs.empty() || no_linear_path || options.keep_network ||
+               options.regularise == training::regularisation::evidence;
+    }
 };
 
 constexpr const char *train_example =
@@ -64,14 +73,21 @@ std::optional<training::margin_option> margin_of(const std::string &text) {
 // Trains, and writes the term and the predictions. Throws input_error that names the file.
 void run_train(train_arguments &arguments, const cli::streams &io) {
     training::train_options &options = arguments.options;
+    for (auto *names : {&options.lags.only, &options.lags.squares, &options.hidden_inputs}) {
+        *names = training::own_names(*names);
+    }
     for (const auto &text : arguments.margins) options.margins.push_back(*margin_of(text));
     for (const auto &text : arguments.slopes) options.slopes.push_back(parse_slope(text));
-    if (!arguments.columns.record.empty() &&
-        options.starts_of_lags == training::lag_starts::each_run) {
+    const bool has_record = !arguments.columns.record.empty();
+    if (has_record && options.starts_of_lags != training::lag_starts::both) {
         options.starts_of_lags = training::lag_starts::once;
     }
     options.linear_path = !arguments.no_linear_path;
-    arguments.columns.needs_time = !options.lags.lags_s.empty() || !options.lags.squares.empty();
+    options.bank = !arguments.asks_for_map();
+    options.margin = arguments.margin >= 0.0 ? arguments.margin : options.bank ? 1.0 : 0.1;
+    arguments.columns.find_runs = arguments.columns.time_if_there = options.bank;
+    arguments.columns.needs_time =
+        has_record || !options.lags.lags_s.empty() || !options.lags.squares.empty();
     options.progress = cli::progress_bar_of(io, "training", "loss");
     const training::training_data data =
         training::read_training_data(arguments.data, arguments.columns);
@@ -102,8 +118,17 @@ void check_usage(const train_arguments &arguments) {
                                "levenberg-marquardt needs --regularise evidence: leaving out "
                                "runs counts the steps of L-BFGS");
     }
-    if (!arguments.columns.record.empty() && lags.lags_s.empty() && lags.squares.empty()) {
+    const bool bank = !arguments.asks_for_map();
+    if (!arguments.columns.record.empty() && lags.lags_s.empty() && lags.squares.empty() && !bank) {
         throw cli::usage_error("--record", "needs --lags: it is there for them");
+    }
+    if (!bank && arguments.options.zero_at_start) {
+        throw cli::usage_error("--zero-at-start",
+                               "is for a bank: leave out --lags, --squares, "
+                               "--slope and the options of a network");
+    }
+    if (!bank && !arguments.columns.speeds.empty()) {
+        throw cli::usage_error("--speeds", "is for a bank; with --lags name them in --squares");
     }
     for (const auto &text : arguments.slopes) {
         const training::slope_option slope = parse_slope(text);
@@ -118,7 +143,8 @@ void check_usage(const train_arguments &arguments) {
     if (!arguments.slopes.empty() && arguments.no_linear_path) {
         throw cli::usage_error("--slope", "is part of the linear path");
     }
-    if (arguments.options.starts_of_lags != training::lag_starts::each_run &&
+    const training::lag_starts starts = arguments.options.starts_of_lags;
+    if ((starts == training::lag_starts::once || starts == training::lag_starts::both) && !bank &&
         arguments.columns.run_column.empty()) {
         throw cli::usage_error("--lags-start", "needs --run-column");
     }
@@ -132,9 +158,17 @@ void add_columns(cli::command &train, train_arguments &arguments) {
         .add_option("--outputs A,B", columns.outputs, "Columns with errors, um: the term's outputs")
         .required()
         .delimiter(',');
-    train.add_option("--inputs C,D", columns.inputs, "Columns that the box will have as signals")
-        .required()
+    train
+        .add_option("--inputs C,D", columns.inputs,
+                    "Columns that the box will have as signals (all that may be inputs)")
         .delimiter(',');
+    train
+        .add_option("--speeds C,D", columns.speeds,
+                    "Inputs taken to their square and cube too (those with rpm, speed or Drehzahl "
+                    "in their names)")
+        .delimiter(',');
+    train.add_flag("--zero-at-start", arguments.options.zero_at_start,
+                   "Errors count from the first row of each run, as in logs that begin at zero");
     train.add_option(
         "--run-column NAME", columns.run_column,
         "A new run begins where this column changes: lags start anew (--lags-start), and "
@@ -152,7 +186,7 @@ void add_lags(cli::command &train, train_arguments &arguments) {
     training::lag_options &lags = arguments.options.lags;
     train
         .add_option("--lags TAU,TAU", lags.lags_s,
-                    "Time constants, s: inputs are taken lagged as well")
+                    "Time constants, s, of one map with these lags, instead of the bank")
         .delimiter(',')
         .check(cli::between(0.001, 86400));
     train.add_option("--lag-only C,D", lags.only, "Inputs that lag (all)").delimiter(',');
@@ -168,9 +202,10 @@ void add_lags(cli::command &train, train_arguments &arguments) {
         {"run", training::lag_starts::each_run},
         {"once", training::lag_starts::once},
         {"both", training::lag_starts::both}};
-    train.add_choice("--lags-start HOW", arguments.options.starts_of_lags, starts,
-                     "run (default): lags start anew with each run; once: the runs are one record; "
-                     "both: each row counts both ways");
+    train.add_choice(
+        "--lags-start HOW", arguments.options.starts_of_lags, starts,
+        "run: lags start anew with each run; once: the runs are one record; both: each "
+        "row counts both ways (default of a bank from one record; else run)");
 }
 
 // Options of the network beside the linear map.
@@ -189,6 +224,8 @@ void add_network(cli::command &train, train_arguments &arguments) {
                    "Network without the linear path beside its hidden layer");
     train.add_flag("--keep-network", options.keep_network,
                    "Write the network even where the linear map is better");
+    train.add_flag("--accept-worse", options.accept_worse,
+                   "Write a model that runs left out show to be worse than no compensation");
     const std::map<std::string, training::regularisation> ways = {
         {"auto", training::regularisation::automatic},
         {"runs", training::regularisation::folds},
@@ -226,8 +263,9 @@ void add_search(cli::command &train, train_arguments &arguments) {
 // Options of extrapolation beyond the trained range.
 void add_margins(cli::command &train, train_arguments &arguments) {
     train
-        .add_option("--margin PART", arguments.options.margin,
-                    "Extrapolate an input no further than this part of its trained range (0.1)")
+        .add_option("--margin PART", arguments.margin,
+                    "Extrapolate an input no further than this part of its trained range (1 of a "
+                    "bank, else 0.1)")
         .check(cli::between(0, 10));
     train.add_option("--margin-of C,D:PART", arguments.margins,
                      "Another margin for some inputs (* matches any text); may be given several "

@@ -57,6 +57,11 @@ void read_squareness(volumetric_arguments &arguments, const std::string &path) {
         }
         put_squareness(arguments, name, value.get<double>());
     }
+    const json sigmas = formats::member_or_null(file, "sigma_urad");
+    for (const auto &[name, sigma] : sigmas.items()) {
+        if (!sigma.is_number() || !(sigma.get<double>() > 0.0)) continue;  // 0: not known
+        arguments.options.squareness_sigma_urad[name] = sigma.get<double>();
+    }
 }
 
 // Takes squareness from NAME=µrad and from files. Throws usage_error where a name comes twice.
@@ -143,8 +148,30 @@ json report_json(const coefficients::volumetric_result &result) {
     for (const auto &[axis, point] : result.reference_points_mm) {
         report["reference_points_mm"][axis] = point;
     }
+    if (result.diagonals) {
+        report["diagonals"]["found_urad"] = json::object();
+        for (const auto &[name, size] : result.diagonals->found) {
+            report["diagonals"]["found_urad"][name] = {{"value", size.value},
+                                                       {"sigma", size.sigma}};
+        }
+        report["diagonals"]["hidden"] = result.diagonals->hidden;
+        report["diagonals"]["scale_ppm"] = result.diagonals->scale_ppm.value;
+        report["diagonals"]["residual_um"] = result.diagonals->residual_um;
+    }
     report["remarks"] = result.remarks;
     return report;
+}
+
+// The sizes that the diagonals show, a line each.
+std::string text_of(const coefficients::diagonal_adjustment &found) {
+    std::string text =
+        fmt::format("\n  by diagonals, a reading within {:.2f} um (1 sigma):\n", found.residual_um);
+    for (const auto &[name, size] : found.found) {
+        text += fmt::format("  {}{:13.2f} urad, sigma {:.2f}{}\n", name, size.value, size.sigma,
+                            name[0] == 'E' ? ": linear roll, from end to end of the curve" : "");
+    }
+    return text + fmt::format("  all readings are longer by {:.2f} ppm, which changes no error\n",
+                              found.scale_ppm.value);
 }
 
 // The figures of report_json for reading.
@@ -159,6 +186,7 @@ std::string text_of(const coefficients::volumetric_result &result) {
     for (const auto &[name, value] : result.squareness_urad) {
         text += fmt::format("  {} {:.2f}", name, value);
     }
+    if (result.diagonals) text += "\n" + text_of(*result.diagonals).substr(1);
     text += "\n  reference points, mm:";
     for (const auto &[axis, point] : result.reference_points_mm) {
         text += fmt::format("  {} ({:.1f}, {:.1f}, {:.1f})", axis, point[0], point[1], point[2]);
@@ -182,6 +210,15 @@ void add_geometry(cli::command &command, volumetric_arguments &arguments) {
     coefficients::volumetric_options &options = arguments.options;
     command.add_option("--squareness C0Y=U,… | FILE.json", arguments.squareness,
                        "C0Y, B0Z, A0Z in urad, or files of `compbox squareness`; else zero");
+    auto diagonals =
+        command.add_option("--diagonals F.csv", options.diagonals,
+                           "Laser readings along face and body diagonals: solves the squareness "
+                           "that is not given, and linear roll");
+    command
+        .add_flag("--compensated", options.compensated,
+                  "The box applied these curves, without squareness and linear roll, along the "
+                  "diagonals")
+        .needs(diagonals);
     command.add_option("--reference-point X=x,y,z …", arguments.reference_points,
                        "Origin of the frame in which an axis' errors were identified, in machine "
                        "coordinates with all axes at 0 (else its report.json's, else 0,0,0)");

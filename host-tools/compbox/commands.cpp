@@ -8,6 +8,7 @@ void add_computing_commands(cli::command &app) {
     add_init(app);
     add_fit(app);
     add_report(app);
+    add_etve(app);
     add_plan(app);
     add_assemble(app);
     add_identify(app);

@@ -19,6 +19,7 @@ void add_commands(cli::command &app);
 void add_init(cli::command &app);
 void add_fit(cli::command &app);
 void add_report(cli::command &app);
+void add_etve(cli::command &app);
 void add_plan(cli::command &app);
 void add_assemble(cli::command &app);
 void add_identify(cli::command &app);

@@ -4,11 +4,9 @@
 #include <unistd.h>
 
 #include <csignal>
-#include <exception>
 #include <ostream>
 
 #include "host-tools/compbox/commands.h"
-#include "host-tools/formats/error.h"
 
 // out: whether all output was written; true if stdout was closed before the start
 static bool is_printed(std::ostream &out) {
@@ -46,15 +44,7 @@ int main(int argc, char **argv) {
         io.err << "compbox: there is no command '" << argv[1] << "'; compbox --help lists them\n";
         return 2;
     }
-    try {
-        if (const int refused = app.parse(argc, argv).value_or(0)) return refused;
-    } catch (const compbox::input_error &error) {
-        io.err << "compbox: " << error.what() << "\n";
-        return 1;
-    } catch (const std::exception &error) {
-        io.err << "compbox: fault in the program itself: " << error.what() << "\n";
-        return 70;
-    }
+    if (const int refused = app.run(argc, argv, [] {})) return refused;
     if (is_printed(io.out)) return 0;
     io.err << "compbox: standard output could not be written whole\n";
     return 1;

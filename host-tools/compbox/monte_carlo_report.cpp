@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "host-tools/command_line/option_checks.h"
+#include "host-tools/compbox/line_sigma.h"
 #include "host-tools/formats/json.h"
 #include "host-tools/identification/identify.h"
 
@@ -49,7 +50,7 @@ json monte_carlo_json(const identification::monte_carlo_result &result,
     json report;
     report["runs"] = options.runs;
     report["seed"] = options.seed;
-    report["reading_sigma_um"] = options.sigma_um;
+    report["reading_sigma_um"] = line_sigma_json(options.sigma_um);
     for (std::size_t k = 0; k < 6; ++k) {
         json one;
         one["unit"] = k < 3 ? "um" : "urad";
@@ -69,12 +70,15 @@ json monte_carlo_json(const identification::monte_carlo_result &result,
 }
 
 std::string monte_carlo_table(const json &report) {
+    const json &sigma = report["reading_sigma_um"];
+    const std::string readings =
+        sigma.is_number() ? fmt::format("sigma of a reading {:.3g} um", sigma.get<double>())
+                          : "sigma of each line as above";
     std::string text = fmt::format(
-        "Monte Carlo, {} runs, seed {}, sigma of a reading {:.3g} um\n"
+        "Monte Carlo, {} runs, seed {}, {}\n"
         "                        traditional                  improved             closer   lower\n"
         "  error    preset      mean  sigma (closed)      mean  sigma (closed)     mean   sigma\n",
-        report["runs"].get<unsigned>(), report["seed"].get<std::uint64_t>(),
-        report["reading_sigma_um"].get<double>());
+        report["runs"].get<unsigned>(), report["seed"].get<std::uint64_t>(), readings);
     for (const auto &[name, one] : report["errors"].items()) {
         text += "  " + name + cell(one["preset"], 11, 3);
         for (const char *method : {"traditional", "improved"}) {

@@ -114,7 +114,10 @@ std::vector<double> channel_model::outputs(const values &at, int direction) cons
         states[t].direction = {static_cast<float>(x), static_cast<float>(direction),
                                static_cast<std::int8_t>(direction)};
     }
-    cb_terms_evaluate(config_.get(), signals.data(), states.data(), &counters, 0.0f, raw);
+    const auto bank = std::make_unique<cb_bank_state>();
+    cb_banks_follow(config_.get(), signals.data(), bank.get());  // steady state
+    cb_terms_evaluate(config_.get(), signals.data(), bank.get(), states.data(), &counters, 0.0f,
+                      raw);
     return std::vector<double>(raw, raw + config_->outputs_count);
 }
 

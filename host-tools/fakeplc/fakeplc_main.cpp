@@ -4,7 +4,6 @@
 #include <poll.h>
 
 #include <algorithm>
-#include <exception>
 #include <memory>
 #include <optional>
 #include <ostream>
@@ -151,15 +150,5 @@ int main(int argc, char **argv) {
     app.set_version_flag("--version", "fakeplc " CB_VERSION);
     compbox::fakeplc::options chosen;
     compbox::fakeplc::add_options(app, chosen);
-    try {
-        if (const auto end = app.parse(argc, argv)) return *end;
-        compbox::fakeplc::run(chosen, io);
-    } catch (const compbox::input_error &error) {
-        io.err << "fakeplc: " << error.what() << "\n";
-        return 1;
-    } catch (const std::exception &error) {
-        io.err << "fakeplc: fault in the program itself: " << error.what() << "\n";
-        return 70;
-    }
-    return 0;
+    return app.run(argc, argv, [&] { compbox::fakeplc::run(chosen, io); });
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // fakept100: Pt100 modules on a serial line, as a box reads them from its own bus.
+#include <fmt/core.h>
 #include <poll.h>
 
 #include <ostream>
@@ -8,7 +9,6 @@
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/fakeplc/live.h"
 #include "host-tools/fakeplc/pt100.h"
-#include "host-tools/formats/error.h"
 #include "host-tools/formats/input_lines.h"
 
 namespace compbox::fakeplc {
@@ -50,7 +50,7 @@ void run(const std::string &listen, const std::vector<std::string> &texts,
 }  // namespace
 }  // namespace compbox::fakeplc
 
-// out: 0 after quit or a signal, 1 for bad input, 2 for wrong usage
+// out: 0 after quit or a signal, 1 for bad input, 2 for wrong usage, 70 for a fault of the program
 int main(int argc, char **argv) {
     const auto io = compbox::cli::standard_streams();
     compbox::cli::program app{"fakept100: Pt100 modules on a serial line", io};
@@ -78,12 +78,5 @@ int main(int argc, char **argv) {
         "  set UNIT REGISTER DEGC, silent UNIT 0|1, late UNIT MS, quit\n"
         "Example:\n"
         "  fakept100 --listen rtu:/tmp/bus --module 5=20.1,21.5 --module 6=19.8");
-    try {
-        if (const auto end = app.parse(argc, argv)) return *end;
-        compbox::fakeplc::run(listen, modules, options, io);
-    } catch (const compbox::input_error &error) {
-        io.err << "fakept100: " << error.what() << "\n";
-        return 1;
-    }
-    return 0;
+    return app.run(argc, argv, [&] { compbox::fakeplc::run(listen, modules, options, io); });
 }

@@ -2,11 +2,12 @@
 // Averages the runs to one curve. Without each run's own offset and slope, repeats at one position
 // differ by noise alone, so they measure the noise without any model of the curve.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include "host-tools/algebra/solvers.h"
-#include "host-tools/fitting/measurement.h"
+#include "host-tools/fitting/run_noise.h"
 #include "host-tools/formats/error.h"
 
 namespace compbox::fitting {
@@ -173,13 +174,50 @@ alignment align(const std::vector<reading> &all, const group_sums &sums, std::si
     return result;
 }
 
-// Whether the runs' offsets and slopes are significant. The information criterion has twice BIC's
-// penalty, so that ordinary repeats stay exactly as measured.
-bool beyond_doubt(const alignment &found) {
+// What an information criterion with twice BIC's penalty asks of the runs' offsets and slopes, so
+// that ordinary repeats stay exactly as measured: a gain of twice the log likelihood.
+double needed_gain(const alignment &found) {
     const double n = found.freedom_before, k = found.freedom_before - found.freedom;
-    if (found.freedom < 4 || k < 1.0) return false;
+    return 2.0 * k * std::log(n) + 6.0;
+}
+
+// Whether offsets and slopes explain independent noise that much better.
+bool explain_much(const alignment &found) {
+    if (found.freedom < 4 || found.freedom == found.freedom_before) return false;
     const double floor = 1e-24 * found.before;
-    return n * std::log(found.before / std::max(found.left, floor)) > 2.0 * k * std::log(n) + 6.0;
+    return found.freedom_before * std::log(found.before / std::max(found.left, floor)) >
+           needed_gain(found);
+}
+
+// Two standard deviations of few degrees of freedom (from 1) hold 95.45 % after multiplication by
+// this (Student's t, ISO/IEC Guide 98-3, table G.2).
+double widening(std::size_t freedom) {
+    constexpr std::array<double, 11> half_of_t = {0,    6.99, 2.27, 1.66, 1.44, 1.33,
+                                                  1.26, 1.22, 1.19, 1.16, 1.14};
+    if (freedom < half_of_t.size()) return half_of_t[freedom];
+    return 1.0 + 1.4 / static_cast<double>(freedom);
+}
+
+// How uncertain the mean of the runs' offsets and slopes is, by their scatter in each direction.
+void find_line_variance(measurement &data) {
+    if (!data.runs_aligned) return;
+    for (const bool backward : {false, true}) {
+        std::array<double, 3> squares = {};
+        std::size_t runs = 0;
+        for (const auto &run : data.runs) {
+            if ((run.direction < 0) != backward) continue;
+            squares[0] += run.offset * run.offset;
+            squares[1] += 2.0 * run.offset * run.slope;
+            squares[2] += run.slope * run.slope;
+            ++runs;
+        }
+        if (runs < 2) continue;
+        const double widened = widening(runs - 1), count = static_cast<double>(runs);
+        const double share = (data.bidirectional ? 0.25 : 1.0) * widened * widened;
+        for (std::size_t k = 0; k < 3; ++k) {
+            data.line_variance[k] += share * squares[k] / (count * (count - 1.0));
+        }
+    }
 }
 
 void take_off_alignment(measurement &data, std::vector<reading> &all, const alignment &found,
@@ -242,6 +280,9 @@ double closest_positions(const std::vector<measured_run> &runs) {
 }
 
 void average_runs(measurement &data) {
+    for (auto &run : data.runs) run.offset = run.slope = 0.0;
+    data.line_variance = {};
+    data.short_variance = 0.0;
     data.position = distinct_positions(data.runs);
     const std::size_t positions = data.position.size(), groups = 2 * positions;
     data.mean.assign(positions, 0.0);
@@ -253,14 +294,17 @@ void average_runs(measurement &data) {
     refuse_many_runs(data, all.size());
     const double half_range = std::max(0.5 * (data.to() - data.from()), 1e-9);
     const alignment found = align(all, sums, data.runs.size(), data.centre(), half_range);
-    data.runs_aligned = beyond_doubt(found);
+    const bool lines = explain_much(found);
+    // Noise that is correlated within a run looks like lines of the runs.
+    data.runs_aligned = lines && gain_by_lines(data) > needed_gain(found);
     data.repeat_freedom = data.runs_aligned ? found.freedom : found.freedom_before;
     data.repeat_variance = data.runs_aligned ? found.left : found.before;
     if (data.repeat_freedom > 0) {
         data.repeat_variance /= data.repeat_freedom;
+        data.short_variance = lines ? found.left / found.freedom : data.repeat_variance;
     } else if (data.cells.freedom > 0) {
         data.repeat_freedom = data.cells.freedom;
-        data.repeat_variance = data.cells.variance;
+        data.repeat_variance = data.short_variance = data.cells.variance;
     }
     if (data.runs_aligned) {
         take_off_alignment(data, all, found, data.centre(), half_range);
@@ -269,6 +313,7 @@ void average_runs(measurement &data) {
     }
     average_lost_motion(data, sums);
     average_positions(data, sums);
+    find_line_variance(data);
 }
 
 }  // namespace compbox::fitting

@@ -29,6 +29,8 @@ measurement runs_of(const measurement &data, int direction) {
         }
     }
     average_runs(part);
+    part.line_variance = data.line_variance;
+    for (double &variance : part.line_variance) variance *= 2.0;
     part.runs_aligned = part.runs_aligned || data.runs_aligned;
     return part;
 }
@@ -38,6 +40,7 @@ measurement lost_motion_of(const measurement &data) {
     measurement difference = data;
     difference.mean = data.lost_motion;
     for (double &variance : difference.variance) variance *= 4.0;
+    for (double &variance : difference.line_variance) variance *= 4.0;
     return difference;
 }
 
@@ -47,6 +50,7 @@ smooth_curve combine(const smooth_curve &mean, const smooth_curve &lost, double 
     for (std::size_t i = 0; i < mean.x.size(); ++i) {
         branch.mean[i] += 0.5 * sign * lost.mean[i];
         branch.sigma[i] = std::hypot(mean.sigma[i], 0.5 * lost.sigma[i]);
+        branch.more_sigma[i] = std::hypot(mean.more_sigma[i], 0.5 * lost.more_sigma[i]);
     }
     double squares = 0.0;
     for (std::size_t i = 0; i < mean.left_out.size(); ++i) {

@@ -111,7 +111,8 @@ void require_room(const fit_result &result, std::size_t coefficients) {
 
 double band_sigma(const fit_result &result, std::size_t i) {
     const smooth_curve &best = result.best;
-    return std::hypot(best.sigma[i], best.mean[i] - result.curve.value(best.x[i]));
+    const double estimate = std::hypot(best.sigma[i], best.more_sigma[i]);
+    return std::hypot(estimate, best.mean[i] - result.curve.value(best.x[i]));
 }
 
 void find_estimate(fit_result &result) {

@@ -117,6 +117,29 @@ json environment_of(const formats::laser_environment &environment) {
     return found;
 }
 
+// out: standard deviation of the curve's error at equidistant places, of its worse branch
+json sigma_of(const fit_result &result) {
+    constexpr std::size_t places = 17;
+    const auto at = [](const fit_result &branch, double x) {
+        const std::vector<double> &known = branch.best.x;
+        const auto next = std::lower_bound(known.begin() + 1, known.end() - 1, x);
+        const auto high = static_cast<std::size_t>(next - known.begin());
+        const double part = (x - known[high - 1]) / (known[high] - known[high - 1]);
+        return (1.0 - part) * band_sigma(branch, high - 1) + part * band_sigma(branch, high);
+    };
+    const double from = result.data.from(), to = result.data.to();
+    json values = json::array();
+    for (std::size_t k = 0; k < places; ++k) {
+        const double x = from + (to - from) * static_cast<double>(k) / (places - 1);
+        double sigma = at(result, x);
+        for (const fit_result &backward : result.backward) {
+            sigma = std::max(sigma, at(backward, x));
+        }
+        values.push_back(formats::five_digits(sigma));
+    }
+    return {{"from_mm", number(from)}, {"to_mm", number(to)}, {"values", values}};
+}
+
 // out: the member "provenance" of the fragment; numbers with five digits, in the unit of the data
 json findings_of(const fit_result &result) {
     const measurement &data = result.data;
@@ -157,6 +180,12 @@ json findings_of(const fit_result &result) {
     found[data.sigma_given ? "noise_per_sigma" : "noise"] = formats::five_digits(result.noise);
     found["noise_from"] = noise_source(data);
     found["noise_degrees_of_freedom_of_repeats"] = data.repeat_freedom;
+    if (result.best.x.size() > 1) found["sigma"] = sigma_of(result);
+    if (result.best.correlated()) {
+        found["noise_correlation_of_neighbours"] =
+            formats::five_digits(result.best.noise_correlation);
+        found["band_by_that_of_white_noise"] = formats::five_digits(result.best.widened);
+    }
     found["left_out_rms"] = formats::five_digits(result.best.left_out_rms);
     found["residuals"] = residuals_of(result.summary);
     for (const auto &backward : result.backward) {
@@ -219,8 +248,13 @@ std::string data_lines(const fit_result &result, const std::string &unit) {
     if (!environment.empty()) text += line("environment", environment);
     const std::string noise =
         fmt::format("{:.3f} {}", result.noise, data.sigma_given ? "of its sigma" : unit);
-    return text + line(data.cells.readings > 0 ? "noise of a cell's mean" : "noise of one reading",
-                       fmt::format("{} ({})", noise, noise_source(data)));
+    text += line(data.cells.readings > 0 ? "noise of a cell's mean" : "noise of one reading",
+                 fmt::format("{} ({})", noise, noise_source(data)));
+    if (!result.best.correlated()) return text;
+    return text +
+           line("", fmt::format("correlation {:.2f} between neighbours of a run: band {:.1f} "
+                                "times as wide",
+                                result.best.noise_correlation, result.best.widened));
 }
 
 std::string curve_lines(const fit_result &result, const std::string &unit) {

@@ -39,8 +39,9 @@ std::string band_block(const fit_result &result, const std::string &branch) {
     std::vector<double> low, high, low_off, high_off;
     for (std::size_t i = 0; i < best.x.size(); ++i) {
         const double curve = result.curve.value(best.x[i]);
-        low.push_back(best.mean[i] - 2.0 * best.sigma[i]);
-        high.push_back(best.mean[i] + 2.0 * best.sigma[i]);
+        const double sigma = std::hypot(best.sigma[i], best.more_sigma[i]);
+        low.push_back(best.mean[i] - 2.0 * sigma);
+        high.push_back(best.mean[i] + 2.0 * sigma);
         low_off.push_back(low.back() - curve);
         high_off.push_back(high.back() - curve);
     }

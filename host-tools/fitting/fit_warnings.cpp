@@ -67,6 +67,33 @@ void warn_of_unknown_noise(fit_result &result) {
                     result.noise, result.data.unit));
 }
 
+double rms_of(const std::vector<double> &values) {
+    double squares = 0.0;
+    for (const double value : values) squares += value * value;
+    return values.empty() ? 0.0 : std::sqrt(squares / static_cast<double>(values.size()));
+}
+
+// Averaging removes less of noise that is alike at neighbouring targets; one run hides it.
+void warn_of_correlated_noise(fit_result &result) {
+    const smooth_curve &best = result.best;
+    const std::string &unit = result.data.unit;
+    if (result.constant || best.x.empty()) return;
+    if (best.correlated()) {
+        result.warnings.push_back(fmt::format(
+            "the noise of neighbouring targets of a run is alike (correlation {:.2f}): the band is "
+            "{:.1f} times as wide as for independent readings; more runs narrow it, more targets "
+            "do not",
+            best.noise_correlation, best.widened));
+    }
+    const double more = rms_of(best.more_sigma), own = rms_of(best.sigma);
+    if (result.data.repeat_freedom > 0 || result.data.runs_aligned || more < 2.0 * own) return;
+    if (more < 0.01 * rms_of(best.mean)) return;
+    result.warnings.push_back(
+        fmt::format("one run cannot show whether slow waves of about {:.2g} {} are the axis' or "
+                    "the instrument's; the band contains both; measure three runs",
+                    more, unit));
+}
+
 // Warns of a reading that contradicts the others; no fit can correct it. The test compares the
 // expected effect of leaving it out with the effect at other positions.
 void warn_of_outliers(fit_result &result) {
@@ -168,6 +195,7 @@ void add_warnings(fit_result &result) {
     warn_of_other_unit(result);
     warn_of_other_axis(result);
     warn_of_unknown_noise(result);
+    warn_of_correlated_noise(result);
     warn_of_lost_motion(result);
     warn_of_outliers(result);
     warn_of_disagreement(result);

@@ -6,6 +6,8 @@
 
 #include <vector>
 
+#include "host-tools/fitting/run_noise.h"
+
 namespace compbox::fitting {
 
 // The positions of a regression: measured ones and those without a reading.
@@ -14,6 +16,10 @@ struct process_points {
     std::vector<double> y;         // ignored where not measured
     std::vector<double> variance;  // of y, in units of noise^2; 0 where x is not measured
     std::size_t measured = 0;      // their number
+    std::vector<double> step;      // number of the target, fractions between two; along it the
+                                   // noise of a run is correlated
+    std::vector<double> drift;     // standard deviation of the mean's correlated noise, in units of
+                                   // noise * sqrt(share); positive everywhere
 
     // Prior knowledge of noise^2 from repeats: a mean square with its degrees of freedom.
     double prior_variance = 0.0;
@@ -26,6 +32,7 @@ struct matern {
     int kind = 1;
     double length = 1.0;  // in units of x
     double ratio = 1.0;   // signal variance / noise^2
+    noise_kind noise = {};
 };
 
 enum { matern_kinds = 5 };
@@ -39,9 +46,14 @@ struct matern_likelihood {
 // One forward pass.
 matern_likelihood likelihood_of(const process_points &points, const matern &model);
 
+// All at every x, given all readings.
 struct matern_curve {
     matern_likelihood likelihood;
-    std::vector<double> mean, variance;  // of the curve at every x, given all readings
+    std::vector<double> mean, variance;  // of the curve
+    // With the correlated noise, which is all that a reading's neighbours know about it; equal to
+    // `mean` and `variance` with white noise.
+    std::vector<double> reading_mean, reading_variance;
+    std::vector<double> covariance;  // of the curve with that
 };
 
 // One forward and one backward pass.

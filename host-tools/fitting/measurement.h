@@ -3,6 +3,7 @@
 // repeats.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -43,10 +44,14 @@ struct measurement {
     std::vector<double> variance;  // of that mean, in units of noise^2
     std::vector<int> readings;     // at each position
 
-    bool sigma_given = false;         // the file's sigma is one standard deviation of each reading
-    double repeat_variance = 0.0;     // noise^2 between repeats, pooled; 0 without repeats
-    int repeat_freedom = 0;           // its degrees of freedom; 0 without repeats
-    bool runs_aligned = false;        // each run had its own offset and slope, which were removed
+    bool sigma_given = false;      // the file's sigma is one standard deviation of each reading
+    double repeat_variance = 0.0;  // noise^2 between repeats, pooled; 0 without repeats
+    int repeat_freedom = 0;        // its degrees of freedom; 0 without repeats
+    double short_variance = 0.0;   // the same without slow noise: beside each run's line, if the
+                                   // lines explain much; else equal
+    bool runs_aligned = false;     // each run had its own offset and slope, which were removed
+    // Variance of the mean line that was left, at d from the centre: [0] + [1] d + [2] d^2.
+    std::array<double, 3> line_variance = {};
     std::vector<double> lost_motion;  // forward - backward at each position; NaN where one is
                                       // missing
     double mean_lost_motion = 0.0;

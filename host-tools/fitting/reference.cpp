@@ -33,6 +33,7 @@ void take_off_line(fit_result &result) {
         return result.line_offset + result.line_slope * (x - data.centre());
     };
     for (std::size_t i = 0; i < data.position.size(); ++i) data.mean[i] -= line(data.position[i]);
+    data.line_variance = {};  // the line is a convention now
     for (auto &run : data.runs) {
         for (std::size_t i = 0; i < run.position.size(); ++i) run.error[i] -= line(run.position[i]);
     }

@@ -63,12 +63,12 @@ double mean_at(const measurement &data, double position) {
     return data.mean[i - 1] + part * (data.mean[i] - data.mean[i - 1]);
 }
 
-// out: standard deviation of a mean by the repeats; 0 without repeats
+// out: standard deviation of a mean by the repeats, without slow noise; 0 without repeats
 double sigma_of_mean(const measurement &data) {
     if (data.repeat_freedom == 0) return 0.0;
     double variance = 0.0;
     for (const double one : data.variance) variance += one;
-    return std::sqrt(data.repeat_variance * variance / static_cast<double>(data.variance.size()));
+    return std::sqrt(data.short_variance * variance / static_cast<double>(data.variance.size()));
 }
 
 }  // namespace

@@ -147,6 +147,14 @@ std::string json_text(const json &value) {
     return out;
 }
 
+std::string json_line(const json &value) {
+    return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+json member_or_null(const json &value, const char *key) {
+    return value.is_object() ? value.value(key, json()) : json();
+}
+
 void only_keys(const json &value, std::initializer_list<const char *> allowed,
                const std::string &file, const std::string &path) {
     if (!value.is_object()) throw input_error(file, 0, 0, path + " must be an object");

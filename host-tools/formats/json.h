@@ -20,6 +20,12 @@ json read_json(const std::string &path);
 // numbers; NaN or infinity throws std::logic_error (a programmer's error).
 std::string json_text(const json &value);
 
+// out: the value on one line. in : texts of others, which may be no UTF-8
+std::string json_line(const json &value);
+
+// out: value[key], or null
+json member_or_null(const json &value, const char *key);
+
 // out: the end of a sentence about a text that is no JSON, such as a table; "" if it may be JSON
 std::string remedy_of_json(const std::string &text);
 

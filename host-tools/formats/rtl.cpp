@@ -229,6 +229,9 @@ class laser_reader {
         for (auto &run : result_.runs) {
             for (double &deviation : run.deviation) deviation *= in->factor;
         }
+        if (!result_.repeated) return;
+        result_.repeated->first *= in->factor;
+        result_.repeated->again *= in->factor;
     }
 
     void target_line(const text_line &line) {
@@ -286,11 +289,24 @@ class laser_reader {
         auto &readings = result_.runs[run];
         if (std::find(readings.target.begin(), readings.target.end(), target) !=
             readings.target.end()) {
-            fail(line, fmt::format("target {} is there twice in run {}", target + 1, run + 1));
+            return repeat_line(line, run, target, values[2]);
         }
         readings.target.push_back(target);
         readings.deviation.push_back(values[2]);
         readings.line.push_back(line.number);
+    }
+
+    // in : a target that the run has already
+    // out: the repeated first target, if the run is whole and the target is the first of all
+    void repeat_line(const text_line &line, std::size_t run, std::size_t target, double deviation) {
+        const bool whole = result_.runs[run].target.size() == result_.targets_mm.size();
+        const laser_run &first = result_.runs.front();
+        if (!whole || result_.repeated || first.target.empty() || target != first.target.front()) {
+            fail(line, fmt::format("target {} is there twice in run {}", target + 1, run + 1));
+        }
+        repeat_line_ = line;
+        repeat_run_ = run;
+        result_.repeated = {result_.targets_mm[target], first.deviation.front(), deviation};
     }
 
     // "Air temp : 20.1 20.3 0": start, end, and a unit's number. Lines of other programs are
@@ -345,6 +361,12 @@ class laser_reader {
             fail(end, fmt::format("Run-count is {}, but there are {} runs", run_count_,
                                   result_.runs.size()));
         }
+        if (result_.repeated && repeat_run_ + 1 != result_.runs.size()) {
+            fail(repeat_line_,
+                 fmt::format("the first target is there twice in run {}; only the last run may "
+                             "repeat it, for the drift",
+                             repeat_run_ + 1));
+        }
         check_end(end);
         ascend();
         for (std::size_t run = 0; run < result_.runs.size(); ++run) {
@@ -396,6 +418,8 @@ class laser_reader {
     std::string section_;
     bool in_targets_ = false, ended_ = false;
     std::size_t target_count_ = 0, run_count_ = 0;
+    text_line repeat_line_{};
+    std::size_t repeat_run_ = 0;
     laser_file result_;
 };
 
@@ -412,6 +436,17 @@ bool is_laser_text(const std::string &path, const std::string &text) {
 laser_file read_laser_text(const std::string &path, const std::string &text,
                            const std::string &unit) {
     return laser_reader(path, text, unit).read();
+}
+
+std::optional<start_and_end> laser_environment::mean_material_degC() const {
+    if (material_degC.empty()) return {};
+    start_and_end mean;
+    const double sensors = static_cast<double>(material_degC.size());
+    for (const auto &one : material_degC) {
+        mean.start += one.start / sensors;
+        mean.end += one.end / sensors;
+    }
+    return mean;
 }
 
 std::string environment_text(const laser_environment &environment) {

@@ -31,14 +31,23 @@ struct laser_environment {
     std::optional<double> expansion_um_per_m_K;  // of the material; 0: not compensated
     std::string times;                           // as in the file
 
+    // out: the mean of the sensors; empty without one
+    std::optional<start_and_end> mean_material_degC() const;
     // The instrument converted its readings to a material of 20 °C.
     bool material_compensated() const {
         return expansion_um_per_m_K && *expansion_um_per_m_K != 0.0;
     }
 };
 
+// The first target of a measurement, measured once more at its end (ISO 230-2): their difference is
+// the drift.
+struct repeated_target {
+    double position_mm = 0.0, first = 0.0, again = 0.0;  // µm, or µrad for angles
+};
+
 // What a file states about its measurement, as texts; "" where it does not.
 struct laser_particulars {
+    std::optional<repeated_target> repeated;  // a last reading of the last run, in none of the runs
     std::string machine, serial, date, by, axis, location, title;
     std::string instrument;  // the lines of EQUIPMENT::, in order
 };

@@ -68,7 +68,7 @@ bool on_longest_edge(const point_mm &a, const point_mm &b, const grid &box, std:
 
 }  // namespace
 
-std::string describe(const triple_mm &points, const grid &box) {
+std::string describe(const points_mm &points, const grid &box) {
     const std::size_t along = longest_edge(box);
     for (std::size_t third = 0; third < 3; ++third) {
         const point_mm &a = points[(third + 1) % 3], &b = points[(third + 2) % 3];

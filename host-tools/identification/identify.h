@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Nine-line identification (S2): from three directions at three points to the six errors of an
-// axis.
+// Nine-line identification (S2): from three directions at three or more points to the six errors of
+// an axis.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,28 +11,19 @@
 
 namespace compbox::identification {
 
-using nine_line_readings = Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor>;
+using nine_line_readings = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// One row for each position, columns d1x d1y d1z d2x … d3z in µm.
+// One row for each position, columns d1x d1y d1z d2x … in µm: three for each point.
 struct nine_lines {
     std::string file;                 // for messages
     std::vector<double> position_mm;  // strictly ascending
     nine_line_readings reading_um;
+    line_sigma sigma_um = {};  // of a value of each column; empty: unknown, all lines alike
+    // Sigma of a line's slope over that of independent readings (noise.h); empty: 1.
+    Eigen::VectorXd slope_factor = {};
 };
 
 enum class nine_line_method { improved, traditional };
-
-// Relation of the nine lines to each other.
-enum class setups {
-    // Each line was a separate laser set-up. Its offset has no meaning, and neither has the slope
-    // of a straightness line: both are nuisance parameters. They hide every constant, the slope of
-    // both straightnesses (squareness) and the linear part of roll, which are zero in the result.
-    // The slopes of positioning, pitch and yaw are real: they come from the three positioning
-    // lines.
-    separate,
-    // All nine lines share one reference frame (a tracker, a simulation): taken unchanged.
-    common,
-};
 
 struct identify_options {
     int axis = 0;  // 0 X, 1 Y, 2 Z
@@ -45,16 +36,22 @@ struct identify_options {
 struct six_curves {
     std::vector<double> position_mm;
     Eigen::Matrix<double, Eigen::Dynamic, 6> value;
-    Eigen::Matrix<double, Eigen::Dynamic, 6> sigma;  // 1 standard deviation, by noise_um
-    // Noise of a reading, estimated from the contradictions between the nine lines; 0 for the
-    // traditional method, which has no redundant readings (its sigma is then for 1 µm).
+    Eigen::Matrix<double, Eigen::Dynamic, 6> sigma;  // 1 standard deviation, by line_sigma_um
+    // Sigma of a value of each line behind `sigma`: the table's, enlarged if the lines contradict
+    // each other beyond chance. Of a table without: noise_um for all; 1 µm for the traditional
+    // method, which has no redundant readings.
+    line_sigma line_sigma_um;
+    // Noise of a reading by the contradictions between the lines, root mean square over them; 0
+    // without redundant readings.
     double noise_um = 0.0;
+    // Contradictions over those that the table's sigma explains; 0 if either is unknown.
+    double contradiction = 0.0;
     int freedom = 0;
     std::vector<std::string> remarks;  // the unidentified errors, with reasons
 
     struct outlier {
         std::size_t row;  // of position_mm
-        int line;         // 0 … 8: d1x … d3z
+        int line;         // 0 …: d1x d1y …
         double studentised;
         // Other lines that would show a bad reading in the same way at these points.
         std::vector<int> or_lines = {};
@@ -65,10 +62,11 @@ struct six_curves {
 // The ISO 230-1 names of the six curves of an axis: EXX EYX EZX EAX EBX ECX for axis 0.
 std::array<std::string, 6> error_names(int axis);
 
-// Throws input_error with the points' `file` if they lie on one line or within 1 mm of it, or the
-// traditional sequence is singular; with the table's file if separate set-ups have fewer than three
-// positions.
-six_curves identify(const nine_lines &table, const triple_mm &points,
+// Weighted least squares by sigma_um, whose ratios are the weights. Throws input_error with the
+// points' `file` if the points lie on one line or within 1 mm of it, are not as many as the table's
+// lines need, or the traditional sequence is singular; with the table's file if separate set-ups
+// have fewer than three positions.
+six_curves identify(const nine_lines &table, const points_mm &points,
                     const identify_options &options, const std::string &file);
 
 }  // namespace compbox::identification

@@ -10,7 +10,6 @@ namespace compbox::identification {
 
 namespace {
 
-using vector9 = Eigen::Matrix<double, 9, 1>;
 using vector6 = Eigen::Matrix<double, 6, 1>;
 
 // Standard normal numbers by Box and Muller. The standard library's distribution differs between
@@ -51,13 +50,13 @@ struct tally {
         squares += before.cwiseProduct(value - mean);
     }
 
-    method_statistics statistics(const six &closed_form, double sigma_um) const {
+    method_statistics statistics(const six &closed_form) const {
         method_statistics result;
         for (int k = 0; k < 6; ++k) {
             const auto i = static_cast<std::size_t>(k);
             result.mean[i] = mean(k);
             result.sigma[i] = std::sqrt(squares(k) / (count - 1.0));
-            result.closed_form[i] = closed_form[i] * sigma_um;
+            result.closed_form[i] = closed_form[i];
         }
         return result;
     }
@@ -65,25 +64,34 @@ struct tally {
 
 }  // namespace
 
-monte_carlo_result monte_carlo(const triple_mm &points, const monte_carlo_options &options) {
-    const Eigen::Matrix<double, 9, 6> A = observation_matrix(points);
+monte_carlo_result monte_carlo(const points_mm &points, const monte_carlo_options &options) {
+    const Eigen::MatrixXd A = observation_matrix(points);
+    const Eigen::Index lines = A.rows();
+    const line_sigma sigma_um =
+        options.sigma_um.size() > 0 ? options.sigma_um : line_sigma::Ones(lines);
     const auto rows = traditional_rows_of(options.axis);
     Eigen::Matrix<double, 6, 6> sequence;
     for (int i = 0; i < 6; ++i) sequence.row(i) = A.row(rows[static_cast<std::size_t>(i)]);
     six traditional_closed{};
-    const bool solvable = traditional_sigma(points, options.axis, traditional_closed);
-    const Eigen::Matrix<double, 6, 9> improved =
-        algebra::solve_least_squares(A, Eigen::MatrixXd::Identity(9, 9)).x;
+    const bool solvable = traditional_sigma(points, options.axis, sigma_um, traditional_closed);
+    const Eigen::VectorXd weight = sigma_um.cwiseInverse();
+    const Eigen::MatrixXd improved =
+        algebra::solve_least_squares(weight.asDiagonal() * A,
+                                     Eigen::MatrixXd::Identity(lines, lines))
+            .x *
+        weight.asDiagonal();
     const Eigen::Matrix<double, 6, 6> traditional =
         algebra::solve_least_squares(sequence, Eigen::MatrixXd::Identity(6, 6)).x;
     const vector6 preset = Eigen::Map<const vector6>(options.preset.data());
-    const vector9 ideal = A * preset;
+    const Eigen::VectorXd ideal = A * preset;
 
     normal_numbers noise(options.seed);
     tally improved_tally, traditional_tally;
     for (unsigned run = 0; run < options.runs; ++run) {
-        vector9 readings = ideal;
-        for (int line = 0; line < 9; ++line) readings(line) += options.sigma_um * noise.next();
+        Eigen::VectorXd readings = ideal;
+        for (Eigen::Index line = 0; line < lines; ++line) {
+            readings(line) += sigma_um(line) * noise.next();
+        }
         improved_tally.add(improved * readings);
         if (solvable) {
             vector6 six_readings;
@@ -95,10 +103,8 @@ monte_carlo_result monte_carlo(const triple_mm &points, const monte_carlo_option
     }
     if (options.progress) options.progress(1.0);
     monte_carlo_result result;
-    result.improved = improved_tally.statistics(closed_form_sigma(points), options.sigma_um);
-    if (solvable) {
-        result.traditional = traditional_tally.statistics(traditional_closed, options.sigma_um);
-    }
+    result.improved = improved_tally.statistics(closed_form_sigma(points, sigma_um));
+    if (solvable) result.traditional = traditional_tally.statistics(traditional_closed);
     return result;
 }
 

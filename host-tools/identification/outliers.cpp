@@ -31,7 +31,7 @@ struct place {
 class left_out_residuals {
   public:
     left_out_residuals(const nine_line_readings &data, const std::vector<double> &position_mm,
-                       const Eigen::Matrix<double, 9, 9> &line_maker, bool separate)
+                       const Eigen::MatrixXd &line_maker, bool separate)
         : residual_(data * line_maker.transpose()), line_maker_(line_maker), separate_(separate) {
         t_ = Eigen::Map<const Eigen::VectorXd>(position_mm.data(), data.rows());
         t_.array() -= t_.mean();
@@ -52,8 +52,7 @@ class left_out_residuals {
     }
 
     // in : a reading
-    // out: its residual over sqrt of its share of the noise, in um; negative if it has no
-    //      redundancy
+    // out: its residual over sqrt of its share of the noise; negative if it has no redundancy
     double scaled(place where) const {
         const auto m = static_cast<Eigen::Index>(out_.size());
         Eigen::VectorXd towards(m);
@@ -76,7 +75,7 @@ class left_out_residuals {
     }
 
     nine_line_readings residual_;
-    Eigen::Matrix<double, 9, 9> line_maker_;
+    Eigen::MatrixXd line_maker_;
     bool separate_;
     Eigen::VectorXd t_;
     double tt_ = 0.0;
@@ -85,12 +84,12 @@ class left_out_residuals {
     Eigen::VectorXd error_;
 };
 
-// Lines whose bad reading leaves the same residuals up to their size. The three distances between
-// the points are the only redundancy of nine lines.
-std::vector<int> lines_like(int line, const Eigen::Matrix<double, 9, 9> &line_maker) {
+// Lines whose bad reading leaves the same residuals up to their size. The distances between the
+// points are the only redundancy of the lines.
+std::vector<int> lines_like(int line, const Eigen::MatrixXd &line_maker) {
     constexpr double alike = 0.99;  // correlation
     std::vector<int> others;
-    for (int k = 0; k < 9; ++k) {
+    for (int k = 0; k < line_maker.rows(); ++k) {
         const double sizes = std::sqrt(line_maker(k, k) * line_maker(line, line));
         if (k != line && std::fabs(line_maker(k, line)) > alike * sizes) others.push_back(k);
     }
@@ -101,11 +100,11 @@ std::vector<int> lines_like(int line, const Eigen::Matrix<double, 9, 9> &line_ma
 
 std::vector<six_curves::outlier> find_outliers(const nine_line_readings &data,
                                                const std::vector<double> &position_mm,
-                                               const Eigen::Matrix<double, 9, 9> &line_maker,
+                                               const Eigen::MatrixXd &line_maker,
                                                const identify_options &options, int freedom) {
     left_out_residuals rest(data, position_mm, line_maker, options.lines == setups::separate);
     // The residuals of exact readings are rounding, not noise.
-    const double least_um = std::max(1e-12, 1e-10 * data.cwiseAbs().maxCoeff());
+    const double least = std::max(1e-12, 1e-10 * data.cwiseAbs().maxCoeff());
     std::vector<six_curves::outlier> found;
     const auto most = static_cast<std::size_t>(std::max(1, freedom / 4));
     while (found.size() < most) {
@@ -113,7 +112,7 @@ std::vector<six_curves::outlier> find_outliers(const nine_line_readings &data,
         double largest = 0.0;
         place worst{0, 0};
         for (Eigen::Index row = 0; row < data.rows(); ++row) {
-            for (int line = 0; line < 9; ++line) {
+            for (int line = 0; line < data.cols(); ++line) {
                 const double size = rest.scaled({row, line});
                 if (size < 0.0) continue;
                 sizes.push_back(size);
@@ -127,7 +126,7 @@ std::vector<six_curves::outlier> find_outliers(const nine_line_readings &data,
         const double tested = static_cast<double>(sizes.size());
         auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
         std::nth_element(sizes.begin(), middle, sizes.end());
-        const double studentised = largest / std::max(*middle / 0.6745, least_um);
+        const double studentised = largest / std::max(*middle / 0.6745, least);
         if (studentised <= normal_quantile(options.outlier_probability / tested)) break;
         found.push_back({static_cast<std::size_t>(worst.row), worst.line, studentised,
                          lines_like(worst.line, line_maker)});

@@ -83,7 +83,7 @@ std::string edges_of(const std::vector<point_mm> &nodes) {
 
 }  // namespace
 
-void plot_plan(const triple_mm &points, const std::vector<point_mm> &nodes, const std::string &axis,
+void plot_plan(const points_mm &points, const std::vector<point_mm> &nodes, const std::string &axis,
                const std::string &path) {
     std::vector<std::vector<double>> all(3), chosen(3);
     std::string labels;

@@ -13,7 +13,7 @@ namespace compbox::identification {
 void plot_identified(const six_curves &curves, int axis, const std::string &path);
 
 // The box, its nodes and the three points of a plan in the axis' own frame. Throws likewise.
-void plot_plan(const triple_mm &points, const std::vector<point_mm> &nodes, const std::string &axis,
+void plot_plan(const points_mm &points, const std::vector<point_mm> &nodes, const std::string &axis,
                const std::string &path);
 
 }  // namespace compbox::identification

@@ -38,6 +38,13 @@ double range_of(const std::vector<twin::xyz> &errors_um, std::size_t direction) 
     return *high - *low;
 }
 
+double largest_of(const std::vector<twin::xyz> &errors_um, std::size_t direction) {
+    double largest = 0.0;
+    for (const twin::xyz &error : errors_um)
+        largest = std::max(largest, std::fabs(error[direction]));
+    return largest;
+}
+
 double mean_of(const std::vector<twin::xyz> &errors_um, std::size_t direction) {
     double sum = 0.0;
     for (const auto &error : errors_um) sum += error[direction];
@@ -50,6 +57,21 @@ double variance_of(const std::vector<twin::xyz> &errors_um, std::size_t directio
     for (const auto &error : errors_um)
         sum += (error[direction] - mean) * (error[direction] - mean);
     return errors_um.size() < 2 ? 0.0 : sum / static_cast<double>(errors_um.size() - 1);
+}
+
+std::optional<interval> median_interval(std::vector<double> values) {
+    constexpr double outside_one_end = 0.025;
+    std::sort(values.begin(), values.end());
+    const std::size_t count = values.size();
+    double chance = std::pow(0.5, static_cast<double>(count)), below = 0.0;
+    std::size_t left_out = 0;  // at each end
+    for (; left_out < count; ++left_out) {
+        below += chance;  // that no more than left_out values are below the median
+        if (below > outside_one_end) break;
+        chance *= static_cast<double>(count - left_out) / static_cast<double>(left_out + 1);
+    }
+    if (left_out == 0) return std::nullopt;
+    return interval{values[left_out - 1], values[count - left_out]};
 }
 
 double median_of(std::vector<double> values) {

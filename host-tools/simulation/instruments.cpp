@@ -46,49 +46,42 @@ void add_nine_line(cli::command &app, const twin::twin_machine &twin) {
     command.add_option("--temperature-degC", given->options.temperature_degC);
     command.add_option("-o", given->output).required();
     command.callback([given, &twin](const cli::streams &) {
-        const identification::triple_mm points = identification::read_plan(given->points);
-        for (std::size_t p = 0; p < 3; ++p) {
-            for (std::size_t a = 0; a < 3; ++a) given->options.points_mm[p][a] = points[p][a];
-        }
+        given->options.points_mm = identification::read_plan(given->points);
         given->options.axis = given->axis[0];
         twin::measure_nine_lines(twin, given->options, given->output);
     });
 }
 
 // in : the twin outlives app
-// out: app has the command diagonals, which measures both diagonals of a face, in mm and µm
+// out: app has the command diagonals, which writes a table for volumetric --diagonals
 void add_diagonals(cli::command &app, const twin::twin_machine &twin) {
     struct arguments {
-        std::vector<double> corner, sides;
+        twin::xyz low_mm, high_mm;
+        std::vector<double> low, high;
         std::string compensated, output;
-        twin::face rectangle;
+        int targets = 5;
     };
     cli::command command =
-        app.add_subcommand("diagonals", "A,B,R,F as compbox squareness takes it");
+        app.add_subcommand("diagonals", "Face and body diagonals of a box, a CSV file");
     const auto given = std::make_shared<arguments>();
-    command.add_option("--name", given->rectangle.name)
-        .required()
-        .check(cli::one_of({"C0Y", "B0Z", "A0Z"}));
-    command.add_option("--corner-mm", given->corner).required().expected(3).delimiter(',');
-    command.add_option("--sides-mm", given->sides).required().expected(2).delimiter(',');
+    command.add_option("--from-mm", given->low).required().expected(3).delimiter(',');
+    command.add_option("--to-mm", given->high).required().expected(3).delimiter(',');
+    command.add_option("--targets", given->targets).check(cli::whole_between(2, 100));
     command.add_option("--compensated", given->compensated);
     command.add_option("-o", given->output).required();
     command.callback([given, &twin](const cli::streams &) {
-        twin::face rectangle = given->rectangle;
-        std::copy(given->corner.begin(), given->corner.end(), rectangle.corner_mm.begin());
-        rectangle.first_mm = given->sides[0];
-        rectangle.second_mm = given->sides[1];
+        std::copy(given->low.begin(), given->low.end(), given->low_mm.begin());
+        std::copy(given->high.begin(), given->high.end(), given->high_mm.begin());
         std::shared_ptr<cb_config> config;
         if (!given->compensated.empty())
             config = coefficients::load_coefficients(given->compensated);
-        const twin::diagonals found =
-            twin::measure_diagonals(twin, rectangle, [&](const twin::xyz &place) {
-                return config ? states_at_rest(*config, twin.config(), {place}).front()
-                              : twin::state_at(place);
-            });
+        const auto at_rest = [&](const twin::xyz &place) {
+            return config ? states_at_rest(*config, twin.config(), {place}).front()
+                          : twin::state_at(place);
+        };
         formats::write_file(given->output,
-                            fmt::format("{},{},{},{}\n", rectangle.first_mm, rectangle.second_mm,
-                                        found.rising_um, found.falling_um));
+                            twin::diagonals_text(twin::measure_diagonals(
+                                twin, given->low_mm, given->high_mm, given->targets, at_rest)));
     });
 }
 

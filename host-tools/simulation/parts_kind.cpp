@@ -71,6 +71,7 @@ double touched_ceiling(const part_figures &f, std::size_t i) {
     return part_figures::reduction(f.touched_before_um[i], f.touched_ideal_um[i]);
 }
 
+// out: reductions of these runs, %: median, its interval, worst, ceiling, and by the probe
 json figures_json(const series &some) {
     const auto median = [&](const figure &what) {
         return by_name([&](std::size_t i) { return some.median(what, i); });
@@ -78,6 +79,13 @@ json figures_json(const series &some) {
     json all;
     all["reduction_percent"] = median(percent);
     all["reduction_percent_worst"] = by_name([&](std::size_t i) { return some.worst(percent, i); });
+    if (median_interval(some.values(percent, 0))) {
+        for (std::size_t i = 0; i < 4; ++i) {
+            const interval all_machines = *median_interval(some.values(percent, i));
+            all["reduction_percent_interval"][names[i]] = {rounded(all_machines.low),
+                                                           rounded(all_machines.high)};
+        }
+    }
     all["ceiling_percent"] = median(ceiling);
     all["remeasured_percent"] = median(touched);
     all["noise_ceiling_percent"] = median(touched_ceiling);
@@ -138,9 +146,9 @@ json report_of(const part_scenario &plan, const part_results &results,
                    {"path", first.judge.name}};
     const json figures = protocol_json(first, results);
     for (const char *key :
-         {"method", "reduction_percent", "reduction_percent_worst", "ceiling_percent",
-          "remeasured_percent", "noise_ceiling_percent", "baselines"}) {
-        report[key] = figures[key];
+         {"method", "reduction_percent", "reduction_percent_worst", "reduction_percent_interval",
+          "ceiling_percent", "remeasured_percent", "noise_ceiling_percent", "baselines"}) {
+        if (figures.contains(key)) report[key] = figures[key];
     }
     report["paper_percent"] = {{"largest", plan.paper_percent}};
     for (const auto &protocol : plan.protocols) {

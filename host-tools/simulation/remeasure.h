@@ -16,10 +16,14 @@ namespace compbox::simulation {
 // One direction (X, Y or Z) along one path. A range is that of the scenario's figure: about the
 // errors' own least-squares line over the stops, or as it is.
 struct direction_figures {
-    double before_um = 0.0, after_um = 0.0;    // range of the true error, at the stops
+    double before_um = 0.0, after_um = 0.0;  // range of the true error, at the stops
+    double largest_before_um = 0.0, largest_after_um = 0.0;  // |true error| at the stops, no line
     double mean_um = 0.0, variance_um2 = 0.0;  // of the true error after, at the stops, no line
     double between_before_um = 0.0, between_after_um = 0.0;  // the range also between the stops
     double remeasured_before_um = 0.0, remeasured_after_um = 0.0;  // the same by the laser
+    // ISO 230-2 by the laser's readings, of the direction along the path, in one direction of
+    // approach: accuracy A and repeatability R. 0: across the path, or one run.
+    double A_before_um = 0.0, A_after_um = 0.0, R_before_um = 0.0, R_after_um = 0.0;
     // What a compensation of all that a model can explain would reach: by the true error (what is
     // left is the unexplained part), and as the laser would show it (mean).
     double ceiling_percent = 0.0, noise_ceiling_percent = 0.0;
@@ -46,6 +50,11 @@ class remeasured_path {
     // machine's own measurement had runs.
     remeasured_path(const twin::twin_machine &twin, const scenario_path &path);
 
+    struct readings {
+        std::vector<std::vector<twin::xyz>> runs;  // at each stop
+        std::vector<twin::xyz> means;
+    };
+
     const std::string &name() const { return path_.name; }
     const scenario_path &path() const { return path_; }
     const std::vector<twin::xyz> &stops_mm() const { return stops_; }
@@ -57,9 +66,8 @@ class remeasured_path {
   private:
     double range(const std::vector<twin::xyz> &positions, const std::vector<twin::xyz> &errors,
                  std::size_t direction) const;
-    // Means of the laser's readings of these true errors.
-    std::vector<twin::xyz> shown(twin::virtual_laser &laser,
-                                 const std::vector<twin::xyz> &errors) const;
+    // The laser's readings of these true errors.
+    readings shown(twin::virtual_laser &laser, const std::vector<twin::xyz> &errors) const;
     twin::xyz noise_range_um(const std::vector<twin::xyz> &unexplained) const;
 
     const twin::twin_machine &twin_;

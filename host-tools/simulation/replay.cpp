@@ -55,9 +55,10 @@ enum column {
 class recorded_line {
   public:
     recorded_line(const std::string &file, long line, const std::string &text,
-                  std::size_t fields = columns)
+                  std::size_t fields = columns, std::size_t or_fields = columns)
         : file_(file), line_(line), fields_(formats::split(text, ',')) {
-        if (fields_.size() != fields) fail("has " + std::to_string(fields_.size()) + " columns");
+        if (fields_.size() != fields && fields_.size() != or_fields)
+            fail("has " + std::to_string(fields_.size()) + " columns");
     }
 
     [[noreturn]] void fail(const std::string &why) const {
@@ -112,8 +113,9 @@ class recorded_line {
         return list;
     }
 
-    // in : number of signals of the file. out: the state of the line; throws input_error for others
-    cb_state state(unsigned signals) const {
+    // in : the file. out: the state of the line; throws input_error for that of another file
+    cb_state state(const cb_config &config) const {
+        const unsigned signals = config.signals_count;
         cb_state state = {};
         state.stopped = named(0, "stopped", 1) == 1;
         state.beat = named(2, "beat", 1) == 1;
@@ -129,10 +131,32 @@ class recorded_line {
                                   parsed(parts[4], 10, latest_us, -latest_us),
                                   true};
         }
+        if (fields_.size() > state_columns) take_bank(config, state.bank);
         return state;
     }
 
+    static constexpr std::size_t state_columns = 10, bank_columns = 14;
+
   private:
+    // in : the file. out: lags and inputs of its banks
+    void take_bank(const cb_config &config, cb_bank_state &bank) const {
+        std::istringstream lags(named(10, "bank")), inputs(named(12, "inputs"));
+        for (std::string one; lags >> one;) {
+            const std::vector<std::string> parts = formats::split(one, ':');
+            if (parts.size() != 3) fail("a lag of a bank is broken");
+            const auto lag = parsed<std::uint32_t>(parts[0], 10, UINT16_MAX);
+            if (lag >= config.bank_lags_count) fail("a lag of a bank is broken");
+            cb_bank_settle(&bank, lag, {real(parts[1]), real(parts[2])});
+        }
+        for (std::string one; inputs >> one;) {
+            const std::vector<std::string> parts = formats::split(one, ':');
+            if (parts.size() != 3) fail("an input of a bank is broken");
+            const auto signal = parsed<std::uint32_t>(parts[0], 10, CB_MAX_SIGNALS - 1);
+            bank.value[signal] = real(parts[1]);
+            bank.time_us[signal] = parsed(parts[2], 10, latest_us, -latest_us);
+        }
+    }
+
     // in : bits in hexadecimal
     float real(const std::string &text) const {
         const auto bits = parsed<std::uint32_t>(text, 16, 0xFFFFFFFFu);
@@ -217,7 +241,9 @@ void start_as_recorded(cb_box &box, const std::string &recording, std::istringst
                                 limits.named(2, "most_um_per_s", 1e6f)};
     cb_ceiling_apply(&box.config, &ceiling);
     cb_box_start(&box);
-    const cb_state resumed = recorded_line(recording, 2, state, 10).state(box.config.signals_count);
+    const cb_state resumed = recorded_line(recording, 2, state, recorded_line::state_columns,
+                                           recorded_line::bank_columns)
+                                 .state(box.config);
     cb_state_give(&resumed, &box);
 }
 

@@ -44,10 +44,13 @@ double lowest(const std::vector<const simulated_run *> &runs, std::size_t direct
     return *std::min_element(values.begin(), values.end());
 }
 
+// out: the figures of one direction, µm and %
 json figures_json(const direction_figures &one) {
     return {{"before_um", rounded(one.before_um)},
             {"after_um", rounded(one.after_um)},
             {"reduction_percent", rounded(one.percent())},
+            {"largest_before_um", rounded(one.largest_before_um)},
+            {"largest_after_um", rounded(one.largest_after_um)},
             {"mean_um", rounded(one.mean_um)},
             {"variance_um2", rounded(one.variance_um2)},
             {"between_before_um", rounded(one.between_before_um)},
@@ -60,6 +63,15 @@ json figures_json(const direction_figures &one) {
             {"noise_ceiling_percent", rounded(one.noise_ceiling_percent)}};
 }
 
+// out: A and R of one direction of approach; null across the path
+json iso_json(const direction_figures &one) {
+    if (!(one.A_before_um > 0.0)) return nullptr;
+    return {{"A_before_um", rounded(one.A_before_um)},
+            {"A_after_um", rounded(one.A_after_um)},
+            {"R_before_um", rounded(one.R_before_um)},
+            {"R_after_um", rounded(one.R_after_um)}};
+}
+
 json run_json(const simulated_run &run, const std::string &letters) {
     json object = {{"seed", run.seed},
                    {"method", run.method},
@@ -68,8 +80,10 @@ json run_json(const simulated_run &run, const std::string &letters) {
                    {"coefficients", run.coefficients},
                    {"coefficient_count", run.coefficient_count}};
     for (const char letter : letters) {
-        object[std::string(1, letter)] =
-            figures_json(run.figures[static_cast<std::size_t>(twin::axis_index(letter))]);
+        const auto &one = run.figures[static_cast<std::size_t>(twin::axis_index(letter))];
+        json &figures = object[std::string(1, letter)] = figures_json(one);
+        const json iso = iso_json(one);
+        if (!iso.is_null()) figures["iso_230_2"] = iso;
     }
     return object;
 }
@@ -103,6 +117,12 @@ std::string path_table(const scenario &plan, const simulation &result, const sce
                                median(runs, a, [](const auto &f) { return f.after_um; }),
                                percent(median(runs, a, percent_of)));
         });
+        const auto interval_text = [&](std::size_t a) {
+            const auto all = median_interval(values_of(runs, a, percent_of));
+            return all ? fmt::format("{:.1f} to {:.1f} %", all->low, all->high) : "";
+        };
+        if (!interval_text(0).empty())
+            text += row("  95 % of the median", plan.directions, interval_text);
         if (many) {
             text += percent_row("  worst machine", plan.directions,
                                 [&](std::size_t a) { return lowest(runs, a, percent_of); });
@@ -129,6 +149,35 @@ std::string remeasured_table(const scenario &plan, const simulation &result,
             const auto found = plan.paper_percent.find(std::string(1, twin::axis_letters[a]));
             return found == plan.paper_percent.end() ? 0.0 : found->second;
         });
+    }
+    return text;
+}
+
+// out: S2's Table 7: accuracy, repeatability and straightness by the laser; "" for no axis' path
+std::string iso_table(const scenario &plan, const simulation &result, const scenario_path &path) {
+    const auto own = runs_of(result, plan.methods.front().name, path.name);
+    const auto along = static_cast<std::size_t>(path.along);
+    if (!(own.front()->figures[along].A_before_um > 0.0)) return "";
+    const auto line = [&](const std::string &name, std::size_t a, const figure &before,
+                          const figure &after) {
+        return fmt::format("  {:30}  {:9.2f} {:9.2f}\n", name, median(own, a, before),
+                           median(own, a, after));
+    };
+    std::string text = fmt::format(
+        "\n  remeasured by laser, {}; one direction of approach, µm\n  {:30}  {:>9} {:>9}\n",
+        plan.methods.front().name, "", "before", "after");
+    text += line(
+        "accuracy A (ISO 230-2)", along, [](const auto &f) { return f.A_before_um; },
+        [](const auto &f) { return f.A_after_um; });
+    text += line(
+        "repeatability R (ISO 230-2)", along, [](const auto &f) { return f.R_before_um; },
+        [](const auto &f) { return f.R_after_um; });
+    for (std::size_t a = 0; a < 3; ++a) {
+        if (a == along) continue;
+        text += line(
+            fmt::format("straightness towards {}", twin::axis_letters[a]), a,
+            [](const auto &f) { return f.remeasured_before_um; },
+            [](const auto &f) { return f.remeasured_after_um; });
     }
     return text;
 }
@@ -204,6 +253,10 @@ json path_json(const scenario &plan, const simulation &result, const std::string
     object["reduction_percent"] = medians(percent_of);
     object["reduction_percent_worst"] =
         by_axis(plan.directions, [&](std::size_t a) { return lowest(runs, a, percent_of); });
+    const json intervals = intervals_by_axis(plan.directions, [&](std::size_t a) {
+        return median_interval(values_of(runs, a, percent_of));
+    });
+    if (!intervals.is_null()) object["reduction_percent_interval"] = intervals;
     object["ceiling_percent"] = medians([](const auto &f) { return f.ceiling_percent; });
     object["between_percent"] = medians([](const auto &f) { return f.between_percent(); });
     object["remeasured_percent"] = medians([](const auto &f) { return f.remeasured_percent(); });
@@ -273,6 +326,7 @@ std::string report_text(const scenario &plan, const simulation &result, const re
     for (const auto &path : plan.paths) {
         text += path_table(plan, result, path);
         text += remeasured_table(plan, result, path);
+        text += iso_table(plan, result, path);
         text += residual_table(plan, result, path);
     }
     return text + moving_table(plan, result) + real_time_text(real);

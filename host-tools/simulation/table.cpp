@@ -41,4 +41,15 @@ json by_axis(const std::string &letters, const number &value) {
     return object;
 }
 
+json intervals_by_axis(const std::string &directions,
+                       const std::function<std::optional<interval>(std::size_t)> &of) {
+    json object = json::object();
+    for (const char letter : directions) {
+        const auto found = of(static_cast<std::size_t>(twin::axis_index(letter)));
+        if (!found) return nullptr;
+        object[std::string(1, letter)] = {rounded(found->low), rounded(found->high)};
+    }
+    return object;
+}
+
 }  // namespace compbox::simulation::table

@@ -5,9 +5,11 @@
 #include <fmt/core.h>
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "host-tools/formats/json_type.h"
+#include "host-tools/simulation/figures.h"
 
 namespace compbox::simulation::table {
 
@@ -28,5 +30,8 @@ std::string percent_row(const std::string &name, const std::string &directions,
 // For report.json: four decimals; an object by the letters of `directions`.
 double rounded(double value);
 json by_axis(const std::string &directions, const number &value);
+// [low, high] by letter; null: no interval is known.
+json intervals_by_axis(const std::string &directions,
+                       const std::function<std::optional<interval>(std::size_t)> &of);
 
 }  // namespace compbox::simulation::table

@@ -9,22 +9,6 @@
 
 namespace compbox::test_report {
 
-namespace {
-
-// out: the figure with this key. Throws input_error with all keys.
-const figure &figure_of(const std::string &file, const std::string &key) {
-    std::string keys;
-    for (const auto *all : {&positioning_figures, &straightness_figures}) {
-        for (const figure &one : *all) {
-            if (key == one.key) return one;
-            keys += (keys.empty() ? "" : ", ") + std::string(one.key);
-        }
-    }
-    throw input_error(file, 0, 0, "'{}' is no figure of a report; the figures are {}", key, keys);
-}
-
-}  // namespace
-
 const char *name_of(verdict one) {
     switch (one) {
         case verdict::conforms:

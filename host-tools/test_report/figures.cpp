@@ -8,6 +8,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/json.h"
 #include "host-tools/metrology/straightness.h"
+#include "host-tools/test_report/gaps.h"
 
 namespace compbox::test_report {
 
@@ -115,6 +116,17 @@ const std::vector<figure> straightness_figures = {
      "/straightness/least_squares/deviation"},
     {"minimum-zone", "minimum zone", "the minimum zone", "/straightness/minimum_zone/deviation"}};
 
+const figure &figure_of(const std::string &file, const std::string &key) {
+    std::string keys;
+    for (const auto *all : {&positioning_figures, &straightness_figures}) {
+        for (const figure &one : *all) {
+            if (key == one.key) return one;
+            keys += (keys.empty() ? "" : ", ") + std::string(one.key);
+        }
+    }
+    throw input_error(file, 0, 0, "'{}' is no figure of a report; the figures are {}", key, keys);
+}
+
 std::optional<double> value_of(const json &figures, const figure &one) {
     const json::json_pointer place(one.place);
     if (!figures.contains(place) || figures.at(place).is_null()) return {};
@@ -124,15 +136,10 @@ std::optional<double> value_of(const json &figures, const figure &one) {
 metrology::axis_readings readings_of(const fitting::measurement &data) {
     metrology::axis_readings axis;
     axis.target_mm = data.position;
+    refuse_gaps(data);
     for (const auto &run : data.runs) {
         auto &side = run.direction < 0 ? axis.backward : axis.forward;
         side.resize(axis.target_mm.size());
-        if (run.position.size() != axis.target_mm.size()) {
-            throw input_error(
-                data.file, 0, 0,
-                "run '{}' has {} of the {} targets; the figures need a reading of each run at each",
-                run.name, run.position.size(), axis.target_mm.size());
-        }
         for (std::size_t i = 0; i < run.error.size(); ++i) side[i].push_back(run.error[i]);
     }
     return axis;

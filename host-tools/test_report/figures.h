@@ -21,6 +21,9 @@ struct figure {
 };
 extern const std::vector<figure> positioning_figures, straightness_figures;
 
+// out: the figure with this key. Throws input_error, naming the file, with all keys.
+const figure &figure_of(const std::string &file, const std::string &key);
+
 // out: its value in figures_of(); empty where the readings do not suffice
 std::optional<double> value_of(const json &figures, const figure &one);
 

@@ -13,6 +13,7 @@
 #include "host-tools/formats/text.h"
 #include "host-tools/test_report/figures.h"
 #include "host-tools/test_report/plot.h"
+#include "host-tools/test_report/uncertainty.h"
 
 namespace compbox::test_report {
 
@@ -221,8 +222,47 @@ json about_rows(const particulars &about, const json &report,
     return rows;
 }
 
+// out: one sentence on the uncertainty of a measurement, with its budget
+std::string uncertainty_note(const json &figures, quantity kind) {
+    if (!figures.contains("uncertainty")) return "The measurement uncertainty is not stated.";
+    const bool across = kind == quantity::straightness;
+    const std::string budget = budget_text(figures, across ? "straightness" : "positioning");
+    if (budget.empty()) {
+        return "U: expanded measurement uncertainty with k = 2, as stated by the operator.";
+    }
+    std::string text =
+        "U: expanded measurement uncertainty with k = 2, by ISO/TR 230-9 from " + budget + ".";
+    if (!figures["uncertainty"].contains("stated")) return text;
+    text += " Stated by the operator: U of ";
+    for (const auto &key : figures["uncertainty"]["stated"]) {
+        text += (text.back() == ' ' ? "" : ", ") + key.get<std::string>();
+    }
+    return text + ".";
+}
+
+// out: the remarks on all files, with "before: ", "after: " or "both: " in front if there are two
+std::vector<std::pair<std::string, std::string>> page_remarks(const json &report) {
+    const json &before = report["before"]["positioning"]["remarks"];
+    std::vector<std::pair<std::string, std::string>> all;
+    if (!report.contains("after")) {
+        for (const auto &remark : before) all.emplace_back("", remark.get<std::string>());
+        return all;
+    }
+    const json &after = report["after"]["positioning"]["remarks"];
+    const auto has = [](const json &list, const json &one) {
+        return std::find(list.begin(), list.end(), one) != list.end();
+    };
+    for (const auto &remark : before) {
+        all.emplace_back(has(after, remark) ? "both: " : "before: ", remark.get<std::string>());
+    }
+    for (const auto &remark : after) {
+        if (!has(before, remark)) all.emplace_back("after: ", remark.get<std::string>());
+    }
+    return all;
+}
+
 // out: [{"text"}]: the standards, the uncertainty, and each file's remarks
-json notes_of(const json &report, quantity kind, const by_figure &uncertainties) {
+json notes_of(const json &report, quantity kind) {
     json notes = json::array();
     const auto note = [&](const std::string &text) { notes.push_back({{"text", text}}); };
     if (kind == quantity::positioning) {
@@ -236,17 +276,8 @@ json notes_of(const json &report, quantity kind, const by_figure &uncertainties)
             "Straightness deviation of the mean by ISO 230-1, about three reference lines; R and B "
             "as in ISO 230-2; s with n − 1; ↑ forward, ↓ backward. B = x̄↑ − x̄↓.");
     }
-    note(uncertainties.empty()
-             ? "The measurement uncertainty is not stated."
-             : "U: expanded measurement uncertainty with k = 2, as stated by the operator.");
-    for (const char *which : {"before", "after"}) {
-        if (!report.contains(which)) continue;
-        for (const auto &remark : report[which]["positioning"]["remarks"]) {
-            note(report.contains("after")
-                     ? fmt::format("{}: {}.", capital(which), remark.get<std::string>())
-                     : capital(remark.get<std::string>()) + ".");
-        }
-    }
+    note(uncertainty_note(report[report.contains("after") ? "after" : "before"], kind));
+    for (const auto &[which, remark] : page_remarks(report)) note(capital(which + remark) + ".");
     return notes;
 }
 
@@ -364,13 +395,15 @@ std::string heading_of(const particulars &about, const std::string &unit) {
 }
 
 std::string page_of(const json &report, const std::vector<fitting::measurement> &files,
-                    const particulars &about, const by_figure &uncertainties) {
+                    const particulars &about) {
     const std::string unit = report["before"]["unit"].get<std::string>();
+    const json &judged = report[report.contains("after") ? "after" : "before"];
+    const by_figure uncertainties = uncertainties_in(judged);
     json values;
     add_headings(values, about, unit);
     add_verdict(values, report);
     values["about"] = about_rows(about, report, files);
-    values["notes"] = notes_of(report, quantity_of(about, unit), uncertainties);
+    values["notes"] = notes_of(report, quantity_of(about, unit));
     values["notes"].push_back({{"text", "Made by " + about.software + "."}});
     values["warnings"] = json::array();
     for (const char *which : {"before", "after"}) {

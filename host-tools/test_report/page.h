@@ -7,7 +7,6 @@
 
 #include "host-tools/fitting/measurement.h"
 #include "host-tools/formats/json_type.h"
-#include "host-tools/test_report/conformity.h"
 
 namespace compbox::test_report {
 
@@ -29,9 +28,10 @@ particulars completed(const particulars &stated, const std::vector<fitting::meas
 // out: "EZX: straightness of X in Z, Portal" for titles: what the files measured
 std::string heading_of(const particulars &about, const std::string &unit);
 
-// in : comparison_of the files, with "conformity" if there are limits
+// in : comparison_of the files, with "uncertainty" of each if it is known, and "conformity" if
+//      there are limits
 // out: the page as HTML, every text of it escaped. Throws input_error without gnuplot.
 std::string page_of(const json &report, const std::vector<fitting::measurement> &files,
-                    const particulars &about, const by_figure &uncertainties);
+                    const particulars &about);
 
 }  // namespace compbox::test_report

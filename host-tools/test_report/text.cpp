@@ -4,6 +4,7 @@
 
 #include "host-tools/formats/json.h"
 #include "host-tools/test_report/figures.h"
+#include "host-tools/test_report/uncertainty.h"
 
 namespace compbox::test_report {
 
@@ -14,8 +15,8 @@ std::string cell_of(const std::optional<double> &value) {
 }
 
 // out: a row of the table: a figure of the first file, and of the second if there is one; "" for a
-// direction that the first file does not have
-std::string row_of(const figure &one, const json &report) {
+// direction that the first file does not have. uncertainties: of the last file
+std::string row_of(const figure &one, const json &report, const by_figure &uncertainties) {
     const auto before = value_of(report["before"], one);
     if (!report["before"].contains(json::json_pointer(one.place).parent_pointer())) return "";
     std::string row = fmt::format("  {:34}{}", one.name, cell_of(before));
@@ -24,9 +25,19 @@ std::string row_of(const figure &one, const json &report) {
         row += cell_of(after);
         if (before && after && *before != 0.0) {
             row += fmt::format("{:10.1f} %", 100.0 * (1.0 - *after / *before));
+        } else if (!uncertainties.empty()) {
+            row += fmt::format("{:12}", "");
         }
     }
+    const auto U = uncertainties.find(one.key);
+    if (U != uncertainties.end()) row += cell_of(U->second);
     return row + "\n";
+}
+
+// out: the contributions to U, one line; "" without a budget
+std::string budget_line(const json &figures, const char *of) {
+    const std::string text = budget_text(figures, of);
+    return text.empty() ? "" : "  contributions to U: " + text + "\n";
 }
 
 std::string remarks_of(const json &figures) {
@@ -64,14 +75,19 @@ std::string verdicts_of(const json &report) {
 
 std::string text_of(const json &report) {
     const bool both = report.contains("after");
+    const json &judged = report[both ? "after" : "before"];
+    const by_figure uncertainties = uncertainties_in(judged);
     std::string text = fmt::format(
         "  {:34}{:>12}", report["before"]["unit"] == "um" ? "figures in um" : "figures in urad",
         both ? "before" : "");
     if (both) text += fmt::format("{:>12}{:>12}", "after", "less");
+    if (!uncertainties.empty()) text += fmt::format("{:>12}", "U (k = 2)");
     text += "\n\n  positioning, ISO 230-2\n";
-    for (const auto &one : positioning_figures) text += row_of(one, report);
+    for (const auto &one : positioning_figures) text += row_of(one, report, uncertainties);
+    text += budget_line(judged, "positioning");
     text += "\n  straightness of the mean, ISO 230-1, about\n";
-    for (const auto &one : straightness_figures) text += row_of(one, report);
+    for (const auto &one : straightness_figures) text += row_of(one, report, uncertainties);
+    text += budget_line(judged, "straightness");
     text += verdicts_of(report) + remarks_of(report["before"]);
     if (both) text += remarks_of(report["after"]);
     return text + "\n";

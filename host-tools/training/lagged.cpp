@@ -75,7 +75,8 @@ Eigen::VectorXd remembered(const training_data &data, const Eigen::VectorXd &u, 
 }
 
 Eigen::VectorXd to_power(Eigen::VectorXd u, int power) {
-    if (power == 2) u = u.array().square();
+    const Eigen::ArrayXd base = u.array();
+    for (int k = 1; k < power; ++k) u.array() *= base;
     return u;
 }
 

@@ -14,7 +14,7 @@ struct model_input {
     std::string name;
     std::size_t column = 0;  // of training_data::x
     double tau_s = 0.0;      // time constant; 0: the column itself
-    int power = 1;           // with a lag: 1 the column, 2 its square
+    int power = 1;           // 2: the column's square, 3: its cube
     // A slope is multiplied by (position - origin), with the position in this column; -1: no slope.
     int along = -1;
     double origin = 0.0;
@@ -37,8 +37,9 @@ struct lag_options {
 
 // Restart of the lags: on the first row of each run, on the first row of the file only (the runs
 // are one record), or both. With both, every row counts twice, so that the model suits a box that
-// was just switched on as well as one that has run for long.
-enum class lag_starts { each_run, once, both };
+// was just switched on as well as one that has run for long. Automatic: both for a bank from one
+// record without pauses, else each_run.
+enum class lag_starts { automatic, each_run, once, both };
 
 // Time constant of the lag that represents a square without memory; the box has no other square.
 constexpr double square_tau_s = 1.0;

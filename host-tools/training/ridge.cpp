@@ -13,7 +13,6 @@ namespace {
 
 constexpr std::size_t most_folds = 10;
 constexpr int grid_points = 29;
-constexpr double two_pi = 6.283185307179586;
 
 // 1e-6 … 10 in quarter decades, for scaled inputs.
 double grid_decay(int index) {
@@ -112,6 +111,7 @@ ridge_solver::evidence ridge_solver::find_evidence() const {
         decay = next;
         if (still) break;
     }
+    constexpr double two_pi = 6.283185307179586;
     // ln p(t) with alpha = decay * beta * N, the offset with a prior of unit spread
     const double alpha = decay * beta * n;
     const Eigen::ArrayXd curvature = beta * n * eigenvalues_.array() + alpha;

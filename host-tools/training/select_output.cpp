@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Output of the selection of inputs.
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "host-tools/formats/json.h"
@@ -32,14 +34,16 @@ json check_json(const selection &result, const checked_choice &checked) {
     return one;
 }
 
-// Candidates removed by a step: those of `from` that are not in `to`.
+// Candidates removed by a step: those of `from` that are not in `to`; many only by their number.
 std::string left_away(const checked_choice &from, const checked_choice &to) {
-    std::string text;
+    constexpr std::size_t most_names = 12;
+    std::vector<std::string> names;
     for (const auto &name : from.inputs) {
         if (std::find(to.inputs.begin(), to.inputs.end(), name) != to.inputs.end()) continue;
-        text += (text.empty() ? "" : ", ") + name;
+        names.push_back(name);
     }
-    return text;
+    if (names.size() > most_names) return fmt::format("{} of them", names.size());
+    return fmt::format("{}", fmt::join(names, ", "));
 }
 
 }  // namespace
@@ -105,6 +109,7 @@ std::string report_of(const selection &result) {
     }
     for (const auto &name : result.options.keep) text += "," + name;
     text += "\n";
+    for (const auto &one : result.data.glitches) text += fmt::format("note: glitch: {}\n", one);
     if (!result.data.note.empty()) text += fmt::format("note: {}\n", result.data.note);
     return text;
 }

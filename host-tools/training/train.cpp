@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "host-tools/formats/error.h"
+#include "host-tools/training/bank_training.h"
 #include "host-tools/training/network_training.h"
 #include "host-tools/training/slopes.h"
 #include "host-tools/training/verdict.h"
@@ -67,7 +68,9 @@ void split(train_result &result, const model_rows &all) {
         held[static_cast<std::size_t>(found - names.begin())] = true;
     }
     std::vector<Eigen::Index> learn, test;
+    const std::vector<bool> &spoilt = result.data.spoilt;
     for (std::size_t r = 0; r < all.run.size(); ++r) {
+        if (!spoilt.empty() && spoilt[all.source[r]]) continue;
         (held[all.run[r]] ? test : learn).push_back(static_cast<Eigen::Index>(r));
     }
     if (learn.size() < 10) {
@@ -85,7 +88,8 @@ void check_sizes(const train_result &result) {
                           "': it takes 1 to 23 letters A to Z, digits, _ - .");
     }
     const std::size_t inputs = result.plain_inputs(), outputs = result.data.outputs.size();
-    if (inputs > most_inputs) {
+    if (result.options.for_comparison) return;
+    if (inputs > most_inputs && !result.options.bank) {
         throw input_error(result.data.file, 0, 0,
                           "gives {} inputs with their lags; the box takes {}: choose fewer "
                           "(compbox select-inputs) or fewer lags",
@@ -106,10 +110,12 @@ bool fits_any(const std::string &name, const std::vector<std::string> &patterns)
     });
 }
 
-// As a fraction of the range. A slope's own column is no input of the box; its factors are held.
+// As a fraction of the range. A slope's own column is no input of the box; its factors are held. So
+// are the columns of a bank, from which their lags and powers follow.
 double margin_of(const train_options &options, const model_input &input) {
     constexpr double unlimited = 1e6;
     if (input.is_slope()) return unlimited;
+    if (options.bank && (input.tau_s > 0.0 || input.power > 1)) return unlimited;
     double margin = options.margin;
     for (const auto &one : options.margins) {
         if (fits_any(input.name, one.of)) margin = one.part;
@@ -148,6 +154,7 @@ void check_ranges(train_result &result) {
         const double range = result.range.high[at] - result.range.low[at];
         constexpr double smallest = 4e-6;  // the box rejects an input_scale below 1e-6
         if (range > smallest) continue;
+        if (result.options.bank && result.inputs[i].tau_s > 0.0) continue;
         throw input_error(result.data.file, 0, 0, "the input '{}' {}", result.inputs[i].name,
                           range > 0.0 ? "changes by less than 4e-6 in the runs trained on: give it "
                                         "in a smaller unit, or leave it out"
@@ -169,6 +176,10 @@ void check_outputs(const train_result &result) {
 // uses.
 void find_inputs(train_result &result) {
     const train_options &options = result.options;
+    if (options.bank) {
+        result.inputs = bank_inputs(result.data, result.data.speeds, result.tau_s);
+        return;
+    }
     result.inputs = model_inputs(result.data, options.lags);
     const auto first_unseen = std::stable_partition(
         result.inputs.begin(), result.inputs.end(), [&](const model_input &input) {
@@ -195,17 +206,26 @@ residuals residuals_of(const Eigen::MatrixXd &predicted, const Eigen::MatrixXd &
     return left;
 }
 
+// in : judged.model; left_out: scaled predictions of each row by models without its run, or none
+// out: the residuals of judged
 void judge(judged_model &judged, const train_result &result, const Eigen::MatrixXd &left_out) {
     const scaling &out = judged.model.out;
-    judged.trained = residuals_of(judged.model.predict(result.learn.x), result.learn.y);
+    judged.trained =
+        residuals_of(result.predict(judged.model, result.learn.x, result.learn), result.learn.y);
     if (result.test.x.rows() > 0) {
         const trained_range &range = result.range;
-        const Eigen::MatrixXd free = judged.model.predict(range.held(result.test.x));
+        const Eigen::MatrixXd free = result.predict(
+            judged.model, result.options.bank ? result.test_held : range.held(result.test.x),
+            result.test);
         judged.held_out =
             residuals_of(range.weight(result.test.x).asDiagonal() * free, result.test.y);
     }
     if (left_out.rows() == 0) return;
     judged.left_out_predictions = unscaled(out, left_out);
+    if (result.options.zero_at_start) {
+        judged.left_out_predictions =
+            from_starts(judged.left_out_predictions, starts_of(result.learn.run));
+    }
     judged.left_out = residuals_of(judged.left_out_predictions, result.learn.y);
 }
 
@@ -214,6 +234,26 @@ struct scaled_rows {
     Eigen::MatrixXd x, t;
     row_folds folds;
 };
+
+// out: a linear map in scaled units as a model with its parameters in float32
+void take_map(train_result &result, const linear_map &map) {
+    trained_model &model = result.linear.model;
+    model.shape = {map.weights.rows(), 0, map.weights.cols(), true, result.options.kind};
+    model.parameters = Eigen::VectorXd::Zero(model.shape.count());
+    network_parts<double> parts(model.shape, model.parameters.data());
+    parts.linear = map.weights.transpose();
+    parts.bias2 = map.offset;
+    model.parameters = rounded(model.parameters);
+}
+
+// out: as train_linear, of the mean of maps over the bank's inputs
+void train_averaged(train_result &result, const scaled_rows &rows) {
+    const averaged_map mean = average_bank(result, rows.x, rows.t, rows.folds);
+    const Eigen::MatrixXd logs = mean.decay.array().log().matrix();
+    result.linear_decay = logs.cwiseProduct(mean.share).colwise().sum().array().exp();
+    take_map(result, mean.map);
+    judge(result.linear, result, mean.left_out);
+}
 
 // in : scaled rows; folds or evidence by result.by_folds
 // out: result.linear, linear_decay and, with folds, the predictions of left-out rows
@@ -229,14 +269,7 @@ void train_linear(train_result &result, const scaled_rows &rows) {
         result.linear_decay = Eigen::VectorXd::Constant(rows.t.cols(), evidence.decay);
         result.linear.log_evidence = evidence.log_evidence;
     }
-    const linear_map map = solver.solve(result.linear_decay);
-    trained_model &model = result.linear.model;
-    model.shape = {rows.x.cols(), 0, rows.t.cols(), true, result.options.kind};
-    model.parameters = Eigen::VectorXd::Zero(model.shape.count());
-    network_parts<double> parts(model.shape, model.parameters.data());
-    parts.linear = map.weights.transpose();
-    parts.bias2 = map.offset;
-    model.parameters = rounded(model.parameters);
+    take_map(result, solver.solve(result.linear_decay));
     judge(result.linear, result, left_out);
 }
 
@@ -293,6 +326,7 @@ void train_network(train_result &result, const scaled_rows &rows) {
     result.network_iterations = trained.iterations;
     result.network_loss = trained.loss;
     result.network_rows = some;
+    result.network_inputs = result.inputs.size();
     result.best_start = trained.best_start;
     result.network.log_evidence = trained.log_evidence;
     judge(result.network, result, {});
@@ -329,33 +363,68 @@ bool train_result::any_network() const {
     return std::find(network_better.begin(), network_better.end(), true) != network_better.end();
 }
 
-train_result train(const training_data &data, const train_options &options) {
-    train_result result;
-    result.options = options;
-    result.data = data;
+Eigen::MatrixXd train_result::predict(const trained_model &model, const Eigen::MatrixXd &x,
+                                      const model_rows &of) const {
+    const Eigen::MatrixXd predicted = model.predict(x);
+    return options.zero_at_start ? from_starts(predicted, starts_of(of.run)) : predicted;
+}
+
+namespace {
+
+// out: inputs, rows, ranges and scales; the models are not trained yet
+void prepare(train_result &result) {
+    prepare_options(result);
     find_inputs(result);
     check_sizes(result);
     check_slopes(result);
-    split(result, rows_of(data, result.inputs, options.starts_of_lags));
+    split(result, rows_of(result.data, result.inputs, result.options.starts_of_lags));
     check_ranges(result);
     check_outputs(result);
-    result.largest = data.y.cwiseAbs().colwise().maxCoeff();
-    const scaling in = scaling_of(result.learn.x), out = scaling_of(result.learn.y);
+    if (result.options.bank) hold_test_rows(result);
+    result.largest = result.data.y.cwiseAbs().colwise().maxCoeff();
+    scaling in = scaling_of(result.learn.x), out = scaling_of(result.learn.y);
+    if (result.options.bank) {
+        in.scale = rounded(bank_scales(result.learn.x, result.inputs, result.data.inputs));
+    }
+    if (result.options.zero_at_start) out.centre.setZero();
     for (judged_model *one : {&result.linear, &result.network}) {
         one->model.in = in, one->model.out = out;
     }
-    const scaled_rows rows{scaled(in, result.learn.x), scaled(out, result.learn.y),
-                           folds_of(result.learn.run)};
-    result.by_folds = options.regularise == regularisation::folds ||
+}
+
+// One bank, or one map over given lags with its network.
+train_result train_one(const training_data &data, const train_options &options) {
+    train_result result;
+    result.options = options;
+    result.data = data;
+    prepare(result);
+    const bool bank_runs = options.bank || options.beside_bank;
+    const scaled_rows rows{scaled(result.linear.model.in, result.learn.x),
+                           scaled(result.linear.model.out, result.learn.y),
+                           bank_runs ? bank_folds(result) : folds_of(result.learn.run)};
+    result.by_folds = bank_runs || options.regularise == regularisation::folds ||
                       (options.regularise == regularisation::automatic && rows.folds.usable());
     if (result.by_folds && !rows.folds.usable()) {
         throw input_error(data.file, 0, 0,
                           "cross-validation needs at least three runs to train on: name the column "
                           "of runs with --run-column, or choose --regularise evidence");
     }
-    train_linear(result, rows);
+    options.bank ? train_averaged(result, rows) : train_linear(result, rows);
     if (options.hidden > 0) train_network(result, rows);
     decide(result);
+    return result;
+}
+
+}  // namespace
+
+train_result train(const training_data &data, const train_options &options) {
+    train_options first = options;
+    if (options.bank) first.hidden = 0;
+    train_result result = train_one(data, first);
+    if (options.bank && options.hidden > 0 && !options.zero_at_start) {
+        result = best_of(std::move(result), train_one, options);
+    }
+    if (!options.for_comparison) refuse_worse(result);
     return result;
 }
 

@@ -26,7 +26,10 @@ struct margin_option {
 struct train_options {
     std::string name = "net";
     lag_options lags;
-    lag_starts starts_of_lags = lag_starts::each_run;
+    bool bank = false;           // the mean of maps over a bank of lags, instead of `lags`
+    bool beside_bank = false;    // the network that a bank is compared with
+    bool zero_at_start = false;  // with a bank: errors count from each run's first row
+    lag_starts starts_of_lags = lag_starts::automatic;
     std::vector<slope_option> slopes;
     std::vector<std::string> hidden_inputs;  // inputs of the hidden layer (* allowed); empty: all
     std::vector<std::string> hold_out;       // names of runs for the final judgement only, never
@@ -34,7 +37,9 @@ struct train_options {
     int hidden = 10;                         // 0: the linear map alone
     activation kind = activation::tansig;
     bool linear_path = true;
-    bool keep_network = false;  // use it even if the linear map is better
+    bool keep_network = false;    // use it even if the linear map is better
+    bool accept_worse = false;    // write a model that is worse than no compensation, too
+    bool for_comparison = false;  // of any size, because no box gets it, and never refused
     regularisation regularise = regularisation::automatic;  // folds if there are three runs or more
     optimiser way = optimiser::lbfgs;                       // Levenberg-Marquardt: with evidence
                                                             // only
@@ -89,15 +94,18 @@ struct train_result {
     train_options options;
     training_data data;
     std::vector<model_input> inputs;
-    model_rows learn, test;   // test: the held-out runs
-    Eigen::Index unseen = 0;  // inputs at the end that the hidden layer does not use
-    Eigen::VectorXd largest;  // largest |error| of each output in the file
-    trained_range range;      // of each input in the training rows
+    model_rows learn, test;     // test: the held-out runs
+    Eigen::MatrixXd test_held;  // of a bank: test.x with its columns held at their margins
+    std::vector<double> tau_s;  // of a bank: its time constants
+    Eigen::Index unseen = 0;    // inputs at the end that the hidden layer does not use
+    Eigen::VectorXd largest;    // largest |error| of each output in the file
+    trained_range range;        // of each input in the training rows
     bool by_folds = false;
     judged_model linear, network;  // network: empty if options.hidden is 0
     Eigen::VectorXd linear_decay;
     double network_decay = 0.0;
     int network_iterations = 0, best_start = 0;
+    std::size_t network_inputs = 0;          // with their lags
     std::vector<Eigen::Index> network_rows;  // rows of learn used for the network
     double network_loss = 0.0;
     std::vector<bool> network_better;  // for each output
@@ -106,11 +114,17 @@ struct train_result {
     std::string verdict;
     std::vector<std::string> warnings;
 
+    // in : x: the inputs of `of`. out: the predictions of one of the models; from each run's first
+    //      row with zero_at_start
+    Eigen::MatrixXd predict(const trained_model &model, const Eigen::MatrixXd &x,
+                            const model_rows &of) const;
     std::size_t plain_inputs() const;  // number of inputs that are no slopes; slopes follow them
     bool any_network() const;
 };
 
-// Throws input_error for a mistake of the user.
+// With options.bank the result is the bank, or a network over a few lags of the same inputs where
+// that is better for an output and worse for none (best_of in bank_training.h). Throws input_error
+// for a mistake of the user.
 train_result train(const training_data &data, const train_options &options);
 
 // The fragment for `build`: lags, the term, and the figures of the training under provenance.NAME.

@@ -6,6 +6,7 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/json.h"
 #include "host-tools/formats/numbers.h"
+#include "host-tools/training/bank.h"
 #include "host-tools/training/slopes.h"
 #include "host-tools/training/train.h"
 
@@ -32,16 +33,15 @@ json rows(const matrix &values) {
     return list;
 }
 
-// The unit at the end of a column's name (t1_degC), else 1; at most 7 bytes, the box's limit.
+// The unit of a column's power; at most 7 bytes, the box's limit.
 std::string unit_of(const std::string &column, int power) {
-    const std::size_t mark = column.find_last_of('_');
-    std::string unit = mark == std::string::npos ? "" : column.substr(mark + 1);
-    if (unit.empty() || unit.size() > 5) unit = "1";
+    const std::string unit = training::unit_of(column);
     return power == 2 && unit != "1" ? unit + "^2" : unit;
 }
 
 json signals_of(const train_result &result) {
     json signals = json::array();
+    if (result.options.bank) return signals;  // its lags are the term's own
     for (const auto &input : result.inputs) {
         if (input.tau_s == 0.0 || input.is_slope()) continue;
         const std::string &column = result.data.inputs[input.column];
@@ -99,6 +99,45 @@ json term_of(const train_result &result) {
     term["input_max"] = numbers(result.range.high.head(plain));
     term["margin"] = numbers(result.range.margin.head(plain));
     return term;
+}
+
+// Each output's weights in its unit per unit of the columns, and its bias, from the scaled map.
+void add_weights(json &bank, const trained_model &model) {
+    const network_parts<const double> net(model.shape, model.parameters.data());
+    for (Eigen::Index k = 0; k < model.shape.outputs; ++k) {
+        const Eigen::RowVectorXd weights =
+            model.out.scale[k] * net.linear.row(k) * model.in.scale.cwiseInverse().asDiagonal();
+        bank["weights"].push_back(numbers(weights));
+        bank["bias"].push_back(number(model.out.centre[k] + model.out.scale[k] * net.bias2[k] -
+                                      weights.dot(model.in.centre)));
+    }
+}
+
+// out: the term of type linear with a bank (docs/coefficient-file.md), whose columns are the inputs
+json bank_of(const train_result &result) {
+    json bank;
+    for (std::size_t i = 0; i < result.inputs.size(); ++i) {
+        const model_input &input = result.inputs[i];
+        const auto at = static_cast<Eigen::Index>(i);
+        const std::string &name = result.data.inputs[input.column];
+        if (input.tau_s > 0.0) continue;
+        if (input.power > 1) {
+            if (input.power == 2) bank["powers"][name] = {1};
+            bank["powers"][name].push_back(input.power);
+            continue;
+        }
+        bank["inputs"].push_back(name);
+        bank["input_min"].push_back(number(result.range.low[at]));
+        bank["input_max"].push_back(number(result.range.high[at]));
+        bank["margin"].push_back(number(result.range.margin[at]));
+    }
+    bank["tau_s"] = {0};
+    for (const double tau_s : result.tau_s) bank["tau_s"].push_back(number(tau_s));
+    add_weights(bank, result.linear.model);
+    return {{"name", result.options.name},
+            {"type", "linear"},
+            {"outputs", result.data.outputs},
+            {"bank", bank}};
 }
 
 // The slopes along one position as outputs of a separate term, which is held and faded like the
@@ -175,6 +214,12 @@ json figures_of(const judged_model &judged, const train_result &result) {
     return all;
 }
 
+std::size_t bank_lags(const train_result &result) {
+    return static_cast<std::size_t>(
+        std::count_if(result.inputs.begin(), result.inputs.end(),
+                      [](const model_input &input) { return input.tau_s > 0.0; }));
+}
+
 // out: the member of "provenance": data, runs, decays, figures of both models, warnings
 json findings_of(const train_result &result) {
     json found;
@@ -188,6 +233,14 @@ json findings_of(const train_result &result) {
         found["largest_error"][result.data.outputs[k]] = formats::five_digits(result.largest[at]);
         found["linear_decay"][result.data.outputs[k]] =
             formats::five_digits(result.linear_decay[at]);
+    }
+    if (result.options.bank) {
+        found["bank"] = {{"inputs", result.data.inputs},
+                         {"speeds", result.data.speeds},
+                         {"tau_s", result.tau_s},
+                         {"lags", bank_lags(result)},
+                         {"averaged_maps", bank_members(result.inputs).size()},
+                         {"zero_at_start", result.options.zero_at_start}};
     }
     found["linear"] = figures_of(result.linear, result);
     if (result.options.hidden > 0) {
@@ -242,6 +295,22 @@ void add_table(std::string &text, const train_result &result, const std::string 
     }
 }
 
+// out: what the bank holds, and what was averaged
+std::string bank_text(const train_result &result) {
+    std::string text = "bank: each input unlagged";
+    if (!result.tau_s.empty()) {
+        text += fmt::format(" and with {} lags from {} s to {} s", result.tau_s.size(),
+                            result.tau_s.front(), result.tau_s.back());
+    }
+    for (const auto &name : result.data.speeds) text += fmt::format("; {} to its cube", name);
+    return text +
+           fmt::format(
+               "; {} of the box's {} lags\nmean of {} linear maps over parts of it, "
+               "by what they leave of the runs left out{}\n",
+               bank_lags(result), most_bank_lags, bank_members(result.inputs).size(),
+               result.options.zero_at_start ? "; errors count from each run's first row" : "");
+}
+
 // out: the report's first lines: data, decay, structure and training of the network
 std::string header_of(const train_result &result) {
     std::string text = fmt::format(
@@ -253,10 +322,11 @@ std::string header_of(const train_result &result) {
     }
     text += "\nweight decay ";
     text += result.by_folds ? "by leaving out one run after the other\n" : "by evidence\n";
+    if (result.options.bank) text += bank_text(result);
     if (result.options.hidden > 0) {
         text += fmt::format(
             "network: {}-{}-{}{}, on {} rows, {} iterations, start {} of {}, loss {:.4g}\n",
-            result.inputs.size(), result.options.hidden, result.data.outputs.size(),
+            result.network_inputs, result.options.hidden, result.data.outputs.size(),
             result.options.linear_path ? " beside a linear path" : "", result.network_rows.size(),
             result.network_iterations, result.best_start + 1, result.options.starts,
             result.network_loss);
@@ -269,7 +339,7 @@ std::string header_of(const train_result &result) {
 json fragment_of(const train_result &result) {
     json fragment;
     fragment["signals"] = signals_of(result);
-    fragment["terms"] = json::array({term_of(result)});
+    fragment["terms"] = json::array({result.options.bank ? bank_of(result) : term_of(result)});
     add_slope_terms(fragment["terms"], result);
     fragment["provenance"] = json{{result.options.name, findings_of(result)}};
     return fragment;
@@ -296,7 +366,7 @@ std::string predictions_csv(const train_result &result) {
     const auto starts = result.options.starts_of_lags;
     const model_rows all =
         rows_of(data, result.inputs, starts == lag_starts::both ? lag_starts::once : starts);
-    const Eigen::MatrixXd predicted = result.chosen.predict(all.x);
+    const Eigen::MatrixXd predicted = result.predict(result.chosen, all.x, all);
     std::vector<std::string> lines(data.rows());
     for (std::size_t r = 0; r < data.rows(); ++r) {
         const auto at = static_cast<Eigen::Index>(r);

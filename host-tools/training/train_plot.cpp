@@ -78,7 +78,7 @@ void plot_training(const train_result &result, const std::string &path) {
         rows_of(result.data, result.inputs,
                 result.options.starts_of_lags == lag_starts::both ? lag_starts::once
                                                                   : result.options.starts_of_lags);
-    const Eigen::MatrixXd predicted = result.chosen.predict(all.x);
+    const Eigen::MatrixXd predicted = result.predict(result.chosen, all.x, all);
     const std::size_t outputs = result.data.outputs.size();
     std::string script, panels;
     for (std::size_t k = 0; k < outputs; ++k) {

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "host-tools/formats/csv.h"
+#include "host-tools/formats/error.h"
 #include "host-tools/training/gain.h"
 
 namespace compbox::training {
@@ -121,7 +122,8 @@ std::string verdict_of(const train_result &result) {
     const std::string by = result.by_folds ? "on the runs left out" : "by evidence";
     const auto &better = result.network_better;
     const auto &names = result.data.outputs;
-    if (result.options.hidden == 0) return "linear map only, as requested";
+    if (result.options.hidden == 0 && !result.options.bank) return "linear map only, as requested";
+    if (result.options.hidden == 0) return "linear bank only, as requested";
     if (result.options.keep_network) return "network written, as requested (--keep-network)";
     if (!result.any_network()) {
         return fmt::format(
@@ -180,7 +182,51 @@ void warn_of_fading(train_result &result) {
         x[input], result.range.low[input], result.range.high[input]));
 }
 
+// Names the glitches; many of one table only by their number.
+void warn_of_glitches(train_result &result) {
+    constexpr std::size_t most = 10;
+    const std::vector<std::string> &all = result.data.glitches;
+    for (std::size_t i = 0; i < std::min(all.size(), most); ++i) {
+        result.warnings.push_back(
+            fmt::format("glitch: {}; the box would follow it, so it is not learnt: check the "
+                        "sensor and its cable",
+                        all[i]));
+    }
+    if (all.size() > most) {
+        result.warnings.push_back(
+            fmt::format("{} glitches more are not learnt either", all.size() - most));
+    }
+}
+
+// "ez_um (4.1 um left, 3.2 um without)" of each output that the model makes worse
+std::string worsened(const train_result &result) {
+    const residuals &left = result.chosen_figures.left_out;
+    std::string text;
+    for (std::size_t k = 0; left.rows > 0 && k < result.data.outputs.size(); ++k) {
+        const double none = std::sqrt(result.learn.y.col(at(k)).squaredNorm() /
+                                      static_cast<double>(result.learn.y.rows()));
+        if (left.rms[at(k)] <= none) continue;
+        text += fmt::format("{}{} ({:.4g} rms left, {:.4g} without)", text.empty() ? "" : ", ",
+                            result.data.outputs[k], left.rms[at(k)], none);
+    }
+    return text;
+}
+
 }  // namespace
+
+void refuse_worse(train_result &result) {
+    const std::string outputs = worsened(result);
+    if (outputs.empty()) return;
+    if (!result.options.accept_worse) {
+        throw input_error(result.data.file, 0, 0,
+                          "on runs left out the model is worse than no compensation for {}: "
+                          "measure more runs or choose other inputs, leave the output out, or "
+                          "write it with --accept-worse",
+                          outputs);
+    }
+    result.warnings.push_back("on runs left out the model is worse than no compensation for " +
+                              outputs);
+}
 
 void decide(train_result &result) {
     result.network_better = better_outputs(result);
@@ -192,6 +238,8 @@ void decide(train_result &result) {
     figures.held_out = picked(result, &judged_model::held_out);
     result.verdict = verdict_of(result);
     if (!result.data.note.empty()) result.warnings.push_back(result.data.note);
+    for (const auto &remark : result.data.remarks) result.warnings.push_back(remark);
+    warn_of_glitches(result);
     if (!result.by_folds) {
         result.warnings.push_back(
             "weight decay by evidence takes every row for independent; rows of one warm-up are "

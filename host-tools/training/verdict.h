@@ -13,4 +13,9 @@ namespace compbox::training {
 // If evidence chose the decay, it is better if its evidence is higher.
 void decide(train_result &result);
 
+// in : result after decide()
+// out: throws input_error if the chosen model leaves more (rms) of an output, on the runs left out,
+//      than no compensation would; with options.accept_worse it becomes a warning
+void refuse_worse(train_result &result);
+
 }  // namespace compbox::training

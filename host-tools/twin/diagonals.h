@@ -1,28 +1,31 @@
 // SPDX-License-Identifier: MIT
-// Two face diagonals of a rectangle in the working space, by a laser: they show the squareness.
+// The face and body diagonals of a box in the working space, by a laser (ISO 230-6): they show
+// squareness and linear roll.
 #pragma once
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "host-tools/twin/machine.h"
 
 namespace compbox::twin {
 
-struct face {
-    std::string name;                        // C0Y, B0Z or A0Z: the plane of its two axes
-    xyz corner_mm = {};                      // low corner; the third axis stays here
-    double first_mm = 0.0, second_mm = 0.0;  // sides along the first and the second axis
+struct diagonal_reading {
+    std::string diagonal;  // "XY low rising" … "body Y Z falling"
+    int run;               // 1 …
+    xyz position_mm;
+    double error_um;  // measured minus nominal way along the diagonal, from a zero of the set-up
 };
 
-// Measured minus nominal length in µm of the diagonal on which both axes rise, and of the other.
-struct diagonals {
-    double rising_um, falling_um;
-};
+// Both diagonals of the six faces and the four of the body, with so many equidistant targets (at
+// least 2), as many runs as the laser makes. Each diagonal is one set-up. compensation gives the
+// state of the machine at rest at a position, with the control's compensation there.
+std::vector<diagonal_reading> measure_diagonals(
+    const twin_machine &twin, const xyz &low_mm, const xyz &high_mm, int targets,
+    const std::function<twin_state(const xyz &)> &compensation);
 
-// Each is the mean over the laser's number of runs. compensation gives the state of the machine at
-// rest at a position, with the control's compensation there.
-diagonals measure_diagonals(const twin_machine &twin, const face &rectangle,
-                            const std::function<twin_state(const xyz &)> &compensation);
+// out: a table that `compbox volumetric --diagonals` reads
+std::string diagonals_text(const std::vector<diagonal_reading> &readings);
 
 }  // namespace compbox::twin

@@ -43,7 +43,7 @@ laser_series virtual_laser::measure(const std::string &name) const {
     const error_name error = measured(name, config);
     const std::vector<double> targets = targets_mm(axis_letters[error.axis]);
     // A beam along the axis has no slope that matters; across it, and for a rotation, it has.
-    laser_set_up set_up(twin_, name, error.direction != error.axis);
+    laser_set_up set_up(twin_, name, error.direction != error.axis, error.direction > 2);
     laser_series series{name, {}, error.direction > 2 ? "urad" : "um"};
     xyz position_mm = config.start_mm;
     position_mm[static_cast<std::size_t>(error.axis)] = targets.front();

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double um_per_mm_per_ppm = 1e-3, reference_degC = 20.0;
 
-// in : point and direction 0 … 2: the line of point P1 … P3 in direction x … z
+// in : point from 0: P1 …; direction 0 … 2: x … z
 // out: all runs of this line, as one set-up of its own; deviations in µm
 formats::laser_file measure_line(const twin_machine &twin, const nine_line_options &options,
                                  std::size_t point, std::size_t direction) {
@@ -54,7 +54,7 @@ std::vector<std::string> measure_nine_lines(const twin_machine &twin,
                                             const std::string &folder) {
     formats::make_folder(folder);
     std::vector<std::string> paths;
-    for (std::size_t point = 0; point < 3; ++point) {
+    for (std::size_t point = 0; point < options.points_mm.size(); ++point) {
         for (std::size_t direction = 0; direction < 3; ++direction) {
             const formats::laser_file file = measure_line(twin, options, point, direction);
             paths.push_back(fmt::format("{}/{}.rtl", folder, file.title));

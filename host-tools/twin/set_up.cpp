@@ -20,7 +20,8 @@ double as_shown(double error_um, const twin_config &config) {
     return std::round(error_um * steps_per_um) / steps_per_um;
 }
 
-laser_set_up::laser_set_up(const twin_machine &twin, const std::string &name, bool straight)
+laser_set_up::laser_set_up(const twin_machine &twin, const std::string &name, bool straight,
+                           bool angles)
     : twin_(twin),
       noise_(twin.config().seed, "laser noise " + name),
       time_s_(-s_per_day *
@@ -30,12 +31,14 @@ laser_set_up::laser_set_up(const twin_machine &twin, const std::string &name, bo
     const double slope_urad = beam.symmetric(laser.slope_urad);
     if (straight) slope_um_per_mm_ = um_per_mm_per_urad * slope_urad;
     offset_um_ = beam.symmetric(laser.offset_um);
+    sigma_um_ =
+        straight && !angles ? laser.straightness_um.value_or(laser.sigma_um) : laser.sigma_um;
 }
 
 double laser_set_up::reading_um(double error_um, double way_mm) {
     const twin_config &config = twin_.config();
     const double approach_um = config.repeatability_um * noise_.normal();
-    const double reading_um = config.laser.sigma_um * noise_.normal();
+    const double reading_um = sigma_um_ * noise_.normal();
     const double beam_um = offset_um_ + slope_um_per_mm_ * way_mm;
     return as_shown(error_um + beam_um + approach_um + reading_um, config);
 }

@@ -12,8 +12,10 @@ namespace compbox::twin {
 class laser_set_up {
   public:
     // name: of the measured error; each has its own streams and its own hour within the month
-    // before the control starts. straight: the beam is a straightness reference and has a slope.
-    laser_set_up(const twin_machine &twin, const std::string &name, bool straight);
+    // before the control starts. straight: the beam is a straightness reference and has a slope,
+    // and the readings the noise of that instrument, unless they are angles.
+    laser_set_up(const twin_machine &twin, const std::string &name, bool straight,
+                 bool angles = false);
 
     // One reading: the error plus beam, approach and noise, rounded. way_mm: from the first target.
     double reading_um(double error_um, double way_mm);
@@ -23,7 +25,7 @@ class laser_set_up {
   private:
     const twin_machine &twin_;
     random_stream noise_;
-    double slope_um_per_mm_ = 0.0, offset_um_ = 0.0;
+    double slope_um_per_mm_ = 0.0, offset_um_ = 0.0, sigma_um_;
     double time_s_;
 };
 

@@ -89,9 +89,13 @@ void read_spectrum(const json &root, twin_config &config, const place &top) {
     config.spectrum_roll_off = optional(value, "roll_off", 8.0, 2.0, 32.0, at);
 }
 
+// out: config.laser with the keys of root; throws input_error with the key of a wrong one
 void read_laser(const json &root, twin_config &config, const place &top) {
     twin_laser &laser = config.laser;
     laser.sigma_um = optional(root, "laser_um", laser.sigma_um, 0.0, 1e3, top);
+    if (root.contains("straightness_um")) {
+        laser.straightness_um = required(root, "straightness_um", 0.0, 1e3, top);
+    }
     laser.resolution_um =
         optional(root, "laser_resolution_um", laser.resolution_um, 1e-6, 1.0, top);
     const double runs = optional(root, "runs", laser.runs, 1.0, 1000.0, top);
@@ -255,33 +259,15 @@ std::optional<error_name> parse_error_name(const std::string &name) {
 twin_config load_twin(const std::string &path) {
     const json root = formats::read_json(path);
     const place top{path, ""};
-    check_keys(root,
-               {"format",
-                "machine",
-                "seed",
-                "axes",
-                "errors",
-                "chain",
-                "reference_mm",
-                "tool_mm",
-                "squareness_urad",
-                "stages",
-                "unexplained",
-                "thermal",
-                "cutting",
-                "spectrum",
-                "repeatability_um",
-                "laser_um",
-                "laser_resolution_um",
-                "runs",
-                "setup",
-                "nc",
-                "plc",
-                "start_mm",
-                "program",
-                "channels",
-                "signals",
-                "coefficients"},
+    check_keys(root, {"format",       "machine",         "seed",
+                      "axes",         "errors",          "chain",
+                      "reference_mm", "tool_mm",         "squareness_urad",
+                      "stages",       "unexplained",     "thermal",
+                      "cutting",      "spectrum",        "repeatability_um",
+                      "laser_um",     "straightness_um", "laser_resolution_um",
+                      "runs",         "setup",           "nc",
+                      "plc",          "start_mm",        "program",
+                      "channels",     "signals",         "coefficients"},
                top);
     if (optional_text(root, "format", top) != "compbox-twin/1") {
         top.in("format").fail("must be \"compbox-twin/1\"");

@@ -64,7 +64,8 @@ struct twin_step {
 };
 
 struct twin_laser {
-    double sigma_um = 0.3;  // of each reading
+    double sigma_um = 0.3;                  // of each reading
+    std::optional<double> straightness_um;  // of a straightness instrument's; absent: sigma_um
     double resolution_um = 0.01;
     int runs = 3;
     double slope_urad = 10.0;  // each set-up: a slope within ± this …

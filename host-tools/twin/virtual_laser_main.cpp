@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
 // virtual-laser: measures the twin as a laser interferometer would, and writes only that.
-#include <exception>
 #include <optional>
 #include <ostream>
 
 #include "host-tools/command_line/command_line.h"
-#include "host-tools/formats/error.h"
 #include "host-tools/twin/laser.h"
 
 // out: exit code 0 done, 1 a file is bad, 2 wrong usage, 70 a fault of the program
@@ -23,20 +21,12 @@ int main(int argc, char **argv) {
     app.add_option("--seed K", seed,
                    "Another machine of the same kind (instead of the file's seed)");
     app.add_option("-o DIR", folder, "Folder for the measurements, made where missing").required();
-    try {
-        if (const auto end = app.parse(argc, argv)) return *end;
+    return app.run(argc, argv, [&] {
         compbox::twin::twin_config config = compbox::twin::load_twin(machine);
         if (seed) config.seed = *seed;
         for (const auto &path :
              compbox::twin::measure_all(compbox::twin::twin_machine(config), folder)) {
             io.out << path << "\n";
         }
-    } catch (const compbox::input_error &error) {
-        io.err << "virtual-laser: " << error.what() << "\n";
-        return 1;
-    } catch (const std::exception &error) {
-        io.err << "virtual-laser: fault in the program itself: " << error.what() << "\n";
-        return 70;
-    }
-    return 0;
+    });
 }

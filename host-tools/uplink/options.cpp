@@ -5,10 +5,9 @@
 #include <unistd.h>
 
 #include <charconv>
-#include <fstream>
 
+#include "host-tools/command_line/login.h"
 #include "host-tools/command_line/option_checks.h"
-#include "host-tools/formats/error.h"
 #include "host-tools/uplink/texts.h"
 
 namespace compbox::uplink {
@@ -38,18 +37,6 @@ std::optional<address> address_in(const std::string &text) {
     return address{host, port};
 }
 
-bool is_loopback(const std::string &host) {
-    return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
-}
-
-std::string first_line_of(const std::string &path) {
-    std::ifstream file(path);
-    std::string line;
-    if (!std::getline(file, line) || line.empty())
-        throw input_error(path + ": needs the password in its first line");
-    return line;
-}
-
 std::string default_topic() {
     char name[HOST_NAME_MAX + 1] = "";
     ::gethostname(name, sizeof name - 1);
@@ -60,7 +47,7 @@ std::string default_topic() {
 void check_together(const options &chosen, const address &to) {
     if (chosen.user.empty() != chosen.password_file.empty())
         throw cli::usage_error("--mqtt-user and --mqtt-password-file belong together");
-    if (!chosen.user.empty() && chosen.ca_file.empty() && !is_loopback(to.host))
+    if (!chosen.user.empty() && chosen.ca_file.empty() && !cli::is_loopback(to.host))
         throw cli::usage_error("--mqtt-user",
                                "a password for another computer needs --mqtt-ca F.pem, which "
                                "encrypts the connection");
@@ -88,8 +75,9 @@ void add_options(cli::command &app, options &chosen) {
         .capture_default_str()
         .check(cli::whole_between(1, 1024));
     app.add_option("--mqtt-user NAME", chosen.user, "User of the broker");
-    app.add_option("--mqtt-password-file F", chosen.password_file,
-                   "Its first line is that user's password");
+    app.add_option(
+        "--mqtt-password-file F", chosen.password_file,
+        "Its first line is that user's password; no other user of this computer may read it");
     app.add_option("--mqtt-ca F.pem", chosen.ca_file,
                    "TLS: certificate of the authority that signed the broker's");
 }
@@ -102,7 +90,8 @@ std::optional<settings> settings_of(const options &chosen) {
     made.broker.host = to.host;
     made.broker.port = to.port.value_or(chosen.ca_file.empty() ? plain_port : tls_port);
     made.broker.user = chosen.user;
-    if (!chosen.password_file.empty()) made.broker.password = first_line_of(chosen.password_file);
+    if (!chosen.password_file.empty())
+        made.broker.password = cli::read_password(chosen.password_file, 1);
     made.broker.ca_file = chosen.ca_file;
     made.topic = chosen.topic.empty() ? default_topic() : chosen.topic;
     made.values_every_s = chosen.every_s;

@@ -3,27 +3,19 @@
 
 #include <fmt/core.h>
 
-#include <nlohmann/json.hpp>
+#include "host-tools/formats/json.h"
 
 namespace compbox::uplink {
 
+using formats::json_line;
+using formats::member_or_null;
+
 namespace {
-
-// Texts of another program may be no UTF-8.
-std::string text_of(const json &value) {
-    return value.dump(-1, ' ', false, json::error_handler_t::replace);
-}
-
-// out: of[key], or null
-json member(const json &of, const char *key) {
-    const auto found = of.find(key);
-    return found == of.end() ? json() : *found;
-}
 
 // out: {name: value} of a list of named objects
 json by_name(const json &list, const char *key) {
     json made = json::object();
-    for (const json &one : list) made[one["name"].get<std::string>()] = member(one, key);
+    for (const json &one : list) made[one["name"].get<std::string>()] = member_or_null(one, key);
     return made;
 }
 
@@ -43,12 +35,12 @@ std::string state_text(const json &box, const std::string &why_not) {
     state["state"] = 1;
     state["runs"] = why_not.empty();
     state["why_not"] = why_not;
-    if (box.is_null()) return text_of(state);
+    if (box.is_null()) return json_line(state);
     for (const char *key : {"machine", "version", "revision", "crc", "mode", "reason"})
-        state[key] = member(box, key);
-    const json cause = member(box, "cause");
-    state["cause"] = cause.is_object() ? member(cause, "text") : json();
-    return text_of(state);
+        state[key] = member_or_null(box, key);
+    const json cause = member_or_null(box, "cause");
+    state["cause"] = cause.is_object() ? member_or_null(cause, "text") : json();
+    return json_line(state);
 }
 
 std::string with_time(const std::string &object, double unix_s) {
@@ -58,18 +50,18 @@ std::string with_time(const std::string &object, double unix_s) {
 std::string values_text(const json &box) {
     json values;
     values["values"] = 1;
-    values["unix_s"] = member(box, "unix_s");
-    values["mode"] = member(box, "mode");
+    values["unix_s"] = member_or_null(box, "unix_s");
+    values["mode"] = member_or_null(box, "mode");
     values["signals"] = by_name(box["signals"], "value");
     values["terms"] = by_name(box["terms"], "value");
     json channels = json::object();
     for (const json &channel : box["channels"]) {
         json &one = channels[channel["name"].get<std::string>()];
         for (const char *key : {"demand_um", "output_um", "applied_um", "limit_um"})
-            one[key] = member(channel, key);
+            one[key] = member_or_null(channel, key);
     }
     values["channels"] = channels;
-    return text_of(values);
+    return json_line(values);
 }
 
 }  // namespace compbox::uplink

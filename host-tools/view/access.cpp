@@ -2,20 +2,16 @@
 #include "host-tools/view/access.h"
 
 #include <arpa/inet.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cstdint>
 
-#include "host-tools/formats/error.h"
-#include "host-tools/formats/file.h"
+#include "host-tools/command_line/login.h"
 
 namespace compbox::view {
 
 namespace {
-
-constexpr std::size_t least_password = 8, most_password = 128;
 
 bool is_number_below(const std::string &text, long end) {
     return !text.empty() && text.size() <= 5 &&
@@ -53,21 +49,7 @@ std::optional<listen_address> listen_address::parse(const std::string &text) {
 }
 
 bool listen_address::is_loopback() const {
-    return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
-}
-
-std::string read_password(const std::string &path) {
-    struct stat status = {};
-    if (::stat(path.c_str(), &status) == 0 && (status.st_mode & 0007) != 0) {
-        throw input_error(path, 0, 0, "other users can read it: chmod o= {}", path);
-    }
-    const std::string text = formats::read_file(path, 4096);
-    const std::string password = text.substr(0, text.find_first_of("\r\n"));
-    if (password.size() < least_password || password.size() > most_password) {
-        throw input_error(path, 1, 0, "the password needs {} to {} bytes", least_password,
-                          most_password);
-    }
-    return password;
+    return cli::is_loopback(host);
 }
 
 bool equal_in_constant_time(const std::string &given, const std::string &secret) {

@@ -17,10 +17,6 @@ struct listen_address {
     bool is_loopback() const;
 };
 
-// out: the first line of the file. Throws input_error for a file that others than its owner and
-// group can read or write, and for a password with less than 8 or more than 128 bytes.
-std::string read_password(const std::string &path);
-
 // out: whether both texts are equal; the time depends on the length of `given` alone
 bool equal_in_constant_time(const std::string &given, const std::string &secret);
 

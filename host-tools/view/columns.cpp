@@ -6,9 +6,8 @@
 #include <cmath>
 #include <iterator>
 #include <map>
-#include <nlohmann/json.hpp>
 
-#include "host-tools/formats/json_type.h"
+#include "host-tools/formats/json.h"
 
 namespace compbox::view {
 
@@ -27,12 +26,8 @@ void put(fmt::memory_buffer &out, double unix_s) {
     fmt::format_to(std::back_inserter(out), "{:.3f}", unix_s);
 }
 
-std::string quoted(const std::string &text) {
-    return json(text).dump(-1, ' ', false, json::error_handler_t::replace);
-}
-
 void put(fmt::memory_buffer &out, const std::string &word) {
-    out.append(word.empty() ? "null" : quoted(word));
+    out.append(word.empty() ? "null" : formats::json_line(word));
 }
 
 template <typename Value>
@@ -52,7 +47,7 @@ template <typename Value>
 void put_member(fmt::memory_buffer &out, const std::string &key, const std::vector<Value> &values,
                 bool follows) {
     if (follows) out.push_back(',');
-    out.append(quoted(key) + ":");
+    out.append(formats::json_line(key) + ":");
     put_list(out, values);
 }
 
@@ -73,7 +68,7 @@ void put_group(fmt::memory_buffer &out, const std::string &group, const column_l
         if (!follows) {
             if (object != nullptr) out.push_back('}');
             if (!first) out.push_back(',');
-            out.append(quoted(key.name) + ":{");
+            out.append(formats::json_line(key.name) + ":{");
         }
         put_member(out, key.quantity, one->values, follows);
         object = &key.name;

@@ -12,7 +12,7 @@
 #include <ostream>
 
 #include "host-tools/command_line/command_line.h"
-#include "host-tools/formats/error.h"
+#include "host-tools/command_line/login.h"
 #include "host-tools/uplink/options.h"
 #include "host-tools/view/server.h"
 #include "host-tools/view/site.h"
@@ -21,6 +21,7 @@ namespace compbox::view {
 namespace {
 
 constexpr std::int64_t poll_ms = 100, beat_ms = 10000;
+constexpr std::size_t least_password = 8;
 
 std::int64_t now_ms() {
     timespec now;
@@ -74,7 +75,8 @@ struct options {
 };
 
 access_rule rule_of(const options &chosen, const listen_address &address) {
-    if (!chosen.password_file.empty()) return {address, read_password(chosen.password_file)};
+    if (!chosen.password_file.empty())
+        return {address, cli::read_password(chosen.password_file, least_password)};
     if (address.is_loopback()) return {address, std::nullopt};
     throw cli::usage_error("--listen", "an address that others can reach needs --password-file F");
 }
@@ -130,18 +132,5 @@ int main(int argc, char **argv) {
     app.set_version_flag("--version", "compbox-view " CB_VERSION);
     compbox::view::options chosen;
     compbox::view::add_options(app, chosen);
-    try {
-        if (const auto end = app.parse(argc, argv)) return *end;
-        compbox::view::run(chosen, io);
-    } catch (const compbox::cli::usage_error &error) {
-        io.err << "compbox-view: " << error.what() << "\n";
-        return 2;
-    } catch (const compbox::input_error &error) {
-        io.err << "compbox-view: " << error.what() << "\n";
-        return 1;
-    } catch (const std::exception &error) {
-        io.err << "compbox-view: fault in the program itself: " << error.what() << "\n";
-        return 70;
-    }
-    return 0;
+    return app.run(argc, argv, [&] { compbox::view::run(chosen, io); });
 }

@@ -8,16 +8,17 @@
 #include <cstdlib>
 #include <iterator>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
 
+#include "host-tools/formats/json.h"
 #include "host-tools/view/status_words.h"
 
 namespace compbox::view {
 
 namespace {
 
+using formats::member_or_null;
 using labels = std::vector<std::pair<const char *, std::string>>;
 
 // out: a number, or null
@@ -72,12 +73,6 @@ class writer {
     std::string name_, suffix_;
 };
 
-// out: value[key], or null
-json member(const json &value, const char *key) {
-    const auto found = value.is_object() ? value.find(key) : value.end();
-    return value.is_object() && found != value.end() ? *found : json();
-}
-
 std::string text_of(const json &value) {
     return value.is_string() ? value.get<std::string>() : value.is_null() ? "" : value.dump();
 }
@@ -93,18 +88,18 @@ void put_state(writer &out, const json &snapshot) {
     out.family("reason", "gauge", "The number of the reason, as in the status register");
     out.sample(json_of(reason_number(snapshot.at("reason").get<std::string>())));
     out.family("file", "info", "The coefficient file that runs, and the version of compboxd");
-    out.sample(1, {{"revision", text_of(member(snapshot, "revision"))},
-                   {"crc", text_of(member(snapshot, "crc"))},
-                   {"version", text_of(member(snapshot, "version"))},
-                   {"machine", text_of(member(snapshot, "machine"))}});
+    out.sample(1, {{"revision", text_of(member_or_null(snapshot, "revision"))},
+                   {"crc", text_of(member_or_null(snapshot, "crc"))},
+                   {"version", text_of(member_or_null(snapshot, "version"))},
+                   {"machine", text_of(member_or_null(snapshot, "machine"))}});
 }
 
 // One gauge with one sample for each object of a list.
 void put_list(writer &out, const json &list, const char *key, double factor = 1.0) {
     for (const auto &one : list) {
-        const json value = member(one, key);
+        const json value = member_or_null(one, key);
         out.sample(factor == 1.0 ? value : scaled(value, factor),
-                   {{"name", text_of(member(one, "name"))}});
+                   {{"name", text_of(member_or_null(one, "name"))}});
     }
 }
 
@@ -112,8 +107,8 @@ void put_list(writer &out, const json &list, const char *key, double factor = 1.
 void put_values(writer &out, const json &snapshot) {
     out.family("signal_value", "gauge", "The last accepted value");
     for (const auto &one : snapshot.at("signals")) {
-        out.sample(member(one, "value"), {{"name", text_of(member(one, "name"))},
-                                          {"unit", text_of(member(one, "unit"))}});
+        out.sample(member_or_null(one, "value"), {{"name", text_of(member_or_null(one, "name"))},
+                                                  {"unit", text_of(member_or_null(one, "unit"))}});
     }
     out.family("signal_age_seconds", "gauge", "Age of the value in the last cycle");
     put_list(out, snapshot.at("signals"), "age_ms", 1e-3);
@@ -135,7 +130,7 @@ bool is_counter_name(const std::string &name) {
 }
 
 void put_counters(writer &out, const json &snapshot) {
-    const json counters = member(snapshot, "counters");
+    const json counters = member_or_null(snapshot, "counters");
     if (!counters.is_object()) return;
     for (const auto &[name, value] : counters.items()) {
         if (!is_counter_name(name)) continue;
@@ -146,7 +141,7 @@ void put_counters(writer &out, const json &snapshot) {
 
 // Writes the buckets of times, which the snapshot counts up to bounds in us.
 void put_times(writer &out, const std::string &name, const char *help, const json &times) {
-    const json up_to = member(times, "up_to");
+    const json up_to = member_or_null(times, "up_to");
     if (!up_to.is_object()) return;
     std::map<long, json> buckets;
     for (const auto &[bound, count] : up_to.items()) {
@@ -158,9 +153,9 @@ void put_times(writer &out, const std::string &name, const char *help, const jso
         const std::string le = fmt::format("{}", static_cast<double>(bound_us) / 1e6);
         out.sample(count, {{"le", le}}, "_bucket");
     }
-    out.sample(member(times, "count"), {{"le", "+Inf"}}, "_bucket");
-    out.sample(member(times, "count"), {}, "_count");
-    out.sample(scaled(member(times, "sum"), 1e-6), {}, "_sum");
+    out.sample(member_or_null(times, "count"), {{"le", "+Inf"}}, "_bucket");
+    out.sample(member_or_null(times, "count"), {}, "_count");
+    out.sample(scaled(member_or_null(times, "sum"), 1e-6), {}, "_sum");
 }
 
 void put_plant(writer &out, const uplink::figures &plant) {
@@ -219,9 +214,9 @@ std::string metrics_text(const box_files::snapshot_file &file,
     put_values(out, snapshot);
     put_counters(out, snapshot);
     put_times(out, "wakeup_seconds", "Lateness of the wake-ups, over the whole run",
-              member(snapshot, "jitter_us"));
+              member_or_null(snapshot, "jitter_us"));
     put_times(out, "exchange_seconds", "Time of the exchange with the PLC, over the whole run",
-              member(snapshot, "exchange_us"));
+              member_or_null(snapshot, "exchange_us"));
     return out.text();
 }
 

@@ -75,13 +75,13 @@ bool site::poll_snapshot(double unix_s) {
     const std::string why = snapshot_.why_not(unix_s);
     // An age in the sentence makes no new text.
     const bool ends = !why.empty() && last_why_.empty();
-    if (fresh || ends || last_why_ == "-") feed_.set_live(snapshot_.live_text(unix_s));
+    const bool news = fresh || ends || last_why_ == "-";
+    if (news) feed_.set_live(snapshot_.live_text(unix_s));
     const json gone;
     if (fresh || !why.empty()) {
         recent_.add(unix_s, why.empty() ? snapshot_.value() : gone);
         recent_text_.reset();
     }
-    const bool news = fresh || ends || last_why_ == "-";
     last_why_ = why;
     return news;
 }

@@ -246,17 +246,12 @@ void add_events(std::vector<line> &to, const std::vector<json> &events) {
     });
 }
 
-std::size_t characters(const std::string &text) {
-    return static_cast<std::size_t>(
-        std::count_if(text.begin(), text.end(), [](char byte) { return (byte & 0xC0) != 0x80; }));
-}
-
 line clipped(const line &whole, std::size_t columns) {
     line made;
     std::size_t used = 0;
     for (const piece &one : whole) {
         made.push_back({cli::clipped(one.text, columns - used), one.in});
-        used += characters(made.back().text);
+        used += cli::characters(made.back().text);
     }
     return made;
 }

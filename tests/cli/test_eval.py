@@ -184,7 +184,7 @@ def test_a_network_beyond_its_training_is_reported(compbox, machine):
     samples(compbox, [[10.0 * i, x, 0, 0] for i, x in enumerate([200, 310, 330, 500])])
     done = compbox("eval", "c.json", "--inputs", "s.csv", "--raw", "-o", "raw.csv")
     assert done.stderr == (
-        "s.csv: a network beyond the range it was trained on: 3 rows, first line 3\n"
+        "s.csv: a model beyond the range it was trained on: 3 rows, first line 3\n"
         "s.csv: … so far beyond it that its outputs fade: 2 rows, first line 4\n")
     z = compbox.table("raw.csv")["comp_Z_um"]
     assert z[:2] == pytest.approx([-20, -31], abs=1e-4) and -32 < z[2] < 0 == z[3]
@@ -269,24 +269,28 @@ def test_signals_of_other_sources_are_columns_too(compbox, machine):
     assert out["comp_Z_um"] == pytest.approx([-20.04, -40.06], abs=1e-5)
 
 
-def thermal(machine):
-    """A thermometer, a lag of it, and a term of each in Z."""
+def thermal(machine, bank=False):
+    """A thermometer, a lag of it or a bank of one lag, and a term of each in Z."""
     machine["signals"] += [{"name": "T1", "unit": "degC", "plc": 14, "scale": 0.1, "min": -10, "max": 90},
                            {"name": "T1_slow", "unit": "degC", "lag_of": "T1", "tau_s": 100}]
     machine["channels"][2]["sum"] = ["fast", "slow"]
-    return (machine, term("fast", "T1", values=[0, 100], travel=(0, 100)),
-            term("slow", "T1_slow", values=[0, 100], travel=(0, 100)))
+    slow = term("slow", "T1_slow", values=[0, 100], travel=(0, 100))
+    if bank:
+        slow = {"terms": [{"name": "slow", "type": "linear",
+                           "bank": {"inputs": ["T1", "X"], "tau_s": [100], "weights": [[1, 0]]}}]}
+    return machine, term("fast", "T1", values=[0, 100], travel=(0, 100)), slow
 
 
 NAMES = ("X", "Y", "Z", "T1")
 
 
+@pytest.mark.parametrize("bank", [False, True])
 @pytest.mark.parametrize("raw", [[], ["--raw"]])
 @pytest.mark.parametrize("steps", [1, 7])
-def test_lags_follow_the_straight_line_between_rows(compbox, machine, raw, steps):
+def test_lags_follow_the_straight_line_between_rows(compbox, machine, raw, steps, bank):
     """From 20 to 30 degC in one time constant: the lag is behind by 10 (1 - 1/e), however many rows
     the ramp has. Had the box held the first value between the rows, one step would leave 20."""
-    build(compbox, *thermal(machine))
+    build(compbox, *thermal(machine, bank))
     rows = [[100 * i / steps, 0, 0, 0, 20 + 10 * i / steps] for i in range(steps + 1)]
     samples(compbox, rows, NAMES)
     compbox.good("eval", "c.json", "--inputs", "s.csv", *raw, "-o", "out.csv")

@@ -21,7 +21,7 @@ def readings(runs=1, n=21, length=2000, sigma=None, directions=False):
         for i in range(n):
             x = length * i / (n - 1)
             lost = (2.0 if run % 2 == 0 else -2.0) if directions else 0.0
-            y = 20 * math.sin(x / 300) + lost + 0.3 * math.sin(37.1 * i + 11.3 * run)
+            y = 20 * math.sin(x / 300) + lost + 0.3 * math.sin(37.1 * i * i + 11.3 * run)
             lines.append(",".join([f"{x}", f"{y:.4f}", str(run + 1)]
                                   + (["+1" if run % 2 == 0 else "-1"] if directions else [])
                                   + ([f"{sigma}"] if sigma else [])))

@@ -156,16 +156,16 @@ def test_refused(compbox, points):
     compbox.write("line.json", {"points_mm": [[0, 0, 0], [1, 1, 1], [2, 2, 2]]})
     call = ("identify", "m.csv", "--axis", "X", "-o", "d", "--points")
     assert compbox.refused(*call, "line.json") == (
-        "line.json: the three points lie on one line, so a rotation about it cannot be measured: move one "
-        "of them off the line")
+        "line.json: the 3 points lie on one line, so a rotation about it cannot be measured: move one "
+        "of them off the line, by 1 mm or more")
     compbox.write("near.json", {"points_mm": [[0, 0, 0], [300, 0, 0], [600, 0.8, 0]]})
-    assert compbox.refused(*call, "near.json").startswith("near.json: the three points lie within 0.39999")
+    assert compbox.refused(*call, "near.json").startswith("near.json: the 3 points lie within 0.4 mm of")
     compbox.write("flat.json", {"points_mm": [[0, 0, 0], [10, 0, 0], [20, 50, 0]]})
     assert "cannot be solved at these points in this order" in compbox.refused(
         *call, "flat.json", "--method", "traditional")
     compbox.write("two.json", {"points_mm": [[0, 0, 0], [1, 1, 1]]})
     assert compbox.refused(*call, "two.json") == (
-        "two.json: points_mm must hold three points of three numbers, [x, y, z] in mm")
+        "two.json: points_mm must hold three or more points (up to 100) of three numbers, [x, y, z] in mm")
     text = (compbox.folder / "m.csv").read_text()
     compbox.write("m.csv", text.replace("dy2_um", "dq2_um"))
     assert compbox.refused(*call, points).startswith("m.csv:1: there is no column 'dy2_um'")

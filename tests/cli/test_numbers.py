@@ -15,6 +15,8 @@ ABOVE_ZERO = [
     ("join", "r.csv", "p.csv", "-o", "d.csv", "--longest-gap-s"),
     ("join", "r.csv", "p.csv", "-o", "d.csv", "--tolerance-mm"),
     ("plan", "--box", "0:1:2,0:1:2,0:1:2", "-o", "p.json", "--sigma-um"),
+    ("etve", "d.csv", "--window-min"),
+    ("report", "d.csv", "--period-mm"),
     ("volumetric", "d", "--chain", "fXYZ", "--name", "v", "-o", "t", "--tolerance-um"),
 ]
 RANGES = {
@@ -28,6 +30,8 @@ RANGES = {
                      "--margin"),
     "from -10000 to 10000": ("volumetric", "d", "--chain", "fXYZ", "--name", "v", "-o", "t",
                              "--tool-length-mm"),
+    "from 0 to 100": ("report", "d.csv", "--expansion-um-per-m-K"),
+    "from -50 to 150": ("report", "d.csv", "--material-degC"),
     "0 or more": ("squareness", "--name", "C0Y", "-o", "s", "--sigma-um"),
 }
 WHOLE = {
@@ -36,6 +40,7 @@ WHOLE = {
     "1 to 64": ("select-inputs", "r.csv", "--outputs", "a", "--candidates", "b", "-o", "c", "--count"),
     "0 to 64": ("train", "r.csv", "--name", "t", "--outputs", "a", "--inputs", "b", "-o", "t",
                 "--hidden"),
+    "3 to 100000": ("plan", "--box", "0:1:2,0:1:2,0:1:2", "-o", "p.json", "--positions"),
     "5 to 1000": ("commission", "m.json", "--steps"),
     "10 to 60000": ("plc", "read", "h", "0", "--timeout-ms"),
     "1 to 2": ("plc", "read", "/dev/ttyS0", "0", "--stop-bits"),
@@ -44,6 +49,7 @@ WHOLE = {
     "2 to 100000000": ("plan", "--box", "0:1:2,0:1:2,0:1:2", "-o", "p.json", "--monte-carlo"),
 }
 ANY = [
+    ("report", "d.csv", "--drop-target"),
     ("plc", "read", "h", "0", "--scale"),
     ("fit", "d.csv", "--name", "EZX", "--signal", "X", "-o", "t", "--zero-at"),
     ("identify", "m.csv", "--axis", "X", "--points", "p.json", "-o", "d", "--scale-ppm-per-degC"),

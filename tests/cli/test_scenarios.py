@@ -23,23 +23,25 @@ def scenario_of(name):
     return json.loads((EXAMPLES / name / "scenario.json").read_text())
 
 
+def words_of(step, names):
+    """The words of a step as a shell makes them."""
+    for name, value in names.items():
+        step = step.replace("$" + name, value)
+    words = []
+    for word in step.split():
+        choices = [word]
+        while "{" in choices[0]:
+            choices = [c[:c.index("{")] + one + c[c.index("}") + 1:] for c in choices
+                       for one in c[c.index("{") + 1:c.index("}")].split(",")]
+        words += choices
+    return words
+
+
 def by_hand(compbox, steps, names):
     """The steps again, each as a process of its own, in other folders; measurements are left out."""
     for step in steps:
-        if step.startswith("measure"):
-            continue
-        for name, value in names.items():
-            step = step.replace("$" + name, value)
-        words = []
-        for word in step.split():
-            if word.startswith("$("):
-                word = (compbox.folder / word[2:-1]).read_text().strip()
-            choices = [word]
-            while "{" in choices[0]:
-                choices = [c[:c.index("{")] + one + c[c.index("}") + 1:] for c in choices
-                           for one in c[c.index("{") + 1:c.index("}")].split(",")]
-            words += choices
-        compbox.good(*words)
+        if not step.startswith("measure"):
+            compbox.good(*words_of(step, names))
 
 
 def same_coefficients(one, other):
@@ -133,15 +135,14 @@ def test_nine_line(compbox):
     assert lines == [f"P{p}{d}.rtl" for p in "123" for d in "xyz"]
     names = {"seed": "out/seed-4", "once": "out", "here": "nine-line", "out": "hand"}
     (compbox.folder / "hand").mkdir()
-    for name in ("C0Y", "B0Z", "A0Z"):
-        shutil.copy(compbox.folder / f"out/seed-4/improved/{name}.txt", compbox.folder / "hand")
+    shutil.copy(compbox.folder / "out/seed-4/improved/diagonals.csv", compbox.folder / "hand")
     by_hand(compbox, scenario["methods"][0]["steps"], names)
     assert same_coefficients(compbox.folder / "out/seed-4/improved/coefficients.json",
                              compbox.folder / "hand/coefficients.json")
 
 
-def test_squareness_is_found(compbox):
-    """It belongs to the middle of the travels, where the identified angles are zero on average: what the twin's
+def test_squareness_and_roll_are_found(compbox):
+    """Squareness belongs to the middle of the travels, where the identified angles are zero on average: what the twin's
     angles are there (their slopes by half the travel) is part of it."""
     scenario = nine_line()
     scenario["methods"] = scenario["methods"][:1]
@@ -149,9 +150,22 @@ def test_squareness_is_found(compbox):
     twin = json.loads((EXAMPLES / "nine-line/machine_twin.json").read_text())
 
     def in_the_middle(name):
-        return twin["errors"][name].get("slope_urad_per_mm", 0) * twin["axes"][name[2]]["travel_mm"][1] / 2
+        error = twin["errors"][name]
+        return error.get("offset_urad", 0) + error.get("slope_urad_per_mm", 0) * travel(name) / 2
 
-    for name, angles in {"C0Y": ["ECX"], "B0Z": ["EBX", "EBY"], "A0Z": ["EAX", "EAY"]}.items():
-        found = json.loads((compbox.folder / f"out/seed-5/improved/{name}.json").read_text())
-        expected = twin["squareness_urad"][name] + sum(map(in_the_middle, angles))
-        assert found["squareness_urad"][name] == pytest.approx(expected, abs=3), name
+    def travel(name):
+        return twin["axes"][name[2]]["travel_mm"][1]
+
+    steps = [step for step in scenario["methods"][0]["steps"] if step.startswith("volumetric")]
+    names = {"out": "out/seed-5/improved"}
+    report = json.loads(compbox.good(*words_of(steps[-1], names), "--json"))
+    found = report["diagonals"]["found_urad"]
+    # The Z axis carries the tool 150 mm in front of its way: its roll counts as squareness.
+    rise = twin["errors"]["ECZ"]["slope_urad_per_mm"] * 150
+    for name, angles, more in (("C0Y", ["ECX"], 0), ("B0Z", ["EBX", "EBY"], -rise), ("A0Z", ["EAX", "EAY"], 0)):
+        expected = twin["squareness_urad"][name] + sum(map(in_the_middle, angles)) + more
+        assert found[name]["value"] == pytest.approx(expected, abs=3), name
+    for name in ("EAX", "EBY"):
+        rise = twin["errors"][name]["slope_urad_per_mm"] * travel(name)
+        assert found[name]["value"] == pytest.approx(rise, abs=0.15 * abs(rise)), name
+    assert report["diagonals"]["hidden"] == ["ECZ"]

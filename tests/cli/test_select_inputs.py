@@ -2,6 +2,7 @@
 """compbox select-inputs as a user calls it: report, JSON, and what it refuses."""
 
 import math
+import random
 
 import pytest
 
@@ -66,6 +67,40 @@ def test_check_on_runs_left_out(compbox, rows, method, how):
     assert len(choice["chosen"]) == 2
     last = choice["checks"][-1]
     assert last["inputs"][-1] == "rpm" and last["left_out"]["ez_um"]["rms"] < 0.5
+
+
+@pytest.mark.parametrize("how", ["--check", "--by-runs"])
+def test_two_hundred_candidates(compbox, how):
+    """Four stories in 200 noisy sensors. The choice is as good as all of them, within their noise."""
+    dice = random.Random(4)
+    share = [[dice.gauss(0, 1) for _ in range(4)] for _ in range(200)]
+    lines = ["run,ez_um," + ",".join(f"t{i}" for i in range(200))]
+    for i in range(300):
+        story = [math.sin((0.03 + 0.021 * k) * i + k) for k in range(4)]
+        sensors = [sum(s * t for s, t in zip(row, story)) + dice.gauss(0, 0.05) for row in share]
+        error = 6 * story[0] - 4 * story[2] + dice.gauss(0, 0.05)
+        lines.append(",".join(f"{v:.4f}" for v in (i // 50, error, *sensors)))
+    compbox.write("many.csv", "\n".join(lines) + "\n")
+    report = compbox.good("select-inputs", "many.csv", "--outputs", "ez_um", "--candidates", "t*", how,
+                          "--run-column", "run", "--count", 8, "-o", "c.json")
+    choice = compbox.read("c.json")
+    assert len(choice["candidates"]) == 200 and len(choice["chosen"]) == 8
+    first, *_, last = [c["mean_rms_percent_of_largest"] for c in choice["checks"]]
+    assert len(choice["checks"]) == (2 if how == "--check" else 193) and first < 1
+    assert last < 3 * first if how == "--by-runs" else last > first
+    assert ("without 192 of them" in report) == (how == "--check")
+
+
+def test_columns_with_units_in_brackets(compbox):
+    lines = ["time(s),run,t1(degC),t2(degC),ch1(um)"]
+    for i in range(120):
+        a, b = math.sin(0.05 * i), math.cos(0.083 * i)
+        lines.append(f"{10 * i},{i // 30},{20 + a},{25 + b},{5 * a + b}")
+    compbox.write("rows.csv", "\n".join(lines) + "\n")
+    report = compbox.good("select-inputs", "rows.csv", "--outputs", "ch1(um)", "--candidates",
+                          "t1(degC),t2(degC)", "--count", 1, "--check", "--run-column", "run",
+                          "--lags", 60, "--squares", "t1(degC)", "--time-column", "time(s)")
+    assert report.splitlines()[-1] == "--inputs t1"
 
 
 def test_plot(compbox, rows):

@@ -106,6 +106,7 @@ def test_median_and_worst_of_several_machines(compbox, gantry):
         values = sorted(run[axis]["reduction_percent"] for run in report["runs"])
         assert report["reduction_percent"][axis] == pytest.approx(values[1])
         assert report["reduction_percent_worst"][axis] == pytest.approx(values[0])
+    assert "reduction_percent_interval" not in report, "three machines bound no median"
 
 
 def test_the_same_again(compbox, gantry):

@@ -91,7 +91,7 @@ def test_lagged_inputs_find_a_lagged_error(compbox):
     for lags in ("600", ""):
         options = [o for o in TRAIN if o not in ("--lags", "600,1800", "--squares")]
         options.remove("rpm")
-        more = ["--lags", lags] if lags else []
+        more = ["--lags", lags] if lags else ["--keep-network"]  # without both it is a bank
         compbox.good(*options, *more)
         found = compbox.read("net.json")["provenance"]["net"]
         left[lags] = found["linear"]["left_out"]["ez_um"]["rms"]
@@ -389,6 +389,69 @@ def test_refused(compbox, case):
     assert compbox.refused(*options).startswith(message)
 
 
+def test_columns_with_units_in_brackets(compbox):
+    """ "ez (mm)" is converted to um, and its term is called ez."""
+    table = rows_of_a_machine()
+    write_rows(compbox, table)
+    compbox.good(*TRAIN)
+    plain = compbox.read("net.json")["terms"][0]
+    names = ("t (ms)", "run", "t1(degC)", "t2 [degC]", "spindle(1/min)", "ez (mm)", "ey(nm)")
+    rows = [[row[0] * 1e3, *row[1:5], row[5] * 1e-3, row[6] * 1e3] for row in table]
+    write_rows(compbox, rows, names)
+    words = {"ez_um,ey_um": "ez (mm),ey(nm)", "t*_degC,rpm": "t1(degC),t2 [degC],spindle(1/min)",
+             "rpm": "spindle(1/min)"}
+    compbox.good(*[words.get(word, word) for word in TRAIN], "--time-column", "t (ms)")
+    term = compbox.read("net.json")["terms"][0]
+    assert term["outputs"] == ["ez", "ey"]
+    assert term["inputs"][:4] == ["t1", "t2", "spindle", "t1_lag600"]
+    assert numpy.array(term["linear_weights"]) == pytest.approx(
+        numpy.array(plain["linear_weights"]), rel=1e-3, abs=1e-6)
+
+
+@pytest.mark.parametrize("column", [2, 5])
+def test_a_glitch_is_named_and_not_learnt(compbox, column):
+    """A thermometer that reads 85 degC once, an error of 900 um once: what is learnt is what the rows
+    without them teach."""
+    table = rows_of_a_machine()
+    write_rows(compbox, table)
+    compbox.good(*TRAIN)
+    right = compbox.read("net.json")["provenance"]["net"]["linear"]["left_out"]["ez_um"]
+    wrong = [list(row) for row in table]
+    wrong[100][column] = (85.0, 900.0)[column == 5]
+    write_rows(compbox, wrong)
+    text = compbox.good(*TRAIN)
+    found = compbox.read("net.json")["provenance"]["net"]
+    assert found["linear"]["left_out"]["ez_um"]["worst"] == pytest.approx(right["worst"], rel=0.02)
+    assert found["rows"] == 239
+    assert any(f"glitch: {COLUMNS[column]} jumps to {wrong[100][column]:.6g} at "
+               f"{wrong[100][0]:.9g} s (line 102), from " in note for note in found["warnings"])
+    assert "check the sensor and its cable" in text
+    report = compbox.good("select-inputs", "rows.csv", "--outputs", "ez_um", "--candidates",
+                          "t1_degC,t2_degC,rpm", "--run-column", "run")
+    assert f"note: glitch: {COLUMNS[column]} jumps to" in report
+
+
+def test_a_model_that_is_worse_than_nothing_is_refused(compbox):
+    """The error of each run depends on another sensor, with another sign: no run predicts another."""
+    dice = random.Random(8)
+    table = [[60.0 * i, 1 + i // 40, 20 + dice.gauss(0, 1), 20 + dice.gauss(0, 1), 0, 0, 0]
+             for i in range(160)]
+    for row in table:
+        row[4] = 100 * dice.random()
+        row[5] = (3 if row[1] % 2 else -3) * (row[2] - 20) + (-1) ** row[1] * 2
+        row[6] = 0.5 * (row[3] - 20)
+    write_rows(compbox, table)
+    words = ["0" if word == "4" else word for word in TRAIN]
+    message = compbox.refused(*words)
+    assert message.startswith("rows.csv: on runs left out the model is worse than no compensation for "
+                              "ez_um (") and message.endswith("write it with --accept-worse")
+    assert "ey_um" not in message and "net.json" not in compbox.files()
+    assert "note: on runs left out the model is worse" in compbox.good(*words, "--accept-worse")
+    assert compbox.read("net.json")["terms"][0]["outputs"] == ["ez_um", "ey_um"]
+    words[words.index("ez_um,ey_um")] = "ey_um"
+    compbox.good(*words)
+
+
 def test_a_standing_input_is_refused(compbox):
     table = rows_of_a_machine(rows=30)
     for row in table:
@@ -400,11 +463,13 @@ def test_a_standing_input_is_refused(compbox):
 
 @pytest.mark.parametrize("more", [("--hidden", "65"), ("--lags", "0"), ("--lags", "a"),
                                   ("--activation", "relu"), ("--starts", "0"), ("--bogus",),
-                                  ("--lag-only", "rpm"), ("--lags-start", "once"),
+                                  ("--lag-only", "rpm"), ("--lags", "60", "--lags-start", "once"),
+                                  ("--lags", "60", "--zero-at-start"),
+                                  ("--squares", "rpm", "--speeds", "rpm"),
                                   ("--hidden", "0", "--no-linear-path"),
                                   ("--optimiser", "levenberg-marquardt"),
                                   ("--margin-of", "rpm"), ("--margin-of", "rpm:-1"),
-                                  ("--record", "rows.csv"), ("--slope", "rpm"),
+                                  ("--record", "rows.csv", "--keep-network"), ("--slope", "rpm"),
                                   ("--slope", "rpm:rpm", "--no-linear-path")])
 def test_wrong_usage(compbox, more):
     write_rows(compbox, rows_of_a_machine(rows=30))

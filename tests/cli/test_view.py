@@ -173,9 +173,9 @@ def test_its_values_are_those_of_fakeplc(compbox, machine, tmp_path, view):
             assert one.metric("compbox_wakeup_seconds_count") >= cycles
             assert one.metric('compbox_wakeup_seconds_bucket{le="+Inf"}') > 0
 
-            recent = eventually(lambda: (table := one.get("/api/recent"))["mode"][-1] == "ACTIVE"
-                                and abs(table["channels"]["Z"]["output_um"][-1] + 20) < 0.1 and table)
-            assert recent["signals"]["X"][-1] == pytest.approx(x_mm, abs=0.001)
+            eventually(lambda: (table := one.get("/api/recent"))["mode"][-1] == "ACTIVE"
+                       and table["signals"]["X"][-1] == pytest.approx(x_mm, abs=0.001)
+                       and abs(table["channels"]["Z"]["output_um"][-1] + 20) < 0.1)
             past = eventually(lambda: (table := one.get("/api/history?hours=1"))["unix_s"] and table)
             assert min(past["channels"]["Z"]["output_um"]) == pytest.approx(channel()["output_um"], abs=20.1)
             assert set(past["terms"]) == {"EZX"} and abs(past["unix_s"][-1] - time.time()) < 60

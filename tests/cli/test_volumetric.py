@@ -57,12 +57,12 @@ def geometry(chain):
             *[f"--reference-point={axis}=" + ",".join(map(str, REFERENCE[axis])) for axis in "XYZ"]]
 
 
-def matrices(chain, curves, positions, place, tool_mm):
+def matrices(chain, curves, positions, place, tool_mm, squareness=SQUARENESS):
     """E at a place by full homogeneous matrices, and what small angles may miss there."""
     levers = [[Fraction(t) - Fraction(r) for t, r in zip(TOOL_OFFSET, REFERENCE[axis])]
               for axis in "XYZ"]
     oracle = Machine(chain, levers, [Fraction(0), Fraction(0), Fraction(-1)],
-                     [Fraction(SQUARENESS[n]) for n in ("C0Y", "B0Z", "A0Z")])
+                     [Fraction(squareness[n]) for n in ("C0Y", "B0Z", "A0Z")])
     errors = [[Fraction(float(numpy.interp(place[a], positions[axis], c)))
                for c in curves[axis]] for a, axis in enumerate("XYZ")]
     at = [Fraction(float(p)) for p in place]
@@ -201,3 +201,160 @@ def test_wrong_usage(compbox, wrong):
 
 def test_help(compbox):
     assert "compbox volumetric " in compbox.good("volumetric", "--help").split("Example:")[1]
+
+
+STRAIGHT = dict.fromkeys(SQUARENESS, 0.0)
+ROLL = {"EAX": 30.0, "EBY": -24.0, "ECZ": 18.0}  # urad from end to end
+# The last axis before the tool has one lever arm, so its linear roll is the same as squareness.
+UNSEEN = {"fXYZ": "ECZ", "YfXZ": "ECZ", "XYfZ": "ECZ", "ZYXf": "EAX"}
+
+
+def diagonals_of(low, high, count=5):
+    """Both diagonals of the six faces and the four of the body: names and targets."""
+    made = []
+    for axis in range(3):
+        one, two = [a for a in range(3) if a != axis]
+        for fixed in (low[axis], high[axis]):
+            for falls in (False, True):
+                start, end = list(low), list(high)
+                start[axis] = end[axis] = fixed
+                if falls:
+                    start[two], end[two] = end[two], start[two]
+                made.append((f"{'XYZ'[one]}{'XYZ'[two]} at {fixed:g}{' falling' if falls else ''}", start, end))
+    for falls in ((), (1,), (2,), (1, 2)):
+        start, end = list(low), list(high)
+        for a in falls:
+            start[a], end[a] = end[a], start[a]
+        made.append(("body" + "".join(" falling " + "XYZ"[a] for a in falls), start, end))
+    return [(name, [numpy.array(s) + (numpy.array(e) - numpy.array(s)) * k / (count - 1) for k in range(count)])
+            for name, s, e in made]
+
+
+def laser_along(compbox, error_at, dice, noise=0.0, keep=lambda name: True, count=5):
+    """d.csv: what a laser shows along the diagonals, each run with a zero of its own, the air 3 ppm off."""
+    rows = ["diagonal,run,X_mm,Y_mm,Z_mm,error_um"]
+    for name, targets in diagonals_of((100, 80, 60), (900, 700, 500), count):
+        if not keep(name):
+            continue
+        along = (targets[-1] - targets[0]) / numpy.linalg.norm(targets[-1] - targets[0])
+        for run in (1, 2):
+            zero = dice.uniform(-30, 30)
+            for place in targets:
+                shown = along @ (error_at(place) + 3e-3 * (place - targets[0])) + zero + dice.gauss(0, noise)
+                rows.append(f"{name},{run}," + ",".join(repr(float(p)) for p in place) + f",{shown!r}")
+    compbox.write("d.csv", "\n".join(rows) + "\n")
+
+
+def aligned(places, errors):
+    """Errors behind the best shift and turn of the workpiece, which no length shows."""
+    unit = numpy.eye(3)
+    columns = [numpy.tile(shift, (len(places), 1)) for shift in unit]
+    columns += [numpy.cross(turn, numpy.array(places) / 1000) for turn in unit]
+    motion = numpy.array([column.ravel() for column in columns]).T
+    return errors - (motion @ numpy.linalg.lstsq(motion, errors.ravel(), rcond=None)[0]).reshape(errors.shape)
+
+
+class RollingMachine:
+    """Curves without linear roll, as identify writes them, and the machine that has it."""
+
+    def __init__(self, compbox, chain, dice):
+        self.chain, self.errors = chain, {}
+        self.shown = {axis: [curve(dice, "um" if k < 3 else "urad", smooth=True) for k in range(6)] for axis in "XYZ"}
+        self.positions = {axis: write_axis(compbox, axis, self.shown) for axis in "XYZ"}
+        self.real = {axis: list(self.shown[axis]) for axis in "XYZ"}
+        for k, (name, rise) in enumerate(ROLL.items()):
+            p = self.positions[name[2]]
+            self.real[name[2]][3 + k] = self.shown[name[2]][3 + k] + rise * (p - p.mean()) / (p[-1] - p[0])
+
+    def error(self, place):
+        at = tuple(place)
+        if at not in self.errors:
+            self.errors[at] = numpy.array(matrices(self.chain, self.real, self.positions, place, 175)[0])
+        return self.errors[at]
+
+    def error_by_curves(self, place):
+        return numpy.array(matrices(self.chain, self.shown, self.positions, place, 175, STRAIGHT)[0])
+
+    def options(self):
+        return [option for option in geometry(self.chain) if "C0Y" not in option and "A0Z" not in option
+                and option != "--squareness"] + ["--tool-length-mm", 175, "--method", "polyline", "--name", "vol"]
+
+
+def adjusted(compbox, machine, *more):
+    out = compbox.good("volumetric", "X", "Y", "Z", *machine.options(), "--diagonals", "d.csv", *more, "--json",
+                       "-o", "vol.json")
+    return json.loads(out)
+
+
+@pytest.mark.parametrize("chain, compensated", [("fXYZ", False), ("fXYZ", True), ("YfXZ", False), ("XYfZ", True),
+                                                ("ZYXf", False)])
+def test_diagonals_show_squareness_and_linear_roll(compbox, chain, compensated):
+    dice = random.Random(chain)
+    machine = RollingMachine(compbox, chain, dice)
+    laser_along(compbox, lambda place: machine.error(place) - compensated * machine.error_by_curves(place), dice)
+    report = adjusted(compbox, machine, *(["--compensated"] if compensated else []))
+    found, hidden = report["diagonals"]["found_urad"], report["diagonals"]["hidden"]
+    assert hidden == [UNSEEN[chain]]
+    assert report["remarks"] == [f"the diagonals do not show the linear part of {hidden[0]}, or show it as "
+                                 "squareness: zero"]
+    for name in set(ROLL) - set(hidden):
+        assert found[name]["value"] == pytest.approx(ROLL[name], abs=0.1)
+    assert report["diagonals"]["scale_ppm"] == pytest.approx(3, abs=0.05)
+    machine_file(compbox)
+    compbox.good("build", "machine.json", "vol.json", "-o", "c.json")
+    places = [[dice.uniform(0, TRAVEL[axis]) for axis in "XYZ"] for _ in range(40)]
+    left = evaluate(compbox, places)[:, :3] - numpy.array([machine.error(place) for place in places])
+    before = numpy.array([machine.error_by_curves(place) - machine.error(place) for place in places])
+    assert abs(aligned(places, left)).max() < 0.15 and abs(aligned(places, before)).max() > 5
+
+
+def test_the_stated_sigma_is_the_scatter(compbox):
+    dice = random.Random(21)
+    machine = RollingMachine(compbox, "fXYZ", dice)
+    shares = []
+    for _ in range(25):
+        laser_along(compbox, machine.error, dice, noise=0.5)
+        found = adjusted(compbox, machine)["diagonals"]
+        assert found["residual_um"] == pytest.approx(0.5, rel=0.3)
+        shares += [(found["found_urad"][name]["value"] - ROLL[name]) / found["found_urad"][name]["sigma"]
+                   for name in ("EAX", "EBY")]
+        assert found["found_urad"]["C0Y"]["value"] == pytest.approx(12.5, abs=5 * found["found_urad"]["C0Y"]["sigma"])
+    assert 0.75 < numpy.sqrt(numpy.mean(numpy.square(shares))) < 1.3  # 50 values
+
+
+def test_what_diagonals_do_not_show_is_zero_and_named(compbox):
+    dice = random.Random(4)
+    machine = RollingMachine(compbox, "fXYZ", dice)
+    laser_along(compbox, machine.error, dice, keep=lambda name: name.startswith("XY at 60"))
+    report = adjusted(compbox, machine)
+    assert report["diagonals"]["hidden"] == ["B0Z", "A0Z", "EAX", "EBY", "ECZ"]
+    assert list(report["diagonals"]["found_urad"]) == ["C0Y"]
+    assert report["squareness_urad"]["B0Z"] == 0
+    assert "the diagonals do not show A0Z, which needs both diagonals of a face: zero" in report["remarks"]
+    laser_along(compbox, machine.error, dice, keep=lambda name: name == "XY at 60")
+    assert adjusted(compbox, machine)["diagonals"]["found_urad"] == {}, "a scale looks like squareness on one diagonal"
+
+
+def test_squareness_that_is_given_is_not_solved(compbox):
+    dice = random.Random(5)
+    machine = RollingMachine(compbox, "fXYZ", dice)
+    laser_along(compbox, machine.error, dice)
+    report = adjusted(compbox, machine, "--squareness", "C0Y=12.5")
+    assert "C0Y" not in report["diagonals"]["found_urad"] and report["squareness_urad"]["C0Y"] == 12.5
+    assert report["diagonals"]["found_urad"]["EAX"]["value"] == pytest.approx(30, abs=0.1)
+
+
+def test_a_table_of_diagonals_that_cannot_be(compbox):
+    machine = RollingMachine(compbox, "fXYZ", random.Random(6))
+    header = "diagonal,X_mm,Y_mm,Z_mm,error_um\n"
+    good = "a,0,0,0,0\na,600,800,0,1\n"
+
+    def refused(text, *options):
+        compbox.write("d.csv", text)
+        return compbox.refused("volumetric", "X", "Y", "Z", *machine.options(), "--diagonals", "d.csv", *options,
+                           "-o", "vol.json")
+
+    assert "d.csv:4: this target is not on the line" in refused(header + good + "a,300,410,0,2\n")
+    assert "d.csv:4: the diagonal 'b' needs two targets or more" in refused(header + good + "b,1,2,3,0\n")
+    assert "Z_mm" in refused("diagonal,X_mm,Y_mm,error_um\na,0,0,0\na,1,1,0\n")
+    assert "d.csv:3:7: " in refused(header + "a,0,0,0,0\na,1,1,?,0\n")

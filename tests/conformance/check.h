@@ -47,6 +47,7 @@ void run_training_range(struct check *check);
 void run_volumetric(struct check *check);
 void run_direction(struct check *check);
 void run_linear(struct check *check);
+void run_bank(struct check *check);
 void run_box(struct check *check);
 
 #endif

@@ -35,7 +35,7 @@ static void make(struct cb_config *config, const struct linear_case *item) {
     config->terms[LINEAR] = (struct cb_term_config){.type = CB_TERM_LINEAR,
                                                     .first_output = LINEAR,
                                                     .outputs = 1,
-                                                    .as.linear = {{0, item->inputs}, 0}};
+                                                    .as.linear = {{0, item->inputs}, 0, false, 0}};
     config->terms[PRODUCT] = (struct cb_term_config){.type = CB_TERM_PRODUCT,
                                                      .first_output = PRODUCT,
                                                      .outputs = 1,
@@ -43,7 +43,7 @@ static void make(struct cb_config *config, const struct linear_case *item) {
 }
 
 static void evaluate(struct cb_box *box, float fade_um) {
-    cb_terms_evaluate(&box->config, box->signals, box->terms, &box->counters, fade_um,
+    cb_terms_evaluate(&box->config, box->signals, &box->bank, box->terms, &box->counters, fade_um,
                       box->outputs);
 }
 

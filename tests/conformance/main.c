@@ -20,6 +20,7 @@ static const struct {
     {"volumetric", run_volumetric},
     {"direction", run_direction},
     {"linear", run_linear},
+    {"bank", run_bank},
     {"box", run_box},
 };
 

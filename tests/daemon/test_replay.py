@@ -34,12 +34,15 @@ def replay(tmp_path_factory):
 
 
 def with_memory(data):
-    """A lag, a measured lead and counters: all that makes an output depend on times."""
+    """A lag, a bank of them, a measured lead and counters: all that makes an output depend on times."""
     data["cycle"]["lead_ms"] = "measured"
     data["signals"].append({"name": "T1_slow", "unit": "degC", "lag_of": "T1", "tau_s": 20})
     data["terms"].append({"name": "SLOW", "type": "polynomial", "signal": "T1_slow",
                           "coefficients": [0, -1.5]})
-    data["channels"][2]["sum"].append("SLOW")
+    data["terms"].append({"name": "BANK", "type": "linear",
+                          "bank": {"inputs": ["T1", "X"], "powers": {"T1": [1, 2]}, "tau_s": [5, 40],
+                                   "weights": [[0.5, -0.75, 0.003, 0.002, 0.001, 0.002]]}})
+    data["channels"][2]["sum"] += ["SLOW", "BANK"]
 
 
 def other_curve(data):
@@ -109,10 +112,28 @@ def test_a_run_that_resumed_a_state_file(plc, port, start_box, tmp_path, replay)
         assert state.startswith(before), state
         done = replay(config, recording)
         assert done.returncode == 0, done.stderr
-    assert state.rpartition(",lags,")[2]
-    recording.write_text("\n".join([limits, "stopped,0,beat,0,plc_heartbeat,0,beat_us,0,lags,", *steps]) + "\n")
+    lags, _, bank = state.rpartition(",lags,")[2].partition(",bank,")
+    assert lags and len(bank.partition(",inputs,")[0].split()) == 6
+    for lost in ("stopped,0,beat,0,plc_heartbeat,0,beat_us,0,lags,", state.partition(",bank,")[0]):
+        recording.write_text("\n".join([limits, lost, *steps]) + "\n")
+        done = replay(config, recording)
+        assert done.returncode == 1 and ": channel Z is " in done.stderr
+
+
+@pytest.mark.parametrize("piece, other", [("0:", "0:0:"), ("0:", "x:"), ("0:", "6:"), (",inputs,", " "),
+                                          (",inputs,0:", ",inputs,64:"), (",inputs,0:", ",inputs,0:0:")])
+def test_a_broken_state_of_a_bank_is_refused(plc, port, start_box, tmp_path, replay, piece, other):
+    config, recording = tmp_path / "coefficients.json", tmp_path / "inputs.csv"
+    for _ in range(2):
+        with RawPlc(plc, port), start_box("--state", str(tmp_path / "state"), change=with_memory) as box:
+            plc.wait_mode(ACTIVE)
+            plc.wait_writes(3)
+            box.stop()
+    text = recording.read_text()
+    before, bank, after = text.partition(",bank,")
+    recording.write_text(before + (bank + after).replace(piece, other, 1))
     done = replay(config, recording)
-    assert done.returncode == 1 and ": channel Z is " in done.stderr
+    assert done.returncode == 1 and "recording:2: " in done.stderr, done.stderr
 
 
 def test_a_run_with_a_reload_ends_at_the_take_over(plc, port, start_box, tmp_path, replay):

@@ -119,7 +119,7 @@ def test_libmodbus_as_client_reads_fakeplc(lines):
     with FakePlc("rtu:" + device) as plc:
         assert plc.command("status").startswith("ok")
         done = subprocess.run(["mbpoll", "-m", "rtu", "-a", "1", "-b", "115200", "-P", "none", "-t", "4",
-                               "-0", "-r", "0", "-c", "4", "-1", device], capture_output=True, text=True,
+                               "-0", "-r", "0", "-c", "4", "-o", "10", "-1", device], capture_output=True, text=True,
                               timeout=60)
         assert done.returncode == 0, done.stdout + done.stderr
         assert "[0]:" in done.stdout and "[3]:" in done.stdout

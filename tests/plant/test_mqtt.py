@@ -139,7 +139,8 @@ def test_tls_and_a_password(tmp_path):
     tls = {"cafile": "ca.pem", "certfile": "broker.pem", "keyfile": "broker.key"}
     with Broker(tmp_path, users="users", **tls) as broker, running_box(tmp_path):
         for password, joins in (("wrong", False), (PASSWORD, True)):
-            (tmp_path / "password").write_text(password + "\n")
+            (tmp_path / "password").write_text(password + "\r\n")
+            (tmp_path / "password").chmod(0o600)
             with view(tmp_path, "--mqtt", broker.at, "--mqtt-ca", tmp_path / "ca.pem", "--mqtt-user", "lathe",
                       "--mqtt-password-file", tmp_path / "password", "--mqtt-topic", "box") as process:
                 line = process.stderr.readline()

@@ -194,6 +194,7 @@ class invariants {
         for (int k = 0; broken.empty() && k < t.outputs; ++k)
             must(c.outputs[t.first_output + k].term == index, "outputs belong to terms");
         if (!broken.empty()) return;
+        if (t.type == CB_TERM_LINEAR && t.as.linear.has_bank) return bank(t);
         if (t.type == CB_TERM_LINEAR) return linear(t.as.linear);
         if (t.type == CB_TERM_PRODUCT) return product(t.as.product, index);
         if (t.type == CB_TERM_BPNET) return network(t);
@@ -240,6 +241,47 @@ class invariants {
                     std::fmax(std::fabs(s.min), std::fabs(s.max));
         }
         must(most < 1.1e9, "a sum stays below 1e9");
+    }
+
+    // Each bank has its own lags and columns, whose sums cannot overflow.
+    void bank(const cb_term_config &t) {
+        must(t.as.linear.bank < c.banks_count && c.banks_count <= CB_MAX_BANKS, "bank");
+        if (!broken.empty()) return;
+        const cb_bank_config &b = c.banks[t.as.linear.bank];
+        inputs(b.inputs.link, b.inputs.count);
+        must(b.inputs.link + 2 * b.inputs.count <= c.links_count, "powers");
+        must(within(b.taus_count, 1, CB_MAX_BANK_TAUS), "time constants");
+        must(b.taus + b.taus_count <= t.as.linear.pool, "time constants, then weights");
+        if (!broken.empty()) return;
+        for (int i = 0; i < b.taus_count; ++i) {
+            const float tau_s = c.pool[b.taus + i];
+            must(i == 0 || tau_s > c.pool[b.taus + i - 1], "time constants ascend");
+            must((i == 0 && b.unlagged) ? tau_s == 0 : within(tau_s, 1e-3f, 86400), "tau_s");
+        }
+        std::vector<double> sizes;
+        for (int i = 0; i < b.inputs.count; ++i) {
+            const cb_signal_config &s = c.signals[c.links[b.inputs.link + i]];
+            const int set = c.links[b.inputs.link + b.inputs.count + i];
+            must(within(set, 1, 15), "a set of powers");
+            const double x = std::fmax(std::fabs(s.min), std::fabs(s.max));
+            for (int p = 1; p <= 4; ++p)
+                if (set >> (p - 1) & 1) sizes.insert(sizes.end(), b.taus_count, std::pow(x, p));
+            if (!b.trained) continue;
+            const float *range = c.pool + b.ranges + 4 * i;
+            must(range[0] <= range[1] && range[2] >= 0 && range[3] > 0, "training range");
+        }
+        const size_t lagged = static_cast<size_t>(b.taus_count - b.unlagged);
+        must(b.lags + sizes.size() / b.taus_count * lagged <= c.bank_lags_count &&
+                 c.bank_lags_count <= CB_MAX_BANK_LAGS,
+             "lags of a bank");
+        must(t.as.linear.pool + t.outputs * (sizes.size() + 1) <= c.pool_count, "weights");
+        for (size_t k = 0; broken.empty() && k < t.outputs; ++k) {
+            const float *weights = c.pool + t.as.linear.pool + k * sizes.size();
+            double most = 0;
+            for (size_t i = 0; i < sizes.size(); ++i)
+                most += std::fabs(static_cast<double>(weights[i])) * sizes[i];
+            must(most < 1.1e9, "a sum stays below 1e9");
+        }
     }
 
     void product(const cb_product_config &p, int index) {

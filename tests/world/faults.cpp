@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "host-tools/formats/text.h"
 #include "tests/world/run.h"
@@ -200,18 +202,43 @@ preemption fault_injector::between_lines() {
             static_cast<std::int64_t>(drawn.below(20000))};
 }
 
-// Some take so long that the box has written more before they act (docs/decisions/0003).
+// So long that the box has written more before the request acts (docs/decisions/0003).
+time_ns fault_injector::draw_late() {
+    const machine &facts = of_.running();
+    return chance(fault_kind::delay)
+        .time_between(2 * facts.period_us * us, facts.heartbeat_timeout_us * us);
+}
+
+// Now and then the next write while an output moves at most of its slew rate: the one that acts
+// late is then far from those behind it.
+bool fault_injector::is_late_write(std::size_t bytes) {
+    constexpr std::size_t reading_bytes = 12;  // of TCP
+    delays_write_ = delays_write_ || due(late_writes_);
+    if (!delays_write_ || bytes <= reading_bytes) return false;
+    const machine &facts = of_.box_machine;
+    bool moves = false;
+    sent_um_.resize(facts.channels.size());
+    for (std::size_t c = 0; c < sent_um_.size(); ++c) {
+        const double um = in_plc_um(facts.map.channels[c]);
+        const double way_um = std::fabs(um - std::exchange(sent_um_[c], um));
+        const double most_um =
+            1e-6 * facts.channels[c].slew_um_per_s * static_cast<double>(facts.period_us);
+        moves = moves || (way_um > 0.7 * most_um && way_um < 1.3 * most_um);
+    }
+    delays_write_ = !moves;
+    return moves;
+}
+
 time_ns fault_injector::draw_delay() {
     dice &drawn = chance(fault_kind::delay);
-    const machine &facts = of_.running();
-    if (drawn.one_in(3))
-        return drawn.time_between(2 * facts.period_us * us, facts.heartbeat_timeout_us * us);
+    if (drawn.one_in(3)) return draw_late();
     return static_cast<time_ns>(drawn.log_between(100e3, 500e6));
 }
 
-segment_fate fault_injector::at_segment(bool, std::size_t bytes) {
+segment_fate fault_injector::at_segment(bool to_box, std::size_t bytes) {
     segment_fate fate;
     if (due(slow_segments_)) fate.delay_ns = draw_delay();
+    if (!to_box && is_late_write(bytes)) fate.delay_ns = draw_late();
     if (bytes > 1 && due(torn_segments_)) {
         fate.cut_at = 1 + chance(fault_kind::tear).below(bytes - 1);
         fate.rest_ns = static_cast<time_ns>(chance(fault_kind::tear).log_between(10e3, 100e6));
@@ -245,7 +272,7 @@ bool fault_injector::is_read_back(const fakeplc::byte_string &request) const {
     return request[0] == 3 && (request[1] << 8 | request[2]) == of_.box_machine.map.write.start;
 }
 
-// It does what it is asked to, without a reply.
+// It does what it is asked to, without a reply that can be taken.
 bool fault_injector::is_mute(const fakeplc::byte_string &request) const {
     if (request[0] != 3) return of_.time.now() < no_writes_until_;
     return is_read_back(request) && of_.time.now() < no_read_backs_until_;
@@ -257,6 +284,10 @@ reply_fate fault_injector::at_request(const fakeplc::byte_string &request) {
     fate.ignored = active_ && of_.time.now() < silent_until_;
     fate.twice = due(twice_);
     if (due(strays_)) fate.stray = static_cast<stray_reply>(1 + chance(fault_kind::stray).below(4));
+    if (fate.lost) fate.stray = stray_reply::none;
+    if (is_mute(request) && garbles_)
+        fate.stray = chance(fault_kind::mute).one_in(2) ? stray_reply::other_unit
+                                                        : stray_reply::other_function;
     if (active_ && of_.time.now() < gateway_until_ && request[0] != 3) {
         fate.stray = static_cast<stray_reply>(1 + chance(fault_kind::stray).below(4));
         fate.ignored = true;

@@ -58,7 +58,7 @@ class run;
     X(stray, "replies of another unit, function or length")                    \
     X(reader, "the reader of the log stops reading")                           \
     X(links, "symbolic links in the place of outputs and of their new files")  \
-    X(mute, "a PLC that answers readings, but no writes or no read-backs")
+    X(mute, "a PLC that answers readings, but writes or read-backs not or wrongly")
 
 enum class fault_kind {
 #define X(name, words) name,
@@ -153,8 +153,13 @@ class fault_injector : public call_faults,
     void plan_muteness();
     bool is_read_back(const fakeplc::byte_string &request) const;
     bool is_mute(const fakeplc::byte_string &request) const;
+    bool is_late_write(std::size_t bytes);
     time_ns draw_delay();
+    time_ns draw_late();
     void write_back_late(dice &drawn);
+    void tear_pair(time_ns until, double first_um, double second_um);
+    void write_back(const fakeplc::taken_channel &channel, time_ns pause);
+    double in_plc_um(const fakeplc::taken_channel &channel) const;
     void heal_plc();
 
     void plan_ends();  // faults_computer.cpp
@@ -193,12 +198,12 @@ class fault_injector : public call_faults,
     bool active_ = true;
 
     countdown slow_calls_{fault_kind::delay, 5000}, slow_segments_{fault_kind::delay, 200},
-        torn_segments_{fault_kind::tear, 50}, stalls_{fault_kind::loss, 5000},
-        resets_{fault_kind::reset, 5000}, refused_calls_{fault_kind::refuse, 3000},
-        short_calls_{fault_kind::partial, 20}, flips_{fault_kind::wire, 2000},
-        lost_replies_{fault_kind::loss, 500}, twice_{fault_kind::twice, 500},
-        exceptions_{fault_kind::exception, 500}, torn_readings_{fault_kind::exception, 200},
-        strays_{fault_kind::stray, 300};
+        late_writes_{fault_kind::delay, 100}, torn_segments_{fault_kind::tear, 50},
+        stalls_{fault_kind::loss, 5000}, resets_{fault_kind::reset, 5000},
+        refused_calls_{fault_kind::refuse, 3000}, short_calls_{fault_kind::partial, 20},
+        flips_{fault_kind::wire, 2000}, lost_replies_{fault_kind::loss, 500},
+        twice_{fault_kind::twice, 500}, exceptions_{fault_kind::exception, 500},
+        torn_readings_{fault_kind::exception, 200}, strays_{fault_kind::stray, 300};
     // Until then a call, a function or the disk refuses.
     std::string stormy_call_;
     int stormy_error_ = 0;
@@ -207,7 +212,10 @@ class fault_injector : public call_faults,
     time_ns silent_until_ = 0;       // its server answers nothing …
     // … or no writes, or does not return the write block
     time_ns no_writes_until_ = 0, no_read_backs_until_ = 0;
-    time_ns gateway_until_ = 0;  // another device answers writes in its place
+    bool garbles_ = false;         // … but with replies that nobody can take
+    bool delays_write_ = false;    // the next one of an output that moves fast …
+    std::vector<double> sent_um_;  // … by what the PLC had at the request before
+    time_ns gateway_until_ = 0;    // another device answers writes in its place
     time_ns slow_until_ = 0, slow_ns_ = 0;
     int refused_function_ = 0, refused_code_ = 0;
     // Calls and lines until the process ends; below 0: nothing is planned.

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "tests/world/faults.h"
 #include "tests/world/run.h"
@@ -83,11 +84,12 @@ void fault_injector::plan_muteness() {
         const std::uint64_t way = drawn.below(4);
         if (way != 0) no_writes_until_ = until;
         if (way <= 2) no_read_backs_until_ = until;
-        note(fault_kind::mute, fmt::format("no {} has a reply for {} ms",
+        garbles_ = drawn.one_in(2);
+        note(fault_kind::mute, fmt::format("no {} has a{} reply for {} ms",
                                            way == 0   ? "read-back"
                                            : way <= 2 ? "write and no read-back"
                                                       : "write",
-                                           lasts / ms));
+                                           garbles_ ? " valid" : "", lasts / ms));
     });
 }
 
@@ -217,6 +219,10 @@ void fault_injector::plan_foreign() {
 // While it has the server, others may have no replies.
 void fault_injector::write_back_late(dice &drawn) {
     const fakeplc::register_map &map = of_.box_machine.map;
+    if (!of_.box_machine.pairs.empty() && drawn.one_in(2)) {
+        tear_pair(of_.time.now() + 60 * second, std::nan(""), std::nan(""));
+        return;
+    }
     const fakeplc::taken_channel &channel = drawn.one_of(map.channels);
     const bool all = drawn.one_in(4);
     const int at = all ? map.write.start : channel.address;
@@ -227,6 +233,52 @@ void fault_injector::write_back_late(dice &drawn) {
     if (drawn.chance(0.75))
         no_writes_until_ = no_read_backs_until_ = of_.time.now() + pause + 100 * ms;
     later(pause, [this, at, words] {
+        if (!active_) return;
+        of_.plc.catch_up();
+        of_.plc.write_foreign(at, words);
+    });
+}
+
+double fault_injector::in_plc_um(const fakeplc::taken_channel &channel) const {
+    const auto words = of_.plc.registers(channel.address, channel.format.registers);
+    return channel.scale_um * channel.format.decode(words.data());
+}
+
+// Waits until two motors of a stage move at the limit of their difference. Then the one behind is
+// put back to where it is now, at the end of an outage in which both move on a little.
+void fault_injector::tear_pair(time_ns until, double first_um, double second_um) {
+    if (!active_ || of_.time.now() >= until) return;
+    const machine &facts = of_.box_machine;
+    const pair_facts &pair = facts.pairs.front();
+    const auto &one = facts.map.channels[pair.first], &other = facts.map.channels[pair.second];
+    of_.plc.catch_up();
+    const double a_um = facts.channels[pair.first].sign * in_plc_um(one);
+    const double b_um = facts.channels[pair.second].sign * in_plc_um(other);
+    const double way_um = a_um - first_um;
+    const time_ns period_ns = facts.period_us * us;
+    const double unit_um =
+        std::max(facts.channels[pair.first].unit_um, facts.channels[pair.second].unit_um);
+    const double far_um = std::max(3 * unit_um, 0.01 * pair.most_um);
+    const bool moves = way_um * (b_um - second_um) > 0 && std::fabs(way_um) > far_um &&
+                       std::fabs(b_um - second_um) > far_um;
+    if (moves && std::fabs(a_um - b_um) > pair.most_um - 2 * unit_um - 1e-3) {
+        note(fault_kind::foreign, "another client tears a pair apart");
+        write_back((way_um > 0) == (a_um < b_um) ? one : other,
+                   chance(fault_kind::foreign).time_between(6 * period_ns, 20 * period_ns));
+        return;
+    }
+    later(period_ns, [this, until, a_um, b_um] { tear_pair(until, a_um, b_um); });
+}
+
+// Without replies until then, and a moment longer. What the PLC applies stays there.
+void fault_injector::write_back(const fakeplc::taken_channel &channel, time_ns pause) {
+    const auto words = of_.plc.registers(channel.address, channel.format.registers);
+    no_writes_until_ = no_read_backs_until_ = of_.time.now() + pause + 100 * ms;
+    if (const auto at = channel.applied_address) {
+        of_.plc.show(*at, words);
+        later(pause + 300 * ms, [this, at] { of_.plc.show(*at, {}); });
+    }
+    later(pause, [this, at = channel.address, words] {
         if (!active_) return;
         of_.plc.catch_up();
         of_.plc.write_foreign(at, words);
@@ -418,13 +470,7 @@ void fault_injector::heal_plc() {
     of_.net.plugged = true;
     plc.serves = true;
     plc.stop_program(false);
-    plc.show_all();
-    plc.foreign_clients = 0;
-    plc.control.freeze_nc(false);
-    plc.catch_up();
-    plc.control.set_referenced(true);
-    plc.control.set_permit(true);
-    plc.control.set_enable(false);
+    plc.put_right();
     later(of_.rest_ns(), [&plc] {
         plc.catch_up();
         plc.control.set_referenced(true);

@@ -22,7 +22,7 @@ class size_invariant : public invariant {
     explicit size_invariant(run &of) : invariant(of, "size") {}
     void exchanged(const exchange &seen) override {
         if (seen.written.empty() || of_.files_taken() > 1) return;
-        const machine &facts = of_.running_at(seen.sent);
+        const machine &facts = of_.author_of(seen);
         const written_block block = block_of(facts, seen);
         for (std::size_t c = 0; c < block.um.size(); ++c) {
             const channel_facts &channel = facts.channels[c];
@@ -44,7 +44,7 @@ class pair_invariant : public invariant {
   public:
     explicit pair_invariant(run &of) : invariant(of, "pair") {}
     void exchanged(const exchange &seen) override {
-        const machine &facts = of_.running_at(seen.sent);
+        const machine &facts = of_.author_of(seen);
         if (seen.written.empty() || facts.pairs.empty() || of_.files_taken() > 1) return;
         const written_block block = block_of(facts, seen);
         for (const pair_facts &pair : facts.pairs) {
@@ -59,7 +59,8 @@ class pair_invariant : public invariant {
 
 // Whichever writes take effect, and in whatever order: from one value of the PLC to the next at
 // most slew x 2 periods, plus a unit. And over a longer time, by the times of sending, at most
-// slew x time.
+// slew x time. Between the writes of two files the faster one counts: the box may stay where the
+// file before brought it in a write that the PLC never got (firmware/box/limiter.c).
 class slew_invariant : public invariant {
   public:
     explicit slew_invariant(run &of) : invariant(of, "slew"), lag_ns_(longest_lag(of)) {}
@@ -78,16 +79,19 @@ class slew_invariant : public invariant {
         }
         if (is_reading(facts, seen)) reads_alone_ = seen.function == 3;
         if (seen.written.empty()) return;
-        written_block block = block_of(facts, seen);
-        if (seen.sent < placed_ns_) leave_applied_out(facts, block);
+        const machine &author = of_.author_of(seen);
+        written_block block = block_of(author, seen);
+        if (seen.sent < placed_ns_) leave_applied_out(author, block);
         const bool again = before_ && before_->heartbeat == block.heartbeat;  // on a serial line
         if (before_)
-            check(facts, *before_, block, 2 * period_s(facts), "from one write to the next");
+            check(*author_, author, *before_, block, 2 * period_s(facts),
+                  "from one write to the next");
         before_ = block;
+        author_ = &author;
         if (again) return;
         if (seen.sent - sent_ns_ > 4 * facts.period_us * us) gap_ns_ = seen.sent;
         sent_ns_ = std::max(sent_ns_, seen.sent);
-        if (lag_ns_ != never) look_back(facts, {seen.sent, block});
+        if (lag_ns_ != never) look_back(author, {seen.sent, block});
     }
 
   private:
@@ -120,18 +124,22 @@ class slew_invariant : public invariant {
         return 1e-6 * static_cast<double>(facts.period_us);
     }
 
-    // in : two blocks, and the time in which the box may have moved from one to the other
-    void check(const machine &facts, const written_block &from, const written_block &to,
-               double time_s, const char *words) {
-        for (std::size_t c = 0; c < to.um.size(); ++c) {
-            const channel_facts &channel = facts.channels[c];
-            const double most_um = channel.slew_um_per_s * time_s + 2.01 * channel.unit_um + 1e-3;
+    // in : two blocks, their files, and the time in which the box may have moved from one to the
+    //      other. A channel that is new comes from zero.
+    void check(const machine &was, const machine &is, const written_block &from,
+               const written_block &to, double time_s, const char *words) {
+        for (std::size_t c = 0; c < std::min(from.um.size(), to.um.size()); ++c) {
+            const channel_facts &channel = is.channels[c];
+            const double slew_um_per_s =
+                std::max(was.channels[c].slew_um_per_s, channel.slew_um_per_s);
+            const double slope_slew_per_s =
+                std::max(was.channels[c].slope_slew_per_s, channel.slope_slew_per_s);
+            const double most_um = slew_um_per_s * time_s + 2.01 * channel.unit_um + 1e-3;
             const double step_um = std::fabs(to.um[c] - from.um[c]);
             if (step_um > most_um)
                 violated(fmt::format("{} moves by {} µm {}, allowed are {} µm", channel.name,
                                      step_um, words, most_um));
-            const double most =
-                channel.slope_slew_per_s * time_s + 2.01 * channel.slope_unit + 1e-9;
+            const double most = slope_slew_per_s * time_s + 2.01 * channel.slope_unit + 1e-9;
             const double step = std::fabs(to.slope[c] - from.slope[c]);
             if (step > most)
                 violated(fmt::format("the slope of {} moves by {} {}, allowed are {}", channel.name,
@@ -147,8 +155,9 @@ class slew_invariant : public invariant {
         if (past_.size() < remembered) return;
         const sent_block before = past_.front();
         past_.pop_front();
-        const double time_s = 1e-9 * static_cast<double>(now.sent - before.sent + lag_ns_);
-        check(facts, before.block, now.block, time_s + 1.2 * period_s(facts), "over twelve writes");
+        const time_ns apart_ns = now.sent - before.sent + lag_ns_ + longest_between_steps(facts);
+        const double time_s = 1e-9 * static_cast<double>(apart_ns) + 0.2 * period_s(facts);
+        check(facts, facts, before.block, now.block, time_s, "over twelve writes");
     }
 
     time_ns lag_ns_, sent_ns_ = 0;
@@ -157,6 +166,7 @@ class slew_invariant : public invariant {
     time_ns gap_ns_ = -never / 2;     // last write after a pause
     bool reads_alone_ = false;        // the newest reading came without a write
     std::optional<written_block> before_;
+    const machine *author_ = nullptr;  // of before_
     std::deque<sent_block> past_;
 };
 
@@ -186,7 +196,7 @@ class start_invariant : public invariant {
         refused_ = false;
     }
     void exchanged(const exchange &seen) override {
-        const machine &facts = of_.running_at(seen.sent);
+        const machine &facts = of_.author_of(seen);
         if (first_ && seen.function == 3 && seen.exception != 0) refused_ = true;
         if (seen.written.empty()) return;
         const written_block block = block_of(facts, seen);
@@ -246,7 +256,8 @@ class unknown_invariant : public invariant {
         }
         if (seen.written.empty()) return;
         if (refused_ && seen.sent > refused_ns_) {
-            judge(facts, block_of(facts, seen));
+            const machine &author = of_.author_of(seen);
+            judge(author, block_of(author, seen));
             refused_ = false;
         }
         written_ns_ = written_ns_ == never ? seen.sent : std::max(written_ns_, seen.sent);

@@ -38,7 +38,7 @@ class applied_invariant : public invariant {
         channels_.resize(facts.channels.size());
         if (seen.duration == never) forget_outside();
         if (!seen.written.empty() && (sent_.empty() || seen.sent >= sent_.back().ns))
-            judge(facts, seen);
+            judge(of_.author_of(seen), seen);
         if (is_reading(facts, seen) && head_of(facts, seen).whole) take(facts, seen);
     }
 
@@ -209,7 +209,7 @@ class confirmed_invariant : public invariant {
     void started() override { steps_ = 0; }
     void exchanged(const exchange &seen) override {
         if (seen.written.empty()) return;
-        const written_block block = block_of(of_.running_at(seen.sent), seen);
+        const written_block block = block_of(of_.author_of(seen), seen);
         if (seen.duration != never) steps_ = 0;
         if (seen.duration != never || block.mode != fakeplc::box_mode::active) return;
         if (steps_ > 0 && block.heartbeat == heartbeat_) return;  // again, on a serial line

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "tests/world/blocks.h"
 #include "tests/world/invariants.h"
@@ -54,7 +55,22 @@ double bspline_at(const numbers &knots, std::size_t degree, const numbers &point
 std::optional<double> value_of(const json &root, const std::string &output,
                                const signal_values &values);
 
+// Columns in their order: inputs, powers, and one time constant, 0.
+std::optional<double> bank_at(const json &bank, const signal_values &values) {
+    if (bank.at("tau_s") != json::array({0})) return std::nullopt;
+    double sum = bank.at("bias")[0].get<double>();
+    std::size_t column = 0;
+    for (const std::string name : bank.at("inputs")) {
+        const auto input = values.find(name);
+        if (input == values.end()) return std::nullopt;
+        for (const int power : bank.at("powers").at(name))
+            sum += bank.at("weights")[0][column++].get<double>() * std::pow(input->second, power);
+    }
+    return sum;
+}
+
 std::optional<double> linear_at(const json &term, const signal_values &values) {
+    if (term.contains("bank")) return bank_at(term.at("bank"), values);
     double sum = term.value("constant", 0.0);
     for (std::size_t i = 0; i < term.at("inputs").size(); ++i) {
         const auto input = values.find(term.at("inputs")[i].get<std::string>());
@@ -101,6 +117,7 @@ class models_invariant : public invariant {
     void started() override {
         wants_.clear();
         past_.clear();
+        demand_fault_ = false;
     }
     void exchanged(const exchange &seen) override {
         if (root_.is_null()) return;
@@ -210,10 +227,11 @@ class models_invariant : public invariant {
             if (!wants_[c]) continue;
             const time_ns rest_ns = sent - std::max(wants_[c]->since_ns, arrived_ns_) -
                                     2 * time_ns{sampled} * facts.period_us * us;
-            if (1e-9 * static_cast<double>(rest_ns) * channel.slew_um_per_s <
-                2.2 * channel.limit_um)
-                continue;
             const auto other = partner_of(facts, c);
+            const channel_facts &partner = facts.channels[other.value_or(c)];
+            const double slew_um_per_s = std::min(channel.slew_um_per_s, partner.slew_um_per_s);
+            const double way_um = 2.2 * std::max(channel.limit_um, partner.limit_um);
+            if (1e-9 * static_cast<double>(rest_ns) * slew_um_per_s < way_um) continue;
             if (other) {
                 if (wants_[*other] && wants_[*other]->since_ns <= wants_[c]->since_ns)
                     compare_pair(facts, c, *other, block);
@@ -304,9 +322,11 @@ class slope_invariant : public invariant {
         if (!is_reading(facts, seen)) return;
         fresh_ = ++readings_ % 8 == 0 && head_of(facts, seen).whole;
         if (fresh_) take(facts, seen);
+        forget_moved(facts, seen);
     }
 
   private:
+    static constexpr double same_mm = 1e-3;
     struct demand {
         double at_mm, slope;
         time_ns since_ns;
@@ -323,12 +343,26 @@ class slope_invariant : public invariant {
             const std::string axis = entry.at("tangent").at("signal");
             const auto slope = slope_of(entry, values, axis, facts.channels[c].slope_limit);
             const double at_mm = values.at(axis), near = 0.05 * facts.channels[c].slope_limit;
-            if (slope && wants_[c] && std::fabs(at_mm - wants_[c]->at_mm) < 1e-3 &&
+            if (slope && wants_[c] && std::fabs(at_mm - wants_[c]->at_mm) < same_mm &&
                 std::fabs(*slope - wants_[c]->slope) < near)
                 continue;
             wants_[c].reset();
             if (slope) wants_[c] = demand{at_mm, *slope, seen.now};
         }
+    }
+    // Between two sampled readings, eight of which may be most of a second, an axis may move off.
+    void forget_moved(const machine &facts, const exchange &seen) {
+        for (std::size_t c = 0; c < wants_.size(); ++c) {
+            if (wants_[c] && std::fabs(axis_mm(facts, c, seen) - wants_[c]->at_mm) >= same_mm)
+                wants_[c].reset();
+        }
+    }
+    double axis_mm(const machine &facts, std::size_t c, const exchange &seen) const {
+        const std::string axis = root_.at("channels")[c].at("tangent").at("signal");
+        for (const fakeplc::shown_signal &signal : facts.map.signals) {
+            if (signal.name == axis) return signal_in(facts, signal, seen);
+        }
+        return std::nan("");
     }
     // out: mm/mm; nothing at a corner, or where a term needs more than one reading
     std::optional<double> slope_of(const json &entry, signal_values values, const std::string &axis,
@@ -351,7 +385,9 @@ class slope_invariant : public invariant {
     }
     void judge(const machine &facts, const written_block &block, time_ns sent) {
         using namespace box_reason;  // at its limit a channel has no slope
-        if (block.mode != fakeplc::box_mode::active ||
+        // A box that was silent may have been in STANDBY.
+        const bool follows = 2 * (sent - std::exchange(sent_ns_, sent)) <= 3 * facts.period_us * us;
+        if (block.mode != fakeplc::box_mode::active || !follows ||
             (block.reason != none && block.reason != extrapolated))
             active_ns_ = sent;
         for (std::size_t c = 0; c < wants_.size(); ++c) {
@@ -377,6 +413,7 @@ class slope_invariant : public invariant {
     std::uint64_t readings_ = 0;
     bool fresh_ = false;     // the newest reading is sampled
     time_ns active_ns_ = 0;  // not ACTIVE until then
+    time_ns sent_ns_ = 0;    // the newest write
 };
 
 }  // namespace

@@ -33,7 +33,7 @@ class evidence_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         if (lag_ns_ == never) return;
         const machine &facts = of_.running_at(seen.sent);
-        if (!seen.written.empty()) judge(facts, seen);
+        if (!seen.written.empty()) judge(of_.author_of(seen), seen);
         if (is_reading(facts, seen)) take(facts, seen);
     }
 
@@ -76,8 +76,9 @@ class essential_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         if (lag_ns_ == never) return;
         const machine &facts = of_.running_at(seen.sent);
-        if (!seen.written.empty() && block_of(facts, seen).mode == fakeplc::box_mode::active)
-            judge(facts, seen);
+        const machine &author = of_.author_of(seen);
+        if (!seen.written.empty() && block_of(author, seen).mode == fakeplc::box_mode::active)
+            judge(author, seen);
         if (is_reading(facts, seen)) take(facts, seen);
     }
 
@@ -125,7 +126,7 @@ class permission_invariant : public invariant {
         const machine &facts = of_.running_at(seen.sent);
         if (!contact_ && is_read_back(facts, seen)) first_contact(facts, seen);
         if (!contact_ && is_refused_read_back(facts, seen)) lost_ = !trusted();
-        if (!seen.written.empty() && seen.sent >= newest_ns_) judge(facts, seen);
+        if (!seen.written.empty() && seen.sent >= newest_ns_) judge(of_.author_of(seen), seen);
         if (is_reading(facts, seen)) take(facts, seen);
     }
 
@@ -185,7 +186,7 @@ class reset_invariant : public invariant {
     void started() override { in_fault_ = false; }
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
-        if (!seen.written.empty() && seen.sent >= newest_ns_) judge(facts, seen);
+        if (!seen.written.empty() && seen.sent >= newest_ns_) judge(of_.author_of(seen), seen);
         if (!is_reading(facts, seen)) return;
         const bool resets = head_of(facts, seen).resets();
         if (resets && (!was_set_ || !seen_all())) edge_ns_ = seen.now;
@@ -232,12 +233,13 @@ class status_invariant : public invariant {
             sent_ns_ = std::max(sent_ns_, seen.sent);
         }
         if (seen.written.empty()) return;
-        const written_block block = block_of(facts, seen);
+        const machine &author = of_.author_of(seen);
+        const written_block block = block_of(author, seen);
         if (seen.sent < sent_ns_) return;  // of a given-up connection
-        judge(facts, block);
+        judge(author, block);
         const bool again = before_ && before_->heartbeat == block.heartbeat;  // on a serial line
-        if (before_) compare(facts, *before_, block, seen.sent - sent_ns_);
-        watch_hold(facts, block, seen.sent);
+        if (before_) compare(author, *before_, block, seen.sent - sent_ns_);
+        watch_hold(author, block, seen.sent);
         before_ = block;
         if (!again) sent_ns_ = seen.sent;
     }
@@ -274,7 +276,7 @@ class status_invariant : public invariant {
             if (beats > most)
                 violated(fmt::format("the box's heartbeat counts {} in {} ms", beats, apart / ms));
         }
-        for (std::size_t c = 0; c < to.um.size(); ++c) {
+        for (std::size_t c = 0; c < std::min(from.um.size(), to.um.size()); ++c) {
             const double was = from.um[c], is = to.um[c];
             // A step in between, whose write the PLC never got, may have been ACTIVE.
             const bool follows = beats <= 1;
@@ -309,7 +311,9 @@ class status_invariant : public invariant {
     // No faster than ramp_um_per_s, over any two writes.
     void check_ramp(const machine &facts, std::size_t c, double was, double is, time_ns apart) {
         if (lag_ns_ != 0) return;
-        const double time_s = 1e-9 * static_cast<double>(apart + facts.period_us * us);
+        const time_ns longest_ns = 2 * facts.period_us * us;  // of one step
+        const time_ns steps_ns = std::min(apart + longest_between_steps(facts), longest_ns);
+        const double time_s = 1e-9 * static_cast<double>(steps_ns);
         const double most = facts.ramp_um_per_s * time_s + 2.01 * facts.channels[c].unit_um + 1e-3;
         if (std::fabs(is - was) > most)
             violated(fmt::format("{} ramps by {} µm in {} s, allowed are {} µm",
@@ -320,6 +324,9 @@ class status_invariant : public invariant {
             hold_ns_ = never;
             return;
         }
+        // Between two writes with a gap, which the PLC refused or never got, it was in other modes.
+        const time_ns gap_ns = sent - std::exchange(held_ns_, sent);
+        if (gap_ns > 3 * facts.period_us * us) hold_ns_ = never;
         hold_ns_ = std::min(hold_ns_, sent);
         const time_ns most = facts.hold_us * us + 8 * facts.period_us * us +
                              (lag_ns_ == never ? 200 * second : lag_ns_);
@@ -327,6 +334,7 @@ class status_invariant : public invariant {
     }
 
     time_ns lag_ns_, sent_ns_ = 0, hold_ns_ = never;
+    time_ns held_ns_ = 0;  // the newest write that is HOLD
     std::optional<written_block> before_;
 };
 
@@ -352,9 +360,9 @@ class reason_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
         if (lag_ns_ == never) return;
-        if (!seen.written.empty()) judge_reason(facts, seen);
+        if (!seen.written.empty()) judge_reason(of_.author_of(seen), seen);
         if (!seen.written.empty() && (active_ns_ == never || seen.sent > active_ns_))
-            judge(facts, seen);
+            judge(of_.author_of(seen), seen);
         if (!is_reading(facts, seen)) return;
         read_ns_ = seen.sent;
         const read_head head = head_of(facts, seen);
@@ -398,8 +406,8 @@ class reason_invariant : public invariant {
 };
 
 // A box that no longer writes leaves no ACTIVE behind while the PLC answers readings in time,
-// whatever else it leaves unanswered. A PLC whose replies come behind the deadline is out of reach:
-// silence lets its own watchdog act (decision 5).
+// whatever else it leaves unanswered. A PLC whose replies come behind the deadline, or that the box
+// did not read for some periods, is out of reach: silence lets its own watchdog act (decision 5).
 class silence_invariant : public invariant {
   public:
     explicit silence_invariant(run &of) : invariant(of, "silence") {}
@@ -408,18 +416,21 @@ class silence_invariant : public invariant {
         const machine &facts = of_.running_at(seen.sent);
         if (!seen.written.empty()) {
             readings_ = 0;
-            active_ = block_of(facts, seen).mode == fakeplc::box_mode::active;
+            heard_ns_ = seen.sent;
+            active_ = block_of(of_.author_of(seen), seen).mode == fakeplc::box_mode::active;
         } else if (is_late(facts, seen)) {
             readings_ = 0;
-        } else if (is_reading(facts, seen) && ++readings_ > most_readings && active_ &&
-                   !disturbed()) {
-            violated(
-                fmt::format("{} readings without a write, and the status is ACTIVE", readings_));
+        } else if (is_reading(facts, seen)) {
+            const time_ns silent_ns = seen.sent - std::exchange(heard_ns_, seen.sent);
+            active_ = active_ && 2 * silent_ns < 5 * facts.period_us * us;  // the box: 3 periods
+            if (++readings_ > most_readings && active_ && !disturbed())
+                violated(fmt::format("{} readings without a write, and the status is ACTIVE",
+                                     readings_));
         }
     }
 
   private:
-    static constexpr std::uint64_t most_readings = 60;
+    static constexpr std::uint64_t most_readings = 16;  // the box: five, if a late reply is awaited
     static constexpr time_ns way = ms;  // of request and reply on the wire, and to the step
     // Two requests of fc3+fc16 have to end before the deadline.
     static bool is_late(const machine &facts, const exchange &seen) {
@@ -436,6 +447,7 @@ class silence_invariant : public invariant {
                                fault_kind::wire, fault_kind::exception, fault_kind::stray});
     }
     std::uint64_t readings_ = 0;
+    time_ns heard_ns_ = 0;  // the newest write, or reading with a reply in time
     bool active_ = false;
 };
 

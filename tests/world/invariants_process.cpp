@@ -26,7 +26,7 @@ class exit_invariant : public invariant {
     }
     void exchanged(const exchange &seen) override {
         if (seen.written.empty()) return;
-        const written_block block = block_of(of_.running_at(seen.sent), seen);
+        const written_block block = block_of(of_.author_of(seen), seen);
         stopped_ = block.mode == fakeplc::box_mode::stopped && block.is_zero();
     }
     void ended(const ending &how) override {
@@ -62,7 +62,7 @@ class service_invariant : public invariant {
     explicit service_invariant(run &of) : invariant(of, "service") {}
     void exchanged(const exchange &seen) override {
         if (seen.written.empty()) return;
-        const written_block block = block_of(of_.running_at(seen.sent), seen);
+        const written_block block = block_of(of_.author_of(seen), seen);
         mode_ = block.mode;
         is_zero_ = block.is_zero();
         const bool whole =
@@ -246,7 +246,7 @@ class tick_invariant : public invariant {
     void started() override { known_ = 0; }
     void exchanged(const exchange &seen) override {
         if (seen.written.empty()) return;
-        const machine &facts = of_.running_at(seen.sent);
+        const machine &facts = of_.author_of(seen);
         const written_block block = block_of(facts, seen);
         if (known_ > 0 && block.heartbeat == beat_[0]) return;
         const auto beats = static_cast<std::uint16_t>(block.heartbeat - beat_[1]);
@@ -269,7 +269,8 @@ class tick_invariant : public invariant {
 };
 
 // Periods that are missed again and again are FAULT, and none is ACTIVE behind it (docs/faults.md,
-// reason 19). The score here counts those misses alone that are certain.
+// reason 19). The score here counts those misses alone that are certain: one for a step, however
+// often the wait before it had to be repeated.
 class overrun_invariant : public invariant {
   public:
     explicit overrun_invariant(run &of) : invariant(of, "overrun") {}
@@ -279,6 +280,8 @@ class overrun_invariant : public invariant {
     }
     void ticked() override {
         const time_ns period_ns = of_.running().period_us * us, now = of_.time.now();
+        if (of_.steps_of_daemon == steps_ && ticked_ns_ != never) return;
+        steps_ = of_.steps_of_daemon;
         const bool missed = ticked_ns_ != never && now - ticked_ns_ > period_ns * 21 / 10;
         ticked_ns_ = now;
         if (missed) {
@@ -293,7 +296,7 @@ class overrun_invariant : public invariant {
     }
     void exchanged(const exchange &seen) override {
         if (seen.written.empty()) return;
-        const machine &facts = of_.running_at(seen.sent);
+        const machine &facts = of_.author_of(seen);
         const unsigned mode = block_of(facts, seen).mode;
         if (mode == fakeplc::box_mode::fault) started();  // the box: behind a fault of any reason
         if (full_ns_ == never) return;
@@ -306,6 +309,7 @@ class overrun_invariant : public invariant {
     // A FAULT that the PLC refuses to take is not seen here, and clears the score.
     bool unknown() const { return draws_any(of_, {fault_kind::suspend, fault_kind::exception}); }
     static constexpr int fault_score = 18;  // the box: 16
+    std::uint64_t steps_ = 0;               // of this daemon
     int score_ = 0, good_ = 0;
     time_ns ticked_ns_ = never, full_ns_ = never;
 };

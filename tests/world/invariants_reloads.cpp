@@ -21,7 +21,7 @@ class reload_invariant : public invariant {
     void started() override { mode_ = fakeplc::box_mode::standby; }
     void exchanged(const exchange &seen) override {
         if (seen.written.empty() || seen.sent < sent_ns_) return;
-        mode_ = block_of(of_.running_at(seen.sent), seen).mode;
+        mode_ = block_of(of_.author_of(seen), seen).mode;
         sent_ns_ = seen.sent;
     }
     void taken(const machine &was, const machine &is) override {

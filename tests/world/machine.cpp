@@ -244,15 +244,35 @@ struct draft {
                   {"control_points", values(count, 30)}});
     }
 
+    // The same temperature twice makes a bank: of lags, or of the temperature and its square.
     void add_linear(const std::string &name, double most) {
         std::vector<std::string> inputs = {any_temperature()};
         const std::string other = any_temperature();
         if (other != inputs[0]) inputs.push_back(other);
+        const std::vector<double> weights = values(inputs.size(), most);
+        const double constant = rounded(chance.between(-most, most));
+        if (inputs.size() == 1) return add_bank(name, inputs[0], weights[0], constant);
         add_term({{"name", name},
                   {"type", "linear"},
                   {"inputs", inputs},
-                  {"weights", values(inputs.size(), most)},
-                  {"constant", rounded(chance.between(-most, most))}});
+                  {"weights", weights},
+                  {"constant", constant}});
+    }
+
+    void add_bank(const std::string &name, const std::string &input, double weight, double bias) {
+        const bool lagged = name.back() % 2 == 0;
+        const std::vector<double> taus =
+            lagged ? std::vector<double>{0, 20, 900} : std::vector<double>{0};
+        std::vector<double> row(taus.size(), weight / static_cast<double>(taus.size()));
+        row.insert(row.end(), taus.size(), weight * 1e-3);
+        add_term({{"name", name},
+                  {"type", "linear"},
+                  {"bank",
+                   {{"inputs", json::array({input})},
+                    {"powers", {{input, json::array({1, 2})}}},
+                    {"tau_s", taus},
+                    {"weights", json::array({row})},
+                    {"bias", json::array({bias})}}}});
     }
 
     void add_product(const std::string &name) {
@@ -554,6 +574,10 @@ std::string with_other_scale(const std::string &text, dice &chance) {
     json &channel = root["channels"][chance.below(root["channels"].size())];
     channel["scale"] = 2 * channel["scale"].get<double>();
     return root.dump(1);
+}
+
+time_ns longest_between_steps(const machine &of) {
+    return of.period_us * us * (of.fc23 ? 8 : 5) / 5;
 }
 
 bool is_wider(const machine &fresh, const machine &than) {

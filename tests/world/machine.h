@@ -58,6 +58,12 @@ struct machine {
     std::vector<std::string> rated;         // … and those of them with max_rate_per_s
 };
 
+// out: two writes that were sent at once may have outputs of steps so far apart. A write follows
+// its
+//      step within the exchange, four fifths of a period; with FC23 a period later, and an exchange
+//      that lasts comes before the step too.
+time_ns longest_between_steps(const machine &of);
+
 // in : revision of the file. The same dice give the same machine.
 machine random_machine(dice &chance, unsigned revision = 1);
 

@@ -37,7 +37,7 @@ void plc_side::catch_up() {
 void plc_side::permit_by_enable() {
     constexpr unsigned reason_wait = 7;
     constexpr int patience = 8;
-    if (permits_resume || stopped_) return;
+    if (permits_resume || stopped_ || put_right_) return;
     const unsigned reason = registers(machine_.map.status, 1)[0] >> 8;
     if (waits_ == patience) control.set_enable(true);
     waits_ = reason == reason_wait && waits_ < patience ? waits_ + 1 : 0;
@@ -121,8 +121,15 @@ void plc_side::show(int address, const std::vector<std::uint16_t> &words) {
         shown_[address] = words;
 }
 
-void plc_side::show_all() {
+void plc_side::put_right() {
+    put_right_ = true;
     shown_.clear();
+    foreign_clients = 0;
+    control.freeze_nc(false);
+    catch_up();
+    control.set_referenced(true);
+    control.set_permit(true);
+    control.set_enable(false);
 }
 
 // Sensors that lie, and counters from another start: only readings have them.
@@ -191,7 +198,8 @@ plc_side::served plc_side::serve(const fakeplc::byte_string &request, time_ns se
     const time_ns duration =
         fate.lost ? never : chance_.time_between(200 * us, 2 * ms) + fate.delay_ns;
     if (answered) answered(sent, request, reply, duration);
-    if (fate.lost) return {};
+    if (fate.lost && fate.stray == stray_reply::none) return {};
+    if (fate.lost) return {reply, ms, false, fate.stray, true};
     return {reply, duration, fate.twice, fate.stray, false};
 }
 
@@ -221,8 +229,12 @@ void plc_side::answer_frame(const connection_ptr &from, const fakeplc::byte_stri
         from->send(stray_frame(frame, done.reply, done.stray), done.duration / 2);
     if (done.alone) return;
     from->send(bytes, done.duration);
+    if (!done.twice) return;
+    // Sent then: on its way from now on it would hold back the replies behind it.
     const time_ns period_ns = machine_.period_us * us;
-    if (done.twice) from->send(bytes, done.duration + chance_.time_between(0, 2 * period_ns));
+    const time_ns pause = done.duration + chance_.time_between(0, 2 * period_ns);
+    scheduler &time = net_.box.time;
+    time.at(time.now() + pause, [from, bytes] { from->send(bytes); });
 }
 
 std::vector<std::uint16_t> plc_side::registers(int start, int count) {

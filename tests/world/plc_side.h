@@ -27,7 +27,7 @@ struct reply_fate {
     bool twice = false;                     // another copy comes later
     int exception = 0;                      // not executed; exception code
     bool torn = false;                      // a reading with two updates of the PLC's block
-    stray_reply stray = stray_reply::none;  // comes before the true one
+    stray_reply stray = stray_reply::none;  // comes before the true one, or in its place
 };
 class plc_faults {
   public:
@@ -49,12 +49,13 @@ class plc_side : public tcp_peer {
     void close_all();  // resets all connections
     // Otherwise the operator switches enable off and on where the box waits for permission.
     const bool permits_resume;
+    // Signals and references true, permit on, enable off; it stays off until someone else sets it.
+    void put_right();
     int connections_made() const { return connections_made_; }
     int foreign_clients = 0;             // that hold connections
     std::uint16_t heartbeat_offset = 0;  // to the counter of fakeplc
     // Readings show these words from an address on; none: the true ones again.
     void show(int address, const std::vector<std::uint16_t> &words);
-    void show_all();
     time_ns foreign_write_ns = -never;  // when another client wrote last
 
     // For invariants, each in virtual time.
@@ -105,7 +106,7 @@ class plc_side : public tcp_peer {
     };
     std::map<int, client> clients_;
     int connections_made_ = 0;
-    bool stopped_ = false;
+    bool stopped_ = false, put_right_ = false;
     int waits_ = 0;        // looks of the operator at a box that waits for permission …
     int fault_looks_ = 0;  // … and at one in FAULT
     const bool acknowledges_;

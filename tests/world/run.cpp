@@ -70,6 +70,7 @@ run::run(const run_options &with)
         if (options.prints_log)
             fmt::print("{:12.6f} {}\n", static_cast<double>(time.now()) * 1e-9, line);
         each([&](invariant &one) { one.logged(line); });
+        heed(line);
     };
     box.files.written = [this](const std::string &path, const node &file) {
         each([&](invariant &one) { one.file_written(path, file); });
@@ -83,7 +84,7 @@ run::run(const run_options &with)
     box.files.replace(config_path, box_machine.text);
     note_file(box_machine.text);
     good_file = box_machine.text;
-    taken_ = {{0, 1}};
+    taken_ = combined_ = {{0, 1}};
 }
 
 // ---- coefficient files
@@ -113,10 +114,11 @@ std::string run::good_file_of(unsigned of_revision) {
     return good_file;
 }
 
-// The box's own revision says which of the files it runs.
+// The box's own revision says which of the files it runs; the loop counts its steps.
 void run::follow_file() {
     const auto *loop = static_cast<const cb_loop *>(box.argument_of("compboxd-loop"));
     if (loop == nullptr) return;
+    steps_of_daemon = loop->made;
     const unsigned now = loop->box->config.revision, before = taken_.back().revision;
     const bool first = std::exchange(runs_first_file_, true) == false;
     if (now == before || files_.count(now) == 0) return;
@@ -125,10 +127,18 @@ void run::follow_file() {
     each([&](invariant &one) { one.taken(files_.at(before), files_.at(now)); });
 }
 
-const machine &run::running_at(time_ns sent) const {
-    auto at = taken_.rbegin();
-    while (at + 1 != taken_.rend() && at->at > sent) ++at;
+const machine &run::file_at(const std::vector<taken_file> &files, time_ns sent) const {
+    auto at = files.rbegin();
+    while (at + 1 != files.rend() && at->at > sent) ++at;
     return files_.at(at->revision);
+}
+
+const machine &run::running_at(time_ns sent) const {
+    return file_at(taken_, sent);
+}
+
+const machine &run::author_of(const exchange &seen) const {
+    return file_at(seen.function == 23 ? combined_ : taken_, seen.sent);
 }
 
 time_ns run::rest_ns() {
@@ -216,6 +226,7 @@ void run::start_daemon() {
     faults.starting();
     ++result_.starts;
     runs_first_file_ = false;
+    steps_of_daemon = 0;
     longest_gap_ns = ticked_ns_ = 0;
     flipped_ns = never;
     cycles_of_daemon = 0;
@@ -250,7 +261,9 @@ void run::stop_daemon() {
 }
 
 void run::count_tick() {
+    if (stepping_ != combined_.back().revision) combined_.push_back({time.now(), stepping_});
     follow_file();
+    stepping_ = taken_.back().revision;
     ++cycles_of_daemon;
     ++cycles;
     if (ticked_ns_ > 0) longest_gap_ns = std::max(longest_gap_ns, time.now() - ticked_ns_);
@@ -266,6 +279,17 @@ void run::end_faults() {
     faults.end();
     if (quiet_ > 0) quiet_ = std::max(quiet_, quiet_cycles());
     each([](invariant &one) { one.faults_ended(); });
+}
+
+// The operator of a world that was put right restarts a service whose log refuses the good file: a
+// fault may have left it with another PLC's address, or with a later revision.
+void run::heed(const std::string &line) {
+    const bool restarts = line.find("which takes a restart") != std::string::npos ||
+                          line.find("is older than the running one") != std::string::npos;
+    if (faults.active() || !restarts) return;
+    time.at(time.now() + second, [this, start = starts()] {
+        if (starts() == start && box.runs() && !stop_asked) stop_daemon();
+    });
 }
 
 // The end of the run: no more faults, SIGTERM, and a time within which the daemon must be gone.
@@ -312,9 +336,10 @@ void run::note_exchange(time_ns sent, const fakeplc::byte_string &request,
 
 // The time of sending behind the present one; what was read and what was written.
 void run::print_exchange(const exchange &seen) const {
-    const machine &facts = running_at(seen.sent);
+    const machine &facts = running_at(seen.sent), &author = author_of(seen);
     std::string words;
     if (seen.exception != 0) words += fmt::format(", exception {}", seen.exception);
+    if (seen.duration == never) words += ", no reply";
     if (is_reading(facts, seen)) {
         const read_head head = head_of(facts, seen);
         words += fmt::format(", control {:#x} heartbeat {}{}", head.control, head.heartbeat,
@@ -324,11 +349,11 @@ void run::print_exchange(const exchange &seen) const {
     }
     if (is_read_back(facts, seen)) words += ", read back";
     if (!seen.written.empty()) {
-        const written_block block = block_of(facts, seen);
+        const written_block block = block_of(author, seen);
         words +=
             fmt::format(", mode {} reason {} beat {}", block.mode, block.reason, block.heartbeat);
         for (std::size_t c = 0; c < block.um.size(); ++c)
-            words += fmt::format(" {} {:.6g} µm", facts.channels[c].name, block.um[c]);
+            words += fmt::format(" {} {:.6g} µm", author.channels[c].name, block.um[c]);
     }
     fmt::print("{:12.6f} (sent {:.6f}) FC{}{}\n", 1e-9 * static_cast<double>(seen.now),
                1e-9 * static_cast<double>(seen.sent), seen.function, words);

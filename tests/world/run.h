@@ -94,12 +94,16 @@ class run {
     // ---- for invariants
     // What the file promises that the daemon ran when it sent a request.
     const machine &running_at(time_ns sent) const;
+    // What the file promises by which the box computed the block that a request writes: with FC23
+    // the step before it has, so behind a reload still that of the file before.
+    const machine &author_of(const exchange &seen) const;
     const machine &running() const { return running_at(time.now()); }
     std::size_t files_taken() const { return taken_.size(); }
     bool stop_asked = false;     // SIGTERM was sent to this daemon
     time_ns longest_gap_ns = 0;  // between two ticks of this daemon
     std::uint64_t cycles_of_daemon = 0;
-    time_ns flipped_ns = never;  // a bit of a limit in this daemon's memory flipped then
+    std::uint64_t steps_of_daemon = 0;  // cycles that ended; a wait that ends late is repeated
+    time_ns flipped_ns = never;         // a bit of a limit in this daemon's memory flipped then
     // Once faults have ended, the box is ACTIVE after at most this time.
     time_ns recovery_ns();
     void report(const char *invariant, const std::string &words);
@@ -114,6 +118,7 @@ class run {
     std::uint64_t quiet_cycles();  // of the box in recovery_ns()
     void ask_to_stop();
     void end_faults();
+    void heed(const std::string &line);
     void follow_file();
     void note_exchange(time_ns sent, const fakeplc::byte_string &request,
                        const fakeplc::byte_string &reply, time_ns duration);
@@ -131,8 +136,11 @@ class run {
         time_ns at;
         unsigned revision;
     };
-    std::vector<taken_file> taken_;  // by the box
-    bool runs_first_file_ = false;   // of this daemon
+    const machine &file_at(const std::vector<taken_file> &files, time_ns sent) const;
+    std::vector<taken_file> taken_;     // by the box
+    std::vector<taken_file> combined_;  // the files behind what FC23 writes since then
+    unsigned stepping_ = 1;             // revision of the file of the step before this tick
+    bool runs_first_file_ = false;      // of this daemon
     time_ns ticked_ns_ = 0;
     std::optional<site_ceiling> ceiling_;
     std::uint64_t quiet_ = 0;  // cycles without faults, behind those of the options

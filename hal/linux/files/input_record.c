@@ -48,6 +48,21 @@ int cb_input_record_start(struct cb_input_record *record, const char *path) {
     return 0;
 }
 
+/* Writes LAG:HI:LO of each lag of a bank that goes on, then SIGNAL:VALUE:TIME_US of each signal. */
+static void put_bank(FILE *file, const struct cb_bank_state *bank) {
+    const char *before = ",bank,";
+    for (unsigned i = 0; i < CB_MAX_BANK_LAGS; i++) {
+        if (!cb_bank_is_settled(bank, i)) continue;
+        fprintf(file, "%s%u:%08" PRIx32 ":%08" PRIx32, before, i, bits_of(bank->lags[i].hi),
+                bits_of(bank->lags[i].lo));
+        before = " ";
+    }
+    if (before[0] == ',') return; /* none */
+    for (unsigned i = 0; i < CB_MAX_SIGNALS; i++)
+        fprintf(file, "%s%u:%08" PRIx32 ":%" PRId64, i == 0 ? ",inputs," : " ", i,
+                bits_of(bank->value[i]), bank->time_us[i]);
+}
+
 /* Writes SIGNAL:HI:LO:INPUT:TIME_US of each lag that goes on, separated by blanks. */
 static void put_state(FILE *file, const struct cb_state *state) {
     fprintf(file, "stopped,%d,beat,%d,plc_heartbeat,%u,beat_us,%" PRId64 ",lags,", state->stopped,
@@ -60,6 +75,7 @@ static void put_state(FILE *file, const struct cb_state *state) {
                 bits_of(lag->lag.hi), bits_of(lag->lag.lo), bits_of(lag->lag.input), lag->time_us);
         before = " ";
     }
+    put_bank(file, &state->bank);
     fputc('\n', file);
 }
 

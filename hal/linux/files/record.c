@@ -78,7 +78,8 @@ static bool read_part(int fd, int64_t at, char *to, size_t bytes) {
     return true;
 }
 
-/* in : bytes: size of the file. out: rows may be appended behind whole_size */
+/* in : bytes: size of the file; the buffer has no rows, because the file is read into it
+ * out: rows may be appended behind whole_size */
 static bool goes_on(struct cb_record *record, int64_t bytes) {
     const int64_t header = (int64_t)record->header_used;
     const int64_t tail = bytes - header < CB_ROW_TEXT ? bytes - header : CB_ROW_TEXT;
@@ -202,11 +203,11 @@ void cb_record_add(struct cb_record *record, const struct cb_config *config,
                    const struct cb_row *row) {
     float values[CB_ROW_VALUES];
     if (!is_due(record, row)) return;
-    if (record->fd < 0) {
+    if (sizeof record->buffer - record->used < CB_ROW_TEXT) cb_record_flush(record);
+    if (record->fd < 0) { /* its next file could not be begun, perhaps just now */
         record->lost += record->error != 0;
         return;
     }
-    if (sizeof record->buffer - record->used < CB_ROW_TEXT) cb_record_flush(record);
     if (!record->has_zero) find_zero(record, row);
     const struct cb_row_frame frame = {row->time_us - record->zero_us,
                                        row->time_us + record->wall_us, row->mode, row->reason};
@@ -217,7 +218,7 @@ void cb_record_add(struct cb_record *record, const struct cb_config *config,
 }
 
 static void try_again(struct cb_record *record, int64_t now_us) {
-    if (record->fd >= 0 || record->failures == 0 || now_us < record->retry_us) return;
+    if (record->fd >= 0 || now_us < record->retry_us) return;
     const bool was_due = record->retry_us != 0;
     record->retry_us = now_us + CB_RECORD_RETRY_US;
     if (!was_due) return;

@@ -27,7 +27,7 @@ struct header {
     uint32_t unused;
 };
 
-struct record {
+struct record { /* of a lag of a bank: no name, and in `input` the value of lag_of itself */
     char name[CB_NAME_SIZE], lag_of[CB_NAME_SIZE];
     int64_t unix_us;     /* of the last value … */
     int64_t boottime_us; /* … and by the clock of this boot */
@@ -46,9 +46,11 @@ struct ending {
     uint32_t unused;
 };
 
+enum { MOST_RECORDS = CB_MAX_SIGNALS + CB_MAX_BANK_LAGS };
+
 struct file {
     struct header header;
-    struct record records[CB_MAX_SIGNALS];
+    struct record records[MOST_RECORDS];
     struct ending ending; /* the ending and the CRC, which follow the last record in use */
     uint32_t crc;
     char more; /* of a file that is too long */
@@ -85,6 +87,48 @@ static struct ending ending_of(const struct cb_state *state, const struct cb_sta
                            .stopped = state->stopped};
 }
 
+/* Appends a record, complete but for name and state of the lag. in: signal, that it follows */
+static struct record *add(struct file *file, const struct cb_signal_config *signal, int64_t time_us,
+                          const struct cb_state_clock *now) {
+    struct record *record = &file->records[file->header.count++];
+    memcpy(record->lag_of, signal->name, sizeof record->lag_of);
+    record->boottime_us = time_us;
+    record->unix_us = time_us + (now->unix_us - now->boottime_us);
+    return record;
+}
+
+static void add_lags(struct file *file, const struct cb_state *state,
+                     const struct cb_config *config, const struct cb_state_clock *now) {
+    for (unsigned i = 0; i < config->signals_count; i++) {
+        const struct cb_signal_config *signal = &config->signals[i];
+        const struct cb_lag_state *lag = &state->lags[i];
+        if (signal->source != CB_SOURCE_LAG || !lag->settled) continue;
+        struct record *record = add(file, &config->signals[signal->lag_of], lag->time_us, now);
+        memcpy(record->name, signal->name, sizeof record->name);
+        record->hi = lag->lag.hi;
+        record->lo = lag->lag.lo;
+        record->input = lag->lag.input;
+        record->tau_s = signal->tau_s;
+        record->power = signal->power;
+    }
+}
+
+static void add_bank(struct file *file, const struct cb_state *state,
+                     const struct cb_config *config, const struct cb_state_clock *now) {
+    const struct cb_bank_state *bank = &state->bank;
+    for (unsigned i = 0; i < config->bank_lags_count; i++) {
+        const struct cb_bank_key key = cb_bank_key_of(config, i);
+        if (!cb_bank_is_settled(bank, i)) continue;
+        struct record *record =
+            add(file, &config->signals[key.signal], bank->time_us[key.signal], now);
+        record->hi = bank->lags[i].hi;
+        record->lo = bank->lags[i].lo;
+        record->input = bank->value[key.signal];
+        record->tau_s = key.tau_s;
+        record->power = key.power;
+    }
+}
+
 /* in : now: both clocks at one moment
  * out: the complete file with its CRC; result: its length in bytes */
 static size_t fill(struct file *file, const struct cb_state *state, const struct cb_config *config,
@@ -95,21 +139,8 @@ static size_t fill(struct file *file, const struct cb_state *state, const struct
     memcpy(file->header.machine, config->machine, sizeof config->machine);
     memcpy(file->header.boot_id, now->boot_id, sizeof now->boot_id);
     file->header.synchronised = now->synchronised;
-    for (unsigned i = 0; i < config->signals_count; i++) {
-        const struct cb_signal_config *signal = &config->signals[i];
-        const struct cb_lag_state *lag = &state->lags[i];
-        if (signal->source != CB_SOURCE_LAG || !lag->settled) continue;
-        struct record *record = &file->records[file->header.count++];
-        memcpy(record->name, signal->name, sizeof record->name);
-        memcpy(record->lag_of, config->signals[signal->lag_of].name, sizeof record->lag_of);
-        record->boottime_us = lag->time_us;
-        record->unix_us = lag->time_us + (now->unix_us - now->boottime_us);
-        record->hi = lag->lag.hi;
-        record->lo = lag->lag.lo;
-        record->input = lag->lag.input;
-        record->tau_s = signal->tau_s;
-        record->power = signal->power;
-    }
+    add_lags(file, state, config, now);
+    add_bank(file, state, config, now);
     size_t size = sizeof file->header + file->header.count * sizeof file->records[0];
     const struct ending ending = ending_of(state, now);
     memcpy((char *)file + size, &ending, sizeof ending);
@@ -141,7 +172,7 @@ static const char *fault_of(const struct file *file, size_t size, const struct c
     if (header->format != FORMAT && header->format != FORMAT_WITHOUT_ENDING)
         return "is of another version";
     const size_t body = body_of(header);
-    if (header->count > CB_MAX_SIGNALS || size != body + sizeof file->crc)
+    if (header->count > MOST_RECORDS || size != body + sizeof file->crc)
         return "has the wrong length";
     uint32_t crc;
     memcpy(&crc, (const char *)file + body, sizeof crc);
@@ -161,16 +192,24 @@ static bool is_sound(const struct record *record) {
            isfinite(record->lo) && isfinite(record->input);
 }
 
+/* A lag of the box: of a signal, or of a bank, whose name is "". */
+struct wanted {
+    const char *name, *lag_of;
+    uint32_t power;
+    float tau_s;
+};
+
+static bool is_same(const struct record *record, const struct wanted *lag) {
+    return strncmp(record->name, lag->name, CB_NAME_SIZE) == 0 &&
+           strncmp(record->lag_of, lag->lag_of, CB_NAME_SIZE) == 0 && record->power == lag->power &&
+           record->tau_s == lag->tau_s;
+}
+
 /* out: the record of this lag; NULL if there is none or its signal differs */
-static const struct record *record_of(const struct file *file, const struct cb_config *config,
-                                      const struct cb_signal_config *signal) {
-    const char *lag_of = config->signals[signal->lag_of].name;
+static const struct record *record_of(const struct file *file, const struct wanted *lag) {
     for (uint32_t i = 0; i < file->header.count; i++) {
         const struct record *record = &file->records[i];
-        if (strncmp(record->name, signal->name, CB_NAME_SIZE) != 0) continue;
-        const bool same = strncmp(record->lag_of, lag_of, CB_NAME_SIZE) == 0 &&
-                          record->power == signal->power && record->tau_s == signal->tau_s;
-        return same && is_sound(record) ? record : NULL;
+        if (is_same(record, lag)) return is_sound(record) ? record : NULL;
     }
     return NULL;
 }
@@ -197,16 +236,31 @@ struct tally {
     int64_t pause_us; /* the longest */
 };
 
-static void resume(struct cb_lag_state *lag, const struct record *record, float tau_s,
-                   enum pause pause, const struct cb_state_clock *now, struct tally *tally) {
-    const int64_t pause_us = pause == PAUSE_BOOTTIME ? now->boottime_us - record->boottime_us
-                                                     : now->unix_us - record->unix_us;
+/* The current start of a box. */
+struct resumption {
+    const struct file *file;
+    enum pause pause; /* a known one */
+    const struct cb_state_clock *now;
+    struct tally tally;
+};
+
+/* out: the record of this lag if it may go on, and *time_us of its last value; else NULL */
+static const struct record *resume(struct resumption *to, const struct wanted *lag,
+                                   int64_t *time_us) {
+    const struct record *record = record_of(to->file, lag);
+    struct tally *tally = &to->tally;
+    tally->lags++;
+    if (!record) return NULL;
+    const int64_t pause_us = to->pause == PAUSE_BOOTTIME
+                                 ? to->now->boottime_us - record->boottime_us
+                                 : to->now->unix_us - record->unix_us;
     if (pause_us > tally->pause_us) tally->pause_us = pause_us;
     tally->future += pause_us < 0;
-    if (pause_us < 0 || (double)pause_us * 1e-6 * (double)CB_STATE_PAUSES > (double)tau_s) return;
-    *lag = (struct cb_lag_state){
-        {record->hi, record->lo, record->input}, now->boottime_us - pause_us, true};
+    if (pause_us < 0 || (double)pause_us * 1e-6 * (double)CB_STATE_PAUSES > (double)lag->tau_s)
+        return NULL;
     tally->resumed++;
+    *time_us = to->now->boottime_us - pause_us;
+    return record;
 }
 
 static void report(const struct tally *tally, const char *path, char *message, size_t size) {
@@ -246,16 +300,32 @@ static ssize_t read_bytes(const char *path, struct file *file) {
     return size;
 }
 
-/* in : pause: a known one */
-static void resume_lags(struct cb_state *state, const struct file *file,
-                        const struct cb_config *config, enum pause pause,
-                        const struct cb_state_clock *now, struct tally *tally) {
+static void resume_lags(struct cb_state *state, const struct cb_config *config,
+                        struct resumption *to) {
     for (unsigned i = 0; i < config->signals_count; i++) {
         const struct cb_signal_config *signal = &config->signals[i];
         if (signal->source != CB_SOURCE_LAG) continue;
-        const struct record *record = record_of(file, config, signal);
-        tally->lags++;
-        if (record) resume(&state->lags[i], record, signal->tau_s, pause, now, tally);
+        const struct wanted lag = {signal->name, config->signals[signal->lag_of].name,
+                                   signal->power, signal->tau_s};
+        int64_t time_us = 0;
+        const struct record *record = resume(to, &lag, &time_us);
+        if (!record) continue;
+        state->lags[i] =
+            (struct cb_lag_state){{record->hi, record->lo, record->input}, time_us, true};
+    }
+}
+
+static void resume_bank(struct cb_state *state, const struct cb_config *config,
+                        struct resumption *to) {
+    for (unsigned i = 0; i < config->bank_lags_count; i++) {
+        const struct cb_bank_key key = cb_bank_key_of(config, i);
+        const struct wanted lag = {"", config->signals[key.signal].name, key.power, key.tau_s};
+        int64_t time_us = 0;
+        const struct record *record = resume(to, &lag, &time_us);
+        if (!record) continue;
+        cb_bank_settle(&state->bank, i, (struct cb_bank_lag){record->hi, record->lo});
+        state->bank.time_us[key.signal] = time_us;
+        state->bank.value[key.signal] = record->input;
     }
 }
 
@@ -282,7 +352,6 @@ static struct ending read_ending(const struct file *file) {
 bool cb_state_read(struct cb_state *state, const struct cb_config *config, const char *path,
                    const struct cb_state_clock *now, char *message, size_t size) {
     struct file file;
-    struct tally tally = {0, 0, 0, 0};
     memset(state, 0, sizeof *state);
     const ssize_t length = read_bytes(path, &file);
     if (length < 0) {
@@ -301,9 +370,11 @@ bool cb_state_read(struct cb_state *state, const struct cb_config *config, const
     if (pause == PAUSE_UNSYNC_THEN || pause == PAUSE_UNSYNC_NOW) {
         report_unknown(pause, path, message, size);
     } else {
-        resume_lags(state, &file, config, pause, now, &tally);
+        struct resumption to = {.file = &file, .pause = pause, .now = now};
+        resume_lags(state, config, &to);
+        resume_bank(state, config, &to);
         resume_beat(state, &ending, pause, now);
-        report(&tally, path, message, size);
+        report(&to.tally, path, message, size);
     }
     report_ending(state->stopped, message, size);
     return true;

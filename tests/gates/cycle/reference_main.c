@@ -7,7 +7,7 @@
 #include "tests/gates/instructions/step.h"
 
 int main(void) {
-    if (!counter_start() || !step_load(true)) {
+    if (!counter_start() || !step_load(STEP_SHARED_BREAKS)) {
         puts("this counts no instructions: start it with qemu-system-arm -icount");
         return 1;
     }

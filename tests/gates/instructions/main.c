@@ -37,7 +37,7 @@ int main(void) {
         puts("this counts no instructions: start it with qemu-system-arm -icount");
         return 1;
     }
-    if (!subjects_make() || !step_load(true)) {
+    if (!subjects_make() || !step_load(STEP_SHARED_BREAKS)) {
         puts("a subject cannot be made");
         return 1;
     }
@@ -65,9 +65,11 @@ int main(void) {
         puts("the steps were not those of a box that compensates");
         good = false;
     }
-    good &= step_load(false);
+    good &= step_load(STEP_OWN_BREAKS);
     good &= row("cb_box_step, every curve on breaks of its own", step_most(STEP_TRAVEL, 500), 12000,
                 false);
+    good &= step_load(STEP_BANK);
+    good &= row("cb_box_step, and a bank of 256 lags", step_most(STEP_TRAVEL, 500), 40000, false);
     good &= row("planted: two splines for one", used_by(subject_two_splines), 150, true);
     good &=
         row("planted: hidden layer in double", used_by(subject_network_in_double), network, true);

@@ -4,7 +4,7 @@
 volumetric term, a 19-20-3 network behind its training range, 24 lags of 12 thermometers.
 
 The six curves of an axis stand on the same breaks, as those do that were measured together; with
-the option --own-breaks none does."""
+the option --own-breaks none does. With --bank there is a linear term of 256 lags and three outputs beside them."""
 
 import json
 import random
@@ -55,6 +55,13 @@ def network():
             "input_min": [18] * INPUTS, "input_max": [26] * INPUTS}
 
 
+def bank():
+    inputs, taus = [f"T{i}" for i in range(8)], [20 * 2 ** (i / 2) for i in range(16)]
+    return {"name": "bank", "type": "linear", "outputs": ["bank_x", "bank_y", "bank_z"],
+            "bank": {"inputs": inputs, "powers": {name: [1, 2] for name in inputs}, "tau_s": taus,
+                     "weights": [numbers(256, 0.01) for _ in range(OUTPUTS)]}}
+
+
 def terms():
     names = [f"E{kind}{axis}" for axis in AXES for kind in ERRORS]
     yield from (curve(name, name[2]) for name in names)
@@ -62,12 +69,15 @@ def terms():
            "outputs": ["vol_x", "vol_y", "vol_z"], "tool_length_mm": 200,
            "squareness_urad": {"C0Y": 12, "B0Z": -7, "A0Z": 20}}
     yield network()
+    if "--bank" in sys.argv:
+        yield bank()
 
 
 def channels():
     for i, axis in enumerate(AXES):
         name = axis.lower()
-        yield {"name": axis, "sum": [f"vol_{name}", f"net_{name}"], "plc": 104 + 2 * i,
+        bank = [f"bank_{name}"] * ("--bank" in sys.argv)
+        yield {"name": axis, "sum": [f"vol_{name}", f"net_{name}", *bank], "plc": 104 + 2 * i,
                "limit_um": 300, "error_um": 400, "slew_um_per_s": 500, "type": "int32",
                "scale": 0.01}
 

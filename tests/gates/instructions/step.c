@@ -13,6 +13,15 @@ static const char shared_breaks[] = {
 static const char own_breaks[] = {
 #include "reference_load_own_breaks.inc"
 };
+static const char bank[] = {
+#include "reference_load_bank.inc"
+};
+static const struct {
+    const char *text;
+    size_t length;
+} files[] = {[STEP_SHARED_BREAKS] = {shared_breaks, sizeof shared_breaks},
+             [STEP_OWN_BREAKS] = {own_breaks, sizeof own_breaks},
+             [STEP_BANK] = {bank, sizeof bank}};
 
 enum { PERIOD_US = 30000, AXES = 3, THERMOMETERS = 12, FIRST_THERMOMETER = 14, TEMPERATURE = 220 };
 
@@ -31,12 +40,11 @@ static uint32_t next_random(void) {
     return random_state;
 }
 
-bool step_load(bool shared) {
-    const char *const text = shared ? shared_breaks : own_breaks;
-    const size_t length = shared ? sizeof shared_breaks : sizeof own_breaks;
+bool step_load(enum step_file file) {
     static const struct cb_target target = {"gate", 1u << CB_SOURCE_PLC, 1u << CB_TRANSPORT_TCP, 0};
     struct cb_message message;
-    return cb_config_load(&box.config, text, length, &target, &scratch, &message) == CB_OK;
+    return cb_config_load(&box.config, files[file].text, files[file].length, &target, &scratch,
+                          &message) == CB_OK;
 }
 
 /* 10 m/min and more, to and fro over 2.4 m, at the temperature of the training data. */

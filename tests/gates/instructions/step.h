@@ -12,9 +12,11 @@ enum step_world {
     STEP_TRAVEL, /* three axes travel, every thermometer changes in every cycle */
 };
 
-/* Loads the file; shared: the curves of an axis stand on the same breaks. false when the loader
- * refuses it. */
-bool step_load(bool shared);
+/* The reference load, and its options. */
+enum step_file { STEP_SHARED_BREAKS, STEP_OWN_BREAKS, STEP_BANK };
+
+/* out: false when the loader refuses the file */
+bool step_load(enum step_file file);
 
 /* Starts the box and makes `cycles` steps.
  * out: the most instructions that one of them took after the first */

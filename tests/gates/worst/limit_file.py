@@ -10,7 +10,8 @@ import random
 SHAPE = {"positions": (2, 24), "velocities": (0, 1), "temperatures": (1, 40), "bus": (0, 20), "lags": (0, 40),
          "nets": (0, 64), "net_inputs": (1, 64), "net_hidden": (1, 64), "net_outputs": (1, 8), "net_linear": (0, 1),
          "branched": (0, 32), "curves": (0, 64), "points": (4, 60), "shared": (0, 1), "polynomials": (0, 64),
-         "linears": (0, 30), "linear_inputs": (1, 64), "volumetrics": (0, 20), "products": (0, 30),
+         "linears": (0, 30), "linear_inputs": (1, 64), "banks": (0, 16), "bank_inputs": (1, 64),
+         "bank_taus": (1, 32), "bank_outputs": (1, 8), "volumetrics": (0, 20), "products": (0, 30),
          "channels": (1, 16), "tangents": (0, 8), "sum": (1, 32), "pairs": (0, 8), "applied": (0, 1),
          "period_ms": (5, 30)}
 LEAST = {name: least for name, (least, _) in SHAPE.items()}
@@ -71,6 +72,8 @@ class Terms:
             self.add({"type": "product", "signal": self.position(), "term": self.outputs[0] if self.outputs else "t0"})
         for _ in range(n["volumetrics"]):
             self.volumetric()
+        for _ in range(n["banks"]):
+            self.bank()
 
     def numbers(self, count, size=9):
         return [round(self.dice.uniform(-size, size), 1) for _ in range(count)]
@@ -95,6 +98,15 @@ class Terms:
                   "input_scale": [400] * len(inputs), "input_min": [20 * (name[0] != "P") for name in inputs],
                   "input_max": [30 if name[0] != "P" else 2000 for name in inputs], "fade": [9000] * len(inputs),
                   **linear}, outputs)
+
+    def bank(self):
+        n = self.n
+        inputs, taus = self.names[:n["bank_inputs"]], [60 * k for k in range(n["bank_taus"])]
+        outputs = [f"k{len(self.all)}_{k}" for k in range(n["bank_outputs"])]
+        self.add({"type": "linear", "outputs": outputs, "bank": {
+            "inputs": inputs, "tau_s": taus, "input_min": [20] * len(inputs), "input_max": [30] * len(inputs),
+            "fade": [9000] * len(inputs), "powers": {inputs[-1]: [1, 2]},
+            "weights": [self.numbers((len(inputs) + 1) * len(taus), 1) for _ in outputs]}}, outputs)
 
     def pieces(self, k):
         spans = self.n["points"] - 3

@@ -129,6 +129,19 @@ TEST(rtl, round_trip) {
     }
 }
 
+TEST(rtl, the_first_target_once_more_at_the_end_is_in_no_run) {
+    const auto file = parse(with("2 1 0\r\n", "2 1 0\r\n2 1 0.75\r\n"));
+    ASSERT_TRUE(file.repeated);
+    EXPECT_DOUBLE_EQ(file.repeated->position_mm, 0.0);
+    EXPECT_DOUBLE_EQ(file.repeated->first, 0.1);
+    EXPECT_DOUBLE_EQ(file.repeated->again, 0.75);
+    EXPECT_EQ(file.runs[1].deviation.size(), 3u);
+    EXPECT_FALSE(parse(by_hand).repeated);
+    std::string angles = with("2 1 0\r\n", "2 1 0\r\n2 1 0.75\r\n");
+    angles.replace(angles.find("Linear"), 6, "Angular");
+    EXPECT_DOUBLE_EQ(parse(angles, ".rta").repeated->again, 750.0);
+}
+
 TEST(rtl, mistakes_name_their_line) {
     EXPECT_EQ(message_of(with("Target-count: 3", "Target-count: 4")),
               "29: Target-count is 4, but there are 3 targets");
@@ -140,6 +153,14 @@ TEST(rtl, mistakes_name_their_line) {
     EXPECT_EQ(message_of(with("1 2 -1.5", "1 4 1")), "22: the target must be a number from 1 to 3");
     EXPECT_EQ(message_of(with("1 2 -1.5", "9 2 1")), "22: the run must be a number from 1 to 2");
     EXPECT_EQ(message_of(with("1 2 -1.5", "1 1 1")), "22: target 1 is there twice in run 1");
+    EXPECT_EQ(
+        message_of(with("1 3 2.25", "1 3 2.25\r\n1 1 0.3")),
+        "24: the first target is there twice in run 1; only the last run may repeat it, for the "
+        "drift");
+    EXPECT_EQ(message_of(with("2 1 0\r\n", "2 1 0\r\n2 1 1\r\n2 1 1\r\n")),
+              "28: target 1 is there twice in run 2");
+    EXPECT_EQ(message_of(with("2 1 0\r\n", "2 1 0\r\n2 3 1\r\n")),
+              "27: target 3 is there twice in run 2");
     EXPECT_EQ(message_of(with("100.00000", "0.00000")),
               "7: the targets must ascend (or descend), and one of them does not");
     EXPECT_EQ(message_of(with("Target-count: 3", "Target-count: 0")),

@@ -250,7 +250,7 @@ TEST(config_limits, size_of_the_file) {
     text += ' ';
     const auto got = load(text);
     EXPECT_EQ(got.error, CB_ERROR_TOO_LARGE);
-    EXPECT_EQ(got.text, "the file is larger than the 131040 bytes that the box holds");
+    EXPECT_EQ(got.text, "the file has 131041 bytes, more than the 131040 that the box holds");
     EXPECT_EQ(got.line, 0u);
 }
 

@@ -31,6 +31,11 @@ std::string read(const std::string &name) {
     return text.str();
 }
 
+const std::string &manual() {
+    static const std::string text = read("coefficient-file.md");
+    return text;
+}
+
 const json &schema() {
     static const json value = json::parse(read("coefficients.schema.json"));
     return value;
@@ -79,8 +84,11 @@ void add_kind(std::vector<pairing> &all, const std::string &name, const cb_term_
     const cb_object own = {kind.object.fields + CB_CURVE_KEYS,
                            static_cast<uint8_t>(kind.object.count - CB_CURVE_KEYS)};
     if (kind.curve) all.push_back({name + "_backward", own, heading});
-    for (const cb_term_part *part = kind.parts; part && part->name; ++part)
-        all.push_back({part->name, *part->object, heading});
+    for (const cb_term_part *part = kind.parts; part && part->name; ++part) {
+        const std::string own_heading = std::string("### ") + part->name;
+        const bool own_section = manual().find("\n" + own_heading + "\n") != std::string::npos;
+        all.push_back({part->name, *part->object, own_section ? own_heading : heading});
+    }
 }
 
 const std::vector<pairing> pairings = [] {
@@ -186,6 +194,9 @@ TEST(config_schema, has_the_maxima_of_the_box) {
     EXPECT_EQ(most("/$defs/can/properties/nodes"), CB_MAX_CAN_NODES);
     EXPECT_EQ(most("/$defs/channel/properties/sum"), CB_MAX_SUM);
     EXPECT_EQ(most("/$defs/bspline/properties/control_points"), CB_MAX_CURVE_POINTS);
+    EXPECT_EQ(most("/$defs/bank/properties/tau_s"), CB_MAX_BANK_TAUS);
+    EXPECT_EQ(most("/$defs/bank/properties/inputs"), CB_MAX_SIGNALS);
+    EXPECT_EQ(most("/$defs/bank/properties/powers/additionalProperties"), CB_MAX_BANK_POWER);
     EXPECT_EQ(schema().at("/$defs/name/pattern"_json_pointer),
               "^[A-Za-z0-9_.-]{1," + std::to_string(CB_NAME_SIZE - 1) + "}$");
 }
@@ -205,11 +216,11 @@ TEST(config_schema, tables_fit_the_reader) {
 
 // Rows of the manual's section under a heading, up to the next one; terms share three keys.
 std::string section(const std::string &heading) {
-    static const std::string manual = read("coefficient-file.md");
-    const size_t start = manual.find("\n" + heading + "\n");
+    const std::string &text = manual();
+    const size_t start = text.find("\n" + heading + "\n");
     EXPECT_NE(start, std::string::npos) << heading;
-    const std::string own = manual.substr(start, manual.find("\n#", start + 2) - start);
-    const size_t terms = manual.find("\n## terms\n"), after = manual.find("\n## ", terms + 1);
+    const std::string own = text.substr(start, text.find("\n#", start + 2) - start);
+    const size_t terms = text.find("\n## terms\n"), after = text.find("\n## ", terms + 1);
     const bool is_kind = start > terms && start < after;
     return is_kind ? own + section("## terms") : own;
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
@@ -97,6 +98,23 @@ TEST(NineLine, EachLineIsASetUpOfItsOwn) {
     EXPECT_EQ(std::unique(starts.begin(), starts.end()), starts.end());
 }
 
+TEST(Diagonals, AreTwelveOfTheFacesAndFourOfTheBody) {
+    const twin::twin_machine twin(noiseless());
+    const auto readings =
+        twin::measure_diagonals(twin, {500, 300, 100}, {3500, 1700, 900}, 3,
+                                [](const twin::xyz &place) { return twin::state_at(place); });
+    std::map<std::string, std::vector<twin::xyz>> targets;
+    for (const auto &one : readings) {
+        if (one.run == 1) targets[one.diagonal].push_back(one.position_mm);
+    }
+    EXPECT_EQ(targets.size(), 16u);
+    using places = std::vector<twin::xyz>;
+    EXPECT_EQ(targets.at("XZ high falling"),
+              (places{{500, 1700, 900}, {2000, 1700, 500}, {3500, 1700, 100}}));
+    EXPECT_EQ(targets.at("body Y Z falling"),
+              (places{{500, 1700, 900}, {2000, 1000, 500}, {3500, 300, 100}}));
+}
+
 TEST(Diagonals, ShowSquarenessAsTheFormulaOfSquarenessSays) {
     twin::twin_config config = noiseless();
     config.errors.clear();
@@ -105,27 +123,37 @@ TEST(Diagonals, ShowSquarenessAsTheFormulaOfSquarenessSays) {
     config.chain.a0z_urad = 7.0;
     config.laser.resolution_um = 1e-6;
     const twin::twin_machine twin(config);
-    const std::pair<const char *, double> expected[] = {{"C0Y", 18.0}, {"B0Z", 11.0}, {"A0Z", 7.0}};
-    for (const auto &[name, urad] : expected) {
-        const twin::face rectangle{name, {500, 300, 100}, 800.0, 600.0};
-        const twin::diagonals found = twin::measure_diagonals(
-            twin, rectangle, [](const twin::xyz &place) { return twin::state_at(place); });
-        const double opening =
-            1e3 * (found.falling_um - found.rising_um) * 1000.0 / (2.0 * 800.0 * 600.0);
-        EXPECT_NEAR(opening, urad, 0.01) << name;
+    const auto readings =
+        twin::measure_diagonals(twin, {500, 300, 100}, {1300, 1100, 900}, 2,
+                                [](const twin::xyz &place) { return twin::state_at(place); });
+    const auto longer_um = [&](const std::string &diagonal) {
+        double first = 0.0, last = 0.0;
+        for (auto one = readings.rbegin(); one != readings.rend(); ++one) {
+            if (one->diagonal == diagonal) first = one->error_um;
+        }
+        for (const auto &one : readings) {
+            if (one.diagonal == diagonal) last = one.error_um;
+        }
+        return last - first;
+    };
+    const std::pair<std::string, double> opening_urad[] = {{"XY", 18.0}, {"XZ", 11.0}, {"YZ", 7.0}};
+    for (const auto &[face, urad] : opening_urad) {
+        for (const std::string side : {" low", " high"}) {
+            const double difference_um =
+                longer_um(face + side + " falling") - longer_um(face + side + " rising");
+            EXPECT_NEAR(1e3 * difference_um * std::sqrt(2.0) / (2.0 * 800.0), urad, 0.02) << face;
+        }
     }
 }
 
 TEST(Diagonals, AreMeasuredWithTheCompensationAtWork) {
     const twin::twin_machine twin(noiseless());
-    const twin::face rectangle{"C0Y", {500, 300, 100}, 800.0, 600.0};
-    const twin::diagonals perfect =
-        twin::measure_diagonals(twin, rectangle, [&](const twin::xyz &place) {
+    const auto perfect = twin::measure_diagonals(
+        twin, {500, 300, 100}, {1300, 900, 700}, 3, [&](const twin::xyz &place) {
             const twin::xyz error = twin.explained_error_um(twin::state_at(place));
             return twin::state_at(place, {-error[0], -error[1], -error[2]});
         });
-    EXPECT_NEAR(perfect.rising_um, 0.0, 0.011);
-    EXPECT_NEAR(perfect.falling_um, 0.0, 0.011);
+    for (const auto &one : perfect) EXPECT_NEAR(one.error_um, 0.0, 0.011) << one.diagonal;
 }
 
 TEST(Steps, WordsAreAsAShellMakesThem) {

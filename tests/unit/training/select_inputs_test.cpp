@@ -7,6 +7,8 @@
 #include <cmath>
 #include <random>
 
+#include "host-tools/training/elimination.h"
+
 namespace compbox::training {
 namespace {
 
@@ -158,6 +160,36 @@ TEST(SelectInputs, the_check_tells_a_good_choice_from_a_bad_one) {
     options.count = 1;  // one sensor cannot tell both groups' part of the error
     const selection poor = select_inputs(three_groups(), options);
     EXPECT_GT(poor.checks[1].merit, 2.0 * good.checks[1].merit);
+}
+
+// What is left without a group of inputs is what a map without them leaves; so it is after another
+// group was removed.
+TEST(Elimination, equals_maps_that_never_had_the_inputs) {
+    const training_data data = three_groups(120);
+    const Eigen::MatrixXd x = 0.2 * (data.x.array() - 20.0), t = 0.1 * data.y;
+    const row_folds folds = folds_of(data.run);
+    const double decay = 1e-3;
+    elimination map(x, t, folds, decay, 1);
+    const auto directly = [&](const std::vector<Eigen::Index> &kept) {
+        Eigen::MatrixXd left(t.rows(), t.cols());
+        for (std::size_t f = 0; f < folds.count; ++f) {
+            const auto in = rows_inside(folds, f), out = rows_outside(folds, f);
+            const Eigen::MatrixXd some = x(Eigen::all, kept);
+            const linear_map solved = ridge_solver(some(out, Eigen::all), t(out, Eigen::all))
+                                          .solve(Eigen::VectorXd::Constant(1, decay));
+            left(in, Eigen::all) = solved.predict(some(in, Eigen::all)) - t(in, Eigen::all);
+        }
+        return left;
+    };
+    const auto apart = [](const Eigen::MatrixXd &a, const Eigen::MatrixXd &b) {
+        return (a - b).cwiseAbs().maxCoeff();
+    };
+    EXPECT_LT(apart(map.residuals(), directly({0, 1, 2, 3, 4, 5, 6, 7, 8})), 1e-10);
+    EXPECT_LT(apart(map.residuals_without({0, 4}), directly({1, 2, 3, 5, 6, 7, 8})), 1e-10);
+    map.remove({0, 4});
+    EXPECT_LT(apart(map.residuals(), directly({1, 2, 3, 5, 6, 7, 8})), 1e-10);
+    EXPECT_LT(apart(map.residuals_without({1, 3, 8}), directly({2, 5, 6, 7})), 1e-10);
+    EXPECT_GT(apart(map.residuals(), directly({2, 5, 6, 7})), 1e-3);
 }
 
 }  // namespace

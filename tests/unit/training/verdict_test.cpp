@@ -70,6 +70,7 @@ template <typename Function>
 verdicts judge(warm_ups made, const Function &error_um) {
     verdicts found;
     train_options options = quick_options();
+    options.accept_worse = true;  // of noise nothing is predicted
     for (int r = 0; r < fresh_runs; ++r) {
         options.hold_out.push_back("r" + std::to_string(made.runs + r));
     }

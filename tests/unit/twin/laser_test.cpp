@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/file.h"
@@ -73,6 +74,36 @@ TEST(Laser, NoiseIsAsStatedAndNothingElseIsAdded) {
     const double n = static_cast<double>(r.x.size());
     EXPECT_NEAR(std::sqrt(squares / n), 0.5, 0.015);  // 0.4 and 0.3 together
     EXPECT_NEAR(lag / squares, 0.0, 0.05);
+}
+
+// Standard deviation of the readings between the runs.
+double noise_between_runs(const twin_machine &twin, const char *name) {
+    std::map<double, std::vector<double>> at;
+    for (const auto &reading : virtual_laser(twin).measure(name).readings) {
+        at[reading.position_mm].push_back(reading.error_um);
+    }
+    double squares = 0.0, freedom = 0.0;
+    for (const auto &[position_mm, errors] : at) {
+        const double n = static_cast<double>(errors.size());
+        double mean = 0.0;
+        for (const double e : errors) mean += e / n;
+        for (const double e : errors) squares += (e - mean) * (e - mean);
+        freedom += n - 1.0;
+    }
+    return std::sqrt(squares / freedom);
+}
+
+TEST(Laser, EachInstrumentHasItsOwnNoise) {
+    twin_config config = load_twin(CB_SOURCE_DIR "/examples/nine-line/machine_twin.json");
+    config.unexplained_percent = config.repeatability_um = 0.0;
+    config.laser.runs = 100;
+    config.laser.sigma_um = 0.2;
+    EXPECT_NEAR(noise_between_runs(twin_machine(config), "EYX"), 0.2, 0.01);
+    config.laser.straightness_um = 1.5;
+    const twin_machine twin(config);
+    EXPECT_NEAR(noise_between_runs(twin, "EXX"), 0.2, 0.01);
+    EXPECT_NEAR(noise_between_runs(twin, "EYX"), 1.5, 0.05);
+    EXPECT_NEAR(noise_between_runs(twin, "ECX"), 0.2, 0.01);  // angles have the laser's
 }
 
 TEST(Laser, EachSetUpHasItsOwnSlopeAndOffsetWithinTheStatedSizes) {

@@ -252,6 +252,7 @@ TEST(TwinFile, SaysWhatIsWrongAndWhere) {
         {with_axis_x(R"(, "runs": 2.5)"), "runs: must be a whole number"},
         {with_axis_x(R"(, "runs": 0)"), "runs: 0 is not between 1 and 1000"},
         {with_axis_x(R"(, "laser_um": -0.1)"), "laser_um: -0.1 is not between 0 and 1000"},
+        {with_axis_x(R"(, "straightness_um": "1.5")"), "straightness_um: must be a number"},
         {with_axis_x(R"(, "errors": {"FZX": {}})"), "errors.FZX: is not an ISO 230-1 error name"},
         {with_axis_x(R"(, "errors": {"EZY": {"amplitude_um": 1}})"),
          "errors.EZY: the machine has no axis Y"},

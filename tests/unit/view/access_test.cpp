@@ -2,12 +2,6 @@
 #include "host-tools/view/access.h"
 
 #include <gtest/gtest.h>
-#include <sys/stat.h>
-
-#include <fstream>
-
-#include "host-tools/formats/error.h"
-#include "tests/support/temporary.h"
 
 using namespace compbox;
 using namespace compbox::view;
@@ -57,23 +51,4 @@ TEST(view_access, equal_texts_are_equal_in_length_too) {
     EXPECT_FALSE(equal_in_constant_time("abab", "ab"));
     EXPECT_FALSE(equal_in_constant_time("ab", "abab"));
     EXPECT_FALSE(equal_in_constant_time("a", ""));
-}
-
-TEST(view_access, a_password_file_is_for_its_owner_and_group) {
-    const auto path = compbox_test::temporary("password");
-    const auto write = [&path](const std::string &text, mode_t mode) {
-        std::ofstream(path) << text;
-        ::chmod(path.c_str(), mode);
-    };
-    write("secret word\r\nnot this\n", 0640);
-    EXPECT_EQ(read_password(path), "secret word");
-    for (const mode_t mode : {0644u, 0602u, 0601u}) {
-        write("secret word\n", mode);
-        EXPECT_THROW(read_password(path), input_error) << mode;
-    }
-    for (const auto &text : {std::string("short\n"), std::string(200, 'x'), std::string()}) {
-        write(text, 0600);
-        EXPECT_THROW(read_password(path), input_error) << text;
-    }
-    EXPECT_THROW(read_password(path + ".missing"), input_error);
 }

@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -184,6 +185,34 @@ void run_at(files &f, int64_t unix_us) {
     f.record->wall_us = unix_us - 5 * second;
     f.add(5 * second);
     EXPECT_EQ(cb_record_finish(f.record.get()), 0);
+}
+
+// The row that finds the buffer full may be the one behind which no file can be begun. It would be
+// in the buffer while the next try reads the end of the old file into it.
+TEST(record, a_row_at_which_the_next_file_could_not_be_begun_is_lost) {
+    files f;
+    const std::string folder = compbox_test::temporary("records");
+    std::filesystem::create_directory(folder);
+    f.path = folder + "/record.csv";
+    f.most_bytes = 160000;
+    ASSERT_EQ(f.start(), 0);
+    int64_t time_us = 0;
+    const auto add = [&] { f.add(time_us += 30000); };
+    while (f.record->used < 10000) add();
+    cb_record_flush(f.record.get());
+    std::filesystem::rename(folder, folder + ".away");
+    while (f.record->fd >= 0) add();
+    std::filesystem::rename(folder + ".away", folder);
+    EXPECT_EQ(f.record->used, 0u);
+    for (const int64_t now_us : {1000000, 11000000}) cb_record_work(f.record.get(), now_us);
+    add();
+    cb_record_finish(f.record.get());
+    const std::vector<std::string> lines = f.lines();
+    for (const std::string &line : lines)
+        EXPECT_EQ(std::count(line.begin(), line.end(), ','),
+                  std::count(lines[0].begin(), lines[0].end(), ','))
+            << line;
+    EXPECT_EQ(lines.size() - 1 + f.record->lost, static_cast<std::size_t>(time_us / 30000));
 }
 
 TEST(record, a_start_goes_on_behind_the_last_row_by_the_wall_clock) {

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "tests/support/bank_rig.h"
 #include "tests/support/box_fixture.h"
 #include "tests/support/temporary.h"
 
@@ -97,6 +98,59 @@ struct state_file : testing::Test {
     }
     void put(const std::string &text) { std::ofstream(path, std::ios::binary) << text; }
 };
+
+const std::string warm_bank =
+    R"({"name": "banked", "type": "linear", "bank": {"inputs": ["T2", "rpm"],
+ "powers": {"rpm": [1, 2]}, "tau_s": [0, 60, 3600], "weights": [[1, 2, 3, 4, 5, 6, 0.7, 0.8, 0.9]]}})";
+
+// Half a minute of pause: the lags of 60 s start steady, those of an hour go on.
+TEST_F(state_file, has_the_lags_of_banks) {
+    bank_rig rig(warm_bank);
+    rig.t2 = 20;
+    for (int i = 0; i < 10; ++i) rig.go();
+    rig.t2 = 35;
+    rig.rpm = -200;
+    for (int i = 0; i < 10000; ++i) rig.go();
+    save(rig, 1000 * second);
+    bank_rig again(warm_bank);
+    again.now_us = 3 * second;
+    ASSERT_TRUE(read(again.box->config, again.now_us, 1030 * second)) << message;
+    EXPECT_TRUE(reports("3 of 6 lags go on after a pause of 30.0 s")) << message;
+    cb_state_give(&state, again.box.get());
+    again.t2 = rig.t2;
+    again.rpm = rig.rpm;
+    again.go();
+    rig.box->life.now_us += 30 * second;  // a pause without a clock jump
+    rig.now_us += 30 * second;
+    rig.go();
+    for (unsigned lag = 0; lag < 6; ++lag) {
+        const auto key = cb_bank_key_of(&again.box->config, lag);
+        const auto own = again.box->bank.lags[lag];
+        if (key.tau_s == 60) {
+            EXPECT_EQ(own.hi, key.signal == AT_T2 ? 35 : std::pow(-200, key.power)) << lag;
+        } else {
+            EXPECT_EQ(cb_bits_of(own.hi), cb_bits_of(rig.box->bank.lags[lag].hi)) << lag;
+        }
+    }
+    EXPECT_LT(again.box->bank.lags[1].hi, 30) << "35 only after hours";
+}
+
+TEST_F(state_file, another_power_or_time_constant_of_a_bank_starts_steady) {
+    bank_rig rig(warm_bank);
+    for (int i = 0; i < 10; ++i) rig.go();
+    save(rig, 1000 * second);
+    const auto resumed = [&](const std::string &piece, const std::string &other) {
+        std::string term = warm_bank;
+        term.replace(term.find(piece), piece.size(), other);
+        const bank_rig again(term);
+        EXPECT_TRUE(read(again.box->config, 3 * second, 1001 * second));
+        return std::string(message);
+    };
+    EXPECT_NE(resumed("3600]", "3600]").find("6 of 6 lags"), std::string::npos);
+    EXPECT_NE(resumed("3600]", "3601]").find("3 of 6 lags"), std::string::npos);
+    EXPECT_NE(resumed("[1, 2]", "[1, 3]").find("4 of 6 lags"), std::string::npos);
+    EXPECT_NE(resumed("\"T2\"", "\"T1\"").find("4 of 6 lags"), std::string::npos);
+}
 
 TEST_F(state_file, a_short_pause_is_bridged_as_if_the_box_had_run) {
     box_rig rig = warm();

@@ -1,0 +1,16 @@
+# cb_library(TARGET HEADER LIBRARY): a library of Debian as an imported target. A cross compiler without a sysroot of its
+# own has none; what can do without it asks for the target.
+function(cb_library target header library)
+    string(TOUPPER ${target} upper)
+    if(NOT CMAKE_CROSSCOMPILING OR CMAKE_SYSROOT)
+        find_path(${upper}_INCLUDE ${header})
+        find_library(${upper}_LIBRARY ${library})
+    endif()
+    if(${upper}_INCLUDE AND ${upper}_LIBRARY)
+        add_library(${target} INTERFACE IMPORTED)
+        target_include_directories(${target} INTERFACE ${${upper}_INCLUDE})
+        target_link_libraries(${target} INTERFACE ${${upper}_LIBRARY})
+    elseif(NOT COMPBOX_CORE_ONLY)
+        message(FATAL_ERROR "${target} is not there: scripts/setup installs it, for arm64 scripts/arm64-sysroot")
+    endif()
+endfunction()

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: MIT
+// Invariants at the edges of what they judge: runs that were judged wrongly pass, and a defect that
+// is planted into the same run's daemon is found.
+#include "tests/world/invariants.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "host-tools/formats/json_type.h"
+#include "tests/world/isolated.h"
+#include "tests/world/run.h"
+
+extern "C" {
+#include "firmware/box/box.h"
+#include "hal/linux/daemon/loop.h"
+}
+
+namespace compbox::world {
+namespace {
+
+using defect = std::function<void(cb_loop &)>;
+
+// Calls it each millisecond while the loop steps.
+void plant(run &world, const defect &what) {
+    world.time.at(world.time.now() + ms, [&world, what] {
+        auto *const loop = static_cast<cb_loop *>(world.box.argument_of("compboxd-loop"));
+        if (loop != nullptr && loop->made > 0) what(*loop);
+        plant(world, what);
+    });
+}
+
+// A change of the configuration that the daemon's own check of its memory knows.
+template <typename Change>
+defect to_config(Change change) {
+    return [change, known = std::uint32_t{0}](cb_loop &loop) mutable {
+        cb_box &box = *loop.box;
+        if (box.config_sum == known) return;
+        change(box.config);
+        cb_box_take_sums(&box);
+        box.sum_so_far = box.words_checked = 0;
+        known = box.config_sum;
+    };
+}
+
+template <typename Change>
+defect to_channels(Change change) {
+    return to_config([change](cb_config &config) {
+        for (unsigned i = 0; i < cb_all_channels(&config); ++i) change(config.channels[i]);
+    });
+}
+
+struct edge {
+    const char *invariant;
+    std::uint64_t seed, cycles;
+    const char *faults;
+    defect planted;  // none: another line has it
+};
+
+const edge edges[] = {
+    // FC23 writes the outputs of the step before a reload to a slower file.
+    {"slew", 301015, 4000, "partial,power_cut,hostile,foreign,stray",
+     to_channels([](cb_channel_config &channel) { channel.slew_um_per_s *= 3; })},
+    // An axis moves off between two sampled readings.
+    {"slope", 310119, 300, "reset,enable,restart",
+     to_channels([](cb_channel_config &channel) { channel.tangent = false; })},
+    // A box that was silent had STANDBY before its first write.
+    {"slope", 311026, 6000, "line",
+     to_channels([](cb_channel_config &channel) { channel.tangent = false; })},
+    // One motor of a stage is five times slower than the other.
+    {"models", 310623, 6000, "state,line,can", to_channels([](cb_channel_config &channel) {
+         if (!channel.is_slope) channel.deadband_um = channel.limit_um;
+     })},
+    // A kill ends a FAULT, too.
+    {"models", 311791, 4000, "kill,power_cut,slow",
+     to_channels([](cb_channel_config &channel) { channel.error_um = 1e9F; })},
+    // With FC23 a step behind a late exchange is followed by a write in time.
+    {"status", 311306, 3000, "tear,partial,kill,hostile,wire,line,reader,mute",
+     to_config([](cb_config &config) { config.ramp_um_per_s *= 3; })},
+    // Between two writes of HOLD the PLC refused all others.
+    {"status", 311843, 6000, "exception,partial",
+     to_config([](cb_config &config) { config.hold_us = 60000000; })},
+    // Torn readings have no reply; a refused probe of a serial line is in a write's place.
+    {"statistics", 310383, 6000, "exception,enable,mute",
+     [](cb_loop &loop) { loop.box->counters.reads_torn = 0; }},
+    // A second reply does not hold back those behind it.
+    {"look back", 310531, 6000, "twice,clock,mute",
+     [](cb_loop &loop) { loop.box->plc.silent = true; }},
+    // Short writes take the serial line away, and the PLC is not read for some periods.
+    {"silence", 310798, 3000, "preempt,partial,restart,clock,links,mute", nullptr},
+    {"silence", 1, 1500, "mute",
+     [](cb_loop &loop) {
+         cb_plc_state &plc = loop.box->plc;
+         if (plc.unconfirmed_us > 3 * loop.box->config.period_us) plc.readable = false;
+     }},
+    // A wait that ends a period late is repeated, for as long as it does.
+    {"overrun", 310962, 6000,
+     "delay,tear,reset,twice,refuse,kill,hostile,stall,can,stray,reader,links",
+     [](cb_loop &loop) { loop.box->life.overrun_score = 0; }},
+    // The operator who puts all right keeps enable off until a wider file is taken.
+    {"reload", 310603, 6000,
+     "preempt,delay,tear,reset,twice,exception,partial,kill,power_cut,restart,disk,reload,state,"
+     "suspend,wire,plc_stop,stray",
+     nullptr},
+    {"reload", 2, 6000, "reload", [](cb_loop &loop) { loop.offer = CB_LOOP_OFFER_NONE; }},
+    // The log asks for a restart with the good file: another address of the PLC goes on.
+    {"service", 300996, 6000, "tear,exception,restart,hostile,state,wire,mute",
+     to_config([](cb_config &config) { config.plc.heartbeat_timeout_ms = 0; })},
+};
+
+void PrintTo(const edge &of, std::ostream *out) {
+    *out << of.invariant << " of seed " << of.seed;
+}
+
+run_options options_of(const edge &of) {
+    run_options options;
+    options.seed = of.seed;
+    options.cycles = of.cycles;
+    options.faults = fault_set_of(of.faults);
+    return options;
+}
+
+class edges_of_invariants : public testing::TestWithParam<edge> {};
+
+TEST_P(edges_of_invariants, the_unchanged_daemon_passes) {
+    const run_result result = run_isolated(options_of(GetParam()));
+    for (const violation &found : result.violations)
+        ADD_FAILURE() << found.invariant << ": " << found.words;
+}
+
+TEST_P(edges_of_invariants, a_planted_defect_is_found) {
+    run_options options = options_of(GetParam());
+    if (!GetParam().planted) return;
+    options.prepare = [](run &world) { plant(world, GetParam().planted); };
+    const run_result result = run_isolated(options);
+    ASSERT_EQ(result.violations.size(), 1u);
+    EXPECT_EQ(result.violations[0].invariant, GetParam().invariant) << result.violations[0].words;
+}
+
+INSTANTIATE_TEST_SUITE_P(world, edges_of_invariants, testing::ValuesIn(edges));
+
+// ---- a good file that the running daemon refuses
+
+run_options with_quiet_end() {
+    run_options options;
+    options.seed = 3;
+    options.cycles = 12000;
+    options.faults = {fault_kind::hostile};     // so the recovery is judged …
+    options.most = {{fault_kind::hostile, 0}};  // … and the test's own file is the only one
+    return options;
+}
+
+// The daemon is restarted with another file; the run's good file comes when faults end.
+void restart_with(run &world, time_ns at, const std::function<void(json &)> &change) {
+    world.time.at(at, [&world, change] {
+        json root = json::parse(world.box_machine.text);
+        root["revision"] = world.next_revision();
+        change(root);
+        world.box.files.replace(run::config_path, root.dump(1));
+        world.note_file(root.dump(1));
+        world.faults.note(fault_kind::hostile, "another file and a restart");
+        world.stop_daemon();
+    });
+}
+
+void to_another_port(json &root) {
+    root["plc"]["transport"]["tcp"]["port"] = 1;
+}
+
+TEST(service, a_daemon_that_was_started_with_another_address_is_restarted) {
+    run_options options = with_quiet_end();
+    options.prepare = [](run &world) { restart_with(world, 20 * second, to_another_port); };
+    const run_result result = run_isolated(options);
+    ASSERT_TRUE(result.violations.empty()) << result.violations[0].words;
+    EXPECT_EQ(result.starts, 3u);
+}
+
+TEST(service, a_daemon_that_was_started_with_a_later_revision_is_restarted) {
+    run_options options = with_quiet_end();
+    options.prepare = [](run &world) {
+        restart_with(world, 20 * second, [](json &root) { root["revision"] = 1000000; });
+    };
+    const run_result result = run_isolated(options);
+    ASSERT_TRUE(result.violations.empty()) << result.violations[0].words;
+    EXPECT_EQ(result.starts, 3u);
+}
+
+TEST(service, a_daemon_that_keeps_another_address_is_found) {
+    run_options options = with_quiet_end();
+    options.prepare = [](run &world) {
+        for (time_ns at = 100 * second; at < 400 * second; at += 5 * second)
+            restart_with(world, at, to_another_port);
+    };
+    const run_result result = run_isolated(options);
+    ASSERT_EQ(result.violations.size(), 1u);
+    EXPECT_EQ(result.violations[0].invariant, "service");
+}
+
+}  // namespace
+}  // namespace compbox::world
