@@ -21,6 +21,7 @@
     X(samples_implausible) \
     X(samples_unknown)     \
     X(signals_stale)       \
+    X(sensors_doubted)     \
     X(outside_curve)       \
     X(models_extrapolated) \
     X(models_weakened)     \

@@ -33,7 +33,8 @@ enum {
     CB_MAX_WRITE_REGISTERS = 121, /* Modbus application protocol: FC23 writes 121, FC16 123 */
     CB_MAX_BUSES = 1,             /* sensor buses: the microcontroller has one port for them */
     CB_MAX_CAN_NODES = 32,        /* CANopen nodes minded: each gives two or more of 64 signals */
-    CB_MAX_SAMPLES = 64,          /* sensor samples of one cycle: one per signal */
+    CB_MAX_SENSORS = 32, /* that check each other: a record of a lathe has 24 thermometers */
+    CB_MAX_SAMPLES = 64, /* sensor samples of one cycle: one per signal */
     CB_MAX_TEXT_BYTES =
         131072 - 32, /* coefficient file: one 128 KiB flash sector minus its header */
 };

@@ -116,6 +116,7 @@ static void adopt_signals(struct cb_box *fresh, const struct cb_box *old) {
         if (k == CB_NONE) continue;
         fresh->signals[i] = old->signals[k];
         fresh->signals[i].streak = 0; /* the source may have changed */
+        fresh->signals[i].doubted = false;
         fresh->bank.time_us[i] = old->bank.time_us[k];
         fresh->bank.value[i] = old->bank.value[k];
     }

@@ -259,6 +259,9 @@ static void acquire(struct cb_box *box, const struct cb_inputs *in, uint32_t lea
     step->placed = step->placed || cb_plc_parts(&box->plc);
     const struct cb_reading reading = cb_signals_accept(
         &box->config, box->signals, &box->counters, in, step->read, step->apart, box->life.now_us);
+    if (box->config.sensors_count > 0)
+        cb_sensors_watch(&box->config, box->signals, &box->sensors, &box->counters,
+                         box->life.now_us);
     step->essentials_ok = cb_signals_age(&box->config, box->signals, &box->counters, &reading,
                                          lead_us, box->life.now_us);
     cb_banks_follow(&box->config, box->signals, &box->bank);

@@ -28,6 +28,7 @@
 #include "firmware/config/config.h"
 #include "firmware/signals/bank.h"
 #include "firmware/signals/lead.h"
+#include "firmware/signals/sensors.h"
 #include "firmware/signals/signals.h"
 #include "firmware/terms/terms.h"
 
@@ -74,6 +75,7 @@ struct cb_box {
     struct cb_plc_state plc;
     struct cb_box_life life;
     struct cb_signal_state signals[CB_MAX_SIGNALS];
+    struct cb_sensors_state sensors;
     struct cb_bank_state bank; /* lags of all banks */
     struct cb_term_state terms[CB_MAX_TERMS];
     float outputs[CB_MAX_OUTPUTS]; /* term outputs of the last step, µm or µrad */

@@ -36,7 +36,20 @@ static struct cb_cause of_essentials(const struct cb_box *box) {
     return NO_CAUSE;
 }
 
+/* out: the first signal that the other sensors contradict, if there is one */
+static struct cb_cause of_sensors(const struct cb_box *box) {
+    for (unsigned i = 0; i < box->config.signals_count; ++i) {
+        const struct cb_signal_state *state = &box->signals[i];
+        if (!state->doubted) continue;
+        const float expected = cb_sensors_expected(&box->config, &box->sensors, (uint8_t)i);
+        return (struct cb_cause){CB_CAUSE_DOUBTED, (uint8_t)i, state->value, expected};
+    }
+    return NO_CAUSE;
+}
+
+/* out: a doubted sensor behind the faded terms; else the first faded term */
 static struct cb_cause of_terms(const struct cb_box *box) {
+    if (box->sensors.doubted > 0) return of_sensors(box);
     for (unsigned i = 0; i < box->config.terms_count; ++i) {
         if (!box->terms[i].live) return (struct cb_cause){CB_CAUSE_FADED, (uint8_t)i, 0.0f, 0.0f};
     }

@@ -97,6 +97,7 @@ static uint32_t used_sum(const struct cb_config *config) {
     sum = add(sum, config->banks, config->banks_count * sizeof config->banks[0]);
     sum = add(sum, config->branches, config->branches_count * sizeof config->branches[0]);
     sum = add(sum, config->pairs, config->pairs_count * sizeof config->pairs[0]);
+    if (config->sensors_count > 0) sum = add(sum, &config->sensors, sizeof config->sensors);
     sum = add(sum, config->output_terms, config->outputs_count);
     sum = add(sum, config->links, config->links_count);
     for (unsigned i = 0; i < cb_all_channels(config); ++i)

@@ -17,6 +17,7 @@
 #include "firmware/config/buses.h"
 #include "firmware/config/channel.h"
 #include "firmware/config/plc.h"
+#include "firmware/config/sensors.h"
 #include "firmware/config/signal.h"
 #include "firmware/config/term.h"
 
@@ -33,7 +34,8 @@ struct cb_config {
     bool lead_measured; /* the box measures the lead (lead.h); lead_us is 0 */
     uint8_t signals_count, terms_count, outputs_count, channels_count, pairs_count;
     uint8_t lags_count, branches_count, buses_count, banks_count;
-    uint8_t slopes_count; /* slopes behind the channels_count channels of the file */
+    uint8_t sensors_count; /* that check each other */
+    uint8_t slopes_count;  /* slopes behind the channels_count channels of the file */
     uint16_t pool_count, links_count;
     uint16_t bank_lags_count; /* lags of all banks together */
     /* derived (derive.h) */
@@ -55,6 +57,7 @@ struct cb_config {
     struct cb_bank_config banks[CB_MAX_BANKS];        /* of linear terms */
     struct cb_channel_config channels[CB_MAX_CHANNELS];
     struct cb_pair_config pairs[CB_MAX_PAIRS];
+    struct cb_sensors_config sensors;
     uint32_t revision; /* no step uses the fields from here to outputs */
     char machine[40];
     struct cb_bus_config buses[CB_MAX_BUSES];

@@ -22,6 +22,7 @@ enum {
     BUSES,
     CAN,
     SIGNALS,
+    SENSORS,
     TERMS,
     CHANNELS,
     PAIRS,
@@ -40,6 +41,7 @@ static const struct cb_field TOP_FIELDS[TOP_KEYS] = {
     [BUSES] = {"buses", CB_FIELD_ARRAY, false, CB_NOT_STORED},
     [CAN] = {"can", CB_FIELD_OBJECT, false, CB_NOT_STORED},
     [SIGNALS] = {"signals", CB_FIELD_ARRAY, true, CB_NOT_STORED},
+    [SENSORS] = {"sensors", CB_FIELD_OBJECT, false, CB_NOT_STORED},
     [TERMS] = {"terms", CB_FIELD_ARRAY, true, CB_NOT_STORED},
     [CHANNELS] = {"channels", CB_FIELD_ARRAY, true, CB_NOT_STORED},
     [PAIRS] = {"pairs", CB_FIELD_ARRAY, false, CB_NOT_STORED},
@@ -149,8 +151,9 @@ static bool load_sections(struct cb_loader *loader) {
     return load_small_sections(loader, top) && cb_load_plc(loader, top[PLC]) &&
            cb_load_can(loader, top[CAN]) &&
            (top[BUSES] == CB_ABSENT || cb_load_buses(loader, top[BUSES])) &&
-           cb_load_signals(loader, top[SIGNALS]) && cb_load_terms(loader, top[TERMS]) &&
-           cb_load_channels(loader, top[CHANNELS]) &&
+           cb_load_signals(loader, top[SIGNALS]) &&
+           (top[SENSORS] == CB_ABSENT || cb_load_sensors(loader, top[SENSORS])) &&
+           cb_load_terms(loader, top[TERMS]) && cb_load_channels(loader, top[CHANNELS]) &&
            (top[PAIRS] == CB_ABSENT || cb_load_pairs(loader, top[PAIRS]));
 }
 

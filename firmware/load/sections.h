@@ -22,6 +22,7 @@ extern const struct cb_object cb_write_block_object;
 extern const struct cb_object cb_can_object; /* can.c */
 extern const struct cb_object cb_can_node_object;
 extern const struct cb_object cb_signal_object;  /* signals.c */
+extern const struct cb_object cb_sensors_object; /* sensors.c */
 extern const struct cb_object cb_channel_object; /* channels.c */
 extern const struct cb_object cb_tangent_object; /* tangent.c */
 extern const struct cb_object cb_pair_object;
@@ -38,6 +39,7 @@ bool cb_load_buses(struct cb_loader *loader, uint32_t at);
 bool cb_load_signals(struct cb_loader *loader, uint32_t at);       /* needs plc, buses */
 bool cb_resolve_lags(struct cb_loader *loader, uint32_t at);       /* at: signals, all loaded */
 bool cb_resolve_velocities(struct cb_loader *loader, uint32_t at); /* likewise */
+bool cb_load_sensors(struct cb_loader *loader, uint32_t at);       /* needs signals */
 bool cb_load_channels(struct cb_loader *loader, uint32_t at);      /* needs terms */
 bool cb_load_tangents(struct cb_loader *loader, uint32_t at);      /* at: channels, all loaded */
 bool cb_load_pairs(struct cb_loader *loader, uint32_t at);         /* needs channels */

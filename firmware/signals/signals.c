@@ -198,17 +198,12 @@ struct ageing {
     float lead_s;
 };
 
-static inline bool is_fresh(const struct cb_signal_config *signal,
-                            const struct cb_signal_state *state, int64_t now_us) {
-    return state->known && now_us - state->time_us <= (int64_t)signal->max_age_ms * 1000;
-}
-
 /* out: the PLC's velocity; if it has none, the one from differences of readings */
 static inline float velocity(const struct ageing *ageing, const struct cb_signal_config *signal,
                              const struct cb_signal_state *state) {
     const struct cb_signal_config *source = &ageing->config->signals[signal->velocity];
     const struct cb_signal_state *reported = &ageing->states[signal->velocity];
-    const bool usable = signal->velocity_scale > 0.0f && is_fresh(source, reported, ageing->now_us);
+    const bool usable = signal->velocity_scale > 0.0f && cb_signal_is_recent(source, reported, ageing->now_us);
     return usable ? reported->value * signal->velocity_scale : state->velocity;
 }
 
@@ -224,7 +219,7 @@ static float ahead(const struct ageing *ageing, const struct cb_signal_config *s
 /* Ages a measured signal and sets its value for the terms. out: true if it is fresh */
 CB_INLINE bool age(const struct ageing *ageing, const struct cb_signal_config *signal,
                    struct cb_signal_state *state) {
-    if (!is_fresh(signal, state, ageing->now_us)) return false;
+    if (state->doubted || !cb_signal_is_recent(signal, state, ageing->now_us)) return false;
     state->used = signal->leads ? ahead(ageing, signal, state) : state->value;
     state->fresh = true;
     return true;

@@ -9,6 +9,7 @@
 #include "firmware/base/cause.h"
 #include "firmware/base/counters.h"
 #include "firmware/base/io.h"
+#include "firmware/config/signal.h"
 #include "models/lag.h"
 
 struct cb_config;
@@ -21,12 +22,19 @@ struct cb_signal_state {
     int64_t time_us;   /* time of acceptance; of PLC signals: read_us; of lags: their signal's */
     bool known;        /* a value was accepted since start or clock jump */
     bool fresh;        /* known and not older than its maximum age, in this step */
+    bool doubted;      /* contradicts the other sensors (sensors.h): not fresh, whatever its age */
     bool settled;      /* of lags: started, in the steady state of the first value */
     uint8_t streak;    /* bits below; none: the last good reading had no value for it */
     uint8_t refusal;   /* enum cb_cause_kind: reason for the last rejection; NONE: accepted */
     float refused;     /* the rejected number, unit of the signal */
     uint32_t implausible, stale; /* its share of samples_implausible and signals_stale */
 };
+
+/* out: whether it has a plausible value that is not older than its maximum age */
+static inline bool cb_signal_is_recent(const struct cb_signal_config *signal,
+                                       const struct cb_signal_state *state, int64_t now_us) {
+    return state->known && now_us - state->time_us <= (int64_t)signal->max_age_ms * 1000;
+}
 
 /* Marks it as not fresh in this step. Counts it if it was fresh in the previous one. */
 static inline void cb_signal_goes_stale(struct cb_signal_state *state,

@@ -15,7 +15,7 @@ bool cb_take_pool(struct cb_loader *loader, uint32_t at, uint32_t count, uint16_
     const uint32_t left = CB_POOL_FLOATS - (uint32_t)config->pool_count;
     if (count > left)
         return cb_fail(loader, CB_ERROR_FULL, at,
-                       "this term needs %u floats, and of the box's %u only %u are left", count,
+                       "this needs %u floats, and of the box's %u only %u are left", count,
                        (uint32_t)CB_POOL_FLOATS, left);
     *offset = config->pool_count;
     config->pool_count = (uint16_t)(config->pool_count + count);

@@ -198,11 +198,11 @@ TEST(config_limits, the_pool) {
     EXPECT_EQ(load(file.dump()).config->pool_count, CB_POOL_FLOATS);
     file["terms"].push_back(polynomial("last", 1));
     EXPECT_EQ(message(file),
-              "terms[4]: this term needs 1 floats, and of the box's 8192 only 0 are left");
+              "terms[4]: this needs 1 floats, and of the box's 8192 only 0 are left");
     file["terms"].erase(3);
     file["terms"][3] = bspline("KT", 5, 3);
     EXPECT_EQ(message(file),
-              "terms[3]: this term needs 11 floats, and of the box's 8192 only 2 are left");
+              "terms[3]: this needs 11 floats, and of the box's 8192 only 2 are left");
 }
 
 // The weights of a network fit, and the ranges of its inputs no longer: 4 floats each.
@@ -217,7 +217,7 @@ TEST(config_limits, the_pool_for_a_network) {
     EXPECT_EQ(message(file), "");
     file["terms"][3] = polynomial("KT", 26 - weights - 3);
     EXPECT_EQ(message(file),
-              "terms[4]: this term needs 4 floats, and of the box's 8192 only 3 are left");
+              "terms[4]: this needs 4 floats, and of the box's 8192 only 3 are left");
 }
 
 TEST(config_limits, a_cubic_of_twenty_points_takes_86_floats) {
