@@ -203,7 +203,8 @@ static inline float velocity(const struct ageing *ageing, const struct cb_signal
                              const struct cb_signal_state *state) {
     const struct cb_signal_config *source = &ageing->config->signals[signal->velocity];
     const struct cb_signal_state *reported = &ageing->states[signal->velocity];
-    const bool usable = signal->velocity_scale > 0.0f && cb_signal_is_recent(source, reported, ageing->now_us);
+    const bool usable =
+        signal->velocity_scale > 0.0f && cb_signal_is_recent(source, reported, ageing->now_us);
     return usable ? reported->value * signal->velocity_scale : state->velocity;
 }
 

@@ -73,7 +73,8 @@ row_watcher::row_watcher(const cb_config &config, const formats::csv_table &samp
       samples_(samples),
       measured_(measured_signals(config)),
       held_(measured_.size()),
-      missing_(measured_.size()) {}
+      missing_(measured_.size()),
+      doubted_(measured_.size()) {}
 
 std::string row_watcher::implausible_text(std::size_t sample, double value) const {
     const cb_signal_config &signal = config_.signals[measured_[sample]];
@@ -91,10 +92,17 @@ void row_watcher::require_steady_state(const cb_box &box, const std::vector<doub
     }
 }
 
+// Counts the row for each signal without a value of its own, and for each counter that rose in it.
 void row_watcher::look(std::size_t row, const cb_box &box, const std::vector<double> &values) {
     for (std::size_t i = 0; i < measured_.size(); ++i) {
         const unsigned signal = measured_[i];
         const auto seen = static_cast<float>(values[i]);
+        if (box.signals[signal].doubted) {
+            const float expected =
+                cb_sensors_expected(&config_, &box.sensors, static_cast<uint8_t>(signal));
+            doubted_[i].add(samples_.lines[row],
+                            fmt::format("{} where they predict {:.4g}", values[i], expected));
+        }
         if (accepted(box, signal) && cb_signal_in_range(&config_.signals[signal], seen)) continue;
         auto &kind = box.signals[signal].known ? held_ : missing_;
         kind[i].add(samples_.lines[row], implausible_text(i, values[i]));
@@ -117,6 +125,10 @@ std::vector<std::string> row_watcher::remarks(bool raw) const {
             all.push_back(
                 fmt::format("{} implausible and no value before it, its terms are left out: {}",
                             name, missing_[i].text()));
+        }
+        if (doubted_[i].count > 0) {
+            all.push_back(fmt::format("{} doubted, the other sensors contradict it: {}", name,
+                                      doubted_[i].text()));
         }
         if (held_[i].count == 0) continue;
         all.push_back(name +

@@ -52,6 +52,7 @@ class row_watcher {
     const formats::csv_table &samples_;
     std::vector<unsigned> measured_;
     std::vector<row_count> held_, missing_;  // implausible rows after a value, and before any
+    std::vector<row_count> doubted_;         // rows that the other sensors contradict
     row_count not_active_;
     cb_counters before_ = {};
     row_count counted_[5];  // in the order of watched_counters

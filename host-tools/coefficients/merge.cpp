@@ -16,8 +16,9 @@ namespace compbox::coefficients {
 namespace {
 
 // Order of the keys of a coefficient file.
-constexpr const char *key_order[] = {"format",  "revision", "machine",  "cycle", "plc",   "can",
-                                     "signals", "terms",    "channels", "pairs", "safety"};
+constexpr const char *key_order[] = {"format", "revision", "machine", "cycle",
+                                     "plc",    "can",      "signals", "sensors",
+                                     "terms",  "channels", "pairs",   "safety"};
 
 [[noreturn]] void refuse(const std::string &file, const std::string &sentence) {
     throw input_error(file, 0, 0, sentence);
@@ -325,6 +326,12 @@ void add_provenance(json &all, const json &fragment, const std::string &file) {
     }
 }
 
+// Sensors check each other in one section.
+void add_sensors(json &all, const json &section, const std::string &file) {
+    if (all.contains("sensors")) refuse(file, "has sensors, and so has another file");
+    all["sensors"] = section;
+}
+
 // The same object with its keys in the usual order; unknown keys stay, for the loader to refuse.
 json in_order(const json &file) {
     json result = json::object();
@@ -359,8 +366,12 @@ merged_file merge_files(const std::string &machine_path, const std::vector<std::
             refuse(path, "is given more than once");
         }
         const json fragment = read_object(path);
-        formats::only_keys(fragment, {"signals", "terms", "provenance"}, path, "a term file");
-        if (!fragment.contains("terms")) refuse(path, "has no terms");
+        formats::only_keys(fragment, {"signals", "sensors", "terms", "provenance"}, path,
+                           "a term file");
+        if (fragment.contains("sensors"))
+            add_sensors(merged.file, fragment["sensors"], path);
+        else if (!fragment.contains("terms"))
+            refuse(path, "has no terms");
         entries.add(fragment, path);
         add_provenance(provenance, fragment, path);
     }

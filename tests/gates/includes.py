@@ -39,6 +39,7 @@ host-tools/identification : formats algebra
 host-tools/fitting        : models base formats algebra metrology
 host-tools/test_report    : models base formats algebra metrology fitting
 host-tools/training       : formats algebra
+host-tools/sensors        : formats algebra training
 host-tools/twin           : formats
 host-tools/fakeplc        : formats twin
 host-tools/coefficients   : models base wire config json signals terms box load formats algebra metrology \
@@ -55,8 +56,8 @@ host-tools/uplink         : formats command_line
 host-tools/view           : models base wire config signals terms box formats command_line box_files uplink
 host-tools/watch          : formats command_line box_files
 host-tools/compbox        : models base wire config json signals terms box load hal formats command_line algebra \
-    metrology identification fitting test_report training twin fakeplc coefficients export plc commission simulation \
-    watch
+    metrology identification fitting test_report training sensors twin fakeplc coefficients export plc commission \
+    simulation watch
 """
 FREESTANDING = ["<float.h>", "<limits.h>", "<stdarg.h>", "<stdbool.h>", "<stddef.h>", "<stdint.h>",
                 "<string.h>"]  # string.h: memcpy, memset, memcmp, which the compiler itself emits

@@ -54,7 +54,7 @@ FAULTS = [
     ("a wider file in motion", "hal/linux/daemon/loop.c", "!loop->at_rest_only || cb_box_at_rest(loop->box)",
      "true", ["../daemon/test_ceiling.py::test_a_larger_limit_is_pending_until_enable_is_off_and_all_is_zero"]),
     ("ramp at the slew rate", "firmware/box/limiter.c", "cb_min(ramp, slew)", "cb_max(ramp, slew)", STOP),
-    ("age of a signal, tenfold", "firmware/signals/signals.c", "<= (int64_t)signal->max_age_ms * 1000;",
+    ("age of a signal, tenfold", "firmware/signals/signals.h", "<= (int64_t)signal->max_age_ms * 1000;",
      "<= (int64_t)signal->max_age_ms * 10000;", reactions("a_stale_thermometer_degrades_only_its_term")),
     ("age by the wrong clock", "firmware/signals/signals.c", "state->time_us = read_us;",
      "state->time_us = read_us + 1000000;", reactions("a_stale_thermometer_degrades_only_its_term")),

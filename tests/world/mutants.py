@@ -210,7 +210,7 @@ MODES = [
 
 FRESHNESS = [
     ("age-tenfold", "A signal is used up to ten times its maximum age",
-     (SIGNALS + "signals.c", "<= (int64_t)signal->max_age_ms * 1000;", "<= (int64_t)signal->max_age_ms * 10000;")),
+     (SIGNALS + "signals.h", "<= (int64_t)signal->max_age_ms * 1000;", "<= (int64_t)signal->max_age_ms * 10000;")),
     ("age-from-reply", "A reading is dated a second after its request",
      (SIGNALS + "signals.c", "    state->value = inside;\n    state->time_us = time_us;",
       "    state->value = inside;\n    state->time_us = time_us + 1000000;")),
