@@ -1,0 +1,91 @@
+/* SPDX-License-Identifier: MIT
+ * Bounded adaptation of a model by probes: y = b + (1 + g) m.
+ *
+ * b (µm) is a bias, g a relative gain, m (µm) the model's value. Both drift as random walks between
+ * probes. A probe z = b + (1 + g) m + noise is one step of a Kalman filter of two states. Its
+ * covariance is U D U' with d > 0, so no rounding makes it indefinite.
+ *
+ * Invariants, for any sequence of calls with any numbers (adapt.c proves them):
+ *   (1) |y - m| <= bias_max_um + gain_max |m|, exactly;
+ *   (2) a probe moves b + (1 + g) m at its own m by step_max_um at most, within rounding;
+ *   (3) |b| <= bias_max_um, |g| <= gain_max, and the covariance is positive and finite. */
+#ifndef COMPBOX_MODELS_ADAPT_H
+#define COMPBOX_MODELS_ADAPT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* A measurement or model value beyond this size is implausible. */
+#define CB_ADAPT_MOST_UM 1e6f
+
+/* Settings, constant. Ranges are inclusive. */
+struct cb_adapt_settings {
+    float bias_max_um;           /* 0 … 1e6: bound of |b| */
+    float gain_max;              /* 0 … 10: bound of |g| */
+    float step_max_um;           /* > 0 … 1e6: movement of y by one probe */
+    float drift_um_per_sqrt_h;   /* 0 … 1e3: standard deviation of b's change in one hour */
+    float gain_drift_per_sqrt_h; /* 0 … 10: likewise of g */
+    float sigma_um;              /* 1e-3 … 1e3: standard deviation of one probe */
+    float min_interval_s;        /* 0 … 86 400: earlier probes are not taken */
+};
+
+/* Plain data that may be saved and restored (cb_adapt_resume). P = U D U', U = [1 u; 0 1], D =
+ * diag(bias_d, gain_d): the variance of b is bias_d + u² gain_d, that of g gain_d. */
+struct cb_adapt {
+    float bias_um, gain;  /* b, g */
+    float bias_d, gain_d; /* > 0; µm², 1 */
+    float u;              /* µm */
+    float since_h;        /* since the last probe that was taken; FLT_MAX: there was none */
+    float innovation_um;  /* of the last probe that was judged: z - (b + (1 + g) m) … */
+    float expected_um;    /* … and the root of its variance S; 0: no probe was judged */
+    float pending_um[2];  /* innovations outside of the gate, not yet resolved, the oldest first */
+    float pending_h;      /* age of the newest one */
+    uint8_t pending;      /* their number, 0 … 2 */
+    bool asked;           /* a repetition was asked for */
+};
+
+/* Result of one probe. */
+enum cb_adapt_outcome {
+    CB_ADAPT_TAKEN,       /* inside the gate: b, g and P have changed */
+    CB_ADAPT_CONFIRMED,   /* outside, but it agrees with the probe before: taken */
+    CB_ADAPT_MEDIAN,      /* the third outside that disagree: the median of the three is taken */
+    CB_ADAPT_ASK,         /* outside: please probe again; nothing has changed */
+    CB_ADAPT_EARLY,       /* within min_interval_s of the last one: not taken */
+    CB_ADAPT_IMPLAUSIBLE, /* not a number, or beyond CB_ADAPT_MOST_UM: not taken */
+};
+
+/* out: true if the probe has changed b, g and P */
+static inline bool cb_adapt_was_taken(enum cb_adapt_outcome outcome) {
+    return outcome <= CB_ADAPT_MEDIAN;
+}
+
+/* out: b = g = 0 with standard deviations of 1 µm and 0.5, no probe before */
+void cb_adapt_start(struct cb_adapt *state);
+
+/* After a restart, or under new settings.
+ * in : *state from a stored copy, any bits
+ * out: b and g inside the bounds; as cb_adapt_start() if a field is not valid */
+void cb_adapt_resume(const struct cb_adapt_settings *settings, struct cb_adapt *state);
+
+/* Time passes: the covariance grows.
+ * in : hours since the last call, at most 10 000 count; not positive or NaN: no change */
+void cb_adapt_wait(const struct cb_adapt_settings *settings, struct cb_adapt *state, float hours);
+
+/* One probe, after cb_adapt_wait() for the time until it.
+ * in : probed_um, any float: the whole error that the model has to explain; model_um, any float: m
+ *      at the probe
+ * out: the outcome. S is the variance of the innovation. Inside of 3 sqrt(S) the probe is taken
+ * alone, and pending ones are dropped. Two outside agree if they differ by no more than three
+ * standard deviations of their noise and of the drift between them; then the newer one is taken. */
+enum cb_adapt_outcome cb_adapt_probe(const struct cb_adapt_settings *settings,
+                                     struct cb_adapt *state, float probed_um, float model_um);
+
+/* out: y at the model value m; m itself at b = g = 0; invariant (1) for |model_um| <= 1e30, any
+ *      float bias_um and gain */
+float cb_adapt_value(const struct cb_adapt_settings *settings, float bias_um, float gain,
+                     float model_um);
+
+/* out: standard deviation of y at this m by the covariance, µm, >= 0, without the probe's noise */
+float cb_adapt_sigma(const struct cb_adapt *state, float model_um);
+
+#endif
