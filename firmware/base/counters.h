@@ -27,6 +27,9 @@
     X(models_weakened)     \
     X(terms_not_finite)    \
     X(terms_faded)         \
+    X(probes_taken)        \
+    X(probes_asked)        \
+    X(probes_refused)      \
     X(outputs_limited)     \
     X(outputs_slewed)      \
     X(pairs_limited)       \
@@ -52,7 +55,7 @@ enum {
     CB_COUNTERS_COUNT = 0 CB_COUNTERS(CB_X)
 #undef CB_X
 };
-_Static_assert(CB_COUNTERS_COUNT <= 32, "the flight recorder keeps one bit for each");
+_Static_assert(CB_COUNTERS_COUNT <= 33, "the flight recorder has a bit for each but cycles");
 _Static_assert(sizeof(struct cb_counters) == CB_COUNTERS_COUNT * sizeof(uint32_t), "no padding");
 
 /* index < CB_COUNTERS_COUNT. */

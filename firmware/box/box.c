@@ -27,6 +27,7 @@ struct step {
 static void clear(struct cb_box *box) {
     memset((char *)box + sizeof box->config, 0, sizeof *box - sizeof box->config);
     cb_mode_start(&box->mode);
+    cb_probes_start(box->probes);
     box->life.zero_written = true;
     box->foreign.channel = box->applied.verdict.channel = CB_NONE;
 }
@@ -40,6 +41,7 @@ static void assert_counts(const struct cb_config *config) {
     CB_ASSERT(cb_all_channels(config) <= CB_MAX_CHANNELS);
     CB_ASSERT(config->banks_count <= CB_MAX_BANKS);
     CB_ASSERT(config->bank_lags_count <= CB_MAX_BANK_LAGS);
+    CB_ASSERT(config->adapts_count <= CB_MAX_ADAPTS);
     CB_ASSERT(config->pairs_count <= CB_MAX_PAIRS);
     CB_ASSERT(config->plc.read.count <= CB_MAX_READ_REGISTERS);
     CB_ASSERT(config->plc.write.count <= CB_MAX_WRITE_REGISTERS);
@@ -267,10 +269,19 @@ static void acquire(struct cb_box *box, const struct cb_inputs *in, uint32_t lea
     cb_banks_follow(&box->config, box->signals, &box->bank);
 }
 
+/* The outputs are those of the last step, which the PLC has. */
+static void take_probes(struct cb_box *box) {
+    const struct cb_probe_outputs outputs = {box->outputs, box->channels,
+                                             box->plc.contact == CB_CONTACT_KNOWN};
+    cb_probes_step(&box->config, box->signals, &outputs, box->terms, box->probes, &box->counters,
+                   box->life.now_us);
+}
+
 static void compute(struct cb_box *box, struct step *step) {
     const float fade_um = box->config.ramp_um_per_s * seconds(box, step);
     step->terms = cb_terms_evaluate(&box->config, box->signals, &box->bank, box->terms,
                                     &box->counters, fade_um, box->outputs);
+    if (box->config.adapts_count > 0) take_probes(box);
     step->demand = cb_channels_want(&box->config, box->outputs, box->channels, &box->counters);
     if (box->config.slopes_count > 0)
         cb_tangent_want(&box->config, box->signals, box->terms, box->outputs, &box->tangent,
@@ -374,6 +385,8 @@ static void emit(struct cb_box *box, struct cb_outputs *out) {
         cb_tangent_encode(&box->config, &box->tangent, out->registers);
     out->registers[plc->status] = (uint16_t)(box->mode.mode | box->mode.reason << 8);
     out->registers[plc->box_heartbeat] = ++box->life.box_heartbeat;
+    if (plc->has_request)
+        out->registers[plc->request] = cb_probes_ask(&box->config, box->probes) ? 1u : 0u;
     if (plc->has_detail) out->registers[plc->detail] = cb_cause_detail(&box->cause);
     if (plc->write.counters)
         out->registers[0] = out->registers[plc->write.count - 1] = ++box->life.block_counter;

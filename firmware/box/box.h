@@ -24,6 +24,7 @@
 #include "firmware/box/channels.h"
 #include "firmware/box/mode.h"
 #include "firmware/box/plc.h"
+#include "firmware/box/probes.h"
 #include "firmware/box/tangent.h"
 #include "firmware/config/config.h"
 #include "firmware/signals/bank.h"
@@ -78,7 +79,8 @@ struct cb_box {
     struct cb_sensors_state sensors;
     struct cb_bank_state bank; /* lags of all banks */
     struct cb_term_state terms[CB_MAX_TERMS];
-    float outputs[CB_MAX_OUTPUTS]; /* term outputs of the last step, µm or µrad */
+    struct cb_probe_state probes[CB_MAX_ADAPTS]; /* by the order of config.adapts */
+    float outputs[CB_MAX_OUTPUTS];               /* term outputs of the last step, µm or µrad */
     struct cb_channel_state channels[CB_MAX_CHANNELS];
     struct cb_tangent_state tangent;
     struct cb_applied_state applied;

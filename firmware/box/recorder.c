@@ -9,15 +9,16 @@ void cb_recorder_start(struct cb_recorder *recorder, struct cb_record *records, 
     *recorder = (struct cb_recorder){.records = records, .capacity = capacity};
 }
 
-/* out: one bit for each counter that differs, except `cycles`, which always does */
+/* out: one bit for each counter that differs; `cycles` has none, because it always does */
 static uint32_t changed(const struct cb_counters *before, const struct cb_counters *after) {
     uint32_t old[CB_COUNTERS_COUNT], new[CB_COUNTERS_COUNT], bits = 0;
     memcpy(old, before, sizeof old);
     memcpy(new, after, sizeof new);
-    for (unsigned i = 0; i < CB_COUNTERS_COUNT; ++i) bits |= (uint32_t)(old[i] != new[i]) << i;
-    return bits & ~1u;
+    for (unsigned i = 1; i < CB_COUNTERS_COUNT; ++i)
+        bits |= (uint32_t)(old[i] != new[i]) << (i - 1);
+    return bits;
 }
-_Static_assert(offsetof(struct cb_counters, cycles) == 0, "bit 0 is that of cycles");
+_Static_assert(offsetof(struct cb_counters, cycles) == 0, "it is the one without a bit");
 
 void cb_recorder_note(struct cb_recorder *recorder, const struct cb_box *box) {
     CB_ASSERT(recorder->next < recorder->capacity);

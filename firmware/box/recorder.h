@@ -13,7 +13,7 @@
 struct cb_record {
     int64_t time_us;                   /* of the step */
     uint32_t cycle;                    /* counter `cycles` */
-    uint32_t counters;                 /* bit i: counter i moved (cb_counter_name(i)), not cycles */
+    uint32_t counters;                 /* bit i: counter i + 1 moved (cb_counter_name()) */
     uint16_t control;                  /* the PLC's control word, as last read */
     uint8_t mode, reason;              /* enum cb_mode, enum cb_reason */
     uint16_t detail;                   /* the cause of the reason, as cb_cause_detail() */

@@ -42,6 +42,8 @@ struct cb_config {
     uint8_t grids_count, other_terms_count, plain_count;
     uint32_t plain_age_us;             /* the smallest maximum age of plain signals */
     uint8_t other_terms[CB_MAX_TERMS]; /* all terms except plain curves, in order */
+    uint8_t adapts_count;
+    uint8_t adapts[CB_MAX_ADAPTS];    /* terms of type adapt, in order */
     uint8_t measured[CB_MAX_SIGNALS]; /* all signals except lags, the plain_count plain ones last */
     struct cb_plc_config plc;
 

@@ -31,11 +31,13 @@ struct cb_plc_config {
     uint16_t control, plc_heartbeat; /* indices in the read block */
     uint16_t status, box_heartbeat;  /* indices in the write block */
     uint16_t detail;                 /* index in the write block, where has_detail */
+    uint16_t request;                /* likewise, where has_request */
     uint32_t heartbeat_timeout_ms;
     uint16_t referenced_mask; /* all of these control bits must be set; default bit 1 */
     uint16_t handshake;       /* index in the read block, where has_handshake */
     uint16_t step_units;      /* largest change between two updates of the NC; 0: any */
     bool has_detail;          /* the box reports the signal or channel behind its reason */
+    bool has_request;         /* the box asks by it for another probe */
     bool has_handshake;       /* the PLC reports its handshake with the NC */
     bool axes_at_once;        /* with a handshake: one handshake takes all channels */
     uint32_t scan_us;         /* the PLC's scan; 0 where the profile has no handshake */

@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "firmware/base/limits.h"
+#include "models/adapt.h"
 
 /* A curve of one signal. Pool layout: B-spline and polyline: breaks[spans+1], coefficients
  * [spans*(degree+1)]; polynomial: coefficients[degree+1]. With reversal_mm > 0 it is the branch for
@@ -75,6 +76,15 @@ struct cb_volumetric_config {
     uint16_t pool;
 };
 
+/* Another term's output, adapted by probes. */
+struct cb_adapt_config {
+    struct cb_adapt_settings settings;
+    uint8_t output;     /* index into outputs: the model */
+    uint8_t signals[2]; /* the probed value, µm; the count of probes, uint16 */
+    uint8_t channel;    /* the one whose sum has this term; CB_NONE: none, only where `whole` */
+    bool whole;         /* the probed value is the whole error, as without compensation */
+};
+
 /* A term comes after those whose outputs it uses, whatever their order in the file. */
 struct cb_term_config {
     uint8_t type;         /* enum cb_term_type (terms/kinds.h) */
@@ -86,6 +96,7 @@ struct cb_term_config {
         struct cb_product_config product;
         struct cb_bpnet_config bpnet;
         struct cb_volumetric_config volumetric;
+        struct cb_adapt_config adapt;
     } as;
 };
 

@@ -154,6 +154,7 @@ static bool load_sections(struct cb_loader *loader) {
            cb_load_signals(loader, top[SIGNALS]) &&
            (top[SENSORS] == CB_ABSENT || cb_load_sensors(loader, top[SENSORS])) &&
            cb_load_terms(loader, top[TERMS]) && cb_load_channels(loader, top[CHANNELS]) &&
+           cb_resolve_probes(loader, top[TERMS], top[CHANNELS]) &&
            (top[PAIRS] == CB_ABSENT || cb_load_pairs(loader, top[PAIRS]));
 }
 

@@ -31,6 +31,7 @@ enum {
     STATUS,
     BOX_HEARTBEAT,
     DETAIL,
+    REQUEST,
     HEARTBEAT_TIMEOUT,
     REFERENCED_BITS,
     HANDSHAKE,
@@ -56,6 +57,7 @@ static const struct cb_field PLC_FIELDS[PLC_KEYS] = {
     [BOX_HEARTBEAT] = {"box_heartbeat", CB_FIELD_UINT16, true, AT(box_heartbeat), .least = "0",
                        .most = "65535"},
     [DETAIL] = {"detail", CB_FIELD_UINT16, false, AT(detail), .least = "0", .most = "65535"},
+    [REQUEST] = {"request", CB_FIELD_UINT16, false, AT(request), .least = "0", .most = "65535"},
     [HEARTBEAT_TIMEOUT] = {"heartbeat_timeout_ms", CB_FIELD_UINT32, true, AT(heartbeat_timeout_ms),
                            .least = "1", .most = "60000"},
     [REFERENCED_BITS] = {"referenced_bits", CB_FIELD_ARRAY, false, CB_NOT_STORED},
@@ -147,7 +149,7 @@ static bool check_interpolation(struct cb_loader *loader, uint32_t at) {
                    at);
 }
 
-/* Reserves the four registers that every file has, and those of detail and handshake. */
+/* Reserves the four registers that every file has, and those of detail, request and handshake. */
 static bool take_fixed(struct cb_loader *loader, const uint32_t *slots) {
     struct cb_plc_config *plc = &loader->config->plc;
     const uint8_t type = CB_NUMBER_UINT16;
@@ -160,6 +162,8 @@ static bool take_fixed(struct cb_loader *loader, const uint32_t *slots) {
                          &plc->box_heartbeat) &&
            (slots[DETAIL] == CB_ABSENT ||
             cb_take_write(loader, slots[DETAIL], type, CB_USER_DETAIL, &plc->detail)) &&
+           (slots[REQUEST] == CB_ABSENT ||
+            cb_take_write(loader, slots[REQUEST], type, CB_USER_REQUEST, &plc->request)) &&
            (slots[HANDSHAKE] == CB_ABSENT ||
             cb_take_read(loader, slots[HANDSHAKE], type, CB_USER_HANDSHAKE, &plc->handshake));
 }
@@ -179,6 +183,7 @@ static bool read_control(struct cb_loader *loader, const uint32_t *slots) {
         return cb_fail(loader, CB_ERROR_PROFILE, slots[MAX_STEP],
                        "profile %s has no largest step; omit it", facts->name);
     plc->has_detail = slots[DETAIL] != CB_ABSENT;
+    plc->has_request = slots[REQUEST] != CB_ABSENT;
     plc->has_handshake = slots[HANDSHAKE] != CB_ABSENT;
     if (slots[MAX_STEP] == CB_ABSENT) plc->step_units = facts->step_most;
     if (slots[PLC_DEADBAND] == CB_ABSENT) plc->deadband_um = facts->deadband_um;

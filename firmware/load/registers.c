@@ -26,6 +26,7 @@ static const char *fixed_user(uint8_t user) {
         [CB_USER_BOX_HEARTBEAT] = "box_heartbeat",
         [CB_USER_HANDSHAKE] = "handshake",
         [CB_USER_DETAIL] = "detail",
+        [CB_USER_REQUEST] = "request",
     };
     return names[user];
 }

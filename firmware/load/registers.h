@@ -15,6 +15,7 @@ enum {
     CB_USER_BOX_HEARTBEAT,
     CB_USER_HANDSHAKE,
     CB_USER_DETAIL,
+    CB_USER_REQUEST,
     CB_USER_SIGNAL,                                    /* + index of the signal */
     CB_USER_CHANNEL = CB_USER_SIGNAL + CB_MAX_SIGNALS, /* + index of the channel */
 };

@@ -41,7 +41,8 @@ bool cb_resolve_lags(struct cb_loader *loader, uint32_t at);       /* at: signal
 bool cb_resolve_velocities(struct cb_loader *loader, uint32_t at); /* likewise */
 bool cb_load_sensors(struct cb_loader *loader, uint32_t at);       /* needs signals */
 bool cb_load_channels(struct cb_loader *loader, uint32_t at);      /* needs terms */
-bool cb_load_tangents(struct cb_loader *loader, uint32_t at);      /* at: channels, all loaded */
-bool cb_load_pairs(struct cb_loader *loader, uint32_t at);         /* needs channels */
+bool cb_resolve_probes(struct cb_loader *loader, uint32_t terms, uint32_t channels);
+bool cb_load_tangents(struct cb_loader *loader, uint32_t at); /* at: channels, all loaded */
+bool cb_load_pairs(struct cb_loader *loader, uint32_t at);    /* needs channels */
 
 #endif

@@ -95,6 +95,21 @@ static void assert_term(const struct cb_config *config, const struct cb_term_con
     if (kind->piecewise) assert_pieces(&config->branches[curve->backward]);
 }
 
+/* Lists the terms that probes adapt, so that a step without probes looks at none. */
+static void derive_adapts(struct cb_config *config) {
+    config->adapts_count = 0;
+    for (unsigned i = 0; i < config->terms_count; ++i) {
+        if (config->terms[i].type != CB_TERM_ADAPT) continue;
+        const struct cb_adapt_config *adapt = &config->terms[i].as.adapt;
+        CB_ASSERT(config->adapts_count < CB_MAX_ADAPTS);
+        CB_ASSERT(adapt->output < config->outputs_count);
+        CB_ASSERT(adapt->signals[0] < config->signals_count);
+        CB_ASSERT(adapt->signals[1] < config->signals_count);
+        CB_ASSERT(adapt->channel == CB_NONE || adapt->channel < config->channels_count);
+        config->adapts[config->adapts_count++] = (uint8_t)i;
+    }
+}
+
 void cb_terms_derive(struct cb_config *config) {
     bool placed[CB_MAX_TERMS] = {false};
     unsigned curves = 0;
@@ -107,6 +122,7 @@ void cb_terms_derive(struct cb_config *config) {
         else if (!placed[i])
             curves += make_grid(config, i, placed, config->plain_curves + curves);
     }
+    derive_adapts(config);
     for (unsigned i = 0; i < config->outputs_count; ++i)
         config->output_terms[i] = config->outputs[i].term;
 }

@@ -31,6 +31,7 @@ struct cb_evaluation {
     const struct cb_term_state *states; /* earlier terms: of this step; others: of the last */
     const float *outputs;               /* likewise */
     bool all_live;                      /* every earlier term of this step is live */
+    float fade_um; /* the way of an output that fades or ramps in this step, >= 0 */
 };
 
 /* Slopes by one signal, after all terms of the step. */
@@ -58,7 +59,8 @@ struct cb_term_kind {
     struct cb_object object;           /* its keys; simple fields are stored in term->as */
     const struct cb_term_part *parts;  /* NULL: none */
     const struct cb_curve_kind *curve; /* of a curve of one signal (curves.h), else NULL */
-    struct cb_term_list signals;       /* that it uses; count 0: a struct cb_term_inputs */
+    struct cb_term_list signals;       /* that its value uses; offset 0: none; count 0: a struct
+                                          cb_term_inputs */
     struct cb_term_list uses;          /* outputs of other terms; count 0: none */
     const char *uses_key;              /* names these outputs */
     uint8_t outputs; /* slot of the list of its outputs' names; 0, or an absent list: one output,
@@ -74,6 +76,9 @@ struct cb_term_kind {
     /* out: remarks, and value[term->outputs] unless they contain CB_TERM_MISSING */
     uint8_t (*value)(const struct cb_evaluation *e, const struct cb_term_config *term,
                      struct cb_term_state *state, float *value);
+    /* Keeps the outputs of a term that fades inside of its own bounds. NULL: it has none.
+     * in : output[term->outputs], after this step's way to zero */
+    void (*hold)(const struct cb_evaluation *e, const struct cb_term_config *term, float *output);
     /* in : a live term; slope[term->outputs], all 0
      * out: d output / d signal, as cb_terms_slopes() */
     void (*slope)(const struct cb_slope_pass *pass, const struct cb_term_config *term,

@@ -9,6 +9,10 @@ const struct cb_term_kind *const cb_term_kinds[CB_TERM_TYPES] = {CB_TERM_KINDS(E
 const uint8_t *cb_term_signals(const struct cb_config *config, const struct cb_term_config *term,
                                unsigned *count) {
     const struct cb_term_list *list = &cb_term_kinds[term->type]->signals;
+    if (list->offset == 0) { /* that of the type: no signals */
+        *count = 0;
+        return config->links;
+    }
     const void *at = (const char *)term + list->offset;
     const struct cb_term_inputs *inputs = at;
     *count = list->count > 0 ? list->count : inputs->count;

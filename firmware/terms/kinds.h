@@ -11,7 +11,8 @@
     KIND(LINEAR, linear)         \
     KIND(PRODUCT, product)       \
     KIND(BPNET, bpnet)           \
-    KIND(VOLUMETRIC, volumetric)
+    KIND(VOLUMETRIC, volumetric) \
+    KIND(ADAPT, adapt)
 
 #define CB_TERM_TYPE_OF(NAME, name) CB_TERM_##NAME,
 enum cb_term_type { CB_TERM_KINDS(CB_TERM_TYPE_OF) CB_TERM_TYPES };

@@ -14,7 +14,6 @@ struct step {
     struct cb_term_state *states;
     struct cb_counters *counters;
     struct cb_terms_verdict verdict;
-    float fade_um;
     float *outputs;
 };
 
@@ -59,7 +58,8 @@ CB_OUTLINE void evaluate(struct step *step, const struct cb_term_config *term, u
         state->live = true;
         return;
     }
-    fade(output, term->outputs, step->fade_um);
+    fade(output, term->outputs, step->e.fade_um);
+    if (cb_term_kinds[term->type]->hold) cb_term_kinds[term->type]->hold(&step->e, term, output);
     step->counters->terms_faded += state->live;
     state->live = false;
     step->e.all_live = false;
@@ -147,11 +147,10 @@ struct cb_terms_verdict cb_terms_evaluate(const struct cb_config *config,
                                           struct cb_term_state *states,
                                           struct cb_counters *counters, float fade_um,
                                           float *outputs) {
-    struct step step = {{config, signals, bank, states, outputs, true},
+    struct step step = {{config, signals, bank, states, outputs, true, fade_um},
                         states,
                         counters,
                         {false, false},
-                        fade_um,
                         outputs};
     const struct step same = step;
     const struct cb_plain_curve *curve = config->plain_curves;
@@ -170,7 +169,7 @@ void cb_terms_slopes(const struct cb_config *config, const struct cb_signal_stat
                      const struct cb_term_state *states, const float *outputs, uint8_t signal,
                      float *slopes) {
     const struct cb_slope_pass pass = {
-        {config, signals, NULL, states, outputs, true}, signal, slopes};
+        {config, signals, NULL, states, outputs, true, 0.0f}, signal, slopes};
     for (unsigned i = 0; i < config->terms_count; ++i) {
         const struct cb_term_config *term = &config->terms[i];
         float slope[CB_MAX_TERM_OUTPUTS] = {0.0f};

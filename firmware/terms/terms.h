@@ -14,11 +14,20 @@
 struct cb_config;
 struct cb_term_config;
 
+/* Bias and gain of an adapted term: in use, and the ones that it moves to at the ramp. */
+struct cb_adapted {
+    float bias_um, gain;
+    float to_bias_um, to_gain;
+};
+
 struct cb_term_state {
-    struct cb_direction direction; /* of a curve with two branches */
-    bool directed;                 /* `direction` is initialised */
-    bool live;                     /* all its signals are fresh: its outputs are computed */
-    uint16_t span;                 /* of a B-spline or polyline: that of the last x */
+    union {
+        struct cb_direction direction; /* of a curve with two branches */
+        struct cb_adapted adapted;     /* of a term of type adapt */
+    };
+    bool directed; /* `direction` is initialised */
+    bool live;     /* all its signals are fresh: its outputs are computed */
+    uint16_t span; /* of a B-spline or polyline: that of the last x */
 };
 
 struct cb_terms_verdict {

@@ -199,6 +199,7 @@ class invariants {
         if (t.type == CB_TERM_PRODUCT) return product(t.as.product, index);
         if (t.type == CB_TERM_BPNET) return network(t);
         if (t.type == CB_TERM_VOLUMETRIC) return volumetric(t.as.volumetric, index);
+        if (t.type == CB_TERM_ADAPT) return adapt(t, index);
         must(curve.signal < c.signals_count, "the curve's signal");
         one_curve(t, curve);
         if (!broken.empty() || curve.reversal_mm == 0) return;
@@ -287,6 +288,25 @@ class invariants {
     void product(const cb_product_config &p, int index) {
         must(p.signal < c.signals_count && within(p.origin, -1e9, 1e9), "factor, origin");
         uses(p.output, index);
+    }
+
+    // Its channel has it in the sum, and no other channel has; its model is not in that sum.
+    void adapt(const cb_term_config &t, int index) {
+        const cb_adapt_config &a = t.as.adapt;
+        uses(a.output, index);
+        must(a.signals[0] < c.signals_count && a.signals[1] < c.signals_count, "probe");
+        must(a.channel < c.channels_count || (a.channel == CB_NONE && a.whole), "its channel");
+        must(within(a.settings.bias_max_um, 0, 1000) && within(a.settings.gain_max, 0, 1),
+             "bounds of an adapted term");
+        must(a.settings.step_max_um > 0 && a.settings.sigma_um > 0, "step, sigma");
+        for (int i = 0; broken.empty() && i < c.channels_count; ++i) {
+            bool own = false, model = false;
+            for (int k = 0; k < c.channels[i].sum_count; ++k) {
+                own = own || c.channels[i].sum[k] == t.first_output;
+                model = model || c.channels[i].sum[k] == a.output;
+            }
+            must(own == (i == a.channel) && !(own && model), "a sum with an adapted term");
+        }
     }
 
     void network(const cb_term_config &t) {

@@ -18,8 +18,8 @@ config_builder simple() {
 }
 
 unsigned counter(const char *name) {
-    for (unsigned i = 0; i < CB_COUNTERS_COUNT; ++i) {
-        if (std::string(cb_counter_name(i)) == name) return 1u << i;
+    for (unsigned i = 1; i < CB_COUNTERS_COUNT; ++i) {
+        if (std::string(cb_counter_name(i)) == name) return 1u << (i - 1);
     }
     ADD_FAILURE() << "no counter " << name;
     return 0;

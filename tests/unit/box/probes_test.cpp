@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: MIT
+// Probes of the control: what a box compares with its model, when a count is a measurement, and the
+// bounds and ramps of an adapted term in a running box.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "tests/support/box_fixture.h"
+#include "tests/support/box_from_text.h"
+#include "tests/support/cases.h"
+
+namespace compbox {
+namespace {
+
+// X: model T1 (1 µm/°C) adapted by a probe, beside EXX of the position (0.1 µm/mm). Read block 0 …
+// 31, request in register 12 of the write block. `changed`: pieces replaced in the text, one after
+// the other.
+std::string adapted_file(std::initializer_list<std::pair<std::string, std::string>> changed = {}) {
+    std::string text = R"({
+"format": "compbox/1", "revision": 1, "machine": {"name": "m", "axes": ["X"]}, "cycle": {"period_ms": 30},
+"plc": {"profile": "generic", "transport": {"tcp": {"host": "127.0.0.1"}}, "read": {"start": 0, "count": 32},
+ "write": {"start": 100, "count": 16}, "control": 0, "plc_heartbeat": 1, "status": 100, "box_heartbeat": 101,
+ "request": 112, "heartbeat_timeout_ms": 200},
+"signals": [{"name": "X", "unit": "mm", "plc": 8, "type": "int32", "scale": 0.0001, "min": 0, "max": 1000},
+ {"name": "T1", "unit": "degC", "plc": 10, "type": "int16", "scale": 0.1, "min": -100, "max": 100, "max_age_ms": 90},
+ {"name": "probe", "unit": "um", "plc": 12, "type": "int32", "scale": 0.01, "min": -1000, "max": 1000},
+ {"name": "probe_n", "unit": "1", "plc": 14, "type": "uint16", "min": 0, "max": 65535}],
+"terms": [{"name": "EXX", "type": "polyline", "signal": "X", "positions": [0, 1000], "values": [0, 100]},
+ {"name": "thermal", "type": "linear", "inputs": ["T1"], "weights": [1]},
+ {"name": "adapted", "type": "adapt", "of": "thermal", "probe": {"value": "probe", "count": "probe_n"},
+  "bias_max_um": 30, "gain_max": 0.5, "step_max_um": 5, "drift_um_per_sqrt_h": 6, "gain_drift_per_sqrt_h": 0.5,
+  "sigma_um": 1.5, "min_interval_s": 1}],
+"channels": [{"name": "X", "sum": ["adapted", "EXX"], "limit_um": 200, "error_um": 400, "slew_um_per_s": 500,
+ "plc": 104, "type": "int32", "scale": 0.01}],
+"safety": {"hold_ms": 500, "ramp_um_per_s": 50}})";
+    for (const auto &[piece, other] : changed) {
+        const size_t at = text.find(piece);
+        EXPECT_NE(at, std::string::npos) << piece;
+        text.replace(at, piece.size(), other);
+    }
+    return text;
+}
+
+struct probe_rig : box_rig {
+    uint16_t count = 65534;
+
+    explicit probe_rig(const std::string &text = adapted_file()) : box_rig(from_text(text)) {
+        position(8, 200);
+        temperature(20);
+        in.registers[14] = count;
+        run_s(3);
+        EXPECT_EQ(mode(), CB_MODE_ACTIVE);
+        EXPECT_NEAR(output(), -40, 0.011);
+    }
+    void temperature(double degC) {
+        in.registers[10] = static_cast<uint16_t>(std::lround(degC * 10));
+    }
+    // The PLC returns what it holds whenever it is asked.
+    void stand_by() {
+        in.held = CB_TRANSFER_OK;
+        std::copy(std::begin(out.registers), std::end(out.registers),
+                  std::begin(in.held_registers));
+    }
+    void run_s(double seconds) { steps(static_cast<unsigned>(std::lround(seconds / 0.03))); }
+    void probe(double um, int by = 1) {
+        put_int32(in.registers + 12, um * 100);
+        in.registers[14] = count = static_cast<uint16_t>(count + by);
+        step();
+    }
+    // A machine with this error at the probe, touched with the compensation that it has.
+    void touch(double error_um) {
+        probe(error_um + output());
+        run_s(3);
+    }
+    const cb_probe_state &state() const { return box->probes[0]; }
+    float y() const { return box->outputs[2]; }
+    float m() const { return box->outputs[1]; }
+    bool asks() const { return out.registers[12] & 1; }
+};
+
+TEST(probes, move_the_adapted_term_and_the_output_by_the_residual) {
+    probe_rig rig;
+    EXPECT_EQ(rig.y(), 20.0f);
+    rig.touch(43);  // EXX explains 20, the model 20, so 3 are left
+    EXPECT_EQ(rig.state().taken, 1u);
+    EXPECT_NEAR(rig.state().filter.innovation_um, 3, 0.02);
+    EXPECT_NEAR(rig.y(), 23, 0.2);
+    EXPECT_NEAR(rig.output(), -43, 0.2);
+    rig.touch(43);
+    EXPECT_NEAR(rig.state().filter.innovation_um, 0, 0.2);
+    EXPECT_EQ(rig.box->counters.probes_taken, 2u);
+}
+
+TEST(probes, see_the_same_error_in_standby_in_a_ramp_and_at_a_limit) {
+    probe_rig rig;
+    rig.control(2);
+    rig.run_s(0.2);
+    const double half_way = rig.output();
+    EXPECT_LT(half_way, -1);
+    rig.probe(43 + rig.output());
+    EXPECT_NEAR(rig.state().filter.innovation_um, 3, 0.02);
+    rig.run_s(3);
+    EXPECT_EQ(rig.output(), 0);
+    rig.touch(43);
+    EXPECT_NEAR(rig.state().filter.innovation_um, 0, 0.2);
+    probe_rig limited(adapted_file({{"\"limit_um\": 200", "\"limit_um\": 40"}}));
+    limited.touch(43);
+    EXPECT_NEAR(limited.output(), -40, 0.011);
+    EXPECT_NEAR(limited.y(), 23, 0.2);
+    limited.touch(43);
+    EXPECT_NEAR(limited.state().filter.innovation_um, 0, 0.2);
+}
+
+TEST(probes, use_the_value_that_the_plc_applies) {
+    probe_rig rig(adapted_file(
+        {{"\"scale\": 0.01}],\n\"safety\"", "\"scale\": 0.01, \"applied\": 16}],\n\"safety\""}}));
+    put_int32(rig.in.registers + 16, -1000);  // it applies -10, not -40
+    rig.probe(43 - 10);
+    EXPECT_NEAR(rig.state().filter.innovation_um, 3, 0.02);
+}
+
+TEST(probes, of_a_whole_error_leave_the_output_out) {
+    probe_rig rig(adapted_file({{"\"probe_n\"},\n", "\"probe_n\"}, \"measures\": \"whole\",\n"}}));
+    rig.probe(43);
+    EXPECT_NEAR(rig.state().filter.innovation_um, 3, 0.02);
+}
+
+TEST(probes, are_one_measurement_for_each_new_count_and_wrap) {
+    probe_rig rig;
+    EXPECT_EQ(rig.state().taken + rig.state().refused, 0u);  // the first count is a reference
+    rig.touch(43);
+    rig.touch(43);  // 65535 -> 0
+    EXPECT_EQ(rig.count, 0);
+    EXPECT_EQ(rig.state().taken, 2u);
+    EXPECT_EQ(rig.state().skipped, 0u);
+    rig.probe(43 + rig.output(), 7);
+    EXPECT_EQ(rig.state().taken, 3u);
+    EXPECT_EQ(rig.state().skipped, 6u);
+    rig.probe(43 + rig.output());  // 30 ms later
+    EXPECT_EQ(rig.state().refused, 1u);
+    EXPECT_EQ(rig.box->counters.probes_refused, 1u);
+}
+
+TEST(probes, count_anew_after_the_plc_was_silent) {
+    probe_rig rig;
+    rig.lose_plc();
+    rig.run_s(1);
+    rig.in.registers[14] = 7;
+    rig.find_plc();
+    rig.in.held = CB_TRANSFER_OK;
+    rig.run_s(1);
+    EXPECT_EQ(rig.state().count, 7);
+    EXPECT_EQ(rig.state().taken + rig.state().refused + rig.state().skipped, 0u);
+}
+
+TEST(probes, ask_the_plc_for_a_repetition) {
+    probe_rig rig;
+    rig.touch(40);
+    EXPECT_FALSE(rig.asks());
+    const float before = rig.y();
+    rig.touch(140);
+    EXPECT_TRUE(rig.asks());
+    EXPECT_EQ(rig.y(), before);
+    EXPECT_EQ(rig.box->counters.probes_asked, 1u);
+    rig.probe(40.5 + rig.output());
+    EXPECT_FALSE(rig.asks());
+    EXPECT_EQ(rig.state().taken, 2u);
+}
+
+TEST(probes, without_a_good_value_are_refused) {
+    probe_rig rig;
+    rig.probe(1001);  // beyond max
+    EXPECT_EQ(rig.state().refused, 1u);
+    EXPECT_EQ(rig.y(), 20.0f);
+    rig.probe(3);
+    EXPECT_EQ(rig.state().taken, 1u);
+}
+
+TEST(probes, while_another_term_of_the_sum_is_missing_are_refused) {
+    probe_rig rig(adapted_file(
+        {{"{\"name\": \"thermal\", \"type\": \"linear\", \"inputs\": [\"T1\"], \"weights\": [1]}",
+          "{\"name\": \"thermal\", \"type\": \"linear\", \"inputs\": [\"probe\"], \"weights\": "
+          "[0], "
+          "\"constant\": 20}, {\"name\": \"other\", \"type\": \"linear\", \"inputs\": [\"T1\"], "
+          "\"weights\": [0]}"},
+         {"[\"adapted\", \"EXX\"]", "[\"adapted\", \"EXX\", \"other\"]"}}));
+    rig.temperature(1000);
+    rig.run_s(1);
+    rig.probe(3);
+    EXPECT_EQ(rig.state().refused, 1u);
+    rig.temperature(20);
+    rig.run_s(1);
+    rig.probe(3);
+    EXPECT_EQ(rig.state().taken, 1u);
+}
+
+TEST(probes, move_the_term_at_the_ramp) {
+    probe_rig rig(adapted_file({{"\"ramp_um_per_s\": 50", "\"ramp_um_per_s\": 2"}}));
+    rig.probe(3);
+    float before = rig.y();
+    for (int i = 0; i < 40; ++i) {
+        rig.step();
+        EXPECT_LE(rig.y() - before, 2 * 0.03 + 1e-5);
+        before = rig.y();
+    }
+    EXPECT_NEAR(rig.y(), 20 + 40 * 2 * 0.03, 1e-3);
+    rig.run_s(1);
+    EXPECT_NEAR(rig.y(), 23, 0.2);
+}
+
+// |y - m| stays inside of the bound while the model fades from 20 µm to 0, and back.
+TEST(probes, keep_the_bound_while_the_model_fades) {
+    probe_rig rig(adapted_file({{"\"bias_max_um\": 30", "\"bias_max_um\": 2"}}));
+    for (int i = 0; i < 30; ++i) {
+        const double hour_us = 3600e6;
+        rig.now_us += static_cast<int64_t>(hour_us);
+        rig.stand_by();
+        rig.run_s(5);
+        rig.probe(20 + rig.y() + 8 + rig.output());
+    }
+    rig.run_s(5);
+    ASSERT_GT(rig.y(), 28);
+    rig.temperature(1000);  // implausible
+    bool faded = false;
+    for (int i = 0; i < 100; ++i) {
+        rig.step();
+        const double bound = 2 + 0.5 * std::fabs(double(rig.m()));
+        ASSERT_LE(std::fabs(double(rig.y()) - rig.m()), bound) << i;
+        faded = faded || rig.m() == 0;
+    }
+    EXPECT_TRUE(faded);
+    EXPECT_EQ(rig.y(), 0);
+    rig.temperature(20);
+    rig.run_s(5);
+    EXPECT_GT(rig.y(), 28);
+}
+
+TEST(probes, grow_uncertain_with_time) {
+    probe_rig rig;
+    rig.touch(43);
+    const float sigma = cb_adapt_sigma(&rig.state().filter, 20);
+    rig.now_us += 3600000000;
+    rig.run_s(3);
+    rig.touch(43);
+    EXPECT_GT(rig.state().filter.expected_um, 9);  // 6 µm and 0.5 x 20 µm in an hour
+    EXPECT_LT(sigma, 2);
+}
+
+// Any stream of values, counts, temperatures, modes and losses: the bound, the output's limit and
+// its slew.
+TEST(probes, no_stream_breaks_a_bound_of_the_box) {
+    std::mt19937 random(7);
+    probe_rig rig;
+    const int cycles = compbox_test::long_tests() ? 10000000 : 200000;
+    float before = rig.y();
+    double out_before = rig.output();
+    for (int i = 0; i < cycles; ++i) {
+        const unsigned dice = random() % 64;
+        if (dice < 30)
+            rig.in.registers[14] =
+                static_cast<uint16_t>(random() % 3 ? rig.in.registers[14] + 1 : random());
+        if (dice < 20)
+            put_int32(rig.in.registers + 12, double(int32_t(random())) * (dice < 2 ? 1 : 4e-6));
+        if (dice == 40) rig.temperature(double(random() % 240) - 120);
+        if (dice == 41) rig.control(random() % 16);
+        if (dice > 41) rig.control(1 | 2 | 8);
+        if (dice == 42) rig.reading = random() % 2;
+        if (dice == 43) rig.reading = true;
+        rig.stand_by();
+        rig.step(dice == 44 ? 3600000000 : 30000);
+        ASSERT_LE(std::fabs(double(rig.y()) - rig.m()), 30 + 0.5 * std::fabs(double(rig.m()))) << i;
+        ASSERT_LE(std::fabs(rig.output()), 200) << i;
+        ASSERT_LE(std::fabs(rig.output() - out_before), 500 * 0.06 + 0.011) << i;
+        ASSERT_TRUE(std::isfinite(rig.state().filter.bias_d + rig.state().filter.gain_d)) << i;
+        out_before = rig.output();
+        before = rig.y();
+    }
+    EXPECT_TRUE(std::isfinite(before));
+    EXPECT_GT(rig.state().taken, 20u);
+    EXPECT_GT(rig.state().asked, 20u);
+    EXPECT_GT(rig.state().refused, 100u);
+}
+
+std::string refusal(std::initializer_list<std::pair<std::string, std::string>> changed) {
+    return compbox_test::load(adapted_file(changed)).text;
+}
+
+TEST(probes, need_a_file_in_which_one_channel_adds_the_term_alone) {
+    EXPECT_EQ(refusal({{"[\"adapted\", \"EXX\"]", "[\"adapted\", \"thermal\"]"}}),
+              "channels[0].sum[1]: \"thermal\" is already in this sum as adapted, which is "
+              "\"thermal\" adapted; omit one "
+              "of them");
+    EXPECT_EQ(refusal({{"[\"adapted\", \"EXX\"]", "[\"EXX\"]"}}),
+              "terms[2].probe: no channel adds this term, so the box does not know what its probe "
+              "still sees; name it in a "
+              "sum, or set measures to \"whole\"");
+    EXPECT_EQ(refusal({{"[\"adapted\", \"EXX\"]", "[\"EXX\"]"},
+                       {"\"probe_n\"},\n", "\"probe_n\"}, \"measures\": \"whole\",\n"}}),
+              "");
+    EXPECT_EQ(
+        refusal({{"\"channels\": [",
+                  "\"channels\": [{\"name\": \"X2\", \"sum\": [\"adapted\"], \"limit_um\": 200, "
+                  "\"error_um\": 400, \"slew_um_per_s\": 500, \"plc\": 106, \"type\": \"int32\", "
+                  "\"scale\": 0.01}, "}}),
+        "terms[2].probe: the channels X2 and X both add this term, and a probe measures one; give "
+        "each channel an "
+        "adapt term of its own");
+    EXPECT_EQ(refusal({{"\"max\": 65535", "\"max\": 65534"}}),
+              "terms[2].probe.count: the signal \"probe_n\" does not count: it needs type uint16, "
+              "scale 1, min 0, max 65535 "
+              "and no max_rate_per_s");
+    EXPECT_EQ(refusal({{"\"request\": 112", "\"request\": 104"}}),
+              "channels[0].plc: register 104 already belongs to request");
+    EXPECT_EQ(refusal({{"\"of\": \"thermal\"", "\"of\": \"adapted\""}}),
+              "terms[2].of: this term depends on its own output");
+}
+
+}  // namespace
+}  // namespace compbox
