@@ -79,7 +79,7 @@ static bool is_valid(const struct cb_adapt *state) {
     const bool values = cb_is_finite(state->bias_um) && cb_is_finite(state->gain) &&
                         cb_is_finite(state->pending_um[0]) && cb_is_finite(state->pending_um[1]) &&
                         cb_is_finite(state->innovation_um) && state->expected_um >= 0.0f;
-    return variances && times && values && state->pending <= 2;
+    return variances && times && values && state->pending <= 2 && state->asked <= 1;
 }
 
 void cb_adapt_resume(const struct cb_adapt_settings *settings, struct cb_adapt *state) {
@@ -169,7 +169,7 @@ static float median(float a, float b, float c) {
 static void take_outside(const struct cb_adapt_settings *settings, struct cb_adapt *state,
                          float innovation_um, float m) {
     const float rest_um = innovation_um - take(settings, state, innovation_um, m);
-    state->asked = false;
+    state->asked = 0;
     state->pending = !is_inside(settings, state, rest_um, m);
     state->pending_um[0] = rest_um;
     state->pending_h = 0.0f;
@@ -188,7 +188,7 @@ static enum cb_adapt_outcome judge_outside(const struct cb_adapt_settings *setti
     }
     state->pending_um[state->pending++] = innovation_um;
     state->pending_h = 0.0f;
-    state->asked = true;
+    state->asked = 1;
     return CB_ADAPT_ASK;
 }
 
@@ -209,7 +209,7 @@ enum cb_adapt_outcome cb_adapt_probe(const struct cb_adapt_settings *settings,
         return judge_outside(settings, state, innovation_um, m);
     take(settings, state, innovation_um, m);
     state->pending = 0;
-    state->asked = false;
+    state->asked = 0;
     return CB_ADAPT_TAKEN;
 }
 

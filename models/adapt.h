@@ -41,8 +41,15 @@ struct cb_adapt {
     float pending_um[2];  /* innovations outside of the gate, not yet resolved, the oldest first */
     float pending_h;      /* age of the newest one */
     uint8_t pending;      /* their number, 0 … 2 */
-    bool asked;           /* a repetition was asked for */
+    uint8_t asked;        /* 1: a repetition was asked for */
 };
+
+#ifdef __cplusplus
+#define CB_ADAPT_ASSERT static_assert
+#else
+#define CB_ADAPT_ASSERT _Static_assert
+#endif
+CB_ADAPT_ASSERT(sizeof(struct cb_adapt) == 48, "stored as it is");
 
 /* Result of one probe. */
 enum cb_adapt_outcome {

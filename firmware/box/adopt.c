@@ -147,6 +147,34 @@ static void adopt_direction(struct cb_box *fresh, unsigned index, const struct c
     fresh->terms[index].directed = true;
 }
 
+/* out: index in `adapts` of the term with this index; CB_NONE: it is no term of type adapt */
+static unsigned find_adapt(const struct cb_config *config, unsigned term) {
+    for (unsigned i = 0; i < config->adapts_count; ++i) {
+        if (config->adapts[i] == term) return i;
+    }
+    return CB_NONE;
+}
+
+/* Keeps bias and gain of an adapted term with the same model. Those in use move from their present
+ * values to the targets, which the new bounds may have changed. */
+static void adopt_probe(struct cb_box *fresh, unsigned index, const struct cb_box *old,
+                        unsigned was) {
+    const unsigned i = find_adapt(&fresh->config, index), k = find_adapt(&old->config, was);
+    if (i == CB_NONE || k == CB_NONE) return;
+    const struct cb_adapt_config *a = &fresh->config.terms[index].as.adapt;
+    const struct cb_adapt_config *b = &old->config.terms[was].as.adapt;
+    const struct cb_signal_config *count_a = &fresh->config.signals[a->signals[1]];
+    const struct cb_signal_config *count_b = &old->config.signals[b->signals[1]];
+    struct cb_probe_state *probe = &fresh->probes[i];
+    if (!same_name(fresh->config.outputs[a->output].name, old->config.outputs[b->output].name))
+        return;
+    cb_probe_resume(&fresh->config, i, &old->probes[k], probe);
+    probe->counted = old->probes[k].counted && same_name(count_a->name, count_b->name);
+    fresh->terms[index].adapted = old->terms[was].adapted;
+    fresh->terms[index].adapted.to_bias_um = probe->filter.bias_um;
+    fresh->terms[index].adapted.to_gain = probe->filter.gain;
+}
+
 /* Keeps the last outputs, so a term that fades continues to fade; a live term replaces them. */
 static void adopt_terms(struct cb_box *fresh, const struct cb_box *old) {
     for (unsigned i = 0; i < fresh->config.terms_count; ++i) {
@@ -159,6 +187,7 @@ static void adopt_terms(struct cb_box *fresh, const struct cb_box *old) {
             fresh->outputs[index] = old->outputs[k];
             fresh->terms[i].live = old->terms[was].live;
             adopt_direction(fresh, i, old, was);
+            adopt_probe(fresh, i, old, was);
         }
     }
 }

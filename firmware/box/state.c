@@ -7,6 +7,7 @@ void cb_state_take(struct cb_state *state, const struct cb_box *box) {
         state->lags[i] = (struct cb_lag_state){signal->lag, signal->time_us, signal->settled};
     }
     state->bank = box->bank;
+    for (unsigned i = 0; i < CB_MAX_ADAPTS; i++) state->probes[i] = box->probes[i];
     state->beat_us = box->plc.read_us;
     state->plc_heartbeat = box->plc.plc_heartbeat;
     state->beat = box->plc.beat;
@@ -15,6 +16,17 @@ void cb_state_take(struct cb_state *state, const struct cb_box *box) {
 
 bool cb_state_ended_stopped(const struct cb_box *box) {
     return box->life.wrote ? box->life.stop_confirmed : box->life.stopped_before;
+}
+
+/* The terms continue with their bias and gain at once: the outputs begin at what the PLC has. */
+static void give_probes(const struct cb_state *state, struct cb_box *box) {
+    for (unsigned i = 0; i < box->config.adapts_count; i++) {
+        struct cb_adapted *adapted = &box->terms[box->config.adapts[i]].adapted;
+        if (!state->probes[i].timed) continue;
+        cb_probe_resume(&box->config, i, &state->probes[i], &box->probes[i]);
+        adapted->bias_um = adapted->to_bias_um = box->probes[i].filter.bias_um;
+        adapted->gain = adapted->to_gain = box->probes[i].filter.gain;
+    }
 }
 
 void cb_state_give(const struct cb_state *state, struct cb_box *box) {
@@ -26,6 +38,7 @@ void cb_state_give(const struct cb_state *state, struct cb_box *box) {
         box->signals[i].settled = true;
     }
     box->bank = state->bank;
+    give_probes(state, box);
     box->life.stopped_before = state->stopped;
     if (!state->beat) return;
     box->plc.beat = true;

@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cstring>
 #include <memory>
@@ -55,9 +56,9 @@ enum column {
 class recorded_line {
   public:
     recorded_line(const std::string &file, long line, const std::string &text,
-                  std::size_t fields = columns, std::size_t or_fields = columns)
+                  std::vector<std::size_t> fields = {columns})
         : file_(file), line_(line), fields_(formats::split(text, ',')) {
-        if (fields_.size() != fields && fields_.size() != or_fields)
+        if (std::count(fields.begin(), fields.end(), fields_.size()) == 0)
             fail("has " + std::to_string(fields_.size()) + " columns");
     }
 
@@ -131,11 +132,14 @@ class recorded_line {
                                   parsed(parts[4], 10, latest_us, -latest_us),
                                   true};
         }
-        if (fields_.size() > state_columns) take_bank(config, state.bank);
+        const std::size_t size = fields_.size();
+        if (size == 14 || size == 16) take_bank(config, state.bank);
+        if (size == 12 || size == 16) take_probes(config, size - 2, state.probes);
         return state;
     }
 
-    static constexpr std::size_t state_columns = 10, bank_columns = 14;
+    // Of a state, with lags alone, with probes, with a bank, with both.
+    static std::vector<std::size_t> state_columns() { return {10, 12, 14, 16}; }
 
   private:
     // in : the file. out: lags and inputs of its banks
@@ -154,6 +158,24 @@ class recorded_line {
             const auto signal = parsed<std::uint32_t>(parts[0], 10, CB_MAX_SIGNALS - 1);
             bank.value[signal] = real(parts[1]);
             bank.time_us[signal] = parsed(parts[2], 10, latest_us, -latest_us);
+        }
+    }
+
+    // in : the file; place of the list. out: the adapted terms that go on
+    void take_probes(const cb_config &config, std::size_t where, cb_probe_state *probes) const {
+        std::istringstream text(named(where, "probes"));
+        for (std::string one; text >> one;) {
+            const std::vector<std::string> parts = formats::split(one, ':');
+            std::uint32_t words[sizeof(cb_adapt) / 4];
+            if (parts.size() != 3 || parts[1].size() != 8 * std::size(words))
+                fail("a probe is broken");
+            const auto index = parsed<std::uint32_t>(parts[0], 10, UINT8_MAX);
+            if (index >= config.adapts_count) fail("a probe is broken");
+            for (std::size_t k = 0; k < std::size(words); ++k)
+                words[k] = parsed<std::uint32_t>(parts[1].substr(8 * k, 8), 16, 0xFFFFFFFFu);
+            std::memcpy(&probes[index].filter, words, sizeof words);
+            probes[index].grown_us = parsed(parts[2], 10, latest_us, -latest_us);
+            probes[index].timed = true;
         }
     }
 
@@ -236,14 +258,13 @@ void start_as_recorded(cb_box &box, const std::string &recording, std::istringst
         names != header) {
         throw input_error(recording, 1, 0, "is not what compboxd --record-inputs writes");
     }
-    const recorded_line limits(recording, 1, site, 4);
+    const recorded_line limits(recording, 1, site, {4});
     const cb_ceiling ceiling = {limits.named(0, "most_um", 1e6f),
                                 limits.named(2, "most_um_per_s", 1e6f)};
     cb_ceiling_apply(&box.config, &ceiling);
     cb_box_start(&box);
-    const cb_state resumed = recorded_line(recording, 2, state, recorded_line::state_columns,
-                                           recorded_line::bank_columns)
-                                 .state(box.config);
+    const cb_state resumed =
+        recorded_line(recording, 2, state, recorded_line::state_columns()).state(box.config);
     cb_state_give(&resumed, &box);
 }
 

@@ -429,3 +429,81 @@ def test_output_is_exact_and_repeatable(compbox, machine):
     for text in (compbox.folder / "a.csv").read_text().splitlines()[1].split(","):
         assert float(numpy.float32(text)) == pytest.approx(float(text), rel=1e-7)
     assert "-0" not in (compbox.folder / "a.csv").read_text().splitlines()[1].split(",")
+
+
+ADAPT = {"name": "X_adapted", "type": "adapt", "of": "warm", "probe": {"value": "probe_x", "count": "probe_x_n"},
+         "measures": "whole", "bias_max_um": 30, "gain_max": 0.5, "step_max_um": 15, "drift_um_per_sqrt_h": 6,
+         "gain_drift_per_sqrt_h": 0.5, "sigma_um": 1.5, "min_interval_s": 60}
+
+
+def adaptive(compbox, **changed):
+    """A file with one channel: a thermometer's term, adapted by a probe."""
+    compbox.good("init", *PLC, "--axes", "X", "--profile", "generic", "-o", "machine.json")
+    data = compbox.read("machine.json")
+    data["signals"][0].update(min=0, max=100)
+    data["channels"][0].update(limit_um=300, error_um=400, slew_um_per_s=500)
+    data["signals"] += [
+        {"name": "T1", "unit": "degC", "can": "0x181", "offset": 0, "type": "int16le", "scale": 0.01, "min": -50,
+         "max": 90},
+        {"name": "probe_x", "unit": "um", "can": "0x182", "offset": 0, "type": "float32le", "min": -500, "max": 500},
+        {"name": "probe_x_n", "unit": "1", "can": "0x182", "offset": 4, "type": "uint16le", "min": 0, "max": 65535}]
+    data["terms"] = [{"name": "warm", "type": "linear", "inputs": ["T1"], "weights": [1], "constant": -20},
+                     {**ADAPT, **changed}]
+    data["channels"][0]["sum"] = ["X_adapted"]
+    return compbox.write("a.json", data)
+
+
+def probed_days(compbox, wrong=0.0, days=2, every_min=60):
+    """A table of minutes: the error, whose bias and gain wander, is probed; out: the error of each row."""
+    dice, wrongs = random.Random(5), random.Random(6)
+    bias, gain, count, probed, errors, rows = 4.0, 0.2, 65500, 0.0, [], []
+    for minute in range(days * 1440):
+        warm = 14 * math.sin(2 * math.pi * minute / 1440) + 6 * math.sin(2 * math.pi * minute / 317)
+        bias += 0.12 * dice.gauss(0, 1)
+        gain += 0.001 * dice.gauss(0, 1)
+        errors.append(bias + (1 + gain) * warm)
+        if minute % every_min == every_min // 2:
+            count = (count + 1) % 65536
+            probed = errors[-1] + dice.gauss(0, 1.5)
+            if wrongs.random() < wrong:
+                probed += wrongs.choice((-100, 100))
+        rows.append([60 * minute, 0.0, 20 + warm, probed, count])
+    samples(compbox, rows, ("X", "T1", "probe_x", "probe_x_n"))
+    return numpy.array(errors)
+
+
+def rms(values):
+    return float(numpy.sqrt(numpy.mean(numpy.square(values))))
+
+
+def test_an_adapted_term_follows_the_probe_columns_of_a_table(compbox):
+    adaptive(compbox)
+    errors = probed_days(compbox)
+    compbox.good("eval", "a.json", "--inputs", "s.csv", "-o", "out.csv")
+    out = compbox.table("out.csv")
+    static, adapted = rms(errors - out["warm"]), rms(errors - out["X_adapted"])
+    assert static > 3.4 and adapted < 2.5, (static, adapted)
+    assert numpy.max(numpy.abs(numpy.add(out["X_adapted"], out["comp_X_um"]))) < 0.51
+    away = numpy.abs(numpy.array(out["X_adapted"]) - out["warm"])
+    assert numpy.all(away <= 30 + 0.5 * numpy.abs(out["warm"]))
+    assert out["X_adapted"][29] == out["warm"][29], "nothing before the first probe"
+
+
+def test_wrong_probes_of_a_table_cost_little(compbox):
+    adaptive(compbox)
+    errors = probed_days(compbox, days=4)
+    compbox.good("eval", "a.json", "--inputs", "s.csv", "--raw", "-o", "right.csv")
+    probed_days(compbox, wrong=0.05, days=4)
+    compbox.good("eval", "a.json", "--inputs", "s.csv", "--raw", "-o", "wrong.csv")
+    right = rms(errors - compbox.table("right.csv")["X_adapted"])
+    wrong = rms(errors - compbox.table("wrong.csv")["X_adapted"])
+    assert right < 2.5 and wrong < 1.25 * right, (right, wrong)
+
+
+def test_a_residual_probe_of_a_table_counts_with_the_output(compbox):
+    adaptive(compbox, measures="residual")
+    rows = [[60.0 * k, 0.0, 20, 3.0, k // 2] for k in range(8)]  # the error is 3 more than the output, again and again
+    samples(compbox, rows, ("X", "T1", "probe_x", "probe_x_n"))
+    compbox.good("eval", "a.json", "--inputs", "s.csv", "-o", "out.csv")
+    adapted = compbox.table("out.csv")["X_adapted"]
+    assert adapted[0] == 0 and 0 < adapted[3] < adapted[5] < adapted[7]

@@ -75,6 +75,7 @@ static void copy_values(struct cb_row *row, const struct cb_box *box,
                                                    .excessive = channel->excessive};
     }
     memcpy(row->outputs, box->outputs, sizeof row->outputs);
+    memcpy(row->probes, box->probes, sizeof row->probes);
 }
 
 /* Publishes the finished cycle for the other thread; a full ring counts the row as lost. */

@@ -63,6 +63,21 @@ static void put_bank(FILE *file, const struct cb_bank_state *bank) {
                 bits_of(bank->value[i]), bank->time_us[i]);
 }
 
+/* Writes TERM:WORDS:TIME_US of each adapted term that goes on, WORDS being struct cb_adapt in
+ * hexadecimal. */
+static void put_probes(FILE *file, const struct cb_probe_state *probes) {
+    const char *before = ",probes,";
+    for (unsigned i = 0; i < CB_MAX_ADAPTS; i++) {
+        uint32_t words[sizeof probes[i].filter / 4];
+        if (!probes[i].timed) continue;
+        memcpy(words, &probes[i].filter, sizeof words);
+        fprintf(file, "%s%u:", before, i);
+        for (unsigned k = 0; k < sizeof words / 4; k++) fprintf(file, "%08" PRIx32, words[k]);
+        fprintf(file, ":%" PRId64, probes[i].grown_us);
+        before = " ";
+    }
+}
+
 /* Writes SIGNAL:HI:LO:INPUT:TIME_US of each lag that goes on, separated by blanks. */
 static void put_state(FILE *file, const struct cb_state *state) {
     fprintf(file, "stopped,%d,beat,%d,plc_heartbeat,%u,beat_us,%" PRId64 ",lags,", state->stopped,
@@ -76,6 +91,7 @@ static void put_state(FILE *file, const struct cb_state *state) {
         before = " ";
     }
     put_bank(file, &state->bank);
+    put_probes(file, state->probes);
     fputc('\n', file);
 }
 

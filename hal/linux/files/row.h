@@ -83,6 +83,7 @@ struct cb_row {
     struct cb_row_signal signals[CB_MAX_SIGNALS];
     struct cb_row_channel channels[CB_MAX_CHANNELS];
     float outputs[CB_MAX_OUTPUTS]; /* of the terms */
+    struct cb_probe_state probes[CB_MAX_ADAPTS];
 };
 
 #endif

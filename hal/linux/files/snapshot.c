@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <time.h>
 
+#include "firmware/base/duration.h"
 #include "firmware/box/mode.h"
 #include "hal/linux/files/cause_words.h"
 #include "models/num.h"
@@ -98,6 +99,42 @@ static void put_terms(struct cb_writer *json, const struct cb_config *config,
     cb_writer_close(json);
 }
 
+/* Writes what its probe has made of one term, and the standard deviation of its value now. */
+static void put_adapted(struct cb_writer *json, const struct cb_config *config, unsigned i,
+                        const struct cb_row *row) {
+    const struct cb_term_config *term = &config->terms[config->adapts[i]];
+    const struct cb_adapt_config *adapt = &term->as.adapt;
+    const struct cb_probe_state *probe = &row->probes[i];
+    struct cb_adapt now = probe->filter;
+    if (probe->timed && row->step_at_us > probe->grown_us)
+        cb_adapt_wait(&adapt->settings, &now,
+                      cb_seconds(row->step_at_us - probe->grown_us) / 3600.0f);
+    cb_writer_object(json, NULL);
+    cb_writer_text(json, "name", config->outputs[term->first_output].name);
+    cb_writer_text(json, "of", config->outputs[adapt->output].name);
+    cb_writer_number(json, "bias_um", (double)now.bias_um);
+    cb_writer_number(json, "gain", (double)now.gain);
+    cb_writer_number(json, "sigma_um", (double)cb_adapt_sigma(&now, row->outputs[adapt->output]));
+    const bool judged = now.expected_um > 0.0f;
+    cb_writer_number(json, "innovation_um", judged ? (double)now.innovation_um : (double)NAN);
+    cb_writer_number(json, "expected_um", judged ? (double)now.expected_um : (double)NAN);
+    cb_writer_truth(json, "asks", now.asked == 1);
+    cb_writer_whole(json, "taken", probe->taken);
+    cb_writer_whole(json, "asked", probe->asked);
+    cb_writer_whole(json, "refused", probe->refused);
+    cb_writer_whole(json, "skipped", probe->skipped);
+    cb_writer_close(json);
+}
+
+/* Only for a file with terms that probes adapt. */
+static void put_all_adapted(struct cb_writer *json, const struct cb_config *config,
+                            const struct cb_row *row) {
+    if (config->adapts_count == 0) return;
+    cb_writer_array(json, "adapted");
+    for (unsigned i = 0; i < config->adapts_count; i++) put_adapted(json, config, i, row);
+    cb_writer_close(json);
+}
+
 /* out: the output is still on its way to the demand */
 static bool is_slewed(const struct cb_channel_config *config,
                       const struct cb_row_channel *channel) {
@@ -168,6 +205,7 @@ static void put_all(struct cb_writer *json, const void *of) {
     put_cause(json, &row->cause);
     put_signals(json, from->config, row);
     put_terms(json, from->config, row);
+    put_all_adapted(json, from->config, row);
     put_channels(json, from->config, row);
     cb_stats_put_box(json, "counters", &row->box);
     cb_writer_whole(json, "period_us", from->config->period_us);

@@ -15,16 +15,16 @@
 #include "hal/linux/clock.h"
 #include "hal/linux/files/output_file.h"
 
-/* The file: a header, `count` records, the ending, and the CRC-32 of all that. Its byte order is
- * the machine's, which the format number reveals. */
+/* The file: a header, `count` records, `probes` of them, the ending, and the CRC-32 of all that.
+ * Its byte order is the machine's, which the format number reveals. */
 struct header {
     char magic[8];
-    uint32_t format; /* 3; 2 lacked the ending, 1 had the wall clock alone */
+    uint32_t format; /* 4 with probes, else 3; 2 lacked the ending, 1 had the wall clock alone */
     uint32_t count;
     char machine[40];
     char boot_id[CB_BOOT_ID_SIZE];
     uint32_t synchronised; /* 1: unix_us was synchronised at the time of writing */
-    uint32_t unused;
+    uint32_t probes;       /* 0 before format 4 */
 };
 
 struct record { /* of a lag of a bank: no name, and in `input` the value of lag_of itself */
@@ -34,6 +34,14 @@ struct record { /* of a lag of a bank: no name, and in `input` the value of lag_
     float hi, lo, input, tau_s;
     uint32_t power;
     uint32_t unused;
+};
+
+struct probe { /* of a term of type adapt */
+    char name[CB_NAME_SIZE], of[CB_NAME_SIZE];
+    int64_t unix_us;     /* up to which its covariance has grown … */
+    int64_t boottime_us; /* … and by the clock of this boot */
+    struct cb_adapt filter;
+    uint32_t taken, asked, refused, skipped, count, unused;
 };
 
 /* After the last record, from format 3 on. */
@@ -51,13 +59,14 @@ enum { MOST_RECORDS = CB_MAX_SIGNALS + CB_MAX_BANK_LAGS };
 struct file {
     struct header header;
     struct record records[MOST_RECORDS];
-    struct ending ending; /* the ending and the CRC, which follow the last record in use */
+    struct probe probes[CB_MAX_ADAPTS];
+    struct ending ending; /* probes, ending and CRC follow the last record in use */
     uint32_t crc;
     char more; /* of a file that is too long */
 };
 
 static const char MAGIC[8] = "CBSTATE";
-enum { FORMAT = 3, FORMAT_WITHOUT_ENDING = 2 };
+enum { FORMAT = 4, FORMAT_WITHOUT_PROBES = 3, FORMAT_WITHOUT_ENDING = 2 };
 
 static void read_boot_id(char *boot_id) {
     const int fd = open("/proc/sys/kernel/random/boot_id", O_RDONLY | O_CLOEXEC);
@@ -129,19 +138,50 @@ static void add_bank(struct file *file, const struct cb_state *state,
     }
 }
 
+/* out: the record of the term with index i in config->adapts */
+static struct probe probe_of(const struct cb_config *config, unsigned i,
+                             const struct cb_probe_state *state, const struct cb_state_clock *now) {
+    const struct cb_term_config *term = &config->terms[config->adapts[i]];
+    struct probe probe = {.boottime_us = state->grown_us,
+                          .unix_us = state->grown_us + (now->unix_us - now->boottime_us),
+                          .filter = state->filter,
+                          .taken = state->taken,
+                          .asked = state->asked,
+                          .refused = state->refused,
+                          .skipped = state->skipped,
+                          .count = state->count};
+    memcpy(probe.name, config->outputs[term->first_output].name, sizeof probe.name);
+    memcpy(probe.of, config->outputs[term->as.adapt.output].name, sizeof probe.of);
+    return probe;
+}
+
+/* Appends the probes behind the first `size` bytes. out: the new size */
+static size_t add_probes(struct file *file, size_t size, const struct cb_state *state,
+                         const struct cb_config *config, const struct cb_state_clock *now) {
+    for (unsigned i = 0; i < config->adapts_count; i++) {
+        if (!state->probes[i].timed) continue;
+        const struct probe probe = probe_of(config, i, &state->probes[i], now);
+        memcpy((char *)file + size, &probe, sizeof probe);
+        size += sizeof probe;
+        file->header.probes++;
+    }
+    file->header.format = file->header.probes > 0 ? FORMAT : FORMAT_WITHOUT_PROBES;
+    return size;
+}
+
 /* in : now: both clocks at one moment
  * out: the complete file with its CRC; result: its length in bytes */
 static size_t fill(struct file *file, const struct cb_state *state, const struct cb_config *config,
                    const struct cb_state_clock *now) {
     memset(file, 0, sizeof *file);
     memcpy(file->header.magic, MAGIC, sizeof MAGIC);
-    file->header.format = FORMAT;
     memcpy(file->header.machine, config->machine, sizeof config->machine);
     memcpy(file->header.boot_id, now->boot_id, sizeof now->boot_id);
     file->header.synchronised = now->synchronised;
     add_lags(file, state, config, now);
     add_bank(file, state, config, now);
     size_t size = sizeof file->header + file->header.count * sizeof file->records[0];
+    size = add_probes(file, size, state, config, now);
     const struct ending ending = ending_of(state, now);
     memcpy((char *)file + size, &ending, sizeof ending);
     size += sizeof ending;
@@ -158,10 +198,19 @@ int cb_state_write(const struct cb_state *state, const struct cb_config *config,
 
 /* ---- reading ---- */
 
+static size_t records_of(const struct header *header) {
+    return sizeof *header + (size_t)header->count * sizeof(struct record);
+}
+
+/* out: number of probes; 0 in the formats without */
+static uint32_t probes_of(const struct header *header) {
+    return header->format == FORMAT ? header->probes : 0;
+}
+
 /* out: number of bytes under the CRC */
 static size_t body_of(const struct header *header) {
-    const size_t records = sizeof *header + (size_t)header->count * sizeof(struct record);
-    return header->format == FORMAT_WITHOUT_ENDING ? records : records + sizeof(struct ending);
+    const size_t all = records_of(header) + probes_of(header) * sizeof(struct probe);
+    return header->format == FORMAT_WITHOUT_ENDING ? all : all + sizeof(struct ending);
 }
 
 /* out: the fault of the file as a whole, or NULL */
@@ -169,10 +218,11 @@ static const char *fault_of(const struct file *file, size_t size, const struct c
     const struct header *header = &file->header;
     if (size < sizeof *header + sizeof file->crc || memcmp(header->magic, MAGIC, sizeof MAGIC) != 0)
         return "is no state file";
-    if (header->format != FORMAT && header->format != FORMAT_WITHOUT_ENDING)
+    if (header->format < FORMAT_WITHOUT_ENDING || header->format > FORMAT)
         return "is of another version";
     const size_t body = body_of(header);
-    if (header->count > MOST_RECORDS || size != body + sizeof file->crc)
+    if (header->count > MOST_RECORDS || probes_of(header) > CB_MAX_ADAPTS ||
+        size != body + sizeof file->crc)
         return "has the wrong length";
     uint32_t crc;
     memcpy(&crc, (const char *)file + body, sizeof crc);
@@ -342,9 +392,48 @@ static void resume_beat(struct cb_state *state, const struct ending *ending, enu
     state->beat_us = now->boottime_us - pause_us;
 }
 
+/* out: true and *probe, the record of the term with index i in config->adapts */
+static bool find_probe(const struct file *file, const struct cb_config *config, unsigned i,
+                       struct probe *probe) {
+    const struct cb_term_config *term = &config->terms[config->adapts[i]];
+    const char *name = config->outputs[term->first_output].name;
+    const char *of = config->outputs[term->as.adapt.output].name;
+    const char *at = (const char *)file + records_of(&file->header);
+    for (uint32_t k = 0; k < probes_of(&file->header); k++, at += sizeof *probe) {
+        memcpy(probe, at, sizeof *probe);
+        if (strncmp(probe->name, name, CB_NAME_SIZE) != 0) continue;
+        return strncmp(probe->of, of, CB_NAME_SIZE) == 0 && is_time(probe->unix_us) &&
+               is_time(probe->boottime_us);
+    }
+    return false;
+}
+
+/* Bias and gain stay valid for any pause; their uncertainty grows by it. A pause that is unknown
+ * counts as CB_STATE_UNKNOWN_US. */
+static void resume_probes(struct cb_state *state, const struct cb_config *config,
+                          const struct file *file, enum pause pause,
+                          const struct cb_state_clock *now) {
+    for (unsigned i = 0; i < config->adapts_count; i++) {
+        struct probe probe;
+        if (!find_probe(file, config, i, &probe)) continue;
+        int64_t pause_us = CB_STATE_UNKNOWN_US;
+        if (pause == PAUSE_BOOTTIME) pause_us = now->boottime_us - probe.boottime_us;
+        if (pause == PAUSE_WALL_CLOCK) pause_us = now->unix_us - probe.unix_us;
+        if (pause_us < 0) pause_us = CB_STATE_UNKNOWN_US;
+        state->probes[i] = (struct cb_probe_state){.grown_us = now->boottime_us - pause_us,
+                                                   .filter = probe.filter,
+                                                   .taken = probe.taken,
+                                                   .asked = probe.asked,
+                                                   .refused = probe.refused,
+                                                   .skipped = probe.skipped,
+                                                   .count = (uint16_t)probe.count,
+                                                   .timed = true};
+    }
+}
+
 static struct ending read_ending(const struct file *file) {
     struct ending ending = {0};
-    if (file->header.format == FORMAT)
+    if (file->header.format != FORMAT_WITHOUT_ENDING)
         memcpy(&ending, (const char *)file + body_of(&file->header) - sizeof ending, sizeof ending);
     return ending;
 }
@@ -367,6 +456,7 @@ bool cb_state_read(struct cb_state *state, const struct cb_config *config, const
     const struct ending ending = read_ending(&file);
     const enum pause pause = pause_of(&file.header, now);
     state->stopped = ending.stopped == 1;
+    resume_probes(state, config, &file, pause, now);
     if (pause == PAUSE_UNSYNC_THEN || pause == PAUSE_UNSYNC_NOW) {
         report_unknown(pause, path, message, size);
     } else {

@@ -21,6 +21,9 @@ enum { CB_STATE_PAUSES = 4 };
  * have wrapped around, and is dropped. */
 enum { CB_STATE_BEAT_US = 30000000 };
 
+/* Time by which the uncertainty of adapted terms grows over a pause of unknown length: a week. */
+#define CB_STATE_UNKNOWN_US ((int64_t)7 * 24 * 3600 * 1000000)
+
 enum { CB_BOOT_ID_SIZE = 40 }; /* a UUID in hexadecimal, 36 characters */
 
 /* One moment on both clocks that measure a pause. */
@@ -42,7 +45,8 @@ int cb_state_write(const struct cb_state *state, const struct cb_config *config,
 
 /* in : message[size] for one sentence about the result
  * out: true: *state holds the resumable lags, the others not settled, the ending, and the PLC's
- *      heartbeat if its pause is known and short; false: the file is missing, damaged, or of
+ *      heartbeat if its pause is known and short, and the probes of terms with the same name and
+ *      model after any pause; false: the file is missing, damaged, or of
  *      another kind, and *state is empty. A lag is resumable if name, signal, power and tau are the
  *      same and its pause is known and short. */
 bool cb_state_read(struct cb_state *state, const struct cb_config *config, const char *path,

@@ -12,6 +12,7 @@
 
 #include "tests/support/bank_rig.h"
 #include "tests/support/box_fixture.h"
+#include "tests/support/probe_rig.h"
 #include "tests/support/temporary.h"
 
 extern "C" {
@@ -98,6 +99,58 @@ struct state_file : testing::Test {
     }
     void put(const std::string &text) { std::ofstream(path, std::ios::binary) << text; }
 };
+
+// b, g and their uncertainty go on, also after a pause of unknown length; the count is a reference
+// again.
+TEST_F(state_file, has_what_probes_adapted) {
+    probe_rig rig;
+    rig.touch(43);
+    const cb_adapt before = rig.state().filter;
+    save(rig, 1000 * second);
+    cb_adapt grown = before;
+    for (const int64_t pause_s : {60, 3600, 7 * 24 * 3600}) {
+        const bool known = pause_s <= 3600;
+        ASSERT_TRUE(read_at(rig.box->config,
+                            clock(3 * second, (1000 + pause_s) * second, "another boot", known)));
+        probe_rig again;
+        cb_box_start(again.box.get());
+        again.now_us = 3 * second;
+        again.control(2);
+        again.out = {};
+        cb_state_give(&state, again.box.get());
+        EXPECT_EQ(again.state().filter.bias_um, before.bias_um);
+        again.in.registers[14] = 9;
+        again.step();
+        EXPECT_NEAR(again.y(), 23, 0.2);
+        EXPECT_EQ(again.state().taken, 1u);
+        again.step();
+        again.probe(43);  // in STANDBY with zero outputs
+        EXPECT_EQ(again.state().taken, 2u);
+        grown = before;
+        cb_adapt_wait(&rig.box->config.terms[2].as.adapt.settings, &grown,
+                      static_cast<float>(pause_s) / 3600);
+        const float s = cb_adapt_sigma(&grown, 20);
+        EXPECT_NEAR(again.state().filter.expected_um, std::sqrt(s * s + 1.5f * 1.5f), 0.02f * s)
+            << pause_s;
+    }
+    const std::string other_model = adapted_file({{"\"name\": \"thermal\"", "\"name\": \"other\""},
+                                                  {"\"of\": \"thermal\"", "\"of\": \"other\""}});
+    probe_rig other(other_model);
+    ASSERT_TRUE(read(other.box->config, 3 * second, 1060 * second));
+    EXPECT_FALSE(state.probes[0].timed);
+}
+
+TEST_F(state_file, without_probes_is_that_of_the_version_before) {
+    save(warm(), 1000 * second);
+    EXPECT_EQ(bytes()[8], 3);
+    probe_rig rig;
+    save(rig, 1000 * second);
+    EXPECT_EQ(bytes()[8], 4);
+    std::string broken = bytes();
+    broken[60 + 24] = 9;  // number of probes, beyond the file
+    put(broken);
+    EXPECT_FALSE(read(rig.box->config, 3 * second, 1060 * second));
+}
 
 const std::string warm_bank =
     R"({"name": "banked", "type": "linear", "bank": {"inputs": ["T2", "rpm"],
