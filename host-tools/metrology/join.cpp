@@ -37,14 +37,6 @@ std::string compensation_of(const std::string &error) {
     return "comp" + error.substr(std::string("error").size());
 }
 
-// EXX … ECZ: a term's output by its ISO 230-1 name. A value computed by the box is no input of a
-// model.
-bool is_error_name(const std::string &name) {
-    return name.size() == 3 && name[0] == 'E' &&
-           std::string("XYZABC").find(name[1]) != std::string::npos &&
-           std::string("XYZ").find(name[2]) != std::string::npos;
-}
-
 // out: the selected columns; `left_out` names the terms' outputs that are not selected
 std::vector<std::size_t> signal_columns(const formats::csv_table &record,
                                         const join_options &options, std::string &left_out) {
@@ -55,7 +47,7 @@ std::vector<std::size_t> signal_columns(const formats::csv_table &record,
         const bool frame =
             name == "time_s" || name == "mode" || name == "reason" || name == "unix_s";
         if (frame || between(name, "comp_", "_um")) continue;
-        if (is_error_name(name)) {
+        if (is_iso_name(name)) {
             left_out += (left_out.empty() ? "" : ", ") + name;
         } else {
             all.push_back(record.column(name));
@@ -186,6 +178,12 @@ moment at_place(const formats::csv_table &record, const columns &where,
 }
 
 }  // namespace
+
+bool is_iso_name(const std::string &name) {
+    return name.size() == 3 && name[0] == 'E' &&
+           std::string("XYZABC").find(name[1]) != std::string::npos &&
+           std::string("XYZ").find(name[2]) != std::string::npos;
+}
 
 joined_rows join_rows(const formats::csv_table &record, const formats::csv_table &probe,
                       const std::vector<std::string> &run_names, const join_options &options) {

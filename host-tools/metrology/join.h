@@ -14,6 +14,7 @@ struct join_options {
     double time_offset_s = 0.0;        // record's clock = probe's clock + this
     double longest_gap_s = 1.0;        // maximum distance of the recorded rows around a probed one
     double tolerance_mm = 0.05;        // by position: maximum distance
+    double together_s = 120.0;         // probes of one record within this time are one row
     std::vector<std::string> signals;  // selected columns of the record; empty: its signals
 };
 
@@ -35,6 +36,10 @@ struct joined_rows {
 // Throws input_error with file and line for an unmatched row.
 joined_rows join_rows(const formats::csv_table &record, const formats::csv_table &probe,
                       const std::vector<std::string> &run_names, const join_options &options);
+
+// EXX … ECZ: a term's output by its ISO 230-1 name. A value computed by the box is no input of a
+// model.
+bool is_iso_name(const std::string &name);
 
 // The rows as CSV, runs by their names.
 std::string joined_text(const joined_rows &joined);

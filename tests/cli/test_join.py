@@ -159,7 +159,86 @@ def test_a_broken_record(compbox):
     compbox.write("record.csv", "time_s,X,comp_X_um\n0,1,2\n0,1,2\n")
     assert compbox.refused("join", "record.csv", "probe.csv", "-o", "d") == (
         "record.csv:3: time_s must rise from row to row")
-    assert compbox("join", "record.csv", "-o", "d").returncode == 2
+    assert compbox.refused("join", "record.csv", "-o", "d") == (
+        "record.csv: has no columns probe_NAME and probe_NAME_n: name the probe's with --probe "
+        "CHANNEL=VALUE,COUNT, or give a PROBE.csv")
+
+
+def own_probes(compbox, measure_s, first=7, step=1, value=None, every_s=0.5, blind_s=0.0, names=("probe_x",)):
+    """A record with a row each half second and probe columns. The probe measures at measure_s; the
+    control shows value and new count in the next row, where the compensation has moved already."""
+    value = value or (lambda t: machine_error(t) + compensation(t))
+    lines = ["time_s,X,T1,EXX,X_adapted,comp_X_um," + ",".join(f"{n},{n}_n" for n in names) + ",mode"]
+    count, shown, waiting = first, 0.0, list(measure_s)
+    for k in range(60):
+        t = k * every_s
+        if waiting and waiting[0] < t:
+            shown, count = value(waiting.pop(0)), (count + step) % 65536
+        warm = "" if t < blind_s else repr(temperature(t))
+        probes = ",".join(f"{shown!r},{count}" for _ in names)
+        lines.append(f"{t!r},{position(t)!r},{warm},1.5,3,{compensation(t)!r},{probes},1")
+    compbox.write("record.csv", "\n".join(lines) + "\n")
+
+
+def test_the_probe_columns_of_a_record(compbox):
+    times = [1.0, 4.5, 20.0]
+    own_probes(compbox, times)
+    out = compbox.good("join", "record.csv", "-o", "data.csv")
+    assert out == "3 rows, matched by count: data.csv\n"
+    data = compbox.table("data.csv")
+    assert list(data) == ["time_s", "X", "T1", "error_X_um"]
+    assert data["time_s"] == [t + 0.5 for t in times]  # rows of the new counts
+    assert data["error_X_um"] == pytest.approx([machine_error(t) for t in times], abs=1e-9)
+
+
+def test_a_count_that_jumps_or_wraps_is_one_measurement(compbox):
+    times = [1.0, 4.5, 20.0]
+    for first, step in ((65534, 1), (10, 5)):
+        own_probes(compbox, times, first=first, step=step)
+        compbox.good("join", "record.csv", "-o", "data.csv")
+        assert compbox.table("data.csv")["error_X_um"] == pytest.approx([machine_error(t) for t in times])
+
+
+def test_whole_errors_and_named_columns(compbox):
+    own_probes(compbox, [3.0, 9.0], value=machine_error, names=("touch",))
+    done = json.loads(compbox.good("join", "record.csv", "--probe", "X=touch,touch_n", "--keep-compensated", "--json",
+                                   "-o", "data.csv"))
+    assert done["matched_by"] == "count" and done["columns"] == ["time_s", "X", "T1", "error_X_um"]
+    assert compbox.table("data.csv")["error_X_um"] == pytest.approx([machine_error(3.0), machine_error(9.0)])
+    assert compbox("join", "record.csv", "--probe", "X=touch", "-o", "d").returncode == 2
+
+
+def test_measurements_before_a_signal_was_received(compbox):
+    own_probes(compbox, [3.0, 9.0], blind_s=5.0)
+    out = compbox.good("join", "record.csv", "-o", "data.csv")
+    assert "1 measurements left out: a signal, the probed value or the compensation was not known then" in out
+    assert compbox.table("data.csv")["time_s"] == [9.5]
+    own_probes(compbox, [], blind_s=5.0)
+    assert compbox.refused("join", "record.csv", "-o", "d") == (
+        "record.csv: has no measurement to join: no count of a probe rises while every signal is known")
+
+
+def test_two_probes_of_one_cycle_are_one_row(compbox):
+    lines = ["time_s,T1,comp_X_um,comp_Z_um,probe_x,probe_x_n,probe_Z,probe_Z_n"]
+    for k in range(40):
+        t = 60 * k
+        # X each 10 minutes from the 5th on, Z a minute later, but not the last time.
+        lines.append(f"{t},{20 + k},1,2,{k // 10 * 10},{(k + 5) // 10},{100 + k},{min((k + 4) // 10, 3)}")
+    compbox.write("record.csv", "\n".join(lines) + "\n")
+    out = compbox.good("join", "record.csv", "-o", "data.csv")
+    assert "1 measurements left out: not every probe measured within 120 s" in out
+    data = compbox.table("data.csv")
+    assert data["time_s"] == [360, 960, 1560]
+    assert data["error_X_um"] == [-1, 9, 19] and data["error_Z_um"] == [104, 114, 124]
+    compbox.good("join", "record.csv", "--probe", "X=probe_x,probe_x_n", "-o", "data.csv")
+    assert compbox.table("data.csv")["error_X_um"] == [-1, 9, 19, 29]
+
+
+def test_a_probe_without_its_channel(compbox):
+    own_probes(compbox, [3.0], names=("probe_Q",))
+    assert compbox.refused("join", "record.csv", "-o", "d") == (
+        "record.csv: has no column comp_Q_um, which must be subtracted from probe_Q: name the channel with "
+        "--probe CHANNEL=probe_Q,probe_Q_n, or leave the values as they are with --keep-compensated")
 
 
 def test_help(compbox):
