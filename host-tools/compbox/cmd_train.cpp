@@ -2,6 +2,8 @@
 // compbox train: rows of inputs and errors to a network or a linear map, whichever is better.
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -14,6 +16,7 @@
 #include "host-tools/compbox/commands.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
+#include "host-tools/training/adaptation.h"
 #include "host-tools/training/train.h"
 
 namespace compbox {
@@ -28,6 +31,9 @@ struct train_arguments {
     std::vector<std::string> margins;  // "T*:3"
     double margin = -1.0;              // not given
     bool as_json = false, no_linear_path = false;
+    training::adapt_options adapt;
+
+    bool simulates_probes() const { return adapt.write || !adapt.intervals_min.empty(); }
 
     // Whether the options ask for a map over given lags, or for a network with its own linear path,
     // instead of a bank.
@@ -86,8 +92,8 @@ void run_train(train_arguments &arguments, const cli::streams &io) {
     options.bank = !arguments.asks_for_map();
     options.margin = arguments.margin >= 0.0 ? arguments.margin : options.bank ? 1.0 : 0.1;
     arguments.columns.find_runs = arguments.columns.time_if_there = options.bank;
-    arguments.columns.needs_time =
-        has_record || !options.lags.lags_s.empty() || !options.lags.squares.empty();
+    arguments.columns.needs_time = has_record || !options.lags.lags_s.empty() ||
+                                   !options.lags.squares.empty() || arguments.simulates_probes();
     options.progress = cli::progress_bar_of(io, "training", "loss");
     const training::training_data data =
         training::read_training_data(arguments.data, arguments.columns);
@@ -95,13 +101,39 @@ void run_train(train_arguments &arguments, const cli::streams &io) {
     if (!arguments.plot.empty()) training::plot_training(result, arguments.plot);
     if (!arguments.predictions.empty())
         formats::write_file(arguments.predictions, training::predictions_csv(result), &io.out);
-    const json fragment = training::fragment_of(result);
+    json fragment = training::fragment_of(result);
+    std::string report = training::report_of(result);
+    if (arguments.simulates_probes()) {
+        const auto adapted = training::adapt_outputs(result, arguments.adapt);
+        training::add_adapt_terms(fragment, adapted, result, arguments.adapt);
+        report += training::adapt_text(adapted, arguments.adapt);
+    }
     formats::write_file(arguments.output, formats::json_text(fragment), &io.out);
-    io.out << (arguments.as_json ? formats::json_text(fragment) : training::report_of(result));
+    io.out << (arguments.as_json ? formats::json_text(fragment) : report);
+}
+
+// Throws usage_error for options of probes without any probe, and for intervals that do not rise.
+void check_probes(const train_arguments &arguments) {
+    const training::adapt_options &adapt = arguments.adapt;
+    const auto &minutes = adapt.intervals_min;
+    if (std::adjacent_find(minutes.begin(), minutes.end(), std::greater_equal<double>()) !=
+        minutes.end()) {
+        throw cli::usage_error("--simulate-probes", "the intervals must rise, as in 30,60,120");
+    }
+    if (adapt.write) return;
+    for (const auto &[option, used] : {std::pair{"--probe-value", !adapt.values.empty()},
+                                       std::pair{"--probe-count", !adapt.counts.empty()},
+                                       std::pair{"--probe-whole", adapt.measures_whole}}) {
+        if (used) throw cli::usage_error(option, "is for --adapt");
+    }
+    if (adapt.sigma_um > 0.0 && minutes.empty()) {
+        throw cli::usage_error("--probe-sigma-um", "is for --adapt and --simulate-probes");
+    }
 }
 
 // Throws usage_error for invalid combinations of options.
 void check_usage(const train_arguments &arguments) {
+    check_probes(arguments);
     const training::lag_options &lags = arguments.options.lags;
     cli::different_files({{"-o", arguments.output},
                           {"--predictions", arguments.predictions},
@@ -272,6 +304,34 @@ void add_margins(cli::command &train, train_arguments &arguments) {
                      "times, the last that fits counts");
 }
 
+// Options of simulated probes and of the terms that a probe adapts.
+void add_probes(cli::command &train, train_arguments &arguments) {
+    training::adapt_options &adapt = arguments.adapt;
+    train
+        .add_option("--simulate-probes M,M", adapt.intervals_min,
+                    "Print what a probe every so many minutes would leave of the runs left out, "
+                    "with the box's own filter")
+        .delimiter(',')
+        .check(cli::between(1, 10080));
+    train.add_flag("--adapt", adapt.write,
+                   "Write an adapt term for each output, with bounds from what the model leaves of "
+                   "the runs left out (simulates probes every 30 and 60 min)");
+    train
+        .add_option("--probe-value P,Q", adapt.values,
+                    "Signals with the probed values, um, one for each output (probe_OUTPUT)")
+        .delimiter(',');
+    train
+        .add_option("--probe-count P,Q", adapt.counts,
+                    "Signals that count the measurements (probe_OUTPUT_n)")
+        .delimiter(',');
+    train.add_flag("--probe-whole", adapt.measures_whole,
+                   "The probe shows the whole error: nothing is compensated while it measures");
+    train
+        .add_option("--probe-sigma-um S", adapt.sigma_um,
+                    "Standard deviation of one measurement (from the record)")
+        .check(cli::between(0.001, 1000));
+}
+
 }  // namespace
 
 void add_train(cli::command &app) {
@@ -284,6 +344,7 @@ void add_train(cli::command &app) {
     add_network(train, *arguments);
     add_search(train, *arguments);
     add_margins(train, *arguments);
+    add_probes(train, *arguments);
     train.add_option("--name NAME", arguments->options.name, "Name of the term").required();
     train.add_option("--predictions F.csv", arguments->predictions,
                      "CSV with the prediction for every row");

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t most_returns = 3, long_stretch = 20;
 
-std::vector<std::size_t> starts_of(const std::vector<double> &value) {
+std::vector<std::size_t> stretch_starts(const std::vector<double> &value) {
     std::vector<std::size_t> starts;
     for (std::size_t r = 0; r < value.size(); ++r) {
         if (r == 0 || value[r] != value[r - 1]) starts.push_back(r);
@@ -77,7 +77,7 @@ found_runs find_runs(const std::vector<double> &value, const std::vector<double>
     found_runs found;
     found.row.resize(value.size());
     std::iota(found.row.begin(), found.row.end(), 0);
-    found.starts = starts_of(value);
+    found.starts = stretch_starts(value);
     std::vector<double> distinct = value;
     std::sort(distinct.begin(), distinct.end());
     distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());

@@ -38,7 +38,7 @@ host-tools/metrology      : formats
 host-tools/identification : formats algebra
 host-tools/fitting        : models base formats algebra metrology
 host-tools/test_report    : models base formats algebra metrology fitting
-host-tools/training       : formats algebra
+host-tools/training       : models formats algebra
 host-tools/sensors        : formats algebra training
 host-tools/twin           : formats
 host-tools/fakeplc        : formats twin

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: MIT
+"""compbox train --simulate-probes and --adapt on the records of a simulated lathe (examples/adaptive-lathe)."""
+
+import math
+import sys
+
+import numpy as np
+import pytest
+
+from conftest import ROOT
+
+sys.path.insert(0, str(ROOT / "examples/adaptive-lathe"))
+import lathe  # noqa: E402  (pylint: disable=wrong-import-position)
+
+STEP_S, DAYS = 600.0, 16
+OUTPUTS = ("error_X_um", "error_Z_um")
+TRAIN = ("train", "lathe.csv", "--outputs", ",".join(OUTPUTS), "--run-column", "day", "--hidden", "0", "--name", "net",
+         "-o", "net.json")
+
+
+@pytest.fixture(scope="module", name="record")
+def record_of_a_lathe():
+    """One lathe: the CSV's text, and its columns of errors as printed there."""
+    time_s, temperatures, errors = lathe.make(5, DAYS, STEP_S)
+    dice = np.random.default_rng(1)
+    probed = [np.round(lathe.read_by_probe(dice, error), 3) for error in errors.values()]
+    names = ["time_s", "day", *(f"t{k}_degC" for k in range(1, 7)), *OUTPUTS]
+    table = np.column_stack([time_s, time_s // 86400 + 1, temperatures[:, :6], *probed])
+    text = ",".join(names) + "\n"
+    text += "".join(f"{row[0]:.0f},{row[1]:.0f}," + ",".join(f"{v:.3f}" for v in row[2:]) + "\n" for row in table)
+    return text, probed
+
+
+def rms(values):
+    return math.sqrt(float(np.mean(np.square(values))))
+
+
+def rezeroed(error, interval_s):
+    """What is left where the last measurement is the compensation; the first one an interval after the start."""
+    every, left, known = int(interval_s / STEP_S), [], 0.0
+    for row, value in enumerate(error):
+        left.append(value - known)
+        if row > 0 and row % every == 0:
+            known = value
+    return left
+
+
+def test_what_a_probe_buys(compbox, record):
+    text, probed = record
+    compbox.write("lathe.csv", text)
+    out = compbox.good(*TRAIN, "--simulate-probes", "30,60,120")
+    assert "What a probe would buy, on runs left out of training (um)" in out
+    fragment = compbox.read("net.json")
+    assert [term["type"] for term in fragment["terms"]] == ["linear"]  # nothing was asked to be written
+    for name, error in zip(OUTPUTS, probed):
+        found = fragment["provenance"]["net"]["probes"][name]
+        assert found["nothing"]["rms_um"] == pytest.approx(rms(error), rel=1e-3)
+        assert found["nothing"]["largest_um"] == pytest.approx(np.abs(error).max(), rel=1e-3)
+        assert found["model"]["rms_um"] < found["nothing"]["rms_um"]
+        assert [one["interval_min"] for one in found["probed"]] == [30, 60, 120]
+        before = 0.0
+        for one in found["probed"]:
+            left = rezeroed(error, 60 * one["interval_min"])
+            assert one["rezero"]["rms_um"] == pytest.approx(rms(left), rel=1e-3)
+            adapted = one["adapted"]["rms_um"]
+            assert before < adapted < min(one["rezero"]["rms_um"], found["model"]["rms_um"])
+            assert adapted <= one["adapted_5_percent_wrong"]["rms_um"] < 1.3 * adapted
+            assert 0.88 < one["within_two_sigma"] < 0.99
+            before = adapted
+
+
+def test_the_terms(compbox, record):
+    compbox.write("lathe.csv", record[0])
+    out = compbox.good(*TRAIN, "--adapt")
+    assert "term error_X_um_adapted of error_X_um, probe probe_error_X_um and probe_error_X_um_n" in out
+    model, x, z = compbox.read("net.json")["terms"]
+    assert model["outputs"] == list(OUTPUTS)
+    assert (x["name"], x["type"], x["of"]) == ("error_X_um_adapted", "adapt", "error_X_um")
+    assert x["probe"] == {"value": "probe_error_X_um", "count": "probe_error_X_um_n"}
+    assert z["of"] == "error_Z_um"
+    largest = np.abs(record[1][0]).max()
+    assert 5 < x["bias_max_um"] < 1.5 * largest and 0.1 <= x["gain_max"] <= 0.5
+    # The wander that made the errors is 7 um an hour's root, smoothed, and there is what no model explains.
+    assert 3 < x["drift_um_per_sqrt_h"] < 12 and 0.5 <= x["sigma_um"] < 3
+    assert x["step_max_um"] > 1.5 * x["drift_um_per_sqrt_h"] and x["min_interval_s"] == 60
+
+
+def test_named_signals_and_a_known_sigma(compbox, record):
+    compbox.write("lathe.csv", record[0])
+    compbox.good(*TRAIN, "--adapt", "--probe-value", "px,pz", "--probe-count", "nx,nz", "--probe-whole",
+                 "--probe-sigma-um", 2)
+    _, x, z = compbox.read("net.json")["terms"]
+    assert x["probe"] == {"value": "px", "count": "nx", "measures": "whole"} and z["probe"]["count"] == "nz"
+    assert x["sigma_um"] == z["sigma_um"] == 2
+
+
+def test_runs_held_out_are_what_is_judged(compbox, record):
+    compbox.write("lathe.csv", record[0])
+    out = compbox.good(*TRAIN, "--adapt", "--hold-out", "13,14,15,16")
+    assert "What a probe would buy, on runs held out (um)" in out
+    found = compbox.read("net.json")["provenance"]["net"]["probes"]["error_X_um"]
+    late = record[1][0][int(12 * 86400 / STEP_S):]
+    assert found["nothing"]["rms_um"] == pytest.approx(rms(late), rel=1e-3)
+    assert found["probed"][1]["adapted"]["rms_um"] < 0.7 * found["model"]["rms_um"]
+
+
+def test_days_with_a_clock_of_their_own(compbox, record):
+    """Each day begins at 0 s: the box starts anew, without bias."""
+    lines = record[0].splitlines()
+    rows = [line.split(",", 1) for line in lines[1:]]
+    compbox.write("lathe.csv", "\n".join([lines[0], *(f"{float(t) % 86400},{rest}" for t, rest in rows)]) + "\n")
+    compbox.good(*TRAIN, "--simulate-probes", 60)
+    found = compbox.read("net.json")["provenance"]["net"]["probes"]["error_X_um"]
+    per_day = [rezeroed(day, 3600) for day in record[1][0].reshape(DAYS, -1)]
+    assert found["probed"][0]["rezero"]["rms_um"] == pytest.approx(rms(np.concatenate(per_day)), rel=1e-3)
+
+
+def test_refused(compbox, record):
+    lines = record[0].splitlines()
+    compbox.write("lathe.csv", "\n".join(lines[:200]) + "\n")
+    short = TRAIN[:4] + TRAIN[6:]
+    assert compbox.refused(*short, "--accept-worse", "--simulate-probes", 120) == (
+        "lathe.csv: has room for 16 probes at one in 120 min; simulated probes need 20: record for longer, or choose "
+        "shorter intervals")
+    compbox.write("lathe.csv", "\n".join(line.split(",", 1)[1] for line in lines) + "\n")
+    assert compbox.refused(*TRAIN, "--simulate-probes", 60) == (
+        "lathe.csv: has no time, which simulated probes need: name its column with --time-column")
+    compbox.write("lathe.csv", record[0])
+    assert compbox.refused(*TRAIN, "--adapt", "--probe-value", "px") == (
+        "--probe-value: names 1 signals for 2 outputs: give one for each, in the order of --outputs")
+    assert "cannot use the name 'p x'" in compbox.refused(*TRAIN, "--adapt", "--probe-value", "p x,pz")
+
+
+@pytest.mark.parametrize("options", [("--probe-value", "a,b"), ("--probe-whole",), ("--probe-sigma-um", 1),
+                                     ("--simulate-probes", "60,30"), ("--simulate-probes", 0)])
+def test_wrong_usage(compbox, record, options):
+    compbox.write("lathe.csv", record[0])
+    assert compbox(*TRAIN, *options).returncode == 2
