@@ -119,6 +119,12 @@ char direction_of(const std::string &output) {
     return iso ? output[1] : '\0';
 }
 
+// out: the name by which an output acts in a channel: its own, or that of the adapted one
+std::string acting_name(const json &term, const std::string &output) {
+    const json of = term.value("type", json()) == "adapt" ? term.value("of", json()) : json();
+    return of.is_string() ? of.get<std::string>() : output;
+}
+
 // out: direction of output k of a term: by its ISO name; X, Y, Z for a volumetric term
 char direction_of(const json &term, std::size_t k, const std::string &name) {
     const bool volumetric = term.value("type", json()) == "volumetric" && k < 3;
@@ -133,8 +139,9 @@ json outputs_in(const json &terms, const std::string &channel) {
     for (const auto &term : terms) {
         const auto names = outputs_of(term);
         for (std::size_t k = 0; k < names.size(); ++k) {
-            const char direction = direction_of(term, k, names[k]);
-            const bool acts = is_error_of(channel, names[k]) ||
+            const std::string name = acting_name(term, names[k]);
+            const char direction = direction_of(term, k, name);
+            const bool acts = is_error_of(channel, name) ||
                               (direction != '\0' && direction == linear_letter(channel));
             if (!acts) continue;
             if (consumed.count(names[k]) == 0) sum.push_back(names[k]);

@@ -289,19 +289,19 @@ json figures_json(const left_figures &figures) {
 
 json term_json(const adapted_output &adapted, const adapt_options &options) {
     const cb_adapt_settings &settings = adapted.settings;
-    json probe{{"value", adapted.value}, {"count", adapted.count}};
-    if (options.measures_whole) probe["measures"] = "whole";
-    return {{"name", adapted.term},
-            {"type", "adapt"},
-            {"of", adapted.output},
-            {"probe", probe},
-            {"bias_max_um", setting(settings.bias_max_um)},
-            {"gain_max", setting(settings.gain_max)},
-            {"step_max_um", setting(settings.step_max_um)},
-            {"drift_um_per_sqrt_h", setting(settings.drift_um_per_sqrt_h)},
-            {"gain_drift_per_sqrt_h", setting(settings.gain_drift_per_sqrt_h)},
-            {"sigma_um", setting(settings.sigma_um)},
-            {"min_interval_s", setting(settings.min_interval_s)}};
+    json term{{"name", adapted.term},
+              {"type", "adapt"},
+              {"of", adapted.output},
+              {"probe", {{"value", adapted.value}, {"count", adapted.count}}}};
+    if (options.measures_whole) term["measures"] = "whole";
+    term["bias_max_um"] = setting(settings.bias_max_um);
+    term["gain_max"] = setting(settings.gain_max);
+    term["step_max_um"] = setting(settings.step_max_um);
+    term["drift_um_per_sqrt_h"] = setting(settings.drift_um_per_sqrt_h);
+    term["gain_drift_per_sqrt_h"] = setting(settings.gain_drift_per_sqrt_h);
+    term["sigma_um"] = setting(settings.sigma_um);
+    term["min_interval_s"] = setting(settings.min_interval_s);
+    return term;
 }
 
 void add_line(std::string &text, const std::string &what, const left_figures &figures,

@@ -90,7 +90,8 @@ def test_named_signals_and_a_known_sigma(compbox, record):
     compbox.good(*TRAIN, "--adapt", "--probe-value", "px,pz", "--probe-count", "nx,nz", "--probe-whole",
                  "--probe-sigma-um", 2)
     _, x, z = compbox.read("net.json")["terms"]
-    assert x["probe"] == {"value": "px", "count": "nx", "measures": "whole"} and z["probe"]["count"] == "nz"
+    assert x["probe"] == {"value": "px", "count": "nx"} and z["probe"]["count"] == "nz"
+    assert x["measures"] == z["measures"] == "whole"
     assert x["sigma_um"] == z["sigma_um"] == 2
 
 
