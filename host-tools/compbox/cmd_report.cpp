@@ -9,6 +9,7 @@
 #include "host-tools/command_line/key_values.h"
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/drift_report.h"
 #include "host-tools/compbox/reading_arguments.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
@@ -36,11 +37,16 @@ struct report_arguments {
     fitting::reading_options reading;
     particulars about;
     bool as_json = false;
+    bool drift = false, weekly = false;
+    unsigned reference = 0;  // periods
 };
 
 constexpr const char *report_example =
     R"(Computes positioning by ISO 230-2 and straightness by ISO 230-1 from the same readings; use the
 one that the set-up measured.
+
+With --drift DATA is a record with probe columns, the table of `join`, or predictions of `train`: what
+is left by day, and the day from which the model has drifted.
 
 Example:
   compbox report before.rtl --after after.rtl --limit-um A=10,B=3 --page report.html
@@ -197,6 +203,33 @@ void run_report(const report_arguments &arguments, const cli::streams &io) {
     io.out << (arguments.as_json ? formats::json_text(report) : text_of(report));
 }
 
+// Throws usage_error for options of measurements beside --drift.
+void run_drift(const report_arguments &arguments, const cli::streams &io) {
+    if (!arguments.after.empty() || !arguments.page.empty() || !arguments.limits.empty() ||
+        !arguments.budget.empty()) {
+        throw cli::usage_error("--drift",
+                               "stands without --after, --page, --limit-um and --budget");
+    }
+    cli::different_files({{"-o", arguments.output}, {"--plot", arguments.plot}});
+    drift_arguments drift;
+    drift.table = arguments.before, drift.plot = arguments.plot, drift.output = arguments.output;
+    drift.as_json = arguments.as_json;
+    drift.options.reference = arguments.reference;
+    if (arguments.weekly) drift.options.period_s = 604800.0;
+    report_drift(drift, io);
+}
+
+// Options of the drift of a model over months.
+void add_drift(cli::command &report, report_arguments &arguments) {
+    report.add_flag("--drift", arguments.drift,
+                    "What is left of probed errors by day, and since when the model has drifted");
+    report.add_flag("--weekly", arguments.weekly, "With --drift: by week");
+    report
+        .add_option("--reference N", arguments.reference,
+                    "With --drift: the first N days or weeks are right (a fifth, at least 7)")
+        .check(cli::whole_between(2, 1000));
+}
+
 // What a page states where the files do not.
 void add_particulars(cli::command &report, particulars &about) {
     report.add_option("--name EXX", about.name, "Error of ISO 230-1 (by default from the file)");
@@ -260,7 +293,10 @@ void add_report(cli::command &app) {
     report.add_flag("--json", arguments->as_json, "Print the figures as JSON");
     report.add_option("-o,--output F.json", arguments->output, "Write the figures as JSON, F.json");
     add_particulars(report, arguments->about);
-    report.callback([arguments](const cli::streams &io) { run_report(*arguments, io); });
+    add_drift(report, *arguments);
+    report.callback([arguments](const cli::streams &io) {
+        arguments->drift ? run_drift(*arguments, io) : run_report(*arguments, io);
+    });
 }
 
 }  // namespace compbox
