@@ -2,6 +2,7 @@
 #include "host-tools/fakeplc/console.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <map>
 #include <sstream>
@@ -127,11 +128,11 @@ std::string status_line(const fake_plc &plc, const wire_server &server) {
     const plc_state &state = plc.state();
     std::string text = fmt::format(
         "ok time_s={} control={} mode={} reason={} plc_heartbeat={} box_heartbeat={} alive={} "
-        "moving={} clients={} alarms={} handshake={} limited={}",
+        "moving={} clients={} alarms={} handshake={} limited={} probes={}",
         state.time_s, state.control, state.status & 0xFF, state.status >> 8, state.plc_heartbeat,
         state.box_heartbeat, state.box_alive ? "1" : "0", plc.moving() ? "1" : "0",
         server.clients(), plc.alarms().standing().size(), state.handshake,
-        plc.duties().times_limited());
+        plc.duties().times_limited(), plc.probes().measurements());
     for (std::size_t c = 0; c < plc.map().channels.size(); ++c) {
         const std::string &name = plc.map().channels[c].name;
         text += fmt::format(" commanded_{}={}", name, state.commanded_um[c]);
@@ -147,6 +148,11 @@ std::string alarm_line(const fake_plc &plc) {
         text += fmt::format(" {} since_s={} \"{}\"{}", one.name, one.since_s, one.text,
                             one.needs_reset ? " until reset;" : ";");
     }
+    return text;
+}
+
+std::string lower(std::string text) {
+    for (char &c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     return text;
 }
 
@@ -193,6 +199,11 @@ std::string run_words(const words &line, console &self) {
         const bool known = line[2] == "auto" ? plc.release_signal(line[1])
                                              : plc.force_signal(line[1], number(line[2]));
         if (!known) refuse(fmt::format("no signal '{}' is shown or forced", line[1]));
+    } else if (command == "probe") {
+        if (line.size() != 2) expect(line, 3, "probe AXIS [OFF_UM]");
+        if (!plc.probe(line[1], line.size() == 3 ? number(line[2]) : 0.0))
+            refuse(fmt::format("no probe measures '{}': the map has no probe_{} with probe_{}_n",
+                               line[1], lower(line[1]), lower(line[1])));
     } else if (command == "fault")
         return order_fault(line, self.server);
     else if (command == "quit")
@@ -228,6 +239,8 @@ std::string_view console_help() {
            "machine\n"
            "  signal NAME VALUE|auto                  replaces the measured value; auto: ends "
            "that\n"
+           "  probe AXIS [OFF_UM]                     a touch-probe cycle at standstill, wrong by "
+           "OFF_UM\n"
            "  alarms                                  prints the active alarms\n"
            "  restart                                 switches the PLC's power off and on\n"
            "  freeze heartbeat 0|1                    NC coupling lost: positions and heartbeat "

@@ -56,6 +56,23 @@ std::vector<double> sizes_of(const std::vector<std::optional<std::size_t>> &axes
     return sizes_um;
 }
 
+// out: the map's probes with their axes of the twin; those of a missing axis are left out
+std::vector<placed_probe> probes_of(const register_map &map, const twin::twin_config &config,
+                                    const std::vector<std::optional<std::size_t>> &axes) {
+    std::vector<placed_probe> probes;
+    for (const auto &probe : map.probes) {
+        int direction = probe.axis.size() == 1 ? twin::axis_index(probe.axis[0]) : -1;
+        for (std::size_t c = 0; c < axes.size(); ++c) {
+            if (map.channels[c].name == probe.axis && axes[c])
+                direction = static_cast<int>(*axes[c]);
+        }
+        if (direction < 0 || !config.axes[static_cast<std::size_t>(direction)].present) continue;
+        probes.push_back(
+            {probe.axis, static_cast<std::size_t>(direction), probe.value, probe.count});
+    }
+    return probes;
+}
+
 }  // namespace
 
 fake_plc::fake_plc(const twin::twin_config &config, const register_map &map,
@@ -69,6 +86,7 @@ fake_plc::fake_plc(const twin::twin_config &config, const register_map &map,
       axis_of_channel_(axes_of(map, config)),
       duties_(map, config.plc, sizes_of(axis_of_channel_, config.plc), 0),
       side_(make_nc_side(profile.nc, map, config.seed)),
+      probes_(config.probe, probes_of(map, config, axis_of_channel_), config.seed, 0),
       jitter_(config.seed, "PLC scan"),
       start_us_(now_us),
       nc_due_us_(now_us),
@@ -162,12 +180,23 @@ void fake_plc::scan() {
     const double dt_s = static_cast<double>(scan_due_us_ - last_scan_us_) * 1e-6;
     duties_.scan(registers_.now, enabled() && referenced_, position_mm, since_start_us_, dt_s);
     side_->scan(duties_.wanted(), position_mm, since_start_us_);
+    run_probes();
     watch_alarms();
     start_program_once_active();
     show();
     note_changes();
     keep_state();
     plan_next_scan();
+}
+
+// The measurement is physical: the true error, with the compensation that is in the axes now. The
+// truth leaves the machine in no other way.
+void fake_plc::run_probes() {
+    const auto request = map_.request ? registers_.now[static_cast<std::size_t>(*map_.request)] : 0;
+    const bool requested = duties_.box_alive() && (request & 1u) != 0;
+    const bool standing = nc_.state().feed_mm_per_min == 0.0 && !frozen_;
+    probes_.scan({since_start_us_, standing, requested},
+                 [this] { return twin_.true_error_um(machine_state()); });
 }
 
 // Jitter of a scan does not shift the following scans.
@@ -245,6 +274,7 @@ void fake_plc::restart() {
     duties_ = plc_duties(map_, config_.plc, duties_.sizes_um(), since_start_us_);
     alarms_.reset();  // the NC raises its own alarm again
     side_->restart_plc();
+    probes_.restart();
     power_on_us_ = since_start_us_;
     reset_until_us_ = -1;
     enable_ = referenced_ = enable_by_hand_ = reference_by_hand_ = false;

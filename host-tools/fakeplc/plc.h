@@ -16,6 +16,7 @@
 #include "host-tools/fakeplc/duties.h"
 #include "host-tools/fakeplc/modbus.h"
 #include "host-tools/fakeplc/nc_side.h"
+#include "host-tools/fakeplc/probe_cycle.h"
 #include "host-tools/fakeplc/register_map.h"
 #include "host-tools/twin/machine.h"
 #include "host-tools/twin/motion.h"
@@ -91,6 +92,10 @@ class fake_plc {
     // Replaces the measured value of a signal; false for an unknown name.
     bool force_signal(const std::string &name, double value);
     bool release_signal(const std::string &name);
+    // Queues a touch-probe cycle towards an axis or channel, wrong by off_um; false if it has no
+    // probe.
+    bool probe(const std::string &axis, double off_um) { return probes_.order(axis, off_um); }
+    const probe_cycle &probes() const { return probes_; }
 
     // Adds an event to the log.
     void note(const std::string &words) { event(words); }
@@ -102,6 +107,7 @@ class fake_plc {
     void start_up();
     void watch_alarms();
     void watch_sizes();
+    void run_probes();
     void show();
     void show_signals();
     void note_changes();
@@ -127,6 +133,7 @@ class fake_plc {
     std::vector<std::optional<std::size_t>> axis_of_channel_;
     plc_duties duties_;
     std::unique_ptr<nc_side> side_;
+    probe_cycle probes_;
     alarm_list alarms_;
     twin::random_stream jitter_;
     std::map<std::string, double> forced_;

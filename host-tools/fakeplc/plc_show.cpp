@@ -28,9 +28,12 @@ std::uint16_t fake_plc::control_word() const {
     return static_cast<std::uint16_t>(word);
 }
 
+// out: what the PLC shows as the signal, in its unit: a forced value, a position, a probe's number,
+// a process value, a constant of the twin file; else 0 or the end of the range nearest to it
 double fake_plc::signal_value(const shown_signal &signal) const {
     const auto forced = forced_.find(signal.name);
     if (forced != forced_.end()) return forced->second;
+    if (const auto measured = probes_.shown(signal.name)) return *measured;
     const int axis = signal.name.size() == 1 ? twin::axis_index(signal.name[0]) : -1;
     if (axis >= 0 && config_.axes[static_cast<std::size_t>(axis)].present) {
         return nc_.position_mm()[static_cast<std::size_t>(axis)];
@@ -89,6 +92,8 @@ void fake_plc::tell(const std::vector<std::string> &words) {
     events_.insert(events_.end(), words.begin(), words.end());
 }
 
+// Adds an event for each change since the last scan: of the box's status, of alarms and probes, of
+// the control word.
 void fake_plc::note_changes() {
     tell(duties_.take_events());
     if (duties_.status() != last_noted_status_) {
@@ -97,6 +102,7 @@ void fake_plc::note_changes() {
             fmt::format("box is {} reason {}", mode_name(duties_.mode()), last_noted_status_ >> 8));
     }
     tell(alarms_.take_events());
+    tell(probes_.take_events());
     const std::uint16_t control = control_word();
     const unsigned changed = control ^ last_noted_control_;
     if (changed & bit_enable) event(enabled() ? "enable on" : "enable off");

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/fakeplc/register_map.h"
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "host-tools/formats/error.h"
@@ -99,6 +101,7 @@ void read_plc(const section &plc, register_map &map) {
     map.status = address_in(plc, "status", map.write, 1);
     map.box_heartbeat = address_in(plc, "box_heartbeat", map.write, 1);
     if (plc.has("detail")) map.detail = address_in(plc, "detail", map.write, 1);
+    if (plc.has("request")) map.request = address_in(plc, "request", map.write, 1);
     if (plc.has("handshake")) map.handshake = address_in(plc, "handshake", map.read, 1);
     map.axes_at_once = plc.truth_or("axes_at_once", false);
     if (plc.has("deadband_um")) map.deadband_um = plc.number("deadband_um");
@@ -168,6 +171,44 @@ taken_channel read_channel(const section &entry, const register_map &map) {
     return channel;
 }
 
+// out: name of the channel that sums a term; "" if none does
+std::string channel_of(const json &root, const std::string &term) {
+    for (const auto &channel : root.value("channels", json::array())) {
+        const json sum = channel.value("sum", json());
+        if (sum.is_array() && std::find(sum.begin(), sum.end(), json(term)) != sum.end()) {
+            return channel.value("name", "");
+        }
+    }
+    return "";
+}
+
+// Adds a probe, unless a signal of it is not the PLC's or it is there already.
+void add_probe(const shown_probe &probe, register_map &map) {
+    const bool there = std::any_of(map.probes.begin(), map.probes.end(), [&](const auto &other) {
+        return other.value == probe.value || other.axis == probe.axis;
+    });
+    if (there || probe.axis.empty() || !map.signal(probe.value) || !map.signal(probe.count)) return;
+    map.probes.push_back(probe);
+}
+
+// The probes of terms that adapt; then those of compbox init: probe_x with probe_x_n measures X.
+void find_probes(const json &root, register_map &map) {
+    for (const auto &term : root.value("terms", json::array())) {
+        if (!term.is_object() || !term.contains("probe") || !term.at("probe").is_object()) continue;
+        const json &probe = term.at("probe");
+        add_probe({channel_of(root, term.value("name", "")), probe.value("value", ""),
+                   probe.value("count", "")},
+                  map);
+    }
+    const std::string stem = "probe_";
+    for (const auto &signal : map.signals) {
+        if (signal.name.compare(0, stem.size(), stem) != 0) continue;
+        std::string axis = signal.name.substr(stem.size());
+        for (char &c : axis) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+        add_probe({axis, signal.name, signal.name + "_n"}, map);
+    }
+}
+
 // Calls visit with each object of the list `key`.
 template <typename visitor>
 void each(const json &root, const char *key, const std::string &file, visitor visit) {
@@ -184,6 +225,12 @@ void each(const json &root, const char *key, const std::string &file, visitor vi
 
 }  // namespace
 
+const shown_signal *register_map::signal(const std::string &name) const {
+    const auto found = std::find_if(signals.begin(), signals.end(),
+                                    [&](const auto &one) { return one.name == name; });
+    return found == signals.end() ? nullptr : &*found;
+}
+
 register_map register_map_of(const json &root, const std::string &file) {
     if (!root.is_object() || !root.contains("plc") || !root.at("plc").is_object()) {
         throw input_error(file, 0, 0, "plc: must be an object with the PLC's registers");
@@ -196,6 +243,7 @@ register_map register_map_of(const json &root, const std::string &file) {
     });
     each(root, "channels", file,
          [&](const section &entry) { map.channels.push_back(read_channel(entry, map)); });
+    find_probes(root, map);
     return map;
 }
 

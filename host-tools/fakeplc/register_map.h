@@ -48,19 +48,29 @@ struct taken_channel {
     std::optional<taken_tangent> tangent = std::nullopt;
 };
 
+// A touch probe by its two signals: a measured deviation, and a count of measurements.
+struct shown_probe {
+    std::string axis;  // name of the channel, or letter of the axis, towards which it measures
+    std::string value, count;  // names of signals
+};
+
 struct register_map {
     std::string file, profile;
     register_block read, write;  // from the view of the box
     int control = 0, plc_heartbeat = 0, status = 0, box_heartbeat = 0;
     std::uint16_t referenced_mask = 1u << 1;
     std::optional<int> detail;     // in the write block: the cause of the box's reason
+    std::optional<int> request;    // in the write block: bit 0 asks for another probe
     std::optional<int> handshake;  // of the profile fanuc: where the state of EA/ED/ESTB/EREND is
     bool axes_at_once = false;     // … and whether one handshake takes all axes
     std::optional<double> deadband_um;  // of the PLC program's writes to the NC
     double interpolate_s = 0.0;         // interpolation time to a new value; 0: at once
     std::vector<shown_signal> signals;
     std::vector<taken_channel> channels;
+    std::vector<shown_probe> probes;  // whose two signals are the PLC's
 
+    // out: the signal of this name; null if the PLC shows none
+    const shown_signal *signal(const std::string &name) const;
     // out: number of registers from 0
     int size() const { return read.end() > write.end() ? read.end() : write.end(); }
 };

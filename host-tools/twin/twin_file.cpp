@@ -158,6 +158,18 @@ void read_plc(const json &root, twin_config &config, const place &top) {
     plc.enable_s = optional(value, "enable_s", plc.enable_s, 0.0, 3600.0, at);
 }
 
+void read_probe(const json &root, twin_config &config, const place &top) {
+    const json &value = optional_object(root, "probe", top);
+    const place at = top.in("probe");
+    check_keys(value, {"sigma_um", "duration_s", "interval_s", "wrong_fraction", "wrong_um"}, at);
+    twin_probe &probe = config.probe;
+    probe.sigma_um = optional(value, "sigma_um", probe.sigma_um, 0.0, 1e3, at);
+    probe.duration_s = optional(value, "duration_s", probe.duration_s, 0.1, 3600.0, at);
+    probe.interval_s = optional(value, "interval_s", 0.0, 0.0, 1e7, at);
+    probe.wrong_fraction = optional(value, "wrong_fraction", 0.0, 0.0, 1.0, at);
+    probe.wrong_um = optional(value, "wrong_um", probe.wrong_um, 0.0, 1e6, at);
+}
+
 void read_start(const json &root, twin_config &config, const place &top) {
     for (std::size_t a = 0; a < 3; ++a) config.start_mm[a] = config.axes[a].min_mm;
     const place at = top.in("start_mm");
@@ -266,8 +278,9 @@ twin_config load_twin(const std::string &path) {
                       "cutting",      "spectrum",        "repeatability_um",
                       "laser_um",     "straightness_um", "laser_resolution_um",
                       "runs",         "setup",           "nc",
-                      "plc",          "start_mm",        "program",
-                      "channels",     "signals",         "coefficients"},
+                      "plc",          "probe",           "start_mm",
+                      "program",      "channels",        "signals",
+                      "coefficients"},
                top);
     if (optional_text(root, "format", top) != "compbox-twin/1") {
         top.in("format").fail("must be \"compbox-twin/1\"");
@@ -287,6 +300,7 @@ twin_config load_twin(const std::string &path) {
     read_laser(root, config, top);
     read_nc(root, config, top);
     read_plc(root, config, top);
+    read_probe(root, config, top);
     read_start(root, config, top);
     read_program(root, config, top);
     read_links(root, config, top);

@@ -91,6 +91,15 @@ struct twin_plc {
     double enable_s = 0.5;     // … and from there until enable
 };
 
+// The control's touch-probe cycle (docs/fakeplc.md).
+struct twin_probe {
+    double sigma_um = 0.5;        // of each measurement
+    double duration_s = 1.0;      // of a cycle, at standstill
+    double interval_s = 0.0;      // from one cycle to the next; 0: only on command and on request
+    double wrong_fraction = 0.0;  // share of measurements that are wrong …
+    double wrong_um = 100.0;      // … by plus or minus this
+};
+
 struct twin_config {
     std::string file;  // for messages; "" if made in code
     std::string machine;
@@ -108,6 +117,7 @@ struct twin_config {
     twin_laser laser;
     twin_nc nc;
     twin_plc plc;
+    twin_probe probe;
     xyz start_mm = {0.0, 0.0, 0.0};
     std::vector<twin_step> program;
     // Channel name to axis letter, where they differ; no_axis: it moves no axis (never from a
