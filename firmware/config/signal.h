@@ -10,11 +10,15 @@
 #include "firmware/base/limits.h"
 
 enum cb_signal_source {
-    CB_SOURCE_PLC, /* registers of the PLC's read block */
-    CB_SOURCE_CAN, /* raw CAN frame, by identifier */
-    CB_SOURCE_BUS, /* register of a module on a slow bus of the box (Pt100) */
-    CB_SOURCE_LAG, /* first-order lag of another signal: computed, on every target */
+    CB_SOURCE_PLC,  /* registers of the PLC's read block */
+    CB_SOURCE_CAN,  /* raw CAN frame, by identifier */
+    CB_SOURCE_BUS,  /* register of a module on a slow bus of the box (Pt100) */
+    CB_SOURCE_LAG,  /* first-order lag of another signal: computed, on every target */
+    CB_SOURCE_HAND, /* measured and typed in by a person (compbox measured) */
 };
+
+/* Part of a measurement by hand that a signal carries. */
+enum cb_hand_part { CB_HAND_VALUE, CB_HAND_COUNT };
 
 #define CB_CAN_EXTENDED 0x80000000u /* set in a CAN identifier of 29 bits */
 #define CB_CAN_ID_BITS 0x1FFFFFFFu
@@ -25,12 +29,12 @@ enum cb_signal_source {
 struct cb_signal_config {
     char name[CB_NAME_SIZE];
     char unit[8];
-    uint32_t can_id;      /* CAN: identifier, with the flags above */
+    uint32_t can_id;      /* CAN: identifier, with the flags above; hand: cb_hand_key */
     float max_rate_per_s; /* plausible rate of change, unit/s; 0 = unlimited */
     float tau_s;          /* lag: time constant, > 0 */
     uint8_t lag_of;       /* lag: index of its signal */
     uint8_t power;        /* lag: 1 follows its signal, 2 the signal's square */
-    uint8_t bus;          /* bus: its index */
+    uint8_t bus;          /* bus: its index; hand: enum cb_hand_part */
     uint8_t bus_unit;     /* bus: Modbus unit id of the module */
 
     uint8_t source;   /* enum cb_signal_source */
@@ -49,6 +53,17 @@ struct cb_signal_config {
     float rate_per_s;  /* max_rate_per_s, infinite where that is 0 */
     float change_unit; /* one raw unit of an integer, which a change may exceed its rate by */
 };
+
+/* The name of measurements by hand as a number. in : name: ended by 0. out: its 1 to 4 bytes, the
+ * first one highest; 0 for a longer name and for "" */
+static inline uint32_t cb_hand_key(const char *name) {
+    uint32_t key = 0;
+    for (unsigned i = 0; name[i] != '\0'; ++i) {
+        if (i == 4) return 0;
+        key = key << 8 | (uint8_t)name[i];
+    }
+    return key;
+}
 
 /* A lag and its signal; derived, in the order of config->lags. */
 struct cb_lag_link {

@@ -33,8 +33,13 @@ enum {
     TAU,
     POWER,
     VELOCITY,
+    HAND,
+    PART,
     SIGNAL_KEYS
 };
+
+static const struct cb_word PART_WORDS[] = {
+    {"value", CB_HAND_VALUE}, {"count", CB_HAND_COUNT}, {NULL, 0}};
 
 static const struct cb_field SIGNAL_FIELDS[SIGNAL_KEYS] = {
     [NAME] = {"name", CB_FIELD_NAME, true, AT(name)},
@@ -66,6 +71,8 @@ static const struct cb_field SIGNAL_FIELDS[SIGNAL_KEYS] = {
     [POWER] = {"power", CB_FIELD_UINT8, false, AT(power), .least = "1", .most = "2",
                .otherwise = "1"},
     [VELOCITY] = {"velocity", CB_FIELD_STRING, false, CB_NOT_STORED},
+    [HAND] = {"hand", CB_FIELD_STRING, false, CB_NOT_STORED},
+    [PART] = {"part", CB_FIELD_WORD, false, AT(bus), .words = PART_WORDS, .otherwise = "value"},
 };
 const struct cb_object cb_signal_object = {SIGNAL_FIELDS, SIGNAL_KEYS};
 
@@ -80,6 +87,7 @@ static const struct source {
     [CB_SOURCE_CAN] = {CAN, "can", "CAN bus"},
     [CB_SOURCE_BUS] = {BUS, "bus", "sensor bus"},
     [CB_SOURCE_LAG] = {LAG_OF, "lag_of", "lags"},
+    [CB_SOURCE_HAND] = {HAND, "hand", "measurements by hand"},
 };
 enum { SOURCE_COUNT = sizeof SOURCES / sizeof SOURCES[0] };
 
@@ -89,7 +97,7 @@ static const struct {
     bool required;
 } SOURCE_KEYS[] = {
     {OFFSET, CB_SOURCE_CAN, false}, {UNIT_ID, CB_SOURCE_BUS, true}, {REGISTER, CB_SOURCE_BUS, true},
-    {TAU, CB_SOURCE_LAG, true},     {POWER, CB_SOURCE_LAG, false},
+    {TAU, CB_SOURCE_LAG, true},     {POWER, CB_SOURCE_LAG, false},  {PART, CB_SOURCE_HAND, false},
 };
 
 /* in : at, the signal; its slots
@@ -105,8 +113,8 @@ static bool find_source(struct cb_loader *loader, uint32_t at, const uint32_t *s
     if (found != 1)
         return cb_fail(
             loader, CB_ERROR_KEY, at,
-            "exactly one of the keys plc, can, bus and lag_of is needed: the source of a "
-            "signal");
+            "exactly one of the keys plc, can, bus, hand and lag_of is needed: the source of "
+            "a signal");
     if (*source == CB_SOURCE_LAG || loader->target->sources & 1u << *source) return true;
     return cb_fail(loader, CB_ERROR_PROFILE, slots[SOURCES[*source].key],
                    "%s reads no %s in this version", loader->target->name,
@@ -209,6 +217,23 @@ static bool load_bus(struct cb_loader *loader, const uint32_t *slots,
     return cb_fail(loader, CB_ERROR_RANGE, slots[REGISTER], "its second register is above 65535");
 }
 
+/* The name that `compbox measured` gives: it is stored as a number (cb_hand_key). */
+static bool load_hand(struct cb_loader *loader, const uint32_t *slots,
+                      struct cb_signal_config *signal) {
+    char name[CB_NAME_SIZE];
+    if (!cb_read_name(loader, slots[HAND], name)) return false;
+    if (slots[TYPE] != CB_ABSENT)
+        return cb_fail(loader, CB_ERROR_KEY, slots[TYPE],
+                       "a measurement by hand has no registers; omit it");
+    signal->type = CB_NUMBER_FLOAT32;
+    signal->can_id = cb_hand_key(name);
+    if (signal->can_id != 0) return true;
+    return cb_fail(loader, CB_ERROR_NAME, slots[HAND],
+                   "%o is longer than 4 characters; use the name of the axis", slots[HAND]);
+}
+
+/* in : the signal's source and slots; index: its own, for messages about shared registers
+ * out: the fields of the source, checked; or false and a message */
 static bool load_source(struct cb_loader *loader, const uint32_t *slots,
                         struct cb_signal_config *signal, uint8_t index) {
     switch ((enum cb_signal_source)signal->source) {
@@ -221,6 +246,8 @@ static bool load_source(struct cb_loader *loader, const uint32_t *slots,
             return load_can(loader, slots, signal);
         case CB_SOURCE_BUS:
             return load_bus(loader, slots, signal);
+        case CB_SOURCE_HAND:
+            return load_hand(loader, slots, signal);
         case CB_SOURCE_LAG:
             return true; /* resolved when all signals are known */
     }

@@ -167,7 +167,8 @@ static struct cb_reading accept_plc(const struct acceptance *to, struct cb_signa
 
 /* out: true if its values are samples of sensors */
 static bool is_sampled(const struct cb_signal_config *signal) {
-    return signal->source == CB_SOURCE_CAN || signal->source == CB_SOURCE_BUS;
+    return signal->source == CB_SOURCE_CAN || signal->source == CB_SOURCE_BUS ||
+           signal->source == CB_SOURCE_HAND;
 }
 
 struct cb_reading cb_signals_accept(const struct cb_config *config, struct cb_signal_state *states,

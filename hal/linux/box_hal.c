@@ -50,8 +50,10 @@ static void leave(void *context) {
 
 static size_t samples(void *context, struct cb_sample *list, size_t max) {
     struct cb_linux *target = context;
-    const size_t count = cb_can_source_samples(&target->can, list, max, cb_boottime_us());
-    return count + cb_sample_ring_take(&target->bus, target->generation, list + count, max - count);
+    size_t count = cb_can_source_samples(&target->can, list, max, cb_boottime_us());
+    count += cb_sample_ring_take(&target->bus, target->generation, list + count, max - count);
+    return count +
+           cb_sample_ring_take(&target->hand, target->generation, list + count, max - count);
 }
 
 static void feed_watchdog(void *context) {

@@ -24,10 +24,11 @@ struct cb_linux {
     struct cb_rtu rtu;
     struct cb_serial_opener opener; /* of the device for RTU */
     struct cb_can_source can;
-    struct cb_sample_ring bus; /* from the thread that reads the slow bus */
-    uint32_t generation;       /* of the running coefficient file */
-    bool stop;                 /* a cb_flag: ramp to zero and report STOPPED */
-    uint32_t steps;            /* completed ones; the watchdogs check it */
+    struct cb_sample_ring bus;  /* from the thread that reads the slow bus */
+    struct cb_sample_ring hand; /* from the normal thread: measurements by hand */
+    uint32_t generation;        /* of the running coefficient file */
+    bool stop;                  /* a cb_flag: ramp to zero and report STOPPED */
+    uint32_t steps;             /* completed ones; the watchdogs check it */
 };
 
 /* The caller keeps *target while the operations are in use. It has set and started its transport

@@ -19,9 +19,10 @@ std::string counted(int count, const char *noun) {
 
 }  // namespace
 
-const cb_target any_target = {"the box",
-                              1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN | 1u << CB_SOURCE_BUS,
-                              1u << CB_TRANSPORT_TCP | 1u << CB_TRANSPORT_RTU, 0};
+const cb_target any_target = {
+    "the box",
+    1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN | 1u << CB_SOURCE_BUS | 1u << CB_SOURCE_HAND,
+    1u << CB_TRANSPORT_TCP | 1u << CB_TRANSPORT_RTU, 0};
 const cb_target stm32f405_target = {"the STM32F405", 1u << CB_SOURCE_PLC | 1u << CB_SOURCE_BUS,
                                     1u << CB_TRANSPORT_RTU, 0};
 

@@ -30,6 +30,7 @@ void add_commands(cli::command &app) {
     add_simulate(app);
     add_commission(app);
     add_plc(app);
+    add_measured(app);
     add_watch(app);
     app.set_help_all_flag("--help-all", "Help of every command");
 }

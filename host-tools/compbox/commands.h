@@ -36,6 +36,7 @@ void add_export(cli::command &app);
 void add_join(cli::command &app);
 void add_simulate(cli::command &app);
 void add_commission(cli::command &app);
+void add_measured(cli::command &app);
 void add_watch(cli::command &app);
 void add_plc(cli::command &app);
 

@@ -25,9 +25,10 @@ inline std::string error_name(int error) {
     return std::to_string(error);
 }
 
-constexpr cb_target every_target = {"testbox",
-                                    1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN | 1u << CB_SOURCE_BUS,
-                                    1u << CB_TRANSPORT_TCP | 1u << CB_TRANSPORT_RTU, 0};
+constexpr cb_target every_target = {
+    "testbox",
+    1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN | 1u << CB_SOURCE_BUS | 1u << CB_SOURCE_HAND,
+    1u << CB_TRANSPORT_TCP | 1u << CB_TRANSPORT_RTU, 0};
 
 // A copy per test, so that a test can derive other constants from it.
 const std::string full_example = R"({

@@ -133,7 +133,7 @@ class invariants {
     // in : s, one signal of the configuration
     // out: broken, if a number is out of range or a field of its source is wrong
     void signal(const cb_signal_config &s) {
-        must(s.source <= CB_SOURCE_LAG && s.type <= CB_NUMBER_INT8, "source, type");
+        must(s.source <= CB_SOURCE_HAND && s.type <= CB_NUMBER_INT8, "source, type");
         must(ends(s.unit), "unit");
         must(std::fabs(s.scale) >= 1e-12f && std::fabs(s.scale) <= 1e6f, "scale");
         must(within(s.zero, -1e9, 1e9), "zero");
@@ -152,6 +152,8 @@ class invariants {
         } else if (s.source == CB_SOURCE_BUS) {
             must(within(s.bus_unit, 1, 247) && s.bus < c.buses_count, "bus unit");
             must(s.reg + width(s.type) <= 65536, "bus register");
+        } else if (s.source == CB_SOURCE_HAND) {
+            must(s.can_id != 0 && s.bus <= CB_HAND_COUNT, "name and part");
         } else {
             must(s.reg + width(s.type) <= c.plc.read.count, "inside the read block");
         }

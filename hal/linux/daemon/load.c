@@ -71,7 +71,8 @@ bool cb_load_file(struct cb_config *config, const char *path, const struct cb_ce
     static struct cb_load_scratch scratch;
     static const struct cb_target target = {
         .name = "compboxd",
-        .sources = 1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN | 1u << CB_SOURCE_BUS,
+        .sources =
+            1u << CB_SOURCE_PLC | 1u << CB_SOURCE_CAN | 1u << CB_SOURCE_BUS | 1u << CB_SOURCE_HAND,
         .transports = 1u << CB_TRANSPORT_TCP | 1u << CB_TRANSPORT_RTU,
         .lacks = CB_HAS_LIBMODBUS ? 0 : 1u << CB_CLIENT_LIBMODBUS};
     const char *why = "";

@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "firmware/config/rtu_budget.h"
 #include "hal/linux/bus.h"
@@ -24,6 +25,7 @@
 #include "hal/linux/files/snapshot.h"
 #include "hal/linux/files/state.h"
 #include "hal/linux/files/stats.h"
+#include "hal/linux/hand.h"
 #include "hal/linux/realtime.h"
 
 enum {
@@ -63,6 +65,7 @@ struct daemon {
     bool status_reported;
     pthread_t thread;
     struct cb_bus bus;
+    struct cb_hand hand;
 };
 
 /* out: the coefficient file of rows of this generation; only the newest two are kept */
@@ -154,6 +157,15 @@ static void start_bus(struct daemon *daemon) {
     if (error != 0)
         cb_log_limited(&daemon->log, CB_LOG_BUS, cb_boottime_us(), "no thread for the bus: %s",
                        strerror(error));
+}
+
+/* Takes measurements by hand, and keeps their signals fresh. */
+static void mind_the_hand(struct daemon *daemon, int64_t now_us) {
+    char message[512];
+    const struct cb_config *config = config_now(daemon);
+    if (cb_hand_look(&daemon->hand, config, now_us, cb_unix_us(), message, sizeof message))
+        cb_log_limited(&daemon->log, CB_LOG_FILES, now_us, "%s", message);
+    cb_hand_put(&daemon->hand, config, daemon->generation, &daemon->loop.target.hand, now_us);
 }
 
 /* Reports what the system refuses; the box runs without it. */
@@ -348,6 +360,9 @@ static bool start(struct daemon *daemon) {
     cb_sample_ring_start(&daemon->loop.target.bus);
     if (!resume_state(daemon)) return false;
     cb_input_record_begin(&daemon->files.inputs, &daemon->options.ceiling, &daemon->loop.resumed);
+    cb_sample_ring_start(&daemon->loop.target.hand);
+    cb_hand_start(&daemon->hand, daemon->options.measured, (uint32_t)geteuid());
+    cb_hand_follow(&daemon->hand, config);
     if (!start_feeding(daemon) || !start_loop(daemon)) return false;
     start_bus(daemon);
     return true;
@@ -438,6 +453,7 @@ static void follow_taken(struct daemon *daemon, int64_t now_us) {
     daemon->stats.run.can_used = cb_can_source_used(&daemon->loop.target.can);
     if (daemon->stats.run.can_used) cb_can_sockets_renew(&daemon->can, config_now(daemon), now_us);
     start_bus(daemon);
+    cb_hand_follow(&daemon->hand, config_now(daemon));
     log_reload(daemon, now_us, "");
 }
 
@@ -498,6 +514,7 @@ static void serve(struct daemon *daemon) {
         report_status(daemon);
         cb_can_sockets_serve(&daemon->can, config_now(daemon), cb_boottime_us());
         cb_log_bus(&daemon->log, &daemon->bus, cb_boottime_us());
+        mind_the_hand(daemon, cb_boottime_us());
         cb_row_files_work(&daemon->files, cb_boottime_us());
         write_snapshot_now_and_then(daemon, cb_boottime_us());
         write_stats_now_and_then(daemon, cb_boottime_us());

@@ -39,6 +39,7 @@ static const char help[] =
     "  --record-inputs FILE  write the exact inputs of each cycle for compbox simulate --replay\n"
     "  --state FILE          keep lags and how the run ended across restarts in this file\n"
     "  --state-every S       write it every S seconds, 1 to 3600 (default: 10), and at the end\n"
+    "  --measured FILE       file of compbox measured (default: /run/compboxd/measured)\n"
     "  --priority P          run the loop under SCHED_FIFO with this priority, 1 to 99\n"
     "  --cpu-latency on|off  hold /dev/cpu_dma_latency at 0 (default: on, where permitted)\n"
     "  --cpu N               run the loop on processor N only\n"
@@ -98,6 +99,7 @@ static const struct known {
     {"record-inputs", PATH, CB_AT(inputs), 0, 0},
     {"state", PATH, CB_AT(state), 0, 0},
     {"state-every", NUMBER, CB_AT(state_every_s), 1, 3600},
+    {"measured", PATH, CB_AT(measured), 0, 0},
     {"priority", NUMBER, CB_AT(priority), 1, 99},
     {"cpu-latency", SWITCH, CB_AT(cpu_latency), 0, 0},
     {"cpu", CPU, CB_AT(cpu), 0, 0},
@@ -263,6 +265,7 @@ enum cb_options_result cb_options_parse(struct cb_options *options, int argc, ch
                                    .snapshot_every_ms = 200,
                                    .blackbox_most_mb = 200,
                                    .state_every_s = 10,
+                                   .measured = "/run/compboxd/measured",
                                    .cpu = -1,
                                    .clock = CLOCK_MONOTONIC,
                                    .watchdog_timeout_s = 10};

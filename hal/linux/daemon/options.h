@@ -26,6 +26,7 @@ struct cb_options {
     const char *inputs;     /* the exact inputs of each step; NULL: none */
     const char *state;      /* memory of the lags across restarts; NULL: none */
     int state_every_s;      /* its write interval */
+    const char *measured;   /* file of measurements by hand; it is read */
     uint64_t cycles;        /* number of cycles before it stops; 0: no limit */
     int priority;           /* SCHED_FIFO 1 … 99; 0: normal scheduling */
     int cpu;                /* the loop runs on this processor only; -1: any */
