@@ -19,7 +19,7 @@ namespace compbox {
 namespace {
 
 constexpr double most_um = 10000.0;  // 10 mm: no deviation of a machine tool
-constexpr std::size_t most_bytes = 2048;
+constexpr std::size_t most_measured_bytes = 2048;
 
 struct measured_arguments {
     std::string name, file = "/run/compboxd/measured";
@@ -32,7 +32,7 @@ constexpr const char *measured_example =
 from the workpiece in um, with the compensation as it is. The box takes it within a second, and logs it.
 
 Example:
-  sudo compbox measured X 4.2)";
+  compbox measured X 4.2)";
 
 // Throws input_error for a name that no file can have.
 void check_name(const std::string &name) {
@@ -53,7 +53,7 @@ struct other_lines {
 };
 
 // out: the count of a line NAME UM COUNT TIME (hal/linux/hand.h); nothing for any other line
-std::optional<unsigned> count_of(const std::string &line) {
+std::optional<unsigned> count_of_line(const std::string &line) {
     std::istringstream words(line);
     std::string name, more;
     double um = 0.0;
@@ -67,10 +67,10 @@ std::optional<unsigned> count_of(const std::string &line) {
 other_lines lines_of(const std::string &file, const std::string &name) {
     other_lines all;
     if (!std::filesystem::exists(std::filesystem::symlink_status(file))) return all;
-    std::istringstream text(formats::read_file(file, most_bytes));
+    std::istringstream text(formats::read_file(file, most_measured_bytes));
     std::size_t number = 0;
     for (std::string line; std::getline(text, line);) {
-        const auto count = count_of(line);
+        const auto count = count_of_line(line);
         ++number;
         if (!count) {
             throw input_error(file, number, 0,
