@@ -2,6 +2,7 @@
 #include "host-tools/coefficients/machine_file.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <set>
@@ -19,6 +20,7 @@ namespace {
 constexpr std::size_t max_axes = 8;
 constexpr std::size_t max_name = 39;  // CB_NAME_SIZE - 1
 constexpr double pair_difference_um = 20.0;
+constexpr double most_probed_um = 500.0;  // a larger deviation is a wrong measurement
 const std::string linear_axes = "XYZUVW";
 const std::string rotary_axes = "ABC";
 
@@ -124,6 +126,20 @@ void complete_channel(json &channel) {
                     {"sign", 1}});
 }
 
+// in : value and count of a probe with their registers. out: with unit and range
+void complete_probe(json &value, json &count) {
+    value.update({{"unit", "um"}, {"min", -most_probed_um}, {"max", most_probed_um}});
+    count.update({{"unit", "1"}, {"min", 0}, {"max", 65535}});
+}
+
+// What a term that adapts names; the loader skips the provenance.
+json probes_of(const machine_options &options) {
+    json probes = json::object();
+    for (const auto &probe : probed_axes(options))
+        probes[probe.axis] = {{"value", probe.value}, {"count", probe.count}};
+    return probes;
+}
+
 // A channel of a pair has no tangent: between two writes nothing would hold the pair together.
 json registers_for(const machine_options &options, const std::vector<machine_axis> &axes) {
     std::vector<std::string> positions;
@@ -133,7 +149,9 @@ json registers_for(const machine_options &options, const std::vector<machine_axi
         const bool paired = axis.motors.size() > 1;
         for (const auto &motor : axis.motors) channels.push_back({motor, paired ? "" : axis.name});
     }
-    return formats::register_layout(options.profile, positions, channels);
+    std::vector<std::string> probes;
+    for (const auto &probe : probed_axes(options)) probes.push_back(probe.value);
+    return formats::register_layout(options.profile, positions, channels, probes);
 }
 
 // in : the section plc with its registers. out: with the exchange; of FANUC its scan too
@@ -196,6 +214,26 @@ std::map<std::string, travel_range> parse_travel(const std::string &text) {
     return travel;
 }
 
+// Signals are named in small letters: X has probe_x. Throws input_error for an axis that the
+// machine lacks, and for one named twice.
+std::vector<probed_axis> probed_axes(const machine_options &options) {
+    std::vector<probed_axis> all;
+    if (options.probe.empty()) return all;
+    const auto axes = parse_axes(options.axes);
+    for (const auto &name : formats::split(options.probe, ',')) {
+        const bool known = std::any_of(axes.begin(), axes.end(),
+                                       [&](const auto &axis) { return axis.name == name; });
+        if (!known) refuse("--probe: the machine has no axis {} (--axes {})", name, options.axes);
+        std::string value = "probe_" + name;
+        for (char &c : value) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+        const bool twice = std::any_of(all.begin(), all.end(),
+                                       [&](const auto &other) { return other.axis == name; });
+        if (twice) refuse("--probe: {} is named twice", name);
+        all.push_back({name, value, value + "_n"});
+    }
+    return all;
+}
+
 travel_range plausible_around(const travel_range &measured) {
     const double beyond_mm =
         std::max(plausible_beyond_mm, 0.1 * (measured.to_mm - measured.from_mm));
@@ -214,6 +252,10 @@ json new_machine(const machine_options &options) {
             complete_signal(registers["signals"][next++], axis, options);
         }
     }
+    for (; next < registers["signals"].size(); next += 2)
+        complete_probe(registers["signals"][next], registers["signals"][next + 1]);
+    json provenance = json::object();
+    if (!options.probe.empty()) provenance["probes"] = probes_of(options);
     for (auto &channel : registers["channels"]) complete_channel(channel);
     complete_plc(registers["plc"], options);
     return {{"format", "compbox/1"},
@@ -225,7 +267,7 @@ json new_machine(const machine_options &options) {
             {"channels", registers["channels"]},
             {"pairs", pairs_of(axes)},
             {"safety", {{"hold_ms", 500}, {"ramp_um_per_s", 50}}},
-            {"provenance", json::object()}};
+            {"provenance", provenance}};
 }
 
 }  // namespace compbox::coefficients

@@ -31,6 +31,7 @@ struct machine_options {
     double period_ms = 30.0;
     bool motor_positions = false;                // of a stage: a position of each motor
     std::map<std::string, travel_range> travel;  // by axis; of some or all
+    std::string probe;                           // axes with a touch probe: "X,Z"; "": none
 };
 
 // Positions are plausible this far beyond a travel that a person stated: a standing axis reads a
@@ -44,6 +45,13 @@ travel_range plausible_around(const travel_range &measured);
 // "XYZ", "X,Z" or "X,Y1+Y2,Z": letters of XYZUVW, with a number where commas separate them; each
 // once, 1 to 8 axes. Throws input_error, with a sentence of its own for a rotary axis.
 std::vector<machine_axis> parse_axes(const std::string &text);
+
+// The axes of options.probe, each with its signals: "X" has probe_x and probe_x_n. Throws
+// input_error for one that is none of the machine's.
+struct probed_axis {
+    std::string axis, value, count;
+};
+std::vector<probed_axis> probed_axes(const machine_options &options);
 
 // "X=14300,Y=-1500:1500": ranges by axis; one number means from 0. Throws input_error.
 std::map<std::string, travel_range> parse_travel(const std::string &text);

@@ -88,6 +88,12 @@ std::vector<std::string> hints(const coefficients::machine_options &options) {
     all.push_back(
         "To check: limit_um and slew_um_per_s of each channel; sign by a sign test on the "
         "machine.");
+    for (const auto &probe : coefficients::probed_axes(options)) {
+        all.push_back(fmt::format(
+            "Probe of {}: a term that adapts names \"probe\": {{\"value\": \"{}\", \"count\": "
+            "\"{}\"}}; build leaves out signals that no term names.",
+            probe.axis, probe.value, probe.count));
+    }
     all.push_back(
         "Registers: compbox export --format plc-program writes the PLC's program and data for "
         "them.");
@@ -141,6 +147,8 @@ void add_init(cli::command &app) {
     command.add_option("--travel X=A:B,…", options->travel, "Travels in mm: X=14300,Y=-1500:1500");
     command.add_flag("--motor-positions", machine.motor_positions,
                      "Of a stage with two motors: a position of each motor");
+    command.add_option("--probe LIST", machine.probe,
+                       "Axes with a touch probe, as X,Z: a value, a count, and the box's request");
     command.add_option("--host IP", machine.host, "PLC's IP address (fakeplc: 127.0.0.1)");
     command.add_option("--port N", machine.port, "PLC's TCP port, 1 to 65535")
         .capture_default_str()

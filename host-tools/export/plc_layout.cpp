@@ -161,6 +161,7 @@ std::vector<laid_register> lay_out(const fakeplc::register_map &map,
     if (map.handshake) all.add_word(*map.handshake, "handshake", "of the PLC with the NC");
     all.add_word(map.status, "status", "low byte mode, high byte reason");
     all.add_word(map.box_heartbeat, "box_heartbeat", "counts up with each cycle of the box");
+    if (map.request) all.add_word(*map.request, "request", "bit 0: please probe again");
     if (map.detail) all.add_word(*map.detail, "detail", "high byte cause, low byte 1 + index");
     add_counters(all, map.read, "read", "PLC");
     add_counters(all, map.write, "write", "box");

@@ -112,7 +112,34 @@ void add_channels(program_parts &parts) {
     level_pairs(parts);
 }
 
+// Adds each probe of the map. Throws input_error for numbers that the program cannot write.
+void add_probes(program_parts &parts) {
+    const std::string signal = "signal_";
+    for (const auto &probe : parts.map.probes) {
+        const auto &value = *parts.map.signal(probe.value), &count = *parts.map.signal(probe.count);
+        if (value.format.what != kind::signed_integer || value.zero != 0.0) {
+            parts.refuse("signal {}: the program needs a probe's value as an integer without zero",
+                         value.name);
+        }
+        if (count.format.what != kind::unsigned_integer || count.format.registers != 1 ||
+            count.scale != 1.0 || count.zero != 0.0) {
+            parts.refuse("signal {}: the program needs a probe's count as uint16 with scale 1",
+                         count.name);
+        }
+        const std::string stem = parts.name_at(value.address).substr(signal.size());
+        parts.probes.push_back({probe.axis, stem, value, count});
+    }
+}
+
 }  // namespace
+
+const program_probe *program_parts::probe_of(const fakeplc::shown_signal &signal) const {
+    for (const auto &probe : probes) {
+        if (signal.address == probe.value.address || signal.address == probe.count.address)
+            return &probe;
+    }
+    return nullptr;
+}
 
 const std::string &program_parts::name_at(int address) const {
     const auto found = std::find_if(registers.begin(), registers.end(),
@@ -122,10 +149,11 @@ const std::string &program_parts::name_at(int address) const {
 
 program_parts parts_of(const fakeplc::register_map &map, const json &file,
                        const std::string &source) {
-    program_parts parts{map, file, source, {}, shown_once(map), {}, 0.0, 0.0, 0.0};
+    program_parts parts{map, file, source, {}, shown_once(map), {}, {}, 0.0, 0.0, 0.0};
     check_channels(parts);
     add_channels(parts);
     parts.registers = lay_out(map, least_sizes_um(file));
+    add_probes(parts);
     parts.watchdog_ms = number_or(file, "plc", "heartbeat_timeout_ms", 200.0);
     parts.ramp_um_per_s = number_or(file, "safety", "ramp_um_per_s", 50.0);
     const auto slews = numbers_of(file.value("channels", json::array()), "slew_um_per_s");

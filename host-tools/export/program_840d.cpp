@@ -64,10 +64,13 @@ class program {
                        {"read_counters", parts_.map.read.counters},
                        {"write_counters", parts_.map.write.counters},
                        {"referenced_mask", fmt::format("{:X}", parts_.map.referenced_mask)}};
-        for (const char *list : {"channels", "tangents", "applied", "inputs", "shown"})
+        for (const char *list : {"channels", "tangents", "applied", "inputs", "shown", "probes"})
             values[list] = json::array();
         for (std::size_t c = 0; c < parts_.channels.size(); ++c) add_channel(values, c);
         for (std::size_t s = 0; s < parts_.signals.size(); ++s) add_signal(values, s);
+        for (const auto &probe : parts_.probes) values["probes"].push_back(probe_item(probe));
+        values["probed"] = !parts_.probes.empty();
+        values["request"] = parts_.map.request.has_value() && !parts_.probes.empty();
         values["constants"] = constants();
         values["scales"] = scales();
         return formats::expanded(program_text, values);
@@ -146,6 +149,19 @@ class program {
         item["reference"] = parts_.name_at(one.own.tangent->reference_address);
         values["tangents"].push_back(item);
     }
+    // A probe is two inputs, and the memory of the duty [probe].
+    json probe_item(const program_probe &probe) const {
+        const std::string type = s7_type(probe.value.format);
+        return {{"axis", probe.axis},
+                {"stem", probe.stem},
+                {"done", declared(probe.stem + "_done : BOOL;")},
+                {"um", declared(probe.stem + "_um : REAL;")},
+                {"value", declared(fmt::format("{}_value : {};", probe.stem, type))},
+                {"count", declared(probe.stem + "_count : INT;")},
+                {"flags", declared(fmt::format("{0}_due, {0}_before : BOOL;", probe.stem))},
+                {"scale", scl_real(probe.value.scale)},
+                {"real_to_value", "REAL_TO_" + type}};
+    }
     // A signal that is no channel's position is an input, as the raw number of its register.
     void add_signal(json &values, std::size_t s) const {
         const fakeplc::shown_signal &signal = parts_.signals[s];
@@ -155,6 +171,14 @@ class program {
             if (!position || parts_.map.signals[*position].address != signal.address) continue;
             values["shown"].push_back(
                 {{"register", name}, {"from", fmt::format("position[{}]", c + 1)}});
+            return;
+        }
+        if (const program_probe *probe = parts_.probe_of(signal)) {
+            const bool value = signal.address == probe->value.address;
+            values["shown"].push_back(
+                {{"register", name},
+                 {"from", value ? probe->stem + "_value"
+                                : fmt::format("INT_TO_WORD({}_count)", probe->stem)}});
             return;
         }
         values["shown"].push_back({{"register", name}, {"from", name}});

@@ -62,11 +62,15 @@ class ladder {
                        {"handshake", map.handshake.has_value()},
                        {"handshake_low", d(map.handshake.value_or(0))},
                        {"handshake_high", d(map.handshake.value_or(0), 1)}};
-        for (const char *list : {"channels", "others", "applied", "signals"})
+        for (const char *list : {"channels", "others", "applied", "signals", "probes"})
             values[list] = json::array();
         for (std::size_t c = 0; c < n_; ++c) add_channel(values, c);
         for (std::size_t s = 0; s < parts_.signals.size(); ++s)
             values["signals"].push_back(signal(s));
+        for (std::size_t p = 0; p < parts_.probes.size(); ++p) values["probes"].push_back(probe(p));
+        values["probed"] = !parts_.probes.empty();
+        values["request"] = map.request.has_value() && !parts_.probes.empty();
+        values["request_bit"] = d(map.request.value_or(0)) + ".0";
         return formats::expanded(ladder_text, values);
     }
 
@@ -96,6 +100,14 @@ class ladder {
                     "{:.9g} um",
                     one.own.name, one.size_um, most_units, scale_um_);
             }
+        }
+        if (parts_.probes.size() > most_axes) {
+            parts_.refuse("the ladder has room for {} probes, and the file has {}", most_axes,
+                          parts_.probes.size());
+        }
+        for (const auto &probe : parts_.probes) {
+            if (probe.value.format.registers == 1) continue;
+            parts_.refuse("signal {}: the ladder takes a probe's value of int16", probe.value.name);
         }
         for (const auto &signal : parts_.signals) {
             if (signal.format.bytes != order::dcba) continue;
@@ -152,6 +164,18 @@ class ladder {
         item["applied"] = d(*one.own.applied_address);
         values["applied"].push_back(item);
     }
+    // The source of a probe's value is an internal relay like that of a signal; its registers are
+    // written by [probe] alone.
+    json probe(std::size_t p) const {
+        const program_probe &one = parts_.probes[p];
+        std::size_t s = 0;
+        while (parts_.signals[s].address != one.value.address) ++s;
+        return {{"b", p},
+                {"axis", one.axis},
+                {"source_r", text_of("R", first_signal + 4 * static_cast<int>(s))},
+                {"value", d(one.value.address)},
+                {"count", d(one.count.address)}};
+    }
     // A 4-byte number of the PMC has its low word first; one with the high word first goes by
     // words.
     json signal(std::size_t s) const {
@@ -163,7 +187,7 @@ class ladder {
             moves.push_back({{"move", fmt::format("{}R{} {}", instruction, from + offset,
                                                   d(one.address, byte))}});
         };
-        if (!large) move("SUB 44  MOVW 2 ", 0, 0);
+        if (!large && !parts_.probe_of(one)) move("SUB 44  MOVW 2 ", 0, 0);
         if (large && one.format.bytes == order::cdab) move("SUB 47  MOVD 4 ", 0, 0);
         if (large && one.format.bytes == order::abcd) {
             move("SUB 44  MOVW 2 ", 2, 0);

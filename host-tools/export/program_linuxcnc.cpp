@@ -46,16 +46,35 @@ json joints_of(const program_parts &parts) {
 json pins_of(const program_parts &parts) {
     json all = json::array();
     for (const auto &signal : parts.signals) {
+        const program_probe *probe = parts.probe_of(signal);
         const char letter = coefficients::linear_letter(signal.name);
         const std::string axis(letter != '\0' ? 1 : 0,
                                static_cast<char>(std::tolower(static_cast<unsigned char>(letter))));
         all.push_back({{"name", signal.name},
                        {"pin", fmt::format("signal-{}", all.size())},
                        {"axis", axis},
+                       {"probe", probe != nullptr},
                        {"address", signal.address},
                        {"type", number_type(signal.format)},
                        {"scale", plain_number(signal.scale)},
                        {"zero", plain_number(signal.zero)}});
+    }
+    return all;
+}
+
+// The pins of the probes: that of the measured deviation is the one of its signal.
+json probes_of(const program_parts &parts) {
+    json all = json::array();
+    for (const auto &probe : parts.probes) {
+        std::size_t s = 0;
+        while (parts.signals[s].address != probe.value.address) ++s;
+        all.push_back({{"axis", probe.axis},
+                       {"p", all.size()},
+                       {"pin", fmt::format("signal-{}", s)},
+                       {"value", probe.value.address},
+                       {"type", number_type(probe.value.format)},
+                       {"scale", plain_number(probe.value.scale)},
+                       {"count", probe.count.address}});
     }
     return all;
 }
@@ -96,6 +115,9 @@ std::vector<output_file> program_linuxcnc(const program_parts &parts) {
                          {"limits", names_of("limit", count)},
                          {"offsets", names_of("offset", count)},
                          {"channels", joints_of(parts)},
+                         {"request", map.request ? std::to_string(*map.request) : "None"},
+                         {"probed", !parts.probes.empty()},
+                         {"probes", probes_of(parts)},
                          {"signals", pins_of(parts)}};
     return {{"compbox.hal", formats::expanded(hal_text, values)},
             {"compbox_plc.py", formats::expanded(component_text, values)}};

@@ -19,6 +19,12 @@ struct program_channel {
     std::optional<std::size_t> position;  // the signal of its axis' position
 };
 
+// A touch probe whose cycle the program hands over.
+struct program_probe {
+    std::string axis, stem;              // X; probe_x, the name of its variables
+    fakeplc::shown_signal value, count;  // signed integer; uint16 with scale 1
+};
+
 struct program_parts {
     const fakeplc::register_map &map;
     const json &file;
@@ -26,10 +32,13 @@ struct program_parts {
     std::vector<program_channel> channels;       // at least one, of one type of value and one scale
     std::vector<fakeplc::shown_signal> signals;  // each register once
     std::vector<laid_register> registers;
+    std::vector<program_probe> probes;
     double watchdog_ms, slope_um_per_s, ramp_um_per_s;
 
     // The name of the register at an address that the file uses.
     const std::string &name_at(int address) const;
+    // The probe whose value or count a signal is; null: of none.
+    const program_probe *probe_of(const fakeplc::shown_signal &signal) const;
     // Throws input_error that names the file.
     template <typename... Values>
     [[noreturn]] void refuse(fmt::format_string<Values...> sentence, Values &&...values) const {

@@ -3,7 +3,7 @@
 
 #include <fmt/core.h>
 
-#include <cmath>
+#include <algorithm>
 #include <utility>
 
 #include "host-tools/fakeplc/duties.h"
@@ -101,6 +101,12 @@ std::optional<double> probe_cycle::shown(const std::string &signal) const {
         if (probes_[p].count == signal) return count_[p];
     }
     return std::nullopt;
+}
+
+bool probe_cycle::measured(const std::string &value) const {
+    return counting_ && std::any_of(running_.begin(), running_.end(), [&](const auto &one) {
+               return probes_[one.probe].value == value;
+           });
 }
 
 std::vector<std::string> probe_cycle::take_events() {

@@ -54,6 +54,8 @@ class probe_cycle {
 
     // out: present number of the signal, in um or measurements; nothing if it is not one of a probe
     std::optional<double> shown(const std::string &signal) const;
+    // out: whether the last scan measured the probe with this value; the next one counts it
+    bool measured(const std::string &value) const;
     // out: number of measurements, all probes
     int measurements() const { return measurements_; }
     // out: events since the last call

@@ -71,7 +71,8 @@ std::string layout_profile(const std::string &layout) {
 }
 
 json register_layout(const std::string &layout, const std::vector<std::string> &positions,
-                     const std::vector<layout_channel> &channels) {
+                     const std::vector<layout_channel> &channels,
+                     const std::vector<std::string> &probes) {
     const control &own = control_of(layout);
     json signals = json::array(), outputs = json::array();
     int next = first_position;
@@ -93,6 +94,17 @@ json register_layout(const std::string &layout, const std::vector<std::string> &
         outputs.back()["tangent"] = tangent_at(written, channel.tangent_signal);
         written += 2 * stride;
     }
+    for (const auto &probe : probes) {
+        signals.push_back({{"name", probe},
+                           {"plc", applied},
+                           {"type", own.value_type},
+                           {"scale", own.value_scale_um}});
+        signals.push_back(
+            {{"name", probe + "_n"}, {"plc", applied + stride}, {"type", "uint16"}, {"scale", 1}});
+        applied += 2 * stride;
+    }
+    const int request = written;
+    if (!probes.empty()) written += stride;
     json plc = {{"profile", own.profile},
                 {"read", block(0, applied, own.read_counters)},
                 {"write", block(first_write, written, own.write_counters)},
@@ -101,6 +113,7 @@ json register_layout(const std::string &layout, const std::vector<std::string> &
                 {"status", own.status},
                 {"box_heartbeat", own.status + 1}};
     if (own.handshake != none) plc["handshake"] = own.handshake;
+    if (!probes.empty()) plc["request"] = request;
     return {{"plc", plc}, {"signals", signals}, {"channels", outputs}};
 }
 

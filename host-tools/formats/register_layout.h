@@ -25,9 +25,13 @@ std::string layout_profile(const std::string &layout);
 // in : layout; positions, the signals that it shows; channels, each in its order
 // out: {"plc", "signals", "channels"} as in a machine file, with the keys of registers alone:
 //        read  block: counters where the table has them, PLC heartbeat, control word, handshake;
-//                     positions from 8; then the applied offsets, from 24 or behind the positions
-//        write block: status, box heartbeat; from 104 each channel's value, slope and reference
+//                     positions from 8; then the applied offsets, from 24 or behind the positions;
+//                     then value and count of each probe, whose signals follow the positions
+//        write block: status, box heartbeat; from 104 each channel's value, slope and reference;
+//                     then the request, if there are probes
+// in : probes: names of their value signals; the count's is NAME_n
 json register_layout(const std::string &layout, const std::vector<std::string> &positions,
-                     const std::vector<layout_channel> &channels);
+                     const std::vector<layout_channel> &channels,
+                     const std::vector<std::string> &probes = {});
 
 }  // namespace compbox::formats

@@ -112,6 +112,8 @@ def set_inputs(pmc, row, written, sources):
     pmc.bit("F60.0", bool(row["in_erend"]))
     for s, (address, count) in enumerate(sources):
         pmc.poke(address, int(count), int(row[f"in_signal_{s}"]))
+    for i, key in enumerate(key for key in row if key.startswith("in_probe_") and key.endswith("_done")):
+        pmc.bit(f"R82.{i}", bool(row[key]))
     for key, address in written:
         pmc.poke(address, 2, int(row[key]))
 
@@ -129,7 +131,7 @@ def main():
     program, addresses, trace = sys.argv[1:]
     text, base = open(program).read(), base_of(addresses)
     sources = re.findall(r"^//   (R\d+)  \S+, (\d) bytes", text, re.M)
-    pmc, scans, handed, acting, steps = Pmc(text), 0, 0, 0, set()
+    pmc, scans, handed, acting, probes, steps = Pmc(text), 0, 0, 0, 0, set()
     rows = list(csv.DictReader(open(trace)))
     written, shown = (words_of(rows[0], block, base) for block in "wr")
     axes = sum(key.startswith("out_wanted_") for key in rows[0])
@@ -142,6 +144,9 @@ def main():
             word = pmc.peek(address, 2, signed=False)
             assert word == row[key], f"scan {scans}: register {key[1:]} is {word}, fakeplc has {row[key]}"
         ours = results(pmc, axes)
+        if "out_probe_again" in row:
+            ours["probe_again"] = pmc.bit("R87.0")
+        probes += any(pmc.bit(f"R84.{i}") for i in range(8))
         if pmc.bit("G2.7"):
             handed += 1
             axis = pmc.peek("R162", 2)
@@ -153,7 +158,8 @@ def main():
             assert abs(float(value) - row["out_" + key]) <= 1e-3, (
                 f"scan {scans}: {key} is {value}, fakeplc has {row['out_' + key]}")
     assert scans > 1000 and handed > 500 and acting > 100 and len(steps) == 3, (scans, handed, acting, steps)
-    print(f"{scans} scans, ESTB in {handed} of them, a size acts in {acting}: the same")
+    assert probes > 10 or "out_probe_again" not in row, probes
+    print(f"{scans} scans, {probes} probes, ESTB in {handed} of them, a size acts in {acting}: the same")
 
 
 if __name__ == "__main__":

@@ -89,6 +89,7 @@ class restless {
             if (axis < 0) limits.size_um = sizes_um[c];
             if (axis >= 0) limits.axis_size_um[static_cast<std::size_t>(axis)] = sizes_um[c];
         }
+        setup.twin.probe.duration_s = 0.0;
         limits.ahead_mm = exports::usual_ahead_mm(sizes_um.size());
         if (setup.profile.nc.way == nc_way::handshake) setup.profile.scan_jitter_s = 0.0;
         return setup;
@@ -126,6 +127,9 @@ class restless {
         torn_ = setup_.map.write.counters && chance() < 0.1;
         foreign_ = chance() < 0.2;
         if (chance() < 0.15) silent_ = 12;
+        for (const auto &probe : setup_.map.probes)
+            if (chance() < 0.5) plc_.probe(probe.axis, random_.symmetric(80.0));
+        ask_ = !setup_.map.probes.empty() && chance() < 0.3;
         plc_.set_enable(chance() < 0.85);
         plc_.set_permit(chance() < 0.5);
         if (chance() < 0.1) plc_.press_reset();
@@ -174,6 +178,7 @@ class restless {
         }
         set(map.status, mode_);
         set(map.box_heartbeat, count_);
+        if (map.request) set(*map.request, ask_ ? 3 : 2);
         if (!map.write.counters) return;
         set(map.write.start, count_);
         set(map.write.end() - 1, torn_ ? count_ - 1 : count_);
@@ -186,7 +191,7 @@ class restless {
     std::int64_t now_us_ = 0;
     unsigned mode_ = 1, count_ = 0;
     int silent_ = 0;
-    bool torn_ = false, foreign_ = false;
+    bool torn_ = false, foreign_ = false, ask_ = false;
 };
 
 // A CSV in the making: names once, values row by row.
@@ -240,6 +245,10 @@ void add_common(trace &to, restless &of, const plc_state &state, double dt_s, bo
                of.plc().alarms().stands("size-" + map.channels[c].name) ? 1 : 0);
     }
     to.add("out_size_count", duties.times_limited());
+    for (const auto &probe : map.probes)
+        to.add("in_" + probe.value + "_done", of.plc().probes().measured(probe.value) ? 1 : 0);
+    if (map.request && !map.probes.empty())
+        to.add("out_probe_again", state.box_alive && (of.reg(*map.request) & 1) != 0 ? 1 : 0);
 }
 
 // Runs the interpreter on the trace; its words, and "" when it found a difference is a failure.
@@ -335,6 +344,38 @@ TEST(PlcProgram, OfALatheWithAThermometer) {
     file["signals"].push_back({{"name", "T1"}, {"plc", 20}, {"type", "int16"}, {"scale", 0.1}});
     file["signals"][1]["type"] = "int32";  // the high word first, as a file by hand may have it
     replay_fanuc(file, 0);
+}
+
+// A machine file with touch probes.
+json probed(const std::string &profile, const std::string &axes) {
+    coefficients::machine_options options;
+    options.axes = "XYZ";
+    options.profile = profile;
+    options.host = "10.0.0.1";
+    options.probe = axes;
+    json file = coefficients::new_machine(options);
+    for (auto &channel : file["channels"]) channel["limit_um"] = 100.0;
+    return file;
+}
+
+TEST(PlcProgram, HandsOverTheProbeCycleAsFakeplcDoes) {
+    replay_840d(probed("sinumerik-840d", "X,Z"));
+    replay_fanuc(probed("fanuc", "Z,X"), 500);
+    json none = probed("sinumerik-840d", "Y");
+    none["plc"].erase("request");
+    replay_840d(none);
+}
+
+TEST(PlcProgram, RefusesNumbersOfAProbeThatItCannotWrite) {
+    json file = probed("sinumerik-840d", "X");
+    file["signals"][3]["type"] = "float32";
+    EXPECT_THROW(export_of(file), input_error);
+    file = probed("sinumerik-840d", "X");
+    file["signals"][4]["scale"] = 2;
+    EXPECT_THROW(export_of(file), input_error);
+    file = probed("fanuc", "X");
+    file["signals"][3]["type"] = "int32cdab";
+    EXPECT_THROW(export_of(file), input_error);
 }
 
 TEST(PlcProgram, OfStagesWithTwoMotors) {

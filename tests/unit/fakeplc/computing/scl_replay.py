@@ -136,6 +136,8 @@ def results(v):
     """What fakeplc has as `out_*`."""
     ours = {"size_count": v["size_count"], "box_alive": v["box_alive"], "torn": v["torn_for_long"],
             "put_axis": v["put_axis"]}
+    if "probe_again" in v:
+        ours["probe_again"] = v["probe_again"]
     if v["put_axis"]:
         ours |= {"set_slope": v["set_slope"] * 1e6, "set_reference": v["set_reference"] * 1e-4}
     for i in range(1, len(v["wanted_um"])):
@@ -160,6 +162,7 @@ def main():
                    program, "exec")
     places = registers(open(block).read())
     v, reg, worst, scans, sets, acting = variables(text), dict.fromkeys(places, 0), {}, 0, 0, 0
+    probes = 0
     shown = [name for name in sorted(places, key=places.get) if name.startswith("signal_")]
     for row in csv.DictReader(open(trace)):
         row = {key: float(value) for key, value in row.items()}
@@ -167,6 +170,12 @@ def main():
             written = number(("w", row), address, kind)
             reg[name] = reg[name] if written is None else written
         v |= {name: int(row[f"in_signal_{s}"]) for s, name in enumerate(shown) if name in v}
+        for s, name in enumerate(shown):       # the deviation that fakeplc shows, in um
+            stem = name.removeprefix("signal_")
+            if f"in_{stem}_done" in row:
+                v[stem + "_done"] = bool(row[f"in_{stem}_done"])
+                v[stem + "_um"] = row[f"in_signal_{s}"] * 0.01
+                probes += v[stem + "_done"]
         axis_before = v["put_axis"]
         run_scan(code, v, reg, row)
         sets += v["put_axis"] > 0 and axis_before == 0
@@ -188,7 +197,8 @@ def main():
                 f"scan {scans}: {key} is {value}, fakeplc has {row['out_' + key]}")
         acting += any(v["size_acts"][1:])
     assert scans > 1000 and sets > 300 and acting > 100, (scans, sets, acting)
-    print(f"{scans} scans, {sets} sets, a size acts in {acting}; largest differences: " +
+    assert probes > 10 or not any(key.endswith("_done") and key != "put_done" for key in row), probes
+    print(f"{scans} scans, {sets} sets, {probes} probes, a size acts in {acting}; largest differences: " +
           ", ".join(f"{key} {value:.1e}" for key, value in worst.items()))
 
 
