@@ -172,6 +172,8 @@ std::string demand_text(const cb_config &config, const cb_channel_config &channe
     }
     text += fmt::format(" (limit_um {:.6g}, error_um {:.6g})", channel.limit_um, channel.error_um);
     if (demand.others.size() > 1) text += ", combinations of these are not covered";
+    if (demand.adapted_um > 0.0)
+        text += fmt::format("; probes may move it by up to {:.1f} µm more", demand.adapted_um);
     return text;
 }
 
@@ -207,6 +209,12 @@ void judge_reach(const cb_config &config, const cb_channel_config &channel,
         result.remarks.push_back(
             fmt::format("{}, and the box ends at limit_um {:.6g}; raise it, or check the curves",
                         reach_text(config, channel, all, demand.travel), limit_um));
+    } else if (demand.travel.largest_um() + demand.adapted_um > limit_um &&
+               limit_um > least_limit_um && demand.adapted_um > 0.0) {
+        result.remarks.push_back(fmt::format(
+            "channel {}: probes may move its demand of {:.1f} µm by up to {:.1f} µm more, and the "
+            "box ends at limit_um {:.6g}; raise it, or lower bias_max_um and gain_max",
+            channel.name, demand.travel.largest_um(), demand.adapted_um, limit_um));
     }
 }
 
@@ -256,6 +264,7 @@ json figures_of(const cb_config &config, const cb_channel_config &channel,
                     {"home_um", formats::five_digits(demand.home_um)},
                     {"limit_um", formats::five_digits(static_cast<double>(channel.limit_um))},
                     {"error_um", formats::five_digits(static_cast<double>(channel.error_um))}};
+    if (demand.adapted_um > 0.0) figures["adapted_um"] = formats::five_digits(demand.adapted_um);
     if (demand.others.empty()) return figures;
     figures["alone_low_um"] = formats::five_digits(demand.alone.low_um);
     figures["alone_high_um"] = formats::five_digits(demand.alone.high_um);

@@ -117,13 +117,17 @@ demand_model::demand_model(const cb_config &config, signal_values home)
       states_(config.terms_count),
       outputs_(config.outputs_count) {}
 
-// out: the outputs of a channel's sum, those that share a signal together
 std::vector<demand_model::group> demand_model::groups_of(unsigned channel) const {
     const cb_channel_config &own = config_.channels[channel];
+    return groups_of(std::vector<unsigned>(own.sum, own.sum + own.sum_count));
+}
+
+// out: the outputs of a sum, those that share a signal together
+std::vector<demand_model::group> demand_model::groups_of(const std::vector<unsigned> &sum) const {
     std::vector<std::pair<std::vector<unsigned>, std::set<unsigned>>> parts;
-    for (unsigned i = 0; i < own.sum_count; ++i) {
-        std::vector<unsigned> outputs{own.sum[i]};
-        auto signals = signals_of_output(config_, own.sum[i]);
+    for (const unsigned one : sum) {
+        std::vector<unsigned> outputs{one};
+        auto signals = signals_of_output(config_, one);
         for (std::size_t k = parts.size(); k-- > 0;) {
             const bool apart = std::none_of(parts[k].second.begin(), parts[k].second.end(),
                                             [&](unsigned s) { return signals.count(s) > 0; });
@@ -250,6 +254,19 @@ demand_range demand_model::each_alone(const group &terms, const demand_range &tr
     return range;
 }
 
+// out: how far probes may move an output from its model, by its bounds; 0 unless its term adapts
+double demand_model::adapted_um(unsigned output) {
+    const cb_term_config &term = config_.terms[config_.outputs[output].term];
+    if (term.type != CB_TERM_ADAPT) return 0.0;
+    double model_um = 0.0;
+    for (const group &terms : groups_of(std::vector<unsigned>{term.as.adapt.output})) {
+        const demand_range travel = over(terms, terms.positions, home_, grid_places);
+        model_um += each_alone(terms, travel).largest_um();
+    }
+    return static_cast<double>(term.as.adapt.settings.bias_max_um) +
+           static_cast<double>(term.as.adapt.settings.gain_max) * model_um;
+}
+
 // out: the ranges of the groups of the channel, added
 channel_demand demand_model::of(unsigned channel) {
     channel_demand demand;
@@ -269,6 +286,8 @@ channel_demand demand_model::of(unsigned channel) {
                                 terms.positions.end());
         demand.others.insert(demand.others.end(), terms.others.begin(), terms.others.end());
     }
+    const cb_channel_config &own = config_.channels[channel];
+    for (unsigned i = 0; i < own.sum_count; ++i) demand.adapted_um += adapted_um(own.sum[i]);
     std::sort(demand.positions.begin(), demand.positions.end());
     std::sort(demand.others.begin(), demand.others.end());
     return demand;

@@ -32,6 +32,9 @@ struct channel_demand {
     // The same, but terms of several other signals at rest: thermometers that warm up together say
     // nothing about one of them alone.
     demand_range single;
+    // What probes may add to the terms of type adapt, whose b and g are 0 above: the sum of
+    // bias_max + gain_max |m|, with the largest |m| of each; 0 without such terms.
+    double adapted_um = 0.0;
     double home_um = 0.0;                     // at home, of the terms of positions alone
     std::vector<unsigned> positions, others;  // signals that it depends on, without lags
 };
@@ -72,7 +75,9 @@ class demand_model {
         std::vector<unsigned> outputs, positions, others;
     };
 
+    std::vector<group> groups_of(const std::vector<unsigned> &sum) const;
     std::vector<group> groups_of(unsigned channel) const;
+    double adapted_um(unsigned output);
     void evaluate(const signal_values &at, int direction);
     double value(const group &terms, signal_values at, int direction);
     demand_range over(const group &terms, const std::vector<unsigned> &moved,

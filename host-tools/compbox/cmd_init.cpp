@@ -91,7 +91,7 @@ std::vector<std::string> hints(const coefficients::machine_options &options) {
     for (const auto &probe : coefficients::probed_axes(options)) {
         all.push_back(fmt::format(
             "Probe of {}: a term that adapts names \"probe\": {{\"value\": \"{}\", \"count\": "
-            "\"{}\"}}; build leaves out signals that no term names.",
+            "\"{}\"}}.",
             probe.axis, probe.value, probe.count));
     }
     all.push_back(

@@ -368,3 +368,47 @@ def test_a_file_of_another_kind_gets_the_command_that_is_missing(compbox, machin
     compbox.write("EZX", term("EZX"))
     assert compbox.refused(*command).startswith(sentence)
     assert not (compbox.folder / "c.json").exists()
+
+
+def adapted(name="X_adapted", of="EXX", **more):
+    return {"terms": [{"name": name, "type": "adapt", "of": of, "probe": {"value": "probe_x", "count": "probe_x_n"},
+                       "bias_max_um": 30, "gain_max": 0.5, "step_max_um": 5, "drift_um_per_sqrt_h": 6,
+                       "gain_drift_per_sqrt_h": 0.5, "sigma_um": 1.5, **more}]}
+
+
+def probed_machine(compbox):
+    compbox.good("init", *PLC, "--axes", "XZ", "--profile", "generic", "--travel", "X=1000,Z=1000", "--probe", "X",
+                 "-o", "machine.json")
+    compbox.write("EXX.json", term("EXX", "X", values=(0, 14, 0)))
+
+
+def test_a_term_that_adapts_stands_for_its_model(compbox):
+    probed_machine(compbox)
+    compbox.write("adapt.json", adapted())
+    out = compbox.good(*build(compbox, "EXX.json", "adapt.json"))
+    assert "channel X = -(X_adapted)" in out
+    assert "no channel sums it" not in out
+    # |y - m| <= bias_max + gain_max |m|
+    assert ("channel X: demand -14.0 to 0.0 µm over the travel of X (limit_um 300, error_um 400); probes may move it "
+            "by up to 37.0 µm more") in out
+    built = compbox.read("c.json")
+    assert [s["name"] for s in built["signals"]] == ["X", "Z", "probe_x", "probe_x_n"]
+    assert built["plc"]["request"] == compbox.read("machine.json")["plc"]["request"]
+    compbox.good("check", "c.json")
+    figures = json.loads(compbox.good(*build(compbox, "EXX.json", "adapt.json"), "--json"))["demand"]["X"]
+    assert figures["adapted_um"] == 37
+
+
+def test_what_probes_may_add_is_compared_with_the_limit(compbox):
+    probed_machine(compbox)
+    compbox.write("adapt.json", adapted(bias_max_um=290))
+    assert ("Remark: channel X: probes may move its demand of 14.0 µm by up to 297.0 µm more, and the box ends at "
+            "limit_um 300; raise it, or lower bias_max_um and gain_max") in compbox.good(
+                *build(compbox, "EXX.json", "adapt.json"))
+
+
+def test_a_probe_without_its_signals_is_refused(compbox):
+    compbox.good("init", *PLC, "--axes", "XZ", "--profile", "generic", "--travel", "X=1000,Z=1000", "-o", "machine.json")
+    compbox.write("EXX.json", term("EXX", "X"))
+    compbox.write("adapt.json", adapted())
+    assert "probe_x" in compbox.refused(*build(compbox, "EXX.json", "adapt.json"))

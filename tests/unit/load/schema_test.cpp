@@ -165,7 +165,7 @@ TEST(config_schema, has_the_words_of_the_loader) {
         EXPECT_EQ(node["enum"].get<std::set<std::string>>(), words) << pair.name << field.key;
         ++lists;
     });
-    EXPECT_EQ(lists, 10);
+    EXPECT_EQ(lists, 11);
 }
 
 TEST(config_schema, has_the_defaults_of_the_loader) {
