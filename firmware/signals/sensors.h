@@ -29,22 +29,21 @@ enum {
         10, /* a doubted sensor is trusted after so many times after_s of agreement */
 };
 
-/* One sensor of the section. */
-struct cb_sensor_state {
-    float away;    /* reading less center; of a doubted or stale one the others' prediction */
-    float square;  /* z^2 of the last comparison */
-    uint32_t us;   /* it has disagreed for so long; a doubted one has agreed for so long */
-    bool reads;    /* at the start of this pass it was neither stale nor doubted */
-    int64_t at_us; /* time of its last comparison */
-};
-
 /* All zero: no comparison was made. */
 struct cb_sensors_state {
-    struct cb_sensor_state sensors[CB_MAX_SENSORS];
-    int64_t pass_us; /* start of this pass over all sensors; 0: none */
-    uint8_t next;    /* the sensor to compare next; of an ended pass the number of sensors */
-    uint8_t doubted; /* number of doubted ones; at most a third of all */
+    float away[CB_MAX_SENSORS]; /* reading less center; of a doubted or stale one the others'
+                                   prediction */
+    uint32_t
+        us[CB_MAX_SENSORS]; /* it has disagreed for so long; a doubted one has agreed so long */
+    int64_t pass_us;        /* start of this pass over all sensors; 0: none */
+    uint32_t elapsed_us;    /* from the start of the pass before to that of this one */
+    uint32_t reads;         /* a bit of each: at the start of this pass not stale, not doubted */
+    float worst_square;     /* largest z^2 of this pass so far … */
+    uint8_t worst;          /* … and its sensor */
+    uint8_t next;           /* the sensor to compare next; of an ended pass the number of all */
+    uint8_t doubted;        /* number of doubted ones; at most a third of all */
 };
+_Static_assert(CB_MAX_SENSORS <= 32, "a bit of a word for each");
 
 /* in : the signals with the values accepted in this step; now_us, of this step
  * out: signals[].doubted. A doubted signal is not fresh (signals.c). Counts each new doubt.
