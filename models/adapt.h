@@ -8,7 +8,10 @@
  * Invariants, for any sequence of calls with any numbers (adapt.c proves them):
  *   (1) |y - m| <= bias_max_um + gain_max |m|, exactly;
  *   (2) a probe moves b + (1 + g) m at its own m by step_max_um at most, within rounding;
- *   (3) |b| <= bias_max_um, |g| <= gain_max, and the covariance is positive and finite. */
+ *   (3) |b| <= bias_max_um, |g| <= gain_max, and the covariance is positive and finite.
+ *
+ * Rounding: b + (1 + g) m and its standard deviation are within 2e-7 of the largest number of a run
+ * of 150 probes from those of a filter in 50 digits (tests/oracle/adapt.py). */
 #ifndef COMPBOX_MODELS_ADAPT_H
 #define COMPBOX_MODELS_ADAPT_H
 

@@ -94,11 +94,12 @@ static struct comparison compare(const struct cb_config *config,
     const struct cb_signal_state *value = &signals[adapt->signals[0]];
     struct comparison all = {value->value, value->fresh && value->refusal == CB_CAUSE_NONE};
     all.good = all.good && states[config->output_terms[adapt->output]].live;
-    if (adapt->channel == CB_NONE || !all.good) return all;
-    const struct cb_channel_config *channel = &config->channels[adapt->channel];
-    const struct cb_channel_state *state = &outputs->channels[adapt->channel];
+    const uint8_t index = cb_adapt_channel(adapt);
+    if (index == CB_NONE || !all.good) return all;
+    const struct cb_channel_config *channel = &config->channels[index];
+    const struct cb_channel_state *state = &outputs->channels[index];
     const struct comparison own_error =
-        adapt->whole
+        cb_adapt_is_whole(adapt)
             ? all
             : without_output(channel, state, outputs->known, adapt->settings.sigma_um, all.um);
     if (!own_error.good) return own_error;

@@ -76,14 +76,29 @@ struct cb_volumetric_config {
     uint16_t pool;
 };
 
-/* Another term's output, adapted by probes. */
+/* Another term's output, adapted by probes. As large as a curve: a term is no larger. */
 struct cb_adapt_config {
     struct cb_adapt_settings settings;
     uint8_t output;     /* index into outputs: the model */
     uint8_t signals[2]; /* the probed value, µm; the count of probes, uint16 */
-    uint8_t channel;    /* the one whose sum has this term; CB_NONE: none, only where `whole` */
-    bool whole;         /* the probed value is the whole error, as without compensation */
+    uint8_t measures;   /* CB_ADAPT_WHOLE or 0, plus the channel */
 };
+enum {
+    CB_ADAPT_WHOLE = 0x80,   /* the probed value is the whole error, as without compensation */
+    CB_ADAPT_NOWHERE = 0x7F, /* instead of a channel: no sum has the term; only with WHOLE */
+};
+_Static_assert(sizeof(struct cb_adapt_config) <= sizeof(struct cb_curve_config), "no larger");
+_Static_assert((int)CB_MAX_CHANNELS < (int)CB_ADAPT_NOWHERE, "a channel fits in beside WHOLE");
+
+/* out: the channel whose sum has the term; CB_NONE: there is none */
+static inline uint8_t cb_adapt_channel(const struct cb_adapt_config *adapt) {
+    const uint8_t channel = adapt->measures & CB_ADAPT_NOWHERE;
+    return channel == CB_ADAPT_NOWHERE ? (uint8_t)CB_NONE : channel;
+}
+
+static inline bool cb_adapt_is_whole(const struct cb_adapt_config *adapt) {
+    return (adapt->measures & CB_ADAPT_WHOLE) != 0;
+}
 
 /* A term comes after those whose outputs it uses, whatever their order in the file. */
 struct cb_term_config {

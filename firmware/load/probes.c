@@ -16,9 +16,10 @@ static unsigned place_in(const struct cb_channel_config *channel, uint8_t output
 static bool check_sum(struct cb_loader *loader, const struct cb_adapt_config *adapt, uint8_t own,
                       uint32_t channels) {
     const struct cb_config *config = loader->config;
-    const unsigned k = place_in(&config->channels[adapt->channel], adapt->output);
-    if (k == config->channels[adapt->channel].sum_count) return true;
-    const uint32_t sum = cb_find_key(loader, cb_list_at(loader, channels, adapt->channel), "sum");
+    const unsigned k = place_in(&config->channels[cb_adapt_channel(adapt)], adapt->output);
+    if (k == config->channels[cb_adapt_channel(adapt)].sum_count) return true;
+    const uint32_t sum =
+        cb_find_key(loader, cb_list_at(loader, channels, cb_adapt_channel(adapt)), "sum");
     const uint32_t at = cb_list_at(loader, sum, k);
     return cb_fail(loader, CB_ERROR_NAME, at,
                    "%o is already in this sum as %s, which is %o adapted; omit one of them", at,
@@ -33,15 +34,15 @@ static bool resolve(struct cb_loader *loader, uint32_t at, uint8_t own, uint32_t
     for (uint8_t i = 0; i < config->channels_count; ++i) {
         const struct cb_channel_config *channel = &config->channels[i];
         if (place_in(channel, own) == channel->sum_count) continue;
-        if (adapt->channel != CB_NONE)
+        if (cb_adapt_channel(adapt) != CB_NONE)
             return cb_fail(loader, CB_ERROR_NAME, cb_find_key(loader, at, "probe"),
                            "the channels %s and %s both add this term, and a probe measures one; "
                            "give each channel an adapt term of its own",
-                           config->channels[adapt->channel].name, channel->name);
-        adapt->channel = i;
+                           config->channels[cb_adapt_channel(adapt)].name, channel->name);
+        adapt->measures = (uint8_t)((adapt->measures & CB_ADAPT_WHOLE) | i);
         if (!check_sum(loader, adapt, own, channels)) return false;
     }
-    if (adapt->channel != CB_NONE || adapt->whole) return true;
+    if (cb_adapt_channel(adapt) != CB_NONE || cb_adapt_is_whole(adapt)) return true;
     return cb_fail(loader, CB_ERROR_NAME, cb_find_key(loader, at, "probe"),
                    "no channel adds this term, so the box does not know what its probe still sees; "
                    "name it in a sum, or set measures to \"whole\"");
@@ -57,7 +58,7 @@ bool cb_resolve_probes(struct cb_loader *loader, uint32_t terms, uint32_t channe
             cb_find_name(config->outputs, sizeof config->outputs[0], config->outputs_count, name);
         if (own == CB_NONE) continue; /* a term with several outputs */
         const struct cb_term_config *term = &config->terms[config->outputs[own].term];
-        if (term->type != CB_TERM_ADAPT || term->as.adapt.channel != CB_NONE) continue;
+        if (term->type != CB_TERM_ADAPT || cb_adapt_channel(&term->as.adapt) != CB_NONE) continue;
         if (!resolve(loader, list.at, own, channels)) return false;
     }
     return true;

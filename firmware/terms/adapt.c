@@ -22,14 +22,14 @@ enum {
     KEYS
 };
 
-static const struct cb_word MEASURES_WORDS[] = {{"residual", false}, {"whole", true}, {0, 0}};
+static const struct cb_word MEASURES_WORDS[] = {{"residual", 0}, {"whole", CB_ADAPT_WHOLE}, {0, 0}};
 
 #define AT(member) .offset = offsetof(struct cb_adapt_config, member)
 static const struct cb_field FIELDS[KEYS] = {
     CB_TERM_COMMON_FIELDS,
     [OF] = {"of", CB_FIELD_STRING, true, CB_NOT_STORED},
     [PROBE] = {"probe", CB_FIELD_OBJECT, true, CB_NOT_STORED},
-    [MEASURES] = {"measures", CB_FIELD_WORD, false, AT(whole), .words = MEASURES_WORDS,
+    [MEASURES] = {"measures", CB_FIELD_WORD, false, AT(measures), .words = MEASURES_WORDS,
                   .otherwise = "residual"},
     [BIAS_MAX] = {"bias_max_um", CB_FIELD_FLOAT, true, AT(settings.bias_max_um), .least = "0",
                   .most = "1000"},
@@ -85,7 +85,7 @@ static bool load(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
     if (others == CB_MAX_ADAPTS)
         return cb_fail(loader, CB_ERROR_FULL, at, "more than %u terms of type adapt",
                        (uint32_t)CB_MAX_ADAPTS);
-    term->as.adapt.channel = CB_NONE;
+    term->as.adapt.measures |= CB_ADAPT_NOWHERE; /* until the channels are loaded */
     return read_probe(loader, slots[PROBE], &term->as.adapt);
 }
 
@@ -123,7 +123,8 @@ static uint8_t value(const struct cb_evaluation *e, const struct cb_term_config 
 
 /* The output fades with its model, but never further from it than the bound at its present value:
  * y itself as model value m with the bias y - m. */
-static void hold(const struct cb_evaluation *e, const struct cb_term_config *term, float *output) {
+static void stay_near(const struct cb_evaluation *e, const struct cb_term_config *term,
+                      float *output) {
     const struct cb_adapt_config *adapt = &term->as.adapt;
     const float m = e->outputs[adapt->output];
     output[0] = cb_adapt_value(&adapt->settings, output[0] - m, 0.0f, m);
@@ -145,6 +146,6 @@ const struct cb_term_kind cb_term_adapt = {
     .load = load,
     .link = link,
     .value = value,
-    .hold = hold,
+    .hold = stay_near,
     .slope = slope,
 };

@@ -105,7 +105,8 @@ static void derive_adapts(struct cb_config *config) {
         CB_ASSERT(adapt->output < config->outputs_count);
         CB_ASSERT(adapt->signals[0] < config->signals_count);
         CB_ASSERT(adapt->signals[1] < config->signals_count);
-        CB_ASSERT(adapt->channel == CB_NONE || adapt->channel < config->channels_count);
+        const uint8_t channel = cb_adapt_channel(adapt);
+        CB_ASSERT(channel == CB_NONE || channel < config->channels_count);
         config->adapts[config->adapts_count++] = (uint8_t)i;
     }
 }

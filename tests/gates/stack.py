@@ -30,7 +30,7 @@ HELPERS = 64
 # patterns. These must be exactly the functions whose addresses are taken anywhere.
 ADDRESS = {"R_ARM_ABS32", "R_ARM_THM_MOVW_ABS_NC"}
 INDIRECT = {
-    "terms/terms.c:evaluate": ["terms/*.c:value", "cb_piecewise_value"],
+    "terms/terms.c:evaluate": ["terms/*.c:value", "cb_piecewise_value", "terms/adapt.c:stay_near"],
     "terms/terms.c:cb_terms_slopes": ["terms/*.c:slope", "cb_piecewise_slope"],
     "terms/load.c:cb_load_terms": ["terms/*.c:load", "terms/*.c:link", "cb_curve_load"],
     "terms/curves.c:cb_curve_load": ["terms/*.c:load_*"],

@@ -297,7 +297,9 @@ class invariants {
         const cb_adapt_config &a = t.as.adapt;
         uses(a.output, index);
         must(a.signals[0] < c.signals_count && a.signals[1] < c.signals_count, "probe");
-        must(a.channel < c.channels_count || (a.channel == CB_NONE && a.whole), "its channel");
+        const int channel = cb_adapt_channel(&a);
+        must(channel < c.channels_count || (channel == CB_NONE && cb_adapt_is_whole(&a)),
+             "its channel");
         must(within(a.settings.bias_max_um, 0, 1000) && within(a.settings.gain_max, 0, 1),
              "bounds of an adapted term");
         must(a.settings.step_max_um > 0 && a.settings.sigma_um > 0, "step, sigma");
@@ -307,7 +309,7 @@ class invariants {
                 own = own || c.channels[i].sum[k] == t.first_output;
                 model = model || c.channels[i].sum[k] == a.output;
             }
-            must(own == (i == a.channel) && !(own && model), "a sum with an adapted term");
+            must(own == (i == channel) && !(own && model), "a sum with an adapted term");
         }
     }
 

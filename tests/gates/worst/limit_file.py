@@ -11,7 +11,7 @@ SHAPE = {"positions": (2, 24), "velocities": (0, 1), "temperatures": (1, 40), "b
          "nets": (0, 64), "net_inputs": (1, 64), "net_hidden": (1, 64), "net_outputs": (1, 8), "net_linear": (0, 1),
          "branched": (0, 32), "curves": (0, 64), "points": (4, 60), "shared": (0, 1), "polynomials": (0, 64),
          "linears": (0, 30), "linear_inputs": (1, 64), "banks": (0, 16), "bank_inputs": (1, 64),
-         "bank_taus": (1, 32), "bank_outputs": (1, 8), "volumetrics": (0, 20), "products": (0, 30),
+         "bank_taus": (1, 32), "bank_outputs": (1, 8), "volumetrics": (0, 20), "products": (0, 30), "adapts": (0, 8),
          "channels": (1, 16), "tangents": (0, 8), "sum": (1, 32), "pairs": (0, 8), "applied": (0, 1),
          "period_ms": (5, 30)}
 LEAST = {name: least for name, (least, _) in SHAPE.items()}
@@ -45,6 +45,9 @@ def signals(n):
     for i in range(n["bus"]):
         yield {"name": f"B{i}", "unit": "degC", "bus": "pt100", "unit_id": 1 + i, "register": 0, "type": "int16",
                "scale": 0.1, "min": -10, "max": 90, "max_rate_per_s": 20, "max_age_ms": 2000}
+    if n["adapts"]:
+        yield {"name": "probe", "unit": "um", "plc": 11, "type": "int16", "scale": 0.1, "min": -1000, "max": 1000}
+        yield {"name": "probes", "unit": "1", "plc": 23, "type": "uint16", "min": 0, "max": 65535}
     sources = [f"T{i}" for i in range(n["temperatures"])] + [f"B{i}" for i in range(n["bus"])]
     for i in range(n["lags"]):
         yield {"name": f"L{i}", "unit": "degC", "lag_of": sources[i % len(sources)], "tau_s": 600 + 7 * i}
@@ -70,6 +73,11 @@ class Terms:
             self.add({"type": "linear", "inputs": inputs, "weights": self.numbers(len(inputs))})
         for _ in range(n["products"]):
             self.add({"type": "product", "signal": self.position(), "term": self.outputs[0] if self.outputs else "t0"})
+        for k in range(n["adapts"]):  # in no sum, because a channel may have its model
+            self.all.append({"name": f"adapted{k}", "type": "adapt", "of": self.outputs[0] if self.outputs else "t0",
+                             "probe": {"value": "probe", "count": "probes"}, "measures": "whole", "bias_max_um": 30,
+                             "gain_max": 0.5, "step_max_um": 5, "drift_um_per_sqrt_h": 6, "gain_drift_per_sqrt_h": 0.5,
+                             "sigma_um": 1.5})
         for _ in range(n["volumetrics"]):
             self.volumetric()
         for _ in range(n["banks"]):
