@@ -129,6 +129,43 @@ cb_adapt_settings settings_of(const drift_rates &rates, double bias_max_um, doub
     return settings;
 }
 
+// out: what is left with wrong probes, of all draws
+std::vector<double> left_with_wrong(const error_series &series, const cb_adapt_settings &settings,
+                                    double interval_s) {
+    std::vector<double> all;
+    for (std::uint64_t seed = 1; seed <= wrong_seeds; ++seed) {
+        const probing how{interval_s, wrong_share, wrong_um, false, seed};
+        const probed_course one = simulate_probes(series, settings, how);
+        all.insert(all.end(), one.left_um.begin(), one.left_um.end());
+    }
+    return all;
+}
+
+// in : settings with all but step_max_um; usual_um: 99 % of the movements without bounds
+// out: the step that leaves least, with right probes and with wrong ones, each interval relative to
+//      the best at it: a short step keeps wrong probes out, a long one follows real jumps
+double choose_step(cb_adapt_settings settings, const error_series &series,
+                   const std::vector<double> &every_s, double usual_um) {
+    std::vector<double> steps, totals;
+    for (double step_um = 1.5 * usual_um; step_um > 0.15 * usual_um; step_um /= 1.25) {
+        steps.push_back(readable(std::max(step_um, 0.1)));
+    }
+    totals.assign(steps.size(), 0.0);
+    for (const double interval_s : every_s) {
+        std::vector<double> own;
+        for (const double step_um : steps) {
+            settings.step_max_um = static_cast<float>(step_um);
+            const probed_course right = simulate_probes(series, settings, {interval_s});
+            own.push_back(left_by(right.left_um).rms_um +
+                          left_by(left_with_wrong(series, settings, interval_s)).rms_um);
+        }
+        const double best = std::max(*std::min_element(own.begin(), own.end()), 1e-6);
+        for (std::size_t k = 0; k < steps.size(); ++k) totals[k] += own[k] / best;
+    }
+    const auto least = std::min_element(totals.begin(), totals.end());
+    return steps[static_cast<std::size_t>(least - totals.begin())];
+}
+
 // out: settings and reasons from what the model leaves of runs left out
 void choose_settings(adapted_output &adapted, const error_series &series,
                      const std::vector<double> &every_s, const adapt_options &options) {
@@ -156,7 +193,8 @@ void choose_settings(adapted_output &adapted, const error_series &series,
     const double usual_move_um = quantile(moves_um, 0.99);
     const double bias_max_um = rounded_up(std::max(1.5 * usual_um, 1.25 * most_bias_um), 1.0);
     const double gain_max = std::clamp(rounded_up(1.5 * usual_gain, 0.05), 0.1, 0.5);
-    const double step_max_um = rounded_up(std::max(1.5 * usual_move_um, 0.5), 0.5);
+    const cb_adapt_settings bounded = settings_of(rates, bias_max_um, gain_max, no_bound_um);
+    const double step_max_um = choose_step(bounded, series, every_s, usual_move_um);
     adapted.settings = settings_of(rates, bias_max_um, gain_max, step_max_um);
     adapted.reasons = {
         fmt::format(
@@ -165,9 +203,10 @@ void choose_settings(adapted_output &adapted, const error_series &series,
             bias_max_um, usual_um, most_bias_um),
         fmt::format("gain_max {:g}: 99 % of the gains without bounds were below {:.2g}", gain_max,
                     usual_gain),
-        fmt::format("step_max_um {:g}: at one probe in {:g} min 99 % moved the term by less than "
-                    "{:.3g} um",
-                    step_max_um, every_s.back() / s_of_min, usual_move_um),
+        fmt::format(
+            "step_max_um {:g}: leaves least with right probes and with 5 % wrong ones by {:g} um; "
+            "at one in {:g} min 99 % moved the term by less than {:.3g} um",
+            step_max_um, wrong_um, every_s.back() / s_of_min, usual_move_um),
         fmt::format("drift_um_per_sqrt_h {:g}, gain_drift_per_sqrt_h {:g}, sigma_um {:g}: {} of {} "
                     "simulated probes",
                     rates.drift_um_per_sqrt_h, rates.gain_drift_per_sqrt_h, rates.sigma_um,
@@ -184,13 +223,7 @@ interval_figures figures_at(double interval_s, const error_series &series,
     const probed_course course = simulate_probes(series, settings, {interval_s});
     figures.rezero = left_by(rezero(series, {interval_s}));
     figures.adapted = left_by(course.left_um);
-    std::vector<double> with_wrong;
-    for (std::uint64_t seed = 1; seed <= wrong_seeds; ++seed) {
-        const probing how{interval_s, wrong_share, wrong_um, false, seed};
-        const probed_course one = simulate_probes(series, settings, how);
-        with_wrong.insert(with_wrong.end(), one.left_um.begin(), one.left_um.end());
-    }
-    figures.adapted_wrong = left_by(with_wrong);
+    figures.adapted_wrong = left_by(left_with_wrong(series, settings, interval_s));
     std::size_t within = 0;
     for (std::size_t i = 0; i < course.innovation_um.size(); ++i) {
         within += std::fabs(course.innovation_um[i]) <= 2.0 * course.expected_um[i];

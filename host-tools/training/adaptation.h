@@ -44,13 +44,12 @@ struct adapted_output {
 
 // in : result of train() on data with a time; options.intervals_min rising, each >= 2 rows apart
 // out: for each output settings that suit what the model leaves of the runs left out, and figures
-// of
-//      these runs, or of the runs held out if there are any. The settings:
+//      of these runs, or of the runs held out if there are any. The settings:
 //      - drift, gain drift and sigma: estimate_drift()
 //      - bias_max_um: half as much again as 99.9 % of the residuals left out, at least a quarter
-//        more than the largest bias without bounds; gain_max: 0.1 to 0.5, half as much again as 99
-//        % of the gains; step_max_um: half as much again as 99 % of the movements at the longest
-//        interval
+//        more than the largest bias without bounds
+//      - gain_max: 0.1 to 0.5, half as much again as 99 % of the gains without bounds
+//      - step_max_um: the one that leaves least with right probes and with 5 % wrong ones
 // Throws input_error without a time, with fewer than 20 probes, and for names that do not fit.
 std::vector<adapted_output> adapt_outputs(const train_result &result, const adapt_options &options);
 
