@@ -119,19 +119,27 @@ class stats_invariant : public invariant {
     std::uint64_t probes_ = 0;  // refused readings, each of which may be in a write's place
 };
 
-// The state file, by docs/compboxd.md: header, records, ending, CRC-32; numbers of the machine.
+// The state file, by docs/compboxd.md: header, records, probes, ending, CRC-32; numbers of the
+// machine. Format 4 has probes, 3 has none.
 struct state_file {
     struct header {
         char magic[8];
         std::uint32_t format, count;
         char machine_name[40], boot_id[40];
-        std::uint32_t synchronised, unused;
+        std::uint32_t synchronised, probes;
     };
     struct record {
         char name[24], lag_of[24];
         std::int64_t unix_us, boottime_us;
         float hi, lo, input, tau_s;
         std::uint32_t power, unused;
+    };
+    struct probe {
+        char name[24], of[24];
+        std::int64_t unix_us, boottime_us;
+        float filter[11];
+        std::uint8_t pending, waits;
+        std::uint32_t taken, asked, refused, skipped, count, unused;
     };
     struct ending {
         std::int64_t unix_us, boottime_us;
@@ -156,10 +164,12 @@ std::optional<state_file> decoded(const std::string &bytes) {
     state_file::header head;
     if (bytes.size() < sizeof head + sizeof file.end + 4) return std::nullopt;
     std::memcpy(&head, bytes.data(), sizeof head);
-    const std::size_t body =
-        sizeof head + head.count * sizeof(state_file::record) + sizeof file.end;
-    constexpr std::uint32_t most = 64 + 256;  // lags of signals, lags of banks
-    if (head.format != 3 || head.count > most || bytes.size() != body + 4) return std::nullopt;
+    constexpr std::uint32_t most = 64 + 256, most_probes = 8;  // lags of signals, lags of banks
+    const bool known = head.format == (head.probes > 0 ? 4u : 3u);
+    if (!known || head.count > most || head.probes > most_probes) return std::nullopt;
+    const std::size_t body = sizeof head + head.count * sizeof(state_file::record) +
+                             head.probes * sizeof(state_file::probe) + sizeof file.end;
+    if (bytes.size() != body + 4) return std::nullopt;
     std::uint32_t sum = 0;
     std::memcpy(&sum, bytes.data() + body, sizeof sum);
     if (crc_of(bytes, body) != sum) return std::nullopt;

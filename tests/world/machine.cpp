@@ -440,6 +440,45 @@ struct draft {
         }
     }
 
+    // Likewise: channel X gets a term that adapts one of its sum, by a probe whose value may be not
+    // a number.
+    void draw_probe() {
+        dice own(made.twin.seed, "probe");
+        if (!own.one_in(8)) return;
+        json &sum = root["channels"][0]["sum"];
+        const std::size_t term = own.below(sum.size());
+        const bool real = own.one_in(2);
+        json value = {{"name", "probe_x"},
+                      {"unit", "um"},
+                      {"plc", next_read(2)},
+                      {"min", -500},
+                      {"max", 500},
+                      {"type", real ? "float32" : "int32"},
+                      {"scale", real ? 1.0 : 0.01}};
+        json count = {{"name", "probe_x_n"}, {"unit", "1"},     {"plc", next_read(1)}, {"min", 0},
+                      {"max", 65535},        {"type", "uint16"}};
+        root["signals"].push_back(value);
+        root["signals"].push_back(count);
+        root["terms"].push_back({{"name", "adapted"},
+                                 {"type", "adapt"},
+                                 {"of", sum[term]},
+                                 {"probe", {{"value", "probe_x"}, {"count", "probe_x_n"}}},
+                                 {"bias_max_um", rounded(own.log_between(1, 50))},
+                                 {"gain_max", rounded(own.between(0, 1))},
+                                 {"step_max_um", rounded(own.log_between(0.1, 50))},
+                                 {"drift_um_per_sqrt_h", rounded(own.log_between(0.1, 1000))},
+                                 {"gain_drift_per_sqrt_h", rounded(own.log_between(0.01, 10))},
+                                 {"sigma_um", rounded(own.log_between(0.1, 20))},
+                                 {"min_interval_s", own.one_in(2) ? 0.0 : own.between(0, 60)}});
+        sum[term] = "adapted";
+        root["plc"]["request"] = next_write(1);
+        for (const char *block : {"read", "write"}) {
+            const int first = root["plc"][block]["start"];
+            const int next = block[0] == 'r' ? read_next : write_next;
+            root["plc"][block]["count"] = next - first + 1;
+        }
+    }
+
     // The PLC's own limits never act where the box keeps its own.
     void draw_control() {
         made.twin.machine = "world";
@@ -469,6 +508,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.close_blocks(chance.one_in(2), counters);
     file.draw_control();
     file.draw_slow_channels();
+    file.draw_probe();
     file.root["revision"] = revision;
     made.text = file.root.dump(1);
     made.map = fakeplc::register_map_of(file.root, "coefficients.json");

@@ -2,6 +2,7 @@
 #include "tests/world/plc_side.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace compbox::world {
 
@@ -19,10 +20,32 @@ plc_side::plc_side(const machine &of, network &net, std::uint64_t seed)
       net_(net),
       chance_(seed, "plc side"),
       acknowledges_(dice(seed, "acknowledges").one_in(2)),
-      temperatures_(of.twin.signals) {
+      temperatures_(of.twin.signals),
+      prober_(seed, "prober") {
     control.leave_truth_out();
     control.set_permit(permits_resume);
     move_axes();
+}
+
+// A probe that measures, lies, repeats itself or counts without measuring, each for some seconds.
+void plc_side::probe() {
+    enum { measures, no_number, at_limits, runs, replays, alternates, far_off, silent, ways };
+    if (machine_.map.probes.empty()) return;
+    if (prober_.one_in(20)) probing_ = prober_.below(ways);
+    if (probing_ == silent || !prober_.one_in(2)) return;
+    const bool high = prober_.one_in(2);
+    if (probing_ == measures) probed_um_ = prober_.between(-20, 20);
+    if (probing_ == no_number) probed_um_ = std::nan("");
+    if (probing_ == at_limits) probed_um_ = high ? 500 : -500;
+    if (probing_ == alternates) probed_um_ = probed_um_ > 0 ? -100 : 100;
+    if (probing_ == far_off) probed_um_ = high ? 1e7 : -1e7;
+    if (probing_ == replays && std::isnan(probed_um_)) probed_um_ = 0;
+    probes_ = static_cast<std::uint16_t>(
+        probes_ + (probing_ == runs ? prober_.below(65536) : std::uint64_t{1}));
+    for (const auto &probe : machine_.map.probes) {
+        control.force_signal(probe.value, probed_um_);
+        control.force_signal(probe.count, probes_);
+    }
 }
 
 void plc_side::catch_up() {
@@ -71,6 +94,7 @@ void plc_side::move_axes() {
             std::clamp(temperature.second + chance_.between(-0.05, 0.05), 5.0, 45.0);
         control.force_signal(temperature.first, temperature.second);
     }
+    probe();
     permit_by_enable();
     acknowledge_fault();
     net_.box.time.at(net_.box.time.now() + operator_period, [this] { move_axes(); });

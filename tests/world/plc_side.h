@@ -91,6 +91,7 @@ class plc_side : public tcp_peer {
                                    stray_reply way);
     void answer_frame(const connection_ptr &from, const fakeplc::byte_string &frame, time_ns sent);
     void move_axes();
+    void probe();
     void permit_by_enable();
     void acknowledge_fault();
     void disguise(const fakeplc::byte_string &request, fakeplc::byte_string &reply) const;
@@ -112,6 +113,10 @@ class plc_side : public tcp_peer {
     const bool acknowledges_;
     std::map<int, std::vector<std::uint16_t>> shown_;
     std::map<std::string, double> temperatures_;
+    dice prober_;
+    std::uint64_t probing_ = 0;  // what the prober does now
+    double probed_um_ = 0;
+    std::uint16_t probes_ = 0;
 };
 
 }  // namespace compbox::world
