@@ -163,6 +163,7 @@ static void start_bus(struct daemon *daemon) {
 static void mind_the_hand(struct daemon *daemon, int64_t now_us) {
     char message[512];
     const struct cb_config *config = config_now(daemon);
+    if (!daemon->hand.used) return;
     if (cb_hand_look(&daemon->hand, config, now_us, cb_unix_us(), message, sizeof message))
         cb_log_limited(&daemon->log, CB_LOG_FILES, now_us, "%s", message);
     cb_hand_put(&daemon->hand, config, daemon->generation, &daemon->loop.target.hand, now_us);

@@ -79,7 +79,7 @@ const edge edges[] = {
     {"status", 311306, 3000, "tear,partial,kill,hostile,wire,line,reader,mute",
      to_config([](cb_config &config) { config.ramp_um_per_s *= 3; })},
     // Between two writes of HOLD the PLC refused all others.
-    {"status", 311843, 6000, "exception,partial",
+    {"status", 311843, 20000, "exception,partial",
      to_config([](cb_config &config) { config.hold_us = 60000000; })},
     // Torn readings have no reply; a refused probe of a serial line is in a write's place.
     {"statistics", 310383, 6000, "exception,enable,mute",
