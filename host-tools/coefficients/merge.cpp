@@ -119,52 +119,31 @@ char direction_of(const std::string &output) {
     return iso ? output[1] : '\0';
 }
 
+// out: the name by which an output acts in a channel: its own, or that of the adapted one
+std::string acting_name(const json &term, const std::string &output) {
+    const json of = term.value("type", json()) == "adapt" ? term.value("of", json()) : json();
+    return of.is_string() ? of.get<std::string>() : output;
+}
+
 // out: direction of output k of a term: by its ISO name; X, Y, Z for a volumetric term
 char direction_of(const json &term, std::size_t k, const std::string &name) {
     const bool volumetric = term.value("type", json()) == "volumetric" && k < 3;
     return volumetric ? "XYZ"[k] : direction_of(name);
 }
 
-// out: the output that a term adapts, of a term that adapts that one, and so on; a name of any
-// other term as it is
-std::string adapted_name(const json &terms, const std::string &name) {
-    std::string model = name;
-    for (std::size_t i = 0; i < terms.size(); ++i) {
-        const auto found = std::find_if(terms.begin(), terms.end(), [&](const json &term) {
-            return term["name"] == model && term.value("type", json()) == "adapt" &&
-                   term.value("of", json()).is_string();
-        });
-        if (found == terms.end()) break;
-        model = (*found)["of"].get<std::string>();
-    }
-    return model;
-}
-
-// out: whether output k of a term acts in the direction that the channel is named after
-bool acts_in(const json &terms, const std::string &channel, const json &term, std::size_t k) {
-    const auto names = outputs_of(term);
-    const std::string model = adapted_name(terms, names[k]);
-    for (const auto &other : terms) {
-        const auto outputs = outputs_of(other);
-        const auto at = std::find(outputs.begin(), outputs.end(), model);
-        if (at == outputs.end()) continue;
-        const auto index = static_cast<std::size_t>(at - outputs.begin());
-        const char direction = direction_of(other, index, model);
-        return is_error_of(channel, model) ||
-               (direction != '\0' && direction == linear_letter(channel));
-    }
-    return false;
-}
-
-// The term outputs that act in the direction a channel is named after; a term that adapts another
-// one acts where that one would; what another term works on acts through that one.
+// The term outputs that act in the direction a channel is named after; what another term works on
+// acts through that one.
 json outputs_in(const json &terms, const std::string &channel) {
     const auto consumed = consumed_outputs(terms);
     json sum = json::array();
     for (const auto &term : terms) {
         const auto names = outputs_of(term);
         for (std::size_t k = 0; k < names.size(); ++k) {
-            if (!acts_in(terms, channel, term, k)) continue;
+            const std::string name = acting_name(term, names[k]);
+            const char direction = direction_of(term, k, name);
+            const bool acts = is_error_of(channel, name) ||
+                              (direction != '\0' && direction == linear_letter(channel));
+            if (!acts) continue;
             if (consumed.count(names[k]) == 0) sum.push_back(names[k]);
         }
     }

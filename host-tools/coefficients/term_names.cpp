@@ -29,10 +29,10 @@ std::vector<std::string> outputs_of(const json &term) {
 std::vector<std::string> signals_of(const json &term) {
     std::vector<std::string> names;
     for (const char *key : {"signal", "inputs", "tool_length"}) add_texts(names, term, key);
-    if (term.value("type", json()) == "adapt" && term.value("probe", json()).is_object()) {
+    if (term.value("bank", json()).is_object()) add_texts(names, term["bank"], "inputs");
+    if (term.value("probe", json()).is_object()) {
         for (const char *key : {"value", "count"}) add_texts(names, term["probe"], key);
     }
-    if (term.value("bank", json()).is_object()) add_texts(names, term["bank"], "inputs");
     if (term.value("type", json()) != "volumetric") return names;
     add_texts(names, term, "positions");
     if (!term.contains("positions")) names.insert(names.end(), {"X", "Y", "Z"});
@@ -44,7 +44,7 @@ std::set<std::string> consumed_outputs(const json &terms) {
     for (const auto &term : terms) {
         add_texts(names, term, "term");
         add_texts(names, term, "errors");
-        if (term.value("type", json()) == "adapt") add_texts(names, term, "of");
+        add_texts(names, term, "of");
     }
     return {names.begin(), names.end()};
 }
