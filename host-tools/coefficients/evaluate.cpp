@@ -186,11 +186,15 @@ std::vector<int64_t> row_times(const formats::csv_table &samples,
     return times;
 }
 
+std::string channel_column(const cb_config &config, unsigned channel) {
+    return fmt::format("comp_{}_um", config.channels[channel].name);
+}
+
 std::vector<std::string> column_names(const cb_config &config) {
     std::vector<std::string> names{"time_s"};
     for (unsigned i = 0; i < config.outputs_count; ++i) names.push_back(config.outputs[i].name);
     for (unsigned i = 0; i < config.channels_count; ++i) {
-        names.push_back(fmt::format("comp_{}_um", config.channels[i].name));
+        names.push_back(channel_column(config, i));
     }
     return names;
 }
@@ -201,6 +205,30 @@ float written_um(const cb_channel_config &channel, float output_um) {
     if (!cb_number_is_integer(static_cast<cb_number_type>(channel.type))) return output_um;
     const double units = std::nearbyint(static_cast<double>(output_um / channel.scale));
     return static_cast<float>(units * std::stod(fmt::format("{}", channel.scale)));
+}
+
+std::vector<adapted_term> adapted_terms(const cb_config &config) {
+    std::vector<adapted_term> all;
+    for (unsigned i = 0; i < config.adapts_count; ++i) {
+        const cb_term_config &term = config.terms[config.adapts[i]];
+        const unsigned channel = cb_adapt_channel(&term.as.adapt);
+        adapted_term one = {config.outputs[term.first_output].name,
+                            config.outputs[term.as.adapt.output].name,
+                            {},
+                            {}};
+        if (channel != CB_NONE) one.channels.push_back(channel_column(config, channel));
+        all.push_back(one);
+    }
+    return all;
+}
+
+// out: standard deviation of the term with this index in adapts, at its model's value of this row
+float sigma_of_adapted(const cb_box &box, unsigned index) {
+    const cb_adapt_config &adapt = box.config.terms[box.config.adapts[index]].as.adapt;
+    cb_adapt filter = box.probes[index].filter;
+    const auto since_us = static_cast<double>(box.life.now_us - box.probes[index].grown_us);
+    cb_adapt_wait(&adapt.settings, &filter, static_cast<float>(since_us / 3600e6));
+    return cb_adapt_sigma(&filter, box.outputs[adapt.output]);
 }
 
 // out: outputs after a step; a zero is never negative
@@ -221,6 +249,7 @@ evaluation evaluate(const cb_config &config, const formats::csv_table &samples, 
     evaluation result;
     result.names = column_names(config);
     result.time_s = samples.values("time_s");
+    result.adapted = adapted_terms(config);
     const auto columns = signal_columns(config, samples);
     const auto times = row_times(samples, result.time_s);
     box_on_table table(config, raw);
@@ -240,6 +269,9 @@ evaluation evaluate(const cb_config &config, const formats::csv_table &samples, 
         if (r == 0 && !raw) watch.require_steady_state(table.box(), values);
         watch.look(r, table.box(), values);
         result.rows.push_back(row_of(table, raw));
+        for (unsigned i = 0; i < config.adapts_count; ++i) {
+            result.adapted[i].sigma_um.push_back(sigma_of_adapted(table.box(), i));
+        }
     }
     result.remarks = watch.remarks(raw);
     return result;

@@ -11,11 +11,19 @@ struct cb_config;
 
 namespace compbox::coefficients {
 
+// A term of type adapt: what its filter says of its own value.
+struct adapted_term {
+    std::string name, of;
+    std::vector<std::string> channels;  // comp_NAME_um of the one whose sum has it; or none
+    std::vector<float> sigma_um;        // one for each row: standard deviation of the value
+};
+
 struct evaluation {
     std::vector<std::string> names;        // time_s, term outputs, comp_NAME_um
     std::vector<double> time_s;            // one for each row of the samples
     std::vector<std::vector<float>> rows;  // as names, without time_s
-    std::vector<std::string> remarks;      // columns not used, implausible inputs, modes
+    std::vector<adapted_term> adapted;
+    std::vector<std::string> remarks;  // columns not used, implausible inputs, modes
 };
 
 // in : a loaded configuration; samples with time_s (strictly rising) and a column for each signal

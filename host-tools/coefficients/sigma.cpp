@@ -115,6 +115,58 @@ std::string list_of(const std::vector<std::string> &names) {
 
 }  // namespace
 
+namespace {
+
+// out: index of a column in the rows, which have no time_s
+std::size_t column_of(const evaluation &plain, const std::string &name) {
+    const auto place = std::find(plain.names.begin(), plain.names.end(), name);
+    return static_cast<std::size_t>(place - plain.names.begin()) - 1;
+}
+
+// An adapted term has the standard deviation of its filter, which stands for all that is wrong with
+// its model: so no cause passes through it. in : a row of `plain`, and the same with one cause
+// raised out: the rises of all columns behind time_s
+std::vector<double> rises(const evaluation &plain, const evaluation &raised, std::size_t row) {
+    std::vector<double> rise;
+    for (std::size_t c = 0; c + 1 < plain.names.size(); ++c) {
+        rise.push_back(double{raised.rows[row][c]} - double{plain.rows[row][c]});
+    }
+    for (const adapted_term &adapted : plain.adapted) {
+        const auto own = column_of(plain, adapted.name);
+        for (const std::string &channel : adapted.channels) {
+            rise[column_of(plain, channel)] += rise[own];
+        }
+        rise[own] = 0.0;
+    }
+    return rise;
+}
+
+// Adds the variances of the adapted terms to those of the rows.
+void add_adapted(const evaluation &plain, sigma_table &table) {
+    for (const adapted_term &adapted : plain.adapted) {
+        std::vector<std::string> columns = adapted.channels;
+        columns.push_back(adapted.name);
+        for (const std::string &column : columns) {
+            const auto c = column_of(plain, column);
+            for (std::size_t r = 0; r < table.rows.size(); ++r) {
+                table.rows[r][c] += std::pow(double{adapted.sigma_um[r]}, 2);
+            }
+        }
+    }
+}
+
+// out: the names that no sigma is known of, without adapted terms and their models
+std::vector<std::string> without_adapted(const evaluation &plain, std::vector<std::string> names) {
+    for (const adapted_term &adapted : plain.adapted) {
+        for (const std::string &name : {adapted.name, adapted.of}) {
+            names.erase(std::remove(names.begin(), names.end(), name), names.end());
+        }
+    }
+    return names;
+}
+
+}  // namespace
+
 sigma_table sigma_of(const std::string &coefficients, const formats::csv_table &samples) {
     std::string text;
     const auto config = load_coefficients(coefficients, &text);
@@ -133,18 +185,19 @@ sigma_table sigma_of(const std::string &coefficients, const formats::csv_table &
                                                : samples.values(one.signal);
         for (std::size_t r = 0; r < plain.rows.size(); ++r) {
             const double sigma = one.at(places[r]);
+            const std::vector<double> rise = rises(plain, raised, r);
             for (std::size_t c = 0; c < table.names.size(); ++c) {
-                const double rise = double{raised.rows[r][c]} - double{plain.rows[r][c]};
-                table.rows[r][c] += std::pow(sigma * rise, 2);
+                table.rows[r][c] += std::pow(sigma * rise[c], 2);
             }
         }
     }
+    add_adapted(plain, table);
     for (auto &row : table.rows) {
         for (double &value : row) value = std::sqrt(value);
     }
-    if (!found.exact.empty()) {
-        table.remarks.push_back("no sigma is known of " + list_of(found.exact) +
-                                ": counts as exact");
+    const std::vector<std::string> exact = without_adapted(plain, found.exact);
+    if (!exact.empty()) {
+        table.remarks.push_back("no sigma is known of " + list_of(exact) + ": counts as exact");
     }
     return table;
 }

@@ -489,6 +489,22 @@ def test_an_adapted_term_follows_the_probe_columns_of_a_table(compbox):
     assert out["X_adapted"][29] == out["warm"][29], "nothing before the first probe"
 
 
+def test_the_sigma_of_an_adapted_term_holds(compbox):
+    """Two sigmas hold the error of nine rows in ten or more, and the sigma grows from probe to probe."""
+    adaptive(compbox, drift_um_per_sqrt_h=1, gain_drift_per_sqrt_h=0.05)
+    errors = probed_days(compbox)
+    done = compbox("eval", "a.json", "--inputs", "s.csv", "--sigma", "-o", "out.csv")
+    assert (done.returncode, done.stderr) == (0, "")
+    out = compbox.table("out.csv")
+    sigma = numpy.array(out["sigma_X_adapted"])
+    late = numpy.arange(len(sigma)) > 300
+    held = numpy.abs(errors - out["X_adapted"]) <= 2 * sigma
+    assert 0.9 < numpy.mean(held[late]) <= 1, numpy.mean(held[late])
+    assert numpy.all(numpy.diff(sigma[300:329:7]) != 0) and sigma[630] < sigma[629], sigma[625:635]
+    assert numpy.allclose(sigma, out["sigma_comp_X_um"], rtol=1e-6)
+    assert max(out["sigma_warm"]) == 0, "no sigma is known of the model alone"
+
+
 def test_wrong_probes_of_a_table_cost_little(compbox):
     adaptive(compbox)
     errors = probed_days(compbox, days=4)
