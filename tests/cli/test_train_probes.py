@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from conftest import ROOT
+from conftest import PLC, ROOT
 
 sys.path.insert(0, str(ROOT / "examples/adaptive-lathe"))
 import lathe  # noqa: E402  (pylint: disable=wrong-import-position)
@@ -114,6 +114,73 @@ def test_days_with_a_clock_of_their_own(compbox, record):
     found = compbox.read("net.json")["provenance"]["net"]["probes"]["error_X_um"]
     per_day = [rezeroed(day, 3600) for day in record[1][0].reshape(DAYS, -1)]
     assert found["probed"][0]["rezero"]["rms_um"] == pytest.approx(rms(np.concatenate(per_day)), rel=1e-3)
+
+
+def kalman(rows, term):
+    """The term by a filter of its own, in double precision: rows of (time_s, model, probed or None)."""
+    state, cov = np.zeros(2), np.diag([1.0, 0.25])
+    drift = np.diag([term["drift_um_per_sqrt_h"]**2, term["gain_drift_per_sqrt_h"]**2])
+    most = np.array([term["bias_max_um"], term["gain_max"]])
+    left, before = [], rows[0][0]
+    for time_s, m, probed in rows:
+        cov = cov + drift * (time_s - before) / 3600
+        before = time_s
+        if probed is not None:
+            h = np.array([1.0, m])
+            s = h @ cov @ h + term["sigma_um"]**2
+            innovation = probed - m - h @ state
+            assert abs(innovation) < 3 * math.sqrt(s), "the test is about probes inside of the gate"
+            by = np.clip(state + cov @ h * innovation / s, -most, most) - state
+            part = min(1.0, term["step_max_um"] / abs(h @ by))
+            state = state + part * by
+            # A shorter step tells less: P - part (2 - part) K S K'.
+            cov = cov - part * (2 - part) * np.outer(cov @ h, cov @ h) / s
+        left.append(m + state[0] + state[1] * m)
+    return left
+
+
+def test_the_box_adapts_as_written(compbox, record):
+    """train, build, eval: a machine file with thermometers and probes, and a day that `train` has not seen."""
+    compbox.write("lathe.csv", record[0])
+    compbox.good(*TRAIN, "--adapt", "--probe-whole", "--hold-out", "16")
+    compbox.good("init", *PLC, "--axes", "XZ", "--profile", "generic", "--travel", "X=500,Z=900", "-o", "machine.json")
+    machine = compbox.read("machine.json")
+    wanted = [(f"t{k}_degC", "degC", "int16", 0.01, -50, 150) for k in range(1, 7)]
+    for name in OUTPUTS:
+        wanted += [(f"probe_{name}", "um", "int16", 0.01, -320, 320), (f"probe_{name}_n", "1", "uint16", 1, 0, 65535)]
+    for name, unit, kind, scale, least, most in wanted:
+        machine["signals"].append({"name": name, "unit": unit, "plc": machine["plc"]["read"]["count"], "type": kind,
+                                   "scale": scale, "min": least, "max": most})
+        machine["plc"]["read"]["count"] += 1
+    compbox.write("machine.json", machine)
+    out = compbox.good("build", "machine.json", "net.json", "-o", "c.json")
+    assert "channel X = -(error_X_um_adapted)" in out and "channel Z = -(error_Z_um_adapted)" in out
+    lines = [list(map(float, line.split(","))) for line in record[0].splitlines()[1:]]
+    day = [line for line in lines if line[1] == 16][::2]  # a row each 20 minutes
+    samples, probed = [["time_s", "X", "Z", *(name for name, *_ in wanted)]], []
+    shown, count = [0.0, 0.0], 7
+    for row, line in enumerate(day):
+        due = row > 0 and row % 3 == 0
+        if due:
+            shown, count = line[8:10], count + 1
+        probed.append(shown if due else None)
+        samples.append([line[0], 200, 400, *line[2:8], shown[0], count, shown[1], count])
+    compbox.write("s.csv", "\n".join(",".join(map(str, row)) for row in samples) + "\n")
+    compbox.good("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
+    table = compbox.table("out.csv")
+    for k, name in enumerate(OUTPUTS):
+        term = compbox.read("net.json")["terms"][1 + k]
+        model, adapted = np.array(table[name]), np.array(table[name + "_adapted"])
+        own = kalman([(line[0], m, p and p[k]) for line, m, p in zip(day, model, probed)], term)
+        # The row of a probe shows the term one cycle behind: it follows at ramp_um_per_s.
+        quiet = [row for row, p in enumerate(probed) if p is None]
+        assert adapted[quiet] == pytest.approx(np.array(own)[quiet], abs=0.05)
+        assert (np.abs(adapted - model) <= term["bias_max_um"] + term["gain_max"] * np.abs(model)).all()
+        errors = np.array([line[8 + k] for line in day])
+        assert rms((errors - adapted)[4:]) < 0.8 * rms((errors - model)[4:])
+        # The channel's slew is 15 um in a cycle, and the first cycle of a row is what eval prints.
+        off = np.abs(np.array(table[f"comp_{'XZ'[k]}_um"]) + adapted)
+        assert np.median(off) < 0.01 and (off[quiet] > 0.01).sum() <= 3
 
 
 def test_refused(compbox, record):
