@@ -33,8 +33,9 @@ struct fit_arguments {
 constexpr const char *fit_example =
     R"(Reads position_mm,error_um (or error_urad) with optional columns run, direction and sigma.
 Finds the curve that exceeds the noise of the readings and writes it as a term for `compbox build`.
-With --tolerance-um, brings every residual within the tolerance. If no curve does, it writes the
-closest one with a warning and "converged": false in the provenance, and exits with 0.
+With --tolerance-um, brings every residual within the tolerance, as close to its best estimate as
+that permits. If no curve does, it writes the closest one with a warning and "converged": false in
+the provenance, and exits with 0.
 
 Example:
   compbox fit EZX.csv --name EZX --signal X --plot EZX.svg -o EZX.term.json)";
@@ -158,10 +159,15 @@ void add_fit(cli::command &app) {
         "by curvature; polynomial; polyline");
     fit.add_option("--degree N", options.degree, "Degree (B-spline 3, polynomial 7)")
         .check(cli::whole_between(1, 15));
-    fit.add_option("--tolerance-um E", options.tolerance_um,
-                   "Largest residual allowed at a measured position, um (urad for angles); without "
-                   "it the noise decides")
-        .check(cli::above_zero());
+    const cli::option tolerance =
+        fit.add_option(
+               "--tolerance-um E", options.tolerance_um,
+               "Largest residual allowed at a measured position, um (urad for angles); without "
+               "it the noise decides")
+            .check(cli::above_zero());
+    fit.add_flag("--fewest-knots", options.fewest_knots,
+                 "With --tolerance-um: spend the tolerance on fewer knots")
+        .needs(tolerance);
     fit.add_option_function(
         "--line LINE",
         choice(options.line, "--line",

@@ -115,6 +115,20 @@ double band_sigma(const fit_result &result, std::size_t i) {
     return std::hypot(estimate, best.mean[i] - result.curve.value(best.x[i]));
 }
 
+curve_distance estimate_distance(const fit_result &result) {
+    const smooth_curve &best = result.best;
+    curve_distance distance;
+    for (std::size_t i = 0; i < best.x.size(); ++i) {
+        const double off = std::abs(best.mean[i] - result.curve.value(best.x[i]));
+        distance.rms += off * off / static_cast<double>(best.x.size());
+        if (off <= distance.largest) continue;
+        distance.largest = off;
+        distance.largest_at_mm = best.x[i];
+    }
+    distance.rms = std::sqrt(distance.rms);
+    return distance;
+}
+
 void find_estimate(fit_result &result) {
     if (result.data.position.size() < 3) return;
     const int intervals = static_cast<int>(result.data.position.size()) - 1;

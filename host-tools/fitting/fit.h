@@ -23,6 +23,7 @@ struct fit_options {
     fit_method method = fit_method::bspline;
     int degree = 0;             // 0: 3 for splines, 7 for a polynomial
     double tolerance_um = 0.0;  // 0: none given
+    bool fewest_knots = false;  // with a tolerance: fewest knots first, then the best estimate
     reference_line line = reference_line::keep;
     std::optional<double> zero_at_mm;  // the curve (its forward branch) is zero there
     bool branches = false;             // separate curves forward and backward
@@ -52,6 +53,11 @@ struct residual_summary {
     double worst = 0.0, worst_at_mm = 0.0;  // largest |residual|, with sign, and its position
 };
 
+// Distance of the written curve from the best estimate, at the measured positions and between them.
+struct curve_distance {
+    double rms = 0.0, largest = 0.0, largest_at_mm = 0.0;
+};
+
 struct fit_result {
     fit_options options;       // with the degree in use
     measurement data;          // means minus the reference line
@@ -79,6 +85,9 @@ fit_result fit_curve(const measurement &data, const fit_options &options);
 // Standard deviation of the error about the written curve at result.best.x[i]: of the best
 // estimate, plus the curve's distance from it.
 double band_sigma(const fit_result &result, std::size_t i);
+
+// out: zero where there are too few positions for an estimate
+curve_distance estimate_distance(const fit_result &result);
 
 // The curve with that band as CSV: position_mm,curve_um,sigma_um (urad for angles; with branches
 // also backward_um,backward_sigma_um), at the measured positions and between them.

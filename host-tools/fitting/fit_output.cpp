@@ -95,6 +95,13 @@ std::string noise_source(const measurement &data) {
                             : "residuals, and what instruments usually have";
 }
 
+json distance_of(const fit_result &result) {
+    const curve_distance distance = estimate_distance(result);
+    return json{{"rms", formats::five_digits(distance.rms)},
+                {"largest", formats::five_digits(distance.largest)},
+                {"largest_at_mm", formats::five_digits(distance.largest_at_mm)}};
+}
+
 // out: what the instrument recorded: pairs are start and end
 json environment_of(const formats::laser_environment &environment) {
     const auto pair = [](const formats::start_and_end &values) {
@@ -188,11 +195,13 @@ json findings_of(const fit_result &result) {
     }
     found["left_out_rms"] = formats::five_digits(result.best.left_out_rms);
     found["residuals"] = residuals_of(result.summary);
+    if (result.best.x.size() > 1) found["from_best_estimate"] = distance_of(result);
     for (const auto &backward : result.backward) {
         json branch;
         if (result.options.tolerance_um > 0.0) branch["converged"] = backward.converged;
         branch["coefficients"] = backward.curve.coefficient_count();
         branch["residuals"] = residuals_of(backward.summary);
+        if (backward.best.x.size() > 1) branch["from_best_estimate"] = distance_of(backward);
         found["backward"] = branch;
     }
     if (!result.warnings.empty()) found["warnings"] = result.warnings;
@@ -257,6 +266,7 @@ std::string data_lines(const fit_result &result, const std::string &unit) {
                                 result.best.noise_correlation, result.best.widened));
 }
 
+// out: the written curve, its residuals and its distance from the best estimate
 std::string curve_lines(const fit_result &result, const std::string &unit) {
     const residual_summary &sum = result.summary;
     std::string text = line("coefficients", std::to_string(result.curve.coefficient_count()));
@@ -266,6 +276,12 @@ std::string curve_lines(const fit_result &result, const std::string &unit) {
                  fmt::format("{:.3f} {}, {:.3f} {}", sum.mean, unit, sum.variance, unit + "²"));
     text += line("worst point",
                  fmt::format("{:.3f} {} at {:.10g} mm", sum.worst, unit, sum.worst_at_mm));
+    if (result.best.x.size() > 1) {
+        const curve_distance distance = estimate_distance(result);
+        text += line("from best estimate",
+                     fmt::format("rms {:.3f} {}, largest {:.3f} {} at {:.10g} mm", distance.rms,
+                                 unit, distance.largest, unit, distance.largest_at_mm));
+    }
     text += line("left-out rms", fmt::format("{:.3f} {}", result.best.left_out_rms, unit));
     return text + line("inner knots", list_of_knots(result.curve));
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Adaptive B-spline fits of given points to a tolerance, as `compbox fit --tolerance-um` does them.
+// Adaptive B-spline fits of given points to a tolerance, as `compbox fit --tolerance-um E
+// --fewest-knots` does them.
 //   fit_bench FILE…    each FILE: the tolerance, then a line "x y" for each point
 // Prints for each: coefficients, largest residual, microseconds of one fit (median CPU time) and
 // milliseconds of the best estimate, which gives the band and the warnings and is not part of it.

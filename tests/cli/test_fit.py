@@ -175,6 +175,20 @@ def test_a_tolerance_that_is_not_reached_is_written_and_reported(compbox):
     assert found["converged"] is True and abs(found["residuals"]["worst"]) <= 0.01
 
 
+def test_a_tolerance_buys_fewer_knots_only_where_they_are_wanted(compbox):
+    def found(*options):
+        out = compbox.good(*FIT, *options)
+        assert "from best estimate" in out
+        return compbox.read("t.json")["provenance"]["EZX"]
+
+    free, wide, few = found(), found("--tolerance-um", "3"), found("--tolerance-um", "3", "--fewest-knots")
+    for key in ("coefficients", "residuals", "from_best_estimate"):
+        assert wide[key] == free[key]
+    assert few["coefficients"] < free["coefficients"]
+    assert few["from_best_estimate"]["rms"] > 3 * free["from_best_estimate"]["rms"]
+    assert "--fewest-knots" in compbox(*FIT, "--fewest-knots").stderr
+
+
 def test_lmc_says_when_its_points_run_out(compbox):
     done = compbox(*FIT, "--method", "bspline-lmc", "--tolerance-um", "0.001")
     assert done.returncode == 0

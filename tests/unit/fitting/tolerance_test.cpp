@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// compbox fit --tolerance-um: every residual inside, few knots, no swings between the readings.
+// compbox fit --tolerance-um: every residual inside, as close to the best estimate as that permits,
+// no swings between the readings; with --fewest-knots few knots.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -46,6 +47,22 @@ fit_result fit_within(const measurement &data, double tolerance, int degree = 0)
     return fit_curve(data, options);
 }
 
+fit_result with_few_knots(const measurement &data, double tolerance) {
+    fit_options options;
+    options.tolerance_um = tolerance;
+    options.fewest_knots = true;
+    return fit_curve(data, options);
+}
+
+// Largest error of the curve against the truth, on a dense grid.
+double largest_error(const fit_result &fit, double (*truth)(double)) {
+    double most = 0.0;
+    for (double x = 0.0; x <= 4000.0; x += 2.0) {
+        most = std::max(most, std::abs(fit.curve.value(x) - truth(x)));
+    }
+    return most;
+}
+
 // How far the curve leaves the range of the two readings beside it, at most.
 double overshoot(const fit_result &fit) {
     const auto &x = fit.data.position, &y = fit.data.mean;
@@ -64,11 +81,14 @@ TEST(FitTolerance, IsKeptWhateverTheNoise) {
     for (const auto truth : {wave, step, kink, spike}) {
         for (const double noise : {0.0, 0.4}) {
             for (const int n : {9, 21, 61}) {
+                const std::size_t free =
+                    fit_within(readings_of(truth, n, noise), 0.0).curve.coefficient_count();
                 for (const double tolerance : {0.0005, 0.05, 0.3, 1.0, 5.0, 30.0}) {
                     const fit_result fit = fit_within(readings_of(truth, n, noise), tolerance);
                     EXPECT_TRUE(fit.converged);
                     EXPECT_LE(std::abs(fit.summary.worst), tolerance);
-                    EXPECT_LE(fit.curve.coefficient_count(), fit.data.position.size());
+                    EXPECT_LE(fit.curve.coefficient_count(),
+                              std::max(free, fit.data.position.size()));
                     EXPECT_LT(overshoot(fit), 8.0 + tolerance) << n << " " << tolerance;
                 }
             }
@@ -76,17 +96,60 @@ TEST(FitTolerance, IsKeptWhateverTheNoise) {
     }
 }
 
-TEST(FitTolerance, CostsNoMoreKnotsThanItNeeds) {
+TEST(FitTolerance, IsNotSpentOnFewerKnots) {
+    for (const double noise : {0.1, 0.4}) {
+        const measurement data = readings_of(wave, 61, noise);
+        const fit_result free = fit_within(data, 0.0);
+        const double best = largest_error(free, wave);
+        for (const double tolerance : {2.0, 4.5, 9.0}) {
+            const fit_result fit = fit_within(data, tolerance);
+            EXPECT_EQ(largest_error(fit, wave), best) << tolerance;
+            EXPECT_EQ(fit.curve.coefficient_count(), free.curve.coefficient_count());
+        }
+        const fit_result few = with_few_knots(data, 4.5);
+        EXPECT_GT(largest_error(few, wave), 5.0 * best);
+        EXPECT_GT(estimate_distance(few).rms, 5.0 * estimate_distance(free).rms);
+    }
+}
+
+TEST(FitTolerance, TakesTheCurveInsideThatIsClosestToTheEstimate) {
+    const measurement data = readings_of(wave, 61, 0.4);
+    double before = 0.0;
+    for (const double tolerance : {0.6, 0.4, 0.2, 0.1, 0.05}) {
+        const fit_result fit = fit_within(data, tolerance), few = with_few_knots(data, tolerance);
+        const curve_distance own = estimate_distance(fit), other = estimate_distance(few);
+        EXPECT_LE(own.rms, other.rms) << tolerance;
+        EXPECT_GE(own.rms, 0.9 * before) << tolerance;
+        before = own.rms;
+    }
+}
+
+TEST(FitTolerance, StatesTheDistanceFromTheEstimate) {
+    const fit_result fit = with_few_knots(readings_of(wave, 61, 0.4), 4.5);
+    double squares = 0.0, largest = 0.0;
+    for (std::size_t i = 0; i < fit.best.x.size(); ++i) {
+        const double off = std::abs(fit.best.mean[i] - fit.curve.value(fit.best.x[i]));
+        squares += off * off / static_cast<double>(fit.best.x.size());
+        largest = std::max(largest, off);
+    }
+    const json stated = fragment_of(fit)["provenance"]["EXX"]["from_best_estimate"];
+    EXPECT_NEAR(stated["rms"].get<double>(), std::sqrt(squares), 1e-4 * largest);
+    EXPECT_NEAR(stated["largest"].get<double>(), largest, 1e-4 * largest);
+    EXPECT_NE(report_of(fit).find("from best estimate"), std::string::npos);
+}
+
+TEST(FitTolerance, CostsNoMoreKnotsThanItNeedsWhereFewAreWanted) {
     const measurement data = readings_of(wave, 61, 0.0);
     std::size_t before = 1000;
     for (const double tolerance : {0.01, 0.1, 1.0, 5.0, 60.0}) {
-        const fit_result fit = fit_within(data, tolerance);
+        const fit_result fit = with_few_knots(data, tolerance);
+        EXPECT_LE(std::abs(fit.summary.worst), tolerance);
         EXPECT_LE(fit.curve.coefficient_count(), before);
         before = fit.curve.coefficient_count();
     }
     EXPECT_EQ(before, 4u);
-    EXPECT_LE(fit_within(data, 1.0).curve.coefficient_count(), 12u);
-    EXPECT_EQ(fit_within(readings_of([](double x) { return x * x * 1e-6; }, 30, 0.0), 0.01)
+    EXPECT_LE(with_few_knots(data, 1.0).curve.coefficient_count(), 12u);
+    EXPECT_EQ(with_few_knots(readings_of([](double x) { return x * x * 1e-6; }, 30, 0.0), 0.01)
                   .curve.coefficient_count(),
               4u);
 }
