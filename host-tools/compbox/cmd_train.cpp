@@ -53,13 +53,13 @@ Example:
   compbox train warmup.csv --outputs ez_um --inputs 't*_degC,rpm' --lags 600,1800 --run-column run \
       --name net -o net.json)";
 
-// in : "X:T1,T2". out: `along` is "" without a colon
+// in : "X:T1,T2" or "X*X*Z:T1,T2". out: `along` is empty without a colon
 training::slope_option parse_slope(const std::string &text) {
     training::slope_option slope;
     const std::size_t colon = text.find(':');
     if (colon == std::string::npos) return slope;
-    slope.along = text.substr(0, colon);
-    std::istringstream rest(text.substr(colon + 1));
+    std::istringstream positions(text.substr(0, colon)), rest(text.substr(colon + 1));
+    for (std::string name; std::getline(positions, name, '*');) slope.along.push_back(name);
     for (std::string name; std::getline(rest, name, ',');) slope.of.push_back(name);
     return slope;
 }
@@ -229,7 +229,8 @@ void add_lags(cli::command &train, train_arguments &arguments) {
     train.add_option(
         "--slope X:T1,T2", arguments.slopes,
         "The error's slope along a position is linear in these inputs, as the control's "
-        "tan beta is in temperature; may be given several times");
+        "tan beta is in temperature; X*X*Z: along a product of positions; may be given several "
+        "times");
     const std::map<std::string, training::lag_starts> starts = {
         {"run", training::lag_starts::each_run},
         {"once", training::lag_starts::once},

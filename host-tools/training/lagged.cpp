@@ -100,9 +100,10 @@ Eigen::MatrixXd inputs_remembered(const training_data &data,
 void multiply_slopes(Eigen::Ref<Eigen::MatrixXd> x, const training_data &data,
                      const std::vector<model_input> &inputs) {
     for (std::size_t c = 0; c < inputs.size(); ++c) {
-        if (!inputs[c].is_slope()) continue;
-        x.col(static_cast<Eigen::Index>(c)).array() *=
-            data.x.col(inputs[c].along).array() - inputs[c].origin;
+        for (std::size_t k = 0; k < inputs[c].along.size(); ++k) {
+            x.col(static_cast<Eigen::Index>(c)).array() *=
+                data.x.col(inputs[c].along[k]).array() - inputs[c].origin[k];
+        }
     }
 }
 
@@ -154,15 +155,18 @@ void add_slopes(std::vector<model_input> &inputs, const training_data &data,
         return std::find(data.inputs.begin(), data.inputs.end(), name) - data.inputs.begin();
     };
     for (const auto &slope : slopes) {
-        const auto along = static_cast<int>(index_of(slope.along));
-        const auto position = data.x.col(along);
-        const double origin = std::round(0.5 * (position.minCoeff() + position.maxCoeff()));
+        model_input input;
+        std::string positions;
+        for (const auto &name : slope.along) {
+            const auto along = static_cast<int>(index_of(name));
+            const auto position = data.x.col(along);
+            input.along.push_back(along);
+            input.origin.push_back(std::round(0.5 * (position.minCoeff() + position.maxCoeff())));
+            positions += " * " + name;
+        }
         for (const auto &name : slope.of) {
-            model_input input;
             input.column = static_cast<std::size_t>(index_of(name));
-            input.name = fmt::format("{} * {}", name, slope.along);
-            input.along = along;
-            input.origin = origin;
+            input.name = name + positions;
             inputs.push_back(input);
         }
     }

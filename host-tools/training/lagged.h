@@ -15,16 +15,17 @@ struct model_input {
     std::size_t column = 0;  // of training_data::x
     double tau_s = 0.0;      // time constant; 0: the column itself
     int power = 1;           // 2: the column's square, 3: its cube
-    // A slope is multiplied by (position - origin), with the position in this column; -1: no slope.
-    int along = -1;
-    double origin = 0.0;
+    // A slope is multiplied by (position - origin) for each of these columns; none: no slope.
+    std::vector<int> along = {};
+    std::vector<double> origin = {};
 
-    bool is_slope() const { return along >= 0; }
+    bool is_slope() const { return !along.empty(); }
 };
 
-// The error's slope along a position depends on these inputs (the control's tanβ).
+// The error's slope along a position depends on these inputs (the control's tanβ). Several
+// positions are multiplied: {"X", "X", "Z"} is the square of X times Z.
 struct slope_option {
-    std::string along;
+    std::vector<std::string> along;
     std::vector<std::string> of;
 };
 
@@ -49,8 +50,8 @@ constexpr double square_tau_s = 1.0;
 // `squares` names an unknown input.
 std::vector<model_input> model_inputs(const training_data &data, const lag_options &options);
 
-// Adds for each slope its inputs times the distance from the origin, which is the middle of the
-// positions in the rows. Throws input_error for an unknown input.
+// Adds for each slope its inputs times the distances from the origins, which are the middles of
+// the positions in the rows. Throws input_error for an unknown input.
 void add_slopes(std::vector<model_input> &inputs, const training_data &data,
                 const std::vector<slope_option> &slopes);
 

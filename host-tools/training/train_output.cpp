@@ -140,29 +140,40 @@ json bank_of(const train_result &result) {
             {"bank", bank}};
 }
 
-// The slopes along one position as outputs of a separate term, which is held and faded like the
-// first: output k in um per mm is the sum of gains times (input - its centre).
-json slopes_term(const train_result &result, int along, const std::string &position) {
+// The slopes along the same positions as outputs of a separate term, which is held and faded like
+// the first: output k in um per mm is the sum of gains times (input - from). Along several
+// positions these are inputs of weight zero, so that the term fades beyond their range too.
+json slopes_term(const train_result &result, const model_input &slope,
+                 const std::string &position) {
     const trained_model &model = result.chosen;
     std::vector<slope_gain> gains;
     for (const auto &gain : slope_gains(result)) {
-        if (gain.along == along) gains.push_back(gain);
+        if (gain.along == slope.along) gains.push_back(gain);
     }
     const auto outputs = static_cast<Eigen::Index>(result.data.outputs.size());
     const auto inputs = static_cast<Eigen::Index>(gains.size());
     json term{{"name", fmt::format("{}_per_{}", result.options.name, position)}, {"type", "bpnet"}};
     for (const auto &name : result.data.outputs)
         term["outputs"].push_back(fmt::format("{}_per_{}", name, position));
-    Eigen::MatrixXd weights(outputs, inputs);
     std::vector<Eigen::Index> plain;
+    Eigen::MatrixXd weights(outputs, inputs);
+    Eigen::VectorXd bias = Eigen::VectorXd::Zero(outputs);
     for (Eigen::Index i = 0; i < inputs; ++i) {
         const slope_gain &gain = gains[static_cast<std::size_t>(i)];
         plain.push_back(gain.input);
         term["inputs"].push_back(result.inputs[static_cast<std::size_t>(gain.input)].name);
         weights.col(i) = gain.um_per_mm * model.in.scale[gain.input];
+        bias += gain.um_per_mm * (model.in.centre[gain.input] - gain.from);
     }
-    add_empty_layer(term, inputs, outputs);
-    term["output_bias"] = numbers(Eigen::VectorXd::Zero(outputs));
+    for (const Eigen::Index at : distinct_positions(result, slope)) {
+        if (std::find(plain.begin(), plain.end(), at) != plain.end()) continue;
+        plain.push_back(at);
+        term["inputs"].push_back(result.inputs[static_cast<std::size_t>(at)].name);
+        weights.conservativeResize(Eigen::NoChange, weights.cols() + 1);
+        weights.rightCols(1).setZero();
+    }
+    add_empty_layer(term, weights.cols(), outputs);
+    term["output_bias"] = numbers(bias);
     term["linear_weights"] = rows(weights);
     term["input_center"] = numbers(model.in.centre(plain));
     term["input_scale"] = numbers(model.in.scale(plain));
@@ -172,23 +183,38 @@ json slopes_term(const train_result &result, int along, const std::string &posit
     return term;
 }
 
-// Adds for each position the slopes' term and, for each output, a product with the position.
+// in : slope: along one position or several
+// out: a product for each output and position; each but the first multiplies the one before it
+void add_products(json &terms, const train_result &result, const model_input &slope,
+                  const std::string &position) {
+    for (const auto &name : result.data.outputs) {
+        std::string factor = fmt::format("{}_per_{}", name, position);
+        for (std::size_t k = 0; k < slope.along.size(); ++k) {
+            const bool last = k + 1 == slope.along.size();
+            const std::string product = last ? fmt::format("{}_by_{}", name, position)
+                                             : fmt::format("{}_{}_{}", name, position, k + 1);
+            terms.push_back(
+                {{"name", product},
+                 {"type", "product"},
+                 {"term", factor},
+                 {"signal", result.data.inputs[static_cast<std::size_t>(slope.along[k])]},
+                 {"origin", number(slope.origin[k])}});
+            factor = product;
+        }
+    }
+}
+
+// Adds the slopes' term for each position or product of positions, and its products.
 void add_slope_terms(json &terms, const train_result &result) {
-    std::vector<int> done;
+    std::vector<std::vector<int>> done;
     for (const auto &input : result.inputs) {
         if (!input.is_slope() || std::find(done.begin(), done.end(), input.along) != done.end()) {
             continue;
         }
         done.push_back(input.along);
-        const std::string &position = result.data.inputs[static_cast<std::size_t>(input.along)];
-        terms.push_back(slopes_term(result, input.along, position));
-        for (const auto &name : result.data.outputs) {
-            terms.push_back({{"name", fmt::format("{}_by_{}", name, position)},
-                             {"type", "product"},
-                             {"term", fmt::format("{}_per_{}", name, position)},
-                             {"signal", position},
-                             {"origin", number(input.origin)}});
-        }
+        const std::string position = positions_of(result, input);
+        terms.push_back(slopes_term(result, input, position));
+        add_products(terms, result, input, position);
     }
 }
 

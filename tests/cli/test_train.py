@@ -149,9 +149,8 @@ def test_record_slope_and_hidden_inputs_each_help(compbox):
     assert everything < 0.5 * left_of_screw(compbox, *WITH_ALL[:2], *WITH_ALL[4:])  # no slope
 
 
-def test_the_box_computes_slopes_and_the_memory_of_a_record(compbox, machine):
-    record, probed = write_screw(compbox)
-    compbox.good(*SCREW, *WITH_ALL, "--predictions", "p.csv")
+def screw_machine(compbox, machine):
+    """The machine file for the screw: its four inputs, channel X alone, a period of 1 s."""
     machine["signals"] = [{"name": n, "unit": "mm" if i < 2 else "1", "plc": 8 + 2 * i, "type": "float32",
                            "min": low, "max": high, "max_age_ms": 86400000}
                           for i, (n, low, high) in enumerate(SCREW_RANGES)]
@@ -160,13 +159,24 @@ def test_the_box_computes_slopes_and_the_memory_of_a_record(compbox, machine):
     machine["cycle"]["period_ms"] = 1000
     machine["plc"]["heartbeat_timeout_ms"] = 5000
     compbox.write("machine.json", machine)
-    printed = compbox.good("build", "machine.json", "net.json", "-o", "c.json")
-    assert "channel X = -(error_X_um + error_X_um_by_X)" in printed
+
+
+def box_and_predictions(compbox, record, probed):
+    """What the box computes at the probed rows, and what train predicted there (p.csv)."""
     compbox.good("eval", "c.json", "--inputs", "record.csv", "--raw", "-o", "out.csv")
     out, at = compbox.table("out.csv"), {row[0]: i for i, row in enumerate(record)}
     lines = (compbox.folder / "p.csv").read_text().splitlines()[1:]
     predicted = [float(line.split(",")[-1]) for line in lines]
-    computed = [-out["comp_X_um"][at[row[0]]] for row in probed]
+    return [-out["comp_X_um"][at[row[0]]] for row in probed], predicted
+
+
+def test_the_box_computes_slopes_and_the_memory_of_a_record(compbox, machine):
+    record, probed = write_screw(compbox)
+    compbox.good(*SCREW, *WITH_ALL, "--predictions", "p.csv")
+    screw_machine(compbox, machine)
+    printed = compbox.good("build", "machine.json", "net.json", "-o", "c.json")
+    assert "channel X = -(error_X_um + error_X_um_by_X)" in printed
+    computed, predicted = box_and_predictions(compbox, record, probed)
     assert computed == pytest.approx(predicted, abs=2e-3)
     assert max(computed) - min(computed) > 20
     fragment = compbox.read("net.json")
@@ -178,8 +188,35 @@ def test_the_box_computes_slopes_and_the_memory_of_a_record(compbox, machine):
         assert all((w != 0) == (i in seen) for i, w in enumerate(row))
 
 
+def test_slopes_along_a_product_of_positions(compbox, machine):
+    """The wall yields by the cube of the height times a load: linear along Z, Z*Z and Z*Z*Z."""
+    record, probed = write_screw(compbox)
+    for row in probed:
+        row[-1] += 8e-3 * (row[5] - 2000) * (row[3] / 40) ** 3 * (row[2] / 350) ** 2
+    lines = ["time_s,run,X,Z,t1,rpm,error_X_um"] + [",".join(map(str, r)) for r in probed]
+    compbox.write("probed.csv", "\n".join(lines) + "\n")
+    linear = ["0" if word == "6" else word for word in SCREW]
+    more = ("--record", "record.csv", "--slope", "X:t1", "--predictions", "p.csv")
+    rms = []
+    for slopes in (("Z",), ("Z", "Z*Z", "Z*Z*Z", "X*Z", "X*Z*Z", "X*X*Z", "X*X*Z*Z")):
+        words = [word for slope in slopes for word in ("--slope", slope + ":rpm,Z")]
+        compbox.good(*linear, *more, *words)
+        rms.append(compbox.read("net.json")["provenance"]["net"]["linear"]["left_out"]["error_X_um"]["rms"])
+    assert rms[1] < 0.2 * rms[0]
+    terms = {term["name"]: term for term in compbox.read("net.json")["terms"]}
+    assert terms["net_per_XXZ"]["inputs"] == ["rpm", "Z", "X"]
+    assert terms["error_X_um_XXZ_2"]["term"] == "error_X_um_XXZ_1"
+    assert (terms["error_X_um_by_XXZ"]["term"], terms["error_X_um_by_XXZ"]["signal"]) == ("error_X_um_XXZ_2", "Z")
+    screw_machine(compbox, machine)
+    printed = compbox.good("build", "machine.json", "net.json", "--accept-range", "-o", "c.json")
+    assert "error_X_um_by_XXZ" in printed and "error_X_um_XXZ_1" not in printed
+    computed, predicted = box_and_predictions(compbox, record, probed)
+    assert computed == pytest.approx(predicted, abs=1e-2)
+
+
 SCREW_REFUSED = {
     "no such input": (("--slope", "X:t9"), "--slope names 't9', which is not among the inputs"),
+    "no such factor": (("--slope", "X*Y:t1"), "--slope names 'Y', which is not among the inputs"),
     "no such position": (("--slope", "Y:t1"), "--slope names 'Y', which is not among the inputs"),
     "margin of nothing": (("--margin-of", "Q*:2"), "--margin-of: no input is called 'Q*'"),
     "unseen": (("--hidden-inputs", "Q*"), "--hidden-inputs: no input is called 'Q*'"),
