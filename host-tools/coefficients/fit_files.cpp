@@ -43,6 +43,22 @@ fitting::fit_options options_of(const fit_recipe &recipe, const std::string &cur
     return options;
 }
 
+drawn_curve drawn(const fitting::fit_result &fit) {
+    constexpr int points = 400;
+    drawn_curve curve;
+    curve.position_mm = fit.data.position;
+    curve.mean_um = fit.data.mean;
+    for (int i = 0; i <= points; ++i) {
+        curve.at_mm.push_back(fit.data.from() + (fit.data.to() - fit.data.from()) * i / points);
+        curve.curve_um.push_back(fit.curve.value(curve.at_mm.back()));
+    }
+    for (const fitting::key_step &step : fit.key_steps) {
+        curve.key_points.push_back(static_cast<double>(step.key_points));
+        curve.largest_residual_um.push_back(step.largest_residual);
+    }
+    return curve;
+}
+
 }  // namespace
 
 fitted_files fit_files(const std::string &measurements, const std::vector<std::string> &curves,
@@ -58,6 +74,7 @@ fitted_files fit_files(const std::string &measurements, const std::vector<std::s
         terms.push_back(fmt::format("{}/{}.json", folder, curve));
         formats::write_file(terms.back(), formats::json_text(fitting::fragment_of(fit)));
         result.coefficient_count[curve] = static_cast<int>(fit.curve.coefficient_count());
+        result.curves[curve] = drawn(fit);
         for (const auto &warning : fit.warnings) result.warnings.push_back(data + ": " + warning);
     }
     result.coefficients = folder + "/coefficients.json";

@@ -20,10 +20,17 @@ struct fit_recipe {
     std::map<std::string, double> tolerance_um;  // by curve; none: the noise decides
 };
 
+// A fitted curve for a figure: the readings' means, the curve, and bspline-lmc's way to it.
+struct drawn_curve {
+    std::vector<double> position_mm, mean_um, at_mm, curve_um;
+    std::vector<double> key_points, largest_residual_um;  // empty for other methods
+};
+
 struct fitted_files {
     std::string coefficients;                      // path of the coefficient file
     std::vector<std::string> warnings;             // of the fits
     std::map<std::string, int> coefficient_count;  // by curve
+    std::map<std::string, drawn_curve> curves;     // likewise
 };
 
 // Reads MEASUREMENTS/NAME.csv for each curve (its third letter is the signal), writes FOLDER/

@@ -58,6 +58,12 @@ struct curve_distance {
     double rms = 0.0, largest = 0.0, largest_at_mm = 0.0;
 };
 
+// One curve of bspline-lmc on the way to its tolerance.
+struct key_step {
+    std::size_t key_points = 0;
+    double largest_residual = 0.0;  // at the measured positions, unit of the error
+};
+
 struct fit_result {
     fit_options options;       // with the degree in use
     measurement data;          // means minus the reference line
@@ -74,6 +80,7 @@ struct fit_result {
     bool converged = true;   // false: a tolerance is set and not met
     std::vector<std::string> warnings;
     std::size_t key_points = 0;        // bspline-lmc only
+    std::vector<key_step> key_steps;   // likewise, the last is the curve
     std::vector<fit_result> backward;  // with branches: the backward curve, and this is the forward
                                        // one; else empty
 };

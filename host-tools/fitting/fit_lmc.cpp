@@ -178,6 +178,7 @@ void fit_lmc(fit_result &result) {
     for (;;) {
         curve = curve_of(data, keys, result.options.degree);
         const std::size_t next = worst_point(data, curve, keys, worst);
+        result.key_steps.push_back({keys.size(), worst});
         result.converged = worst <= tolerance;
         if (result.converged || next == data.position.size()) break;
         if (keys.size() + 1 > CB_MAX_CURVE_POINTS) break;

@@ -183,6 +183,10 @@ json findings_of(const fit_result &result) {
         found["converged"] = result.converged;
     }
     if (result.key_points > 0) found["key_points"] = result.key_points;
+    for (const key_step &step : result.key_steps) {
+        found["residual_by_key_points"].push_back(
+            {step.key_points, formats::five_digits(step.largest_residual)});
+    }
     found["coefficients"] = result.curve.coefficient_count();
     found[data.sigma_given ? "noise_per_sigma" : "noise"] = formats::five_digits(result.noise);
     found["noise_from"] = noise_source(data);

@@ -132,6 +132,25 @@ std::string plot_residuals(const fit_result &result, const std::string &branch) 
                          : " backward");
 }
 
+// The third panel, for bspline-lmc: the largest residual over the number of key points (S1).
+std::string key_points_panel(const fit_result &result, const std::string &unit) {
+    std::vector<double> count, residual;
+    for (const key_step &step : result.key_steps) {
+        count.push_back(static_cast<double>(step.key_points));
+        residual.push_back(step.largest_residual);
+    }
+    return formats::plot_data("keys", {count, residual}) +
+           fmt::format(
+               "set size 1,0.27\nset origin 0,0\nset tmargin 0.8\nset bmargin 3.4\n"
+               "set xrange [{}:{}]\nset yrange [0:*]\nset xlabel 'key points'\nset ylabel {}\n"
+               "plot $keys with linespoints pt 7 ps 0.6 lw 1.6 lc rgb '{}' title 'largest "
+               "residual', "
+               "{} with lines dt 2 lw 1.2 lc rgb '{}' title 'tolerance'\n",
+               count.front() - 1.0, count.back() + 1.0, formats::plot_text("residual, " + unit),
+               formats::plot_colour::curve, result.options.tolerance_um,
+               formats::plot_colour::second);
+}
+
 // "Größe 5, axis X, EXX.rtl": what the file states, and its name.
 std::string source_of(const measurement &data) {
     std::string text = data.about.machine;
@@ -168,25 +187,27 @@ void plot_fit(const fit_result &result, const std::string &path) {
         upper_end += ", " + plot_curve(backward, "b");
         lower_end += ", " + plot_residuals(result, "b");
     }
+    const bool keys = !result.key_steps.empty();
     script += fmt::format(
-        "set multiplot layout 2,1\n"
+        "set multiplot\n"
         "set border lw 0.8 lc rgb '#444444'\nset tics nomirror\n"
         "set grid lw 0.5 lc rgb '#dddddd'\nset key top right horizontal samplen 2\n"
         "set lmargin 9\nset rmargin 3\n"
         "set xrange [{}:{}]\nset offsets 0, 0, graph 0.05, graph 0.12\n"
         "set title {}\n"
-        "set size 1,0.58\nset origin 0,0.42\nset format x ''\nset bmargin 0.8\n"
+        "set size 1,{}\nset origin 0,{}\nset format x ''\nset bmargin 0.8\n"
         "set ylabel {}\n"
         "plot {}{}\n"
-        "unset title\nset size 1,0.42\nset origin 0,0\nset format x '%g'\nset bmargin 3.4\n"
+        "unset title\nset size 1,{}\nset origin 0,{}\nset format x '%g'\nset bmargin 3.4\n"
         "set tmargin 0.8\nset xlabel {}\n"
         "set ylabel {}\n"
-        "plot {}{}\nunset multiplot\n",
+        "plot {}{}\n{}unset multiplot\n",
         result.data.from(), result.data.to(), formats::plot_text(title_of(result, unit)),
-        formats::plot_text("error, " + unit), upper, upper_end,
+        keys ? 0.44 : 0.58, keys ? 0.56 : 0.42, formats::plot_text("error, " + unit), upper,
+        upper_end, keys ? 0.29 : 0.42, keys ? 0.27 : 0.0,
         formats::plot_text(result.options.signal + ", mm"), formats::plot_text("residual, " + unit),
-        lower, lower_end);
-    formats::run_gnuplot(path, script, 1000, 720);
+        lower, lower_end, keys ? key_points_panel(result, unit) : "");
+    formats::run_gnuplot(path, script, 1000, keys ? 960 : 720);
 }
 
 }  // namespace compbox::fitting

@@ -87,6 +87,8 @@ class seed_run {
     // in : shipped: the product's method, which is judged in motion too
     void try_method(const scenario_method &method, bool shipped, simulation &result) {
         const coefficients::fitted_files fit = coefficients_of(method, result);
+        const bool first_seed = result.drawn.size() < plan_.methods.size();
+        if (first_seed) result.drawn.push_back({method.name, fit.curves});
         const auto config = coefficients::load_coefficients(fit.coefficients);
         const fakeplc::register_map map = fakeplc::load_register_map(fit.coefficients);
         for (auto &path : paths_) {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "host-tools/coefficients/fit_files.h"
 #include "host-tools/simulation/remeasure.h"
 #include "host-tools/simulation/scenario.h"
 #include "host-tools/simulation/step_words.h"
@@ -33,9 +34,16 @@ struct moving_run {
     twin::xyz before_um = {}, after_um = {};  // ranges of the true error on the way
 };
 
+// The curves of the first seed by one recipe.
+struct drawn_method {
+    std::string method;
+    std::map<std::string, coefficients::drawn_curve> curves;
+};
+
 struct simulation {
     std::vector<simulated_run> runs;    // by seed, method, path
     std::vector<moving_run> moving;     // by seed, path, feed
+    std::vector<drawn_method> drawn;    // by method; steps instead of recipes draw nothing
     std::vector<std::string> warnings;  // of the fits and steps
 };
 

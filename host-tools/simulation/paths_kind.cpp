@@ -10,7 +10,10 @@ simulate_outcome run_paths(const simulate_request &request) {
     scenario plan = load_scenario(request.scenario);
     if (!request.seeds.empty()) plan.seeds = request.seeds;
     const simulation result = simulate(plan, request.folder, request.commands, request.progress);
-    if (!request.plots.empty()) plot_paths(plan, result, request.plots);
+    if (!request.plots.empty()) {
+        plot_paths(plan, result, request.plots);
+        plot_curves(result, request.plots);
+    }
     return {report_json(plan, result, request.real), report_text(plan, result, request.real),
             result.warnings};
 }

@@ -82,6 +82,48 @@ std::string path_script(const scenario_path &path, const std::string &directions
     return script + "unset multiplot\n";
 }
 
+// in : curves of one axis, by name
+// out: gnuplot script: readings and curves in one panel
+std::string curves_script(const std::map<std::string, coefficients::drawn_curve> &curves,
+                          char axis) {
+    std::string data, plots;
+    std::vector<double> travel;
+    std::size_t k = 0;
+    for (const auto &[name, curve] : curves) {
+        if (name.back() != axis) continue;
+        const char *colour = method_colours[k++ % std::size(method_colours)];
+        travel = curve.at_mm;
+        data += formats::plot_data(name, {curve.at_mm, curve.curve_um}) +
+                formats::plot_data(name + "_read", {curve.position_mm, curve.mean_um});
+        plots += fmt::format(
+            "{}${}_read using 1:2 with points pt 7 ps 0.5 lc rgb '{}' notitle, "
+            "${} using 1:2 with lines lw 1.8 lc rgb '{}' title '{}'",
+            plots.empty() ? "" : ", ", name, colour, name, colour, name);
+    }
+    if (plots.empty()) return "";
+    return panel_style(travel) + data +
+           fmt::format("set xlabel '{}, mm'\nset ylabel 'error, µm'\nplot {}\n", axis, plots);
+}
+
+// in : curves with the way to their key points
+// out: gnuplot script: the largest residual of each over the number of its key points
+std::string key_points_script(const std::map<std::string, coefficients::drawn_curve> &curves) {
+    std::string data, plots;
+    std::size_t k = 0;
+    for (const auto &[name, curve] : curves) {
+        data += formats::plot_data(name, {curve.key_points, curve.largest_residual_um});
+        plots += fmt::format(
+            "{}${} using 1:2 with linespoints pt {} ps 0.6 lw 1.4 lc rgb '{}' title '{}'",
+            plots.empty() ? "" : ", ", name, 4 + k, method_colours[k % std::size(method_colours)],
+            name);
+        ++k;
+    }
+    return "set border lw 0.8 lc rgb '#444444'\nset tics nomirror\n"
+           "set grid lw 0.8 lc rgb '#dddddd'\nset logscale y\n"
+           "set xlabel 'key points'\nset ylabel 'largest residual, µm'\n" +
+           data + fmt::format("plot {}\n", plots);
+}
+
 std::string file_name(std::string name) {
     std::replace(name.begin(), name.end(), ' ', '-');
     return name;
@@ -118,6 +160,21 @@ void plot_paths(const scenario &plan, const simulation &result, const std::strin
         }
         formats::run_gnuplot(fmt::format("{}/{}.svg", folder, file_name(path.name)),
                              path_script(path, plan.directions, runs), 1300, 950);
+    }
+}
+
+void plot_curves(const simulation &result, const std::string &folder) {
+    if (result.drawn.empty()) return;
+    for (const char axis : std::string(twin::axis_letters)) {
+        const std::string script = curves_script(result.drawn.front().curves, axis);
+        if (script.empty()) continue;
+        formats::run_gnuplot(fmt::format("{}/curves-{}.svg", folder, axis), script, 900, 420);
+    }
+    for (const auto &method : result.drawn) {
+        if (method.curves.empty() || method.curves.begin()->second.key_points.empty()) continue;
+        formats::run_gnuplot(folder + "/key-points.svg", key_points_script(method.curves), 900,
+                             420);
+        return;
     }
 }
 

@@ -61,6 +61,7 @@ std::string positions_of(const train_result &result, const model_input &slope) {
     return names;
 }
 
+// out: the contribution of each slope, in the order of the inputs
 std::vector<slope_gain> slope_gains(const train_result &result) {
     const trained_model &model = result.chosen;
     const network_parts<const double> net(model.shape, model.parameters.data());

@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: MIT
 """A page of docs/results/ from the report of `compbox simulate` (docs/report.md): tables, and a figure of ours
 beside the paper's.
-  results_page.py SCENARIO.json REPORT.json PAGE.md     writes PAGE.md, PAGE.svg and PAGE-path.svg"""
+  results_page.py SCENARIO.json REPORT.json PAGE.md     writes PAGE.md, PAGE.svg and PAGE-path.svg
+paper.json may have "headline": "remeasured" for a paper whose figures are remeasurements, and "curves": "X" for
+figures of the curves of an axis and of key points (PAGE-curves.svg, PAGE-key-points.svg)."""
 
 import json
 import pathlib
@@ -48,14 +50,37 @@ def headline(report):
                   "also between the stops", "remeasured", "its ceiling"], rows)
 
 
-def methods(report):
-    """Every method on the first path, and the paper."""
+def methods(report, paper):
+    """Every method on the first path, and the paper; by remeasurement and by the truth, or by the truth."""
     axes = list(report["reduction_percent"])
-    rows = [[f"**{report['method']}** (ours)"] + [percent(report["reduction_percent"][a]) for a in axes]]
-    rows += [[name] + [percent(values.get(a)) for a in axes]
-             for name, values in report["baselines"].items()]
-    rows.append(["the paper, on its machine"] + [percent(report["paper_percent"].get(a)) for a in axes])
-    return table(["part gone on: " + report["path"]] + axes, rows)
+    path, own = report["path"], report["method"]
+    remeasured = paper.get("headline") == "remeasured"
+    keys = ["remeasured_percent"] * remeasured + ["reduction_percent"]
+
+    def row(title, method, of=statistics.median):
+        values = [[run[axis][key] for run in report["runs"] if (run["path"], run["method"]) == (path, method)]
+                  for key in keys for axis in axes]
+        return [title] + [percent(of(some)) for some in values]
+    rows = [row(f"**{own}** (ours)", own)]
+    if remeasured:
+        ceilings = [report[key][axis] for key in ("noise_ceiling_percent", "ceiling_percent") for axis in axes]
+        rows += [row("its worst machine", own, min), ["a perfect model"] + [percent(value) for value in ceilings]]
+    rows += [row(name, name) for name in report["baselines"]]
+    theirs = [percent(report["paper_percent"].get(axis)) for axis in axes]
+    rows.append(["the paper, on its machine"] + theirs + ["–"] * (len(axes) * (len(keys) - 1)))
+    heads = [f"{axis} remeasured" for axis in axes] * remeasured + [
+        f"{axis} by the truth" if remeasured else axis for axis in axes]
+    return table(["part gone on: " + path] + heads, rows)
+
+
+def tolerances(scenario):
+    """The tolerance of each curve by each method that has one, in a sentence each; "" without any."""
+    text = ""
+    for method in scenario["methods"]:
+        if "tolerance_um" in method:
+            text += f"{method['name']}: " + ", ".join(
+                f"{curve} {um:g} µm" for curve, um in method["tolerance_um"].items()) + ". "
+    return text.rstrip()
 
 
 def iso(report):
@@ -112,15 +137,17 @@ def residual(report, paper):
     return table(["model", "", "range µm", "mean µm", "variance µm²", "paper: range", "mean", "variance"], rows)
 
 
-def figure(report, path):
+def figure(report, path, key):
     """Bars: what is left of each direction's error, in per cent: ours, the others, the paper."""
     axes = list(report["reduction_percent"])
-    bars = [("ours", report["reduction_percent"])] + list(report["baselines"].items())
+    bars = [("ours" if name == report["method"] else name,
+             {axis: median_of(report, report["path"], name, axis, key) for axis in axes})
+            for name in [report["method"]] + list(report["baselines"])]
     bars.append(("the paper", report["paper_percent"]))
     data = "".join(f'"{axis}" ' + " ".join(
         f"{100 - values[axis]:.2f}" if axis in values else "NaN" for _, values in bars) + "\n"
         for axis in axes)
-    colours = ["#0b6fb8", "#6a51a3", "#2e8b57", "#9aa0a6", "#bcd9ee"][:len(bars) - 1] + ["#c8501e"]
+    colours = ["#0b6fb8", "#6a51a3", "#2e8b57", "#9aa0a6", "#bcd9ee", "#d9b44a", "#7a5230"][:len(bars) - 1] + ["#c8501e"]
     plots = ", ".join(f"$d using {i + 2}:xtic(1) lc rgb '{colour}' title '{name}'"
                       for i, ((name, _), colour) in enumerate(zip(bars, colours)))
     script = (f"set terminal svg size 760,380 noenhanced background '#ffffff'\nset output '{path}'\n"
@@ -153,13 +180,21 @@ def page(scenario, report, paper, name):
         "explain. *Its ceiling*: the same as the remeasurement by the noisy laser would show it.")
     text += paragraph(f"Paper: {paper['source']}. {paper['result']}")
     text += f"![part of the error that is left, ours and the paper's]({name}.svg)\n\n"
-    text += "## Ours and the paper's\n\n" + methods(report)
+    text += "## Ours and the paper's\n\n" + methods(report, paper)
     text += "\n## Every path\n\n" + headline(report)
     text += (f"\n![{report['path']}, before and after]({name}-path.svg)\n\n"
              f"True error along {report['path']} of the first machine.\n")
     if "residual" in paper:
         text += f"\n## Errors with compensation on the {paper['residual_path']}\n\n" + residual(report, paper)
+        if tolerances(scenario):
+            text += "\n" + paragraph("Tolerances: " + tolerances(scenario)).rstrip() + "\n"
         text += "\nThe paper's means are those of amplitudes on its machine; ours count with their sign.\n"
+    if "curves" in paper:
+        text += (f"\n## The paper's figures 2 and 3\n\n![the errors of axis {paper['curves']}]({name}-curves.svg)\n\n"
+                 f"Readings and curves of axis {paper['curves']}, first machine (`curves-{paper['curves']}.svg` of "
+                 f"`compbox simulate --plots`).\n\n![largest residual over the number of key points]"
+                 f"({name}-key-points.svg)\n\nThe paper's method on the way to its tolerances (`key-points.svg`; for one "
+                 "curve `compbox fit --method bspline-lmc --plot`).\n")
     if "largest" in paper:
         text += "\n## By the paper's definition\n\n" + paragraph(
             "The largest absolute error at the stops, with the constant that an offset of the workpiece zero takes "
@@ -182,7 +217,11 @@ def main():
     scenario_file, report_file, out = map(pathlib.Path, sys.argv[1:])
     scenario, report = (json.loads(file.read_text()) for file in (scenario_file, report_file))
     paper = json.loads((scenario_file.parent / "paper.json").read_text())
-    figure(report, out.with_suffix(".svg"))
+    figure(report, out.with_suffix(".svg"),
+           "remeasured_percent" if paper.get("headline") == "remeasured" else "reduction_percent")
+    if "curves" in paper:
+        for made, name in ((f"curves-{paper['curves']}", "curves"), ("key-points", "key-points")):
+            plain(report_file.parent / "plots" / f"{made}.svg", out.with_name(f"{out.stem}-{name}.svg"))
     along = report_file.parent / "plots" / (report["path"].replace(" ", "-") + ".svg")
     plain(along, out.with_name(out.stem + "-path.svg"))
     out.write_text(page(scenario, report, paper, scenario_file.parent.name))

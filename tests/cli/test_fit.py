@@ -189,6 +189,18 @@ def test_a_tolerance_buys_fewer_knots_only_where_they_are_wanted(compbox):
     assert "--fewest-knots" in compbox(*FIT, "--fewest-knots").stderr
 
 
+def test_lmc_states_its_residual_by_key_points(compbox):
+    compbox.good(*FIT, "--method", "bspline-lmc", "--tolerance-um", "2", "--plot", "f.svg")
+    found = compbox.read("t.json")["provenance"]["EZX"]
+    steps = found["residual_by_key_points"]
+    assert [count for count, _ in steps] == list(range(steps[0][0], found["key_points"] + 1))
+    assert steps[-1][1] <= 2 < min(um for _, um in steps[:-1])
+    plot = (compbox.folder / "f.svg").read_text()
+    assert "key points" in plot and "largest residual" in plot
+    compbox.good(*FIT, "--plot", "f.svg")
+    assert "key points" not in (compbox.folder / "f.svg").read_text()
+
+
 def test_lmc_says_when_its_points_run_out(compbox):
     done = compbox(*FIT, "--method", "bspline-lmc", "--tolerance-um", "0.001")
     assert done.returncode == 0

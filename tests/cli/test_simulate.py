@@ -82,7 +82,9 @@ def test_report(compbox, gantry):
     report = simulate(compbox)
     assert report["format"] == "compbox-report/1"
     assert report["seeds"] == [2015] and report["method"] == "bspline"
-    assert list(report["baselines"]) == ["bspline-lmc", "polynomial", "polyline"]
+    assert list(report["baselines"]) == ["bspline-lmc", "bspline-S1-tolerance", "bspline-lmc-1um", "bspline-1um",
+                                          "polynomial", "polyline"]
+    assert report["baselines"]["bspline-S1-tolerance"] == report["reduction_percent"]
     assert report["paper_percent"] == {"X": 91.2, "Y": 91.2, "Z": 95.1}
     run = one_run(report, method="bspline")
     assert run["stops"] == 16 and set(run["coefficient_count"]) == set(gantry["curves"])
@@ -191,6 +193,16 @@ def test_statistics_and_log_go_into_the_report(compbox, gantry):
     plots = compbox.folder / "out/plots"
     for name in ("diagonal.svg", "compensation-over-time.svg"):
         assert (plots / name).read_text().startswith("<?xml") and "</svg>" in (plots / name).read_text()
+
+
+def test_the_figures_of_curves_and_key_points(compbox, gantry):
+    """S1's figures 2 and 3: the curves of an axis, the residual over the number of key points."""
+    compbox.good("simulate", "scenario.json", "--plots", "-o", "out")
+    plots = {path.name: path.read_text() for path in (compbox.folder / "out/plots").glob("*.svg")}
+    for axis in {curve[-1] for curve in gantry["curves"]}:
+        for curve in gantry["curves"]:
+            assert (f">{curve}<" in plots[f"curves-{axis}.svg"]) == (curve[-1] == axis)
+    assert ("key-points.svg" in plots) == any("lmc" in method["name"] for method in gantry["methods"])
 
 
 REFUSED = [

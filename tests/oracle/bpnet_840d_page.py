@@ -30,6 +30,12 @@ def row(title, runs):
     return f"| {title} | " + " | ".join(cells) + " |"
 
 
+def interval_row(report):
+    """Between which two values the median of all such machines is, with 95 %."""
+    cells = ["{:.1f} to {:.1f}".format(*report["reduction_percent_interval"][a]) for a in AXES]
+    return "| its 95 % interval | " + " | ".join(cells) + " |"
+
+
 HEAD = ("| | X: before, µm | gone, % | worst | Y: before | gone | worst | Z: before | gone | worst | "
         "in space: before | gone | worst |\n|---|" + "---|" * 12)
 
@@ -61,21 +67,30 @@ def page(report):
         row(f"**{own}** (what we ship)", main)]
     for name in practical["baselines"]:
         lines.append(row(name, runs_of(report, "practical", name, judged)))
-    lines += ["", "with-memory: a straight map of 8 temperatures, speed and its square with lags of 5, 20 and 60 "
-              "min, slopes along X, Y and Z, and a hidden layer of 8 for the wall. static-ridge: the same 19 "
-              "inputs without memory, a straight map; static-network: 19-20-3 of them, without memory (S3's "
-              "structure); mean-only: the mean error of the trained parts as a constant.", "",
+    lines += ["", "with-memory: a straight map of twelve temperatures, speed and its square with lags of 5, 20 and 60 "
+              "min, slopes along X, Y and Z, and in Y the load and the speed times powers of the positions for the "
+              "wall. with-network: the same, but a hidden layer of 8 for the wall. static-ridge: 19 inputs without "
+              "memory, a straight map; static-network: 19-20-3 of them, without memory (S3's structure); mean-only: "
+              "the mean error of the trained parts as a constant.", "",
               f"S3 reports {report['paper_percent']['largest']} % in Y of its own machine, by its own protocol. "
               "Compare it with the column Y, not with the length in space.", "",
               "| median, % gone | X | Y | Z | in space |", "|---|---|---|---|---|",
               by_key(report, "by the truth", "reduction_percent", judged, own),
-              by_key(report, "ceiling: all but the unexplained part removed", "ceiling_percent", judged, own),
+              interval_row(report),
+              by_key(report, "ceiling: a model that knows each temperature and the force; the unexplained part is left",
+                     "ceiling_percent", judged, own),
               by_key(report, "as the touch probe shows it (1 µm, 0.5 µm)", "remeasured_percent", judged, own),
               by_key(report, "its ceiling: unexplained part and probe noise", "noise_ceiling_percent", judged, own), "",
-              "In Y alone less is removed than in X and Z: there heat and the wall are of one size and of "
-              "opposite sign, so little is left to compare with, and the wall yields by the cube of the height "
-              "times a force that the box knows by a trembling spindle load only. The largest errors left "
-              "stand at the upper corners of the wall.", "",
+              "In Y heat and the wall are of one size and of opposite sign, so little is left to compare with. The "
+              "wall yields by the cube of the height, and less in its middle, times a force that the box knows by "
+              "the spindle's load. Two things matter in Y:", "",
+              "- The force is a straight map too: load and speed times Z, Z², Z³, X², X²Z, X²Z², Y and YZ "
+              "(`train --slope 'X*X*Z:…'`). Twelve parts do not teach a network this shape (with-network).",
+              "- The feed is no input of it. Fast moves back to the next line are far beyond the trained feeds, so a box "
+              "with this input fades all compensation there and comes back late for the first point of a line.", "",
+              "The largest errors left stand at the first point of a line on top of the wall: the load has just "
+              "risen. The slow cycle of this simulation (`pace` of the scenario, 300 ms for 30 ms) delays the box there, so "
+              "these figures are lower than those of a real cycle.", "",
               "![errors of the judged parts](bpnet-840d/practical.svg)", "",
               "## Beyond what was trained", "",
               "The same parts on days whose air is 5 and 10 K beyond the warmest and the coldest hour trained.",
@@ -98,8 +113,10 @@ def page(report):
               "time.", "",
               "![errors of the next part](bpnet-840d/paper.svg)", ""]
     reached = median(main, "largest", "reduction_percent")
-    kept = reached >= PROMISED_PERCENT and never_worse
-    lines += [f"Promised: {PROMISED_PERCENT:.0f} % of the largest error as a median ({reached:.1f} %), "
+    in_y = median(main, "Y", "reduction_percent")
+    kept = min(reached, in_y) >= PROMISED_PERCENT and never_worse
+    lines += [f"Promised: {PROMISED_PERCENT:.0f} % of the largest error as a median, in Y ({in_y:.1f} %) and in space "
+              f"({reached:.1f} %), "
               f"never worse than without the box outside of what was trained: {'kept' if kept else 'NOT KEPT'}.", ""]
     print("\n".join(lines).rstrip())
     return kept
