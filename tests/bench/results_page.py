@@ -147,7 +147,8 @@ def figure(report, path, key):
     data = "".join(f'"{axis}" ' + " ".join(
         f"{100 - values[axis]:.2f}" if axis in values else "NaN" for _, values in bars) + "\n"
         for axis in axes)
-    colours = ["#0b6fb8", "#6a51a3", "#2e8b57", "#9aa0a6", "#bcd9ee", "#d9b44a", "#7a5230"][:len(bars) - 1] + ["#c8501e"]
+    colours = ["#0b6fb8", "#6a51a3", "#2e8b57", "#9aa0a6", "#bcd9ee", "#d9b44a",
+               "#7a5230"][:len(bars) - 1] + ["#c8501e"]
     plots = ", ".join(f"$d using {i + 2}:xtic(1) lc rgb '{colour}' title '{name}'"
                       for i, ((name, _), colour) in enumerate(zip(bars, colours)))
     script = (f"set terminal svg size 760,380 noenhanced background '#ffffff'\nset output '{path}'\n"
@@ -190,11 +191,12 @@ def page(scenario, report, paper, name):
             text += "\n" + paragraph("Tolerances: " + tolerances(scenario)).rstrip() + "\n"
         text += "\nThe paper's means are those of amplitudes on its machine; ours count with their sign.\n"
     if "curves" in paper:
-        text += (f"\n## The paper's figures 2 and 3\n\n![the errors of axis {paper['curves']}]({name}-curves.svg)\n\n"
+        text += ("\n## The paper's figures 2 and 3\n\n"
+                 f"![the errors of axis {paper['curves']}]({name}-curves.svg)\n\n"
                  f"Readings and curves of axis {paper['curves']}, first machine (`curves-{paper['curves']}.svg` of "
                  f"`compbox simulate --plots`).\n\n![largest residual over the number of key points]"
-                 f"({name}-key-points.svg)\n\nThe paper's method on the way to its tolerances (`key-points.svg`; for one "
-                 "curve `compbox fit --method bspline-lmc --plot`).\n")
+                 f"({name}-key-points.svg)\n\nThe paper's method on the way to its tolerances (`key-points.svg`; for "
+                 "one curve `compbox fit --method bspline-lmc --plot`).\n")
     if "largest" in paper:
         text += "\n## By the paper's definition\n\n" + paragraph(
             "The largest absolute error at the stops, with the constant that an offset of the workpiece zero takes "

@@ -86,11 +86,11 @@ def page(report):
               "the spindle's load. Two things matter in Y:", "",
               "- The force is a straight map too: load and speed times Z, Z², Z³, X², X²Z, X²Z², Y and YZ "
               "(`train --slope 'X*X*Z:…'`). Twelve parts do not teach a network this shape (with-network).",
-              "- The feed is no input of it. Fast moves back to the next line are far beyond the trained feeds, so a box "
-              "with this input fades all compensation there and comes back late for the first point of a line.", "",
+              "- The feed is no input of it. Fast moves back to the next line are far beyond the trained feeds, so a "
+              "box with this input fades all compensation there and comes back late for the first point of a line.", "",
               "The largest errors left stand at the first point of a line on top of the wall: the load has just "
-              "risen. The slow cycle of this simulation (`pace` of the scenario, 300 ms for 30 ms) delays the box there, so "
-              "these figures are lower than those of a real cycle.", "",
+              "risen. The slow cycle of this simulation (`pace` of the scenario, 300 ms for 30 ms) delays the box "
+              "there, so these figures are lower than those of a real cycle.", "",
               "![errors of the judged parts](bpnet-840d/practical.svg)", "",
               "## Beyond what was trained", "",
               "The same parts on days whose air is 5 and 10 K beyond the warmest and the coldest hour trained.",
