@@ -17,7 +17,8 @@ std::vector<std::string> outputs_of(const json &term);
 // out: the signals that a term names or uses by its type (a volumetric term's axes)
 std::vector<std::string> signals_of(const json &term);
 
-// out: outputs that other terms use: a product's slope, a volumetric term's errors
+// out: outputs that other terms use: a product's slope, a volumetric term's errors, an
+//      adapted term's model
 std::set<std::string> consumed_outputs(const json &terms);
 
 }  // namespace compbox::coefficients

@@ -453,6 +453,15 @@ def adaptive(compbox, **changed):
     return compbox.write("a.json", data)
 
 
+def test_build_says_nothing_of_an_adapted_model(compbox):
+    """Its model is in no sum, but it is in use; so are the probe's signals."""
+    data = compbox.read(adaptive(compbox))
+    compbox.write("terms.json", {"signals": [], "terms": data.pop("terms")})
+    compbox.write("machine.json", {**data, "terms": []})
+    assert "Remark" not in compbox.good("build", "machine.json", "terms.json", "-o", "c.json")
+    assert compbox.read("c.json")["channels"][0]["sum"] == ["X_adapted"]
+
+
 def probed_days(compbox, wrong=0.0, days=2, every_min=60):
     """A table of minutes: the error, whose bias and gain wander, is probed; out: the error of each row."""
     dice, wrongs = random.Random(5), random.Random(6)
