@@ -66,6 +66,39 @@ cause cause_of_curve(std::size_t index, const json &term, const json &found,
     return one;
 }
 
+// out: the causes of a bank (training/bank_sigma.h): its residual, and each direction. in : stated:
+//      the member sigma of its provenance
+std::vector<cause> causes_of_bank(std::size_t index, const json &term, const json &stated,
+                                  const std::string &path) {
+    std::vector<cause> causes;
+    const auto residual = formats::get<std::vector<double>>(stated, "residual_um", path);
+    const auto along = formats::get<std::vector<double>>(stated, "along_um", path);
+    const json bank = term["bank"];
+    if (residual.size() != bank["weights"].size() || along.size() != residual.size()) {
+        throw input_error(path, 0, 0, "provenance.{}.sigma needs a value for each output",
+                          formats::get<std::string>(term, "name", path));
+    }
+    const auto add = [&](const std::vector<double> &scale, const std::vector<double> &weights,
+                         double offset) {
+        cause one = {index, term, "", 0, 0, {1.0}};
+        json &raised = one.raised["bank"];
+        for (std::size_t k = 0; k < scale.size(); ++k) {
+            raised["bias"][k] = raised["bias"][k].get<double>() + scale[k] * offset;
+            for (std::size_t c = 0; c < weights.size() && c < raised["weights"][k].size(); ++c) {
+                json &weight = raised["weights"][k][c];
+                weight = weight.get<double>() + scale[k] * weights[c];
+            }
+        }
+        causes.push_back(one);
+    };
+    add(residual, {}, 1.0);
+    for (const json &direction : stated["directions"]) {
+        add(along, formats::get<std::vector<double>>(direction, "weights", path),
+            formats::get<double>(direction, "offset", path));
+    }
+    return causes;
+}
+
 struct found_causes {
     std::vector<cause> causes;
     std::vector<std::string> exact;  // terms that state no sigma
@@ -90,6 +123,10 @@ found_causes causes_of(const json &file, const std::string &path) {
             }
         } else if (own.is_object() && own.contains("sigma") && term.contains("signal")) {
             found.causes.push_back(cause_of_curve(k, term, own, path));
+        } else if (own.is_object() && own.contains("sigma") && term.contains("bank")) {
+            for (cause &one : causes_of_bank(k, term, own["sigma"], path)) {
+                found.causes.push_back(std::move(one));
+            }
         } else if (type != "product") {
             found.exact.push_back(name);
         }

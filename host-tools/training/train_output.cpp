@@ -7,6 +7,7 @@
 #include "host-tools/formats/json.h"
 #include "host-tools/formats/numbers.h"
 #include "host-tools/training/bank.h"
+#include "host-tools/training/bank_sigma.h"
 #include "host-tools/training/slopes.h"
 #include "host-tools/training/train.h"
 
@@ -246,6 +247,26 @@ std::size_t bank_lags(const train_result &result) {
                       [](const model_input &input) { return input.tau_s > 0.0; }));
 }
 
+// out: how far a bank's prediction may be off, for `eval --sigma` (bank_sigma.h)
+json sigma_json(const train_result &result) {
+    const bank_sigma sigma = sigma_of_bank(result);
+    const auto digits = [](const auto &values) {
+        json list = json::array();
+        for (Eigen::Index i = 0; i < values.size(); ++i) {
+            list.push_back(formats::five_digits(values[i]));
+        }
+        return list;
+    };
+    json directions = json::array();
+    for (Eigen::Index k = 0; k < sigma.offset.size(); ++k) {
+        directions.push_back(
+            {{"weights", digits(sigma.weights.row(k))}, {"offset", number(sigma.offset[k])}});
+    }
+    return {{"residual_um", digits(sigma.residual_um)},
+            {"along_um", digits(sigma.along_um)},
+            {"directions", directions}};
+}
+
 // out: the member of "provenance": data, runs, decays, figures of both models, warnings
 json findings_of(const train_result &result) {
     json found;
@@ -284,6 +305,9 @@ json findings_of(const train_result &result) {
     }
     found["written"] = figures_of(result.chosen_figures, result);
     found["written"].erase("log_evidence");
+    const bool has_sigma = result.options.bank && !result.options.zero_at_start &&
+                           result.linear.left_out_predictions.rows() > 0;
+    if (has_sigma) found["sigma"] = sigma_json(result);
     found["verdict"] = result.verdict;
     if (!result.warnings.empty()) found["warnings"] = result.warnings;
     return found;

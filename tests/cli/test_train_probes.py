@@ -139,20 +139,26 @@ def kalman(rows, term):
     return left
 
 
-def test_the_box_adapts_as_written(compbox, record):
-    """train, build, eval: a machine file with thermometers and probes, and a day that `train` has not seen."""
-    compbox.write("lathe.csv", record[0])
-    compbox.good(*TRAIN, "--adapt", "--probe-whole", "--hold-out", "16")
+def lathe_machine(compbox, probes):
+    """machine.json with six thermometers and perhaps the probes. out: the signals behind X and Z"""
     compbox.good("init", *PLC, "--axes", "XZ", "--profile", "generic", "--travel", "X=500,Z=900", "-o", "machine.json")
     machine = compbox.read("machine.json")
     wanted = [(f"t{k}_degC", "degC", "int16", 0.01, -50, 150) for k in range(1, 7)]
-    for name in OUTPUTS:
+    for name in OUTPUTS if probes else ():
         wanted += [(f"probe_{name}", "um", "int16", 0.01, -320, 320), (f"probe_{name}_n", "1", "uint16", 1, 0, 65535)]
     for name, unit, kind, scale, least, most in wanted:
         machine["signals"].append({"name": name, "unit": unit, "plc": machine["plc"]["read"]["count"], "type": kind,
                                    "scale": scale, "min": least, "max": most})
         machine["plc"]["read"]["count"] += 1
     compbox.write("machine.json", machine)
+    return wanted
+
+
+def test_the_box_adapts_as_written(compbox, record):
+    """train, build, eval: a machine file with thermometers and probes, and a day that `train` has not seen."""
+    compbox.write("lathe.csv", record[0])
+    compbox.good(*TRAIN, "--adapt", "--probe-whole", "--hold-out", "16")
+    wanted = lathe_machine(compbox, probes=True)
     out = compbox.good("build", "machine.json", "net.json", "-o", "c.json")
     assert "channel X = -(error_X_um_adapted)" in out and "channel Z = -(error_Z_um_adapted)" in out
     lines = [list(map(float, line.split(","))) for line in record[0].splitlines()[1:]]
@@ -181,6 +187,38 @@ def test_the_box_adapts_as_written(compbox, record):
         # The channel's slew is 15 um in a cycle, and the first cycle of a row is what eval prints.
         off = np.abs(np.array(table[f"comp_{'XZ'[k]}_um"]) + adapted)
         assert np.median(off) < 0.01 and (off[quiet] > 0.01).sum() <= 3
+
+
+def test_the_sigma_of_a_bank(compbox, record):
+    """eval --sigma: two sigmas hold the errors of days that were not trained on, and far from all that was trained
+    sigma is larger."""
+    compbox.write("lathe.csv", record[0])
+    compbox.good(*TRAIN, "--hold-out", "14,15,16")
+    stated = compbox.read("net.json")["provenance"]["net"]["sigma"]
+    lathe_machine(compbox, probes=False)
+    machine = compbox.read("machine.json")
+    machine["cycle"]["period_ms"] = 500  # rows are minutes apart, so nothing is lost
+    machine["plc"]["heartbeat_timeout_ms"] = 5000
+    compbox.write("machine.json", machine)
+    compbox.good("build", "machine.json", "net.json", "-o", "c.json")
+    lines = [list(map(float, line.split(","))) for line in record[0].splitlines()[1:]]
+    late = [line for line in lines if line[1] >= 14]
+
+    def sigma_at(warmer_K):
+        samples = [",".join(["time_s,X,Z", *(f"t{k}_degC" for k in range(1, 7))])]
+        samples += [",".join(map(str, [line[0], 200, 400, *(t + warmer_K for t in line[2:8])])) for line in late]
+        compbox.write("s.csv", "\n".join(samples) + "\n")
+        compbox.good("eval", "c.json", "--inputs", "s.csv", "--raw", "--sigma", "-o", "out.csv")
+        return compbox.table("out.csv")
+
+    table, far = sigma_at(0), sigma_at(12)
+    for k, name in enumerate(OUTPUTS):
+        left = np.abs([line[8 + k] - m for line, m in zip(late, table[name])])
+        sigma = np.array(table[f"sigma_{name}"])
+        assert (sigma >= 0.999 * stated["residual_um"][k]).all()
+        assert np.mean(left <= 2 * sigma) > 0.85
+        assert np.median(far[f"sigma_{name}"]) > 1.1 * np.median(sigma)
+        assert table[f"sigma_comp_{'XZ'[k]}_um"] == pytest.approx(list(sigma), rel=1e-4)
 
 
 def test_refused(compbox, record):

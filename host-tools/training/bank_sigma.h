@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// How far the prediction of a bank may be off at a state: what the runs left out show, and more
+// where the state is far from those trained on.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "host-tools/training/train.h"
+
+namespace compbox::training {
+
+// The variance of output k at the columns x is
+//   residual_um[k]^2 + sum over the directions of (along_um[k] * (weights * x + offset))^2.
+struct bank_sigma {
+    Eigen::VectorXd residual_um, along_um;  // of each output
+    Eigen::MatrixXd weights;                // a direction per row, of the bank's columns
+    Eigen::VectorXd offset;                 // of each direction
+};
+
+// in : a bank without zero_at_start, with predictions of runs left out
+// out: as directions the principal axes in which the trained states lie furthest apart, at most
+// four,
+//      scaled to a mean square of 1 over the rows. residual_um and along_um are those of maximum
+//      likelihood of the residuals left out; along_um is at least the share of one in all runs.
+bank_sigma sigma_of_bank(const train_result &result);
+
+}  // namespace compbox::training
