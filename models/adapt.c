@@ -79,7 +79,9 @@ static bool is_valid(const struct cb_adapt *state) {
     const bool values = cb_is_finite(state->bias_um) && cb_is_finite(state->gain) &&
                         cb_is_finite(state->pending_um[0]) && cb_is_finite(state->pending_um[1]) &&
                         cb_is_finite(state->innovation_um) && state->expected_um >= 0.0f;
-    return variances && times && values && state->pending <= 2 && state->asked <= 1;
+    const bool sums = state->above >= 0.0f && state->above <= FLT_MAX && state->below >= 0.0f &&
+                      state->below <= FLT_MAX;
+    return variances && times && values && sums && state->pending <= 2 && state->asked <= 1;
 }
 
 void cb_adapt_resume(const struct cb_adapt_settings *settings, struct cb_adapt *state) {
@@ -120,11 +122,20 @@ static void narrow(struct cb_adapt *state, const struct outlook *at, float r) {
     state->gain_d = bounded_variance(state->gain_d * (first / all), MOST_GAIN_VARIANCE);
 }
 
+/* Adds the last innovation to the sums. They end at twice the alarm, so that it ends too. */
+static void sum_up(struct cb_adapt *state) {
+    const float most = 2.0f * CB_ADAPT_DRIFTED, slack = 0.5f;
+    const float x = cb_clamp(state->innovation_um / state->expected_um, -3.0f, 3.0f);
+    state->above = cb_clamp(state->above + x - slack, 0.0f, most);
+    state->below = cb_clamp(state->below - x - slack, 0.0f, most);
+}
+
 /* One Kalman step, limited.
  * in : innovation_um, finite; m, finite
  * out: b, g, P; the movement of b + (1 + g) m, at most step_max_um */
 static float take(const struct cb_adapt_settings *settings, struct cb_adapt *state,
                   float innovation_um, float m) {
+    sum_up(state);
     const struct outlook at = look(state, m);
     const float noise = settings->sigma_um * settings->sigma_um;
     const float share = innovation_um / (noise + at.s);

@@ -43,6 +43,7 @@ struct cb_adapt {
     float expected_um;    /* … and the root of its variance S; 0: no probe was judged */
     float pending_um[2];  /* innovations outside of the gate, not yet resolved, the oldest first */
     float pending_h;      /* age of the newest one */
+    float above, below;   /* CUSUM of the normalised innovations of taken probes, >= 0 */
     uint8_t pending;      /* their number, 0 … 2 */
     uint8_t asked;        /* 1: a repetition was asked for */
 };
@@ -52,7 +53,7 @@ struct cb_adapt {
 #else
 #define CB_ADAPT_ASSERT _Static_assert
 #endif
-CB_ADAPT_ASSERT(sizeof(struct cb_adapt) == 48, "stored as it is");
+CB_ADAPT_ASSERT(sizeof(struct cb_adapt) == 56, "stored as it is");
 
 /* Result of one probe. */
 enum cb_adapt_outcome {
@@ -89,6 +90,17 @@ void cb_adapt_wait(const struct cb_adapt_settings *settings, struct cb_adapt *st
  * standard deviations of their noise and of the drift between them; then the newer one is taken. */
 enum cb_adapt_outcome cb_adapt_probe(const struct cb_adapt_settings *settings,
                                      struct cb_adapt *state, float probed_um, float model_um);
+
+/* The probes that are taken differ from the prediction to one side for longer than chance and the
+ * stated drifts allow: the model no longer fits the machine, or a bound holds it back. Each taken
+ * innovation, in its standard deviations and within ±3, adds to `above` or `below` what exceeds
+ * 0.5. Unbiased ones reach the limit once in about 10 000 probes; one standard deviation to one
+ * side reaches it in about 20.
+ * out: the larger sum; beyond CB_ADAPT_DRIFTED it is an alarm */
+#define CB_ADAPT_DRIFTED 10.0f
+static inline float cb_adapt_cusum(const struct cb_adapt *state) {
+    return state->above > state->below ? state->above : state->below;
+}
 
 /* out: y at the model value m; m itself at b = g = 0; invariant (1) for |model_um| <= 1e30, any
  *      float bias_um and gain */

@@ -20,7 +20,8 @@
     X(CB_CAUSE_DEMAND, 8, "channel", "wants", "um and its error_um is")                   \
     X(CB_CAUSE_LIMITED, 9, "channel", "wants", "um and its limit_um is")                  \
     X(CB_CAUSE_UNAPPLIED, 10, "channel", "applies", "um and was sent")                    \
-    X(CB_CAUSE_DOUBTED, 11, "signal", "reads", "and the other sensors predict")
+    X(CB_CAUSE_DOUBTED, 11, "signal", "reads", "and the other sensors predict")           \
+    X(CB_CAUSE_DRIFTED, 12, "term", "has probes to one side, by a sum of", "and its limit is")
 
 enum cb_cause_kind {
 #define CB_X(name, number, what, before, between) name = number,

@@ -322,6 +322,7 @@ static struct cb_mode_events see(const struct cb_box *box, const struct cb_input
         .excessive = step->demand.excessive,
         .degraded = step->terms.degraded,
         .extrapolated = step->terms.extrapolated,
+        .drifted = cb_probes_drifted(config, box->probes) != CB_NONE,
         .limited = step->demand.limited,
         .fault = (uint8_t)find_fault(box)};
     return events;

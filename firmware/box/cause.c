@@ -56,6 +56,13 @@ static struct cb_cause of_terms(const struct cb_box *box) {
     return NO_CAUSE;
 }
 
+static struct cb_cause of_probes(const struct cb_box *box) {
+    const unsigned i = cb_probes_drifted(&box->config, box->probes);
+    if (i == CB_NONE) return NO_CAUSE;
+    return (struct cb_cause){CB_CAUSE_DRIFTED, box->config.adapts[i],
+                             cb_adapt_cusum(&box->probes[i].filter), CB_ADAPT_DRIFTED};
+}
+
 /* in : kind, CB_CAUSE_DEMAND or CB_CAUSE_LIMITED. out: the first channel beyond that bound */
 static struct cb_cause of_demand(const struct cb_box *box, uint8_t kind) {
     for (unsigned i = 0; i < box->config.channels_count; ++i) {
@@ -86,6 +93,8 @@ struct cb_cause cb_box_find_cause(const struct cb_box *box) {
             return of_terms(box);
         case CB_REASON_LIMITED:
             return of_demand(box, CB_CAUSE_LIMITED);
+        case CB_REASON_MODEL_DRIFTED:
+            return of_probes(box);
         case CB_REASON_UNAPPLIED:
         case CB_REASON_FOREIGN:
             return of_applied(box);

@@ -49,7 +49,8 @@ static enum cb_reason remark(const struct cb_mode_events *e) {
     if (e->unapplied) return CB_REASON_UNAPPLIED;
     if (e->degraded) return CB_REASON_DEGRADED;
     if (e->limited) return CB_REASON_LIMITED;
-    return e->extrapolated ? CB_REASON_EXTRAPOLATED : CB_REASON_NONE;
+    if (e->extrapolated) return CB_REASON_EXTRAPOLATED;
+    return e->drifted ? CB_REASON_MODEL_DRIFTED : CB_REASON_NONE;
 }
 
 static enum cb_mode fault(struct cb_mode_state *state, uint8_t reason) {

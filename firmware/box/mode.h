@@ -15,7 +15,7 @@
     X(CB_MODE_FAULT, 4, "FAULT")     \
     X(CB_MODE_STOPPED, 5, "STOPPED")
 
-/* X(name, value, text): the high byte of the status register; 16 and above are faults. */
+/* X(name, value, text): the high byte of the status register; 16 to 21 are faults. */
 #define CB_REASONS(X)                                                                           \
     X(CB_REASON_NONE, 0, "all is well")                                                         \
     X(CB_REASON_NO_PLC, 1, "the PLC does not reply")                                            \
@@ -39,7 +39,8 @@
     X(CB_REASON_WRITE_REFUSED, 18, "the PLC refuses the writes")                                \
     X(CB_REASON_OVERRUN, 19, "the box misses its period repeatedly")                            \
     X(CB_REASON_NC_ALARM, 20, "an NC alarm occurred during compensation")                       \
-    X(CB_REASON_FOREIGN, 21, "the PLC applies a value that is not the box's, beyond error_um")
+    X(CB_REASON_FOREIGN, 21, "the PLC applies a value that is not the box's, beyond error_um")  \
+    X(CB_REASON_MODEL_DRIFTED, 22, "a model no longer fits: its probes differ to one side")
 
 enum cb_mode {
 #define CB_X(name, value, text) name = value,
@@ -75,6 +76,7 @@ struct cb_mode_events {
     bool unapplied;     /* the PLC applies another value than was written */
     bool degraded;      /* a term is not live, or weakened outside its training range */
     bool extrapolated;  /* a model is outside its training range */
+    bool drifted;       /* the probes of an adapted term differ from it to one side */
     bool limited;       /* a channel is at its limit */
     uint8_t fault;      /* enum cb_reason: a fault found in this step, or CB_REASON_NONE */
 };

@@ -19,6 +19,13 @@ bool cb_probes_ask(const struct cb_config *config, const struct cb_probe_state *
     return asks;
 }
 
+unsigned cb_probes_drifted(const struct cb_config *config, const struct cb_probe_state *probes) {
+    for (unsigned i = 0; i < config->adapts_count; ++i) {
+        if (cb_adapt_cusum(&probes[i].filter) > CB_ADAPT_DRIFTED) return i;
+    }
+    return CB_NONE;
+}
+
 void cb_probe_resume(const struct cb_config *config, unsigned index,
                      const struct cb_probe_state *state, struct cb_probe_state *probe) {
     CB_ASSERT(index < config->adapts_count);

@@ -59,6 +59,10 @@ void cb_probes_step(const struct cb_config *config, const struct cb_signal_state
                     const struct cb_probe_outputs *outputs, struct cb_term_state *states,
                     struct cb_probe_state *probes, struct cb_counters *counters, int64_t now_us);
 
+/* out: index in config->adapts of the first term whose probes differ from it to one side
+ *      (cb_adapt_cusum); CB_NONE: there is none */
+unsigned cb_probes_drifted(const struct cb_config *config, const struct cb_probe_state *probes);
+
 /* out: true if a probe waits for its repetition */
 bool cb_probes_ask(const struct cb_config *config, const struct cb_probe_state *probes);
 

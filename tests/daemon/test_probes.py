@@ -83,6 +83,7 @@ def test_a_probe_moves_the_axis_and_a_wrong_one_asks_first(plc, port, start_box,
         shown = probing.shown()
         assert probing.asks() == 0 and (shown["taken"], shown["asks"]) == (2, False)
         assert abs(shown["innovation_um"]) < 1.5 and 0 < shown["sigma_um"] < 3
+        assert 0 <= shown["cusum"] < 10
         box.stop()
     done = replayed(tmp_path_factory, tmp_path)
     assert done.returncode == 0, done.stderr

@@ -118,6 +118,7 @@ static void put_adapted(struct cb_writer *json, const struct cb_config *config, 
     const bool judged = now.expected_um > 0.0f;
     cb_writer_number(json, "innovation_um", judged ? (double)now.innovation_um : (double)NAN);
     cb_writer_number(json, "expected_um", judged ? (double)now.expected_um : (double)NAN);
+    cb_writer_number(json, "cusum", (double)cb_adapt_cusum(&now));
     cb_writer_truth(json, "asks", now.asked == 1);
     cb_writer_whole(json, "taken", probe->taken);
     cb_writer_whole(json, "asked", probe->asked);

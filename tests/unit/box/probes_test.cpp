@@ -129,6 +129,27 @@ TEST(probes, while_another_term_of_the_sum_is_missing_are_refused) {
     EXPECT_EQ(rig.state().taken, 1u);
 }
 
+// A machine that has moved beyond the bound: every probe differs to one side, and the reason names
+// the term.
+TEST(probes, that_differ_to_one_side_give_the_reason_and_its_end) {
+    probe_rig rig(adapted_file(
+        {{"\"bias_max_um\": 30", "\"bias_max_um\": 1"}, {"\"gain_max\": 0.5", "\"gain_max\": 0"}}));
+    int probes = 0;
+    while (rig.reason() != CB_REASON_MODEL_DRIFTED && probes < 30) {
+        rig.touch(40 + 4);
+        ++probes;
+    }
+    EXPECT_EQ(rig.reason(), CB_REASON_MODEL_DRIFTED);
+    EXPECT_GT(probes, 4);
+    EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
+    EXPECT_EQ(rig.box->cause.kind, CB_CAUSE_DRIFTED);
+    EXPECT_EQ(rig.box->cause.index, 2);
+    EXPECT_GT(rig.box->cause.value, 10);
+    EXPECT_EQ(rig.state().asked, 0u);
+    for (int i = 0; i < 30 && rig.reason() == CB_REASON_MODEL_DRIFTED; ++i) rig.touch(41);
+    EXPECT_EQ(rig.reason(), CB_REASON_NONE);
+}
+
 TEST(probes, move_the_term_at_the_ramp) {
     probe_rig rig(adapted_file({{"\"ramp_um_per_s\": 50", "\"ramp_um_per_s\": 2"}}));
     rig.probe(3);

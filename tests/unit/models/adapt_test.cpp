@@ -180,6 +180,32 @@ TEST(adapt, lets_nothing_implausible_in) {
     EXPECT_EQ(std::memcmp(&before, &f.state, sizeof before), 0);
 }
 
+TEST(adapt, sums_up_what_probes_differ_to_one_side) {
+    std::mt19937 random(8);
+    std::normal_distribution<float> noise(0, 1);
+    filter f;
+    float largest = 0;
+    for (int i = 0; i < 500; ++i) {  // unbiased: as the filter expects
+        const float z = f.y(0) + f.state.expected_um * 0.9f * noise(random);
+        f.probe(z, 0);
+        largest = std::max(largest, cb_adapt_cusum(&f.state));
+    }
+    EXPECT_LT(largest, CB_ADAPT_DRIFTED);
+    f.settings.bias_max_um = 0;  // held back
+    f.settings.gain_max = 0;
+    cb_adapt_resume(&f.settings, &f.state);
+    for (const float side : {-1.0f, 1.0f}) {
+        int probes = 0;
+        for (; cb_adapt_cusum(&f.state) <= CB_ADAPT_DRIFTED || (side > 0) == (f.state.above <= 0);
+             ++probes) {
+            ASSERT_LT(probes, 200);
+            f.probe(side * 1.2f * f.state.expected_um, 0);
+        }
+        EXPECT_GT(probes, 5);
+        EXPECT_GT(side < 0 ? f.state.below : f.state.above, CB_ADAPT_DRIFTED);
+    }
+}
+
 TEST(adapt, a_limited_probe_leaves_the_uncertainty_that_it_did_not_remove) {
     filter limited, free(wide());
     limited.probe(15, 0);  // inside of the gate, further than one step
