@@ -318,12 +318,14 @@ void add_probes(cli::command &train, train_arguments &arguments) {
                    "Write an adapt term for each output, with bounds from what the model leaves of "
                    "the runs left out (simulates probes every 30 and 60 min)");
     train
-        .add_option("--probe-value P,Q", adapt.values,
-                    "Signals with the probed values, um, one for each output (probe_OUTPUT)")
+        .add_option(
+            "--probe-value P,Q", adapt.values,
+            "Signals with the probed values, um, one for each output (probe_x of error_X_um, else "
+            "probe_OUTPUT)")
         .delimiter(',');
     train
         .add_option("--probe-count P,Q", adapt.counts,
-                    "Signals that count the measurements (probe_OUTPUT_n)")
+                    "Signals that count the measurements (the values' names with _n)")
         .delimiter(',');
     train.add_flag("--probe-whole", adapt.measures_whole,
                    "The probe shows the whole error: nothing is compensated while it measures");

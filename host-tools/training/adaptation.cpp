@@ -2,6 +2,7 @@
 #include "host-tools/training/adaptation.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "host-tools/formats/error.h"
@@ -263,13 +264,26 @@ std::string joined_name(const std::string &before, const std::string &name,
     return before + name.substr(0, longest_name - before.size() - behind.size()) + behind;
 }
 
+// out: the probe's value of an output without --probe-value: probe_x of error_X_um, as `init
+// --probe`
+//      and `join` name it; probe_NAME of another
+std::string usual_probe(const std::string &output) {
+    const std::string start = "error_", end = "_um";
+    const bool joined = output.size() > start.size() + end.size() &&
+                        output.compare(0, start.size(), start) == 0 &&
+                        output.compare(output.size() - end.size(), end.size(), end) == 0;
+    if (!joined) return joined_name("probe_", output, "");
+    std::string axis = output.substr(start.size(), output.size() - start.size() - end.size());
+    for (char &c : axis) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return joined_name("probe_", axis, "");
+}
+
 adapted_output named_output(const train_result &result, const adapt_options &options,
                             std::size_t k) {
     adapted_output adapted;
     adapted.output = result.data.outputs[k];
     adapted.term = joined_name("", adapted.output, term_suffix);
-    adapted.value =
-        options.values.empty() ? joined_name("probe_", adapted.output, "") : options.values[k];
+    adapted.value = options.values.empty() ? usual_probe(adapted.output) : options.values[k];
     adapted.count = options.counts.empty()
                         ? joined_name("", adapted.value.substr(0, longest_name - 2), "_n")
                         : options.counts[k];

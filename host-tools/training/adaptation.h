@@ -12,12 +12,13 @@
 namespace compbox::training {
 
 struct adapt_options {
-    bool write = false;                       // add the terms to the fragment
-    std::vector<double> intervals_min;        // to simulate; empty: 30, 60
-    std::vector<std::string> values, counts;  // signals of the probes, one for each output;
-                                              // empty: probe_OUTPUT and probe_OUTPUT_n
-    bool measures_whole = false;              // "measures": "whole"
-    double sigma_um = 0.0;                    // of one probe; 0: from the record
+    bool write = false;                 // add the terms to the fragment
+    std::vector<double> intervals_min;  // to simulate; empty: 30, 60
+    std::vector<std::string> values,
+        counts;  // signals of the probes, one for each output;
+                 // empty: probe_x of error_X_um, else probe_OUTPUT; with _n the count
+    bool measures_whole = false;  // "measures": "whole"
+    double sigma_um = 0.0;        // of one probe; 0: from the record
 };
 
 // What is left of an error, um.

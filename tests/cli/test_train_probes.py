@@ -72,11 +72,11 @@ def test_what_a_probe_buys(compbox, record):
 def test_the_terms(compbox, record):
     compbox.write("lathe.csv", record[0])
     out = compbox.good(*TRAIN, "--adapt")
-    assert "term error_X_um_adapted of error_X_um, probe probe_error_X_um and probe_error_X_um_n" in out
+    assert "term error_X_um_adapted of error_X_um, probe probe_x and probe_x_n" in out
     model, x, z = compbox.read("net.json")["terms"]
     assert model["outputs"] == list(OUTPUTS)
     assert (x["name"], x["type"], x["of"]) == ("error_X_um_adapted", "adapt", "error_X_um")
-    assert x["probe"] == {"value": "probe_error_X_um", "count": "probe_error_X_um_n"}
+    assert x["probe"] == {"value": "probe_x", "count": "probe_x_n"}
     assert z["of"] == "error_Z_um"
     largest = np.abs(record[1][0]).max()
     assert 5 < x["bias_max_um"] < 1.5 * largest and 0.1 <= x["gain_max"] <= 0.5
@@ -144,8 +144,8 @@ def lathe_machine(compbox, probes):
     compbox.good("init", *PLC, "--axes", "XZ", "--profile", "generic", "--travel", "X=500,Z=900", "-o", "machine.json")
     machine = compbox.read("machine.json")
     wanted = [(f"t{k}_degC", "degC", "int16", 0.01, -50, 150) for k in range(1, 7)]
-    for name in OUTPUTS if probes else ():
-        wanted += [(f"probe_{name}", "um", "int16", 0.01, -320, 320), (f"probe_{name}_n", "1", "uint16", 1, 0, 65535)]
+    for name in ("probe_x", "probe_z") if probes else ():
+        wanted += [(name, "um", "int16", 0.01, -320, 320), (f"{name}_n", "1", "uint16", 1, 0, 65535)]
     for name, unit, kind, scale, least, most in wanted:
         machine["signals"].append({"name": name, "unit": unit, "plc": machine["plc"]["read"]["count"], "type": kind,
                                    "scale": scale, "min": least, "max": most})
