@@ -44,21 +44,23 @@ def cell(values):
 
 def page(machines):
     names = list(rows_of(machines[0][OUTPUTS[0]]))
+    count = len(machines)
     lines = ["# A lathe over a season: results", "",
              "`scripts/report adaptive-lathe --write` makes this page with "
              "[examples/adaptive-lathe](../../examples/adaptive-lathe/README.md).",
-             f"The machines are {len(machines)} simulated lathes (seeds 1 to {len(machines)}) with seasons, coolant, ageing, "
-             "and a wander that", f"no thermometer shows. `train` sees the first {TRAINED} days. Every figure is of the "
-             f"{DAYS - TRAINED} days after them, on which nothing", "was chosen. The probe is simulated with the box's own "
-             "filter; a doubtful probe is not repeated.", "",
+             f"The machines are {count} simulated lathes (seeds 1 to {count}) with seasons, coolant, ageing, "
+             "and a wander that",
+             f"no thermometer shows. `train` sees the first {TRAINED} days. Every figure is of the "
+             f"{DAYS - TRAINED} days after them, on which nothing",
+             "was chosen. The probe is simulated with the box's own filter; a doubtful probe is not repeated.", "",
              "Median over the machines, and the worst one in brackets, µm:", "",
              "| | X rms | X 95 % | Z rms | Z 95 % |", "|---|---|---|---|---|"]
     for name in names:
         parts = [[rows_of(machine[output])[name][key] for machine in machines]
                  for output in OUTPUTS for key in ("rms_um", "p95_um")]
         lines.append(f"| {name} | " + " | ".join(map(cell, parts)) + " |")
-    lines += ["", "Part of the right probes within two standard deviations of what the filter expected, least, median and "
-              "largest of the machines:", "", "| every | X | Z |", "|---|---|---|"]
+    lines += ["", "Part of the right probes within two standard deviations of what the filter expected, least, "
+              "median and largest of the machines:", "", "| every | X | Z |", "|---|---|---|"]
     for k, minutes in enumerate(MINUTES):
         shares = [sorted(100 * machine[output]["probed"][k]["within_two_sigma"] for machine in machines)
                   for output in OUTPUTS]

@@ -106,7 +106,8 @@ def main():
     given = options.parse_args()
     time_s, temperatures, errors = make(given.seed, given.days, given.every_s)
     dice = np.random.default_rng(given.seed + 1000)
-    columns = [time_s, np.floor(time_s / DAY_S) + 1, *temperatures.T, *(read_by_probe(dice, e) for e in errors.values())]
+    probed = [read_by_probe(dice, error) for error in errors.values()]
+    columns = [time_s, np.floor(time_s / DAY_S) + 1, *temperatures.T, *probed]
     names = ["time_s", "day", *(f"t{k + 1}_degC" for k in range(THERMOMETERS)), *(f"error_{n}_um" for n in errors)]
     with open(given.record, "w", encoding="utf-8") as file:
         file.write(",".join(names) + "\n")

@@ -216,7 +216,8 @@ def section(path, task, table, folds, results):
         lines += [task["source"], ""]
     groups = "; ".join(f"{group[0]} to {group[-1]}" if len(group) > 2 else " and ".join(group) for group in folds)
     lines += [f"{len(table['time_s'])} rows of {path.name}, errors {', '.join(outputs)}. Runs are distinguished by "
-              f"`{task['run_column']}`. Left out together: {groups}.", "", "rms / largest of all rows left out, µm:", "",
+              f"`{task['run_column']}`. Left out together: {groups}.", "",
+              "rms / largest of all rows left out, µm:", "",
               "| | " + " | ".join(outputs) + " |", "|---" * (len(outputs) + 1) + "|"]
     order = sorted(results, key=lambda row: ("nothing" not in row, "ridge" not in row, "MLP" not in row,
                                              "offline" not in row, "re-zero" not in row))
@@ -228,10 +229,11 @@ def section(path, task, table, folds, results):
 
 HEAD = """# Recorded errors: what is left
 
-`scripts/real-data {folder}` makes this page. [real-data.md](../real-data.md) has the format of the folder and the method.
-Every figure is of rows whose day or run the model has not seen. The peers get the same rows and the same inputs with lags
-of 10 min, 1 h and 3 h. Probed rows are simulated from the record, with the box's own filter, a fresh box at each stretch
-left out, and no repetition of a doubtful probe.
+`scripts/real-data {folder}` makes this page.
+[real-data.md](../real-data.md) has the format of the folder and the method. Every figure is of rows whose day or run
+the model has not seen. The peers get the same rows and the same inputs with lags of 10 min, 1 h and 3 h. Probed rows
+are simulated from the record, with the box's own filter, a fresh box at each stretch left out, and no repetition of a
+doubtful probe.
 """
 
 
