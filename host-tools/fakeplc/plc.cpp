@@ -193,7 +193,7 @@ void fake_plc::scan() {
 // truth leaves the machine in no other way.
 void fake_plc::run_probes() {
     const auto request = map_.request ? registers_.now[static_cast<std::size_t>(*map_.request)] : 0;
-    const bool requested = duties_.box_alive() && (request & 1u) != 0;
+    const bool requested = duties_.box_alive() && (static_cast<unsigned>(request) & 1u) != 0;
     const bool standing = nc_.state().feed_mm_per_min == 0.0 && !frozen_;
     probes_.scan({since_start_us_, standing, requested},
                  [this] { return twin_.true_error_um(machine_state()); });

@@ -408,7 +408,8 @@ def test_what_probes_may_add_is_compared_with_the_limit(compbox):
 
 
 def test_a_probe_without_its_signals_is_refused(compbox):
-    compbox.good("init", *PLC, "--axes", "XZ", "--profile", "generic", "--travel", "X=1000,Z=1000", "-o", "machine.json")
+    compbox.good("init", *PLC, "--axes", "XZ", "--profile", "generic", "--travel", "X=1000,Z=1000",
+                 "-o", "machine.json")
     compbox.write("EXX.json", term("EXX", "X"))
     compbox.write("adapt.json", adapted())
     assert "probe_x" in compbox.refused(*build(compbox, "EXX.json", "adapt.json"))

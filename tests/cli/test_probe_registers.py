@@ -48,7 +48,8 @@ def test_the_hint_names_the_keys(compbox):
 
 
 @pytest.mark.parametrize("profile, file, words", [
-    ("sinumerik-840d", "sinumerik-840d.scl", ["probe_x_done : BOOL;", "REAL_TO_DINT(probe_x_um / 0.01)", "probe_again :="]),
+    ("sinumerik-840d", "sinumerik-840d.scl",
+     ["probe_x_done : BOOL;", "REAL_TO_DINT(probe_x_um / 0.01)", "probe_again :="]),
     ("fanuc", "fanuc.txt", ["R82.0 the probe cycle of the NC has measured X", "WRT     R87.0"]),
     ("linuxcnc", "compbox.hal", ["motion.digital-out-00 => compbox.probe-0", "=> motion.digital-in-00"])])
 def test_the_program_hands_the_cycle_over(compbox, profile, file, words):

@@ -137,7 +137,7 @@ struct state_file {
     struct probe {
         char name[24], of[24];
         std::int64_t unix_us, boottime_us;
-        float filter[11];
+        float filter[13];
         std::uint8_t pending, waits;
         std::uint32_t taken, asked, refused, skipped, count, unused;
     };
