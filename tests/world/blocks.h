@@ -34,7 +34,8 @@ enum : unsigned {
     unconfirmed = 12,
     unapplied = 13,
     demand = 16,
-    foreign = 21
+    foreign = 21,
+    drifted = 22
 };
 }
 

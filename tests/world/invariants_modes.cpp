@@ -245,6 +245,9 @@ class status_invariant : public invariant {
     }
 
   private:
+    static bool is_fault(unsigned reason) {
+        return reason >= box_reason::demand && reason <= box_reason::foreign;
+    }
     void judge(const machine &facts, const written_block &block) {
         using namespace box_reason;
         if (block.mode > fakeplc::box_mode::stopped)
@@ -254,12 +257,14 @@ class status_invariant : public invariant {
         if (rests && !block.is_zero())
             violated(fmt::format("{} with an output that is not zero", name_of_mode(block.mode)));
         if (!block.counters_agree) violated("the counters of the write block differ");
-        static const std::set<unsigned> active = {none, unapplied, degraded, limited, extrapolated};
+        static const std::set<unsigned> active = {none,    unapplied,    degraded,
+                                                  limited, extrapolated, drifted};
         if (block.mode == fakeplc::box_mode::active && active.count(block.reason) == 0)
             violated(fmt::format("ACTIVE with reason {}", block.reason));
-        if ((block.mode == fakeplc::box_mode::fault) != (block.reason >= 16))
+        if ((block.mode == fakeplc::box_mode::fault) != is_fault(block.reason))
             violated(fmt::format("{} with reason {}", name_of_mode(block.mode), block.reason));
-        static const std::set<unsigned> caused = {signal, limited, unapplied, demand, foreign};
+        static const std::set<unsigned> caused = {signal, limited, unapplied,
+                                                  demand, foreign, drifted};
         if (facts.map.detail && block.reason != degraded &&
             (caused.count(block.reason) > 0) != (block.detail != 0))
             violated(fmt::format("reason {} with detail {:#06x}", block.reason, block.detail));

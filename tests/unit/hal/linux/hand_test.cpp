@@ -186,11 +186,11 @@ TEST_F(Hand, TheOwnerIsThisUserOrRoot) {
     EXPECT_STREQ(cb_hand_fault(&file, 1001), "belongs to another user");
     file.st_uid = 0;
     EXPECT_EQ(cb_hand_fault(&file, 1001), nullptr);
-    for (const mode_t bit : {S_IWGRP, S_IWOTH}) {
+    for (const mode_t bit : {mode_t{S_IWGRP}, mode_t{S_IWOTH}}) {
         file.st_mode = S_IFREG | 0644 | bit;
         EXPECT_STREQ(cb_hand_fault(&file, 1000), "can be written by other users");
     }
-    for (const mode_t kind : {S_IFIFO, S_IFDIR, S_IFLNK, S_IFCHR}) {
+    for (const mode_t kind : {mode_t{S_IFIFO}, mode_t{S_IFDIR}, mode_t{S_IFLNK}, mode_t{S_IFCHR}}) {
         file.st_mode = kind | 0600;
         EXPECT_STREQ(cb_hand_fault(&file, 1000), "is not a regular file");
     }
