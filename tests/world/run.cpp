@@ -20,11 +20,22 @@ namespace compbox::world {
 
 namespace {
 
-// The longest time that the daemon may take from SIGTERM to its end: the ramps of its file are
-// shorter.
+// The longest time that the daemon may take from SIGTERM to its end, beside the ramps of its file.
 constexpr time_ns longest_stop = 120 * second;
+constexpr double largest_before_um = 300.0;  // of any output of the machines that are drawn
 constexpr time_ns restart_pause = 2 * second;
 constexpr std::uint64_t most_recorded = 20000;  // cycles of a record, which must fit on the disk
+
+// out: the longest way to zero by the file's own rates. A hostile file may be slow, and an output
+// that the file before it allowed is further away than its limit.
+time_ns longest_ramp(const machine &facts) {
+    double longest_s = 0;
+    for (const channel_facts &channel : facts.channels) {
+        const double per_s = std::min(channel.slew_um_per_s, facts.ramp_um_per_s);
+        longest_s = std::max(longest_s, std::max(channel.limit_um, largest_before_um) / per_s);
+    }
+    return static_cast<time_ns>(1e9 * longest_s);
+}
 
 machine machine_of(std::uint64_t seed) {
     dice chance(seed, "machine");
@@ -147,7 +158,8 @@ time_ns run::rest_ns() {
     for (const machine *facts : {&running(), static_cast<const machine *>(&box_machine)}) {
         for (const auto &channel : facts->channels) {
             const double speed = std::min(channel.slew_um_per_s, facts->ramp_um_per_s);
-            ramp_s = std::max(ramp_s, std::max(channel.limit_um, 300.0) / std::max(speed, 1.0));
+            ramp_s = std::max(ramp_s,
+                              std::max(channel.limit_um, largest_before_um) / std::max(speed, 1.0));
         }
         ramp_s += static_cast<double>(facts->hold_us) * 1e-6;
     }
@@ -297,7 +309,7 @@ void run::ask_to_stop() {
     if (asked_to_stop) return;
     asked_to_stop = stop_asked = true;
     end_faults();
-    time.at(time.now() + longest_stop, [this] { time.stop(); });
+    time.at(time.now() + longest_stop + longest_ramp(running()), [this] { time.stop(); });
     if (!box.runs()) {
         time.stop();
         return;
