@@ -27,7 +27,11 @@ class exit_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         if (seen.written.empty()) return;
         const written_block block = block_of(of_.author_of(seen), seen);
+        // A write of an abandoned connection, older than that of STOPPED, may still be on its way.
+        // Its mode is an old one, but it moves nothing.
+        if (stopped_ && seen.sent < stopped_ns_ && block.is_zero()) return;
         stopped_ = block.mode == fakeplc::box_mode::stopped && block.is_zero();
+        if (stopped_) stopped_ns_ = seen.sent;
     }
     void ended(const ending &how) override {
         const bool asked = of_.asked_to_stop || of_.stop_asked;
@@ -53,6 +57,7 @@ class exit_invariant : public invariant {
   private:
     bool has_reason_ = false;  // a sentence about a failed start
     bool is_incomplete_ = false, stopped_ = false;
+    time_ns stopped_ns_ = 0;  // when the write of STOPPED was sent
 };
 
 // Without faults the box becomes ACTIVE, and its last status is STOPPED. Faults that are over for
