@@ -49,7 +49,7 @@ static struct cb_cause of_sensors(const struct cb_box *box) {
 
 /* out: a doubted sensor behind the faded terms; else the first faded term */
 static struct cb_cause of_terms(const struct cb_box *box) {
-    if (box->sensors.doubted > 0) return of_sensors(box);
+    if (box->sensors.doubted != 0) return of_sensors(box);
     for (unsigned i = 0; i < box->config.terms_count; ++i) {
         if (!box->terms[i].live) return (struct cb_cause){CB_CAUSE_FADED, (uint8_t)i, 0.0f, 0.0f};
     }

@@ -8,10 +8,21 @@
 /* One sensor in one comparison. */
 struct comparison {
     const struct cb_signal_config *limits;
-    struct cb_signal_state *signal;
+    const struct cb_signal_state *signal;
     unsigned j;
     float center, own; /* own: P_jj > 0 */
 };
+
+static bool is_doubted(const struct cb_sensors_state *state, unsigned j) {
+    return (state->doubted >> j & 1u) != 0;
+}
+
+/* out: number of doubted sensors */
+static unsigned doubts(const struct cb_sensors_state *state) {
+    unsigned count = 0;
+    for (uint32_t rest = state->doubted; rest != 0; rest &= rest - 1u) ++count;
+    return count;
+}
 
 /* out: (P d)_j */
 static float residual_of(const struct cb_config *config, const struct cb_sensors_state *state,
@@ -46,9 +57,8 @@ static void try_to_trust(const struct cb_config *config, struct cb_sensors_state
     const bool agrees = recent && gap * gap * at->own < 0.25f * config->sensors.threshold_square;
     count_time(config, state, at->j, agrees);
     if (state->us[at->j] / CB_SENSORS_TRUST < config->sensors.after_us) return;
-    at->signal->doubted = false;
+    state->doubted &= ~(1u << at->j);
     state->us[at->j] = 0;
-    --state->doubted;
 }
 
 /* Takes the readings of all sensors, so that one pass compares values of one moment. */
@@ -59,7 +69,7 @@ static void begin_pass(const struct cb_config *config, const struct cb_signal_st
     for (unsigned j = 0; j < config->sensors_count; ++j) {
         const unsigned index = config->sensors.signal[j];
         const struct cb_signal_state *signal = &signals[index];
-        if (signal->doubted || !cb_signal_is_recent(&config->signals[index], signal, now_us))
+        if (is_doubted(state, j) || !cb_signal_is_recent(&config->signals[index], signal, now_us))
             continue;
         state->reads |= 1u << j;
         state->away[j] = signal->value - center[j];
@@ -72,7 +82,7 @@ static void begin_pass(const struct cb_config *config, const struct cb_signal_st
 }
 
 /* Compares sensor j with all others, or predicts it if it does not read. */
-static void compare(const struct cb_config *config, struct cb_signal_state *signals,
+static void compare(const struct cb_config *config, const struct cb_signal_state *signals,
                     struct cb_sensors_state *state, unsigned j, int64_t now_us) {
     const unsigned index = config->sensors.signal[j], count = config->sensors_count;
     const float *pool = config->pool + config->sensors.pool;
@@ -89,7 +99,7 @@ static void compare(const struct cb_config *config, struct cb_signal_state *sign
         state->worst_square = square;
         state->worst = (uint8_t)j;
     }
-    if (at.signal->doubted)
+    if (is_doubted(state, j))
         try_to_trust(config, state, &at, cb_signal_is_recent(at.limits, at.signal, now_us));
     else
         count_time(config, state, j, square > config->sensors.threshold_square);
@@ -97,24 +107,42 @@ static void compare(const struct cb_config *config, struct cb_signal_state *sign
 
 /* Doubts the sensor with the largest residual, if it has disagreed for long enough. Then the others
  * are compared anew, with its prediction in its place. */
-static void judge(const struct cb_config *config, struct cb_signal_state *signals,
-                  struct cb_sensors_state *state, struct cb_counters *counters) {
+static void judge(const struct cb_config *config, struct cb_sensors_state *state,
+                  struct cb_counters *counters) {
     const unsigned count = config->sensors_count;
     const bool wrong = state->worst_square > config->sensors.threshold_square &&
                        state->us[state->worst] >= config->sensors.after_us;
-    if (!wrong || 3u * (state->doubted + 1u) > count) return;
+    if (!wrong || 3u * (doubts(state) + 1u) > count) return;
     for (unsigned j = 0; j < count; ++j) {
-        if (!signals[config->sensors.signal[j]].doubted) state->us[j] = 0;
+        if (!is_doubted(state, j)) state->us[j] = 0;
     }
-    signals[config->sensors.signal[state->worst]].doubted = true;
-    ++state->doubted;
+    state->doubted |= 1u << state->worst;
     ++counters->sensors_doubted;
 }
 
-/* A doubted PLC signal takes the full path of accepting and ageing (accept_plc() in signals.c). */
-static void leave_the_streak(const struct cb_config *config, struct cb_signal_state *signals) {
+/* Begins a pass, or goes on with it, as the time asks for. */
+static void go_on(const struct cb_config *config, const struct cb_signal_state *signals,
+                  struct cb_sensors_state *state, struct cb_counters *counters, int64_t now_us) {
+    const unsigned count = config->sensors_count;
+    const bool none = state->pass_us == 0 || now_us < state->pass_us;
+    const int64_t since_us = none ? 0 : now_us - state->pass_us;
+    const bool begins = none || state->next >= count;
+    if (begins && !none && since_us < CB_SENSORS_PASS_US) return;
+    if (begins) begin_pass(config, signals, state, since_us, now_us);
+    const bool late = since_us >= (begins ? 2 : 1) * (int64_t)CB_SENSORS_PASS_US;
+    do {
+        compare(config, signals, state, state->next, now_us);
+    } while (++state->next < count && late);
+    if (state->next == count) judge(config, state, counters);
+}
+
+/* Marks the signals of doubted sensors, and no others. Without a streak a PLC signal takes the full
+ * path of accepting and ageing (accept_plc() in signals.c), which knows of doubts. */
+static void mark(const struct cb_config *config, const struct cb_sensors_state *state,
+                 struct cb_signal_state *signals) {
     for (unsigned j = 0; j < config->sensors_count; ++j) {
         struct cb_signal_state *signal = &signals[config->sensors.signal[j]];
+        signal->doubted = is_doubted(state, j);
         if (signal->doubted) signal->streak = 0;
     }
 }
@@ -122,19 +150,9 @@ static void leave_the_streak(const struct cb_config *config, struct cb_signal_st
 void cb_sensors_watch(const struct cb_config *config, struct cb_signal_state *signals,
                       struct cb_sensors_state *state, struct cb_counters *counters,
                       int64_t now_us) {
-    const unsigned count = config->sensors_count;
-    CB_ASSERT(count <= CB_MAX_SENSORS);
-    const bool none = state->pass_us == 0 || now_us < state->pass_us;
-    const int64_t since_us = none ? 0 : now_us - state->pass_us;
-    const bool begins = none || state->next >= count;
-    if (state->doubted > 0) leave_the_streak(config, signals);
-    if (begins && !none && since_us < CB_SENSORS_PASS_US) return;
-    if (begins) begin_pass(config, signals, state, since_us, now_us);
-    const bool late = since_us >= (begins ? 2 : 1) * (int64_t)CB_SENSORS_PASS_US;
-    do {
-        compare(config, signals, state, state->next, now_us);
-    } while (++state->next < count && late);
-    if (state->next == count) judge(config, signals, state, counters);
+    CB_ASSERT(config->sensors_count > 0 && config->sensors_count <= CB_MAX_SENSORS);
+    go_on(config, signals, state, counters, now_us);
+    mark(config, state, signals);
 }
 
 float cb_sensors_expected(const struct cb_config *config, const struct cb_sensors_state *state,

@@ -25,28 +25,27 @@ struct cb_config;
 
 enum {
     CB_SENSORS_PASS_US = 1000000, /* a pass over all sensors */
-    CB_SENSORS_TRUST =
-        10, /* a doubted sensor is trusted after so many times after_s of agreement */
+    CB_SENSORS_TRUST = 10,        /* times after_s of agreement until a doubted one is trusted */
 };
 
 /* All zero: no comparison was made. */
 struct cb_sensors_state {
-    float away[CB_MAX_SENSORS]; /* reading less center; of a doubted or stale one the others'
-                                   prediction */
-    uint32_t
-        us[CB_MAX_SENSORS]; /* it has disagreed for so long; a doubted one has agreed so long */
-    int64_t pass_us;        /* start of this pass over all sensors; 0: none */
-    uint32_t elapsed_us;    /* from the start of the pass before to that of this one */
-    uint32_t reads;         /* a bit of each: at the start of this pass not stale, not doubted */
-    float worst_square;     /* largest z^2 of this pass so far … */
-    uint8_t worst;          /* … and its sensor */
-    uint8_t next;           /* the sensor to compare next; of an ended pass the number of all */
-    uint8_t doubted;        /* number of doubted ones; at most a third of all */
+    float away[CB_MAX_SENSORS];  /* reading less center; of a doubted or stale one the others'
+                                    prediction */
+    uint32_t us[CB_MAX_SENSORS]; /* time of disagreement; of a doubted one of agreement */
+    int64_t pass_us;             /* start of this pass over all sensors; 0: none */
+    uint32_t elapsed_us;         /* from the start of the pass before to that of this one */
+    uint32_t reads;     /* a bit of each: at the start of this pass not stale, not doubted */
+    uint32_t doubted;   /* a bit of each; at most a third of all */
+    float worst_square; /* largest z^2 of this pass so far … */
+    uint8_t worst;      /* … and its sensor */
+    uint8_t next;       /* the sensor to compare next; of an ended pass the number of all */
 };
 _Static_assert(CB_MAX_SENSORS <= 32, "a bit of a word for each");
 
-/* in : the signals with the values accepted in this step; now_us, of this step
- * out: signals[].doubted. A doubted signal is not fresh (signals.c). Counts each new doubt.
+/* in : a file with sensors; the signals with the values accepted in this step; now_us, of this step
+ * out: doubted and streak of the signals, by *state. A doubted signal is not fresh (signals.c).
+ *      Counts each new doubt.
  * A pass over all sensors begins each second. A step compares one of them; all that are left if the
  * second is over. */
 void cb_sensors_watch(const struct cb_config *config, struct cb_signal_state *signals,

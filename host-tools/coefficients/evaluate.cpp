@@ -91,9 +91,7 @@ class box_on_table {
         }
         for (unsigned i = 0; i < box_->config.signals_count; ++i) {
             if (!follows[i]) continue;
-            const bool doubted = box_->signals[i].doubted;  // a judgement of the time between
             box_->signals[i] = last_row_[i];
-            box_->signals[i].doubted = doubted;
             box_->bank.value[i] = last_bank_.value[i];
             box_->bank.time_us[i] = last_bank_.time_us[i];
         }
