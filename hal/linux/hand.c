@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "firmware/config/config.h"
+#include "hal/linux/file_version.h"
 
 void cb_hand_start(struct cb_hand *hand, const char *path, uint32_t owner) {
     *hand = (struct cb_hand){.path = path, .owner = owner};
@@ -70,12 +71,6 @@ bool cb_hand_parse(const char *text, struct cb_hand_line *line) {
 }
 
 /* ---- the file */
-
-static bool is_known(const struct stat *a, const struct stat *b) {
-    return a->st_dev == b->st_dev && a->st_ino == b->st_ino && a->st_size == b->st_size &&
-           a->st_mtim.tv_sec == b->st_mtim.tv_sec && a->st_mtim.tv_nsec == b->st_mtim.tv_nsec &&
-           a->st_ctim.tv_sec == b->st_ctim.tv_sec && a->st_ctim.tv_nsec == b->st_ctim.tv_nsec;
-}
 
 /* Reads the file through one descriptor, so that the file that is judged is the one that is read.
  * out: number of bytes in text[CB_HAND_BYTES + 1]; -1, and *why it is not accepted */
@@ -185,7 +180,7 @@ bool cb_hand_look(struct cb_hand *hand, const struct cb_config *config, int64_t 
     if (!hand->used || (hand->begun && now_us - hand->looked_us < CB_HAND_LOOK_US)) return false;
     hand->looked_us = now_us;
     message[0] = '\0';
-    if (lstat(hand->path, &file) == 0 && !is_known(&file, &hand->known)) {
+    if (lstat(hand->path, &file) == 0 && !cb_same_version(&file, &hand->known)) {
         hand->known = file;
         if (read_text(hand, text, &why) >= 0)
             take_text(&look, text);

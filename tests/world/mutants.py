@@ -406,8 +406,8 @@ DAEMONS_WORK = [
      (DAEMON + "load.c", "    if (fd >= 0) close(fd);\n    return length;",
       "    if (fd >= 0 && length >= 0) close(fd);\n    return length;")),
     ("reload-of-half-file", "A file is read while it is still being written",
-     (DAEMON + "reload.c", "return stays && !same_file(&now, &reload->known);",
-      "return !same_file(&now, &reload->known) || (stays && false);")),
+     (DAEMON + "reload.c", "return stays && !cb_same_version(&now, &reload->known);",
+      "return !cb_same_version(&now, &reload->known) || (stays && false);")),
     ("reload-never", "A file that changed during a reload is not read again",
      (DAEMON + "reload.c",
       "    look(reload, &reload->known);\n    reload->seen = reload->known;\n    if (cb_loop_is_corrupt(loop)) "

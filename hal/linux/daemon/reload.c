@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "hal/linux/daemon/widening.h"
+#include "hal/linux/file_version.h"
 #include "hal/linux/files/ceiling_words.h"
 
 static __attribute__((format(printf, 2, 3))) void report(struct cb_reload *reload,
@@ -14,16 +15,6 @@ static __attribute__((format(printf, 2, 3))) void report(struct cb_reload *reloa
     va_start(arguments, format);
     vsnprintf(reload->last, sizeof reload->last, format, arguments);
     va_end(arguments);
-}
-
-static bool same_time(const struct timespec *a, const struct timespec *b) {
-    return a->tv_sec == b->tv_sec && a->tv_nsec == b->tv_nsec;
-}
-
-/* ctime, the time of any last change, reveals a file whose old mtime was restored. */
-static bool same_file(const struct stat *a, const struct stat *b) {
-    return a->st_dev == b->st_dev && a->st_ino == b->st_ino && a->st_size == b->st_size &&
-           same_time(&a->st_mtim, &b->st_mtim) && same_time(&a->st_ctim, &b->st_ctim);
 }
 
 /* A file that is missing for a moment, during its replacement, counts as unchanged. */
@@ -42,9 +33,9 @@ bool cb_reload_file_changed(struct cb_reload *reload, int64_t now_us) {
     if (now_us - reload->looked_us < CB_RELOAD_LOOK_US) return false;
     reload->looked_us = now_us;
     look(reload, &now);
-    const bool stays = same_file(&now, &reload->seen);
+    const bool stays = cb_same_version(&now, &reload->seen);
     reload->seen = now;
-    return stays && !same_file(&now, &reload->known);
+    return stays && !cb_same_version(&now, &reload->known);
 }
 
 static bool serial_differs(const struct cb_serial_config *a, const struct cb_serial_config *b) {
