@@ -10,6 +10,7 @@
 
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/json.h"
+#include "host-tools/formats/probe_names.h"
 #include "host-tools/formats/register_layout.h"
 #include "host-tools/formats/text.h"
 
@@ -224,12 +225,11 @@ std::vector<probed_axis> probed_axes(const machine_options &options) {
         const bool known = std::any_of(axes.begin(), axes.end(),
                                        [&](const auto &axis) { return axis.name == name; });
         if (!known) refuse("--probe: the machine has no axis {} (--axes {})", name, options.axes);
-        std::string value = "probe_" + name;
-        for (char &c : value) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
         const bool twice = std::any_of(all.begin(), all.end(),
                                        [&](const auto &other) { return other.axis == name; });
         if (twice) refuse("--probe: {} is named twice", name);
-        all.push_back({name, value, value + "_n"});
+        const auto [value, count] = formats::probe_names_of(name);
+        all.push_back({name, value, count});
     }
     return all;
 }

@@ -12,14 +12,9 @@ namespace compbox::fitting {
 
 namespace {
 
-// A float32 whose decimals are the shortest that read back as the same float32.
-json number(double value) {
-    return json(std::stod(fmt::format("{}", static_cast<float>(value))));
-}
-
 json numbers(const std::vector<double> &values) {
     json list = json::array();
-    for (const double value : values) list.push_back(number(value));
+    for (const double value : values) list.push_back(formats::short_float(value));
     return list;
 }
 
@@ -34,10 +29,10 @@ void add_curve(json &term, const fitted_curve &curve) {
             break;
         case fit_method::polynomial:
             term["coefficients"] = numbers(curve.polynomial.coefficients);
-            term["center"] = number(curve.polynomial.centre);
-            term["half_range"] = number(curve.polynomial.half_range);
-            term["from"] = number(curve.polynomial.from);
-            term["to"] = number(curve.polynomial.to);
+            term["center"] = formats::short_float(curve.polynomial.centre);
+            term["half_range"] = formats::short_float(curve.polynomial.half_range);
+            term["from"] = formats::short_float(curve.polynomial.from);
+            term["to"] = formats::short_float(curve.polynomial.to);
             break;
         case fit_method::polyline:
             term["positions"] =
@@ -56,7 +51,7 @@ json term_of(const fit_result &result) {
     add_curve(term, result.curve);
     for (const auto &backward : result.backward) {
         add_curve(term["backward"], backward.curve);
-        term["reversal_mm"] = number(result.options.reversal_mm);
+        term["reversal_mm"] = formats::short_float(result.options.reversal_mm);
     }
     return term;
 }
@@ -144,26 +139,14 @@ json sigma_of(const fit_result &result) {
         }
         values.push_back(formats::five_digits(sigma));
     }
-    return {{"from_mm", number(from)}, {"to_mm", number(to)}, {"values", values}};
+    return {{"from_mm", formats::short_float(from)},
+            {"to_mm", formats::short_float(to)},
+            {"values", values}};
 }
 
-// out: the member "provenance" of the fragment; numbers with five digits, in the unit of the data
-json findings_of(const fit_result &result) {
+// Appends what was read: positions, runs, and what was averaged.
+void add_readings(json &found, const fit_result &result) {
     const measurement &data = result.data;
-    json found;
-    found["data"] = file_name(data.file);
-    found["method"] = name_of(result.options.method);
-    found["unit"] = data.unit;
-    if (data.environment) found["environment"] = environment_of(*data.environment);
-    found["line"] = name_of(result.options.line);
-    if (result.options.line != reference_line::keep) {
-        found["line_offset"] = formats::five_digits(result.line_offset);
-        found["line_slope_per_mm"] = formats::five_digits(result.line_slope);
-    }
-    if (result.options.zero_at_mm) {
-        found["zero_at_mm"] = formats::five_digits(*result.options.zero_at_mm);
-        found["zero_offset"] = formats::five_digits(result.zero_offset);
-    }
     found["positions"] = data.position.size();
     found["runs"] = data.runs.size();
     if (data.cells.readings > 0) {
@@ -178,6 +161,11 @@ json findings_of(const fit_result &result) {
         found["branches"] = result.backward.empty() ? "averaged" : "forward and backward";
         found["mean_lost_motion"] = formats::five_digits(data.mean_lost_motion);
     }
+}
+
+// Appends the curve, its noise and its residuals.
+void add_curve(json &found, const fit_result &result) {
+    const measurement &data = result.data;
     if (result.options.tolerance_um > 0.0) {
         found["tolerance"] = formats::five_digits(result.options.tolerance_um);
         found["converged"] = result.converged;
@@ -200,6 +188,27 @@ json findings_of(const fit_result &result) {
     found["left_out_rms"] = formats::five_digits(result.best.left_out_rms);
     found["residuals"] = residuals_of(result.summary);
     if (result.best.x.size() > 1) found["from_best_estimate"] = distance_of(result);
+}
+
+// out: the member "provenance" of the fragment; numbers with five digits, in the unit of the data
+json findings_of(const fit_result &result) {
+    const measurement &data = result.data;
+    json found;
+    found["data"] = file_name(data.file);
+    found["method"] = name_of(result.options.method);
+    found["unit"] = data.unit;
+    if (data.environment) found["environment"] = environment_of(*data.environment);
+    found["line"] = name_of(result.options.line);
+    if (result.options.line != reference_line::keep) {
+        found["line_offset"] = formats::five_digits(result.line_offset);
+        found["line_slope_per_mm"] = formats::five_digits(result.line_slope);
+    }
+    if (result.options.zero_at_mm) {
+        found["zero_at_mm"] = formats::five_digits(*result.options.zero_at_mm);
+        found["zero_offset"] = formats::five_digits(result.zero_offset);
+    }
+    add_readings(found, result);
+    add_curve(found, result);
     for (const auto &backward : result.backward) {
         json branch;
         if (result.options.tolerance_um > 0.0) branch["converged"] = backward.converged;

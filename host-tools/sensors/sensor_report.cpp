@@ -4,20 +4,16 @@
 
 #include <nlohmann/json.hpp>
 
+#include "host-tools/formats/numbers.h"
 #include "host-tools/sensors/sensor_map.h"
 
 namespace compbox::sensors {
 
 namespace {
 
-// A float32 whose decimals are the shortest that read back as the same float32.
-json number(double value) {
-    return json(std::stod(fmt::format("{}", static_cast<float>(value))));
-}
-
 json numbers(const Eigen::VectorXd &values) {
     json list = json::array();
-    for (const double value : values) list.push_back(number(value));
+    for (const double value : values) list.push_back(formats::short_float(value));
     return list;
 }
 
@@ -27,12 +23,12 @@ json fragment_of(const sensor_map &map, double after_s, const std::string &file)
     json section{{"signals", json::array()},
                  {"center", numbers(map.center)},
                  {"precision", json::array()},
-                 {"threshold", number(map.threshold)},
-                 {"after_s", number(after_s)}};
+                 {"threshold", formats::short_float(map.threshold)},
+                 {"after_s", formats::short_float(after_s)}};
     json smallest = json::object();
     for (const auto &sensor : map.sensors) {
         section["signals"].push_back(sensor.name);
-        smallest[sensor.name] = number(sensor.smallest);
+        smallest[sensor.name] = formats::short_float(sensor.smallest);
     }
     for (const auto row : map.precision.rowwise()) section["precision"].push_back(numbers(row));
     return {{"sensors", section},

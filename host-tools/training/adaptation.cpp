@@ -2,12 +2,12 @@
 #include "host-tools/training/adaptation.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/json.h"
 #include "host-tools/formats/numbers.h"
+#include "host-tools/formats/probe_names.h"
 
 namespace compbox::training {
 
@@ -264,18 +264,16 @@ std::string joined_name(const std::string &before, const std::string &name,
     return before + name.substr(0, longest_name - before.size() - behind.size()) + behind;
 }
 
-// out: the probe's value of an output without --probe-value: probe_x of error_X_um, as `init
-// --probe`
-//      and `join` name it; probe_NAME of another
+// out: the probe's value of an output without --probe-value: of error_X_um probe_x, as `init` and
+//      `join` name it; of another probe_NAME
 std::string usual_probe(const std::string &output) {
     const std::string start = "error_", end = "_um";
     const bool joined = output.size() > start.size() + end.size() &&
                         output.compare(0, start.size(), start) == 0 &&
                         output.compare(output.size() - end.size(), end.size(), end) == 0;
     if (!joined) return joined_name("probe_", output, "");
-    std::string axis = output.substr(start.size(), output.size() - start.size() - end.size());
-    for (char &c : axis) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return joined_name("probe_", axis, "");
+    const std::size_t length = output.size() - start.size() - end.size();
+    return formats::probe_names_of(output.substr(start.size(), length)).value;
 }
 
 adapted_output named_output(const train_result &result, const adapt_options &options,
@@ -284,9 +282,8 @@ adapted_output named_output(const train_result &result, const adapt_options &opt
     adapted.output = result.data.outputs[k];
     adapted.term = joined_name("", adapted.output, term_suffix);
     adapted.value = options.values.empty() ? usual_probe(adapted.output) : options.values[k];
-    adapted.count = options.counts.empty()
-                        ? joined_name("", adapted.value.substr(0, longest_name - 2), "_n")
-                        : options.counts[k];
+    adapted.count =
+        options.counts.empty() ? joined_name("", adapted.value, "_n") : options.counts[k];
     return adapted;
 }
 

@@ -15,15 +15,11 @@ namespace compbox::training {
 
 namespace {
 
-// A float32 whose decimals are the shortest that read back as the same float32.
-json number(double value) {
-    return json(std::stod(fmt::format("{}", static_cast<float>(value))));
-}
-
 template <typename vector>
 json numbers(const vector &values) {
     json list = json::array();
-    for (Eigen::Index i = 0; i < values.size(); ++i) list.push_back(number(values[i]));
+    for (Eigen::Index i = 0; i < values.size(); ++i)
+        list.push_back(formats::short_float(values[i]));
     return list;
 }
 
@@ -49,7 +45,7 @@ json signals_of(const train_result &result) {
         json lag{{"name", input.name},
                  {"unit", unit_of(column, input.power)},
                  {"lag_of", column},
-                 {"tau_s", number(input.tau_s)}};
+                 {"tau_s", formats::short_float(input.tau_s)}};
         if (input.power != 1) lag["power"] = input.power;
         signals.push_back(lag);
     }
@@ -109,8 +105,9 @@ void add_weights(json &bank, const trained_model &model) {
         const Eigen::RowVectorXd weights =
             model.out.scale[k] * net.linear.row(k) * model.in.scale.cwiseInverse().asDiagonal();
         bank["weights"].push_back(numbers(weights));
-        bank["bias"].push_back(number(model.out.centre[k] + model.out.scale[k] * net.bias2[k] -
-                                      weights.dot(model.in.centre)));
+        bank["bias"].push_back(formats::short_float(model.out.centre[k] +
+                                                    model.out.scale[k] * net.bias2[k] -
+                                                    weights.dot(model.in.centre)));
     }
 }
 
@@ -128,12 +125,12 @@ json bank_of(const train_result &result) {
             continue;
         }
         bank["inputs"].push_back(name);
-        bank["input_min"].push_back(number(result.range.low[at]));
-        bank["input_max"].push_back(number(result.range.high[at]));
-        bank["margin"].push_back(number(result.range.margin[at]));
+        bank["input_min"].push_back(formats::short_float(result.range.low[at]));
+        bank["input_max"].push_back(formats::short_float(result.range.high[at]));
+        bank["margin"].push_back(formats::short_float(result.range.margin[at]));
     }
     bank["tau_s"] = {0};
-    for (const double tau_s : result.tau_s) bank["tau_s"].push_back(number(tau_s));
+    for (const double tau_s : result.tau_s) bank["tau_s"].push_back(formats::short_float(tau_s));
     add_weights(bank, result.linear.model);
     return {{"name", result.options.name},
             {"type", "linear"},
@@ -199,7 +196,7 @@ void add_products(json &terms, const train_result &result, const model_input &sl
                  {"type", "product"},
                  {"term", factor},
                  {"signal", result.data.inputs[static_cast<std::size_t>(slope.along[k])]},
-                 {"origin", number(slope.origin[k])}});
+                 {"origin", formats::short_float(slope.origin[k])}});
             factor = product;
         }
     }
@@ -259,8 +256,8 @@ json sigma_json(const train_result &result) {
     };
     json directions = json::array();
     for (Eigen::Index k = 0; k < sigma.offset.size(); ++k) {
-        directions.push_back(
-            {{"weights", digits(sigma.weights.row(k))}, {"offset", number(sigma.offset[k])}});
+        directions.push_back({{"weights", digits(sigma.weights.row(k))},
+                              {"offset", formats::short_float(sigma.offset[k])}});
     }
     return {{"residual_um", digits(sigma.residual_um)},
             {"along_um", digits(sigma.along_um)},

@@ -79,10 +79,11 @@ struct rig {
     // Writes of a box in one cycle: status, heartbeat, channel.
     void write(unsigned mode, double channel_um) {
         const auto raw = static_cast<std::uint32_t>(std::lround(channel_um * 100.0));
-        set_reg(10, mode);
-        set_reg(11, ++beat);
-        set_reg(12, raw >> 16);
-        set_reg(13, raw & 0xFFFF);
+        const int channel = map.channels[0].address;
+        set_reg(map.status, mode);
+        set_reg(map.box_heartbeat, ++beat);
+        set_reg(channel, raw >> 16);
+        set_reg(channel + 1, raw & 0xFFFF);
     }
     // A running box that writes for this time.
     void box_runs_ms(std::int64_t duration_ms, unsigned mode, double channel_um) {

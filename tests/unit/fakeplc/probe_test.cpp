@@ -38,24 +38,11 @@ struct probe_rig : rig {
         : rig(config, probe_map()) {}
     double value_um() { return int32_at(8) * 0.01; }
     unsigned count() { return reg(10); }
-    void box(unsigned mode, double channel_um) {
-        const auto raw = static_cast<std::uint32_t>(std::lround(channel_um * 100.0));
-        set_reg(20, mode);
-        set_reg(21, ++beat);
-        set_reg(22, raw >> 16);
-        set_reg(23, raw & 0xFFFF);
-    }
-    void box_works_ms(std::int64_t duration_ms, double channel_um) {
-        for (std::int64_t t = 0; t < duration_ms; t += 30) {
-            box(active, channel_um);
-            run_ms(30);
-        }
-    }
     // Runs scan by scan until the count changes, at most 3 s; false if it did not.
     bool until_counted() {
         const unsigned before = count();
         for (int scan = 0; scan < 375 && count() == before; ++scan) {
-            box(active, 0.0);
+            write(active, 0.0);
             run_ms(8);
         }
         return count() != before;
@@ -78,10 +65,10 @@ TEST(Probe, MeasuresOnceForEachCommand) {
 
 TEST(Probe, MeasuresWhatTheCompensationLeaves) {
     probe_rig r;
-    r.box_works_ms(3000, -9.0);
+    r.box_runs_ms(3000, active, -9.0);
     ASSERT_EQ(r.applied(), -9.0);
     r.plc.probe("X", 0.0);
-    r.box_works_ms(1500, -9.0);
+    r.box_runs_ms(1500, active, -9.0);
     ASSERT_EQ(r.count(), 1u);
     EXPECT_NEAR(r.value_um(), 5.0, 0.02);
 }
@@ -119,7 +106,7 @@ TEST(Probe, WaitsUntilTheAxesStand) {
 
 TEST(Probe, RepeatsOnRequestTwiceAtMost) {
     probe_rig r;
-    r.box_works_ms(1200, 0.0);
+    r.box_runs_ms(1200, active, 0.0);
     r.set_reg(26, 1);
     EXPECT_FALSE(r.until_counted()) << "there is no cycle to repeat";
     r.set_reg(26, 0);
@@ -139,7 +126,7 @@ TEST(Probe, RepeatsOnRequestTwiceAtMost) {
 
 TEST(Probe, HeedsNoRequestOfABoxThatIsGone) {
     probe_rig r;
-    r.box_works_ms(1200, 0.0);
+    r.box_runs_ms(1200, active, 0.0);
     r.plc.probe("X", 0.0);
     ASSERT_TRUE(r.until_counted());
     r.set_reg(26, 1);

@@ -168,22 +168,20 @@ void to_another_port(json &root) {
     root["plc"]["transport"]["tcp"]["port"] = 1;
 }
 
-TEST(service, a_daemon_that_was_started_with_another_address_is_restarted) {
+void expect_another_restart(const std::function<void(json &)> &change) {
     run_options options = with_quiet_end();
-    options.prepare = [](run &world) { restart_with(world, 20 * second, to_another_port); };
+    options.prepare = [&change](run &world) { restart_with(world, 20 * second, change); };
     const run_result result = run_isolated(options);
     ASSERT_TRUE(result.violations.empty()) << result.violations[0].words;
     EXPECT_EQ(result.starts, 3u);
 }
 
+TEST(service, a_daemon_that_was_started_with_another_address_is_restarted) {
+    expect_another_restart(to_another_port);
+}
+
 TEST(service, a_daemon_that_was_started_with_a_later_revision_is_restarted) {
-    run_options options = with_quiet_end();
-    options.prepare = [](run &world) {
-        restart_with(world, 20 * second, [](json &root) { root["revision"] = 1000000; });
-    };
-    const run_result result = run_isolated(options);
-    ASSERT_TRUE(result.violations.empty()) << result.violations[0].words;
-    EXPECT_EQ(result.starts, 3u);
+    expect_another_restart([](json &root) { root["revision"] = 1000000; });
 }
 
 TEST(service, a_daemon_that_keeps_another_address_is_found) {
