@@ -77,6 +77,7 @@ cb_manual(compbox-view)
 install(TARGETS compbox fakeplc fakept100 virtual-laser RUNTIME DESTINATION bin COMPONENT compbox)
 install(PROGRAMS ${packaging}/compbox-demo DESTINATION bin COMPONENT compbox)
 install(FILES docs/coefficients.schema.json DESTINATION share/compbox COMPONENT compbox)
+install(DIRECTORY host-tools/fleet DESTINATION share/compbox COMPONENT compbox PATTERN __pycache__ EXCLUDE)
 # compbox-demo needs the examples, and Debian's policy permits a system without /usr/share/doc.
 install(DIRECTORY examples DESTINATION share/compbox COMPONENT compbox PATTERN LICENSE EXCLUDE)
 file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/packaging/compbox)
@@ -120,7 +121,7 @@ Prometheus. It reads the files of compboxd and writes nothing.")
 set(CPACK_DEBIAN_COMPBOX-VIEW_PACKAGE_RECOMMENDS "compboxd")
 set(CPACK_DEBIAN_COMPBOXD_PACKAGE_RECOMMENDS "iproute2")
 set(CPACK_DEBIAN_COMPBOX_PACKAGE_RECOMMENDS "gnuplot-nox | gnuplot")
-set(CPACK_DEBIAN_COMPBOX_PACKAGE_SUGGESTS "compboxd, compbox-view") # for compbox-demo
+set(CPACK_DEBIAN_COMPBOX_PACKAGE_SUGGESTS "compboxd, compbox-view, python3, python3-distributed, python3-paho-mqtt") # for compbox-demo and compbox fleet
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 if(CMAKE_SYSROOT) # whose libraries are in packages that the host's dpkg does not know
     set(CPACK_DEBIAN_PACKAGE_ARCHITECTURE arm64)

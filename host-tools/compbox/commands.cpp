@@ -32,6 +32,7 @@ void add_commands(cli::command &app) {
     add_plc(app);
     add_measured(app);
     add_watch(app);
+    add_fleet(app);
     app.set_help_all_flag("--help-all", "Help of every command");
 }
 

@@ -35,6 +35,7 @@ Example:
 int main(int argc, char **argv) {
     const auto io = compbox::cli::standard_streams();
     std::signal(SIGXFSZ, SIG_IGN);  // report a file at its size limit like a full disk
+    if (compbox::is_for_fleet(argc, argv)) return compbox::run_fleet(argv, io);
     compbox::cli::program app{
         "compbox: from measurements of a machine tool to the coefficients of its box", io};
     app.set_version_flag("--version", "compbox " CB_VERSION);
