@@ -23,6 +23,10 @@ constexpr const char *fleet_example =
   record    Add records of the box, oldest first
   snapshot  Keep a snapshot of the box
   status    Show which machines drift
+  plan      Show the training jobs that are due
+  train     Train the models that are due
+  run-job   Run one task of a Slurm array
+  collect   Take the results of a Slurm array into the registry
 
 Example:
   compbox fleet status --registry plant)";

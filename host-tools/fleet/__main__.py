@@ -2,13 +2,14 @@
 """compbox fleet COMMAND. Exit 0 done, 1 the input is bad (one sentence), 2 wrong usage."""
 
 import argparse
+import json
 import os
 import shlex
 import sys
 
-from . import machines
+from . import engines, machines, training
 from .errors import FleetError
-from .registry import Registry
+from .registry import Registry, read_json, write_file
 
 
 class Parser(argparse.ArgumentParser):
@@ -45,6 +46,103 @@ def run_status(arguments):
     print(machines.status_json(rows) if arguments.json else machines.status_text(rows))
 
 
+def run_plan(arguments):
+    rows = training.plan(Registry(arguments.registry), arguments.machines, arguments.all)
+    if arguments.json:
+        print(json.dumps(rows, indent=2, sort_keys=True))
+        return
+    for row in rows:
+        print(f"{row['job'][:12]}  {row['machine']:<24}{'done' if row['done'] else 'to do':<7}{row['why']}")
+    print(f"{sum(not row['done'] for row in rows)} of {len(rows)} jobs to do")
+
+
+def progress(number, total):
+    """A bar on a terminal, and only there."""
+    if sys.stderr.isatty():
+        done = 40 * number // total
+        print(f"\rtraining [{'#' * done}{'-' * (40 - done)}] {number} of {total}",
+              end="\n" if number == total else "", file=sys.stderr, flush=True)
+
+
+def run_train(arguments):
+    registry = Registry(arguments.registry)
+    with registry.locked():
+        rows = training.plan(registry, arguments.machines, arguments.all)
+        if arguments.slurm:
+            todo = [row for row in rows if not row["done"]]
+            if todo:
+                script = engines.write_array(todo, registry, arguments.slurm)
+                print(f"{len(todo)} jobs: sbatch {script}; then compbox fleet collect {arguments.slurm}")
+            else:
+                print("every job is done")
+            return
+        print_ended(training.train(registry, rows, engines.dask(arguments.scheduler, arguments.workers), progress),
+                    registry)
+
+
+def run_job(arguments):
+    plan = engines.plan_of(arguments.folder)
+    if not 0 <= arguments.number < len(plan["rows"]):
+        raise FleetError(f"{arguments.folder}: has no job {arguments.number}, but 0 to {len(plan['rows']) - 1}")
+    row = plan["rows"][arguments.number]
+    if not engines.result_path(arguments.folder, row).exists():
+        result = engines.jobs.run(row["what"], *training.inputs_of(Registry(plan["registry"]), row["what"]))
+        write_file(engines.result_path(arguments.folder, row), json.dumps(result).encode())
+
+
+def run_collect(arguments):
+    plan = engines.plan_of(arguments.folder)
+    registry = Registry(plan["registry"])
+
+    def results(given):
+        for key, *_ in given:
+            path = engines.result_path(arguments.folder, {"job": key})
+            yield key, read_json(path) if path.exists() else {"lost": "no result"}
+
+    with registry.locked():
+        for row in plan["rows"]:
+            row["done"] = registry.has("jobs", row["job"])
+        print_ended(training.train(registry, plan["rows"], results, progress), registry)
+
+
+def print_ended(ended, registry):
+    """Throws FleetError if jobs were lost, which the next call repeats."""
+    for name in ended["failed"]:
+        row = training.plan(registry, [name], True)[0]
+        print(f"{name}: {registry.read('jobs', row['job'])['failed']}")
+    print(f"{len(ended['trained'])} trained, {len(ended['cached'])} known before, {len(ended['failed'])} refused")
+    if ended["lost"]:
+        first = ended["lost"][0]
+        raise FleetError(f"{len(ended['lost'])} jobs have no result, that of {first} first; repeat the command")
+
+
+def add_training(add):
+    """Commands that make models."""
+    for name, run, text in (("plan", run_plan, "Show the training jobs that are due"),
+                            ("train", run_train, "Train the models that are due")):
+        command = add(name, run, text, "--all")
+        command.add_argument("machines", nargs="*", help="machines (those without a model, and those that drift)")
+        command.add_argument("--all", action="store_true", help="every machine with a record")
+        if name == "plan":
+            command.add_argument("--json", action="store_true", help="print the result as JSON")
+            continue
+        command.add_argument("--workers", type=positive, default=os.cpu_count(), metavar="N",
+                             help="processes on this computer (as many as there are processors)")
+        command.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, as tcp://host:8786")
+        command.add_argument("--slurm", metavar="DIR", help="write an array script for sbatch instead")
+    command = add("run-job", run_job, "Run one task of a Slurm array", "DIR 0")
+    command.add_argument("folder", help="the folder of `train --slurm`")
+    command.add_argument("number", type=int, help="index of the task, from 0")
+    command = add("collect", run_collect, "Take the results of a Slurm array into the registry", "DIR")
+    command.add_argument("folder", help="the folder of `train --slurm`")
+
+
+def positive(text):
+    if not 1 <= int(text) <= 1000:
+        raise ValueError(text)
+    return int(text)
+
+
 def add_machines(add):
     """Commands of the registry."""
     command = add("add", run_add, "Add a machine to the registry", "lathe-3 machine.json --outputs error_X_um")
@@ -76,6 +174,7 @@ def parser():
         return command
 
     add_machines(add)
+    add_training(add)
     return whole
 
 

@@ -3,6 +3,7 @@
 
 import importlib.util
 import json
+import os
 import pathlib
 import sys
 
@@ -14,6 +15,9 @@ specification = importlib.util.spec_from_file_location("cli_conftest", ROOT / "t
 cli = importlib.util.module_from_spec(specification)
 specification.loader.exec_module(cli)
 
+os.environ["COMPBOX_PROGRAM"] = str(cli.BIN / "compbox")
+from fleet import machines  # noqa: E402
+from fleet.registry import Registry  # noqa: E402
 from twins import Twin, machine_file  # noqa: E402
 
 ADD = ("--outputs", "error_X_um", "--train", "--inputs T1,T2 --hidden 0", "--type", "lathe")
@@ -52,6 +56,23 @@ class Fleet(cli.Compbox):
     def add_record(self, name, twin, days, **how):
         self.write("record.csv", twin.record(days, **how))
         return self.fleet("record", name, "record.csv")
+
+
+    def add_lathes(self, count):
+        """Adds machines m000, m001 … of different twins, each with a record of five days; in this process."""
+        machine_file(self)
+        registry = Registry.create(self.folder / "registry")
+        for number in range(count):
+            name = f"m{number:03}"
+            self.write("record.csv", Twin(number).record(5))
+            machines.add(registry, name, self.folder / "machine.json", ["error_X_um"],
+                         ["--inputs", "T1,T2", "--hidden", "0"], "lathe")
+            machines.add_record(registry, name, self.folder / "record.csv")
+
+    def models(self):
+        """out: {name of a model: its bytes}"""
+        registry = Registry(self.folder / "registry")
+        return {name: registry.get(name) for name in registry.names("models")}
 
 
 @pytest.fixture

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: MIT
+"""A training job: a pure function of files and options. Its name is the hash of them, so a repeated job is found and
+not computed. Workers run this module from its text: it needs compbox there, and no registry."""
+
+import pathlib
+import tempfile
+
+from . import tools
+from .errors import FleetError
+from .registry import canonical, digest
+
+MODEL, TERM = "coefficients.json", "net.json"
+
+
+def job_of(entry, version):
+    """in: a machine's entry; the version of compbox. out: the job that trains its model from all its records"""
+    steps = [["join", "record.csv", "-o", "data.csv"],
+             ["train", "data.csv", "--outputs", ",".join(entry["outputs"]), *entry["train"], "--threads", "1",
+              "--name", "net", "-o", TERM],
+             ["build", "machine.json", TERM, "--revision", "0", "-o", MODEL],
+             ["check", MODEL]]
+    return {"version": version, "steps": steps, "machine": entry["machine"], "records": entry["records"]}
+
+
+def name_of(job):
+    return digest(canonical(job))
+
+
+def joined(records):
+    """in: texts of records of one box, in their order. out: one table. Throws FleetError for other columns."""
+    header = records[0].split("\n", 1)[0]
+    for number, text in enumerate(records, 1):
+        if text.split("\n", 1)[0] != header:
+            raise FleetError(f"record {number} has other columns than the first one")
+    return "\n".join([header, *(text.split("\n", 1)[1].strip("\n") for text in records)]) + "\n"
+
+
+def run(job, machine, records):
+    """in: a job; the text of its machine file and of its records. out: {"files": {name: text}}, or {"failed": sentence}
+    if compbox refuses the inputs, which it would do again. Throws FleetError if this computer cannot run the job."""
+    if tools.version() != job["version"]:
+        raise FleetError(f"this computer has {tools.version()}, and the job needs {job['version']}")
+    with tempfile.TemporaryDirectory(prefix="compbox-fleet-") as name:
+        folder = pathlib.Path(name)
+        (folder / "machine.json").write_text(machine)
+        try:
+            (folder / "record.csv").write_text(joined(records))
+            for step in job["steps"]:
+                tools.compbox(*step, folder=folder)
+        except FleetError as error:
+            return {"failed": str(error)}
+        return {"files": {file: (folder / file).read_text() for file in (TERM, MODEL)}}

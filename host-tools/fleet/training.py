@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: MIT
+"""From machines to jobs, and from results to models in the registry."""
+
+import json
+
+from . import jobs, machines, tools
+from .residuals import probe_of
+
+
+def plan(registry, only, everything):
+    """in: names of machines (none: all); whether those that need no training have a job too.
+    out: a row for each machine with records, by name: its job, the job's name, why, and whether it is done"""
+    rows, version = [], tools.version()
+    for name in only or registry.names("machines"):
+        entry = registry.read("machines", name)
+        why = machines.findings(registry, entry) if entry["model"] else ["it has no model"]
+        if not entry["records"] or not (why or everything or only):
+            continue
+        job = jobs.job_of(entry, version)
+        rows.append({"machine": name, "job": jobs.name_of(job), "what": job, "why": "; ".join(why) or "asked for",
+                     "done": registry.has("jobs", jobs.name_of(job))})
+    return rows
+
+
+def inputs_of(registry, job):
+    """out: the texts that jobs.run() takes"""
+    return registry.get(job["machine"]).decode(), [registry.get(name).decode() for name in job["records"]]
+
+
+def forecast(term):
+    """in: the term of `compbox train`. out: {probe: rms of the residuals of runs left out of the training, um}"""
+    left = term["provenance"]["net"]["written"]["left_out"]
+    return {probe_of(output): figures["rms"] for output, figures in left.items()}
+
+
+def take(registry, row, result):
+    """Puts a job's result into the registry: the model becomes the machine's candidate.
+    in: a row of plan(); what jobs.run() returned. out: the model's hash, or None for a refused job"""
+    entry = {"machine": row["machine"], "what": row["what"], "model": None, "failed": result.get("failed")}
+    if "files" in result:
+        files = {name: text.encode() for name, text in result["files"].items()}
+        model = entry["model"] = registry.put(files[jobs.MODEL], "json")
+        machine = registry.read("machines", row["machine"])
+        if not registry.has("models", model):
+            registry.write("models", model, {
+                "machine": row["machine"], "job": row["job"], "data": row["what"]["records"],
+                "term": registry.put(files[jobs.TERM], "json"), "parent": machine["model"],
+                "forecast_um": forecast(json.loads(files[jobs.TERM])), "signed": []})
+    registry.write("jobs", row["job"], entry)
+    finish(registry, row)
+    return entry["model"]
+
+
+def finish(registry, row):
+    """Makes the model of a done job the machine's candidate. out: the job's entry"""
+    done, machine = registry.read("jobs", row["job"]), registry.read("machines", row["machine"])
+    if done["model"] and machine.get("candidate") != done["model"]:
+        registry.write("machines", row["machine"], {**machine, "candidate": done["model"]})
+    return done
+
+
+def train(registry, rows, engine, progress):
+    """in: rows of plan(); engine: a function of [(key, job, machine, records)] that yields (key, result) in any order,
+    where a result may be {"lost": sentence}. out: {"trained", "cached", "failed", "lost": names of machines}"""
+    ended = {"trained": [], "cached": [], "failed": [], "lost": []}
+    todo = {row["job"]: row for row in rows if not row["done"]}
+    for row in rows:
+        if row["done"]:
+            ended["failed" if finish(registry, row)["failed"] else "cached"].append(row["machine"])
+    given = ((row["job"], row["what"], *inputs_of(registry, row["what"])) for row in todo.values())
+    for number, (key, result) in enumerate(engine(given) if todo else (), 1):
+        if "lost" in result:
+            ended["lost"].append(todo[key]["machine"])
+        else:
+            ended["trained" if take(registry, todo[key], result) else "failed"].append(todo[key]["machine"])
+        progress(number, len(todo))
+    return ended
