@@ -100,6 +100,21 @@ def test_a_task_of_an_array_that_died_is_named(plant):
     assert "has no job 2, but 0 to 1" in plant.refusal("run-job", "array", 2)
 
 
+def listens(address):
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", int(address.rsplit(":", 1)[1]))) == 0
+
+
+def workers_below(process):
+    """out: the living workers of a dask-worker, each below its nanny"""
+    found = []
+    for one in process.children(recursive=True):
+        with contextlib.suppress(psutil.NoSuchProcess):
+            if "spawn_main" in " ".join(one.cmdline()):
+                found.append(one)
+    return found
+
+
 @contextlib.contextmanager
 def scheduler(folder, workers):
     """A scheduler and workers as Dask's documentation starts them; compbox takes 0.2 s longer there. out: (address,
@@ -115,6 +130,8 @@ def scheduler(folder, workers):
                subprocess.Popen(["dask-worker", address, "--nworkers", str(workers), "--nthreads", "1",
                                  "--no-dashboard", "--local-directory", folder], **quiet)]
     try:
+        while not listens(address):
+            time.sleep(0.05)
         yield address, psutil.Process(started[1].pid)
     finally:
         for process in reversed(started):
@@ -138,7 +155,7 @@ def test_killed_workers_cost_their_jobs_only(plant, tmp_path_factory):
         while training.poll() is None:
             time.sleep(0.05)
             ended = len(list((plant.folder / "registry/models").glob("*")))
-            workers = [one for one in above.children(recursive=True) if "spawn_main" in " ".join(one.cmdline())]
+            workers = workers_below(above)
             if killed < 3 and workers and ended > 2 * killed:
                 dice.choice(workers).kill()
                 killed += 1
